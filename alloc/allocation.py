@@ -1,0 +1,130 @@
+"""What an allocator is, and what it answers."""
+
+from collections.abc import Callable
+from enum import IntEnum
+from math import nan
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from alloc.errors import DemandError
+
+FloatArray = NDArray[np.float64]
+IndexArray = NDArray[np.intp]
+StatusArray = NDArray[np.int8]
+
+
+class Status(IntEnum):
+    """What an allocator says about its answer; the judge checks it."""
+
+    SOLVED = 0
+    """The wrench is met within the method's stated tolerance, inside the limits it promises."""
+    PARTIAL = 1
+    """``f`` is finite and inside the promised limits, but the wrench is met only in part."""
+    INFEASIBLE = 2
+    """No ``f`` inside the limits meets the wrench; ``f`` is all NaN."""
+    NOT_CONVERGED = 3
+    """The solver gave up, or its answer failed the check; ``f`` is all NaN."""
+
+
+class Allocation(NamedTuple):
+    """One answer.
+
+    Attributes
+    ----------
+    f : (n,) thrusts [N], a fresh array; all NaN where there is no such thrust
+    status : what the allocator says about ``f``
+    iterations : the solver's own count, 0 for a closed form
+    solver_s : the solver's own clock [s], NaN where it has none
+    """
+
+    f: FloatArray
+    status: Status
+    iterations: int = 0
+    solver_s: float = nan
+
+
+class Allocator(Protocol):
+    """A prepared method: call it with a wrench at the control rate.
+
+    A formulation is ``unlimited`` (eq. 6-7), ``hard`` (eq. 4-5), ``soft``, ``scaled``, or the name of
+    a practical rule; answers are compared only within one.
+    """
+
+    @property
+    def formulation(self) -> str:
+        """Which optimum it returns."""
+        ...
+
+    @property
+    def limited(self) -> bool:
+        """Whether f is promised to lie inside the limits."""
+        ...
+
+    @property
+    def tolerance(self) -> float:
+        """Promised distance to the optimum, relative to the largest limit [-]."""
+        ...
+
+    def __call__(self, tau: ArrayLike) -> Allocation:
+        """Allocate one wrench ``tau`` (k,) [N, N m]; raises DemandError for bad shape or values."""
+        ...
+
+    def many(self, taus: ArrayLike) -> tuple[FloatArray, StatusArray]:
+        """Allocate ``taus`` (N, k): thrusts (N, n) [N] and statuses (N,)."""
+        ...
+
+
+_new = tuple.__new__
+
+
+def answer(f: FloatArray, status: Status, iterations: int = 0, solver_s: float = nan) -> Allocation:
+    """An Allocation, made without NamedTuple's Python-level constructor (a third of its price)."""
+    return _new(Allocation, (f, status, iterations, solver_s))
+
+
+def checked(tau: ArrayLike, zeros: FloatArray) -> FloatArray:
+    """``tau`` as a float64 array of the shape of ``zeros`` (k,), refused unless finite.
+
+    One dot product decides finiteness: ``0 * x`` is 0 for finite x and NaN otherwise.
+    """
+    try:
+        wrench = np.asarray(tau, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise DemandError(
+            f"tau is not an array of numbers ({error}); give k = {len(zeros)} of them"
+        ) from None
+    if wrench.shape != zeros.shape:
+        raise DemandError(f"tau has shape {wrench.shape}; this vehicle takes {zeros.shape}, one entry a DOF")
+    if zeros.dot(wrench) != 0.0:
+        raise DemandError("tau holds NaN or infinity; every entry must be finite")
+    return wrench
+
+
+def checked_many(taus: ArrayLike, k: int) -> FloatArray:
+    """``taus`` as a float64 array of shape (N, k), refused unless finite."""
+    try:
+        wrenches = np.asarray(taus, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise DemandError(f"taus is not an array of numbers ({error}); give shape (N, {k})") from None
+    if wrenches.ndim != 2 or wrenches.shape[1] != k:
+        raise DemandError(f"taus has shape {wrenches.shape}; this vehicle takes (N, {k}), one row a demand")
+    if not np.isfinite(wrenches).all():
+        row = int(np.flatnonzero(~np.isfinite(wrenches).all(axis=1))[0])
+        raise DemandError(
+            f"taus row {row} (counted from 0) holds NaN or infinity; every entry must be finite"
+        )
+    return wrenches
+
+
+def one_by_one(
+    allocate: Callable[[FloatArray], Allocation], taus: ArrayLike, k: int, n: int
+) -> tuple[FloatArray, StatusArray]:
+    """``many`` for a method with nothing better: each row in turn, in order."""
+    wrenches = checked_many(taus, k)
+    F = np.empty((len(wrenches), n))
+    status = np.empty(len(wrenches), dtype=np.int8)
+    for i, tau in enumerate(wrenches):
+        F[i], status[i], _, _ = allocate(tau)
+    return F, status

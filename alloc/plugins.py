@@ -1,0 +1,92 @@
+"""What methods there are, which are installed, why others are not; and ``build`` by name."""
+
+import pkgutil
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from types import ModuleType
+from typing import Any, cast
+
+import alloc.methods
+from alloc.allocation import Allocator
+from alloc.errors import NotInstalled, UnknownName
+from alloc.vehicle import Vehicle
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One method as the catalogue shows it.
+
+    Attributes
+    ----------
+    name : label, e.g. ``pinv``, ``qp/osqp``, ``nullspace@native``
+    formulation : which optimum it answers
+    starts, levels : what ``build`` takes as ``start=`` and ``level=``; ("-",) where there is no choice
+    summary : one line
+    missing : empty where it can be built, else how to get what it needs
+    """
+
+    name: str
+    formulation: str
+    starts: tuple[str, ...]
+    levels: tuple[str, ...]
+    summary: str
+    missing: str
+    module: ModuleType
+
+
+@cache
+def catalogue() -> tuple[Entry, ...]:
+    """Every method there is, found by looking into ``alloc.methods``; imports no solver."""
+    entries: list[Entry] = []
+    for found in pkgutil.iter_modules(alloc.methods.__path__):
+        module = import_module(f"alloc.methods.{found.name}")
+        variants: dict[str, str] = module.variants() if hasattr(module, "variants") else {found.name: ""}
+        for name, missing in variants.items():
+            entries.append(_entry(name, missing, module))
+    return tuple(sorted(entries, key=lambda entry: entry.name))
+
+
+def build(name: str, vehicle: Vehicle, *, start: str = "", level: str = "") -> Allocator:
+    """Prepare the method of that name for one vehicle.
+
+    ``start`` (cold, reused, warm) and ``level`` (default, tight) choose among what the method's
+    Entry offers; left empty, the method's own choice holds. Raises UnknownName, NotInstalled (with
+    the remedy), or NotApplicable where the method does not cover the vehicle.
+    """
+    entry = find(name)
+    if entry.missing:
+        raise NotInstalled(f"{name}: {entry.missing}")
+    options: dict[str, Any] = {}
+    for key, value, offered in (("start", start, entry.starts), ("level", level, entry.levels)):
+        if value and value != "-":
+            if value not in offered:
+                raise UnknownName(f"{name} has no {key} '{value}'; it has {', '.join(offered)}")
+            options[key] = value
+    first = (name,) if hasattr(entry.module, "variants") else ()
+    return cast(Allocator, entry.module.build(*first, vehicle, **options))
+
+
+def find(name: str) -> Entry:
+    """The catalogue's entry of that name; raises UnknownName."""
+    for entry in catalogue():
+        if entry.name == name:
+            return entry
+    raise UnknownName(f"no method '{name}'; there are {', '.join(entry.name for entry in catalogue())}")
+
+
+def _entry(name: str, missing: str, module: ModuleType) -> Entry:
+    def said(key: str, default: Any) -> Any:
+        value = getattr(module, key, default)
+        return value(name) if callable(value) else value
+
+    summary = (module.__doc__ or "").strip().splitlines()[0]
+    return Entry(
+        name=name,
+        formulation=said("FORMULATION", ""),
+        starts=tuple(said("STARTS", ("-",))),
+        levels=tuple(said("LEVELS", ("-",))),
+        summary=said("SUMMARY", summary),
+        missing=missing,
+        module=module,
+    )

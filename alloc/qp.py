@@ -1,0 +1,103 @@
+"""The one QP standard form, the hard and soft problems in it, and what an answer is worth.
+
+    minimise 1/2 x'H x + g'x   subject to   A x = b,  lb <= x <= ub
+
+Only ``b`` depends on the demand. A problem handed to a solver is non-dimensional: thrusts over the
+vehicle's largest limit, wrench rows turned to orthonormal ones, so a solver's tolerance means the
+same on a 20 N and on a 600 kN vehicle.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from alloc.allocation import FloatArray, IndexArray
+from alloc.vehicle import RANK_TOLERANCE, Vehicle
+
+
+@dataclass(frozen=True, eq=False)
+class QP:
+    """The part of the standard form that stays the same from demand to demand.
+
+    H (m, m), g (m,), A (p, m) with full row rank, lb and ub (m,), infinite where there is no bound.
+    """
+
+    H: FloatArray
+    g: FloatArray
+    A: FloatArray
+    lb: FloatArray
+    ub: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Posed:
+    """A vehicle's allocation problem as a QP, with the linear maps between the two.
+
+    Attributes
+    ----------
+    qp : the problem
+    b_of_tau : (p, k) with b = b_of_tau tau
+    f_scale : thrusts are ``f[working] = f_scale * x[:m]`` [N]
+    working : (m,) thrusters that are not off
+    unreachable : (k - p, k) orthonormal directions no thruster pushes, in scaled wrench;
+        a demand with a part along them can't be met
+    """
+
+    qp: QP
+    b_of_tau: FloatArray
+    f_scale: float
+    working: IndexArray
+    unreachable: FloatArray
+
+
+def pose_hard(vehicle: Vehicle, scaled: bool = True) -> Posed:
+    """min 1/2 f'Hf s.t. T P f = tau, f_min <= f <= f_max (eq. 4-5).
+
+    With ``scaled=False`` the numbers stay in N and N m, to show what scaling is worth.
+    """
+    f_scale = vehicle.f_scale if scaled else 1.0
+    H, lb, ub, working = _thrusts(vehicle, f_scale)
+    A, b_of_tau, unreachable = _equality(vehicle, f_scale, scaled)
+    return Posed(QP(H, np.zeros(len(H)), A, lb, ub), b_of_tau, f_scale, working, unreachable)
+
+
+def pose_soft(vehicle: Vehicle, scaled: bool = True) -> Posed:
+    """min 1/2 f'Hf + 1/2 s'Qs s.t. T P f = tau + s, limits (Fossen 2021, eq. 11.38 without its load term).
+
+    x = [f; s] in units of ``f_scale``; s has no bounds, so every demand has an answer.
+    """
+    f_scale = vehicle.f_scale if scaled else 1.0
+    H, lb, ub, working = _thrusts(vehicle, f_scale)
+    k, m = vehicle.k, len(H)
+    rows = 1.0 / np.linalg.norm(vehicle.T, axis=1).clip(min=1e-300) if scaled else np.ones(k)
+    rows = np.where(vehicle.T.any(axis=1), rows, 1.0)
+    # s is measured in the same scaled rows as b; Q follows so that the cost is unchanged.
+    weight = np.abs(vehicle.H).max() if scaled else 1.0
+    Q = np.diag(vehicle.slack_weights / rows**2) / weight
+    zero = np.zeros((m, k))
+    full_H = np.block([[H, zero], [zero.T, Q]])
+    A = np.hstack([rows[:, None] * vehicle.TP[:, working], -np.eye(k)])
+    free = np.full(k, np.inf)
+    qp = QP(full_H, np.zeros(m + k), A, np.concatenate([lb, -free]), np.concatenate([ub, free]))
+    return Posed(qp, np.diag(rows / f_scale), f_scale, working, np.zeros((0, k)))
+
+
+def _thrusts(vehicle: Vehicle, f_scale: float) -> tuple[FloatArray, FloatArray, FloatArray, IndexArray]:
+    on = vehicle.working
+    H = vehicle.H[np.ix_(on, on)]
+    if f_scale != 1.0:
+        H = H / np.abs(vehicle.H).max()
+    return H, vehicle.f_min[on] / f_scale, vehicle.f_max[on] / f_scale, on
+
+
+def _equality(vehicle: Vehicle, f_scale: float, scaled: bool) -> tuple[FloatArray, FloatArray, FloatArray]:
+    T = vehicle.TP[:, vehicle.working]
+    norms = np.linalg.norm(vehicle.T, axis=1)
+    rows = np.where(norms > 0, 1.0 / np.where(norms > 0, norms, 1.0), 1.0)
+    U, sigma, Vt = np.linalg.svd(rows[:, None] * T)
+    r = int(np.count_nonzero(sigma > RANK_TOLERANCE * sigma[0]))
+    unreachable = U[:, r:].T * rows / vehicle.f_scale
+    if not scaled and r == vehicle.k:
+        return T, np.eye(vehicle.k), unreachable
+    # Rows of Vt: orthonormal, and no redundant equation is left when rank T < k.
+    return Vt[:r], (U[:, :r] / sigma[:r]).T * rows / f_scale, unreachable

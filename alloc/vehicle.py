@@ -1,0 +1,157 @@
+"""A vehicle as the allocators see it: T, H, limits and readiness, frozen."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from alloc.allocation import FloatArray, IndexArray
+from alloc.errors import VehicleError
+from alloc.geometry import DOF
+
+RANK_TOLERANCE = 1e-9
+"""Singular values below this share of the largest count as zero. Published geometry carries at
+most five digits, so a true zero stands near 1e-16 and the smallest real ones near 1e-2."""
+
+
+@dataclass(frozen=True, eq=False)
+class Vehicle:
+    """Thrusters, what they push, and what they can give: tau = T P f (eq. 2).
+
+    Attributes
+    ----------
+    name : label in tables
+    dof : controlled degrees of freedom, the rows of T, out of ``alloc.geometry.DOF``
+    T : (k, n) configuration matrix; force rows [-], moment rows [m]
+    H : (n, n) symmetric positive definite weight of eq. 4 [1/N^2]
+    f_min, f_max : (n,) limits of each thruster [N]
+    readiness : (n,) diagonal of P: 1 ready, 0 off, between them a weakened thruster [-]
+    slack_weights : (k,) diagonal of Q for the soft formulation
+    source : where the numbers come from
+    """
+
+    name: str
+    dof: tuple[str, ...]
+    T: FloatArray
+    H: FloatArray
+    f_min: FloatArray
+    f_max: FloatArray
+    readiness: FloatArray
+    slack_weights: FloatArray
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        """Freeze private copies of the arrays; raise VehicleError for what can't be a vehicle."""
+        for key in ("T", "H", "f_min", "f_max", "readiness", "slack_weights"):
+            array = np.array(getattr(self, key), dtype=np.float64)
+            if not np.isfinite(array).all():
+                raise VehicleError(f"{self.name}: {key} holds NaN or infinity; every entry must be finite")
+            array.setflags(write=False)
+            object.__setattr__(self, key, array)
+        _check_shapes(self)
+        _check_values(self)
+
+    @property
+    def k(self) -> int:
+        """Number of controlled degrees of freedom."""
+        return len(self.T)
+
+    @property
+    def n(self) -> int:
+        """Number of thrusters, the ones that are off included."""
+        return len(self.f_min)
+
+    @cached_property
+    def working(self) -> IndexArray:
+        """(m,) indices of the thrusters that are not off."""
+        return np.flatnonzero(self.readiness)
+
+    @cached_property
+    def TP(self) -> FloatArray:
+        """(k, n) effective matrix T P of eq. 2."""
+        return self.T * self.readiness
+
+    @cached_property
+    def rank(self) -> int:
+        """Rank of T P: how many independent directions the working thrusters can push."""
+        return int(np.count_nonzero(_relative_singular_values(self.TP) > RANK_TOLERANCE))
+
+    @property
+    def nullity(self) -> int:
+        """d = working thrusters - rank T P: the freedom that is left once the wrench is met."""
+        return len(self.working) - self.rank
+
+    @cached_property
+    def f_scale(self) -> float:
+        """Largest limit of any thruster [N]; thrust tolerances are relative to it."""
+        return float(max(np.abs(self.f_min).max(), np.abs(self.f_max).max()))
+
+    @cached_property
+    def wrench_scale(self) -> FloatArray:
+        """(k,) size of a wrench on each axis [N, N m]: row norm of T times ``f_scale``.
+
+        Wrench tolerances are relative to it, so they mean the same on a 20 N and a 600 kN vehicle.
+        A row that no thruster moves counts as the largest row, so that it can still be judged.
+        """
+        norms = np.linalg.norm(self.T, axis=1)
+        scale: FloatArray = np.where(norms > 0, norms, norms.max()) * self.f_scale
+        return scale
+
+    def with_fault(self, thruster: int, readiness: float = 0.0) -> "Vehicle":
+        """This vehicle with one thruster off, or weakened: p_ii = ``readiness`` (eq. 2).
+
+        A thruster that is off has f_i = 0 and limits of 0. Raises VehicleError for an index
+        outside 0 … n - 1 or a readiness outside [0, 1].
+        """
+        if not 0 <= thruster < self.n:
+            raise VehicleError(f"{self.name} has no thruster {thruster}; count from 0 to {self.n - 1}")
+        P = self.readiness.copy()
+        P[thruster] = readiness
+        on = np.where(P > 0, 1.0, 0.0)
+        suffix = f"-f{thruster}" if readiness == 0 else f"-f{thruster}@{readiness:g}"
+        return replace(
+            self, name=self.name + suffix, readiness=P, f_min=self.f_min * on, f_max=self.f_max * on
+        )
+
+
+def _relative_singular_values(matrix: FloatArray) -> FloatArray:
+    # Rows are scaled to unit length first: metres and newtons must not decide what the rank is.
+    norms = np.linalg.norm(matrix, axis=1, keepdims=True)
+    values = np.linalg.svd(matrix / np.where(norms > 0, norms, 1.0), compute_uv=False)
+    relative: FloatArray = values / max(values.max(), np.finfo(float).tiny)
+    return relative
+
+
+def _check_shapes(vehicle: Vehicle) -> None:
+    name, dof = vehicle.name, vehicle.dof
+    unknown = [axis for axis in dof if axis not in DOF]
+    if unknown or len(set(dof)) != len(dof) or not dof:
+        raise VehicleError(f"{name}: dof {list(dof)} must be distinct names out of {list(DOF)}")
+    if vehicle.T.ndim != 2 or vehicle.T.shape[0] != len(dof) or vehicle.T.shape[1] == 0:
+        raise VehicleError(f"{name}: T has shape {vehicle.T.shape}; give {len(dof)} rows, one a DOF")
+    k, n = vehicle.T.shape
+    shapes = {"H": (n, n), "f_min": (n,), "f_max": (n,), "readiness": (n,), "slack_weights": (k,)}
+    for key, shape in shapes.items():
+        found = getattr(vehicle, key).shape
+        if found != shape:
+            raise VehicleError(f"{name}: {key} has shape {found}; {n} thrusters and {k} DOF need {shape}")
+
+
+def _check_values(vehicle: Vehicle) -> None:
+    name, H = vehicle.name, vehicle.H
+    if not vehicle.T.any():
+        raise VehicleError(f"{name}: T is all zeros; no thruster pushes any controlled DOF")
+    wrong = np.flatnonzero(vehicle.f_min > vehicle.f_max)
+    if wrong.size:
+        i = int(wrong[0])
+        raise VehicleError(
+            f"{name}: f_min[{i}] = {vehicle.f_min[i]:g} exceeds f_max[{i}] = {vehicle.f_max[i]:g}"
+        )
+    if not np.allclose(H, H.T, rtol=1e-12, atol=0) or np.linalg.eigvalsh(H).min() <= 0:
+        raise VehicleError(f"{name}: H (or weights) must be symmetric positive definite (eq. 4)")
+    if ((vehicle.readiness < 0) | (vehicle.readiness > 1)).any():
+        raise VehicleError(f"{name}: readiness must lie between 0 (off) and 1 (ready)")
+    if not vehicle.readiness.any():
+        raise VehicleError(f"{name}: every thruster is off; at least one must work")
+    if (vehicle.slack_weights <= 0).any():
+        raise VehicleError(f"{name}: slack_weights must be positive")

@@ -1,0 +1,1 @@
+"""The harness: runs every method in its own process, times it, judges it, reports it."""
