@@ -1,7 +1,6 @@
 """The thruster configuration matrix T, from angles or from poses."""
 
 import numpy as np
-
 from numpy.typing import ArrayLike
 
 from alloc.allocation import FloatArray

@@ -1,0 +1,158 @@
+"""What every method of the catalogue promises, on every vehicle, whole and with a thruster off."""
+
+import numpy as np
+import pytest
+
+from alloc import Allocator, DemandError, Entry, NotApplicable, Status, Vehicle, build
+
+N_DEMANDS = 12
+WRENCH_TOLERANCE = 1e-6
+"""What SOLVED promises, relative to the wrench scale of each axis; closed forms stay far below it."""
+
+
+def prepared(entry: Entry, vehicle: Vehicle) -> Allocator:
+    try:
+        return build(entry.name, vehicle)
+    except NotApplicable as reason:
+        pytest.skip(f"{entry.name} refuses {vehicle.name}: {reason}")
+
+
+def demands(vehicle: Vehicle, rng: np.random.Generator, size: float) -> np.ndarray:
+    """Wrenches of thrusts that are ``size`` times a random thrust inside the limits."""
+    thrusts = rng.uniform(vehicle.f_min, vehicle.f_max, (N_DEMANDS, vehicle.n))
+    wrenches: np.ndarray = size * thrusts @ vehicle.TP.T
+    return wrenches
+
+
+def inside(f: np.ndarray, vehicle: Vehicle) -> bool:
+    return bool((f >= vehicle.f_min).all() and (f <= vehicle.f_max).all())
+
+
+@pytest.fixture(params=[None, 0], ids=["whole", "thruster 0 off"])
+def case(request: pytest.FixtureRequest, vehicle: Vehicle) -> Vehicle:
+    return vehicle if request.param is None else vehicle.with_fault(request.param)
+
+
+@pytest.mark.parametrize("size", [0.3, 1.0, 3.0], ids=["small", "full", "beyond"])
+def test_every_answer_is_what_its_status_says(
+    entry: Entry, case: Vehicle, size: float, rng: np.random.Generator
+) -> None:
+    allocate = prepared(entry, case)
+    for tau in demands(case, rng, size):
+        f, status, _, _ = allocate(tau)
+        assert f.shape == (case.n,)
+        assert f.dtype == np.float64
+        if status in (Status.INFEASIBLE, Status.NOT_CONVERGED):
+            assert np.isnan(f).all()
+            continue
+        assert np.isfinite(f).all()
+        assert inside(f, case) or not allocate.limited
+        if status is Status.SOLVED and allocate.formulation != "soft":
+            error = np.abs(case.TP @ f - tau) / case.wrench_scale
+            assert error.max() <= WRENCH_TOLERANCE
+
+
+def test_a_demand_that_can_be_met_is_never_called_infeasible(
+    entry: Entry, case: Vehicle, rng: np.random.Generator
+) -> None:
+    allocate = prepared(entry, case)
+    statuses = {allocate(tau).status for tau in demands(case, rng, 0.9)}
+    assert Status.INFEASIBLE not in statuses
+
+
+def test_the_input_is_left_alone_and_the_output_is_nobody_elses(
+    entry: Entry, vehicle: Vehicle, rng: np.random.Generator
+) -> None:
+    allocate = prepared(entry, vehicle)
+    first, second = demands(vehicle, rng, 0.3)[:2]
+    before = first.copy()
+    f = allocate(first).f
+    kept = f.copy()
+    other = allocate(second).f
+    assert (first == before).all()
+    assert not np.shares_memory(f, other)
+    assert not np.shares_memory(f, first)
+    np.testing.assert_array_equal(f, kept)
+    f[:] = 0.0  # a caller may write into its answer
+    assert not np.array_equal(allocate(second).f, np.zeros(vehicle.n))
+
+
+def test_the_same_demand_gets_the_same_answer_again(
+    entry: Entry, vehicle: Vehicle, rng: np.random.Generator
+) -> None:
+    allocate = prepared(entry, vehicle)
+    one, other = demands(vehicle, rng, 0.3)[:2]
+    f = allocate(one).f
+    allocate(other)
+    again = allocate(one).f
+    if np.isfinite(f).all() and np.isfinite(again).all():
+        # A reused solver may start from where it stood; the answer moves within its own promise only.
+        assert np.abs(f - again).max() <= 2 * allocate.tolerance * vehicle.f_scale
+
+
+def test_many_answers_as_one_by_one(entry: Entry, case: Vehicle, rng: np.random.Generator) -> None:
+    allocate = prepared(entry, case)
+    taus = np.vstack([demands(case, rng, 0.3)[:4], demands(case, rng, 3.0)[:4]])
+    F, statuses = allocate.many(taus)
+    assert F.shape == (8, case.n)
+    assert statuses.shape == (8,)
+    fresh = build(entry.name, case)
+    for tau, f, status in zip(taus, F, statuses, strict=True):
+        single = fresh(tau)
+        assert single.status == status
+        np.testing.assert_allclose(f, single.f, rtol=0, atol=2 * allocate.tolerance * case.f_scale)
+
+
+def test_a_thruster_that_is_off_gives_nothing(
+    entry: Entry, vehicle: Vehicle, rng: np.random.Generator
+) -> None:
+    for thruster in range(vehicle.n):
+        degraded = vehicle.with_fault(thruster)
+        try:
+            allocate = build(entry.name, degraded)
+        except NotApplicable:
+            continue
+        for tau in demands(degraded, rng, 0.5)[:3]:
+            f = allocate(tau).f
+            assert np.isnan(f).all() or f[thruster] == 0.0
+
+
+def test_a_list_of_numbers_is_a_demand_too(entry: Entry, vehicle: Vehicle, rng: np.random.Generator) -> None:
+    allocate = prepared(entry, vehicle)
+    tau = demands(vehicle, rng, 0.3)[0]
+    listed = allocate(tau.tolist())
+    assert (
+        np.abs(listed.f - allocate(tau).f).max() <= 2 * allocate.tolerance * vehicle.f_scale
+        or np.isnan(listed.f).all()
+    )
+    strided = np.repeat(tau, 2)[::2]
+    assert not strided.flags.c_contiguous or len(tau) == 1
+    assert allocate(strided).f.shape == (vehicle.n,)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf], ids=str)
+def test_a_demand_that_is_not_finite_is_refused(entry: Entry, vehicle: Vehicle, bad: float) -> None:
+    allocate = prepared(entry, vehicle)
+    for axis in range(vehicle.k):
+        tau = np.zeros(vehicle.k)
+        tau[axis] = bad
+        with pytest.raises(DemandError, match="finite"):
+            allocate(tau)
+        with pytest.raises(DemandError, match="row 1"):
+            allocate.many(np.vstack([np.zeros(vehicle.k), tau]))
+
+
+def test_a_demand_of_the_wrong_shape_is_refused(entry: Entry, vehicle: Vehicle) -> None:
+    allocate = prepared(entry, vehicle)
+    for tau in (np.zeros(vehicle.k + 1), np.zeros((vehicle.k, 1)), 0.0, [], "fast", [[0.0], 1.0]):
+        with pytest.raises(DemandError):
+            allocate(tau)  # wrong types are the point
+    with pytest.raises(ValueError, match="shape"):  # DemandError is one: callers need not know our types
+        allocate.many(np.zeros(vehicle.k))
+
+
+def test_zero_asks_for_nothing(entry: Entry, vehicle: Vehicle) -> None:
+    allocate = prepared(entry, vehicle)
+    f, status, _, _ = allocate(np.zeros(vehicle.k))
+    assert status is Status.SOLVED
+    assert np.abs(f).max() <= allocate.tolerance * vehicle.f_scale
