@@ -12,27 +12,10 @@ from alloc.allocation import (
     checked,
     checked_many,
 )
-from alloc.vehicle import RANK_TOLERANCE, Vehicle
+from alloc.inverse import generalized_inverse
+from alloc.vehicle import Vehicle
 
 FORMULATION = "unlimited"
-
-
-def generalized_inverse(vehicle: Vehicle) -> FloatArray:
-    """(n, k) T* = H^-1 T'(T H^-1 T')^-1 (eq. 9) over the working thrusters; rows of the others are 0.
-
-    Where T P has lost rank (T H^-1 T')^-1 does not exist; its pseudoinverse then gives the
-    H-least f among those nearest to tau, in rows of T scaled to unit length.
-    """
-    on = vehicle.working
-    norms = np.linalg.norm(vehicle.T, axis=1)
-    rows = 1.0 / np.where(norms > 0, norms, 1.0)
-    T = rows[:, None] * vehicle.TP[:, on]
-    L = np.linalg.cholesky(vehicle.H[np.ix_(on, on)])
-    # With H = L L', x = L'f has the plain norm: f = L^-T pinv(T L^-T) tau.
-    inverse = np.linalg.solve(L.T, np.linalg.pinv(np.linalg.solve(L, T.T).T, rcond=RANK_TOLERANCE))
-    G = np.zeros((vehicle.n, vehicle.k))
-    G[on] = inverse * rows
-    return G
 
 
 class Linear:
