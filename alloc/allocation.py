@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from enum import IntEnum
-from math import nan
+from math import isfinite, nan
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -84,20 +84,18 @@ def answer(f: FloatArray, status: Status, iterations: int = 0, solver_s: float =
     return _new(Allocation, (f, status, iterations, solver_s))
 
 
-def checked(tau: ArrayLike, zeros: FloatArray) -> FloatArray:
-    """``tau`` as a float64 array of the shape of ``zeros`` (k,), refused unless finite.
+def checked(tau: ArrayLike, k: int) -> FloatArray:
+    """``tau`` as a float64 array of shape (k,), refused unless finite.
 
-    One dot product decides finiteness: ``0 * x`` is 0 for finite x and NaN otherwise.
+    Finiteness is read off one sum of Python floats, which neither warns nor costs a numpy call.
     """
     try:
         wrench = np.asarray(tau, dtype=np.float64)
     except (TypeError, ValueError) as error:
-        raise DemandError(
-            f"tau is not an array of numbers ({error}); give k = {len(zeros)} of them"
-        ) from None
-    if wrench.shape != zeros.shape:
-        raise DemandError(f"tau has shape {wrench.shape}; this vehicle takes {zeros.shape}, one entry a DOF")
-    if zeros.dot(wrench) != 0.0:
+        raise DemandError(f"tau is not an array of numbers ({error}); give k = {k} of them") from None
+    if wrench.shape != (k,):
+        raise DemandError(f"tau has shape {wrench.shape}; this vehicle takes ({k},), one entry a DOF")
+    if not isfinite(sum(wrench.tolist())) and not all(map(isfinite, wrench.tolist())):
         raise DemandError("tau holds NaN or infinity; every entry must be finite")
     return wrench
 

@@ -31,14 +31,14 @@ class Linear:
     def __init__(self, vehicle: Vehicle, G: FloatArray) -> None:
         """Prepare f = G tau, G (n, k)."""
         self.G = G
-        self._zeros = np.zeros(vehicle.k)
+        self._k = vehicle.k
         # (k, k) scaled part of a demand that G can't produce; None where there is none.
         missed = (np.eye(vehicle.k) - vehicle.TP @ G) / vehicle.wrench_scale[:, None]
         self._missed = missed if vehicle.rank < vehicle.k else None
 
     def __call__(self, tau: ArrayLike) -> Allocation:
         """Allocate one wrench (k,) [N, N m]."""
-        wrench = checked(tau, self._zeros)
+        wrench = checked(tau, self._k)
         f = self.G.dot(wrench)
         if self._missed is not None and np.abs(self._missed.dot(wrench)).max() > self.tolerance:
             return answer(f, Status.PARTIAL)
@@ -46,7 +46,7 @@ class Linear:
 
     def many(self, taus: ArrayLike) -> tuple[FloatArray, StatusArray]:
         """Allocate (N, k) wrenches in one matrix product."""
-        wrenches = checked_many(taus, len(self._zeros))
+        wrenches = checked_many(taus, self._k)
         status = np.zeros(len(wrenches), dtype=np.int8)
         if self._missed is not None:
             status[np.abs(wrenches @ self._missed.T).max(axis=1, initial=0.0) > self.tolerance] = (
