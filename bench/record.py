@@ -1,16 +1,32 @@
 """What a run leaves behind: one JSON line a fact, appended as it is measured, read back by reports.
 
-Times are integers in ns. A record holds raw samples; every statistic is computed on reading.
+Times are integers in ns. A record holds samples; every statistic is computed on reading.
 """
 
-from typing import Any
+import os
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
 
 import msgspec
+from filelock import FileLock, Timeout
+
+from alloc import AllocError
 
 SCHEMA = 1
+FILE_NAME = "record.jsonl"
+SYNC_EVERY_S = 2.0
+"""A power cut loses at most this much; syncing each line would disturb what is being measured."""
 
 
-class Header(msgspec.Struct, tag="header", forbid_unknown_fields=False):
+class RecordError(AllocError):
+    """A record can't be read, written, locked or continued; the message says which file and why."""
+
+
+class Header(msgspec.Struct, tag="header"):
     """First line: what ran where, with what.
 
     machine: what ``bench.machine`` found (CPU, cores, memory, governor, OS, kernel).
@@ -26,8 +42,32 @@ class Header(msgspec.Struct, tag="header", forbid_unknown_fields=False):
     settings: dict[str, Any]
 
 
+class Problem(msgspec.Struct, tag="problem"):
+    """One demand set of one vehicle, as it was asked.
+
+    labels: demands by label (inactive, active, boundary, infeasible). reference: the method that
+    gave the hard optimum. k, n, rank, nullity, f_scale [N], dof: of the vehicle that must answer.
+    """
+
+    vehicle: str
+    demands: str
+    n_demands: int
+    labels: dict[str, int]
+    rate_hz: float | None
+    reference: str
+    dof: list[str]
+    n: int
+    rank: int
+    nullity: int
+    f_scale: float
+    wrench_scale: list[float]
+
+
 class Key(msgspec.Struct, frozen=True, order=True):
-    """What names a cell: results.csv's key columns plus the repeat (each repeat is a fresh process)."""
+    """What names a cell: results.csv's key columns plus the repeat (each repeat is a fresh process).
+
+    The canaries belong to no vehicle: theirs, and their demands, are "-".
+    """
 
     vehicle: str
     demands: str
@@ -49,15 +89,19 @@ class Batch(msgspec.Struct, array_like=True):
 class Judged(msgspec.Struct, omit_defaults=True):
     """What the equations say about the answers that were timed; NaN is stored as null.
 
-    wrench_error_max: largest |T P f - tau| per axis, over answers that are finite [N, N m].
+    answers: how many were judged. counts: their statuses by name.
+    wrench_error_max: largest |T P f - tau| per axis over answers that are finite [N, N m];
+    wrench_error_rel_max: the largest over the axes, relative to the vehicle's wrench scale.
     limit_violation_max_N: largest excess over a limit. distance_max_N: largest |f - f*|_inf to the
-    reference of the same formulation. agrees: distance within the method's promise; None where no
-    reference applies. certificate: largest relative duality gap. counts: statuses by name.
+    reference of the same formulation; distance_rel_max: the same over f_scale. tolerance: what the
+    method promises for it. agrees: distance within the promise; None where no reference applies.
+    gap_rel_max: largest relative duality gap. loss: what is lost against the exact answers.
     wrong: why an answer is wrong (SOLVED but not so), empty where none is.
     """
 
+    answers: int
     counts: dict[str, int]
-    wrench_error_max: list[float | None]
+    wrench_error_max: list[float | None] = []
     wrench_error_rel_max: float | None = None
     limit_violation_max_N: float | None = None
     distance_max_N: float | None = None
@@ -69,13 +113,29 @@ class Judged(msgspec.Struct, omit_defaults=True):
     loss: dict[str, float | None] = {}
 
 
+class Quiet(msgspec.Struct, omit_defaults=True):
+    """What else the machine did while something was measured; the verdict is made on reading.
+
+    steal_ticks: time the hypervisor took from this core [1/100 s]; throttled: thermal throttle
+    events; load: 1-minute load average; mhz: [lowest, highest] frequency seen. None: not told here.
+    """
+
+    steal_ticks: int | None = None
+    throttled: int | None = None
+    load: float | None = None
+    mhz: list[float] | None = None
+
+
 class Cell(msgspec.Struct, tag="cell", omit_defaults=True):
     """One cell, measured by one process: a method on a vehicle's demand set.
 
-    status: ok, or failed, crashed, timeout, missing, refused, with ``reason``.
-    batches and singles are calls of the allocator; binding_singles calls of the solver's binding
-    inside it; solver_singles what the solver itself reports. Singles are [[ns, count], …], sorted:
-    a lossless multiset.
+    status: ok, or failed (it raised), crashed, timeout, missing, refused, with ``reason``.
+    setup_ns: each ``build``, the first one of a process left out (see Worker.import_ns).
+    batches and singles are calls of the allocator; binding_batches calls of the solver's binding
+    inside it; solver_singles what the solver itself reports. Singles are [[ns, count], …], sorted,
+    in three significant digits (``bench.timing.rounded``).
+    iterations_max: the solver's own count. allocator_bytes: see ``bench.memory.reachable_bytes``.
+    canary_ns: the canary just after this cell.
     """
 
     key: Key
@@ -88,25 +148,183 @@ class Cell(msgspec.Struct, tag="cell", omit_defaults=True):
     batches: list[Batch] = []
     binding_batches: list[Batch] = []
     singles: list[tuple[int, int]] = []
-    binding_singles: list[tuple[int, int]] = []
     solver_singles: list[tuple[int, int]] = []
     iterations_max: int | None = None
     worst_case_steps: int | None = None
     allocator_bytes: int | None = None
+    canary_ns: int | None = None
     judged: Judged | None = None
-    quiet: dict[str, Any] = {}
+    quiet: Quiet | None = None
 
 
 class Worker(msgspec.Struct, tag="worker", omit_defaults=True):
-    """One worker process: how long it took to start and import, its memory, how quiet its core was."""
+    """One worker process, written as it ends.
+
+    startup_ns: from the parent's spawn to the first line of work, before the method is imported.
+    import_ns: how much longer the first ``build`` took than later ones: the import of the method
+    and its solver. peak_rss_bytes: the process's high-water mark; the ``noop`` worker's is that of
+    an empty one. canary_ns: the canary before the first cell.
+    """
 
     method: str
+    start: str
+    level: str
     repeat: int
     startup_ns: int
-    import_ns: int
-    peak_rss_bytes: int
-    canary_ns: list[int] = []
-    quiet: dict[str, Any] = {}
+    import_ns: int | None = None
+    peak_rss_bytes: int | None = None
+    canary_ns: int | None = None
+    core: int | None = None
 
 
-Line = Header | Cell | Worker
+class Event(msgspec.Struct, tag="event", omit_defaults=True):
+    """The run began, was resumed, was interrupted or finished, at a time, after ``wall_s`` in this go.
+
+    timed_s: the sum of all timed calls of this go [s]; wall_s over it is the harness's own price.
+    """
+
+    what: str
+    at: str
+    wall_s: float = 0.0
+    timed_s: float = 0.0
+    load: float | None = None
+
+
+Line = Header | Problem | Cell | Worker | Event
+
+
+@dataclass
+class Record:
+    """A record as read: its header and its lines by kind, in the order they were written."""
+
+    header: Header
+    problems: list[Problem] = field(default_factory=list)
+    cells: list[Cell] = field(default_factory=list)
+    workers: list[Worker] = field(default_factory=list)
+    events: list[Event] = field(default_factory=list)
+
+    def keys(self) -> set[Key]:
+        """What has been measured, or found to fail."""
+        return {cell.key for cell in self.cells}
+
+
+def read(directory: Path) -> Record:
+    """Read ``directory/record.jsonl``; raises RecordError.
+
+    A last line torn by a kill or a full disk is left out: it was never completely written.
+    """
+    return _parse(directory / FILE_NAME)[0]
+
+
+def _parse(path: Path) -> tuple[Record, int]:
+    # The record and how many bytes of the file are whole lines.
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise RecordError(f"{path}: can't be read ({error.strerror}); give a run's folder") from None
+    whole = data.rfind(b"\n") + 1
+    lines = data[:whole].splitlines()
+    if not lines:
+        raise RecordError(f"{path}: holds no complete line; remove it and run again")
+    _check_schema(path, lines[0])
+    record: Record | None = None
+    decode = msgspec.json.Decoder(Line).decode
+    for number, text in enumerate(lines, start=1):
+        try:
+            line = decode(text)
+        except (msgspec.DecodeError, UnicodeDecodeError) as error:
+            raise RecordError(f"{path}: line {number}: {error}; remove that line or run again") from None
+        if isinstance(line, Header):
+            record = record or Record(line)
+        elif record is None:
+            raise RecordError(f"{path}: line 1 is no header; remove the file and run again")
+        elif isinstance(line, Problem):
+            record.problems.append(line)
+        elif isinstance(line, Cell):
+            record.cells.append(line)
+        elif isinstance(line, Worker):
+            record.workers.append(line)
+        else:
+            record.events.append(line)
+    assert record is not None  # line 1 was a header, or an error was raised
+    return record, whole
+
+
+def _check_schema(path: Path, line: bytes) -> None:
+    # Before anything else is decoded: another schema's lines need not have these fields.
+    try:
+        found = msgspec.json.decode(line)["schema"]
+    except (msgspec.DecodeError, UnicodeDecodeError, KeyError, TypeError):
+        raise RecordError(f"{path}: line 1 is no header; remove the file and run again") from None
+    if found != SCHEMA:
+        raise RecordError(f"{path}: has schema {found}, this version reads {SCHEMA}; run again")
+
+
+class Writer:
+    """The one process that may append to a folder's record; a context manager that holds the lock."""
+
+    def __init__(self, directory: Path) -> None:
+        """Lock ``directory`` (made if need be); raises RecordError where another run holds it."""
+        self.path = directory / FILE_NAME
+        try:
+            directory.mkdir(parents=True, exist_ok=True)
+            self._lock = FileLock(directory / ".lock")
+            self._lock.acquire(timeout=0)
+        except Timeout:
+            raise RecordError(f"{directory}: another run writes here; wait for it or give --out") from None
+        except OSError as error:
+            raise RecordError(f"{directory}: can't be written ({error.strerror}); give --out") from None
+        self._descriptor: int | None = None
+        self._synced = time.monotonic()
+
+    def create(self, header: Header) -> None:
+        """Start a new record, in place of what was there."""
+        self._open(os.O_TRUNC)
+        self.append(header)
+
+    def resume(self) -> Record:
+        """Read what is there, cut a torn last line off, and append from now on."""
+        record, whole = _parse(self.path)
+        self._open(0)
+        assert self._descriptor is not None
+        os.ftruncate(self._descriptor, whole)
+        return record
+
+    def append(self, line: Line) -> None:
+        """Append one line in one write; where the disk is full, keep what was there and raise RecordError."""
+        assert self._descriptor is not None, "create or resume first"
+        data = msgspec.json.encode(line) + b"\n"
+        end = os.fstat(self._descriptor).st_size
+        try:
+            if os.write(self._descriptor, data) < len(data):
+                raise OSError(28, "No space left on device")
+            if time.monotonic() - self._synced > SYNC_EVERY_S:
+                os.fsync(self._descriptor)
+                self._synced = time.monotonic()
+        except OSError as error:
+            os.ftruncate(self._descriptor, end)
+            raise RecordError(
+                f"{self.path}: {error.strerror}; what was measured is kept, make room and go on with --resume"
+            ) from None
+
+    def extend(self, lines: Iterable[Line]) -> None:
+        """Append several lines."""
+        for line in lines:
+            self.append(line)
+
+    def _open(self, flags: int) -> None:
+        try:
+            self._descriptor = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_APPEND | flags, 0o644)
+        except OSError as error:
+            raise RecordError(f"{self.path}: can't be written ({error.strerror}); give --out") from None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._descriptor is not None:
+            os.fsync(self._descriptor)
+            os.close(self._descriptor)
+        self._lock.release()
