@@ -1,0 +1,36 @@
+"""Numbers and tables as a report shows them: three significant digits, units in the headers."""
+
+from collections.abc import Iterable, Sequence
+from math import floor, isfinite, log10
+
+from tabulate import tabulate
+
+
+def three(value: float | None) -> str:
+    """Three significant digits, without an exponent from 0.001 to a million; empty for None."""
+    if value is None:
+        return ""
+    if value == 0 or not isfinite(value):
+        return f"{value:g}"
+    digits = 2 - floor(log10(abs(value)))
+    rounded = round(value, digits)  # may gain a digit: 9.999 becomes 10.0
+    digits = 2 - floor(log10(abs(rounded)))
+    if not -4 <= digits <= 5:
+        return f"{value:.2e}".replace("e-0", "e-").replace("e+0", "e")
+    return f"{rounded:.{max(digits, 0)}f}"
+
+
+def percent(share: float | None) -> str:
+    """A share of 1 as per cent, three significant digits."""
+    return "" if share is None else f"{three(100 * share)} %"
+
+
+def table(headers: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A Markdown table that also reads well in a terminal; the first column left, numbers right."""
+    body = [list(row) for row in rows]
+    align = ["left", *("left" if _wordy(body, i) else "right" for i in range(1, len(headers)))]
+    return tabulate(body, headers=headers, tablefmt="pipe", colalign=align, disable_numparse=True) + "\n"
+
+
+def _wordy(body: list[list[str]], i: int) -> bool:
+    return any(not row[i][:1].isdigit() for row in body if row[i].strip("-"))

@@ -1,0 +1,42 @@
+"""results.csv: every row of a run through every column, and what the columns mean."""
+
+import csv
+import inspect
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+import bench.columns
+from bench.columns import Value
+from bench.rows import Row
+
+
+def columns() -> dict[str, Callable[[Row], Value]]:
+    """Every column by name, in the order in which ``bench.columns`` defines them."""
+    return {
+        name: thing
+        for name, thing in vars(bench.columns).items()
+        if inspect.isfunction(thing) and thing.__module__ == "bench.columns" and not name.startswith("_")
+    }
+
+
+def write_csv(rows: Iterable[Row], path: Path) -> None:
+    """Write results.csv: a header of column names, one line a row, empty where nothing applies."""
+    shown = columns()
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(shown)
+        writer.writerows([_text(column(row)) for column in shown.values()] for row in rows)
+
+
+def documentation() -> str:
+    """The columns as a Markdown table, from their docstrings."""
+    lines = ["| column | meaning |", "|---|---|"]
+    for name, column in columns().items():
+        meaning = " ".join(inspect.cleandoc(column.__doc__ or "").split()).replace("``", "`")
+        lines.append(f"| `{name}` | {meaning} |".replace("|f - f*|", "\\|f - f*\\|"))
+    return "\n".join(lines) + "\n"
+
+
+def _text(value: Value) -> str:
+    # Six digits: more than a clock or a solver's tolerance can give.
+    return "" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
