@@ -28,7 +28,7 @@ def method(row: Row) -> Value:
 
 
 def start(row: Row) -> Value:
-    """``cold`` (a new solver object each call), ``reused`` (the same), ``warm`` (last answer as first guess)."""
+    """``cold`` (new solver object a call), ``reused`` (the same), ``warm`` (last answer as first guess)."""
     return row.start
 
 
@@ -91,7 +91,7 @@ def iterations_max(row: Row) -> Value:
 
 def solved_fraction(row: Row) -> Value:
     """Share of answers with status SOLVED (0 to 1), infeasible demands counted too."""
-    answers = sum(sum(j.counts.values()) for j in row.judged)
+    answers = sum(j.answers for j in row.judged)
     return sum(j.counts.get("SOLVED", 0) for j in row.judged) / answers if answers else None
 
 
@@ -111,20 +111,20 @@ def distance_max_N(row: Row) -> Value:
 
 
 def agrees(row: Row) -> Value:
-    """``yes`` where every answer lies as near to the optimum as promised, ``no``, ``-`` where there is none."""
+    """``yes`` where every answer is as near to the optimum as promised, ``no``, ``-`` where there is none."""
     verdicts = {j.agrees for j in row.judged if j.agrees is not None}
     return "-" if not verdicts else "yes" if verdicts == {True} else "no"
 
 
 def peak_rss_MB(row: Row) -> Value:
     """Peak resident memory of the worker process (1 MB = 1e6 bytes), largest over repeats."""
-    peak = max((worker.peak_rss_bytes for worker in row.workers), default=None)
+    peak = max((w.peak_rss_bytes for w in row.workers if w.peak_rss_bytes is not None), default=None)
     return None if peak is None else peak / 1e6
 
 
 def quiet(row: Row) -> Value:
     """``no`` where the machine was busy with something else while this row was timed."""
-    return "yes" if all(cell.quiet.get("quiet", True) for cell in row.cells) else "no"
+    return "yes" if not any(cell.quiet and cell.quiet.steal_ticks for cell in row.cells) else "no"
 
 
 def level(row: Row) -> Value:

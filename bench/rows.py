@@ -8,17 +8,10 @@ from itertools import chain
 from pathlib import Path
 from statistics import median
 
-import msgspec
-
-from alloc.errors import AllocError
-from bench.record import SCHEMA, Batch, Cell, Header, Judged, Line, Worker
+from bench.record import Batch, Cell, Judged, Record, Worker, read
 
 Counted = list[tuple[int, int]]
 """A multiset of times: [(ns, how often), …], sorted."""
-
-
-class RecordError(AllocError):
-    """A folder holds no record that this version can read."""
 
 
 @dataclass(frozen=True)
@@ -71,11 +64,10 @@ class Row:
 
 @dataclass(frozen=True)
 class Run:
-    """Everything one record holds."""
+    """A record and its rows."""
 
-    header: Header
+    record: Record
     rows: tuple[Row, ...]
-    workers: tuple[Worker, ...]
 
 
 def merged(counted: Iterable[Counted]) -> Counted:
@@ -87,41 +79,19 @@ def merged(counted: Iterable[Counted]) -> Counted:
 
 
 def read_run(directory: Path) -> Run:
-    """The run in a folder; raises RecordError naming file and remedy."""
-    lines = _read(directory / "record.jsonl")
-    header = lines[0]
-    if not isinstance(header, Header):
-        raise RecordError(f"{directory / 'record.jsonl'}: line 1 is no header; give a folder that a run made")
-    workers = tuple(line for line in lines if isinstance(line, Worker))
+    """The run in a folder; raises RecordError where there is no readable record."""
+    record = read(directory)
+    return Run(record, gather(record))
+
+
+def gather(record: Record) -> tuple[Row, ...]:
+    """The record's cells as rows, sorted by vehicle, demand set, method, start and level."""
     repeats: dict[tuple[str, str, str, str, str], dict[int, Cell]] = defaultdict(dict)
-    for cell in lines:
-        if isinstance(cell, Cell):
-            k = cell.key
-            repeats[k.vehicle, k.demands, k.method, k.start, k.level][k.repeat] = cell
+    for cell in record.cells:
+        k = cell.key
+        repeats[k.vehicle, k.demands, k.method, k.start, k.level][k.repeat] = cell
     rows = []
     for key, cells in sorted(repeats.items()):
-        at_work = tuple(w for w in workers if w.method == key[2] and w.repeat in cells)
+        at_work = tuple(w for w in record.workers if (w.method, w.start, w.level) == key[2:])
         rows.append(Row(*key, tuple(cells[r] for r in sorted(cells)), at_work))
-    return Run(header, tuple(rows), workers)
-
-
-def _read(path: Path) -> list[Line]:
-    try:
-        texts = path.read_bytes().splitlines(keepends=True)
-    except OSError as error:
-        raise RecordError(
-            f"{path}: can't be read ({error.strerror}); give a folder that a run made"
-        ) from None
-    # A run that was killed may leave half a line at the end.
-    texts = [text for text in texts if text.strip() and text.endswith(b"\n")]
-    lines: list[Line] = []
-    for number, text in enumerate(texts, start=1):
-        try:
-            lines.append(msgspec.json.decode(text, type=Line))
-        except (msgspec.MsgspecError, UnicodeDecodeError) as error:
-            raise RecordError(f"{path}: line {number}: not a record ({error}); run again") from None
-    if not lines:
-        raise RecordError(f"{path}: holds no complete line; run again")
-    if isinstance(lines[0], Header) and lines[0].schema != SCHEMA:
-        raise RecordError(f"{path}: schema {lines[0].schema}, this version reads {SCHEMA}; run again")
-    return lines
+    return tuple(rows)

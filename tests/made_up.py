@@ -25,7 +25,7 @@ def cell(method: str = "pinv", us: int = 1, **changes: Any) -> Cell:
         setup_ns=[5_000, 7_000, 6_000],
         batches=[Batch(100, us * calls * 100_000, us * calls * 90_000, 0) for calls in (1, 2, 1)],
         singles=[(ns, 1) for ns in range(1, 20_001)],
-        judged=Judged({"SOLVED": 9, "INFEASIBLE": 1}, [0.5, None, 2.0], agrees=True, distance_max_N=1e-7),
+        judged=Judged(10, {"SOLVED": 9, "INFEASIBLE": 1}, [0.5, None, 2.0], agrees=True, distance_max_N=1e-7),
     )
     return msgspec.structs.replace(made, **changes)
 
@@ -40,7 +40,9 @@ def record(directory: Path, *lines: Line) -> Path:
 def whole(directory: Path) -> Path:
     """A record with one row of every kind."""
     failed = cell("qp/gone", status="crashed", reason="signal 11", batches=[], singles=[], judged=None)
-    wrong = cell("clip", judged=Judged({"SOLVED": 10}, [3.0], agrees=False, wrong="wrench missed by 3 N"))
-    workers = [Worker(method, 0, 10**8, 10**7, 60_000_000) for method in ("pinv", "qp/osqp", "clip")]
+    wrong = cell("clip", judged=Judged(10, {"SOLVED": 10}, [3.0], agrees=False, wrong="wrench missed by 3 N"))
+    workers = [
+        Worker(method, "-", "-", 0, 10**8, 10**7, 60_000_000) for method in ("pinv", "qp/osqp", "clip")
+    ]
     osqp = cell("qp/osqp", 20, key=Key("ukwial", "inactive", "qp/osqp", "warm", "tight"))
     return record(directory, header(), *workers, cell(), osqp, failed, wrong)

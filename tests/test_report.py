@@ -4,6 +4,7 @@ from pathlib import Path
 
 import made_up
 import pytest
+
 from bench.report import render
 from bench.report.text import table, three
 

@@ -5,10 +5,11 @@ from pathlib import Path
 
 import made_up
 import pytest
+
 from bench import columns
-from bench.record import Batch, Judged, Key, Worker
+from bench.record import Batch, Judged, Key, Worker, read
 from bench.results import columns as all_columns
-from bench.rows import RecordError, Row, read_run
+from bench.rows import Row, gather
 
 CONTRACT = """
 vehicle demands method start status reason n_demands n_calls setup_us call_p50_us call_p99_us call_p999_us
@@ -19,7 +20,7 @@ agrees peak_rss_MB quiet
 
 def row(tmp_path: Path, *cells: object) -> Row:
     """The only row of a record of these cells."""
-    (only,) = read_run(made_up.record(tmp_path, made_up.header(), *cells)).rows
+    (only,) = gather(read(made_up.record(tmp_path, made_up.header(), *cells)))
     return only
 
 
@@ -71,8 +72,8 @@ def test_a_quantile_with_fewer_than_ten_calls_beyond_it_is_left_empty(tmp_path: 
 
 def test_the_worst_answer_of_any_repeat_is_the_one_shown(tmp_path: Path) -> None:
     judged = (
-        Judged({"SOLVED": 1}, [1.0, -0.0], agrees=True),
-        Judged({"SOLVED": 1}, [4.0, 2.0], agrees=False),
+        Judged(1, {"SOLVED": 1}, [1.0, -0.0], agrees=True),
+        Judged(1, {"SOLVED": 1}, [4.0, 2.0], agrees=False),
     )
     cells = [made_up.cell(key=Key("v", "d", "m", repeat=i), judged=j) for i, j in enumerate(judged)]
     assert columns.wrench_error_max(row(tmp_path, *cells)) == 4.0
@@ -92,36 +93,10 @@ def test_solved_fraction_counts_every_answer(tmp_path: Path) -> None:
 
 
 def test_memory_is_the_largest_of_the_workers_at_that_method(tmp_path: Path) -> None:
-    workers = (Worker("pinv", 0, 1, 1, 60_000_000), Worker("other", 0, 1, 1, 99_000_000))
+    workers = (Worker("pinv", "-", "-", 0, 1, 1, 60_000_000), Worker("other", "-", "-", 0, 1, 1, 99_000_000))
     assert columns.peak_rss_MB(row(tmp_path, *workers, made_up.cell())) == 60.0
 
 
 def test_calls_are_counted_in_batches_and_singly(tmp_path: Path) -> None:
     few = made_up.cell(batches=[Batch(100, 1, 1, 0)] * 2, singles=[(1, 3), (2, 4)])
     assert columns.n_calls(row(tmp_path, few)) == 207
-
-
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        (None, "can't be read"),
-        (b"", "no complete line"),
-        (b'{"hello": 1}\n', "line 1: not a record"),
-        (b"\xff\xfe\x00\n", "line 1: not a record"),
-        (b'{"type": "header", "schema": 99, "started": "", "commit": "", "seed": 1, "machine": {},'
-         b' "versions": {}, "settings": {}}\n', "schema 99"),
-    ],
-)  # fmt: skip
-def test_a_folder_without_a_readable_record_is_refused(
-    tmp_path: Path, content: bytes | None, message: str
-) -> None:
-    if content is not None:
-        (tmp_path / "record.jsonl").write_bytes(content)
-    with pytest.raises(RecordError, match=message):
-        read_run(tmp_path)
-
-
-def test_a_torn_last_line_is_survived(tmp_path: Path) -> None:
-    path = made_up.whole(tmp_path) / "record.jsonl"
-    path.write_bytes(path.read_bytes()[:-5])
-    assert len(read_run(tmp_path).rows) == 3
