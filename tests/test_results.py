@@ -7,9 +7,9 @@ import made_up
 import pytest
 
 from bench import columns
-from bench.record import Batch, Judged, Key, Worker, read
+from bench.record import Batch, Judged, Key, Worker
 from bench.results import columns as all_columns
-from bench.rows import Row, gather
+from bench.rows import Row, read_run
 
 CONTRACT = """
 vehicle demands method start status reason n_demands n_calls setup_us call_p50_us call_p99_us call_p999_us
@@ -20,7 +20,7 @@ agrees peak_rss_MB quiet
 
 def row(tmp_path: Path, *cells: object) -> Row:
     """The only row of a record of these cells."""
-    (only,) = gather(read(made_up.record(tmp_path, made_up.header(), *cells)))
+    (only,) = read_run(made_up.record(tmp_path, made_up.header(), *cells)).rows
     return only
 
 
