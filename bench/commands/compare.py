@@ -1,0 +1,31 @@
+"""``thrustbench compare``."""
+
+from pathlib import Path
+
+import click
+
+
+@click.command()
+@click.argument("a", type=click.Path(path_type=Path))
+@click.argument("b", type=click.Path(path_type=Path))
+def command(a: Path, b: Path) -> None:
+    """Ratios B / A of two pytest-benchmark files; informs, never gates."""
+    from tabulate import tabulate
+
+    from bench.compare import compare, read
+
+    found = compare(read(a), read(b))
+    for difference in found.machine:
+        click.echo(f"warning: not the same machine or software: {difference}", err=True)
+    for side, names in (("A", found.only_a), ("B", found.only_b)):
+        for name in names:
+            click.echo(f"only in {side}: {name}")
+    if not found.ratios:
+        click.echo("no benchmark stands in both files")
+        return
+    headers = ("benchmark", "A median [µs]", "B median [µs]", "B/A of medians", "B/A of minima")
+    click.echo(tabulate(found.ratios, headers=headers, floatfmt=("", ".3f", ".3f", ".3f", ".3f")))
+    click.echo(f"\ngeometric mean of the medians' ratios: {found.geometric_mean:.3f}")
+    click.echo(
+        "Times from different runs differ without cause; 'thrustbench gate' tells whether code did it."
+    )

@@ -1,0 +1,85 @@
+"""The pytest-benchmark suite: it passes, says what it timed, and two of its files can be compared."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner
+
+from bench.commands.compare import command as compare
+from bench.compare import BadBenchmarkFile, read
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The file that a short run of the suite leaves behind."""
+    path = tmp_path_factory.mktemp("suite") / "a.json"
+    options = ["--benchmark-only", "--benchmark-max-time=0.001", "--benchmark-min-rounds=1"]
+    options += ["--benchmark-warmup=off", f"--benchmark-json={path}", "--vehicle=ukwial", "--method=pinv"]
+    pytest_run = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "bench/suite", *options]
+    done = subprocess.run(pytest_run, cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return path
+
+
+def altered(path: Path, change: Any) -> Path:
+    data = json.loads(path.read_text())
+    change(data)
+    other = path.with_name("b.json")
+    other.write_text(json.dumps(data))
+    return other
+
+
+def test_every_benchmark_says_what_it_timed_and_how_right_it_was(written: Path) -> None:
+    benchmarks = json.loads(written.read_text())["benchmarks"]
+    assert {b["name"].partition("[")[0] for b in benchmarks} == {"test_call", "test_many", "test_setup"}
+    for benchmark in benchmarks:
+        said = benchmark["extra_info"]
+        assert (said["vehicle"], said["label"], said["method"]) == ("ukwial", "inactive", "pinv")
+        assert said["formulation"] == "unlimited"
+        assert said["certificate"]["wrench_error_rel_max"] < 1e-12
+
+
+def test_comparing_a_file_with_a_slower_one_shows_the_ratio_and_still_exits_with_0(written: Path) -> None:
+    def slow_down(data: Any) -> None:
+        for benchmark in data["benchmarks"]:
+            benchmark["stats"]["median"] *= 2
+
+    done = CliRunner().invoke(compare, [str(written), str(altered(written, slow_down))])
+    assert done.exit_code == 0
+    assert "medians' ratios: 2.000" in done.output
+    assert "warning" not in done.output
+
+
+def test_comparing_across_machines_warns(written: Path) -> None:
+    def move(data: Any) -> None:
+        data["machine_info"]["cpu"]["brand_raw"] = "another processor"
+
+    done = CliRunner().invoke(compare, [str(written), str(altered(written, move))])
+    assert done.exit_code == 0
+    assert "warning: not the same machine or software: cpu" in done.output
+    assert "another processor" in done.output
+
+
+def test_a_benchmark_in_one_file_only_is_named(written: Path) -> None:
+    def drop(data: Any) -> None:
+        data["benchmarks"] = [b for b in data["benchmarks"] if "test_many" not in b["name"]]
+
+    done = CliRunner().invoke(compare, [str(written), str(altered(written, drop))])
+    assert "only in A: test_many.py::test_many[ukwial-pinv]" in done.output
+
+
+@pytest.mark.parametrize("content", [None, "", "{}", '{"machine_info": {}, "benchmarks": [{"fullname": 1}]}'])
+def test_a_file_that_is_no_benchmark_file_is_named_with_the_remedy(
+    content: str | None, tmp_path: Path
+) -> None:
+    path = tmp_path / "x.json"
+    if content is not None:
+        path.write_text(content)
+    with pytest.raises(BadBenchmarkFile, match=r"x\.json: .*--benchmark-json"):
+        read(path)
