@@ -1,6 +1,7 @@
 """Thrust allocation for underwater vehicles: closed forms and constrained optima, side by side."""
 
 from alloc.allocation import Allocation, Allocator, Status
+from alloc.attainable import Label, Margins, alpha_max, alpha_max_lp, alpha_range, label
 from alloc.errors import (
     AllocError,
     DemandError,
@@ -10,6 +11,7 @@ from alloc.errors import (
     UnknownName,
     VehicleError,
 )
+from alloc.inverse import generalized_inverse
 from alloc.plugins import Entry, build, catalogue
 from alloc.vehicle import Vehicle
 from alloc.vehicle_file import list_vehicles, load_vehicle
@@ -20,6 +22,8 @@ __all__ = [
     "Allocator",
     "DemandError",
     "Entry",
+    "Label",
+    "Margins",
     "NotApplicable",
     "NotInstalled",
     "SolverError",
@@ -27,8 +31,13 @@ __all__ = [
     "UnknownName",
     "Vehicle",
     "VehicleError",
+    "alpha_max",
+    "alpha_max_lp",
+    "alpha_range",
     "build",
     "catalogue",
+    "generalized_inverse",
+    "label",
     "list_vehicles",
     "load_vehicle",
 ]

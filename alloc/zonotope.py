@@ -1,0 +1,93 @@
+"""The attainable set {T P f : f_min <= f <= f_max} as inequalities: a zonotope and its facets.
+
+A linear image of a box is a zonotope (McMullen 1971; for allocation Durham 1994, "Attainable
+moments for the constrained control allocation problem"). Each facet is spanned by r - 1 of its
+generators, so the normals of all (r - 1)-subsets hold every facet there is.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import combinations
+
+import numpy as np
+
+from alloc.allocation import FloatArray
+from alloc.vehicle import RANK_TOLERANCE, Vehicle
+
+ROUNDING = 1e-12
+"""What counts as zero in scaled wrench: far above the rounding of a dozen additions (1e-15), far below
+the 1e-5 that separates the tightest demands from the boundary."""
+
+
+@dataclass(frozen=True, eq=False)
+class Zonotope:
+    """The scaled wrenches t = tau / wrench_scale with normals t <= support and across t = offset.
+
+    Attributes
+    ----------
+    normals, support : (M, k) unit outward normals and (M,) how far the set reaches along them
+    across, offset : (k - r, k) and (k - r,) unit directions in which the set has no extent, and where it lies
+    scale : (k,) wrench of one unit [N, N m]
+    center, generators : (k,) and (k, m) the set is center + generators [-1, 1]^m, in unscaled wrench
+    """
+
+    normals: FloatArray
+    support: FloatArray
+    across: FloatArray
+    offset: FloatArray
+    scale: FloatArray
+    center: FloatArray
+    generators: FloatArray
+
+    @property
+    def dimension(self) -> int:
+        """Number r of independent directions in which the set has extent."""
+        return len(self.scale) - len(self.across)
+
+
+@lru_cache(maxsize=64)  # a vehicle is frozen, and the facets of one are asked for by every demand set
+def zonotope(vehicle: Vehicle) -> Zonotope:
+    """Facets of the attainable set of this vehicle, its limits and its faults.
+
+    Exact: support(c) = sum over thrusters of max(c'T_i f_min_i, c'T_i f_max_i) for every normal c. A
+    normal of generators that lie nearly in fewer dimensions is no facet, but its inequality holds too.
+    """
+    scale = vehicle.wrench_scale
+    center = vehicle.TP @ (vehicle.f_min + vehicle.f_max) / 2
+    generators = vehicle.TP * (vehicle.f_max - vehicle.f_min) / 2
+    generators = generators[:, generators.any(axis=0)]
+    scaled = generators / scale[:, None]
+    U, sigma, _ = np.linalg.svd(scaled)
+    r = int(np.count_nonzero(sigma > RANK_TOLERANCE * max(sigma.max(initial=0.0), ROUNDING)))
+    normals = _normals(U[:, :r].T @ scaled) @ U[:, :r].T
+    reach = np.abs(normals @ scaled).sum(axis=1)
+    middle = normals @ (center / scale)
+    across = U[:, r:].T
+    return Zonotope(
+        normals=np.vstack([normals, -normals]),
+        support=np.concatenate([reach + middle, reach - middle]),
+        across=across,
+        offset=across @ (center / scale),
+        scale=scale,
+        center=center,
+        generators=generators,
+    )
+
+
+def _normals(generators: FloatArray) -> FloatArray:
+    """(M, r) distinct unit normals of the (r - 1)-subsets of generators (r, m); one of each +- pair."""
+    r, m = generators.shape
+    if r == 0:
+        return np.zeros((0, 0))
+    unit = generators / np.linalg.norm(generators, axis=0)
+    chosen = list(combinations(range(m), r - 1))
+    subsets = np.array(chosen, dtype=np.intp).reshape(len(chosen), r - 1)
+    _, sigma, Vt = np.linalg.svd(unit.T[subsets])
+    proper = sigma[:, -1] > RANK_TOLERANCE if r > 1 else np.ones(len(subsets), dtype=bool)
+    normals = Vt[proper, -1]
+    leading = np.take_along_axis(normals, np.argmax(np.abs(normals) > ROUNDING, axis=1)[:, None], axis=1)
+    normals = normals * np.sign(leading)
+    # 9 decimals tell facets apart; a pair that differs by less has the same support up to rounding.
+    _, first = np.unique(normals.round(9), axis=0, return_index=True)
+    distinct: FloatArray = normals[first]
+    return distinct

@@ -1,0 +1,71 @@
+"""Rays of attainable demands, and where along each the closed form and the vehicle come to their limits."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from alloc import NotApplicable, Vehicle, alpha_range, generalized_inverse
+from alloc.allocation import FloatArray
+
+BATCHES = 100
+"""Draws before a set counts as impossible: a regime on fewer than one ray in a hundred may not be found."""
+
+
+class Rays(NamedTuple):
+    """Demands tau (N, k) of random thrusts, and the ranges (N,) of multiples of each.
+
+    attainable : least and largest alpha with alpha tau attainable
+    closed : least and largest alpha with alpha T* tau inside the limits; (inf, -inf) where there is none
+    """
+
+    taus: FloatArray
+    attainable: tuple[FloatArray, FloatArray]
+    closed: tuple[FloatArray, FloatArray]
+
+
+def draw(vehicle: Vehicle, rng: np.random.Generator, n: int) -> Rays:
+    """n rays through T P f, f uniform inside the limits."""
+    f = rng.uniform(vehicle.f_min, vehicle.f_max, size=(n, vehicle.n))
+    taus = f @ vehicle.TP.T
+    return Rays(taus, alpha_range(vehicle, taus), closed_range(vehicle, taus))
+
+
+def closed_range(vehicle: Vehicle, taus: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Least and largest multiple of each demand for which f = T* tau (eq. 8) respects all limits."""
+    f = taus @ generalized_inverse(vehicle).T
+    f[np.abs(f) < 1e-12 * np.abs(f).max(axis=1, keepdims=True, initial=0.0)] = 0.0  # rounding of T* tau
+    with np.errstate(divide="ignore", invalid="ignore"):
+        upper, lower = vehicle.f_max / f, vehicle.f_min / f
+    high = np.where(f > 0, upper, np.where(f < 0, lower, np.inf)).min(axis=1)
+    low = np.where(f > 0, lower, np.where(f < 0, upper, -np.inf)).max(axis=1)
+    outside = (vehicle.f_min > 0) | (vehicle.f_max < 0)
+    missed = ((f == 0) & outside).any(axis=1) | (low > high)
+    return np.where(missed, np.inf, low), np.where(missed, -np.inf, high)
+
+
+def collect(
+    vehicle: Vehicle,
+    rng: np.random.Generator,
+    n: int,
+    pick: Callable[[Rays], tuple[FloatArray, FloatArray]],
+    absent: str,
+) -> FloatArray:
+    """n demands, each a ray's tau times a factor uniform in the range (low, high) that ``pick`` gives.
+
+    Rays whose range is empty (low >= high) are drawn anew; raises NotApplicable with the reason
+    ``absent`` if too few are left.
+    """
+    found: list[FloatArray] = []
+    count = 0
+    for _ in range(BATCHES):
+        rays = draw(vehicle, rng, n)
+        low, high = pick(rays)
+        with np.errstate(invalid="ignore"):
+            usable = low < high
+        factor = rng.uniform(low[usable], high[usable])
+        found.append(rays.taus[usable] * factor[:, None])
+        count += int(usable.sum())
+        if count >= n:
+            return np.concatenate(found)[:n]
+    raise NotApplicable(f"{vehicle.name}: {absent}")

@@ -1,0 +1,13 @@
+"""Uniform in the box of single-axis maxima: what autopilots let through, most of it infeasible."""
+
+import numpy as np
+
+from alloc import Vehicle
+from alloc.allocation import FloatArray
+from bench.demands._axes import single_axis_maxima
+
+
+def demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
+    """n demands (n, k) [N, N m], each axis uniform between its backward and forward maximum."""
+    backward, forward = single_axis_maxima(vehicle)
+    return rng.uniform(backward, forward, size=(n, vehicle.k))

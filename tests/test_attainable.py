@@ -1,0 +1,163 @@
+"""alpha* and labels: two independent ways, and the cases where each is at its limit."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from alloc import (
+    Label,
+    Vehicle,
+    alpha_max,
+    alpha_max_lp,
+    alpha_range,
+    generalized_inverse,
+    label,
+    list_vehicles,
+    load_vehicle,
+)
+
+RAY = 1e-9
+"""HiGHS works to 1e-10 in scaled wrench; alpha is a ratio of such numbers."""
+
+
+def every_state() -> list[Vehicle]:
+    """Each shipped vehicle: whole, with each single thruster off, one weakened, and two off."""
+    whole = [load_vehicle(name) for name in list_vehicles()]
+    single = [v.with_fault(i) for v in whole for i in range(v.n)]
+    others = [w for v in whole for w in (v.with_fault(1, 0.4), v.with_fault(0).with_fault(1))]
+    return whole + single + others
+
+
+def attainable_demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> np.ndarray:
+    return rng.uniform(vehicle.f_min, vehicle.f_max, size=(n, vehicle.n)) @ vehicle.TP.T
+
+
+def random_vehicle(seed: int, k: int, n: int, lowest: float = -1.0) -> Vehicle:
+    """A vehicle of random geometry with limits of its own for each thruster."""
+    rng = np.random.default_rng(seed)
+    return Vehicle(
+        name="random",
+        dof=("surge", "sway", "heave", "roll", "pitch", "yaw")[:k],
+        T=rng.normal(size=(k, n)),
+        H=np.eye(n),
+        f_min=rng.uniform(lowest, 0.0, size=n) if lowest < 0 else np.full(n, lowest),
+        f_max=rng.uniform(lowest, 2.0, size=n).clip(min=max(lowest, 0.0)) + 0.1,
+        readiness=np.ones(n),
+        slack_weights=np.ones(k),
+    )
+
+
+def test_facets_and_linear_program_agree_on_every_vehicle_and_fault():
+    rng = np.random.default_rng(1)
+    for vehicle in every_state():
+        spread = rng.normal(size=(4, vehicle.k)) * vehicle.wrench_scale
+        inside = attainable_demands(vehicle, rng, 4)
+        edge = inside / alpha_max(vehicle, -inside)[:, None]  # boundary demands of the mirrored set
+        for tau in np.vstack([spread, inside, edge, np.eye(vehicle.k)]):
+            expected = alpha_max_lp(vehicle, tau)
+            assert alpha_max(vehicle, [tau])[0] == pytest.approx(expected, rel=RAY, abs=RAY), vehicle.name
+
+
+@given(seed=st.integers(0, 2**32 - 1), k=st.integers(1, 6), extra=st.integers(-1, 4))
+@settings(max_examples=40, deadline=None)
+def test_facets_and_linear_program_agree_on_random_geometry(seed, k, extra):
+    vehicle = random_vehicle(seed, k, max(1, k + extra))
+    rng = np.random.default_rng(seed)
+    for tau in [*attainable_demands(vehicle, rng, 2), *rng.normal(size=(2, k))]:
+        assert alpha_max(vehicle, [tau])[0] == pytest.approx(alpha_max_lp(vehicle, tau), rel=1e-7, abs=RAY)
+
+
+@given(seed=st.integers(0, 2**32 - 1))
+@settings(max_examples=30, deadline=None)
+def test_what_random_thrusts_push_is_attainable(seed):
+    vehicle = random_vehicle(seed, 3, 5)
+    taus = attainable_demands(vehicle, np.random.default_rng(seed), 20)
+    low, high = alpha_range(vehicle, taus)
+    assert (low <= 1 + RAY).all()
+    assert (high >= 1 - RAY).all()
+
+
+def test_alpha_of_one_thruster_is_its_limit_over_the_demand():
+    vehicle = replace(random_vehicle(0, 1, 1), T=[[1.0]], f_min=[-30.0], f_max=[50.0])
+    assert alpha_max(vehicle, [[10.0], [-10.0], [200.0]]).tolist() == pytest.approx([5.0, 3.0, 0.25])
+
+
+def test_a_zero_demand_is_attainable_at_any_size():
+    for vehicle in every_state():
+        assert alpha_max(vehicle, np.zeros((1, vehicle.k)))[0] == np.inf
+        assert alpha_max_lp(vehicle, np.zeros(vehicle.k)) == np.inf
+
+
+def test_a_direction_that_no_thruster_pushes_has_alpha_zero():
+    ukwial = load_vehicle("ukwial").with_fault(0).with_fault(1)
+    assert ukwial.rank == 2
+    reachable, unreachable = attainable_demands(ukwial, np.random.default_rng(3), 1)[0], [1.0, 1.0, 1.0]
+    alpha = alpha_max(ukwial, [reachable, unreachable])
+    assert alpha[0] >= 1
+    assert alpha[1] == 0
+    assert label(ukwial, [unreachable]).label[0] == Label.INFEASIBLE
+
+
+def test_where_zero_thrust_is_forbidden_a_small_demand_is_infeasible_though_alpha_exceeds_one():
+    vehicle = replace(random_vehicle(0, 1, 2), T=[[1.0, 1.0]], f_min=[2.0, 2.0], f_max=[5.0, 5.0])
+    low, high = alpha_range(vehicle, [[1.0], [6.0], [-1.0]])
+    assert low.tolist() == pytest.approx([4.0, 4 / 6, -10.0])
+    assert high.tolist() == pytest.approx([10.0, 10 / 6, -4.0])
+    expected = [Label.INFEASIBLE, Label.INACTIVE, Label.INFEASIBLE]
+    assert label(vehicle, [[1.0], [6.0], [-1.0]]).label.tolist() == expected
+    assert alpha_max(vehicle, [[0.0]])[0] == -np.inf
+    assert alpha_max_lp(vehicle, [0.0]) == -np.inf
+
+
+def test_where_no_multiple_is_attainable_alpha_is_minus_infinity():
+    vehicle = replace(random_vehicle(0, 2, 2), T=np.eye(2), f_min=[2.0, 2.0], f_max=[3.0, 3.0])
+    assert alpha_max(vehicle, [[1.0, 0.0]])[0] == -np.inf
+    assert alpha_max_lp(vehicle, [1.0, 0.0]) == -np.inf
+    assert alpha_max(vehicle, [[1.0, 1.0]])[0] == pytest.approx(3.0)
+
+
+def test_a_thruster_held_at_one_thrust_shifts_the_set_and_adds_no_extent():
+    vehicle = replace(random_vehicle(0, 2, 2), T=np.eye(2), f_min=[-1.0, 2.0], f_max=[1.0, 2.0])
+    assert alpha_max(vehicle, [[0.5, 1.0], [1.0, 0.0]]).tolist() == pytest.approx([2.0, -np.inf])
+
+
+def test_a_one_sided_thruster_that_can_not_pull_has_alpha_zero_backward():
+    vehicle = replace(random_vehicle(0, 1, 1), T=[[1.0]], f_min=[0.0], f_max=[5.0])
+    assert alpha_max(vehicle, [[1.0], [-1.0]]).tolist() == [5.0, 0.0]
+
+
+def test_labels_follow_from_alpha_and_from_the_closed_form():
+    rng = np.random.default_rng(4)
+    for vehicle in every_state():
+        taus = np.vstack([attainable_demands(vehicle, rng, 50), rng.normal(size=(50, vehicle.k))])
+        found = label(vehicle, taus)
+        f = taus @ generalized_inverse(vehicle).T
+        inside = ((f >= vehicle.f_min) & (f <= vehicle.f_max)).all(axis=1)
+        for one, alpha, fits in zip(found.label, found.alpha, inside, strict=True):
+            if alpha < 0.999:
+                assert one == Label.INFEASIBLE
+            elif alpha <= 1.001:
+                assert one == Label.BOUNDARY
+            else:
+                assert one == (Label.INACTIVE if fits else Label.ACTIVE)
+
+
+def test_clearance_is_the_distance_of_the_closed_form_to_its_nearest_limit():
+    ukwial = load_vehicle("ukwial")
+    f = np.array([100.0, -200.0, 240.0, 260.0])
+    f = generalized_inverse(ukwial) @ ukwial.T @ f  # a minimum-norm thrust
+    assert label(ukwial, [ukwial.T @ f]).clearance_N[0] == pytest.approx(250 - np.abs(f).max())
+
+
+@pytest.mark.parametrize("delta", [-1e-3, -1e-4, -1e-5, 1e-5, 1e-4, 1e-3])
+def test_the_boundary_is_found_to_a_hundredth_of_the_narrowest_band(delta):
+    rng = np.random.default_rng(5)
+    for vehicle in every_state():
+        inside = attainable_demands(vehicle, rng, 5)
+        edge = inside * alpha_max(vehicle, inside)[:, None] * (1 + delta)
+        assert alpha_max(vehicle, edge) == pytest.approx(1 / (1 + delta), abs=1e-7)
+        assert (label(vehicle, edge, band=1e-6).label == Label.INFEASIBLE).all() == (delta > 0)
+        assert (label(vehicle, edge, band=2e-3).label == Label.BOUNDARY).all()

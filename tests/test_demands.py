@@ -1,0 +1,105 @@
+"""Demand sets: what each promises, for every vehicle, whole and with a fault."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from alloc import Label, NotApplicable, UnknownName, Vehicle, alpha_max, list_vehicles, load_vehicle
+from bench.demands import build_demands, list_demands
+
+WHOLE = [load_vehicle(name) for name in list_vehicles()]
+STATES = WHOLE + [v.with_fault(0) for v in WHOLE]
+
+vehicles = pytest.mark.parametrize("vehicle", STATES, ids=lambda v: v.name)
+
+
+@vehicles
+@pytest.mark.parametrize("name", ["inactive", "active", "boundary", "infeasible"])
+def test_every_demand_carries_the_label_its_set_is_named_after(name: str, vehicle: Vehicle):
+    if name == "active" and vehicle.nullity == 0:
+        pytest.skip("no freedom, no active demand")
+    found = build_demands(name, vehicle, seed=1)
+    assert len(found.taus) == 1000
+    assert set(found.labels) == {Label[name.upper()]}
+
+
+@vehicles
+def test_infeasible_demands_exceed_the_edge_by_2_to_100_percent(vehicle: Vehicle):
+    beyond = 1 / build_demands("infeasible", vehicle, seed=1).alpha
+    assert 1.02 <= beyond.min() < 1.03
+    assert 1.95 < beyond.max() <= 2.0
+
+
+@vehicles
+def test_boundary_demands_lie_on_both_sides_and_in_every_decade(vehicle: Vehicle):
+    outside = 1 - build_demands("boundary", vehicle, seed=1).alpha
+    for side in (-outside[outside < 0], outside[outside > 0]):
+        assert len(side) == 500
+        counts, _ = np.histogram(side, [1e-5 * 0.99, 1e-4, 1e-3 * 1.01])
+        assert counts.min() > 200
+
+
+@vehicles
+def test_the_box_is_filled_to_the_maxima_of_each_axis(vehicle: Vehicle):
+    taus = build_demands("box", vehicle, seed=1, n=2000).taus
+    forward = alpha_max(vehicle, np.eye(vehicle.k))
+    assert (taus.max(axis=0) <= forward).all()
+    assert (taus.max(axis=0) >= 0.98 * forward).all()
+
+
+@vehicles
+def test_axes_push_one_axis_at_a_time_across_both_edges(vehicle: Vehicle):
+    found = build_demands("axes", vehicle, seed=1)
+    assert (np.count_nonzero(found.taus, axis=1) <= 1).all()
+    if vehicle.rank == vehicle.k:
+        for axis in range(vehicle.k):
+            here = found.taus[:, axis] != 0
+            assert (found.alpha[here] < 1).any()
+            assert (found.alpha[here] > 1).any()
+
+
+@pytest.mark.parametrize("name", list_demands())
+def test_a_set_is_the_same_for_the_same_seed_and_another_for_another(name: str):
+    vehicle = load_vehicle("ukwial")
+    one, again, other = (build_demands(name, vehicle, seed, n=40).taus for seed in (1, 1, 2))
+    assert np.array_equal(one, again)
+    assert name == "axes" or not np.array_equal(one, other)
+
+
+def test_two_sets_and_two_vehicles_of_one_seed_share_no_random_numbers():
+    ukwial = load_vehicle("ukwial")
+    renamed = replace(ukwial, name="another")
+    directions = [
+        taus / np.linalg.norm(taus, axis=1, keepdims=True)
+        for taus in (
+            build_demands("inactive", ukwial, 1, n=5).taus,
+            build_demands("infeasible", ukwial, 1, n=5).taus,
+            build_demands("inactive", renamed, 1, n=5).taus,
+        )
+    ]
+    assert not np.allclose(directions[0], directions[1])
+    assert not np.allclose(directions[0], directions[2])
+
+
+def test_a_vehicle_without_freedom_has_no_active_demands_and_is_told_why():
+    with pytest.raises(NotApplicable, match=r"d = n - rank T = 0"):
+        build_demands("active", load_vehicle("ukwial").with_fault(0), seed=1)
+
+
+def test_a_vehicle_that_must_always_thrust_has_no_box_and_is_told_why():
+    forced = replace(load_vehicle("ukwial"), f_min=[10.0, 10, 10, 20], f_max=[11.0, 11, 11, 30])
+    for name in ("box", "axes"):
+        with pytest.raises(NotApplicable, match="zero"):
+            build_demands(name, forced, seed=1)
+
+
+def test_an_unknown_set_is_refused_with_the_names_there_are():
+    with pytest.raises(UnknownName, match="inactive"):
+        build_demands("nonesuch", load_vehicle("ukwial"), seed=1)
+
+
+def test_a_set_can_not_be_changed_by_who_uses_it():
+    found = build_demands("inactive", load_vehicle("ukwial"), seed=1, n=3)
+    with pytest.raises(ValueError, match="read-only"):
+        found.taus[0] = 0
