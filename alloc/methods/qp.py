@@ -79,7 +79,6 @@ class Live:
         self._on = posed.working if self._m < vehicle.n else slice(None)
         self._f_min, self._f_max = vehicle.f_min[self._on], vehicle.f_max[self._on]
         self._shape = vehicle.k, vehicle.n
-        self._zeros = np.zeros(vehicle.k)
         self._per_axis = 1.0 / vehicle.wrench_scale
         self._T = vehicle.TP * self._per_axis[:, None]
 
@@ -96,7 +95,7 @@ class Live:
         no f is ever SOLVED for a demand further than 1e-6 outside the attainable set. INFEASIBLE is
         the solver's word, or a demand along a direction that no thruster pushes.
         """
-        wrench = checked(tau, self._zeros)
+        wrench = checked(tau, self._shape[0])
         if len(self._unreachable) and np.abs(self._unreachable.dot(wrench)).max() > UNREACHABLE:
             return self._no_answer(Status.INFEASIBLE)
         x, status, iterations, solver_s = self.solve(self.pose(wrench))

@@ -1,7 +1,8 @@
 """ProxQP: proximal augmented Lagrangian, dense, in C++."""
 
-from functools import partial
 from typing import Any
+
+import numpy as np
 
 from alloc.allocation import FloatArray, Status
 from alloc.qp import QP
@@ -12,10 +13,9 @@ ALGORITHM = "proximal augmented Lagrangian"
 LICENCE = "BSD-2-Clause"
 STARTS: tuple[Start, ...] = ("cold", "reused", "warm")
 
-_CAPPED = {
-    "compute_timings": True,
-    "max_iter": 10_000,  # its own, written down; it has no time cap
-}
+# It has no time cap, and its own caps (10 000 outer iterations of 1 500 inner ones) let a stalled
+# solve run for 17 s. These are ten times what any healthy solve here needs.
+_CAPPED = {"compute_timings": True, "max_iter": 200, "max_iter_in": 100}
 SETTINGS: dict[Level, dict[str, Any]] = {
     "default": _CAPPED,
     "tight": _CAPPED | {"eps_abs": 1e-10},
@@ -33,39 +33,55 @@ STATUS = {
 
 
 def prepare(qp: QP, start: Start, level: Level) -> Solve:
-    """Bounds are box constraints of their own; only b is updated."""
+    """Bounds are rows lb <= I x <= ub: a box is no faster here, and takes no first guess.
+
+    The warm start hands over the last solved x, y and z. WARM_START_WITH_PREVIOUS_RESULT, which looks
+    like the same, also keeps the step sizes and the factors of the last solve: ProxQP 0.8.0 then calls
+    feasible demands infeasible, or hangs, or crashes (docs/solvers.md).
+    """
     from proxsuite import proxqp
 
     p, m = qp.A.shape
-    guess = proxqp.InitialGuess
+    eye = np.eye(m)
 
     def set_up(b: FloatArray) -> Any:
-        model = proxqp.dense.QP(m, p, 0, True)
+        model = proxqp.dense.QP(m, p, m)
         for key, value in SETTINGS[level].items():
             setattr(model.settings, key, value)
-        model.init(qp.H, qp.g, qp.A, b, None, None, None, qp.lb, qp.ub)
+        model.init(qp.H, qp.g, qp.A, b, eye, qp.lb, qp.ub)
         return model
 
     def cold(b: FloatArray) -> Answer:
-        return _solve(set_up(b))
-
-    def live(model: Any, b: FloatArray) -> Answer:
-        model.update(b=b)
-        return _solve(model)
+        model = set_up(b)
+        model.solve()
+        return _result(model)
 
     if start == "cold":
         return cold
-    model = set_up(qp.A.sum(axis=1) * 0.0)
-    if start == "warm":
-        # The setting must not be in force before there is a result to start from: ProxQP 0.8.0
-        # then hangs or crashes (docs/solvers.md). So one solve comes first.
+    model = set_up(np.zeros(p))
+    guess = np.zeros(m), np.zeros(p), np.zeros(m)
+
+    def reused(b: FloatArray) -> Answer:
+        model.update(b=b)
         model.solve()
-        model.settings.initial_guess = guess.WARM_START_WITH_PREVIOUS_RESULT
-    return partial(live, model)
+        return _result(model)
+
+    def warm(b: FloatArray) -> Answer:
+        nonlocal guess
+        model.update(b=b)
+        model.solve(*guess)
+        result = _result(model)
+        if result.status == Status.SOLVED:
+            guess = result.x, model.results.y.copy(), model.results.z.copy()
+        return result
+
+    if start == "warm":
+        model.settings.initial_guess = proxqp.InitialGuess.WARM_START
+        return warm
+    return reused
 
 
-def _solve(model: Any) -> Answer:
-    model.solve()
+def _result(model: Any) -> Answer:
     info = model.results.info
     status = meaning(STATUS, info.status.name, "proxqp")
-    return Answer(model.results.x, status, info.iter, info.run_time * 1e-6)
+    return Answer(model.results.x.copy(), status, info.iter, info.run_time * 1e-6)  # it counts in us
