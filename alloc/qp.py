@@ -28,6 +28,11 @@ class QP:
     lb: FloatArray
     ub: FloatArray
 
+    @property
+    def bounded(self) -> IndexArray:
+        """Indices of the variables with a bound: thrusts have them, slacks don't."""
+        return np.flatnonzero(np.isfinite(self.lb) | np.isfinite(self.ub))
+
 
 @dataclass(frozen=True, eq=False)
 class Posed:

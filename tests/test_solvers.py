@@ -8,7 +8,7 @@ import pytest
 from alloc import DemandError, SolverError, Status, build, catalogue, load_vehicle
 from alloc import solvers as found
 from alloc.allocation import FloatArray
-from alloc.methods.qp import WRENCH_TOLERANCE
+from alloc.live import WRENCH_TOLERANCE
 from alloc.solvers import Answer
 
 VEHICLE = load_vehicle("ukwial")

@@ -17,7 +17,7 @@ from collections.abc import Callable, Mapping
 from importlib import import_module
 from importlib.util import find_spec
 from math import nan
-from typing import Literal, NamedTuple, Protocol, TypeVar
+from typing import Any, Literal, NamedTuple, Protocol, TypeVar
 
 from alloc.allocation import FloatArray, Status
 from alloc.errors import SolverError
@@ -28,7 +28,6 @@ Start = Literal["cold", "reused", "warm"]
 """cold: new object each call; reused: same object, new b; warm: reused, the last answer is the guess."""
 Level = Literal["default", "tight"]
 """default: the solver's own settings; tight: settings for f within 1e-6 of the optimum."""
-LEVELS: tuple[Level, ...] = ("default", "tight")
 
 TIME_LIMIT_S = 1.0
 """Cap of one solve where a solver has one [s]: 1000 times a healthy solve, so that it ends a hang and
@@ -56,6 +55,7 @@ class Solver(Protocol):
     ALGORITHM: str
     LICENCE: str
     STARTS: tuple[Start, ...]
+    SETTINGS: Mapping[Level, Mapping[str, Any]]
     TOLERANCE: Mapping[Level, float]
 
     def prepare(self, qp: QP, start: Start, level: Level) -> Solve:
@@ -65,7 +65,8 @@ class Solver(Protocol):
 
 def names() -> tuple[str, ...]:
     """Every solver there is a file for, sorted, installed or not."""
-    return tuple(sorted(found.name for found in pkgutil.iter_modules(__path__)))
+    found = (module.name for module in pkgutil.iter_modules(__path__))
+    return tuple(sorted(name for name in found if not name.startswith("_")))
 
 
 def load(name: str) -> Solver:
@@ -78,6 +79,11 @@ def missing(name: str) -> str:
     """Empty where the solver's binding is installed, else how to get it; imports nothing native."""
     solver = load(name)
     return "" if find_spec(solver.REQUIRES) else f"not installed; pip install {solver.PACKAGE}"
+
+
+def behind(method: str) -> Solver:
+    """The solver of a method's full name, ``qp/osqp``."""
+    return load(method.partition("/")[2])
 
 
 def default_start(solver: Solver) -> Start:

@@ -43,14 +43,15 @@ STATUS = {
 
 
 def prepare(qp: QP, start: Start, level: Level) -> Solve:
-    """Bounds become rows: l <= [A; I] x <= u."""
+    """Bounds become rows: l <= [A; I] x <= u, with the rows of I that bound something."""
     import osqp
     from scipy.sparse import csc_matrix, vstack
 
     p, m = qp.A.shape
-    rows = vstack([csc_matrix(qp.A), csc_matrix(np.eye(m))], format="csc")
+    bounded = qp.bounded
+    rows = vstack([csc_matrix(qp.A), csc_matrix(np.eye(m)[bounded])], format="csc")
     problem = {"P": csc_matrix(np.triu(qp.H)), "q": qp.g, "A": rows}
-    low, high = np.concatenate([np.zeros(p), qp.lb]), np.concatenate([np.zeros(p), qp.ub])
+    low, high = (np.concatenate([np.zeros(p), side[bounded]]) for side in (qp.lb, qp.ub))
     # Without warm_starting each solve begins at zero; adaptive rho is carried over in any case.
     settings = SETTINGS[level] | {"warm_starting": start == "warm"}
 

@@ -42,13 +42,14 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     from proxsuite import proxqp
 
     p, m = qp.A.shape
-    eye = np.eye(m)
+    bounded = qp.bounded
+    rows, low, high = np.eye(m)[bounded], qp.lb[bounded], qp.ub[bounded]
 
     def set_up(b: FloatArray) -> Any:
-        model = proxqp.dense.QP(m, p, m)
+        model = proxqp.dense.QP(m, p, len(bounded))
         for key, value in SETTINGS[level].items():
             setattr(model.settings, key, value)
-        model.init(qp.H, qp.g, qp.A, b, eye, qp.lb, qp.ub)
+        model.init(qp.H, qp.g, qp.A, b, rows, low, high)
         return model
 
     def cold(b: FloatArray) -> Answer:
@@ -59,7 +60,7 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     if start == "cold":
         return cold
     model = set_up(np.zeros(p))
-    guess = np.zeros(m), np.zeros(p), np.zeros(m)
+    guess = np.zeros(m), np.zeros(p), np.zeros(len(bounded))
 
     def reused(b: FloatArray) -> Answer:
         model.update(b=b)
