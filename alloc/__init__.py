@@ -12,7 +12,7 @@ from alloc.errors import (
     VehicleError,
 )
 from alloc.inverse import generalized_inverse
-from alloc.plugins import Entry, build, catalogue
+from alloc.plugins import Entry, build, catalogue, find, load_plugin, prepare
 from alloc.vehicle import Vehicle
 from alloc.vehicle_file import list_vehicles, load_vehicle
 
@@ -36,8 +36,11 @@ __all__ = [
     "alpha_range",
     "build",
     "catalogue",
+    "find",
     "generalized_inverse",
     "label",
     "list_vehicles",
+    "load_plugin",
     "load_vehicle",
+    "prepare",
 ]

@@ -4,6 +4,8 @@ import pkgutil
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
 from types import ModuleType
 from typing import Any, cast
 
@@ -54,7 +56,12 @@ def build(name: str, vehicle: Vehicle, *, start: str = "", level: str = "") -> A
     Entry offers; left empty, the method's own choice holds. Raises UnknownName, NotInstalled (with
     the remedy), or NotApplicable where the method does not cover the vehicle.
     """
-    entry = find(name)
+    return prepare(find(name), vehicle, start=start, level=level)
+
+
+def prepare(entry: Entry, vehicle: Vehicle, *, start: str = "", level: str = "") -> Allocator:
+    """What ``build`` does, for an Entry at hand: the catalogue's, or a plug-in's."""
+    name = entry.name
     if entry.missing:
         raise NotInstalled(f"{name}: {entry.missing}")
     options: dict[str, Any] = {}
@@ -75,12 +82,31 @@ def find(name: str) -> Entry:
     raise UnknownName(f"no method '{name}'; there are {', '.join(entry.name for entry in catalogue())}")
 
 
+def load_plugin(path: Path) -> Entry:
+    """The method in a Python file of yours, named after the file; what it needs is in ``alloc.methods``.
+
+    Raises UnknownName where the file can't be imported or has no ``build``.
+    """
+    name = path.stem.replace("_", "-")
+    spec = spec_from_file_location(f"thrustbench_plugin_{path.stem}", path)
+    if spec is None or spec.loader is None or not path.is_file():
+        raise UnknownName(f"{path}: is no Python file; a plug-in is one with build(vehicle) in it")
+    module = module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        raise UnknownName(f"{path}: can't be imported ({type(error).__name__}: {error}); mend it") from error
+    if not hasattr(module, "build"):
+        raise UnknownName(f"{path}: has no build(vehicle); add one that returns an allocator")
+    return _entry(name, "", module)
+
+
 def _entry(name: str, missing: str, module: ModuleType) -> Entry:
     def said(key: str, default: Any) -> Any:
         value = getattr(module, key, default)
         return value(name) if callable(value) else value
 
-    summary = (module.__doc__ or "").strip().splitlines()[0]
+    summary = next(iter((module.__doc__ or "").strip().splitlines()), "")
     return Entry(
         name=name,
         formulation=said("FORMULATION", ""),

@@ -135,7 +135,7 @@ class Cell(msgspec.Struct, tag="cell", omit_defaults=True):
     inside it; solver_singles what the solver itself reports. Singles are [[ns, count], …], sorted,
     in three significant digits (``bench.timing.rounded``).
     iterations_max: the solver's own count. allocator_bytes: see ``bench.memory.reachable_bytes``.
-    canary_ns: the canary just after this cell.
+    timed_ns: the sum of all timed calls. canary_ns: the canary just after this cell.
     """
 
     key: Key
@@ -152,6 +152,7 @@ class Cell(msgspec.Struct, tag="cell", omit_defaults=True):
     iterations_max: int | None = None
     worst_case_steps: int | None = None
     allocator_bytes: int | None = None
+    timed_ns: int = 0
     canary_ns: int | None = None
     judged: Judged | None = None
     quiet: Quiet | None = None

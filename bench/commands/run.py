@@ -1,0 +1,55 @@
+"""``thrustbench run``."""
+
+from pathlib import Path
+
+import click
+
+
+@click.command()
+@click.option("--vehicle", "vehicles", multiple=True, metavar="V", help="A shipped name or a YAML file.")
+@click.option("--method", "methods", multiple=True, metavar="M", help="As `thrustbench list` names it.")
+@click.option("--demands", multiple=True, metavar="D", help="A demand set's name, or a CSV file.")
+@click.option("--fault", "faults", multiple=True, metavar="I[@P]", help="Thruster I off, or at P; or each.")
+@click.option("--start", "starts", multiple=True, metavar="S", help="cold, reused or warm.")
+@click.option("--level", "levels", multiple=True, metavar="L", help="default or tight.")
+@click.option("--plugin", "plugins", multiple=True, metavar="FILE", help="Python file with build(vehicle).")
+@click.option("--repeats", type=click.IntRange(1), help="Fresh processes a method.")
+@click.option("--seed", type=click.IntRange(0), help="Of demands and order [0].")
+@click.option("--n", "n_demands", type=click.IntRange(1), help="Demands of each set.")
+@click.option("--budget-ms", type=click.FloatRange(0), help="Timed calls of a cell, one repeat.")
+@click.option("--time-limit", "time_limit_s", type=click.FloatRange(0), metavar="S", help="Of a cell [s].")
+@click.option("--memory", "memory_MB", type=click.IntRange(64), metavar="MB", help="Of a worker.")
+@click.option("--quick", "preset", flag_value="quick", help="Two vehicles, once: under 25 s.")
+@click.option("--all", "preset", flag_value="full", help="The full matrix: about an hour, resumable.")
+@click.option("--resume", is_flag=True, help="Go on with the record in the folder.")
+@click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="[results/<machine>]")
+def command(out: Path | None, preset: str | None, resume: bool, **options: object) -> int:
+    """Time and judge every method, each in its own process; write the record and the report.
+
+    Exit code 1 where an answer is wrong or disagrees, 130 after Ctrl-C, with a report of what there is.
+    """
+    from msgspec.structs import replace
+    from rich.console import Console
+
+    from bench import machine, presets
+    from bench.progress import bar
+    from bench.report import render
+    from bench.run import run
+    from bench.summary import show
+
+    console = Console()
+    settings = getattr(presets, preset or "default")()
+    settings = replace(settings, **{key: value for key, value in options.items() if value not in (None, ())})
+    directory = out or Path("results") / machine.name()
+    interrupted = False
+    with bar(console) as watch:
+        try:
+            run(settings, directory, resume=resume, watch=watch)
+        except KeyboardInterrupt:
+            interrupted = True
+    good = show(directory, console)
+    console.print(f"Report: {render(directory)}", highlight=False, soft_wrap=True)
+    if interrupted:
+        console.print("Interrupted; `--resume` goes on where it stopped.", highlight=False)
+        return 130
+    return 0 if good else 1

@@ -1,0 +1,117 @@
+"""Equations to verdicts: what the answers are worth, whatever their solver said about them."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from alloc import Allocation, Label, Status
+from alloc.allocation import FloatArray, StatusArray
+from bench.record import Judged
+from bench.reference import Question
+
+WRENCH_TOLERANCE = 1e-6
+"""What SOLVED promises of the wrench, relative to the vehicle's wrench scale (see ``alloc.Status``)."""
+
+Mask = NDArray[np.bool_]
+
+
+def judge(
+    question: Question,
+    answers: Sequence[Allocation],
+    *,
+    formulation: str,
+    limited: bool,
+    tolerance: float,
+) -> Judged:
+    """Judge ``answers``: one a demand of ``question``, in order, over and over.
+
+    Every comparison is written so that NaN fails it.
+    """
+    vehicle = question.vehicle
+    F, status, misshapen = stacked(answers, vehicle.n)
+    demand = np.arange(len(F)) % len(question.taus)
+    finite: Mask = np.logical_and.reduce(np.isfinite(F), axis=1)
+    f = np.where(finite[:, None], F, 0.0)
+    error = np.abs(f @ vehicle.TP.T - question.taus[demand])
+    relative = (error / vehicle.wrench_scale).max(axis=1)
+    violation = np.maximum(f - vehicle.f_max, vehicle.f_min - f).max(axis=1).clip(min=0.0)
+    distance = np.abs(f - reference_for(question, formulation)[demand]).max(axis=1)
+    compared = finite & np.isfinite(distance)
+    farthest = _largest(distance[compared])
+
+    solved: Mask = np.equal(status, Status.SOLVED)
+    label = question.labels[demand]
+    gave_up = (status == Status.INFEASIBLE) | (status == Status.NOT_CONVERGED)
+    attainable = (label == Label.INACTIVE) | (label == Label.ACTIVE)
+    met = relative <= WRENCH_TOLERANCE
+    wrong: dict[str, Mask] = {
+        "not an array of n thrusts": misshapen,
+        "NaN or infinity although it says SOLVED or PARTIAL": ~finite & ~gave_up,
+        "a thrust although it says that there is none": ~np.isnan(F).all(axis=1) & gave_up,
+        # A soft optimum gives way everywhere, so SOLVED means solved there, not met.
+        "SOLVED, but the wrench is not met": solved & finite & ~met & (formulation != "soft"),
+        "a limit is violated": finite & ~(violation <= 0.0) & limited,
+        "SOLVED, but no thrust inside the limits gives this wrench": solved
+        & (label == Label.INFEASIBLE)
+        & (limited and formulation != "soft"),
+        "says INFEASIBLE, but a thrust inside the limits gives this wrench": (status == Status.INFEASIBLE)
+        & attainable,
+        "shares memory with another answer: yesterday's changes when today's is made": shared(answers),
+    }
+    return Judged(
+        answers=len(F),
+        counts={s.name: int(np.count_nonzero(status == s)) for s in Status if (status == s).any()},
+        wrench_error_max=[float(e) for e in error[finite].max(axis=0)] if finite.any() else [],
+        wrench_error_rel_max=_largest(relative[finite]),
+        limit_violation_max_N=_largest(violation[finite]),
+        distance_max_N=farthest,
+        distance_rel_max=None if farthest is None else farthest / vehicle.f_scale,
+        tolerance=tolerance,
+        agrees=None if farthest is None else farthest <= tolerance * vehicle.f_scale,
+        wrong="; ".join(_told(what, mask, demand) for what, mask in wrong.items() if mask.any()),
+    )
+
+
+def reference_for(question: Question, formulation: str) -> FloatArray:
+    """(N, n) what this formulation must answer; rows of NaN where nothing is said.
+
+    A practical rule (clip, shrink, …) has no optimum of its own, but nothing to do while T* tau lies
+    inside the limits: there it must return that.
+    """
+    found = question.references.get(formulation)
+    if found is not None:
+        return found
+    if formulation == "soft":  # biased everywhere, so nothing else is a reference for it
+        return np.full((len(question.taus), question.vehicle.n), np.nan)
+    inactive = question.labels == Label.INACTIVE
+    return np.where(inactive[:, None], question.references["unlimited"], np.nan)
+
+
+def stacked(answers: Sequence[Allocation], n: int) -> tuple[FloatArray, StatusArray, Mask]:
+    """F (M, n), statuses (M,) and which answers were no (n,) arrays at all (NaN in F)."""
+    status = np.array([answer.status for answer in answers], dtype=np.int8)
+    misshapen = np.array([getattr(answer.f, "shape", None) != (n,) for answer in answers])
+    if not misshapen.any():
+        return np.array([answer.f for answer in answers], dtype=np.float64), status, misshapen
+    nothing = np.full(n, np.nan)
+    F = [nothing if bad else answer.f for answer, bad in zip(answers, misshapen, strict=True)]
+    return np.array(F, dtype=np.float64), status, misshapen
+
+
+def shared(answers: Sequence[Allocation]) -> Mask:
+    """Which answers, all of them alive now, overlap in memory with one that came before."""
+    bounds = [np.lib.array_utils.byte_bounds(answer.f) for answer in answers]
+    low, high = np.array(bounds, dtype=np.int64).reshape(-1, 2).T
+    order = np.argsort(low, kind="stable")
+    overlap = np.zeros(len(answers), dtype=bool)
+    overlap[order[1:]] = low[order[1:]] < np.maximum.accumulate(high[order])[:-1]
+    return overlap
+
+
+def _largest(values: FloatArray) -> float | None:
+    return float(values.max()) if values.size else None
+
+
+def _told(what: str, mask: Mask, demand: NDArray[np.intp]) -> str:
+    return f"{what} ({np.count_nonzero(mask)} of {len(mask)} answers, first for demand {demand[mask][0]})"

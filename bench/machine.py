@@ -1,0 +1,104 @@
+"""What machine this is, and which versions of what took part."""
+
+import os
+import platform
+import re
+import subprocess
+import sys
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import psutil
+
+_GOVERNOR = Path("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor")
+_BOARD = Path("/proc/device-tree/model")
+_ROOT = Path(__file__).parents[1]
+
+
+def describe() -> dict[str, Any]:
+    """CPU, cores, memory, governor, OS and kernel; nothing that names a person or a host."""
+    return {
+        "cpu": cpu(),
+        "cores": psutil.cpu_count(logical=True),
+        "memory_GiB": round(psutil.virtual_memory().total / 2**30, 1),
+        "architecture": platform.machine(),
+        "virtual": "hypervisor" in _cpuinfo("flags"),
+        "governor": _read(_GOVERNOR),
+        "os": _os(),
+        "kernel": f"{platform.system()} {platform.release()}",
+    }
+
+
+def name() -> str:
+    """A folder name for this machine, e.g. ``amd-epyc-2-cores`` or ``raspberry-pi-4-model-b-rev-1.4``."""
+    board = _read(_BOARD)
+    text = board or f"{cpu()} {psutil.cpu_count(logical=True)} cores"
+    return re.sub(r"[^a-z0-9.]+", "-", re.sub(r"\((r|tm)\)", "", text.lower())).strip("-.") or "machine"
+
+
+def cpu() -> str:
+    """The processor's name as the system gives it, or the board's, or the architecture."""
+    return _cpuinfo("model name") or _read(_BOARD) or platform.processor() or platform.machine()
+
+
+def versions() -> dict[str, str]:
+    """Python, and every package thrustbench asks for that is installed."""
+    found = {"python": f"{platform.python_implementation()} {platform.python_version()}"}
+    for requirement in sorted(_requirements(), key=str.lower):
+        try:
+            found[requirement] = metadata.version(requirement)
+        except metadata.PackageNotFoundError:
+            continue
+    return found
+
+
+def commit() -> str:
+    """The git commit of this source, with ``+changes`` where the tree differs; empty outside a repository."""
+    try:
+        return _git("rev-parse", "--short=12", "HEAD") + ("+changes" if _git("status", "--porcelain") else "")
+    except (OSError, subprocess.CalledProcessError):
+        return ""
+
+
+def cores() -> tuple[int | None, int | None]:
+    """Where to pin workers and where the parent, two different cores if there are two; None: anywhere."""
+    if not hasattr(os, "sched_getaffinity"):
+        return None, None
+    allowed = sorted(os.sched_getaffinity(0))
+    return allowed[-1], allowed[0]
+
+
+def _requirements() -> set[str]:
+    try:
+        listed = metadata.requires("thrustbench") or []
+    except metadata.PackageNotFoundError:  # run from a source tree that nobody installed
+        listed = ["numpy", "scipy", "osqp", "clarabel", "proxsuite", "piqp", "daqp", "qpsolvers"]
+    names = (re.match(r"[A-Za-z0-9_.-]+", line) for line in listed)
+    return {match.group() for match in names if match} - {"thrustbench"}
+
+
+def _os() -> str:
+    try:
+        return platform.freedesktop_os_release()["PRETTY_NAME"]
+    except (OSError, KeyError):
+        return f"{platform.system()} {sys.platform}"
+
+
+def _cpuinfo(key: str) -> str:
+    lines = _read(Path("/proc/cpuinfo")).splitlines()
+    return next((line.partition(":")[2].strip() for line in lines if line.startswith(key)), "")
+
+
+def _read(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8").strip("\x00\n ")
+    except (OSError, UnicodeDecodeError):
+        return ""
+
+
+def _git(*arguments: str) -> str:
+    done = subprocess.run(
+        ["git", *arguments], cwd=_ROOT, check=True, capture_output=True, text=True, timeout=10
+    )
+    return done.stdout.strip()

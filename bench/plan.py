@@ -1,0 +1,82 @@
+"""What a run measures, and in which order: pure functions of its settings."""
+
+import random
+from collections.abc import Iterable
+from itertools import product
+
+import msgspec
+
+from alloc import Entry
+from bench.record import Key
+from bench.yardsticks import CANARIES, NOOP, YARDSTICKS
+
+
+class Settings(msgspec.Struct, frozen=True):
+    """Everything that decides what a run measures; kept in the record's header.
+
+    vehicles, methods, demands: names or paths; no methods: all. plugins: files with a method.
+    faults: thrusters that are off, ``3``, or weakened, ``3@0.4``; "" is the whole vehicle.
+    starts, levels: which to take of those a method offers; empty: see ``chosen``.
+    n_demands: of each set. budget_ms: timed calls of a cell in one repeat.
+    time_limit_s: of a cell. memory_MB: of a worker.
+    """
+
+    vehicles: tuple[str, ...]
+    demands: tuple[str, ...]
+    methods: tuple[str, ...] = ()
+    plugins: tuple[str, ...] = ()
+    faults: tuple[str, ...] = ("",)
+    starts: tuple[str, ...] = ()
+    levels: tuple[str, ...] = ()
+    repeats: int = 2
+    seed: int = 0
+    n_demands: int = 100
+    budget_ms: float = 60.0
+    time_limit_s: float = 10.0
+    memory_MB: int = 2048
+
+
+class Group(msgspec.Struct, frozen=True):
+    """What one worker process measures: a method with its start and level, once."""
+
+    method: str
+    start: str
+    level: str
+    repeat: int
+    keys: tuple[Key, ...]
+
+
+def groups(settings: Settings, entries: Iterable[Entry], asked: Iterable[tuple[str, str]]) -> list[Group]:
+    """Every worker's keys, in order: repeat by repeat, shuffled within, so that drift hits all alike.
+
+    ``asked`` are the (vehicle, demand set) pairs there are; the yardsticks come along by themselves.
+    """
+    pairs = list(asked)
+    choices = [choice for entry in entries for choice in chosen(entry, settings)]
+    choices += [(name, "-", "-") for name in YARDSTICKS]
+    dice = random.Random(settings.seed)
+    planned: list[Group] = []
+    for repeat in range(settings.repeats):
+        dice.shuffle(choices)
+        for method, start, level in choices:
+            places = [("-", "-")] if method in CANARIES else dice.sample(pairs, len(pairs))
+            keys = tuple(Key(*place, method, start, level, repeat) for place in places)
+            planned.append(Group(method, start, level, repeat, keys))
+    return planned
+
+
+def chosen(entry: Entry, settings: Settings) -> list[tuple[str, str, str]]:
+    """(method, start, level) for each start and level to measure.
+
+    Unless told otherwise: one start, ``reused`` where it is offered (that is how a vehicle would run it),
+    and every level, since a row is only as good as the accuracy it was measured at.
+    """
+    wanted = settings.starts or (("reused",) if "reused" in entry.starts else entry.starts[:1])
+    starts = [start for start in entry.starts if start in (*wanted, "-")]
+    levels = [level for level in entry.levels if level in (*(settings.levels or entry.levels), "-")]
+    return [(entry.name, start, level) for start, level in product(starts, levels)]
+
+
+def is_yardstick(key: Key) -> bool:
+    """Whether a cell measures the harness or the machine instead of a method."""
+    return key.method in (NOOP, *CANARIES)

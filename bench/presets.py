@@ -1,0 +1,36 @@
+"""What `thrustbench run` measures by default, with --quick and with --all."""
+
+from alloc import list_vehicles
+from bench.plan import Settings
+
+DEFAULT_DEMANDS = ("inactive", "active", "infeasible")
+
+
+def default() -> Settings:
+    """Every vehicle and method, reused, at every level: under 3 minutes on 2 cores."""
+    return Settings(vehicles=list_vehicles(), demands=DEFAULT_DEMANDS)
+
+
+def quick() -> Settings:
+    """Two vehicles, once: under 25 s."""
+    return Settings(
+        vehicles=("ukwial", "bluerov2-heavy"),
+        demands=DEFAULT_DEMANDS,
+        levels=("default",),
+        repeats=1,
+        n_demands=50,
+        budget_ms=20.0,
+    )
+
+
+def full() -> Settings:
+    """Every vehicle, each fault, demand set, start and level: about an hour; it resumes."""
+    from bench.demands import list_demands
+
+    return Settings(
+        vehicles=list_vehicles(),
+        demands=list_demands(),
+        faults=("", "each"),
+        starts=("cold", "reused", "warm"),
+        repeats=3,
+    )

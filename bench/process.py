@@ -1,0 +1,112 @@
+"""One worker process from start to end: its lines as they come, its time limit, how it died."""
+
+import os
+import selectors
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+
+import msgspec
+
+from bench.job import Begin, Job, Message
+from bench.record import Cell, Key
+
+TAIL_BYTES = 2000
+"""How much of what a worker prints is kept, to say why it died."""
+STARTUP_S = 60.0
+"""Time limit from the start of a process to its first cell: Python, numpy and a cold disk."""
+_ROOT = str(Path(__file__).parents[1])
+
+
+def work(job: Job, time_limit_s: float) -> Iterator[Message]:
+    """Run a job in a fresh process; yield its messages as they come.
+
+    Where the process dies or outlives the time limit, the cell it was at comes as a Cell with status
+    crashed or timeout, and the rest of the job is not done. The process is gone when this ends, also
+    when the caller stops early.
+    """
+    reader, writer = os.pipe()
+    command = [sys.executable, "-m", "bench.worker", str(writer)]
+    job.spawned_ns = time.monotonic_ns()
+    process = subprocess.Popen(
+        command,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        pass_fds=[writer],
+        env=_environment(),
+        start_new_session=True,  # a terminal's Ctrl-C reaches the parent only, which then stops in order
+    )
+    os.close(writer)
+    assert process.stdin is not None
+    assert process.stdout is not None
+    try:
+        with suppress(BrokenPipeError):  # it died at once; what it printed says why
+            process.stdin.write(msgspec.json.encode(job))
+            process.stdin.close()
+        yield from _messages(process, reader, job, time_limit_s)
+    finally:
+        _end(process)
+        process.stdout.close()
+        os.close(reader)
+
+
+def _messages(
+    process: subprocess.Popen[bytes], reader: int, job: Job, time_limit_s: float
+) -> Iterator[Message]:
+    assert process.stdout is not None
+    printed = process.stdout.fileno()
+    decode = msgspec.json.Decoder(Message).decode
+    at: Key | None = job.tasks[0].key  # until it begins, what it was to begin with
+    pending, tail = b"", b""
+    deadline = time.monotonic() + STARTUP_S
+    with selectors.DefaultSelector() as selector:
+        selector.register(reader, selectors.EVENT_READ)
+        selector.register(printed, selectors.EVENT_READ)
+        while selector.get_map():
+            ready = selector.select(max(0.0, deadline - time.monotonic()))
+            for key, _ in ready:
+                data = os.read(key.fd, 1 << 16)
+                if not data:
+                    selector.unregister(key.fd)
+                elif key.fd == printed:
+                    tail = (tail + data)[-TAIL_BYTES:]
+                else:
+                    *lines, pending = (pending + data).split(b"\n")
+                    for line in lines:
+                        message = decode(line)
+                        at = message.key if isinstance(message, Begin) else None
+                        yield message
+                    deadline = time.monotonic() + time_limit_s
+            if time.monotonic() >= deadline:
+                if at is not None:
+                    yield Cell(at, "timeout", reason=f"no answer within {time_limit_s:g} s")
+                return
+    code = process.wait(timeout=STARTUP_S)
+    if at is not None:
+        yield Cell(at, "crashed", reason=_cause(code, tail))
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    # By its id and that of its session: whatever it started itself goes with it.
+    with suppress(ProcessLookupError, PermissionError):
+        os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+
+
+def _cause(code: int, tail: bytes) -> str:
+    how = signal.Signals(-code).name if code < 0 else f"exit code {code}"
+    said = tail.decode(errors="replace").strip().splitlines()
+    return f"{how}: {said[-1][:200]}" if said else how
+
+
+def _environment() -> dict[str, str]:
+    one_thread = dict.fromkeys(
+        ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1"
+    )
+    path = os.pathsep.join(filter(None, [_ROOT, os.environ.get("PYTHONPATH", "")]))
+    return {**os.environ, **one_thread, "PYTHONHASHSEED": "0", "PYTHONPATH": path}

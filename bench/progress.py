@@ -1,0 +1,24 @@
+"""A progress bar that says what is running and how long is left."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+from rich.progress import Progress as Bar
+
+from bench.run import Progress
+
+
+@contextmanager
+def bar(console: Console) -> Iterator[Callable[[Progress], None]]:
+    """A bar on the console; the yielded function moves it."""
+    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}"))
+    # Four frames a second, on the parent's core: drawing must not disturb what is measured.
+    with Bar(*columns, console=console, refresh_per_second=4) as shown:
+        task = shown.add_task("making demands")
+
+        def watch(now: Progress) -> None:
+            shown.update(task, completed=now.done, total=now.total, description=now.method)
+
+        yield watch

@@ -1,0 +1,123 @@
+"""A demand set with the answers it is judged against, made once a run and handed to the workers."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from alloc import Allocator, AllocError, Status, Vehicle, build
+from alloc.allocation import FloatArray
+
+HARD_REFERENCES = ("nullspace", "qp/daqp", "qp/clarabel")
+"""Methods that can give the hard optimum, best first: exact up to rounding, active set, interior point."""
+VEHICLE_ARRAYS = ("T", "H", "f_min", "f_max", "readiness", "slack_weights")
+
+
+@dataclass(frozen=True, eq=False)
+class Question:
+    """Demands on a vehicle, and the reference of each formulation.
+
+    Attributes
+    ----------
+    name : of the demand set
+    vehicle : the one that must answer
+    taus : (N, k) wrenches [N, N m]
+    labels : (N,) values of ``alloc.Label``
+    alpha : (N,) alpha* of each demand
+    rate_hz : sampling rate, None where the demands are no sequence in time
+    references : formulation -> (N, n) optima [N], rows of NaN where there is none
+    reference : the method that gave the hard optimum
+    """
+
+    name: str
+    vehicle: Vehicle
+    taus: FloatArray
+    labels: NDArray[np.int8]
+    alpha: FloatArray
+    rate_hz: float | None
+    references: dict[str, FloatArray]
+    reference: str
+
+    def save(self, path: Path) -> None:
+        """Write everything into one .npz file."""
+        v = self.vehicle
+        arrays: dict[str, Any] = {
+            "names": np.array([self.name, v.name, self.reference, v.source]),
+            "dof": np.array(v.dof),
+            "taus": self.taus,
+            "labels": self.labels,
+            "alpha": self.alpha,
+            "rate_hz": np.array(np.nan if self.rate_hz is None else self.rate_hz),
+        }
+        arrays |= {key: getattr(v, key) for key in VEHICLE_ARRAYS}
+        arrays |= {f"reference:{key}": F for key, F in self.references.items()}
+        np.savez(path, **arrays)
+
+    @classmethod
+    def load(cls, path: Path) -> "Question":
+        """Read what ``save`` wrote."""
+        with np.load(path) as data:
+            name, vehicle_name, reference, source = map(str, data["names"])
+            rate_hz = float(data["rate_hz"])
+            vehicle = Vehicle(
+                name=vehicle_name,
+                dof=tuple(map(str, data["dof"])),
+                source=source,
+                **{key: data[key] for key in VEHICLE_ARRAYS},
+            )
+            prefix = "reference:"
+            return cls(
+                name=name,
+                vehicle=vehicle,
+                taus=data["taus"],
+                labels=data["labels"],
+                alpha=data["alpha"],
+                rate_hz=None if np.isnan(rate_hz) else rate_hz,
+                references={key.removeprefix(prefix): data[key] for key in data if key.startswith(prefix)},
+                reference=reference,
+            )
+
+
+def references(
+    vehicle: Vehicle, taus: FloatArray, inactive: NDArray[np.bool_], alpha: FloatArray
+) -> tuple[dict[str, FloatArray], str]:
+    """The optimum of each formulation that has one, and the method that gave the hard one.
+
+    unlimited: T* tau (eq. 9). hard: eq. 4-5; on inactive demands T* tau itself, so that closed forms
+    and QPs are held against the same numbers there. scaled: the hard optimum of min(1, alpha*) tau.
+    """
+    unlimited, _ = build("pinv", vehicle).many(taus)
+    name, exact = _exact(vehicle)
+    reach = np.clip(np.where(np.isfinite(alpha), alpha, 1.0), 0.0, 1.0)
+    # A demand brought exactly onto the boundary is inside it only up to rounding; 1e-12 makes sure.
+    shrunk = taus * np.where(reach < 1, reach * (1 - 1e-12), 1.0)[:, None]
+    found = {
+        "unlimited": unlimited,
+        "hard": np.where(inactive[:, None], unlimited, _optima(exact, taus, vehicle.n)),
+        "scaled": np.where(inactive[:, None], unlimited, _optima(exact, shrunk, vehicle.n)),
+    }
+    try:
+        soft = build("qp-soft/daqp", vehicle, level="tight")
+    except AllocError:
+        return found, name  # its rows are then judged by their certificates alone
+    return found | {"soft": _optima(soft, taus, vehicle.n)}, name
+
+
+def _exact(vehicle: Vehicle) -> tuple[str, Allocator | None]:
+    for name in HARD_REFERENCES:
+        try:
+            return name, build(name, vehicle)
+        except AllocError:
+            continue
+    return "", None
+
+
+def _optima(allocator: Allocator | None, taus: FloatArray, n: int) -> FloatArray:
+    # Where it solved nothing, or nobody is there to solve, there is no reference: NaN.
+    if allocator is None:
+        return np.full((len(taus), n), np.nan)
+    F, status = allocator.many(taus)
+    given = (status == Status.SOLVED) | ((status == Status.PARTIAL) & (allocator.formulation == "soft"))
+    return np.where(given[:, None], F, np.nan)

@@ -1,0 +1,133 @@
+"""The clock and nothing else: batches for the centre, single calls for the tails.
+
+How and why: docs/method.md. Nothing here knows what is called; a call is a function of one input.
+"""
+
+import gc
+import resource
+from collections import Counter, deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from statistics import median
+from time import perf_counter_ns, thread_time_ns
+from typing import Generic, TypeVar
+
+from bench.record import Batch
+
+X = TypeVar("X")
+Y = TypeVar("Y")
+
+BATCH_NS = 2_000_000
+"""Length of a batch: two clock readings vanish in it, and most fit between two timer interrupts."""
+WARM_NS = 200_000
+"""Untimed calls before each batch: enough to fill caches and branch predictors again."""
+SLOW_NS = 50_000
+"""From here on the two clock readings of a single call (about 0.1 us) are 0.2 % of it, so one pass
+of single calls serves as a batch too."""
+SINGLES = 5_000
+"""Most single calls of one process; two repeats then make the 10,000 that p99.9 needs."""
+LEAST_BATCHES = 2
+"""Batches that even a slow method gets whatever its budget."""
+_THREAD = getattr(resource, "RUSAGE_THREAD", resource.RUSAGE_SELF)  # the former is Linux's
+
+
+@dataclass
+class Samples(Generic[Y]):
+    """What was measured.
+
+    batches, singles [ns], the answers (whole passes over the inputs, in order) of every single call
+    and of each batch's last pass, and the sum of all timed calls [ns].
+    """
+
+    batches: list[Batch] = field(default_factory=list)
+    singles: list[int] = field(default_factory=list)
+    answers: list[Y] = field(default_factory=list)
+    timed_ns: int = 0
+
+
+def sample(call: Callable[[X], Y], inputs: Sequence[X], budget_ns: int, singles: int = SINGLES) -> Samples[Y]:
+    """Time ``call`` over ``inputs``, always in whole passes and in order, for about ``budget_ns``.
+
+    Batches and single calls take turns, so that a slow spell of the machine hits both alike. A
+    call slower than SLOW_NS is timed singly only, and each pass counts as a batch.
+    """
+    for x in inputs[:3]:  # the first calls pay for lazy imports and cold caches
+        call(x)
+    samples: Samples[Y] = Samples()
+    end = perf_counter_ns() + budget_ns
+    batch = _time_singly(call, inputs, samples)
+    per_call = max(1, int(median(samples.singles)))
+    if per_call >= SLOW_NS:
+        samples.batches.append(batch)
+        while len(samples.batches) < LEAST_BATCHES or perf_counter_ns() < end:
+            samples.batches.append(_time_singly(call, inputs, samples))
+        return samples
+    samples.singles.clear()  # a fast call's first pass still ran on cold caches
+    passes = max(1, round(BATCH_NS / (per_call * len(inputs))))
+    warm = inputs[-max(1, WARM_NS // per_call) :]
+    while len(samples.batches) < LEAST_BATCHES or perf_counter_ns() < end:
+        deque(map(call, warm), maxlen=0)
+        samples.batches.append(_time_batch(call, inputs, passes, samples))
+        if len(samples.singles) < singles:
+            for _ in range(passes):
+                _time_singly(call, inputs, samples)
+    return samples
+
+
+def _time_batch(call: Callable[[X], Y], inputs: Sequence[X], passes: int, samples: Samples[Y]) -> Batch:
+    todo = list(inputs) * passes
+    last: deque[Y] = deque(maxlen=len(inputs))
+    switches, cpu, wall = _switches(), thread_time_ns(), perf_counter_ns()
+    # The loop runs in C and keeps the last pass; it costs 1 % of a 1 us call, as a `for` does.
+    last.extend(map(call, todo))
+    wall, cpu = perf_counter_ns() - wall, thread_time_ns() - cpu
+    samples.answers.extend(last)
+    samples.timed_ns += wall
+    return Batch(len(todo), wall, cpu, _switches() - switches)
+
+
+def _time_singly(call: Callable[[X], Y], inputs: Sequence[X], samples: Samples[Y]) -> Batch:
+    clock, keep = perf_counter_ns, samples.answers.append
+    times: list[int] = []
+    switches, cpu = _switches(), thread_time_ns()
+    for x in inputs:
+        start = clock()
+        y = call(x)
+        times.append(clock() - start)
+        keep(y)
+    cpu, switches = thread_time_ns() - cpu, _switches() - switches
+    wall = sum(times)
+    samples.singles += times
+    samples.timed_ns += wall
+    return Batch(len(times), wall, cpu, switches)
+
+
+def _switches() -> int:
+    return resource.getrusage(_THREAD).ru_nivcsw
+
+
+@contextmanager
+def no_garbage_collection() -> Iterator[None]:
+    """Collect what there is, freeze what is left, and keep the collector off inside the block."""
+    gc.collect()
+    gc.freeze()
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.enable()
+
+
+def counted(singles: Iterable[int]) -> list[tuple[int, int]]:
+    """[(ns, count), …] sorted, each time in three significant digits.
+
+    That is a histogram whose bins are at most 1 % wide (0.5 % off), where the median of single calls
+    repeats within 1-3 %; it keeps the record of a run small enough to be committed.
+    """
+    return sorted(Counter(map(rounded, singles)).items())
+
+
+def rounded(ns: int) -> int:
+    """``ns`` in three significant digits, halves to even."""
+    return round(ns, 3 - len(str(ns))) if ns > 999 else ns

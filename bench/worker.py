@@ -1,0 +1,157 @@
+"""One process that measures one method: a Job comes in on stdin, lines go out on a pipe of their own.
+
+Stdout and stderr are left to the solvers, which print on them. Run as ``python -m bench.worker FD``.
+"""
+
+import os
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from alloc import Allocation, Allocator, NotApplicable, NotInstalled, find, load_plugin, prepare
+from bench.job import Begin, Job, Message, Task
+from bench.judge import judge
+from bench.memory import peak_rss_bytes, reachable_bytes
+from bench.quiet import between, reading
+from bench.record import Cell, Worker
+from bench.reference import Question
+from bench.timing import Samples, counted, no_garbage_collection, sample
+from bench.yardsticks import YARDSTICKS, canary_ns, yardstick
+
+SETUP_NS = 20_000_000
+"""Building is repeated for this long, or SETUPS times."""
+SETUPS = 5
+BINDING_SHARE = 4
+"""The binding's own clock gets 1 / BINDING_SHARE of a cell's budget."""
+
+
+def main() -> None:
+    """Measure every task of the job on stdin; end by itself after the last."""
+    pipe = int(sys.argv[1])
+    job = msgspec.json.decode(sys.stdin.buffer.read(), type=Job)
+    settle(job)
+
+    def send(message: Message) -> None:
+        os.write(pipe, msgspec.json.encode(message) + b"\n")
+
+    line = Worker(
+        method=job.method,
+        start=job.start,
+        level=job.level,
+        repeat=job.repeat,
+        startup_ns=time.monotonic_ns() - job.spawned_ns,
+        canary_ns=canary_ns(),
+        core=job.core,
+    )
+    builder: Callable[[Question], Any] | None = None
+    for task in job.tasks:
+        send(Begin(task.key))
+        try:
+            builder = builder or builder_of(job)
+            question = Question.load(Path(task.question))
+            cell = measure(task, question, builder, job, line)
+        except (NotInstalled, NotApplicable) as reason:
+            status = "missing" if isinstance(reason, NotInstalled) else "refused"
+            cell = Cell(task.key, status, reason=str(reason))
+        except MemoryError:
+            gib = job.memory_bytes / 2**30
+            send(Cell(task.key, "failed", reason=f"out of memory: it wanted more than {gib:.3g} GiB"))
+            os._exit(0)  # what leaked would fail the next cell too; the parent starts a new process
+        except (Exception, SystemExit) as error:
+            said = " ".join(str(error).split())
+            cell = Cell(task.key, "failed", reason=f"{type(error).__name__}: {said}"[:300])
+        send(cell)
+    line.peak_rss_bytes = peak_rss_bytes()
+    send(line)
+
+
+def settle(job: Job) -> None:
+    """Pin this process to its core, bound its memory, and have it die with its parent."""
+    if job.core is not None and hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, {job.core})
+    if sys.platform == "linux":
+        import ctypes
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_DATA, (job.memory_bytes, job.memory_bytes))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        pr_set_pdeathsig, sigkill = 1, 9  # prctl(2)
+        ctypes.CDLL(None).prctl(pr_set_pdeathsig, sigkill)
+
+
+def builder_of(job: Job) -> Callable[[Question], Any]:
+    """question -> something to call: a yardstick, a plug-in's allocator or the catalogue's."""
+    if job.method in YARDSTICKS:
+        return lambda _: yardstick(job.method)
+    entry = load_plugin(Path(job.plugin)) if job.plugin else find(job.method)
+    return lambda question: prepare(entry, question.vehicle, start=job.start, level=job.level)
+
+
+def measure(
+    task: Task, question: Question, builder: Callable[[Question], Any], job: Job, line: Worker
+) -> Cell:
+    """Set up, time, judge."""
+    allocator, setup_ns = set_up(lambda: builder(question))
+    if line.import_ns is None and len(setup_ns) > 1:  # the first build of this process
+        line.import_ns = setup_ns[0] - min(setup_ns[1:])
+        setup_ns = setup_ns[1:]
+    cell = Cell(task.key, "ok", n_demands=len(question.taus), setup_ns=setup_ns)
+    core = job.core if job.core is not None else 0
+    with no_garbage_collection():
+        before = reading(core)
+        samples: Samples[Any] = sample(allocator, list(question.taus), job.budget_ns)
+        binding = time_binding(allocator, question, job.budget_ns // BINDING_SHARE)
+        cell.quiet = between(before, reading(core))
+        cell.canary_ns = canary_ns()
+    cell.batches, cell.binding_batches = samples.batches, binding.batches
+    cell.singles = counted(samples.singles)
+    cell.timed_ns = samples.timed_ns + binding.timed_ns
+    if job.method not in YARDSTICKS:
+        cell.allocator_bytes = reachable_bytes(allocator)
+        describe(cell, allocator, samples.answers, question)
+    return cell
+
+
+def set_up(build: Callable[[], Any]) -> tuple[Any, list[int]]:
+    """The allocator, and how long each of several builds took [ns]."""
+    times: list[int] = []
+    end = time.perf_counter_ns() + SETUP_NS
+    while len(times) < 2 or (len(times) < SETUPS and time.perf_counter_ns() < end):
+        start = time.perf_counter_ns()
+        allocator = build()
+        times.append(time.perf_counter_ns() - start)
+    return allocator, times
+
+
+def time_binding(allocator: Any, question: Question, budget_ns: int) -> Samples[Any]:
+    """Time the solver's binding alone, b -> x over prepared b's, where the allocator has one."""
+    if not (hasattr(allocator, "solve") and hasattr(allocator, "pose")):
+        return Samples()
+    b = question.taus @ allocator.pose.b_of_tau.T
+    return sample(allocator.solve, list(np.ascontiguousarray(b)), budget_ns, singles=0)
+
+
+def describe(cell: Cell, allocator: Allocator, answers: list[Allocation], question: Question) -> None:
+    """What the allocator says of itself, and what the equations say of its answers."""
+    cell.formulation, cell.limited = allocator.formulation, allocator.limited
+    cell.worst_case_steps = getattr(allocator, "worst_case_steps", None)
+    own_clock = np.array([answer.solver_s for answer in answers])
+    told = own_clock[np.isfinite(own_clock)]
+    cell.solver_singles = counted(int(ns) for ns in np.rint(told * 1e9))
+    cell.iterations_max = max(int(answer.iterations) for answer in answers)
+    cell.judged = judge(
+        question,
+        answers,
+        formulation=allocator.formulation,
+        limited=allocator.limited,
+        tolerance=allocator.tolerance,
+    )
+
+
+if __name__ == "__main__":
+    main()
