@@ -13,8 +13,7 @@ def generalized_inverse(vehicle: Vehicle) -> FloatArray:
     H-least f among those nearest to tau, in rows of T scaled to unit length.
     """
     on = vehicle.working
-    norms = np.linalg.norm(vehicle.T, axis=1)
-    rows = 1.0 / np.where(norms > 0, norms, 1.0)
+    rows = 1.0 / vehicle.row_lengths
     T = rows[:, None] * vehicle.TP[:, on]
     L = np.linalg.cholesky(vehicle.H[np.ix_(on, on)])
     # With H = L L', x = L'f has the plain norm: f = L^-T pinv(T L^-T) tau.

@@ -28,6 +28,11 @@ class QP:
     lb: FloatArray
     ub: FloatArray
 
+    @property
+    def bounded(self) -> IndexArray:
+        """Indices of the variables with a bound: thrusts have them, slacks don't."""
+        return np.flatnonzero(np.isfinite(self.lb) | np.isfinite(self.ub))
+
 
 @dataclass(frozen=True, eq=False)
 class Posed:
@@ -69,8 +74,7 @@ def pose_soft(vehicle: Vehicle, scaled: bool = True) -> Posed:
     f_scale = vehicle.f_scale if scaled else 1.0
     H, lb, ub, working = _thrusts(vehicle, f_scale)
     k, m = vehicle.k, len(H)
-    rows = 1.0 / np.linalg.norm(vehicle.T, axis=1).clip(min=1e-300) if scaled else np.ones(k)
-    rows = np.where(vehicle.T.any(axis=1), rows, 1.0)
+    rows = 1.0 / vehicle.row_lengths if scaled else np.ones(k)
     # s is measured in the same scaled rows as b; Q follows so that the cost is unchanged.
     weight = np.abs(vehicle.H).max() if scaled else 1.0
     Q = np.diag(vehicle.slack_weights / rows**2) / weight
@@ -92,8 +96,7 @@ def _thrusts(vehicle: Vehicle, f_scale: float) -> tuple[FloatArray, FloatArray, 
 
 def _equality(vehicle: Vehicle, f_scale: float, scaled: bool) -> tuple[FloatArray, FloatArray, FloatArray]:
     T = vehicle.TP[:, vehicle.working]
-    norms = np.linalg.norm(vehicle.T, axis=1)
-    rows = np.where(norms > 0, 1.0 / np.where(norms > 0, norms, 1.0), 1.0)
+    rows = 1.0 / vehicle.row_lengths
     U, sigma, Vt = np.linalg.svd(rows[:, None] * T)
     r = int(np.count_nonzero(sigma > RANK_TOLERANCE * sigma[0]))
     unreachable = U[:, r:].T * rows / vehicle.f_scale

@@ -13,6 +13,9 @@ RANK_TOLERANCE = 1e-9
 """Singular values below this share of the largest count as zero. Published geometry carries at
 most five digits, so a true zero stands near 1e-16 and the smallest real ones near 1e-2."""
 
+LARGEST, SMALLEST = 1e15, 1e-9
+"""No size on either side of these is a vehicle's [N, m]; between them no product over- or underflows."""
+
 
 @dataclass(frozen=True, eq=False)
 class Vehicle:
@@ -46,6 +49,8 @@ class Vehicle:
             array = np.array(getattr(self, key), dtype=np.float64)
             if not np.isfinite(array).all():
                 raise VehicleError(f"{self.name}: {key} holds NaN or infinity; every entry must be finite")
+            if np.abs(array).max(initial=0.0) > LARGEST:
+                raise VehicleError(f"{self.name}: {key} holds a number above {LARGEST:g}; check its unit")
             array.setflags(write=False)
             object.__setattr__(self, key, array)
         _check_shapes(self)
@@ -74,7 +79,8 @@ class Vehicle:
     @cached_property
     def rank(self) -> int:
         """Rank of T P: how many independent directions the working thrusters can push."""
-        return int(np.count_nonzero(_relative_singular_values(self.TP) > RANK_TOLERANCE))
+        sigma = np.linalg.svd(self.TP / self.row_lengths[:, None], compute_uv=False)
+        return int(np.count_nonzero(sigma > RANK_TOLERANCE * sigma[0]))
 
     @property
     def nullity(self) -> int:
@@ -87,15 +93,24 @@ class Vehicle:
         return float(max(np.abs(self.f_min).max(), np.abs(self.f_max).max()))
 
     @cached_property
+    def row_lengths(self) -> FloatArray:
+        """(k,) length of each row of T: dividing by it makes newtons and newton metres alike.
+
+        A row that no thruster moves (0, or rounding such as cos 90 deg) counts as the longest row,
+        so that it can still be divided by, and stays the zero it is.
+        """
+        lengths = np.linalg.norm(self.T, axis=1)
+        longest = lengths.max()
+        counted: FloatArray = np.where(lengths > RANK_TOLERANCE * longest, lengths, longest)
+        return counted
+
+    @cached_property
     def wrench_scale(self) -> FloatArray:
-        """(k,) size of a wrench on each axis [N, N m]: row norm of T times ``f_scale``.
+        """(k,) size of a wrench on each axis [N, N m]: ``row_lengths`` times ``f_scale``.
 
         Wrench tolerances are relative to it, so they mean the same on a 20 N and a 600 kN vehicle.
-        A row that no thruster moves counts as the largest row, so that it can still be judged.
         """
-        norms = np.linalg.norm(self.T, axis=1)
-        scale: FloatArray = np.where(norms > 0, norms, norms.max()) * self.f_scale
-        return scale
+        return self.row_lengths * self.f_scale
 
     def with_fault(self, thruster: int, readiness: float = 0.0) -> "Vehicle":
         """This vehicle with one thruster off, or weakened: p_ii = ``readiness`` (eq. 2).
@@ -112,14 +127,6 @@ class Vehicle:
         return replace(
             self, name=self.name + suffix, readiness=P, f_min=self.f_min * on, f_max=self.f_max * on
         )
-
-
-def _relative_singular_values(matrix: FloatArray) -> FloatArray:
-    # Rows are scaled to unit length first: metres and newtons must not decide what the rank is.
-    norms = np.linalg.norm(matrix, axis=1, keepdims=True)
-    values = np.linalg.svd(matrix / np.where(norms > 0, norms, 1.0), compute_uv=False)
-    relative: FloatArray = values / max(values.max(), np.finfo(float).tiny)
-    return relative
 
 
 def _check_shapes(vehicle: Vehicle) -> None:
@@ -139,7 +146,7 @@ def _check_shapes(vehicle: Vehicle) -> None:
 
 def _check_values(vehicle: Vehicle) -> None:
     name, H = vehicle.name, vehicle.H
-    if not vehicle.T.any():
+    if np.abs(vehicle.T).max() < SMALLEST:
         raise VehicleError(f"{name}: T is all zeros; no thruster pushes any controlled DOF")
     wrong = np.flatnonzero(vehicle.f_min > vehicle.f_max)
     if wrong.size:
@@ -147,7 +154,11 @@ def _check_values(vehicle: Vehicle) -> None:
         raise VehicleError(
             f"{name}: f_min[{i}] = {vehicle.f_min[i]:g} exceeds f_max[{i}] = {vehicle.f_max[i]:g}"
         )
-    if not np.allclose(H, H.T, rtol=1e-12, atol=0) or np.linalg.eigvalsh(H).min() <= 0:
+    if vehicle.f_scale < SMALLEST:
+        raise VehicleError(f"{name}: f_min and f_max are all 0; give what the thrusters can push [N]")
+    sizes = np.linalg.eigvalsh(H)
+    # An eigenvalue 1e-12 of the largest is no more than rounding away from zero in T H^-1 T'.
+    if not np.allclose(H, H.T, rtol=1e-12, atol=0) or sizes.min() <= 1e-12 * sizes.max():
         raise VehicleError(f"{name}: H (or weights) must be symmetric positive definite (eq. 4)")
     if ((vehicle.readiness < 0) | (vehicle.readiness > 1)).any():
         raise VehicleError(f"{name}: readiness must lie between 0 (off) and 1 (ready)")

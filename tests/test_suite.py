@@ -1,6 +1,7 @@
 """The pytest-benchmark suite: it passes, says what it timed, and two of its files can be compared."""
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -22,7 +23,9 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     options = ["--benchmark-only", "--benchmark-max-time=0.001", "--benchmark-min-rounds=1"]
     options += ["--benchmark-warmup=off", f"--benchmark-json={path}", "--vehicle=ukwial", "--method=pinv"]
     pytest_run = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "bench/suite", *options]
-    done = subprocess.run(pytest_run, cwd=ROOT, capture_output=True, text=True)
+    # Under xdist pytest-benchmark switches itself off; this run is one of its own.
+    alone = {key: value for key, value in os.environ.items() if not key.startswith("PYTEST_")}
+    done = subprocess.run(pytest_run, cwd=ROOT, env=alone, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
     return path
 

@@ -1,0 +1,52 @@
+"""f = G tau: the allocator of every closed form without limits."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from alloc.allocation import (
+    Allocation,
+    FloatArray,
+    Status,
+    StatusArray,
+    answer,
+    checked,
+    checked_many,
+)
+from alloc.vehicle import Vehicle
+
+
+class Linear:
+    """The allocator f = G tau of any closed form without limits.
+
+    SOLVED where T P G tau = tau; PARTIAL, with the nearest f, where a lost rank prevents it.
+    """
+
+    formulation = "unlimited"
+    limited = False
+    tolerance = 1e-9  # a product of well-conditioned matrices: rounding times cond(T) < 1e3
+
+    def __init__(self, vehicle: Vehicle, G: FloatArray) -> None:
+        """Prepare f = G tau, G (n, k)."""
+        self.G = G
+        self._k = vehicle.k
+        # (k, k) scaled part of a demand that G can't produce; None where there is none.
+        missed = (np.eye(vehicle.k) - vehicle.TP @ G) / vehicle.wrench_scale[:, None]
+        self._missed = missed if vehicle.rank < vehicle.k else None
+
+    def __call__(self, tau: ArrayLike) -> Allocation:
+        """Allocate one wrench (k,) [N, N m]."""
+        wrench = checked(tau, self._k)
+        f = self.G.dot(wrench)
+        if self._missed is not None and np.abs(self._missed.dot(wrench)).max() > self.tolerance:
+            return answer(f, Status.PARTIAL)
+        return answer(f, Status.SOLVED)
+
+    def many(self, taus: ArrayLike) -> tuple[FloatArray, StatusArray]:
+        """Allocate (N, k) wrenches in one matrix product."""
+        wrenches = checked_many(taus, self._k)
+        status = np.zeros(len(wrenches), dtype=np.int8)
+        if self._missed is not None:
+            status[np.abs(wrenches @ self._missed.T).max(axis=1, initial=0.0) > self.tolerance] = (
+                Status.PARTIAL
+            )
+        return wrenches @ self.G.T, status

@@ -1,0 +1,96 @@
+"""An allocator around a prepared QP: what goes in, and what SOLVED means coming out."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from alloc.allocation import Allocation, FloatArray, Status, StatusArray, answer, checked, one_by_one
+from alloc.qp import Posed
+from alloc.solvers import Solve
+from alloc.vehicle import Vehicle
+
+WRENCH_TOLERANCE = 1e-6
+"""Largest |T P f - tau| of a SOLVED answer, relative to ``vehicle.wrench_scale`` [-]. A thruster's
+curve is known to a percent at best, so this is far below what a vehicle can notice, and still ten
+times what the tight settings of an iterative solver leave."""
+PARTIAL_TOLERANCE = 1e-2
+"""The same of a PARTIAL answer [-]: the loosest default here stops at residuals near 1e-3; one that
+is ten times off is no answer to this demand, whatever its solver calls it."""
+UNREACHABLE = 1e-9
+"""A demand's part along directions that no thruster pushes counts from here [-]; rounding is 1e-15."""
+
+
+class Live:
+    """The allocator; ``pose`` and ``solve`` are its two halves, to be timed apart.
+
+    Attributes
+    ----------
+    formulation : ``hard`` or ``soft``
+    solve : b -> Answer, the binding's call and nothing else
+    tolerance : promised distance to the optimum where SOLVED, relative to the largest limit [-]
+    """
+
+    limited = True
+
+    def __init__(
+        self, formulation: str, vehicle: Vehicle, posed: Posed, solve: Solve, tolerance: float
+    ) -> None:
+        """Keep what every call needs: limits [N], T P and wrench in units of ``wrench_scale``."""
+        self.formulation = formulation
+        self.tolerance = tolerance
+        self.solve = solve
+        self._b_of_tau = posed.b_of_tau
+        self._unreachable = posed.unreachable
+        self._f_scale = posed.f_scale
+        self._shape = vehicle.k, vehicle.n
+        self._on = posed.working
+        self._m = len(posed.working)
+        self._soft = len(posed.qp.g) > self._m
+        self._f_min, self._f_max = vehicle.f_min[self._on], vehicle.f_max[self._on]
+        self._per_axis = 1.0 / vehicle.wrench_scale
+        self._T = vehicle.TP[:, self._on] * self._per_axis[:, None]
+
+    def pose(self, tau: FloatArray) -> FloatArray:
+        """b (p,) of the QP for a wrench (k,) [N, N m]."""
+        b: FloatArray = self._b_of_tau.dot(tau)
+        return b
+
+    def __call__(self, tau: ArrayLike) -> Allocation:
+        """Allocate one wrench (k,) [N, N m], and judge the answer by equations.
+
+        The solver's x is clipped to the limits; then, with the miss |T P f - tau| relative to
+        ``wrench_scale``: SOLVED up to 1e-6; PARTIAL, with f as it is, up to 1e-2 (in the soft
+        formulation: up to 1e-2 beyond the slack); NOT_CONVERGED beyond. So no f is SOLVED for a
+        demand further than 1e-6 outside the attainable set. INFEASIBLE is the solver's word, or a
+        demand along a direction that no thruster pushes.
+        """
+        wrench = checked(tau, self._shape[0])
+        if len(self._unreachable) and np.abs(self._unreachable.dot(wrench)).max() > UNREACHABLE:
+            return self._without(Status.INFEASIBLE)
+        x, status, iterations, solver_s = self.solve(self.pose(wrench))
+        if status != Status.SOLVED:
+            return self._without(status, iterations, solver_s)
+        f = x[: self._m] * self._f_scale
+        np.minimum(f, self._f_max, out=f)
+        np.maximum(f, self._f_min, out=f)
+        miss = self._T.dot(f) - self._per_axis * wrench
+        # One product each, and False for NaN; the Euclidean norm is never below the largest entry.
+        if not (solved := miss.dot(miss) <= WRENCH_TOLERANCE**2):
+            if self._soft:
+                miss -= x[self._m :]
+            if not miss.dot(miss) <= PARTIAL_TOLERANCE**2:
+                return self._without(Status.NOT_CONVERGED, iterations, solver_s)
+        if self._m < self._shape[1]:
+            f = self._scattered(f)
+        return answer(f, Status.SOLVED if solved else Status.PARTIAL, iterations, solver_s)
+
+    def many(self, taus: ArrayLike) -> tuple[FloatArray, StatusArray]:
+        """Allocate (N, k) wrenches, each in turn: a warm start sees them in order."""
+        return one_by_one(self, taus, *self._shape)
+
+    def _scattered(self, working: FloatArray) -> FloatArray:
+        f = np.zeros(self._shape[1])
+        f[self._on] = working
+        return f
+
+    def _without(self, status: Status, iterations: int = 0, solver_s: float = np.nan) -> Allocation:
+        return answer(np.full(self._shape[1], np.nan), status, iterations, solver_s)

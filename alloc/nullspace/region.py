@@ -1,0 +1,172 @@
+"""The point nearest to the origin in l <= A z <= u, exactly, in a number of steps known beforehand.
+
+Seidel's incremental algorithm (Discrete & Computational Geometry 6, 1991), with a strictly convex cost
+in place of a linear one: take the slabs one by one; keep z while it lies inside; when slab i is
+violated, the optimum of the first i lies on the violated side's plane, so restrict the earlier ones to
+that plane and solve there, one dimension lower. Everything but l and u depends on A alone and stands
+in tables. The order is fixed, not random: m is small, and a vehicle wants the same time each time.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import comb, inf
+
+import numpy as np
+
+from alloc.allocation import FloatArray
+from alloc.vehicle import RANK_TOLERANCE
+
+Point = list[float]
+
+
+@dataclass(frozen=True, eq=False)
+class Slab:
+    """Parallel rows of A taken together: lo <= normal'z <= hi, and what its two planes make of the rest.
+
+    Attributes
+    ----------
+    members : (row, scale) with A[row] = normal / scale
+    slack : largest lo - hi that still counts as touching
+    normal : (d,)
+    base : (d,) the plane normal'z = b has its point nearest to the origin at b * base
+    along : (d - 1, d) orthonormal rows spanning the plane; z = b * base + y along
+    shift : (i,) there, earlier slab j reads lo_j - b shift_j <= (along normal_j)'y <= hi_j - b shift_j
+    plane : the earlier slabs on that plane; None for d = 1, where a plane is a point
+    """
+
+    members: tuple[tuple[int, float], ...]
+    slack: float
+    normal: Point
+    base: Point
+    along: list[Point]
+    shift: Point
+    plane: "Region | None"
+
+
+@dataclass(frozen=True, eq=False)
+class Region:
+    """Tables to solve l <= A z <= u for one A (m, d).
+
+    Attributes
+    ----------
+    d : dimension of z
+    m : number of rows
+    checks : rows of A that are zero: z can't help them, they hold or not
+    slabs : the others, parallel ones taken together, in their order in A
+    tolerance : a row violated by no more than this still holds [unit of l and u]
+    """
+
+    d: int
+    m: int
+    checks: tuple[int, ...]
+    slabs: tuple[Slab, ...]
+    tolerance: float
+
+    @cached_property
+    def worst_case_steps(self) -> int:
+        """Steps that no l and u can exceed: a step is a row looked at or a slab tested."""
+        if self.d == 1:
+            return self.m
+        return self.m + sum(1 + slab.plane.worst_case_steps for slab in self.slabs if slab.plane)
+
+    def nearest(self, lower: Point, upper: Point) -> tuple[Point | None, int]:
+        """The shortest z (d,) with lower <= A z <= upper, None where there is none; and steps taken."""
+        tolerance, steps = self.tolerance, self.m
+        for row in self.checks:
+            if lower[row] > tolerance or upper[row] < -tolerance:
+                return None, steps
+        los: Point = []
+        his: Point = []
+        for slab in self.slabs:
+            lo, hi = -inf, inf
+            for row, scale in slab.members:
+                a, b = lower[row] * scale, upper[row] * scale
+                if scale < 0.0:
+                    a, b = b, a
+                if a > lo:
+                    lo = a
+                if b < hi:
+                    hi = b
+            if lo > hi:
+                if lo - hi > slab.slack:
+                    return None, steps
+                lo = hi = 0.5 * (lo + hi)
+            los.append(lo)
+            his.append(hi)
+        if self.d == 1:
+            # All rows of a one-dimensional A are parallel: clamp 0 into the one interval there is.
+            if not los:
+                return [0.0], steps
+            b = lo if lo > 0.0 else hi if hi < 0.0 else 0.0
+            return [b * self.slabs[0].base[0]], steps
+        z = [0.0] * self.d
+        for i, slab in enumerate(self.slabs):
+            steps += 1
+            s = sum(map(float.__mul__, slab.normal, z))
+            if los[i] <= s <= his[i]:
+                continue
+            b = los[i] if s < los[i] else his[i]
+            assert slab.plane is not None  # d > 1
+            y, below = slab.plane.nearest(
+                [lo - b * c for lo, c in zip(los, slab.shift, strict=False)],
+                [hi - b * c for hi, c in zip(his, slab.shift, strict=False)],
+            )
+            steps += below
+            if y is None:
+                return None, steps
+            z = [b * e for e in slab.base]
+            for length, direction in zip(y, slab.along, strict=True):
+                z = [e + length * step for e, step in zip(z, direction, strict=True)]
+        return z, steps
+
+
+def steps_bound(m: int, d: int) -> int:
+    """Worst-case steps of m slabs in d dimensions, no two parallel, at any level.
+
+    W(m, 1) = m and W(m, d) = m + sum_i (1 + W(i, d - 1)), i = 0 … m - 1, which adds up to
+    C(m, d) + 2 (C(m, 1) + … + C(m, d - 1)). Parallel slabs only make it less.
+    """
+    return comb(m, d) + 2 * sum(comb(m, j) for j in range(1, d))
+
+
+def prepare(A: FloatArray, tolerance: float) -> Region:
+    """Tables for l <= A z <= u, A (m, d) with d >= 1; ``tolerance`` as in Region."""
+    m, d = A.shape
+    sizes = np.linalg.norm(A, axis=1)
+    zero = sizes <= RANK_TOLERANCE * sizes.max(initial=0.0)
+    groups: list[list[tuple[int, float]]] = []
+    for row in np.flatnonzero(~zero):
+        for group in groups:
+            leader = A[group[0][0]]
+            share = float(A[row] @ leader) / float(leader @ leader)
+            if np.linalg.norm(A[row] - share * leader) <= RANK_TOLERANCE * sizes[row]:
+                group.append((int(row), 1.0 / share))
+                break
+        else:
+            groups.append([(int(row), 1.0)])
+    normals = np.array([A[group[0][0]] for group in groups]).reshape(-1, d)
+    slabs = tuple(_slab(tuple(group), normals[: i + 1], tolerance) for i, group in enumerate(groups))
+    return Region(d, m, tuple(np.flatnonzero(zero).tolist()), slabs, tolerance)
+
+
+def _slab(members: tuple[tuple[int, float], ...], normals: FloatArray, tolerance: float) -> Slab:
+    earlier, normal = normals[:-1], normals[-1]
+    d, square = len(normal), float(normal @ normal)
+    # A Householder reflection that turns the normal onto an axis; its other rows span the plane.
+    along = np.linalg.qr(normal[:, None], mode="complete").Q[:, 1:].T
+    return Slab(
+        members=members,
+        slack=tolerance * min(abs(scale) for _, scale in members),
+        normal=normal.tolist(),
+        base=(normal / square).tolist(),
+        along=along.tolist(),
+        shift=(earlier @ normal / square).tolist(),
+        plane=prepare(_clean(earlier @ along.T, earlier), tolerance) if d > 1 else None,
+    )
+
+
+def _clean(restricted: FloatArray, full: FloatArray) -> FloatArray:
+    # A slab parallel to the plane has nothing left in it but rounding, which must not pass for a direction.
+    left = np.linalg.norm(restricted, axis=1) > RANK_TOLERANCE * np.linalg.norm(full, axis=1)
+    cleaned: FloatArray = np.where(left[:, None], restricted, 0.0)
+    return cleaned

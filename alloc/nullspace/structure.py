@@ -1,0 +1,111 @@
+"""What depends on the vehicle alone: G, and a null-space basis N split into independent blocks."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from alloc.allocation import FloatArray, IndexArray
+from alloc.inverse import generalized_inverse
+from alloc.vehicle import RANK_TOLERANCE, Vehicle
+
+ZERO = 1e-12
+"""Entries of a basis below this count as zero: rounding leaves 1e-16 times cond(T) < 1e3, and
+leaving out a true entry of this size would cost the wrench 1e-12, a thousandth of what is promised."""
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """A part of the null space that no other part shares a thruster or a cost term with.
+
+    Attributes
+    ----------
+    rows : (m,) thrusters it moves
+    N : (m, d) its basis, N'HN = I [sqrt(1/H)]
+    """
+
+    rows: IndexArray
+    N: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Structure:
+    """All thrusts that meet a wrench: f = G tau + N z, in blocks of z.
+
+    Attributes
+    ----------
+    G : (n, k) T* of eq. 9
+    blocks : the parts of N
+    fixed : thrusters that no z moves
+    unreachable : (k - rank, k) rows u with u'tau = 0 for every wrench the thrusters can make;
+        scaled so that |u'tau| is relative to ``vehicle.wrench_scale``
+    """
+
+    G: FloatArray
+    blocks: tuple[Block, ...]
+    fixed: IndexArray
+    unreachable: FloatArray
+
+
+def decompose(vehicle: Vehicle) -> Structure:
+    """Find G, N and its finest split for this vehicle, its H and its faults."""
+    on = vehicle.working
+    norms = np.linalg.norm(vehicle.T, axis=1)
+    scale = 1.0 / np.where(norms > 0, norms, 1.0)
+    U, sigma, Vt = np.linalg.svd(scale[:, None] * vehicle.TP[:, on])
+    rank = int(np.count_nonzero(sigma > RANK_TOLERANCE * sigma[0]))
+    blocks = split(Vt[rank:].T, vehicle.H[np.ix_(on, on)])
+    moved = {int(on[row]) for block in blocks for row in block.rows}
+    return Structure(
+        G=generalized_inverse(vehicle),
+        blocks=tuple(Block(on[block.rows], block.N) for block in blocks),
+        fixed=np.array([i for i in range(vehicle.n) if i not in moved], dtype=np.intp),
+        unreachable=U[:, rank:].T * (scale / vehicle.f_scale),
+    )
+
+
+def split(N: FloatArray, H: FloatArray) -> list[Block]:
+    """Split the span of N (m, d) into the finest blocks that share no row and no term of z'N'HNz.
+
+    In a reduced echelon basis the columns that hang together by common rows are the same whatever
+    pivots are taken (they are the connected components of the matroid of N's rows), so the split
+    belongs to the vehicle and not to the basis at hand.
+    """
+    B = _echelon(N)
+    metric = B.T @ H @ B
+    size = np.sqrt(np.diag(metric))
+    linked = (np.abs(metric) > ZERO * np.outer(size, size)) | ((B != 0).T.astype(int) @ (B != 0) > 0)
+    blocks = []
+    for columns in _components(linked):
+        rows = np.flatnonzero(B[:, columns].any(axis=1))
+        part = B[np.ix_(rows, columns)]
+        L = np.linalg.cholesky(metric[np.ix_(columns, columns)])
+        blocks.append(Block(rows, np.linalg.solve(L, part.T).T))
+    return blocks
+
+
+def _echelon(N: FloatArray) -> FloatArray:
+    # Gauss-Jordan on columns, the largest remaining entry as pivot; the pivot rows end as unit rows.
+    B = N.copy()
+    free_rows = np.ones(len(B), dtype=bool)
+    for column in range(B.shape[1]):
+        rest = np.abs(B[:, column:]) * free_rows[:, None]
+        row, offset = divmod(int(np.argmax(rest)), rest.shape[1])
+        B[:, column], B[:, column + offset] = B[:, column + offset].copy(), B[:, column].copy()
+        B[:, column] /= B[row, column]
+        others = np.arange(B.shape[1]) != column
+        B[:, others] -= np.outer(B[:, column], B[row, others])
+        free_rows[row] = False
+    return np.where(np.abs(B) > ZERO, B, 0.0)
+
+
+def _components(linked: NDArray[np.bool_]) -> list[IndexArray]:
+    remaining, found = set(range(len(linked))), []
+    while remaining:
+        component, frontier = set(), {min(remaining)}
+        while frontier:
+            component |= frontier
+            frontier = {int(j) for i in frontier for j in np.flatnonzero(linked[i])} - component
+        remaining -= component
+        found.append(np.array(sorted(component), dtype=np.intp))
+    return found

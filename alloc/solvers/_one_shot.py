@@ -1,0 +1,32 @@
+"""The one-shot route through qpsolvers, for any solver: not a solver itself, hence the underscore."""
+
+import warnings
+
+from alloc.allocation import FloatArray, Status
+from alloc.qp import QP
+from alloc.solvers import Answer, Solve
+
+
+def one_shot(qp: QP, solver: str) -> Solve:
+    """b -> qpsolvers' answer with the solver's defaults.
+
+    qpsolvers says whether it found a solution, not why it didn't, so without one the status is
+    NOT_CONVERGED, also where the solver itself knows that there is none. It has no iteration count
+    and no clock that all solvers share.
+    """
+    from qpsolvers import Problem, dense_solvers, solve_problem
+    from scipy.sparse import csc_matrix
+
+    # Sparse-only solvers would convert, and warn, at each call.
+    H, A = (qp.H, qp.A) if solver in dense_solvers else (csc_matrix(qp.H), csc_matrix(qp.A))
+
+    def solve(b: FloatArray) -> Answer:
+        with warnings.catch_warnings():
+            # Some solvers' routes warn on an infeasible demand: here that is a status, not news.
+            warnings.simplefilter("ignore")
+            solution = solve_problem(Problem(H, qp.g, None, None, A, b, qp.lb, qp.ub), solver)
+        if not solution.found or solution.x is None:
+            return Answer(qp.g, Status.NOT_CONVERGED)
+        return Answer(solution.x, Status.SOLVED)
+
+    return solve

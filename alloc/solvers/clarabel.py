@@ -1,0 +1,77 @@
+"""Clarabel: interior point on the homogeneous embedding, in Rust."""
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from alloc.allocation import FloatArray, Status
+from alloc.qp import QP
+from alloc.solvers import TIME_LIMIT_S, Answer, Level, Solve, Start, meaning
+
+REQUIRES = PACKAGE = "clarabel"
+ALGORITHM = "interior point, homogeneous embedding"
+LICENCE = "Apache-2.0"
+STARTS: tuple[Start, ...] = ("cold", "reused")  # it takes no first guess
+
+_QUIET = {
+    "verbose": False,
+    "time_limit": TIME_LIMIT_S,
+    "max_iter": 200,  # its own, written down
+    "max_threads": 1,  # one core is what is measured
+    "presolve_enable": False,  # a presolved problem can't be updated; there is nothing to presolve
+}
+SETTINGS: dict[Level, dict[str, Any]] = {
+    "default": _QUIET,
+    # A gap of g leaves x up to sqrt(2 g) away: 1e-6 needs 1e-12, near what doubles can show.
+    "tight": _QUIET | {"tol_gap_abs": 1e-13, "tol_gap_rel": 1e-13, "tol_feas": 1e-11},
+}
+TOLERANCE: dict[Level, float] = {"default": 1e-4, "tight": 1e-6}
+
+STATUS = {
+    "Solved": Status.SOLVED,
+    "AlmostSolved": Status.SOLVED,  # its reduced accuracy; the check of the wrench decides
+    "PrimalInfeasible": Status.INFEASIBLE,
+    "AlmostPrimalInfeasible": Status.INFEASIBLE,
+    "DualInfeasible": Status.NOT_CONVERGED,  # impossible with a positive definite H
+    "AlmostDualInfeasible": Status.NOT_CONVERGED,
+    "MaxIterations": Status.NOT_CONVERGED,
+    "MaxTime": Status.NOT_CONVERGED,
+    "NumericalError": Status.NOT_CONVERGED,
+    "InsufficientProgress": Status.NOT_CONVERGED,
+}
+
+
+def prepare(qp: QP, start: Start, level: Level) -> Solve:
+    """Equalities are a zero cone, finite bounds a nonnegative one: [A; I; -I] x + s = [b; ub; -lb]."""
+    import clarabel
+    from scipy.sparse import csc_matrix
+
+    p, m = qp.A.shape
+    upper, lower = np.isfinite(qp.ub), np.isfinite(qp.lb)
+    eye = np.eye(m)
+    P, A = csc_matrix(np.triu(qp.H)), csc_matrix(np.vstack([qp.A, eye[upper], -eye[lower]]))
+    right = np.concatenate([np.zeros(p), qp.ub[upper], -qp.lb[lower]])
+    cones = [clarabel.ZeroConeT(p), clarabel.NonnegativeConeT(len(right) - p)]
+    settings = clarabel.DefaultSettings()
+    for key, value in SETTINGS[level].items():
+        setattr(settings, key, value)
+
+    def cold(b: FloatArray) -> Answer:
+        right[:p] = b
+        return _solve(clarabel.DefaultSolver(P, qp.g, A, right, cones, settings))
+
+    def reused(model: Any, b: FloatArray) -> Answer:
+        right[:p] = b
+        model.update(b=right)
+        return _solve(model)
+
+    if start == "cold":
+        return cold
+    return partial(reused, clarabel.DefaultSolver(P, qp.g, A, right, cones, settings))
+
+
+def _solve(model: Any) -> Answer:
+    solution = model.solve()
+    status = meaning(STATUS, str(solution.status), "clarabel")
+    return Answer(np.array(solution.x), status, solution.iterations, solution.solve_time)

@@ -1,0 +1,76 @@
+"""DAQP: dual active set, in C; finitely many steps, exact up to rounding."""
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from alloc.allocation import FloatArray, Status
+from alloc.qp import QP
+from alloc.solvers import TIME_LIMIT_S, Answer, Level, Solve, Start, meaning
+
+REQUIRES = PACKAGE = "daqp"
+ALGORITHM = "dual active set"
+LICENCE = "MIT"
+STARTS: tuple[Start, ...] = ("cold", "reused", "warm")
+
+_CAPPED = {"iter_limit": 10_000, "time_limit": TIME_LIMIT_S}  # its own cap, written down
+SETTINGS: dict[Level, dict[str, Any]] = {
+    "default": _CAPPED,
+    "tight": _CAPPED | {"primal_tol": 1e-10},  # a limit violated by less than this is left out
+}
+TOLERANCE: dict[Level, float] = {"default": 1e-5, "tight": 1e-9}
+
+STATUS = {
+    1: Status.SOLVED,
+    2: Status.NOT_CONVERGED,  # soft optimal: no constraint here is soft
+    -1: Status.INFEASIBLE,
+    -2: Status.NOT_CONVERGED,  # cycling
+    -3: Status.NOT_CONVERGED,  # unbounded: impossible with a positive definite H
+    -4: Status.NOT_CONVERGED,  # iteration cap
+    -5: Status.NOT_CONVERGED,  # not convex
+    -6: Status.INFEASIBLE,  # the equalities alone contradict each other
+    -7: Status.NOT_CONVERGED,  # time cap
+}
+INFINITE, EQUALITY = 1e30, 5  # in DAQP's conventions
+
+
+def prepare(qp: QP, start: Start, level: Level) -> Solve:
+    """Bounds come first, then the rows of A, marked as equalities."""
+    import daqp
+
+    p, m = qp.A.shape
+    H, A = np.ascontiguousarray(qp.H), np.ascontiguousarray(qp.A)
+    low = np.concatenate([np.maximum(qp.lb, -INFINITE), np.zeros(p)])
+    high = np.concatenate([np.minimum(qp.ub, INFINITE), np.zeros(p)])
+    sense = np.array([0] * m + [EQUALITY] * p, dtype=np.intc)
+
+    def set_up() -> Any:
+        model = daqp.Model()
+        model.settings = SETTINGS[level]
+        model.setup(H, qp.g, A, high, low, sense)
+        return model
+
+    def cold(b: FloatArray) -> Answer:
+        low[m:] = high[m:] = b
+        return _solve(set_up())
+
+    def reused(model: Any, b: FloatArray) -> Answer:
+        low[m:] = high[m:] = b
+        model.update(bupper=high, blower=low, sense=sense)  # giving sense drops the last active set
+        return _solve(model)
+
+    def warm(model: Any, b: FloatArray) -> Answer:
+        low[m:] = high[m:] = b
+        model.update(bupper=high, blower=low)
+        return _solve(model)
+
+    if start == "cold":
+        return cold
+    return partial(warm if start == "warm" else reused, set_up())
+
+
+def _solve(model: Any) -> Answer:
+    x, _, flag, info = model.solve()
+    status = meaning(STATUS, flag, "daqp")
+    return Answer(x, status, info["iterations"], info["solve_time"])

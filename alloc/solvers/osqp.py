@@ -1,0 +1,79 @@
+"""OSQP: operator splitting (ADMM), first order; x wanders around a face, and polishing may mend it."""
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from alloc.allocation import FloatArray, Status
+from alloc.qp import QP
+from alloc.solvers import TIME_LIMIT_S, Answer, Level, Solve, Start, meaning
+
+REQUIRES = PACKAGE = "osqp"
+ALGORITHM = "operator splitting (ADMM)"
+LICENCE = "Apache-2.0"
+STARTS: tuple[Start, ...] = ("cold", "reused", "warm")
+
+_QUIET = {"verbose": False, "time_limit": TIME_LIMIT_S}
+SETTINGS: dict[Level, dict[str, Any]] = {
+    "default": _QUIET | {"max_iter": 4000},  # its own, written down
+    "tight": _QUIET
+    | {
+        # Its residuals stop it, and on a nearly degenerate face x may be 100 times further away.
+        "eps_abs": 1e-9,
+        "eps_rel": 1e-9,
+        "max_iter": 20_000,  # first order: ten times the digits cost several times the iterations
+        "polishing": True,  # one solve on the guessed active set: exact where the guess is right
+    },
+}
+TOLERANCE: dict[Level, float] = {"default": 1e-2, "tight": 1e-6}
+
+STATUS = {
+    1: Status.SOLVED,
+    2: Status.NOT_CONVERGED,  # solved inaccurate: ten times the tolerance, after the last iteration
+    3: Status.INFEASIBLE,
+    4: Status.INFEASIBLE,  # primal infeasible inaccurate
+    5: Status.NOT_CONVERGED,  # dual infeasible: impossible with a positive definite H
+    6: Status.NOT_CONVERGED,
+    7: Status.NOT_CONVERGED,  # iteration cap
+    8: Status.NOT_CONVERGED,  # time cap
+    9: Status.NOT_CONVERGED,  # not convex: impossible too
+    11: Status.NOT_CONVERGED,  # unsolved; 10, an interrupt, is not mapped
+}
+
+
+def prepare(qp: QP, start: Start, level: Level) -> Solve:
+    """Bounds become rows: l <= [A; I] x <= u, with the rows of I that bound something."""
+    import osqp
+    from scipy.sparse import csc_matrix, vstack
+
+    p, m = qp.A.shape
+    bounded = qp.bounded
+    rows = vstack([csc_matrix(qp.A), csc_matrix(np.eye(m)[bounded])], format="csc")
+    problem = {"P": csc_matrix(np.triu(qp.H)), "q": qp.g, "A": rows}
+    low, high = (np.concatenate([np.zeros(p), side[bounded]]) for side in (qp.lb, qp.ub))
+    # Without warm_starting each solve begins at zero; adaptive rho is carried over in any case.
+    settings = SETTINGS[level] | {"warm_starting": start == "warm"}
+
+    def set_up() -> Any:
+        model = osqp.OSQP()
+        model.setup(**problem, l=low, u=high, **settings)
+        return model
+
+    def cold(b: FloatArray) -> Answer:
+        low[:p] = high[:p] = b
+        return _solve(set_up())
+
+    def live(model: Any, b: FloatArray) -> Answer:
+        low[:p] = high[:p] = b
+        model.update(l=low, u=high)
+        return _solve(model)
+
+    return cold if start == "cold" else partial(live, set_up())
+
+
+def _solve(model: Any) -> Answer:
+    result = model.solve(raise_error=False)
+    info = result.info
+    status = meaning(STATUS, info.status_val, "osqp")
+    return Answer(result.x, status, info.iter, info.run_time)

@@ -1,0 +1,61 @@
+"""PIQP: proximal interior point, dense, in C++."""
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from alloc.allocation import FloatArray, Status
+from alloc.qp import QP
+from alloc.solvers import Answer, Level, Solve, Start, meaning
+
+REQUIRES = PACKAGE = "piqp"
+ALGORITHM = "proximal interior point"
+LICENCE = "BSD-2-Clause"
+STARTS: tuple[Start, ...] = ("cold", "reused")  # it takes no first guess
+
+_CAPPED = {"compute_timings": True, "max_iter": 250}  # its own, written down; it has no time cap
+SETTINGS: dict[Level, dict[str, Any]] = {
+    "default": _CAPPED,
+    # A gap of g leaves x up to sqrt(2 g) away: 1e-6 needs 1e-12.
+    "tight": _CAPPED
+    | {"eps_abs": 1e-11, "eps_rel": 0.0, "eps_duality_gap_abs": 1e-13, "eps_duality_gap_rel": 0.0},
+}
+TOLERANCE: dict[Level, float] = {"default": 1e-4, "tight": 1e-6}
+
+STATUS = {
+    1: Status.SOLVED,
+    -1: Status.NOT_CONVERGED,  # iteration cap
+    -2: Status.INFEASIBLE,
+    -3: Status.NOT_CONVERGED,  # dual infeasible: impossible with a positive definite H
+    -8: Status.NOT_CONVERGED,  # numerics
+}
+
+
+def prepare(qp: QP, start: Start, level: Level) -> Solve:
+    """The standard form is PIQP's own; only b is updated."""
+    import piqp
+
+    H, A = np.asfortranarray(qp.H), np.asfortranarray(qp.A)
+
+    def set_up(b: FloatArray) -> Any:
+        model = piqp.DenseSolver()
+        for key, value in SETTINGS[level].items():
+            setattr(model.settings, key, value)
+        model.setup(H, qp.g, A, b, x_l=qp.lb, x_u=qp.ub)
+        return model
+
+    def cold(b: FloatArray) -> Answer:
+        return _solve(set_up(b))
+
+    def reused(model: Any, b: FloatArray) -> Answer:
+        model.update(b=b)
+        return _solve(model)
+
+    return cold if start == "cold" else partial(reused, set_up(np.zeros(len(A))))
+
+
+def _solve(model: Any) -> Answer:
+    status = meaning(STATUS, model.solve().value, "piqp")
+    result = model.result
+    return Answer(result.x, status, result.info.iter, result.info.run_time)

@@ -1,0 +1,133 @@
+"""What an answer gives away: wrench error, direction error, effort, limits. Equations only, no clock.
+
+A thruster can't push beyond its limits whatever it is told, so the wrench counted here is the
+delivered one, T P clip(f, f_min, f_max): for a closed form that ignores the limits that is what the
+vehicle feels.
+"""
+
+import numpy as np
+
+from alloc import Vehicle
+from alloc.allocation import FloatArray
+
+FLOOR = 0.01
+"""Demands below 1 % of ``wrench_scale`` count as that large, and have no direction: rounding and solver
+tolerances must not look like 100 % of almost nothing."""
+
+AT_LIMIT = 1e-6
+"""A thrust this near to a limit, or beyond it, is saturated; a share of the largest limit. It is the
+wrench tolerance of the limited methods."""
+
+MET = 1e-6
+"""A wrench met to this share of ``wrench_scale`` on each axis is met: what SOLVED promises."""
+
+MOMENTS = ("roll", "pitch", "yaw")
+
+
+def delivered(vehicle: Vehicle, F: FloatArray) -> FloatArray:
+    """Wrenches (N, k) that the thrusters push when told F (N, n): T P clip(f, f_min, f_max)."""
+    wrench: FloatArray = np.clip(F, vehicle.f_min, vehicle.f_max) @ vehicle.TP.T
+    return wrench
+
+
+def relative_wrench_error(vehicle: Vehicle, taus: FloatArray, F: FloatArray) -> FloatArray:
+    """|T P clip(f) - tau| / |tau| (N,), Euclidean lengths in wrench_scale; NaN where f is NaN."""
+    miss = np.linalg.norm((delivered(vehicle, F) - taus) / vehicle.wrench_scale, axis=1)
+    size = np.linalg.norm(taus / vehicle.wrench_scale, axis=1)
+    error: FloatArray = miss / np.maximum(size, FLOOR)
+    return error
+
+
+def direction_error_deg(vehicle: Vehicle, taus: FloatArray, F: FloatArray) -> FloatArray:
+    """Angle (N,) between delivered and demanded wrench, both in wrench_scale [deg].
+
+    NaN where f is NaN, the demand is smaller than FLOOR, or nothing is delivered.
+    """
+    a, b = taus / vehicle.wrench_scale, delivered(vehicle, F) / vehicle.wrench_scale
+    size_a, size_b = np.linalg.norm(a, axis=1), np.linalg.norm(b, axis=1)
+    directed = (size_a >= FLOOR) & (size_b > 0)
+    a = a / np.where(directed, size_a, 1.0)[:, None]
+    b = b / np.where(directed, size_b, 1.0)[:, None]
+    # Kahan's form keeps its digits at small angles, where arccos of a cosine has none.
+    angle = 2 * np.arctan2(np.linalg.norm(a - b, axis=1), np.linalg.norm(a + b, axis=1))
+    degrees: FloatArray = np.where(directed, np.degrees(angle), np.nan)
+    return degrees
+
+
+def effort_over_optimum(
+    vehicle: Vehicle, taus: FloatArray, F: FloatArray, reference: FloatArray
+) -> FloatArray:
+    """f'Hf / f*'Hf* - 1 (N,), f* the hard optimum (eq. 4-5) of the same demand [-].
+
+    NaN unless both are finite, f lies inside the limits and meets the wrench: less thrust for less
+    wrench is no saving.
+    """
+    effort, least = (np.einsum("ij,jk,ik->i", f, vehicle.H, f) for f in (F, reference))
+    met = (np.abs(F @ vehicle.TP.T - taus) <= MET * vehicle.wrench_scale).all(axis=1)
+    counts = met & (_excess(vehicle, F).max(axis=1) <= AT_LIMIT) & (least > 0)
+    ratio: FloatArray = np.where(counts, effort, np.nan) / np.where(counts, least, 1.0) - 1
+    return ratio
+
+
+def loss(vehicle: Vehicle, taus: FloatArray, F: FloatArray, reference: FloatArray) -> dict[str, float | None]:
+    """What a method loses on a set of demands; None where no answer gives the number.
+
+    Parameters
+    ----------
+    taus : (N, k) demands [N, N m]
+    F : (N, n) thrusts as returned, NaN rows where there is none [N]
+    reference : (N, n) the hard optimum (eq. 4-5) of each demand, NaN where it has none [N]
+
+    Returns
+    -------
+    answered_share : rows of F that are finite; the rest of the numbers are about these
+    wrench_error_rel_p50, _p99, _max : |delivered - tau| / |tau|, see ``relative_wrench_error`` [-]
+    wrench_error_<axis>_max_N or _Nm : largest |delivered - tau| on that axis
+    within_1pct_share, within_5pct_share : of all demands, those delivered that closely
+    direction_error_p50_deg, direction_error_max_deg : see ``direction_error_deg``
+    effort_over_optimum_p50, _max : see ``effort_over_optimum`` [-]
+    limits_violated_share : answers with a thrust beyond a limit
+    thrusters_saturated_mean, _max : thrusters at or beyond a limit, of those that can move
+    """
+    answered = np.isfinite(F).all(axis=1)
+    taus_all, taus, F, reference = taus, taus[answered], F[answered], reference[answered]
+    error = relative_wrench_error(vehicle, taus, F)
+    direction = direction_error_deg(vehicle, taus, F)
+    effort = effort_over_optimum(vehicle, taus, F, reference)
+    excess = _excess(vehicle, F)
+    violated = (excess.max(axis=1) > AT_LIMIT).astype(float)
+    moves = vehicle.f_max > vehicle.f_min
+    saturated = (moves & (excess >= -AT_LIMIT)).sum(axis=1).astype(float)
+    total = max(len(taus_all), 1)
+    found = {
+        "answered_share": len(taus) / total,
+        "wrench_error_rel_p50": _quantile(error, 0.5),
+        "wrench_error_rel_p99": _quantile(error, 0.99),
+        "wrench_error_rel_max": _quantile(error, 1.0),
+        "within_1pct_share": float(np.count_nonzero(error <= 0.01)) / total,
+        "within_5pct_share": float(np.count_nonzero(error <= 0.05)) / total,
+        "direction_error_p50_deg": _quantile(direction, 0.5),
+        "direction_error_max_deg": _quantile(direction, 1.0),
+        "effort_over_optimum_p50": _quantile(effort, 0.5),
+        "effort_over_optimum_max": _quantile(effort, 1.0),
+        "limits_violated_share": float(violated.mean()) if violated.size else None,
+        "thrusters_saturated_mean": float(saturated.mean()) if saturated.size else None,
+        "thrusters_saturated_max": _quantile(saturated, 1.0),
+    }
+    miss = np.abs(delivered(vehicle, F) - taus)
+    for axis, column in zip(vehicle.dof, miss.T, strict=True):
+        unit = "Nm" if axis in MOMENTS else "N"
+        found[f"wrench_error_{axis}_max_{unit}"] = _quantile(column, 1.0)
+    return found
+
+
+def _excess(vehicle: Vehicle, F: FloatArray) -> FloatArray:
+    """(N, n) how far each thrust lies beyond its nearer limit, as a share of f_scale; negative inside."""
+    excess: FloatArray = np.maximum(F - vehicle.f_max, vehicle.f_min - F) / vehicle.f_scale
+    return excess
+
+
+def _quantile(values: FloatArray, q: float) -> float | None:
+    # An observed value, not an interpolated one; NaN means that a row has no such number.
+    there = values[~np.isnan(values)]
+    return float(np.quantile(there, q, method="higher")) if there.size else None

@@ -1,0 +1,216 @@
+"""The closed forms (eq. 6-28, Appendix A), each against a second way to the same f."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.linalg
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from alloc import NotApplicable, Status, Vehicle, build, load_vehicle
+from alloc.allocation import FloatArray
+from alloc.methods import svd, walsh
+
+CLOSED = ("pinv", "svd", "walsh")
+AGREE = 1e-9
+"""What closed forms promise, relative to the largest |f|: rounding times cond(T), below 1e3 here."""
+
+
+def vehicle_of(T: FloatArray, H: FloatArray | None = None) -> Vehicle:
+    k, n = T.shape
+    dof = ("surge", "sway", "heave", "roll", "pitch", "yaw")[:k]
+    limit = np.full(n, 100.0)
+    return Vehicle("random", dof, T, np.eye(n) if H is None else H, -limit, limit, np.ones(n), np.ones(k))
+
+
+def by_lagrange(vehicle: Vehicle, tau: FloatArray) -> FloatArray:
+    """f from the KKT system of eq. 6-7, solved as it stands over the thrusters that work."""
+    on = vehicle.working
+    T, H, m = vehicle.TP[:, on], vehicle.H[np.ix_(on, on)], len(on)
+    kkt = np.block([[H, T.T], [T, np.zeros((vehicle.k, vehicle.k))]])
+    f = np.zeros(vehicle.n)
+    f[on] = np.linalg.solve(kkt, np.concatenate([np.zeros(m), tau]))[:m]
+    return f
+
+
+def answer(method: str, vehicle: Vehicle, tau: FloatArray) -> FloatArray:
+    f, status, _, _ = build(method, vehicle)(tau)
+    assert status is Status.SOLVED
+    return f
+
+
+def assert_same(f: FloatArray, expected: FloatArray) -> None:
+    np.testing.assert_allclose(f, expected, rtol=0, atol=AGREE * max(1.0, np.abs(expected).max()))
+
+
+@st.composite
+def problems(draw: st.DrawFn) -> tuple[Vehicle, FloatArray]:
+    """A vehicle with any T and any H, now and then with a thruster off or weakened, and a demand."""
+    k = draw(st.integers(1, 6))
+    n = draw(st.integers(k + 1, 9))
+    entries = st.floats(-1, 1).map(lambda x: round(x, 3))  # as published geometry has it
+    T = draw(arrays(float, (k, n), elements=entries))
+    B = draw(arrays(float, (n, n), elements=entries))
+    assume(T.any())
+    vehicle = vehicle_of(T, B @ B.T + 0.1 * np.eye(n))
+    if draw(st.booleans()):
+        vehicle = vehicle.with_fault(draw(st.integers(0, n - 1)), draw(st.sampled_from([0.0, 0.25, 0.8])))
+    assume(vehicle.rank == k and np.linalg.cond(vehicle.TP) < 100)  # the KKT system is no worse than AGREE
+    return vehicle, draw(arrays(float, k, elements=st.floats(-100, 100)))
+
+
+@pytest.mark.parametrize("method", ["pinv", "svd"])
+@given(problem=problems())
+def test_a_closed_form_solves_the_kkt_system_for_any_T_H_and_fault(
+    method: str, problem: tuple[Vehicle, FloatArray]
+) -> None:
+    vehicle, tau = problem
+    assert_same(answer(method, vehicle, tau), by_lagrange(vehicle, tau))
+
+
+@pytest.mark.parametrize("method", ["pinv", "svd"])
+@given(problem=problems())
+def test_a_closed_form_meets_the_wrench_and_is_stationary(
+    method: str, problem: tuple[Vehicle, FloatArray]
+) -> None:
+    vehicle, tau = problem
+    f = answer(method, vehicle, tau)
+    np.testing.assert_allclose(vehicle.TP @ f, tau, rtol=0, atol=AGREE * max(1.0, np.abs(tau).max()))
+    # H f is a combination of the rows of T: no part of it lies in the null space.
+    on = vehicle.working
+    along = scipy.linalg.null_space(vehicle.TP[:, on]).T @ (vehicle.H @ f)[on]
+    np.testing.assert_allclose(along, 0, atol=AGREE * max(1.0, np.abs(vehicle.H @ f).max()))
+
+
+def test_pinv_is_scipy_s_pseudoinverse_where_h_is_the_identity(vehicle: Vehicle) -> None:
+    expected = scipy.linalg.pinv(vehicle.T)
+    for method in ("pinv", "svd"):
+        columns = [answer(method, vehicle, tau) for tau in np.eye(vehicle.k)]
+        assert_same(np.array(columns).T, expected)
+
+
+def test_equation_9_as_printed_gives_the_same_f(vehicle: Vehicle, rng: np.random.Generator) -> None:
+    H = np.diag(rng.uniform(0.5, 2, vehicle.n))
+    weighted = replace(vehicle, H=H)
+    T, H_inv = vehicle.T, np.linalg.inv(H)
+    T_star = H_inv @ T.T @ np.linalg.inv(T @ H_inv @ T.T)
+    tau = vehicle.T @ rng.uniform(vehicle.f_min, vehicle.f_max)
+    for method in ("pinv", "svd"):
+        assert_same(answer(method, weighted, tau), T_star @ tau)
+
+
+def test_all_closed_forms_agree_on_every_vehicle_and_fault(
+    vehicle: Vehicle, rng: np.random.Generator
+) -> None:
+    for case in (vehicle, *(vehicle.with_fault(i) for i in range(vehicle.n)), vehicle.with_fault(0, 0.4)):
+        thrusts = rng.uniform(case.f_min, case.f_max, (5, case.n))
+        for tau in thrusts @ case.TP.T:
+            expected = answer("pinv", case, tau)
+            for method in CLOSED:
+                try:
+                    assert_same(answer(method, case, tau), expected)
+                except NotApplicable:
+                    assert method == "walsh"
+
+
+@pytest.mark.parametrize("method", ["pinv", "svd"])
+def test_a_lost_rank_gives_the_nearest_wrench_and_says_so(method: str) -> None:
+    degraded = load_vehicle("bluerov2").with_fault(4)  # one vertical thruster for heave and roll
+    allocate = build(method, degraded)
+    reachable = degraded.TP @ np.array([1, -2, 3, 4, 0, 5.0])
+    assert allocate(reachable).status is Status.SOLVED
+    f, status, _, _ = allocate(np.array([0, 0, 10.0, 0, 0]))
+    assert status is Status.PARTIAL
+    scaled = 1 / np.linalg.norm(degraded.T, axis=1)
+    nearest, *_ = scipy.linalg.lstsq(scaled[:, None] * degraded.TP, scaled * [0, 0, 10.0, 0, 0])
+    assert_same(f, nearest)
+
+
+def test_svd_returns_the_factors_of_equation_11(vehicle: Vehicle, rng: np.random.Generator) -> None:
+    B = rng.normal(size=(vehicle.n, vehicle.n))
+    weighted = replace(vehicle, H=B @ B.T + np.eye(vehicle.n))
+    U, S, V, L, rows = svd.decompose(weighted)
+    np.testing.assert_allclose(U @ U.T, np.eye(vehicle.k), atol=1e-13)
+    np.testing.assert_allclose(V @ V.T, np.eye(vehicle.n), atol=1e-13)
+    np.testing.assert_allclose(L @ L.T, weighted.H, rtol=1e-12, atol=1e-12)
+    assert (np.diff(S.diagonal()) <= 0).all()
+    np.testing.assert_allclose((U @ S @ V.T @ L.T) / rows[:, None], vehicle.T, atol=1e-12 * vehicle.f_scale)
+
+
+@pytest.mark.parametrize("n", [1, 2, 4, 8, 16, 64])
+def test_a_walsh_matrix_is_symmetric_orthogonal_and_in_dyadic_order(n: int) -> None:
+    W = walsh.walsh_matrix(n)
+    np.testing.assert_array_equal(W, W.T)
+    np.testing.assert_array_equal(W @ W, n * np.eye(n))
+    # Dyadic order: row i changes sign with the Rademacher functions of the bits of i, lowest bit slowest.
+    bits = n.bit_length() - 1
+    for i in range(n):
+        for x in range(n):
+            crossings = sum((i >> b & 1) * (x >> (bits - 1 - b) & 1) for b in range(bits))
+            assert W[i, x] == (-1) ** crossings
+    natural = scipy.linalg.hadamard(n)
+    assert {tuple(row) for row in W} == {tuple(row) for row in natural}
+
+
+@pytest.mark.parametrize("n", [0, -4, 3, 6, 12])
+def test_no_walsh_matrix_has_such_a_size(n: int) -> None:
+    with pytest.raises(NotApplicable, match="power of two"):
+        walsh.walsh_matrix(n)
+
+
+@given(
+    alpha=st.floats(5, 85),
+    arm=st.floats(0.01, 100) | st.floats(-100, -0.01),
+    tau=arrays(float, 3, elements=st.floats(-1e3, 1e3)),
+    order=st.permutations(range(4)),
+    flipped=st.lists(st.booleans(), min_size=4, max_size=4),
+    off=st.none() | st.integers(0, 3),
+)
+def test_walsh_is_the_pseudoinverse_for_four_thrusters_in_any_order_and_sense(
+    alpha: float, arm: float, tau: FloatArray, order: list[int], flipped: list[bool], off: int | None
+) -> None:
+    t = np.array([np.cos(np.radians(alpha)), np.sin(np.radians(alpha)), arm])
+    T = t[:, None] * np.array([[1, 1, -1, -1], [1, -1, 1, -1], [1, -1, -1, 1.0]])
+    vehicle = vehicle_of(T[:, order] * np.where(flipped, -1, 1))
+    if off is not None:
+        vehicle = vehicle.with_fault(off)
+    f = answer("walsh", vehicle, tau)
+    assert_same(f, scipy.linalg.pinv(vehicle.TP) @ tau)
+
+
+def test_walsh_covers_eight_thrusters_that_are_rows_of_w8(rng: np.random.Generator) -> None:
+    Q = np.diag([0.9, 0.4, 0.4, 2.0, 3.0, 0.5])
+    vehicle = vehicle_of(Q @ walsh.walsh_matrix(8)[2:])
+    for case in (vehicle, vehicle.with_fault(5)):
+        tau = case.TP @ rng.uniform(-10, 10, 8)
+        assert_same(answer("walsh", case, tau), by_lagrange(case, tau))
+
+
+@pytest.mark.parametrize(
+    ("spoil", "premise"),
+    [
+        (lambda v: replace(v, H=np.diag([1, 1, 1, 2.0])), "multiple of the identity"),
+        (lambda v: v.with_fault(1, 0.5), "thruster 1 is weakened"),
+        (lambda v: replace(v, T=v.T * [1, 1, 1, 1.01]), "not \\+-equal"),
+        (lambda v: replace(v, T=np.vstack([v.T[:2], np.zeros(4)])), "no thruster moves yaw"),
+        (lambda v: replace(v, T=v.T[[0, 1, 0]]), "surge and yaw of T are not orthogonal"),
+        (lambda v: vehicle_of(np.array([[1.0, 1, 1], [1, -1, 0]])), "3 thrusters move surge"),
+    ],
+)
+def test_walsh_refuses_and_names_the_premise_that_fails(spoil, premise: str) -> None:  # type: ignore[no-untyped-def]
+    with pytest.raises(NotApplicable, match=premise):
+        build("walsh", spoil(load_vehicle("ukwial")))
+
+
+def test_walsh_covers_the_vehicles_whose_fours_look_like_the_paper_s() -> None:
+    covered = {"ukwial", "bluerov2-heavy", "subjugator8"}
+    for path in (Path(walsh.__file__).parents[1] / "vehicles").glob("*.yaml"):
+        vehicle = load_vehicle(path)
+        if vehicle.name in covered:
+            build("walsh", vehicle)
+        elif vehicle.name in {"bluerov2", "nautilus", "supply-vessel"}:
+            with pytest.raises(NotApplicable):
+                build("walsh", vehicle)

@@ -1,0 +1,208 @@
+"""The exact method, held against equations, constructed demands and two solvers that know nothing of it."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from alloc import NotApplicable, Status, Vehicle, build, load_vehicle
+from tests.nullspace_cases import (
+    SHAPES,
+    demands_of_known_verdict,
+    face_thrusts,
+    random_vehicle,
+    vertex_thrusts,
+)
+
+PER_SHAPE = 20_000 // len(SHAPES) + 1
+VEHICLES_PER_SHAPE = 20
+EXACT = 1e-9
+"""Relative to the largest limit: what the method promises."""
+
+
+@pytest.fixture(params=SHAPES, ids=lambda s: f"{s[0]}x{s[1]}")
+def shape(request: pytest.FixtureRequest) -> tuple[int, int]:
+    found: tuple[int, int] = request.param
+    return found
+
+
+def daqp_answer(vehicle: Vehicle, tau: np.ndarray) -> np.ndarray | None:
+    import daqp
+
+    n, s = vehicle.n, vehicle.f_scale
+    upper = np.concatenate([vehicle.f_max, tau]) / s
+    lower = np.concatenate([vehicle.f_min, tau]) / s
+    equality = np.array([0] * n + [5] * vehicle.k, dtype=np.int32)
+    x, _, flag, _ = daqp.solve(vehicle.H.copy(), np.zeros(n), vehicle.T.copy(), upper, lower, equality)
+    return np.asarray(x) * s if flag > 0 else None
+
+
+def quadprog_answer(vehicle: Vehicle, tau: np.ndarray) -> np.ndarray | None:
+    quadprog = pytest.importorskip("quadprog", reason="GPL: measured only where somebody installs it")
+    eye, s = np.eye(vehicle.n), vehicle.f_scale
+    rows = np.vstack([vehicle.T, eye, -eye]).T
+    bounds = np.concatenate([tau, vehicle.f_min, -vehicle.f_max]) / s
+    try:
+        x = quadprog.solve_qp(vehicle.H.copy(), np.zeros(vehicle.n), rows, bounds, vehicle.k)[0]
+    except ValueError as error:
+        if "inconsistent" in str(error):  # its word for infeasible
+            return None
+        raise
+    return np.asarray(x) * s
+
+
+@pytest.mark.parametrize("solve", [daqp_answer, quadprog_answer], ids=["daqp", "quadprog"])
+def test_solvers_and_construction_give_the_same_verdict_and_the_same_thrusts(solve, shape) -> None:
+    rng = np.random.default_rng(5)
+    for index in range(VEHICLES_PER_SHAPE):
+        vehicle = random_vehicle(*shape, rng, diagonal=index % 2 == 0)
+        demands = demands_of_known_verdict(vehicle, PER_SHAPE // VEHICLES_PER_SHAPE + 1, rng)
+        F, status = build("nullspace", vehicle).many(demands.taus)
+        np.testing.assert_array_equal(status == Status.SOLVED, demands.attainable)
+        for i, (tau, f) in enumerate(zip(demands.taus, F, strict=True)):
+            answer = solve(vehicle, tau)
+            if i % 6 in (
+                0,
+                5,
+            ):  # the solvers' own tolerances are coarser than EDGE: their verdict there is theirs
+                assert (answer is not None) == demands.attainable[i]
+            if answer is not None and demands.attainable[i]:
+                # On the boundary, where f is the only thrust there is, a solver's tolerance moves it by that.
+                allowed = EXACT if i % 6 == 0 else 1e-5
+                assert np.abs(answer - f).max() <= allowed * vehicle.f_scale
+
+
+def test_a_demand_on_the_boundary_gets_the_only_thrust_that_makes_it(shape) -> None:
+    rng = np.random.default_rng(6)
+    for _ in range(50):
+        vehicle = random_vehicle(*shape, rng)
+        allocate = build("nullspace", vehicle)
+        for f in (face_thrusts(vehicle, rng), vertex_thrusts(vehicle, rng)):
+            found = allocate(vehicle.T @ f)
+            assert found.status is Status.SOLVED
+            # Rounding of tau moves f by up to 1e-16 times how nearly parallel the free columns of T are.
+            np.testing.assert_allclose(found.f, f, rtol=0, atol=1e-7 * vehicle.f_scale)
+
+
+def test_the_wrench_is_met_and_no_limit_exceeded_by_one_ulp(shape) -> None:
+    rng = np.random.default_rng(7)
+    for _ in range(20):
+        vehicle = random_vehicle(*shape, rng)
+        demands = demands_of_known_verdict(vehicle, 60, rng)
+        F, status = build("nullspace", vehicle).many(demands.taus)
+        solved = status == Status.SOLVED
+        assert (F[solved] >= vehicle.f_min).all()
+        assert (F[solved] <= vehicle.f_max).all()
+        error = np.abs(F[solved] @ vehicle.T.T - demands.taus[solved]) / vehicle.wrench_scale
+        assert error.max() <= EXACT * np.sqrt(vehicle.n)  # each thrust may be moved by EXACT onto its limit
+        assert np.isnan(F[~solved]).all()
+
+
+@given(seed=st.integers(0, 2**32 - 1), shape=st.sampled_from(SHAPES), diagonal=st.booleans())
+@settings(max_examples=150, deadline=None)
+def test_no_other_thrust_makes_the_same_wrench_with_less_effort(seed, shape, diagonal) -> None:
+    rng = np.random.default_rng(seed)
+    vehicle = random_vehicle(*shape, rng, diagonal)
+    other = rng.uniform(vehicle.f_min, vehicle.f_max)
+    f, status, _, _ = build("nullspace", vehicle)(vehicle.T @ other)
+    assert status is Status.SOLVED
+    assert f @ vehicle.H @ f <= other @ vehicle.H @ other * (1 + 1e-9)  # rounding of either side
+
+
+def test_one_by_one_and_many_take_the_same_steps(shape) -> None:
+    rng = np.random.default_rng(8)
+    vehicle = random_vehicle(*shape, rng)
+    allocate = build("nullspace", vehicle)
+    taus = demands_of_known_verdict(vehicle, 120, rng).taus
+    F, status = allocate.many(taus)
+    for tau, f, s in zip(taus, F, status, strict=True):
+        one = allocate(tau)
+        assert one.status == s
+        np.testing.assert_allclose(one.f, f, rtol=0, atol=1e-11 * vehicle.f_scale)  # another order of sums
+
+
+def test_no_demand_takes_more_steps_than_the_worst_case(vehicle: Vehicle) -> None:
+    rng = np.random.default_rng(9)
+    allocate = build("nullspace", vehicle)
+    thrusts = rng.uniform(vehicle.f_min, vehicle.f_max, (2000, vehicle.n)) * rng.uniform(0.2, 2, (2000, 1))
+    steps = [allocate(tau).iterations for tau in thrusts @ vehicle.T.T]
+    assert max(steps) <= allocate.worst_case_steps
+    if vehicle.nullity < 3:
+        assert max(steps) == allocate.worst_case_steps  # it is reached, so it is no idle bound
+
+
+@pytest.mark.parametrize(
+    ("shape", "bound"),
+    [((3, 4), 4 + 4), ((2, 4), 4 + 2 * 4 + 6), ((3, 6), 6 + 2 * (6 + 15) + 20)],
+    ids=["d = 1", "d = 2", "d = 3"],
+)
+def test_the_worst_case_is_the_formula_in_the_documents(shape, bound) -> None:
+    """n + C(n, d) + 2 (C(n, 1) + … + C(n, d - 1)) where no two rows of N are parallel."""
+    allocate = build("nullspace", random_vehicle(*shape, np.random.default_rng(10)))
+    assert allocate.worst_case_steps == bound
+
+
+@pytest.mark.parametrize(
+    ("name", "blocks"),
+    [("ukwial", [1]), ("bluerov2-heavy", [1, 1]), ("nautilus", [1, 1]), ("supply-vessel", [3])],
+)
+def test_independent_blocks_are_found_from_the_vehicle(name: str, blocks: list[int]) -> None:
+    from alloc.nullspace.structure import decompose
+
+    vehicle = load_vehicle(name)
+    structure = decompose(vehicle)
+    assert [block.N.shape[1] for block in structure.blocks] == blocks
+    N = np.zeros((vehicle.n, sum(blocks)))
+    for i, block in enumerate(structure.blocks):
+        start = sum(blocks[:i])
+        N[block.rows, start : start + blocks[i]] = block.N
+    np.testing.assert_allclose(vehicle.T @ N, 0, atol=1e-12)
+    np.testing.assert_allclose(N.T @ vehicle.H @ N, np.eye(sum(blocks)), atol=1e-12)
+
+
+def test_a_cost_that_couples_two_blocks_joins_them() -> None:
+    from dataclasses import replace
+
+    from alloc.nullspace.structure import decompose
+
+    vehicle = load_vehicle("bluerov2-heavy")
+    H = np.eye(vehicle.n)
+    first, second = (block.rows[0] for block in decompose(vehicle).blocks)
+    H[first, second] = H[second, first] = 0.3
+    assert [block.N.shape[1] for block in decompose(replace(vehicle, H=H)).blocks] == [2]
+
+
+def test_a_wrench_that_no_thruster_pushes_is_infeasible() -> None:
+    vehicle = load_vehicle("ukwial").with_fault(0).with_fault(1)
+    allocate = build("nullspace", vehicle)
+    reachable = vehicle.TP @ np.array([0, 0, 20.0, -30.0])
+    lost = np.linalg.svd(vehicle.TP)[0][:, -1]
+    assert allocate(reachable).status is Status.SOLVED
+    assert allocate(reachable + 1e-3 * lost).status is Status.INFEASIBLE
+    assert allocate.many([reachable, reachable + 1e-3 * lost])[1].tolist() == [0, 2]
+
+
+def test_a_weakened_thruster_pushes_less_and_is_asked_for_it(vehicle: Vehicle) -> None:
+    weak = vehicle.with_fault(0, readiness=0.4)
+    tau = weak.T @ (weak.readiness * weak.f_max)
+    found = build("nullspace", weak)(tau)
+    assert found.status is Status.SOLVED
+    np.testing.assert_allclose(weak.TP @ found.f, tau, atol=EXACT * weak.wrench_scale.max())
+
+
+@pytest.mark.filterwarnings(
+    "ignore::RuntimeWarning"
+)  # numpy remarks that G tau overflows; the answer must not
+@pytest.mark.parametrize("size", [1e300, 1.7e308])
+def test_a_demand_near_the_largest_float_is_infeasible(vehicle: Vehicle, size: float) -> None:
+    allocate = build("nullspace", vehicle)
+    signs = np.sign(vehicle.T.sum(axis=1)) + (vehicle.T.sum(axis=1) == 0)
+    for tau in (np.full(vehicle.k, size), size * signs):
+        assert allocate(tau).status is Status.INFEASIBLE
+        assert allocate.many([tau])[1].tolist() == [Status.INFEASIBLE]
+
+
+def test_a_null_space_too_large_to_be_worth_it_is_refused_with_the_reason() -> None:
+    vehicle = random_vehicle(3, 16, np.random.default_rng(11))
+    with pytest.raises(NotApplicable, match="13-dimensional null space"):
+        build("nullspace", vehicle)
