@@ -5,9 +5,11 @@ Its name is the column's, with the unit at the end; its docstring is the column'
 never means. To add a column, add a function.
 """
 
+from collections.abc import Callable
 from statistics import median
 
-from bench.rows import Counted, Row, merged
+from bench.quantiles import interval, merged, quantile
+from bench.rows import Row
 
 Value = str | int | float | None
 
@@ -65,13 +67,13 @@ def call_p50_us(row: Row) -> Value:
 
 
 def call_p99_us(row: Row) -> Value:
-    """99 % of single calls were faster; empty below 1,000 calls."""
-    return _us(_quantile(row.singles, 0.99))
+    """99 % of single calls were as fast; empty below 1,000 calls."""
+    return _us(quantile(row.singles, 0.99))
 
 
 def call_p999_us(row: Row) -> Value:
-    """99.9 % of single calls were faster; empty below 10,000 calls."""
-    return _us(_quantile(row.singles, 0.999))
+    """99.9 % of single calls were as fast; empty below 10,000 calls."""
+    return _us(quantile(row.singles, 0.999))
 
 
 def call_max_us(row: Row) -> Value:
@@ -81,7 +83,7 @@ def call_max_us(row: Row) -> Value:
 
 def solver_p50_us(row: Row) -> Value:
     """Median of the time that the solver itself reports; empty where it reports none."""
-    return _us(_quantile(merged(cell.solver_singles for cell in row.cells), 0.5))
+    return _us(quantile(merged(cell.solver_singles for cell in row.cells), 0.5))
 
 
 def iterations_max(row: Row) -> Value:
@@ -124,7 +126,12 @@ def peak_rss_MB(row: Row) -> Value:
 
 def quiet(row: Row) -> Value:
     """``no`` where the machine was busy with something else while this row was timed."""
-    return "yes" if not any(cell.quiet and cell.quiet.steal_ticks for cell in row.cells) else "no"
+    return "no" if row.disturbed else "yes"
+
+
+def disturbed_by(row: Row) -> Value:
+    """What disturbed the machine where ``quiet`` is no; docs/method.md says what counts."""
+    return "; ".join(row.disturbed)
 
 
 def level(row: Row) -> Value:
@@ -150,6 +157,31 @@ def call_p50_low_us(row: Row) -> Value:
 def call_p50_high_us(row: Row) -> Value:
     """Highest ``call_p50_us`` of a single repeat."""
     return _us(max(row.centre(lambda cell: cell.batches), default=None))
+
+
+def call_p99_low_us(row: Row) -> Value:
+    """Lower end of the 95 % interval of ``call_p99_us``."""
+    return _us(_end(row, 0.99, 0))
+
+
+def call_p99_high_us(row: Row) -> Value:
+    """Upper end of the 95 % interval of ``call_p99_us``."""
+    return _us(_end(row, 0.99, 1))
+
+
+def call_p999_low_us(row: Row) -> Value:
+    """Lower end of the 95 % interval of ``call_p999_us``."""
+    return _us(_end(row, 0.999, 0))
+
+
+def call_p999_high_us(row: Row) -> Value:
+    """Upper end of the 95 % interval of ``call_p999_us``."""
+    return _us(_end(row, 0.999, 1))
+
+
+def n_single_calls(row: Row) -> Value:
+    """How many of ``n_calls`` were timed singly; quantiles are of these."""
+    return sum(count for _, count in row.singles)
 
 
 def call_cpu_p50_us(row: Row) -> Value:
@@ -197,21 +229,95 @@ def wrong(row: Row) -> Value:
     return next((j.wrong for j in row.judged if j.wrong), "")
 
 
+def lost_wrench_p50(row: Row) -> Value:
+    """Median of |delivered - tau| / |tau|, delivered being what thrusts clipped to their limits push."""
+    return _loss(row, "wrench_error_rel_p50")
+
+
+def lost_wrench_p99(row: Row) -> Value:
+    """99 % of demands lose less of their wrench than this share."""
+    return _loss(row, "wrench_error_rel_p99")
+
+
+def lost_wrench_max(row: Row) -> Value:
+    """Largest share of any demand's wrench that is not delivered."""
+    return _loss(row, "wrench_error_rel_max")
+
+
+def lost_force_max_N(row: Row) -> Value:
+    """Largest |delivered - tau| on any force axis."""
+    return _worst_axis(row, "_max_N")
+
+
+def lost_moment_max_Nm(row: Row) -> Value:
+    """Largest |delivered - tau| on any moment axis."""
+    return _worst_axis(row, "_max_Nm")
+
+
+def answered_share(row: Row) -> Value:
+    """Share of demands (0 to 1) that got a finite f; losses are of these."""
+    return _loss(row, "answered_share", min)
+
+
+def within_1pct_share(row: Row) -> Value:
+    """Share of demands (0 to 1) whose wrench is delivered within 1 %."""
+    return _loss(row, "within_1pct_share", min)
+
+
+def within_5pct_share(row: Row) -> Value:
+    """Share of demands (0 to 1) whose wrench is delivered within 5 %."""
+    return _loss(row, "within_5pct_share", min)
+
+
+def direction_error_p50_deg(row: Row) -> Value:
+    """Median angle between delivered and demanded wrench."""
+    return _loss(row, "direction_error_p50_deg")
+
+
+def direction_error_max_deg(row: Row) -> Value:
+    """Largest angle between delivered and demanded wrench."""
+    return _loss(row, "direction_error_max_deg")
+
+
+def effort_over_optimum_p50(row: Row) -> Value:
+    """Median of f'Hf / f*'Hf* - 1 where f meets the demand, f* the optimum of eq. 4-5."""
+    return _loss(row, "effort_over_optimum_p50")
+
+
+def effort_over_optimum_max(row: Row) -> Value:
+    """Largest f'Hf / f*'Hf* - 1."""
+    return _loss(row, "effort_over_optimum_max")
+
+
+def limits_violated_share(row: Row) -> Value:
+    """Share of answers (0 to 1) with a thrust beyond a limit, before clipping."""
+    return _loss(row, "limits_violated_share")
+
+
+def thrusters_saturated_mean(row: Row) -> Value:
+    """Mean number of thrusters at or beyond a limit."""
+    return _loss(row, "thrusters_saturated_mean")
+
+
+def _loss(row: Row, key: str, worst: Callable[[list[float]], float] = max) -> float | None:
+    found = [value for j in row.judged if (value := j.loss.get(key)) is not None]
+    return worst(found) if found else None
+
+
+def _worst_axis(row: Row, suffix: str) -> float | None:
+    axes = {key for j in row.judged for key in j.loss if key.endswith(suffix)}
+    found = [value for key in axes if key.startswith("wrench") and (value := _loss(row, key)) is not None]
+    return max(found, default=None)
+
+
+def _end(row: Row, q: float, end: int) -> int | None:
+    bounds = interval(row.singles, q)
+    return None if bounds is None else bounds[end]
+
+
 def _us(ns: float | None) -> float | None:
     return None if ns is None else ns / 1000
 
 
 def _median(values: list[float]) -> float | None:
     return median(values) if values else None
-
-
-def _quantile(counted: Counted, q: float) -> int | None:
-    n = sum(count for _, count in counted)
-    if not n or n * (1 - q) < 9.999:  # ten calls must lie beyond it, or it is an anecdote
-        return None
-    below = 0
-    for ns, count in counted:
-        below += count
-        if below >= q * n:
-            return ns
-    return counted[-1][0]

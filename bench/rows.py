@@ -1,17 +1,15 @@
 """A run as reports see it: the record's cells gathered into rows, one a line of results.csv."""
 
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import chain
 from pathlib import Path
 from statistics import median
 
+from bench.disturbance import canary_median_ns, disturbances
+from bench.quantiles import Counted, merged
 from bench.record import Batch, Cell, Judged, Record, Worker, read
-
-Counted = list[tuple[int, int]]
-"""A multiset of times: [(ns, how often), …], sorted."""
 
 
 @dataclass(frozen=True)
@@ -22,6 +20,7 @@ class Row:
     ----------
     cells : the repeats, each measured by a process of its own
     workers : those processes
+    disturbed : what disturbed the machine meanwhile, empty where it was quiet
     """
 
     vehicle: str
@@ -31,11 +30,12 @@ class Row:
     level: str
     cells: tuple[Cell, ...]
     workers: tuple[Worker, ...]
+    disturbed: tuple[str, ...]
 
     @property
     def label(self) -> str:
-        """Method, start and level as tables show them, e.g. ``qp/osqp warm tight``."""
-        return " ".join([self.method, *(word for word in (self.start, self.level) if word not in ("", "-"))])
+        """Method, start and level as tables show them, e.g. ``qp/osqp warm tight``; default is not said."""
+        return " ".join([self.method, *(w for w in (self.start, self.level) if w not in ("-", "default"))])
 
     @cached_property
     def failed(self) -> Cell | None:
@@ -62,6 +62,10 @@ class Row:
         return max((value for j in self.judged if (value := what(j)) is not None), default=None)
 
 
+SETS = ("active", "inactive", "boundary", "infeasible", "box", "axes", "mission")
+"""Order of demand sets in tables; the first one there is stands for the vehicle in pictures."""
+
+
 @dataclass(frozen=True)
 class Run:
     """A record and its rows."""
@@ -69,13 +73,19 @@ class Run:
     record: Record
     rows: tuple[Row, ...]
 
+    @property
+    def vehicles(self) -> list[str]:
+        """Vehicles that answered, sorted; canaries, which belong to none, left out."""
+        return sorted({row.vehicle for row in self.rows} - {"-"})
 
-def merged(counted: Iterable[Counted]) -> Counted:
-    """Several multisets of times as one."""
-    times: dict[int, int] = defaultdict(int)
-    for ns, count in chain.from_iterable(counted):
-        times[ns] += count
-    return sorted(times.items())
+    def sets(self, vehicle: str) -> list[str]:
+        """Demand sets of a vehicle, in the order of tables."""
+        found = {row.demands for row in self.rows if row.vehicle == vehicle}
+        return sorted(found, key=lambda name: (SETS.index(name) if name in SETS else len(SETS), name))
+
+    def of(self, vehicle: str, demands: str = "") -> list[Row]:
+        """Rows of a vehicle on one demand set, or on all."""
+        return [row for row in self.rows if row.vehicle == vehicle and demands in ("", row.demands)]
 
 
 def read_run(directory: Path) -> Run:
@@ -90,8 +100,10 @@ def gather(record: Record) -> tuple[Row, ...]:
     for cell in record.cells:
         k = cell.key
         repeats[k.vehicle, k.demands, k.method, k.start, k.level][k.repeat] = cell
+    usual, cores = canary_median_ns(record), record.header.machine.get("cores")
     rows = []
     for key, cells in sorted(repeats.items()):
         at_work = tuple(w for w in record.workers if (w.method, w.start, w.level) == key[2:])
-        rows.append(Row(*key, tuple(cells[r] for r in sorted(cells)), at_work))
+        repeated = tuple(cells[r] for r in sorted(cells))
+        rows.append(Row(*key, repeated, at_work, disturbances(repeated, usual, cores)))
     return tuple(rows)

@@ -2,18 +2,20 @@
 
 from pathlib import Path
 
+from bench.plots import draw_all
 from bench.report.page import page
 from bench.results import write_csv
 from bench.rows import read_run
 
 
 def render(directory: Path) -> Path:
-    """Write results.csv and report.md from ``record.jsonl`` alone; the same record gives the same bytes.
+    """Write results.csv, report.md and its pictures from ``record.jsonl`` alone.
 
-    Returns the path of report.md. Raises RecordError where the folder holds no readable record.
+    The same record gives the same bytes. Returns the path of report.md. Raises RecordError where the folder holds no readable record.
     """
     run = read_run(directory)
     write_csv(run.rows, directory / "results.csv")
+    drawn = draw_all(run, directory)
     report = directory / "report.md"
-    report.write_text(page(run), encoding="utf-8")
+    report.write_text(page(run, drawn), encoding="utf-8")
     return report

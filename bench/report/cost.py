@@ -1,30 +1,54 @@
 """Report section: what a call of each method costs."""
 
 from bench import columns
-from bench.report.text import table, three
+from bench.ranking import number
+from bench.report.text import picture, table, three
 from bench.rows import Row, Run
 
 
-def section(run: Run) -> str:
-    """One table a vehicle: set-up, median and tail of each method and demand set."""
-    timed = [row for row in run.rows if not row.failed and columns.call_p50_us(row) is not None]
-    parts = ["## What a call costs\n"]
-    for name in dict.fromkeys(row.vehicle for row in timed):
-        parts += [f"### {name}\n", _vehicle([row for row in timed if row.vehicle == name])]
-    return "\n".join(parts)
+def section(run: Run, drawn: frozenset[str]) -> str:
+    """One table a vehicle: set-up, median on each demand set, and where the time goes."""
+    parts = [
+        "## What a call costs\n",
+        "Medians of one call from Python. *Binding* is the solver's own Python call inside it, *own clock*"
+        " what the solver reports of itself; the rest is posing the problem and checking the answer. A start"
+        " is *cold* (new solver object each call), *reused* (same object) or *warm* (last answer as first"
+        " guess).\n",
+    ]
+    for vehicle in run.vehicles:
+        parts.append(f"### {vehicle}\n")
+        for kind, alt in (
+            ("cost", "median, p99.9 and slowest call of each method"),
+            ("pareto", "wrench lost over time of each method"),
+            ("period", "share of the control period at 50, 100 and 400 Hz"),
+        ):
+            parts.append(picture(f"{kind}-{vehicle}.svg", f"{vehicle}: {alt}", drawn))
+        parts.append(_table(run, vehicle))
+    return "\n".join(part for part in parts if part)
 
 
-def _vehicle(rows: list[Row]) -> str:
-    headers = ("method", "demands", "set-up [µs]", "median [µs]", "p99.9 [µs]", "max [µs]", "solver [µs]")
-    times = (
-        columns.setup_us,
-        columns.call_p50_us,
-        columns.call_p999_us,
-        columns.call_max_us,
-        columns.solver_p50_us,
-    )
-    return table(headers, [[row.label, row.demands, *(_number(time(row)) for time in times)] for row in rows])
+def _table(run: Run, vehicle: str) -> str:
+    sets = run.sets(vehicle)
+    variants: dict[str, dict[str, Row]] = {}
+    for row in run.of(vehicle):
+        if not row.failed and columns.call_p50_us(row) is not None:
+            variants.setdefault(row.label, {})[row.demands] = row
+    pinv = variants.get("pinv", {}).get(sets[0])
+    base = number(columns.call_p50_us(pinv)) if pinv else None
+    lines = []
+    for label, by_set in variants.items():
+        first = by_set.get(sets[0]) or next(iter(by_set.values()))
+        time = number(columns.call_p50_us(first))
+        ratio = time / base if time is not None and base and first.demands == sets[0] else None
+        medians = [three(_median(by_set.get(name))) for name in sets]
+        inside = [three(number(c(first))) for c in (columns.binding_p50_us, columns.solver_p50_us)]
+        setup = three(number(columns.setup_us(first)))
+        answers = str(columns.formulation(first)) or "-"
+        lines.append((time or 0.0, [label, answers, setup, *medians, three(ratio), *inside]))
+    headers = ("method", "answers", "set-up [µs]", *(f"{name} [µs]" for name in sets))
+    ordered = [cells for _, cells in sorted(lines, key=lambda line: line[0])]
+    return table((*headers, "over pinv", "binding [µs]", "own clock [µs]"), ordered)
 
 
-def _number(value: columns.Value) -> str:
-    return three(value) if isinstance(value, (int, float)) else ""
+def _median(row: Row | None) -> float | None:
+    return None if row is None else number(columns.call_p50_us(row))

@@ -1,23 +1,69 @@
 """Report section: who agrees with whom, and what failed and why."""
 
+from collections import defaultdict
+
 from bench import columns
-from bench.report.text import table
-from bench.rows import Run
+from bench.ranking import number, right
+from bench.report.text import table, three
+from bench.rows import Row, Run
 
 
-def section(run: Run) -> str:
-    """Disagreements and wrong answers by name, then what could not be measured, each with its reason."""
-    odd = [row for row in run.rows if columns.agrees(row) == "no" or columns.wrong(row)]
-    failed = [row for row in run.rows if row.failed]
-    parts = ["## Agreement and failures\n"]
-    judged = sum(columns.agrees(row) == "yes" for row in run.rows)
-    parts.append(f"{judged} rows agree with the optimum of their formulation; {len(odd)} do not.\n")
-    if odd:
-        cells = [[r.label, r.vehicle, r.demands, str(columns.wrong(r)) or "too far off"] for r in odd]
-        parts.append(table(("method", "vehicle", "demands", "what is wrong"), cells))
-    if failed:
-        cells = [
-            [r.label, r.vehicle, r.demands, str(columns.status(r)), str(columns.reason(r))] for r in failed
+def section(run: Run, drawn: frozenset[str]) -> str:
+    """How far each method is from the optimum, wrong answers by name, and what was not measured."""
+    parts = [
+        "## Agreement and failures\n",
+        "Every timed answer is judged from T, H, limits and demand alone; a solver's status is not believed."
+        " Distances are to the optimum of the same formulation, over the largest thrust limit.\n",
+        _agreement([row for row in run.rows if not row.failed]),
+        _wrong([row for row in run.rows if not row.failed and not right(row)]),
+        _unmeasured([row for row in run.rows if row.failed]),
+    ]
+    return "\n".join(part for part in parts if part)
+
+
+def _agreement(rows: list[Row]) -> str:
+    by_label: dict[str, list[Row]] = defaultdict(list)
+    for row in rows:
+        if columns.agrees(row) != "-":
+            by_label[row.label].append(row)
+    lines = []
+    for label, group in by_label.items():
+        agreeing = sum(columns.agrees(row) == "yes" for row in group)
+        distance, promise, gap = (
+            max((found for row in group if (found := number(column(row))) is not None), default=None)
+            for column in (columns.distance_relative, columns.tolerance, columns.gap_relative)
+        )
+        answers = str(columns.formulation(group[0]))
+        lines.append(
+            [label, answers, f"{agreeing} of {len(group)}", three(distance), three(promise), three(gap)]
+        )
+    headers = ("method", "answers", "rows that agree", "largest distance", "promised", "largest duality gap")
+    return table(headers, lines) if lines else ""
+
+
+def _wrong(rows: list[Row]) -> str:
+    if not rows:
+        return "No row disagrees, and no answer is wrong.\n"
+    lines = [
+        [r.label, r.vehicle, r.demands, str(columns.wrong(r)) or "farther off than promised"] for r in rows
+    ]
+    return "### Wrong\n\n" + table(("method", "vehicle", "demands", "what is wrong"), lines)
+
+
+def _unmeasured(rows: list[Row]) -> str:
+    if not rows:
+        return "Everything that was asked for was measured.\n"
+    where: dict[tuple[str, str, str], dict[str, list[str]]] = defaultdict(lambda: defaultdict(list))
+    for row in rows:
+        why = (row.label, str(columns.status(row)), str(columns.reason(row)))
+        where[why][row.vehicle].append(row.demands)
+    lines = [
+        [
+            label,
+            "; ".join(f"{vehicle}: {', '.join(sets)}" for vehicle, sets in places.items()),
+            status,
+            reason,
         ]
-        parts.append(table(("not measured", "vehicle", "demands", "status", "reason"), cells))
-    return "\n".join(parts)
+        for (label, status, reason), places in where.items()
+    ]
+    return "### Not measured\n\n" + table(("method", "where", "status", "reason"), lines)

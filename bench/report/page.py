@@ -1,14 +1,13 @@
 """report.md: the sections in the order of a reader's questions."""
 
-from collections.abc import Callable
-
-from bench.report import cost, failures
+from bench.report import cost, failures, headline, limits, lost, machine, memory, method, tails
 from bench.rows import Run
 
-SECTIONS: tuple[Callable[[Run], str], ...] = (cost.section, failures.section)
+SECTIONS = (headline, cost, lost, failures, tails, memory, machine, method, limits)
 
 
-def page(run: Run) -> str:
-    """The whole report as Markdown; a section with nothing to say is left out."""
-    parts = ["# What thrust allocation costs, and what it buys\n", *(section(run) for section in SECTIONS)]
-    return "\n".join(part for part in parts if part)
+def page(run: Run, drawn: frozenset[str]) -> str:
+    """The whole report as Markdown; ``drawn`` are the pictures there are. Empty sections are left out."""
+    parts = [part.section(run, drawn) for part in SECTIONS]
+    title = "# What thrust allocation costs, and what it buys\n"
+    return "\n".join([title, *(part for part in parts if part)])

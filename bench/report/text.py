@@ -34,3 +34,14 @@ def table(headers: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 def _wordy(body: list[list[str]], i: int) -> bool:
     return any(not row[i][:1].isdigit() for row in body if row[i].strip("-"))
+
+
+def number_range(values: Sequence[float]) -> str:
+    """``1.20`` or ``1.20 to 3.40``, three significant digits."""
+    low, high = three(min(values)), three(max(values))
+    return low if low == high else f"{low} to {high}"
+
+
+def picture(name: str, alt: str, drawn: frozenset[str]) -> str:
+    """A picture in Markdown, or nothing where it was not drawn."""
+    return f"![{alt}]({name})\n" if name in drawn else ""

@@ -1,0 +1,68 @@
+"""Statistics of counted times, worked out when a record is read: quantiles, intervals, bounds."""
+
+from collections.abc import Iterable
+from itertools import chain
+
+Counted = list[tuple[int, int]]
+"""A multiset of times: [(ns, how often), …], sorted."""
+
+CONFIDENCE = 0.95
+BEYOND = 10
+"""A quantile is given only where this many calls lie beyond it; below that it is an anecdote."""
+
+
+def merged(counted: Iterable[Counted]) -> Counted:
+    """Several multisets of times as one."""
+    times: dict[int, int] = {}
+    for ns, count in chain.from_iterable(counted):
+        times[ns] = times.get(ns, 0) + count
+    return sorted(times.items())
+
+
+def total(counted: Counted) -> int:
+    """How many times there are."""
+    return sum(count for _, count in counted)
+
+
+def quantile(counted: Counted, q: float) -> int | None:
+    """The least time [ns] that a share ``q`` of all does not exceed; None where n(1 - q) < BEYOND."""
+    n = total(counted)
+    # 10,000 (1 - 0.999) is 10.000000000000009 or 9.99…, as rounding has it; half a call decides nothing.
+    return ranked(counted, q * n) if n * (1 - q) > BEYOND - 0.5 else None
+
+
+def interval(counted: Counted, q: float) -> tuple[int, int] | None:
+    """Bounds [ns] that hold quantile ``q`` with CONFIDENCE, from order statistics; None as ``quantile``.
+
+    The number of calls below the quantile is binomial (n, q), whatever the distribution of times.
+    """
+    from scipy.stats import binom
+
+    n = total(counted)
+    if quantile(counted, q) is None:
+        return None
+    low, high = (float(binom.ppf(p, n, q)) for p in ((1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2))
+    return ranked(counted, low), ranked(counted, min(high + 1, n))
+
+
+def ranked(counted: Counted, rank: float) -> int:
+    """The time [ns] at this rank, counted from 1 at the fast end, rounded up."""
+    below = 0
+    for ns, count in counted:
+        below += count
+        if below >= rank:
+            return ns
+    return counted[-1][0]
+
+
+def misses(counted: Counted, deadline_ns: float) -> tuple[int, int, float]:
+    """Calls later than a deadline, of how many, and the share that is not exceeded with CONFIDENCE.
+
+    The bound is Clopper and Pearson's (1934), one-sided; without a miss it is about 3 / n.
+    """
+    from scipy.stats import beta
+
+    n = total(counted)
+    late = sum(count for ns, count in counted if ns > deadline_ns)
+    bound = 1.0 if late == n else float(beta.ppf(CONFIDENCE, late + 1, n - late))
+    return late, n, bound

@@ -1,0 +1,116 @@
+"""Report section: three sentences with numbers, and one line a vehicle."""
+
+from bench import columns
+from bench.ranking import best, exact, number, right
+from bench.report.text import number_range, percent, table, three
+from bench.rows import Row, Run
+
+
+def section(run: Run, drawn: frozenset[str]) -> str:
+    """What exactness costs, what leaving the limits out costs, and how far to trust both."""
+    sentences = [sentence for sentence in (_cost(run), _loss(run), _trust(run)) if sentence]
+    return " ".join(sentences) + "\n\n" + _vehicles(run)
+
+
+def fastest_exact(rows: list[Row]) -> Row | None:
+    """Of rows sorted by time, the first whose answers are the constrained optimum."""
+    return next((row for row in rows if exact(row)), None)
+
+
+def fastest_solver(rows: list[Row]) -> Row | None:
+    """Of rows sorted by time, the first exact one that calls a QP solver."""
+    return next((row for row in rows if exact(row) and "/" in row.method), None)
+
+
+def named(rows: list[Row], method: str) -> Row | None:
+    """The row of that method."""
+    return next((row for row in rows if row.method == method), None)
+
+
+def _typical(run: Run) -> dict[str, list[Row]]:
+    return {vehicle: best(run, vehicle, run.sets(vehicle)[0]) for vehicle in run.vehicles}
+
+
+def _cost(run: Run) -> str:
+    exact_us, over_pinv, over_solver, names = [], [], [], []
+    for rows in _typical(run).values():
+        row, pinv, solver = fastest_exact(rows), named(rows, "pinv"), fastest_solver(rows)
+        time = _us(row)
+        if row is None or time is None:
+            continue
+        exact_us.append(time)
+        names.append(row.label)
+        over_pinv += [time / other for other in [_us(pinv)] if other]
+        over_solver += [other / time for other in [_us(solver)] if other]
+    if not exact_us:
+        return ""
+    fleet = "1 vehicle" if len(exact_us) == 1 else f"{len(exact_us)} vehicles"
+    text = (
+        f"The exact constrained allocation (eq. 4-5) takes {number_range(exact_us)} µs a call on {fleet}"
+        f" (`{max(set(names), key=names.count)}`, medians)"
+    )
+    if over_pinv:
+        text += f", {number_range(over_pinv)} times the pseudoinverse without limits"
+    if over_solver:
+        text += f"; the fastest QP solver that is as exact takes {number_range(over_solver)} times as long"
+    return text + "."
+
+
+def _loss(run: Run) -> str:
+    beyond, lost, turned = [], [], []
+    for rows in _typical(run).values():
+        pinv = named(rows, "pinv")
+        if pinv is not None:
+            beyond += _numbers(columns.limits_violated_share(pinv))
+            lost += _numbers(columns.lost_wrench_max(pinv))
+            turned += _numbers(columns.direction_error_max_deg(pinv))
+    if not beyond or not lost or not turned:
+        return ""
+    return (
+        f"On demands that need the limits, the pseudoinverse asks for thrust beyond them in"
+        f" {percent(max(beyond))} of its answers; what the thrusters then deliver misses up to"
+        f" {percent(max(lost))} of the wrench and points up to {three(max(turned))}° away."
+    )
+
+
+def _trust(run: Run) -> str:
+    rows = [row for row in run.rows if row.vehicle != "-"]
+    failed = sum(row.failed is not None for row in rows)
+    wrong = sum(row.failed is None and not right(row) for row in rows)
+    busy = sum(bool(row.disturbed) for row in rows if not row.failed)
+    return (
+        f"Of {len(rows)} rows {len(rows) - failed - wrong} answered as promised, {wrong} did not, {failed}"
+        f" could not be measured; the machine was disturbed during {busy}."
+    )
+
+
+def _vehicles(run: Run) -> str:
+    lines = []
+    for vehicle, rows in _typical(run).items():
+        row, pinv, solver = fastest_exact(rows), named(rows, "pinv"), fastest_solver(rows)
+        lost = columns.lost_wrench_max(pinv) if pinv else None
+        lines.append(
+            [
+                vehicle,
+                run.sets(vehicle)[0],
+                *_shown(pinv),
+                *_shown(row),
+                *_shown(solver),
+                percent(number(lost)),
+            ]
+        )
+    headers = ("vehicle", "demands", "no limits", "[µs]", "exact", "[µs]", "exact by a solver", "[µs]")
+    return table((*headers, "wrench lost without limits, worst"), lines)
+
+
+def _shown(row: Row | None) -> tuple[str, str]:
+    return ("", "") if row is None else (row.label, three(_us(row)))
+
+
+def _us(row: Row | None) -> float | None:
+    return None if row is None else number(columns.call_p50_us(row))
+
+
+def _numbers(value: columns.Value) -> list[float]:
+    found = number(value)
+    return [] if found is None else [found]

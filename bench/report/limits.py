@@ -1,0 +1,24 @@
+"""Report section: what these numbers do not say."""
+
+from bench.rows import Run
+
+TEXT = """## Limits
+
+- Times are of Python on this machine. Another processor moves them all, and not all alike: run it there, or
+  transfer it with `thrustbench size --canary` and take the band seriously.
+- A slowest call is the slowest of those made, on a machine that does other things too; it is no bound.
+- Demand sets are drawn, not flown. Give your own log as a demand set before you decide.
+- Static allocation only: no thruster dynamics, no rate limits, no power model.
+"""
+VIRTUAL = """- This was a virtual machine: p99.9 and slowest calls include what its host did.
+"""
+NOISY = """- More than one row in ten was measured while the machine was disturbed: look at column `quiet`.
+"""
+
+
+def section(run: Run, drawn: frozenset[str]) -> str:
+    """The limits that always hold, and those of this run."""
+    measured = [row for row in run.rows if not row.failed]
+    noisy = sum(bool(row.disturbed) for row in measured) > len(measured) / 10
+    virtual = run.record.header.machine.get("virtual")
+    return TEXT + (VIRTUAL if virtual else "") + (NOISY if noisy else "")

@@ -1,0 +1,24 @@
+"""Report section: how it was measured."""
+
+from bench.rows import Run
+
+TEXT = """## How it was measured
+
+- Each method, start and level ran in a process of its own, pinned to one core, with one BLAS thread and
+  without garbage collection, {repeats}, in seeded random order.
+- Medians come from batches of about 2 ms, tails from single calls. Setting up is not solving and is timed
+  apart. Nothing is subtracted; what the timing loop itself takes is the row `noop`.
+- Every answer that was timed was judged from the vehicle's equations. A row with a wrong answer is a failure,
+  not a time, and is never called exact.
+- A quantile is printed only where ten calls lie beyond it, with its 95 % interval from order statistics.
+- `inactive` demands lie where the pseudoinverse keeps within the limits; `active` ones are attainable but
+  need the limits; `infeasible` ones are not attainable.
+- Pictures and the lines *exact* show each method's fastest start and level that is right everywhere; all of
+  them are in `results.csv`.
+"""
+
+
+def section(run: Run, drawn: frozenset[str]) -> str:
+    """The rules of measuring, with this run's numbers."""
+    repeats = max((len(row.cells) for row in run.rows), default=1)
+    return TEXT.format(repeats="once" if repeats == 1 else f"{repeats} times afresh")

@@ -1,0 +1,48 @@
+"""Report section: how late a call can be."""
+
+from bench import columns
+from bench.ranking import best, number
+from bench.report.text import picture, table, three
+from bench.rows import Row, Run
+
+
+def section(run: Run, drawn: frozenset[str]) -> str:
+    """Quantiles of single calls with their intervals, the slowest call, and the method's own worst case."""
+    parts = [
+        "## Tails\n",
+        "Quantiles of single calls with 95 % intervals, given only where ten calls lie beyond them. The"
+        " slowest call belongs to the machine as much as to the method; *iterations* and *steps* belong to"
+        " the method alone (steps: a bound known before the first call).\n",
+    ]
+    canaries = [row for row in run.rows if row.vehicle == "-" and row.singles]
+    if canaries:
+        parts += ["What this machine does to fixed work, in the same run:\n", _table(canaries)]
+    for vehicle in run.vehicles:
+        demands = run.sets(vehicle)[0]
+        rows = [row for row in best(run, vehicle, demands) if row.singles]
+        if rows:
+            alt = f"{vehicle}: share of calls slower than a time, for the fastest methods"
+            parts += [
+                f"### {vehicle}, {demands}\n",
+                picture(f"tails-{vehicle}.svg", alt, drawn),
+                _table(rows),
+            ]
+    return "\n".join(part for part in parts if part) if len(parts) > 2 else ""
+
+
+def _table(rows: list[Row]) -> str:
+    headers = ("method", "calls", "p99 [µs]", "p99.9 [µs]", "slowest [µs]", "iterations", "steps, at most")
+    lines = []
+    for row in rows:
+        p99 = (columns.call_p99_us(row), columns.call_p99_low_us(row), columns.call_p99_high_us(row))
+        p999 = (columns.call_p999_us(row), columns.call_p999_low_us(row), columns.call_p999_high_us(row))
+        counts = [str(v or "") for v in (columns.iterations_max(row), columns.worst_case_steps(row))]
+        slowest = three(number(columns.call_max_us(row)))
+        calls = str(columns.n_single_calls(row))
+        lines.append([row.label, calls, _with_interval(p99), _with_interval(p999), slowest, *counts])
+    return table(headers, lines)
+
+
+def _with_interval(values: tuple[columns.Value, columns.Value, columns.Value]) -> str:
+    middle, low, high = (three(number(value)) for value in values)
+    return f"{middle} ({low} … {high})" if middle else ""
