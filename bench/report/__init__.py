@@ -11,7 +11,8 @@ from bench.rows import read_run
 def render(directory: Path) -> Path:
     """Write results.csv, report.md and its pictures from ``record.jsonl`` alone.
 
-    The same record gives the same bytes. Returns the path of report.md. Raises RecordError where the folder holds no readable record.
+    The same record gives the same bytes. Returns the path of report.md; raises RecordError where the
+    folder holds no readable record.
     """
     run = read_run(directory)
     write_csv(run.rows, directory / "results.csv")
