@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from alloc.allocation import FloatArray, checked, checked_many
 from alloc.errors import SolverError
 from alloc.inverse import generalized_inverse
-from alloc.vehicle import RANK_TOLERANCE, Vehicle
+from alloc.vehicle import Vehicle
 from alloc.zonotope import ROUNDING, zonotope
 
 BAND = 1e-3
@@ -79,20 +79,15 @@ def alpha_range(vehicle: Vehicle, taus: ArrayLike) -> tuple[FloatArray, FloatArr
     """
     z = zonotope(vehicle)
     t = checked_many(taus, vehicle.k) / z.scale
-    size = np.linalg.norm(t, axis=1)
+    size = np.abs(t).max(axis=1)  # not a Euclidean length, whose squares would overflow
     size[size == 0] = 1.0
-    facets = np.vstack([z.normals, z.across, -z.across])
-    limit = np.concatenate([z.support, z.offset, -z.offset])
-    limit[np.abs(limit) <= ROUNDING] = 0.0
-    # Directions without extent are held to the tolerance of a rank, facets to rounding.
-    tolerance = np.repeat([ROUNDING, RANK_TOLERANCE], [len(z.normals), 2 * len(z.across)])
-    along = (t / size[:, None]) @ facets.T
-    along[np.abs(along) <= tolerance] = 0.0
+    along = (t / size[:, None]) @ z.facets.T
+    along[np.abs(along) <= z.tolerance] = 0.0
     with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = limit / along
+        ratio = z.support / along
     high = np.where(along > 0, ratio, np.inf).min(axis=1) / size
     low = np.where(along < 0, ratio, -np.inf).max(axis=1) / size
-    missed = ((along == 0) & (limit < 0)).any(axis=1) | (low > high + ROUNDING * np.abs(high))
+    missed = ((along == 0) & (z.support < 0)).any(axis=1) | (low > high + ROUNDING * np.abs(high))
     low[missed], high[missed] = np.inf, -np.inf
     return low, high
 

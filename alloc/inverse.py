@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from alloc.allocation import FloatArray
+from alloc.allocation import FloatArray, IndexArray
 from alloc.vehicle import RANK_TOLERANCE, Vehicle
 
 
@@ -12,7 +12,11 @@ def generalized_inverse(vehicle: Vehicle) -> FloatArray:
     Where T P has lost rank (T H^-1 T')^-1 does not exist; its pseudoinverse then gives the
     H-least f among those nearest to tau, in rows of T scaled to unit length.
     """
-    on = vehicle.working
+    return inverse_over(vehicle, vehicle.working)
+
+
+def inverse_over(vehicle: Vehicle, on: IndexArray) -> FloatArray:
+    """(n, k) generalized inverse with the thrusters ``on`` alone, as if the others were off."""
     rows = 1.0 / vehicle.row_lengths
     T = rows[:, None] * vehicle.TP[:, on]
     L = np.linalg.cholesky(vehicle.H[np.ix_(on, on)])

@@ -43,7 +43,8 @@ def catalogue() -> tuple[Entry, ...]:
     entries: list[Entry] = []
     for found in pkgutil.iter_modules(alloc.methods.__path__):
         module = import_module(f"alloc.methods.{found.name}")
-        variants: dict[str, str] = module.variants() if hasattr(module, "variants") else {found.name: ""}
+        alone = {found.name.replace("_", "-"): ""}
+        variants: dict[str, str] = module.variants() if hasattr(module, "variants") else alone
         for name, missing in variants.items():
             entries.append(_entry(name, missing, module))
     return tuple(sorted(entries, key=lambda entry: entry.name))

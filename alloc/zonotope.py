@@ -21,28 +21,27 @@ the 1e-5 that separates the tightest demands from the boundary."""
 
 @dataclass(frozen=True, eq=False)
 class Zonotope:
-    """The scaled wrenches t = tau / wrench_scale with normals t <= support and across t = offset.
+    """The wrenches tau with facets (tau / scale) <= support.
 
     Attributes
     ----------
-    normals, support : (M, k) unit outward normals and (M,) how far the set reaches along them
-    across, offset : (k - r, k) and (k - r,) unit directions in which the set has no extent, and where it lies
+    facets : (M, k) unit outward normals in scaled wrench; a direction in which the set has no extent
+        stands there as two facing each other
+    support : (M,) how far the set reaches along each
+    tolerance : (M,) a unit direction within it of a facet's plane is parallel to it: rounding, or for
+        directions without extent the tolerance of a rank
     scale : (k,) wrench of one unit [N, N m]
-    center, generators : (k,) and (k, m) the set is center + generators [-1, 1]^m, in unscaled wrench
+    center, generators : (k,), (k, m) the set is center + generators [-1, 1]^m [N, N m]
+    dimension : number of independent directions in which the set has extent
     """
 
-    normals: FloatArray
+    facets: FloatArray
     support: FloatArray
-    across: FloatArray
-    offset: FloatArray
+    tolerance: FloatArray
     scale: FloatArray
     center: FloatArray
     generators: FloatArray
-
-    @property
-    def dimension(self) -> int:
-        """Number r of independent directions in which the set has extent."""
-        return len(self.scale) - len(self.across)
+    dimension: int
 
 
 @lru_cache(maxsize=64)  # a vehicle is frozen, and the facets of one are asked for by every demand set
@@ -60,17 +59,19 @@ def zonotope(vehicle: Vehicle) -> Zonotope:
     U, sigma, _ = np.linalg.svd(scaled)
     r = int(np.count_nonzero(sigma > RANK_TOLERANCE * max(sigma.max(initial=0.0), ROUNDING)))
     normals = _normals(U[:, :r].T @ scaled) @ U[:, :r].T
-    reach = np.abs(normals @ scaled).sum(axis=1)
-    middle = normals @ (center / scale)
     across = U[:, r:].T
+    half = np.vstack([normals, across])
+    reach = np.concatenate([np.abs(normals @ scaled).sum(axis=1), np.zeros(len(across))])
+    middle = half @ (center / scale)
+    support = np.concatenate([middle + reach, reach - middle])
     return Zonotope(
-        normals=np.vstack([normals, -normals]),
-        support=np.concatenate([reach + middle, reach - middle]),
-        across=across,
-        offset=across @ (center / scale),
+        facets=np.vstack([half, -half]),
+        support=np.where(np.abs(support) <= ROUNDING, 0.0, support),
+        tolerance=np.tile(np.repeat([ROUNDING, RANK_TOLERANCE], [len(normals), len(across)]), 2),
         scale=scale,
         center=center,
         generators=generators,
+        dimension=r,
     )
 
 

@@ -1,0 +1,20 @@
+"""Generalized inverse, then each thrust cut at its limit: what most vehicles do, knowingly or not."""
+
+from alloc.allocation import FloatArray
+from alloc.saturating import Saturating
+from alloc.vehicle import Vehicle
+
+FORMULATION = "clip"
+
+
+def build(vehicle: Vehicle) -> Saturating:
+    """Prepare f = clip(T* tau, f_min, f_max), T* of eq. 9."""
+    return Saturating(vehicle, FORMULATION, _leave, _leave_many)
+
+
+def _leave(tau: FloatArray, f: list[float]) -> tuple[list[float], int]:
+    return f, 1  # Saturating clips whatever is left beyond a limit
+
+
+def _leave_many(taus: FloatArray, F: FloatArray) -> FloatArray:
+    return F

@@ -1,0 +1,83 @@
+"""Cascaded generalized inverse: freeze what saturates at its limit, solve the rest again, until none does."""
+
+from itertools import product
+
+import numpy as np
+
+from alloc.allocation import FloatArray
+from alloc.inverse import inverse_over
+from alloc.saturating import Saturating
+from alloc.vehicle import Vehicle
+
+FORMULATION = "redistribute"
+
+TABLE_THRUSTERS = 8
+"""Up to as many working thrusters, the inverse for every pattern of frozen ones is made in ``build`` (256 of
+them); beyond, each at its first use, so that a first call may cost tens of later ones."""
+
+
+class Cascade:
+    """The passes: f of the frozen stays at the limits, the others share tau - T f of the frozen."""
+
+    def __init__(self, vehicle: Vehicle) -> None:
+        """Prepare the inverses of all patterns, where they are few."""
+        self._vehicle = vehicle
+        self._bits = 1 << np.arange(vehicle.n)
+        self._inverses: dict[int, FloatArray] = {}
+        if len(vehicle.working) <= TABLE_THRUSTERS:
+            for chosen in product([0, 1], repeat=len(vehicle.working)):
+                self._inverse(int(np.dot(chosen, self._bits[vehicle.working])))
+
+    def _inverse(self, free: int) -> FloatArray:
+        """(n, k) generalized inverse over the thrusters whose bits are set in ``free``."""
+        found = self._inverses.get(free)
+        if found is None:
+            found = inverse_over(self._vehicle, np.flatnonzero(free & self._bits))
+            self._inverses[free] = found
+        return found
+
+    def one(self, tau: FloatArray, f: list[float]) -> tuple[list[float], int]:
+        """Thrusts for one wrench, from f = T* tau as a list; and the passes it took."""
+        v, passes = self._vehicle, 0
+        limits = list(zip(v.f_min.tolist(), v.f_max.tolist(), strict=True))
+        free = int(self._bits[v.working].sum())
+        frozen = np.zeros(v.n)
+        while free:
+            before = free
+            for i, (x, (low, high)) in enumerate(zip(f, limits, strict=True)):
+                if not low <= x <= high and free >> i & 1:
+                    frozen[i] = low if x < low else high
+                    free ^= 1 << i
+            if free == before:
+                break
+            f = (frozen + self._inverse(free).dot(tau - v.TP.dot(frozen))).tolist()
+            passes += 1
+        return f, passes
+
+    def many(self, taus: FloatArray, F: FloatArray) -> FloatArray:
+        """The same for (N, k) wrenches and their F = T* tau (N, n): demands of one pattern together."""
+        v = self._vehicle
+        free = np.tile(v.readiness > 0, (len(taus), 1))
+        F = F.copy()
+        while True:
+            clipped = F.clip(v.f_min, v.f_max)
+            beyond = free & (clipped != F)
+            rows = np.flatnonzero(beyond.any(axis=1))
+            if not rows.size:
+                return F
+            free &= ~beyond
+            F[rows] = np.where(free[rows], 0.0, clipped[rows])
+            missing = taus[rows] - F[rows] @ v.TP.T
+            patterns, which = np.unique(free[rows] @ self._bits, return_inverse=True)
+            for pattern, members in zip(patterns, map(which.__eq__, range(len(patterns))), strict=True):
+                F[rows[members]] += missing[members] @ self._inverse(int(pattern)).T
+
+
+def build(vehicle: Vehicle) -> Saturating:
+    """Prepare the cascade (Bordignon & Durham 1995, J. Guidance, Control, Dyn. 18(5); QCAT's cgi_alloc).
+
+    Each pass freezes at least one thruster, so there are at most n. A frozen thruster is never freed,
+    which is why the cascade may miss a wrench that could be met.
+    """
+    cascade = Cascade(vehicle)
+    return Saturating(vehicle, FORMULATION, cascade.one, cascade.many)

@@ -1,0 +1,43 @@
+"""Generalized inverse, then all thrusts scaled by one factor until they fit: keeps the wrench's direction."""
+
+import numpy as np
+
+from alloc.allocation import FloatArray
+from alloc.saturating import Saturating
+from alloc.vehicle import Vehicle
+
+FORMULATION = "shrink"
+
+ROUNDING = 1e-9
+"""An excess below this share of the largest limit is cut, not shrunk: a thruster that can't reverse
+(f_min = 0) and is asked for -1e-15 N must not stop all the others."""
+
+
+def build(vehicle: Vehicle) -> Saturating:
+    """Prepare f = s T* tau, s the largest factor in [0, 1] that brings every excess to its limit.
+
+    Shrinking helps against a limit on the far side of zero only. A thrust that is too small for a
+    thruster that must always push (f_min > 0) is raised to it, which turns the wrench; and a thruster
+    that can't reverse at all, asked to, leaves s = 0.
+    """
+    slack = ROUNDING * vehicle.f_scale
+    limits = list(zip(vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True))
+
+    def shrink(tau: FloatArray, f: list[float]) -> tuple[list[float], int]:
+        s = 1.0
+        for x, (low, high) in zip(f, limits, strict=True):
+            if x > high + slack and x > 0.0:
+                s = min(s, max(high, 0.0) / x)
+            elif x < low - slack and x < 0.0:
+                s = min(s, min(low, 0.0) / x)
+        return [s * x for x in f], 1
+
+    def shrink_many(taus: FloatArray, F: FloatArray) -> FloatArray:
+        far = np.where(F > 0.0, vehicle.f_max.clip(min=0.0), vehicle.f_min.clip(max=0.0))
+        beyond = np.where(F > 0.0, F - vehicle.f_max, vehicle.f_min - F) > slack
+        beyond &= F != 0.0
+        s = np.where(beyond, far / np.where(beyond, F, 1.0), 1.0).min(axis=1)
+        shrunk: FloatArray = s[:, None] * F
+        return shrunk
+
+    return Saturating(vehicle, FORMULATION, shrink, shrink_many)

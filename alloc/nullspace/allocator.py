@@ -1,0 +1,128 @@
+"""The allocator f = G tau + N z with the shortest z that respects the limits (eq. 4-5)."""
+
+from math import isfinite, nan
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from alloc.allocation import (
+    Allocation,
+    FloatArray,
+    Status,
+    StatusArray,
+    answer,
+    checked,
+    checked_many,
+)
+from alloc.errors import NotApplicable
+from alloc.nullspace.batch import nearest_many
+from alloc.nullspace.region import prepare, steps_bound
+from alloc.nullspace.structure import Structure, decompose
+from alloc.vehicle import Vehicle
+
+TOLERANCE = 1e-9
+"""What counts as met, relative to the largest limit: far above rounding (1e-16 times a condition
+number below 1e3), far below anything a thruster resolves. A demand outside the attainable set by less
+is SOLVED: its thrusts are moved onto the limits, and the wrench errs by that much."""
+
+
+class Nullspace:
+    """The allocator; ``Allocation.iterations`` are the elementary steps it took.
+
+    Attributes
+    ----------
+    worst_case_steps : steps that no demand can exceed
+    """
+
+    formulation = "hard"
+    limited = True
+    tolerance = TOLERANCE
+
+    def __init__(self, vehicle: Vehicle, structure: Structure) -> None:
+        """Precompute all that depends on the vehicle."""
+        self.G = structure.G
+        self._k, self._n = vehicle.k, vehicle.n
+        self._unreachable = structure.unreachable if len(structure.unreachable) else None
+        self._f_min, self._f_max = vehicle.f_min, vehicle.f_max
+        self._slack = TOLERANCE * vehicle.f_scale
+        self._limits = list(zip(vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True))
+        self._fixed = structure.fixed.tolist()
+        self._blocks = [
+            (block.rows.tolist(), block.N.tolist(), prepare(block.N, self._slack))
+            for block in structure.blocks
+        ]
+        self.worst_case_steps = vehicle.n + sum(region.worst_case_steps for _, _, region in self._blocks)
+
+    def __call__(self, tau: ArrayLike) -> Allocation:
+        """Allocate one wrench (k,) [N, N m]."""
+        wrench = checked(tau, self._k)
+        f = self.G.dot(wrench)
+        if self._unreachable is not None and np.abs(self._unreachable.dot(wrench)).max() > TOLERANCE:
+            return self._infeasible(0)
+        thrusts, limits = f.tolist(), self._limits
+        for x, (low, high) in zip(thrusts, limits, strict=True):
+            if not low <= x <= high:
+                break
+        else:
+            return answer(f, Status.SOLVED, self._n)
+        steps = self._n
+        if not isfinite(sum(thrusts)):  # tau so large that G tau overflows
+            return self._infeasible(steps)
+        for i in self._fixed:
+            low, high = limits[i]
+            if not low - self._slack <= thrusts[i] <= high + self._slack:
+                return self._infeasible(steps)
+        for rows, N, region in self._blocks:
+            z, taken = region.nearest(
+                [limits[i][0] - thrusts[i] for i in rows], [limits[i][1] - thrusts[i] for i in rows]
+            )
+            steps += taken
+            if z is None:
+                return self._infeasible(steps)
+            for i, row in zip(rows, N, strict=True):
+                thrusts[i] += sum(map(float.__mul__, row, z))
+        # Rounding, or a demand inside TOLERANCE, may leave a thrust beyond its limit by that little.
+        for i, (low, high) in enumerate(limits):
+            x = thrusts[i]
+            if not low <= x <= high:
+                thrusts[i] = low if x < low else high
+        return answer(np.array(thrusts), Status.SOLVED, steps)
+
+    def many(self, taus: ArrayLike) -> tuple[FloatArray, StatusArray]:
+        """Allocate (N, k) wrenches, all demands side by side."""
+        wrenches = checked_many(taus, self._k)
+        with np.errstate(over="ignore", invalid="ignore"):  # a wrench near 1e308 is infeasible, not a fault
+            f = self.G @ wrenches.T
+            met = np.isfinite(f.sum(axis=0))
+            f[:, ~met] = 0.0
+            if self._unreachable is not None:
+                met &= (np.abs(self._unreachable @ wrenches.T) <= TOLERANCE).all(axis=0)
+        lower, upper = self._f_min[:, None] - f, self._f_max[:, None] - f
+        met &= ((lower[self._fixed] <= self._slack) & (upper[self._fixed] >= -self._slack)).all(axis=0)
+        for rows, N, region in self._blocks:
+            z, found = nearest_many(region, lower[rows], upper[rows])
+            f[rows] += np.asarray(N) @ z
+            met &= found
+        f = f.T.clip(self._f_min, self._f_max)
+        f[~met] = np.nan
+        return f, np.where(met, Status.SOLVED, Status.INFEASIBLE).astype(np.int8)
+
+    def _infeasible(self, steps: int) -> Allocation:
+        return answer(np.full(self._n, nan), Status.INFEASIBLE, steps)
+
+
+STEPS_LIMIT = 5000
+"""Beyond it an active-set solver is quicker even at its worst, and the tables outgrow a cache."""
+
+
+def exact(vehicle: Vehicle) -> Nullspace:
+    """Prepare the exact answer; raises NotApplicable where the null space is too large to be worth it."""
+    structure = decompose(vehicle)
+    for block in structure.blocks:
+        m, d = block.N.shape
+        if (bound := steps_bound(m, d)) > STEPS_LIMIT:
+            raise NotApplicable(
+                f"nullspace: {m} thrusters share a {d}-dimensional null space, up to {bound} steps a call; "
+                f"more than {STEPS_LIMIT} are refused, use a qp/ method"
+            )
+    return Nullspace(vehicle, structure)
