@@ -5,6 +5,7 @@ from alloc.attainable import Label, Margins, alpha_max, alpha_max_lp, alpha_rang
 from alloc.errors import (
     AllocError,
     DemandError,
+    FileError,
     NotApplicable,
     NotInstalled,
     SolverError,
@@ -22,6 +23,7 @@ __all__ = [
     "Allocator",
     "DemandError",
     "Entry",
+    "FileError",
     "Label",
     "Margins",
     "NotApplicable",

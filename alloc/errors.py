@@ -13,6 +13,10 @@ class DemandError(AllocError, ValueError):
     """A demand has the wrong shape or is not finite."""
 
 
+class FileError(AllocError):
+    """A file can't be read or written, or is not the kind of file that was asked for."""
+
+
 class UnknownName(AllocError, LookupError):
     """No method, solver, vehicle or option has that name."""
 

@@ -1,0 +1,62 @@
+"""Text files, read whole within a bound and written whole or not at all."""
+
+import os
+import tempfile
+from pathlib import Path
+
+from alloc.errors import FileError
+
+LARGEST = 200_000_000
+"""Bytes read at most: half a day of 6-DOF demands at 50 Hz, and an end to /dev/zero."""
+
+
+def read_text(path: Path, largest: int = LARGEST) -> str:
+    """The UTF-8 text of a file, without a byte order mark, line ends as they are; raises FileError."""
+    try:
+        with path.open("rb") as file:
+            data = file.read(largest + 1)
+    except (OSError, ValueError) as error:
+        raise FileError(f"{path}: can't be read ({_reason(error)}); give a readable file") from None
+    if len(data) > largest:
+        raise FileError(f"{path}: is larger than {largest / 1e6:g} MB; give a smaller file")
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b"\n") + 1
+        raise FileError(f"{path}: line {line}: not UTF-8 text; give a text file saved as UTF-8") from None
+    if "\0" in text:
+        raise FileError(f"{path}: holds zero bytes; give a text file saved as UTF-8")
+    return text
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a file whole, or leave what was there; raises FileError.
+
+    The text goes to a neighbour first and takes the name only once it is all on the disk.
+    """
+    temporary = ""
+    try:
+        if path.exists() and not path.is_file():  # a pipe or /dev/stdout has no half to protect
+            path.write_text(text, encoding="utf-8")
+            return
+        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        with os.fdopen(handle, "w", encoding="utf-8", newline="") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        os.chmod(temporary, 0o666 & ~_umask())
+        os.replace(temporary, path)
+    except (OSError, ValueError) as error:
+        if temporary:
+            Path(temporary).unlink(missing_ok=True)
+        raise FileError(f"{path}: can't be written ({_reason(error)}); name a place that can") from None
+
+
+def _reason(error: OSError | ValueError) -> str:
+    return str(getattr(error, "strerror", None) or error).lower()
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

@@ -1,0 +1,113 @@
+"""Demands in and thrusts out as CSV: the form that others script against."""
+
+import csv
+import io
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from alloc import DemandError, Status
+from alloc.allocation import FloatArray
+from alloc.textfile import read_text
+
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+
+
+def read_demands(path: Path, dof: tuple[str, ...]) -> tuple[FloatArray | None, FloatArray]:
+    """Demands from a CSV file whose header names the DOF, in any order, and maybe the time.
+
+    Parameters
+    ----------
+    path : the file: one row a demand; a byte order mark, CRLF and blank lines are accepted
+    dof : the vehicle's controlled DOF; every one needs a column, and besides ``t`` there may be no other
+
+    Returns
+    -------
+    t : (N,) the column ``t`` [s], never decreasing; None where there is none
+    taus : (N, k) columns in the order of ``dof`` [N, N m]
+
+    Raises
+    ------
+    FileError where the file can't be read; DemandError naming file, line, column and remedy.
+    """
+    rows = _rows(path, read_text(path))
+    line, header = next(rows, (1, []))
+    columns = [name.strip() for name in header]
+    _check_header(f"{path}: line {line}", columns, dof)
+    table: list[list[float]] = []
+    for line, row in rows:
+        if len(row) != len(columns):
+            raise DemandError(
+                f"{path}: line {line}: {len(row)} cells under {len(columns)} columns; give one a column"
+            )
+        table.append([_number(path, line, name, cell) for name, cell in zip(columns, row, strict=True)])
+    if not table:
+        raise DemandError(f"{path}: holds no demands; give one row a demand below the header")
+    values = np.array(table)
+    taus = values[:, [columns.index(axis) for axis in dof]]
+    if "t" not in columns:
+        return None, taus
+    t = values[:, columns.index("t")]
+    back = np.flatnonzero(np.diff(t) < 0)
+    if back.size:
+        raise DemandError(
+            f"{path}: t goes back from {t[back[0]]:g} to {t[back[0] + 1]:g} s; put rows in time order"
+        )
+    return t, taus
+
+
+def format_thrusts(F: FloatArray, statuses: NDArray[np.int8]) -> str:
+    """The thrust CSV of answers (N, n) [N] with statuses (N,): ``status,f0,f1,…``, one row a demand.
+
+    Numbers are the shortest that read back as the same double; where there is no f, ``nan``.
+    """
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(["status", *(f"f{i}" for i in range(F.shape[1]))])
+    for f, status in zip(F.tolist(), statuses.tolist(), strict=True):
+        writer.writerow([Status(status).name, *map(repr, f)])
+    return out.getvalue()
+
+
+def _rows(path: Path, text: str) -> Iterator[tuple[int, list[str]]]:
+    # Rows that hold something, each with the line it ends on.
+    reader = csv.reader(io.StringIO(text, newline=""), strict=True)
+    try:
+        for row in reader:
+            if any(cell.strip() for cell in row):
+                yield reader.line_num, row
+    except csv.Error as error:
+        raise DemandError(f"{path}: line {reader.line_num}: not CSV ({error}); mend that line") from None
+
+
+def _check_header(place: str, columns: list[str], dof: tuple[str, ...]) -> None:
+    wanted = ",".join(dof)
+    if not columns:
+        raise DemandError(f"{place}: the file is empty; give a header '{wanted}' and one row a demand")
+    if len(columns) == 1 and re.search("[;\t]", columns[0]):
+        raise DemandError(
+            f"{place}: cells are separated by semicolons or tabs; use commas and '.' in numbers"
+        )
+    for name in columns:
+        if columns.count(name) > 1:
+            raise DemandError(f"{place}: column {name!r} appears twice; keep one")
+        if name not in dof and name != "t":
+            raise DemandError(f"{place}: unknown column {name!r}; the header takes {wanted} and maybe t")
+    missing = [axis for axis in dof if axis not in columns]
+    if missing:
+        raise DemandError(f"{place}: no column {missing[0]!r}; the header takes {wanted} and maybe t")
+
+
+def _number(path: Path, line: int, column: str, cell: str) -> float:
+    text = cell.strip()
+    if not _NUMBER.fullmatch(text):
+        raise DemandError(
+            f"{path}: line {line}: {column} is {text[:40]!r}; give a finite number such as -12.5 or 1e-5"
+        )
+    value = float(text)
+    if not np.isfinite(value):
+        raise DemandError(f"{path}: line {line}: {column} is {text[:40]!r}, too large for a number; check it")
+    return value
