@@ -6,7 +6,11 @@ class AllocError(Exception):
 
 
 class VehicleError(AllocError):
-    """A vehicle's data contradict themselves or miss something."""
+    """A vehicle's data contradict themselves or miss something; ``key`` is the culprit where there is one."""
+
+    def __init__(self, message: str, key: str = "") -> None:
+        super().__init__(message)
+        self.key = key
 
 
 class DemandError(AllocError, ValueError):

@@ -1,7 +1,9 @@
 """The thruster configuration matrix T, from angles or from poses."""
 
+from collections.abc import Sequence
+
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from alloc.allocation import FloatArray
 
@@ -50,7 +52,42 @@ def pose_matrix(
     return np.vstack([e.T, np.cross(arms, e).T])
 
 
-def from_flu(vectors: ArrayLike) -> FloatArray:
-    """Turn (…, 3) vectors from x forward, y left, z up (ROS) into x forward, y starboard, z down."""
-    flipped: FloatArray = np.asarray(vectors, dtype=float) * np.array([1.0, -1.0, -1.0])
-    return flipped
+def from_flu(T: ArrayLike, dof: Sequence[str]) -> FloatArray:
+    """T in x forward, y left, z up (ROS) turned into x forward, y starboard, z down (Fossen).
+
+    Half a turn about x: what points along y or z, force or moment, changes sign. ``dof`` names the
+    rows of T (k, n). The same turn leads back.
+    """
+    signs = np.array([1.0 if axis in ("surge", "roll") else -1.0 for axis in dof])
+    turned: FloatArray = signs[:, None] * np.asarray(T, dtype=float) + 0.0  # + 0.0 turns -0 into 0
+    return turned
+
+
+def contradictions(given: FloatArray, computed: FloatArray, dof: Sequence[str]) -> list[str]:
+    """Where a T as written down differs from the T that the poses make, (k, n) each; one sentence a row.
+
+    Entries may differ by 1 % of the row's largest, since published matrices are printed to two or
+    three digits. A row whose sign is flipped, and a whole T in the other frame, are named as such.
+    """
+    scale = np.abs(computed).max(axis=1).clip(min=np.abs(computed).max() * 1e-3)[:, None]
+
+    def differ(one: FloatArray, other: FloatArray) -> NDArray[np.bool_]:
+        wrong: NDArray[np.bool_] = np.abs(one - other) > 0.01 * scale
+        return wrong
+
+    wrong = differ(given, computed)
+    if wrong.any() and not differ(given, from_flu(computed, dof)).any():
+        return ["T and the poses are in different frames (one has z down, the other z up)"]
+    sentences = []
+    for i, axis in enumerate(dof):
+        if not wrong[i].any():
+            continue
+        if not differ(-given, computed)[i].any():
+            sentences.append(f"the {axis} row has the opposite sign of what the poses make")
+            continue
+        j = int(np.argmax(np.abs(given - computed)[i]))
+        sentences.append(
+            f"{axis} of thruster {j} is {given[i, j]:.4g}, but its pose makes {computed[i, j]:.4g} "
+            f"({int(wrong[i].sum())} of {given.shape[1]} thrusters differ)"
+        )
+    return sentences

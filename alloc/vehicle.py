@@ -48,9 +48,13 @@ class Vehicle:
         for key in ("T", "H", "f_min", "f_max", "readiness", "slack_weights"):
             array = np.array(getattr(self, key), dtype=np.float64)
             if not np.isfinite(array).all():
-                raise VehicleError(f"{self.name}: {key} holds NaN or infinity; every entry must be finite")
+                raise VehicleError(
+                    f"{self.name}: {key} holds NaN or infinity; every entry must be finite", key
+                )
             if np.abs(array).max(initial=0.0) > LARGEST:
-                raise VehicleError(f"{self.name}: {key} holds a number above {LARGEST:g}; check its unit")
+                raise VehicleError(
+                    f"{self.name}: {key} holds a number above {LARGEST:g}; check its unit", key
+                )
             array.setflags(write=False)
             object.__setattr__(self, key, array)
         _check_shapes(self)
@@ -133,36 +137,41 @@ def _check_shapes(vehicle: Vehicle) -> None:
     name, dof = vehicle.name, vehicle.dof
     unknown = [axis for axis in dof if axis not in DOF]
     if unknown or len(set(dof)) != len(dof) or not dof:
-        raise VehicleError(f"{name}: dof {list(dof)} must be distinct names out of {list(DOF)}")
+        raise VehicleError(f"{name}: dof {list(dof)} must be distinct names out of {list(DOF)}", "dof")
     if vehicle.T.ndim != 2 or vehicle.T.shape[0] != len(dof) or vehicle.T.shape[1] == 0:
-        raise VehicleError(f"{name}: T has shape {vehicle.T.shape}; give {len(dof)} rows, one a DOF")
+        raise VehicleError(f"{name}: T has shape {vehicle.T.shape}; give {len(dof)} rows, one a DOF", "T")
     k, n = vehicle.T.shape
     shapes = {"H": (n, n), "f_min": (n,), "f_max": (n,), "readiness": (n,), "slack_weights": (k,)}
     for key, shape in shapes.items():
         found = getattr(vehicle, key).shape
         if found != shape:
-            raise VehicleError(f"{name}: {key} has shape {found}; {n} thrusters and {k} DOF need {shape}")
+            raise VehicleError(
+                f"{name}: {key} has shape {found}; {n} thrusters and {k} DOF need {shape}", key
+            )
 
 
 def _check_values(vehicle: Vehicle) -> None:
     name, H = vehicle.name, vehicle.H
     if np.abs(vehicle.T).max() < SMALLEST:
-        raise VehicleError(f"{name}: T is all zeros; no thruster pushes any controlled DOF")
+        raise VehicleError(f"{name}: T is all zeros; no thruster pushes any controlled DOF", "T")
     wrong = np.flatnonzero(vehicle.f_min > vehicle.f_max)
     if wrong.size:
         i = int(wrong[0])
         raise VehicleError(
-            f"{name}: f_min[{i}] = {vehicle.f_min[i]:g} exceeds f_max[{i}] = {vehicle.f_max[i]:g}"
+            f"{name}: f_min[{i}] = {vehicle.f_min[i]:g} exceeds f_max[{i}] = {vehicle.f_max[i]:g}",
+            "f_min",
         )
     if vehicle.f_scale < SMALLEST:
-        raise VehicleError(f"{name}: f_min and f_max are all 0; give what the thrusters can push [N]")
+        raise VehicleError(
+            f"{name}: f_min and f_max are all 0; give what the thrusters can push [N]", "f_max"
+        )
     sizes = np.linalg.eigvalsh(H)
     # An eigenvalue 1e-12 of the largest is no more than rounding away from zero in T H^-1 T'.
     if not np.allclose(H, H.T, rtol=1e-12, atol=0) or sizes.min() <= 1e-12 * sizes.max():
-        raise VehicleError(f"{name}: H (or weights) must be symmetric positive definite (eq. 4)")
+        raise VehicleError(f"{name}: H (or weights) must be symmetric positive definite (eq. 4)", "H")
     if ((vehicle.readiness < 0) | (vehicle.readiness > 1)).any():
         raise VehicleError(f"{name}: readiness must lie between 0 (off) and 1 (ready)")
     if not vehicle.readiness.any():
         raise VehicleError(f"{name}: every thruster is off; at least one must work")
     if (vehicle.slack_weights <= 0).any():
-        raise VehicleError(f"{name}: slack_weights must be positive")
+        raise VehicleError(f"{name}: slack_weights must be positive", "slack_weights")

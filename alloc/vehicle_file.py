@@ -1,20 +1,19 @@
-"""Vehicle files: YAML in, ``Vehicle`` out, and back."""
+"""Vehicle files: YAML in, ``Vehicle`` out."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import msgspec
 import numpy as np
-from ruamel.yaml import YAML
-from ruamel.yaml.comments import CommentedMap
-from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from alloc.allocation import FloatArray
 from alloc.errors import UnknownName, VehicleError
-from alloc.geometry import DOF, from_flu, planar_matrix, pose_matrix
+from alloc.geometry import DOF, contradictions, from_flu, planar_matrix, pose_matrix
 from alloc.vehicle import Vehicle
+from alloc.yaml_tree import Tree, read_yaml
 
 Numbers = list[float]
 SLACK_WEIGHT = 2000.0
@@ -29,7 +28,7 @@ class Planar(msgspec.Struct, forbid_unknown_fields=True):
     phi_deg: Numbers
 
 
-class Thruster(msgspec.Struct, forbid_unknown_fields=True):
+class Thruster(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     """One thruster at a pose: position [m], direction (unit vector) [-]."""
 
     position: tuple[float, float, float]
@@ -37,8 +36,8 @@ class Thruster(msgspec.Struct, forbid_unknown_fields=True):
     name: str = ""
 
 
-class VehicleFile(msgspec.Struct, forbid_unknown_fields=True):
-    """The keys of a vehicle file; exactly one of planar, T and thrusters gives the geometry."""
+class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
+    """The keys of a vehicle file. T or poses (planar, thrusters) give the geometry; both must then agree."""
 
     name: str
     dof: list[Literal["surge", "sway", "heave", "roll", "pitch", "yaw"]]
@@ -59,11 +58,16 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True):
 
 @dataclass(frozen=True)
 class Document:
-    """A vehicle file as read: the checked keys and the line each top-level key stands on."""
+    """A vehicle file as read: the checked keys, and the tree that knows each one's line."""
 
-    path: Path
     keys: VehicleFile
-    lines: dict[str, int]
+    tree: Tree
+
+    def located(self, error: VehicleError) -> VehicleError:
+        """The same error with file and line in front."""
+        line = self.tree.lines.get(error.key)
+        place = f"{self.tree.path}: line {line}" if line else str(self.tree.path)
+        return VehicleError(f"{place}: {error}", error.key)
 
 
 def list_vehicles() -> tuple[str, ...]:
@@ -75,13 +79,14 @@ def list_vehicles() -> tuple[str, ...]:
 def load_vehicle(name: str | Path) -> Vehicle:
     """A shipped vehicle by name, or any vehicle by the path of its YAML file.
 
-    Raises UnknownName if there is neither, VehicleError (file, key, remedy) for what the file says.
+    Raises UnknownName if there is neither, FileError for what is no readable YAML, VehicleError
+    (file, line, key, remedy) for what the file says.
     """
     document = read_document(find_file(name))
     try:
         return build_vehicle(document.keys)
     except VehicleError as error:
-        raise VehicleError(f"{document.path}: {error}") from None
+        raise document.located(error) from None
 
 
 def find_file(name: str | Path) -> Path:
@@ -90,7 +95,7 @@ def find_file(name: str | Path) -> Path:
     if text in list_vehicles():
         return Path(str(resources.files("alloc") / "vehicles" / f"{text}.yaml"))
     path = Path(text)
-    if path.suffix in (".yaml", ".yml") or path.exists():
+    if path.suffix in (".yaml", ".yml") or "/" in text or _exists(path):
         return path
     raise UnknownName(
         f"no vehicle '{text}'; shipped ones are {', '.join(list_vehicles())}, or give a path to a .yaml file"
@@ -98,40 +103,70 @@ def find_file(name: str | Path) -> Path:
 
 
 def read_document(path: Path) -> Document:
-    """Read and check one YAML file; raises VehicleError naming file, line, key and remedy."""
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise VehicleError(f"{path}: can't be read ({reason}); give a readable YAML file") from None
-    yaml = YAML(typ="rt", pure=True)  # YAML 1.2 (1e-5 is a number), no tags run, duplicate keys refused
-    try:
-        data = yaml.load(text)
-    except MarkedYAMLError as error:
-        line = error.problem_mark.line + 1 if error.problem_mark else 1
-        raise VehicleError(f"{path}: line {line}: not valid YAML ({error.problem}); mend that line") from None
-    except (YAMLError, ValueError, RecursionError) as error:
-        raise VehicleError(f"{path}: not valid YAML ({type(error).__name__}); mend the file") from None
-    if not isinstance(data, CommentedMap):
+    """Read one vehicle file and check its form; raises FileError or VehicleError."""
+    tree = read_yaml(path)
+    if not isinstance(tree.data, dict):
         raise VehicleError(f"{path}: holds no keys; start with 'name:', 'dof:' and a geometry")
-    lines = {str(key): int(data.lc.key(key)[0]) + 1 for key in data}
     try:
-        keys = msgspec.convert(_plain(data), VehicleFile)
+        return Document(msgspec.convert(tree.data, VehicleFile), tree)
     except msgspec.ValidationError as error:
-        raise VehicleError(f"{path}: {_explain(str(error), lines)}") from None
-    return Document(path, keys, lines)
+        raise VehicleError(f"{path}: {_explain(str(error), tree)}") from None
 
 
 def build_vehicle(keys: VehicleFile) -> Vehicle:
     """The Vehicle that a file's keys describe; raises VehicleError."""
-    rows = [DOF.index(axis) for axis in keys.dof]
-    T = _geometry(keys, rows)
-    k, n = len(rows), T.shape[1] if T.ndim == 2 else 0
+    given, computed = matrices(keys)
+    if given is not None and computed is not None:
+        for contradiction in contradictions(given, computed, keys.dof):
+            raise VehicleError(f"T: {contradiction}; correct the one that is wrong, or leave it out", "T")
+    vehicle = vehicle_with(keys, _first(given, computed))
+    meant = keys.rank if keys.rank is not None else vehicle.k
+    if vehicle.rank != meant:
+        raise VehicleError(
+            f"rank: T has rank {vehicle.rank} but {meant} is asked for; drop a DOF that no thruster "
+            f"moves independently from 'dof', or write 'rank: {vehicle.rank}' if that is meant",
+            "rank",
+        )
+    return vehicle
+
+
+def matrices(keys: VehicleFile) -> tuple[FloatArray | None, FloatArray | None]:
+    """T as the file gives it, and T as its thrusters make it, (k, n) each, turned to z down; at least one."""
+    given = None if keys.T is None else _rectangular("T", keys.T)
+    if given is not None and len(given) != len(keys.dof):
+        raise VehicleError(f"T: has {len(given)} rows; give {len(keys.dof)}, one a DOF in 'dof'", "T")
+    if keys.planar is not None and keys.thrusters is not None:
+        raise VehicleError("planar and thrusters both give poses; keep one of them", "planar")
+    if given is None and keys.planar is None and keys.thrusters is None:
+        raise VehicleError("no geometry; give thrusters, planar or T")
+    computed = None
+    if keys.planar is not None:
+        computed = _planar(keys.planar, keys.dof)
+    elif keys.thrusters is not None:
+        computed = _posed(keys.thrusters, keys.center_of_mass, keys.dof)
+    if given is not None and computed is not None and given.shape != computed.shape:
+        raise VehicleError(
+            f"T: has shape {given.shape}, the thrusters make {computed.shape}; one of them is wrong", "T"
+        )
+    if keys.frame == "frd":
+        return given, computed
+    return (
+        None if given is None else from_flu(given, keys.dof),
+        None if computed is None else from_flu(computed, keys.dof),
+    )
+
+
+def vehicle_with(keys: VehicleFile, T: FloatArray) -> Vehicle:
+    """The Vehicle of a file's keys with this T (k, n), whatever its rank; raises VehicleError."""
+    k, n = T.shape
     if keys.weights is not None and keys.H is not None:
-        raise VehicleError("weights and H both give the matrix of eq. 4; keep one of them")
-    weights = keys.weights if keys.weights is not None else [1.0] * n
-    H = np.array(keys.H) if keys.H is not None else np.diag(weights)
-    vehicle = Vehicle(
+        raise VehicleError("weights and H both give the matrix of eq. 4; keep one of them", "H")
+    if keys.weights is not None and len(keys.weights) != n:
+        raise VehicleError(
+            f"weights: {len(keys.weights)} numbers for {n} thrusters; give one each", "weights"
+        )
+    H = np.diag(keys.weights or [1.0] * n) if keys.H is None else _rectangular("H", keys.H)
+    return Vehicle(
         name=keys.name,
         dof=tuple(keys.dof),
         T=T,
@@ -139,76 +174,69 @@ def build_vehicle(keys: VehicleFile) -> Vehicle:
         f_min=_per_thruster(keys.f_min, n),
         f_max=_per_thruster(keys.f_max, n),
         readiness=np.ones(n),
-        slack_weights=np.array(keys.slack_weights if keys.slack_weights is not None else [SLACK_WEIGHT] * k),
+        slack_weights=np.array([SLACK_WEIGHT] * k if keys.slack_weights is None else keys.slack_weights),
         source=keys.source,
     )
-    meant = keys.rank if keys.rank is not None else k
-    if vehicle.rank != meant:
+
+
+def _first(given: FloatArray | None, computed: FloatArray | None) -> FloatArray:
+    T = computed if given is None else given
+    if T is None:
+        raise VehicleError("no geometry; give thrusters, planar or T")
+    return T
+
+
+def _planar(planar: Planar, dof: Sequence[str]) -> FloatArray:
+    if not len(planar.alpha_deg) == len(planar.d) == len(planar.phi_deg) > 0:
         raise VehicleError(
-            f"rank: T has rank {vehicle.rank} but {meant} is asked for; drop a DOF that no thruster "
-            f"moves independently from 'dof', or write 'rank: {vehicle.rank}' if that is meant"
+            "planar: alpha_deg, d and phi_deg must be equally long, one entry a thruster", "planar"
         )
-    return vehicle
+    rows = {"surge": 0, "sway": 1, "yaw": 2}
+    beyond = [axis for axis in dof if axis not in rows]
+    if beyond:
+        raise VehicleError(f"dof: planar thrusters move surge, sway and yaw only, not {beyond[0]}", "dof")
+    T = planar_matrix(np.array(planar.alpha_deg), np.array(planar.d), np.array(planar.phi_deg))
+    return T[[rows[axis] for axis in dof]]
 
 
-def _geometry(keys: VehicleFile, rows: list[int]) -> FloatArray:
-    given = [key for key in ("planar", "T", "thrusters") if getattr(keys, key) is not None]
-    if len(given) != 1:
-        raise VehicleError(f"geometry: give exactly one of planar, T and thrusters (found {given or 'none'})")
-    if keys.T is not None:
-        return _rectangular("T", keys.T)
-    if keys.planar is not None:
-        p = keys.planar
-        if not len(p.alpha_deg) == len(p.d) == len(p.phi_deg):
-            raise VehicleError("planar: alpha_deg, d and phi_deg must be equally long, one entry a thruster")
-        full = planar_matrix(np.array(p.alpha_deg), np.array(p.d), np.array(p.phi_deg))
-        planar_rows = {0: 0, 1: 1, 5: 2}
-        if not set(rows) <= set(planar_rows):
-            raise VehicleError("dof: planar thrusters move surge, sway and yaw only; name no others")
-        return full[[planar_rows[row] for row in rows]]
-    thrusters = keys.thrusters or []
+def _posed(thrusters: list[Thruster], center: tuple[float, float, float], dof: Sequence[str]) -> FloatArray:
     if not thrusters:
-        raise VehicleError("thrusters: the list is empty; give one entry a thruster")
-    positions = np.array([t.position for t in thrusters])
+        raise VehicleError("thrusters: the list is empty; give one entry a thruster", "thrusters")
     directions = np.array([t.direction for t in thrusters])
-    center = np.array(keys.center_of_mass)
-    if keys.frame == "flu":
-        positions, directions, center = from_flu(positions), from_flu(directions), from_flu(center)
     lengths = np.linalg.norm(directions, axis=1)
-    if (np.abs(lengths - 1) > 1e-3).any():  # published unit vectors carry three digits or more
-        i = int(np.argmax(np.abs(lengths - 1)))
-        raise VehicleError(f"thrusters[{i}].direction has length {lengths[i]:.4g}; give a unit vector")
-    return pose_matrix(positions, directions, center)[rows]
+    i = int(np.argmax(np.abs(lengths - 1)))
+    if abs(lengths[i] - 1) > 1e-3:  # published unit vectors carry three digits or more
+        key = f"thrusters[{i}].direction"
+        raise VehicleError(f"{key} has length {lengths[i]:.4g}; give a unit vector", key)
+    T = pose_matrix(np.array([t.position for t in thrusters]), directions, np.array(center))
+    return T[[DOF.index(axis) for axis in dof]]
 
 
 def _rectangular(key: str, rows: list[Numbers]) -> FloatArray:
-    if len({len(row) for row in rows}) != 1:
-        raise VehicleError(f"{key}: rows differ in length; give one entry a thruster in every row")
-    return np.array(rows, dtype=float)
+    if len({len(row) for row in rows}) != 1 or not rows[0]:
+        raise VehicleError(
+            f"{key}: rows differ in length or are empty; give one entry a thruster in each", key
+        )
+    return np.array(rows, dtype=np.float64)
 
 
 def _per_thruster(value: float | Numbers, n: int) -> FloatArray:
-    return np.full(n, value) if isinstance(value, (int, float)) else np.array(value, dtype=float)
+    return np.full(n, value, dtype=np.float64) if isinstance(value, (int, float)) else np.array(value)
 
 
-def _plain(data: Any) -> Any:
-    # ruamel's round-trip containers and scalars carry comments and lines; msgspec wants builtins.
-    if isinstance(data, dict):
-        return {str(key): _plain(value) for key, value in data.items()}
-    if isinstance(data, list):
-        return [_plain(value) for value in data]
-    for builtin in (bool, int, float, str):
-        if isinstance(data, builtin):
-            return builtin(data)
-    return data
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists()
+    except (OSError, ValueError):  # too long for a file name, or holding a zero byte
+        return False
 
 
-def _explain(message: str, lines: dict[str, int]) -> str:
-    # msgspec writes "… - at `$.f_min[2]`"; put the line of the key in front.
+def _explain(message: str, tree: Tree) -> str:
+    # msgspec writes "… - at `$.f_min[2]`"; put the line of that entry in front.
     what, _, where = message.partition(" - at `$")
     key = where.rstrip("`").lstrip(".")
-    top = key.split(".")[0].split("[")[0]
-    if not top and "unknown field" in what:
-        top = key = what.split("`")[1]
-    place = f"line {lines[top]}: " if top in lines else ""
+    if "unknown field" in what:
+        key = f"{key}.{what.split('`')[1]}".lstrip(".")
+    line = tree.line(key) if key else None
+    place = f"line {line}: " if line else ""
     return f"{place}{key + ': ' if key else ''}{what}; see a shipped vehicle file for the form"
