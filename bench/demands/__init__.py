@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from alloc import DemandError, UnknownName, Vehicle, label
+from alloc import UnknownName, Vehicle, label
 from alloc.allocation import FloatArray
 
 COUNT = 1000
@@ -55,13 +55,13 @@ def build_demands(name: str | Path, vehicle: Vehicle, seed: int, n: int | None =
 
     The generator is derived from (seed, vehicle name, set name), so that no set depends on which
     others were made before it. Raises UnknownName; NotApplicable where the vehicle has no such
-    demands, with the reason; DemandError for a file that can't be read.
+    demands, with the reason; FileError or DemandError for a file that can't be read.
     """
     if _is_file(name):
         return _from_file(Path(name), vehicle, n)
     if str(name) not in _modules():
         raise UnknownName(
-            f"no demand set '{name}'; there are {', '.join(list_demands())}, or give the path of a CSV file"
+            f"no demand set '{name}'; there are {', '.join(list_demands())}, or give a log (.csv, .bag, .ulg)"
         )
     module = import_module(f"bench.demands.{_modules()[str(name)]}")
     rng = np.random.default_rng([seed, _stable(vehicle.name), _stable(str(name))])
@@ -90,11 +90,10 @@ def _is_file(name: str | Path) -> bool:
 
 
 def _from_file(path: Path, vehicle: Vehicle, n: int | None) -> DemandSet:
-    reader = import_module("bench.demand_csv")  # a user's file is rare: read only where one is named
-    taus: FloatArray = reader.read_demands(path, vehicle.dof)[:n]
-    if len(taus) == 0:
-        raise DemandError(f"{path}: holds no demands; give one row a demand below the header")
-    return labelled(path.stem, vehicle, np.array(taus))
+    from bench.logs import rate_hz, read_log  # a user's file is rare: loaded only where one is named
+
+    t, taus = read_log(path, vehicle.dof)
+    return labelled(path.stem, vehicle, np.array(taus[:n]), rate_hz(t))
 
 
 def _stable(text: str) -> int:
