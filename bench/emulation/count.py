@@ -1,0 +1,104 @@
+"""Run an image over demands and count: instructions of each call exactly, answers, stack."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from alloc.allocation import FloatArray, IndexArray
+from bench.emulation.image import FIRMWARE, Image, without_kernel
+from bench.emulation.kernel import SCALARS
+from bench.emulation.toolchain import X86, ToolError, run
+
+SYSTICK_NS = 40
+"""Both boards clock SysTick at 25 MHz; under ``-icount shift=0`` QEMU lets 1 ns pass per instruction."""
+
+
+@dataclass(frozen=True, eq=False)
+class Counted:
+    """What each of N calls did.
+
+    Attributes
+    ----------
+    F : (N, n) thrusts as the kernel left them [N]
+    status : (N,) what it returned
+    instructions : (N,) executed from its first instruction to its return, callees included
+    stack_bytes : (N,) stack below the caller's that was written to
+    """
+
+    F: FloatArray
+    status: IndexArray
+    instructions: IndexArray
+    stack_bytes: IndexArray
+
+
+def count(image: Image, taus: FloatArray) -> Counted:
+    """Answer demands (N, k), one call each in this order, and count."""
+    folder = image.path.parent
+    if image.target == X86:
+        answers = _answers(image, image.path, taus, 1, _callgrind(image))
+        instructions = _dumped(folder)
+    else:
+        answers = _answers(image, image.path, taus, 1, _plugged(image))
+        instructions = np.loadtxt(folder / "counts.txt", dtype=np.intp, ndmin=1)
+    if len(instructions) != len(taus):
+        raise ToolError(f"{image.target.name}: {len(instructions)} calls counted, {len(taus)} made")
+    return Counted(
+        answers["f"].astype(np.float64),
+        answers["status"].astype(np.intp),
+        instructions,
+        answers["stack"].astype(np.intp),
+    )
+
+
+def count_by_systick(image: Image, taus: FloatArray, repeats: int = 1000) -> FloatArray:
+    """Instructions of each call (N,) by a second way, on the boards: their timer under ``-icount shift=0``.
+
+    Each demand is answered ``repeats`` times; what the driver takes is measured with an empty kernel,
+    of one instruction, and taken off. Exact up to a tick (40 instructions) over ``repeats``.
+    """
+    machine, kernel = image.target.emulator[:-1], image.target.emulator[-1]
+    counted = (*machine, "-icount", "shift=0", kernel)
+    with_it = _answers(image, image.path, taus, repeats, counted)["ticks"]
+    without = _answers(image, without_kernel(image), taus, repeats, counted)["ticks"]
+    difference: FloatArray = (with_it - without) * (SYSTICK_NS / repeats) + 1.0
+    return difference
+
+
+def _answers(
+    image: Image, path: Path, taus: FloatArray, repeats: int, command: tuple[str, ...]
+) -> np.ndarray:
+    folder, kernel = image.path.parent, image.kernel
+    scalar = np.dtype(SCALARS[kernel.scalar])
+    head = np.array([len(taus), repeats], dtype="<i4")
+    (folder / "demands.bin").write_bytes(head.tobytes() + taus.astype(scalar).tobytes())
+    run([*command, str(path)], folder)
+    layout = np.dtype([("f", scalar, (kernel.n,)), ("status", "<i4"), ("stack", "<i4"), ("ticks", "<i4")])
+    return np.fromfile(folder / "answers.bin", dtype=layout)
+
+
+def _plugged(image: Image) -> tuple[str, ...]:
+    plugin = image.path.with_name("count.so")
+    # API 1 until QEMU 8, 2 from QEMU 9 on; the functions used are the same in both.
+    version = re.search(r"version (\d+)", run([image.target.emulator[0], "--version"]))
+    api = 1 if version and int(version[1]) < 9 else 2
+    run(["gcc", "-O2", "-shared", "-fPIC", f"-DAPI={api}", str(FIRMWARE / "count.c"), "-o", str(plugin)])
+    options = f"{plugin},entry={image.entry:#x},leave={image.leave:#x},out=counts.txt"
+    emulator, *rest = image.target.emulator
+    return (emulator, "-plugin", options, *rest)
+
+
+def _callgrind(image: Image) -> tuple[str, ...]:
+    # One dump a call, each with the instructions since the one before, inside the kernel only.
+    for old in image.path.parent.glob("callgrind.*"):
+        old.unlink()
+    entry = image.kernel.entry
+    count_it = (f"--toggle-collect={entry}", f"--dump-after={entry}", "--callgrind-out-file=callgrind")
+    return ("valgrind", "--tool=callgrind", *count_it)
+
+
+def _dumped(folder: Path) -> IndexArray:
+    dumps = sorted(folder.glob("callgrind.*"), key=lambda path: int(path.suffix[1:]))
+    found = (re.search(r"^totals: (\d+)", dump.read_text(), re.MULTILINE) for dump in dumps)
+    return np.array([int(match[1]) for match in found if match], dtype=np.intp)

@@ -1,0 +1,55 @@
+/* measured_call(…): calls CALLED with whatever arguments it was given, and returns what CALLED returns.
+ *
+ * Instructions are counted from CALLED's first to before `kernel_left`. stack_pointer() is where CALLED's
+ * own stack begins, called from the same frame. empty_kernel returns in one instruction: called in place of
+ * the kernel it shows what the driver alone takes.
+ */
+    .text
+    .global measured_call, kernel_left, stack_pointer, empty_kernel
+
+#if defined __arm__
+    .syntax unified
+    .thumb
+    .thumb_func
+measured_call:
+    push {r4, lr}
+    bl CALLED
+kernel_left:
+    pop {r4, pc}
+    .thumb_func
+stack_pointer:
+    sub r0, sp, #8
+    bx lr
+    .thumb_func
+empty_kernel:
+    bx lr
+
+#elif defined __aarch64__
+measured_call:
+    stp x29, x30, [sp, #-16]!
+    bl CALLED
+kernel_left:
+    ldp x29, x30, [sp], #16
+    ret
+stack_pointer:
+    sub x0, sp, #16
+    ret
+empty_kernel:
+    ret
+
+#elif defined __x86_64__
+measured_call:
+    sub $8, %rsp
+    call CALLED
+kernel_left:
+    add $8, %rsp
+    ret
+stack_pointer:
+    lea -16(%rsp), %rax /* 8 more bytes and the address to return to */
+    ret
+empty_kernel:
+    ret
+#endif
+#ifdef __linux__
+    .section .note.GNU-stack, "", %progbits
+#endif

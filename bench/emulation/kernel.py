@@ -1,0 +1,53 @@
+"""The C that is measured: one function that answers one vehicle's demands, and what it needs around it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+SCALARS = {"double": "<f8", "float": "<f4"}
+"""C's name of the scalar to numpy's; every target here is little-endian."""
+
+
+@dataclass(frozen=True, eq=False)
+class Kernel:
+    """A C function int entry(…) and its sources.
+
+    Attributes
+    ----------
+    method : label in tables, e.g. ``nullspace@native``
+    scalar : ``double`` or ``float``
+    k, n : length of tau and of f
+    entry : the function's name
+    declaration : C text that declares it
+    arguments : how it is called, with ``tau`` and ``f`` in it, e.g. ``tau, f``
+    sources : text by file name; every .c is compiled, the rest is there to be included
+    """
+
+    method: str
+    scalar: str
+    k: int
+    n: int
+    entry: str
+    declaration: str
+    arguments: str
+    sources: Mapping[str, str]
+
+    @property
+    def header(self) -> str:
+        """kernel.h as the driver (firmware/measure.c) includes it."""
+        return (
+            f"{self.declaration}\n"
+            f"#define KERNEL {self.entry}\n"
+            f"#define SCALAR {self.scalar}\n"
+            f"#define K {self.k}\n"
+            f"#define N {self.n}\n"
+            f"#define ANSWER(tau, f) measured_call({self.arguments})\n"
+        )
+
+    def write(self, folder: Path) -> list[Path]:
+        """Write all of it into ``folder``; the files to compile."""
+        for name, text in {**self.sources, "kernel.h": self.header}.items():
+            path = folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+        return sorted(folder / name for name in self.sources if name.endswith(".c"))

@@ -1,0 +1,122 @@
+"""What runs where: a compiler and an emulator for each processor, and how to get what is missing."""
+
+import re
+import shutil
+import subprocess
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from alloc import AllocError, NotInstalled, UnknownName
+
+
+class ToolError(AllocError):
+    """A compiler or an emulator failed; the message says which and what it said."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """A processor, as a compiler and an emulator know it.
+
+    Attributes
+    ----------
+    name : label in tables and on the command line
+    tools : prefix of the compiler and its companions, e.g. ``arm-none-eabi-``
+    flags : what the compiler must know about the processor
+    emulator : command that runs an image, up to the image's path; empty runs it as it is
+    packages : Debian's names of what all this needs
+    """
+
+    name: str
+    tools: str
+    flags: tuple[str, ...]
+    emulator: tuple[str, ...]
+    packages: tuple[str, ...]
+
+    @property
+    def bare_metal(self) -> bool:
+        """Whether there is no operating system under the image."""
+        return self.tools == "arm-none-eabi-"
+
+
+def _board(machine: str) -> tuple[str, ...]:
+    quiet = ("-display", "none", "-monitor", "none", "-serial", "none")
+    files = ("-semihosting-config", "enable=on,target=native")
+    return ("qemu-system-arm", "-machine", machine, *quiet, *files, "-kernel")
+
+
+_CORTEX_M = ("qemu-system-arm", "gcc-arm-none-eabi", "libnewlib-arm-none-eabi")
+_HARD_FLOAT = ("-mthumb", "-mfloat-abi=hard")
+TARGETS = (
+    Target(
+        "cortex-m7",
+        "arm-none-eabi-",
+        ("-mcpu=cortex-m7", "-mfpu=fpv5-d16", *_HARD_FLOAT),
+        _board("mps2-an500"),
+        _CORTEX_M,
+    ),
+    Target(
+        "cortex-m4f",
+        "arm-none-eabi-",
+        ("-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16", *_HARD_FLOAT),
+        _board("mps2-an386"),
+        _CORTEX_M,
+    ),
+    Target(
+        "aarch64",
+        "aarch64-linux-gnu-",
+        ("-static", "-mno-fix-cortex-a53-843419"),  # whose stubs fill a page, once there is one
+        ("qemu-aarch64",),
+        ("qemu-user", "gcc-aarch64-linux-gnu", "libc6-dev-arm64-cross"),
+    ),
+)
+X86 = Target("x86-64", "x86_64-linux-gnu-", ("-static",), ("valgrind",), ("gcc", "libc6-dev", "valgrind"))
+"""Where callgrind counts: the ratio to it says how far a count on a workstation carries."""
+
+
+def target(name: str) -> Target:
+    """The target of that name; raises UnknownName."""
+    for found in (*TARGETS, X86):
+        if found.name == name:
+            return found
+    raise UnknownName(f"no target '{name}'; there are {', '.join(t.name for t in TARGETS)}")
+
+
+def missing(found: Target) -> str:
+    """What is not there for a target and how to get it, in one line; empty where all is there."""
+    commands = [f"{found.tools}gcc", found.emulator[0], "gcc"]
+    absent = [command for command in dict.fromkeys(commands) if not shutil.which(command)]
+    if not absent and not _links(found):
+        absent = ["a C library for it"]
+    remedy = f"apt-get install {' '.join(found.packages)} gcc libc6-dev (or make emulate)"
+    return f"{found.name} needs {', '.join(absent)}: {remedy}" if absent else ""
+
+
+def require(found: Target) -> None:
+    """Raise NotInstalled, with the remedy, where something is missing."""
+    if reason := missing(found):
+        raise NotInstalled(reason)
+
+
+def versions(found: Target) -> dict[str, str]:
+    """Versions of what takes part: compiler and emulator."""
+    said = {name: run([name, "--version"]) for name in (f"{found.tools}gcc", found.emulator[0])}
+    return {name: (re.search(r"\d+\.\d+(\.\d+)?", text) or [""])[0] for name, text in said.items()}
+
+
+def run(command: list[str], folder: Path | None = None) -> str:
+    """What a command prints; its own words as the error where it fails."""
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    if done.returncode:
+        said = " ".join((done.stderr or done.stdout).split())
+        raise ToolError(f"{command[0]} ended with {done.returncode}: {said[:500] or 'nothing said'}")
+    return done.stdout
+
+
+@cache
+def _links(found: Target) -> bool:
+    # A compiler without its C library is the usual half of an installation.
+    headers = ["-xc", "-E", "-o", "/dev/null", "-"]
+    code = "#include <unistd.h>\n"
+    command = [f"{found.tools}gcc", *found.flags, *headers]
+    return subprocess.run(command, input=code, capture_output=True, text=True).returncode == 0
