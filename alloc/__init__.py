@@ -2,6 +2,7 @@
 
 from alloc.allocation import Allocation, Allocator, Status
 from alloc.attainable import Label, Margins, alpha_max, alpha_max_lp, alpha_range, label
+from alloc.certificate import Certificate, certify, certify_many
 from alloc.errors import (
     AllocError,
     DemandError,
@@ -14,13 +15,16 @@ from alloc.errors import (
 )
 from alloc.inverse import generalized_inverse
 from alloc.plugins import Entry, build, catalogue, find, load_plugin, prepare
+from alloc.qp import QP, Posed, pose_hard, pose_soft
 from alloc.vehicle import Vehicle
 from alloc.vehicle_file import list_vehicles, load_vehicle
 
 __all__ = [
+    "QP",
     "AllocError",
     "Allocation",
     "Allocator",
+    "Certificate",
     "DemandError",
     "Entry",
     "FileError",
@@ -28,6 +32,7 @@ __all__ = [
     "Margins",
     "NotApplicable",
     "NotInstalled",
+    "Posed",
     "SolverError",
     "Status",
     "UnknownName",
@@ -38,11 +43,15 @@ __all__ = [
     "alpha_range",
     "build",
     "catalogue",
+    "certify",
+    "certify_many",
     "find",
     "generalized_inverse",
     "label",
     "list_vehicles",
     "load_plugin",
     "load_vehicle",
+    "pose_hard",
+    "pose_soft",
     "prepare",
 ]

@@ -54,6 +54,17 @@ class Posed:
     working: IndexArray
     unreachable: FloatArray
 
+    def scaled(self, taus: FloatArray, F: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """(N, p) b and (N, m) x that stand for wrenches (N, k) and thrusts (N, n) answering them.
+
+        In the soft problem the slack is what the thrusts leave of the wrench, so A x = b holds exactly.
+        """
+        B = taus @ self.b_of_tau.T
+        x = F[:, self.working] / self.f_scale
+        if len(self.qp.g) == x.shape[1]:
+            return B, x
+        return B, np.hstack([x, x @ self.qp.A[:, : x.shape[1]].T - B])
+
 
 def pose_hard(vehicle: Vehicle, scaled: bool = True) -> Posed:
     """min 1/2 f'Hf s.t. T P f = tau, f_min <= f <= f_max (eq. 4-5).

@@ -1,0 +1,127 @@
+r"""What an answer is worth, worked out from the problem and x alone: no status, no solver's multipliers.
+
+For any multiplier y of A x = b, the bounds' multipliers follow from stationarity, z = -(Hx + g + A'y),
+split by sign. The duality gap of (x, y) in the problem that x does meet, ``A x`` in the place of b, is
+
+    gap(y) = sum_i max(z_i, 0) (ub_i - x_i) + max(-z_i, 0) (x_i - lb_i)
+
+which is what complementary slackness asks to be 0. Variables without bounds (the slacks of a soft
+problem) can't have a multiplier; what is left of their stationarity, w, costs 1/2 w' H_ss^-1 w instead.
+The gap bounds the distance to that problem's optimum, 1/2 ||x - x*||_H^2 <= gap, for every y, so the
+least one is wanted. It is convex in y, and without slacks also piecewise linear, so it is least where
+p of the z are 0: all such y are tried (at most 28 for 8 thrusters and 6 DOF), and the least gap is
+exact, also at degenerate corners. With slacks up to p of the z are set to 0, and y costs least beyond
+that: a valid bound, and 0 at the optimum.
+"""
+
+from dataclasses import dataclass
+from itertools import chain, combinations
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from alloc.allocation import FloatArray, IndexArray
+from alloc.qp import QP
+
+SINGULAR = 1e-10
+"""A set of z whose equations have a reciprocal condition below this fixes no y. A scaled problem has
+orthonormal rows and real geometry stays above 1e-3; the slacks' weights cost another 1e-4."""
+CHUNK = 1_000_000
+"""Numbers held at a time (8 MB): as fast as larger ones, and no demand set is too long."""
+
+
+class Certificate(NamedTuple):
+    """How far an x, or each of N of them, is from optimal; all in the units of the QP, NaN for a NaN x.
+
+    Attributes
+    ----------
+    primal : largest violation of A x = b or of a bound
+    dual : largest |x - clip(x - (Hx + g + A'y), lb, ub)|, which is 0 at the optimum and only there
+    complementarity : largest product of a bound's multiplier and the distance to that bound
+    gap : duality gap
+    distance : bound on max |x_i - x*_i| over the bounded x_i (the thrusts), where x* is the optimum
+        for b = A x: of the wrench that x does produce. The optimum for the b asked for lies further
+        away by no more than the optimum moves between the two, which vanishes with ``primal``.
+        It supposes lb <= x <= ub.
+    """
+
+    primal: FloatArray
+    dual: FloatArray
+    complementarity: FloatArray
+    gap: FloatArray
+    distance: FloatArray
+
+
+def certify(qp: QP, b: ArrayLike, x: ArrayLike) -> Certificate:
+    """The certificate of one x (m,) as an answer to b (p,)."""
+    many = certify_many(qp, np.atleast_2d(b), np.atleast_2d(x))
+    return Certificate(*(values[0] for values in many))
+
+
+def certify_many(qp: QP, B: ArrayLike, X: ArrayLike) -> Certificate:
+    """The certificates of X (N, m) as answers to B (N, p), row by row; each entry is (N,)."""
+    x, b = np.asarray(X, dtype=np.float64), np.asarray(B, dtype=np.float64)
+    maps = _multipliers(qp)
+    rows = max(1, CHUNK // maps.to_r[:, 0].size)
+    parts = [_certify(qp, maps, b[i : i + rows], x[i : i + rows]) for i in range(0, max(1, len(x)), rows)]
+    return Certificate(*(np.concatenate(values) for values in zip(*parts, strict=True)))
+
+
+@dataclass(frozen=True)
+class _Multipliers:
+    """S linear maps from r0 = Hx + g to stationarity Hx + g + A'y, one for each y that is tried."""
+
+    bounded: IndexArray  # (q,)
+    to_r: FloatArray  # (S, q, m): of the bounded variables, where their z = -r
+    to_w: FloatArray  # (S, m - q, m): of the others, in units that make the cost 1/2 |w|^2
+    reach: float  # largest |e_i| of a bounded variable with A e = 0 and e'He = 1
+
+
+def _multipliers(qp: QP) -> _Multipliers:
+    p, m = qp.A.shape
+    bounded = qp.bounded
+    free = np.setdiff1d(np.arange(m), bounded)
+    # Minimise over the free variables first: H_ss = L L', and what is left is a problem in the others.
+    L = np.linalg.cholesky(qp.H[np.ix_(free, free)])
+    to_w = np.linalg.solve(L, np.eye(m)[free])
+    coupling = np.linalg.solve(L, qp.H[np.ix_(free, bounded)])
+    to_r = np.eye(m)[bounded] - coupling.T @ to_w
+    a_r, a_w = to_r @ qp.A.T, to_w @ qp.A.T
+    maps_r, maps_w = [], []
+    for zeros in chain.from_iterable(combinations(range(len(bounded)), j) for j in range(p + 1)):
+        if len(zeros) < p - len(free):
+            continue
+        # Least 1/2 |w|^2 among the y with r = 0 in these entries, from its own KKT conditions.
+        index = list(zeros)
+        edge = a_r[index]
+        kkt = np.block([[a_w.T @ a_w, edge.T], [edge, np.zeros((len(index), len(index)))]])
+        if np.linalg.cond(kkt) * SINGULAR > 1:
+            continue
+        y = np.linalg.solve(kkt, -np.vstack([a_w.T @ to_w, to_r[index]]))[:p]
+        r = to_r + a_r @ y
+        r[index] = 0.0  # exactly, whatever the rounding: these entries cost nothing then
+        maps_r.append(r)
+        maps_w.append(to_w + a_w @ y)
+    N = np.linalg.svd(qp.A)[2][p:].T  # a basis of the null space: A has full row rank
+    reach = np.diag(N @ np.linalg.solve(N.T @ qp.H @ N, N.T))[bounded].max(initial=0.0)
+    return _Multipliers(bounded, np.array(maps_r), np.array(maps_w), float(np.sqrt(max(reach, 0.0))))
+
+
+def _certify(qp: QP, maps: _Multipliers, b: FloatArray, x: FloatArray) -> Certificate:
+    S, q, m = maps.to_r.shape
+    lb, ub, inside = qp.lb[maps.bounded], qp.ub[maps.bounded], x[:, maps.bounded]
+    below, above = np.maximum(inside - lb, 0.0), np.maximum(ub - inside, 0.0)
+    r0 = x @ qp.H + qp.g
+    r = (r0 @ maps.to_r.reshape(S * q, m).T).reshape(len(x), S, q)
+    w = (r0 @ maps.to_w.reshape(S * (m - q), m).T).reshape(len(x), S, m - q)
+    with np.errstate(invalid="ignore"):  # 0 * infinity: no multiplier on a bound that isn't there
+        product = np.where(r == 0.0, 0.0, np.where(r > 0, r * below[:, None], -r * above[:, None]))
+    gaps = product.sum(axis=2) + (w * w).sum(axis=2) / 2
+    row, best = np.arange(len(x)), np.argmin(gaps, axis=1)
+    gap, r, w = gaps[row, best], r[row, best], w[row, best]
+    outside = np.maximum(np.maximum(lb - inside, inside - ub), 0.0)
+    primal = np.abs(np.hstack([x @ qp.A.T - b, outside])).max(axis=1)
+    dual = np.abs(np.hstack([inside - np.clip(inside - r, lb, ub), w])).max(axis=1)
+    complementarity = product[row, best].max(axis=1)
+    return Certificate(primal, dual, complementarity, gap, maps.reach * np.sqrt(2 * gap))
