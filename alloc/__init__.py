@@ -18,6 +18,7 @@ from alloc.plugins import Entry, build, catalogue, find, load_plugin, prepare
 from alloc.qp import QP, Posed, pose_hard, pose_soft
 from alloc.vehicle import Vehicle
 from alloc.vehicle_file import list_vehicles, load_vehicle
+from alloc.volumes import attainable_volume, closed_form_volume
 
 __all__ = [
     "QP",
@@ -41,10 +42,12 @@ __all__ = [
     "alpha_max",
     "alpha_max_lp",
     "alpha_range",
+    "attainable_volume",
     "build",
     "catalogue",
     "certify",
     "certify_many",
+    "closed_form_volume",
     "find",
     "generalized_inverse",
     "label",

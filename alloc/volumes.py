@@ -1,0 +1,78 @@
+"""How much a vehicle can do: the volume of what its thrusters reach, and of what a closed form reaches.
+
+Volumes are of sets of tau / row_lengths, so all axes count in newtons and a failure, which leaves
+T as it is, leaves the unit as it is: shares of two volumes of one vehicle mean the same whatever
+the axes. A set that has extent in r < k directions only is measured in those, [N^r].
+"""
+
+from itertools import combinations
+
+import numpy as np
+
+from alloc.allocation import FloatArray
+from alloc.inverse import generalized_inverse
+from alloc.vehicle import RANK_TOLERANCE, Vehicle
+from alloc.zonotope import zonotope
+
+
+def attainable_volume(vehicle: Vehicle) -> float:
+    """Volume of {T P f : f_min <= f <= f_max}, exactly [N^r].
+
+    A zonotope is tiled by the parallelepipeds of its generators: the sum over all r-subsets of
+    |det| of the columns times the widths f_max - f_min (Shephard 1974, "Combinatorial properties of
+    associated zonotopes"; McMullen).
+    """
+    z = zonotope(vehicle)
+    columns = 2 * z.generators / vehicle.row_lengths[:, None]
+    r, m = z.dimension, columns.shape[1]
+    if r == 0:
+        return 0.0
+    basis = np.linalg.svd(columns, full_matrices=False)[0][:, :r]
+    subsets = np.array(list(combinations(range(m), r)), dtype=np.intp)
+    tiles = (basis.T @ columns)[:, subsets].transpose(1, 0, 2)
+    return float(np.abs(np.linalg.det(tiles)).sum())
+
+
+def closed_form_volume(vehicle: Vehicle) -> float:
+    """Volume of {tau : f_min <= T* tau <= f_max}, tau = T P f: what eq. 8 serves inside the limits [N^r].
+
+    The vertices of that polytope come from Qhull, the volume from their hull. 0 where no demand fits.
+    """
+    from scipy.spatial import ConvexHull, HalfspaceIntersection
+
+    scaled = vehicle.TP / vehicle.row_lengths[:, None]
+    basis = np.linalg.svd(scaled)[0][:, : vehicle.rank]
+    rows = (generalized_inverse(vehicle) * vehicle.row_lengths) @ basis  # f = rows y, tau = scale basis y
+    moved = np.linalg.norm(rows, axis=1) > RANK_TOLERANCE * np.linalg.norm(rows)
+    rest = ~moved
+    if (vehicle.f_min[rest] > 0).any() or (vehicle.f_max[rest] < 0).any():
+        return 0.0
+    A = np.vstack([rows[moved], -rows[moved]])
+    b = np.concatenate([vehicle.f_max[moved], -vehicle.f_min[moved]]) / vehicle.f_scale
+    inside, clearance = _center(A, b)
+    if clearance <= RANK_TOLERANCE:
+        return 0.0
+    if A.shape[1] == 1:
+        ends = b / A[:, 0]
+        return float((ends[A[:, 0] > 0].min() - ends[A[:, 0] < 0].max()) * vehicle.f_scale)
+    vertices = HalfspaceIntersection(np.column_stack([A, -b]), inside).intersections
+    volume: float = ConvexHull(vertices).volume * vehicle.f_scale ** A.shape[1]
+    return volume
+
+
+def _center(A: FloatArray, b: FloatArray) -> tuple[FloatArray, float]:
+    """The point farthest inside A y <= b, and its distance to the nearest plane."""
+    from scipy.optimize import linprog
+
+    r = A.shape[1]
+    lengths = np.linalg.norm(A, axis=1)
+    found = linprog(
+        np.append(np.zeros(r), -1.0),
+        A_ub=np.column_stack([A, lengths]),
+        b_ub=b,
+        bounds=[(None, None)] * (r + 1),
+        method="highs",
+    )
+    if found.x is None:
+        return np.zeros(r), -1.0
+    return found.x[:-1], float(found.x[-1])

@@ -1,0 +1,102 @@
+"""Volumes of what a vehicle reaches: exact formulas against counting, and cases known by hand."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from alloc import (
+    Vehicle,
+    alpha_range,
+    attainable_volume,
+    closed_form_volume,
+    generalized_inverse,
+    list_vehicles,
+    load_vehicle,
+)
+
+Inside = Callable[[Vehicle, np.ndarray], np.ndarray]
+
+
+def attainable(vehicle: Vehicle, taus: np.ndarray) -> np.ndarray:
+    low, high = alpha_range(vehicle, taus)
+    return (low <= 1) & (high >= 1)
+
+
+def served(vehicle: Vehicle, taus: np.ndarray) -> np.ndarray:
+    f = taus @ generalized_inverse(vehicle).T
+    return ((f >= vehicle.f_min) & (f <= vehicle.f_max)).all(axis=1)
+
+
+def counted(vehicle: Vehicle, inside: Inside, n: int = 200_000) -> tuple[float, float]:
+    """Volume in newtons by counting random points of a box around the set, and its standard error."""
+    push = vehicle.TP / vehicle.row_lengths[:, None]
+    corners = np.array([push * vehicle.f_min, push * vehicle.f_max])
+    low, high = corners.min(axis=0).sum(axis=1), corners.max(axis=0).sum(axis=1)
+    points = np.random.default_rng(11).uniform(low, high, (n, vehicle.k))
+    share = inside(vehicle, points * vehicle.row_lengths).mean()
+    box = float(np.prod(high - low))
+    return share * box, box * float(np.sqrt(share * (1 - share) / n))
+
+
+@pytest.mark.parametrize("name", list_vehicles())
+@pytest.mark.parametrize("fault", [None, 0])
+@pytest.mark.parametrize(
+    ("volume", "inside"), [(attainable_volume, attainable), (closed_form_volume, served)]
+)
+def test_exact_volumes_agree_with_counting(
+    name: str, fault: int | None, volume: Callable[[Vehicle], float], inside: Inside
+):
+    vehicle = load_vehicle(name) if fault is None else load_vehicle(name).with_fault(fault)
+    assert vehicle.rank == vehicle.k
+    estimate, error = counted(vehicle, inside)
+    assert error < 0.1 * estimate  # else the test could not fail
+    assert volume(vehicle) == pytest.approx(estimate, abs=4 * error)
+
+
+def test_one_thruster_an_axis_fills_the_box_of_its_limits():
+    box = Vehicle(
+        name="box",
+        dof=("surge", "sway", "heave"),
+        T=np.eye(3),
+        H=np.eye(3),
+        f_min=[-1.0, -2.0, 0.0],
+        f_max=[2.0, 2.0, 5.0],
+        readiness=np.ones(3),
+        slack_weights=np.ones(3),
+    )
+    for volume in (attainable_volume, closed_form_volume):
+        assert volume(box) == pytest.approx(3 * 4 * 5)
+        assert volume(box.with_fault(0, 0.5)) == pytest.approx(3 * 4 * 5 / 2)
+        assert volume(box.with_fault(1)) == pytest.approx(3 * 5)  # in the two directions that are left
+
+
+def test_without_freedom_the_closed_form_gives_nothing_away():
+    for name in list_vehicles():
+        vehicle = load_vehicle(name)
+        while vehicle.nullity > 0:
+            vehicle = vehicle.with_fault(int(vehicle.working[0]))
+        assert closed_form_volume(vehicle) == pytest.approx(attainable_volume(vehicle), rel=1e-9)
+
+
+def test_the_closed_form_serves_two_thirds_of_what_the_papers_vehicle_can_do():
+    # The thrusts fill a 4-cube, and null(T) is its diagonal. T* tau is the cube's section across it, an
+    # octahedron (32/3 for half edges of 1); what can be done is its shadow, a rhombic dodecahedron (16).
+    ukwial = load_vehicle("ukwial")
+    assert closed_form_volume(ukwial) / attainable_volume(ukwial) == pytest.approx(2 / 3)
+
+
+def test_limits_that_shut_out_every_closed_form_leave_it_no_volume():
+    ukwial = load_vehicle("ukwial")
+    null = np.sign(np.linalg.svd(ukwial.T)[2][-1])
+    near, far = 10 * null, 20 * null  # every thrust along the null space, and T* tau has no part in it
+    forced = replace(ukwial, f_min=np.minimum(near, far), f_max=np.maximum(near, far))
+    assert closed_form_volume(forced) == 0
+    assert attainable_volume(forced) == pytest.approx(attainable_volume(ukwial) * (10 / 500) ** 3)
+
+
+def test_more_thrust_only_adds():
+    heavy = load_vehicle("bluerov2-heavy")
+    weak = heavy.with_fault(2, 0.5)
+    assert attainable_volume(heavy.with_fault(2)) < attainable_volume(weak) < attainable_volume(heavy)
