@@ -1,0 +1,75 @@
+"""``thrustbench gate``."""
+
+from pathlib import Path
+
+import click
+
+EXISTING = click.Path(exists=True, path_type=Path)
+
+
+@click.command()
+@click.argument("base", required=False)
+@click.argument("head", required=False)
+@click.option("--base-path", type=EXISTING, help="A folder with a tree, instead of BASE.")
+@click.option("--head-path", type=EXISTING, help="A folder with a tree, instead of HEAD.")
+@click.option("--repo", type=EXISTING, default=".", help="The repository of BASE and HEAD; default: here.")
+@click.option("--cells", multiple=True, metavar="PATTERN", help="vehicle:method:start, * and ? allowed.")
+@click.option("--threshold", type=click.FloatRange(min=1), default=3.0, show_default=True, help="Per cent.")
+@click.option("--pairs", type=click.IntRange(min=2), default=10, show_default=True, help="Of processes.")
+@click.option("--budget", type=click.FloatRange(min=1), default=120.0, show_default=True, help="Seconds.")
+@click.option("--plugin", "plugins", type=EXISTING, multiple=True, help="Python file with build(vehicle).")
+@click.option("--instructions/--no-instructions", default=True, help="Count them where valgrind is there.")
+@click.option("--always", is_flag=True, help="Measure even where nothing that can matter differs.")
+@click.option("--markdown", type=click.Path(path_type=Path), help="Write the report into this file too.")
+@click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write verdict and record here.")
+def command(
+    base: str | None,
+    head: str | None,
+    base_path: Path | None,
+    head_path: Path | None,
+    repo: Path,
+    cells: tuple[str, ...],
+    threshold: float,
+    pairs: int,
+    budget: float,
+    plugins: tuple[Path, ...],
+    instructions: bool,
+    always: bool,
+    markdown: Path | None,
+    json_file: Path | None,
+) -> int:
+    """Did HEAD get slower than BASE, or wrong? Exit code 1 says yes.
+
+    BASE and HEAD are git revisions; HEAD is the current commit unless given. Exit codes: 0 pass,
+    1 regression, 2 bad usage, 3 inconclusive.
+    """
+    from bench.gate import render, trees
+    from bench.gate.cells import DEFAULT_CELLS, VEHICLES
+    from bench.gate.record import Settings
+    from bench.gate.run import gate
+    from bench.gate.verdict import verdict
+
+    if bool(base) == bool(base_path):
+        raise click.UsageError("give BASE or --base-path, one of them")
+    if head and head_path:
+        raise click.UsageError("give HEAD or --head-path, not both")
+    if base_path and not head and not head_path:
+        raise click.UsageError("--base-path needs HEAD or --head-path beside it")
+    record = gate(
+        trees.folder(base_path) if base_path else trees.revision(repo, str(base)),
+        trees.folder(head_path) if head_path else trees.revision(repo, head or "HEAD"),
+        Settings(threshold=threshold / 100, pairs=pairs, budget_s=budget),
+        patterns=cells or (*DEFAULT_CELLS, *(f"{v}:{p.stem}" for v in VEHICLES for p in plugins)),
+        plugins=plugins,
+        always=always,
+        count=instructions,
+        tell=lambda what: click.echo(what, err=True),
+    )
+    found = verdict(record)
+    text = render.markdown(record, found)
+    click.echo(text, nl=False)
+    if markdown:
+        markdown.write_text(text, encoding="utf-8")
+    if json_file:
+        json_file.write_bytes(render.as_json(record, found))
+    return int(found.outcome)

@@ -1,0 +1,189 @@
+"""What both sides answer, and what the equations say to it: fast and wrong is no speed."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from alloc import Allocation, Label, NotApplicable, Status, Vehicle
+from alloc.allocation import FloatArray
+from alloc.inverse import generalized_inverse
+from bench.demands import build_demands, labelled
+from bench.gate.cells import CONTROL_DEMANDS, chosen, controls, names
+from bench.gate.record import CONTROL, Cell
+from bench.gate.side import Died, Refused, Side, Tree
+from bench.judge import judge
+from bench.reference import HARD_REFERENCES, VEHICLE_ARRAYS, Question
+
+DEMANDS = {"inactive": 15, "active": 15, "infeasible": 10}
+"""What answers are compared on. Only those that can be met are timed: an iterative solver spends its
+time on the others, and a call that got slower would drown in it."""
+
+
+class Prober:
+    """A worker that is started again when a cell brings it down, so that the others are heard."""
+
+    def __init__(self, tree: Tree) -> None:
+        """Start it and list its cells; raises Died or Refused where the tree can't even do that."""
+        self._tree = tree
+        self._side = Side(tree)
+        try:
+            self.cells: list[list[str]] = self._side.ask("cells")
+        except BaseException:
+            self._side.close()
+            raise
+
+    def ask(self, do: str, **arguments: Any) -> Any:
+        """Give an order; raises Refused, or Died after starting afresh."""
+        try:
+            return self._side.ask(do, **arguments)
+        except Died:
+            self._side.close()
+            self._side = Side(self._tree)
+            raise
+
+    def close(self) -> None:
+        """End the process."""
+        self._side.close()
+
+
+class Answered(NamedTuple):
+    """A cell on one side: what it promises and answered; or why it is lacking."""
+
+    lacks: str
+    promises: dict[str, Any]
+    answers: Sequence[Allocation]
+
+
+class Examined(NamedTuple):
+    """All chosen cells, judged; the demands to time them with; what else is worth saying."""
+
+    cells: list[Cell]
+    demands: dict[str, list[list[float]]]
+    notes: list[str]
+
+
+def examine(base: Prober, head: Prober, patterns: Sequence[str]) -> Examined:
+    """Judge every chosen cell on both sides, by equations and against each other."""
+    here = {cell.name: cell for cell in chosen(base.cells, patterns)}
+    there = {cell.name: cell for cell in chosen(head.cells, patterns)}
+    found = Examined(controls(), {CONTROL: CONTROL_DEMANDS}, [])
+    shared: dict[str, list[Cell]] = {}
+    for name, cell in (here | there).items():
+        if name in here and name in there:
+            shared.setdefault(cell.vehicle, []).append(cell)
+            continue
+        cell.base_lacks = "" if name in here else "base has no such method, vehicle or start"
+        cell.head_lacks = "" if name in there else "head has no such method, vehicle or start"
+        found.cells.append(cell)
+    for name, cells in shared.items():
+        question = pose(_vehicle(base, name), partial(_optimum, base, name))
+        found.demands[name] = question.taus[question.labels != Label.INFEASIBLE].tolist()
+        same = head.ask("vehicle", name=name) == base.ask("vehicle", name=name)
+        if not same:
+            found.notes.append(
+                f"{name}: its numbers differ, so each side is judged by its own, not by the other"
+            )
+        head_question = question if same else _again(question, _vehicle(head, name))
+        for cell in cells:
+            _examine(cell, (base, head), (question, head_question))
+            if not (cell.base_lacks and cell.head_lacks):  # refused by both, as walsh refuses most: no cell
+                found.cells.append(cell)
+    return found
+
+
+def _examine(cell: Cell, sides: tuple[Prober, Prober], questions: tuple[Question, Question]) -> None:
+    base, head = (answered(side, cell, question) for side, question in zip(sides, questions, strict=True))
+    cell.base_lacks, cell.head_lacks = base.lacks, head.lacks
+    cell.base_wrong, cell.head_wrong = wrong(questions[0], base), wrong(questions[1], head)
+    comparable = questions[0] is questions[1] and not (base.lacks or head.lacks)
+    if comparable and not cell.base_wrong and not cell.head_wrong:
+        cell.differ = differ(questions[0].vehicle, base, head)
+
+
+def pose(vehicle: Vehicle, optimum: Callable[[str, FloatArray], FloatArray | None]) -> Question:
+    """Demands of each kind that the vehicle has, with the optima that answers are held against.
+
+    ``optimum(method, taus)`` gives a method's answers, rows of NaN where there are none, or None
+    where there is no such method. Unlimited: T* tau (eq. 9), worked out here.
+    """
+    sets = []
+    for kind, n in DEMANDS.items():
+        try:
+            sets.append(build_demands(kind, vehicle, 2004, n))
+        except NotApplicable:  # without redundancy no demand is active
+            continue
+    taus = np.concatenate([one.taus for one in sets])
+    labels = np.concatenate([one.labels for one in sets])
+    alpha = np.concatenate([one.alpha for one in sets])
+    references = {"unlimited": taus @ generalized_inverse(vehicle).T}
+    for method in HARD_REFERENCES:
+        hard = optimum(method, taus)
+        if hard is not None:
+            inactive = (labels == Label.INACTIVE)[:, None]
+            references["hard"] = np.where(inactive, references["unlimited"], hard)
+            break
+    return Question("gate", vehicle, taus, labels, alpha, None, references, "")
+
+
+def answered(side: Prober, cell: Cell, question: Question) -> Answered:
+    """Ask one side for its answers to every demand of the question."""
+    try:
+        promises = side.ask("build", cell=cell.name, **names(cell))
+        raw = side.ask("answers", cell=cell.name, taus=question.taus.tolist())
+    except (Died, Refused) as reason:
+        return Answered(str(reason), {}, ())
+    return Answered("", promises, [Allocation(np.array(f), Status(status)) for status, f in raw])
+
+
+def wrong(question: Question, found: Answered) -> str:
+    """What the equations say against one side's answers; empty where nothing."""
+    if found.lacks:
+        return ""
+    judged = judge(question, found.answers, **found.promises)
+    if judged.wrong:
+        return judged.wrong
+    if judged.agrees is False:
+        return f"{judged.distance_max_N:.3g} N from the optimum, beyond its promise of {judged.tolerance:g}"
+    return ""
+
+
+def differ(vehicle: Vehicle, base: Answered, head: Answered) -> str:
+    """How the answers of two sides differ, each of them right by itself; empty where they don't."""
+    if base.promises["formulation"] != head.promises["formulation"]:
+        return f"formulation {base.promises['formulation']} → {head.promises['formulation']}"
+    for i, (a, b) in enumerate(zip(base.answers, head.answers, strict=True)):
+        if a.status != b.status:
+            return f"status {Status(a.status).name} → {Status(b.status).name} for demand {i}"
+    F = [np.array([answer.f for answer in side.answers]) for side in (base, head)]
+    apart = float(np.nan_to_num(np.abs(F[0] - F[1])).max())
+    # Each may be as far from the optimum as the base promises, on either side of it.
+    allowed = 2 * base.promises["tolerance"] * vehicle.f_scale
+    return f"thrusts differ by up to {apart:.3g} N, {allowed:.3g} N allowed" if apart > allowed else ""
+
+
+def _vehicle(side: Prober, name: str) -> Vehicle:
+    numbers = side.ask("vehicle", name=name)
+    arrays: dict[str, Any] = {key: np.array(numbers[key]) for key in VEHICLE_ARRAYS}
+    return Vehicle(name=name, dof=tuple(numbers["dof"]), **arrays)
+
+
+def _optimum(side: Prober, vehicle: str, method: str, taus: FloatArray) -> FloatArray | None:
+    # The base is the trusted side: what it calls the optimum is what both are held against.
+    cell = f"reference:{method}"
+    try:
+        side.ask("build", cell=cell, vehicle=vehicle, method=method, start="-")
+        raw = side.ask("answers", cell=cell, taus=taus.tolist())
+    except (Died, Refused):
+        return None
+    return np.array([f if status == Status.SOLVED else [np.nan] * len(f) for status, f in raw])
+
+
+def _again(question: Question, vehicle: Vehicle) -> Question:
+    # The same demands on other numbers: other labels, and T* tau is the only reference left.
+    if vehicle.k != question.vehicle.k:
+        raise Refused(f"{vehicle.name}: its DOF differ between the sides; give --cells without it")
+    again = labelled("gate", vehicle, question.taus)
+    unlimited = {"unlimited": question.taus @ generalized_inverse(vehicle).T}
+    return Question("gate", vehicle, again.taus, again.labels, again.alpha, None, unlimited, "")

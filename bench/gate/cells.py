@@ -1,0 +1,61 @@
+"""Which cells there are, which are chosen, and how a fresh process is made ready to run them."""
+
+import fnmatch
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from bench.gate.record import CONTROL, Cell
+from bench.gate.side import Side
+
+VEHICLES = ("ukwial", "bluerov2-heavy")
+
+DEFAULT_CELLS = tuple(
+    f"{vehicle}:{method}"
+    for vehicle in VEHICLES
+    for method in (
+        *("pinv", "svd", "walsh", "nullspace", "nullspace@native"),
+        *("clip", "shrink", "redistribute", "qp/daqp:reused", "qp/piqp:reused"),
+    )
+)
+"""Closed forms, the exact method, practical rules and QP paths, on four thrusters and on eight."""
+
+Demands = Mapping[str, list[list[float]]]
+"""Vehicle -> the demands (N, k) that its cells are timed with."""
+
+CONTROL_DEMANDS: list[list[float]] = np.linspace(-1.0, 1.0, 180).reshape(30, 6).tolist()
+
+
+def chosen(cells: Sequence[Sequence[str]], patterns: Sequence[str]) -> list[Cell]:
+    """The cells whose name ``vehicle:method:start`` fits a shell pattern; the start may be left out."""
+    found = [Cell(vehicle, method, start) for vehicle, method, start in cells]
+    return [
+        cell
+        for cell in found
+        if any(
+            fnmatch.fnmatchcase(cell.name, p) or fnmatch.fnmatchcase(cell.name, f"{p}:*") for p in patterns
+        )
+    ]
+
+
+def controls() -> list[Cell]:
+    """The cells that no commit can change: a numpy product and a loop in Python."""
+    return [Cell(CONTROL, "product"), Cell(CONTROL, "loop")]
+
+
+def load(side: Side, cells: Sequence[Cell], demands: Demands, core: int | None) -> None:
+    """Build these cells in a fresh process, hand over their demands, and settle it on a core."""
+    for cell in cells:
+        if cell.is_control:
+            side.ask("control", cell=cell.name, kind=cell.method)
+        else:
+            side.ask("build", cell=cell.name, **names(cell))
+    for vehicle in {cell.vehicle: None for cell in cells}:
+        side.ask("keep", vehicle=vehicle, taus=demands[vehicle])
+    side.ask("settle", core=core)
+
+
+def names(cell: Cell) -> dict[str, Any]:
+    """What a worker needs to build the cell."""
+    return {"vehicle": cell.vehicle, "method": cell.method, "start": cell.start}

@@ -1,0 +1,70 @@
+"""Instructions per call, counted by callgrind: exact where time is noisy, blind to memory latency.
+
+One process a side counts all cells. Each goes N and 2 N calls between calls of getppid, at which
+callgrind writes a profile and starts again from zero: the difference is N calls and nothing else.
+"""
+
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from pathlib import Path
+
+from bench.gate.cells import Demands, load
+from bench.gate.record import Cell
+from bench.gate.side import Side, Tree
+
+ROUNDS = 2
+"""N is twice round the demands: counts repeat, so more would only take longer."""
+
+
+@cache
+def missing() -> str:
+    """Why instructions can't be counted here, with the remedy; empty where they can."""
+    if not shutil.which("valgrind"):
+        return "no instruction counts, the gate rests on time alone: valgrind is missing, install it"
+    return ""
+
+
+def count(cells: Sequence[Cell], trees: tuple[Tree, Tree], demands: Demands, hash_seed: int) -> None:
+    """Append (base, head) instructions per call to each cell; both sides are counted at once.
+
+    Raises what a ``Side`` raises, as when a library uses instructions that valgrind does not know.
+    """
+    with ThreadPoolExecutor(2) as pool:
+        base, head = pool.map(lambda tree: _count(tree, cells, demands, hash_seed), trees)
+    for cell, *pair in zip(cells, base, head, strict=True):
+        cell.instructions.append((pair[0], pair[1]))
+
+
+def _count(tree: Tree, cells: Sequence[Cell], demands: Demands, hash_seed: int) -> list[float]:
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "counts"
+        valgrind = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={out}", "--dump-before=getppid"]
+        with Side(tree, hash_seed=hash_seed, prefix=[*_fixed_addresses(), *valgrind]) as side:
+            load(side, cells, demands, core=None)
+            for cell in cells:
+                side.ask("count", cell=cell.name, rounds=ROUNDS)
+        parts = sorted(out.parent.glob("counts.*"), key=lambda path: int(path.suffix[1:]))
+        totals = [_total(path) for path in parts[-3 * len(cells) :]]
+    # Three profiles a cell: everything before, N calls, 2 N calls.
+    calls = [ROUNDS * len(demands[cell.vehicle]) for cell in cells]
+    return [(twice - once) / n for n, once, twice in zip(calls, totals[1::3], totals[2::3], strict=True)]
+
+
+def _total(profile: Path) -> int:
+    for line in reversed(profile.read_text().splitlines()):
+        if line.startswith("totals:"):
+            return int(line.split()[1])
+    raise ValueError(f"{profile} is no callgrind profile")
+
+
+@cache
+def _fixed_addresses() -> tuple[str, ...]:
+    # Without address space randomisation counts are the same to the bit; some containers forbid it.
+    setarch = shutil.which("setarch")
+    if setarch and subprocess.run([setarch, "-R", "true"], capture_output=True).returncode == 0:
+        return (setarch, "-R")
+    return ()

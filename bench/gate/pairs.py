@@ -1,0 +1,64 @@
+"""Paired time: fresh base and head processes on one core, blocks in ABBA order, the CPU clock."""
+
+import os
+import random
+from collections.abc import Sequence
+from contextlib import ExitStack
+from time import monotonic
+
+from bench.gate.cells import Demands, load
+from bench.gate.record import Cell, Settings
+from bench.gate.side import Side, Tree
+
+PADDING = 4096
+"""Bytes of environment, at most: it moves the stack through one page, as another shell would."""
+
+
+def calibrate(cells: Sequence[Cell], base: Tree, demands: Demands, settings: Settings) -> None:
+    """Choose how often a block goes round the demands, so that it takes ``block_ms`` on the base."""
+    with _ready(base, cells, demands, random.Random(settings.seed)) as side:
+        for cell in cells:
+            once = min(side.ask("block", cell=cell.name, rounds=1) for _ in range(3))
+            cell.rounds = max(1, round(settings.block_ms * 1e6 / once))
+            cell.calls = cell.rounds * len(demands[cell.vehicle])
+
+
+def measure(
+    cells: Sequence[Cell],
+    trees: tuple[Tree, Tree],
+    demands: Demands,
+    settings: Settings,
+    rng: random.Random,
+    deadline: float,
+) -> bool:
+    """Add ``settings.pairs`` pairs to each cell; False if the deadline came first.
+
+    The pair that runs when the deadline comes is finished, so all cells have equally many.
+    """
+    core = max(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else None
+    for _ in range(settings.pairs):
+        if monotonic() > deadline:
+            return False
+        with ExitStack() as stack:
+            base, head = (stack.enter_context(_ready(tree, cells, demands, rng, core)) for tree in trees)
+            for cell in cells:
+                cell.pairs.append([])
+            for block in range(settings.blocks):
+                for cell in rng.sample(list(cells), len(cells)):
+                    # ABBA: whatever drifts through a pair of blocks hits both sides alike.
+                    order = (base, head) if block % 2 == 0 else (head, base)
+                    times = {side: side.ask("block", cell=cell.name, rounds=cell.rounds) for side in order}
+                    cell.pairs[-1].append((times[base], times[head]))
+    return True
+
+
+def _ready(
+    tree: Tree, cells: Sequence[Cell], demands: Demands, rng: random.Random, core: int | None = None
+) -> Side:
+    side = Side(tree, hash_seed=rng.randrange(2**32), padding=rng.randrange(PADDING))
+    try:
+        load(side, cells, demands, core)
+    except BaseException:
+        side.close()
+        raise
+    return side

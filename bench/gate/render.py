@@ -1,0 +1,90 @@
+"""A record and its verdict as Markdown, ready to be a comment, and as JSON."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import msgspec
+
+from bench.gate.record import Record
+from bench.gate.verdict import Row, Verdict
+
+SIGNS = {0: "✅", 1: "❌", 3: "❔"}
+
+
+def markdown(record: Record, verdict: Verdict) -> str:
+    """What a reviewer wants to know, the important first; details folded away."""
+    lines = [
+        f"## {SIGNS[verdict.outcome]} Gate: {verdict.summary}",
+        "",
+        f"base `{record.base}` → head `{record.head}`, {_commits(record)}",
+        "",
+    ]
+    if verdict.findings:
+        lines += ["| cell | what |", "|---|---|"]
+        lines += [f"| `{finding.cell}` | {_cell(finding.what)} |" for finding in verdict.findings] + [""]
+    suspects = {finding.cell for finding in verdict.findings}
+    lines += _table("Suspects", [row for row in verdict.rows if row.name in suspects])
+    lines += _table("Faster", verdict.improvements)
+    lines += [f"- {note}" for note in notes(record)] + [""] if notes(record) else []
+    if verdict.rows:
+        table = _table("", verdict.rows)
+        lines += [f"<details><summary>All {len(verdict.rows)} cells</summary>", "", *table, "</details>", ""]
+    if record.commits:
+        listed = [f"- {commit}" for commit in record.commits]
+        lines += ["<details><summary>Commits</summary>", "", *listed, "", "</details>", ""]
+    seconds = ", ".join(f"{stage} after {s:.0f} s" for stage, s in record.seconds.items() if stage != "all")
+    lines.append(f"{seconds}; {record.seconds.get('all', 0):.0f} s in all." if seconds else "")
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def notes(record: Record) -> list[str]:
+    """Remarks that change no verdict: new cells, cells wrong on both sides, mended ones."""
+    found = list(record.notes)
+    for cell in record.cells:
+        if cell.base_lacks and not cell.head_lacks:
+            found.append(f"new: `{cell.name}`")
+        elif cell.base_wrong and cell.head_wrong:
+            found.append(f"wrong on both sides: `{cell.name}`: {cell.head_wrong}")
+        elif cell.base_wrong:
+            found.append(f"mended: `{cell.name}`, where base had a wrong answer: {cell.base_wrong}")
+    return found
+
+
+def as_json(record: Record, verdict: Verdict) -> bytes:
+    """Everything: the verdict, and the record it was made from."""
+    said: dict[str, Any] = {
+        "outcome": verdict.outcome.name.lower(),
+        "exit_code": int(verdict.outcome),
+        "summary": verdict.summary,
+        "findings": [finding._asdict() for finding in verdict.findings],
+        "improvements": [row.name for row in verdict.improvements],
+        "rows": [{**row._asdict(), "ratio": row.ratio._asdict()} for row in verdict.rows],
+    }
+    data = {"verdict": said, "record": msgspec.to_builtins(record)}
+    return msgspec.json.format(msgspec.json.encode(data), indent=1) + b"\n"
+
+
+def _table(title: str, rows: Sequence[Row]) -> list[str]:
+    if not rows:
+        return []
+    lines = [f"**{title}**", ""] if title else []
+    lines += [
+        "| cell | base [µs] | head [µs] | head/base | 95 % interval | instructions |",
+        "|---|--:|--:|--:|:-:|--:|",
+    ]
+    for row in rows:
+        counted = f"{row.instructions - 1:+.2%}" if row.instructions else "–"
+        lines.append(
+            f"| `{row.name}` | {row.base_us:.3f} | {row.head_us:.3f} | {row.ratio.value:.3f} "
+            f"| {row.ratio.lower:.3f} … {row.ratio.upper:.3f} | {counted} |"
+        )
+    return [*lines, ""]
+
+
+def _commits(record: Record) -> str:
+    n = len(record.commits)
+    return f"{n} commit{'' if n == 1 else 's'} between them" if n else "two trees"
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|").replace("\n", " ")

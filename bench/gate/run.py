@@ -1,0 +1,132 @@
+"""One gate from end to end: prepare, answers, instructions, paired time, and again where in doubt."""
+
+import random
+import tempfile
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack, closing
+from pathlib import Path
+from time import monotonic
+
+from bench.gate import instructions, pairs, trees
+from bench.gate.answers import Prober, examine
+from bench.gate.cells import DEFAULT_CELLS, Demands
+from bench.gate.record import Cell, Record, Settings
+from bench.gate.side import Died, Refused, Tree
+from bench.gate.trees import BASE, HEAD, BadTree, Source
+from bench.gate.verdict import Outcome, in_both, is_suspect, trips, verdict
+
+Tell = Callable[[str], None]
+
+
+def gate(
+    base: Source,
+    head: Source,
+    settings: Settings,
+    *,
+    patterns: Sequence[str] = DEFAULT_CELLS,
+    plugins: tuple[Path, ...] = (),
+    always: bool = False,
+    count: bool = True,
+    tell: Tell = lambda _: None,
+) -> Record:
+    """Compare two trees; the record holds all that ``verdict`` needs.
+
+    ``always`` measures although nothing that can matter differs; ``count`` allows instruction
+    counts; ``tell`` hears what is going on. Raises BadTree for a side that can't be measured.
+    """
+    started = monotonic()
+    record = Record(base.label, head.label, settings)
+    with tempfile.TemporaryDirectory(prefix="thrustbench-gate-") as folder:
+        a, b = (Path(folder) / name for name in (BASE, HEAD))
+        trees.unpack(base, a)
+        trees.unpack(head, b)
+        record.commits = trees.commits(base, head)
+        record.unchanged = "" if always else trees.unchanged(a, b)
+        if not record.unchanged:
+            both = trees.prepare(a, b, Path(folder) / "environments", plugins)
+            compare(record, both, patterns, count, started, tell)
+    record.seconds["all"] = monotonic() - started
+    return record
+
+
+def compare(
+    record: Record,
+    both: tuple[Tree, Tree],
+    patterns: Sequence[str],
+    count: bool,
+    started: float,
+    tell: Tell,
+) -> None:
+    """Fill the record from two trees that are ready to run, stopping where the verdict is clear."""
+    deadline = started + record.settings.budget_s
+    tell("answers: every cell of both sides, judged by equations")
+    demands = _answers(record, both, patterns)
+    record.seconds["answers"] = monotonic() - started
+    if verdict(record).outcome is Outcome.REGRESSION:
+        return  # gone, wrong or nothing to compare: no time makes up for that
+    cells = [cell for cell in record.cells if in_both(cell)]
+    try:
+        if count:
+            tell(f"instructions: {len(cells)} cells, both sides at once")
+            _instructions(record, cells, both, demands)
+            record.seconds["instructions"] = monotonic() - started
+        tell(f"time: {record.settings.pairs} pairs of processes, {len(cells)} cells")
+        _time(record, cells, both, demands, deadline, tell)
+        record.seconds["time"] = monotonic() - started
+    except Died as reason:
+        # It had answered before. The head's fault counts; of the base's nothing follows for the head.
+        told = f"died while it was measured: {reason}"
+        record.crashed, record.cut = (told, "") if reason.side == HEAD else ("", told)
+
+
+def _answers(record: Record, both: tuple[Tree, Tree], patterns: Sequence[str]) -> Demands:
+    with ExitStack() as stack:
+        try:
+            base = stack.enter_context(closing(Prober(both[0])))
+        except (Died, Refused) as reason:
+            raise BadTree(f"{record.base}: alloc can't be imported ({reason}); give another base") from None
+        try:
+            head = stack.enter_context(closing(Prober(both[1])))
+        except (Died, Refused) as reason:
+            record.crashed = f"alloc can't be imported: {reason}"
+            return {}
+        found = examine(base, head, patterns)
+    record.cells, record.notes = found.cells, [*record.notes, *found.notes]
+    return found.demands
+
+
+def _instructions(record: Record, cells: Sequence[Cell], both: tuple[Tree, Tree], demands: Demands) -> None:
+    if lacking := instructions.missing():
+        record.notes.append(lacking)
+        return
+    try:
+        instructions.count(cells, both, demands, hash_seed=0)
+        suspects = [cell for cell in cells if trips(cell.instructions[0])]
+        if suspects:
+            instructions.count(suspects, both, demands, hash_seed=1)
+    except (Died, Refused) as reason:
+        record.notes.append(f"no instruction counts, the gate rests on time alone: under valgrind, {reason}")
+
+
+def _time(
+    record: Record,
+    cells: Sequence[Cell],
+    both: tuple[Tree, Tree],
+    demands: Demands,
+    deadline: float,
+    tell: Tell,
+) -> None:
+    settings = record.settings
+    rng = random.Random(settings.seed)
+    pairs.calibrate(cells, both[0], demands, settings)
+    done = pairs.measure(cells, both, demands, settings, rng, deadline)
+    suspects = [cell for cell in cells if cell.is_control or (done and is_suspect(cell, settings))]
+    if done and any(not cell.is_control for cell in suspects):
+        tell(f"time again, fresh pairs: {', '.join(c.name for c in suspects if not c.is_control)}")
+        done = pairs.measure(suspects, both, demands, settings, rng, deadline)
+    if not done:
+        least = min(len(cell.pairs) for cell in cells)
+        record.cut = (
+            f"the budget of {settings.budget_s:g} s was spent after {least} pairs; "
+            "give a larger --budget or fewer --cells"
+        )

@@ -1,0 +1,129 @@
+"""One measured process, seen from the driver: start it, give it orders, end it."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+from threading import Timer
+from types import TracebackType
+from typing import Any, NamedTuple, Self
+
+from alloc import AllocError
+
+WORKER = Path(__file__).with_name("worker.py")
+
+TIMEOUT_S = 60.0
+"""For one order. The longest, building a native kernel, takes about a second."""
+
+
+class Refused(AllocError):
+    """The process raised an exception and said so; it is still alive."""
+
+
+class Died(AllocError):
+    """The process ended, or was ended, in the middle of an order; ``side`` says whose it was."""
+
+    def __init__(self, side: str, why: str) -> None:
+        """``side`` is the name of the tree's folder."""
+        super().__init__(f"{side}: {why}")
+        self.side = side
+
+
+class Tree(NamedTuple):
+    """Where a side's ``alloc`` lies, the interpreter that runs it, and users' own methods."""
+
+    path: Path
+    python: str = sys.executable
+    plugins: tuple[Path, ...] = ()
+
+
+class Side:
+    """A running worker. ``prefix`` goes in front of the interpreter, as valgrind does."""
+
+    def __init__(
+        self, tree: Tree, *, hash_seed: int = 0, padding: int = 0, prefix: Sequence[str] = ()
+    ) -> None:
+        """Start it and import the tree; raises Died or Refused if that fails.
+
+        ``hash_seed`` and ``padding`` (bytes of environment) move what a process's layout depends on.
+        """
+        self._name = tree.path.name
+        threads = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")}
+        keep = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
+        layout = {"PYTHONHASHSEED": str(hash_seed), "THRUSTBENCH_PADDING": "x" * padding}
+        self._errors = tempfile.TemporaryFile("w+")  # noqa: SIM115 - closed in close()
+        self._process = subprocess.Popen(
+            # -P: the worker's own folder must not be searched for modules.
+            [*prefix, tree.python, "-P", "-X", "utf8", str(WORKER)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._errors,
+            text=True,
+            env={**keep, **threads, **layout},
+        )
+        plugins = [str(file.resolve()) for file in tree.plugins]
+        try:
+            self.ask("load", tree=str(tree.path), plugins=plugins)
+        except BaseException:
+            self.close()
+            raise
+
+    def ask(self, do: str, *, timeout: float = TIMEOUT_S, **arguments: Any) -> Any:
+        """Give one order and wait for its reply; raises Refused, Died."""
+        assert self._process.stdin
+        assert self._process.stdout
+        watchdog = Timer(timeout, self._process.kill)
+        watchdog.start()
+        try:
+            self._process.stdin.write(json.dumps({"do": do, **arguments}) + "\n")
+            self._process.stdin.flush()
+            line = self._process.stdout.readline()
+        except BrokenPipeError:
+            line = ""
+        finally:
+            in_time = watchdog.is_alive()
+            watchdog.cancel()
+        if not line:
+            raise Died(self._name, self._why(timeout, in_time))
+        reply = json.loads(line)
+        if "error" in reply:
+            raise Refused(reply["error"])
+        return reply["value"]
+
+    def _why(self, timeout: float, in_time: bool) -> str:
+        code = self._process.wait()
+        if not in_time:
+            return f"no reply within {timeout:g} s"
+        self._errors.seek(0)
+        last = (self._errors.read().strip().splitlines() or [""])[-1]
+        cause = signal.Signals(-code).name if code < 0 else f"exit code {code}"
+        return f"ended with {cause}{': ' + last if last else ''}"
+
+    def close(self) -> None:
+        """Let it end by itself (valgrind writes its files then), or end it."""
+        assert self._process.stdin
+        assert self._process.stdout
+        with suppress(BrokenPipeError):
+            self._process.stdin.close()
+        try:
+            self._process.wait(TIMEOUT_S)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        self._process.stdout.close()
+        self._errors.close()
+
+    def __enter__(self) -> Self:
+        """The side itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """End the process."""
+        self.close()

@@ -1,0 +1,41 @@
+"""Ratios of paired times, with their interval. The pair of processes is the sampling unit."""
+
+from collections.abc import Sequence
+from math import exp, isfinite, log, sqrt
+from statistics import fmean, median, stdev
+from typing import NamedTuple
+
+CONFIDENCE = 0.95
+
+Blocks = Sequence[tuple[int, int]]
+
+
+class Ratio(NamedTuple):
+    """head / base: the estimate and the two ends of its 95 % interval."""
+
+    value: float
+    lower: float
+    upper: float
+
+
+def ratio(pairs: Sequence[Blocks]) -> Ratio:
+    """R = exp(mean m_p), Student's t on the P values m_p = median over blocks of ln(head / base).
+
+    Blocks within a pair share two processes with their layouts, so they are no samples of their own.
+    With a single pair nothing is known about the spread: the interval is everything.
+    """
+    m = [median(log(head / base) for base, head in blocks) for blocks in pairs]
+    middle = fmean(m)
+    if len(m) < 2:
+        return Ratio(exp(middle), 0.0, float("inf"))
+    from scipy.special import stdtrit
+
+    half = float(stdtrit(len(m) - 1, (1 + CONFIDENCE) / 2)) * stdev(m) / sqrt(len(m))
+    assert isfinite(half)
+    return Ratio(exp(middle), exp(middle - half), exp(middle + half))
+
+
+def medians_us(pairs: Sequence[Blocks], calls: int) -> tuple[float, float]:
+    """Median time of a call over all blocks, base and head [µs]."""
+    base, head = (median(block[side] for blocks in pairs for block in blocks) for side in (0, 1))
+    return base / calls / 1e3, head / calls / 1e3

@@ -1,0 +1,139 @@
+"""Two trees in folders of equal path length, what differs between them, and who runs them."""
+
+import hashlib
+import io
+import shutil
+import subprocess
+import sys
+import tarfile
+import tomllib
+from pathlib import Path
+from typing import NamedTuple
+
+from alloc import AllocError
+from bench.gate.side import Tree
+
+BASE, HEAD = "base", "head"
+"""The folders' names: equally long, because a path's length shifts a process's memory layout."""
+
+
+class BadTree(AllocError):
+    """A revision or a folder can't be measured; the message says why and what to give instead."""
+
+
+class Source(NamedTuple):
+    """One side before it is prepared: a commit of the repository at ``path``, or that folder as it is."""
+
+    label: str
+    path: Path
+    commit: str = ""
+
+
+def revision(repository: Path, name: str) -> Source:
+    """A git revision; its label is the name with the commit it stands for. Raises BadTree."""
+    commit = _git(repository, "rev-parse", "--verify", f"{name}^{{commit}}")
+    return Source(f"{name} ({commit[:10]})", repository, commit)
+
+
+def folder(path: Path) -> Source:
+    """A folder that holds a tree, with ``alloc`` in it."""
+    return Source(str(path), path)
+
+
+def unpack(source: Source, into: Path) -> None:
+    """Put ``alloc`` and what it requires into the new folder ``into``; raises BadTree."""
+    into.mkdir(parents=True)
+    if source.commit:
+        packed = subprocess.run(
+            ["git", "archive", source.commit], cwd=source.path, capture_output=True, check=True
+        )
+        with tarfile.open(fileobj=io.BytesIO(packed.stdout)) as archive:
+            archive.extractall(into, filter="data")
+    elif (source.path / "alloc").is_dir():
+        skip = shutil.ignore_patterns("__pycache__", "*.pyc")
+        shutil.copytree(source.path / "alloc", into / "alloc", ignore=skip)
+        for name in ("pyproject.toml", "constraints.txt"):
+            if (source.path / name).is_file():
+                shutil.copy(source.path / name, into)
+    if not (into / "alloc" / "__init__.py").is_file():
+        raise BadTree(f"{source.label}: holds no package 'alloc'; give the root of a tree that has it")
+
+
+def commits(base: Source, head: Source) -> list[str]:
+    """One line for each commit that head has and base has not, newest first; none between folders."""
+    if not (base.commit and head.commit):
+        return []
+    span = f"{base.commit}..{head.commit}"
+    return _git(head.path, "log", "--oneline", "--no-decorate", span).splitlines()
+
+
+def influences(tree: Path) -> dict[str, str]:
+    """Everything in a tree that can influence measured code: file -> digest, and the requirements."""
+    found = {
+        str(path.relative_to(tree)): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted((tree / "alloc").rglob("*"))
+        if path.is_file() and "__pycache__" not in path.parts and path.suffix != ".md"
+    }
+    return found | {"requirements": "\n".join(requirements(tree))}
+
+
+def requirements(tree: Path) -> list[str]:
+    """What a tree asks to be installed: its dependencies, solvers included, and the pinned versions."""
+    asked: list[str] = []
+    if (tree / "pyproject.toml").is_file():
+        project = tomllib.loads((tree / "pyproject.toml").read_text(encoding="utf-8")).get("project", {})
+        asked += sorted(project.get("dependencies", []))
+        asked += sorted(project.get("optional-dependencies", {}).get("solvers", []))
+    if (tree / "constraints.txt").is_file():
+        pins = (tree / "constraints.txt").read_text(encoding="utf-8").splitlines()
+        asked += sorted(pin.strip() for pin in pins if pin.strip() and not pin.lstrip().startswith("#"))
+    return asked
+
+
+def unchanged(base: Path, head: Path) -> str:
+    """Why nothing needs to be measured; empty where something does."""
+    if influences(base) != influences(head):
+        return ""
+    return "alloc/ and the requirements are the same on both sides: nothing that differs can be measured"
+
+
+def prepare(base: Path, head: Path, environments: Path, plugins: tuple[Path, ...]) -> tuple[Tree, Tree]:
+    """Both sides ready to run: compiled, each with an interpreter that has what it requires."""
+    ready = []
+    for path, python in zip((base, head), interpreters(base, head, environments), strict=True):
+        command = [python, "-m", "compileall", "-q", str(path / "alloc")]
+        subprocess.run(command, capture_output=True, check=False)  # a syntax error shows when it is imported
+        ready.append(Tree(path, python, plugins))
+    return ready[0], ready[1]
+
+
+def interpreters(base: Path, head: Path, environments: Path) -> tuple[str, str]:
+    """The running one for both where their requirements are equal; else one in an environment each."""
+    if requirements(base) == requirements(head):
+        return sys.executable, sys.executable
+    return _environment(base, environments / BASE), _environment(head, environments / HEAD)
+
+
+def _environment(tree: Path, at: Path) -> str:
+    subprocess.run([sys.executable, "-m", "venv", str(at)], check=True)
+    python = str(at / "bin" / "python")
+    project = tomllib.loads((tree / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    install = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+    if (tree / "constraints.txt").is_file():
+        install += ["--constraint", str(tree / "constraints.txt")]
+    done = subprocess.run([*install, *project["dependencies"]], capture_output=True, text=True)
+    if done.returncode != 0:
+        last = (done.stderr.strip().splitlines() or ["no message"])[-1]
+        raise BadTree(f"{tree.name}: its requirements can't be installed ({last}); mend pyproject.toml")
+    return python
+
+
+def _git(repository: Path, *arguments: str) -> str:
+    try:
+        done = subprocess.run(["git", *arguments], cwd=repository, capture_output=True, text=True)
+    except FileNotFoundError:
+        raise BadTree("git is not installed; install it, or use --base-path and --head-path") from None
+    if done.returncode != 0:
+        reason = (done.stderr.strip().splitlines() or ["unknown revision"])[0]
+        raise BadTree(f"{repository}: git {' '.join(arguments)}: {reason}; give a revision that exists here")
+    return done.stdout.strip()

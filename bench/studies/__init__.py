@@ -1,0 +1,1 @@
+"""Studies behind claims in the documents: each is a script whose output a document quotes."""

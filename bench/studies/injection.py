@@ -1,0 +1,49 @@
+"""Known changes to a tree, for finding out what the gate sees of them."""
+
+import ast
+from pathlib import Path
+from timeit import repeat
+
+CLOSED_FORMS = ("alloc/linear.py", "Linear")
+"""The class behind pinv, svd and walsh."""
+QP_PATHS = ("alloc/live.py", "Live")
+"""The class behind every ``qp/<solver>``."""
+
+STATEMENT = "_ = 0"
+"""The unit of additional work: about a nanosecond, so that 5 % of a microsecond can be hit."""
+
+
+def slow_down(tree: Path, where: tuple[str, str], statements: int) -> None:
+    """Make each call of a class do that many statements more."""
+    path, name = tree / where[0], where[1]
+    source = path.read_text(encoding="utf-8")
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.ClassDef) and node.name == name:
+            call = next(n for n in node.body if isinstance(n, ast.FunctionDef) and n.name == "__call__")
+            first = call.body[1]  # after the docstring
+            lines = source.splitlines(keepends=True)
+            lines.insert(
+                first.lineno - 1, " " * first.col_offset + "; ".join([STATEMENT] * statements) + "\n"
+            )
+            path.write_text("".join(lines), encoding="utf-8")
+            return
+    raise LookupError(f"{path}: no class {name}")
+
+
+def statement_ns() -> float:
+    """What one statement costs here [ns]."""
+    many = 1000
+    return min(repeat("; ".join([STATEMENT] * many), number=200, repeat=20)) / 200 / many * 1e9
+
+
+def scale_thrusts(tree: Path, factor: float) -> None:
+    """Make pinv's answers wrong by a factor."""
+    with (tree / "alloc" / "methods" / "pinv.py").open("a", encoding="utf-8") as file:
+        file.write(
+            f"\n\ndef build(vehicle):\n    return Linear(vehicle, {factor} * generalized_inverse(vehicle))\n"
+        )
+
+
+def delete_method(tree: Path, name: str) -> None:
+    """Take a method away."""
+    (tree / "alloc" / "methods" / f"{name}.py").unlink()

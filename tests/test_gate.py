@@ -1,0 +1,175 @@
+"""The gate on real trees in real repositories: what it finds, what it lets pass, what it refuses.
+
+Times are not asserted here; ``python -m bench.studies.gate_check`` does that, from ``.ci/run``.
+"""
+
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+from bench.commands.gate import command
+from bench.gate import instructions, trees
+from bench.gate.cells import chosen
+from bench.gate.side import Died, Refused, Side, Tree
+from bench.studies import gate_check
+from bench.studies.injection import CLOSED_FORMS, delete_method, scale_thrusts, slow_down
+
+FEW = ("--pairs", "2", "--no-instructions", "--cells", "ukwial:pinv", "--cells", "ukwial:svd")
+
+
+@pytest.fixture
+def repository(tmp_path: Path) -> Path:
+    """A copy of this tree with one commit."""
+    tree = tmp_path / "repository"
+    gate_check.copy(tree)
+    return tree
+
+
+def gate(repository: Path, change: Callable[[Path], object] = lambda _: None, *options: str) -> Result:
+    """The gate's answer to one more commit."""
+    change(repository)
+    gate_check.commit(repository, "head")
+    arguments = ["HEAD~1", "HEAD", "--repo", str(repository), *FEW, *options]
+    # A command's return value is what the program's main makes its exit code.
+    return CliRunner().invoke(command, arguments, standalone_mode=False)
+
+
+def test_a_commit_that_changes_only_a_document_passes_at_once_and_says_why(repository: Path) -> None:
+    found = gate(repository, lambda tree: (tree / "README.md").write_text("Anything."))
+    assert found.return_value == 0
+    assert found.stdout.startswith("## ✅ Gate: pass at once: alloc/ and the requirements are the same")
+
+
+def test_wrong_answers_fail_without_any_time_being_looked_at(repository: Path, tmp_path: Path) -> None:
+    out = tmp_path / "gate.json"
+    found = gate(repository, lambda tree: scale_thrusts(tree, 1.001), "--json", str(out))
+    assert found.return_value == 1
+    assert "regression: answers are wrong" in found.stdout
+    data = json.loads(out.read_text())
+    assert data["verdict"]["exit_code"] == 1
+    assert [f["cell"] for f in data["verdict"]["findings"]] == ["ukwial:pinv:-"]
+    assert "the wrench is not met" in data["verdict"]["findings"][0]["what"]
+    assert "time" not in data["record"]["seconds"]
+
+
+def test_a_deleted_method_fails_and_is_named(repository: Path) -> None:
+    found = gate(repository, lambda tree: delete_method(tree, "svd"))
+    assert found.return_value == 1
+    assert "regression: cells are gone" in found.stdout
+    assert "| `ukwial:svd:-` | gone:" in found.stdout
+
+
+def test_a_tree_that_cannot_be_imported_fails_with_the_reason(repository: Path) -> None:
+    found = gate(repository, lambda tree: (tree / "alloc" / "linear.py").write_text("def broken("))
+    assert found.return_value == 1
+    assert "alloc can't be imported: SyntaxError" in found.stdout
+
+
+def test_a_method_that_brings_its_process_down_fails_alone(repository: Path) -> None:
+    def crash(tree: Path) -> None:
+        with (tree / "alloc" / "methods" / "svd.py").open("a") as file:
+            file.write("\n\ndef build(vehicle):\n    import os\n    os.abort()\n")
+
+    found = gate(repository, crash)
+    assert "| `ukwial:svd:-` | gone: head: ended with SIGABRT" in found.stdout
+    assert "pinv" not in found.stdout
+
+
+def test_a_new_method_is_mentioned_and_the_rest_is_timed(repository: Path) -> None:
+    def add(tree: Path) -> None:
+        (tree / "alloc" / "methods" / "another.py").write_text(
+            '"""Another."""\nfrom alloc.methods.pinv import *\n'
+        )
+
+    found = gate(repository, add, "--cells", "ukwial:another")
+    assert "new: `ukwial:another:-`" in found.stdout
+    assert "| `ukwial:pinv:-` |" in found.stdout
+
+
+def test_half_as_slow_again_is_found_by_time_alone(repository: Path) -> None:
+    found = gate(repository, lambda tree: slow_down(tree, CLOSED_FORMS, 2000), "--pairs", "3")
+    assert found.return_value == 1
+    assert "regression: slower" in found.stdout
+    assert "`ukwial:pinv:-`" in found.stdout
+
+
+def test_without_valgrind_it_says_so(repository: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(instructions, "missing", lambda: "valgrind is missing, install it")
+    found = gate(repository, lambda _: None, "--always", "--instructions")
+    assert "valgrind is missing, install it" in found.stdout
+
+
+def test_a_users_own_method_is_gated_too(repository: Path, tmp_path: Path) -> None:
+    mine = tmp_path / "mine.py"
+    mine.write_text('"""Mine."""\nfrom alloc.methods.pinv import FORMULATION, build\n')
+    found = gate(repository, lambda _: None, "--always", "--plugin", str(mine), "--cells", "ukwial:mine")
+    assert "| `ukwial:mine:-` |" in found.stdout
+
+
+def test_a_spent_budget_is_inconclusive(repository: Path) -> None:
+    found = gate(repository, lambda _: None, "--always", "--budget", "1")
+    assert found.return_value == 3
+    assert "❔ Gate: inconclusive: the budget of 1 s was spent" in found.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ([], "give BASE or --base-path"),
+        (["HEAD", "--base-path", "."], "give BASE or --base-path"),
+        (["HEAD", "HEAD", "--head-path", "."], "give HEAD or --head-path"),
+        (["no-such-revision"], "no-such-revision"),
+        (["--base-path", "tests", "--head-path", "."], "tests: holds no package 'alloc'"),
+    ],
+)
+def test_bad_usage_is_one_line(arguments: list[str], says: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(gate_check.ROOT)
+    found = CliRunner().invoke(command, arguments, standalone_mode=False)
+    assert says in str(found.exception)
+
+
+def test_patterns_choose_cells_with_and_without_the_start() -> None:
+    cells = [["ukwial", "pinv", "-"], ["ukwial", "qp/daqp", "warm"], ["nautilus", "pinv", "-"]]
+    assert [c.name for c in chosen(cells, ["ukwial:pinv"])] == ["ukwial:pinv:-"]
+    assert [c.name for c in chosen(cells, ["*:qp/*:warm", "naut*"])] == [
+        "ukwial:qp/daqp:warm",
+        "nautilus:pinv:-",
+    ]
+
+
+def test_requirements_are_compared_and_comments_are_not(tmp_path: Path) -> None:
+    (tmp_path / "pyproject.toml").write_text(
+        '[project]\ndependencies = ["numpy"]\n[tool.ruff]\nline-length = 1\n'
+    )
+    (tmp_path / "constraints.txt").write_text("# a comment\nnumpy==2.0\n")
+    assert trees.requirements(tmp_path) == ["numpy", "numpy==2.0"]
+
+
+def test_trees_with_other_requirements_get_environments_of_their_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for side, needs in (("base", "numpy"), ("head", "numpy>=2")):
+        (tmp_path / side / "alloc").mkdir(parents=True)
+        (tmp_path / side / "pyproject.toml").write_text(f'[project]\ndependencies = ["{needs}"]\n')
+    monkeypatch.setattr(trees, "_environment", lambda tree, at: f"python of {tree.name} in {at.name}")
+    base, head, at = (tmp_path / name for name in ("base", "head", "environments"))
+    assert trees.interpreters(base, head, at) == ("python of base in base", "python of head in head")
+    assert trees.interpreters(base, base, at) == (sys.executable, sys.executable)
+
+
+def test_the_measured_library_is_the_trees_and_not_the_gates(tmp_path: Path) -> None:
+    (tmp_path / "elsewhere").mkdir()
+    with pytest.raises(Refused, match="alloc"):
+        Side(Tree(tmp_path / "elsewhere"))
+
+
+def test_a_process_that_does_not_reply_in_time_is_ended() -> None:
+    with Side(Tree(gate_check.ROOT)) as side:
+        side.ask("control", cell="control:loop:-", kind="loop")
+        side.ask("keep", vehicle="control", taus=[[0.0]])
+        with pytest.raises(Died, match=r"no reply within 0\.2 s"):
+            side.ask("block", cell="control:loop:-", rounds=10**9, timeout=0.2)

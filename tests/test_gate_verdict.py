@@ -1,0 +1,191 @@
+"""The gate's verdict on frozen records: every rule, its order, and the statistics behind it."""
+
+import random
+from math import exp, log
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import stats
+
+from bench.gate.record import Cell, Record, Settings
+from bench.gate.render import as_json, markdown
+from bench.gate.statistics import medians_us, ratio
+from bench.gate.verdict import Outcome, Verdict, is_suspect, verdict
+
+CALLS = 500
+
+
+def timed(ratio: float = 1.0, us: float = 5.0, spread: float = 0.005, pairs: int = 20) -> dict[str, Any]:
+    """Pairs whose ln ratios average exactly ln ``ratio``, with that standard deviation at most."""
+    rng = random.Random(7)
+    noise = [rng.uniform(-spread, spread) for _ in range(pairs)]
+    middle = sum(noise) / pairs
+    base = round(us * 1e3 * CALLS)
+    return {
+        "calls": CALLS,
+        "pairs": [[(base, round(base * ratio * exp(n - middle)))] * 5 for n in noise],
+    }
+
+
+def cell(method: str = "pinv", **facts: Any) -> Cell:
+    return Cell("ukwial", method, **{**timed(), **facts})
+
+
+def judged(*cells: Cell, **facts: Any) -> Verdict:
+    controls = [Cell("control", "loop", **timed()), Cell("control", "product", **timed())]
+    return verdict(Record("a", "b", Settings(), cells=[*controls, *cells], **facts))
+
+
+def test_equal_times_pass() -> None:
+    assert judged(cell()).outcome is Outcome.PASS
+
+
+def test_a_clear_slow_down_fails_and_names_the_cell() -> None:
+    found = judged(cell(), cell("svd", **timed(1.05)))
+    assert found.outcome is Outcome.REGRESSION
+    assert [finding.cell for finding in found.findings] == ["ukwial:svd:-"]
+
+
+def test_a_slow_down_that_no_fresh_pairs_have_confirmed_does_not_fail() -> None:
+    assert judged(cell(**timed(1.2, pairs=10))).outcome is Outcome.PASS
+
+
+def test_a_slow_down_below_the_threshold_passes() -> None:
+    assert judged(cell(**timed(1.029))).outcome is Outcome.PASS
+
+
+def test_a_slow_down_that_is_not_certain_passes() -> None:
+    noisy = timed(1.04, spread=0.2)
+    assert ratio(noisy["pairs"]).lower < 1.01
+    assert judged(cell(**noisy)).outcome is Outcome.PASS
+
+
+def test_cells_under_two_microseconds_have_a_wider_threshold() -> None:
+    assert judged(cell(**timed(1.04, us=1.9))).outcome is Outcome.PASS
+    assert judged(cell(**timed(1.04, us=2.1))).outcome is Outcome.REGRESSION
+    assert judged(cell(**timed(1.06, us=1.9))).outcome is Outcome.REGRESSION
+
+
+def test_a_suspicion_needs_less_certainty_than_a_failure() -> None:
+    doubtful = cell(**timed(1.035, spread=0.1))
+    assert 1.0 < ratio(doubtful.pairs).lower < 1.01
+    assert is_suspect(doubtful, Settings())
+    assert judged(doubtful).outcome is Outcome.PASS
+
+
+@pytest.mark.parametrize("moved", [1.035, 1 / 1.035])
+def test_a_control_that_moves_either_way_makes_it_inconclusive(moved: float) -> None:
+    found = judged(cell(**timed(1.2)), Cell("control", "loop", **timed(moved)))
+    assert found.outcome is Outcome.INCONCLUSIVE
+    assert "control:loop" in found.summary
+
+
+@pytest.mark.parametrize("wrong", [{"head_wrong": "off by 1 N"}, {"differ": "status SOLVED → PARTIAL"}])
+def test_a_wrong_or_another_answer_fails_however_fast(wrong: dict[str, str]) -> None:
+    assert judged(cell(**timed(0.5), **wrong)).outcome is Outcome.REGRESSION
+
+
+def test_an_answer_that_was_wrong_before_is_said_and_not_gated() -> None:
+    record = Record("a", "b", Settings(), cells=[cell(base_wrong="off", head_wrong="off by 2 N")])
+    found = verdict(record)
+    assert found.outcome is Outcome.PASS
+    assert "wrong on both sides: `ukwial:pinv:-`: off by 2 N" in markdown(record, found)
+
+
+def test_a_cell_that_is_gone_fails_before_anything_else_is_looked_at() -> None:
+    gone = Cell("ukwial", "svd", head_lacks="no such method")
+    moved = Cell("control", "loop", **timed(2.0))
+    found = judged(gone, cell(head_wrong="off"), moved, cut="no time left")
+    assert found.outcome is Outcome.REGRESSION
+    assert found.summary == "regression: cells are gone"
+    assert found.findings[0].cell == "ukwial:svd:-"
+
+
+def test_a_new_cell_passes() -> None:
+    new = Cell("ukwial", "svd", base_lacks="no such method")
+    assert judged(cell(), new).outcome is Outcome.PASS
+
+
+def test_nothing_to_compare_fails() -> None:
+    assert judged().outcome is Outcome.REGRESSION
+    assert judged(Cell("ukwial", "svd", base_lacks="no such method")).outcome is Outcome.REGRESSION
+
+
+def test_instructions_trip_only_when_they_grew_twice() -> None:
+    assert judged(cell(instructions=[(1000, 1011), (1000, 1011)])).outcome is Outcome.REGRESSION
+    assert judged(cell(instructions=[(1000, 1011), (1000, 1009)])).outcome is Outcome.PASS
+    assert judged(cell(instructions=[(1000, 1011)])).outcome is Outcome.PASS
+
+
+def test_instructions_fail_also_on_a_machine_that_moved() -> None:
+    found = judged(cell(instructions=[(100, 110), (100, 110)]), Cell("control", "loop", **timed(1.5)))
+    assert found.outcome is Outcome.REGRESSION
+
+
+def test_a_budget_that_ran_out_is_inconclusive() -> None:
+    assert judged(cell(**timed(1.2)), cut="the budget was spent").outcome is Outcome.INCONCLUSIVE
+
+
+def test_a_head_that_crashes_is_a_regression() -> None:
+    assert judged(cell(), crashed="head: ended with SIGSEGV").outcome is Outcome.REGRESSION
+
+
+def test_nothing_that_matters_changed_passes_and_says_why() -> None:
+    found = verdict(Record("a", "b", Settings(), unchanged="only the README differs"))
+    assert found.outcome is Outcome.PASS
+    assert "only the README differs" in found.summary
+
+
+def test_what_got_faster_is_listed() -> None:
+    found = judged(cell(**timed(0.9)))
+    assert found.outcome is Outcome.PASS
+    assert [row.name for row in found.improvements] == ["ukwial:pinv:-"]
+
+
+def test_the_report_shows_a_suspect_with_all_that_is_known() -> None:
+    slow = cell(**timed(1.1, us=5.0), instructions=[(1000, 1100), (1000, 1100)])
+    record = Record("a", "b", Settings(), cells=[slow], commits=["1234567 Make it slower"])
+    text = markdown(record, verdict(record))
+    assert text.startswith("## ❌ Gate: regression")
+    row = next(line for line in text.splitlines() if line.startswith("| `ukwial:pinv:-` | 5.000 |"))
+    assert "| 1.100 | 1.099 … 1.101 | +10.00% |" in row
+    assert "+10.00%" in row
+    assert "1234567 Make it slower" in text
+    assert b'"exit_code": 1' in as_json(record, verdict(record))
+
+
+logs = st.lists(st.floats(-0.5, 0.5), min_size=2, max_size=12).filter(lambda m: np.std(m) > 1e-3)
+
+
+@given(logs)
+def test_the_interval_is_students_on_the_logarithms(m: list[float]) -> None:
+    pairs = [[(10**9, round(10**9 * exp(x)))] for x in m]
+    values = [log(head / base) for ((base, head),) in pairs]
+    low, high = stats.ttest_1samp(values, 0.0).confidence_interval(0.95)
+    assert ratio(pairs) == pytest.approx((exp(np.mean(values)), exp(low), exp(high)), rel=1e-9)
+
+
+@given(logs)
+def test_swapping_the_sides_inverts_the_ratio(m: list[float]) -> None:
+    pairs = [[(10**9, round(10**9 * exp(x)))] for x in m]
+    there, back = ratio(pairs), ratio([[(b, a) for a, b in blocks] for blocks in pairs])
+    assert (there.value, there.lower, there.upper) == pytest.approx(
+        (1 / back.value, 1 / back.upper, 1 / back.lower)
+    )
+
+
+def test_one_disturbed_block_does_not_move_a_pair() -> None:
+    quiet = [[(100, 100)] * 5] * 3
+    disturbed = [[(100, 100)] * 4 + [(100, 900)], *quiet[1:]]
+    assert ratio(disturbed) == ratio(quiet)
+
+
+def test_a_single_pair_proves_nothing() -> None:
+    assert ratio([[(100, 200)]]).lower == 0.0
+
+
+def test_times_are_those_of_a_call() -> None:
+    assert medians_us([[(2_000_000, 3_000_000)]], calls=1000) == (2.0, 3.0)
