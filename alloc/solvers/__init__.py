@@ -7,7 +7,8 @@ ALGORITHM, LICENCE : as the solver's authors state them
 STARTS : the starts it offers; one that is missing is one its binding has no way to do
 SETTINGS : per level, everything that is not left as the solver ships it, iteration and time caps included
 TOLERANCE : per level, promised distance of x to the optimum, relative to the largest limit [-]
-STATUS : what each of the solver's exit flags means; ``meaning`` raises on any other
+STATUS : what each of the solver's exit flags means; ``meaning`` raises on any other. A verdict that the
+    solver itself calls inaccurate (almost, close to) is none: NOT_CONVERGED
 
 and has ``prepare(qp, start, level)``, called once a vehicle; what it returns is called once a demand.
 """

@@ -30,9 +30,9 @@ TOLERANCE: dict[Level, float] = {"default": 1e-4, "tight": 1e-6}
 
 STATUS = {
     "Solved": Status.SOLVED,
-    "AlmostSolved": Status.SOLVED,  # its reduced accuracy; the check of the wrench decides
+    "AlmostSolved": Status.NOT_CONVERGED,
     "PrimalInfeasible": Status.INFEASIBLE,
-    "AlmostPrimalInfeasible": Status.INFEASIBLE,
+    "AlmostPrimalInfeasible": Status.NOT_CONVERGED,
     "DualInfeasible": Status.NOT_CONVERGED,  # impossible with a positive definite H
     "AlmostDualInfeasible": Status.NOT_CONVERGED,
     "MaxIterations": Status.NOT_CONVERGED,

@@ -30,9 +30,9 @@ TOLERANCE: dict[Level, float] = {"default": 1e-2, "tight": 1e-6}
 
 STATUS = {
     1: Status.SOLVED,
-    2: Status.NOT_CONVERGED,  # solved inaccurate: ten times the tolerance, after the last iteration
+    2: Status.NOT_CONVERGED,  # solved inaccurate
     3: Status.INFEASIBLE,
-    4: Status.INFEASIBLE,  # primal infeasible inaccurate
+    4: Status.NOT_CONVERGED,  # primal infeasible inaccurate
     5: Status.NOT_CONVERGED,  # dual infeasible: impossible with a positive definite H
     6: Status.NOT_CONVERGED,
     7: Status.NOT_CONVERGED,  # iteration cap

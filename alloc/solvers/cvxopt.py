@@ -1,0 +1,47 @@
+"""CVXOPT: interior point for cone programs, in Python on BLAS and LAPACK."""
+
+from typing import Any
+
+import numpy as np
+
+from alloc.allocation import FloatArray, Status
+from alloc.qp import QP
+from alloc.solvers import Answer, Level, Solve, Start, meaning
+
+REQUIRES = PACKAGE = "cvxopt"
+ALGORITHM = "interior point, in Python"
+LICENCE = "GPL-3.0-or-later"
+STARTS: tuple[Start, ...] = ("cold",)  # a function, no object, and no guess that need not be interior
+
+_QUIET = {"show_progress": False, "maxiters": 100}  # its own cap, written down; it has no time cap
+SETTINGS: dict[Level, dict[str, Any]] = {
+    "default": _QUIET,
+    # A gap of g leaves x up to sqrt(2 g) away: 1e-6 needs 1e-12.
+    "tight": _QUIET | {"abstol": 1e-13, "reltol": 1e-13, "feastol": 1e-11},
+}
+TOLERANCE: dict[Level, float] = {"default": 1e-3, "tight": 1e-6}
+
+# "unknown" is its word for an infeasible QP too: coneqp has no certificate of infeasibility.
+STATUS = {"optimal": Status.SOLVED, "unknown": Status.NOT_CONVERGED}
+
+
+def prepare(qp: QP, start: Start, level: Level) -> Solve:
+    """Finite bounds are rows G x <= h. The matrices are made once; b is the only thing that changes."""
+    from cvxopt import matrix, solvers
+
+    m = len(qp.g)
+    upper, lower = np.isfinite(qp.ub), np.isfinite(qp.lb)
+    eye = np.eye(m)
+    G, h = np.vstack([eye[upper], -eye[lower]]), np.concatenate([qp.ub[upper], -qp.lb[lower]])
+    fixed = [matrix(values) for values in (qp.H, qp.g, G, h)]
+    A = matrix(qp.A)
+
+    def solve(b: FloatArray) -> Answer:
+        try:
+            result = solvers.coneqp(*fixed, None, A, matrix(b), options=SETTINGS[level])
+        except (ArithmeticError, ValueError):  # iterates of an infeasible problem overflow
+            return Answer(qp.g, Status.NOT_CONVERGED)
+        status = meaning(STATUS, result["status"], "cvxopt")
+        return Answer(np.array(result["x"]).ravel(), status, result["iterations"])
+
+    return solve

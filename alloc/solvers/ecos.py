@@ -1,0 +1,63 @@
+"""ECOS: interior point for second-order cone programs, in C; a QP has to be turned into one."""
+
+from typing import Any
+
+import numpy as np
+
+from alloc.allocation import FloatArray, Status
+from alloc.qp import QP
+from alloc.solvers import Answer, Level, Solve, Start, meaning
+
+REQUIRES = PACKAGE = "ecos"
+ALGORITHM = "interior point for second-order cones"
+LICENCE = "GPL-3.0-or-later"
+STARTS: tuple[Start, ...] = ("cold",)  # its Python binding is a function: set-up and solve in one
+
+_QUIET = {"verbose": False, "max_iters": 100}  # its own cap, written down; it has no time cap
+SETTINGS: dict[Level, dict[str, Any]] = {
+    "default": _QUIET,
+    # A gap of g leaves x up to sqrt(2 g) away; from 1e-12 on one in ten solves stalls.
+    "tight": _QUIET | {"abstol": 1e-11, "reltol": 1e-11, "feastol": 1e-9},
+}
+TOLERANCE: dict[Level, float] = {"default": 1e-3, "tight": 1e-6}
+
+STATUS = {
+    0: Status.SOLVED,
+    1: Status.INFEASIBLE,
+    2: Status.NOT_CONVERGED,  # dual infeasible: impossible with a positive definite H
+    10: Status.NOT_CONVERGED,  # close to optimal
+    11: Status.NOT_CONVERGED,  # close to infeasible
+    12: Status.NOT_CONVERGED,
+    -1: Status.NOT_CONVERGED,  # iteration cap
+    -2: Status.NOT_CONVERGED,  # numerical trouble
+    -3: Status.NOT_CONVERGED,  # left the cone
+    -7: Status.NOT_CONVERGED,  # unknown problem
+}
+
+
+def prepare(qp: QP, start: Start, level: Level) -> Solve:
+    """min t + g'x s.t. 1/2 |L'x|^2 <= t, a second-order cone: H = L L'.
+
+    1/2 |L'x|^2 <= t is the same as |(L'x, t - 1/2)| <= t + 1/2.
+    """
+    import ecos
+    from scipy.sparse import csc_matrix
+
+    p, m = qp.A.shape
+    upper, lower = np.isfinite(qp.ub), np.isfinite(qp.lb)
+    eye, zero = np.eye(m), np.zeros(m)
+    last = np.vstack([[*zero, -1.0], np.column_stack([-np.linalg.cholesky(qp.H).T, zero]), [*zero, -1.0]])
+    bounds = np.vstack([eye[upper], -eye[lower]])
+    G = csc_matrix(np.vstack([np.column_stack([bounds, np.zeros(len(bounds))]), last]))
+    h = np.concatenate([qp.ub[upper], -qp.lb[lower], [0.5], zero, [-0.5]])
+    dims = {"l": len(bounds), "q": [m + 2]}
+    A = csc_matrix(np.column_stack([qp.A, np.zeros(p)]))
+    c = np.append(qp.g, 1.0)
+
+    def solve(b: FloatArray) -> Answer:
+        result = ecos.solve(c, G, h, dims, A, b.copy(), **SETTINGS[level])
+        info = result["info"]
+        status = meaning(STATUS, info["exitFlag"], "ecos")
+        return Answer(result["x"][:m], status, info["iter"], info["timing"]["runtime"])
+
+    return solve

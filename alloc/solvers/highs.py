@@ -1,0 +1,83 @@
+"""HiGHS: primal active set for convex QPs inside a linear programming code, in C++."""
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from alloc.allocation import FloatArray, Status
+from alloc.qp import QP
+from alloc.solvers import TIME_LIMIT_S, Answer, Level, Solve, Start, meaning
+
+REQUIRES = PACKAGE = "highspy"
+ALGORITHM = "primal active set"
+LICENCE = "MIT"
+STARTS: tuple[Start, ...] = ("cold", "reused")  # a guess changes no iteration of its QP code
+
+_QUIET = {"output_flag": False, "time_limit": TIME_LIMIT_S, "qp_iteration_limit": 10_000, "threads": 1}
+SETTINGS: dict[Level, dict[str, Any]] = {
+    "default": _QUIET,
+    "tight": _QUIET
+    | {
+        "qp_regularization_value": 0.0,  # its 1e-7 on the diagonal of H moves x by as much
+        "primal_feasibility_tolerance": 1e-10,
+        "dual_feasibility_tolerance": 1e-10,
+    },
+}
+TOLERANCE: dict[Level, float] = {"default": 1e-5, "tight": 1e-6}
+
+STATUS = {
+    "kOptimal": Status.SOLVED,
+    "kInfeasible": Status.INFEASIBLE,
+    "kUnboundedOrInfeasible": Status.INFEASIBLE,  # H is positive definite, so not unbounded
+    "kUnbounded": Status.NOT_CONVERGED,
+    "kIterationLimit": Status.NOT_CONVERGED,
+    "kTimeLimit": Status.NOT_CONVERGED,
+    "kSolveError": Status.NOT_CONVERGED,
+    "kUnknown": Status.NOT_CONVERGED,
+}
+
+
+def prepare(qp: QP, start: Start, level: Level) -> Solve:
+    """Bounds are column bounds, A x = b row bounds; only those of the rows change."""
+    import highspy
+    from scipy.sparse import csc_matrix
+
+    p, m = qp.A.shape
+    lower, A = csc_matrix(np.tril(qp.H)), csc_matrix(qp.A)
+    problem = highspy.HighsModel()
+    hessian, lp = problem.hessian_, problem.lp_
+    hessian.dim_, hessian.start_, hessian.index_, hessian.value_ = m, lower.indptr, lower.indices, lower.data
+    lp.num_col_, lp.num_row_ = m, p
+    lp.col_cost_, lp.col_lower_, lp.col_upper_ = qp.g, qp.lb, qp.ub
+    matrix = lp.a_matrix_
+    matrix.format_, matrix.num_row_, matrix.num_col_ = highspy.MatrixFormat.kColwise, p, m
+    matrix.start_, matrix.index_, matrix.value_ = A.indptr, A.indices, A.data
+    rows = np.arange(p, dtype=np.int32)
+
+    def set_up(b: FloatArray) -> Any:
+        lp.row_lower_ = lp.row_upper_ = b
+        model = highspy.Highs()  # type: ignore[no-untyped-call]  # its constructor alone has no types
+        for key, value in SETTINGS[level].items():
+            model.setOptionValue(key, value)
+        model.passModel(problem)
+        return model
+
+    def cold(b: FloatArray) -> Answer:
+        return _solve(set_up(b), 0.0)
+
+    def reused(model: Any, b: FloatArray) -> Answer:
+        model.clearSolver()  # forgets the last basis and solution
+        model.changeRowsBounds(p, rows, b, b)
+        return _solve(model, model.getRunTime())
+
+    return cold if start == "cold" else partial(reused, set_up(np.zeros(p)))
+
+
+def _solve(model: Any, before: float) -> Answer:
+    model.run()
+    status = meaning(STATUS, model.getModelStatus().name, "highs")
+    x = np.array(model.getSolution().col_value)
+    if len(x) == 0 and status == Status.SOLVED:
+        status = Status.NOT_CONVERGED
+    return Answer(x, status, model.getInfo().qp_iteration_count, model.getRunTime() - before)

@@ -1,0 +1,77 @@
+"""QPALM: proximal augmented Lagrangian with semismooth Newton steps, in C."""
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from alloc.allocation import FloatArray, Status
+from alloc.qp import QP
+from alloc.solvers import TIME_LIMIT_S, Answer, Level, Solve, Start, meaning
+
+REQUIRES = PACKAGE = "qpalm"
+ALGORITHM = "proximal augmented Lagrangian, semismooth Newton"
+LICENCE = "LGPL-3.0-or-later"
+STARTS: tuple[Start, ...] = ("cold", "reused", "warm")
+
+_QUIET = {"verbose": False, "max_iter": 10_000, "time_limit": TIME_LIMIT_S}
+SETTINGS: dict[Level, dict[str, Any]] = {
+    "default": _QUIET,
+    "tight": _QUIET | {"eps_abs": 1e-10, "eps_rel": 1e-10},
+}
+TOLERANCE: dict[Level, float] = {"default": 1e-2, "tight": 1e-6}
+
+STATUS = {
+    "solved": Status.SOLVED,
+    "dual terminated": Status.NOT_CONVERGED,
+    "maximum iterations reached": Status.NOT_CONVERGED,
+    "run time limit reached": Status.NOT_CONVERGED,
+    "primal infeasible": Status.INFEASIBLE,
+    "dual infeasible": Status.NOT_CONVERGED,  # impossible with a positive definite H
+    "unsolved": Status.NOT_CONVERGED,
+}
+
+
+def prepare(qp: QP, start: Start, level: Level) -> Solve:
+    """Bounds become rows: bmin <= [A; I] x <= bmax, with the rows of I that bound something."""
+    import qpalm
+    from scipy.sparse import csc_matrix
+
+    p, m = qp.A.shape
+    bounded = qp.bounded
+    low, high = (np.concatenate([np.zeros(p), side[bounded]]) for side in (qp.lb, qp.ub))
+    data = qpalm.Data(m, len(low))
+    data.Q, data.q = csc_matrix(qp.H), qp.g
+    data.A = csc_matrix(np.vstack([qp.A, np.eye(m)[bounded]]))
+    settings = qpalm.Settings()
+    for key, value in SETTINGS[level].items():
+        setattr(settings, key, value)
+
+    def set_up() -> Any:
+        data.bmin, data.bmax = low, high
+        return qpalm.Solver(data, settings)
+
+    def cold(b: FloatArray) -> Answer:
+        low[:p] = high[:p] = b
+        return _solve(set_up())
+
+    def reused(model: Any, b: FloatArray) -> Answer:
+        low[:p] = high[:p] = b
+        model.update_bounds(low, high)
+        return _solve(model)
+
+    def warm(model: Any, b: FloatArray) -> Answer:
+        if model.info.status == "solved":
+            model.warm_start(model.solution.x, model.solution.y)
+        return reused(model, b)
+
+    if start == "cold":
+        return cold
+    return partial(warm if start == "warm" else reused, set_up())
+
+
+def _solve(model: Any) -> Answer:
+    model.solve()
+    info = model.info
+    status = meaning(STATUS, info.status, "qpalm")
+    return Answer(np.array(model.solution.x), status, info.iter, info.run_time)

@@ -1,0 +1,48 @@
+"""quadprog: dual active set (Goldfarb and Idnani), in C; exact up to rounding."""
+
+from typing import Any
+
+import numpy as np
+
+from alloc.allocation import FloatArray, Status
+from alloc.errors import SolverError
+from alloc.qp import QP
+from alloc.solvers import Answer, Level, Solve, Start
+
+REQUIRES = PACKAGE = "quadprog"
+ALGORITHM = "dual active set (Goldfarb and Idnani)"
+LICENCE = "GPL-2.0-or-later"
+STARTS: tuple[Start, ...] = ("cold", "reused")  # a function, no object: what is reused is H's factor
+
+SETTINGS: dict[Level, dict[str, Any]] = {"default": {}}  # it has none, and no caps; its steps are finite
+TOLERANCE: dict[Level, float] = {"default": 1e-9}
+
+NO_SOLUTION = "constraints are inconsistent, no solution"
+
+
+def prepare(qp: QP, start: Start, level: Level) -> Solve:
+    """Rows C'x >= b, the equalities first; H = R'R is factorised once for the reused start."""
+    import quadprog
+
+    p, m = qp.A.shape
+    upper, lower = np.isfinite(qp.ub), np.isfinite(qp.lb)
+    eye = np.eye(m)
+    C = np.ascontiguousarray(np.vstack([qp.A, eye[lower], -eye[upper]]).T)
+    right = np.concatenate([np.zeros(p), qp.lb[lower], -qp.ub[upper]])
+    factorized = start == "reused"
+    G = np.linalg.inv(np.linalg.cholesky(qp.H)).T if factorized else qp.H
+    G, a = np.ascontiguousarray(G), -qp.g
+
+    def solve(b: FloatArray) -> Answer:
+        right[:p] = b
+        try:
+            x, _, _, iterations, _, _ = quadprog.solve_qp(G, a, C, right, p, factorized)
+        except ValueError as error:
+            if str(error) != NO_SOLUTION:
+                raise SolverError(
+                    f"quadprog refused with '{error}', unknown to alloc/solvers/quadprog.py; map it there"
+                ) from error
+            return Answer(a, Status.INFEASIBLE)
+        return Answer(x, Status.SOLVED, int(iterations[0]))
+
+    return solve

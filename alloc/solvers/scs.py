@@ -1,0 +1,64 @@
+"""SCS: operator splitting (ADMM) on the homogeneous embedding, first order, in C."""
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from alloc.allocation import FloatArray, Status
+from alloc.qp import QP
+from alloc.solvers import TIME_LIMIT_S, Answer, Level, Solve, Start, meaning
+
+REQUIRES = PACKAGE = "scs"
+ALGORITHM = "operator splitting (ADMM), homogeneous embedding"
+LICENCE = "MIT"
+STARTS: tuple[Start, ...] = ("cold", "reused", "warm")
+
+_QUIET = {"verbose": False, "time_limit_secs": TIME_LIMIT_S}
+SETTINGS: dict[Level, dict[str, Any]] = {
+    "default": _QUIET | {"max_iters": 100_000},  # its own, written down
+    # Its residuals stop it; x may be 100 times further away. There is no polishing.
+    "tight": _QUIET | {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iters": 100_000},
+}
+TOLERANCE: dict[Level, float] = {"default": 1e-2, "tight": 1e-6}
+
+STATUS = {
+    1: Status.SOLVED,
+    2: Status.NOT_CONVERGED,  # solved inaccurate
+    -1: Status.NOT_CONVERGED,  # unbounded: impossible with a positive definite H
+    -2: Status.INFEASIBLE,
+    -4: Status.NOT_CONVERGED,  # failed
+    -6: Status.NOT_CONVERGED,  # unbounded inaccurate
+    -7: Status.NOT_CONVERGED,  # infeasible inaccurate
+}
+
+
+def prepare(qp: QP, start: Start, level: Level) -> Solve:
+    """Equalities are a zero cone, finite bounds a nonnegative one: [A; I; -I] x + s = [b; ub; -lb]."""
+    import scs
+    from scipy.sparse import csc_matrix
+
+    p, m = qp.A.shape
+    upper, lower = np.isfinite(qp.ub), np.isfinite(qp.lb)
+    eye = np.eye(m)
+    right = np.concatenate([np.zeros(p), qp.ub[upper], -qp.lb[lower]])
+    A = csc_matrix(np.vstack([qp.A, eye[upper], -eye[lower]]))
+    data = {"P": csc_matrix(np.triu(qp.H)), "A": A, "b": right, "c": qp.g}
+    cone = {"z": p, "l": len(right) - p}
+
+    def cold(b: FloatArray) -> Answer:
+        right[:p] = b
+        return _answer(scs.SCS(data, cone, **SETTINGS[level]).solve(warm_start=False))
+
+    def live(model: Any, b: FloatArray) -> Answer:
+        right[:p] = b
+        model.update(b=right)
+        return _answer(model.solve(warm_start=start == "warm"))
+
+    return cold if start == "cold" else partial(live, scs.SCS(data, cone, **SETTINGS[level]))
+
+
+def _answer(result: Any) -> Answer:
+    info = result["info"]
+    status = meaning(STATUS, info["status_val"], "scs")
+    return Answer(result["x"], status, info["iter"], info["solve_time"] * 1e-3)  # it counts in ms
