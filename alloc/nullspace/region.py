@@ -14,6 +14,7 @@ from math import comb, inf
 import numpy as np
 
 from alloc.allocation import FloatArray
+from alloc.nullspace.structure import ZERO
 from alloc.vehicle import RANK_TOLERANCE
 
 Point = list[float]
@@ -140,7 +141,9 @@ def prepare(A: FloatArray, tolerance: float) -> Region:
             leader = A[group[0][0]]
             share = float(A[row] @ leader) / float(leader @ leader)
             if np.linalg.norm(A[row] - share * leader) <= RANK_TOLERANCE * sizes[row]:
-                group.append((int(row), 1.0 / share))
+                # Equal rows told apart by rounding alone are equal: one multiplication less, here and in C.
+                equal = abs(abs(share) - 1.0) <= ZERO
+                group.append((int(row), float(np.sign(share)) if equal else 1.0 / share))
                 break
         else:
             groups.append([(int(row), 1.0)])

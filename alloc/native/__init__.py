@@ -1,0 +1,7 @@
+"""C99 generated for one vehicle, and the same bound back into Python."""
+
+from alloc.native.bind import bound
+from alloc.native.compiled import missing
+from alloc.native.generate import KERNELS, function_name, generate, sources
+
+__all__ = ["KERNELS", "bound", "function_name", "generate", "missing", "sources"]

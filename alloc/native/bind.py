@@ -1,0 +1,58 @@
+"""A generated kernel as an allocator: compiled, loaded, called without Python in between."""
+
+import ctypes
+import importlib.util
+import sysconfig
+from functools import cache
+from importlib import resources
+from importlib.machinery import ExtensionFileLoader
+from math import nan
+from typing import Any, cast
+
+import numpy as np
+
+from alloc.allocation import Allocation, Allocator, Status, checked, checked_many
+from alloc.native.compiled import shared_library
+from alloc.native.generate import function_name, sources
+from alloc.plugins import build
+from alloc.vehicle import Vehicle
+
+
+def bound(kernel: str, vehicle: Vehicle) -> Allocator:
+    """The kernel of that name for this vehicle as an allocator; raises NotApplicable or NotInstalled."""
+    python = build(kernel, vehicle)  # same promises, same refusals
+    library = ctypes.CDLL(str(shared_library(kernel, sources(vehicle, kernel, faults=False))))
+    address = ctypes.cast(library[function_name(vehicle, kernel)], ctypes.c_void_p).value
+    allocator = _binding().Native(
+        address=address,
+        fault=-1,
+        k=vehicle.k,
+        n=vehicle.n,
+        allocation=Allocation,
+        statuses=tuple(Status),
+        checked=checked,
+        checked_many=checked_many,
+        iterations=0,
+        solver_s=nan,
+        formulation=python.formulation,
+        limited=python.limited,
+        tolerance=python.tolerance,
+        worst_case_steps=getattr(python, "worst_case_steps", None),
+        library=library,
+    )
+    return cast(Allocator, allocator)
+
+
+@cache
+def _binding() -> Any:
+    """The extension module of ``binding.c``, compiled for this Python and this numpy."""
+    text = (resources.files("alloc.native") / "binding.c").read_text(encoding="utf-8")
+    includes = [f"-I{sysconfig.get_path('include')}", f"-I{np.get_include()}"]
+    suffix = f"-numpy{np.__version__}{sysconfig.get_config_var('EXT_SUFFIX')}"
+    path = shared_library("thrustbench_binding", {"binding.c": text}, includes, suffix)
+    loader = ExtensionFileLoader("thrustbench_binding", str(path))
+    spec = importlib.util.spec_from_loader("thrustbench_binding", loader)
+    assert spec is not None  # a loader was given
+    module = importlib.util.module_from_spec(spec)
+    loader.exec_module(module)
+    return module

@@ -1,0 +1,146 @@
+"""Pieces of C99 for one set of constants: a table without repeats, and matrix products without zeros."""
+
+from collections import Counter
+from itertools import combinations
+from typing import Literal
+
+import numpy as np
+
+from alloc.allocation import FloatArray
+
+Scalar = Literal["double", "float"]
+Terms = list[tuple[bool, str]]
+"""A sum: (whether the term is subtracted, the term)."""
+TOLERANCE: dict[Scalar, float] = {"double": 1e-9, "float": 4e-6}
+"""What counts as met, relative to the largest limit: double as ``alloc.methods.nullspace``; float rounds
+at 6e-8, a hundred times that is left for the sums."""
+SAME = 4 * np.finfo(float).eps
+"""Entries of a matrix this close, relative to the larger, are one number told apart by rounding."""
+
+
+def number(value: float, scalar: Scalar) -> str:
+    """The C99 literal of exactly that value, rounded to the scalar type first."""
+    return float(np.float32(value)).hex() + "F" if scalar == "float" else float(value).hex()
+
+
+class Table:
+    """The constants of one kernel, each held once, referred to as ``c[i]``."""
+
+    def __init__(self, scalar: Scalar) -> None:
+        """An empty table of that type."""
+        self.scalar = scalar
+        self._index: dict[str, int] = {}
+
+    def __call__(self, value: float) -> str:
+        """The C expression for a constant; its sign stands in front, so that +-x share an entry."""
+        entry = self._index.setdefault(number(abs(value), self.scalar), len(self._index))
+        return f"{'-' if value < 0 else ''}c[{entry}]"
+
+    def define(self, name: str) -> str:
+        """The table as a C definition."""
+        values = ",\n    ".join(self._index)
+        return f"static const {self.scalar} {name}[] = {{\n    {values}\n}};\n"
+
+
+def snapped(matrix: FloatArray) -> FloatArray:
+    """The matrix with sizes that differ by rounding made equal, and rounding around zero made zero."""
+    sizes = np.abs(matrix)
+    result = np.zeros_like(matrix)
+    order = sorted(np.ndindex(matrix.shape), key=lambda at: float(sizes[at]))
+    last = 0.0
+    for at in order:
+        if sizes[at] <= 1e-14 * sizes.max():  # far below the tolerance of any method
+            continue
+        if sizes[at] - last > SAME * sizes[at]:
+            last = float(sizes[at])
+        result[at] = np.copysign(last, matrix[at])
+    return result
+
+
+def product(matrix: FloatArray, into: str, c: Table) -> tuple[list[str], list[Terms], list[str]]:
+    """matrix [into0, into1, …]: lines of C, then each row's terms, then each column's largest product.
+
+    Equal sizes in a column are multiplied once: a symmetric vehicle needs few multiplications.
+    """
+    M = snapped(matrix)
+    lines: list[str] = []
+    named: dict[tuple[float, int], str] = {}
+    largest = []
+    for j in range(M.shape[1]):
+        sizes = Counter(float(size) for size in np.abs(M[:, j]) if size)
+        for size in sorted(sizes, reverse=True):
+            if sizes[size] > 1 or size == max(sizes):
+                named[size, j] = f"p{len(named)}"
+                lines.append(f"const {c.scalar} {named[size, j]} = {c(size)} * {into}{j};")
+        largest.append(named[max(sizes), j] if sizes else f"{into}{j}")
+    rows = [
+        [
+            (value < 0, named.get((abs(value), j)) or f"{c(abs(value))} * {into}{j}")
+            for j, value in enumerate(row)
+            if value
+        ]
+        for row in M.tolist()
+    ]
+    return lines, rows, largest
+
+
+def butterflies(rows: list[Terms], c: Table) -> tuple[list[str], list[Terms]]:
+    """Sums of two terms that several rows hold, taken once: lines of C, and the rows that are left.
+
+    The pair found most often goes first (Paar's greedy rule); on Walsh's +-1 it finds the fast transform.
+    """
+    left = [{name: minus for minus, name in row} for row in rows]
+    lines: list[str] = []
+    while True:
+        pairs = Counter((a, b, row[a] != row[b]) for row in left for a, b in combinations(sorted(row), 2))
+        (a, b, apart), count = max(pairs.items(), key=lambda item: item[1], default=(("", "", False), 0))
+        if count < 2:
+            return lines, [[(minus, name) for name, minus in row.items()] for row in left]
+        name = f"w{len(lines)}"
+        lines.append(f"const {c.scalar} {name} = {a} {'-' if apart else '+'} {b};")
+        for row in left:
+            if a in row and b in row and (row[a] != row[b]) == apart:
+                row[name] = row.pop(a)
+                del row[b]
+
+
+def signed_sum(terms: Terms, scalar: Scalar) -> str:
+    """``a - b + …``; the sign of the first is taken out of the whole.
+
+    So rows that differ only in sign share their sub-expressions, and a compiler sees that.
+    """
+    if not terms:
+        return number(0.0, scalar)
+    flip = terms[0][0]
+    body = terms[0][1] + "".join(f" {'-' if minus != flip else '+'} {text}" for minus, text in terms[1:])
+    return f"-({body})" if flip else body
+
+
+def dot(values: list[float], names: list[str], c: Table) -> str:
+    """``values . names`` without zero terms and without multiplying by one."""
+    terms = [
+        (value < 0, name if abs(value) == 1.0 else f"{c(abs(value))} * {name}")
+        for value, name in zip(values, names, strict=True)
+        if value
+    ]
+    return signed_sum(terms, c.scalar)
+
+
+def between(name: str, low: float, high: float, c: Table) -> str:
+    """A condition, false for NaN, to be joined by ``&``: no branch to mispredict."""
+    return f"({name} >= {c(low)}) & ({name} <= {c(high)})"
+
+
+def reached(unreachable: FloatArray, c: Table) -> tuple[list[str], list[str]]:
+    """Lines, and conditions that tau has no part along ``unreachable`` (see ``Structure``)."""
+    lines, met = [], []
+    for i, row in enumerate(unreachable):
+        text = dot(row.tolist(), names("t", len(row)), c)
+        lines.append(f"const {c.scalar} lost{i} = {text};")
+        met.append(between(f"lost{i}", -TOLERANCE[c.scalar], TOLERANCE[c.scalar], c))
+    return lines, met
+
+
+def names(prefix: str, count: int) -> list[str]:
+    """The names prefix0, prefix1, … of that many variables."""
+    return [f"{prefix}{i}" for i in range(count)]

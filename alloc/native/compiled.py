@@ -1,0 +1,89 @@
+"""C sources into shared libraries, compiled once and kept by content."""
+
+import hashlib
+import os
+import shlex
+import shutil
+import subprocess
+import sysconfig
+import tempfile
+from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
+
+from alloc.errors import NotInstalled
+
+REMEDY = "install a C compiler and Python's headers (Debian: apt install gcc python3-dev)"
+STANDARD = ("-std=c99",)
+"""Also keeps compilers from fusing a * b + c, so that every machine rounds as Python does."""
+
+
+def compiler() -> list[str]:
+    """The C compiler's command: $CC, or the first of cc, gcc, clang; empty where there is none."""
+    for command in [os.environ.get("CC", ""), "cc", "gcc", "clang"]:
+        words = shlex.split(command)
+        if words and shutil.which(words[0]):
+            return words
+    return []
+
+
+def missing() -> str:
+    """Empty where kernels can be compiled and bound to this Python, else what to install."""
+    if not compiler():
+        return f"needs a C compiler; {REMEDY}"
+    if not (Path(sysconfig.get_path("include")) / "Python.h").exists():
+        return f"needs Python.h; {REMEDY}"
+    return ""
+
+
+def cache_folder() -> Path:
+    """$THRUSTBENCH_CACHE, or this user's cache folder."""
+    chosen = os.environ.get("THRUSTBENCH_CACHE")
+    if chosen:
+        return Path(chosen)
+    from platformdirs import user_cache_path
+
+    return user_cache_path("thrustbench", appauthor=False)
+
+
+def shared_library(
+    name: str, sources: Mapping[str, str], flags: Sequence[str] = STANDARD, suffix: str = ".so"
+) -> Path:
+    """The shared library made of these sources ({file name: text}), from the cache if it is there.
+
+    Its name carries a hash of everything it depends on. It is moved into place whole, so processes that
+    compile at the same time, or are killed on the way, leave no torn file. Raises NotInstalled.
+    """
+    command = compiler()
+    if not command:
+        raise NotInstalled(f"{name}: needs a C compiler; {REMEDY}")
+    content = repr([command, _version(tuple(command)), list(flags), sorted(sources.items())])
+    target = cache_folder() / f"{name}-{hashlib.sha256(content.encode()).hexdigest()[:24]}{suffix}"
+    if target.exists():
+        return target
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=target.parent, prefix=".compiling-") as folder:
+            for file, text in sources.items():
+                (Path(folder) / file).write_text(text, encoding="utf-8")
+            units = [file for file in sources if file.endswith(".c")]
+            made = subprocess.run(
+                [*command, *flags, "-O2", "-fPIC", "-shared", *units, "-o", "made"],
+                cwd=folder, capture_output=True, text=True, check=False,
+            )  # fmt: skip
+            if made.returncode:
+                said = next((line for line in made.stderr.splitlines() if "error" in line), "no message")
+                raise NotInstalled(f"{name}: {command[0]} failed ({said}); {REMEDY}")
+            os.replace(Path(folder) / "made", target)
+    except OSError as error:
+        raise NotInstalled(
+            f"{name}: can't compile in {target.parent} ({error.strerror}); set THRUSTBENCH_CACHE to a "
+            "folder that can be written"
+        ) from None
+    return target
+
+
+@cache
+def _version(command: tuple[str, ...]) -> str:
+    found = subprocess.run([*command, "--version"], capture_output=True, text=True, check=False)
+    return found.stdout.partition("\n")[0]

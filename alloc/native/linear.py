@@ -1,0 +1,32 @@
+"""C99 of the closed forms: f = G tau with zero entries dropped, and Walsh's sums as butterflies."""
+
+from alloc.inverse import generalized_inverse
+from alloc.linear import Linear
+from alloc.native.code import Table, Terms, butterflies, product, reached, signed_sum
+from alloc.nullspace.structure import decompose
+from alloc.plugins import build
+from alloc.vehicle import Vehicle
+
+
+def pinv(vehicle: Vehicle, c: Table) -> list[str]:
+    """Statements of f = T* tau (eq. 8-10)."""
+    lines, rows, _ = product(generalized_inverse(vehicle), "t", c)
+    return lines + _finish(vehicle, rows, c)
+
+
+def walsh(vehicle: Vehicle, c: Table) -> list[str]:
+    """Statements of f = 1/m W [0; Q^-1 tau] (eq. 25) or, with a thruster off, eq. 27; raises NotApplicable.
+
+    One multiplication an axis, then additions that rows share: the fast Walsh transform.
+    """
+    prepared = build("walsh", vehicle)
+    assert isinstance(prepared, Linear)
+    lines, rows, _ = product(prepared.G, "t", c)
+    sums, rows = butterflies(rows, c)
+    return [*lines, *sums, *_finish(vehicle, rows, c)]
+
+
+def _finish(vehicle: Vehicle, rows: list[Terms], c: Table) -> list[str]:
+    lines = [f"f[{i}] = {signed_sum(row, c.scalar)};" for i, row in enumerate(rows)]
+    more, met = reached(decompose(vehicle).unreachable, c)
+    return [*lines, *more, f"return ({' & '.join(met)}) ? SOLVED : PARTIAL;" if met else "return SOLVED;"]
