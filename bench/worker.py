@@ -132,8 +132,8 @@ def time_binding(allocator: Any, question: Question, budget_ns: int) -> Samples[
     """Time the solver's binding alone, b -> x over prepared b's, where the allocator has one."""
     if not (hasattr(allocator, "solve") and hasattr(allocator, "pose")):
         return Samples()
-    b = question.taus @ allocator.pose.b_of_tau.T
-    return sample(allocator.solve, list(np.ascontiguousarray(b)), budget_ns, singles=0)
+    b = [allocator.pose(tau) for tau in question.taus]
+    return sample(allocator.solve, b, budget_ns, singles=0)
 
 
 def describe(cell: Cell, allocator: Allocator, answers: list[Allocation], question: Question) -> None:
