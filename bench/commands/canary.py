@@ -1,0 +1,23 @@
+"""``thrustbench canary``."""
+
+from pathlib import Path
+
+import click
+
+
+@click.command()
+@click.argument("file", type=click.Path(path_type=Path, dir_okay=False), default=Path("canary.json"))
+def command(file: Path) -> None:
+    """Time fixed work on this machine into FILE [canary.json], for `thrustbench size --canary` elsewhere."""
+    import msgspec
+
+    from bench.canary import CanaryError, measure
+
+    found = measure()
+    try:
+        file.write_bytes(msgspec.json.format(msgspec.json.encode(found)) + b"\n")
+    except OSError as error:
+        raise CanaryError(f"{file}: can't be written ({error.strerror}); give another file") from None
+    for name, us in found.median_us.items():
+        click.echo(f"{name}: {us:.3g} µs")
+    click.echo(f"Written: {file}")

@@ -1,0 +1,58 @@
+"""``thrustbench size``."""
+
+from pathlib import Path
+
+import click
+
+
+@click.command()
+@click.argument("directory", type=click.Path(path_type=Path))
+@click.option(
+    "--rate", type=click.FloatRange(0, min_open=True), required=True, metavar="HZ", help="Of control."
+)
+@click.option(
+    "--budget",
+    type=click.FloatRange(0, 100, min_open=True),
+    default=10.0,
+    show_default=True,
+    metavar="PERCENT",
+    help="Share of the control period that allocation may take.",
+)
+@click.option(
+    "--deadline-us",
+    type=click.FloatRange(0, min_open=True),
+    metavar="US",
+    help="Time that one call may take, in place of a budget.",
+)
+@click.option("--vehicle", "vehicles", multiple=True, metavar="V", help="Only these of the run's vehicles.")
+@click.option(
+    "--canary",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Estimate for the machine on which `thrustbench canary` wrote FILE.",
+)
+def command(
+    directory: Path,
+    rate: float,
+    budget: float,
+    deadline_us: float | None,
+    vehicles: tuple[str, ...],
+    canary: Path | None,
+) -> None:
+    """Which method of the run in DIRECTORY fits a control rate; the first row is the one to take."""
+    from alloc import UnknownName
+    from bench.canary import load, transfer
+    from bench.report.sizes import page
+    from bench.rows import read_run
+    from bench.sizing import Loop, sizes
+
+    run = read_run(directory)
+    unknown = sorted(set(vehicles) - set(run.vehicles))
+    if unknown:
+        raise UnknownName(
+            f"{directory}: no vehicle '{unknown[0]}' in this run; it has {', '.join(run.vehicles)}"
+        )
+    loop = Loop(rate, budget / 100, deadline_us)
+    moved = transfer(run, load(canary)) if canary else None
+    found = [size for size in sizes(run, loop, moved) if not vehicles or size.vehicle in vehicles]
+    click.echo(page(found, loop, moved))

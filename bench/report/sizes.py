@@ -1,0 +1,78 @@
+"""The table of ``thrustbench size``, and the sentence in front of it."""
+
+from itertools import groupby
+
+from bench.canary import Transfer
+from bench.report.text import percent, table, three
+from bench.sizing import Loop, Size, Verdict
+
+HEADERS = (
+    "method",
+    "verdict",
+    "why",
+    "exact",
+    "median [%]",
+    "p99.9 [%]",
+    "slowest [%]",
+    "late",
+    "late ≤ [%]",
+    "up to [Hz]",
+    "memory [MB]",
+)
+
+
+def page(found: list[Size], loop: Loop, transfer: Transfer | None = None) -> str:
+    """For each vehicle what to take, every method's share of the control period, and why some have none."""
+    parts = [
+        f"At {loop.rate_hz:g} Hz one call may take {three(loop.limit_us)} µs,"
+        f" {percent(loop.limit_us / loop.period_us)} of the control period. Columns in % are shares of the"
+        " period; late are single calls beyond the time allowed, with the share that their true rate does not"
+        " exceed (95 % confidence).\n"
+    ]
+    if transfer:
+        parts.append(
+            f"ESTIMATE for {transfer.machine}: nothing was run there. By its canaries a call takes"
+            f" {three(transfer.centre)} times as long as here, {three(transfer.low)} to"
+            f" {three(transfer.high)}; times are multiplied by the upper end. Slowest calls are not"
+            " transferred.\n"
+        )
+    for vehicle, group in groupby(found, key=lambda size: size.vehicle):
+        sizes = list(group)
+        unknown = [f"- {size.label}: {size.reason}" for size in sizes if size.verdict == Verdict.UNKNOWN]
+        parts += [
+            f"{vehicle}: {_advice(sizes[0], loop)}\n",
+            table(HEADERS, [_line(size, loop) for size in sizes]),
+            *(["Unknown, because:\n", "\n".join(unknown) + "\n"] if unknown else []),
+        ]
+    return "\n".join(parts)
+
+
+def _advice(first: Size, loop: Loop) -> str:
+    if first.verdict > Verdict.WITHOUT_TAIL:
+        return f"nothing here serves {loop.rate_hz:g} Hz"
+    share = percent(_of(first.p999_us or first.p50_us, loop))
+    what = "p99.9" if first.p999_us else "median"
+    return f"take {first.label} ({first.verdict}; {what} is {share} of the period)"
+
+
+def _line(size: Size, loop: Loop) -> list[str]:
+    shares = [_of(us, loop) for us in (size.p50_us, size.p999_us, size.max_us)]
+    return [
+        size.label,
+        str(size.verdict),
+        "see below" if size.verdict == Verdict.UNKNOWN else size.reason,
+        "yes" if size.exact else "no",
+        *(_per_cent(share) for share in shares),
+        f"{size.late} of {size.calls}" if size.calls else "",
+        _per_cent(size.bound),
+        three(size.rate_hz),
+        three(size.memory_MB),
+    ]
+
+
+def _per_cent(share: float | None) -> str:
+    return three(None if share is None else 100 * share)
+
+
+def _of(us: float | None, loop: Loop) -> float | None:
+    return None if us is None else us / loop.period_us
