@@ -9,6 +9,9 @@ import bench.columns
 from bench.columns import Value
 from bench.rows import Row
 
+BAR = "\\|"
+"""A bar inside a cell of a Markdown table."""
+
 
 def columns() -> dict[str, Callable[[Row], Value]]:
     """Every column by name, in the order in which ``bench.columns`` defines them."""
@@ -30,11 +33,9 @@ def write_csv(rows: Iterable[Row], path: Path) -> None:
 
 def documentation() -> str:
     """The columns as a Markdown table, from their docstrings."""
-    lines = ["| column | meaning |", "|---|---|"]
-    for name, column in columns().items():
-        meaning = " ".join(inspect.cleandoc(column.__doc__ or "").split()).replace("``", "`")
-        lines.append(f"| `{name}` | {meaning} |".replace("|f - f*|", "\\|f - f*\\|"))
-    return "\n".join(lines) + "\n"
+    meanings = {name: " ".join(inspect.cleandoc(c.__doc__ or "").split()) for name, c in columns().items()}
+    lines = [f"| `{name}` | {text.replace('``', '`').replace('|', BAR)} |" for name, text in meanings.items()]
+    return "\n".join(["| column | meaning |", "|---|---|", *lines, ""])
 
 
 def _text(value: Value) -> str:

@@ -7,6 +7,7 @@ import pytest
 
 from bench.report import render
 from bench.report.text import table, three
+from bench.rows import read_run
 
 
 def test_the_same_record_gives_the_same_bytes(tmp_path: Path) -> None:
@@ -44,3 +45,46 @@ def test_numbers_stand_right_and_words_left() -> None:
     text = table(("method", "t [µs]", "why"), [["pinv", "1.00", "yes"], ["svd", "", "no"]])
     ends = [(rule[0], rule[-1]) for rule in text.splitlines()[1].split("|")[1:4]]
     assert ends == [(":", "-"), ("-", ":"), (":", "-")]
+
+
+def test_the_html_report_names_nothing_outside_itself(tmp_path: Path) -> None:
+    render(made_up.whole(tmp_path))
+    text = (tmp_path / "report.html").read_text()
+    assert "<table>" in text
+    assert '<img src="data:image/svg+xml;base64,' in text
+    assert ".svg" not in text
+    assert "://" not in text
+
+
+def test_a_picture_knows_the_dark_page_s_colour_of_each_of_its_own(tmp_path: Path) -> None:
+    import re
+
+    from bench.plots.style import DARK
+
+    render(made_up.whole(tmp_path))
+    pictures = sorted(tmp_path.glob("*.svg"))
+    assert pictures
+    for picture in pictures:
+        rules, _, drawn = picture.read_text().partition("</style>")
+        used = set(re.findall(r'style="[^"]*?(?:fill|stroke): (#[0-9a-f]{6})', drawn))
+        assert used <= set(DARK)
+        assert all(colour in rules for colour in used)
+
+
+def test_the_result_table_goes_between_the_markers_and_nowhere_else(tmp_path: Path) -> None:
+    from bench.report.readme import END, START, put, result_table
+
+    table_text = result_table(read_run(made_up.whole(tmp_path)))
+    readme = tmp_path / "README.md"
+    readme.write_text(f"before\n{START}\nold\n{END}\nafter\n")
+    put(readme, table_text)
+    assert readme.read_text() == f"before\n{START}\n{table_text}{END}\nafter\n"
+
+
+def test_a_file_without_markers_is_left_alone(tmp_path: Path) -> None:
+    from bench.report.readme import MarkerError, put
+
+    (tmp_path / "README.md").write_text("nothing here\n")
+    with pytest.raises(MarkerError, match="results:start"):
+        put(tmp_path / "README.md", "table")
+    assert (tmp_path / "README.md").read_text() == "nothing here\n"

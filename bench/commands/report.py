@@ -7,8 +7,19 @@ import click
 
 @click.command()
 @click.argument("directory", type=click.Path(path_type=Path))
-def command(directory: Path) -> None:
-    """Render results.csv and report.md of a run from the record in DIRECTORY."""
+@click.option(
+    "--readme",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Also put the result table between the markers of this file.",
+)
+def command(directory: Path, readme: Path | None) -> None:
+    """Render results.csv, report.md and report.html of a run from the record in DIRECTORY."""
     from bench.report import render
+    from bench.report.readme import put, result_table
+    from bench.rows import read_run
 
     click.echo(str(render(directory)))
+    if readme:
+        put(readme, result_table(read_run(directory)))
+        click.echo(str(readme))

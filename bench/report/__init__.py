@@ -3,13 +3,14 @@
 from pathlib import Path
 
 from bench.plots import draw_all
+from bench.report.html import html
 from bench.report.page import page
 from bench.results import write_csv
 from bench.rows import read_run
 
 
 def render(directory: Path) -> Path:
-    """Write results.csv, report.md and its pictures from ``record.jsonl`` alone.
+    """Write results.csv, report.md, report.html and the pictures from ``record.jsonl`` alone.
 
     The same record gives the same bytes. Returns the path of report.md; raises RecordError where the
     folder holds no readable record.
@@ -18,5 +19,7 @@ def render(directory: Path) -> Path:
     write_csv(run.rows, directory / "results.csv")
     drawn = draw_all(run, directory)
     report = directory / "report.md"
-    report.write_text(page(run, drawn), encoding="utf-8")
+    text = page(run, drawn)
+    report.write_text(text, encoding="utf-8")
+    (directory / "report.html").write_text(html(text, directory), encoding="utf-8")
     return report

@@ -1,0 +1,11 @@
+"""``thrustbench columns``."""
+
+import click
+
+
+@click.command()
+def command() -> None:
+    """What each column of results.csv means, as a Markdown table (docs/results.md holds it)."""
+    from bench.results import documentation
+
+    click.echo(documentation(), nl=False)

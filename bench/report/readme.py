@@ -1,0 +1,91 @@
+"""The result table that stands in README.md, between two markers."""
+
+from collections import Counter
+from pathlib import Path
+
+from alloc import AllocError
+from bench import columns
+from bench.plots.style import family
+from bench.ranking import best, exact, number
+from bench.report.text import percent, table, three
+from bench.rows import Row, Run
+
+START, END = "<!-- results:start -->", "<!-- results:end -->"
+VEHICLES = ("ukwial", "bluerov2-heavy")
+"""The paper's vehicle, and the commonest one with eight thrusters. A run without them shows its first two."""
+MOST = {"QP solver, one shot": 1, "soft QP": 1}
+"""Methods of these families that are shown, the fastest; of the others all."""
+
+MET = 1e-6
+"""A wrench that is missed by less than this share counts as met: SOLVED promises no more."""
+
+
+class MarkerError(AllocError):
+    """A file has no place for the table."""
+
+
+def result_table(run: Run) -> str:
+    """One line a method: its median on each vehicle, and on the last one its tail and what it loses."""
+    shown = [name for name in VEHICLES if name in run.vehicles] or run.vehicles[:2]
+    by_vehicle = {name: {row.method: row for row in best(run, name, run.sets(name)[0])} for name in shown}
+    last = by_vehicle[shown[-1]]
+    methods = dict.fromkeys(method for rows in reversed(by_vehicle.values()) for method in rows)
+    count: Counter[str] = Counter()
+    lines = []
+    for method in methods:
+        row = last.get(method) or next(rows[method] for rows in by_vehicle.values() if method in rows)
+        kind = family(method, str(columns.formulation(row)))
+        count[kind] += 1
+        if count[kind] <= MOST.get(kind, len(methods)):
+            medians = [_median(rows.get(method)) for rows in by_vehicle.values()]
+            lines.append([f"`{row.label}`", _answers(row), *medians, *_tail(last.get(method))])
+    headers = (
+        "method",
+        "answers",
+        *(f"{name} [µs]" for name in shown),
+        f"{shown[-1]}, p99.9 [µs]",
+        "wrench lost, worst",
+    )
+    return _caption(run, shown) + "\n" + table(headers, lines)
+
+
+def put(path: Path, text: str) -> None:
+    """Replace what stands between the markers of a file; raises MarkerError."""
+    try:
+        whole = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        raise MarkerError(f"{path}: can't be read as text; give the README to update") from None
+    before, start, rest = whole.partition(START)
+    _, end, after = rest.partition(END)
+    if not start or not end:
+        raise MarkerError(f"{path}: has no '{START}' and '{END}'; write them where the table shall stand")
+    path.write_text(f"{before}{START}\n{text}{END}{after}", encoding="utf-8")
+
+
+def _caption(run: Run, shown: list[str]) -> str:
+    machine, versions = run.record.header.machine, run.record.header.versions
+    sets = ", ".join(sorted({run.sets(name)[0] for name in shown}))
+    return (
+        f"Median of one call from Python on {sets} demands, {machine.get('cpu', 'this machine')},"
+        f" {versions.get('python', 'Python')}; each method with its fastest start and level that is right"
+        " everywhere.\n"
+    )
+
+
+def _answers(row: Row) -> str:
+    if exact(row):
+        return "the optimum, eq. 4-5"
+    words = {"unlimited": "no limits, eq. 6-10", "hard": "near the optimum", "soft": "soft optimum"}
+    return words.get(str(columns.formulation(row)), "a rule within limits")
+
+
+def _median(row: Row | None) -> str:
+    return three(number(columns.call_p50_us(row))) if row else ""
+
+
+def _tail(row: Row | None) -> tuple[str, str]:
+    if row is None:
+        return "", ""
+    lost = number(columns.lost_wrench_max(row))
+    met = lost is not None and lost < MET
+    return three(number(columns.call_p999_us(row))), "0" if met else percent(lost)
