@@ -115,11 +115,11 @@ def read_document(path: Path) -> Document:
 
 def build_vehicle(keys: VehicleFile) -> Vehicle:
     """The Vehicle that a file's keys describe; raises VehicleError."""
-    given, computed = matrices(keys)
-    if given is not None and computed is not None:
-        for contradiction in contradictions(given, computed, keys.dof):
+    T, computed = matrices(keys)
+    if computed is not None:
+        for contradiction in contradictions(T, computed, keys.dof):
             raise VehicleError(f"T: {contradiction}; correct the one that is wrong, or leave it out", "T")
-    vehicle = vehicle_with(keys, _first(given, computed))
+    vehicle = vehicle_with(keys, T)
     meant = keys.rank if keys.rank is not None else vehicle.k
     if vehicle.rank != meant:
         raise VehicleError(
@@ -130,29 +130,30 @@ def build_vehicle(keys: VehicleFile) -> Vehicle:
     return vehicle
 
 
-def matrices(keys: VehicleFile) -> tuple[FloatArray | None, FloatArray | None]:
-    """T as the file gives it, and T as its thrusters make it, (k, n) each, turned to z down; at least one."""
-    given = None if keys.T is None else _rectangular("T", keys.T)
-    if given is not None and len(given) != len(keys.dof):
-        raise VehicleError(f"T: has {len(given)} rows; give {len(keys.dof)}, one a DOF in 'dof'", "T")
+def matrices(keys: VehicleFile) -> tuple[FloatArray, FloatArray | None]:
+    """T (k, n), z down; and, where the file gives poses beside a T, the T that those make."""
     if keys.planar is not None and keys.thrusters is not None:
         raise VehicleError("planar and thrusters both give poses; keep one of them", "planar")
-    if given is None and keys.planar is None and keys.thrusters is None:
-        raise VehicleError("no geometry; give thrusters, planar or T")
-    computed = None
+    found = []
+    if keys.T is not None:
+        found.append(_rectangular("T", keys.T))
+        if len(keys.T) != len(keys.dof):
+            raise VehicleError(f"T: has {len(keys.T)} rows; give {len(keys.dof)}, one a DOF in 'dof'", "T")
     if keys.planar is not None:
-        computed = _planar(keys.planar, keys.dof)
-    elif keys.thrusters is not None:
-        computed = _posed(keys.thrusters, keys.center_of_mass, keys.dof)
-    if given is not None and computed is not None and given.shape != computed.shape:
-        raise VehicleError(
-            f"T: has shape {given.shape}, the thrusters make {computed.shape}; one of them is wrong", "T"
-        )
-    if keys.frame == "frd":
-        return given, computed
-    return (
-        None if given is None else from_flu(given, keys.dof),
-        None if computed is None else from_flu(computed, keys.dof),
+        found.append(_planar(keys.planar, keys.dof))
+    if keys.thrusters is not None:
+        found.append(_posed(keys.thrusters, keys.center_of_mass, keys.dof))
+    if keys.frame == "flu":
+        found = [from_flu(T, keys.dof) for T in found]
+    match found:
+        case []:
+            raise VehicleError("no geometry; give thrusters, planar or T")
+        case [T]:
+            return T, None
+        case [T, computed] if T.shape == computed.shape:
+            return T, computed
+    raise VehicleError(
+        f"T: has {found[0].shape[1]} columns, but the poses are of {found[1].shape[1]} thrusters", "T"
     )
 
 
@@ -177,13 +178,6 @@ def vehicle_with(keys: VehicleFile, T: FloatArray) -> Vehicle:
         slack_weights=np.array([SLACK_WEIGHT] * k if keys.slack_weights is None else keys.slack_weights),
         source=keys.source,
     )
-
-
-def _first(given: FloatArray | None, computed: FloatArray | None) -> FloatArray:
-    T = computed if given is None else given
-    if T is None:
-        raise VehicleError("no geometry; give thrusters, planar or T")
-    return T
 
 
 def _planar(planar: Planar, dof: Sequence[str]) -> FloatArray:

@@ -162,7 +162,7 @@ def test_an_exponent_without_a_dot_is_a_number(file: Path) -> None:
         ),
         (
             GOOD + "thrusters:\n  - {position: [0, 0, 0], direction: [1, 0, 0]}\n",
-            "line 3: T: has shape (3, 4), the thrusters make (3, 1)",
+            "line 3: T: has 4 columns, but the poses are of 1 thrusters",
         ),
     ],
 )
