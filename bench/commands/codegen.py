@@ -1,0 +1,30 @@
+"""``thrustbench codegen``."""
+
+from pathlib import Path
+from typing import Literal
+
+import click
+
+
+@click.command()
+@click.option("--vehicle", required=True, metavar="V", help="A shipped name or a YAML file.")
+@click.option("--method", required=True, metavar="M", help="pinv, walsh or nullspace.")
+@click.option("--float", "single", is_flag=True, help="Single precision; else double.")
+@click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Made if missing.")
+def command(vehicle: str, method: str, single: bool, out: Path) -> None:
+    """C99 of one method for one vehicle: header, source, self-test, and a page on how to call it."""
+    from alloc import AllocError, load_vehicle
+    from alloc.native import generate, page
+
+    loaded = load_vehicle(vehicle)
+    kernel = method.removesuffix("@native")
+    scalar: Literal["double", "float"] = "float" if single else "double"
+    files = generate(loaded, kernel, scalar) | {"README.md": page(loaded, kernel, scalar)}
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        for name, text in files.items():
+            (out / name).write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise AllocError(f"{out}: can't be written ({error.strerror}); give another --out") from None
+    for name in files:
+        click.echo(out / name)

@@ -1,0 +1,69 @@
+"""What ``thrustbench codegen`` writes is complete: it compiles, runs and explains itself as it stands."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from alloc.native import compiled, missing
+from bench.commands.codegen import command
+
+pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "-")
+
+
+def codegen(*arguments: str) -> list[Path]:
+    done = CliRunner().invoke(command, arguments, catch_exceptions=False)
+    assert done.exit_code == 0
+    return [Path(line) for line in done.stdout.splitlines()]
+
+
+@pytest.mark.parametrize("single", [False, True], ids=["double", "float"])
+def test_the_page_says_how_to_compile_and_call_it_and_that_works(tmp_path: Path, single: bool) -> None:
+    files = codegen(
+        "--vehicle", "ukwial", "--method", "nullspace", "--out", str(tmp_path), *["--float"] * single
+    )
+    assert {file.suffix for file in files} == {".h", ".c", ".md"}
+    page = (tmp_path / "README.md").read_text()
+    line = next(line for line in page.splitlines() if line.startswith("    cc "))
+    done = subprocess.run(
+        line.replace("cc", compiled.compiler()[0], 1),
+        shell=True,
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "0 wrong" in done.stdout
+    (tmp_path / "example.c").write_text(page.split("```c\n")[1].split("```")[0])
+    command_line = [
+        *compiled.compiler(),
+        "-std=c99",
+        "-Wall",
+        "-Wextra",
+        "-Wconversion",
+        "-pedantic",
+        "-Werror",
+    ]
+    subprocess.run([*command_line, "-c", "example.c"], cwd=tmp_path, check=True)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--vehicle", "ukwial", "--method", "svd"], "no kernel 'svd'"),
+        (["--vehicle", "titanic", "--method", "pinv"], "no vehicle 'titanic'"),
+        (["--vehicle", "supply-vessel", "--method", "walsh"], "walsh: supply-vessel"),
+        (["--vehicle", "ukwial", "--method", "pinv", "--out", "/dev/null/here"], "give another --out"),
+    ],
+)
+def test_what_cannot_be_generated_is_one_line_and_exit_code_2(tmp_path, arguments, says) -> None:
+    if "--out" not in arguments:
+        arguments = [*arguments, "--out", str(tmp_path)]
+    done = subprocess.run(
+        [sys.executable, "-m", "bench", "codegen", *arguments], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 2
+    assert says in done.stderr
+    assert len(done.stderr.splitlines()) == 1
