@@ -1,7 +1,16 @@
 """Thrust allocation for underwater vehicles: closed forms and constrained optima, side by side."""
 
 from alloc.allocation import Allocation, Allocator, Status
-from alloc.attainable import Label, Margins, alpha_max, alpha_max_lp, alpha_range, label
+from alloc.attainable import (
+    Label,
+    Margins,
+    alpha_max,
+    alpha_max_lp,
+    alpha_range,
+    closed_form_range,
+    label,
+    single_axis_maxima,
+)
 from alloc.certificate import Certificate, certify, certify_many
 from alloc.errors import (
     AllocError,
@@ -18,7 +27,7 @@ from alloc.plugins import Entry, build, catalogue, find, load_plugin, prepare
 from alloc.qp import QP, Posed, pose_hard, pose_soft
 from alloc.vehicle import Vehicle
 from alloc.vehicle_file import list_vehicles, load_vehicle
-from alloc.volumes import attainable_volume, closed_form_volume
+from alloc.volumes import attainable_volume, closed_form_volume, worst_fault
 
 __all__ = [
     "QP",
@@ -47,6 +56,7 @@ __all__ = [
     "catalogue",
     "certify",
     "certify_many",
+    "closed_form_range",
     "closed_form_volume",
     "find",
     "generalized_inverse",
@@ -57,4 +67,6 @@ __all__ = [
     "pose_hard",
     "pose_soft",
     "prepare",
+    "single_axis_maxima",
+    "worst_fault",
 ]

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from alloc.allocation import FloatArray, checked, checked_many
-from alloc.errors import SolverError
+from alloc.errors import NotApplicable, SolverError
 from alloc.inverse import generalized_inverse
 from alloc.vehicle import Vehicle
 from alloc.zonotope import ROUNDING, zonotope
@@ -90,6 +90,34 @@ def alpha_range(vehicle: Vehicle, taus: ArrayLike) -> tuple[FloatArray, FloatArr
     missed = ((along == 0) & (z.support < 0)).any(axis=1) | (low > high + ROUNDING * np.abs(high))
     low[missed], high[missed] = np.inf, -np.inf
     return low, high
+
+
+def closed_form_range(vehicle: Vehicle, taus: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Least and largest multiple of each demand for which f = T* tau (eq. 8) respects all limits."""
+    f = checked_many(taus, vehicle.k) @ generalized_inverse(vehicle).T
+    f[np.abs(f) < 1e-12 * np.abs(f).max(axis=1, keepdims=True, initial=0.0)] = 0.0  # rounding of T* tau
+    with np.errstate(divide="ignore", invalid="ignore"):
+        upper, lower = vehicle.f_max / f, vehicle.f_min / f
+    high = np.where(f > 0, upper, np.where(f < 0, lower, np.inf)).min(axis=1)
+    low = np.where(f > 0, lower, np.where(f < 0, upper, -np.inf)).max(axis=1)
+    outside = (vehicle.f_min > 0) | (vehicle.f_max < 0)
+    missed = ((f == 0) & outside).any(axis=1) | (low > high)
+    return np.where(missed, np.inf, low), np.where(missed, -np.inf, high)
+
+
+def single_axis_maxima(vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
+    """Largest wrench (k,) backward (<= 0) and forward (>= 0) along each axis alone [N, N m].
+
+    0 for an axis that can't be pushed alone, as after a failure that costs rank. Raises NotApplicable
+    where zero wrench is not attainable, since no axis starts there.
+    """
+    axes = np.eye(vehicle.k)
+    forward, backward = alpha_max(vehicle, axes), alpha_max(vehicle, -axes)
+    if np.isneginf(forward).any() or np.isneginf(backward).any():
+        raise NotApplicable(
+            f"{vehicle.name}: the limits do not let the wrench be zero, so no axis can be alone"
+        )
+    return -backward, forward
 
 
 def label(vehicle: Vehicle, taus: ArrayLike, band: float = BAND) -> Margins:

@@ -10,6 +10,7 @@ from itertools import combinations
 import numpy as np
 
 from alloc.allocation import FloatArray
+from alloc.errors import NotApplicable
 from alloc.inverse import generalized_inverse
 from alloc.vehicle import RANK_TOLERANCE, Vehicle
 from alloc.zonotope import zonotope
@@ -58,6 +59,20 @@ def closed_form_volume(vehicle: Vehicle) -> float:
     vertices = HalfspaceIntersection(np.column_stack([A, -b]), inside).intersections
     volume: float = ConvexHull(vertices).volume * vehicle.f_scale ** A.shape[1]
     return volume
+
+
+def worst_fault(vehicle: Vehicle, keep_rank: bool = False) -> int:
+    """Index of the working thruster whose loss leaves least: the lowest rank, then the least volume.
+
+    With ``keep_rank``, out of those whose loss costs no rank, if there are any. Raises NotApplicable
+    where only one thruster works.
+    """
+    if len(vehicle.working) < 2:
+        raise NotApplicable(f"{vehicle.name}: one thruster works; with none left there is no vehicle")
+    left = {int(i): vehicle.with_fault(int(i)) for i in vehicle.working}
+    if keep_rank and any(v.rank == vehicle.rank for v in left.values()):
+        left = {i: v for i, v in left.items() if v.rank == vehicle.rank}
+    return min(left, key=lambda i: (left[i].rank, attainable_volume(left[i])))
 
 
 def _center(A: FloatArray, b: FloatArray) -> tuple[FloatArray, float]:

@@ -3,7 +3,8 @@
 A module has ``demands(vehicle, rng, n) -> taus (N, k)``, and where they apply:
 
 RATE_HZ : the sampling rate of a sequence in time
-COUNT : how many demands it makes unless told
+COUNT : how many demands it makes unless told, and at most where it is a sequence
+SEED_NAME : the set with which it shares its random numbers
 answering(vehicle) : the vehicle that must answer them, if it is not the one asked for (a failure)
 """
 
@@ -64,7 +65,9 @@ def build_demands(name: str | Path, vehicle: Vehicle, seed: int, n: int | None =
             f"no demand set '{name}'; there are {', '.join(list_demands())}, or give a log (.csv, .bag, .ulg)"
         )
     module = import_module(f"bench.demands.{_modules()[str(name)]}")
-    rng = np.random.default_rng([seed, _stable(vehicle.name), _stable(str(name))])
+    rng = np.random.default_rng(
+        [seed, _stable(vehicle.name), _stable(getattr(module, "SEED_NAME", str(name)))]
+    )
     count = n if n is not None else getattr(module, "COUNT", COUNT)
     taus = module.demands(vehicle, rng, count)
     answering = module.answering(vehicle) if hasattr(module, "answering") else vehicle

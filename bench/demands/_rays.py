@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from alloc import NotApplicable, Vehicle, alpha_range, generalized_inverse
+from alloc import NotApplicable, Vehicle, alpha_range, closed_form_range
 from alloc.allocation import FloatArray
 
 BATCHES = 100
@@ -28,20 +28,7 @@ def draw(vehicle: Vehicle, rng: np.random.Generator, n: int) -> Rays:
     """n rays through T P f, f uniform inside the limits."""
     f = rng.uniform(vehicle.f_min, vehicle.f_max, size=(n, vehicle.n))
     taus = f @ vehicle.TP.T
-    return Rays(taus, alpha_range(vehicle, taus), closed_range(vehicle, taus))
-
-
-def closed_range(vehicle: Vehicle, taus: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Least and largest multiple of each demand for which f = T* tau (eq. 8) respects all limits."""
-    f = taus @ generalized_inverse(vehicle).T
-    f[np.abs(f) < 1e-12 * np.abs(f).max(axis=1, keepdims=True, initial=0.0)] = 0.0  # rounding of T* tau
-    with np.errstate(divide="ignore", invalid="ignore"):
-        upper, lower = vehicle.f_max / f, vehicle.f_min / f
-    high = np.where(f > 0, upper, np.where(f < 0, lower, np.inf)).min(axis=1)
-    low = np.where(f > 0, lower, np.where(f < 0, upper, -np.inf)).max(axis=1)
-    outside = (vehicle.f_min > 0) | (vehicle.f_max < 0)
-    missed = ((f == 0) & outside).any(axis=1) | (low > high)
-    return np.where(missed, np.inf, low), np.where(missed, -np.inf, high)
+    return Rays(taus, alpha_range(vehicle, taus), closed_form_range(vehicle, taus))
 
 
 def collect(

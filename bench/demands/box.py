@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from alloc import Vehicle
+from alloc import Vehicle, single_axis_maxima
 from alloc.allocation import FloatArray
-from bench.demands._axes import single_axis_maxima
 
 
 def demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
