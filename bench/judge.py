@@ -7,11 +7,14 @@ from numpy.typing import NDArray
 
 from alloc import Allocation, Label, Status
 from alloc.allocation import FloatArray, StatusArray
+from bench.loss import loss
 from bench.record import Judged
 from bench.reference import Question
 
 WRENCH_TOLERANCE = 1e-6
 """What SOLVED promises of the wrench, relative to the vehicle's wrench scale (see ``alloc.Status``)."""
+COMPARED = 256
+"""Answers whose memory is compared; all pairs of all would take longer than what is measured."""
 
 Mask = NDArray[np.bool_]
 
@@ -29,7 +32,9 @@ def judge(
     Every comparison is written so that NaN fails it.
     """
     vehicle = question.vehicle
-    F, status, misshapen = stacked(answers, vehicle.n)
+    thrusts, statuses, _, _ = zip(*answers, strict=True)
+    F, misshapen = stacked(thrusts, vehicle.n)
+    status: StatusArray = np.array(statuses, dtype=np.int8)
     demand = np.arange(len(F)) % len(question.taus)
     finite: Mask = np.logical_and.reduce(np.isfinite(F), axis=1)
     f = np.where(finite[:, None], F, 0.0)
@@ -38,7 +43,7 @@ def judge(
     violation = np.maximum(f - vehicle.f_max, vehicle.f_min - f).max(axis=1).clip(min=0.0)
     distance = np.abs(f - reference_for(question, formulation)[demand]).max(axis=1)
     compared = finite & np.isfinite(distance)
-    farthest = _largest(distance[compared])
+    farthest = float(distance[compared].max()) if compared.any() else None
 
     solved: Mask = np.equal(status, Status.SOLVED)
     label = question.labels[demand]
@@ -57,20 +62,28 @@ def judge(
         & (limited and formulation != "soft"),
         "says INFEASIBLE, but a thrust inside the limits gives this wrench": (status == Status.INFEASIBLE)
         & attainable,
-        "shares memory with another answer: yesterday's changes when today's is made": shared(answers),
+        "shares memory with another answer: yesterday's changes when today's is made": shared(thrusts),
     }
     return Judged(
         answers=len(F),
         counts={s.name: int(np.count_nonzero(status == s)) for s in Status if (status == s).any()},
-        wrench_error_max=[float(e) for e in error[finite].max(axis=0)] if finite.any() else [],
+        wrench_error_max=[rounded(float(e)) for e in error[finite].max(axis=0)] if finite.any() else [],
         wrench_error_rel_max=_largest(relative[finite]),
         limit_violation_max_N=_largest(violation[finite]),
-        distance_max_N=farthest,
-        distance_rel_max=None if farthest is None else farthest / vehicle.f_scale,
+        distance_max_N=None if farthest is None else rounded(farthest),
+        distance_rel_max=None if farthest is None else rounded(farthest / vehicle.f_scale),
         tolerance=tolerance,
         agrees=None if farthest is None else farthest <= tolerance * vehicle.f_scale,
+        loss=given_away(question, F),
         wrong="; ".join(_told(what, mask, demand) for what, mask in wrong.items() if mask.any()),
     )
+
+
+def given_away(question: Question, F: FloatArray) -> dict[str, float | None]:
+    """``bench.loss`` over the first pass of the demands: what the answers lose against the exact ones."""
+    N = len(question.taus)
+    found = loss(question.vehicle, question.taus, F[:N], question.references["hard"])
+    return {key: None if value is None else rounded(value) for key, value in found.items()}
 
 
 def reference_for(question: Question, formulation: str) -> FloatArray:
@@ -88,29 +101,37 @@ def reference_for(question: Question, formulation: str) -> FloatArray:
     return np.where(inactive[:, None], question.references["unlimited"], np.nan)
 
 
-def stacked(answers: Sequence[Allocation], n: int) -> tuple[FloatArray, StatusArray, Mask]:
-    """F (M, n), statuses (M,) and which answers were no (n,) arrays at all (NaN in F)."""
-    status = np.array([answer.status for answer in answers], dtype=np.int8)
-    misshapen = np.array([getattr(answer.f, "shape", None) != (n,) for answer in answers])
-    if not misshapen.any():
-        return np.array([answer.f for answer in answers], dtype=np.float64), status, misshapen
-    nothing = np.full(n, np.nan)
-    F = [nothing if bad else answer.f for answer, bad in zip(answers, misshapen, strict=True)]
-    return np.array(F, dtype=np.float64), status, misshapen
+def stacked(thrusts: Sequence[FloatArray], n: int) -> tuple[FloatArray, Mask]:
+    """F (M, n), and which answers were no (n,) arrays at all (NaN in F)."""
+    shapes = [np.shape(f) for f in thrusts]
+    misshapen = np.array([shape != (n,) for shape in shapes])
+    if misshapen.any():
+        nothing = np.full(n, np.nan)
+        thrusts = [nothing if bad else f for f, bad in zip(thrusts, misshapen, strict=True)]
+    F: FloatArray = np.concatenate(thrusts).reshape(-1, n)
+    return F, misshapen
 
 
-def shared(answers: Sequence[Allocation]) -> Mask:
-    """Which answers, all of them alive now, overlap in memory with one that came before."""
-    bounds = [np.lib.array_utils.byte_bounds(answer.f) for answer in answers]
-    low, high = np.array(bounds, dtype=np.int64).reshape(-1, 2).T
+def shared(thrusts: Sequence[FloatArray]) -> Mask:
+    """Which of the first answers, all of them alive now, overlap in memory with another one.
+
+    A method that hands out buffers again shows that within a few calls, or within COMPARED.
+    """
+    first = thrusts[:COMPARED]
+    low, high = np.array([np.lib.array_utils.byte_bounds(f) for f in first], dtype=np.int64).T
     order = np.argsort(low, kind="stable")
-    overlap = np.zeros(len(answers), dtype=bool)
+    overlap = np.zeros(len(thrusts), dtype=bool)
     overlap[order[1:]] = low[order[1:]] < np.maximum.accumulate(high[order])[:-1]
     return overlap
 
 
+def rounded(value: float) -> float:
+    """``value`` in six digits: more than any of these errors means."""
+    return float(f"{value:.6g}")
+
+
 def _largest(values: FloatArray) -> float | None:
-    return float(values.max()) if values.size else None
+    return rounded(float(values.max())) if values.size else None
 
 
 def _told(what: str, mask: Mask, demand: NDArray[np.intp]) -> str:

@@ -1,14 +1,21 @@
 """What a run measures, and in which order: pure functions of its settings."""
 
 import random
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from itertools import product
 
 import msgspec
 
 from alloc import Entry
 from bench.record import Key
-from bench.yardsticks import CANARIES, NOOP, YARDSTICKS
+from bench.yardsticks import CANARIES, YARDSTICKS
+
+WORKER_S = 0.2
+"""What starting a worker and importing a solver takes, about; it only serves to aim at a run's length."""
+CELL_MS = 15.0
+"""What a cell takes besides its timed calls: setting up, judging; about, too."""
+LEAST_MS, MOST_MS = 15.0, 100.0
+"""Bounds of a cell's budget: a handful of batches; what no statistic here gains from exceeding."""
 
 
 class Settings(msgspec.Struct, frozen=True):
@@ -17,7 +24,8 @@ class Settings(msgspec.Struct, frozen=True):
     vehicles, methods, demands: names or paths; no methods: all. plugins: files with a method.
     faults: thrusters that are off, ``3``, or weakened, ``3@0.4``; "" is the whole vehicle.
     starts, levels: which to take of those a method offers; empty: see ``chosen``.
-    n_demands: of each set. budget_ms: timed calls of a cell in one repeat.
+    n_demands: of each set. budget_ms: timed calls of a cell in one repeat; None: whatever lets the
+    whole run take about ``target_s``.
     time_limit_s: of a cell. memory_MB: of a worker.
     """
 
@@ -31,7 +39,8 @@ class Settings(msgspec.Struct, frozen=True):
     repeats: int = 2
     seed: int = 0
     n_demands: int = 100
-    budget_ms: float = 60.0
+    budget_ms: float | None = None
+    target_s: float = 140.0
     time_limit_s: float = 10.0
     memory_MB: int = 2048
 
@@ -77,6 +86,10 @@ def chosen(entry: Entry, settings: Settings) -> list[tuple[str, str, str]]:
     return [(entry.name, start, level) for start, level in product(starts, levels)]
 
 
-def is_yardstick(key: Key) -> bool:
-    """Whether a cell measures the harness or the machine instead of a method."""
-    return key.method in (NOOP, *CANARIES)
+def budget_ns(settings: Settings, planned: Sequence[Group]) -> int:
+    """How long the timed calls of one cell should take [ns], roughly; see ``Settings.budget_ms``."""
+    if settings.budget_ms is not None:
+        return round(settings.budget_ms * 1e6)
+    cells = sum(len(group.keys) for group in planned)
+    each_ms = 1e3 * (settings.target_s - WORKER_S * len(planned)) / max(cells, 1) - CELL_MS
+    return round(1e6 * min(max(each_ms, LEAST_MS), MOST_MS))

@@ -19,7 +19,7 @@ def quick() -> Settings:
         levels=("default",),
         repeats=1,
         n_demands=50,
-        budget_ms=20.0,
+        target_s=18.0,
     )
 
 
@@ -33,4 +33,5 @@ def full() -> Settings:
         faults=("", "each"),
         starts=("cold", "reused", "warm"),
         repeats=3,
+        target_s=3000.0,
     )

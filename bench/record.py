@@ -133,7 +133,7 @@ class Cell(msgspec.Struct, tag="cell", omit_defaults=True):
     setup_ns: each ``build``, the first one of a process left out (see Worker.import_ns).
     batches and singles are calls of the allocator; binding_batches calls of the solver's binding
     inside it; solver_singles what the solver itself reports. Singles are [[ns, count], …], sorted,
-    in three significant digits (``bench.timing.rounded``).
+    in bins 2 % wide (``bench.timing.counted``).
     iterations_max: the solver's own count. allocator_bytes: see ``bench.memory.reachable_bytes``.
     timed_ns: the sum of all timed calls. canary_ns: the canary just after this cell.
     """

@@ -14,7 +14,7 @@ from alloc import Entry, Label, NotApplicable, Vehicle, catalogue, find, load_pl
 from bench import machine, quiet
 from bench.demands import build_demands
 from bench.job import Job, Task
-from bench.plan import Group, Settings, groups
+from bench.plan import Group, Settings, budget_ns, groups
 from bench.process import work
 from bench.record import SCHEMA, Cell, Event, Header, Key, Problem, RecordError, Worker, Writer
 from bench.reference import Question, references
@@ -48,6 +48,7 @@ class Going:
     missing: dict[str, str]
     done: set[Key]
     watch: Callable[[str, int], None]
+    budget_ns: int
     hung: set[Key] = field(default_factory=set)
     timed_ns: int = 0
 
@@ -84,6 +85,7 @@ def run(settings: Settings, directory: Path, *, resume: bool, watch: Callable[[P
             {entry.name: entry.missing for entry in entries if entry.missing},
             set() if old is None else old.keys(),
             lambda method, done: watch(Progress(done, total, method)),
+            budget_ns(settings, planned),
         )
         writer.append(_event("began" if old is None else "resumed", began, going))
         try:
@@ -247,7 +249,7 @@ def _job(group: Group, keys: list[Key], going: Going) -> Job:
         repeat=group.repeat,
         tasks=tasks,
         plugin=going.plugins.get(group.method),
-        budget_ns=round(going.settings.budget_ms * 1e6),
+        budget_ns=going.budget_ns,
         memory_bytes=going.settings.memory_MB << 20,
         core=machine.cores()[0],
     )

@@ -9,6 +9,8 @@ from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cache
+from math import log
 from statistics import median
 from time import perf_counter_ns, thread_time_ns
 from typing import Generic, TypeVar
@@ -28,8 +30,12 @@ of single calls serves as a batch too."""
 SINGLES = 5_000
 """Most single calls of one process; two repeats then make the 10,000 that p99.9 needs."""
 LEAST_BATCHES = 2
-"""Batches that even a slow method gets whatever its budget."""
+"""Batches that a fast method gets whatever its budget; a slow one gets one pass, in each repeat."""
 _THREAD = getattr(resource, "RUSAGE_THREAD", resource.RUSAGE_SELF)  # the former is Linux's
+
+BIN = 1.02
+"""Bins of single calls are 2 % wide, so a time is at most 1 % off, where the median of single calls repeats
+within 1-3 % (docs/method.md). That keeps a run's record small enough to be committed."""
 
 
 @dataclass
@@ -60,7 +66,7 @@ def sample(call: Callable[[X], Y], inputs: Sequence[X], budget_ns: int, singles:
     per_call = max(1, int(median(samples.singles)))
     if per_call >= SLOW_NS:
         samples.batches.append(batch)
-        while len(samples.batches) < LEAST_BATCHES or perf_counter_ns() < end:
+        while perf_counter_ns() < end:
             samples.batches.append(_time_singly(call, inputs, samples))
         return samples
     samples.singles.clear()  # a fast call's first pass still ran on cold caches
@@ -120,14 +126,11 @@ def no_garbage_collection() -> Iterator[None]:
 
 
 def counted(singles: Iterable[int]) -> list[tuple[int, int]]:
-    """[(ns, count), …] sorted, each time in three significant digits.
-
-    That is a histogram whose bins are at most 1 % wide (0.5 % off), where the median of single calls
-    repeats within 1-3 %; it keeps the record of a run small enough to be committed.
-    """
-    return sorted(Counter(map(rounded, singles)).items())
+    """[(ns, count), …] sorted: a histogram in bins BIN wide, each named by its middle."""
+    return sorted(Counter(map(binned, singles)).items())
 
 
-def rounded(ns: int) -> int:
-    """``ns`` in three significant digits, halves to even."""
-    return round(ns, 3 - len(str(ns))) if ns > 999 else ns
+@cache
+def binned(ns: int) -> int:
+    """The middle of the bin that ``ns`` falls into: the nearest power of BIN, as a whole number."""
+    return ns if ns < 1 else round(BIN ** round(log(ns) / log(BIN)))

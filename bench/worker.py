@@ -140,10 +140,10 @@ def describe(cell: Cell, allocator: Allocator, answers: list[Allocation], questi
     """What the allocator says of itself, and what the equations say of its answers."""
     cell.formulation, cell.limited = allocator.formulation, allocator.limited
     cell.worst_case_steps = getattr(allocator, "worst_case_steps", None)
-    own_clock = np.array([answer.solver_s for answer in answers])
-    told = own_clock[np.isfinite(own_clock)]
-    cell.solver_singles = counted(int(ns) for ns in np.rint(told * 1e9))
-    cell.iterations_max = max(int(answer.iterations) for answer in answers)
+    _, _, iterations, solver_s = zip(*answers, strict=True)
+    own_clock = np.rint(np.array(solver_s) * 1e9)
+    cell.solver_singles = counted(own_clock[np.isfinite(own_clock)].astype(np.int64).tolist())
+    cell.iterations_max = max(iterations)
     cell.judged = judge(
         question,
         answers,
