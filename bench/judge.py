@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from alloc import Allocation, Label, Status
 from alloc.allocation import FloatArray, StatusArray
+from alloc.qp import pose_hard, pose_soft
 from bench.loss import loss
 from bench.record import Judged
 from bench.reference import Question
@@ -15,6 +16,8 @@ WRENCH_TOLERANCE = 1e-6
 """What SOLVED promises of the wrench, relative to the vehicle's wrench scale (see ``alloc.Status``)."""
 COMPARED = 256
 """Answers whose memory is compared; all pairs of all would take longer than what is measured."""
+LEAST_COST = 5e-5
+"""Costs below that of one thruster at 1 % of its limit count as that: no share of almost nothing."""
 
 Mask = NDArray[np.bool_]
 
@@ -72,11 +75,36 @@ def judge(
         limit_violation_max_N=_largest(violation[finite]),
         distance_max_N=None if farthest is None else rounded(farthest),
         distance_rel_max=None if farthest is None else rounded(farthest / vehicle.f_scale),
+        gap_rel_max=largest_gap(question, F, status, formulation),
         tolerance=tolerance,
         agrees=None if farthest is None else farthest <= tolerance * vehicle.f_scale,
         loss=given_away(question, F),
         wrong="; ".join(_told(what, mask, demand) for what, mask in wrong.items() if mask.any()),
     )
+
+
+def largest_gap(question: Question, F: FloatArray, status: StatusArray, formulation: str) -> float | None:
+    """The largest duality gap over the first pass, relative to the cost; None where no QP is answered.
+
+    It needs no reference, and bounds the distance to the optimum: see ``alloc.certificate``.
+    """
+    if formulation not in ("hard", "soft"):
+        return None
+    from alloc.certificate import certify_many
+
+    N = len(question.taus)
+    posed = (pose_hard if formulation == "hard" else pose_soft)(question.vehicle)
+    answered = np.isfinite(F[:N]).all(axis=1)
+    if formulation == "hard":
+        answered &= status[:N] == Status.SOLVED  # of a wrench met in part there is no hard optimum
+    if not answered.any():
+        return None
+    x = F[:N][answered][:, posed.working] / posed.f_scale
+    b = question.taus[answered] @ posed.b_of_tau.T
+    if formulation == "soft":  # the slack is what the thrusts leave
+        x = np.hstack([x, x @ posed.qp.A[:, : x.shape[1]].T - b])
+    cost = np.einsum("ij,jk,ik->i", x, posed.qp.H, x) / 2
+    return rounded(float((certify_many(posed.qp, b, x).gap / np.maximum(cost, LEAST_COST)).max()))
 
 
 def given_away(question: Question, F: FloatArray) -> dict[str, float | None]:

@@ -1,7 +1,7 @@
 """What a run measures, and in which order: pure functions of its settings."""
 
 import random
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from itertools import product
 
 import msgspec
@@ -10,10 +10,8 @@ from alloc import Entry
 from bench.record import Key
 from bench.yardsticks import CANARIES, YARDSTICKS
 
-WORKER_S = 0.2
-"""What starting a worker and importing a solver takes, about; it only serves to aim at a run's length."""
-CELL_MS = 15.0
-"""What a cell takes besides its timed calls: setting up, judging; about, too."""
+OVERHEAD_S = 0.03
+"""What a cell takes besides its timed calls until a run knows its own: starting up, setting up, judging."""
 LEAST_MS, MOST_MS = 15.0, 100.0
 """Bounds of a cell's budget: a handful of batches; what no statistic here gains from exceeding."""
 
@@ -86,10 +84,12 @@ def chosen(entry: Entry, settings: Settings) -> list[tuple[str, str, str]]:
     return [(entry.name, start, level) for start, level in product(starts, levels)]
 
 
-def budget_ns(settings: Settings, planned: Sequence[Group]) -> int:
-    """How long the timed calls of one cell should take [ns], roughly; see ``Settings.budget_ms``."""
+def budget_ns(settings: Settings, left_s: float, cells: int, overhead_s: float) -> int:
+    """How long the timed calls of each next cell should take [ns], roughly; see ``Settings.budget_ms``.
+
+    ``cells`` are to be measured in ``left_s`` seconds; each takes ``overhead_s`` besides its timed calls.
+    """
     if settings.budget_ms is not None:
         return round(settings.budget_ms * 1e6)
-    cells = sum(len(group.keys) for group in planned)
-    each_ms = 1e3 * (settings.target_s - WORKER_S * len(planned)) / max(cells, 1) - CELL_MS
+    each_ms = 1e3 * (left_s / max(cells, 1) - overhead_s)
     return round(1e6 * min(max(each_ms, LEAST_MS), MOST_MS))

@@ -12,10 +12,11 @@ def default() -> Settings:
 
 
 def quick() -> Settings:
-    """Two vehicles, once: under 25 s."""
+    """Two vehicles, once, without the one-shot route and the soft QPs: under 25 s."""
     return Settings(
         vehicles=("ukwial", "bluerov2-heavy"),
         demands=DEFAULT_DEMANDS,
+        methods=("[!q]*", "qp/*"),
         levels=("default",),
         repeats=1,
         n_demands=50,

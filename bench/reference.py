@@ -1,5 +1,6 @@
 """A demand set with the answers it is judged against, made once a run and handed to the workers."""
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -7,8 +8,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from alloc import Allocator, AllocError, Status, Vehicle, build
+from alloc import (
+    Allocator,
+    AllocError,
+    Label,
+    NotApplicable,
+    Status,
+    Vehicle,
+    VehicleError,
+    build,
+    load_vehicle,
+)
 from alloc.allocation import FloatArray
+from bench.demands import build_demands
+from bench.record import Problem
 
 HARD_REFERENCES = ("nullspace", "qp/daqp", "qp/clarabel")
 """Methods that can give the hard optimum, best first: exact up to rounding, active set, interior point."""
@@ -78,6 +91,78 @@ class Question:
                 references={key.removeprefix(prefix): data[key] for key in data if key.startswith(prefix)},
                 reference=reference,
             )
+
+
+def questions(
+    vehicles: Iterable[str], demands: Sequence[str], faults: Sequence[str], seed: int, n: int
+) -> list[Question]:
+    """Every demand set of every vehicle with every fault (see ``faulty``), and its references.
+
+    A set that a vehicle has no demands of (NotApplicable) is left out.
+    """
+    found: dict[tuple[str, str], Question] = {}
+    for vehicle in [v for name in vehicles for v in faulty(load_vehicle(name), faults)]:
+        for name in demands:
+            try:
+                posed = build_demands(name, vehicle, seed, n)
+            except NotApplicable:
+                continue
+            optima, method = references(
+                posed.vehicle, posed.taus, posed.labels == Label.INACTIVE, posed.alpha
+            )
+            found[posed.vehicle.name, posed.name] = Question(
+                posed.name,
+                posed.vehicle,
+                posed.taus,
+                posed.labels,
+                posed.alpha,
+                posed.rate_hz,
+                optima,
+                method,
+            )
+    if not found:
+        raise NotApplicable("none of these vehicles has any of these demands; name others")
+    return list(found.values())
+
+
+def faulty(vehicle: Vehicle, faults: Iterable[str]) -> list[Vehicle]:
+    """The vehicle with each fault: "" none, "3" thruster 3 off, "3@0.4" weakened, "each" every one off."""
+    found: list[Vehicle] = []
+    for fault in faults:
+        if fault == "each":
+            found += [vehicle.with_fault(i) for i in range(vehicle.n)]
+        else:
+            found.append(with_fault(vehicle, fault) if fault else vehicle)
+    return found
+
+
+def with_fault(vehicle: Vehicle, fault: str) -> Vehicle:
+    """The vehicle with thruster 3 off, "3", or weakened, "3@0.4"; raises VehicleError."""
+    thruster, _, readiness = fault.partition("@")
+    try:
+        return vehicle.with_fault(int(thruster), float(readiness or 0))
+    except ValueError:
+        raise VehicleError(f"--fault {fault}: write the thruster's number, as in 3, or 3@0.4") from None
+
+
+def problem(question: Question) -> Problem:
+    """What the record keeps of a question."""
+    vehicle, names = question.vehicle, {label.value: label.name.lower() for label in Label}
+    values, counts = np.unique(question.labels, return_counts=True)
+    return Problem(
+        vehicle=vehicle.name,
+        demands=question.name,
+        n_demands=len(question.taus),
+        labels={names[int(value)]: int(count) for value, count in zip(values, counts, strict=True)},
+        rate_hz=question.rate_hz,
+        reference=question.reference,
+        dof=list(vehicle.dof),
+        n=vehicle.n,
+        rank=vehicle.rank,
+        nullity=vehicle.nullity,
+        f_scale=vehicle.f_scale,
+        wrench_scale=[float(scale) for scale in vehicle.wrench_scale],
+    )
 
 
 def references(

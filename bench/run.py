@@ -2,22 +2,22 @@
 
 import tempfile
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from fnmatch import fnmatchcase
 from pathlib import Path
 
 import msgspec
-import numpy as np
 
-from alloc import Entry, Label, NotApplicable, Vehicle, catalogue, find, load_plugin, load_vehicle
+from alloc import Entry, catalogue, find, load_plugin
 from bench import machine, quiet
-from bench.demands import build_demands
 from bench.job import Job, Task
-from bench.plan import Group, Settings, budget_ns, groups
+from bench.plan import OVERHEAD_S, Group, Settings, budget_ns, groups
 from bench.process import work
-from bench.record import SCHEMA, Cell, Event, Header, Key, Problem, RecordError, Worker, Writer
-from bench.reference import Question, references
+from bench.record import SCHEMA, Cell, Event, Header, Key, RecordError, Worker
+from bench.reference import problem, questions
+from bench.writer import Writer
 
 HANGS = 3
 """Cells of one method that may reach the time limit; the rest of that method is then not tried."""
@@ -38,7 +38,8 @@ class Going:
 
     files: where each (vehicle, demand set) is stored. plugins: file of each method that is not the
     catalogue's. missing: what to install for the methods that need it. done: keys in the record.
-    hung: cells without their repeat that reached the time limit. timed_ns: sum of timed calls.
+    total: how many there will be. began: when, on the monotonic clock [s]. hung: cells without their
+    repeat that reached the time limit. measured, timed_ns: cells of this go, sum of their timed calls.
     """
 
     settings: Settings
@@ -47,10 +48,39 @@ class Going:
     plugins: dict[str, str]
     missing: dict[str, str]
     done: set[Key]
-    watch: Callable[[str, int], None]
-    budget_ns: int
+    watch: Callable[[Progress], None]
+    total: int
+    began: float
     hung: set[Key] = field(default_factory=set)
+    measured: int = 0
     timed_ns: int = 0
+
+    def keep(self, cell: Cell) -> None:
+        """Append a cell to the record, and say so."""
+        self.writer.append(cell)
+        self.done.add(cell.key)
+        self.measured += 1
+        self.timed_ns += cell.timed_ns
+        self.tell(cell.key.method)
+
+    def tell(self, method: str) -> None:
+        """Tell the watcher where the run stands."""
+        self.watch(Progress(len(self.done), self.total, method))
+
+    def wall_s(self) -> float:
+        """How long this go has taken [s]."""
+        return time.monotonic() - self.began
+
+    def budget_ns(self) -> int:
+        """What a next cell may take, so that the run ends when it should, on this machine as it is today."""
+        wall = self.wall_s()
+        overhead = (wall - self.timed_ns / 1e9) / self.measured if self.measured else OVERHEAD_S
+        return budget_ns(self.settings, self.settings.target_s - wall, self.total - len(self.done), overhead)
+
+    def event(self, what: str) -> None:
+        """Record that something happened to the run."""
+        timed = round(self.timed_ns / 1e9, 3)
+        self.writer.append(Event(what, _now(), round(self.wall_s(), 3), timed, quiet.load()))
 
 
 def run(settings: Settings, directory: Path, *, resume: bool, watch: Callable[[Progress], None]) -> None:
@@ -67,7 +97,9 @@ def run(settings: Settings, directory: Path, *, resume: bool, watch: Callable[[P
         old = writer.resume() if resume else None
         if old is not None:
             check_same(old.header, header, writer.path)
-        posed = questions(settings)
+        posed = questions(
+            settings.vehicles, settings.demands, settings.faults, settings.seed, settings.n_demands
+        )
         files = {}
         for i, question in enumerate(posed):
             files[question.vehicle.name, question.name] = Path(folder) / f"{i}.npz"
@@ -84,17 +116,18 @@ def run(settings: Settings, directory: Path, *, resume: bool, watch: Callable[[P
             plugins,
             {entry.name: entry.missing for entry in entries if entry.missing},
             set() if old is None else old.keys(),
-            lambda method, done: watch(Progress(done, total, method)),
-            budget_ns(settings, planned),
+            watch,
+            total,
+            began,
         )
-        writer.append(_event("began" if old is None else "resumed", began, going))
+        going.event("began" if old is None else "resumed")
         try:
             for group in planned:
                 measure(group, going)
         except KeyboardInterrupt:
-            writer.append(_event("interrupted", began, going))
+            going.event("interrupted")
             raise
-        writer.append(_event("finished", began, going))
+        going.event("finished")
 
 
 def measure(group: Group, going: Going) -> None:
@@ -102,103 +135,35 @@ def measure(group: Group, going: Going) -> None:
     pending = [key for key in group.keys if key not in going.done]
     hangs = 0
     while pending:
-        going.watch(group.method, len(going.done))
-        excuse = _excuse(pending[0], hangs, going)
-        if excuse is not None:
-            cells: Iterable[object] = [excuse]
-        else:
-            cells = work(_job(group, pending, going), going.settings.time_limit_s)
+        going.tell(group.method)
         before = len(pending)
-        for line in cells:
+        excuse = _excuse(pending[0], hangs, going)
+        lines = work(_job(group, pending, going), going.settings.time_limit_s) if excuse is None else [excuse]
+        for line in lines:
             if isinstance(line, Worker):
                 going.writer.append(line)
             elif isinstance(line, Cell):
-                going.writer.append(line)
-                going.done.add(line.key)
                 pending.remove(line.key)
-                going.timed_ns += line.timed_ns
-                going.watch(group.method, len(going.done))
+                going.keep(line)
                 if line.status == "timeout":
                     hangs += 1
                     going.hung.add(msgspec.structs.replace(line.key, repeat=0))
         if len(pending) == before:  # a worker that ends without a word must not be started for ever
-            lost = Cell(pending.pop(0), "crashed", reason="the worker ended without a result")
-            going.writer.append(lost)
-            going.done.add(lost.key)
+            going.keep(Cell(pending.pop(0), "crashed", reason="the worker ended without a result"))
 
 
 def methods(settings: Settings) -> tuple[list[Entry], dict[str, str]]:
-    """The methods to measure, and the files of those that are plug-ins; raises UnknownName."""
-    plugged = {load_plugin(Path(path)): path for path in settings.plugins}
-    if settings.methods:
-        entries = [find(name) for name in settings.methods]
-    else:
-        entries = [] if plugged else list(catalogue())
-    return [*plugged, *entries], {entry.name: path for entry, path in plugged.items()}
+    """The methods to measure, and the files of those that are plug-ins; raises UnknownName.
 
-
-def questions(settings: Settings) -> list[Question]:
-    """Every demand set of every vehicle, whole and with each fault, with its references.
-
-    A set that a vehicle has no demands of (NotApplicable) is left out.
+    A name may be a pattern as a shell has it, ``qp/*``.
     """
-    found: dict[tuple[str, str], Question] = {}
-    for vehicle in [v for name in settings.vehicles for v in faulty(load_vehicle(name), settings.faults)]:
-        for name in settings.demands:
-            try:
-                posed = build_demands(name, vehicle, settings.seed, settings.n_demands)
-            except NotApplicable:
-                continue
-            optima, method = references(
-                posed.vehicle, posed.taus, posed.labels == Label.INACTIVE, posed.alpha
-            )
-            found[posed.vehicle.name, posed.name] = Question(
-                posed.name,
-                posed.vehicle,
-                posed.taus,
-                posed.labels,
-                posed.alpha,
-                posed.rate_hz,
-                optima,
-                method,
-            )
-    if not found:
-        raise NotApplicable("none of these vehicles has any of these demands; name others")
-    return list(found.values())
-
-
-def faulty(vehicle: Vehicle, faults: Iterable[str]) -> list[Vehicle]:
-    """The vehicle with each fault: "" none, "3" thruster 3 off, "3@0.4" weakened, "each" every one off."""
-    found: list[Vehicle] = []
-    for fault in faults:
-        thruster, _, readiness = fault.partition("@")
-        if fault == "each":
-            found += [vehicle.with_fault(i) for i in range(vehicle.n)]
-        elif fault:
-            found.append(vehicle.with_fault(int(thruster), float(readiness or 0)))
-        else:
-            found.append(vehicle)
-    return found
-
-
-def problem(question: Question) -> Problem:
-    """What the record keeps of a question."""
-    vehicle, names = question.vehicle, {label.value: label.name.lower() for label in Label}
-    values, counts = np.unique(question.labels, return_counts=True)
-    return Problem(
-        vehicle=vehicle.name,
-        demands=question.name,
-        n_demands=len(question.taus),
-        labels={names[int(value)]: int(count) for value, count in zip(values, counts, strict=True)},
-        rate_hz=question.rate_hz,
-        reference=question.reference,
-        dof=list(vehicle.dof),
-        n=vehicle.n,
-        rank=vehicle.rank,
-        nullity=vehicle.nullity,
-        f_scale=vehicle.f_scale,
-        wrench_scale=[float(scale) for scale in vehicle.wrench_scale],
-    )
+    plugged = {load_plugin(Path(path)): path for path in settings.plugins}
+    wanted = settings.methods or (() if plugged else ("*",))
+    for name in wanted:
+        if not any(fnmatchcase(entry.name, name) for entry in catalogue()):
+            find(name)  # raises UnknownName, which lists what there is
+    found = [entry for entry in catalogue() if any(fnmatchcase(entry.name, name) for name in wanted)]
+    return [*plugged, *found], {entry.name: path for entry, path in plugged.items()}
 
 
 def make_header(settings: Settings) -> Header:
@@ -249,15 +214,10 @@ def _job(group: Group, keys: list[Key], going: Going) -> Job:
         repeat=group.repeat,
         tasks=tasks,
         plugin=going.plugins.get(group.method),
-        budget_ns=going.budget_ns,
+        budget_ns=going.budget_ns(),
         memory_bytes=going.settings.memory_MB << 20,
         core=machine.cores()[0],
     )
-
-
-def _event(what: str, began: float, going: Going) -> Event:
-    wall = round(time.monotonic() - began, 3)
-    return Event(what, _now(), wall, round(going.timed_ns / 1e9, 3), quiet.load())
 
 
 def _now() -> str:

@@ -1,0 +1,92 @@
+"""The one process that appends to a record: locked, whole lines only, continued where it stopped."""
+
+import errno
+import os
+import time
+from collections.abc import Iterable
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import msgspec
+from filelock import FileLock, Timeout
+
+from bench.record import FILE_NAME, Header, Line, Record, RecordError, parse
+
+SYNC_EVERY_S = 2.0
+"""A power cut loses at most this much; syncing each line would disturb what is being measured."""
+
+
+class Writer:
+    """The one process that may append to a folder's record; a context manager that holds the lock."""
+
+    def __init__(self, directory: Path) -> None:
+        """Lock ``directory`` (made if need be); raises RecordError where another run holds it."""
+        self.path = directory / FILE_NAME
+        try:
+            directory.mkdir(parents=True, exist_ok=True)
+            self._lock = FileLock(directory / ".lock")
+            self._lock.acquire(timeout=0)
+        except Timeout:
+            raise RecordError(f"{directory}: another run writes here; wait for it or give --out") from None
+        except OSError as error:
+            raise RecordError(f"{directory}: can't be written ({error.strerror}); give --out") from None
+        self._descriptor: int | None = None
+        self._synced = time.monotonic()
+
+    def create(self, header: Header) -> None:
+        """Start a new record, in place of what was there."""
+        self._open(os.O_TRUNC)
+        self.append(header)
+
+    def resume(self) -> Record | None:
+        """Read what is there, cut a torn last line off, and append from now on.
+
+        None where there is nothing yet: a run that was killed before its first line.
+        """
+        if not self.path.is_file() or b"\n" not in self.path.read_bytes():
+            return None
+        record, whole = parse(self.path)
+        self._open(0)
+        assert self._descriptor is not None
+        os.ftruncate(self._descriptor, whole)
+        return record
+
+    def append(self, line: Line) -> None:
+        """Append one line in one write; where the disk is full, keep what was there and raise RecordError."""
+        assert self._descriptor is not None, "create or resume first"
+        data = msgspec.json.encode(line) + b"\n"
+        end = os.fstat(self._descriptor).st_size
+        try:
+            if os.write(self._descriptor, data) < len(data):
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            if time.monotonic() - self._synced > SYNC_EVERY_S:
+                os.fsync(self._descriptor)
+                self._synced = time.monotonic()
+        except OSError as error:
+            os.ftruncate(self._descriptor, end)
+            raise RecordError(
+                f"{self.path}: {error.strerror}; what was measured is kept, make room and go on with --resume"
+            ) from None
+
+    def extend(self, lines: Iterable[Line]) -> None:
+        """Append several lines."""
+        for line in lines:
+            self.append(line)
+
+    def _open(self, flags: int) -> None:
+        try:
+            self._descriptor = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_APPEND | flags, 0o644)
+        except OSError as error:
+            raise RecordError(f"{self.path}: can't be written ({error.strerror}); give --out") from None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._descriptor is not None:
+            os.fsync(self._descriptor)
+            os.close(self._descriptor)
+        self._lock.release()
