@@ -5,11 +5,12 @@ T as it is, leaves the unit as it is: shares of two volumes of one vehicle mean 
 the axes. A set that has extent in r < k directions only is measured in those, [N^r].
 """
 
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 
-from alloc.allocation import FloatArray
+from alloc.allocation import FloatArray, IndexArray
 from alloc.errors import NotApplicable
 from alloc.inverse import generalized_inverse
 from alloc.vehicle import RANK_TOLERANCE, Vehicle
@@ -21,17 +22,36 @@ def attainable_volume(vehicle: Vehicle) -> float:
 
     A zonotope is tiled by the parallelepipeds of its generators: the sum over all r-subsets of
     |det| of the columns times the widths f_max - f_min (Shephard 1974, "Combinatorial properties of
-    associated zonotopes"; McMullen).
+    associated zonotopes").
     """
+    return float(_tiles(vehicle).volumes.sum())
+
+
+def uniform_demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
+    """n demands (n, k) [N, N m] uniform over the attainable set, none thrown away.
+
+    A tile is drawn by its volume, a point in it uniformly. Which corner of the other generators'
+    box a tile stands on follows from a random height for each generator: lifted by it, the lower
+    faces of the zonotope one dimension up are the tiles (Billera & Sturmfels 1992, "Fiber
+    polytopes"). Raises NotApplicable where the set is a single point.
+    """
+    tiles = _tiles(vehicle)
+    if not tiles.volumes.size:
+        raise NotApplicable(
+            f"{vehicle.name}: the limits leave each thruster one thrust, and the set one wrench"
+        )
+    r, m = tiles.coordinates.shape
+    heights = rng.normal(size=(m,))
+    weights = np.ones((len(tiles.members), m))
+    for row, members in enumerate(tiles.members):
+        slope = np.linalg.solve(tiles.coordinates[:, members].T, heights[members])
+        weights[row] = np.sign(slope @ tiles.coordinates - heights)
+    chosen = rng.choice(len(tiles.volumes), size=n, p=tiles.volumes / tiles.volumes.sum())
+    shares = weights[chosen]
+    np.put_along_axis(shares, tiles.members[chosen], rng.uniform(-1.0, 1.0, (n, r)), axis=1)
     z = zonotope(vehicle)
-    columns = 2 * z.generators / vehicle.row_lengths[:, None]
-    r, m = z.dimension, columns.shape[1]
-    if r == 0:
-        return 0.0
-    basis = np.linalg.svd(columns, full_matrices=False)[0][:, :r]
-    subsets = np.array(list(combinations(range(m), r)), dtype=np.intp)
-    tiles = (basis.T @ columns)[:, subsets].transpose(1, 0, 2)
-    return float(np.abs(np.linalg.det(tiles)).sum())
+    taus: FloatArray = z.center + shares @ z.generators.T
+    return taus
 
 
 def closed_form_volume(vehicle: Vehicle) -> float:
@@ -73,6 +93,33 @@ def worst_fault(vehicle: Vehicle, keep_rank: bool = False) -> int:
     if keep_rank and any(v.rank == vehicle.rank for v in left.values()):
         left = {i: v for i, v in left.items() if v.rank == vehicle.rank}
     return min(left, key=lambda i: (left[i].rank, attainable_volume(left[i])))
+
+
+@dataclass(frozen=True, eq=False)
+class _Tiles:
+    """The parallelepipeds of a zonotope, flat ones left out.
+
+    coordinates (r, m): the generators in an orthonormal basis [N]. members (M, r): which span each
+    tile. volumes (M,) [N^r].
+    """
+
+    coordinates: FloatArray
+    members: IndexArray
+    volumes: FloatArray
+
+
+def _tiles(vehicle: Vehicle) -> _Tiles:
+    z = zonotope(vehicle)
+    columns = z.generators / vehicle.row_lengths[:, None]
+    r, m = z.dimension, columns.shape[1]
+    if r == 0:
+        return _Tiles(np.zeros((0, m)), np.zeros((0, 0), dtype=np.intp), np.zeros(0))
+    basis = np.linalg.svd(columns, full_matrices=False)[0][:, :r]
+    coordinates = basis.T @ columns
+    members = np.array(list(combinations(range(m), r)), dtype=np.intp)
+    volumes = 2.0**r * np.abs(np.linalg.det(coordinates[:, members].transpose(1, 0, 2)))
+    full = volumes > RANK_TOLERANCE * volumes.max()
+    return _Tiles(coordinates, members[full], volumes[full])
 
 
 def _center(A: FloatArray, b: FloatArray) -> tuple[FloatArray, float]:

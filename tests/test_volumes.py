@@ -8,12 +8,15 @@ import pytest
 
 from alloc import (
     Vehicle,
+    alpha_max,
     alpha_range,
     attainable_volume,
     closed_form_volume,
     generalized_inverse,
     list_vehicles,
     load_vehicle,
+    uniform_demands,
+    worst_fault,
 )
 
 Inside = Callable[[Vehicle, np.ndarray], np.ndarray]
@@ -53,6 +56,24 @@ def test_exact_volumes_agree_with_counting(
     estimate, error = counted(vehicle, inside)
     assert error < 0.1 * estimate  # else the test could not fail
     assert volume(vehicle) == pytest.approx(estimate, abs=4 * error)
+
+
+@pytest.mark.parametrize("name", list_vehicles())
+@pytest.mark.parametrize("fault", [None, 1])
+def test_uniform_demands_fill_the_set_evenly(name: str, fault: int | None):
+    vehicle = load_vehicle(name) if fault is None else load_vehicle(name).with_fault(fault)
+    n = 20_000
+    taus = uniform_demands(vehicle, np.random.default_rng(12), n)
+    alpha = alpha_max(vehicle, taus)
+    assert (alpha >= 1 - 1e-9).all()
+    # Scaling a set by s scales its volume by s^r: the share of demands with alpha* >= 1/s must be s^r …
+    depth = np.sort(alpha ** -float(vehicle.rank))
+    assert np.abs(depth - np.arange(1, n + 1) / n).max() < 1.95 / np.sqrt(n)  # Kolmogorov-Smirnov, 0.1 %
+    # … and the share that the closed form serves must be that of its exact volume.
+    exact = closed_form_volume(vehicle) / attainable_volume(vehicle)
+    assert served(vehicle, taus).mean() == pytest.approx(
+        exact, abs=4 * np.sqrt(exact * (1 - exact) / n) + 1e-6
+    )
 
 
 def test_one_thruster_an_axis_fills_the_box_of_its_limits():
@@ -100,3 +121,16 @@ def test_more_thrust_only_adds():
     heavy = load_vehicle("bluerov2-heavy")
     weak = heavy.with_fault(2, 0.5)
     assert attainable_volume(heavy.with_fault(2)) < attainable_volume(weak) < attainable_volume(heavy)
+
+
+def test_the_worst_fault_is_the_one_that_leaves_least():
+    supply = load_vehicle("supply-vessel")
+    left = [attainable_volume(supply.with_fault(i)) for i in range(supply.n)]
+    assert worst_fault(supply) == int(np.argmin(left))
+
+
+def test_lost_rank_is_worse_than_any_lost_volume_unless_rank_is_to_be_kept():
+    six = load_vehicle("bluerov2")  # its two vertical thrusters are all it has for heave and roll
+    ranks = [six.with_fault(i).rank for i in range(six.n)]
+    assert ranks[worst_fault(six)] == 4
+    assert ranks[worst_fault(six, keep_rank=True)] == 5

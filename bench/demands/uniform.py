@@ -1,0 +1,11 @@
+"""Uniform over all that the thrusters can do: a share of these is a share of the attainable set."""
+
+import numpy as np
+
+from alloc import Vehicle, uniform_demands
+from alloc.allocation import FloatArray
+
+
+def demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
+    """n attainable demands (n, k) [N, N m], uniform in volume."""
+    return uniform_demands(vehicle, rng, n)
