@@ -1,0 +1,87 @@
+"""`thrustbench allocate`: demands in, thrusts out, as a script would use it."""
+
+import csv
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+from alloc import build, load_vehicle
+from bench.__main__ import cli
+
+PAPER = (300.0, -50.0, 10.0)
+PAPER_F = np.array([67.5, 104.0, -119.1, -52.4])
+"""Section 4.2 of the paper: its demand, and its thrusts in four digits."""
+
+
+def allocate(*arguments: object) -> Result:
+    return CliRunner().invoke(cli, ["allocate", *map(str, arguments)], standalone_mode=False)
+
+
+def thrusts(text: str) -> tuple[list[str], np.ndarray]:
+    rows = list(csv.reader(io.StringIO(text)))
+    assert rows[0] == ["status", "f0", "f1", "f2", "f3"]
+    return [row[0] for row in rows[1:]], np.array([[float(x) for x in row[1:]] for row in rows[1:]])
+
+
+@pytest.fixture
+def demands(tmp_path: Path) -> Path:
+    path = tmp_path / "demands.csv"
+    path.write_text("yaw,surge,sway\n10,300,-50\n0,1e-3,0\n0,1e6,0\n")  # any order of columns
+    return path
+
+
+@pytest.mark.parametrize("method", ["pinv", "svd", "walsh", "nullspace"])
+def test_the_papers_example_comes_out_in_its_digits_and_each_row_in_order(demands: Path, method: str) -> None:
+    result = allocate("--vehicle", "ukwial", "--method", method, demands)
+    statuses, F = thrusts(result.output)
+    assert statuses[:2] == ["SOLVED", "SOLVED"]
+    np.testing.assert_allclose(F[0], PAPER_F, atol=0.05)
+    vehicle = load_vehicle("ukwial")
+    np.testing.assert_allclose(F[:2] @ vehicle.TP.T, [PAPER, (1e-3, 0, 0)], rtol=1e-12, atol=1e-10)
+
+
+def test_a_qp_solver_at_its_defaults_comes_as_near_as_it_promises(demands: Path) -> None:
+    statuses, F = thrusts(allocate("--vehicle", "ukwial", "--method", "qp/osqp", demands).output)
+    vehicle = load_vehicle("ukwial")
+    assert statuses[0] in ("SOLVED", "PARTIAL")  # PARTIAL: met, but not to 1e-6
+    assert np.abs(F[0] - PAPER_F).max() <= build("qp/osqp", vehicle).tolerance * vehicle.f_scale + 0.05
+
+
+def test_a_demand_that_no_thrust_meets_is_a_row_that_says_so(demands: Path) -> None:
+    statuses, F = thrusts(allocate("--vehicle", "ukwial", "--method", "nullspace", demands).output)
+    assert statuses[2] == "INFEASIBLE"
+    assert np.isnan(F[2]).all()
+
+
+def test_numbers_read_back_as_the_same_doubles(demands: Path, tmp_path: Path) -> None:
+    out = tmp_path / "thrusts.csv"
+    assert allocate("--vehicle", "ukwial", "--method", "pinv", demands, "-o", out).output == ""
+    _, F = thrusts(out.read_text())
+    vehicle = load_vehicle("ukwial")
+    expected = np.array([PAPER, (1e-3, 0, 0), (1e6, 0, 0)]) @ np.linalg.pinv(vehicle.T).T
+    np.testing.assert_allclose(F, expected, rtol=1e-13, atol=1e-10)  # two ways to the same T*
+
+
+def test_a_failed_thruster_stays_at_rest(demands: Path) -> None:
+    result = allocate("--vehicle", "ukwial", "--method", "svd", "--fault", "1", demands)
+    _, F = thrusts(result.output)
+    assert (F[:, 1] == 0).all()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "names"),
+    [
+        (["--vehicle", "nobody", "--method", "pinv"], "nobody"),
+        (["--vehicle", "ukwial", "--method", "nothing"], "nothing"),
+        (["--vehicle", "ukwial", "--method", "pinv", "--fault", "9"], "9"),
+        (["--vehicle", "ukwial", "--method", "pinv", "--fault", "two"], "two"),
+        (["--vehicle", "ukwial", "--method", "qp/osqp", "--level", "perfect"], "perfect"),
+    ],
+)
+def test_bad_names_are_named(demands: Path, arguments: list[str], names: str) -> None:
+    error = allocate(*arguments, demands).exception
+    assert type(error).__module__ == "alloc.errors"
+    assert names in str(error)
