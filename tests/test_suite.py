@@ -21,7 +21,10 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The file that a short run of the suite leaves behind."""
     path = tmp_path_factory.mktemp("suite") / "a.json"
     options = ["--benchmark-only", "--benchmark-max-time=0.001", "--benchmark-min-rounds=1"]
-    options += ["--benchmark-warmup=off", f"--benchmark-json={path}", "--vehicle=ukwial", "--method=pinv"]
+    options += ["--benchmark-warmup=off", f"--benchmark-json={path}", "--vehicle=ukwial"]
+    mine = path.with_name("mine.py")
+    mine.write_text('"""Mine."""\nfrom alloc.methods.pinv import FORMULATION, build\n')
+    options += ["--method=pinv", "--method=nullspace", f"--plugin={mine}"]
     pytest_run = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "bench/suite", *options]
     # Under xdist pytest-benchmark switches itself off; this run is one of its own.
     alone = {key: value for key, value in os.environ.items() if not key.startswith("PYTEST_")}
@@ -41,11 +44,30 @@ def altered(path: Path, change: Any) -> Path:
 def test_every_benchmark_says_what_it_timed_and_how_right_it_was(written: Path) -> None:
     benchmarks = json.loads(written.read_text())["benchmarks"]
     assert {b["name"].partition("[")[0] for b in benchmarks} == {"test_call", "test_many", "test_setup"}
+    assert {b["extra_info"]["label"] for b in benchmarks} == {"inactive", "active"}
     for benchmark in benchmarks:
         said = benchmark["extra_info"]
-        assert (said["vehicle"], said["label"], said["method"]) == ("ukwial", "inactive", "pinv")
-        assert said["formulation"] == "unlimited"
+        assert said["vehicle"] == "ukwial"
+        assert (
+            said["formulation"]
+            == {"pinv": "unlimited", "nullspace": "hard", "mine": "unlimited"}[said["method"]]
+        )
         assert said["certificate"]["wrench_error_rel_max"] < 1e-12
+
+
+def test_whoever_stays_inside_the_limits_is_certified_without_a_reference(written: Path) -> None:
+    for benchmark in json.loads(written.read_text())["benchmarks"]:
+        said = benchmark["extra_info"]
+        inside = said["label"] == "inactive" or said["method"] == "nullspace"
+        assert (said["certificate"]["gap_rel_max"] is not None) == inside
+        if inside:  # exact methods: a gap of rounding, 250 N limits
+            assert said["certificate"]["gap_rel_max"] < 1e-12
+            assert said["certificate"]["distance_bound_max_N"] < 1e-3
+
+
+def test_a_method_of_ones_own_is_timed_too(written: Path) -> None:
+    names = {b["name"] for b in json.loads(written.read_text())["benchmarks"]}
+    assert "test_many[ukwial-inactive-mine]" in names
 
 
 def test_comparing_a_file_with_a_slower_one_shows_the_ratio_and_still_exits_with_0(written: Path) -> None:
@@ -74,7 +96,7 @@ def test_a_benchmark_in_one_file_only_is_named(written: Path) -> None:
         data["benchmarks"] = [b for b in data["benchmarks"] if "test_many" not in b["name"]]
 
     done = CliRunner().invoke(compare, [str(written), str(altered(written, drop))])
-    assert "only in A: test_many.py::test_many[ukwial-pinv]" in done.output
+    assert "only in A: test_many.py::test_many[ukwial-inactive-pinv]" in done.output
 
 
 @pytest.mark.parametrize("content", [None, "", "{}", '{"machine_info": {}, "benchmarks": [{"fullname": 1}]}'])

@@ -23,12 +23,13 @@ ARRAYS = ("T", "H", "f_min", "f_max", "readiness", "slack_weights")
 
 
 class Orders:
-    """What this process can be told to do; state is the tree, the built allocators, their demands."""
+    """What this process can be told to do; state is what was imported, built and handed over."""
 
     def __init__(self) -> None:
         """Nothing is imported or built yet."""
         self.alloc: Any = None
         self.plugins: dict[str, Any] = {}
+        self.vehicles: dict[str, Any] = {}
         self.allocators: dict[str, Callable[[Any], Any]] = {}
         self.demands: dict[str, list[Any]] = {}
 
@@ -56,7 +57,9 @@ class Orders:
 
     def build(self, cell: str, vehicle: str, method: str, start: str) -> dict[str, Any]:
         """Prepare a cell; what it promises."""
-        loaded = self.alloc.load_vehicle(vehicle)
+        if vehicle not in self.vehicles:  # parsing YAML takes longer than building most allocators
+            self.vehicles[vehicle] = self.alloc.load_vehicle(vehicle)
+        loaded = self.vehicles[vehicle]
         if method in self.plugins:
             allocate = self.alloc.prepare(self.plugins[method], loaded, start=start)
         else:

@@ -1,34 +1,43 @@
-"""What the suite times: methods x vehicles x starts, chosen on pytest's command line."""
+"""What the suite times: methods x vehicles x starts x labels, chosen on pytest's command line."""
+
+from pathlib import Path
 
 import pytest
 
-from alloc import Allocator, NotApplicable, Vehicle, build, catalogue, load_vehicle
+from alloc import Allocator, Entry, NotApplicable, Vehicle, catalogue, load_plugin, load_vehicle, prepare
+from bench.reference import Question
+from bench.suite.answers import LABELS, question
 
-VEHICLES = ("ukwial", "bluerov2-heavy", "supply-vessel")
-"""Small, eight thrusters in 6 DOF, and hundreds of kN: one of each kind, or it takes an hour."""
+VEHICLES = ("ukwial", "bluerov2-heavy")
+"""Four thrusters in the plane, eight in 6 DOF; all vehicles would take an hour."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """``--vehicle`` and ``--method``, each as often as wanted."""
+    """``--vehicle``, ``--method`` and ``--plugin``, each as often as wanted."""
     group = parser.getgroup("thrustbench")
     group.addoption("--vehicle", action="append", metavar="NAME", help=f"default: {', '.join(VEHICLES)}")
     group.addoption("--method", action="append", metavar="NAME", help="default: all that are installed")
+    group.addoption("--plugin", action="append", metavar="FILE", default=[], help="a method of your own")
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
-    """Cross what a test asks for: ``vehicle``, and ``method`` with its ``start``."""
+    """Cross what a test asks for: ``vehicle``, ``label``, ``entry`` (a method) and its ``start``."""
+    option = metafunc.config.getoption
     if "vehicle" in metafunc.fixturenames:
-        names = metafunc.config.getoption("vehicle") or VEHICLES
-        vehicles = [load_vehicle(name) for name in names]
+        vehicles = [load_vehicle(name) for name in option("vehicle") or VEHICLES]
         metafunc.parametrize("vehicle", vehicles, ids=[v.name for v in vehicles], scope="session")
-    if "method" in metafunc.fixturenames:
-        wanted = metafunc.config.getoption("method")
-        entries = [e for e in catalogue() if not e.missing and (not wanted or e.name in wanted)]
+    if "label" in metafunc.fixturenames:
+        metafunc.parametrize("label", LABELS if metafunc.function.__name__ == "test_call" else LABELS[:1])
+    if "entry" in metafunc.fixturenames:
+        plugged = [load_plugin(Path(file)) for file in option("plugin")]
+        wanted = option("method") or [e.name for e in catalogue()] * (not plugged)
+        entries = [e for e in catalogue() if not e.missing and e.name in wanted] + plugged
         if "start" in metafunc.fixturenames:
-            rows = [(e.name, start) for e in entries for start in e.starts]
-            metafunc.parametrize(("method", "start"), rows, ids=[" ".join(row).rstrip(" -") for row in rows])
+            rows = [(e, start) for e in entries for start in e.starts]
+            ids = [f"{e.name} {start}".rstrip(" -") for e, start in rows]
+            metafunc.parametrize(("entry", "start"), rows, ids=ids)
         else:
-            metafunc.parametrize("method", [e.name for e in entries])
+            metafunc.parametrize("entry", entries, ids=[e.name for e in entries])
 
 
 @pytest.fixture
@@ -38,9 +47,18 @@ def start() -> str:
 
 
 @pytest.fixture
-def allocator(method: str, vehicle: Vehicle, start: str) -> Allocator:
-    """The method, prepared; skips where the method refuses the vehicle."""
+def asked(vehicle: Vehicle, label: str) -> Question:
+    """Demands of one label; skips where the vehicle has none."""
     try:
-        return build(method, vehicle, start=start)
+        return question(vehicle, label)
+    except NotApplicable as reason:
+        pytest.skip(str(reason))
+
+
+@pytest.fixture
+def allocator(entry: Entry, vehicle: Vehicle, start: str) -> Allocator:
+    """The method, prepared; skips where it refuses the vehicle."""
+    try:
+        return prepare(entry, vehicle, start=start)
     except NotApplicable as reason:
         pytest.skip(str(reason))

@@ -3,24 +3,19 @@
 import numpy as np
 from pytest_benchmark.fixture import BenchmarkFixture
 
-from alloc import Allocation, Allocator, Status, Vehicle
+from alloc import Allocation, Allocator, Entry, Status
 from alloc.allocation import FloatArray, StatusArray
-from bench.suite.answers import N_DEMANDS, inactive_sequence, judge
+from bench.reference import Question
+from bench.suite.answers import N_DEMANDS, tell
 
 DEMANDS = 1000
 
 
-def test_many(benchmark: BenchmarkFixture, method: str, vehicle: Vehicle, allocator: Allocator) -> None:
+def test_many(benchmark: BenchmarkFixture, entry: Entry, asked: Question, allocator: Allocator) -> None:
     """Allocate 1,000 inactive demands in one call."""
-    taus = np.tile(inactive_sequence(vehicle), (DEMANDS // N_DEMANDS, 1))
-    benchmark.group = f"{vehicle.name}: many(), 1,000 inactive demands"
+    taus = np.tile(asked.taus, (DEMANDS // N_DEMANDS, 1))
+    benchmark.group = f"{asked.vehicle.name}: many(), 1,000 {asked.name} demands"
     many: tuple[FloatArray, StatusArray] = benchmark(allocator.many, taus)
-    answers = [Allocation(f, Status(status)) for f, status in zip(*many, strict=True)]
-    benchmark.extra_info.update(
-        vehicle=vehicle.name,
-        label="inactive",
-        method=method,
-        formulation=allocator.formulation,
-        calls=DEMANDS,
-        certificate=judge(vehicle, allocator, taus, answers),
-    )
+    # Rows of one array share its memory by right; as answers they are copies.
+    answers = [Allocation(f.copy(), Status(s)) for f, s in zip(*many, strict=True)]
+    tell(benchmark, asked, entry, allocator, answers, calls=DEMANDS)

@@ -3,20 +3,14 @@
 import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
-from alloc import Allocator, Vehicle, build
-from bench.suite.answers import inactive_sequence, judge
+from alloc import Allocator, Entry, prepare
+from bench.reference import Question
+from bench.suite.answers import tell
 
 
 @pytest.mark.usefixtures("allocator")
-def test_setup(benchmark: BenchmarkFixture, method: str, vehicle: Vehicle) -> None:
+def test_setup(benchmark: BenchmarkFixture, entry: Entry, asked: Question) -> None:
     """Build the allocator anew for the whole vehicle; what it then answers is judged."""
-    benchmark.group = f"{vehicle.name}: set-up"
-    allocator: Allocator = benchmark(build, method, vehicle)
-    taus = inactive_sequence(vehicle)
-    benchmark.extra_info.update(
-        vehicle=vehicle.name,
-        label="inactive",
-        method=method,
-        formulation=allocator.formulation,
-        certificate=judge(vehicle, allocator, taus, [allocator(tau) for tau in taus]),
-    )
+    benchmark.group = f"{asked.vehicle.name}: set-up"
+    allocator: Allocator = benchmark(prepare, entry, asked.vehicle)
+    tell(benchmark, asked, entry, allocator, [allocator(tau) for tau in asked.taus])
