@@ -11,7 +11,7 @@ from itertools import combinations
 import numpy as np
 
 from alloc.allocation import FloatArray, IndexArray
-from alloc.errors import NotApplicable
+from alloc.errors import NotApplicable, SolverError
 from alloc.inverse import generalized_inverse
 from alloc.vehicle import RANK_TOLERANCE, Vehicle
 from alloc.zonotope import zonotope
@@ -58,8 +58,9 @@ def closed_form_volume(vehicle: Vehicle) -> float:
     """Volume of {tau : f_min <= T* tau <= f_max}, tau = T P f: what eq. 8 serves inside the limits [N^r].
 
     The vertices of that polytope come from Qhull, the volume from their hull. 0 where no demand fits.
+    Raises SolverError where Qhull gives up, as on a polytope that is nearly flat.
     """
-    from scipy.spatial import ConvexHull, HalfspaceIntersection
+    from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
 
     scaled = vehicle.TP / vehicle.row_lengths[:, None]
     basis = np.linalg.svd(scaled)[0][:, : vehicle.rank]
@@ -76,8 +77,13 @@ def closed_form_volume(vehicle: Vehicle) -> float:
     if A.shape[1] == 1:
         ends = b / A[:, 0]
         return float((ends[A[:, 0] > 0].min() - ends[A[:, 0] < 0].max()) * vehicle.f_scale)
-    vertices = HalfspaceIntersection(np.column_stack([A, -b]), inside).intersections
-    volume: float = ConvexHull(vertices).volume * vehicle.f_scale ** A.shape[1]
+    try:
+        vertices = HalfspaceIntersection(np.column_stack([A, -b]), inside).intersections
+        volume: float = ConvexHull(vertices).volume * vehicle.f_scale ** A.shape[1]
+    except QhullError as error:
+        raise SolverError(
+            f"{vehicle.name}: Qhull on the closed form's polytope: {str(error).splitlines()[0]}"
+        ) from None
     return volume
 
 
@@ -92,7 +98,9 @@ def worst_fault(vehicle: Vehicle, keep_rank: bool = False) -> int:
     left = {int(i): vehicle.with_fault(int(i)) for i in vehicle.working}
     if keep_rank and any(v.rank == vehicle.rank for v in left.values()):
         left = {i: v for i, v in left.items() if v.rank == vehicle.rank}
-    return min(left, key=lambda i: (left[i].rank, attainable_volume(left[i])))
+    volumes = {i: attainable_volume(v) for i, v in left.items()}
+    # Alike thrusters leave alike volumes up to rounding; of those the first is taken.
+    return min(left, key=lambda i: (left[i].rank, round(volumes[i] / max(volumes.values()), 9)))
 
 
 @dataclass(frozen=True, eq=False)

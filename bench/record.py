@@ -10,6 +10,7 @@ from typing import Any
 import msgspec
 
 from alloc import AllocError
+from bench.worth import Worth
 
 SCHEMA = 1
 FILE_NAME = "record.jsonl"
@@ -184,7 +185,7 @@ class Event(msgspec.Struct, tag="event", omit_defaults=True):
     load: float | None = None
 
 
-Line = Header | Problem | Cell | Worker | Event
+Line = Header | Problem | Worth | Cell | Worker | Event
 
 
 @dataclass
@@ -193,6 +194,7 @@ class Record:
 
     header: Header
     problems: list[Problem] = field(default_factory=list)
+    worths: list[Worth] = field(default_factory=list)
     cells: list[Cell] = field(default_factory=list)
     workers: list[Worker] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
@@ -234,6 +236,8 @@ def parse(path: Path) -> tuple[Record, int]:
             raise RecordError(f"{path}: line 1 is no header; remove the file and run again")
         elif isinstance(line, Problem):
             record.problems.append(line)
+        elif isinstance(line, Worth):
+            record.worths.append(line)
         elif isinstance(line, Cell):
             record.cells.append(line)
         elif isinstance(line, Worker):

@@ -12,6 +12,7 @@ import msgspec
 
 from alloc import Entry, catalogue, find, load_plugin
 from bench import machine, quiet
+from bench.capability import measure_worths
 from bench.job import Job, Task
 from bench.plan import OVERHEAD_S, Group, Settings, budget_ns, groups
 from bench.process import work
@@ -107,6 +108,8 @@ def run(settings: Settings, directory: Path, *, resume: bool, watch: Callable[[P
         if old is None:
             writer.create(header)
             writer.extend(problem(question) for question in posed)
+        known = set() if old is None else {worth.vehicle for worth in old.worths}
+        writer.extend(measure_worths(settings.vehicles, settings.seed, known))
         planned = groups(settings, entries, files)
         total = sum(len(group.keys) for group in planned)
         going = Going(

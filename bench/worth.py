@@ -1,0 +1,81 @@
+"""What the record keeps about a vehicle's worth: what it can do, after a failure too, and who serves it.
+
+Plain values; ``bench.capability`` and ``bench.reach`` measure them.
+"""
+
+import msgspec
+
+
+class Authority(msgspec.Struct):
+    """What a vehicle can do with one thruster off, or with none.
+
+    fault: the thruster, None for the whole vehicle. rank: independent directions left. condition:
+    largest over smallest singular value of T P in rows of unit length, None where rank is lost: 10
+    is ordinary; 1000 says that some direction costs a thousand times the thrust of another.
+    volume_share: volume of the attainable set, of the whole vehicle's; 0 where rank is lost.
+    closed_form_share: of the volume attainable in this state, what f = T* tau serves inside the limits;
+    None where that volume can't be worked out. axis_min, axis_max: wrench along each axis alone, in the
+    order of ``Worth.dof`` [N, N m]; None where no wrench of that axis alone is attainable.
+    """
+
+    fault: int | None
+    vehicle: str
+    rank: int
+    condition: float | None
+    volume_share: float
+    closed_form_share: float | None
+    axis_min: list[float | None]
+    axis_max: list[float | None]
+
+
+class Served(msgspec.Struct):
+    """The share of the attainable set that a method serves: demands uniform in volume, as delivered.
+
+    within_1pct, within_5pct: share of demands whose delivered wrench errs by at most that much, with
+    its 95 % interval (Clopper-Pearson): [share, low, high].
+    """
+
+    fault: int | None
+    method: str
+    formulation: str
+    n_demands: int
+    within_1pct: tuple[float, float, float]
+    within_5pct: tuple[float, float, float]
+
+
+class Curve(msgspec.Struct):
+    """Wrench error of a method over the size of the demand; size 1 is the edge of the attainable set.
+
+    error_p50, error_max: |delivered - tau| / |tau| over the directions tried, one a size.
+    """
+
+    method: str
+    formulation: str
+    size: list[float]
+    error_p50: list[float]
+    error_max: list[float]
+
+
+class Plane(msgspec.Struct):
+    """The attainable set where all axes but two are zero, and what the closed form serves of it.
+
+    x, y: the two axes. attainable, closed_form: outlines [N, N m]. demands: a mission's, their
+    other axes left out: (x, y, label) [N, N m].
+    """
+
+    x: str
+    y: str
+    attainable: list[tuple[float, float]]
+    closed_form: list[tuple[float, float]]
+    demands: list[tuple[float, float, str]]
+
+
+class Worth(msgspec.Struct, tag="worth"):
+    """One vehicle: its authority with every thruster and without each, and what is made of it."""
+
+    vehicle: str
+    dof: list[str]
+    authority: list[Authority]
+    served: list[Served]
+    curves: list[Curve]
+    planes: list[Plane]
