@@ -3,7 +3,6 @@
 import csv
 import io
 import re
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +11,7 @@ from numpy.typing import NDArray
 from alloc import DemandError, Status
 from alloc.allocation import FloatArray
 from alloc.textfile import read_text
-
-_NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+from bench.csv_text import csv_rows, number
 
 
 def read_demands(path: Path, dof: tuple[str, ...]) -> tuple[FloatArray | None, FloatArray]:
@@ -31,9 +29,10 @@ def read_demands(path: Path, dof: tuple[str, ...]) -> tuple[FloatArray | None, F
 
     Raises
     ------
-    FileError where the file can't be read; DemandError naming file, line, column and remedy.
+    FileError where the file is no CSV of numbers, DemandError where they are no demands of this vehicle;
+    both name file, line, column and remedy.
     """
-    rows = _rows(path, read_text(path))
+    rows = csv_rows(path, read_text(path))
     line, header = next(rows, (1, []))
     columns = [name.strip() for name in header]
     _check_header(f"{path}: line {line}", columns, dof)
@@ -43,7 +42,7 @@ def read_demands(path: Path, dof: tuple[str, ...]) -> tuple[FloatArray | None, F
             raise DemandError(
                 f"{path}: line {line}: {len(row)} cells under {len(columns)} columns; give one a column"
             )
-        table.append([_number(path, line, name, cell) for name, cell in zip(columns, row, strict=True)])
+        table.append([number(path, line, name, cell) for name, cell in zip(columns, row, strict=True)])
     if not table:
         raise DemandError(f"{path}: holds no demands; give one row a demand below the header")
     values = np.array(table)
@@ -72,17 +71,6 @@ def format_thrusts(F: FloatArray, statuses: NDArray[np.int8]) -> str:
     return out.getvalue()
 
 
-def _rows(path: Path, text: str) -> Iterator[tuple[int, list[str]]]:
-    # Rows that hold something, each with the line it ends on.
-    reader = csv.reader(io.StringIO(text, newline=""), strict=True)
-    try:
-        for row in reader:
-            if any(cell.strip() for cell in row):
-                yield reader.line_num, row
-    except csv.Error as error:
-        raise DemandError(f"{path}: line {reader.line_num}: not CSV ({error}); mend that line") from None
-
-
 def _check_header(place: str, columns: list[str], dof: tuple[str, ...]) -> None:
     wanted = ",".join(dof)
     if not columns:
@@ -99,15 +87,3 @@ def _check_header(place: str, columns: list[str], dof: tuple[str, ...]) -> None:
     missing = [axis for axis in dof if axis not in columns]
     if missing:
         raise DemandError(f"{place}: no column {missing[0]!r}; the header takes {wanted} and maybe t")
-
-
-def _number(path: Path, line: int, column: str, cell: str) -> float:
-    text = cell.strip()
-    if not _NUMBER.fullmatch(text):
-        raise DemandError(
-            f"{path}: line {line}: {column} is {text[:40]!r}; give a finite number such as -12.5 or 1e-5"
-        )
-    value = float(text)
-    if not np.isfinite(value):
-        raise DemandError(f"{path}: line {line}: {column} is {text[:40]!r}, too large for a number; check it")
-    return value

@@ -1,0 +1,46 @@
+"""``thrustbench import``."""
+
+from pathlib import Path
+
+import click
+
+
+@click.command()
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option(
+    "--format", "format_", default="", metavar="F", help="csv, px4, ros or tam; else told by content."
+)
+@click.option("--name", default="", help="Of the vehicle [the file's].")
+@click.option("--dof", default="", metavar="A,B,…", help="Controlled DOF [as many as are independent].")
+@click.option(
+    "--frame", type=click.Choice(["frd", "flu"]), help="z down or z up, where the file does not say."
+)
+@click.option("--f-min", type=float, metavar="N", help="Lower limit of every thruster [N].")
+@click.option("--f-max", type=float, metavar="N", help="Upper limit of every thruster [N].")
+@click.option("--take", type=click.Choice(["T", "poses"]), help="Which to believe where they contradict.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Vehicle file [standard output].")
+def command(
+    file: Path,
+    format_: str,
+    name: str,
+    dof: str,
+    frame: str | None,
+    f_min: float | None,
+    f_max: float | None,
+    take: str | None,
+    output: Path | None,
+) -> None:
+    """Make a vehicle file of a ROS parameter file, a TAM.yaml, PX4 parameters or a CSV of T."""
+    from alloc.textfile import write_text
+    from alloc.vehicle_text import to_yaml
+    from bench.imported import Answers, import_vehicle
+
+    axes = tuple(axis.strip() for axis in dof.split(",")) if dof else ()
+    keys = import_vehicle(file, format_, Answers(name, axes, frame or "", f_min, f_max, take or ""))
+    for note in keys.notes:
+        click.echo(f"assumed: {note}", err=True)
+    if output is None:
+        click.echo(to_yaml(keys), nl=False)
+    else:
+        write_text(output, to_yaml(keys))
+        click.echo(f"{output} written; 'thrustbench check {output}' says what to look at", err=True)

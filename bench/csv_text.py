@@ -1,0 +1,41 @@
+"""CSV text taken apart: rows with their lines, cells that are numbers."""
+
+import csv
+import io
+import re
+from collections.abc import Iterator
+from math import isfinite
+from pathlib import Path
+
+from alloc import FileError
+
+_NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+
+
+def csv_rows(path: Path, text: str) -> Iterator[tuple[int, list[str]]]:
+    """Rows of a CSV text that hold something, each with the line it ends on; raises FileError."""
+    reader = csv.reader(io.StringIO(text, newline=""), strict=True)
+    try:
+        for row in reader:
+            if any(cell.strip() for cell in row):
+                yield reader.line_num, row
+    except csv.Error as error:
+        raise FileError(f"{path}: line {reader.line_num}: not CSV ({error}); mend that line") from None
+
+
+def number(path: Path, line: int, column: str, cell: str) -> float:
+    """The finite number in a cell; raises FileError naming file, line and column."""
+    text = cell.strip()
+    if not _NUMBER.fullmatch(text):
+        raise FileError(
+            f"{path}: line {line}: {column} is {text[:40]!r}; give a finite number such as -12.5 or 1e-5"
+        )
+    value = float(text)
+    if not isfinite(value):
+        raise FileError(f"{path}: line {line}: {column} is {text[:40]!r}, too large for a number; check it")
+    return value
+
+
+def is_number(cell: str) -> bool:
+    """Whether a cell reads as a number."""
+    return bool(_NUMBER.fullmatch(cell.strip()))
