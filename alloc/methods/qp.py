@@ -34,4 +34,4 @@ def build(name: str, vehicle: Vehicle, start: Start | None = None, level: Level 
     solver = solvers.behind(name)
     posed = pose_hard(vehicle)
     solve = solver.prepare(posed.qp, start or solvers.default_start(solver), level)
-    return Live(FORMULATION, vehicle, posed, solve, solver.TOLERANCE[level])
+    return Live(FORMULATION, vehicle, posed, solve, solver.TOLERANCE[FORMULATION][level])

@@ -38,4 +38,4 @@ def build(name: str, vehicle: Vehicle, start: Start | None = None, level: Level 
     solver = solvers.behind(name)
     posed = pose_soft(vehicle)
     solve = solver.prepare(posed.qp, start or solvers.default_start(solver), level)
-    return Live(FORMULATION, vehicle, posed, solve, solver.TOLERANCE[level])
+    return Live(FORMULATION, vehicle, posed, solve, solver.TOLERANCE[FORMULATION][level])

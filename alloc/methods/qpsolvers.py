@@ -31,4 +31,4 @@ def build(name: str, vehicle: Vehicle, start: str = "cold", level: str = "defaul
     """Prepare ``qpsolvers/<solver>``: only the scaled matrices are kept from call to call."""
     posed = pose_hard(vehicle)
     solve = one_shot(posed.qp, name.partition("/")[2])
-    return Live(FORMULATION, vehicle, posed, solve, solvers.behind(name).TOLERANCE["default"])
+    return Live(FORMULATION, vehicle, posed, solve, solvers.behind(name).TOLERANCE[FORMULATION]["default"])

@@ -6,7 +6,10 @@ REQUIRES, PACKAGE : what is imported, and what pip installs for it
 ALGORITHM, LICENCE : as the solver's authors state them
 STARTS : the starts it offers; one that is missing is one its binding has no way to do
 SETTINGS : per level, everything that is not left as the solver ships it, iteration and time caps included
-TOLERANCE : per level, promised distance of x to the optimum, relative to the largest limit [-]
+TOLERANCE : per formulation and level, promised distance of x to the optimum, relative to the largest
+    limit [-]: three times the worst of 10,000 hard cases (``bench.studies.solvers``), rounded up. A solver
+    stops at residuals; how far x then is from the optimum depends on the problem, and a soft one, with
+    slack weights in the thousands, is the worse conditioned
 STATUS : what each of the solver's exit flags means; ``meaning`` raises on any other. A verdict that the
     solver itself calls inaccurate (almost, close to) is none: NOT_CONVERGED
 
@@ -57,7 +60,7 @@ class Solver(Protocol):
     LICENCE: str
     STARTS: tuple[Start, ...]
     SETTINGS: Mapping[Level, Mapping[str, Any]]
-    TOLERANCE: Mapping[Level, float]
+    TOLERANCE: Mapping[str, Mapping[Level, float]]
 
     def prepare(self, qp: QP, start: Start, level: Level) -> Solve:
         """Everything that does not depend on b."""

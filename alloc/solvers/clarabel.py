@@ -26,7 +26,10 @@ SETTINGS: dict[Level, dict[str, Any]] = {
     # A gap of g leaves x up to sqrt(2 g) away: 1e-6 needs 1e-12, near what doubles can show.
     "tight": _QUIET | {"tol_gap_abs": 1e-13, "tol_gap_rel": 1e-13, "tol_feas": 1e-11},
 }
-TOLERANCE: dict[Level, float] = {"default": 1e-4, "tight": 1e-6}
+TOLERANCE: dict[str, dict[Level, float]] = {
+    "hard": {"default": 1e-4, "tight": 1e-6},
+    "soft": {"default": 1e-4, "tight": 1e-6},
+}
 
 STATUS = {
     "Solved": Status.SOLVED,

@@ -17,9 +17,12 @@ _QUIET = {"show_progress": False, "maxiters": 100}  # its own cap, written down;
 SETTINGS: dict[Level, dict[str, Any]] = {
     "default": _QUIET,
     # A gap of g leaves x up to sqrt(2 g) away: 1e-6 needs 1e-12.
-    "tight": _QUIET | {"abstol": 1e-13, "reltol": 1e-13, "feastol": 1e-11},
+    "tight": _QUIET | {"abstol": 1e-12, "reltol": 1e-12, "feastol": 1e-11},
 }
-TOLERANCE: dict[Level, float] = {"default": 1e-3, "tight": 1e-6}
+TOLERANCE: dict[str, dict[Level, float]] = {
+    "hard": {"default": 1e-3, "tight": 1e-6},
+    "soft": {"default": 1e-3, "tight": 1e-6},
+}
 
 # "unknown" is its word for an infeasible QP too: coneqp has no certificate of infeasibility.
 STATUS = {"optimal": Status.SOLVED, "unknown": Status.NOT_CONVERGED}

@@ -19,7 +19,10 @@ SETTINGS: dict[Level, dict[str, Any]] = {
     "default": _CAPPED,
     "tight": _CAPPED | {"primal_tol": 1e-10},  # a limit violated by less than this is left out
 }
-TOLERANCE: dict[Level, float] = {"default": 1e-5, "tight": 1e-9}
+TOLERANCE: dict[str, dict[Level, float]] = {
+    "hard": {"default": 1e-5, "tight": 1e-9},
+    "soft": {"default": 1e-5, "tight": 1e-9},
+}
 
 STATUS = {
     1: Status.SOLVED,

@@ -17,9 +17,12 @@ _QUIET = {"verbose": False, "max_iters": 100}  # its own cap, written down; it h
 SETTINGS: dict[Level, dict[str, Any]] = {
     "default": _QUIET,
     # A gap of g leaves x up to sqrt(2 g) away; from 1e-12 on one in ten solves stalls.
-    "tight": _QUIET | {"abstol": 1e-11, "reltol": 1e-11, "feastol": 1e-9},
+    "tight": _QUIET | {"abstol": 1e-11, "reltol": 1e-13, "feastol": 1e-9},
 }
-TOLERANCE: dict[Level, float] = {"default": 1e-3, "tight": 1e-6}
+TOLERANCE: dict[str, dict[Level, float]] = {
+    "hard": {"default": 1e-3, "tight": 1e-6},
+    "soft": {"default": 1e-3, "tight": 1e-6},
+}
 
 STATUS = {
     0: Status.SOLVED,

@@ -24,7 +24,10 @@ SETTINGS: dict[Level, dict[str, Any]] = {
         "dual_feasibility_tolerance": 1e-10,
     },
 }
-TOLERANCE: dict[Level, float] = {"default": 1e-5, "tight": 1e-6}
+TOLERANCE: dict[str, dict[Level, float]] = {
+    "hard": {"default": 1e-5, "tight": 1e-6},
+    "soft": {"default": 1e-5, "tight": 1e-6},
+}
 
 STATUS = {
     "kOptimal": Status.SOLVED,

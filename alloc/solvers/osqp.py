@@ -19,14 +19,17 @@ SETTINGS: dict[Level, dict[str, Any]] = {
     "default": _QUIET | {"max_iter": 4000},  # its own, written down
     "tight": _QUIET
     | {
-        # Its residuals stop it, and on a nearly degenerate face x may be 100 times further away.
-        "eps_abs": 1e-9,
-        "eps_rel": 1e-9,
+        # Its residuals stop it, and x may be 100 times further away.
+        "eps_abs": 1e-8,
+        "eps_rel": 1e-8,
         "max_iter": 20_000,  # first order: ten times the digits cost several times the iterations
         "polishing": True,  # one solve on the guessed active set: exact where the guess is right
     },
 }
-TOLERANCE: dict[Level, float] = {"default": 1e-2, "tight": 1e-6}
+TOLERANCE: dict[str, dict[Level, float]] = {
+    "hard": {"default": 1e-2, "tight": 1e-6},
+    "soft": {"default": 1e-2, "tight": 1e-6},
+}
 
 STATUS = {
     1: Status.SOLVED,

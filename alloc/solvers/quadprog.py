@@ -15,7 +15,7 @@ LICENCE = "GPL-2.0-or-later"
 STARTS: tuple[Start, ...] = ("cold", "reused")  # a function, no object: what is reused is H's factor
 
 SETTINGS: dict[Level, dict[str, Any]] = {"default": {}}  # it has none, and no caps; its steps are finite
-TOLERANCE: dict[Level, float] = {"default": 1e-9}
+TOLERANCE: dict[str, dict[Level, float]] = {"hard": {"default": 1e-9}, "soft": {"default": 1e-9}}
 
 NO_SOLUTION = "constraints are inconsistent, no solution"
 

@@ -18,9 +18,12 @@ _QUIET = {"verbose": False, "time_limit_secs": TIME_LIMIT_S}
 SETTINGS: dict[Level, dict[str, Any]] = {
     "default": _QUIET | {"max_iters": 100_000},  # its own, written down
     # Its residuals stop it; x may be 100 times further away. There is no polishing.
-    "tight": _QUIET | {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iters": 100_000},
+    "tight": _QUIET | {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iters": 20_000},
 }
-TOLERANCE: dict[Level, float] = {"default": 1e-2, "tight": 1e-6}
+TOLERANCE: dict[str, dict[Level, float]] = {
+    "hard": {"default": 1e-2, "tight": 1e-6},
+    "soft": {"default": 1e-2, "tight": 1e-6},
+}
 
 STATUS = {
     1: Status.SOLVED,

@@ -1,0 +1,155 @@
+"""What each solver makes of 10,000 hard cases: ``python -m bench.studies.solvers [cases] [methods…]``.
+
+Prints the tables of ``docs/solvers.md``; about five minutes. Exit code 1 if any status lied.
+"""
+
+import sys
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from alloc import Allocation, Entry, Label, Status, Vehicle, build, catalogue, list_vehicles, load_vehicle
+from alloc.allocation import FloatArray
+from alloc.live import WRENCH_TOLERANCE
+from bench.demands import build_demands
+
+SETS = (("hard", 0.6), ("boundary", 0.2), ("active", 0.2))
+"""Demand sets, and their share of the cases."""
+SEED = 2004
+INSIDE = 5e-6
+"""A demand counts as attainable from alpha* = 1 + this on: the ``boundary`` set starts at 1e-5, and
+closer by than 1e-6, the tolerance of what counts as met, both verdicts are right."""
+
+Mask = NDArray[np.bool_]
+
+
+class Case(NamedTuple):
+    """A vehicle's demands, which have an answer and which have none, and the exact answers."""
+
+    vehicle: Vehicle
+    taus: FloatArray
+    attainable: Mask
+    infeasible: Mask
+    exact: FloatArray
+
+
+class Tally(NamedTuple):
+    """What one method, start and level made of all cases: a row of the table.
+
+    Shares in %: of attainable demands, solved, partial and failed (no thrusts) right after a failure
+    or else; of infeasible ones, recognised as such. Distances to the exact answer, over the largest limit.
+    """
+
+    lies: int
+    solved: float
+    partial: float
+    failed_after_failure: float
+    failed_else: float
+    recognised: float
+    distance_solved: float
+    distance_partial: float
+    iterations: int
+
+
+def main(arguments: list[str]) -> int:
+    """Print one line for each method, start and level."""
+    n = int(arguments[0]) if arguments else 10_000
+    wanted = tuple(arguments[1:]) or ("qp/", "qp-soft/", "qpsolvers/")
+    found = {"hard": cases(n, "nullspace"), "soft": cases(n, "qp-soft/daqp")}
+    print(f"{sum(len(case.taus) for case in found['hard'])} demands, seed {SEED}\n")
+    columns = ("method", "start", "level", *Tally._fields)
+    print("|", " | ".join(columns), "|\n|" + "---|" * len(columns))
+    lied = 0
+    for entry in catalogue():
+        if entry.missing or not entry.name.startswith(wanted):
+            continue
+        for start, level in product(entry.starts, entry.levels):
+            tally = tallied(entry, found[entry.formulation], start, level)
+            lied += tally.lies
+            row = (entry.name, start, level, *(f"{value:.3g}" for value in tally))
+            print("|", " | ".join(row), "|", flush=True)
+    return 1 if lied else 0
+
+
+def cases(n: int, reference: str) -> list[Case]:
+    """n demands over all vehicles, whole and with a thruster off; exact answers by ``reference``."""
+    whole = [load_vehicle(name) for name in list_vehicles()]
+    states = whole + [v.with_fault(0) for v in whole]
+    found = []
+    for vehicle in states:
+        sets = [s for s in SETS if s[0] != "active" or vehicle.nullity]
+        posed = [build_demands(name, vehicle, SEED, round(share * n / len(states))) for name, share in sets]
+        taus = np.concatenate([p.taus for p in posed])
+        alpha = np.concatenate([p.alpha for p in posed])
+        infeasible = np.concatenate([p.labels for p in posed]) == Label.INFEASIBLE
+        soft = reference.startswith("qp-soft/")
+        exact, status = build(reference, vehicle, level="tight" if soft else "").many(taus)
+        answered = np.isin(status, (Status.SOLVED, Status.PARTIAL))
+        attainable = answered & (soft | (alpha >= 1 + INSIDE))
+        found.append(Case(vehicle, taus, attainable, infeasible & (not soft), exact))
+    return found
+
+
+def tallied(entry: Entry, found: list[Case], start: str, level: str) -> Tally:
+    """Run one method over all cases and count."""
+    counts = np.zeros(9)
+    distance = {Status.SOLVED: 0.0, Status.PARTIAL: 0.0}
+    iterations = 0
+    for case in found:
+        allocate = build(entry.name, case.vehicle, start=start, level=level)
+        answers = [allocate(tau) for tau in case.taus]
+        F = np.array([answer.f for answer in answers])
+        status = np.array([answer.status for answer in answers])
+        iterations = max(iterations, *(answer.iterations for answer in answers))
+        failed = np.isin(status, (Status.INFEASIBLE, Status.NOT_CONVERGED))
+        after = np.concatenate([[False], failed[:-1]])
+        ok = case.attainable
+        masks = (
+            ok,
+            ok & (status == Status.SOLVED),
+            ok & (status == Status.PARTIAL),
+            ok & after,
+            ok & after & failed,
+            ok & ~after & failed,
+            case.infeasible,
+            case.infeasible & (status == Status.INFEASIBLE),
+            lies(entry, case, answers),
+        )
+        counts += [mask.sum() for mask in masks]
+        away = np.abs(F - case.exact).max(axis=1) / case.vehicle.f_scale
+        for kind in distance:
+            distance[kind] = max(distance[kind], away[ok & (status == kind)].max(initial=0.0))
+    can, solved, partial, after_n, after_failed, else_failed, cannot, recognised, lied = counts
+    return Tally(
+        int(lied),
+        100 * solved / can,
+        100 * partial / can,
+        100 * after_failed / max(after_n, 1),
+        100 * else_failed / max(can - after_n, 1),
+        100 * recognised / max(cannot, 1),
+        distance[Status.SOLVED],
+        distance[Status.PARTIAL],
+        iterations,
+    )
+
+
+def lies(entry: Entry, case: Case, answers: list[Allocation]) -> Mask:
+    """Which answers are not what their status says."""
+    lied = np.zeros(len(answers), dtype=bool)
+    v = case.vehicle
+    for i, (tau, (f, status, _, _)) in enumerate(zip(case.taus, answers, strict=True)):
+        if status in (Status.INFEASIBLE, Status.NOT_CONVERGED):
+            lied[i] = not np.isnan(f).all() or (status == Status.INFEASIBLE and case.attainable[i])
+            continue
+        inside = ((v.f_min <= f) & (f <= v.f_max)).all()  # False for NaN
+        met = (np.abs(v.TP @ f - tau) <= WRENCH_TOLERANCE * v.wrench_scale).all()
+        if entry.formulation == "hard":
+            met &= not case.infeasible[i]
+        lied[i] = not inside or (status == Status.SOLVED and not met)
+    return lied
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
