@@ -178,7 +178,7 @@ def make_header(settings: Settings) -> Header:
         seed=settings.seed,
         machine=machine.describe(),
         versions=machine.versions(),
-        settings=msgspec.to_builtins(settings),
+        settings=msgspec.json.decode(msgspec.json.encode(settings)),  # as it will be read back
     )
 
 

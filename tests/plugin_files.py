@@ -1,0 +1,48 @@
+"""Methods that misbehave, each a plug-in file: T* tau with one thing gone wrong on large demands."""
+
+from pathlib import Path
+
+TEMPLATE = '''"""Goes wrong on purpose."""
+import ctypes, os, sys, time
+import numpy as np
+from alloc import Allocation, Status, generalized_inverse
+
+FORMULATION = "unlimited"
+
+class Allocator:
+    formulation, limited, tolerance = FORMULATION, False, 1e-9
+
+    def __init__(self, vehicle):
+        self.G, self.kept, self.f = generalized_inverse(vehicle), [], np.empty(vehicle.n)
+        self.limit = vehicle.f_scale
+
+    def __call__(self, tau):
+        f = self.G @ tau
+        large = np.abs(f).max() > self.limit
+        {body}
+        return Allocation(f, Status.SOLVED)
+
+def build(vehicle):
+    return Allocator(vehicle)
+'''
+
+BODIES = {
+    "segfaults": "if large: ctypes.string_at(0)",
+    "loops": "while large: pass",
+    "raises": "if large: raise ValueError('no such demand')",
+    "leaks": "if large: self.kept.append(np.empty(4_000_000))",
+    "exits": "if large: os._exit(0)",
+    "calls-exit": "if large: sys.exit(3)",
+    "yesterday": "self.f[:] = f; f = self.f",
+    "sleeps": "time.sleep(0.003)",
+    "floods": "print('x' * 10_000); sys.stdout.flush()",
+    "off": "f *= 1.001",
+    "nan": "f = f * np.nan if large else f",
+}
+
+
+def write_plugin(folder: Path, name: str) -> str:
+    """The path of the plug-in file of that name, written."""
+    path = folder / f"{name.replace('-', '_')}.py"
+    path.write_text(TEMPLATE.format(body=BODIES[name]))
+    return str(path)

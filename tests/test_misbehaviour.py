@@ -1,0 +1,92 @@
+"""Methods that crash, hang, leak or lie are rows with a reason, and every other row is measured."""
+
+import os
+
+import pytest
+from click.testing import CliRunner, Result
+from plugin_files import BODIES, write_plugin
+
+from bench.__main__ import cli
+from bench.record import Cell, Record, read
+
+TIME_LIMIT_S = 1.0
+
+
+@pytest.fixture(scope="module")
+def outcome(tmp_path_factory: pytest.TempPathFactory) -> tuple[Result, Record]:
+    folder = tmp_path_factory.mktemp("misbehaviour")
+    plugins = [f"--plugin={write_plugin(folder, name)}" for name in BODIES]
+    options = ["--vehicle=ukwial", "--demands=inactive", "--demands=infeasible", "--method=pinv"]
+    tiny = ["--n=8", "--budget-ms=1", "--repeats=1", f"--time-limit={TIME_LIMIT_S}", "--memory=500"]
+    command = ["run", *plugins, *options, *tiny, f"--out={folder / 'out'}"]
+    result = CliRunner().invoke(cli, command, standalone_mode=False)
+    return result, read(folder / "out")
+
+
+def cell(outcome: tuple[Result, Record], method: str, demands: str) -> Cell:
+    (found,) = [c for c in outcome[1].cells if (c.key.method, c.key.demands) == (method, demands)]
+    return found
+
+
+@pytest.mark.parametrize(
+    ("method", "status", "reason"),
+    [
+        ("segfaults", "crashed", "SIGSEGV"),
+        ("loops", "timeout", f"no answer within {TIME_LIMIT_S:g} s"),
+        ("raises", "failed", "ValueError: no such demand"),
+        ("leaks", "failed", "out of memory"),
+        ("exits", "crashed", "exit code 0"),
+        ("calls-exit", "failed", "SystemExit: 3"),
+    ],
+)
+def test_what_goes_wrong_is_a_row_with_its_reason_and_the_methods_other_row_is_measured(
+    outcome: tuple[Result, Record], method: str, status: str, reason: str
+) -> None:
+    bad = cell(outcome, method, "infeasible")
+    assert bad.status == status
+    assert reason in bad.reason
+    good = cell(outcome, method, "inactive")
+    assert good.status == "ok", good.reason
+    assert good.judged is not None
+    assert good.judged.agrees is True
+
+
+def test_all_other_methods_are_measured_all_the_same(outcome: tuple[Result, Record]) -> None:
+    for method in ("pinv", "noop", "sleeps", "floods"):
+        for demands in ("inactive", "infeasible"):
+            assert cell(outcome, method, demands).status == "ok"
+
+
+def test_an_array_handed_out_twice_is_a_wrong_answer(outcome: tuple[Result, Record]) -> None:
+    judged = cell(outcome, "yesterday", "inactive").judged
+    assert judged is not None
+    assert "shares memory" in judged.wrong
+
+
+def test_nan_that_claims_to_be_solved_is_a_wrong_answer(outcome: tuple[Result, Record]) -> None:
+    judged = cell(outcome, "nan", "infeasible").judged
+    assert judged is not None
+    assert judged.wrong.startswith("NaN")
+
+
+def test_a_method_that_is_off_by_a_thousandth_is_named_and_the_exit_code_is_1(
+    outcome: tuple[Result, Record],
+) -> None:
+    result, _ = outcome
+    judged = cell(outcome, "off", "inactive").judged
+    assert judged is not None
+    assert judged.agrees is False
+    assert "off on ukwial, inactive demands" in result.output
+    assert result.return_value == 1
+
+
+def test_a_sleep_counts_on_the_wall_clock_and_not_on_the_cpu_clock(outcome: tuple[Result, Record]) -> None:
+    for batch in cell(outcome, "sleeps", "inactive").batches:
+        assert batch.wall_ns >= 3e6 * batch.calls
+        assert batch.cpu_ns < batch.wall_ns / 2
+
+
+def test_no_worker_outlives_the_run(outcome: tuple[Result, Record]) -> None:
+    import psutil
+
+    assert not [p for p in psutil.Process(os.getpid()).children() if "bench.worker" in " ".join(p.cmdline())]

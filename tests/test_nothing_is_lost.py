@@ -1,0 +1,217 @@
+"""A record survives what can happen to a run: kills, Ctrl-C, a full disk, a second run."""
+
+import os
+import random
+import resource
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+
+import msgspec
+import psutil
+import pytest
+from click.testing import CliRunner
+from plugin_files import write_plugin
+
+from bench.__main__ import cli
+from bench.plan import Settings
+from bench.record import FILE_NAME, Record, RecordError, read
+from bench.run import run as run_again
+from bench.writer import Writer
+
+ROOT = Path(__file__).parents[1]
+TINY = ["run", "--vehicle=ukwial", "--method=pinv", "--method=svd", "--n=4", "--budget-ms=0", "--repeats=1"]
+CELLS = 2 * 3 + 3 + 2  # two methods and noop on three demand sets, and two canaries
+KILLS = 20
+
+MEASURE = """
+import sys; from pathlib import Path; from bench.plan import Settings; from bench.run import run
+demands, methods = ("inactive", "active", "infeasible"), ("pinv", "svd")
+settings = Settings(("ukwial",), demands, methods, n_demands=4, budget_ms=0, repeats=1)
+run(settings, Path(sys.argv[1]), resume=True, watch=lambda progress: None)
+"""
+"""What TINY does, without the report, which takes longer than all the rest."""
+
+
+def started(*command: str) -> subprocess.Popen[bytes]:
+    return subprocess.Popen(
+        [sys.executable, *command], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+    )
+
+
+def measured(folder: Path) -> None:
+    with started("-c", MEASURE, str(folder)) as run:
+        output = run.communicate()[0]
+    assert run.returncode == 0, output
+
+
+def written(folder: Path) -> bytes:
+    path = folder / FILE_NAME
+    return path.read_bytes() if path.exists() else b""
+
+
+def wait_for(condition: Callable[[], object], seconds: float = 30.0) -> None:
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "it did not come about"
+        time.sleep(0.01)
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("finished")
+    measured(folder)
+    return folder
+
+
+def test_a_record_cut_at_any_byte_of_its_last_rows_gives_the_rows_before_the_cut(
+    finished: Path, tmp_path: Path
+) -> None:
+    data = written(finished)
+    lines = data.splitlines(keepends=True)
+    first = len(data) - len(b"".join(lines[-3:]))
+    for cut in range(first, len(data) + 1):
+        (tmp_path / FILE_NAME).write_bytes(data[:cut])
+        record = read(tmp_path)
+        whole = data[:cut].count(b"\n")
+        assert 1 + count(record) == whole
+    # … and such a record is continued at the end of its last whole line.
+    (tmp_path / FILE_NAME).write_bytes(data[: first + 5])
+    with Writer(tmp_path) as writer:
+        writer.resume()
+    assert (tmp_path / FILE_NAME).read_bytes() == data[:first]
+
+
+def count(record: Record) -> int:
+    return len(record.problems) + len(record.cells) + len(record.workers) + len(record.events)
+
+
+def test_killed_at_random_moments_and_resumed_every_cell_is_there_once_and_none_has_changed(
+    tmp_path: Path,
+) -> None:
+    dice = random.Random(6)
+    before = b""
+
+    def grown() -> bool:
+        return run.poll() is not None or len(written(tmp_path)) > len(before)
+
+    for _ in range(KILLS):
+        with started("-c", MEASURE, str(tmp_path)) as run:
+            wait_for(grown)
+            time.sleep(dice.uniform(0.0, 0.2))
+            run.kill()
+        data = written(tmp_path)
+        assert data.startswith(before)
+        before = data[: data.rfind(b"\n") + 1]
+    measured(tmp_path)
+    assert written(tmp_path).startswith(before)
+    events = [event.what for event in read(tmp_path).events]
+    assert events[0] == "began"
+    assert "resumed" in events
+    times = Counter(cell.key for cell in read(tmp_path).cells)
+    assert len(times) == CELLS
+    assert set(times.values()) == {1}
+    assert {cell.status for cell in read(tmp_path).cells} == {"ok"}
+
+
+def test_a_worker_dies_with_its_parent_even_in_an_endless_loop(tmp_path: Path) -> None:
+    plugin = write_plugin(tmp_path, "loops")
+    command = ["run", "--vehicle=ukwial", "--demands=infeasible", f"--plugin={plugin}", "--n=4"]
+    with started("-m", "bench", *command, f"--out={tmp_path / 'out'}") as run:
+        parent = psutil.Process(run.pid)
+
+        def looping() -> list[psutil.Process]:
+            return [c for c in parent.children() if c.cpu_times().user > 0.5]
+
+        wait_for(looping)
+        (worker,) = looping()
+        run.kill()
+    wait_for(lambda: not worker.is_running() or worker.status() == psutil.STATUS_ZOMBIE)
+
+
+def test_ctrl_c_stops_the_worker_and_reports_what_there_is(tmp_path: Path) -> None:
+    plugin = write_plugin(tmp_path, "sleeps")
+    command = ["run", "--vehicle=ukwial", f"--plugin={plugin}", "--n=100", "--budget-ms=2000"]
+    out = tmp_path / "out"
+    with started("-m", "bench", *command, f"--out={out}") as run:
+        wait_for(lambda: b'"cell"' in written(out))
+        (worker,) = psutil.Process(run.pid).children() or [None]
+        run.send_signal(signal.SIGINT)
+        output = run.communicate()[0].decode()
+    assert run.returncode == 130, output
+    assert "Traceback" not in output
+    assert "--resume" in output
+    assert (out / "report.md").is_file()
+    assert read(out).events[-1].what == "interrupted"
+    assert worker is None or not worker.is_running()
+
+
+def test_a_full_disk_ends_the_run_with_one_line_and_keeps_what_was_written(tmp_path: Path) -> None:
+    limit = 12_000  # bytes of any file: a few cells
+
+    def small_files() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+
+    run = subprocess.run(
+        [sys.executable, "-m", "bench", *TINY, f"--out={tmp_path}"],
+        cwd=ROOT,
+        capture_output=True,
+        preexec_fn=small_files,
+        check=False,
+    )
+    assert run.returncode == 2
+    (line,) = run.stderr.decode().splitlines()
+    assert FILE_NAME in line
+    assert "--resume" in line
+    kept = written(tmp_path)
+    assert kept.endswith(b"\n")
+    some = len(read(tmp_path).cells)
+    assert 0 < some < CELLS
+    settings = read(tmp_path).header.settings
+    run_again(msgspec.convert(settings, Settings), tmp_path, resume=True, watch=lambda progress: None)
+    assert written(tmp_path).startswith(kept)
+    assert len(read(tmp_path).cells) == CELLS
+
+
+def test_two_runs_never_write_into_one_folder(tmp_path: Path) -> None:
+    with Writer(tmp_path):
+        result = CliRunner().invoke(cli, [*TINY, f"--out={tmp_path}"], standalone_mode=False)
+    assert isinstance(result.exception, RecordError)
+    assert "another run writes here" in str(result.exception)
+
+
+def test_a_record_made_with_other_settings_is_not_continued(finished: Path) -> None:
+    before = written(finished)
+    options = [*TINY, "--seed=1", "--resume", f"--out={finished}"]
+    error = CliRunner().invoke(cli, options, standalone_mode=False).exception
+    assert isinstance(error, RecordError)
+    assert "seed" in str(error)
+    assert written(finished) == before
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (b"", "no complete line"),
+        (b"not json\n", "no header"),
+        (b'{"type":"header","schema":99}\n', "schema 99"),
+        (b'{"type":"cell"}\n', "no header"),
+    ],
+)
+def test_a_file_that_is_no_record_is_refused_by_name(tmp_path: Path, text: bytes, says: str) -> None:
+    (tmp_path / FILE_NAME).write_bytes(text)
+    with pytest.raises(RecordError, match=says) as caught:
+        read(tmp_path)
+    assert str(tmp_path / FILE_NAME) in str(caught.value)
+
+
+def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+    blocked = tmp_path / "file"
+    blocked.write_text("")
+    with pytest.raises(RecordError, match="can't be written"):
+        Writer(blocked / "run")
+    assert os.listdir(tmp_path) == ["file"]
