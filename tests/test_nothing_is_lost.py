@@ -87,7 +87,8 @@ def test_a_record_cut_at_any_byte_of_its_last_rows_gives_the_rows_before_the_cut
 
 
 def count(record: Record) -> int:
-    return len(record.problems) + len(record.cells) + len(record.workers) + len(record.events)
+    kinds = (record.problems, record.worths, record.cells, record.workers, record.events)
+    return sum(map(len, kinds))
 
 
 def test_killed_at_random_moments_and_resumed_every_cell_is_there_once_and_none_has_changed(
@@ -109,9 +110,7 @@ def test_killed_at_random_moments_and_resumed_every_cell_is_there_once_and_none_
         before = data[: data.rfind(b"\n") + 1]
     measured(tmp_path)
     assert written(tmp_path).startswith(before)
-    events = [event.what for event in read(tmp_path).events]
-    assert events[0] == "began"
-    assert "resumed" in events
+    assert "resumed" in [event.what for event in read(tmp_path).events]
     times = Counter(cell.key for cell in read(tmp_path).cells)
     assert len(times) == CELLS
     assert set(times.values()) == {1}
@@ -150,8 +149,10 @@ def test_ctrl_c_stops_the_worker_and_reports_what_there_is(tmp_path: Path) -> No
     assert worker is None or not worker.is_running()
 
 
-def test_a_full_disk_ends_the_run_with_one_line_and_keeps_what_was_written(tmp_path: Path) -> None:
-    limit = 12_000  # bytes of any file: a few cells
+def test_a_full_disk_ends_the_run_with_one_line_and_keeps_what_was_written(
+    finished: Path, tmp_path: Path
+) -> None:
+    limit = len(written(finished)) - 6_000  # bytes of any file: some cells fit, not all
 
     def small_files() -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
