@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from alloc import DemandError, Status
 from alloc.allocation import FloatArray
 from alloc.textfile import read_text
-from bench.csv_text import csv_rows, number
+from bench.csv_text import csv_rows, is_number, number
 
 
 def read_demands(path: Path, dof: tuple[str, ...]) -> tuple[FloatArray | None, FloatArray]:
@@ -56,6 +56,24 @@ def read_demands(path: Path, dof: tuple[str, ...]) -> tuple[FloatArray | None, F
             f"{path}: t goes back from {t[back[0]]:g} to {t[back[0] + 1]:g} s; put rows in time order"
         )
     return t, taus
+
+
+def format_demands(t: FloatArray | None, taus: FloatArray, dof: tuple[str, ...]) -> str:
+    """The demand CSV of times (N,) [s] or None and demands (N, k): what ``read_demands`` reads."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow([*(["t"] if t is not None else []), *dof])
+    table = taus if t is None else np.column_stack([t, taus])
+    writer.writerows([map(repr, row) for row in table.tolist()])
+    return out.getvalue()
+
+
+def parse_scale(text: str, dof: tuple[str, ...]) -> FloatArray:
+    """(k,) factors from ``"200"`` or ``"200,200,50"``, one for all or one a DOF; raises DemandError."""
+    cells = text.split(",") if text else ["1"]
+    if not all(map(is_number, cells)) or len(cells) not in (1, len(dof)):
+        raise DemandError(f"--scale {text!r}: give one number, or one for each of {', '.join(dof)}")
+    return np.broadcast_to(np.array([float(cell) for cell in cells]), (len(dof),))
 
 
 def format_thrusts(F: FloatArray, statuses: NDArray[np.int8]) -> str:
