@@ -7,8 +7,8 @@ import numpy as np
 from alloc import Vehicle
 
 AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
-SHAPES = [(3, 3), (3, 4), (2, 4), (6, 8), (3, 6), (4, 8), (2, 6)]
-"""(k, n): nullity 0, 1, 2, 2, 3, 4, 4."""
+SHAPES = [(1, 1), (1, 3), (3, 3), (3, 4), (2, 4), (6, 8), (3, 6), (4, 8), (2, 6)]
+"""(k, n): nullity 0, 2, 0, 1, 2, 2, 3, 4, 4."""
 EDGE = 1e-6
 """Step across the boundary, relative to the attainable set: a thousand times the method's tolerance."""
 

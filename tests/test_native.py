@@ -5,6 +5,7 @@ import os
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +21,7 @@ from alloc import (
     list_vehicles,
     load_vehicle,
 )
-from alloc.native import KERNELS, compiled, function_name, generate, missing
+from alloc.native import KERNELS, compiled, function_name, generate, missing, sources
 from tests.nullspace_cases import SHAPES, demands_of_known_verdict, random_vehicle
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "-")
@@ -231,6 +232,34 @@ def test_a_kernel_there_is_not_is_named_with_those_there_are() -> None:
 def test_a_block_too_large_to_write_out_is_refused_with_the_reason() -> None:
     with pytest.raises(NotApplicable, match="written out"):
         generate(random_vehicle(3, 10, np.random.default_rng(3)), "nullspace")
+
+
+def test_a_name_cannot_break_the_code_it_stands_in(tmp_path) -> None:
+    named = replace(load_vehicle("ukwial"), name='7 Weiße */ "Flotte"\n\\')
+    files = generate(named, "nullspace")
+    assert all(name.isascii() for name in files)
+    assert run(compile_in(tmp_path, files)).returncode == 0
+
+
+def test_a_thruster_that_pushes_no_controlled_axis_stands_still_unless_its_limits_forbid(tmp_path) -> None:
+    """A heave thruster where only the plane is controlled: its column of T is zero."""
+    plane = load_vehicle("ukwial")
+    T = np.hstack([plane.T, np.zeros((3, 2))])
+    f_min, f_max = np.append(plane.f_min, [-10, 5]), np.append(plane.f_max, [10, 20])
+    vehicle = Vehicle("idle", plane.dof, T, np.eye(6), f_min, f_max, np.ones(6), np.ones(3))
+    tau = plane.T @ [100, 100, -100, -50]
+    for method in ("nullspace", "nullspace@native"):
+        np.testing.assert_array_equal(build(method, vehicle)(tau).f[4:], [0, 5])
+    assert run(compile_in(tmp_path, generate(vehicle, "nullspace"))).returncode == 0
+
+
+def test_a_library_that_cannot_be_loaded_is_named_with_the_remedy(tmp_path, monkeypatch) -> None:
+    monkeypatch.setenv("THRUSTBENCH_CACHE", str(tmp_path))
+    vehicle = load_vehicle("ukwial")
+    library = compiled.shared_library("nullspace", sources(vehicle, "nullspace", faults=False))
+    library.write_bytes(b"")
+    with pytest.raises(NotInstalled, match="THRUSTBENCH_CACHE"):
+        build("nullspace@native", vehicle)
 
 
 def test_the_same_vehicle_gives_the_same_text() -> None:

@@ -12,7 +12,7 @@ from typing import Any, cast
 import numpy as np
 
 from alloc.allocation import Allocation, Allocator, Status, checked, checked_many
-from alloc.native.compiled import shared_library
+from alloc.native.compiled import shared_library, unloadable
 from alloc.native.generate import function_name, sources
 from alloc.plugins import build
 from alloc.vehicle import Vehicle
@@ -21,7 +21,11 @@ from alloc.vehicle import Vehicle
 def bound(kernel: str, vehicle: Vehicle) -> Allocator:
     """The kernel of that name for this vehicle as an allocator; raises NotApplicable or NotInstalled."""
     python = build(kernel, vehicle)  # same promises, same refusals
-    library = ctypes.CDLL(str(shared_library(kernel, sources(vehicle, kernel, faults=False))))
+    path = shared_library(kernel, sources(vehicle, kernel, faults=False))
+    try:
+        library = ctypes.CDLL(str(path))
+    except OSError as error:
+        raise unloadable(path, error) from None
     address = ctypes.cast(library[function_name(vehicle, kernel)], ctypes.c_void_p).value
     allocator = _binding().Native(
         address=address,
@@ -53,6 +57,9 @@ def _binding() -> Any:
     loader = ExtensionFileLoader("thrustbench_binding", str(path))
     spec = importlib.util.spec_from_loader("thrustbench_binding", loader)
     assert spec is not None  # a loader was given
-    module = importlib.util.module_from_spec(spec)
-    loader.exec_module(module)
+    try:
+        module = importlib.util.module_from_spec(spec)
+        loader.exec_module(module)
+    except ImportError as error:
+        raise unloadable(path, error) from None
     return module

@@ -10,6 +10,7 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
+from platform import machine
 
 from alloc.errors import NotInstalled
 
@@ -57,7 +58,7 @@ def shared_library(
     command = compiler()
     if not command:
         raise NotInstalled(f"{name}: needs a C compiler; {REMEDY}")
-    content = repr([command, _version(tuple(command)), list(flags), sorted(sources.items())])
+    content = repr([machine(), command, _version(tuple(command)), list(flags), sorted(sources.items())])
     target = cache_folder() / f"{name}-{hashlib.sha256(content.encode()).hexdigest()[:24]}{suffix}"
     if target.exists():
         return target
@@ -81,6 +82,13 @@ def shared_library(
             "folder that can be written"
         ) from None
     return target
+
+
+def unloadable(path: Path, error: Exception) -> NotInstalled:
+    """What to say when a library that was compiled can't be loaded, as from a folder mounted noexec."""
+    return NotInstalled(
+        f"{path}: can't be loaded ({error}); set THRUSTBENCH_CACHE to a folder whose files may be executed"
+    )
 
 
 @cache

@@ -15,7 +15,8 @@ def body(vehicle: Vehicle, c: Table) -> list[str]:
     structure = decompose(vehicle)
     slack = TOLERANCE[c.scalar] * vehicle.f_scale
     lines, rows, largest = product(structure.G, "t", c)
-    lines += [f"const {c.scalar} x{i} = {signed_sum(row, c.scalar)};" for i, row in enumerate(rows) if row]
+    for i in vehicle.working.tolist():
+        lines.append(f"const {c.scalar} x{i} = {signed_sum(rows[i], c.scalar)};")
     # NaN, infinity or overflow in any column makes this sum differ from itself.
     lines.append(f"const {c.scalar} sum = {' + '.join(largest)};")
     met = [f"(sum - sum == {number(0.0, c.scalar)})"]
