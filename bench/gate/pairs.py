@@ -1,11 +1,11 @@
 """Paired time: fresh base and head processes on one core, blocks in ABBA order, the CPU clock."""
 
-import os
 import random
 from collections.abc import Sequence
 from contextlib import ExitStack
 from time import monotonic
 
+from bench import machine
 from bench.gate.cells import Demands, load
 from bench.gate.record import Cell, Settings
 from bench.gate.side import Side, Tree
@@ -35,7 +35,7 @@ def measure(
 
     The pair that runs when the deadline comes is finished, so all cells have equally many.
     """
-    core = max(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else None
+    core, _ = machine.cores()
     for _ in range(settings.pairs):
         if monotonic() > deadline:
             return False

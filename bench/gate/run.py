@@ -7,6 +7,7 @@ from contextlib import ExitStack, closing
 from pathlib import Path
 from time import monotonic
 
+from bench import machine
 from bench.gate import instructions, pairs, trees
 from bench.gate.answers import Prober, examine
 from bench.gate.cells import DEFAULT_CELLS, Demands
@@ -35,7 +36,7 @@ def gate(
     counts; ``tell`` hears what is going on. Raises BadTree for a side that can't be measured.
     """
     started = monotonic()
-    record = Record(base.label, head.label, settings)
+    record = Record(base.label, head.label, settings, machine=machine.describe())
     with tempfile.TemporaryDirectory(prefix="thrustbench-gate-") as folder:
         a, b = (Path(folder) / name for name in (BASE, HEAD))
         trees.unpack(base, a)

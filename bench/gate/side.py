@@ -17,8 +17,8 @@ from alloc import AllocError
 
 WORKER = Path(__file__).with_name("worker.py")
 
-TIMEOUT_S = 60.0
-"""For one order. The longest, building a native kernel, takes about a second."""
+TIMEOUT_S = 120.0
+"""For one order. The longest, importing under valgrind, takes about 5 s, on a saturated machine 30."""
 
 
 class Refused(AllocError):

@@ -1,0 +1,170 @@
+"""How often the gate cries wolf, and what it finds: against the naive rule and pytest-benchmark's.
+
+    python -m bench.studies.gate_proof FILE --minutes 30    measure, one line a trial
+    python -m bench.studies.gate_table FILE                 the table of docs/gate.md
+
+A trial compares the tree with a copy of itself or with one whose calls do 5, 10 or 20 % more work,
+by the gate or by two runs of pytest-benchmark. All kinds take turns, so that each sees the same
+machine in the same hour, and a run that is stopped leaves a balanced file that the next continues.
+"""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Sequence
+from itertools import count
+from pathlib import Path
+from statistics import fmean
+from time import monotonic
+from typing import Any
+
+import click
+
+from bench.compare import compare as compare_benchmarks
+from bench.compare import read
+from bench.gate.record import Record, Settings
+from bench.gate.run import compare
+from bench.gate.side import Tree
+from bench.gate.verdict import Row, is_slower, row, trips, verdict
+from bench.studies.gate_table import SLOWER
+from bench.studies.injection import CLOSED_FORMS, QP_PATHS, slow_down
+
+ROOT = Path(__file__).parents[2]
+CALIBRATED = {
+    CLOSED_FORMS: ("ukwial:pinv:-", "ukwial:svd:-", "ukwial:walsh:-"),
+    QP_PATHS: ("ukwial:qp/daqp:reused",),
+}
+"""Class that is slowed down -> its cells, for which the per cent hold."""
+CELLS = tuple(cell for cells in CALIBRATED.values() for cell in cells)
+IDENTICAL = (*CELLS, "bluerov2-heavy:clip", "bluerov2-heavy:nullspace", "bluerov2-heavy:qp/piqp:reused")
+"""What identical trees are compared on: of each kind of path one."""
+TUNING = {"few_": 20, "many": 300}
+"""Folder -> statements of the two trees that calibrate."""
+SETTINGS = Settings(budget_s=600.0)
+COUNT_EVERY = 5
+"""Instruction counts hardly vary, so not every trial takes them."""
+RULE = "median:10%"
+"""The default rule of the trade, given to ``--benchmark-compare-fail``."""
+
+
+def prepare(folder: Path) -> dict[str, Tree]:
+    """The tree, a copy of it, and the three slower ones, calibrated on this machine."""
+    trees = {name: Tree(folder / name) for name in ("base", "same", *TUNING, *SLOWER)}
+    ignore = shutil.ignore_patterns("__pycache__", ".*")
+    for tree in trees.values():
+        for part in ("alloc", "bench"):
+            shutil.copytree(ROOT / part, tree.path / part, ignore=ignore)
+    for where, cells in CALIBRATED.items():
+        # What work costs depends on what stands around it, so it is measured where it will stand: a
+        # first part for there being any, and then so much a statement.
+        for name, statements in TUNING.items():
+            slow_down(trees[name].path, where, statements)
+        (few, some), (many, more) = ((n, _excess(trees, name, cells)) for name, n in TUNING.items())
+        each = (more - some) / (many - few)
+        for name, percent in SLOWER.items():
+            slow_down(trees[name].path, where, max(1, round(few + (percent / 100 - some) / each)))
+        click.echo(f"{where[1]}: a statement more takes {each:.3%} of a call")
+    for tree in trees.values():
+        subprocess.run([tree.python, "-m", "compileall", "-q", str(tree.path)], check=True)
+    return trees
+
+
+def _excess(trees: dict[str, Tree], name: str, cells: Sequence[str]) -> float:
+    rows = rows_of(gated(trees["base"], trees[name], cells, Settings(pairs=10, budget_s=600.0)))
+    return fmean(rows[cell].ratio.value for cell in cells) - 1
+
+
+def gated(
+    base: Tree, head: Tree, cells: Sequence[str], settings: Settings = SETTINGS, count: bool = False
+) -> Record:
+    """One gate between two trees that are ready to run."""
+    record = Record(base.path.name, head.path.name, settings)
+    compare(record, (base, head), cells, count, monotonic(), lambda _: None)
+    return record
+
+
+def rows_of(record: Record) -> dict[str, Row]:
+    """The timed cells by name."""
+    return {cell.name: row(cell, record.settings) for cell in record.cells if cell.pairs}
+
+
+def by_gate(name: str, trees: dict[str, Tree], counted: bool) -> dict[str, Any]:
+    """One gate of the tree against ``name``: its outcome, and what it says of each cell."""
+    record = gated(trees["base"], trees[name], IDENTICAL if name == "same" else CELLS, count=counted)
+    rows, cells = rows_of(record), {}
+    for cell in record.cells:
+        if cell.name not in rows or cell.is_control:
+            continue
+        confirmed = len(cell.pairs) >= 2 * record.settings.pairs
+        cells[cell.name] = {
+            "ratio": round(rows[cell.name].ratio.value, 4),
+            "time": confirmed and is_slower(rows[cell.name]),
+        }
+        if cell.instructions:
+            cells[cell.name]["trips"] = len(cell.instructions) > 1 and all(map(trips, cell.instructions))
+    return {"outcome": verdict(record).outcome.name.lower(), "cells": cells}
+
+
+def by_pytest(name: str, trees: dict[str, Tree], _: bool) -> dict[str, Any]:
+    """Two runs of the suite, one after the other, the second told to fail above +10 %."""
+    with tempfile.TemporaryDirectory() as folder:
+        files = [Path(folder) / f"{side}.json" for side in ("a", "b")]
+        storage = ["--benchmark-storage", f"file://{folder}/kept"]
+        one = [*storage, "--benchmark-save=base"]
+        other = [*storage, "--benchmark-compare=0001", f"--benchmark-compare-fail={RULE}"]
+        for tree, out, options in zip((trees["base"], trees[name]), files, (one, other), strict=True):
+            methods = [f"--method={cell.split(':')[1]}" for cell in CELLS]
+            arguments = ["bench/suite/test_call.py", "--benchmark-only", "--vehicle=ukwial", *methods]
+            some = ["-k", "inactive and not cold and not warm", f"--benchmark-json={out}", "-q", *options]
+            command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *arguments, *some]
+            done = subprocess.run(command, cwd=tree.path, capture_output=True, text=True)
+            if not out.exists():
+                raise RuntimeError(done.stdout + done.stderr)
+        found = compare_benchmarks(*map(read, files))
+        means = [
+            {b["name"]: b["stats"]["mean"] for b in json.loads(file.read_text())["benchmarks"]}
+            for file in files
+        ]
+    cells = {one.name.partition("::")[2]: {"median": round(one.median_ratio, 4)} for one in found.ratios}
+    for cell in cells:
+        cells[cell]["mean"] = round(means[1][cell] / means[0][cell], 4)
+    return {"outcome": "regression" if done.returncode else "pass", "cells": cells}
+
+
+Trial = tuple[str, str, Callable[[str, dict[str, Tree], bool], dict[str, Any]]]
+
+SAME: Trial = ("gate", "same", by_gate)
+TURN: tuple[Trial, ...] = (
+    *(trial for name in SLOWER for trial in (SAME, SAME, ("gate", name, by_gate))),
+    SAME,
+    *(("pytest", name, by_pytest) for name in ("same", *SLOWER)),
+)
+"""One turn. Identical trees come most often, since rare false alarms need many trials."""
+
+
+@click.command()
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--minutes", type=float, default=60.0, show_default=True)
+def main(file: Path, minutes: float) -> None:
+    """Append one line a trial to FILE until the time is over, going on where FILE ends."""
+    deadline = monotonic() + 60 * minutes
+    done = len(file.read_text(encoding="utf-8").splitlines()) if file.exists() else 0
+    with tempfile.TemporaryDirectory(prefix="gate-proof-") as folder:
+        trees = prepare(Path(folder))
+        for i in count(done):
+            if monotonic() > deadline:
+                break
+            by, name, trial = TURN[i % len(TURN)]
+            started, load = monotonic(), os.getloadavg()[0]
+            found = trial(name, trees, i % COUNT_EVERY == 0)
+            seconds = round(monotonic() - started, 1)
+            line = {"by": by, "tree": name, "load": round(load, 2), "seconds": seconds, **found}
+            with file.open("a", encoding="utf-8") as out:
+                out.write(json.dumps(line) + "\n")
+
+
+if __name__ == "__main__":
+    main()
