@@ -1,5 +1,7 @@
 """How far a vehicle and its methods reach, in numbers to draw: sections of the sets, errors over size."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from alloc import (
@@ -10,18 +12,28 @@ from alloc import (
     alpha_max,
     build,
     closed_form_range,
+    generalized_inverse,
+    single_axis_maxima,
     uniform_demands,
 )
 from alloc.allocation import FloatArray
-from bench.demands import build_demands
+from bench.demands import DemandSet, build_demands
 from bench.loss import relative_wrench_error
 from bench.worth import Curve, Plane
 
-PLANES = (("surge", "sway"), ("surge", "yaw"))
-"""Where a vehicle on its way needs thrust together: ahead and sideways, ahead and turning."""
+PLANES = (("surge", "sway", "yaw"), ("surge", "yaw", "sway"))
+"""Where a vehicle on its way needs thrust together: ahead and sideways, ahead and turning; and the third
+axis, which decides how much of that is left."""
+
+HELD = (0.0, 0.4)
+"""The third axis asks for nothing, or for as much of what it reaches alone. Along two axes at a time a
+symmetric vehicle loses nothing to a closed form; along three it does."""
 
 ANGLES = 360
-"""Rays an outline is made of: a corner is cut by less than a line is wide."""
+"""Rays that feel for an outline: a side that spans less than two degrees may go unseen."""
+
+STRAIGHT = 1e-6
+"""Sine of a turn below which points count as in line: rounding leaves 1e-12, true corners turn by degrees."""
 
 POINTS = 150
 """Demands drawn in: enough to show where they lie, few enough to tell apart."""
@@ -34,31 +46,78 @@ DIRECTIONS = 100
 
 
 def planes(vehicle: Vehicle, seed: int) -> list[Plane]:
-    """Sections of the attainable and the closed form's set, with a mission's demands; [] without those."""
-    wanted = [(x, y) for x, y in PLANES if {x, y} <= set(vehicle.dof)]
+    """Sections of the attainable set and of the closed form's, one after the other for each of HELD.
+
+    Empty for a vehicle without these axes, or that can't fly the mission.
+    """
+    wanted = [axes for axes in PLANES if set(axes) <= set(vehicle.dof)]
     if not wanted:
         return []
     try:
         mission = build_demands("mission", vehicle, seed)
     except NotApplicable:
         return []
+    _, forward = single_axis_maxima(vehicle)
+    found = []
+    for share in HELD:
+        for x, y, held in wanted:
+            i, j, third = (vehicle.dof.index(axis) for axis in (x, y, held))
+            at = float(share * forward[third])
+            outlines = _outlines(vehicle, i, j, third, at)
+            found.append(Plane(x, y, held, at, *outlines, [] if share else _drawn(mission, i, j)))
+    return found
+
+
+def _outlines(
+    vehicle: Vehicle, i: int, j: int, third: int, at: float
+) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
+    """Attainable and closed form's outline in axes i and j, seen from where the third is ``at``."""
+    angles = np.linspace(0.0, 2 * np.pi, ANGLES, endpoint=False)
+    rays = np.zeros((ANGLES, vehicle.k))
+    rays[:, i] = np.cos(angles) * vehicle.wrench_scale[i]
+    rays[:, j] = np.sin(angles) * vehicle.wrench_scale[j]
+    start = np.zeros(vehicle.k)
+    start[third] = at
+    # What is left of the limits once T* start is given: both sets, moved so that start is their zero.
+    given = generalized_inverse(vehicle) @ start
+    moved = replace(vehicle, f_min=vehicle.f_min - given, f_max=vehicle.f_max - given)
+    attainable, closed_form = (
+        _pairs(corners(reach[:, None] * rays[:, [i, j]])) if np.isfinite(reach).all() else []
+        for reach in (alpha_max(moved, rays), closed_form_range(moved, rays)[1])
+    )
+    return attainable, closed_form
+
+
+def corners(edge: FloatArray) -> FloatArray:
+    """Corners (m, 2) of the convex polygon whose edge passes through the points (n, 2), in order.
+
+    Points three or more in line show a side; corners are where neighbouring sides meet.
+    """
+    size = np.abs(edge).max(axis=0)
+    points = edge / size
+    steps = np.roll(points, -1, axis=0) - points
+    steps /= np.linalg.norm(steps, axis=1, keepdims=True)
+    turns = np.abs(cross(np.roll(steps, 1, axis=0), steps)) > STRAIGHT  # at each point
+    on_side = ~turns | ~np.roll(turns, -1)
+    first = on_side & (turns | ~np.roll(on_side, 1))  # the first step of each side
+    p, d = points[first], steps[first]
+    q, e = np.roll(p, -1, axis=0), np.roll(d, -1, axis=0)
+    along = cross(q - p, e) / cross(d, e)
+    met: FloatArray = (p + along[:, None] * d) * size
+    return met
+
+
+def cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """a x b of plane vectors (n, 2): the sine of the angle between them where both are of unit length."""
+    sine: FloatArray = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    return sine
+
+
+def _drawn(mission: DemandSet, i: int, j: int) -> list[tuple[float, float, str]]:
     pick = np.linspace(0, len(mission.taus) - 1, POINTS).astype(int)
     names = [Label(int(value)).name.lower() for value in mission.labels[pick]]
-    angles = np.linspace(0.0, 2 * np.pi, ANGLES, endpoint=False)
-    found = []
-    for x, y in wanted:
-        i, j = vehicle.dof.index(x), vehicle.dof.index(y)
-        rays = np.zeros((ANGLES, vehicle.k))
-        rays[:, i] = np.cos(angles) * vehicle.wrench_scale[i]
-        rays[:, j] = np.sin(angles) * vehicle.wrench_scale[j]
-        attainable, closed_form = (
-            _pairs(reach[:, None] * rays[:, [i, j]])
-            for reach in (alpha_max(vehicle, rays), closed_form_range(vehicle, rays)[1])
-        )
-        points = _pairs(mission.taus[pick][:, [i, j]])
-        demands = [(a, b, name) for (a, b), name in zip(points, names, strict=True)]
-        found.append(Plane(x, y, attainable, closed_form, demands))
-    return found
+    points = _pairs(mission.taus[pick][:, [i, j]])
+    return [(x, y, name) for (x, y), name in zip(points, names, strict=True)]
 
 
 def error_curve(vehicle: Vehicle, entry: Entry, rng: np.random.Generator) -> Curve | None:

@@ -10,6 +10,7 @@ from statistics import median
 from bench.disturbance import canary_median_ns, disturbances
 from bench.quantiles import Counted, merged
 from bench.record import Batch, Cell, Judged, Record, Worker, read
+from bench.worth import Worth
 
 
 @dataclass(frozen=True)
@@ -82,6 +83,10 @@ class Run:
         """Demand sets of a vehicle, in the order of tables."""
         found = {row.demands for row in self.rows if row.vehicle == vehicle}
         return sorted(found, key=lambda name: (SETS.index(name) if name in SETS else len(SETS), name))
+
+    def worth(self, vehicle: str) -> Worth | None:
+        """What the vehicle can do and who serves it; None where the record does not say, as for a failure."""
+        return next((worth for worth in self.record.worths if worth.vehicle == vehicle), None)
 
     def of(self, vehicle: str, demands: str = "") -> list[Row]:
         """Rows of a vehicle on one demand set, or on all."""

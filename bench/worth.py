@@ -57,14 +57,17 @@ class Curve(msgspec.Struct):
 
 
 class Plane(msgspec.Struct):
-    """The attainable set where all axes but two are zero, and what the closed form serves of it.
+    """A section of the attainable set, and what the closed form serves of it: two axes vary.
 
-    x, y: the two axes. attainable, closed_form: outlines [N, N m]. demands: a mission's, their
-    other axes left out: (x, y, label) [N, N m].
+    x, y: the two axes. held: a third one, ``held_at`` [N, N m]; all others are zero. attainable,
+    closed_form: outlines, the latter empty where nothing is served [N, N m]. demands: a mission's,
+    where the third is zero; what they ask of other axes is left out: (x, y, label) [N, N m].
     """
 
     x: str
     y: str
+    held: str
+    held_at: float
     attainable: list[tuple[float, float]]
     closed_form: list[tuple[float, float]]
     demands: list[tuple[float, float, str]]

@@ -5,19 +5,22 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.stats import binomtest
 
 from alloc import (
     Vehicle,
     alpha_max,
     attainable_volume,
+    closed_form_range,
     closed_form_volume,
     find,
     load_vehicle,
     single_axis_maxima,
 )
 from bench.capability import closed_forms, interval, measure_served, measure_worth, remaining_authority
-from bench.reach import SIZES, error_curve, planes
+from bench.reach import SIZES, corners, error_curve, planes
 from bench.worth import Worth
 
 UKWIAL, SIX = load_vehicle("ukwial"), load_vehicle("bluerov2")
@@ -101,16 +104,39 @@ def test_a_method_that_refuses_the_vehicle_is_left_out():
     assert measure_served(SIX, None, [find("walsh")], seed=1, n=10) == []
 
 
-def test_outlines_lie_on_the_edge_of_their_sets():
-    for plane in planes(UKWIAL, seed=1):
-        axes = [UKWIAL.dof.index(plane.x), UKWIAL.dof.index(plane.y)]
-        outline = np.zeros((len(plane.attainable), 3))
-        outline[:, axes] = plane.attainable
-        assert alpha_max(UKWIAL, outline) == pytest.approx(1, abs=1e-4)  # six digits are kept
-        served = np.zeros((len(plane.closed_form), 3))
-        served[:, axes] = plane.closed_form
-        assert (alpha_max(UKWIAL, served) >= 1 - 1e-4).all()
-        assert len(plane.demands) == 150
+@pytest.mark.parametrize("name", ["ukwial", "bluerov2-heavy"])
+def test_outlines_lie_on_the_edge_of_their_sets(name: str):
+    vehicle = load_vehicle(name)
+    for plane in planes(vehicle, seed=1):
+        axes = [vehicle.dof.index(plane.x), vehicle.dof.index(plane.y)]
+        for outline, on_edge in (
+            (plane.attainable, lambda tau: alpha_max(vehicle, tau)),
+            (plane.closed_form, lambda tau: closed_form_range(vehicle, tau)[1]),
+        ):
+            points = np.array([*outline, outline[0]])
+            points = np.vstack([points[:-1], (points[1:] + points[:-1]) / 2])  # corners and sides
+            taus = np.zeros((len(points), vehicle.k))
+            taus[:, axes] = points
+            taus[:, vehicle.dof.index(plane.held)] = plane.held_at
+            assert on_edge(taus) == pytest.approx(1, abs=1e-4)  # six digits are kept
+        assert len(plane.demands) == (0 if plane.held_at else 150)
+
+
+@given(sides=st.integers(3, 12), turn=st.floats(0, 6.2), stretch=st.floats(0.01, 100))
+@settings(deadline=None)
+def test_corners_are_found_between_the_points_of_an_edge(sides: int, turn: float, stretch: float):
+    angles = np.linspace(0, 2 * np.pi, sides, endpoint=False) + turn
+    polygon = np.column_stack([np.cos(angles), stretch * np.sin(angles)])
+    shares = np.linspace(0.02, 0.98, 5)  # no point on a corner
+    nexts = np.roll(polygon, -1, axis=0)
+    edge = np.concatenate([a + shares[:, None] * (b - a) for a, b in zip(polygon, nexts, strict=True)])
+    np.testing.assert_allclose(corners(edge), nexts, atol=1e-6 * max(1, stretch))
+
+
+def test_a_corner_that_is_itself_a_point_is_found_once():
+    square = [[1, 0], [1, 0.5], [1, 1], [0.5, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1]]
+    found = corners(np.array(square, dtype=float))
+    assert sorted(map(tuple, found)) == [(-1, -1), (-1, 1), (1, -1), (1, 1)]
 
 
 def test_a_vehicle_without_sway_has_no_such_plane():

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from alloc import (
+    NotApplicable,
     Vehicle,
     alpha_max,
     alpha_range,
@@ -134,3 +135,18 @@ def test_lost_rank_is_worse_than_any_lost_volume_unless_rank_is_to_be_kept():
     ranks = [six.with_fault(i).rank for i in range(six.n)]
     assert ranks[worst_fault(six)] == 4
     assert ranks[worst_fault(six, keep_rank=True)] == 5
+
+
+def test_too_many_thrusters_for_exact_volumes_are_refused_before_memory_is():
+    many = Vehicle(
+        name="many",
+        dof=("surge", "sway", "heave", "roll", "pitch", "yaw"),
+        T=np.random.default_rng(1).normal(size=(6, 30)),
+        H=np.eye(30),
+        f_min=-np.ones(30),
+        f_max=np.ones(30),
+        readiness=np.ones(30),
+        slack_weights=np.ones(6),
+    )
+    with pytest.raises(NotApplicable, match="593775 tiles"):
+        attainable_volume(many)

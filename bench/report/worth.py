@@ -1,0 +1,112 @@
+"""Report section: what a vehicle can do, after a failure too, and which share of that each method serves."""
+
+from itertools import groupby
+
+from bench.report.text import percent, picture, table, three
+from bench.rows import Run
+from bench.worth import Authority, Served, Worth
+
+NEARLY_SINGULAR = 100.0
+"""Condition above which a remainder is pointed out: some wrench costs a hundred times the thrust of another,
+so full rank no longer means that it can be controlled. Ordinary layouts stay below 10."""
+
+INTRODUCTION = """## What each vehicle can do, and who serves it
+
+*Volume left* is the exact volume of what the thrusters can push inside their limits, over the whole
+vehicle's. *Closed form* is the exact share of it for which f = T* τ breaks no limit. *Served* counts demands
+drawn evenly from it whose delivered wrench errs by at most 1 % or 5 %, with the 95 % interval. In the pictures
+a demand stands where two of its axes put it; what it asks of the others is left out, so it may be infeasible
+though it lies inside.
+"""
+
+
+def section(run: Run, drawn: frozenset[str]) -> str:
+    """Authority after each failure, shares served, and the two pictures, vehicle by vehicle."""
+    worths = [worth for vehicle in run.vehicles if (worth := run.worth(vehicle)) is not None]
+    parts = [part for worth in worths for part in _vehicle(worth, drawn)]
+    return "\n".join([INTRODUCTION, *parts]) if parts else ""
+
+
+def _vehicle(worth: Worth, drawn: frozenset[str]) -> list[str]:
+    name = worth.vehicle
+    return [
+        f"### {name}\n",
+        _authority(worth),
+        *_warnings(worth),
+        _served(worth),
+        picture(
+            f"reach-{name}.svg", f"Attainable set of {name} and what the closed form serves of it", drawn
+        ),
+        picture(f"error-{name}.svg", f"Wrench error over the size of the demand, {name}", drawn),
+    ]
+
+
+def _authority(worth: Worth) -> str:
+    """One line for failures that leave the same."""
+    lines: dict[tuple[str, ...], list[str]] = {}
+    for a in worth.authority:
+        lines.setdefault(_state(a), []).append("none" if a.fault is None else str(a.fault))
+    units = [f"{axis} [{'N m' if axis in ('roll', 'pitch', 'yaw') else 'N'}]" for axis in worth.dof]
+    headers = ("off", "rank", "volume left", "closed form", "condition", *units)
+    return table(headers, [[", ".join(names), *cells] for cells, names in lines.items()])
+
+
+def _state(a: Authority) -> tuple[str, ...]:
+    ends = zip(a.axis_min, a.axis_max, strict=True)
+    return (
+        str(a.rank),
+        percent(a.volume_share),
+        percent(a.closed_form_share),
+        three(a.condition),
+        *("-" if low is None or high is None else f"{three(low)} … {three(high)}" for low, high in ends),
+    )
+
+
+def _warnings(worth: Worth) -> list[str]:
+    whole, *faults = worth.authority
+    lost = [str(a.fault) for a in faults if a.rank < whole.rank]
+    weak = [str(a.fault) for a in worth.authority if (a.condition or 0.0) > NEARLY_SINGULAR]
+    found = []
+    if lost:
+        found.append(
+            f"**Lost rank**: without thruster {' or '.join(lost)} some direction can't be pushed at all.\n"
+        )
+    if weak:
+        names = " or ".join("none" if name == "None" else name for name in weak)
+        found.append(
+            f"**Nearly singular** with thruster {names} off: full rank on paper, hardly any thrust in it.\n"
+        )
+    return found
+
+
+def _served(worth: Worth) -> str:
+    """One line for methods whose shares are the same, most served first."""
+    by_method = {
+        method: tuple(found) for method, found in groupby(sorted(worth.served, key=_method), key=_method)
+    }
+    states = sorted({s.fault for s in worth.served}, key=lambda fault: -1 if fault is None else fault)
+    lines: dict[tuple[str, ...], list[str]] = {}
+    order = sorted(by_method.items(), key=lambda item: (-item[1][0].within_1pct[0], item[0]))
+    for method, found in order:
+        shares = {s.fault: s for s in found}
+        cells = tuple(cell for fault in states for cell in _shares(shares.get(fault)))
+        lines.setdefault(cells, []).append(method)
+    headers = ["method"]
+    for fault in states:
+        where = "all thrusters" if fault is None else f"{fault} off"
+        headers += [f"served within 1 %, {where}", f"within 5 %, {where}"]
+    return table(headers, [[", ".join(names), *cells] for cells, names in lines.items()])
+
+
+def _method(served: Served) -> str:
+    return served.method
+
+
+def _shares(served: Served | None) -> tuple[str, str]:
+    if served is None:
+        return "", ""
+    one, five = (
+        f"{percent(share)} ({three(100 * low)} … {three(100 * high)})"
+        for share, low, high in (served.within_1pct, served.within_5pct)
+    )
+    return one, five
