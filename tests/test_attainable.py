@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import sparse
+from scipy.optimize import linprog
 
 from alloc import (
     Label,
@@ -59,6 +61,52 @@ def test_facets_and_linear_program_agree_on_every_vehicle_and_fault():
         for tau in np.vstack([spread, inside, edge, np.eye(vehicle.k)]):
             expected = alpha_max_lp(vehicle, tau)
             assert alpha_max(vehicle, [tau])[0] == pytest.approx(expected, rel=RAY, abs=RAY), vehicle.name
+
+
+def side_by_side(vehicle: Vehicle, taus: np.ndarray) -> np.ndarray:
+    """alpha* of many demands by its definition, in one linear program: the largest sum of them."""
+    m, (N, k) = vehicle.n, taus.shape
+    t = taus / vehicle.wrench_scale
+    push = vehicle.TP * (vehicle.f_scale / vehicle.wrench_scale[:, None])
+    thrusts = sparse.kron(sparse.eye_array(N), push)
+    alphas = sparse.block_diag([-row[:, None] for row in t])
+    limits = np.column_stack([vehicle.f_min, vehicle.f_max]) / vehicle.f_scale
+    found = linprog(
+        np.concatenate([np.zeros(N * m), -np.ones(N)]),
+        A_eq=sparse.hstack([thrusts, alphas]),
+        b_eq=np.zeros(N * k),
+        bounds=np.vstack([np.tile(limits, (N, 1)), np.tile([-np.inf, np.inf], (N, 1))]),
+        method="highs",
+        options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
+    )
+    assert found.status == 0, found.message
+    alpha: np.ndarray = found.x[N * m :]
+    return alpha
+
+
+def test_labels_agree_with_a_linear_program_on_ten_thousand_demands():
+    rng = np.random.default_rng(6)
+    checked, kinds = 0, set()
+    for vehicle in every_state():
+        if vehicle.rank < vehicle.k:
+            continue  # alpha* = 0 or not: the linear program of each demand above decides that
+        n = 60
+        inside = attainable_demands(vehicle, rng, n)
+        delta = 10 ** rng.uniform(-5, -3, n) * rng.choice([-1, 1], n)
+        edge = inside * (alpha_max(vehicle, inside) * (1 + delta))[:, None]
+        beyond = inside * (alpha_max(vehicle, inside) * rng.uniform(1.02, 2, n))[:, None]
+        box = rng.uniform(-1, 1, (n, vehicle.k)) * alpha_max(vehicle, np.eye(vehicle.k))
+        taus = np.vstack([inside, edge, beyond, box])
+        alpha = side_by_side(vehicle, taus)
+        for band in (1e-3, 1e-6):
+            found = label(vehicle, taus, band)
+            assert found.alpha == pytest.approx(alpha, rel=1e-8)
+            assert ((found.label == Label.INFEASIBLE) == (alpha < 1 - band)).all()
+            assert ((found.label == Label.BOUNDARY) == (np.abs(alpha - 1) <= band)).all()
+            kinds |= set(found.label)
+        checked += len(taus)
+    assert checked >= 10_000
+    assert kinds == set(Label)
 
 
 @given(seed=st.integers(0, 2**32 - 1), k=st.integers(1, 6), extra=st.integers(-1, 4))

@@ -1,5 +1,7 @@
 """One file, one method. Each has ``build(vehicle, …) -> Allocator`` and is found by its file name.
 
+An underscore in the file's name is a hyphen in the method's.
+
 A module says of itself, as constants:
 
 FORMULATION : which optimum it answers (see ``alloc.allocation.Allocator``)

@@ -14,9 +14,9 @@ INTRODUCTION = """## What each vehicle can do, and who serves it
 
 *Volume left* is the exact volume of what the thrusters can push inside their limits, over the whole
 vehicle's. *Closed form* is the exact share of it for which f = T* τ breaks no limit. *Served* counts demands
-drawn evenly from it whose delivered wrench errs by at most 1 % or 5 %, with the 95 % interval. In the pictures
-a demand stands where two of its axes put it; what it asks of the others is left out, so it may be infeasible
-though it lies inside.
+drawn evenly from it whose delivered wrench errs by at most 1 % or 5 %, with the 95 % interval. In the
+pictures a demand stands where two of its axes put it; what it asks of the others is left out, so it may be
+infeasible though it lies inside.
 """
 
 
