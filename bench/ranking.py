@@ -6,8 +6,8 @@ from bench.rows import Row, Run
 EXACT = ("hard", "scaled")
 """Formulations that serve every attainable demand at least effort (eq. 4-5)."""
 EXACT_WITHIN = 1e-6
-"""Promised distance to the optimum, over the largest limit, up to which a method counts as exact:
-what ``tight`` settings are chosen for."""
+"""Largest distance to the optimum, over the largest limit, at which answers count as exact: what ``tight``
+settings are chosen for. It is the distance that was found, not the one that was promised."""
 
 
 def number(value: columns.Value) -> float | None:
@@ -21,11 +21,10 @@ def right(row: Row) -> bool:
 
 
 def exact(row: Row) -> bool:
-    """Whether a row's answers are the constrained optimum, within EXACT_WITHIN of the largest limit."""
-    promised = number(columns.tolerance(row))
-    return (
-        right(row) and columns.formulation(row) in EXACT and promised is not None and promised <= EXACT_WITHIN
-    )
+    """Whether a row's answers are the constrained optimum, found within EXACT_WITHIN of it."""
+    distance = number(columns.distance_relative(row))
+    optimal = columns.formulation(row) in EXACT and distance is not None and distance <= EXACT_WITHIN
+    return optimal and right(row)
 
 
 def best(run: Run, vehicle: str, demands: str) -> list[Row]:
