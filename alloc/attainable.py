@@ -1,6 +1,7 @@
 """How far a demand lies from the limits: alpha*, and the label that follows from it."""
 
 from enum import IntEnum
+from math import comb
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,10 @@ from alloc.zonotope import ROUNDING, zonotope
 BAND = 1e-3
 """Half width of the boundary label in alpha: within it, solvers at their default accuracy (1e-3 to 1e-6)
 may in good faith call a demand solved or infeasible."""
+
+FACETS = 50_000
+"""Up to so many candidate facets are enumerated, within a second; beyond, as for 32 thrusters in 6 DOF, a
+linear program a demand is quicker."""
 
 INFEASIBLE_LP = 2
 """What scipy.optimize.linprog calls a problem without a solution."""
@@ -77,8 +82,12 @@ def alpha_range(vehicle: Vehicle, taus: ArrayLike) -> tuple[FloatArray, FloatArr
     Where zero thrust lies inside the limits the least is <= 0 and alpha* >= 1 says that tau is
     attainable; otherwise it is so only if the least is <= 1 as well.
     """
+    demands = checked_many(taus, vehicle.k)
+    if comb(len(vehicle.working), vehicle.rank - 1) > FACETS:
+        low = [-alpha_max_lp(vehicle, -tau) for tau in demands]
+        return np.array(low), np.array([alpha_max_lp(vehicle, tau) for tau in demands])
     z = zonotope(vehicle)
-    t = checked_many(taus, vehicle.k) / z.scale
+    t = demands / z.scale
     size = np.abs(t).max(axis=1)  # not a Euclidean length, whose squares would overflow
     size[size == 0] = 1.0
     along = (t / size[:, None]) @ z.facets.T
