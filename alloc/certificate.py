@@ -16,17 +16,21 @@ that: a valid bound, and 0 at the optimum.
 
 from dataclasses import dataclass
 from itertools import chain, combinations
+from math import comb
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from alloc.allocation import FloatArray, IndexArray
+from alloc.errors import NotApplicable
 from alloc.qp import QP
 
 SINGULAR = 1e-10
 """A set of z whose equations have a reciprocal condition below this fixes no y. A scaled problem has
 orthonormal rows and real geometry stays above 1e-3; the slacks' weights cost another 1e-4."""
+MOST_TRIED = 5_000
+"""Multipliers tried at most: 16 thrusters in 3 DOF, 12 in 6, take a second to prepare."""
 CHUNK = 1_000_000
 """Numbers held at a time (8 MB): as fast as larger ones, and no demand set is too long."""
 
@@ -60,7 +64,10 @@ def certify(qp: QP, b: ArrayLike, x: ArrayLike) -> Certificate:
 
 
 def certify_many(qp: QP, B: ArrayLike, X: ArrayLike) -> Certificate:
-    """The certificates of X (N, m) as answers to B (N, p), row by row; each entry is (N,)."""
+    """The certificates of X (N, m) as answers to B (N, p), row by row; each entry is (N,).
+
+    Raises NotApplicable for a QP with more than MOST_TRIED multipliers to try.
+    """
     x, b = np.asarray(X, dtype=np.float64), np.asarray(B, dtype=np.float64)
     maps = _multipliers(qp)
     rows = max(1, CHUNK // maps.to_r[:, 0].size)
@@ -81,6 +88,12 @@ class _Multipliers:
 def _multipliers(qp: QP) -> _Multipliers:
     p, m = qp.A.shape
     bounded = qp.bounded
+    tried = sum(comb(len(bounded), j) for j in range(p + 1))
+    if tried > MOST_TRIED:
+        raise NotApplicable(
+            f"a certificate for {len(bounded)} bounded variables and {p} equations has {tried} multipliers"
+            f" to try, more than {MOST_TRIED}; compare with a reference instead"
+        )
     free = np.setdiff1d(np.arange(m), bounded)
     # Minimise over the free variables first: H_ss = L L', and what is left is a problem in the others.
     L = np.linalg.cholesky(qp.H[np.ix_(free, free)])

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from alloc import Allocation, Label, Status
+from alloc import Allocation, Label, NotApplicable, Status
 from alloc.allocation import FloatArray, StatusArray
 from alloc.qp import pose_hard, pose_soft
 from bench.loss import loss
@@ -104,7 +104,11 @@ def largest_gap(question: Question, F: FloatArray, status: StatusArray, formulat
     if formulation == "soft":  # the slack is what the thrusts leave
         x = np.hstack([x, x @ posed.qp.A[:, : x.shape[1]].T - b])
     cost = np.einsum("ij,jk,ik->i", x, posed.qp.H, x) / 2
-    return rounded(float((certify_many(posed.qp, b, x).gap / np.maximum(cost, LEAST_COST)).max()))
+    try:
+        gap = certify_many(posed.qp, b, x).gap
+    except NotApplicable:
+        return None
+    return rounded(float((gap / np.maximum(cost, LEAST_COST)).max()))
 
 
 def given_away(question: Question, F: FloatArray) -> dict[str, float | None]:

@@ -2,6 +2,7 @@
 
 from alloc import list_vehicles
 from bench.plan import Settings
+from bench.studies import growth as growth_study
 
 DEFAULT_DEMANDS = ("inactive", "active", "infeasible")
 
@@ -36,3 +37,8 @@ def full() -> Settings:
         repeats=3,
         target_s=3000.0,
     )
+
+
+def growth() -> Settings:
+    """The growth study: generated vehicles of 4 to 64 thrusters."""
+    return growth_study.settings()

@@ -17,11 +17,11 @@ from alloc import (
     Vehicle,
     VehicleError,
     build,
-    load_vehicle,
 )
 from alloc.allocation import FloatArray
 from bench.demands import build_demands
 from bench.record import Problem
+from bench.studies.growth import vehicle_of
 
 HARD_REFERENCES = ("nullspace", "qp/daqp", "qp/clarabel")
 """Methods that can give the hard optimum, best first: exact up to rounding, active set, interior point."""
@@ -101,7 +101,7 @@ def questions(
     A set that a vehicle has no demands of (NotApplicable) is left out.
     """
     found: dict[tuple[str, str], Question] = {}
-    for vehicle in [v for name in vehicles for v in faulty(load_vehicle(name), faults)]:
+    for vehicle in [v for name in vehicles for v in faulty(vehicle_of(name), faults)]:
         for name in demands:
             try:
                 posed = build_demands(name, vehicle, seed, n)

@@ -67,6 +67,10 @@ SETS = ("active", "inactive", "boundary", "infeasible", "box", "axes", "mission"
 """Order of demand sets in tables; the first one there is stands for the vehicle in pictures."""
 
 
+GENERATED = "growth-"
+"""Vehicles generated for the growth study, called so, are shown by their number of thrusters only."""
+
+
 @dataclass(frozen=True)
 class Run:
     """A record and its rows."""
@@ -76,8 +80,9 @@ class Run:
 
     @property
     def vehicles(self) -> list[str]:
-        """Vehicles that answered, sorted; canaries, which belong to none, left out."""
-        return sorted({row.vehicle for row in self.rows} - {"-"})
+        """Vehicles that answered, sorted; generated ones, and canaries, which belong to none, left out."""
+        found = {row.vehicle for row in self.rows} - {"-"}
+        return sorted(name for name in found if not name.startswith(GENERATED))
 
     def sets(self, vehicle: str) -> list[str]:
         """Demand sets of a vehicle, in the order of tables."""

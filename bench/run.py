@@ -18,6 +18,7 @@ from bench.plan import OVERHEAD_S, Group, Settings, budget_ns, groups
 from bench.process import work
 from bench.record import SCHEMA, Cell, Event, Header, Key, RecordError, Worker
 from bench.reference import problem, questions
+from bench.rows import GENERATED
 from bench.writer import Writer
 
 HANGS = 3
@@ -109,7 +110,7 @@ def run(settings: Settings, directory: Path, *, resume: bool, watch: Callable[[P
             writer.create(header)
             writer.extend(problem(question) for question in posed)
         known = set() if old is None else {worth.vehicle for worth in old.worths}
-        writer.extend(measure_worths(settings.vehicles, settings.seed, known))
+        writer.extend(measure_worths(own_vehicles(settings), settings.seed, known))
         planned = groups(settings, entries, files)
         total = sum(len(group.keys) for group in planned)
         going = Going(
@@ -153,6 +154,11 @@ def measure(group: Group, going: Going) -> None:
                     going.hung.add(msgspec.structs.replace(line.key, repeat=0))
         if len(pending) == before:  # a worker that ends without a word must not be started for ever
             going.keep(Cell(pending.pop(0), "crashed", reason="the worker ended without a result"))
+
+
+def own_vehicles(settings: Settings) -> list[str]:
+    """The settings' vehicles but for generated ones, whose worth says nothing to anybody."""
+    return [name for name in settings.vehicles if not name.startswith(GENERATED)]
 
 
 def methods(settings: Settings) -> tuple[list[Entry], dict[str, str]]:

@@ -5,7 +5,7 @@ from typing import Any
 
 import msgspec
 
-from bench.record import SCHEMA, Batch, Cell, Header, Judged, Key, Line, Worker
+from bench.record import SCHEMA, Batch, Cell, Header, Judged, Key, Line, Problem, Worker
 
 
 def header(**changes: Any) -> Header:
@@ -28,6 +28,28 @@ def cell(method: str = "pinv", us: int = 1, **changes: Any) -> Cell:
         judged=Judged(10, {"SOLVED": 9, "INFEASIBLE": 1}, [0.5, None, 2.0], agrees=True, distance_max_N=1e-7),
     )
     return msgspec.structs.replace(made, **changes)
+
+
+def problem(vehicle: str, n: int) -> Problem:
+    """A set of ten active demands on a planar vehicle of n thrusters."""
+    dof = ["surge", "sway", "yaw"]
+    return Problem(
+        vehicle, "active", 10, {"active": 10}, None, "nullspace", dof, n, 3, n - 3, 50.0, [100.0, 100.0, 50.0]
+    )
+
+
+def exact_cell(vehicle: str, method: str, us: float) -> Cell:
+    """A cell whose answers are the hard optimum, ``us`` a call."""
+    ns = round(us * 1000)
+    judged = Judged(10, {"SOLVED": 10}, agrees=True, distance_rel_max=1e-12, tolerance=1e-9)
+    return Cell(
+        Key(vehicle, "active", method),
+        "ok",
+        formulation="hard",
+        batches=[Batch(100, 100 * ns, 100 * ns, 0)],
+        allocator_bytes=1000,
+        judged=judged,
+    )
 
 
 def record(directory: Path, *lines: Line) -> Path:

@@ -5,6 +5,7 @@ from itertools import product
 import numpy as np
 
 from alloc.allocation import FloatArray
+from alloc.errors import NotApplicable
 from alloc.inverse import inverse_over
 from alloc.saturating import Saturating
 from alloc.vehicle import Vehicle
@@ -14,6 +15,9 @@ FORMULATION = "redistribute"
 TABLE_THRUSTERS = 8
 """Up to as many working thrusters, the inverse for every pattern of frozen ones is made in ``build`` (256 of
 them); beyond, each at its first use, so that a first call may cost tens of later ones."""
+
+MOST_THRUSTERS = 62
+"""A pattern of frozen thrusters is the bits of a signed 64-bit integer."""
 
 
 class Cascade:
@@ -79,5 +83,9 @@ def build(vehicle: Vehicle) -> Saturating:
     Each pass freezes at least one thruster, so there are at most n. A frozen thruster is never freed,
     which is why the cascade may miss a wrench that could be met.
     """
+    if vehicle.n > MOST_THRUSTERS:
+        raise NotApplicable(
+            f"redistribute covers up to {MOST_THRUSTERS} thrusters; {vehicle.name} has {vehicle.n}"
+        )
     cascade = Cascade(vehicle)
     return Saturating(vehicle, FORMULATION, cascade.one, cascade.many)

@@ -21,9 +21,10 @@ import click
 @click.option("--memory", "memory_MB", type=click.IntRange(64), metavar="MB", help="Of a worker.")
 @click.option("--quick", "preset", flag_value="quick", help="Two vehicles, once: under 25 s.")
 @click.option("--all", "preset", flag_value="full", help="The full matrix: about an hour, resumable.")
+@click.option("--study", type=click.Choice(["growth"]), help="growth: 4 to 64 thrusters, fitted exponents.")
 @click.option("--resume", is_flag=True, help="Go on with the record in the folder.")
 @click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="[results/<machine>]")
-def command(out: Path | None, preset: str | None, resume: bool, **options: object) -> int:
+def command(out: Path | None, preset: str | None, study: str | None, resume: bool, **options: object) -> int:
     """Time and judge every method, each in its own process; write the record and the report.
 
     Exit code 1 where an answer is wrong or disagrees, 130 after Ctrl-C, with a report of what there is.
@@ -38,9 +39,9 @@ def command(out: Path | None, preset: str | None, resume: bool, **options: objec
     from bench.summary import show
 
     console = Console()
-    settings = getattr(presets, preset or "default")()
+    settings = getattr(presets, study or preset or "default")()
     settings = replace(settings, **{key: value for key, value in options.items() if value not in (None, ())})
-    directory = out or Path("results") / machine.name()
+    directory = out or Path("results") / "-".join(filter(None, (machine.name(), study)))
     interrupted = False
     with bar(console) as watch:
         try:

@@ -1,11 +1,13 @@
-"""One file, one picture a vehicle: ``draw(run, vehicle)`` returns a figure, or None for nothing to show.
+"""One file, one picture, found by its name; ``style`` is how all look.
 
-A file is found by its name, and its picture saved as ``<file>-<vehicle>.svg``; ``style`` is how all look.
+``draw(run, vehicle)`` returns a figure, or None for nothing to show, saved as ``<file>-<vehicle>.svg``;
+``draw_run(run)`` one of the whole run, saved as ``<file>.svg``.
 """
 
 import pkgutil
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 from bench.rows import Run
 
@@ -19,11 +21,15 @@ def draw_all(run: Run, directory: Path) -> frozenset[str]:
     drawn = set()
     for found in pkgutil.iter_modules(__path__):
         module = import_module(f"bench.plots.{found.name}")
-        for vehicle in run.vehicles if hasattr(module, "draw") else ():
+        pictures: dict[str, tuple[Any, ...]] = {}
+        if hasattr(module, "draw"):
+            pictures = {f"{found.name}-{vehicle}.svg": (module.draw, vehicle) for vehicle in run.vehicles}
+        if hasattr(module, "draw_run"):
+            pictures[f"{found.name}.svg"] = (module.draw_run,)
+        for name, (draw, *vehicle) in pictures.items():
             with mpl.rc_context(SETTINGS):
-                figure = module.draw(run, vehicle)
+                figure = draw(run, *vehicle)
                 if figure is not None:
-                    name = f"{found.name}-{vehicle}.svg"
                     save(figure, directory / name)
                     drawn.add(name)
     return frozenset(drawn)

@@ -1,9 +1,21 @@
 """report.md: the sections in the order of a reader's questions."""
 
-from bench.report import cost, failures, headline, limits, lost, machine, memory, method, tails, worth
+from bench.report import (
+    cost,
+    failures,
+    growth,
+    headline,
+    limits,
+    lost,
+    machine,
+    memory,
+    method,
+    tails,
+    worth,
+)
 from bench.rows import Run
 
-SECTIONS = (headline, cost, lost, worth, failures, tails, memory, machine, method, limits)
+SECTIONS = (headline, cost, growth, lost, worth, failures, tails, memory, machine, method, limits)
 
 
 def page(run: Run, drawn: frozenset[str]) -> str:

@@ -7,10 +7,11 @@ import re
 
 import numpy as np
 
-from alloc import UnknownName, Vehicle
+from alloc import UnknownName, Vehicle, load_vehicle
 from bench.plan import Settings
+from bench.rows import GENERATED
 
-PREFIX = "growth-"
+NAME = re.compile(rf"{GENERATED}k([36])-n(\d+)")
 SIZES = {3: (4, 6, 8, 12, 16, 24, 32, 48, 64), 6: (8, 12, 16, 24, 32, 48, 64)}
 """Numbers of thrusters for each number of controlled degrees of freedom."""
 DOF = {3: ("surge", "sway", "yaw"), 6: ("surge", "sway", "heave", "roll", "pitch", "yaw")}
@@ -45,9 +46,14 @@ def settings() -> Settings:
     )
 
 
+def vehicle_of(name: str) -> Vehicle:
+    """A vehicle of the study by its name, any other as ``load_vehicle`` finds it."""
+    return growth_vehicle(name) if NAME.fullmatch(name) else load_vehicle(name)
+
+
 def growth_vehicles() -> list[Vehicle]:
     """Every vehicle of the study."""
-    return [growth_vehicle(f"{PREFIX}k{k}-n{n}") for k, sizes in SIZES.items() for n in sizes]
+    return [growth_vehicle(f"{GENERATED}k{k}-n{n}") for k, sizes in SIZES.items() for n in sizes]
 
 
 def growth_vehicle(name: str) -> Vehicle:
@@ -56,10 +62,10 @@ def growth_vehicle(name: str) -> Vehicle:
     Thrusters sit evenly on a circle (k = 3) or a sphere (k = 6) and push in seeded random
     directions, so that no two sizes share a special symmetry.
     """
-    found = re.fullmatch(rf"{PREFIX}k([36])-n(\d+)", name)
+    found = NAME.fullmatch(name)
     k, n = (int(found[1]), int(found[2])) if found else (0, 0)
     if not k < n <= 64:
-        raise UnknownName(f"no vehicle '{name}'; the study has {PREFIX}k3-n4 to {PREFIX}k6-n64")
+        raise UnknownName(f"no vehicle '{name}'; the study has {GENERATED}k3-n4 to {GENERATED}k6-n64")
     dice = np.random.default_rng([k, n])
     turn = np.arange(n) * np.pi * (3 - np.sqrt(5))  # the golden angle spreads points evenly on a sphere
     if k == 3:

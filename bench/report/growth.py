@@ -1,0 +1,68 @@
+"""Report section: how time and memory grow with the number of thrusters (the growth study)."""
+
+from collections import defaultdict
+from collections.abc import Callable
+
+from bench import columns
+from bench.growth import FITTED_FROM, Series, exponent, pays_up_to, series
+from bench.report.text import picture, table, three
+from bench.rows import Run
+
+
+def section(run: Run, drawn: frozenset[str]) -> str:
+    """Time and allocator size by number of thrusters, with fitted exponents; only for a growth study."""
+    found = series(run)
+    if not found:
+        return ""
+    parts = [
+        "## How it grows with the number of thrusters\n",
+        f"Generated vehicles, active demands. Exponent: p of time ~ nᵖ fitted from n = {FITTED_FROM} on, with"
+        " its standard error.\n",
+        picture(
+            "growth.svg", "median call and allocator size of each method over the number of thrusters", drawn
+        ),
+    ]
+    for k in sorted({one.k for one in found}):
+        family = [one for one in found if one.k == k]
+        parts += [
+            f"### {k} degrees of freedom\n",
+            _where_it_pays(family) + "\n",
+            _table("median [µs], n =", family, Series.times_us),
+            _table("allocator [kB], n =", family, Series.kilobytes),
+            _refused(family),
+        ]
+    return "\n".join(part for part in parts if part)
+
+
+def _where_it_pays(family: list[Series]) -> str:
+    best, without = pays_up_to(family)
+    if best is None:
+        return "No exact closed form beats the exact QP solvers here."
+    text = f"An exact closed form is faster than every exact QP solver up to n = {best}"
+    return f"{text}; from n = {min(without)} on none is offered." if without else f"{text}."
+
+
+def _table(title: str, family: list[Series], of: Callable[[Series], dict[int, float]]) -> str:
+    sizes = sorted({n for one in family for n in one.rows})
+    lines = []
+    for one in family:
+        values = of(one)
+        fit = exponent(values)
+        power = f"{fit[0]:.2f} ± {fit[1]:.2f}" if fit else ""
+        if values:
+            lines.append([one.label, *(three(values.get(n)) for n in sizes), power])
+    return table((title, *map(str, sizes), "exponent"), lines)
+
+
+def _refused(family: list[Series]) -> str:
+    reasons: dict[tuple[str, str], list[int]] = defaultdict(list)
+    for one in family:
+        for n, row in one.rows.items():
+            if row.failed:
+                reasons[one.label, str(columns.status(row))].append(n)
+    rows = {one.label: one.rows for one in family}
+    lines = []
+    for (label, status), sizes in reasons.items():
+        why = str(columns.reason(rows[label][sizes[0]]))
+        lines.append(f"- {label}, n = {', '.join(map(str, sizes))}: {status}; at n = {sizes[0]}: {why}")
+    return "\n".join(lines) + "\n" if lines else ""
