@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from bench.columns import call_p50_us, call_p99_us, lost_wrench_max, within_1pct_share
+from bench.report.text import three
 from bench.rows import Row, Run, read_run
 
 ATTAINABLE = ("inactive", "active", "uniform")
@@ -17,7 +18,7 @@ ATTAINABLE = ("inactive", "active", "uniform")
 NOTHING = 1e-6
 """A wrench delivered within this share of the demand is met: what SOLVED promises."""
 
-CAPTION = """p50, p99: a call \\[us]; serves: share of what the vehicle can do, met within 1 %;
+CAPTION = """p50, p99: a call \\[us]; serves: share of what a vehicle can do, within 1 %;
 misses: largest share of an attainable wrench that is not delivered.
 Least … largest over vehicles and demand sets."""
 
@@ -41,7 +42,7 @@ def show(directory: Path, console: Console) -> bool:
     """Print the summary of the run in ``directory``; True where every answer is good."""
     run = read_run(directory)
     rows = sorted(run.rows, key=lambda row: row.label)
-    table = Table(box=None, caption=CAPTION)
+    table = Table(box=None, pad_edge=False, caption=CAPTION)
     for heading in ("method", "p50", "p99", "serves", "misses", "agrees", "failed"):
         table.add_column(heading, no_wrap=True, min_width=len(heading))
     for label, same in groupby(rows, key=lambda row: row.label):
@@ -99,5 +100,5 @@ def _range(values: Iterable[object], unit: str = "") -> str:
     numbers = sorted(float(value) for value in values if isinstance(value, (int, float)))
     if not numbers:
         return ""
-    low, high = f"{numbers[0]:.3g}", f"{numbers[-1]:.3g}"
+    low, high = three(numbers[0]), three(numbers[-1])
     return f"{low}{unit}" if low == high else f"{low} … {high}{unit}"

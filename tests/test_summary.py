@@ -67,5 +67,5 @@ def test_the_table_names_its_columns_and_their_units(tmp_path: Path):
     console = Console(width=100, record=True, file=StringIO())
     assert show(tmp_path, console)
     text = console.export_text()
-    for word in ("serves", "70%", "misses", "30%", "[us]"):
+    for word in ("serves", "70.0%", "misses", "30%", "[us]"):
         assert word in text
