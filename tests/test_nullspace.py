@@ -33,7 +33,10 @@ def daqp_answer(vehicle: Vehicle, tau: np.ndarray) -> np.ndarray | None:
     upper = np.concatenate([vehicle.f_max, tau]) / s
     lower = np.concatenate([vehicle.f_min, tau]) / s
     equality = np.array([0] * n + [5] * vehicle.k, dtype=np.int32)
-    x, _, flag, _ = daqp.solve(vehicle.H.copy(), np.zeros(n), vehicle.T.copy(), upper, lower, equality)
+    # Its default lets a limit be broken by 1e-6, which is EDGE.
+    x, _, flag, _ = daqp.solve(
+        vehicle.H.copy(), np.zeros(n), vehicle.T.copy(), upper, lower, equality, primal_tol=1e-11
+    )
     return np.asarray(x) * s if flag > 0 else None
 
 
@@ -61,15 +64,12 @@ def test_solvers_and_construction_give_the_same_verdict_and_the_same_thrusts(sol
         np.testing.assert_array_equal(status == Status.SOLVED, demands.attainable)
         for i, (tau, f) in enumerate(zip(demands.taus, F, strict=True)):
             answer = solve(vehicle, tau)
-            if i % 6 in (
-                0,
-                5,
-            ):  # the solvers' own tolerances are coarser than EDGE: their verdict there is theirs
-                assert (answer is not None) == demands.attainable[i]
-            if answer is not None and demands.attainable[i]:
-                # On the boundary, where f is the only thrust there is, a solver's tolerance moves it by that.
-                allowed = EXACT if i % 6 == 0 else 1e-5
-                assert np.abs(answer - f).max() <= allowed * vehicle.f_scale
+            # Exactly on the boundary quadprog sometimes says inconsistent: it knows no tolerance.
+            assert (answer is not None) == demands.attainable[i] or (
+                solve is quadprog_answer and i % 6 in (1, 2)
+            )
+            if answer is not None:
+                assert np.abs(answer - f).max() <= EXACT * vehicle.f_scale
 
 
 def test_a_demand_on_the_boundary_gets_the_only_thrust_that_makes_it(shape) -> None:

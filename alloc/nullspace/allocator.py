@@ -112,7 +112,8 @@ class Nullspace:
 
 
 STEPS_LIMIT = 5000
-"""Beyond it an active-set solver is quicker even at its worst, and the tables outgrow a cache."""
+"""Here a call may take milliseconds in Python and setting up takes a tenth of a second (measured on one
+x86-64 core, 3 x 11); an active-set solver needs neither."""
 
 
 def exact(vehicle: Vehicle) -> Nullspace:

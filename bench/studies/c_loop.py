@@ -1,0 +1,69 @@
+"""A C function timed in a C loop, and its instructions counted call by call: no Python in either."""
+
+import os
+import subprocess
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from alloc.allocation import FloatArray
+from alloc.native.compiled import STANDARD, compiler
+from bench.emulation.kernel import SCALARS, Kernel
+
+LOOP = Path(__file__).with_name("loop.c")
+REPEAT_NS = 2e6
+"""Length of one repeat: long against the clock's 20 ns, short against a time slice."""
+
+
+@contextmanager
+def program(kernel: Kernel, taus: FloatArray) -> Iterator[list[str]]:
+    """The compiled loop around the kernel as a command that still wants ROUNDS and REPEATS."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        units = kernel.write(folder)
+        includes = sorted({f"-I{path.parent}" for path in folder.rglob("*.h")})
+        made, demands = folder / "loop", folder / "demands.bin"
+        np.ascontiguousarray(taus, dtype=SCALARS[kernel.scalar]).tofile(demands)
+        sources = [str(path) for path in (*units, LOOP)]
+        # The loop stands in a file of its own, so that no kernel is inlined into it.
+        subprocess.run(
+            [*compiler(), *STANDARD, "-O2", "-w", *includes, *sources, "-lm", "-o", str(made)], check=True
+        )
+        yield [str(made), str(demands)]
+
+
+def nanoseconds(kernel: Kernel, taus: FloatArray, repeats: int = 15) -> FloatArray:
+    """Time per call [ns], one number a repeat over all ``taus`` (N, k)."""
+    with program(kernel, taus) as command:
+        once = _run([*command, "1", "3"])
+        rounds = max(1, round(REPEAT_NS / (float(np.min(once)) * len(taus))))
+        return _run([*command, str(rounds), str(repeats)])
+
+
+def instructions(kernel: Kernel, taus: FloatArray) -> NDArray[np.int64]:
+    """Instructions (N,) of each call, counted by callgrind from the function's entry to its return."""
+    with program(kernel, taus) as command, tempfile.TemporaryDirectory() as folder:
+        options = [f"--toggle-collect={kernel.entry}", f"--dump-after={kernel.entry}"]
+        profile = Path(folder) / "counts"
+        subprocess.run(
+            ["valgrind", "--tool=callgrind", f"--callgrind-out-file={profile}", *options, *command, "0", "0"],
+            check=True, capture_output=True,
+        )  # fmt: skip
+        parts = sorted(Path(folder).glob("counts.*"), key=lambda path: int(path.suffix[1:]))
+        totals = [_total(path) for path in parts]
+    return np.array(totals[: len(taus)], dtype=np.int64)
+
+
+def _run(command: list[str]) -> FloatArray:
+    environment = os.environ | {"LC_ALL": "C"}
+    out = subprocess.run(command, check=True, capture_output=True, text=True, env=environment).stdout
+    return np.array(out.split(), dtype=float)
+
+
+def _total(profile: Path) -> int:
+    lines = profile.read_text(encoding="utf-8").splitlines()
+    return next(int(line.split()[1]) for line in reversed(lines) if line.startswith("totals:"))

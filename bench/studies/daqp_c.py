@@ -1,0 +1,78 @@
+"""DAQP's own C around one vehicle's problem, for the C loop: no Python, no clock inside."""
+
+from pathlib import Path
+
+from alloc import Vehicle
+from alloc.allocation import FloatArray
+from alloc.qp import pose_hard
+from bench.emulation.kernel import Kernel
+
+EQUALITY = 5
+"""DAQP's mark for a row of A that is an equation: active and never to be dropped."""
+
+
+def daqp_kernel(vehicle: Vehicle, csrc: Path) -> Kernel:
+    """Set up at the first call, as ``qp/daqp`` reused: each call brings new bounds and drops the active set.
+
+    ``csrc`` is the folder of that name in DAQP's source distribution.
+    """
+    posed = pose_hard(vehicle)
+    p, m = posed.qp.A.shape
+    function = "int daqp_allocate(const double *tau, double *f)"
+    adapter = f"""\
+#include "api.h"
+#include "utils.h"
+
+static double H[{m * m}] = {braced(posed.qp.H)}, g[{m}], A[{p * m}] = {braced(posed.qp.A)};
+static const double b_of_tau[{p * vehicle.k}] = {braced(posed.b_of_tau)};
+static double low[{m + p}] = {braced(posed.qp.lb)}, high[{m + p}] = {braced(posed.qp.ub)};
+static double x[{m}], lam[{m + p}];
+static int sense[{m + p}];
+static const int working[{m}] = {{{", ".join(str(i) for i in posed.working)}}};
+static DAQPProblem qp = {{.n = {m}, .m = {m + p}, .ms = {m}, .H = H, .f = g, .A = A,
+                         .bupper = high, .blower = low, .sense = sense}};
+static DAQPWorkspace work;
+static DAQPResult result = {{.x = x, .lam = lam}};
+
+{function}
+{{
+    static int ready;
+    if (!ready) {{
+        for (int i = 0; i < {p}; i++)
+            sense[{m} + i] = {EQUALITY};
+        if (setup_daqp(&qp, &work, 0) < 0)
+            return -100;
+        ready = 1;
+    }}
+    for (int i = 0; i < {p}; i++) {{
+        double b = 0;
+        for (int j = 0; j < {vehicle.k}; j++)
+            b += b_of_tau[i * {vehicle.k} + j] * tau[j];
+        low[{m} + i] = high[{m} + i] = b;
+    }}
+    const int flag = daqp_update_ldp(DAQP_UPDATE_d | DAQP_UPDATE_sense, &work, &qp);
+    if (flag < 0)
+        return flag;
+    daqp_solve(&result, &work);
+    for (int i = 0; i < {m}; i++)
+        f[working[i]] = {posed.f_scale!r} * x[i];
+    return result.exitflag;
+}}
+"""
+    files = {path.name: path.read_text(encoding="utf-8") for path in (csrc / "include").glob("*.h")}
+    files |= {path.name: path.read_text(encoding="utf-8") for path in (csrc / "src").glob("*.c")}
+    return Kernel(
+        method="qp/daqp in C",
+        scalar="double",
+        k=vehicle.k,
+        n=vehicle.n,
+        entry="daqp_allocate",
+        declaration=f"{function};",
+        arguments="tau, f",
+        sources=files | {"daqp_allocate.c": adapter},
+    )
+
+
+def braced(values: FloatArray) -> str:
+    """A C initialiser of all values, row by row."""
+    return f"{{{', '.join(repr(value) for value in values.ravel().tolist())}}}"
