@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bench import columns
+from bench.ranking import EXACT
 from bench.rows import Row
 
 if TYPE_CHECKING:
@@ -90,7 +91,7 @@ def family(method: str, formulation: str) -> str:
         return "QP solver, live"
     if formulation == "unlimited":
         return "closed form, no limits"
-    return "exact closed form" if formulation == "hard" else "practice behind a closed form"
+    return "exact closed form" if formulation in EXACT else "practice behind a closed form"
 
 
 def colour(row: Row) -> str:

@@ -57,20 +57,26 @@ def _cost(run: Run) -> str:
 
 
 def _loss(run: Run) -> str:
-    beyond, lost, turned = [], [], []
-    for rows in _typical(run).values():
-        pinv = named(rows, "pinv")
+    served, lost, turned = [], [], []
+    for vehicle, rows in _typical(run).items():
+        worth, pinv = run.worth(vehicle), named(rows, "pinv")
+        if worth is not None and worth.authority[0].closed_form_share is not None:
+            served.append(100 * worth.authority[0].closed_form_share)
         if pinv is not None:
-            beyond += _numbers(columns.limits_violated_share(pinv))
             lost += _numbers(columns.lost_wrench_max(pinv))
             turned += _numbers(columns.direction_error_max_deg(pinv))
-    if not beyond or not lost or not turned:
-        return ""
-    return (
-        f"On demands that need the limits, the pseudoinverse asks for thrust beyond them in"
-        f" {percent(max(beyond))} of its answers; what the thrusters then deliver misses up to"
-        f" {percent(max(lost))} of the wrench and points up to {three(max(turned))}° away."
-    )
+    parts = []
+    if served:
+        parts.append(
+            f"Without limits, f = T* τ serves {number_range(served)} % of what a vehicle can do within them"
+        )
+    if lost and turned:
+        parts.append(
+            f"on demands beyond that, what its thrusters deliver misses up to {three(100 * max(lost))} % of"
+            f" the wrench and points up to {three(max(turned))}° away"
+        )
+    text = "; ".join(parts)
+    return f"{text[:1].upper()}{text[1:]}." if text else ""
 
 
 def _trust(run: Run) -> str:
