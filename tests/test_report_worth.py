@@ -6,6 +6,8 @@ import msgspec
 from made_up import cell, header, record
 
 from bench.plots import error, reach
+from bench.record import Cell, Judged, Key
+from bench.report import mission
 from bench.report.worth import section
 from bench.rows import Run, read_run
 from bench.worth import Authority, Curve, Plane, Served, Worth
@@ -78,3 +80,23 @@ def test_pictures_are_drawn_and_curves_that_coincide_share_a_line(tmp_path: Path
     drawn = error.draw(run, "ukwial")
     assert drawn is not None
     assert [text.get_text() for text in drawn.legends[0].get_texts()] == ["scaled", "pinv, svd"]
+
+
+def test_a_flight_through_a_failure_shows_before_and_after(tmp_path: Path):
+    def flown(vehicle: str, demands: str, lost: float) -> Cell:
+        loss: dict[str, float | None] = {"wrench_error_rel_max": lost, "answered_share": 1.0}
+        loss |= {"within_1pct_share": 0.5, "direction_error_max_deg": 3.0}
+        judged = Judged(10, {"SOLVED": 10}, [0.0], agrees=True, loss=loss)
+        return cell("clip", key=Key(vehicle, demands, "clip"), judged=judged)
+
+    cells = [
+        flown("ukwial", "mission", 0.111),
+        flown("ukwial-f2", "mission-fault", 0.222),
+        flown("ukwial-f2-f0", "mission-fault", 0.333),  # the flight of another vehicle, ukwial-f2
+    ]
+    text = mission.section(read_run(record(tmp_path, header(), *cells)), frozenset())
+    assert "### ukwial, then ukwial-f2" in text
+    assert "11.1 %" in text
+    assert "22.2 %" in text
+    assert "33.3 %" not in text
+    assert mission.section(run_with(tmp_path), frozenset()) == ""

@@ -10,12 +10,13 @@ from bench.report import (
     machine,
     memory,
     method,
+    mission,
     tails,
     worth,
 )
 from bench.rows import Run
 
-SECTIONS = (headline, cost, growth, lost, worth, failures, tails, memory, machine, method, limits)
+SECTIONS = (headline, cost, growth, lost, mission, worth, failures, tails, memory, machine, method, limits)
 
 
 def page(run: Run, drawn: frozenset[str]) -> str:

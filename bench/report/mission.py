@@ -1,0 +1,73 @@
+"""Report section: one flight, before and after a thruster fails, method by method."""
+
+from bench import columns
+from bench.ranking import best, number
+from bench.report.text import percent, table, three
+from bench.rows import Row, Run
+
+BEFORE, AFTER = "mission", "mission-fault"
+
+NOTHING = 1e-6
+"""A wrench delivered within this share of the demand is met: what SOLVED promises."""
+
+ROUNDING_DEG = 1e-4
+"""The turn that a wrench met so well can make at most: 1e-6 rad."""
+
+HEADERS = (
+    "method",
+    "within 1 %, before",
+    "after",
+    "wrench lost, worst, before",
+    "after",
+    "worst turn [°], before",
+    "after",
+)
+
+
+def section(run: Run, drawn: frozenset[str]) -> str:
+    """A table for each vehicle that flew both halves."""
+    parts = []
+    for vehicle in run.vehicles:
+        before = {row.method: row for row in best(run, vehicle, BEFORE)}
+        for degraded in _degraded(run, vehicle):
+            after = {row.method: row for row in best(run, degraded, AFTER)}
+            lines = [[name, *_numbers(row, after[name])] for name, row in before.items() if name in after]
+            if lines:
+                parts += [f"### {vehicle}, then {degraded}\n", table(HEADERS, lines)]
+    if not parts:
+        return ""
+    title = (
+        "## Through a failure\n\n"
+        "Half a minute of waypoints in a current, then half a minute more after the thruster whose loss costs"
+        " most (and no rank, where that can be had) has failed. Each method answers the same demands; one"
+        " without an answer is lost whole.\n"
+    )
+    return "\n".join([title, *parts])
+
+
+def _degraded(run: Run, vehicle: str) -> list[str]:
+    """The vehicles that this one became: its name with one more fault."""
+    found = {row.vehicle for row in run.rows if row.demands == AFTER}
+    return sorted(
+        name for name in found if name.startswith(f"{vehicle}-f") and "-f" not in name[len(vehicle) + 2 :]
+    )
+
+
+def _numbers(before: Row, after: Row) -> list[str]:
+    within = [percent(number(columns.within_1pct_share(row))) for row in (before, after)]
+    lost = [percent(_lost(row)) for row in (before, after)]
+    turned = [
+        three(_above(number(columns.direction_error_max_deg(row)), ROUNDING_DEG)) for row in (before, after)
+    ]
+    return [*within, *lost, *turned]
+
+
+def _lost(row: Row) -> float | None:
+    # A demand without an answer delivers nothing.
+    if (number(columns.answered_share(row)) or 0.0) < 1.0:
+        return 1.0
+    return _above(number(columns.lost_wrench_max(row)), NOTHING)
+
+
+def _above(value: float | None, floor: float) -> float | None:
+    return 0.0 if value is not None and value <= floor else value
