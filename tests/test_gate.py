@@ -90,6 +90,17 @@ def test_a_new_method_is_mentioned_and_the_rest_is_timed(repository: Path) -> No
     assert "| `ukwial:pinv:-` |" in found.stdout
 
 
+def test_a_vehicle_whose_limits_changed_is_judged_by_its_own_numbers(repository: Path) -> None:
+    def weaken(tree: Path) -> None:
+        file = tree / "alloc" / "vehicles" / "ukwial.yaml"
+        file.write_text(file.read_text().replace("f_max: 250", "f_max: 200"))
+
+    found = gate(repository, weaken, "--cells", "ukwial:nullspace")
+    assert "ukwial: its numbers differ, so each side is judged by its own" in found.stdout
+    assert "| `ukwial:nullspace:-` |" in found.stdout
+    assert "wrong" not in found.stdout
+
+
 def test_half_as_slow_again_is_found_by_time_alone(repository: Path) -> None:
     found = gate(repository, lambda tree: slow_down(tree, CLOSED_FORMS, 2000), "--pairs", "3")
     assert found.return_value == 1

@@ -60,9 +60,8 @@ def test_whoever_stays_inside_the_limits_is_certified_without_a_reference(writte
         said = benchmark["extra_info"]
         inside = said["label"] == "inactive" or said["method"] == "nullspace"
         assert (said["certificate"]["gap_rel_max"] is not None) == inside
-        if inside:  # exact methods: a gap of rounding, 250 N limits
-            assert said["certificate"]["gap_rel_max"] < 1e-12
-            assert said["certificate"]["distance_bound_max_N"] < 1e-3
+        if inside:
+            assert said["certificate"]["gap_rel_max"] < 1e-12  # exact methods: nothing but rounding
 
 
 def test_a_method_of_ones_own_is_timed_too(written: Path) -> None:

@@ -5,6 +5,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from alloc import Allocation, Label, NotApplicable, Status, Vehicle
 from alloc.allocation import FloatArray
@@ -117,14 +118,8 @@ def pose(vehicle: Vehicle, optimum: Callable[[str, FloatArray], FloatArray | Non
     taus = np.concatenate([one.taus for one in sets])
     labels = np.concatenate([one.labels for one in sets])
     alpha = np.concatenate([one.alpha for one in sets])
-    references = {"unlimited": taus @ generalized_inverse(vehicle).T}
-    for method in HARD_REFERENCES:
-        hard = optimum(method, taus)
-        if hard is not None:
-            inactive = (labels == Label.INACTIVE)[:, None]
-            references["hard"] = np.where(inactive, references["unlimited"], hard)
-            break
-    return Question("gate", vehicle, taus, labels, alpha, None, references, "")
+    hard = next((found for m in HARD_REFERENCES if (found := optimum(m, taus)) is not None), None)
+    return _question(vehicle, taus, labels, alpha, hard)
 
 
 def answered(side: Prober, cell: Cell, question: Question) -> Answered:
@@ -185,5 +180,14 @@ def _again(question: Question, vehicle: Vehicle) -> Question:
     if vehicle.k != question.vehicle.k:
         raise Refused(f"{vehicle.name}: its DOF differ between the sides; give --cells without it")
     again = labelled("gate", vehicle, question.taus)
-    unlimited = {"unlimited": question.taus @ generalized_inverse(vehicle).T}
-    return Question("gate", vehicle, again.taus, again.labels, again.alpha, None, unlimited, "")
+    return _question(vehicle, again.taus, again.labels, again.alpha, None)
+
+
+def _question(
+    vehicle: Vehicle, taus: FloatArray, labels: NDArray[np.int8], alpha: FloatArray, hard: FloatArray | None
+) -> Question:
+    unlimited = taus @ generalized_inverse(vehicle).T
+    optimum = np.full_like(unlimited, np.nan) if hard is None else hard
+    inactive = np.equal(labels, Label.INACTIVE)[:, None]
+    references = {"unlimited": unlimited, "hard": np.where(inactive, unlimited, optimum)}
+    return Question("gate", vehicle, taus, labels, alpha, None, references, "")

@@ -33,7 +33,7 @@ def markdown(record: Record, verdict: Verdict) -> str:
         listed = [f"- {commit}" for commit in record.commits]
         lines += ["<details><summary>Commits</summary>", "", *listed, "", "</details>", ""]
     where = f" on {record.machine['cpu']}" if "cpu" in record.machine else ""
-    seconds = ", ".join(f"{stage} after {s:.0f} s" for stage, s in record.seconds.items() if stage != "all")
+    seconds = ", ".join(f"{stage} {s:.0f} s" for stage, s in record.seconds.items() if stage != "all")
     lines.append(f"{seconds}; {record.seconds.get('all', 0):.0f} s in all{where}." if seconds else "")
     return "\n".join(lines).rstrip() + "\n"
 

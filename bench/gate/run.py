@@ -2,8 +2,8 @@
 
 import random
 import tempfile
-from collections.abc import Callable, Sequence
-from contextlib import ExitStack, closing
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from time import monotonic
 
@@ -44,8 +44,14 @@ def gate(
         record.commits = trees.commits(base, head)
         record.unchanged = "" if always else trees.unchanged(a, b)
         if not record.unchanged:
-            both = trees.prepare(a, b, Path(folder) / "environments", plugins)
-            compare(record, both, patterns, count, started, tell)
+            if trees.requirements(a) != trees.requirements(b):
+                tell("environments: the requirements differ, so each side gets its own")
+                record.notes.append(
+                    "the requirements differ: each side was measured in an environment of its own"
+                )
+            with _stage(record, "prepare"):
+                both = trees.prepare(a, b, Path(folder) / "environments", plugins)
+            compare(record, both, patterns, count=count, tell=tell)
     record.seconds["all"] = monotonic() - started
     return record
 
@@ -54,30 +60,37 @@ def compare(
     record: Record,
     both: tuple[Tree, Tree],
     patterns: Sequence[str],
-    count: bool,
-    started: float,
-    tell: Tell,
+    *,
+    count: bool = True,
+    tell: Tell = lambda _: None,
 ) -> None:
     """Fill the record from two trees that are ready to run, stopping where the verdict is clear."""
-    deadline = started + record.settings.budget_s
+    deadline = monotonic() + record.settings.budget_s
     tell("answers: every cell of both sides, judged by equations")
-    demands = _answers(record, both, patterns)
-    record.seconds["answers"] = monotonic() - started
+    with _stage(record, "answers"):
+        demands = _answers(record, both, patterns)
     if verdict(record).outcome is Outcome.REGRESSION:
         return  # gone, wrong or nothing to compare: no time makes up for that
     cells = [cell for cell in record.cells if in_both(cell)]
     try:
         if count:
             tell(f"instructions: {len(cells)} cells, both sides at once")
-            _instructions(record, cells, both, demands)
-            record.seconds["instructions"] = monotonic() - started
+            with _stage(record, "instructions"):
+                _instructions(record, cells, both, demands)
         tell(f"time: {record.settings.pairs} pairs of processes, {len(cells)} cells")
-        _time(record, cells, both, demands, deadline, tell)
-        record.seconds["time"] = monotonic() - started
+        with _stage(record, "time"):
+            _time(record, cells, both, demands, deadline, tell)
     except Died as reason:
         # It had answered before. The head's fault counts; of the base's nothing follows for the head.
         told = f"died while it was measured: {reason}"
         record.crashed, record.cut = (told, "") if reason.side == HEAD else ("", told)
+
+
+@contextmanager
+def _stage(record: Record, name: str) -> Iterator[None]:
+    started = monotonic()
+    yield
+    record.seconds[name] = monotonic() - started
 
 
 def _answers(record: Record, both: tuple[Tree, Tree], patterns: Sequence[str]) -> Demands:

@@ -82,7 +82,7 @@ def gated(
 ) -> Record:
     """One gate between two trees that are ready to run."""
     record = Record(base.path.name, head.path.name, settings)
-    compare(record, (base, head), cells, count, monotonic(), lambda _: None)
+    compare(record, (base, head), cells, count=count)
     return record
 
 

@@ -1,0 +1,99 @@
+"""What counts as a wrong answer, and what as another one."""
+
+import numpy as np
+import pytest
+
+from alloc import Allocation, Label, Status, Vehicle, build, load_vehicle
+from alloc.allocation import FloatArray
+from bench.gate.answers import DEMANDS, Answered, differ, pose, wrong
+from bench.reference import Question
+
+PROMISES = {"formulation": "hard", "limited": True, "tolerance": 1e-6}
+
+
+@pytest.fixture(scope="module")
+def vehicle() -> Vehicle:
+    return load_vehicle("ukwial")
+
+
+@pytest.fixture(scope="module")
+def question(vehicle: Vehicle) -> Question:
+    def optimum(method: str, taus: FloatArray) -> FloatArray | None:
+        return build(method, vehicle).many(taus)[0] if method == "nullspace" else None
+
+    return pose(vehicle, optimum)
+
+
+@pytest.fixture
+def right(vehicle: Vehicle, question: Question) -> list[Allocation]:
+    allocate = build("nullspace", vehicle)
+    return [allocate(tau) for tau in question.taus]
+
+
+def changed(answers: list[Allocation], i: int, f: FloatArray, status: Status = Status.SOLVED) -> Answered:
+    return Answered("", PROMISES, [*answers[:i], Allocation(f, status), *answers[i + 1 :]])
+
+
+def test_demands_of_each_kind_are_asked(question: Question) -> None:
+    assert [int(n) for n in np.bincount(question.labels, minlength=4)] == [
+        DEMANDS["inactive"],
+        DEMANDS["active"],
+        0,
+        DEMANDS["infeasible"],
+    ]
+
+
+def test_the_exact_answers_are_right(question: Question, right: list[Allocation]) -> None:
+    assert wrong(question, Answered("", PROMISES, right)) == ""
+
+
+def test_an_answer_off_by_a_thousandth_is_wrong(question: Question, right: list[Allocation]) -> None:
+    assert "the wrench is not met" in wrong(question, changed(right, 3, 1.001 * right[3].f))
+
+
+def test_the_right_wrench_by_another_thrust_than_the_best_is_wrong(
+    vehicle: Vehicle, question: Question, right: list[Allocation]
+) -> None:
+    inactive = int(np.flatnonzero(question.labels == Label.INACTIVE)[0])
+    idle = np.linalg.svd(vehicle.T)[2][-1]  # pushes nothing: T idle = 0
+    found = wrong(question, changed(right, inactive, right[inactive].f + idle))
+    assert "from the optimum, beyond its promise" in found
+
+
+def test_infeasible_said_of_a_demand_that_can_be_met_is_wrong(
+    question: Question, right: list[Allocation]
+) -> None:
+    nothing = np.full(4, np.nan)
+    assert "says INFEASIBLE" in wrong(question, changed(right, 0, nothing, Status.INFEASIBLE))
+
+
+def test_solved_said_of_a_demand_that_nothing_meets_is_wrong(
+    question: Question, right: list[Allocation]
+) -> None:
+    last = len(right) - 1
+    assert question.labels[last] == Label.INFEASIBLE
+    assert wrong(question, changed(right, last, np.zeros(4)))
+
+
+def test_equal_answers_do_not_differ(vehicle: Vehicle, right: list[Allocation]) -> None:
+    side = Answered("", PROMISES, right)
+    assert differ(vehicle, side, side) == ""
+
+
+@pytest.mark.parametrize(("share", "differs"), [(1.9, False), (2.1, True)])
+def test_answers_may_differ_by_twice_what_the_base_promises(
+    vehicle: Vehicle, right: list[Allocation], share: float, differs: bool
+) -> None:
+    moved = right[0].f + share * PROMISES["tolerance"] * vehicle.f_scale  # type: ignore[operator]
+    said = differ(vehicle, Answered("", PROMISES, right), changed(right, 0, moved))
+    assert bool(said) == differs
+
+
+def test_another_status_is_another_answer(vehicle: Vehicle, right: list[Allocation]) -> None:
+    other = changed(right, 2, right[2].f, Status.PARTIAL)
+    assert differ(vehicle, Answered("", PROMISES, right), other) == "status SOLVED → PARTIAL for demand 2"
+
+
+def test_another_formulation_is_another_answer(vehicle: Vehicle, right: list[Allocation]) -> None:
+    soft = Answered("", {**PROMISES, "formulation": "soft"}, right)
+    assert differ(vehicle, Answered("", PROMISES, right), soft) == "formulation hard → soft"

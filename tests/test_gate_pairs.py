@@ -1,0 +1,79 @@
+"""How pairs are measured: in which order, on which core, until when."""
+
+import random
+from time import monotonic
+from typing import Any
+
+import pytest
+
+from bench.gate import pairs
+from bench.gate.cells import controls
+from bench.gate.record import Settings
+from bench.gate.side import Tree
+from bench.gate.trees import BASE, HEAD
+
+SETTINGS = Settings(pairs=3, blocks=4)
+
+
+class Recorded:
+    """Stands in for a process: writes down what it was asked, and answers with a time of its own."""
+
+    blocks: list[tuple[str, str]]
+    layouts: list[tuple[int, int]]
+    cores: list[int | None]
+
+    def __init__(self, tree: Tree, *, hash_seed: int, padding: int) -> None:
+        self.side = tree.path.name
+        self.layouts.append((hash_seed, padding))
+
+    def ask(self, do: str, **arguments: Any) -> int:
+        """Take an order."""
+        if do == "block":
+            self.blocks.append((self.side, arguments["cell"]))
+        elif do == "settle":
+            self.cores.append(arguments["core"])
+        return 1000 if self.side == BASE else 1100
+
+    def __enter__(self) -> "Recorded":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+
+@pytest.fixture
+def both(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> tuple[Tree, Tree]:
+    Recorded.blocks, Recorded.layouts, Recorded.cores = [], [], []
+    monkeypatch.setattr(pairs, "Side", Recorded)
+    return Tree(tmp_path / BASE), Tree(tmp_path / HEAD)
+
+
+def measure(both: tuple[Tree, Tree], deadline: float) -> tuple[bool, Any]:
+    cells = controls()
+    demands = {"control": [[0.0]]}
+    return pairs.measure(cells, both, demands, SETTINGS, random.Random(1), deadline), cells
+
+
+def test_blocks_of_a_cell_come_in_the_order_abba(both: tuple[Tree, Tree]) -> None:
+    measure(both, monotonic() + 60)
+    order = [side for side, cell in Recorded.blocks if cell == "control:loop:-"]
+    assert order[:8] == [BASE, HEAD, HEAD, BASE, BASE, HEAD, HEAD, BASE]
+
+
+def test_every_time_is_kept_with_base_first(both: tuple[Tree, Tree]) -> None:
+    done, cells = measure(both, monotonic() + 60)
+    assert done
+    for cell in cells:
+        assert cell.pairs == [[(1000, 1100)] * SETTINGS.blocks] * SETTINGS.pairs
+
+
+def test_both_sides_share_a_core_and_no_two_processes_a_layout(both: tuple[Tree, Tree]) -> None:
+    measure(both, monotonic() + 60)
+    assert len(set(Recorded.cores)) == 1
+    assert len(set(Recorded.layouts)) == 2 * SETTINGS.pairs
+
+
+def test_past_the_deadline_no_pair_is_begun(both: tuple[Tree, Tree]) -> None:
+    done, cells = measure(both, monotonic() - 1)
+    assert not done
+    assert [cell.pairs for cell in cells] == [[], []]
