@@ -29,9 +29,11 @@ def judge(
     formulation: str,
     limited: bool,
     tolerance: float,
+    thorough: bool = True,
 ) -> Judged:
     """Judge ``answers``: one a demand of ``question``, in order, over and over.
 
+    ``thorough`` adds what costs most and is the same in each repeat: duality gaps, and what is lost.
     Every comparison is written so that NaN fails it.
     """
     vehicle = question.vehicle
@@ -75,10 +77,10 @@ def judge(
         limit_violation_max_N=_largest(violation[finite]),
         distance_max_N=None if farthest is None else rounded(farthest),
         distance_rel_max=None if farthest is None else rounded(farthest / vehicle.f_scale),
-        gap_rel_max=largest_gap(question, F, status, formulation),
+        gap_rel_max=largest_gap(question, F, status, formulation) if thorough else None,
         tolerance=tolerance,
         agrees=None if farthest is None else farthest <= tolerance * vehicle.f_scale,
-        loss=given_away(question, F),
+        loss=given_away(question, F) if thorough else {},
         wrong="; ".join(_told(what, mask, demand) for what, mask in wrong.items() if mask.any()),
     )
 

@@ -2,7 +2,6 @@
 
 import random
 from collections.abc import Iterable
-from itertools import product
 
 import msgspec
 
@@ -75,13 +74,17 @@ def groups(settings: Settings, entries: Iterable[Entry], asked: Iterable[tuple[s
 def chosen(entry: Entry, settings: Settings) -> list[tuple[str, str, str]]:
     """(method, start, level) for each start and level to measure.
 
-    Unless told otherwise: one start, ``reused`` where it is offered (that is how a vehicle would run it),
-    and every level, since a row is only as good as the accuracy it was measured at.
+    Unless told otherwise: one start, ``reused`` where it is offered, as that is how a vehicle would run
+    it; of the hard QPs every level, which shows the price of accuracy; of others the most accurate one.
     """
     wanted = settings.starts or (("reused",) if "reused" in entry.starts else entry.starts[:1])
-    starts = [start for start in entry.starts if start in (*wanted, "-")]
-    levels = [level for level in entry.levels if level in (*(settings.levels or entry.levels), "-")]
-    return [(entry.name, start, level) for start, level in product(starts, levels)]
+    levels = settings.levels or (entry.levels if entry.name.startswith("qp/") else entry.levels[-1:])
+    return [
+        (entry.name, start, level)
+        for start in entry.starts
+        for level in entry.levels
+        if start in (*wanted, "-") and level in (*levels, "-")
+    ]
 
 
 def budget_ns(settings: Settings, left_s: float, cells: int, overhead_s: float) -> int:
