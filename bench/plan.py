@@ -37,7 +37,7 @@ class Settings(msgspec.Struct, frozen=True):
     seed: int = 0
     n_demands: int = 100
     budget_ms: float | None = None
-    target_s: float = 140.0
+    target_s: float = 155.0
     time_limit_s: float = 10.0
     memory_MB: int = 2048
 
