@@ -20,6 +20,7 @@ class Settings(msgspec.Struct, frozen=True):
 
     vehicles, methods, demands: names or paths; no methods: all. plugins: files with a method.
     faults: thrusters that are off, ``3``, or weakened, ``3@0.4``; "" is the whole vehicle.
+    once: demand sets of the first repeat only: those that are asked for what is served, not for times.
     starts, levels: which to take of those a method offers; empty: see ``chosen``.
     n_demands: of each set. budget_ms: timed calls of a cell in one repeat; None: whatever lets the
     whole run take about ``target_s``.
@@ -31,6 +32,7 @@ class Settings(msgspec.Struct, frozen=True):
     methods: tuple[str, ...] = ()
     plugins: tuple[str, ...] = ()
     faults: tuple[str, ...] = ("",)
+    once: tuple[str, ...] = ()
     starts: tuple[str, ...] = ()
     levels: tuple[str, ...] = ()
     repeats: int = 2
@@ -66,6 +68,8 @@ def groups(settings: Settings, entries: Iterable[Entry], asked: Iterable[tuple[s
         dice.shuffle(choices)
         for method, start, level in choices:
             places = [("-", "-")] if method in CANARIES else dice.sample(pairs, len(pairs))
+            if repeat > 0:
+                places = [place for place in places if place[1] not in settings.once]
             keys = tuple(Key(*place, method, start, level, repeat) for place in places)
             planned.append(Group(method, start, level, repeat, keys))
     return planned

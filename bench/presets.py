@@ -9,7 +9,7 @@ DEFAULT_DEMANDS = ("inactive", "active", "infeasible")
 
 def default() -> Settings:
     """Every vehicle and method, as ``bench.plan.chosen`` has it: under 3 minutes on 2 cores."""
-    return Settings(vehicles=list_vehicles(), demands=(*DEFAULT_DEMANDS, "uniform"))
+    return Settings(vehicles=list_vehicles(), demands=(*DEFAULT_DEMANDS, "uniform"), once=("uniform",))
 
 
 def quick() -> Settings:

@@ -24,7 +24,9 @@ from bench.run import run as run_again
 from bench.writer import Writer
 
 ROOT = Path(__file__).parents[1]
-TINY = ["run", "--vehicle=ukwial", "--method=pinv", "--method=svd", "--n=4", "--budget-ms=0", "--repeats=1"]
+DEMANDS = ["--demands=inactive", "--demands=active", "--demands=infeasible"]
+METHODS = ["--method=pinv", "--method=svd"]
+TINY = ["run", "--vehicle=ukwial", *METHODS, *DEMANDS, "--n=4", "--budget-ms=0", "--repeats=1"]
 CELLS = 2 * 3 + 3 + 2  # two methods and noop on three demand sets, and two canaries
 KILLS = 20
 
