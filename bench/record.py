@@ -172,6 +172,37 @@ class Worker(msgspec.Struct, tag="worker", omit_defaults=True):
     core: int | None = None
 
 
+class Emulated(msgspec.Struct, tag="emulated", omit_defaults=True):
+    """Generated C on one processor, emulated: instructions of each call over one demand set, never times.
+
+    demands: a set's name; ``search`` for those that a search for the most costly demand went through;
+    "-" where nothing was counted. status: ok, or missing, refused, failed, with ``reason``.
+    instructions: of single calls, [[count, calls], …], sorted. worst: the demand that took most.
+    flash_bytes, ram_static_bytes: growth of the linked image. stack_bytes: deepest that any call wrote.
+    agrees: every answer as in Python; distance_rel_max: of any thrust, relative to the largest limit;
+    other_verdicts: demands off the boundary that one calls feasible and the other does not.
+    tools: versions of compiler and emulator.
+    """
+
+    vehicle: str
+    target: str
+    method: str
+    scalar: str
+    demands: str = "-"
+    status: str = "ok"
+    reason: str = ""
+    instructions: list[tuple[int, int]] = []
+    worst: list[float] = []
+    flash_bytes: int | None = None
+    ram_static_bytes: int | None = None
+    stack_bytes: int | None = None
+    agrees: bool | None = None
+    distance_rel_max: float | None = None
+    other_verdicts: int = 0
+    seed: int = 0
+    tools: dict[str, str] = {}
+
+
 class Event(msgspec.Struct, tag="event", omit_defaults=True):
     """The run began, was resumed, was interrupted or finished, at a time, after ``wall_s`` in this go.
 
@@ -185,7 +216,7 @@ class Event(msgspec.Struct, tag="event", omit_defaults=True):
     load: float | None = None
 
 
-Line = Header | Problem | Worth | Cell | Worker | Event
+Line = Header | Problem | Worth | Cell | Worker | Emulated | Event
 
 
 @dataclass
@@ -197,6 +228,7 @@ class Record:
     worths: list[Worth] = field(default_factory=list)
     cells: list[Cell] = field(default_factory=list)
     workers: list[Worker] = field(default_factory=list)
+    emulated: list[Emulated] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
 
     def keys(self) -> set[Key]:
@@ -242,6 +274,8 @@ def parse(path: Path) -> tuple[Record, int]:
             record.cells.append(line)
         elif isinstance(line, Worker):
             record.workers.append(line)
+        elif isinstance(line, Emulated):
+            record.emulated.append(line)
         else:
             record.events.append(line)
     assert record is not None  # line 1 was a header, or an error was raised

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from alloc import NotInstalled, UnknownName
+from alloc.native.code import Scalar
 from bench.emulation import toolchain
 from bench.emulation.count import count, count_by_systick
 from bench.emulation.image import Image, link
@@ -33,7 +34,7 @@ int kernel(const SCALAR tau[3], SCALAR f[2]) {
 """
 
 
-def kernel(body: str, scalar: str = "double") -> Kernel:
+def kernel(body: str, scalar: Scalar = "double") -> Kernel:
     signature = f"int kernel(const {scalar} tau[3], {scalar} f[2])"
     sources = {"kernel.c": body.replace("SCALAR", scalar)}
     return Kernel("test", scalar, 3, 2, "kernel", signature + ";", "tau, f", sources)
@@ -66,7 +67,7 @@ Linked = Callable[[Kernel, str], Image]
 
 @pytest.mark.parametrize("scalar", ["double", "float"])
 @pytest.mark.parametrize("board", BOARDS)
-def test_the_plugin_and_systick_agree_to_the_instruction(linked: Linked, board: str, scalar: str) -> None:
+def test_the_plugin_and_systick_agree_to_the_instruction(linked: Linked, board: str, scalar: Scalar) -> None:
     """Also where each addition is a call of a soft-float routine: double on a Cortex-M4F."""
     image = linked(kernel(CLIPPED, scalar), board)
     counted = count(image, TAUS).instructions

@@ -48,19 +48,16 @@ STATUS = {
 def prepare(qp: QP, start: Start, level: Level) -> Solve:
     """Bounds become rows: l <= [A; I] x <= u, with the rows of I that bound something."""
     import osqp
-    from scipy.sparse import csc_matrix, vstack
 
-    p, m = qp.A.shape
-    bounded = qp.bounded
-    rows = vstack([csc_matrix(qp.A), csc_matrix(np.eye(m)[bounded])], format="csc")
-    problem = {"P": csc_matrix(np.triu(qp.H)), "q": qp.g, "A": rows}
-    low, high = (np.concatenate([np.zeros(p), side[bounded]]) for side in (qp.lb, qp.ub))
+    p = len(qp.A)
+    problem = _problem(qp)
+    low, high = problem["l"], problem["u"]
     # Without warm_starting each solve begins at zero; adaptive rho is carried over in any case.
     settings = SETTINGS[level] | {"warm_starting": start == "warm"}
 
     def set_up() -> Any:
         model = osqp.OSQP()
-        model.setup(**problem, l=low, u=high, **settings)
+        model.setup(**problem, **settings)
         return model
 
     def cold(b: FloatArray) -> Answer:
@@ -75,8 +72,37 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     return cold if start == "cold" else partial(live, set_up())
 
 
+def _problem(qp: QP) -> dict[str, Any]:
+    from scipy.sparse import csc_matrix, vstack
+
+    p, m = qp.A.shape
+    bounded = qp.bounded
+    rows = vstack([csc_matrix(qp.A), csc_matrix(np.eye(m)[bounded])], format="csc")
+    low, high = (np.concatenate([np.zeros(p), side[bounded]]) for side in (qp.lb, qp.ub))
+    return {"P": csc_matrix(np.triu(qp.H)), "q": qp.g, "A": rows, "l": low, "u": high}
+
+
 def _solve(model: Any) -> Answer:
     result = model.solve(raise_error=False)
     info = result.info
     status = meaning(STATUS, info.status_val, "osqp")
     return Answer(result.x, status, info.iter, info.run_time)
+
+
+def generate(qp: QP, use_float: bool = False) -> dict[str, str]:
+    """OSQP's own C for this problem as {file name: text}: only l and u change, nothing is allocated.
+
+    At its defaults but without time limit, clock or printing. ``workspace.h`` declares ``solver``, for
+    ``osqp_update_data_vec`` and ``osqp_solve``; rows are [A; I] and l = u = 0 in the rows of A.
+    """
+    import tempfile
+    from pathlib import Path
+
+    import osqp
+
+    model = osqp.OSQP()
+    model.setup(**_problem(qp), **SETTINGS["default"])
+    with tempfile.TemporaryDirectory() as folder:
+        model.codegen(folder, parameters="vectors", use_float=use_float, force_rewrite=True)
+        files = (path for path in sorted(Path(folder).rglob("*.[ch]")) if path.name != "emosqp.c")
+        return {str(path.relative_to(folder)): path.read_text(encoding="utf-8") for path in files}

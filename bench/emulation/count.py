@@ -80,10 +80,11 @@ def _answers(
 
 def _plugged(image: Image) -> tuple[str, ...]:
     plugin = image.path.with_name("count.so")
-    # API 1 until QEMU 8, 2 from QEMU 9 on; the functions used are the same in both.
-    version = re.search(r"version (\d+)", run([image.target.emulator[0], "--version"]))
-    api = 1 if version and int(version[1]) < 9 else 2
-    run(["gcc", "-O2", "-shared", "-fPIC", f"-DAPI={api}", str(FIRMWARE / "count.c"), "-o", str(plugin)])
+    if not plugin.exists():
+        # API 1 until QEMU 8, 2 from QEMU 9 on; the functions used are the same in both.
+        version = re.search(r"version (\d+)", run([image.target.emulator[0], "--version"]))
+        api = 1 if version and int(version[1]) < 9 else 2
+        run(["gcc", "-O2", "-shared", "-fPIC", f"-DAPI={api}", str(FIRMWARE / "count.c"), "-o", str(plugin)])
     options = f"{plugin},entry={image.entry:#x},leave={image.leave:#x},out=counts.txt"
     emulator, *rest = image.target.emulator
     return (emulator, "-plugin", options, *rest)

@@ -2,15 +2,25 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from bench.emulation.kernel import Kernel
 from bench.emulation.toolchain import Target, run
 
 FIRMWARE = Path(__file__).parent / "firmware"
-FLAGS = ("-std=gnu11", "-O2", "-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections")
-"""-O2 is what firmware is commonly built with; gnu11 lets a multiplication and an addition be fused."""
+FLAGS = ("-O2", "-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections")
+"""-O2 is what firmware is commonly built with; functions that nobody calls are left out."""
+KERNEL = ("-std=c99",)  # as its self-test is compiled, and as it is bound into Python
 SIZES = ("-fno-asynchronous-unwind-tables", "-Wl,--sort-section=alignment")
 """No tables that only debuggers and C++ read, and no gaps that a few bytes more could vanish in."""
+
+EMPTY = "empty_kernel.elf"
+_BARE = (
+    str(FIRMWARE / "startup.c"),
+    "-nostartfiles",
+    "--specs=rdimon.specs",  # newlib with files through the debugger
+    f"-T{FIRMWARE / 'cortex-m.ld'}",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,47 +47,33 @@ class Image:
 def link(kernel: Kernel, target: Target, folder: Path) -> Image:
     """Compile and link into ``folder``; raises ToolError with the compiler's words where it can't be."""
     sources = kernel.write(folder)
-    path = _link(kernel, target, folder, sources, kernel.entry)
-    symbols = _symbols(target, path)
-    text, data, zeroed = _sizes(target, path)
-    empty = _sizes(target, _link(kernel, target, folder, sources, "empty_kernel"))
+    compiler = [f"{target.tools}gcc", *target.flags, *FLAGS, *SIZES]
+    includes = [
+        f"-I{place}" for place in sorted({folder, *((folder / name).parent for name in kernel.sources)})
+    ]
+    run([*compiler, *KERNEL, *includes, "-c", *(str(source) for source in sources)], folder)
+    objects = [str(folder / f"{source.stem}.o") for source in sources]
+    driver = [str(FIRMWARE / name) for name in ("measure.c", "call.S")]
+    bare = _BARE if target.bare_metal else ()
+    command = [*compiler, *includes, *objects, *driver, *bare, "-lm"]
+    path, empty = folder / "kernel.elf", folder / EMPTY
+    run([*command, f"-DCALLED={kernel.entry}", "-o", str(path)])
+    run([*command, "-DCALLED=empty_kernel", "-o", str(empty)])
+    symbols, sizes, without = _symbols(target, path), _sizes(target, path), _sizes(target, empty)
     return Image(
         kernel,
         target,
         path,
         entry=symbols[kernel.entry] & ~target.bare_metal,  # bit 0 only says that it is Thumb code
         leave=symbols["kernel_left"] & ~target.bare_metal,
-        flash_bytes=text + data - empty[0] - empty[1],
-        ram_static_bytes=data + zeroed - empty[1] - empty[2],
+        flash_bytes=sizes.text + sizes.data - without.text - without.data,
+        ram_static_bytes=sizes.data + sizes.zeroed - without.data - without.zeroed,
     )
 
 
 def without_kernel(image: Image) -> Path:
     """The same image with the driver calling a function that returns at once."""
-    return image.path.with_name("empty_kernel.elf")
-
-
-def _link(kernel: Kernel, target: Target, folder: Path, sources: list[Path], called: str) -> Path:
-    path = folder / f"{called}.elf"
-    driver = [FIRMWARE / "measure.c", FIRMWARE / "call.S"]
-    bare = [FIRMWARE / "startup.c", "--specs=rdimon.specs", "-nostartfiles", "-T", FIRMWARE / "cortex-m.ld"]
-    includes = {folder, *(source.parent for source in (folder / name for name in kernel.sources))}
-    command = [
-        f"{target.tools}gcc",
-        *target.flags,
-        *FLAGS,
-        *SIZES,
-        f"-DCALLED={called}",
-        *(f"-I{place}" for place in sorted(includes)),
-        *sources,
-        *driver,
-        *(bare if target.bare_metal else ()),
-        "-lm",
-        "-o",
-        path,
-    ]
-    run([str(part) for part in command])
-    return path
+    return image.path.with_name(EMPTY)
 
 
 def _symbols(target: Target, path: Path) -> dict[str, int]:
@@ -85,7 +81,13 @@ def _symbols(target: Target, path: Path) -> dict[str, int]:
     return {row[2]: int(row[0], 16) for row in rows if len(row) == 3}
 
 
-def _sizes(target: Target, path: Path) -> tuple[int, int, int]:
-    # "size" in its Berkeley form: text (with constants), data, bss.
-    text, data, zeroed = run([f"{target.tools}size", str(path)]).splitlines()[1].split()[:3]
-    return int(text), int(data), int(zeroed)
+def _sizes(target: Target, path: Path) -> "_Sizes":
+    lines = run([f"{target.tools}size", str(path)]).splitlines()
+    return _Sizes(*(int(number) for number in lines[1].split()[:3]))
+
+
+class _Sizes(NamedTuple):
+    # "size" in its Berkeley form: code and constants, initialised data, zeroed data.
+    text: int
+    data: int
+    zeroed: int

@@ -4,7 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-SCALARS = {"double": "<f8", "float": "<f4"}
+from alloc.native.code import Scalar
+
+SCALARS: dict[Scalar, str] = {"double": "<f8", "float": "<f4"}
 """C's name of the scalar to numpy's; every target here is little-endian."""
 
 
@@ -24,7 +26,7 @@ class Kernel:
     """
 
     method: str
-    scalar: str
+    scalar: Scalar
     k: int
     n: int
     entry: str

@@ -108,8 +108,9 @@ def run(command: list[str], folder: Path | None = None) -> str:
     """What a command prints; its own words as the error where it fails."""
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, stdin=subprocess.DEVNULL)
     if done.returncode:
-        said = " ".join((done.stderr or done.stdout).split())
-        raise ToolError(f"{command[0]} ended with {done.returncode}: {said[:500] or 'nothing said'}")
+        said = (done.stderr or done.stdout).strip().splitlines() or ["nothing said"]
+        first = next((line for line in said if "error" in line), said[-1])
+        raise ToolError(f"{command[0]} ended with {done.returncode}: {first}")
     return done.stdout
 
 

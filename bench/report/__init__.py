@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from bench.emulation.rows import write_csv as write_instructions
 from bench.plots import draw_all
 from bench.report.html import html
 from bench.report.page import page
@@ -12,11 +13,16 @@ from bench.rows import read_run
 def render(directory: Path) -> Path:
     """Write results.csv, report.md, report.html and the pictures from ``record.jsonl`` alone.
 
+    Instructions of emulated processors go to emulation.csv, never beside times.
+
     The same record gives the same bytes. Returns the path of report.md; raises RecordError where the
     folder holds no readable record.
     """
     run = read_run(directory)
-    write_csv(run.rows, directory / "results.csv")
+    if run.rows or not run.record.emulated:
+        write_csv(run.rows, directory / "results.csv")
+    if run.record.emulated:
+        write_instructions(run.record.emulated, directory / "emulation.csv")
     drawn = draw_all(run, directory)
     report = directory / "report.md"
     text = page(run, drawn)

@@ -2,6 +2,7 @@
 
 from bench.report import (
     cost,
+    emulation,
     failures,
     growth,
     headline,
@@ -16,11 +17,26 @@ from bench.report import (
 )
 from bench.rows import Run
 
-SECTIONS = (headline, cost, growth, lost, mission, worth, failures, tails, memory, machine, method, limits)
+SECTIONS = (
+    headline,
+    cost,
+    growth,
+    lost,
+    mission,
+    worth,
+    failures,
+    tails,
+    memory,
+    emulation,
+    machine,
+    method,
+    limits,
+)
 
 
 def page(run: Run, drawn: frozenset[str]) -> str:
     """The whole report as Markdown; ``drawn`` are the pictures there are. Empty sections are left out."""
-    parts = [part.section(run, drawn) for part in SECTIONS]
+    sections = SECTIONS if run.rows or not run.record.emulated else (emulation,)
+    parts = [part.section(run, drawn) for part in sections]
     title = "# What thrust allocation costs, and what it buys\n"
     return "\n".join([title, *(part for part in parts if part)])

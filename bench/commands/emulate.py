@@ -1,0 +1,70 @@
+"""``thrustbench emulate``."""
+
+from pathlib import Path
+
+import click
+
+
+@click.command()
+@click.option(
+    "--vehicle", "vehicles", multiple=True, metavar="V", help="A shipped name or a YAML file [all]."
+)
+@click.option(
+    "--target", "targets", multiple=True, metavar="T", help="cortex-m7, cortex-m4f or aarch64 [all]."
+)
+@click.option("--method", "methods", multiple=True, metavar="M", help="A method that has C [all].")
+@click.option("--demands", multiple=True, metavar="D", help="A demand set's name [one a class, a mission].")
+@click.option("--double", "scalars", flag_value="double", help="Double precision only.")
+@click.option("--float", "scalars", flag_value="float", help="Single precision only.")
+@click.option("--n", type=click.IntRange(1), default=200, show_default=True, help="Demands of each set.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of demands and search.")
+@click.option("--add", is_flag=True, help="Put the rows into the record in the folder, not a new one.")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    default=Path("results") / "emulated",
+    show_default=True,
+    metavar="DIR",
+)
+def command(
+    vehicles: tuple[str, ...],
+    targets: tuple[str, ...],
+    methods: tuple[str, ...],
+    demands: tuple[str, ...],
+    scalars: str | None,
+    n: int,
+    seed: int,
+    add: bool,
+    out: Path,
+) -> int:
+    """Count instructions, flash and memory of the generated C on processors that are not on the desk.
+
+    Beside each count stands callgrind's of the same C on x86-64. Exit code 1 where an answer is not
+    Python's. `make emulate` installs what this needs.
+    """
+    from rich.console import Console
+
+    from alloc import list_vehicles, load_vehicle
+    from bench.emulation.kernels import METHODS
+    from bench.emulation.record import write
+    from bench.emulation.study import CLASSES, Plan
+    from bench.emulation.toolchain import TARGETS, X86, target
+    from bench.report import render
+
+    plan = Plan(
+        vehicles=tuple(load_vehicle(name) for name in vehicles or list_vehicles()),
+        targets=(*((target(name) for name in targets) if targets else TARGETS), X86),
+        methods=methods or METHODS,
+        scalars=("double", "float") if scalars is None else ("float",) if scalars == "float" else ("double",),
+        demands=demands or CLASSES,
+        seed=seed,
+        n=n,
+    )
+    console = Console(highlight=False, soft_wrap=True)
+    good = True
+    for row in write(plan, out, add=add):
+        good = good and row.agrees is not False and row.status in ("ok", "missing", "refused")
+        worst = f"{row.instructions[-1][0]} instructions at most" if row.instructions else row.reason
+        console.print(row.vehicle, row.target, row.method, row.scalar, row.demands, row.status, worst)
+    console.print(f"Report: {render(out)}")
+    return 0 if good else 1

@@ -1,0 +1,52 @@
+"""Whether the C on the other processor answers as Python does here."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from alloc import Label, Status, build
+from alloc.native.selftest import AGREEMENT
+from bench.demands import DemandSet
+from bench.emulation.count import Counted
+from bench.emulation.kernel import Kernel
+from bench.emulation.kernels import NATIVE, OSQP
+
+OSQP_TOLERANCE = 1e-2
+"""What ``qp/osqp`` promises at its defaults, relative to the largest limit; in float no more can be asked."""
+OSQP_SOLVED = 1
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """Whether all answers agree, and how they differ.
+
+    distance_rel_max: largest |f - f of Python|, relative to the largest limit or thrust [-].
+    other_verdicts: demands off the boundary that one calls feasible and the other does not.
+    """
+
+    agrees: bool
+    distance_rel_max: float
+    other_verdicts: int
+
+
+def agreement(kernel: Kernel, demands: DemandSet, counted: Counted) -> Agreement:
+    """Compare with the same method in Python, or OSQP's C with the exact optimum.
+
+    The same verdict is asked for wherever the demand is not on the boundary of what can be met.
+    """
+    vehicle = demands.vehicle
+    osqp = kernel.method == OSQP
+    method = "nullspace" if osqp else kernel.method.removesuffix(NATIVE)
+    F, status = build(method, vehicle).many(demands.taus)
+    said = (
+        np.where(counted.status == OSQP_SOLVED, Status.SOLVED, Status.INFEASIBLE) if osqp else counted.status
+    )
+    clear = demands.labels != Label.BOUNDARY
+    # On the boundary an iterative solver may in good faith stop anywhere within its tolerance.
+    compared = clear if osqp else np.ones_like(clear)
+    both = compared & (said != Status.INFEASIBLE) & (status != Status.INFEASIBLE)
+    size = np.maximum(np.abs(F[both]).max(axis=1, initial=0.0), vehicle.f_scale)
+    distance = float((np.abs(counted.F[both] - F[both]).max(axis=1, initial=0.0) / size).max(initial=0.0))
+    tolerance = OSQP_TOLERANCE if osqp else AGREEMENT[kernel.scalar]
+    other = int(np.count_nonzero((said != status) & clear))
+    return Agreement(other == 0 and distance <= tolerance, distance, other)

@@ -1,0 +1,44 @@
+"""Rows into a record: a new one, or that of a run."""
+
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+
+from bench import machine
+from bench.emulation.study import Plan, emulate
+from bench.record import SCHEMA, Emulated, Header
+from bench.writer import Writer
+
+
+def write(plan: Plan, directory: Path, *, add: bool) -> Iterator[Emulated]:
+    """Count as planned and append each row to ``directory``'s record as it comes; raises RecordError.
+
+    With ``add`` the record that is there is kept, and of two rows with the same names the later counts.
+    """
+    with Writer(directory) as writer:
+        if add:
+            writer.resume()
+        else:
+            writer.create(_header(plan))
+        for row in emulate(plan):
+            writer.append(row)
+            yield row
+
+
+def _header(plan: Plan) -> Header:
+    return Header(
+        schema=SCHEMA,
+        started=datetime.now(UTC).isoformat(timespec="seconds"),
+        commit=machine.commit(),
+        seed=plan.seed,
+        machine=machine.describe(),
+        versions=machine.versions(),
+        settings={
+            "vehicles": [vehicle.name for vehicle in plan.vehicles],
+            "targets": [target.name for target in plan.targets],
+            "methods": list(plan.methods),
+            "scalars": list(plan.scalars),
+            "demands": list(plan.demands),
+            "n_demands": plan.n,
+        },
+    )

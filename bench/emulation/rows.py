@@ -1,0 +1,99 @@
+"""What a record says about instructions: each row beside its count on x86-64. Reads records only."""
+
+import csv
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from bench.record import Emulated
+
+REFERENCE = "x86-64"
+Value = str | int | float | None
+
+
+@dataclass(frozen=True)
+class Row:
+    """One row, and the same C over the same demands on x86-64, where that was counted."""
+
+    is_: Emulated
+    x86: Emulated | None
+
+    @property
+    def calls(self) -> int:
+        """How many calls were counted."""
+        return sum(calls for _, calls in self.is_.instructions)
+
+    @property
+    def mean(self) -> float | None:
+        """Instructions of a call, mean: exact counts have no outliers."""
+        return _mean(self.is_)
+
+    @property
+    def worst(self) -> int | None:
+        """Instructions of the most costly call."""
+        return _worst(self.is_)
+
+    @property
+    def mean_over_x86(self) -> float | None:
+        """Ratio of the means [-]."""
+        return _ratio(self.mean, _mean(self.x86))
+
+    @property
+    def worst_over_x86(self) -> float | None:
+        """Ratio of the most costly calls [-]."""
+        return _ratio(self.worst, _worst(self.x86))
+
+
+COLUMNS: dict[str, Callable[[Row], Value]] = {
+    "vehicle": lambda row: row.is_.vehicle,
+    "target": lambda row: row.is_.target,
+    "method": lambda row: row.is_.method,
+    "scalar": lambda row: row.is_.scalar,
+    "demands": lambda row: row.is_.demands,
+    "status": lambda row: row.is_.status,
+    "reason": lambda row: row.is_.reason,
+    "n_calls": lambda row: row.calls,
+    "instructions_mean": lambda row: row.mean,
+    "instructions_worst": lambda row: row.worst,
+    "mean_over_x86": lambda row: row.mean_over_x86,
+    "worst_over_x86": lambda row: row.worst_over_x86,
+    "flash_bytes": lambda row: row.is_.flash_bytes,
+    "ram_static_bytes": lambda row: row.is_.ram_static_bytes,
+    "stack_bytes": lambda row: row.is_.stack_bytes,
+    "distance_rel_max": lambda row: row.is_.distance_rel_max,
+    "other_verdicts": lambda row: row.is_.other_verdicts if row.calls else None,
+    "agrees": lambda row: {True: "yes", False: "no", None: "-"}[row.is_.agrees],
+}
+"""The columns of emulation.csv, in order; docs/embedded.md says what they mean."""
+
+
+def rows(emulated: Iterable[Emulated]) -> list[Row]:
+    """Rows in the order of their names; of two with the same names the later one counts."""
+    latest = {(r.vehicle, r.method, r.scalar, r.demands, r.target): r for r in emulated}
+    return [Row(latest[key], latest.get((*key[:-1], REFERENCE))) for key in sorted(latest)]
+
+
+def write_csv(emulated: Iterable[Emulated], path: Path) -> None:
+    """Write emulation.csv: a header, one line a row, empty where nothing applies."""
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(COLUMNS)
+        writer.writerows([_text(column(row)) for column in COLUMNS.values()] for row in rows(emulated))
+
+
+def _mean(row: Emulated | None) -> float | None:
+    if row is None or not row.instructions:
+        return None
+    return sum(count * calls for count, calls in row.instructions) / sum(n for _, n in row.instructions)
+
+
+def _worst(row: Emulated | None) -> int | None:
+    return row.instructions[-1][0] if row is not None and row.instructions else None
+
+
+def _ratio(value: float | None, reference: float | None) -> float | None:
+    return value / reference if value is not None and reference else None
+
+
+def _text(value: Value) -> str:
+    return "" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)

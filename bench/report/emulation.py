@@ -1,0 +1,69 @@
+"""Report section: instructions of the generated C on processors that were emulated, never times."""
+
+from collections.abc import Sequence
+from itertools import groupby
+
+from bench.emulation.clock import CPI
+from bench.emulation.rows import REFERENCE, Row, rows
+from bench.report.text import table, three
+from bench.rows import Run
+
+
+def section(run: Run, drawn: frozenset[str]) -> str:
+    """One table a processor: mean instructions by class of demand, the worst, flash and memory."""
+    found = rows(run.record.emulated)
+    if not found:
+        return ""
+    parts = [
+        "## Instructions on emulated processors\n",
+        "Instructions of one call, counted exactly; not times. Mean over the demands of each class, then the"
+        " most that any call took, a search for it included, and its ratio to the same C on x86-64. Flash and"
+        " RAM are what the linked image grows by, with the tables for every single failed thruster; stack is"
+        " the deepest that any call wrote. docs/embedded.md says how this was counted.\n",
+    ]
+    counted = [row for row in found if row.is_.instructions and row.is_.target != REFERENCE]
+    for target in dict.fromkeys(row.is_.target for row in counted):
+        parts += [f"### {target}\n", _target([row for row in counted if row.is_.target == target])]
+        if target in CPI:
+            band = CPI[target]
+            parts.append(f"Cycles an instruction: {band.low:g} to {band.high:g}; {band.basis}.\n")
+    tools = {f"{name} {version}" for row in counted for name, version in row.is_.tools.items()}
+    header = run.record.header
+    parts.append(f"Counted with {', '.join(sorted(tools))}; commit {header.commit}.\n")
+    odd = [row for row in found if row.is_.status != "ok" or row.is_.agrees is False]
+    return "\n".join([*parts, _failures(odd)] if odd else parts)
+
+
+def _target(found: Sequence[Row]) -> str:
+    classes = list(dict.fromkeys(row.is_.demands for row in found if row.is_.demands != "search"))
+    headers = (
+        *("vehicle", "method", "scalar"),
+        *classes,
+        *("worst", "over x86", "flash [B]", "RAM [B]", "stack [B]"),
+    )
+    lines = []
+    for (vehicle, method, scalar), group in groupby(
+        found, key=lambda row: (row.is_.vehicle, row.is_.method, row.is_.scalar)
+    ):
+        by_class = {row.is_.demands: row for row in group}
+        worst = max(by_class.values(), key=lambda row: row.worst or 0)
+        means = [three(by_class[name].mean) if name in by_class else "" for name in classes]
+        sizes = (worst.is_.flash_bytes, worst.is_.ram_static_bytes)
+        stack = max(row.is_.stack_bytes or 0 for row in by_class.values())
+        ratio = three(worst.worst_over_x86)
+        lines.append([vehicle, method, scalar, *means, str(worst.worst), ratio, *map(str, sizes), str(stack)])
+    return table(headers, lines)
+
+
+def _failures(odd: Sequence[Row]) -> str:
+    lines = [
+        [r.is_.vehicle, r.is_.target, f"{r.is_.method} {r.is_.scalar}", r.is_.demands, _why(r)] for r in odd
+    ]
+    return table(("vehicle", "target", "not counted, or not as in Python", "demands", "why"), lines)
+
+
+def _why(row: Row) -> str:
+    if row.is_.status != "ok":
+        return f"{row.is_.status}: {row.is_.reason}"
+    distance = f"thrusts differ by up to {three(row.is_.distance_rel_max)} of the largest limit"
+    return f"{row.is_.other_verdicts} of {row.calls} verdicts differ, {distance}"
