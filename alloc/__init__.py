@@ -27,7 +27,7 @@ from alloc.plugins import Entry, build, catalogue, find, load_plugin, prepare
 from alloc.qp import QP, Posed, pose_hard, pose_soft
 from alloc.vehicle import Vehicle
 from alloc.vehicle_file import list_vehicles, load_vehicle
-from alloc.volumes import attainable_volume, closed_form_volume, uniform_demands, worst_fault
+from alloc.volumes import attainable_volume, closed_form_volume, safe_share, uniform_demands, worst_fault
 
 __all__ = [
     "QP",
@@ -67,6 +67,7 @@ __all__ = [
     "pose_hard",
     "pose_soft",
     "prepare",
+    "safe_share",
     "single_axis_maxima",
     "uniform_demands",
     "worst_fault",

@@ -88,6 +88,26 @@ def closed_form_volume(vehicle: Vehicle) -> float:
     return volume
 
 
+def safe_share(vehicle: Vehicle) -> float:
+    """How small demands must be for limits never to act: the paper's premise for eq. 6, as a number.
+
+    The largest s for which s tau is met by f = T* tau inside the limits whatever attainable tau is:
+    by the support of the attainable set along each row of T*, min over thrusters of f_max_i over
+    max_f (T* T P f)_i, and the same below. At most 1; 0 where the limits do not let f be 0.
+    """
+    M = generalized_inverse(vehicle) @ vehicle.TP
+    ends = np.stack([M * vehicle.f_min, M * vehicle.f_max])
+    share = 1.0
+    for reach, limit in (
+        (ends.max(axis=0).sum(axis=1), vehicle.f_max),
+        (ends.min(axis=0).sum(axis=1), vehicle.f_min),
+    ):
+        asked = np.abs(reach) > RANK_TOLERANCE * vehicle.f_scale
+        share = min(share, float((limit[asked] / reach[asked]).min(initial=1.0)))
+    outside = (vehicle.f_min > 0).any() or (vehicle.f_max < 0).any()
+    return 0.0 if outside else max(share, 0.0)
+
+
 def worst_fault(vehicle: Vehicle, keep_rank: bool = False) -> int:
     """Index of the working thruster whose loss leaves least: the lowest rank, then the least volume.
 

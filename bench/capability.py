@@ -18,6 +18,7 @@ from alloc import (
     catalogue,
     closed_form_volume,
     load_vehicle,
+    safe_share,
     uniform_demands,
     worst_fault,
 )
@@ -119,6 +120,7 @@ def _authority(vehicle: Vehicle, fault: int | None, rank: int, whole: float) -> 
         condition=float(sigma[0] / sigma[rank - 1]) if kept else None,
         volume_share=volume / whole if kept and whole else 0.0,
         closed_form_share=_closed_form_share(vehicle, volume),
+        safe_share=safe_share(vehicle),
         axis_min=_finite(-alpha_max(vehicle, -axes)),
         axis_max=_finite(alpha_max(vehicle, axes)),
     )

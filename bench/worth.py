@@ -14,8 +14,9 @@ class Authority(msgspec.Struct):
     is ordinary; 1000 says that some direction costs a thousand times the thrust of another.
     volume_share: volume of the attainable set, of the whole vehicle's; 0 where rank is lost.
     closed_form_share: of the volume attainable in this state, what f = T* tau serves inside the limits;
-    None where that volume can't be worked out. axis_min, axis_max: wrench along each axis alone, in the
-    order of ``Worth.dof`` [N, N m]; None where no wrench of that axis alone is attainable.
+    None where that volume can't be worked out. safe_share: every demand up to this share of what is
+    attainable in its direction is served so, whatever the direction. axis_min, axis_max: wrench along
+    each axis alone, in the order of ``Worth.dof`` [N, N m]; None where no such wrench is attainable.
     """
 
     fault: int | None
@@ -24,6 +25,7 @@ class Authority(msgspec.Struct):
     condition: float | None
     volume_share: float
     closed_form_share: float | None
+    safe_share: float
     axis_min: list[float | None]
     axis_max: list[float | None]
 

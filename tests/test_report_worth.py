@@ -12,7 +12,7 @@ from bench.report.worth import section
 from bench.rows import Run, read_run
 from bench.worth import Authority, Curve, Plane, Served, Worth
 
-WHOLE = Authority(None, "ukwial", 3, 1.0, 1.0, 0.625, [-3.0, -2.0, -1.0], [3.0, 2.0, 1.0])
+WHOLE = Authority(None, "ukwial", 3, 1.0, 1.0, 0.625, 0.555, [-3.0, -2.0, -1.0], [3.0, 2.0, 1.0])
 BOX = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)]
 WORTH = Worth(
     vehicle="ukwial",
@@ -43,6 +43,7 @@ def run_with(tmp_path: Path, *worths: Worth) -> Run:
 def test_authority_and_shares_stand_in_the_report(tmp_path: Path):
     text = section(run_with(tmp_path, WORTH), frozenset())
     assert "62.5 %" in text
+    assert "55.5 %" in text
     assert "-3.00 … 3.00" in text
     assert "50.0 % (48.0 … 52.0)" in text
 

@@ -16,6 +16,7 @@ from alloc import (
     generalized_inverse,
     list_vehicles,
     load_vehicle,
+    safe_share,
     uniform_demands,
     worst_fault,
 )
@@ -122,6 +123,31 @@ def test_more_thrust_only_adds():
     heavy = load_vehicle("bluerov2-heavy")
     weak = heavy.with_fault(2, 0.5)
     assert attainable_volume(heavy.with_fault(2)) < attainable_volume(weak) < attainable_volume(heavy)
+
+
+@pytest.mark.parametrize("name", list_vehicles())
+@pytest.mark.parametrize("fault", [None, 0])
+def test_below_the_safe_share_limits_never_act_and_just_above_they_do_somewhere(name: str, fault: int | None):
+    vehicle = load_vehicle(name) if fault is None else load_vehicle(name).with_fault(fault)
+    share = safe_share(vehicle)
+    inside = uniform_demands(vehicle, np.random.default_rng(3), 5000)
+    edge = inside * alpha_max(vehicle, inside)[:, None]
+    assert served(vehicle, share * (1 - 1e-9) * edge).all()
+    # The corner of the set that asks most of some thruster, found as the support is.
+    M = generalized_inverse(vehicle) @ vehicle.TP
+    signs = np.vstack([M, -M])
+    corners = np.where(signs > 0, vehicle.f_max, vehicle.f_min) @ vehicle.TP.T
+    above = served(vehicle, share * (1 + 1e-6) * corners)
+    assert not above.all() or share == 1
+
+
+def test_without_freedom_every_attainable_demand_is_safe():
+    assert safe_share(load_vehicle("ukwial").with_fault(0)) == pytest.approx(1)
+
+
+def test_where_zero_thrust_is_forbidden_nothing_is_safe():
+    forced = replace(load_vehicle("ukwial"), f_min=[10.0, -250, -250, -250])
+    assert safe_share(forced) == 0
 
 
 def test_the_worst_fault_is_the_one_that_leaves_least():

@@ -13,10 +13,11 @@ so full rank no longer means that it can be controlled. Ordinary layouts stay be
 INTRODUCTION = """## What each vehicle can do, and who serves it
 
 *Volume left* is the exact volume of what the thrusters can push inside their limits, over the whole
-vehicle's. *Closed form* is the exact share of it for which f = T* τ breaks no limit. *Served* counts demands
-drawn evenly from it whose delivered wrench errs by at most 1 % or 5 %, with the 95 % interval. In the
-pictures a demand stands where two of its axes put it; what it asks of the others is left out, so it may be
-infeasible though it lies inside.
+vehicle's. *Closed form* is the exact share of it for which f = T* τ breaks no limit; *safe up to* says how
+small a demand must be, of what can be done in its direction, for that to hold in every direction. *Served*
+counts demands drawn evenly from the volume whose delivered wrench errs by at most 1 % or 5 %, with the 95 %
+interval. In the pictures a demand stands where two of its axes put it; what it asks of the others is left
+out, so it may be infeasible though it lies inside.
 """
 
 
@@ -47,7 +48,7 @@ def _authority(worth: Worth) -> str:
     for a in worth.authority:
         lines.setdefault(_state(a), []).append("none" if a.fault is None else str(a.fault))
     units = [f"{axis} [{'N m' if axis in ('roll', 'pitch', 'yaw') else 'N'}]" for axis in worth.dof]
-    headers = ("off", "rank", "volume left", "closed form", "condition", *units)
+    headers = ("off", "rank", "volume left", "closed form", "safe up to", "condition", *units)
     return table(headers, [[", ".join(names), *cells] for cells, names in lines.items()])
 
 
@@ -57,6 +58,7 @@ def _state(a: Authority) -> tuple[str, ...]:
         str(a.rank),
         percent(a.volume_share),
         percent(a.closed_form_share),
+        percent(a.safe_share),
         three(a.condition),
         *("-" if low is None or high is None else f"{three(low)} … {three(high)}" for low, high in ends),
     )
