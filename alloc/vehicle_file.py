@@ -19,6 +19,9 @@ Numbers = list[float]
 SLACK_WEIGHT = 2000.0
 """Default diagonal of Q, relative to H = I: the value vortex-auv ships (auv_setup, nautilus.yaml)."""
 
+LONGEST_NAME = 60
+"""A name stands in tables, messages and file names."""
+
 
 class Planar(msgspec.Struct, forbid_unknown_fields=True):
     """Thrusters in the horizontal plane, as eq. 3 takes them."""
@@ -160,6 +163,8 @@ def matrices(keys: VehicleFile) -> tuple[FloatArray, FloatArray | None]:
 def vehicle_with(keys: VehicleFile, T: FloatArray) -> Vehicle:
     """The Vehicle of a file's keys with this T (k, n), whatever its rank; raises VehicleError."""
     k, n = T.shape
+    if not 0 < len(keys.name) <= LONGEST_NAME or not keys.name.isprintable() or "/" in keys.name:
+        raise VehicleError(f"name: give 1 to {LONGEST_NAME} printable characters without '/'", "name")
     if keys.weights is not None and keys.H is not None:
         raise VehicleError("weights and H both give the matrix of eq. 4; keep one of them", "H")
     if keys.weights is not None and len(keys.weights) != n:
@@ -232,5 +237,6 @@ def _explain(message: str, tree: Tree) -> str:
     if "unknown field" in what:
         key = f"{key}.{what.split('`')[1]}".lstrip(".")
     line = tree.line(key) if key else None
-    place = f"line {line}: " if line else ""
-    return f"{place}{key + ': ' if key else ''}{what}; see a shipped vehicle file for the form"
+    said = f"{key}: {what}" if key else what
+    short = "".join(c if c.isprintable() else " " for c in said)[:150]  # a key may be any text
+    return f"{f'line {line}: ' if line else ''}{short}; see a shipped vehicle file for the form"

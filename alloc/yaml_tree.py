@@ -1,6 +1,7 @@
 """YAML read as plain data, with the line of every entry and no way to run or blow up anything."""
 
 from dataclasses import dataclass, field
+from itertools import accumulate
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -12,9 +13,10 @@ from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from alloc.errors import FileError
 from alloc.textfile import read_text
 
-LARGEST_FILE = 200_000  # bytes; ruamel reads 200 kB in about a second, and a vehicle takes two
+LARGEST_FILE = 64_000  # bytes; ruamel reads as much in half a second, and a vehicle takes two thousand
 LARGEST_TREE = 20_000  # entries; an alias counts as all that it stands for, so none can multiply
 DEEPEST = 20  # nested lists and maps; a parameter file has five
+MOST_BRACKETS = 100  # opened and not yet closed, in text or not: ruamel's time grows with their square
 _CORE = "tag:yaml.org,2002:"
 
 
@@ -39,6 +41,9 @@ def read_yaml(path: Path) -> Tree:
     Only what JSON could hold is accepted: no tags, no duplicate keys, only finite numbers, names for keys.
     """
     text = read_text(path, LARGEST_FILE)
+    opened = accumulate((c in "[{") - (c in "]}") for c in text)
+    if max(opened, default=0) > MOST_BRACKETS:
+        raise FileError(f"{path}: nested too deeply; no more than {DEEPEST} levels are read")
     try:
         root = YAML(typ="safe", pure=True).compose(text)
     except MarkedYAMLError as error:

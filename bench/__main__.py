@@ -51,7 +51,7 @@ def main() -> None:
 
         if not isinstance(error, AllocError):
             raise
-        print(f"thrustbench: {error}", file=sys.stderr)
+        print("thrustbench:", str(error).replace("\n", " "), file=sys.stderr)  # a file's name may have one
         code = 2
     sys.exit(code if isinstance(code, int) else 0)
 

@@ -99,9 +99,9 @@ def _check_header(place: str, columns: list[str], dof: tuple[str, ...]) -> None:
         )
     for name in columns:
         if columns.count(name) > 1:
-            raise DemandError(f"{place}: column {name!r} appears twice; keep one")
+            raise DemandError(f"{place}: column {name[:40]!r} appears twice; keep one")
         if name not in dof and name != "t":
-            raise DemandError(f"{place}: unknown column {name!r}; the header takes {wanted} and maybe t")
+            raise DemandError(f"{place}: unknown column {name[:40]!r}; the header takes {wanted} and maybe t")
     missing = [axis for axis in dof if axis not in columns]
     if missing:
         raise DemandError(f"{place}: no column {missing[0]!r}; the header takes {wanted} and maybe t")

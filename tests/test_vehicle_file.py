@@ -36,11 +36,11 @@ def written(file: Path, text: str | bytes) -> Path:
 
 def refusal(path: Path) -> str:
     """The message of the refusal, which comes soon and is one line that names the file."""
-    start = time.monotonic()
+    start = time.process_time()  # a busy machine is not the reader's fault
     with pytest.raises(AllocError) as caught:
         load_vehicle(path)
     message = str(caught.value)
-    assert time.monotonic() - start < 5
+    assert time.process_time() - start < 5
     assert "\n" not in message
     assert message.startswith(str(path))
     assert len(message) < len(str(path)) + 250
@@ -119,8 +119,8 @@ def test_an_exponent_without_a_dot_is_a_number(file: Path) -> None:
         ("[" * 3000, "nested too deeply"),
         ("[" * 30 + "]" * 30, "nested too deeply"),
         ("a: &a [1]\n" + "b: &b [*a, *b]\n", "nested too deeply"),
-        ("T: [" + "1, " * 30_000 + "]", "holds more than 20000 entries"),
-        ("#" * 300_000, "larger than 0.2 MB"),
+        ("T: [" + "1," * 30_000 + "]", "holds more than 20000 entries"),
+        ("#" * 70_000, "larger than 0.064 MB"),
         (GOOD.replace("20", "1e400"), "line 8: '1e400' is not a finite number"),
         (GOOD.replace("20", ".inf"), "line 8: '.inf' is not a finite number"),
         (GOOD.replace("20", ".nan"), "line 8: '.nan' is not a finite number"),
@@ -149,6 +149,12 @@ def test_an_exponent_without_a_dot_is_a_number(file: Path) -> None:
         (GOOD + "weights: [1, 1, 1, 1]\nH: [[1]]\n", "line 10: weights and H both"),
         (GOOD + "slack_weights: [1, 1]\n", "line 9: cross: slack_weights has shape (2,)"),
         (GOOD + "slack_weights: [1, 1, 0]\n", "line 9: cross: slack_weights must be positive"),
+        (GOOD.replace("cross", '"a\\nb"'), "line 1: name: give 1 to 60 printable characters"),
+        (GOOD.replace("cross", "''"), "line 1: name: give 1 to 60 printable characters"),
+        (GOOD.replace("cross", "x" * 61), "line 1: name: give 1 to 60 printable characters"),
+        (GOOD.replace("cross", "../../etc"), "line 1: name: give 1 to 60 printable characters without '/'"),
+        (GOOD + '"a\\nb": 1\n', "line 9: a b: Object contains unknown field `a b`"),
+        (GOOD + "k" * 500 + ": 1\n", "line 9: kkkk"),
         (GOOD + "frame: ned\n", "line 9: frame: Invalid enum value 'ned'"),
         (GOOD + "planar: {alpha_deg: [1], d: [1, 2], phi_deg: [1]}\n", "equally long"),
         (GOOD + "thrusters: []\n", "line 9: thrusters: the list is empty"),

@@ -73,7 +73,7 @@ def _parameters(path: Path) -> dict[str, float]:
             try:
                 found[name] = float(text)
             except ValueError:
-                raise VehicleError(f"{path}: line {number}: {name} is {text!r}; give a number") from None
+                raise VehicleError(f"{path}: line {number}: {name} is {text[:40]!r}; give a number") from None
             if not np.isfinite(found[name]):
-                raise VehicleError(f"{path}: line {number}: {name} is {text!r}; give a finite number")
+                raise VehicleError(f"{path}: line {number}: {name} is {text[:40]!r}; give a finite number")
     return found
