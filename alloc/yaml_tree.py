@@ -1,5 +1,6 @@
 """YAML read as plain data, with the line of every entry and no way to run or blow up anything."""
 
+import warnings
 from dataclasses import dataclass, field
 from itertools import accumulate
 from math import isfinite
@@ -7,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ruamel.yaml import YAML
-from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.error import MarkedYAMLError, YAMLError, YAMLWarning
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from alloc.errors import FileError
@@ -45,14 +46,16 @@ def read_yaml(path: Path) -> Tree:
     if max(opened, default=0) > MOST_BRACKETS:
         raise FileError(f"{path}: nested too deeply; no more than {DEEPEST} levels are read")
     try:
-        root = YAML(typ="safe", pure=True).compose(text)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # such as an anchor used twice: refused, not printed
+            root = YAML(typ="safe", pure=True).compose(text)
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line = f"line {mark.line + 1}: " if mark else ""
         raise FileError(f"{path}: {line}not valid YAML ({_brief(error.problem)}); mend that line") from None
     except RecursionError:
         raise FileError(f"{path}: nested too deeply; no more than {DEEPEST} levels are read") from None
-    except (YAMLError, ValueError) as error:
+    except (YAMLError, YAMLWarning, ValueError) as error:
         raise FileError(f"{path}: not valid YAML ({_brief(str(error))}); mend the file") from None
     tree = Tree(path, None)
     data = None if root is None else _Walk(tree).value(root, "", 0)

@@ -120,6 +120,7 @@ def test_an_exponent_without_a_dot_is_a_number(file: Path) -> None:
         ("[" * 30 + "]" * 30, "nested too deeply"),
         ("a: &a [1]\n" + "b: &b [*a, *b]\n", "nested too deeply"),
         ("T: [" + "1," * 30_000 + "]", "holds more than 20000 entries"),
+        ("a: &a 1\nb: &a 2\n", "not valid YAML (found duplicate anchor"),
         ("#" * 70_000, "larger than 0.064 MB"),
         (GOOD.replace("20", "1e400"), "line 8: '1e400' is not a finite number"),
         (GOOD.replace("20", ".inf"), "line 8: '.inf' is not a finite number"),
