@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: bench test clean
+.PHONY: bench test emulate clean
 
 bench: .venv/installed
 	$(BIN)/thrustbench run
@@ -12,6 +12,11 @@ test: .venv/installed
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/python -m pytest -n 2
+
+# Counts instructions of the generated C on processors that are not here: results/emulated.
+emulate: .venv/installed
+	$(BIN)/python -m bench.emulation.install
+	$(BIN)/thrustbench emulate
 
 .venv/installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv

@@ -1,6 +1,7 @@
 """The generated C on emulated processors: the goals it must keep, and that it answers as Python does."""
 
 import csv
+import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from bench.demands import build_demands
 from bench.emulation.agreement import agreement
 from bench.emulation.count import count
 from bench.emulation.image import Image, link
+from bench.emulation.install import install
 from bench.emulation.kernels import OSQP, build_kernel
 from bench.emulation.search import climb
 from bench.emulation.study import CLASSES, Plan, emulate
@@ -143,6 +145,20 @@ def test_a_missing_emulator_is_a_row_that_says_how_to_get_it(monkeypatch: pytest
     (row,) = emulate(plan)
     assert row.status == "missing"
     assert "apt-get install qemu-user" in row.reason
+
+
+def test_what_cannot_be_installed_is_named_and_no_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[Sequence[str]] = []
+
+    def refuse(command: Sequence[str], **_: object) -> subprocess.CompletedProcess[str]:
+        asked.append(command)
+        return subprocess.CompletedProcess(command, 100)
+
+    monkeypatch.setattr("shutil.which", lambda name: None if name == "qemu-aarch64" else name)
+    monkeypatch.setattr("bench.emulation.install.subprocess.run", refuse)
+    assert "qemu-user" in install()
+    assert any("update" in command for command in asked)
+    assert not any("install" in command for command in asked)  # after a refusal, nothing more is tried
 
 
 def test_a_method_that_does_not_cover_the_vehicle_is_a_row_with_the_reason() -> None:

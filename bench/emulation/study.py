@@ -46,16 +46,18 @@ class Plan:
 
 def emulate(plan: Plan) -> Iterator[Emulated]:
     """The rows, one after the other as they are counted; the same plan gives the same rows."""
+    reasons = {target: missing(target) for target in plan.targets}
+    tools = {target: versions(target) for target, reason in reasons.items() if not reason}
     for vehicle in plan.vehicles:
         sets = _sets(vehicle, plan)
         for method in plan.methods:
             for scalar in plan.scalars:
                 for target in plan.targets:
                     row = Emulated(vehicle.name, target.name, method, scalar, seed=plan.seed)
-                    if reason := missing(target):
-                        yield msgspec.structs.replace(row, status="missing", reason=reason)
+                    if target not in tools:
+                        yield msgspec.structs.replace(row, status="missing", reason=reasons[target])
                         continue
-                    row = msgspec.structs.replace(row, tools=versions(target))
+                    row = msgspec.structs.replace(row, tools=tools[target])
                     try:
                         yield from _one(row, build_kernel(method, vehicle, scalar), target, sets)
                     except NotApplicable as refusal:

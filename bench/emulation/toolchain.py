@@ -4,7 +4,6 @@ import re
 import shutil
 import subprocess
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 
 from alloc import AllocError, NotInstalled, UnknownName
@@ -45,7 +44,8 @@ def _board(machine: str) -> tuple[str, ...]:
     return ("qemu-system-arm", "-machine", machine, *quiet, *files, "-kernel")
 
 
-_CORTEX_M = ("qemu-system-arm", "gcc-arm-none-eabi", "libnewlib-arm-none-eabi")
+_HOST = ("gcc", "libc6-dev")  # compiles the plugin that QEMU loads
+_CORTEX_M = ("qemu-system-arm", "gcc-arm-none-eabi", "libnewlib-arm-none-eabi", *_HOST)
 _HARD_FLOAT = ("-mthumb", "-mfloat-abi=hard")
 TARGETS = (
     Target(
@@ -67,10 +67,10 @@ TARGETS = (
         "aarch64-linux-gnu-",
         ("-static", "-mno-fix-cortex-a53-843419"),  # whose stubs fill a page, once there is one
         ("qemu-aarch64",),
-        ("qemu-user", "gcc-aarch64-linux-gnu", "libc6-dev-arm64-cross"),
+        ("qemu-user", "gcc-aarch64-linux-gnu", "libc6-dev-arm64-cross", *_HOST),
     ),
 )
-X86 = Target("x86-64", "x86_64-linux-gnu-", ("-static",), ("valgrind",), ("gcc", "libc6-dev", "valgrind"))
+X86 = Target("x86-64", "x86_64-linux-gnu-", ("-static",), ("valgrind",), ("valgrind", *_HOST))
 """Where callgrind counts: the ratio to it says how far a count on a workstation carries."""
 
 
@@ -88,7 +88,7 @@ def missing(found: Target) -> str:
     absent = [command for command in dict.fromkeys(commands) if not shutil.which(command)]
     if not absent and not _links(found):
         absent = ["a C library for it"]
-    remedy = f"apt-get install {' '.join(found.packages)} gcc libc6-dev (or make emulate)"
+    remedy = f"apt-get install {' '.join(found.packages)} (or make emulate)"
     return f"{found.name} needs {', '.join(absent)}: {remedy}" if absent else ""
 
 
@@ -114,7 +114,6 @@ def run(command: list[str], folder: Path | None = None) -> str:
     return done.stdout
 
 
-@cache
 def _links(found: Target) -> bool:
     # A compiler without its C library is the usual half of an installation.
     headers = ["-xc", "-E", "-o", "/dev/null", "-"]

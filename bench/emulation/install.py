@@ -1,0 +1,44 @@
+"""Install compilers and emulators with apt-get where that is allowed, else name them: ``make emulate``."""
+
+import os
+import shutil
+import subprocess
+
+from bench.emulation.toolchain import TARGETS, X86, missing
+
+_APT = ("apt-get", "-q", "-o", "Acquire::http::Timeout=20", "-o", "Acquire::Retries=0")
+_TIME_LIMIT_S = 600  # half a gigabyte over a slow line
+
+
+def install() -> str:
+    """Try to install what is missing; what is still missing then, in one line, empty where all is there."""
+    if needed := packages():
+        for step in (("update",), ("install", "--yes", "--no-install-recommends", *needed)):
+            if not _apt(*step):
+                break
+    still = packages()
+    return f"emulation lacks {' '.join(still)}: apt-get install them as root" if still else ""
+
+
+def packages() -> list[str]:
+    """Debian's names of what the targets that can't be used need, sorted."""
+    return sorted({name for found in (*TARGETS, X86) if missing(found) for name in found.packages})
+
+
+def _apt(*arguments: str) -> bool:
+    rights = () if os.geteuid() == 0 else ("sudo", "-n")  # -n: never ask for a password
+    command = [*rights, *_APT, *arguments]
+    if not all(shutil.which(tool) for tool in (command[0], "apt-get")):
+        return False
+    quiet = {"DEBIAN_FRONTEND": "noninteractive", **os.environ}
+    try:
+        done = subprocess.run(
+            command, env=quiet, timeout=_TIME_LIMIT_S, stdin=subprocess.DEVNULL, capture_output=True
+        )
+    except (OSError, subprocess.TimeoutExpired):
+        return False
+    return done.returncode == 0
+
+
+if __name__ == "__main__":
+    print(install() or "emulation has all it needs")
