@@ -20,8 +20,8 @@ SETTINGS: dict[Level, dict[str, Any]] = {
     "tight": _QUIET | {"abstol": 1e-12, "reltol": 1e-12, "feastol": 1e-11},
 }
 TOLERANCE: dict[str, dict[Level, float]] = {
-    "hard": {"default": 1e-3, "tight": 1e-6},
-    "soft": {"default": 1e-3, "tight": 1e-6},
+    "hard": {"default": 2e-3, "tight": 1e-6},
+    "soft": {"default": 2e-3, "tight": 1e-6},
 }
 
 # "unknown" is its word for an infeasible QP too: coneqp has no certificate of infeasibility.

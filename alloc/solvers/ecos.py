@@ -20,8 +20,8 @@ SETTINGS: dict[Level, dict[str, Any]] = {
     "tight": _QUIET | {"abstol": 1e-11, "reltol": 1e-13, "feastol": 1e-9},
 }
 TOLERANCE: dict[str, dict[Level, float]] = {
-    "hard": {"default": 1e-3, "tight": 1e-6},
-    "soft": {"default": 1e-3, "tight": 1e-6},
+    "hard": {"default": 2e-4, "tight": 3e-6},
+    "soft": {"default": 2e-3, "tight": 5e-5},
 }
 
 STATUS = {

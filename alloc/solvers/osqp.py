@@ -27,8 +27,8 @@ SETTINGS: dict[Level, dict[str, Any]] = {
     },
 }
 TOLERANCE: dict[str, dict[Level, float]] = {
-    "hard": {"default": 1e-2, "tight": 1e-6},
-    "soft": {"default": 1e-2, "tight": 1e-6},
+    "hard": {"default": 0.1, "tight": 1e-6},
+    "soft": {"default": 0.2, "tight": 1e-6},
 }
 
 STATUS = {
