@@ -143,6 +143,12 @@ def test_bad_usage_is_one_line(arguments: list[str], says: str, monkeypatch: pyt
     assert says in str(found.exception)
 
 
+def test_patterns_that_fit_nothing_are_bad_usage(repository: Path) -> None:
+    arguments = ["HEAD", "--repo", str(repository), "--always", "--cells", "ukwial:nix"]
+    found = CliRunner().invoke(command, arguments, standalone_mode=False)
+    assert "no cell of either side fits ukwial:nix" in str(found.exception)
+
+
 def test_patterns_choose_cells_with_and_without_the_start() -> None:
     cells = [["ukwial", "pinv", "-"], ["ukwial", "qp/daqp", "warm"], ["nautilus", "pinv", "-"]]
     assert [c.name for c in chosen(cells, ["ukwial:pinv"])] == ["ukwial:pinv:-"]

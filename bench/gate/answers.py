@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from alloc import Allocation, Label, NotApplicable, Status, Vehicle
+from alloc import Allocation, Label, NotApplicable, Status, UnknownName, Vehicle
 from alloc.allocation import FloatArray
 from alloc.inverse import generalized_inverse
 from bench.demands import build_demands, labelled
@@ -66,9 +66,14 @@ class Examined(NamedTuple):
 
 
 def examine(base: Prober, head: Prober, patterns: Sequence[str]) -> Examined:
-    """Judge every chosen cell on both sides, by equations and against each other."""
+    """Judge every chosen cell on both sides, by equations and against each other.
+
+    Raises UnknownName if the patterns choose none.
+    """
     here = {cell.name: cell for cell in chosen(base.cells, patterns)}
     there = {cell.name: cell for cell in chosen(head.cells, patterns)}
+    if not here and not there:
+        raise UnknownName(f"no cell of either side fits {', '.join(patterns)}; write vehicle:method:start")
     found = Examined(controls(), {CONTROL: CONTROL_DEMANDS}, [])
     shared: dict[str, list[Cell]] = {}
     for name, cell in (here | there).items():
