@@ -1,12 +1,16 @@
 """The exact method, held against equations, constructed demands and two solvers that know nothing of it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from alloc import NotApplicable, Status, Vehicle, build, load_vehicle
+from alloc.nullspace.structure import decompose
 from tests.nullspace_cases import (
+    AXES,
     SHAPES,
     demands_of_known_verdict,
     face_thrusts,
@@ -118,6 +122,8 @@ def test_one_by_one_and_many_take_the_same_steps(shape) -> None:
     for tau, f, s in zip(taus, F, status, strict=True):
         one = allocate(tau)
         assert one.status == s
+        assert not (one.f < vehicle.f_min).any()  # NaN is neither below nor above
+        assert not (one.f > vehicle.f_max).any()
         np.testing.assert_allclose(one.f, f, rtol=0, atol=1e-11 * vehicle.f_scale)  # another order of sums
 
 
@@ -147,8 +153,6 @@ def test_the_worst_case_is_the_formula_in_the_documents(shape, bound) -> None:
     [("ukwial", [1]), ("bluerov2-heavy", [1, 1]), ("nautilus", [1, 1]), ("supply-vessel", [3])],
 )
 def test_independent_blocks_are_found_from_the_vehicle(name: str, blocks: list[int]) -> None:
-    from alloc.nullspace.structure import decompose
-
     vehicle = load_vehicle(name)
     structure = decompose(vehicle)
     assert [block.N.shape[1] for block in structure.blocks] == blocks
@@ -160,11 +164,16 @@ def test_independent_blocks_are_found_from_the_vehicle(name: str, blocks: list[i
     np.testing.assert_allclose(N.T @ vehicle.H @ N, np.eye(sum(blocks)), atol=1e-12)
 
 
+def test_columns_that_share_thrusters_stay_together_even_where_their_cost_does_not_couple_them() -> None:
+    T = np.array([[1.0, 1.0, -1.0, 0.0], [1.0, -1.0, 0.0, -1.0]])
+    vehicle = Vehicle("shared", AXES[:2], T, np.eye(4), -np.ones(4), np.ones(4), np.ones(4), np.ones(2))
+    shared = np.array([[1.0, 0.0, 1.0, 1.0], [0.0, 1.0, 1.0, -1.0]])  # null space, orthogonal
+    np.testing.assert_array_equal(shared @ T.T, 0)
+    np.testing.assert_array_equal(shared @ shared.T, 3 * np.eye(2))
+    assert [block.N.shape for block in decompose(vehicle).blocks] == [(4, 2)]
+
+
 def test_a_cost_that_couples_two_blocks_joins_them() -> None:
-    from dataclasses import replace
-
-    from alloc.nullspace.structure import decompose
-
     vehicle = load_vehicle("bluerov2-heavy")
     H = np.eye(vehicle.n)
     first, second = (block.rows[0] for block in decompose(vehicle).blocks)
