@@ -1,0 +1,175 @@
+"""What the exact answer costs in C and from Python, next to the best there is for this size.
+
+``python -m bench.studies.native_speed [VEHICLE …]`` prints the tables of docs/exact.md as Markdown, and
+``--write docs/exact.md`` puts them between its marks. ``--daqp CSRC`` adds DAQP's C from that folder of
+its source distribution (``pip download --no-deps --no-binary daqp daqp``). Ratios are within one run;
+demands are inactive, active and infeasible ones in equal parts, shuffled. Each figure is CPU time,
+the least of several batches, which is what repeats on a machine that does other things as well. Takes
+about a minute of a quiet core.
+"""
+
+import argparse
+import random
+from collections.abc import Callable, Sequence
+from functools import partial
+from operator import matmul
+from pathlib import Path
+from time import thread_time
+
+import numpy as np
+
+from alloc import NotApplicable, Vehicle, build, catalogue, load_vehicle
+from alloc.allocation import FloatArray
+from alloc.native.code import number
+from bench.demands import build_demands
+from bench.emulation.kernel import Kernel
+from bench.emulation.kernels import build_kernel
+from bench.studies.c_loop import instructions, nanoseconds
+from bench.studies.daqp_c import daqp_kernel
+from bench.studies.speed_tables import (
+    DAQP,
+    DAQP_C,
+    EXACT,
+    OSQP,
+    PINV,
+    PLAIN,
+    PRODUCT,
+    WALSH,
+    Measured,
+    tables,
+)
+from bench.timing import no_garbage_collection, sample
+
+VEHICLES = ("ukwial", "bluerov2", "bluerov2-heavy", "nautilus", "subjugator8", "supply-vessel")
+CLASSES = ("inactive", "active", "infeasible")
+PER_CLASS = 100
+ROUNDS = 15
+BUDGET_NS = 4_000_000
+"""Two batches of 2 ms a callable and round."""
+MANY = 200_000
+QUICK_SOLVERS = ("qp/daqp", "qp/piqp", "qp/proxqp", "qp/quadprog", "qp/osqp")
+"""The live solvers that have been the fastest anywhere; the others are tens of times slower."""
+MARKS = ("<!-- native_speed -->", "<!-- /native_speed -->")
+
+
+def demands(vehicle: Vehicle, classes: Sequence[str] = CLASSES) -> FloatArray:
+    """The classes' demands in equal parts, shuffled."""
+    taus = np.vstack([build_demands(name, vehicle, 0, PER_CLASS).taus for name in classes])
+    return np.random.default_rng(0).permutation(taus)
+
+
+def plain_product(vehicle: Vehicle) -> Kernel:
+    """f = T* tau as anybody would write it out: one multiplication for each entry that is not zero."""
+    G = build("pinv", vehicle).many(np.eye(vehicle.k))[0].T
+    keep = np.abs(G) > 1e-14 * np.abs(G).max()  # what is rounding around zero
+    rows = [
+        " + ".join(f"{number(G[i, j], 'double')} * tau[{j}]" for j in np.flatnonzero(keep[i]))
+        for i in range(vehicle.n)
+    ]
+    name = "plain_product"
+    declaration = f"int {name}(const double *tau, double *f)"
+    body = "".join(f"    f[{i}] = {row or '0.0'};\n" for i, row in enumerate(rows))
+    source = f"{declaration};\n{declaration}\n{{\n{body}    return 0;\n}}\n"
+    return Kernel(
+        name, "double", vehicle.k, vehicle.n, name, f"{declaration};", "tau, f", {f"{name}.c": source}
+    )
+
+
+def kernels(vehicle: Vehicle, csrc: Path | None) -> dict[str, Kernel]:
+    """Everything there is in C for a vehicle, by the name of its column."""
+    found = {PLAIN: plain_product(vehicle)}
+    if csrc:
+        found[DAQP_C] = daqp_kernel(vehicle, csrc)
+    for name in (PINV, WALSH, EXACT, OSQP):
+        try:
+            found[name] = build_kernel(name, vehicle, "double")
+        except NotApplicable:
+            continue
+    return found
+
+
+def daqp_ns(vehicle: Vehicle, taus: FloatArray) -> float:
+    """DAQP's own clock around its solve, set up once: the least of some passes, mean over demands [ns]."""
+    allocate = build(DAQP, vehicle, start="reused")
+    return float(
+        np.min([[allocate(tau).solver_s for tau in taus] for _ in range(ROUNDS)], axis=0).mean() * 1e9
+    )
+
+
+def interleaved(calls: dict[str, Callable[[FloatArray], object]], taus: FloatArray) -> dict[str, float]:
+    """CPU time of a call [ns], the least of all batches; the callables take turns in a seeded order."""
+    inputs, order = list(taus), random.Random(0)
+    batches: dict[str, list[float]] = {name: [] for name in calls}
+    with no_garbage_collection():
+        for _ in range(ROUNDS):
+            for name in order.sample(sorted(calls), len(calls)):
+                measured = sample(calls[name], inputs, BUDGET_NS, singles=0)
+                batches[name] += [batch.cpu_ns / batch.calls for batch in measured.batches]
+    return {name: min(found) for name, found in batches.items()}
+
+
+def measure(name: str, csrc: Path | None) -> Measured:
+    """All of it for one vehicle."""
+    vehicle = load_vehicle(name)
+    taus, found = demands(vehicle), kernels(vehicle, csrc)
+    c = {label: float(nanoseconds(kernel, taus).min()) for label, kernel in found.items()}
+    by_class = {}
+    for kind in CLASSES:
+        some = demands(vehicle, [kind])
+        by_class[kind] = {
+            label: float(nanoseconds(kernel, some).min())
+            for label, kernel in found.items()
+            if label in (EXACT, DAQP_C, OSQP)
+        } | {DAQP: daqp_ns(vehicle, some)}
+    return Measured(
+        vehicle,
+        c | {DAQP: daqp_ns(vehicle, taus)},
+        by_class,
+        {label: instructions(found[label], taus) for label in (PINV, EXACT)},
+        interleaved(python_calls(vehicle), taus),
+        many_per_second(vehicle, taus),
+    )
+
+
+def python_calls(vehicle: Vehicle) -> dict[str, Callable[[FloatArray], object]]:
+    """The product that all are compared with, this project's methods, and every live solver there is."""
+    G = np.ascontiguousarray(build("pinv", vehicle).many(np.eye(vehicle.k))[0].T)
+    calls: dict[str, Callable[[FloatArray], object]] = {PRODUCT: partial(matmul, G)}
+    for label in ("nullspace", PINV, EXACT):
+        calls[label] = build(label, vehicle)
+    for entry in catalogue():
+        if entry.name in QUICK_SOLVERS and not entry.missing:
+            for start in {"reused", "warm"} & set(entry.starts):
+                calls[f"{entry.name} {start}"] = build(entry.name, vehicle, start=start)
+    return calls
+
+
+def many_per_second(vehicle: Vehicle, taus: FloatArray) -> float:
+    """Allocations per second of one ``many()`` on one core, the best of some."""
+    allocate = build(EXACT, vehicle)
+    lot = np.tile(taus, (MANY // len(taus) + 1, 1))
+    times = []
+    for _ in range(ROUNDS):
+        start = thread_time()
+        allocate.many(lot)
+        times.append(thread_time() - start)
+    return len(lot) / min(times)
+
+
+def main() -> None:
+    """Measure, print, and write where asked."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("vehicles", nargs="*", default=VEHICLES)
+    parser.add_argument("--daqp", type=Path, metavar="CSRC", help="that folder of DAQP's sdist")
+    parser.add_argument("--write", type=Path, metavar="PAGE")
+    arguments = parser.parse_args()
+    text = tables([measure(name, arguments.daqp) for name in arguments.vehicles])
+    print(text)
+    if arguments.write:
+        before, _, rest = arguments.write.read_text(encoding="utf-8").partition(MARKS[0])
+        _, _, after = rest.partition(MARKS[1])
+        arguments.write.write_text(f"{before}{MARKS[0]}\n{text}\n{MARKS[1]}{after}", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
