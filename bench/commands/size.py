@@ -31,6 +31,20 @@ import click
     metavar="FILE",
     help="Estimate for the machine on which `thrustbench canary` wrote FILE.",
 )
+@click.option(
+    "--clock",
+    "clock_MHz",
+    type=click.FloatRange(0, min_open=True),
+    metavar="MHZ",
+    help="Clock of the processors that `thrustbench emulate` counted for.",
+)
+@click.option(
+    "--cpi",
+    type=click.FloatRange(0, min_open=True),
+    nargs=2,
+    metavar="LOW HIGH",
+    help="Cycles an instruction there, if you measured them.",
+)
 def command(
     directory: Path,
     rate: float,
@@ -38,21 +52,27 @@ def command(
     deadline_us: float | None,
     vehicles: tuple[str, ...],
     canary: Path | None,
+    clock_MHz: float | None,
+    cpi: tuple[float, float] | None,
 ) -> None:
     """Which method of the run in DIRECTORY fits a control rate; the first row is the one to take."""
     from alloc import UnknownName
     from bench.canary import load, transfer
+    from bench.report import bands
     from bench.report.sizes import page
     from bench.rows import read_run
     from bench.sizing import Loop, sizes
 
     run = read_run(directory)
-    unknown = sorted(set(vehicles) - set(run.vehicles))
+    there = sorted({*run.vehicles, *(row.vehicle for row in run.record.emulated)})
+    unknown = sorted(set(vehicles) - set(there))
     if unknown:
-        raise UnknownName(
-            f"{directory}: no vehicle '{unknown[0]}' in this run; it has {', '.join(run.vehicles)}"
-        )
+        raise UnknownName(f"{directory}: no vehicle '{unknown[0]}' in this run; it has {', '.join(there)}")
     loop = Loop(rate, budget / 100, deadline_us)
+    if run.record.emulated or clock_MHz:
+        click.echo(bands.page(run, loop, clock_MHz, cpi, vehicles))
+    if not run.rows:
+        return
     moved = transfer(run, load(canary)) if canary else None
     found = [size for size in sizes(run, loop, moved) if not vehicles or size.vehicle in vehicles]
     click.echo(page(found, loop, moved))

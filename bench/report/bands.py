@@ -1,0 +1,52 @@
+"""What ``thrustbench size --clock`` prints: a share of the period as a band, its assumption beside it."""
+
+from collections.abc import Collection
+
+from bench.emulation.bands import Band, bands
+from bench.emulation.clock import CPI, Cpi
+from bench.emulation.rows import rows
+from bench.report.text import table, three
+from bench.rows import Run
+from bench.sizing import Loop
+
+
+def page(
+    run: Run,
+    loop: Loop,
+    clock_MHz: float | None,
+    cpi: tuple[float, float] | None = None,
+    vehicles: Collection[str] = (),
+) -> str:
+    """Bands for a record's emulated processors, and what they rest on; or what is missing for that.
+
+    ``cpi`` replaces the assumed cycles an instruction; ``vehicles`` are the only ones to show, if any.
+    """
+    if not run.record.emulated:
+        return (
+            "This record holds no instructions of emulated processors; `thrustbench emulate` counts them.\n"
+        )
+    if clock_MHz is None:
+        return "This record holds instructions of emulated processors; give --clock MHZ to size with them.\n"
+    assumed = CPI if cpi is None else dict.fromkeys(CPI, Cpi(*cpi, "as given"))
+    counted = [row for row in rows(run.record.emulated) if not vehicles or row.is_.vehicle in vehicles]
+    found = bands(counted, clock_MHz * 1e6, loop.rate_hz, loop.limit_us / loop.period_us, assumed)
+    parts = [
+        f"Emulated processors at {clock_MHz:g} MHz, {loop.rate_hz:g} Hz. The instructions of the most costly"
+        " call are exact; its share of the control period is a band, for instructions are not cycles.\n",
+        table(
+            ("vehicle", "target", "method", "scalar", "instructions", "share [%]", "verdict", "answers"),
+            [_line(band) for band in found],
+        ),
+        "Cycles an instruction:\n",
+    ]
+    for target in dict.fromkeys(band.target for band in found):
+        band = assumed[target]
+        parts.append(f"- {target}: {band.low:g} to {band.high:g}; {band.basis}.")
+    return "\n".join([*parts, ""])
+
+
+def _line(band: Band) -> list[str]:
+    shares = f"{three(100 * band.low)} to {three(100 * band.high)}"
+    answers = "right" if band.agrees else "not all right"
+    count = str(band.instructions)
+    return [band.vehicle, band.target, band.method, band.scalar, count, shares, str(band.fit), answers]
