@@ -4,6 +4,7 @@ What most programs do first; beside ``qp/<solver>`` it shows what the wrapper an
 """
 
 from importlib.util import find_spec
+from pathlib import Path
 
 from alloc import solvers
 from alloc.live import Live
@@ -17,9 +18,12 @@ LEVELS = ("default",)
 
 
 def variants() -> dict[str, str]:
-    """``qpsolvers/<solver>`` for every solver that has a file in ``alloc/solvers``."""
-    wrapper = "" if find_spec("qpsolvers") else "not installed; pip install qpsolvers"
-    return {f"qpsolvers/{name}": wrapper or solvers.missing(name) for name in solvers.names()}
+    """``qpsolvers/<solver>`` for every solver that has a file in ``alloc/solvers`` and one in qpsolvers."""
+    spec = find_spec("qpsolvers")
+    if spec is None or spec.origin is None:
+        return {f"qpsolvers/{name}": "not installed; pip install qpsolvers" for name in solvers.names()}
+    wrapped = {path.stem.removesuffix("_") for path in Path(spec.origin).parent.glob("solvers/*_.py")}
+    return {f"qpsolvers/{name}": solvers.missing(name) for name in solvers.names() if name in wrapped}
 
 
 def SUMMARY(name: str) -> str:
