@@ -175,8 +175,8 @@ class Worker(msgspec.Struct, tag="worker", omit_defaults=True):
 class Emulated(msgspec.Struct, tag="emulated", omit_defaults=True):
     """Generated C on one processor, emulated: instructions of each call over one demand set, never times.
 
-    demands: a set's name; ``search`` for those that a search for the most costly demand went through;
-    "-" where nothing was counted. status: ok, or missing, refused, failed, with ``reason``.
+    demands: a set's name; ``search`` for the most costly of all that a search ``tried``; "-" where
+    nothing was counted. status: ok, or missing, refused, failed, with ``reason``.
     instructions: of single calls, [[count, calls], …], sorted. worst: the demand that took most.
     flash_bytes, ram_static_bytes: growth of the linked image. stack_bytes: deepest that any call wrote.
     agrees: every answer as in Python; distance_rel_max: of any thrust, relative to the largest limit;
@@ -199,6 +199,7 @@ class Emulated(msgspec.Struct, tag="emulated", omit_defaults=True):
     agrees: bool | None = None
     distance_rel_max: float | None = None
     other_verdicts: int = 0
+    tried: int = 0
     seed: int = 0
     tools: dict[str, str] = {}
 

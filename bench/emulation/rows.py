@@ -21,12 +21,12 @@ class Row:
     @property
     def calls(self) -> int:
         """How many calls were counted."""
-        return sum(calls for _, calls in self.is_.instructions)
+        return self.is_.tried or sum(calls for _, calls in self.is_.instructions)
 
     @property
     def mean(self) -> float | None:
-        """Instructions of a call, mean: exact counts have no outliers."""
-        return _mean(self.is_)
+        """Instructions of a call, mean (exact counts have no outliers); None for a search."""
+        return None if self.is_.tried else _mean(self.is_)
 
     @property
     def worst(self) -> int | None:

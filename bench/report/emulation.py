@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from itertools import groupby
 
 from bench.emulation.clock import CPI
+from bench.emulation.goals import goals
 from bench.emulation.rows import REFERENCE, Row, rows
 from bench.report.text import table, three
 from bench.rows import Run
@@ -27,6 +28,8 @@ def section(run: Run, drawn: frozenset[str]) -> str:
         if target in CPI:
             band = CPI[target]
             parts.append(f"Cycles an instruction: {band.low:g} to {band.high:g}; {band.basis}.\n")
+    if reached := goals(counted):
+        parts += ["### What was asked for, and what was found\n", reached]
     tools = {f"{name} {version}" for row in counted for name, version in row.is_.tools.items()}
     header = run.record.header
     parts.append(f"Counted with {', '.join(sorted(tools))}; commit {header.commit}.\n")
