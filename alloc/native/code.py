@@ -118,12 +118,21 @@ def signed_sum(terms: Terms, scalar: Scalar) -> str:
 
 def dot(values: list[float], names: list[str], c: Table) -> str:
     """``values . names`` without zero terms and without multiplying by one."""
-    terms = [
-        (value < 0, name if abs(value) == 1.0 else f"{c(abs(value))} * {name}")
-        for value, name in zip(values, names, strict=True)
-        if value
-    ]
+    terms = [term(value, name, c) for value, name in zip(values, names, strict=True) if value]
     return signed_sum(terms, c.scalar)
+
+
+def term(value: float, name: str, c: Table) -> tuple[bool, str]:
+    """``value * name`` as a term of a sum."""
+    return value < 0, name if abs(value) == 1.0 else f"{c(abs(value))} * {name}"
+
+
+def fold(function: str, terms: list[str]) -> str:
+    """``most`` or ``least`` of any number of terms, as a tree: its depth is what a processor waits for."""
+    if len(terms) == 1:
+        return terms[0]
+    half = len(terms) // 2
+    return f"{function}({fold(function, terms[:half])}, {fold(function, terms[half:])})"
 
 
 def between(name: str, low: float, high: float, c: Table) -> str:
