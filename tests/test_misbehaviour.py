@@ -1,6 +1,7 @@
 """Methods that crash, hang, leak or lie are rows with a reason, and every other row is measured."""
 
 import os
+from pathlib import Path
 
 import pytest
 from click.testing import CliRunner, Result
@@ -90,3 +91,15 @@ def test_no_worker_outlives_the_run(outcome: tuple[Result, Record]) -> None:
     import psutil
 
     assert not [p for p in psutil.Process(os.getpid()).children() if "bench.worker" in " ".join(p.cmdline())]
+
+
+def test_proxqp_started_from_a_result_it_does_not_have_is_a_row_with_a_reason(tmp_path: Path) -> None:
+    pytest.importorskip("proxsuite")
+    study = Path(__file__).parents[1] / "bench" / "studies" / "proxqp_previous.py"
+    options = ["--vehicle=ukwial", "--demands=active", f"--plugin={study}", "--method=pinv"]
+    tiny = ["--n=8", "--budget-ms=1", "--repeats=1", f"--time-limit={TIME_LIMIT_S}", f"--out={tmp_path}"]
+    result = CliRunner().invoke(cli, ["run", *options, *tiny], standalone_mode=False)
+    assert result.return_value == 0, result.output  # a failure is a row, not a wrong answer
+    status = {cell.key.method: cell.status for cell in read(tmp_path).cells}
+    assert status["proxqp-previous"] in ("crashed", "timeout")  # it does the one or the other
+    assert status["pinv"] == "ok"

@@ -1,0 +1,106 @@
+"""Do our batch medians say what pyperf says? ``python -m bench.studies.pyperf_check``.
+
+Five callables, each timed by ``bench.timing`` and by ``python -m pyperf timeit`` in turns, in fresh
+processes on the same core; docs/method.md quotes the table. Wants ``pip install pyperf``.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from statistics import median
+
+from alloc import build, load_vehicle
+from alloc.allocation import FloatArray
+from bench import machine
+from bench.demands import build_demands
+from bench.timing import no_garbage_collection, sample
+from bench.yardsticks import CANARIES, yardstick
+
+CALLABLES = (
+    ("pinv", "ukwial"),
+    ("walsh", "bluerov2-heavy"),
+    ("nullspace", "nautilus"),
+    ("qp/daqp", "ukwial"),
+    (CANARIES[0], "ukwial"),
+)
+PROCESSES = 5
+N = 100
+BUDGET_NS = 200_000_000
+MIN_TIME = "--min-time=0.0005"
+"""Short, so that also on a busy machine most values are left alone; still 10,000 clock readings."""
+
+
+def prepared(method: str, vehicle_name: str) -> tuple[Callable[[FloatArray], object], Sequence[FloatArray]]:
+    """The callable and its inputs: the inactive demands of a run."""
+    vehicle = load_vehicle(vehicle_name)
+    taus = list(build_demands("inactive", vehicle, seed=0, n=N).taus)
+    return (yardstick(method) if method in CANARIES else build(method, vehicle)), taus
+
+
+def one_pass(method: str, vehicle_name: str) -> Callable[[], None]:
+    """What pyperf times: one pass over the inputs."""
+    call, taus = prepared(method, vehicle_name)
+
+    def calls() -> None:
+        for tau in taus:
+            call(tau)
+
+    return calls
+
+
+def ours(method: str, vehicle_name: str) -> float:
+    """Median over batches of the time of one call [ns], in this process."""
+    core = machine.cores()[0]
+    if core is not None:
+        os.sched_setaffinity(0, {core})
+    call, taus = prepared(method, vehicle_name)
+    with no_garbage_collection():
+        batches = sample(call, taus, BUDGET_NS).batches
+    return median(batch.wall_ns / batch.calls for batch in batches)
+
+
+def theirs(method: str, vehicle_name: str) -> float:
+    """Median over pyperf's values of the time of one call [ns], in one pyperf worker process."""
+    set_up = (
+        f"from bench.studies.pyperf_check import one_pass; calls = one_pass({method!r}, {vehicle_name!r})"
+    )
+    core = machine.cores()[0]
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "values.json"
+        pin = [] if core is None else [f"--affinity={core}"]
+        options = ["-p1", "-n30", "-w2", MIN_TIME, "--quiet", *pin, f"-o{out}"]
+        _python("-m", "pyperf", "timeit", *options, "-s", set_up, "calls()")
+        runs = json.loads(out.read_text())["benchmarks"][0]["runs"]
+    values = [float(value) for run in runs for value in run.get("values", [])]
+    return median(values) * 1e9 / N
+
+
+def main() -> None:
+    """Print the table; with a callable's name and vehicle, time that one and print its number."""
+    if len(sys.argv) == 3:
+        print(ours(sys.argv[1], sys.argv[2]))
+        return
+    print("| callable | vehicle | ours [ns] | pyperf [ns] | ratio |\n|---|---|---|---|---|")
+    for method, vehicle_name in CALLABLES:
+        a, b = [], []
+        for _ in range(PROCESSES):  # in turns, so that a slow spell hits both
+            a.append(float(_python("-m", "bench.studies.pyperf_check", method, vehicle_name)))
+            b.append(theirs(method, vehicle_name))
+        # The least of the processes' medians: the machine's other work only ever adds.
+        print(f"| {method} | {vehicle_name} | {min(a):.0f} | {min(b):.0f} | {min(a) / min(b):.3f} |")
+
+
+def _python(*arguments: str) -> str:
+    threads = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    path = os.pathsep.join(filter(None, [str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")]))
+    inherited = {**os.environ, **threads, "PYTHONPATH": path}
+    command = [sys.executable, *arguments]
+    return subprocess.run(command, check=True, capture_output=True, text=True, env=inherited).stdout
+
+
+if __name__ == "__main__":
+    main()

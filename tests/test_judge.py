@@ -1,0 +1,130 @@
+"""Equations to verdicts: every kind of wrong answer is found, and a right one is left in peace."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from alloc import Allocation, Label, Status, build
+from alloc.allocation import FloatArray
+from bench.judge import judge, shared
+from bench.record import Judged
+from bench.reference import Question, questions
+
+PROMISES = {"formulation": "hard", "limited": True, "tolerance": 1e-9}
+
+
+@pytest.fixture(scope="module")
+def asked() -> dict[str, Question]:
+    sets = ("inactive", "active", "infeasible")
+    return {question.name: question for question in questions(["ukwial"], sets, [""], seed=1, n=5)}
+
+
+def exact(question: Question) -> list[Allocation]:
+    allocate = build("nullspace", question.vehicle)
+    return [allocate(tau) for tau in question.taus]
+
+
+def verdict(question: Question, answers: list[Allocation], **promises: object) -> Judged:
+    return judge(question, answers, **{**PROMISES, **promises})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", ["inactive", "active"])
+def test_exact_answers_are_right_over_several_passes(asked: dict[str, Question], name: str) -> None:
+    judged = verdict(asked[name], exact(asked[name]) + exact(asked[name]))
+    assert judged.wrong == ""
+    assert judged.agrees is True
+    assert judged.counts == {"SOLVED": 10}
+    assert judged.answers == 10
+    assert judged.gap_rel_max is not None
+    assert judged.gap_rel_max < 1e-12  # rounding
+
+
+def test_saying_infeasible_where_nothing_can_be_done_is_right(asked: dict[str, Question]) -> None:
+    judged = verdict(asked["infeasible"], exact(asked["infeasible"]))
+    assert judged.wrong == ""
+    assert judged.agrees is None
+    assert judged.counts == {"INFEASIBLE": 5}
+
+
+def replaced(question: Question, f: FloatArray, status: Status) -> list[Allocation]:
+    return [Allocation(f, status), *exact(question)[1:]]
+
+
+def test_each_kind_of_wrong_answer_is_named_with_its_demand(asked: dict[str, Question]) -> None:
+    active, vehicle = asked["active"], asked["active"].vehicle
+    right = exact(active)[0].f
+    nothing = np.full(vehicle.n, np.nan)
+    over = np.where(right == right.max(), np.nextafter(vehicle.f_max, np.inf), right)
+    cases = {
+        "although it says SOLVED": (nothing, Status.SOLVED),
+        "although it says that there is none": (right.copy(), Status.INFEASIBLE),
+        "the wrench is not met": (right * 0.999, Status.SOLVED),
+        "a limit is violated": (over, Status.PARTIAL),  # by one unit in the last place
+        "says INFEASIBLE, but": (nothing, Status.INFEASIBLE),
+        "not an array of n thrusts": (right[:-1], Status.SOLVED),
+    }
+    for words, (f, status) in cases.items():
+        wrong = verdict(active, replaced(active, f, status)).wrong
+        assert words in wrong
+        assert "first for demand 0" in wrong
+
+
+def test_solved_where_no_thrust_can_be_is_wrong_however_good_it_looks(asked: dict[str, Question]) -> None:
+    question = asked["infeasible"]
+    assert (question.labels == Label.INFEASIBLE).all()
+    f = np.clip(question.references["unlimited"][0], question.vehicle.f_min, question.vehicle.f_max)
+    assert "no thrust inside the limits" in verdict(question, replaced(question, f, Status.SOLVED)).wrong
+
+
+def test_giving_up_is_a_failure_of_its_own_and_not_a_wrong_answer(asked: dict[str, Question]) -> None:
+    nothing = np.full(asked["active"].vehicle.n, np.nan)
+    judged = verdict(asked["active"], replaced(asked["active"], nothing, Status.NOT_CONVERGED))
+    assert judged.wrong == ""
+    assert judged.agrees is True  # of the four it answered
+    assert judged.counts == {"NOT_CONVERGED": 1, "SOLVED": 4}
+
+
+def test_an_answer_off_by_more_than_is_promised_disagrees(asked: dict[str, Question]) -> None:
+    inactive, vehicle = asked["inactive"], asked["inactive"].vehicle
+    f = exact(inactive)[0].f
+    off = f + 1e-6 * vehicle.f_scale * np.linalg.svd(vehicle.T)[2][-1]  # the wrench stays met
+    answers = replaced(inactive, off, Status.SOLVED)
+    assert verdict(inactive, answers).agrees is False
+    assert verdict(inactive, answers).wrong == ""
+    assert verdict(inactive, answers, tolerance=1e-5).agrees is True
+
+
+def test_closed_forms_and_qps_are_held_against_the_same_numbers_on_inactive_demands(
+    asked: dict[str, Question],
+) -> None:
+    references = asked["inactive"].references
+    np.testing.assert_array_equal(references["hard"], references["unlimited"])
+    # … which a second way confirms: the exact method, asked anew.
+    again = np.array([answer.f for answer in exact(asked["inactive"])])
+    np.testing.assert_allclose(again, references["hard"], atol=1e-9)
+
+
+def test_a_practical_rule_is_compared_only_where_it_has_nothing_to_do(asked: dict[str, Question]) -> None:
+    for name, compared in (("inactive", True), ("active", None)):
+        clip = build("clip", asked[name].vehicle)
+        answers = [clip(tau) for tau in asked[name].taus]
+        assert verdict(asked[name], answers, formulation="clip").agrees is compared
+
+
+def test_overlap_in_memory_is_found_and_neighbours_are_not_accused() -> None:
+    block = np.zeros(12)
+    assert list(shared([block[:4], block[4:8], block[8:]])) == [False, False, False]
+    assert list(shared([block[:4], block[2:6], np.zeros(4)])) == [False, True, False]
+    assert shared([block[:4], np.zeros(4), block[:4]]).sum() == 1
+
+
+def test_a_question_survives_its_file(asked: dict[str, Question], tmp_path: Path) -> None:
+    path = tmp_path / "question.npz"
+    asked["active"].save(path)
+    again = Question.load(path)
+    assert again.vehicle.name == "ukwial"
+    assert again.vehicle.dof == asked["active"].vehicle.dof
+    np.testing.assert_array_equal(again.taus, asked["active"].taus)
+    np.testing.assert_array_equal(again.references["hard"], asked["active"].references["hard"])
+    assert again.rate_hz is None

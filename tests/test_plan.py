@@ -1,0 +1,76 @@
+"""What a run measures, and in which order."""
+
+from collections import Counter
+from types import ModuleType
+
+from alloc import Entry
+from bench.plan import LEAST_MS, MOST_MS, Settings, budget_ns, chosen, groups
+from bench.yardsticks import CANARIES, NOOP
+
+PAIRS = [(vehicle, demands) for vehicle in ("one", "two") for demands in ("inactive", "worth")]
+
+
+def entry(name: str, starts: tuple[str, ...] = ("-",), levels: tuple[str, ...] = ("-",)) -> Entry:
+    return Entry(name, "hard", starts, levels, "", "", ModuleType(name))
+
+
+CLOSED = entry("pinv")
+LIVE = entry("qp/some", ("cold", "reused", "warm"), ("default", "tight"))
+SOFT = entry("qp-soft/some", ("cold", "reused"), ("default", "tight"))
+ONE_SHOT = entry("qpsolvers/some", ("cold",), ("default",))
+SETTINGS = Settings(vehicles=("one", "two"), demands=("inactive", "worth"), repeats=3)
+
+
+def test_every_cell_is_planned_once_a_repeat_with_the_yardsticks() -> None:
+    keys = [key for group in groups(SETTINGS, [CLOSED, LIVE], PAIRS) for key in group.keys]
+    assert set(Counter(keys).values()) == {1}
+    methods = Counter(key.method for key in keys)
+    assert methods["pinv"] == methods[NOOP] == 3 * len(PAIRS)
+    assert methods["qp/some"] == 2 * 3 * len(PAIRS)  # two levels
+    assert all(methods[canary] == 3 for canary in CANARIES)
+
+
+def test_one_process_measures_one_method_with_one_start_and_level_once() -> None:
+    for group in groups(SETTINGS, [CLOSED, LIVE, SOFT], PAIRS):
+        for key in group.keys:
+            named = (key.method, key.start, key.level, key.repeat)
+            assert named == (group.method, group.start, group.level, group.repeat)
+
+
+def test_repeats_follow_each_other_each_in_an_order_of_its_own_that_the_seed_decides() -> None:
+    many = [entry(f"method-{i}") for i in range(8)]
+    planned = groups(SETTINGS, many, PAIRS)
+    assert [group.repeat for group in planned] == sorted(group.repeat for group in planned)
+    orders = [[group.method for group in planned if group.repeat == repeat] for repeat in range(3)]
+    assert sorted(orders[0]) == sorted(orders[1])
+    assert orders[0] != orders[1] != orders[2]
+    assert groups(SETTINGS, many, PAIRS) == planned
+
+
+def test_a_set_that_is_asked_for_once_is_in_the_first_repeat_only() -> None:
+    settings = Settings(vehicles=("one",), demands=("inactive", "worth"), once=("worth",))
+    keys = [key for group in groups(settings, [CLOSED], PAIRS) for key in group.keys]
+    assert {key.repeat for key in keys if key.demands == "worth"} == {0}
+    assert {key.repeat for key in keys if key.demands == "inactive"} == {0, 1}
+
+
+def test_by_default_a_method_runs_as_a_vehicle_would_run_it() -> None:
+    assert chosen(CLOSED, SETTINGS) == [("pinv", "-", "-")]
+    assert chosen(LIVE, SETTINGS) == [("qp/some", "reused", level) for level in ("default", "tight")]
+    assert chosen(SOFT, SETTINGS) == [("qp-soft/some", "reused", "tight")]
+    assert chosen(ONE_SHOT, SETTINGS) == [("qpsolvers/some", "cold", "default")]
+
+
+def test_starts_and_levels_that_are_asked_for_are_taken_where_they_are_offered() -> None:
+    settings = Settings(vehicles=(), demands=(), starts=("warm",), levels=("tight",))
+    assert chosen(LIVE, settings) == [("qp/some", "warm", "tight")]
+    assert chosen(SOFT, settings) == []
+    assert chosen(CLOSED, settings) == [("pinv", "-", "-")]  # it has no choice
+
+
+def test_a_cells_budget_follows_the_time_that_is_left_within_bounds() -> None:
+    assert budget_ns(SETTINGS, left_s=100, cells=1000, overhead_s=0.04) == 60_000_000
+    assert budget_ns(SETTINGS, left_s=-5, cells=10, overhead_s=0.04) == LEAST_MS * 1e6
+    assert budget_ns(SETTINGS, left_s=1e6, cells=1, overhead_s=0.04) == MOST_MS * 1e6
+    fixed = Settings(vehicles=(), demands=(), budget_ms=7)
+    assert budget_ns(fixed, left_s=100, cells=1, overhead_s=0) == 7_000_000
