@@ -94,14 +94,13 @@ def run(settings: Settings, directory: Path, *, resume: bool, watch: Callable[[P
     """
     began = time.monotonic()
     entries, plugins = methods(settings)
+    # Before the folder is touched: a name that is wrong leaves nothing behind.
+    posed = questions(settings.vehicles, settings.demands, settings.faults, settings.seed, settings.n_demands)
     with Writer(directory) as writer, tempfile.TemporaryDirectory(prefix="thrustbench-") as folder:
         header = make_header(settings)
         old = writer.resume() if resume else None
         if old is not None:
             check_same(old.header, header, writer.path)
-        posed = questions(
-            settings.vehicles, settings.demands, settings.faults, settings.seed, settings.n_demands
-        )
         files = {}
         for i, question in enumerate(posed):
             files[question.vehicle.name, question.name] = Path(folder) / f"{i}.npz"

@@ -17,6 +17,7 @@ def command(vehicle: str, as_json: bool) -> int:
     if errors:
         place = f"line {errors[0].line}: " if errors[0].line else ""
         more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
-        click.echo(f"thrustbench: {report.path}: {place}{errors[0].message}{more}", err=True)
+        file = str(report.path).replace("\n", " ")
+        click.echo(f"thrustbench: {file}: {place}{errors[0].message}{more}", err=True)
         return 2
     return 0

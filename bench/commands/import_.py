@@ -37,10 +37,11 @@ def command(
 
     axes = tuple(axis.strip() for axis in dof.split(",")) if dof else ()
     keys = import_vehicle(file, format_, Answers(name, axes, frame or "", f_min, f_max, take or ""))
+    if output is not None:
+        write_text(output, to_yaml(keys))
     for note in keys.notes:
         click.echo(f"assumed: {note}", err=True)
     if output is None:
         click.echo(to_yaml(keys), nl=False)
     else:
-        write_text(output, to_yaml(keys))
         click.echo(f"{output} written; 'thrustbench check {output}' says what to look at", err=True)
