@@ -68,6 +68,8 @@ class Live:
             return self._without(Status.INFEASIBLE)
         x, status, iterations, solver_s = self.solve(self.pose(wrench))
         if status != Status.SOLVED:
+            if self._soft:  # every demand has a soft answer, so no verdict excuses having none
+                status = Status.NOT_CONVERGED
             return self._without(status, iterations, solver_s)
         f = x[: self._m] * self._f_scale
         np.minimum(f, self._f_max, out=f)

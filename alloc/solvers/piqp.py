@@ -25,7 +25,6 @@ SETTINGS: dict[Level, dict[str, Any]] = {
         "eps_rel": 1e-11,
         "eps_duality_gap_abs": 1e-13,
         "eps_duality_gap_rel": 1e-15,
-        "infeasibility_threshold": 1e-3,  # with its 0.9 most infeasible demands run into the cap
     },
 }
 TOLERANCE: dict[str, dict[Level, float]] = {

@@ -28,7 +28,8 @@ def outcome(code: str) -> str:
     except subprocess.TimeoutExpired as late:
         return f"{(late.stdout or b'').decode()}still running after {LIMIT_S} s"
     ended = signal.Signals(-done.returncode).name if done.returncode < 0 else f"exit code {done.returncode}"
-    return f"{done.stdout}{ended}"
+    last = done.stderr.strip().splitlines()[-1:]  # of a traceback: what was raised
+    return "\n".join([done.stdout.rstrip(), *last, ended]).lstrip()
 
 
 def main() -> None:

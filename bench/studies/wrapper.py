@@ -1,0 +1,63 @@
+"""What is wrapped around a solver: ``python -m bench.studies.wrapper [vehicle]``.
+
+Median CPU time per call, routes and solvers interleaved; prints a table of ``docs/solvers.md``.
+"""
+
+import sys
+from collections.abc import Callable
+from time import thread_time_ns
+from typing import Any
+
+import numpy as np
+
+from alloc import Allocator, build, load_vehicle, solvers
+from alloc.allocation import FloatArray
+from bench.demands import build_demands
+
+N = 50
+ROUNDS = 21
+Call = Callable[[FloatArray], Any]
+
+
+def main(arguments: list[str]) -> None:
+    """Print one line for each solver that is installed."""
+    vehicle = load_vehicle(arguments[0] if arguments else "bluerov2-heavy")
+    taus = build_demands("active", vehicle, 2004, N).taus
+    found = [name for name in solvers.names() if not solvers.missing(name)]
+    calls: dict[str, tuple[Call, list[FloatArray]]] = {}
+    live: dict[str, Allocator] = {}
+    for name in found:
+        allocator: Any = build(f"qp/{name}", vehicle)
+        live[name] = allocator
+        calls[f"one-shot {name}"] = build(f"qpsolvers/{name}", vehicle), list(taus)
+        calls[f"live {name}"] = allocator, list(taus)
+        calls[f"binding {name}"] = allocator.solve, [allocator.pose(tau) for tau in taus]
+    time = medians(calls)
+    print(
+        f"{vehicle.name}, {N} active demands, defaults; CPU time of a call [us], median of {ROUNDS} rounds\n"
+    )
+    print("| solver | one-shot | live | binding | solver's own clock | wrapper's share, % |\n|" + "---|" * 6)
+    for name in sorted(found, key=lambda name: time[f"live {name}"]):
+        own = 1e6 * float(np.median([live[name](tau).solver_s for tau in taus]))
+        total, binding = time[f"live {name}"], time[f"binding {name}"]
+        share = f"{100 * (1 - own / total):.0f}" if np.isfinite(own) else "-"
+        clock = f"{own:.2g}" if np.isfinite(own) else "-"
+        shown = (time[f"one-shot {name}"], total, binding)
+        print(f"| {name} |", " | ".join(f"{value:.3g}" for value in shown), f"| {clock} | {share} |")
+
+
+def medians(calls: dict[str, tuple[Call, list[FloatArray]]]) -> dict[str, float]:
+    """Median over rounds of the CPU time of each call [us], all in turn in every round."""
+    samples: dict[str, list[float]] = {name: [] for name in calls}
+    for _ in range(ROUNDS):
+        for name, (call, inputs) in calls.items():
+            call(inputs[0])
+            start = thread_time_ns()
+            for value in inputs:
+                call(value)
+            samples[name].append((thread_time_ns() - start) / len(inputs) / 1e3)
+    return {name: float(np.median(values)) for name, values in samples.items()}
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
