@@ -15,13 +15,16 @@ from bench.__main__ import cli
 from bench.demands import build_demands
 from bench.emulation.agreement import agreement
 from bench.emulation.count import count
+from bench.emulation.goals import BOARDS, GOALS, STACK_BYTES
 from bench.emulation.image import Image, link
 from bench.emulation.install import install
 from bench.emulation.kernels import OSQP, build_kernel
+from bench.emulation.rows import rows as counted_rows
 from bench.emulation.search import climb
 from bench.emulation.study import CLASSES, Plan, emulate
 from bench.emulation.toolchain import Target, missing, target
-from bench.record import Emulated
+from bench.record import Emulated, read
+from bench.report.goals import goals
 
 ROOT = Path(__file__).parents[1]
 COUPLED = str(ROOT / "docs/vehicles/box8.yaml")
@@ -46,30 +49,19 @@ def rows(
     return list(emulate(plan))
 
 
-@pytest.mark.parametrize(
-    ("vehicle", "method", "most"),
-    [
-        ("ukwial", "nullspace@native", 180),
-        ("bluerov2-heavy", "nullspace@native", 430),
-        (COUPLED, "nullspace@native", 1200),
-        ("supply-vessel", "nullspace@native", 1400),
-        ("ukwial", "pinv@native", 35),
-        ("bluerov2-heavy", "pinv@native", 75),
-        ("supply-vessel", "pinv@native", 35),
-    ],
-)
-@pytest.mark.parametrize(("name", "scalar"), [("cortex-m7", "double"), ("cortex-m4f", "float")])
+@pytest.mark.parametrize(("vehicle", "method", "most"), GOALS)
+@pytest.mark.parametrize(("name", "scalar", "factor"), BOARDS)
 def test_worst_counts_keep_within_what_was_asked_for(
-    vehicle: str, method: str, most: int, name: str, scalar: Scalar, tmp_path: Path
+    vehicle: str, method: str, most: int, name: str, scalar: Scalar, factor: float, tmp_path: Path
 ) -> None:
-    """Single precision on a Cortex-M4F within 5 % of the goal for double on a Cortex-M7."""
-    image = linked(method, vehicle, scalar, name, tmp_path)
-    taus = np.concatenate(
-        [build_demands(each, load_vehicle(vehicle), 1, 100).taus for each in ("active", "infeasible")]
-    )
-    counted = count(image, taus)
-    assert counted.instructions.max() <= (most if scalar == "double" else 1.05 * most)
+    asked = COUPLED if vehicle == "box8" else vehicle
+    image = linked(method, asked, scalar, name, tmp_path)
+    sets = [build_demands(each, load_vehicle(asked), 1, 60) for each in ("active", "infeasible")]
+    counted = count(image, np.concatenate([demands.taus for demands in sets]))
+    assert counted.instructions.max() <= factor * most
     assert image.ram_static_bytes == 0
+    if vehicle != "box8" or scalar == "float":  # eight limits twice, live at once, outgrow 16 doubles
+        assert counted.stack_bytes.max() <= STACK_BYTES
 
 
 @pytest.mark.parametrize("name", ["cortex-m7", "aarch64"])
@@ -196,3 +188,12 @@ def test_the_command_writes_counts_beside_those_on_x86_and_never_times(tmp_path:
     assert float(board["worst_over_x86"]) == pytest.approx(ratio, rel=1e-5)
     assert not [name for name in board if "us" in name.split("_") or "ns" in name.split("_")]
     assert "| ukwial" in (tmp_path / "report.md").read_text(encoding="utf-8")
+
+
+def test_the_goals_in_the_docs_are_what_the_committed_record_gives() -> None:
+    committed = ROOT / "results/emulated"
+    if not committed.exists():
+        pytest.skip("no results are committed yet: `make emulate` makes them")
+    text = (ROOT / "docs/embedded.md").read_text(encoding="utf-8")
+    shown = text.partition("<!-- goals:start -->\n")[2].partition("<!-- goals:end -->")[0]
+    assert shown == goals(counted_rows(read(committed).emulated))

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from itertools import groupby
 
 from bench.emulation.clock import CPI
-from bench.emulation.goals import goals
 from bench.emulation.rows import REFERENCE, Row, rows
+from bench.report.goals import goals
 from bench.report.text import table, three
 from bench.rows import Run
 

@@ -1,0 +1,39 @@
+"""What the generated C was asked to keep within, and what was found."""
+
+from collections.abc import Sequence
+
+from bench.emulation.goals import BOARDS, GOALS, STACK_BYTES
+from bench.emulation.rows import Row
+from bench.report.text import table
+
+
+def goals(rows: Sequence[Row]) -> str:
+    """The goals as a table with what was found, where it was counted; what is missed is marked so."""
+    lines = []
+    for vehicle, method, most in GOALS:
+        cells = [
+            _found(
+                [r for r in rows if (r.is_.vehicle, r.is_.method, r.is_.target, r.is_.scalar) == key], limit
+            )
+            for target, scalar, factor in BOARDS
+            for key, limit in [((vehicle, method, target, scalar), factor * most)]
+        ]
+        if any(any(cell) for cell in cells):
+            lines.append([vehicle, method, str(most), *(text for cell in cells for text in cell)])
+    headers = ["vehicle", "method", "at most"]
+    for target, scalar, _ in BOARDS:
+        headers += [f"{target} {scalar}", f"stack [B], {STACK_BYTES} at most"]
+    return table(headers, lines) if lines else ""
+
+
+def _found(rows: Sequence[Row], most: float) -> tuple[str, str]:
+    counted = [row for row in rows if row.worst is not None]
+    if not counted:
+        return "", ""
+    worst = max(row.worst or 0 for row in counted)
+    stack = max(row.is_.stack_bytes or 0 for row in counted)
+    return _marked(worst, most), _marked(stack, STACK_BYTES)
+
+
+def _marked(value: int, most: float) -> str:
+    return str(value) if value <= most else f"{value}, missed"
