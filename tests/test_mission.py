@@ -95,6 +95,13 @@ def test_the_vehicle_arrives_and_keeps_station_until_the_thruster_fails(name: st
     assert np.abs(settled[:, 3:5]).max() < 0.4  # rad
 
 
+def test_the_failure_changes_the_flight_from_then_on_and_nothing_before():
+    ukwial = load_vehicle("ukwial")
+    well, failed = (fly(ukwial, v, np.random.default_rng(3)) for v in (ukwial, ukwial.with_fault(0)))
+    assert np.array_equal(well.poses[: HALF + 1], failed.poses[: HALF + 1])
+    assert np.abs(well.poses[HALF:] - failed.poses[HALF:]).max() > 0.1  # m
+
+
 def test_an_axis_that_is_not_controlled_stays_where_it_is():
     ukwial = load_vehicle("ukwial")
     poses = fly(ukwial, ukwial, np.random.default_rng(3), HALF).poses

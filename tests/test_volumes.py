@@ -126,9 +126,11 @@ def test_more_thrust_only_adds():
 
 
 @pytest.mark.parametrize("name", list_vehicles())
-@pytest.mark.parametrize("fault", [None, 0])
-def test_below_the_safe_share_limits_never_act_and_just_above_they_do_somewhere(name: str, fault: int | None):
-    vehicle = load_vehicle(name) if fault is None else load_vehicle(name).with_fault(fault)
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_below_the_safe_share_limits_never_act_and_just_above_they_do_somewhere(name: str, mirrored: bool):
+    vehicle = load_vehicle(name)
+    if mirrored:  # ahead and astern change places, so that either limit is the one that decides
+        vehicle = replace(vehicle, f_min=-vehicle.f_max, f_max=-vehicle.f_min)
     share = safe_share(vehicle)
     inside = uniform_demands(vehicle, np.random.default_rng(3), 5000)
     edge = inside * alpha_max(vehicle, inside)[:, None]
