@@ -39,20 +39,17 @@ def _slab(slab: Slab, i: int, z: list[str], at: str, c: Table) -> list[str]:
     """Keep z if it lies in slab i; else move to the violated plane and solve there."""
     T, zero, lo, hi = c.scalar, number(0.0, c.scalar), f"lo{at}{i}", f"hi{at}{i}"
     s = dot(slab.normal, z, c) if i else zero
-    b, y = f"b{at}{i}", names(f"y{at}{i}_", len(slab.along))
+    b, y = f"b{at}{i}", names(f"y{at}{i}_", len(z) - 1)
     inside = [f"const {T} {b} = s{at}{i} < {lo} ? {lo} : {hi};"]
-    terms = [[(e, b)] for e in slab.base]
     if i:
         assert slab.plane is not None
         inside.append(f"{T} {', '.join(f'{e} = {zero}' for e in y)};")
         lower = [_less(f"lo{at}{j}", shift, b, c) for j, shift in enumerate(slab.shift)]
         upper = [_less(f"hi{at}{j}", shift, b, c) for j, shift in enumerate(slab.shift)]
         inside += nearest(slab.plane, lower, upper, y, f"{at}{i}_", c)
-        for coordinate, direction in zip(y, slab.along, strict=True):
-            for axis, step in zip(terms, direction, strict=True):
-                axis.append((step, coordinate))
-    for name, axis in zip(z, terms, strict=True):
-        inside.append(f"{name} = {dot([v for v, _ in axis], [n for _, n in axis], c)};")
+    for name, base, row in zip(z, slab.base, slab.along, strict=True):
+        # Without earlier slabs the plane's own y is zero.
+        inside.append(f"{name} = {dot([base, *row], [b, *y], c) if i else dot([base], [b], c)};")
     return [
         f"const {T} s{at}{i} = {s};",
         f"if (s{at}{i} < {lo} || s{at}{i} > {hi}) {{",

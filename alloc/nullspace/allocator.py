@@ -1,6 +1,7 @@
 """The allocator f = G tau + N z with the shortest z that respects the limits (eq. 4-5)."""
 
 from math import isfinite, nan
+from operator import mul
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -80,7 +81,7 @@ class Nullspace:
             if z is None:
                 return self._infeasible(steps)
             for i, row in zip(rows, N, strict=True):
-                thrusts[i] += sum(map(float.__mul__, row, z))
+                thrusts[i] += sum(map(mul, row, z))
         # Rounding, or a demand inside TOLERANCE, may leave a thrust beyond its limit by that little.
         for i, (low, high) in enumerate(limits):
             x = thrusts[i]

@@ -37,6 +37,6 @@ def nearest_many(
         if slab.plane is not None:
             moved = np.multiply.outer(slab.shift, b)
             y, found = nearest_many(slab.plane, lo[:i, out] - moved, hi[:i, out] - moved)
-            z[:, out] += np.asarray(slab.along).T @ y
+            z[:, out] += np.asarray(slab.along) @ y
             feasible[out] = found
     return z, feasible

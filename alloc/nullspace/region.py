@@ -10,6 +10,7 @@ in tables. The order is fixed, not random: m is small, and a vehicle wants the s
 from dataclasses import dataclass
 from functools import cached_property
 from math import comb, inf
+from operator import mul
 
 import numpy as np
 
@@ -30,8 +31,8 @@ class Slab:
     slack : largest lo - hi that still counts as touching
     normal : (d,)
     base : (d,) the plane normal'z = b has its point nearest to the origin at b * base
-    along : (d - 1, d) orthonormal rows spanning the plane; z = b * base + y along
-    shift : (i,) there, earlier slab j reads lo_j - b shift_j <= (along normal_j)'y <= hi_j - b shift_j
+    along : (d, d - 1) orthonormal columns spanning the plane; z = b * base + along y
+    shift : (i,) there, earlier slab j reads lo_j - b shift_j <= (along'normal_j)'y <= hi_j - b shift_j
     plane : the earlier slabs on that plane; None for d = 1, where a plane is a point
     """
 
@@ -70,43 +71,31 @@ class Region:
             return self.m
         return self.m + sum(1 + slab.plane.worst_case_steps for slab in self.slabs if slab.plane)
 
+    @cached_property
+    def plain(self) -> bool:
+        """Whether each row is a slab of its own, so that lower and upper are the slabs' limits already."""
+        return all(slab.members == ((row, 1.0),) for row, slab in enumerate(self.slabs)) and not self.checks
+
     def nearest(self, lower: Point, upper: Point) -> tuple[Point | None, int]:
         """The shortest z (d,) with lower <= A z <= upper, None where there is none; and steps taken."""
-        tolerance, steps = self.tolerance, self.m
-        for row in self.checks:
-            if lower[row] > tolerance or upper[row] < -tolerance:
-                return None, steps
-        los: Point = []
-        his: Point = []
-        for slab in self.slabs:
-            lo, hi = -inf, inf
-            for row, scale in slab.members:
-                a, b = lower[row] * scale, upper[row] * scale
-                if scale < 0.0:
-                    a, b = b, a
-                if a > lo:
-                    lo = a
-                if b < hi:
-                    hi = b
-            if lo > hi:
-                if lo - hi > slab.slack:
-                    return None, steps
-                lo = hi = 0.5 * (lo + hi)
-            los.append(lo)
-            his.append(hi)
+        steps = self.m
+        limits = (lower, upper) if self.plain else self._limits(lower, upper)
+        if limits is None:
+            return None, steps
+        los, his = limits
         if self.d == 1:
             # All rows of a one-dimensional A are parallel: clamp 0 into the one interval there is.
-            if not los:
-                return [0.0], steps
-            b = lo if lo > 0.0 else hi if hi < 0.0 else 0.0
-            return [b * self.slabs[0].base[0]], steps
-        z = [0.0] * self.d
-        for i, slab in enumerate(self.slabs):
+            b = 0.0
+            for lo, hi, slab in zip(los, his, self.slabs, strict=True):
+                b = slab.base[0] * (lo if lo > 0.0 else hi if hi < 0.0 else 0.0)
+            return [b], steps
+        z: Point | None = None  # zero: every product with it is
+        for lo, hi, slab in zip(los, his, self.slabs, strict=True):
             steps += 1
-            s = sum(map(float.__mul__, slab.normal, z))
-            if los[i] <= s <= his[i]:
+            s = sum(map(mul, slab.normal, z)) if z else 0.0
+            if lo <= s <= hi:
                 continue
-            b = los[i] if s < los[i] else his[i]
+            b = lo if s < lo else hi
             assert slab.plane is not None  # d > 1
             y, below = slab.plane.nearest(
                 [lo - b * c for lo, c in zip(los, slab.shift, strict=False)],
@@ -115,10 +104,35 @@ class Region:
             steps += below
             if y is None:
                 return None, steps
-            z = [b * e for e in slab.base]
-            for length, direction in zip(y, slab.along, strict=True):
-                z = [e + length * step for e, step in zip(z, direction, strict=True)]
-        return z, steps
+            z = [b * base + sum(map(mul, row, y)) for base, row in zip(slab.base, slab.along, strict=True)]
+        return z or [0.0] * self.d, steps
+
+    def _limits(self, lower: Point, upper: Point) -> tuple[Point, Point] | None:
+        """lo and hi of each slab out of its rows' limits; None where no z can meet them."""
+        tolerance = self.tolerance
+        for row in self.checks:
+            if lower[row] > tolerance or upper[row] < -tolerance:
+                return None
+        los: Point = []
+        his: Point = []
+        for slab in self.slabs:
+            lo, hi = -inf, inf
+            for row, scale in slab.members:
+                if scale > 0.0:
+                    a, b = lower[row] * scale, upper[row] * scale
+                else:
+                    a, b = upper[row] * scale, lower[row] * scale
+                if a > lo:
+                    lo = a
+                if b < hi:
+                    hi = b
+            if lo > hi:
+                if lo - hi > slab.slack:
+                    return None
+                lo = hi = 0.5 * (lo + hi)
+            los.append(lo)
+            his.append(hi)
+        return los, his
 
 
 def steps_bound(m: int, d: int) -> int:
@@ -155,8 +169,8 @@ def prepare(A: FloatArray, tolerance: float) -> Region:
 def _slab(members: tuple[tuple[int, float], ...], normals: FloatArray, tolerance: float) -> Slab:
     earlier, normal = normals[:-1], normals[-1]
     d, square = len(normal), float(normal @ normal)
-    # A Householder reflection that turns the normal onto an axis; its other rows span the plane.
-    along = np.linalg.qr(normal[:, None], mode="complete").Q[:, 1:].T
+    # A Householder reflection that turns the normal onto an axis; its other columns span the plane.
+    along = np.linalg.qr(normal[:, None], mode="complete").Q[:, 1:]
     return Slab(
         members=members,
         slack=tolerance * min(abs(scale) for _, scale in members),
@@ -164,7 +178,7 @@ def _slab(members: tuple[tuple[int, float], ...], normals: FloatArray, tolerance
         base=(normal / square).tolist(),
         along=along.tolist(),
         shift=(earlier @ normal / square).tolist(),
-        plane=prepare(_clean(earlier @ along.T, earlier), tolerance) if d > 1 else None,
+        plane=prepare(_clean(earlier @ along, earlier), tolerance) if d > 1 else None,
     )
 
 
