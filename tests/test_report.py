@@ -1,5 +1,6 @@
 """report.md: rendered from records alone, the same bytes each time."""
 
+import re
 from pathlib import Path
 
 import made_up
@@ -10,16 +11,29 @@ from bench.report.text import table, three
 from bench.rows import read_run
 
 
-def test_the_same_record_gives_the_same_bytes(tmp_path: Path) -> None:
-    first = {path.name: path.read_bytes() for path in render(made_up.whole(tmp_path)).parent.iterdir()}
-    render(tmp_path)
+@pytest.fixture(scope="module")
+def rendered(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a record of every kind of row, rendered."""
+    directory = tmp_path_factory.mktemp("run")
+    assert render(made_up.whole(directory)) == directory / "report.md"
+    return directory
+
+
+def test_the_same_record_gives_the_same_bytes(rendered: Path, tmp_path: Path) -> None:
+    render(made_up.whole(tmp_path))
+    first = {path.name: path.read_bytes() for path in rendered.iterdir()}
     assert first == {path.name: path.read_bytes() for path in tmp_path.iterdir()}
 
 
-def test_what_failed_and_what_disagrees_is_named_with_its_reason(tmp_path: Path) -> None:
-    text = render(made_up.whole(tmp_path)).read_text()
+def test_what_failed_and_what_disagrees_is_named_with_its_reason(rendered: Path) -> None:
+    text = (rendered / "report.md").read_text()
     assert "signal 11" in text
     assert "wrench missed by 3 N" in text
+
+
+def test_every_picture_is_shown_and_every_shown_picture_is_there(rendered: Path) -> None:
+    shown = set(re.findall(r"\]\(([^)]+\.svg)\)", (rendered / "report.md").read_text()))
+    assert shown == {path.name for path in rendered.glob("*.svg")}
 
 
 @pytest.mark.parametrize(
@@ -47,22 +61,18 @@ def test_numbers_stand_right_and_words_left() -> None:
     assert ends == [(":", "-"), ("-", ":"), (":", "-")]
 
 
-def test_the_html_report_names_nothing_outside_itself(tmp_path: Path) -> None:
-    render(made_up.whole(tmp_path))
-    text = (tmp_path / "report.html").read_text()
+def test_the_html_report_names_nothing_outside_itself(rendered: Path) -> None:
+    text = (rendered / "report.html").read_text()
     assert "<table>" in text
     assert '<img src="data:image/svg+xml;base64,' in text
     assert ".svg" not in text
     assert "://" not in text
 
 
-def test_a_picture_knows_the_dark_page_s_colour_of_each_of_its_own(tmp_path: Path) -> None:
-    import re
-
+def test_a_picture_knows_the_dark_page_s_colour_of_each_of_its_own(rendered: Path) -> None:
     from bench.plots.style import DARK
 
-    render(made_up.whole(tmp_path))
-    pictures = sorted(tmp_path.glob("*.svg"))
+    pictures = sorted(rendered.glob("*.svg"))
     assert pictures
     for picture in pictures:
         rules, _, drawn = picture.read_text().partition("</style>")
