@@ -27,7 +27,7 @@ def _agreement(rows: list[Row]) -> str:
         if columns.agrees(row) != "-":
             by_label[row.label].append(row)
     lines = []
-    for label, group in by_label.items():
+    for label, group in sorted(by_label.items()):
         agreeing = sum(columns.agrees(row) == "yes" for row in group)
         distance, promise, gap = (
             max((found for row in group if (found := number(column(row))) is not None), default=None)
@@ -44,10 +44,18 @@ def _agreement(rows: list[Row]) -> str:
 def _wrong(rows: list[Row]) -> str:
     if not rows:
         return "No row disagrees, and no answer is wrong.\n"
-    lines = [
-        [r.label, r.vehicle, r.demands, str(columns.wrong(r)) or "farther off than promised"] for r in rows
-    ]
-    return "### Wrong\n\n" + table(("method", "vehicle", "demands", "what is wrong"), lines)
+    where: dict[tuple[str, str, str], list[str]] = defaultdict(list)
+    for row in rows:
+        what = str(columns.wrong(row)) or "farther from the optimum than promised"
+        where[row.label, row.demands, what].append(f"{row.vehicle} ({_distance(row)})")
+    lines = [[*key[:2], ", ".join(sorted(places)), key[2]] for key, places in sorted(where.items())]
+    headers = ("method", "demands", "vehicle (distance found, promised)", "what is wrong")
+    return "### Wrong\n\n" + table(headers, lines)
+
+
+def _distance(row: Row) -> str:
+    found, promised = number(columns.distance_relative(row)), number(columns.tolerance(row))
+    return f"{three(found) or '-'}, {three(promised) or '-'}"
 
 
 def _unmeasured(rows: list[Row]) -> str:

@@ -1,69 +1,90 @@
 """Report section: what is lost without limits, or with a rule of thumb in their place."""
 
+from collections.abc import Callable
+
 from bench import columns
 from bench.ranking import best, number
 from bench.report.text import percent, table, three
 from bench.rows import Row, Run
 
 NOTHING = 1e-6
-"""A wrench delivered within this share of the demand is met: what SOLVED promises."""
+"""A wrench delivered within this share of the demand is met: what SOLVED promises. An angle [°] as small is
+rounding."""
+
+INTRODUCTION = """## What you lose
+
+*Delivered* is the wrench that the thrusters push once each is clipped to its limits, whatever they were
+told. *Lost* is the share of the demanded wrench that is not delivered, lengths in units of what the vehicle
+can do on each axis: median and worst over each set's demands. *Turn* is the largest angle between the two,
+*beyond limits* the share of answers that ask for more than a thruster has, *effort* the largest f'Hf above
+the optimum's where the wrench is met.
+"""
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:
-    """A table a vehicle and demand set; methods that lose nothing share a line."""
-    parts = [
-        "## What you lose\n",
-        "*Delivered* is the wrench that the thrusters push once each is clipped to its limits, whatever they"
-        " were told. Shares are of the demanded wrench, lengths in units of what the vehicle can do on each"
-        " axis.\n",
-    ]
-    for vehicle in run.vehicles:
-        for demands in run.sets(vehicle):
-            lines = _lines(best(run, vehicle, demands))
-            if lines:
-                parts += [f"### {vehicle}, {demands}\n", table(HEADERS, lines)]
-    return "\n".join(parts) if len(parts) > 2 else ""
+    """A table a vehicle; methods that lose nothing on any set share a sentence."""
+    parts = [part for vehicle in run.vehicles for part in _vehicle(run, vehicle)]
+    return "\n".join([INTRODUCTION, *parts]) if parts else ""
 
 
-HEADERS = (
-    "method",
-    "median [µs]",
-    "answers given",
-    "wrench lost, median",
-    "wrench lost, worst",
-    "worst turn [°]",
-    "within 1 %",
-    "beyond limits",
-    "effort over optimum, worst",
-)
-
-
-def _lines(rows: list[Row]) -> list[list[str]]:
-    known = [row for row in rows if columns.lost_wrench_max(row) is not None]
-    lossless = [row for row in known if _loses_nothing(row)]
-    losing = [row for row in known if not _loses_nothing(row)]
-    if not losing:
+def _vehicle(run: Run, vehicle: str) -> list[str]:
+    # On inactive demands the closed forms are the optimum; nothing is lost there by anybody's design.
+    sets = [name for name in run.sets(vehicle) if name != "inactive"] or run.sets(vehicle)
+    by_set = {name: {row.label: row for row in run.of(vehicle, name) if not row.failed} for name in sets}
+    shown = [row for row in best(run, vehicle, sets[0]) if columns.lost_wrench_max(row) is not None]
+    attainable = [name for name in sets if name != "infeasible"]
+    keeping = [row.label for row in shown if all(_keeps(by_set[name].get(row.label)) for name in attainable)]
+    losing = [row for row in shown if row.label not in keeping or row.method == "scaled"]
+    lines: dict[tuple[str, ...], list[Row]] = {}  # methods that lose the same share a line
+    for row in losing:
+        cells = (
+            *(_lost(by_set[name].get(row.label)) for name in sets),
+            _met(number(columns.direction_error_max_deg(row)), three),
+            _met(number(columns.limits_violated_share(row)), percent),
+            _met(number(columns.effort_over_optimum_max(row)), percent),
+        )
+        lines.setdefault(cells, []).append(row)
+    if not lines:
         return []
-    lines = [[row.label, three(number(columns.call_p50_us(row))), *_numbers(row)] for row in losing]
-    if lossless:
-        names = ", ".join(row.label for row in lossless)
-        lines.append([f"nothing lost: {names}", *[""] * (len(HEADERS) - 1)])
-    return lines
+    first = sets[0]
+    headers = (
+        "method",
+        *(f"{name}: lost, worst" for name in sets),
+        f"{first}: turn [°]",
+        f"{first}: beyond limits",
+        f"{first}: effort",
+    )
+    nothing = f"Nothing that is attainable is lost by {', '.join(keeping)}.\n"
+    body = [[_together(rows), *cells] for cells, rows in lines.items()]
+    return [f"### {vehicle}\n", table(headers, body), *([nothing] if keeping else [])]
 
 
-def _loses_nothing(row: Row) -> bool:
+def _together(rows: list[Row]) -> str:
+    """Several rows by name: ``clip, pinv``; solvers of one formulation as ``qp-soft/ daqp, osqp``."""
+    if len(rows) == 1:
+        return rows[0].label
+    kinds = {row.method.partition("/")[0] for row in rows}
+    if len(kinds) > 1 or "/" not in rows[0].method:
+        return ", ".join(row.label for row in rows)
+    return f"{kinds.pop()}/ {', '.join(row.method.partition('/')[2] for row in rows)}"
+
+
+def _keeps(row: Row | None) -> bool:
+    """Whether every demand of the row was answered and met inside the limits."""
+    if row is None:
+        return False
     lost, beyond = number(columns.lost_wrench_max(row)), number(columns.limits_violated_share(row))
+    return lost is not None and lost <= NOTHING and not beyond and columns.answered_share(row) == 1.0
+
+
+def _lost(row: Row | None) -> str:
+    if row is None or columns.lost_wrench_max(row) is None:
+        return ""
     answered = number(columns.answered_share(row))
-    return lost is not None and lost <= NOTHING and not beyond and answered == 1.0
+    values = [number(columns.lost_wrench_p50(row)), number(columns.lost_wrench_max(row))]
+    text = ", ".join(_met(value, percent) for value in values)
+    return text if answered == 1.0 else f"{text} ({percent(answered)} answered)"
 
 
-def _numbers(row: Row) -> list[str]:
-    return [
-        percent(number(columns.answered_share(row))),
-        percent(number(columns.lost_wrench_p50(row))),
-        percent(number(columns.lost_wrench_max(row))),
-        three(number(columns.direction_error_max_deg(row))),
-        percent(number(columns.within_1pct_share(row))),
-        percent(number(columns.limits_violated_share(row))),
-        percent(number(columns.effort_over_optimum_max(row))),
-    ]
+def _met(value: float | None, show: Callable[[float | None], str]) -> str:
+    return show(0.0 if value is not None and abs(value) < NOTHING else value)

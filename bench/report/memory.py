@@ -4,42 +4,37 @@ from statistics import median
 
 from bench.record import Worker
 from bench.report.text import table, three
-from bench.rows import Run
+from bench.rows import Row, Run
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:
     """Peak memory of each method's process, over an empty one, and what its import takes."""
-    by_label: dict[str, list[Worker]] = {}
-    for row in run.rows:
-        if not row.failed:
-            by_label.setdefault(row.label, list(row.workers))
-    allocators = {row.label: size for row in run.rows if (size := _bytes(run, row.label)) is not None}
-    empty = _peak_MB(by_label.get("noop", []))
+    methods = sorted({row.method for row in run.rows if not row.failed and row.vehicle != "-"})
+    workers = {name: [w for w in run.record.workers if w.method == name] for name in methods}
+    empty = _peak_MB(workers.get("noop", []))
     lines = []
-    for label, workers in sorted(by_label.items(), key=lambda item: _peak_MB(item[1]) or 0.0):
-        peak = _peak_MB(workers)
-        imports = [w.import_ns for w in workers if w.import_ns is not None]
-        lines.append(
-            [
-                label,
-                three(peak),
-                three(peak - empty) if peak is not None and empty is not None else "",
-                three(allocators[label] / 1000) if label in allocators else "",
-                three(median(imports) / 1e6) if imports else "",
-            ]
-        )
+    for name in sorted(methods, key=lambda name: _peak_MB(workers[name]) or 0.0):
+        peak = _peak_MB(workers[name])
+        over = None if peak is None or empty is None else peak - empty
+        sizes = [size for row in run.rows if row.method == name for size in _bytes(row)]
+        imports = [w.import_ns for w in workers[name] if w.import_ns is not None and name != "noop"]
+        # A first build may be the quicker one where there is nothing to import.
+        import_ms = max(median(imports), 0.0) / 1e6 if imports else None
+        held = max(sizes, default=None)
+        lines.append([name, three(peak), three(over), three(held and held / 1000), three(import_ms)])
     headers = ("method", "peak [MB]", "over an empty worker [MB]", "allocator [kB]", "import [ms]")
     text = (
-        "Peak resident memory of a process that runs this method and nothing else, numpy included; an empty"
-        " worker is `noop`'s. *Import* is what the first build takes longer than later ones.\n"
+        "Peak resident memory of a process that runs this method and nothing else, numpy included, the"
+        " largest over its starts and levels; an empty worker is `noop`'s. *Allocator* is the largest over"
+        " vehicles, as Python sees it: what a solver holds outside Python is only in the peak. *Import* is"
+        " what a process's first build takes longer than later ones.\n"
     )
-    return f"## Memory\n\n{text}\n{table(headers, lines)}" if any(w for w in by_label.values()) else ""
+    return f"## Memory\n\n{text}\n{table(headers, lines)}" if lines else ""
 
 
 def _peak_MB(workers: list[Worker]) -> float | None:
     return max((w.peak_rss_bytes / 1e6 for w in workers if w.peak_rss_bytes is not None), default=None)
 
 
-def _bytes(run: Run, label: str) -> int | None:
-    sizes = [cell.allocator_bytes for row in run.rows if row.label == label for cell in row.cells]
-    return max((size for size in sizes if size is not None), default=None)
+def _bytes(row: Row) -> list[int]:
+    return [cell.allocator_bytes for cell in row.cells if cell.allocator_bytes is not None]

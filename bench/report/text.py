@@ -33,7 +33,7 @@ def table(headers: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def _wordy(body: list[list[str]], i: int) -> bool:
-    return any(not row[i][:1].isdigit() for row in body if row[i].strip("-"))
+    return any(not row[i].lstrip("-")[:1].isdigit() for row in body if row[i].strip("-"))
 
 
 def number_range(values: Sequence[float]) -> str:
