@@ -29,7 +29,7 @@ class Box(NamedTuple):
 
 POINT = 4.0
 """Half the width of a point's box [px at 72 dpi, as SVG has it]."""
-CANDIDATES = [(radius, turn * pi / 8) for radius in (9, 20, 32, 46, 62, 80, 100, 125) for turn in range(16)]
+CANDIDATES = [(radius, turn * pi / 8) for radius in (9, 16, 24, 34, 46, 60, 76) for turn in range(16)]
 """Places to try, nearest first: distance from the point [px] and direction."""
 
 

@@ -4,15 +4,18 @@ from typing import TYPE_CHECKING
 
 from bench import columns
 from bench.plots.labels import label_points
-from bench.plots.style import FAINT, colour, legend, time_axis
+from bench.plots.style import FAINT, colour, family, legend, time_axis
 from bench.ranking import best, number
-from bench.rows import Run
+from bench.rows import Row, Run
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FLOOR = 1e-12
 """Errors below this are rounding; drawn here, so that a log axis can show a zero."""
+
+UNNAMED = ("soft QP", "QP solver, one shot")
+"""Families whose points carry no name: each solver again, by another route."""
 
 
 def draw(run: Run, vehicle: str) -> "Figure | None":
@@ -42,8 +45,13 @@ def draw(run: Run, vehicle: str) -> "Figure | None":
     legend(figure, [row for *_, row in points])
     on_front = set(front)
     ordered = sorted(points, key=lambda point: point[:2] not in on_front)  # the front gets the best places
-    label_points(axes, [(time, error, row.label) for time, error, row in ordered])
+    named = [(time, error, row.method) for time, error, row in ordered if _family(row) not in UNNAMED]
+    label_points(axes, named)
     return figure
+
+
+def _family(row: Row) -> str:
+    return family(row.method, str(columns.formulation(row)))
 
 
 def pareto(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
