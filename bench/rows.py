@@ -89,6 +89,10 @@ class Run:
         found = {row.demands for row in self.rows if row.vehicle == vehicle}
         return sorted(found, key=lambda name: (SETS.index(name) if name in SETS else len(SETS), name))
 
+    def singles(self, row: Row) -> Counted:
+        """Single calls of a row's method, start and level on all of its vehicle's demand sets [ns]."""
+        return merged(other.singles for other in self.of(row.vehicle) if other.label == row.label)
+
     def worth(self, vehicle: str) -> Worth | None:
         """What the vehicle can do and who serves it; None where the record does not say, as for a failure."""
         return next((worth for worth in self.record.worths if worth.vehicle == vehicle), None)

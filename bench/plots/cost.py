@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 from bench import columns
 from bench.plots.style import colour, legend, time_axis
+from bench.quantiles import quantile
 from bench.ranking import best, number
 from bench.rows import Run
 
@@ -23,18 +24,23 @@ def draw(run: Run, vehicle: str) -> "Figure | None":
     axes = figure.add_subplot()
     axes.set_xscale("log")
     for y, row in enumerate(rows):
-        centre, tail = number(columns.call_p50_us(row)) or 0.0, number(columns.call_p999_us(row))
-        slowest = number(columns.call_max_us(row))
-        if slowest:
+        centre, singles = number(columns.call_p50_us(row)) or 0.0, run.singles(row)
+        tail = quantile(singles, 0.999)
+        if singles:
+            slowest = singles[-1][0] / 1000
             axes.plot([centre, slowest], [y, y], color=colour(row), linewidth=0.8)
             axes.plot([slowest], [y], "|", color=colour(row), markersize=6)
-        if tail:
-            axes.plot([centre, tail], [y, y], color=colour(row), linewidth=2.6, solid_capstyle="butt")
+        if tail is not None:
+            ends = [centre, max(centre, tail / 1000)]
+            axes.plot(ends, [y, y], color=colour(row), linewidth=2.6, solid_capstyle="butt")
         axes.plot([centre], [y], "o", color=colour(row), markersize=5)
-    time_axis(axes.xaxis, "one call: median (dot), p99.9 (thick line), slowest seen (bar)")
+    time_axis(
+        axes.xaxis,
+        f"one call: median on {demands} demands (dot), on all sets p99.9 (thick line) and slowest (bar)",
+    )
     axes.set_yticks(range(len(rows)), [row.label for row in rows])
     axes.set_ylim(-0.7, len(rows) - 0.3)
     axes.grid(axis="y", visible=False)
-    axes.set_title(f"{vehicle}, {demands} demands")
+    axes.set_title(vehicle)
     legend(figure, rows)
     return figure

@@ -37,6 +37,7 @@ def label_points(axes: "Axes", points: list[tuple[float, float, str]], size: flo
     """Write each (x, y, text) near its point, with a thin line where it stands away.
 
     Greedy, in the given order: each takes the nearest free place; one without a place is left out.
+    A point without a text only keeps its own place free.
     """
     figure = axes.get_figure(root=True)
     assert figure is not None, "these axes are drawn on a figure"
@@ -47,6 +48,8 @@ def label_points(axes: "Axes", points: list[tuple[float, float, str]], size: flo
     at = [tuple(axes.transData.transform((x, y))) for x, y, _ in points]
     taken = [Box(x - POINT, y - POINT, x + POINT, y + POINT) for x, y in at]
     for (x, y), (_, _, text) in zip(at, points, strict=True):
+        if not text:
+            continue
         drawn = axes.annotate(text, (x, y), xycoords="figure pixels", fontsize=size)
         extent = drawn.get_window_extent()
         width, height = extent.width + 3, extent.height + 1

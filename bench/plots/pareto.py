@@ -45,7 +45,7 @@ def draw(run: Run, vehicle: str) -> "Figure | None":
     legend(figure, [row for *_, row in points])
     on_front = set(front)
     ordered = sorted(points, key=lambda point: point[:2] not in on_front)  # the front gets the best places
-    named = [(time, error, row.method) for time, error, row in ordered if _family(row) not in UNNAMED]
+    named = [(time, error, "" if _family(row) in UNNAMED else row.method) for time, error, row in ordered]
     label_points(axes, named)
     return figure
 

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from bench.plots.style import BLUE, GREEN, INK, PAPER, VERMILION
-from bench.quantiles import merged, quantile
+from bench.quantiles import quantile
 from bench.ranking import best
 from bench.rows import Run
 
@@ -25,13 +25,14 @@ def draw(run: Run, vehicle: str) -> "Figure | None":
     from matplotlib.ticker import FuncFormatter, LogLocator
 
     shown: list[tuple[str, float, bool]] = []
-    for row in best(run, vehicle, run.sets(vehicle)[0])[::-1]:
-        singles = merged(other.singles for other in run.of(vehicle) if other.label == row.label)
+    for row in best(run, vehicle, run.sets(vehicle)[0]):
+        singles = run.singles(row)
         tail = quantile(singles, 0.99)
         if singles:
             shown.append((row.label, tail or singles[-1][0], tail is not None))
     if not shown:
         return None
+    shown.sort(key=lambda item: -item[1])
     figure = Figure((7.5, 1.6 + 0.2 * len(shown)))
     axes = figure.add_subplot()
     axes.set_xscale("log")

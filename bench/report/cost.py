@@ -1,6 +1,7 @@
 """Report section: what a call of each method costs."""
 
 from bench import columns
+from bench.quantiles import quantile
 from bench.ranking import number
 from bench.report.text import picture, table, three
 from bench.rows import Row, Run
@@ -10,10 +11,10 @@ def section(run: Run, drawn: frozenset[str]) -> str:
     """One table a vehicle: set-up, median on each demand set, and where the time goes."""
     parts = [
         "## What a call costs\n",
-        "Medians of one call from Python. *Binding* is the solver's own Python call inside it, *own clock*"
-        " what the solver reports of itself; the rest is posing the problem and checking the answer. A start"
-        " is *cold* (new solver object each call), *reused* (same object) or *warm* (last answer as first"
-        " guess).\n",
+        "Medians of one call from Python on each demand set; p99.9 of single calls on all sets together."
+        " *Binding* is the solver's own Python call inside it, *own clock* what the solver reports of itself; the"
+        " rest is posing the problem and checking the answer. A start is *cold* (new solver object each call),"
+        " *reused* (same object) or *warm* (last answer as first guess).\n",
     ]
     for vehicle in run.vehicles:
         parts.append(f"### {vehicle}\n")
@@ -42,10 +43,12 @@ def _table(run: Run, vehicle: str) -> str:
         ratio = time / base if time is not None and base and first.demands == sets[0] else None
         medians = [three(_median(by_set.get(name))) for name in sets]
         inside = [three(number(c(first))) for c in (columns.binding_p50_us, columns.solver_p50_us)]
+        p999 = quantile(run.singles(first), 0.999)
+        tail = three(None if p999 is None else p999 / 1000)
         setup = three(number(columns.setup_us(first)))
         answers = str(columns.formulation(first)) or "-"
-        lines.append((time or 0.0, [label, answers, setup, *medians, three(ratio), *inside]))
-    headers = ("method", "answers", "set-up [µs]", *(f"{name} [µs]" for name in sets))
+        lines.append((time or 0.0, [label, answers, setup, *medians, tail, three(ratio), *inside]))
+    headers = ("method", "answers", "set-up [µs]", *(f"{name} [µs]" for name in sets), "p99.9 [µs]")
     ordered = [cells for _, cells in sorted(lines, key=lambda line: line[0])]
     return table((*headers, "over pinv", "binding [µs]", "own clock [µs]"), ordered)
 

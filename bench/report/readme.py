@@ -6,6 +6,7 @@ from pathlib import Path
 from alloc import AllocError
 from bench import columns
 from bench.plots.style import family
+from bench.quantiles import quantile
 from bench.ranking import best, exact, number
 from bench.report.text import percent, table, three
 from bench.rows import Row, Run
@@ -43,7 +44,7 @@ def result_table(run: Run) -> str:
                     f"`{row.label}`",
                     _answers(row),
                     *medians,
-                    *_tail(last.get(method)),
+                    *_tail(run, last.get(method)),
                     served(run, shown[-1], row),
                 ]
             )
@@ -104,9 +105,10 @@ def _median(row: Row | None) -> str:
     return three(number(columns.call_p50_us(row))) if row else ""
 
 
-def _tail(row: Row | None) -> tuple[str, str]:
+def _tail(run: Run, row: Row | None) -> tuple[str, str]:
     if row is None:
         return "", ""
     lost = number(columns.lost_wrench_max(row))
     met = lost is not None and lost < MET
-    return three(number(columns.call_p999_us(row))), "0" if met else percent(lost)
+    p999 = quantile(run.singles(row), 0.999)
+    return three(None if p999 is None else p999 / 1000), "0" if met else percent(lost)
