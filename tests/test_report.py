@@ -1,11 +1,14 @@
 """report.md: rendered from records alone, the same bytes each time."""
 
+import json
 import re
+import sys
 from pathlib import Path
 
 import made_up
 import pytest
 
+from bench.__main__ import main
 from bench.report import render
 from bench.report.text import table, three
 from bench.rows import read_run
@@ -98,3 +101,46 @@ def test_a_file_without_markers_is_left_alone(tmp_path: Path) -> None:
     with pytest.raises(MarkerError, match="results:start"):
         put(tmp_path / "README.md", "table")
     assert (tmp_path / "README.md").read_text() == "nothing here\n"
+
+
+HEADER = {
+    "type": "header",
+    "schema": 1,
+    "started": "",
+    "commit": "",
+    "seed": 0,
+    "machine": {},
+    "versions": {},
+}
+BAD_RECORDS = {
+    "missing folder": None,
+    "empty": b"",
+    "binary": bytes(range(256)),
+    "foreign JSON": b'{"hello": 1}\n',
+    "not an object": b"[]\n",
+    "other schema": b'{"type": "header", "schema": 99}\n',
+    "field missing": json.dumps(HEADER).encode() + b"\n",
+}
+
+
+@pytest.mark.parametrize("command", [["report"], ["size", "--rate", "100"]], ids=lambda words: words[0])
+@pytest.mark.parametrize("content", BAD_RECORDS.values(), ids=BAD_RECORDS.keys())
+def test_a_folder_without_a_readable_record_ends_with_2_and_one_line(
+    tmp_path: Path,
+    content: bytes | None,
+    command: list[str],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    directory = tmp_path / "run"
+    if content is not None:
+        directory.mkdir()
+        (directory / "record.jsonl").write_bytes(content)
+    monkeypatch.setattr(sys, "argv", ["thrustbench", command[0], str(directory), *command[1:]])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    message = capsys.readouterr().err
+    assert ended.value.code == 2
+    assert message.count("\n") == 1
+    assert "record.jsonl" in message
+    assert not list(tmp_path.rglob("*.md"))

@@ -12,9 +12,9 @@ def section(run: Run, drawn: frozenset[str]) -> str:
     parts = [
         "## What a call costs\n",
         "Medians of one call from Python on each demand set; p99.9 of single calls on all sets together."
-        " *Binding* is the solver's own Python call inside it, *own clock* what the solver reports of itself; the"
-        " rest is posing the problem and checking the answer. A start is *cold* (new solver object each call),"
-        " *reused* (same object) or *warm* (last answer as first guess).\n",
+        " *Binding* is the solver's own Python call inside it, *own clock* what the solver reports of itself;"
+        " the rest is posing the problem and checking the answer. A start is *cold* (new solver object each"
+        " call), *reused* (same object) or *warm* (last answer as first guess).\n",
     ]
     for vehicle in run.vehicles:
         parts.append(f"### {vehicle}\n")

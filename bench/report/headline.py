@@ -50,7 +50,7 @@ def _cost(run: Run) -> str:
         f" (`{max(set(names), key=names.count)}`, medians)"
     )
     if over_pinv:
-        text += f", {number_range(over_pinv)} times the pseudoinverse without limits"
+        text += f", {number_range(over_pinv)} times numpy's product T* τ, which knows no limits"
     if over_solver:
         text += f"; the fastest QP solver that is as exact takes {number_range(over_solver)} times as long"
     return text + "."
