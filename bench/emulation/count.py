@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from alloc.allocation import FloatArray, IndexArray
 from bench.emulation.image import FIRMWARE, Image, without_kernel
@@ -68,7 +69,7 @@ def count_by_systick(image: Image, taus: FloatArray, repeats: int = 1000) -> Flo
 
 def _answers(
     image: Image, path: Path, taus: FloatArray, repeats: int, command: tuple[str, ...]
-) -> np.ndarray:
+) -> NDArray[np.void]:
     folder, kernel = image.path.parent, image.kernel
     scalar = np.dtype(SCALARS[kernel.scalar])
     head = np.array([len(taus), repeats], dtype="<i4")
@@ -81,7 +82,7 @@ def _answers(
 def _plugged(image: Image) -> tuple[str, ...]:
     plugin = image.path.with_name("count.so")
     if not plugin.exists():
-        # API 1 until QEMU 8, 2 from QEMU 9 on; the functions used are the same in both.
+        # The functions used are the same in every version; QEMU asks only which one was meant.
         version = re.search(r"version (\d+)", run([image.target.emulator[0], "--version"]))
         api = 1 if version and int(version[1]) < 9 else 2
         run(["gcc", "-O2", "-shared", "-fPIC", f"-DAPI={api}", str(FIRMWARE / "count.c"), "-o", str(plugin)])

@@ -48,9 +48,8 @@ def link(kernel: Kernel, target: Target, folder: Path) -> Image:
     """Compile and link into ``folder``; raises ToolError with the compiler's words where it can't be."""
     sources = kernel.write(folder)
     compiler = [f"{target.tools}gcc", *target.flags, *FLAGS, *SIZES]
-    includes = [
-        f"-I{place}" for place in sorted({folder, *((folder / name).parent for name in kernel.sources)})
-    ]
+    places = {folder, *((folder / name).parent for name in kernel.sources)}
+    includes = [f"-I{place}" for place in sorted(places)]
     run([*compiler, *KERNEL, *includes, "-c", *(str(source) for source in sources)], folder)
     objects = [str(folder / f"{source.stem}.o") for source in sources]
     driver = [str(FIRMWARE / name) for name in ("measure.c", "call.S")]
@@ -59,13 +58,14 @@ def link(kernel: Kernel, target: Target, folder: Path) -> Image:
     path, empty = folder / "kernel.elf", folder / EMPTY
     run([*command, f"-DCALLED={kernel.entry}", "-o", str(path)])
     run([*command, "-DCALLED=empty_kernel", "-o", str(empty)])
+    thumb = 1 if target.bare_metal else 0  # bit 0 of a symbol only says that it is Thumb code
     symbols, sizes, without = _symbols(target, path), _sizes(target, path), _sizes(target, empty)
     return Image(
         kernel,
         target,
         path,
-        entry=symbols[kernel.entry] & ~target.bare_metal,  # bit 0 only says that it is Thumb code
-        leave=symbols["kernel_left"] & ~target.bare_metal,
+        entry=symbols[kernel.entry] & ~thumb,
+        leave=symbols["kernel_left"] & ~thumb,
         flash_bytes=sizes.text + sizes.data - without.text - without.data,
         ram_static_bytes=sizes.data + sizes.zeroed - without.data - without.zeroed,
     )

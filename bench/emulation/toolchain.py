@@ -73,6 +73,9 @@ TARGETS = (
 X86 = Target("x86-64", "x86_64-linux-gnu-", ("-static",), ("valgrind",), ("valgrind", *_HOST))
 """Where callgrind counts: the ratio to it says how far a count on a workstation carries."""
 
+TIME_LIMIT_S = 900
+"""The longest of these takes about a minute: OSQP's C in double precision where that is software."""
+
 
 def target(name: str) -> Target:
     """The target of that name; raises UnknownName."""
@@ -105,8 +108,18 @@ def versions(found: Target) -> dict[str, str]:
 
 
 def run(command: list[str], folder: Path | None = None) -> str:
-    """What a command prints; its own words as the error where it fails."""
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    """What a command prints; raises ToolError with its own words where it fails, or takes too long."""
+    try:
+        done = subprocess.run(
+            command,
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            stdin=subprocess.DEVNULL,
+            timeout=TIME_LIMIT_S,
+        )
+    except subprocess.TimeoutExpired:
+        raise ToolError(f"{command[0]} did not end within {TIME_LIMIT_S} s") from None
     if done.returncode:
         said = (done.stderr or done.stdout).strip().splitlines() or ["nothing said"]
         first = next((line for line in said if "error" in line), said[-1])
