@@ -25,6 +25,10 @@ HANGS = 3
 """Cells of one method that may reach the time limit; the rest of that method is then not tried."""
 
 
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C came while a run was measuring; its record holds what there is."""
+
+
 @dataclass(frozen=True)
 class Progress:
     """Where a run stands: cells done and in all, and the method that is measured now."""
@@ -90,7 +94,7 @@ def run(settings: Settings, directory: Path, *, resume: bool, watch: Callable[[P
 
     With ``resume``, cells that are in the record already are left as they are. Raises RecordError
     where the record can't be written or continued, and AllocError for unknown names. On Ctrl-C the
-    worker is ended, the record says so, and KeyboardInterrupt goes on to the caller.
+    worker is ended, the record says so, and Interrupted is raised.
     """
     began = time.monotonic()
     entries, plugins = methods(settings)
@@ -129,7 +133,7 @@ def run(settings: Settings, directory: Path, *, resume: bool, watch: Callable[[P
                 measure(group, going)
         except KeyboardInterrupt:
             going.event("interrupted")
-            raise
+            raise Interrupted from None
         going.event("finished")
 
 

@@ -2,10 +2,12 @@
 
 from pathlib import Path
 
+import pytest
 from click.testing import CliRunner
 
+from alloc import AllocError
 from bench.__main__ import cli
-from bench.record import read
+from bench.record import FILE_NAME, read
 
 DEMANDS = ["--demands=inactive", "--demands=active", "--demands=infeasible"]
 TINY = ["run", "--vehicle=ukwial", "--method=pinv", *DEMANDS, "--n=8", "--budget-ms=1", "--repeats=2"]
@@ -24,3 +26,37 @@ def test_a_run_measures_and_judges_every_cell_once_and_writes_a_report(tmp_path:
         assert cell.judged.agrees is True
         assert cell.judged.wrong == ""
         assert all(batch.calls % cell.n_demands == 0 for batch in cell.batches)
+
+
+@pytest.mark.parametrize(
+    ("option", "names"),
+    [
+        ("--vehicle=nobody", "nobody"),
+        ("--demands=nothing", "nothing"),
+        ("--method=qp/zz*", "qp/zz*"),
+        ("--plugin=nowhere.py", "nowhere.py"),
+        ("--fault=two", "two"),
+        ("--fault=9", "9"),
+    ],
+)
+def test_what_cannot_be_measured_is_named_before_anything_is_written(
+    option: str, names: str, tmp_path: Path
+) -> None:
+    before = (tmp_path / FILE_NAME, b"an older record\n")
+    before[0].write_bytes(before[1])
+    command = [*TINY, option, f"--out={tmp_path}"]
+    error = CliRunner().invoke(cli, command, standalone_mode=False).exception
+    assert isinstance(error, AllocError)
+    assert names in str(error)
+    assert before[0].read_bytes() == before[1]
+
+
+def test_a_method_of_ones_own_a_fault_and_a_pattern_are_measured(tmp_path: Path) -> None:
+    plugin = tmp_path / "my_pinv.py"
+    plugin.write_text("from alloc.methods.pinv import FORMULATION, build\n")
+    options = ["--vehicle=ukwial", "--fault=1", "--method=pin[v]", f"--plugin={plugin}", "--demands=inactive"]
+    tiny = ["--n=4", "--budget-ms=0", "--repeats=1", f"--out={tmp_path / 'out'}"]
+    assert CliRunner().invoke(cli, ["run", *options, *tiny], standalone_mode=False).return_value == 0
+    measured = {(c.key.method, c.key.vehicle): c.status for c in read(tmp_path / "out").cells}
+    assert measured["my-pinv", "ukwial-f1"] == "ok"
+    assert measured["pinv", "ukwial-f1"] == "ok"

@@ -10,14 +10,14 @@ import click
 @click.option("--method", "methods", multiple=True, metavar="M", help="As `thrustbench list` names it.")
 @click.option("--demands", multiple=True, metavar="D", help="A demand set's name, or a CSV file.")
 @click.option("--fault", "faults", multiple=True, metavar="I[@P]", help="Thruster I off, or at P; or each.")
-@click.option("--start", "starts", multiple=True, metavar="S", help="cold, reused or warm.")
-@click.option("--level", "levels", multiple=True, metavar="L", help="default or tight.")
+@click.option("--start", "starts", multiple=True, type=click.Choice(["cold", "reused", "warm"]))
+@click.option("--level", "levels", multiple=True, type=click.Choice(["default", "tight"]))
 @click.option("--plugin", "plugins", multiple=True, metavar="FILE", help="Python file with build(vehicle).")
 @click.option("--repeats", type=click.IntRange(1), help="Fresh processes a method.")
 @click.option("--seed", type=click.IntRange(0), help="Of demands and order [0].")
 @click.option("--n", "n_demands", type=click.IntRange(1), help="Demands of each set.")
 @click.option("--budget-ms", type=click.FloatRange(0), help="Timed calls of a cell, one repeat.")
-@click.option("--time-limit", "time_limit_s", type=click.FloatRange(0), metavar="S", help="Of a cell [s].")
+@click.option("--time-limit", "time_limit_s", type=click.FloatRange(0.1), metavar="S", help="Of a cell [s].")
 @click.option("--memory", "memory_MB", type=click.IntRange(64), metavar="MB", help="Of a worker.")
 @click.option("--quick", "preset", flag_value="quick", help="Two vehicles, once: under 25 s.")
 @click.option("--all", "preset", flag_value="full", help="The full matrix: about an hour, resumable.")
@@ -35,7 +35,7 @@ def command(out: Path | None, preset: str | None, study: str | None, resume: boo
     from bench import machine, presets
     from bench.progress import bar
     from bench.report import render
-    from bench.run import run
+    from bench.run import Interrupted, run
     from bench.summary import show
 
     console = Console()
@@ -48,7 +48,7 @@ def command(out: Path | None, preset: str | None, study: str | None, resume: boo
     with bar(console) as watch:
         try:
             run(settings, directory, resume=resume, watch=watch)
-        except KeyboardInterrupt:
+        except Interrupted:
             interrupted = True
     good = show(directory, console)
     console.print(f"Report: {render(directory)}", highlight=False, soft_wrap=True)
