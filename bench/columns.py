@@ -219,6 +219,11 @@ def gap_relative(row: Row) -> Value:
     return row.worst(lambda j: j.gap_rel_max)
 
 
+def failed_after_failure_share(row: Row) -> Value:
+    """Share (0 to 1) of attainable demands without thrusts, of those right after another such answer."""
+    return row.worst(lambda j: j.failed_after_failure)
+
+
 def tolerance(row: Row) -> Value:
     """Distance over the largest thrust limit that ``agrees`` allows."""
     return row.worst(lambda j: j.tolerance)

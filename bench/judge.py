@@ -80,9 +80,20 @@ def judge(
         gap_rel_max=largest_gap(question, F, status, formulation) if thorough else None,
         tolerance=tolerance,
         agrees=None if farthest is None else farthest <= tolerance * vehicle.f_scale,
+        # By alpha*, as labels leave out the boundary, where it happens; 1e-6 is what counts as met.
+        failed_after_failure=after_failure(gave_up, question.alpha[demand] > 1 + WRENCH_TOLERANCE),
         loss=given_away(question, F) if thorough else {},
         wrong="; ".join(_told(what, mask, demand) for what, mask in wrong.items() if mask.any()),
     )
+
+
+def after_failure(gave_up: Mask, attainable: Mask) -> float | None:
+    """Share of attainable demands without thrusts, of those asked right after another such answer.
+
+    It is what a warm start or a reused object carries over. None where no demand follows a failure.
+    """
+    asked = attainable[1:] & gave_up[:-1]
+    return rounded(float(gave_up[1:][asked].mean())) if asked.any() else None
 
 
 def largest_gap(question: Question, F: FloatArray, status: StatusArray, formulation: str) -> float | None:
@@ -101,10 +112,7 @@ def largest_gap(question: Question, F: FloatArray, status: StatusArray, formulat
         answered &= status[:N] == Status.SOLVED  # of a wrench met in part there is no hard optimum
     if not answered.any():
         return None
-    x = F[:N][answered][:, posed.working] / posed.f_scale
-    b = question.taus[answered] @ posed.b_of_tau.T
-    if formulation == "soft":  # the slack is what the thrusts leave
-        x = np.hstack([x, x @ posed.qp.A[:, : x.shape[1]].T - b])
+    b, x = posed.scaled(question.taus[answered], F[:N][answered])
     cost = np.einsum("ij,jk,ik->i", x, posed.qp.H, x) / 2
     try:
         gap = certify_many(posed.qp, b, x).gap

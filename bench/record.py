@@ -89,7 +89,8 @@ class Judged(msgspec.Struct, omit_defaults=True):
     limit_violation_max_N: largest excess over a limit. distance_max_N: largest |f - f*|_inf to the
     reference of the same formulation; distance_rel_max: the same over f_scale. tolerance: what the
     method promises for it. agrees: distance within the promise; None where no reference applies.
-    gap_rel_max: largest relative duality gap. loss: what is lost against the exact answers.
+    gap_rel_max: largest relative duality gap. failed_after_failure: share of attainable demands that got
+    no thrusts, of those right after another such answer. loss: what is lost against the exact answers.
     wrong: why an answer is wrong (SOLVED but not so), empty where none is.
     """
 
@@ -101,6 +102,7 @@ class Judged(msgspec.Struct, omit_defaults=True):
     distance_max_N: float | None = None
     distance_rel_max: float | None = None
     gap_rel_max: float | None = None
+    failed_after_failure: float | None = None
     tolerance: float | None = None
     agrees: bool | None = None
     wrong: str = ""

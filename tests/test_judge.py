@@ -7,7 +7,7 @@ import pytest
 
 from alloc import Allocation, Label, Status, build
 from alloc.allocation import FloatArray
-from bench.judge import judge, shared
+from bench.judge import after_failure, judge, shared
 from bench.record import Judged
 from bench.reference import Question, questions
 
@@ -128,3 +128,11 @@ def test_a_question_survives_its_file(asked: dict[str, Question], tmp_path: Path
     np.testing.assert_array_equal(again.taus, asked["active"].taus)
     np.testing.assert_array_equal(again.references["hard"], asked["active"].references["hard"])
     assert again.rate_hz is None
+
+
+def test_a_failure_after_a_failure_is_counted_among_demands_that_can_be_met() -> None:
+    gave_up = np.array([True, True, False, True, True, True])
+    attainable = np.array([False, True, True, True, False, True])
+    # Asked right after a failure and attainable: answers 1, 2 and 5; 2 got its thrusts.
+    assert after_failure(gave_up, attainable) == pytest.approx(2 / 3)
+    assert after_failure(~gave_up[:2], attainable[:2]) is None
