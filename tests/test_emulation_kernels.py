@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from alloc import Label, UnknownName, load_vehicle
+from alloc import AllocError, Label, UnknownName, load_vehicle
 from alloc.native.code import Scalar
 from bench.__main__ import cli
 from bench.demands import build_demands
@@ -197,3 +197,22 @@ def test_the_goals_in_the_docs_are_what_the_committed_record_gives() -> None:
     text = (ROOT / "docs/embedded.md").read_text(encoding="utf-8")
     shown = text.partition("<!-- goals:start -->\n")[2].partition("<!-- goals:end -->")[0]
     assert shown == goals(counted_rows(read(committed).emulated))
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "said"),
+    [
+        ("--method", "clip", "no C is generated for method 'clip'"),
+        ("--target", "avr", "no target 'avr'"),
+        ("--demands", "waves", "no demand set 'waves'"),
+        ("--vehicle", "boat", "boat"),
+    ],
+)
+def test_an_unknown_name_is_refused_before_the_record_is_touched(
+    option: str, value: str, said: str, tmp_path: Path
+) -> None:
+    (tmp_path / "record.jsonl").write_text("kept")
+    result = CliRunner().invoke(cli, ["emulate", option, value, "--n", "2", "--out", str(tmp_path)])
+    assert isinstance(result.exception, AllocError)
+    assert said in str(result.exception)
+    assert (tmp_path / "record.jsonl").read_text() == "kept"

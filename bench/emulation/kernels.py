@@ -15,11 +15,16 @@ METHODS = (*(f"{kernel}{NATIVE}" for kernel in KERNELS), OSQP)
 
 def build_kernel(method: str, vehicle: Vehicle, scalar: Scalar) -> Kernel:
     """The C of that method for a vehicle; raises UnknownName, or NotApplicable with the reason."""
+    check(method)
     if method == OSQP:
         return _osqp(vehicle, scalar)
+    return _native(method.removesuffix(NATIVE), vehicle, scalar)
+
+
+def check(method: str) -> None:
+    """Raise UnknownName for a method that has no C."""
     if method not in METHODS:
         raise UnknownName(f"no C is generated for method '{method}'; there is {', '.join(METHODS)}")
-    return _native(method.removesuffix(NATIVE), vehicle, scalar)
 
 
 def _native(kernel: str, vehicle: Vehicle, scalar: Scalar) -> Kernel:

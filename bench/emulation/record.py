@@ -15,12 +15,13 @@ def write(plan: Plan, directory: Path, *, add: bool) -> Iterator[Emulated]:
 
     With ``add`` the record that is there is kept, and of two rows with the same names the later counts.
     """
+    rows = emulate(plan)  # what is wrong with the plan shows before a record is touched
     with Writer(directory) as writer:
         if add:
             writer.resume()
         else:
             writer.create(_header(plan))
-        for row in emulate(plan):
+        for row in rows:
             writer.append(row)
             yield row
 

@@ -3,6 +3,7 @@
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 
 import msgspec
@@ -17,7 +18,7 @@ from bench.emulation.agreement import agreement
 from bench.emulation.count import Counted, count
 from bench.emulation.image import Image, link
 from bench.emulation.kernel import Kernel
-from bench.emulation.kernels import OSQP, build_kernel
+from bench.emulation.kernels import OSQP, build_kernel, check
 from bench.emulation.toolchain import Target, ToolError, missing, versions
 from bench.record import Emulated
 
@@ -45,25 +46,30 @@ class Plan:
 
 
 def emulate(plan: Plan) -> Iterator[Emulated]:
-    """The rows, one after the other as they are counted; the same plan gives the same rows."""
+    """The rows, one after the other as they are counted; the same plan gives the same rows.
+
+    Raises UnknownName or DemandError at once, before anything is counted.
+    """
+    for method in plan.methods:
+        check(method)
+    return _rows(plan, [(vehicle, _sets(vehicle, plan)) for vehicle in plan.vehicles])
+
+
+def _rows(plan: Plan, asked: list[tuple[Vehicle, list[DemandSet]]]) -> Iterator[Emulated]:
     reasons = {target: missing(target) for target in plan.targets}
     tools = {target: versions(target) for target, reason in reasons.items() if not reason}
-    for vehicle in plan.vehicles:
-        sets = _sets(vehicle, plan)
-        for method in plan.methods:
-            for scalar in plan.scalars:
-                for target in plan.targets:
-                    row = Emulated(vehicle.name, target.name, method, scalar, seed=plan.seed)
-                    if target not in tools:
-                        yield msgspec.structs.replace(row, status="missing", reason=reasons[target])
-                        continue
-                    row = msgspec.structs.replace(row, tools=tools[target])
-                    try:
-                        yield from _one(row, build_kernel(method, vehicle, scalar), target, sets)
-                    except NotApplicable as refusal:
-                        yield msgspec.structs.replace(row, status="refused", reason=str(refusal))
-                    except ToolError as failure:
-                        yield msgspec.structs.replace(row, status="failed", reason=str(failure))
+    for (vehicle, sets), method, scalar, target in product(asked, plan.methods, plan.scalars, plan.targets):
+        row = Emulated(vehicle.name, target.name, method, scalar, seed=plan.seed)
+        if target not in tools:
+            yield msgspec.structs.replace(row, status="missing", reason=reasons[target])
+            continue
+        row = msgspec.structs.replace(row, tools=tools[target])
+        try:
+            yield from _one(row, build_kernel(method, vehicle, scalar), target, sets)
+        except NotApplicable as refusal:
+            yield msgspec.structs.replace(row, status="refused", reason=str(refusal))
+        except ToolError as failure:
+            yield msgspec.structs.replace(row, status="failed", reason=str(failure))
 
 
 def _one(row: Emulated, kernel: Kernel, target: Target, sets: list[DemandSet]) -> Iterator[Emulated]:
