@@ -51,6 +51,8 @@ def exponent(values: dict[int, float]) -> tuple[float, float] | None:
     points = [(log(n), log(value)) for n, value in values.items() if n >= FITTED_FROM and value > 0]
     if len(points) < 3:
         return None
+    if len({y for _, y in points}) == 1:  # linregress has no error for what does not change
+        return 0.0, 0.0
     fit = linregress([x for x, _ in points], [y for _, y in points])
     return float(fit.slope), float(fit.stderr)
 

@@ -70,6 +70,10 @@ def test_an_exponent_ignores_the_sizes_where_a_call_s_fixed_price_rules() -> Non
     assert found[0] == pytest.approx(2.0)
 
 
+def test_what_does_not_change_has_exponent_zero() -> None:
+    assert exponent(dict.fromkeys((12, 16, 24), 5.0)) == (0.0, 0.0)
+
+
 def test_two_points_make_no_exponent() -> None:
     assert exponent({16: 1.0, 32: 2.0}) is None
 

@@ -9,6 +9,7 @@ import made_up
 import pytest
 
 from bench.__main__ import main
+from bench.record import Cell, Judged, Key
 from bench.report import render
 from bench.report.text import table, three
 from bench.rows import read_run
@@ -82,6 +83,38 @@ def test_a_picture_knows_the_dark_page_s_colour_of_each_of_its_own(rendered: Pat
         used = set(re.findall(r'style="[^"]*?(?:fill|stroke): (#[0-9a-f]{6})', drawn))
         assert used <= set(DARK)
         assert all(colour in rules for colour in used)
+
+
+def test_a_reason_may_hold_bars_lines_and_tags_without_breaking_a_table(tmp_path: Path) -> None:
+    failed = made_up.cell("m", status="failed", reason="a | b\n<script>alert(1)</script>", judged=None)
+    render(made_up.record(tmp_path, made_up.header(), failed))
+    (line,) = [line for line in (tmp_path / "report.md").read_text().splitlines() if "alert" in line]
+    assert line.replace("\\|", "").count("|") == 5
+    assert "<script>" not in (tmp_path / "report.html").read_text()
+
+
+def lossy(method: str, lost: float, beyond: float = 0.0) -> Cell:
+    """A row that loses this share of the wrench at worst."""
+    loss = {"wrench_error_rel_p50": 0.0, "wrench_error_rel_max": lost, "answered_share": 1.0}
+    judged = Judged(10, {"SOLVED": 10}, loss=loss | {"limits_violated_share": beyond})
+    return made_up.cell(method, key=Key("ukwial", "active", method), judged=judged)
+
+
+def test_methods_that_lose_the_same_share_a_line_and_those_that_lose_nothing_a_sentence(
+    tmp_path: Path,
+) -> None:
+    cells = [lossy("pinv", 0.3, 1.0), lossy("svd", 0.3, 1.0), lossy("clip", 0.2), lossy("nullspace", 1e-9)]
+    text = render(made_up.record(tmp_path, made_up.header(), *cells)).read_text()
+    section = text.partition("## What you lose")[2].partition("\n## ")[0]
+    lines = [line for line in section.splitlines() if line.startswith("| ")][1:]
+    assert [line.split("|")[1].strip() for line in lines] == ["clip", "pinv, svd"]
+    assert "30.0 %" in lines[1]
+    assert "Nothing that is attainable is lost by nullspace.\n" in section
+
+
+def test_a_method_beyond_its_limits_does_not_count_as_losing_nothing(tmp_path: Path) -> None:
+    text = render(made_up.record(tmp_path, made_up.header(), lossy("pinv", 0.0, 0.1))).read_text()
+    assert "Nothing that is attainable" not in text
 
 
 def test_the_result_table_goes_between_the_markers_and_nowhere_else(tmp_path: Path) -> None:

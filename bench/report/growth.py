@@ -17,7 +17,8 @@ def section(run: Run, drawn: frozenset[str]) -> str:
     parts = [
         "## How it grows with the number of thrusters\n",
         f"Generated vehicles, active demands. Exponent: p of time ~ nᵖ fitted from n = {FITTED_FROM} on, with"
-        " its standard error.\n",
+        " its standard error. Allocators are as large as Python sees them: what a solver holds outside is not"
+        " in it.\n",
         picture(
             "growth.svg", "median call and allocator size of each method over the number of thrusters", drawn
         ),
@@ -48,7 +49,7 @@ def _table(title: str, family: list[Series], of: Callable[[Series], dict[int, fl
     for one in family:
         values = of(one)
         fit = exponent(values)
-        power = f"{fit[0]:.2f} ± {fit[1]:.2f}" if fit else ""
+        power = "" if fit is None else f"{fit[0]:.2f} ± {fit[1]:.2f}"
         if values:
             lines.append([one.label, *(three(values.get(n)) for n in sizes), power])
     return table((title, *map(str, sizes), "exponent"), lines)

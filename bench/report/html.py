@@ -30,7 +30,7 @@ def html(markdown: str, directory: Path) -> str:
         data = b64encode((directory / found[1]).read_bytes()).decode("ascii")
         return f'<img src="data:image/svg+xml;base64,{data}"'
 
-    body = MarkdownIt("commonmark").enable("table").render(markdown)
+    body = MarkdownIt("commonmark", {"html": False}).enable("table").render(markdown)
     body = re.sub(r'<img src="([^"/]+\.svg)"', inside, body)
     title = markdown.partition("\n")[0].lstrip("# ")
     return (

@@ -27,9 +27,14 @@ def percent(share: float | None) -> str:
 
 def table(headers: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """A Markdown table that also reads well in a terminal; the first column left, numbers right."""
-    body = [list(row) for row in rows]
+    body = [[_cell(text) for text in row] for row in rows]
     align = ["left", *("left" if _wordy(body, i) else "right" for i in range(1, len(headers)))]
     return tabulate(body, headers=headers, tablefmt="pipe", colalign=align, disable_numparse=True) + "\n"
+
+
+def _cell(text: str) -> str:
+    """One line, and no bar that would start another cell: what a solver says may hold anything."""
+    return " ".join(text.split()).replace("|", "\\|")
 
 
 def _wordy(body: list[list[str]], i: int) -> bool:
