@@ -18,9 +18,9 @@ from bench.formats import Draft, formats, recognised
 PLANAR = ("surge", "sway", "yaw")
 PREFERRED = ("surge", "sway", "heave", "yaw", "roll", "pitch")
 """Where not all axes can be controlled, the ones that a hull rights by itself are given up first."""
-INDEPENDENT = 1e-3
+INDEPENDENT = 1e-2
 """Least singular value, with rows of unit length, of axes to be controlled apart: published matrices are
-printed to three digits or so, and what is independent only beyond them is rounding."""
+printed to three digits or so, and what is independent only in the last of them is rounding."""
 
 
 @dataclass(frozen=True)

@@ -129,6 +129,19 @@ def test_a_lost_rank_gives_the_nearest_wrench_and_says_so(method: str) -> None:
     assert_same(f, nearest)
 
 
+@pytest.mark.parametrize("method", ["pinv", "svd"])
+def test_a_whole_vehicle_without_full_rank_is_served_as_far_as_it_goes(method: str) -> None:
+    """Three columns of which the third is the sum of the others, so that no rounding hides the lost rank."""
+    columns = np.array([[0.3, -0.7, 1.1], [0.9, 0.2, -0.4], [1.2, -0.5, 0.7]])
+    vehicle = vehicle_of(columns.T)
+    assert vehicle.rank == 2
+    tau = vehicle.T @ [1.0, -2, 3]
+    f, status, _, _ = build(method, vehicle)(tau)
+    assert status is Status.SOLVED
+    assert_same(f, scipy.linalg.pinv(vehicle.T, rtol=1e-9) @ tau)
+    assert build(method, vehicle)(np.linalg.svd(vehicle.T)[0][:, 2]).status is Status.PARTIAL
+
+
 def test_svd_returns_the_factors_of_equation_11(vehicle: Vehicle, rng: np.random.Generator) -> None:
     B = rng.normal(size=(vehicle.n, vehicle.n))
     weighted = replace(vehicle, H=B @ B.T + np.eye(vehicle.n))

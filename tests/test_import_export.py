@@ -156,6 +156,20 @@ def test_a_tam_is_turned_to_z_down_and_keeps_the_axes_it_can_control(file: Path)
     np.testing.assert_allclose(vehicle.T, [[-1, -1, 0], [0, 0, -1], [0.1192, -0.1192, 0]], rtol=0, atol=1e-6)
 
 
+def test_what_is_independent_in_the_last_printed_digit_only_is_rounding(tmp_path: Path) -> None:
+    """A BlueROV2's six axes to three decimals: pitch follows surge, but for the third one."""
+    text = """\
+surge,0.707,0.707,0.707,0.707,0,0
+sway,0.707,-0.707,-0.707,0.707,0,0
+heave,0,0,0,0,1,-1
+roll,0.051,-0.051,-0.051,0.051,-0.111,-0.111
+pitch,-0.051,-0.051,-0.052,-0.051,-0.003,0.003
+yaw,0.167,-0.167,0.175,-0.175,0,0
+"""
+    keys = imported(tmp_path / "T.csv", text, LIMITS)
+    assert keys.dof == ["surge", "sway", "heave", "roll", "yaw"]
+
+
 def test_px4_rotors_with_their_defaults(file: Path) -> None:
     """Roll, pitch, yaw and thrust of PX4's hexarotor x, as PX4 works them out."""
     keys = imported(file, HEXA)
