@@ -102,7 +102,10 @@ def alpha_range(vehicle: Vehicle, taus: ArrayLike) -> tuple[FloatArray, FloatArr
 
 
 def closed_form_range(vehicle: Vehicle, taus: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Least and largest multiple of each demand for which f = T* tau (eq. 8) respects all limits."""
+    """Least and largest multiple of each demand (N, k) that f = T* tau (eq. 8) meets inside the limits.
+
+    (inf, -inf) where there is none; (0, 0) for a demand with a part that no thruster pushes, if zero is met.
+    """
     f = checked_many(taus, vehicle.k) @ generalized_inverse(vehicle).T
     f[np.abs(f) < 1e-12 * np.abs(f).max(axis=1, keepdims=True, initial=0.0)] = 0.0  # rounding of T* tau
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -111,6 +114,10 @@ def closed_form_range(vehicle: Vehicle, taus: ArrayLike) -> tuple[FloatArray, Fl
     low = np.where(f > 0, lower, np.where(f < 0, upper, -np.inf)).max(axis=1)
     outside = (vehicle.f_min > 0) | (vehicle.f_max < 0)
     missed = ((f == 0) & outside).any(axis=1) | (low > high)
+    if vehicle.rank < vehicle.k:  # T* tau inside the limits need not push tau
+        least, most = alpha_range(vehicle, taus)
+        low, high = np.maximum(low, least), np.minimum(high, most)
+        missed |= low > high
     return np.where(missed, np.inf, low), np.where(missed, -np.inf, high)
 
 

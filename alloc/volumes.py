@@ -121,7 +121,8 @@ def worst_fault(vehicle: Vehicle, keep_rank: bool = False) -> int:
         left = {i: v for i, v in left.items() if v.rank == vehicle.rank}
     volumes = {i: attainable_volume(v) for i, v in left.items()}
     # Alike thrusters leave alike volumes up to rounding; of those the first is taken.
-    return min(left, key=lambda i: (left[i].rank, round(volumes[i] / max(volumes.values()), 9)))
+    largest = max(volumes.values()) or 1.0
+    return min(left, key=lambda i: (left[i].rank, round(volumes[i] / largest, 9)))
 
 
 TILES = 50_000

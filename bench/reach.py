@@ -48,7 +48,8 @@ DIRECTIONS = 100
 def planes(vehicle: Vehicle, seed: int) -> list[Plane]:
     """Sections of the attainable set and of the closed form's, one after the other for each of HELD.
 
-    Empty for a vehicle without these axes, or that can't fly the mission.
+    Empty for a vehicle without these axes, or that can't fly the mission; a plane in which it can't
+    push every way, as after a failure or where thrusters can't reverse, is left out.
     """
     wanted = [axes for axes in PLANES if set(axes) <= set(vehicle.dof)]
     if not wanted:
@@ -63,8 +64,10 @@ def planes(vehicle: Vehicle, seed: int) -> list[Plane]:
         for x, y, held in wanted:
             i, j, third = (vehicle.dof.index(axis) for axis in (x, y, held))
             at = float(share * forward[third])
-            outlines = _outlines(vehicle, i, j, third, at)
-            found.append(Plane(x, y, held, at, *outlines, [] if share else _drawn(mission, i, j)))
+            attainable, closed_form = _outlines(vehicle, i, j, third, at)
+            if attainable:
+                drawn = [] if share else _drawn(mission, i, j)
+                found.append(Plane(x, y, held, at, attainable, closed_form, drawn))
     return found
 
 
@@ -82,7 +85,8 @@ def _outlines(
     given = generalized_inverse(vehicle) @ start
     moved = replace(vehicle, f_min=vehicle.f_min - given, f_max=vehicle.f_max - given)
     attainable, closed_form = (
-        _pairs(corners(reach[:, None] * rays[:, [i, j]])) if np.isfinite(reach).all() else []
+        # Rays from the edge of a set see only part of it.
+        _pairs(corners(reach[:, None] * rays[:, [i, j]])) if (reach > 0).all() else []
         for reach in (alpha_max(moved, rays), closed_form_range(moved, rays)[1])
     )
     return attainable, closed_form

@@ -15,6 +15,7 @@ from alloc import (
     alpha_max,
     alpha_max_lp,
     alpha_range,
+    closed_form_range,
     generalized_inverse,
     label,
     list_vehicles,
@@ -191,6 +192,19 @@ def test_labels_follow_from_alpha_and_from_the_closed_form():
                 assert one == Label.BOUNDARY
             else:
                 assert one == (Label.INACTIVE if fits else Label.ACTIVE)
+
+
+def test_the_closed_forms_range_ends_where_a_limit_or_the_reach_does():
+    rng = np.random.default_rng(8)
+    for vehicle in every_state():
+        taus = attainable_demands(vehicle, rng, 20)
+        low, high = closed_form_range(vehicle, taus)
+        for edge in (high, low):
+            f = edge[:, None] * taus @ generalized_inverse(vehicle).T
+            room = np.minimum(vehicle.f_max - f, f - vehicle.f_min)[:, vehicle.working].min(axis=1)
+            np.testing.assert_allclose(room, 0, atol=1e-9 * vehicle.f_scale)
+    lost = load_vehicle("ukwial").with_fault(0).with_fault(1)
+    assert [end.tolist() for end in closed_form_range(lost, [[1.0, 1.0, 1.0]])] == [[0.0], [0.0]]
 
 
 def test_clearance_is_the_distance_of_the_closed_form_to_its_nearest_limit():

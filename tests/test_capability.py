@@ -1,5 +1,6 @@
 """What the record says a vehicle is worth: shares, intervals and sections against the exact ones."""
 
+from contextlib import suppress
 from dataclasses import replace
 
 import msgspec
@@ -10,6 +11,7 @@ from hypothesis import strategies as st
 from scipy.stats import binomtest
 
 from alloc import (
+    NotApplicable,
     Vehicle,
     alpha_max,
     attainable_volume,
@@ -19,7 +21,15 @@ from alloc import (
     load_vehicle,
     single_axis_maxima,
 )
-from bench.capability import closed_forms, interval, measure_served, measure_worth, remaining_authority
+from bench.capability import (
+    closed_forms,
+    interval,
+    measure_served,
+    measure_worth,
+    measure_worths,
+    remaining_authority,
+)
+from bench.demands import build_demands, list_demands
 from bench.reach import SIZES, corners, error_curve, planes
 from bench.worth import Worth
 
@@ -145,6 +155,36 @@ def test_a_vehicle_without_sway_has_no_such_plane():
     )
     assert planes(one, seed=1) == []
     assert len(remaining_authority(one)) == 1
+
+
+ODD = {
+    "an axis that nothing moves": replace(UKWIAL, T=UKWIAL.T * np.array([[1], [0], [1]])),
+    "thrusters that can't reverse": replace(UKWIAL, f_min=np.zeros(4)),
+    "thrusters that must push": replace(UKWIAL, f_min=[10.0, 10, 10, 20], f_max=[11.0, 11, 11, 30]),
+    "a thruster held at one thrust": replace(UKWIAL, f_min=[-250, -250, -250, 5], f_max=[250, 250, 250, 5]),
+    "two thrusters off": UKWIAL.with_fault(0).with_fault(1),
+    "one thruster left": UKWIAL.with_fault(0).with_fault(1).with_fault(2),
+    "a thruster hardly there": UKWIAL.with_fault(0, 1e-3),
+}
+
+
+@pytest.mark.parametrize("vehicle", ODD.values(), ids=ODD)
+def test_an_odd_vehicle_has_a_worth_and_each_demand_set_or_a_reason(vehicle: Vehicle):
+    worth = measure_worth(vehicle, seed=1, n=50)
+    assert msgspec.json.decode(msgspec.json.encode(worth), type=Worth) == worth
+    assert {0.0 <= a.volume_share <= 1.0 + 1e-9 for a in worth.authority} == {True}
+    for name in list_demands():
+        with suppress(NotApplicable):
+            found = build_demands(name, vehicle, seed=1, n=40)
+            assert found.taus.shape == (40, vehicle.k)
+            assert np.isfinite(found.taus).all()
+
+
+def test_thrusters_without_any_choice_have_no_worth():
+    held = replace(UKWIAL, f_min=np.ones(4), f_max=np.ones(4))
+    assert list(measure_worths([], seed=1, known=())) == []
+    with pytest.raises(NotApplicable):
+        measure_worth(held, seed=1)
 
 
 def test_worth_survives_the_record_and_names_no_solver():

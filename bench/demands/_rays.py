@@ -25,10 +25,16 @@ class Rays(NamedTuple):
 
 
 def draw(vehicle: Vehicle, rng: np.random.Generator, n: int) -> Rays:
-    """n rays through T P f, f uniform inside the limits."""
+    """n rays through T P f, f uniform inside the limits.
+
+    Raises NotApplicable where that gives no direction, as for thrusters held at thrusts that cancel.
+    """
     f = rng.uniform(vehicle.f_min, vehicle.f_max, size=(n, vehicle.n))
     taus = f @ vehicle.TP.T
-    return Rays(taus, alpha_range(vehicle, taus), closed_form_range(vehicle, taus))
+    attainable = alpha_range(vehicle, taus)
+    if not np.isfinite(attainable[1]).all():
+        raise NotApplicable(f"{vehicle.name}: the limits leave no wrench but zero; give thrusters a choice")
+    return Rays(taus, attainable, closed_form_range(vehicle, taus))
 
 
 def collect(
