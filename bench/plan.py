@@ -81,13 +81,15 @@ def chosen(entry: Entry, settings: Settings) -> list[tuple[str, str, str]]:
     Unless told otherwise: one start, ``reused`` where it is offered, as that is how a vehicle would run
     it; of the hard QPs every level, which shows the price of accuracy; of others the most accurate one.
     """
-    wanted = settings.starts or (("reused",) if "reused" in entry.starts else entry.starts[:1])
+    starts = settings.starts or (("reused",) if "reused" in entry.starts else entry.starts[:1])
     levels = settings.levels or (entry.levels if entry.name.startswith("qp/") else entry.levels[-1:])
+    if len(entry.levels) == 1:  # an exact solver, or the one-shot route: there is nothing to choose
+        levels = entry.levels
     return [
         (entry.name, start, level)
         for start in entry.starts
         for level in entry.levels
-        if start in (*wanted, "-") and level in (*levels, "-")
+        if start in (*starts, "-") and level in levels
     ]
 
 

@@ -18,7 +18,7 @@ def quick() -> Settings:
         vehicles=("ukwial", "bluerov2-heavy"),
         demands=DEFAULT_DEMANDS,
         methods=("[!q]*", "qp/*"),
-        levels=("default",),
+        levels=("tight",),
         repeats=1,
         n_demands=50,
         target_s=18.0,

@@ -66,6 +66,8 @@ def test_starts_and_levels_that_are_asked_for_are_taken_where_they_are_offered()
     assert chosen(LIVE, settings) == [("qp/some", "warm", "tight")]
     assert chosen(SOFT, settings) == []
     assert chosen(CLOSED, settings) == [("pinv", "-", "-")]  # it has no choice
+    exact = entry("qp/exact", ("cold", "warm"), ("default",))
+    assert chosen(exact, settings) == [("qp/exact", "warm", "default")]  # nor has this one of a level
 
 
 def test_a_cells_budget_follows_the_time_that_is_left_within_bounds() -> None:

@@ -33,9 +33,10 @@ def SUMMARY(name: str) -> str:
     return f"soft QP (Fossen 11.38) by {solvers.behind(name).ALGORITHM}"
 
 
-def build(name: str, vehicle: Vehicle, start: Start | None = None, level: Level = "default") -> Live:
-    """Prepare ``qp-soft/<solver>``; ``start`` is ``reused`` unless given."""
+def build(name: str, vehicle: Vehicle, start: Start | None = None, level: Level | None = None) -> Live:
+    """Prepare ``qp-soft/<solver>``; ``start`` is ``reused`` and ``level`` the most accurate unless given."""
     solver = solvers.behind(name)
     posed = pose_soft(vehicle)
+    level = level or solvers.default_level(solver)
     solve = solver.prepare(posed.qp, start or solvers.default_start(solver), level)
     return Live(FORMULATION, vehicle, posed, solve, solver.TOLERANCE[FORMULATION][level])

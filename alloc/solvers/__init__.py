@@ -95,6 +95,11 @@ def default_start(solver: Solver) -> Start:
     return "reused" if "reused" in solver.STARTS else solver.STARTS[0]
 
 
+def default_level(solver: Solver) -> Level:
+    """The most accurate there is: most solvers' own settings miss the wrench by more than SOLVED allows."""
+    return list(solver.SETTINGS)[-1]
+
+
 def meaning(statuses: Mapping[Flag, Status], flag: Flag, solver: str) -> Status:
     """The status an exit flag stands for; raises SolverError for one that nobody mapped."""
     try:
