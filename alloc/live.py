@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike
 
 from alloc.allocation import Allocation, FloatArray, Status, StatusArray, answer, checked, one_by_one
 from alloc.qp import Posed
-from alloc.solvers import Solve
+from alloc.solvers import Level, Solve, Start, behind, default_level, default_start
 from alloc.vehicle import Vehicle
 
 WRENCH_TOLERANCE = 1e-6
@@ -96,3 +96,13 @@ class Live:
 
     def _without(self, status: Status, iterations: int = 0, solver_s: float = np.nan) -> Allocation:
         return answer(np.full(self._shape[1], np.nan), status, iterations, solver_s)
+
+
+def live(
+    method: str, formulation: str, vehicle: Vehicle, posed: Posed, start: Start | None, level: Level | None
+) -> Live:
+    """The allocator of ``<route>/<solver>`` for a posed problem; None stands for the solver's own choice."""
+    solver = behind(method)
+    level = level or default_level(solver)
+    solve = solver.prepare(posed.qp, start or default_start(solver), level)
+    return Live(formulation, vehicle, posed, solve, solver.TOLERANCE[formulation][level])

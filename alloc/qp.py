@@ -33,6 +33,13 @@ class QP:
         """Indices of the variables with a bound: thrusts have them, slacks don't."""
         return np.flatnonzero(np.isfinite(self.lb) | np.isfinite(self.ub))
 
+    @property
+    def one_sided(self) -> tuple[FloatArray, FloatArray]:
+        """(G, h) with G x <= h for the finite bounds, upper ones first: G = [I; -I], h = [ub; -lb]."""
+        upper, lower = np.isfinite(self.ub), np.isfinite(self.lb)
+        eye = np.eye(len(self.g))
+        return np.vstack([eye[upper], -eye[lower]]), np.concatenate([self.ub[upper], -self.lb[lower]])
+
 
 @dataclass(frozen=True, eq=False)
 class Posed:

@@ -90,6 +90,16 @@ def behind(method: str) -> Solver:
     return load(method.partition("/")[2])
 
 
+def starts(method: str) -> tuple[Start, ...]:
+    """What the binding behind a method's full name can do."""
+    return behind(method).STARTS
+
+
+def levels(method: str) -> tuple[Level, ...]:
+    """The accuracy levels for which the solver behind a method's full name has settings."""
+    return tuple(behind(method).SETTINGS)
+
+
 def default_start(solver: Solver) -> Start:
     """``reused`` where the solver has it: what a vehicle does, with nothing carried over."""
     return "reused" if "reused" in solver.STARTS else solver.STARTS[0]

@@ -47,16 +47,15 @@ STATUS = {
 
 
 def prepare(qp: QP, start: Start, level: Level) -> Solve:
-    """Equalities are a zero cone, finite bounds a nonnegative one: [A; I; -I] x + s = [b; ub; -lb]."""
+    """Equalities are a zero cone, finite bounds a nonnegative one: [A; G] x + s = [b; h]."""
     import clarabel
     from scipy.sparse import csc_matrix
 
-    p, m = qp.A.shape
-    upper, lower = np.isfinite(qp.ub), np.isfinite(qp.lb)
-    eye = np.eye(m)
-    P, A = csc_matrix(np.triu(qp.H)), csc_matrix(np.vstack([qp.A, eye[upper], -eye[lower]]))
-    right = np.concatenate([np.zeros(p), qp.ub[upper], -qp.lb[lower]])
-    cones = [clarabel.ZeroConeT(p), clarabel.NonnegativeConeT(len(right) - p)]
+    p = len(qp.A)
+    G, h = qp.one_sided
+    P, A = csc_matrix(np.triu(qp.H)), csc_matrix(np.vstack([qp.A, G]))
+    right = np.concatenate([np.zeros(p), h])
+    cones = [clarabel.ZeroConeT(p), clarabel.NonnegativeConeT(len(h))]
     settings = clarabel.DefaultSettings()
     for key, value in SETTINGS[level].items():
         setattr(settings, key, value)

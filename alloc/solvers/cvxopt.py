@@ -32,11 +32,7 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     """Finite bounds are rows G x <= h. The matrices are made once; b is the only thing that changes."""
     from cvxopt import matrix, solvers
 
-    m = len(qp.g)
-    upper, lower = np.isfinite(qp.ub), np.isfinite(qp.lb)
-    eye = np.eye(m)
-    G, h = np.vstack([eye[upper], -eye[lower]]), np.concatenate([qp.ub[upper], -qp.lb[lower]])
-    fixed = [matrix(values) for values in (qp.H, qp.g, G, h)]
+    fixed = [matrix(values) for values in (qp.H, qp.g, *qp.one_sided)]
     A = matrix(qp.A)
 
     def solve(b: FloatArray) -> Answer:

@@ -47,12 +47,11 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     from scipy.sparse import csc_matrix
 
     p, m = qp.A.shape
-    upper, lower = np.isfinite(qp.ub), np.isfinite(qp.lb)
-    eye, zero = np.eye(m), np.zeros(m)
+    zero = np.zeros(m)
     last = np.vstack([[*zero, -1.0], np.column_stack([-np.linalg.cholesky(qp.H).T, zero]), [*zero, -1.0]])
-    bounds = np.vstack([eye[upper], -eye[lower]])
+    bounds, right = qp.one_sided
     G = csc_matrix(np.vstack([np.column_stack([bounds, np.zeros(len(bounds))]), last]))
-    h = np.concatenate([qp.ub[upper], -qp.lb[lower], [0.5], zero, [-0.5]])
+    h = np.concatenate([right, [0.5], zero, [-0.5]])
     dims = {"l": len(bounds), "q": [m + 2]}
     A = csc_matrix(np.column_stack([qp.A, np.zeros(p)]))
     c = np.append(qp.g, 1.0)

@@ -24,11 +24,10 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     """Rows C'x >= b, the equalities first; H = R'R is factorised once for the reused start."""
     import quadprog
 
-    p, m = qp.A.shape
-    upper, lower = np.isfinite(qp.ub), np.isfinite(qp.lb)
-    eye = np.eye(m)
-    C = np.ascontiguousarray(np.vstack([qp.A, eye[lower], -eye[upper]]).T)
-    right = np.concatenate([np.zeros(p), qp.lb[lower], -qp.ub[upper]])
+    p = len(qp.A)
+    rows, h = qp.one_sided
+    C = np.ascontiguousarray(np.vstack([qp.A, -rows]).T)
+    right = np.concatenate([np.zeros(p), -h])
     factorized = start == "reused"
     G = np.linalg.inv(np.linalg.cholesky(qp.H)).T if factorized else qp.H
     G, a = np.ascontiguousarray(G), -qp.g

@@ -37,17 +37,15 @@ STATUS = {
 
 
 def prepare(qp: QP, start: Start, level: Level) -> Solve:
-    """Equalities are a zero cone, finite bounds a nonnegative one: [A; I; -I] x + s = [b; ub; -lb]."""
+    """Equalities are a zero cone, finite bounds a nonnegative one: [A; G] x + s = [b; h]."""
     import scs
     from scipy.sparse import csc_matrix
 
-    p, m = qp.A.shape
-    upper, lower = np.isfinite(qp.ub), np.isfinite(qp.lb)
-    eye = np.eye(m)
-    right = np.concatenate([np.zeros(p), qp.ub[upper], -qp.lb[lower]])
-    A = csc_matrix(np.vstack([qp.A, eye[upper], -eye[lower]]))
-    data = {"P": csc_matrix(np.triu(qp.H)), "A": A, "b": right, "c": qp.g}
-    cone = {"z": p, "l": len(right) - p}
+    p = len(qp.A)
+    G, h = qp.one_sided
+    right = np.concatenate([np.zeros(p), h])
+    data = {"P": csc_matrix(np.triu(qp.H)), "A": csc_matrix(np.vstack([qp.A, G])), "b": right, "c": qp.g}
+    cone = {"z": p, "l": len(h)}
 
     def cold(b: FloatArray) -> Answer:
         right[:p] = b

@@ -27,7 +27,7 @@ def main(arguments: list[str]) -> None:
     calls: dict[str, tuple[Call, list[FloatArray]]] = {}
     live: dict[str, Allocator] = {}
     for name in found:
-        allocator: Any = build(f"qp/{name}", vehicle)
+        allocator: Any = build(f"qp/{name}", vehicle, level="default")
         live[name] = allocator
         calls[f"one-shot {name}"] = build(f"qpsolvers/{name}", vehicle), list(taus)
         calls[f"live {name}"] = allocator, list(taus)
