@@ -9,6 +9,7 @@ import numpy as np
 
 from alloc import Vehicle
 from alloc.allocation import FloatArray
+from bench.worth import unit
 
 FLOOR = 0.01
 """Demands below 1 % of ``wrench_scale`` count as that large, and have no direction: rounding and solver
@@ -20,8 +21,6 @@ wrench tolerance of the limited methods."""
 
 MET = 1e-6
 """A wrench met to this share of ``wrench_scale`` on each axis is met: what SOLVED promises."""
-
-MOMENTS = ("roll", "pitch", "yaw")
 
 
 def delivered(vehicle: Vehicle, F: FloatArray) -> FloatArray:
@@ -116,8 +115,7 @@ def loss(vehicle: Vehicle, taus: FloatArray, F: FloatArray, reference: FloatArra
     }
     miss = np.abs(delivered(vehicle, F) - taus)
     for axis, column in zip(vehicle.dof, miss.T, strict=True):
-        unit = "Nm" if axis in MOMENTS else "N"
-        found[f"wrench_error_{axis}_max_{unit}"] = _quantile(column, 1.0)
+        found[f"wrench_error_{axis}_max_{unit(axis).replace(' ', '')}"] = _quantile(column, 1.0)
     return found
 
 

@@ -9,14 +9,12 @@ from rich.console import Console
 from rich.table import Table
 
 from bench.columns import call_p50_us, call_p99_us, lost_wrench_max, within_1pct_share
+from bench.report.lost import NOTHING
 from bench.report.text import three
 from bench.rows import Row, Run, read_run
 
 ATTAINABLE = ("inactive", "active", "uniform")
 """Demand sets that a perfect method serves to the last."""
-
-NOTHING = 1e-6
-"""A wrench delivered within this share of the demand is met: what SOLVED promises."""
 
 CAPTION = """p50, p99: a call \\[us]; serves: share of what a vehicle can do, within 1 %;
 misses: largest share of an attainable wrench that is not delivered.

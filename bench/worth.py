@@ -5,6 +5,13 @@ Plain values; ``bench.capability`` and ``bench.reach`` measure them.
 
 import msgspec
 
+MOMENTS = ("roll", "pitch", "yaw")
+
+
+def unit(axis: str) -> str:
+    """Of a wrench along that axis."""
+    return "N m" if axis in MOMENTS else "N"
+
 
 class Authority(msgspec.Struct):
     """What a vehicle can do with one thruster off, or with none.

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from bench.plots.style import BLUE, GREEN, GREY, INK, ORANGE, VERMILION
 from bench.rows import Run
-from bench.worth import Plane
+from bench.worth import Plane, unit
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -19,8 +19,6 @@ LABELS = {
     "infeasible": (VERMILION, "x"),
 }
 """Colour and marker of each label, so that neither has to be told apart alone."""
-
-MOMENTS = ("roll", "pitch", "yaw")
 
 
 def draw(run: Run, vehicle: str) -> "Figure | None":
@@ -57,11 +55,11 @@ def _section(axes: "Axes", plane: Plane) -> None:
             xs, ys = zip(*points, strict=True)
             axes.plot(xs, ys, marker, color=colour, markersize=3.5, linestyle="", label=f"mission, {name}")
     third = (
-        f"{plane.held} at {plane.held_at:.3g} {_unit(plane.held)}" if plane.held_at else "all other axes zero"
+        f"{plane.held} at {plane.held_at:.3g} {unit(plane.held)}" if plane.held_at else "all other axes zero"
     )
     axes.set_title(third)
-    axes.set_xlabel(f"{plane.x} [{_unit(plane.x)}]")
-    axes.set_ylabel(f"{plane.y} [{_unit(plane.y)}]")
+    axes.set_xlabel(f"{plane.x} [{unit(plane.x)}]")
+    axes.set_ylabel(f"{plane.y} [{unit(plane.y)}]")
 
 
 def _handles(figure: "Figure") -> "tuple[list[Artist], list[str]]":
@@ -76,7 +74,3 @@ def _handles(figure: "Figure") -> "tuple[list[Artist], list[str]]":
 def _closed(outline: list[tuple[float, float]]) -> tuple[list[float], list[float]]:
     points = [*outline, outline[0]]
     return [x for x, _ in points], [y for _, y in points]
-
-
-def _unit(axis: str) -> str:
-    return "N m" if axis in MOMENTS else "N"

@@ -2,13 +2,11 @@
 
 from bench import columns
 from bench.ranking import best, number
+from bench.report.lost import NOTHING
 from bench.report.text import percent, table, three
 from bench.rows import Row, Run
 
 BEFORE, AFTER = "mission", "mission-fault"
-
-NOTHING = 1e-6
-"""A wrench delivered within this share of the demand is met: what SOLVED promises."""
 
 ROUNDING_DEG = 1e-4
 """The turn that a wrench met so well can make at most: 1e-6 rad."""

@@ -4,7 +4,7 @@ from itertools import groupby
 
 from bench.report.text import percent, picture, table, three
 from bench.rows import Run
-from bench.worth import Authority, Served, Worth
+from bench.worth import Authority, Served, Worth, unit
 
 NEARLY_SINGULAR = 100.0
 """Condition above which a remainder is pointed out: some wrench costs a hundred times the thrust of another,
@@ -47,7 +47,7 @@ def _authority(worth: Worth) -> str:
     lines: dict[tuple[str, ...], list[str]] = {}
     for a in worth.authority:
         lines.setdefault(_state(a), []).append("none" if a.fault is None else str(a.fault))
-    units = [f"{axis} [{'N m' if axis in ('roll', 'pitch', 'yaw') else 'N'}]" for axis in worth.dof]
+    units = [f"{axis} [{unit(axis)}]" for axis in worth.dof]
     headers = ("off", "rank", "volume left", "closed form", "safe up to", "condition", *units)
     return table(headers, [[", ".join(names), *cells] for cells, names in lines.items()])
 
