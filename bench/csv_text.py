@@ -4,10 +4,10 @@ import csv
 import io
 import re
 from collections.abc import Iterator
-from math import isfinite
 from pathlib import Path
 
 from alloc import FileError
+from alloc.vehicle import LARGEST
 
 _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
@@ -24,15 +24,15 @@ def csv_rows(path: Path, text: str) -> Iterator[tuple[int, list[str]]]:
 
 
 def number(path: Path, line: int, column: str, cell: str) -> float:
-    """The finite number in a cell; raises FileError naming file, line and column."""
+    """The number in a cell, no larger than anything on a vehicle; raises FileError naming file, line and column."""
     text = cell.strip()
     if not _NUMBER.fullmatch(text):
         raise FileError(
             f"{path}: line {line}: {column} is {text[:40]!r}; give a finite number such as -12.5 or 1e-5"
         )
     value = float(text)
-    if not isfinite(value):
-        raise FileError(f"{path}: line {line}: {column} is {text[:40]!r}, too large for a number; check it")
+    if not abs(value) <= LARGEST:
+        raise FileError(f"{path}: line {line}: {column} is {text[:40]!r}, too large; check its unit")
     return value
 
 

@@ -187,11 +187,12 @@ def test_a_thrust_setpoint_goes_with_the_torque_that_held(
     np.testing.assert_array_equal(read[:, 3:], taus[:-1, 3:])
 
 
+@pytest.mark.parametrize("bad", [np.nan, np.inf, 1e16])
 def test_a_wrench_that_is_not_finite_is_refused_with_its_time(
-    tmp_path: Path, demands: tuple[FloatArray, FloatArray]
+    tmp_path: Path, demands: tuple[FloatArray, FloatArray], bad: float
 ) -> None:
     t, taus = demands
-    taus[10, 1] = np.nan
+    taus[10, 1] = bad
     with pytest.raises(DemandError, match=r"the wrench at t = 0\.200 s is not finite"):
         read_log(write_ulog(tmp_path, t, taus), PLANAR)
 

@@ -14,6 +14,7 @@ import numpy as np
 from alloc import DemandError, FileError
 from alloc.allocation import FloatArray
 from alloc.geometry import DOF, from_flu
+from alloc.vehicle import LARGEST
 from bench.demand_csv import read_demands
 
 
@@ -82,7 +83,9 @@ def _checked(path: Path, log: Log, dof: tuple[str, ...], frame: str) -> tuple[Fl
     order = np.argsort(log.t, kind="stable")  # headers may arrive out of order
     t, taus = log.t[order], log.taus[order]
     taus = taus[:, [DOF.index(axis) for axis in dof]]
-    bad = np.flatnonzero(~np.isfinite(taus).all(axis=1))
+    bad = np.flatnonzero(~(np.abs(taus) <= LARGEST).all(axis=1))
     if bad.size:
-        raise DemandError(f"{path}: the wrench at t = {t[bad[0]]:.3f} s is not finite; cut that part out")
+        raise DemandError(
+            f"{path}: the wrench at t = {t[bad[0]]:.3f} s is not finite, or above {LARGEST:g}; cut it out"
+        )
     return t, from_flu(taus.T, dof).T if (frame or log.frame) == "flu" else taus
