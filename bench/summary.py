@@ -41,8 +41,8 @@ def show(directory: Path, console: Console) -> bool:
     run = read_run(directory)
     rows = sorted(run.rows, key=lambda row: row.label)
     table = Table(box=None, pad_edge=False, caption=CAPTION)
-    for heading in ("method", "p50", "p99", "serves", "misses", "agrees", "failed"):
-        table.add_column(heading, no_wrap=True, min_width=len(heading))
+    for heading in ("method", "p50", "p99", "serves", "misses", "agrees"):
+        table.add_column(heading, no_wrap=True)
     for label, same in groupby(rows, key=lambda row: row.label):
         table.add_row(label, *_method(run, list(same)))
     console.print(table)
@@ -53,17 +53,21 @@ def show(directory: Path, console: Console) -> bool:
 
 
 def _method(run: Run, rows: list[Row]) -> tuple[str, ...]:
-    verdicts = [judged.agrees for row in rows for judged in row.judged if judged.agrees is not None]
-    agreement = "-" if not verdicts else "yes" if all(verdicts) else f"no, {verdicts.count(False)} times"
-    failures = Counter(row.failed.status for row in rows if row.failed)
     return (
         _range(map(call_p50_us, rows)),
         _range(map(call_p99_us, rows)),
         _range(served(run, rows), "%"),
         missed(rows),
-        agreement,
-        ", ".join(f"{count} {status}" for status, count in failures.items()),
+        _verdict(rows),
     )
+
+
+def _verdict(rows: list[Row]) -> str:
+    """Whether the answers agree with the reference, and what could not be measured."""
+    verdicts = [judged.agrees for row in rows for judged in row.judged if judged.agrees is not None]
+    agreement = "-" if not verdicts else "yes" if all(verdicts) else f"no, {verdicts.count(False)}x"
+    failures = Counter(row.failed.status for row in rows if row.failed)
+    return ", ".join([agreement, *(f"{count} {status}" for status, count in failures.items())])
 
 
 def served(run: Run, rows: list[Row]) -> list[float]:
@@ -99,4 +103,4 @@ def _range(values: Iterable[object], unit: str = "") -> str:
     if not numbers:
         return ""
     low, high = three(numbers[0]), three(numbers[-1])
-    return f"{low}{unit}" if low == high else f"{low} … {high}{unit}"
+    return f"{low}{unit}" if low == high else f"{low}…{high}{unit}"

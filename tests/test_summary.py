@@ -69,3 +69,18 @@ def test_the_table_names_its_columns_and_their_units(tmp_path: Path):
     text = console.export_text()
     for word in ("serves", "70.0%", "misses", "30%", "[us]"):
         assert word in text
+
+
+def test_the_longest_names_and_numbers_fit_a_terminal_with_what_failed(tmp_path: Path):
+    rows = [
+        cell("qp/clarabel", us, key=Key("ukwial", demands, "qp/clarabel", "reused", "tight"))
+        for us, demands in ((1, "active"), (3333, "inactive"))
+    ]
+    gone = cell("qp/clarabel", status="crashed", reason="signal 11", batches=[], singles=[], judged=None)
+    gone = msgspec.structs.replace(gone, key=Key("ukwial", "uniform", "qp/clarabel", "reused", "tight"))
+    record(tmp_path, header(), *rows, gone)
+    console = Console(width=80, record=True, file=StringIO())
+    show(tmp_path, console)
+    [line] = [line for line in console.export_text().splitlines() if "clarabel" in line]
+    assert line.startswith("qp/clarabel reused tight")
+    assert "1 crashed" in line
