@@ -39,5 +39,9 @@ def documentation() -> str:
 
 
 def _text(value: Value) -> str:
-    # Six digits: more than a clock or a solver's tolerance can give.
-    return "" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
+    if not isinstance(value, float):
+        return "" if value is None else str(value)
+    # Six digits: more than a clock or a solver's tolerance can give. Always with a point, since readers
+    # that guess a column's type from its first rows must not take 0 and 1 for whole numbers.
+    text = f"{value:.6g}"
+    return text if set(text) & set(".en") else f"{text}.0"

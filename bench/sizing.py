@@ -9,6 +9,9 @@ from bench.quantiles import Counted, merged, misses, quantile
 from bench.ranking import exact, number, right
 from bench.rows import Row, Run
 
+LATE_SHARE = 0.001
+"""A method fits if p99.9 does: no more than one call in a thousand may be late."""
+
 
 class Verdict(IntEnum):
     """What to think of a method, best first."""
@@ -96,6 +99,14 @@ def sizes(run: Run, loop: Loop, transfer: Transfer | None = None) -> list[Size]:
     )
 
 
+def best_of_each(found: list[Size]) -> list[Size]:
+    """Of each method only the start and level that comes first."""
+    seen: dict[tuple[str, str], Size] = {}
+    for size in found:
+        seen.setdefault((size.vehicle, size.label.partition(" ")[0]), size)
+    return list(seen.values())
+
+
 def _size(rows: list[Row], loop: Loop, transfer: Transfer | None) -> Size:
     vehicle, label = rows[0].vehicle, rows[0].label
     for row in rows:
@@ -113,7 +124,7 @@ def _size(rows: list[Row], loop: Loop, transfer: Transfer | None) -> Size:
     p999 = None if tail is None else tail / 1000 * factor
     slowest = None if transfer or not singles else singles[-1][0] / 1000
     late, calls, bound = misses(singles, loop.limit_us * 1000 / factor) if singles else (0, 0, None)
-    verdict, reason = judge(loop, p50, p999, slowest, estimated=transfer is not None)
+    verdict, reason = judge(loop, p50, p999, slowest, bound, estimated=transfer is not None)
     known = slowest or p999 or p50
     return Size(
         vehicle,
@@ -133,26 +144,32 @@ def _size(rows: list[Row], loop: Loop, transfer: Transfer | None) -> Size:
 
 
 def judge(
-    loop: Loop, p50_us: float | None, p999_us: float | None, max_us: float | None, estimated: bool = False
+    loop: Loop,
+    p50_us: float | None,
+    p999_us: float | None,
+    max_us: float | None,
+    bound: float | None,
+    estimated: bool = False,
 ) -> tuple[Verdict, str]:
-    """The verdict on a method's times, and its reason.
+    """The verdict on a method's times, and in a word what stands in the way of a better one.
 
-    fits: the slowest call and p99.9 keep within the limit. fits without tail: the median does, the
-    tail does not or is not known. does not fit: the median does not. unknown: no median.
+    fits: no call seen was late, of so many that at most LATE_SHARE of all calls are (95 %
+    confidence; that is 2,995). fits without tail: the median fits, the tail does not or is not
+    known. does not fit: the median does not. unknown: no median.
     """
     limit = loop.limit_us
     if p50_us is None:
         return Verdict.UNKNOWN, "no call was timed"
     if p50_us > limit:
-        return Verdict.DOES_NOT_FIT, "median too long"
-    if p999_us is None:
-        return Verdict.WITHOUT_TAIL, "too few calls for p99.9"
-    if p999_us > limit:
-        return Verdict.WITHOUT_TAIL, "p99.9 too long"
+        return Verdict.DOES_NOT_FIT, "median"
+    if p999_us is not None and p999_us > limit:
+        return Verdict.WITHOUT_TAIL, "p99.9"
     if estimated:
-        return Verdict.WITHOUT_TAIL, "estimate: tail not known"
+        return Verdict.WITHOUT_TAIL, "estimate"
     if max_us is not None and max_us > limit:
-        return Verdict.WITHOUT_TAIL, "slowest call too long"
+        return Verdict.WITHOUT_TAIL, "slowest call"
+    if bound is None or bound > LATE_SHARE:
+        return Verdict.WITHOUT_TAIL, "too few calls"
     return Verdict.FITS, ""
 
 

@@ -99,3 +99,14 @@ def test_memory_is_the_largest_of_the_workers_at_that_method(tmp_path: Path) -> 
 def test_calls_are_counted_in_batches_and_singly(tmp_path: Path) -> None:
     few = made_up.cell(batches=[Batch(100, 1, 1, 0)] * 2, singles=[(1, 3), (2, 4)])
     assert columns.n_calls(row(tmp_path, few)) == 207
+
+
+def test_a_column_of_numbers_never_mixes_whole_ones_with_others(tmp_path: Path) -> None:
+    # polars guesses a column's type from its first rows: "1" there makes "0.55" further down an error.
+    cells = [made_up.cell("a", us=1), made_up.cell("b", us=3, setup_ns=[1500])]
+    write_csv(read_run(made_up.record(tmp_path, made_up.header(), *cells)).rows, tmp_path / "results.csv")
+    with (tmp_path / "results.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["call_p50_us"] for row in rows] == ["1.0", "3.0"]
+    assert [row["setup_us"] for row in rows] == ["6.0", "1.5"]
+    assert [row["n_demands"] for row in rows] == ["10", "10"]

@@ -40,22 +40,33 @@ def order(found: list[Size]) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    ("p50", "p999", "slowest", "verdict"),
+    ("p50", "p999", "slowest", "bound", "verdict"),
     [
-        (10, 20, 999, Verdict.FITS),
-        (10, 20, 1001, Verdict.WITHOUT_TAIL),
-        (10, 1001, 2000, Verdict.WITHOUT_TAIL),
-        (10, None, 20, Verdict.WITHOUT_TAIL),
-        (1001, 1002, 1003, Verdict.DOES_NOT_FIT),
-        (None, None, None, Verdict.UNKNOWN),
+        (10, 20, 999, 0.0009, Verdict.FITS),
+        (10, None, 999, 0.0009, Verdict.FITS),
+        (10, None, 999, 0.0011, Verdict.WITHOUT_TAIL),
+        (10, 20, 1001, 0.0009, Verdict.WITHOUT_TAIL),
+        (10, 1001, 2000, 0.002, Verdict.WITHOUT_TAIL),
+        (10, None, None, None, Verdict.WITHOUT_TAIL),
+        (1001, 1002, 1003, 1.0, Verdict.DOES_NOT_FIT),
+        (None, None, None, None, Verdict.UNKNOWN),
     ],
 )
-def test_a_verdict_follows_from_median_p999_and_slowest_call(
-    p50: float | None, p999: float | None, slowest: float | None, verdict: Verdict
+def test_a_verdict_follows_from_median_tail_and_late_calls(
+    p50: float | None, p999: float | None, slowest: float | None, bound: float | None, verdict: Verdict
 ) -> None:
-    found, reason = judge(HUNDRED_HZ, p50, p999, slowest)
+    found, reason = judge(HUNDRED_HZ, p50, p999, slowest, bound)
     assert found == verdict
     assert (reason == "") == (verdict == Verdict.FITS)
+
+
+@pytest.mark.parametrize(("calls", "verdict"), [(2995, Verdict.FITS), (2994, Verdict.WITHOUT_TAIL)])
+def test_it_takes_2995_calls_without_a_late_one_to_vouch_for_one_in_a_thousand(
+    tmp_path: Path, calls: int, verdict: Verdict
+) -> None:
+    cell = replace(steady("m", 1, exact=True), singles=[(1000, calls)])
+    (size,) = sizes(run_of(tmp_path, cell), HUNDRED_HZ)
+    assert size.verdict == verdict
 
 
 def test_exact_and_cheap_comes_before_inexact_and_before_exact_and_dear(tmp_path: Path) -> None:
@@ -153,3 +164,16 @@ def test_a_foreign_canary_file_is_refused(tmp_path: Path, text: str) -> None:
     (tmp_path / "canary.json").write_text(text)
     with pytest.raises(CanaryError, match="thrustbench canary"):
         load(tmp_path / "canary.json")
+
+
+def test_a_method_is_shown_with_its_best_start_only_unless_all_are_asked_for(tmp_path: Path) -> None:
+    cells = [
+        replace(steady("qp/m", us, exact=True), key=Key("ukwial", "active", "qp/m", start))
+        for start, us in (("cold", 50), ("warm", 5))
+    ]
+    run_of(tmp_path, *cells)
+    arguments = [str(tmp_path), "--rate", "100"]
+    short = CliRunner().invoke(command, arguments).output
+    assert "| qp/m warm" in short
+    assert "| qp/m cold" not in short
+    assert "| qp/m cold" in CliRunner().invoke(command, [*arguments, "--all"]).output

@@ -45,6 +45,7 @@ import click
     metavar="LOW HIGH",
     help="Cycles an instruction there, if you measured them.",
 )
+@click.option("--all", "every", is_flag=True, help="Every start and level, not only each method's best.")
 def command(
     directory: Path,
     rate: float,
@@ -52,6 +53,7 @@ def command(
     deadline_us: float | None,
     vehicles: tuple[str, ...],
     canary: Path | None,
+    every: bool,
     clock_MHz: float | None,
     cpi: tuple[float, float] | None,
 ) -> None:
@@ -61,7 +63,7 @@ def command(
     from bench.report import bands
     from bench.report.sizes import page
     from bench.rows import read_run
-    from bench.sizing import Loop, sizes
+    from bench.sizing import Loop, best_of_each, sizes
 
     run = read_run(directory)
     there = sorted({*run.vehicles, *(row.vehicle for row in run.record.emulated)})
@@ -75,4 +77,4 @@ def command(
         return
     moved = transfer(run, load(canary)) if canary else None
     found = [size for size in sizes(run, loop, moved) if not vehicles or size.vehicle in vehicles]
-    click.echo(page(found, loop, moved))
+    click.echo(page(found if every else best_of_each(found), loop, moved))

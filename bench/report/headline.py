@@ -9,7 +9,8 @@ from bench.rows import Row, Run
 def section(run: Run, drawn: frozenset[str]) -> str:
     """What exactness costs, what leaving the limits out costs, and how far to trust both."""
     sentences = [sentence for sentence in (_cost(run), _loss(run), _trust(run)) if sentence]
-    return " ".join(sentences) + "\n\n" + _vehicles(run)
+    more = "`thrustbench size DIR --rate HZ` says which of them fits a control rate.\n"
+    return "\n\n".join([" ".join(sentences), _vehicles(run) + "\n" + more]) if run.vehicles else ""
 
 
 def fastest_exact(rows: list[Row]) -> Row | None:
