@@ -24,7 +24,7 @@ def csv_rows(path: Path, text: str) -> Iterator[tuple[int, list[str]]]:
 
 
 def number(path: Path, line: int, column: str, cell: str) -> float:
-    """The number in a cell, no larger than anything on a vehicle; raises FileError naming file, line and column."""
+    """The number in a cell, no larger than any on a vehicle; raises FileError naming file, line, column."""
     text = cell.strip()
     if not _NUMBER.fullmatch(text):
         raise FileError(
