@@ -16,7 +16,7 @@ from bench.capability import measure_worths
 from bench.job import Job, Task
 from bench.plan import OVERHEAD_S, Group, Settings, budget_ns, groups
 from bench.process import work
-from bench.record import SCHEMA, Cell, Event, Header, Key, RecordError, Worker
+from bench.record import SCHEMA, Cell, Event, Header, Key, Record, RecordError, Worker
 from bench.reference import problem, questions
 from bench.rows import GENERATED
 from bench.writer import Writer
@@ -43,9 +43,10 @@ class Going:
     """A run under way.
 
     files: where each (vehicle, demand set) is stored. plugins: file of each method that is not the
-    catalogue's. missing: what to install for the methods that need it. done: keys in the record.
-    total: how many there will be. began: when, on the monotonic clock [s]. hung: cells without their
-    repeat that reached the time limit. measured, timed_ns: cells of this go, sum of their timed calls.
+    catalogue's. missing: what to install for the methods that need it. total: how many cells there
+    will be. began, ready: when this go did so and its first cell could, on the monotonic clock [s].
+    done: keys in the record. hung: keys, of any repeat, that reached the time limit. measured,
+    timed_ns: cells of this go, sum of their timed calls.
     """
 
     settings: Settings
@@ -53,11 +54,12 @@ class Going:
     files: dict[tuple[str, str], Path]
     plugins: dict[str, str]
     missing: dict[str, str]
-    done: set[Key]
     watch: Callable[[Progress], None]
     total: int
     began: float
-    hung: set[Key] = field(default_factory=set)
+    done: set[Key]
+    hung: set[Key]
+    ready: float = field(default_factory=time.monotonic)
     measured: int = 0
     timed_ns: int = 0
 
@@ -79,9 +81,10 @@ class Going:
 
     def budget_ns(self) -> int:
         """What a next cell may take, so that the run ends when it should, on this machine as it is today."""
-        wall = self.wall_s()
-        overhead = (wall - self.timed_ns / 1e9) / self.measured if self.measured else OVERHEAD_S
-        return budget_ns(self.settings, self.settings.target_s - wall, self.total - len(self.done), overhead)
+        untimed = time.monotonic() - self.ready - self.timed_ns / 1e9
+        overhead = untimed / self.measured if self.measured else OVERHEAD_S
+        left = self.settings.target_s - self.wall_s()
+        return budget_ns(self.settings, left, self.total - len(self.done), overhead)
 
     def event(self, what: str) -> None:
         """Record that something happened to the run."""
@@ -111,21 +114,23 @@ def run(settings: Settings, directory: Path, *, resume: bool, watch: Callable[[P
             question.save(Path(folder) / f"{i}.npz")
         if old is None:
             writer.create(header)
-            writer.extend(problem(question) for question in posed)
-        known = set() if old is None else {worth.vehicle for worth in old.worths}
-        writer.extend(measure_worths(own_vehicles(settings), settings.seed, known))
+        known = old or Record(header)
+        told = {(line.vehicle, line.demands) for line in known.problems}
+        writer.extend(problem(q) for q in posed if (q.vehicle.name, q.name) not in told)
+        valued = {worth.vehicle for worth in known.worths}
+        writer.extend(measure_worths(own_vehicles(settings), settings.seed, valued))
         planned = groups(settings, entries, files)
-        total = sum(len(group.keys) for group in planned)
         going = Going(
-            settings,
-            writer,
-            files,
-            plugins,
-            {entry.name: entry.missing for entry in entries if entry.missing},
-            set() if old is None else old.keys(),
-            watch,
-            total,
-            began,
+            settings=settings,
+            writer=writer,
+            files=files,
+            plugins=plugins,
+            missing={entry.name: entry.missing for entry in entries if entry.missing},
+            watch=watch,
+            total=sum(len(group.keys) for group in planned),
+            began=began,
+            done=known.keys(),
+            hung={_any_repeat(cell.key) for cell in known.cells if cell.status == "timeout"},
         )
         going.event("began" if old is None else "resumed")
         try:
@@ -141,12 +146,15 @@ def measure(group: Group, going: Going) -> None:
     """Measure one group's keys that the record lacks, in as many processes as it takes."""
     pending = [key for key in group.keys if key not in going.done]
     hangs = 0
-    while pending:
+    while True:
+        for excuse in [cell for key in pending if (cell := _excuse(key, hangs, going))]:
+            pending.remove(excuse.key)
+            going.keep(excuse)
+        if not pending:
+            return
         going.tell(group.method)
         before = len(pending)
-        excuse = _excuse(pending[0], hangs, going)
-        lines = work(_job(group, pending, going), going.settings.time_limit_s) if excuse is None else [excuse]
-        for line in lines:
+        for line in work(_job(group, pending, going), going.settings.time_limit_s):
             if isinstance(line, Worker):
                 going.writer.append(line)
             elif isinstance(line, Cell):
@@ -154,7 +162,7 @@ def measure(group: Group, going: Going) -> None:
                 going.keep(line)
                 if line.status == "timeout":
                     hangs += 1
-                    going.hung.add(msgspec.structs.replace(line.key, repeat=0))
+                    going.hung.add(_any_repeat(line.key))
         if len(pending) == before:  # a worker that ends without a word must not be started for ever
             going.keep(Cell(pending.pop(0), "crashed", reason="the worker ended without a result"))
 
@@ -211,9 +219,13 @@ def _excuse(key: Key, hangs: int, going: Going) -> Cell | None:
         return Cell(
             key, "timeout", reason=f"not tried: {hangs} other cells of this method reached the time limit"
         )
-    if msgspec.structs.replace(key, repeat=0) in going.hung:
+    if _any_repeat(key) in going.hung:
         return Cell(key, "timeout", reason="not tried: it reached the time limit in an earlier repeat")
     return None
+
+
+def _any_repeat(key: Key) -> Key:
+    return msgspec.structs.replace(key, repeat=0)
 
 
 def _job(group: Group, keys: list[Key], going: Going) -> Job:

@@ -103,3 +103,15 @@ def test_proxqp_started_from_a_result_it_does_not_have_is_a_row_with_a_reason(tm
     status = {cell.key.method: cell.status for cell in read(tmp_path).cells}
     assert status["proxqp-previous"] in ("crashed", "timeout")  # it does the one or the other
     assert status["pinv"] == "ok"
+
+
+def test_a_cell_that_hung_is_not_tried_in_later_repeats_and_no_other_cell_pays_for_it(tmp_path: Path) -> None:
+    plugin = write_plugin(tmp_path, "loops")
+    options = ["--vehicle=ukwial", "--demands=inactive", "--demands=infeasible", f"--plugin={plugin}"]
+    tiny = ["--n=4", "--budget-ms=0", "--repeats=2", f"--time-limit={TIME_LIMIT_S}"]
+    CliRunner().invoke(cli, ["run", *options, *tiny, f"--out={tmp_path / 'out'}"], standalone_mode=False)
+    rows = [c for c in read(tmp_path / "out").cells if c.key.method == "loops"]
+    cells = {(c.key.demands, c.key.repeat): c for c in rows}
+    assert "no answer" in cells["infeasible", 0].reason
+    assert "not tried" in cells["infeasible", 1].reason
+    assert cells["inactive", 0].status == cells["inactive", 1].status == "ok"
