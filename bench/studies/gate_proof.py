@@ -148,7 +148,8 @@ TURN: tuple[Trial, ...] = (
 @click.command()
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option("--minutes", type=float, default=60.0, show_default=True)
-def main(file: Path, minutes: float) -> None:
+@click.option("--identical", is_flag=True, help="Gates between identical trees only, by time alone.")
+def main(file: Path, minutes: float, identical: bool) -> None:
     """Append one line a trial to FILE until the time is over, going on where FILE ends."""
     deadline = monotonic() + 60 * minutes
     done = len(file.read_text(encoding="utf-8").splitlines()) if file.exists() else 0
@@ -157,9 +158,9 @@ def main(file: Path, minutes: float) -> None:
         for i in count(done):
             if monotonic() > deadline:
                 break
-            by, name, trial = TURN[i % len(TURN)]
+            by, name, trial = SAME if identical else TURN[i % len(TURN)]
             started, load = monotonic(), os.getloadavg()[0]
-            found = trial(name, trees, i % COUNT_EVERY == 0)
+            found = trial(name, trees, not identical and i % COUNT_EVERY == 0)
             seconds = round(monotonic() - started, 1)
             line = {"by": by, "tree": name, "load": round(load, 2), "seconds": seconds, **found}
             with file.open("a", encoding="utf-8") as out:
