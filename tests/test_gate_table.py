@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-from bench.studies.gate_table import summary
+from bench.studies.gate_table import report, summary
 
 
 def trial(by: str, tree: str, *cells: dict[str, Any], outcome: str = "pass") -> dict[str, Any]:
@@ -47,8 +47,16 @@ def test_the_rules_of_pytest_benchmark_look_at_its_own_trials() -> None:
     assert line(table, "the same, mean")[:3] == ["1", "0", "0 of 1"]
 
 
+def test_a_quiet_and_a_loaded_machine_have_a_table_each() -> None:
+    quiet, loaded = trial("gate", "same", QUIET), {**trial("gate", "same", QUIET), "load": 9.0}
+    assert report([quiet]).count("| rule |") == 1
+    assert "### Quiet machine" in report([quiet])
+    both = report([quiet, loaded, loaded])
+    assert [line(part, "gate: time")[0] for part in both.split("### Loaded machine")] == ["1", "2"]
+
+
 def test_the_document_holds_a_table() -> None:
     text = (Path(__file__).parents[1] / "docs" / "gate.md").read_text(encoding="utf-8")
     proof = re.search(r"<!-- proof -->\n(.*)<!-- end of proof -->", text, re.DOTALL)
     assert proof
-    assert proof[1].strip().startswith("| rule |")
+    assert "| gate: time |" in proof[1]

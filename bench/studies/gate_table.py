@@ -31,6 +31,18 @@ RULES: tuple[tuple[str, str, Says], ...] = (
 """What stands in the table: a rule, the trials it looks at, and what it says of a cell."""
 
 
+QUIET_LOAD = 2.0
+"""A load average up to here when a trial starts is what the trials themselves cause."""
+
+
+def report(trials: list[dict[str, Any]]) -> str:
+    """A table for a quiet machine and one for a loaded one, as far as there are trials."""
+    quiet = [trial for trial in trials if trial["load"] <= QUIET_LOAD]
+    loaded = [trial for trial in trials if trial["load"] > QUIET_LOAD]
+    named = {"Quiet machine": quiet, "Loaded machine": loaded}
+    return "\n\n".join(f"### {name}\n\n{summary(part)}" for name, part in named.items() if part)
+
+
 def summary(trials: list[dict[str, Any]]) -> str:
     """False alarms and finds of each rule, and how long each takes."""
     lines = [
@@ -79,4 +91,4 @@ def _share(found: list[bool]) -> str:
 
 
 if __name__ == "__main__":
-    print(summary([json.loads(line) for line in Path(sys.argv[1]).read_text(encoding="utf-8").splitlines()]))
+    print(report([json.loads(line) for line in Path(sys.argv[1]).read_text(encoding="utf-8").splitlines()]))
