@@ -1,5 +1,6 @@
 """A run as reports see it: the record's cells gathered into rows, one a line of results.csv."""
 
+import re
 from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -70,6 +71,9 @@ SETS = ("active", "inactive", "boundary", "infeasible", "box", "axes", "mission"
 GENERATED = "growth-"
 """Vehicles generated for the growth study, called so, are shown by their number of thrusters only."""
 
+FAULTS = re.compile(r"(-f\d+(@[\d.e-]+)?)+$")
+"""What ``Vehicle.with_fault`` adds to a vehicle's name."""
+
 
 @dataclass(frozen=True)
 class Run:
@@ -78,15 +82,29 @@ class Run:
     record: Record
     rows: tuple[Row, ...]
 
+    @cached_property
+    def by_vehicle(self) -> dict[str, list[Row]]:
+        """Rows of each vehicle, sorted by its name; canaries, which belong to none, left out."""
+        found: dict[str, list[Row]] = {}
+        for row in self.rows:
+            if row.vehicle != "-":
+                found.setdefault(row.vehicle, []).append(row)
+        return found
+
     @property
     def vehicles(self) -> list[str]:
-        """Vehicles that answered, sorted; generated ones, and canaries, which belong to none, left out."""
-        found = {row.vehicle for row in self.rows} - {"-"}
-        return sorted(name for name in found if not name.startswith(GENERATED))
+        """Vehicles with sections of their own: neither generated ones nor the ``degraded``."""
+        degraded = set(self.degraded)
+        return [v for v in self.by_vehicle if v not in degraded and not v.startswith(GENERATED)]
+
+    @property
+    def degraded(self) -> list[str]:
+        """Vehicles that are another one of this run after a failure."""
+        return [v for v in self.by_vehicle if (whole := FAULTS.sub("", v)) != v and whole in self.by_vehicle]
 
     def sets(self, vehicle: str) -> list[str]:
         """Demand sets of a vehicle, in the order of tables."""
-        found = {row.demands for row in self.rows if row.vehicle == vehicle}
+        found = {row.demands for row in self.by_vehicle[vehicle]}
         return sorted(found, key=lambda name: (SETS.index(name) if name in SETS else len(SETS), name))
 
     def singles(self, row: Row) -> Counted:
@@ -99,7 +117,7 @@ class Run:
 
     def of(self, vehicle: str, demands: str = "") -> list[Row]:
         """Rows of a vehicle on one demand set, or on all."""
-        return [row for row in self.rows if row.vehicle == vehicle and demands in ("", row.demands)]
+        return [row for row in self.by_vehicle.get(vehicle, []) if demands in ("", row.demands)]
 
 
 def read_run(directory: Path) -> Run:

@@ -110,3 +110,13 @@ def test_a_column_of_numbers_never_mixes_whole_ones_with_others(tmp_path: Path) 
     assert [row["call_p50_us"] for row in rows] == ["1.0", "3.0"]
     assert [row["setup_us"] for row in rows] == ["6.0", "1.5"]
     assert [row["n_demands"] for row in rows] == ["10", "10"]
+
+
+def test_a_degraded_vehicle_has_sections_of_its_own_only_where_the_whole_one_was_not_measured(
+    tmp_path: Path,
+) -> None:
+    names = ("a", "a-f2", "a-f2@0.4", "a-fast", "b-f0", "growth-k3-n4")
+    cells = [made_up.cell(key=Key(name, "active", "pinv")) for name in names]
+    run = read_run(made_up.record(tmp_path, made_up.header(), *cells))
+    assert run.vehicles == ["a", "a-fast", "b-f0"]
+    assert run.degraded == ["a-f2", "a-f2@0.4"]

@@ -28,13 +28,13 @@ def named(rows: list[Row], method: str) -> Row | None:
     return next((row for row in rows if row.method == method), None)
 
 
-def _typical(run: Run) -> dict[str, list[Row]]:
-    return {vehicle: best(run, vehicle, run.sets(vehicle)[0]) for vehicle in run.vehicles}
+def _typical(run: Run, vehicles: list[str]) -> dict[str, list[Row]]:
+    return {vehicle: best(run, vehicle, run.sets(vehicle)[0]) for vehicle in vehicles}
 
 
 def _cost(run: Run) -> str:
     exact_us, over_pinv, over_solver, names = [], [], [], []
-    for rows in _typical(run).values():
+    for rows in _typical(run, run.vehicles).values():
         row, pinv, solver = fastest_exact(rows), named(rows, "pinv"), fastest_solver(rows)
         time = _us(row)
         if row is None or time is None:
@@ -59,7 +59,7 @@ def _cost(run: Run) -> str:
 
 def _loss(run: Run) -> str:
     served, lost, turned = [], [], []
-    for vehicle, rows in _typical(run).items():
+    for vehicle, rows in _typical(run, run.vehicles).items():
         worth, pinv = run.worth(vehicle), named(rows, "pinv")
         if worth is not None and worth.authority[0].closed_form_share is not None:
             served.append(100 * worth.authority[0].closed_form_share)
@@ -93,7 +93,7 @@ def _trust(run: Run) -> str:
 
 def _vehicles(run: Run) -> str:
     lines = []
-    for vehicle, rows in _typical(run).items():
+    for vehicle, rows in _typical(run, run.vehicles + run.degraded).items():
         row, pinv, solver = fastest_exact(rows), named(rows, "pinv"), fastest_solver(rows)
         lost = columns.lost_wrench_max(pinv) if pinv else None
         lines.append(
