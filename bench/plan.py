@@ -2,6 +2,7 @@
 
 import random
 from collections.abc import Iterable
+from fnmatch import fnmatchcase
 
 import msgspec
 
@@ -20,7 +21,7 @@ class Settings(msgspec.Struct, frozen=True):
 
     vehicles, methods, demands: names or paths; no methods: all. plugins: files with a method.
     faults: thrusters that are off, ``3``, or weakened, ``3@0.4``; "" is the whole vehicle.
-    once: demand sets of the first repeat only: those that are asked for what is served, not for times.
+    once: patterns of methods and demand sets that are measured in the first repeat only.
     starts, levels: which to take of those a method offers; empty: see ``chosen``.
     n_demands: of each set. budget_ms: timed calls of a cell in one repeat; None: whatever lets the
     whole run take about ``target_s``.
@@ -37,7 +38,7 @@ class Settings(msgspec.Struct, frozen=True):
     levels: tuple[str, ...] = ()
     repeats: int = 2
     seed: int = 0
-    n_demands: int = 100
+    n_demands: int = 60
     budget_ms: float | None = None
     target_s: float = 155.0
     time_limit_s: float = 10.0
@@ -69,10 +70,15 @@ def groups(settings: Settings, entries: Iterable[Entry], asked: Iterable[tuple[s
         for method, start, level in choices:
             places = [("-", "-")] if method in CANARIES else dice.sample(pairs, len(pairs))
             if repeat > 0:
-                places = [place for place in places if place[1] not in settings.once]
+                places = [place for place in places if not _once(settings, method, place[1])]
             keys = tuple(Key(*place, method, start, level, repeat) for place in places)
-            planned.append(Group(method, start, level, repeat, keys))
+            if keys:
+                planned.append(Group(method, start, level, repeat, keys))
     return planned
+
+
+def _once(settings: Settings, method: str, demands: str) -> bool:
+    return any(fnmatchcase(name, pattern) for pattern in settings.once for name in (method, demands))
 
 
 def chosen(entry: Entry, settings: Settings) -> list[tuple[str, str, str]]:

@@ -47,11 +47,15 @@ def test_repeats_follow_each_other_each_in_an_order_of_its_own_that_the_seed_dec
     assert groups(SETTINGS, many, PAIRS) == planned
 
 
-def test_a_set_that_is_asked_for_once_is_in_the_first_repeat_only() -> None:
-    settings = Settings(vehicles=("one",), demands=("inactive", "worth"), once=("worth",))
-    keys = [key for group in groups(settings, [CLOSED], PAIRS) for key in group.keys]
+def test_what_is_asked_for_once_is_in_the_first_repeat_only() -> None:
+    settings = Settings(vehicles=("one",), demands=("inactive", "worth"), once=("worth", "qpsolvers/*"))
+    planned = groups(settings, [CLOSED, ONE_SHOT], PAIRS)
+    keys = [key for group in planned for key in group.keys]
     assert {key.repeat for key in keys if key.demands == "worth"} == {0}
-    assert {key.repeat for key in keys if key.demands == "inactive"} == {0, 1}
+    assert {key.repeat for key in keys if key.method == ONE_SHOT.name} == {0}
+    rest = [key for key in keys if key.demands == "inactive" and key.method != ONE_SHOT.name]
+    assert {key.repeat for key in rest} == {0, 1}
+    assert all(group.keys for group in planned)  # no process is started for nothing
 
 
 def test_by_default_a_method_runs_as_a_vehicle_would_run_it() -> None:

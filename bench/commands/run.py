@@ -41,8 +41,8 @@ def command(out: Path | None, preset: str | None, study: str | None, resume: boo
     console = Console()
     settings = getattr(presets, study or preset or "default")()
     settings = replace(settings, **{key: value for key, value in options.items() if value not in (None, ())})
-    if options["demands"]:
-        settings = replace(settings, once=())  # who names demand sets wants their times
+    if options["demands"] or options["methods"] or options["repeats"]:
+        settings = replace(settings, once=())  # who names them wants them repeated
     directory = out or Path("results") / "-".join(filter(None, (machine.name(), study)))
     interrupted = False
     with bar(console) as watch:
