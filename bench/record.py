@@ -183,7 +183,7 @@ class Emulated(msgspec.Struct, tag="emulated", omit_defaults=True):
     flash_bytes, ram_static_bytes: growth of the linked image. stack_bytes: deepest that any call wrote.
     agrees: every answer as in Python; distance_rel_max: of any thrust, relative to the largest limit;
     other_verdicts: demands off the boundary that one calls feasible and the other does not.
-    tools: versions of compiler and emulator.
+    tools: versions of compiler and emulator, and this project's commit.
     """
 
     vehicle: str

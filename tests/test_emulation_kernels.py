@@ -60,8 +60,7 @@ def test_worst_counts_keep_within_what_was_asked_for(
     counted = count(image, np.concatenate([demands.taus for demands in sets]))
     assert counted.instructions.max() <= factor * most
     assert image.ram_static_bytes == 0
-    if vehicle != "box8" or scalar == "float":  # eight limits twice, live at once, outgrow 16 doubles
-        assert counted.stack_bytes.max() <= STACK_BYTES
+    assert counted.stack_bytes.max() <= STACK_BYTES
 
 
 @pytest.mark.parametrize("name", ["cortex-m7", "aarch64"])

@@ -16,7 +16,7 @@ from alloc.native.code import (
     signed_sum,
     term,
 )
-from alloc.native.steps import nearest
+from alloc.native.steps import Limits, nearest
 from alloc.nullspace.region import Region, prepare
 from alloc.nullspace.structure import Block, Structure, decompose
 from alloc.vehicle import Vehicle
@@ -110,11 +110,10 @@ def _clamp(vehicle: Vehicle, block: Block, region: Region, name: str, c: Table) 
 def _steps(vehicle: Vehicle, block: Block, region: Region, name: str, c: Table) -> Piece:
     """Two dimensions and more: z by Seidel's steps, after which the block's thrusts are sums with it."""
     rows = block.rows.tolist()
-    lower = [f"({c(float(vehicle.f_min[i]))} - x{i})" for i in rows]
-    upper = [f"({c(float(vehicle.f_max[i]))} - x{i})" for i in rows]
+    limits = [Limits(c(float(vehicle.f_min[i])), c(float(vehicle.f_max[i])), f"x{i}") for i in rows]
     z = names(f"z{name}_", region.d)
     declared = ", ".join(f"{e} = {number(0.0, c.scalar)}" for e in z)
-    lines = [f"{c.scalar} {declared};", *nearest(region, lower, upper, z, f"{name}_", c)]
+    lines = [f"{c.scalar} {declared};", *nearest(region, limits, z, f"{name}_", c)]
     thrusts = {i: f"x{i} + {dot(row, z, c)}" for i, row in zip(rows, block.N.tolist(), strict=True)}
     return Piece([], [], lines, thrusts)
 

@@ -12,6 +12,7 @@ import numpy as np
 from alloc import NotApplicable, Vehicle
 from alloc.allocation import FloatArray, IndexArray
 from alloc.native.code import Scalar
+from bench import machine
 from bench.demands import DemandSet, build_demands, labelled
 from bench.emulation import search
 from bench.emulation.agreement import agreement
@@ -57,7 +58,8 @@ def emulate(plan: Plan) -> Iterator[Emulated]:
 
 def _rows(plan: Plan, asked: list[tuple[Vehicle, list[DemandSet]]]) -> Iterator[Emulated]:
     reasons = {target: missing(target) for target in plan.targets}
-    tools = {target: versions(target) for target, reason in reasons.items() if not reason}
+    source = {"thrustbench": machine.commit()}  # a row that is added to a record has its own
+    tools = {target: versions(target) | source for target, reason in reasons.items() if not reason}
     for (vehicle, sets), method, scalar, target in product(asked, plan.methods, plan.scalars, plan.targets):
         row = Emulated(vehicle.name, target.name, method, scalar, seed=plan.seed)
         if target not in tools:
