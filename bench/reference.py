@@ -21,7 +21,6 @@ from alloc import (
 from alloc.allocation import FloatArray
 from bench.demands import build_demands
 from bench.record import Problem
-from bench.studies.growth import vehicle_of
 
 HARD_REFERENCES = ("nullspace", "qp/daqp", "qp/clarabel")
 """Methods that can give the hard optimum, best first: exact up to rounding, active set, interior point."""
@@ -100,6 +99,8 @@ def questions(
 
     A set that a vehicle has no demands of (NotApplicable) is left out.
     """
+    from bench.studies.growth import vehicle_of  # the parent's alone: it costs a worker 10 ms
+
     found: dict[tuple[str, str], Question] = {}
     for vehicle in [v for name in vehicles for v in faulty(vehicle_of(name), faults)]:
         for name in demands:

@@ -1,0 +1,42 @@
+"""What an allocator and a process hold in memory."""
+
+import sys
+
+import numpy as np
+
+from alloc import load_vehicle
+from bench.memory import peak_rss_bytes, reachable_bytes
+
+
+class Holder:
+    def __init__(self, **things: object) -> None:
+        self.__dict__.update(things)
+
+
+def test_an_array_counts_once_however_often_it_is_held() -> None:
+    array = np.zeros(10_000)
+    once, twice = reachable_bytes(Holder(a=array)), reachable_bytes(Holder(a=array, b=[array]))
+    assert once > array.nbytes
+    assert twice - once < 500  # a list and a key
+
+
+def test_a_view_counts_with_the_whole_array_that_it_keeps_alive() -> None:
+    assert reachable_bytes(Holder(a=np.zeros(10_000)[:1])) > 80_000
+
+
+def test_what_a_closure_holds_counts_and_code_and_the_vehicle_do_not() -> None:
+    held, vehicle = np.zeros(10_000), load_vehicle("nautilus")
+
+    def call() -> object:
+        return held, vehicle, np
+
+    assert 80_000 < reachable_bytes(call) < 80_000 + 10 * sys.getsizeof(call)
+
+
+def test_the_peak_only_rises() -> None:
+    before = peak_rss_bytes()
+    block = np.ones(4_000_000)  # touched, so resident
+    after = peak_rss_bytes()
+    if before is not None and after is not None:  # told by Linux only
+        assert after >= before
+        assert after >= block.nbytes
