@@ -1,6 +1,7 @@
 """What an allocator and a process hold in memory."""
 
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -8,20 +9,18 @@ from alloc import load_vehicle
 from bench.memory import peak_rss_bytes, reachable_bytes
 
 
-class Holder:
-    def __init__(self, **things: object) -> None:
-        self.__dict__.update(things)
-
-
 def test_an_array_counts_once_however_often_it_is_held() -> None:
     array = np.zeros(10_000)
-    once, twice = reachable_bytes(Holder(a=array)), reachable_bytes(Holder(a=array, b=[array]))
+    once, twice = (
+        reachable_bytes(SimpleNamespace(a=array)),
+        reachable_bytes(SimpleNamespace(a=array, b=[array])),
+    )
     assert once > array.nbytes
     assert twice - once < 500  # a list and a key
 
 
 def test_a_view_counts_with_the_whole_array_that_it_keeps_alive() -> None:
-    assert reachable_bytes(Holder(a=np.zeros(10_000)[:1])) > 80_000
+    assert reachable_bytes(SimpleNamespace(a=np.zeros(10_000)[:1])) > 80_000
 
 
 def test_what_a_closure_holds_counts_and_code_and_the_vehicle_do_not() -> None:
