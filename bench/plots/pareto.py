@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from bench import columns
 from bench.plots.labels import label_points
-from bench.plots.style import FAINT, colour, family, legend, time_axis
+from bench.plots.style import FAINT, colour, family, legend, share_axis, time_axis
 from bench.ranking import best, number
 from bench.rows import Row, Run
 
@@ -40,7 +40,7 @@ def draw(run: Run, vehicle: str) -> "Figure | None":
     for time, error, row in points:
         axes.plot([time], [error], "o", color=colour(row), markersize=5)
     time_axis(axes.xaxis, "one call, median")
-    axes.set_ylabel("largest share of a demand's wrench that is lost")
+    share_axis(axes.yaxis, "largest share of a demand's wrench that is lost")
     axes.set_title(f"{vehicle}, {demands} demands")
     legend(figure, [row for *_, row in points])
     on_front = set(front)

@@ -125,6 +125,16 @@ def time_axis(axis: "Axis", label: str) -> None:
     axis.set_label_text(label)
 
 
+def share_axis(axis: "Axis", label: str) -> None:
+    """A log axis of shares of 1, ticks in per cent."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    axis.set_major_locator(LogLocator(numticks=9))
+    axis.set_major_formatter(FuncFormatter(lambda share, _: f"{100 * share:g} %"))
+    axis.set_minor_formatter(NullFormatter())
+    axis.set_label_text(label)
+
+
 def save(drawn: "Figure", path: Path) -> None:
     """Write an SVG that switches between light and dark; the same figure gives the same bytes."""
     text = StringIO()

@@ -3,7 +3,7 @@
 from itertools import product
 from typing import TYPE_CHECKING
 
-from bench.plots.style import FAMILIES, time_axis
+from bench.plots.style import FAMILIES, share_axis, time_axis
 from bench.quantiles import Counted
 from bench.ranking import best
 from bench.rows import Run
@@ -32,7 +32,7 @@ def draw(run: Run, vehicle: str) -> "Figure | None":
         times, share = slower(row.singles)
         axes.step(times, share, where="post", color=colour, linestyle=dashes, linewidth=1.3, label=row.label)
     time_axis(axes.xaxis, "one call")
-    axes.set_ylabel("share of calls that took longer")
+    share_axis(axes.yaxis, "calls that took longer")
     axes.set_title(f"{vehicle}, {demands} demands, single calls")
     figure.legend(loc="outside right upper", title="by median")
     return figure
