@@ -17,6 +17,7 @@ test: .venv/installed
 emulate: .venv/installed
 	$(BIN)/python -m bench.emulation.install
 	$(BIN)/thrustbench emulate
+	$(BIN)/thrustbench emulate --add --vehicle docs/vehicles/box8.yaml
 
 .venv/installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv

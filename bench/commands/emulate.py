@@ -39,13 +39,14 @@ def command(
 ) -> int:
     """Count instructions, flash and memory of the generated C on processors that are not on the desk.
 
-    Beside each count stands callgrind's of the same C on x86-64. Exit code 1 where an answer is not
-    Python's. `make emulate` installs what this needs.
+    Beside each count stands callgrind's of the same C on x86-64. Exit code 1 where this
+    project's C does not answer as Python does; what OSQP's does is in the report. `make emulate`
+    installs what this needs.
     """
     from rich.console import Console
 
     from alloc import list_vehicles, load_vehicle
-    from bench.emulation.kernels import METHODS
+    from bench.emulation.kernels import METHODS, OSQP
     from bench.emulation.record import write
     from bench.emulation.study import CLASSES, Plan
     from bench.emulation.toolchain import TARGETS, X86, target
@@ -63,7 +64,8 @@ def command(
     console = Console(highlight=False, soft_wrap=True)
     good = True
     for row in write(plan, out, add=add):
-        good = good and row.agrees is not False and row.status in ("ok", "missing", "refused")
+        answered = row.agrees is not False or row.method == OSQP
+        good = good and answered and row.status in ("ok", "missing", "refused")
         worst = f"{row.instructions[-1][0]} instructions at most" if row.instructions else row.reason
         console.print(row.vehicle, row.target, row.method, row.scalar, row.demands, row.status, worst)
     console.print(f"Report: {render(out)}")
