@@ -99,6 +99,12 @@ def sizes(run: Run, loop: Loop, transfer: Transfer | None = None) -> list[Size]:
     )
 
 
+def canary_max_us(run: Run) -> float | None:
+    """The slowest call [us] of the run's canaries, a few microseconds of fixed work: the machine's doing."""
+    singles = merged(row.singles for row in run.rows if row.vehicle == "-")
+    return singles[-1][0] / 1000 if singles else None
+
+
 def best_of_each(found: list[Size]) -> list[Size]:
     """Of each method only the start and level that comes first."""
     seen: dict[tuple[str, str], Size] = {}

@@ -9,7 +9,7 @@ import made_up
 import pytest
 
 from bench.__main__ import main
-from bench.record import Cell, Judged, Key
+from bench.record import Cell, Event, Judged, Key
 from bench.report import render
 from bench.report.text import table, three
 from bench.rows import read_run
@@ -115,6 +115,19 @@ def test_methods_that_lose_the_same_share_a_line_and_those_that_lose_nothing_a_s
 def test_a_method_beyond_its_limits_does_not_count_as_losing_nothing(tmp_path: Path) -> None:
     text = render(made_up.record(tmp_path, made_up.header(), lossy("pinv", 0.0, 0.1))).read_text()
     assert "Nothing that is attainable" not in text
+
+
+def test_a_run_that_was_stopped_before_its_first_row_still_has_a_report(tmp_path: Path) -> None:
+    text = render(made_up.record(tmp_path, made_up.header())).read_text()
+    assert "## The machine" in text
+    assert "## What a call costs" not in text
+
+
+@pytest.mark.parametrize(("last", "said"), [("began", True), ("interrupted", True), ("finished", False)])
+def test_a_run_that_did_not_end_says_so(tmp_path: Path, last: str, said: bool) -> None:
+    events = [Event("began", "2026-01-01T00:00:00Z"), Event(last, "2026-01-01T00:01:00Z", 60.0, 40.0)]
+    text = render(made_up.record(tmp_path, made_up.header(), made_up.cell(), *events)).read_text()
+    assert ("stopped before its end" in text) == said
 
 
 def test_the_result_table_goes_between_the_markers_and_nowhere_else(tmp_path: Path) -> None:

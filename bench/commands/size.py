@@ -63,7 +63,7 @@ def command(
     from bench.report import bands
     from bench.report.sizes import page
     from bench.rows import read_run
-    from bench.sizing import Loop, best_of_each, sizes
+    from bench.sizing import Loop, best_of_each, canary_max_us, sizes
 
     run = read_run(directory)
     there = sorted({*run.vehicles, *(row.vehicle for row in run.record.emulated)})
@@ -77,4 +77,4 @@ def command(
         return
     moved = transfer(run, load(canary)) if canary else None
     found = [size for size in sizes(run, loop, moved) if not vehicles or size.vehicle in vehicles]
-    click.echo(page(found if every else best_of_each(found), loop, moved))
+    click.echo(page(found if every else best_of_each(found), loop, moved, canary_max_us(run)))

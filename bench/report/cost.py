@@ -25,7 +25,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
         ):
             parts.append(picture(f"{kind}-{vehicle}.svg", f"{vehicle}: {alt}", drawn))
         parts.append(_table(run, vehicle))
-    return "\n".join(part for part in parts if part)
+    return "\n".join(part for part in parts if part) if run.vehicles else ""
 
 
 def _table(run: Run, vehicle: str) -> str:

@@ -60,7 +60,7 @@ def _distance(row: Row) -> str:
 
 def _unmeasured(rows: list[Row]) -> str:
     if not rows:
-        return "Everything that was asked for was measured.\n"
+        return "No row is without a measurement.\n"
     where: dict[tuple[str, str, str], dict[str, list[str]]] = defaultdict(lambda: defaultdict(list))
     for row in rows:
         why = (row.label, str(columns.status(row)), str(columns.reason(row)))

@@ -87,8 +87,14 @@ def _trust(run: Run) -> str:
     busy = sum(bool(row.disturbed) for row in rows if not row.failed)
     return (
         f"Of {len(rows)} rows {len(rows) - failed - wrong} answered as promised, {wrong} did not, {failed}"
-        f" could not be measured; the machine was disturbed during {busy}."
+        f" could not be measured; the machine was disturbed during {busy}.{_unfinished(run)}"
     )
+
+
+def _unfinished(run: Run) -> str:
+    events = run.record.events
+    stopped = events and events[-1].what != "finished"
+    return " **This run was stopped before its end**; `thrustbench run --resume` goes on." if stopped else ""
 
 
 def _vehicles(run: Run) -> str:

@@ -21,7 +21,9 @@ HEADERS = (
 )
 
 
-def page(found: list[Size], loop: Loop, transfer: Transfer | None = None) -> str:
+def page(
+    found: list[Size], loop: Loop, transfer: Transfer | None = None, canary_us: float | None = None
+) -> str:
     """For each vehicle what to take, every method's share of the control period, and why some have none."""
     parts = [
         f"At {loop.rate_hz:g} Hz one call may take {three(loop.limit_us)} µs,"
@@ -29,6 +31,11 @@ def page(found: list[Size], loop: Loop, transfer: Transfer | None = None) -> str
         " period; late are single calls beyond the time allowed, with the share that their true rate does not"
         " exceed (95 % confidence).\n"
     ]
+    if canary_us is not None:
+        parts.append(
+            f"The slowest call of the canaries, a few microseconds of fixed work in the same run, took"
+            f" {three(canary_us)} µs: what is late by as much may be the machine's doing, not the method's.\n"
+        )
     if transfer:
         parts.append(
             f"ESTIMATE for {transfer.machine}: nothing was run there. By its canaries a call takes"
