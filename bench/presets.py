@@ -25,7 +25,7 @@ def quick() -> Settings:
         levels=("tight",),
         repeats=1,
         n_demands=50,
-        target_s=18.0,
+        target_s=15.0,
     )
 
 
