@@ -9,6 +9,7 @@ from msgspec.structs import replace
 
 from bench.canary import CanaryFile, Transfer, transfer
 from bench.commands.size import command
+from bench.quantiles import misses
 from bench.record import Batch, Cell, Judged, Key
 from bench.rows import Run, read_run
 from bench.sizing import Loop, Size, Verdict, judge, sizes
@@ -98,6 +99,10 @@ def test_no_late_call_among_n_leaves_the_rule_of_three(tmp_path: Path) -> None:
     (size,) = sizes(run_of(tmp_path, steady("m", 1, exact=True)), HUNDRED_HZ)
     assert (size.late, size.calls) == (0, 20_000)
     assert size.bound == pytest.approx(3 / 20_000, rel=0.01)
+
+
+def test_a_call_is_late_from_the_first_nanosecond_beyond_the_deadline() -> None:
+    assert misses([(999, 5), (1000, 3), (1001, 2)], 1000)[:2] == (2, 10)
 
 
 def test_the_bound_on_late_calls_is_where_so_few_would_be_a_one_in_twenty_chance(tmp_path: Path) -> None:
