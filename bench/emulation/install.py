@@ -1,6 +1,7 @@
 """Install compilers and emulators with apt-get where that is allowed, else name them: ``make emulate``."""
 
 import os
+import platform
 import shutil
 import subprocess
 
@@ -22,7 +23,8 @@ def install() -> str:
 
 def packages() -> list[str]:
     """Debian's names of what the targets that can't be used need, sorted."""
-    return sorted({name for found in (*TARGETS, X86) if missing(found) for name in found.packages})
+    counted = (*TARGETS, X86) if platform.machine() == "x86_64" else TARGETS
+    return sorted({name for found in counted if missing(found) for name in found.packages})
 
 
 def _apt(*arguments: str) -> bool:

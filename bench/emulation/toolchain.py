@@ -1,5 +1,6 @@
 """What runs where: a compiler and an emulator for each processor, and how to get what is missing."""
 
+import platform
 import re
 import shutil
 import subprocess
@@ -87,6 +88,8 @@ def target(name: str) -> Target:
 
 def missing(found: Target) -> str:
     """What is not there for a target and how to get it, in one line; empty where all is there."""
+    if found == X86 and platform.machine() != "x86_64":
+        return f"{found.name} needs callgrind on an x86-64 machine: it emulates no other"
     commands = [f"{found.tools}gcc", found.emulator[0], "gcc"]
     absent = [command for command in dict.fromkeys(commands) if not shutil.which(command)]
     if not absent and not _links(found):

@@ -58,10 +58,16 @@ def _target(found: Sequence[Row]) -> str:
 
 
 def _failures(odd: Sequence[Row]) -> str:
-    lines = [
-        [r.is_.vehicle, r.is_.target, f"{r.is_.method} {r.is_.scalar}", r.is_.demands, _why(r)] for r in odd
-    ]
-    return table(("vehicle", "target", "not counted, or not as in Python", "demands", "why"), lines)
+    # What fails on one processor mostly fails on all: one line for what has the same reason.
+    alike: dict[tuple[str, ...], list[Row]] = {}
+    for row in odd:
+        alike.setdefault((row.is_.vehicle, row.is_.method, row.is_.demands, _why(row)), []).append(row)
+    lines = []
+    for (vehicle, method, demands, why), group in alike.items():
+        scalars = ", ".join(sorted({row.is_.scalar for row in group}))
+        targets = ", ".join(sorted({row.is_.target for row in group}))
+        lines.append([vehicle, f"{method} {scalars}", targets, demands, why])
+    return table(("vehicle", "not counted, or not as in Python", "target", "demands", "why"), lines)
 
 
 def _why(row: Row) -> str:
