@@ -1,8 +1,9 @@
 # Two commands: `make bench` and `make test`. Each sets up .venv by itself.
 PYTHON ?= python3
 BIN := .venv/bin
+RESULTS ?= $(firstword $(dir $(wildcard results/*/record.jsonl)))
 
-.PHONY: bench test emulate clean
+.PHONY: bench test keep emulate clean
 
 bench: .venv/installed
 	$(BIN)/thrustbench run
@@ -12,6 +13,11 @@ test: .venv/installed
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/python -m pytest -n 2
+
+# Makes the last run of `make bench` one to commit: its record packed, README's table out of it.
+keep: .venv/installed
+	$(BIN)/thrustbench report $(RESULTS) --readme README.md
+	gzip --best --no-name --force $(RESULTS)/record.jsonl
 
 # Counts instructions of the generated C on processors that are not here: results/emulated.
 emulate: .venv/installed

@@ -1,5 +1,6 @@
 """A record survives what can happen to a run: kills, Ctrl-C, a full disk, a second run."""
 
+import gzip
 import os
 import random
 import resource
@@ -19,7 +20,7 @@ from plugin_files import write_plugin
 
 from bench.__main__ import cli
 from bench.plan import Settings
-from bench.record import FILE_NAME, Record, RecordError, read
+from bench.record import FILE_NAME, PACKED, Record, RecordError, read
 from bench.run import run as run_again
 from bench.writer import Writer
 
@@ -33,7 +34,8 @@ KILLS = 20
 MEASURE = """
 import sys; from pathlib import Path; from bench.plan import Settings; from bench.run import run
 demands, methods = ("inactive", "active", "infeasible"), ("pinv", "svd")
-settings = Settings(("ukwial",), demands, methods, n_demands=4, budget_ms=0, repeats=1)
+starts = ("cold", "reused", "warm")
+settings = Settings(("ukwial",), demands, methods, starts=starts, n_demands=4, budget_ms=0, repeats=1)
 run(settings, Path(sys.argv[1]), resume=True, watch=lambda progress: None)
 """
 """What TINY does, without the report, which takes longer than all the rest."""
@@ -194,6 +196,16 @@ def test_a_record_made_with_other_settings_is_not_continued(finished: Path) -> N
     assert isinstance(error, RecordError)
     assert "seed" in str(error)
     assert written(finished) == before
+
+
+def test_a_packed_record_reads_as_the_plain_one_did(finished: Path, tmp_path: Path) -> None:
+    packed = gzip.compress(written(finished))
+    (tmp_path / PACKED).write_bytes(packed)
+    assert read(tmp_path) == read(finished)
+    for damaged in (packed[: len(packed) // 2], b"no archive", packed[:40] + b"\xff" * 40 + packed[80:]):
+        (tmp_path / PACKED).write_bytes(damaged)
+        with pytest.raises(RecordError, match="can't be read"):
+            read(tmp_path)
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,13 @@ import click
 @click.option("--method", "methods", multiple=True, metavar="M", help="As `thrustbench list` names it.")
 @click.option("--demands", multiple=True, metavar="D", help="A demand set's name, or a CSV file.")
 @click.option("--fault", "faults", multiple=True, metavar="I[@P]", help="Thruster I off, or at P; or each.")
-@click.option("--start", "starts", multiple=True, type=click.Choice(["cold", "reused", "warm"]))
+@click.option(
+    "--start",
+    "starts",
+    multiple=True,
+    type=click.Choice(["cold", "reused", "warm"]),
+    help="Default: reused; all where both vehicles and demands are named.",
+)
 @click.option("--level", "levels", multiple=True, type=click.Choice(["default", "tight"]))
 @click.option("--plugin", "plugins", multiple=True, metavar="FILE", help="Python file with build(vehicle).")
 @click.option("--repeats", type=click.IntRange(1), help="Fresh processes a method.")
@@ -43,6 +49,8 @@ def command(out: Path | None, preset: str | None, study: str | None, resume: boo
     settings = replace(settings, **{key: value for key, value in options.items() if value not in (None, ())})
     if options["demands"] or options["methods"] or options["repeats"]:
         settings = replace(settings, once=())  # who names them wants them repeated
+    if options["vehicles"] and options["demands"] and not options["starts"]:
+        settings = replace(settings, starts=("cold", "reused", "warm"))  # a question that narrow has room
     directory = out or Path("results") / "-".join(filter(None, (machine.name(), study)))
     interrupted = False
     with bar(console) as watch:
