@@ -136,6 +136,14 @@ def test_stack_is_measured_as_deep_as_it_was_written(linked: Linked, name: str) 
 
 
 @pytest.mark.parametrize("name", NAMES)
+def test_stack_begins_where_the_kernel_s_own_does(linked: Linked, name: str) -> None:
+    sixteen = {"aarch64": "stp x19, x20, [sp, #-16]!\\n ldp x19, x20, [sp], #16"}
+    pushing = sixteen.get(name, "push {r4-r7}\\n pop {r4-r7}")
+    counted = count(linked(saying(f'__asm volatile("{pushing}");'), name), TAUS)
+    np.testing.assert_array_equal(counted.stack_bytes, 16)
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_constants_count_as_flash_and_variables_as_ram(linked: Linked, name: str) -> None:
     plain = linked(saying(""), name)
     table = linked(saying("static const int t[256] = {1}; f[1] = t[(int)tau[1]];"), name)

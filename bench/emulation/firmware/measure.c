@@ -11,7 +11,7 @@
 #include "kernel.h" /* declares KERNEL, and says SCALAR, K, N and ANSWER(tau, f) */
 
 #define DEPTH 1024 /* stack that is watched [words of 4 bytes]; a kernel that uses more reports this much */
-#define PAINT 0xA5C3965Au
+#define PAINT(i) (0xA5C3965Au ^ (uint32_t)(i)) /* no two alike: a saved register must not pass for paint */
 
 extern __typeof__(KERNEL) measured_call;
 extern uint32_t *stack_pointer(void);
@@ -45,9 +45,9 @@ static int32_t painted(const SCALAR *tau, SCALAR *f, int32_t *stack)
     volatile uint32_t *top = stack_pointer();
     int32_t status, untouched = 0;
     for (int32_t i = 1; i <= DEPTH; i++)
-        top[-i] = PAINT;
+        top[-i] = PAINT(i);
     status = (int32_t)ANSWER(tau, f);
-    while (untouched < DEPTH && top[untouched - DEPTH] == PAINT)
+    while (untouched < DEPTH && top[untouched - DEPTH] == PAINT(DEPTH - untouched))
         untouched++;
     *stack = 4 * (DEPTH - untouched);
     return status;
