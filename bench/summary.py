@@ -17,8 +17,8 @@ ATTAINABLE = ("inactive", "active", "uniform")
 """Demand sets that a perfect method serves to the last."""
 
 CAPTION = """p50, p99: a call \\[us]; serves: share of what a vehicle can do, within 1 %;
-misses: largest share of an attainable wrench that is not delivered.
-Least … largest over vehicles and demand sets."""
+misses: share of an attainable wrench that is not delivered.
+Over vehicles and demand sets: p50 least … largest, the others the worst."""
 
 
 def objections(rows: Iterable[Row]) -> list[str]:
@@ -42,10 +42,11 @@ def show(directory: Path, console: Console) -> bool:
     rows = sorted(run.rows, key=lambda row: row.label)
     table = Table(box=None, pad_edge=False, caption=CAPTION)
     for heading in ("method", "p50", "p99", "serves", "misses", "agrees"):
-        table.add_column(heading, no_wrap=True)
+        table.add_column(heading, no_wrap=True, min_width=len(heading))
     for label, same in groupby(rows, key=lambda row: row.label):
         table.add_row(label, *_method(run, list(same)))
-    console.print(table)
+    # A file or a pipe has no edge to fit: nothing is cut there.
+    console.print(table, width=None if console.is_terminal else max(console.width, 120))
     wrong = objections(rows)
     for line in wrong:
         console.print(line, style="red", highlight=False, markup=False, soft_wrap=True)
@@ -55,8 +56,8 @@ def show(directory: Path, console: Console) -> bool:
 def _method(run: Run, rows: list[Row]) -> tuple[str, ...]:
     return (
         _range(map(call_p50_us, rows)),
-        _range(map(call_p99_us, rows)),
-        _range(served(run, rows), "%"),
+        _worst(map(call_p99_us, rows)),
+        _least(served(run, rows)),
         missed(rows),
         _verdict(rows),
     )
@@ -98,9 +99,17 @@ def missed(rows: list[Row]) -> str:
     return f"{100 * worst:.2g}%" if worst > NOTHING else "0%"
 
 
-def _range(values: Iterable[object], unit: str = "") -> str:
+def _worst(values: Iterable[object]) -> str:
+    return three(max((float(value) for value in values if isinstance(value, (int, float))), default=None))
+
+
+def _least(shares: list[float]) -> str:
+    return f"{three(min(shares))}%" if shares else ""
+
+
+def _range(values: Iterable[object]) -> str:
     numbers = sorted(float(value) for value in values if isinstance(value, (int, float)))
     if not numbers:
         return ""
     low, high = three(numbers[0]), three(numbers[-1])
-    return f"{low}{unit}" if low == high else f"{low}…{high}{unit}"
+    return low if low == high else f"{low}…{high}"
