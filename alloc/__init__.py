@@ -1,6 +1,15 @@
 """Thrust allocation for underwater vehicles: closed forms and constrained optima, side by side."""
 
-from alloc.allocation import Allocation, Allocator, Status
+from alloc.allocation import (
+    Allocation,
+    Allocator,
+    FloatArray,
+    IndexArray,
+    Status,
+    StatusArray,
+    answer,
+    checked,
+)
 from alloc.attainable import (
     Label,
     Margins,
@@ -22,7 +31,9 @@ from alloc.errors import (
     UnknownName,
     VehicleError,
 )
+from alloc.geometry import DOF
 from alloc.inverse import generalized_inverse
+from alloc.live import WRENCH_TOLERANCE
 from alloc.plugins import Entry, build, catalogue, find, load_plugin, prepare
 from alloc.qp import QP, Posed, pose_hard, pose_soft
 from alloc.vehicle import Vehicle
@@ -30,7 +41,9 @@ from alloc.vehicle_file import list_vehicles, load_vehicle
 from alloc.volumes import attainable_volume, closed_form_volume, safe_share, uniform_demands, worst_fault
 
 __all__ = [
+    "DOF",
     "QP",
+    "WRENCH_TOLERANCE",
     "AllocError",
     "Allocation",
     "Allocator",
@@ -38,6 +51,8 @@ __all__ = [
     "DemandError",
     "Entry",
     "FileError",
+    "FloatArray",
+    "IndexArray",
     "Label",
     "Margins",
     "NotApplicable",
@@ -45,17 +60,20 @@ __all__ = [
     "Posed",
     "SolverError",
     "Status",
+    "StatusArray",
     "UnknownName",
     "Vehicle",
     "VehicleError",
     "alpha_max",
     "alpha_max_lp",
     "alpha_range",
+    "answer",
     "attainable_volume",
     "build",
     "catalogue",
     "certify",
     "certify_many",
+    "checked",
     "closed_form_range",
     "closed_form_volume",
     "find",

@@ -47,7 +47,7 @@ def main() -> None:
         sys.stderr.close()
         code = 0
     except Exception as error:
-        from alloc.errors import AllocError
+        from alloc import AllocError
 
         if not isinstance(error, AllocError):
             raise

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from alloc import (
     Entry,
+    FloatArray,
     NotApplicable,
     SolverError,
     Vehicle,
@@ -22,7 +23,6 @@ from alloc import (
     uniform_demands,
     worst_fault,
 )
-from alloc.allocation import FloatArray
 from bench.loss import relative_wrench_error
 from bench.reach import error_curve, planes
 from bench.worth import Authority, Served, Worth

@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from alloc import DemandError, Status
-from alloc.allocation import FloatArray
+from alloc import DemandError, FloatArray, Status
 from alloc.textfile import read_text
 from bench.csv_text import csv_rows, is_number, number
 

@@ -8,9 +8,8 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from alloc import UnknownName, VehicleError
-from alloc.allocation import FloatArray
-from alloc.geometry import DOF, contradictions
+from alloc import DOF, FloatArray, UnknownName, VehicleError
+from alloc.geometry import contradictions
 from alloc.textfile import read_text
 from alloc.vehicle_file import VehicleFile, build_vehicle, matrices
 from bench.formats import Draft, formats, recognised

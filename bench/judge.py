@@ -5,9 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from alloc import Allocation, Label, NotApplicable, Status
-from alloc.allocation import FloatArray, StatusArray
-from alloc.qp import pose_hard, pose_soft
+from alloc import Allocation, FloatArray, Label, NotApplicable, Status, StatusArray, pose_hard, pose_soft
 from bench.loss import loss
 from bench.record import Judged
 from bench.reference import Question
@@ -103,7 +101,7 @@ def largest_gap(question: Question, F: FloatArray, status: StatusArray, formulat
     """
     if formulation not in ("hard", "soft"):
         return None
-    from alloc.certificate import certify_many
+    from alloc import certify_many
 
     N = len(question.taus)
     posed = (pose_hard if formulation == "hard" else pose_soft)(question.vehicle)

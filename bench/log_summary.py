@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from alloc import Label
-from alloc.allocation import FloatArray
+from alloc import FloatArray, Label
 from bench.demands import DemandSet
 
 GAP = 3.0

@@ -7,8 +7,7 @@ vehicle feels.
 
 import numpy as np
 
-from alloc import Vehicle
-from alloc.allocation import FloatArray
+from alloc import FloatArray, Vehicle
 from bench.worth import unit
 
 FLOOR = 0.01

@@ -6,6 +6,7 @@ import numpy as np
 
 from alloc import (
     Entry,
+    FloatArray,
     Label,
     NotApplicable,
     Vehicle,
@@ -16,7 +17,6 @@ from alloc import (
     single_axis_maxima,
     uniform_demands,
 )
-from alloc.allocation import FloatArray
 from bench.demands import DemandSet, build_demands
 from bench.loss import relative_wrench_error
 from bench.worth import Curve, Plane

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from alloc import (
     Allocator,
     AllocError,
+    FloatArray,
     Label,
     NotApplicable,
     Status,
@@ -18,7 +19,6 @@ from alloc import (
     VehicleError,
     build,
 )
-from alloc.allocation import FloatArray
 from bench.demands import build_demands
 from bench.record import Problem
 

@@ -1,11 +1,15 @@
 """Imports go one way; a reader can trust the folders to mean what they say."""
 
 import ast
+import shutil
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import pytest
+
+import alloc
 
 ROOT = Path(__file__).parents[1]
 FILES = sorted(p for folder in ("alloc", "bench") for p in (ROOT / folder).rglob("*.py"))
@@ -79,6 +83,29 @@ def test_plugins_never_import_plugins(folder: str) -> None:
 def test_solvers_know_problems_but_neither_vehicles_nor_methods(path: Path) -> None:
     for package in ("alloc.methods", "alloc.plugins", "alloc.vehicle"):
         assert not [name for name in imported(path) if within(name, package)]
+
+
+@pytest.mark.parametrize("path", [p for p in FILES if p not in IN_ALLOC], ids=label)
+def test_the_harness_takes_public_names_and_each_from_one_place(path: Path) -> None:
+    for name in imported(path):
+        module, _, last = name.rpartition(".")
+        if within(module, "alloc"):
+            assert not any(part.startswith("_") for part in name.split(".")), name
+            if module != "alloc" and last in alloc.__all__:
+                same = getattr(import_module(module), last) is getattr(alloc, last)
+                assert not same, f"{name}: take it from alloc itself"
+
+
+def test_a_report_renders_where_no_solver_is_installed(tmp_path: Path) -> None:
+    kept = next((ROOT / "results").glob("*/record.jsonl.gz"))
+    shutil.copy(kept, tmp_path)
+    code = (
+        f"import sys; sys.modules.update(dict.fromkeys({sorted(BINDINGS)!r}))\n"  # None: import fails
+        "from pathlib import Path; from bench.report import render\n"
+        f"render(Path({str(tmp_path)!r}))"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT, timeout=100)
+    assert (tmp_path / "report.md").read_text(encoding="utf-8").startswith("# ")
 
 
 def test_help_imports_nothing_heavy() -> None:

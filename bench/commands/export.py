@@ -11,7 +11,7 @@ import click
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="File [standard output].")
 def command(vehicle: str, format_: str, output: Path | None) -> None:
     """Write a vehicle as a CSV of T or as ROS 2 parameters."""
-    from alloc.errors import UnknownName
+    from alloc import UnknownName
     from alloc.textfile import write_text
     from alloc.vehicle_file import build_vehicle, find_file, read_document
     from bench.formats import formats, writable

@@ -17,8 +17,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from alloc import UnknownName, Vehicle, label
-from alloc.allocation import FloatArray
+from alloc import FloatArray, UnknownName, Vehicle, label
 
 COUNT = 1000
 """Demands in a set. Enough for a p99 with its interval; a p99.9 comes from several passes."""

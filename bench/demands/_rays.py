@@ -5,8 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from alloc import NotApplicable, Vehicle, alpha_range, closed_form_range
-from alloc.allocation import FloatArray
+from alloc import FloatArray, NotApplicable, Vehicle, alpha_range, closed_form_range
 
 BATCHES = 100
 """Draws before a set counts as impossible: a regime on fewer than one ray in a hundred may not be found."""

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from alloc import Vehicle, single_axis_maxima
-from alloc.allocation import FloatArray
+from alloc import FloatArray, Vehicle, single_axis_maxima
 
 OVERSHOOT = 1.1
 """How far a sweep goes, relative to the axis's maximum: past it by a tenth, so both edges are crossed."""

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from alloc import Vehicle, single_axis_maxima
-from alloc.allocation import FloatArray
+from alloc import FloatArray, Vehicle, single_axis_maxima
 
 
 def demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:

@@ -5,8 +5,7 @@ They matter to whatever is carried over from call to call: a warm start, a reuse
 
 import numpy as np
 
-from alloc import Vehicle
-from alloc.allocation import FloatArray
+from alloc import FloatArray, Vehicle
 from bench.demands._rays import draw
 
 RUN = 5

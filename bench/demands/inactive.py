@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from alloc import Vehicle
-from alloc.allocation import FloatArray
+from alloc import FloatArray, Vehicle
 from bench.demands._rays import Rays, collect
 
 SHARE = 0.99

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from alloc import Vehicle, worst_fault
-from alloc.allocation import FloatArray
+from alloc import FloatArray, Vehicle, worst_fault
 from bench.mission.simulate import HALF, RATE_HZ, STEPS, fly
 
 __all__ = ["COUNT", "RATE_HZ", "SEED_NAME", "answering", "demands"]

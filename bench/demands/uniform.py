@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from alloc import Vehicle, uniform_demands
-from alloc.allocation import FloatArray
+from alloc import FloatArray, Vehicle, uniform_demands
 
 
 def demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from alloc.allocation import FloatArray, IndexArray
+from alloc import FloatArray, IndexArray
 from bench.emulation.image import FIRMWARE, Image, without_kernel
 from bench.emulation.kernel import SCALARS
 from bench.emulation.toolchain import X86, ToolError, run

@@ -9,8 +9,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from alloc import NotApplicable, Vehicle
-from alloc.allocation import FloatArray, IndexArray
+from alloc import FloatArray, IndexArray, NotApplicable, Vehicle
 from alloc.native.code import Scalar
 from bench import machine
 from bench.demands import DemandSet, build_demands, labelled

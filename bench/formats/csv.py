@@ -4,8 +4,7 @@ import csv
 import io
 from pathlib import Path
 
-from alloc import Vehicle, VehicleError
-from alloc.geometry import DOF
+from alloc import DOF, Vehicle, VehicleError
 from alloc.textfile import read_text
 from alloc.vehicle_file import VehicleFile
 from bench.csv_text import csv_rows, is_number, number

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from alloc import VehicleError
-from alloc.geometry import DOF, pose_matrix
+from alloc import DOF, VehicleError
+from alloc.geometry import pose_matrix
 from alloc.textfile import read_text
 from bench.formats import Draft
 

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from alloc import Vehicle, VehicleError
-from alloc.geometry import DOF
+from alloc import DOF, Vehicle, VehicleError
 from alloc.vehicle_file import VehicleFile
 from alloc.yaml_tree import Tree, read_yaml
 from bench.formats import Draft, Numbers

@@ -2,8 +2,7 @@
 
 from pathlib import Path
 
-from alloc import VehicleError
-from alloc.geometry import DOF
+from alloc import DOF, VehicleError
 from alloc.yaml_tree import read_yaml
 from bench.formats import Draft
 from bench.formats._parameters import find, numbers, rows

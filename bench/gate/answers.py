@@ -7,9 +7,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from alloc import Allocation, Label, NotApplicable, Status, UnknownName, Vehicle
-from alloc.allocation import FloatArray
-from alloc.inverse import generalized_inverse
+from alloc import (
+    Allocation,
+    FloatArray,
+    Label,
+    NotApplicable,
+    Status,
+    UnknownName,
+    Vehicle,
+    generalized_inverse,
+)
 from bench.demands import build_demands, labelled
 from bench.gate.cells import CONTROL_DEMANDS, chosen, controls, names
 from bench.gate.record import CONTROL, Cell

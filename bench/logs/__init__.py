@@ -11,9 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from alloc import DemandError, FileError
-from alloc.allocation import FloatArray
-from alloc.geometry import DOF, from_flu
+from alloc import DOF, DemandError, FileError, FloatArray
+from alloc.geometry import from_flu
 from alloc.vehicle import LARGEST
 from bench.demand_csv import read_demands
 

@@ -5,9 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from alloc import DemandError, FileError, NotInstalled
-from alloc.allocation import FloatArray
-from alloc.geometry import DOF
+from alloc import DOF, DemandError, FileError, FloatArray, NotInstalled
 from bench.logs import Log, brief
 
 SUFFIXES = (".bag", ".db3", ".mcap", "/")

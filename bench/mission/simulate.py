@@ -11,9 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from alloc import Vehicle, alpha_max, generalized_inverse, load_vehicle, single_axis_maxima
-from alloc.allocation import FloatArray
-from alloc.geometry import DOF
+from alloc import DOF, FloatArray, Vehicle, alpha_max, generalized_inverse, load_vehicle, single_axis_maxima
 from bench.mission import body
 
 RATE_HZ = 100.0

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from alloc.allocation import FloatArray
+from alloc import FloatArray
 from alloc.native.compiled import STANDARD, compiler
 from bench.emulation.kernel import SCALARS, Kernel
 

@@ -2,9 +2,7 @@
 
 from pathlib import Path
 
-from alloc import Vehicle
-from alloc.allocation import FloatArray
-from alloc.qp import pose_hard
+from alloc import FloatArray, Vehicle, pose_hard
 from bench.emulation.kernel import Kernel
 
 EQUALITY = 5

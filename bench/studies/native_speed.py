@@ -18,8 +18,7 @@ from time import thread_time
 
 import numpy as np
 
-from alloc import NotApplicable, Vehicle, build, catalogue, load_vehicle
-from alloc.allocation import FloatArray
+from alloc import FloatArray, NotApplicable, Vehicle, build, catalogue, load_vehicle
 from alloc.native.code import number
 from bench.demands import build_demands
 from bench.emulation.kernel import Kernel

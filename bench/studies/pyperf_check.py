@@ -13,8 +13,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from statistics import median
 
-from alloc import build, load_vehicle
-from alloc.allocation import FloatArray
+from alloc import FloatArray, build, load_vehicle
 from bench import machine
 from bench.demands import build_demands
 from bench.timing import no_garbage_collection, sample

@@ -7,8 +7,7 @@ import sys
 
 import numpy as np
 
-from alloc import Status, Vehicle, build, load_vehicle, pose_hard, solvers
-from alloc.allocation import FloatArray
+from alloc import FloatArray, Status, Vehicle, build, load_vehicle, pose_hard, solvers
 from alloc.live import Live
 from bench.demands import build_demands
 

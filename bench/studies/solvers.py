@@ -10,9 +10,19 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from alloc import Allocation, Entry, Label, Status, Vehicle, build, catalogue, list_vehicles, load_vehicle
-from alloc.allocation import FloatArray
-from alloc.live import WRENCH_TOLERANCE
+from alloc import (
+    WRENCH_TOLERANCE,
+    Allocation,
+    Entry,
+    FloatArray,
+    Label,
+    Status,
+    Vehicle,
+    build,
+    catalogue,
+    list_vehicles,
+    load_vehicle,
+)
 from bench.demands import build_demands
 
 SETS = (("hard", 0.6), ("boundary", 0.2), ("active", 0.2))

@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from alloc import Allocator, build, load_vehicle, solvers
-from alloc.allocation import FloatArray
+from alloc import Allocator, FloatArray, build, load_vehicle, solvers
 from bench.demands import build_demands
 
 N = 50

@@ -7,9 +7,17 @@ import numpy as np
 import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
-from alloc import Allocation, Allocator, Entry, Label, NotApplicable, Vehicle, alpha_max
-from alloc.allocation import FloatArray
-from alloc.inverse import generalized_inverse
+from alloc import (
+    Allocation,
+    Allocator,
+    Entry,
+    FloatArray,
+    Label,
+    NotApplicable,
+    Vehicle,
+    alpha_max,
+    generalized_inverse,
+)
 from bench.demands import labelled
 from bench.judge import judge, largest_gap
 from bench.reference import Question, references

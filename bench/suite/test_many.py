@@ -3,8 +3,7 @@
 import numpy as np
 from pytest_benchmark.fixture import BenchmarkFixture
 
-from alloc import Allocation, Allocator, Entry, Status
-from alloc.allocation import FloatArray, StatusArray
+from alloc import Allocation, Allocator, Entry, FloatArray, Status, StatusArray
 from bench.reference import Question
 from bench.suite.answers import N_DEMANDS, tell
 
