@@ -15,6 +15,7 @@ from time import monotonic
 from typing import NamedTuple
 
 from bench.gate.instructions import missing
+from bench.gate.verdict import Outcome
 from bench.studies.injection import CLOSED_FORMS, delete_method, scale_thrusts, slow_down, statement_ns
 
 ROOT = Path(__file__).parents[2]
@@ -41,7 +42,7 @@ def cases() -> list[Case]:
         Case(
             "15 % more work in a call",
             partial(slow_down, where=CLOSED_FORMS, statements=tenths),
-            some,
+            ("--cells", "ukwial:pinv", "--no-instructions"),
             1,
             "ukwial:pinv",
         ),
@@ -91,7 +92,10 @@ def main() -> int:
             commit(tree, case.name)
             started = monotonic()
             gate = [sys.executable, "-m", "bench", "gate", "HEAD~1", "HEAD", "--repo", str(tree)]
-            done = subprocess.run([*gate, *case.options], cwd=ROOT, capture_output=True, text=True)
+            for _ in range(2):  # once more where the machine moved, as anybody would
+                done = subprocess.run([*gate, *case.options], cwd=ROOT, capture_output=True, text=True)
+                if done.returncode != Outcome.INCONCLUSIVE:
+                    break
         good = done.returncode == case.exit_code and case.says in done.stdout
         failed += not good
         print(f"{'ok' if good else 'FAILED':6} {monotonic() - started:5.1f} s  {case.name}", flush=True)
