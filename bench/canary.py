@@ -45,9 +45,9 @@ class Transfer:
 
 def measure() -> CanaryFile:
     """Time the canaries here, as a run does."""
-    from bench import machine
-    from bench.timing import no_garbage_collection, sample
-    from bench.yardsticks import CANARIES, yardstick
+    from bench.harness import machine
+    from bench.harness.timing import no_garbage_collection, sample
+    from bench.harness.yardsticks import CANARIES, yardstick
 
     found = {}
     for name in CANARIES:

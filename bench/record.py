@@ -12,7 +12,7 @@ from typing import Any
 import msgspec
 
 from alloc import AllocError
-from bench.worth import Worth
+from bench.judging.worth import Worth
 
 SCHEMA = 1
 FILE_NAME = "record.jsonl"
@@ -27,7 +27,7 @@ class RecordError(AllocError):
 class Header(msgspec.Struct, tag="header"):
     """First line: what ran where, with what.
 
-    machine: what ``bench.machine`` found (CPU, cores, memory, governor, OS, kernel).
+    machine: what ``bench.harness.machine`` found (CPU, cores, memory, governor, OS, kernel).
     versions: Python and every package that took part. settings: the run's own options.
     """
 
@@ -133,8 +133,8 @@ class Cell(msgspec.Struct, tag="cell", omit_defaults=True):
     setup_ns: each ``build``, the first one of a process left out (see Worker.import_ns).
     batches and singles are calls of the allocator; binding_batches calls of the solver's binding
     inside it; solver_singles what the solver itself reports. Singles are [[ns, count], …], sorted,
-    in bins 2 % wide (``bench.timing.counted``).
-    iterations_max: the solver's own count. allocator_bytes: see ``bench.memory.reachable_bytes``.
+    in bins 2 % wide (``bench.harness.timing.counted``).
+    iterations_max: the solver's own count. allocator_bytes: see ``bench.harness.memory.reachable_bytes``.
     timed_ns: the sum of all timed calls. canary_ns: the canary just after this cell.
     """
 

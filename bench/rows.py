@@ -9,9 +9,9 @@ from pathlib import Path
 from statistics import median
 
 from bench.disturbance import canary_median_ns, disturbances
+from bench.judging.worth import Worth
 from bench.quantiles import Counted, merged
 from bench.record import Batch, Cell, Judged, Record, Worker, read
-from bench.worth import Worth
 
 
 @dataclass(frozen=True)

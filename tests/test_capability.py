@@ -21,7 +21,8 @@ from alloc import (
     load_vehicle,
     single_axis_maxima,
 )
-from bench.capability import (
+from bench.demands import build_demands, list_demands
+from bench.judging.capability import (
     closed_forms,
     interval,
     measure_served,
@@ -29,9 +30,8 @@ from bench.capability import (
     measure_worths,
     remaining_authority,
 )
-from bench.demands import build_demands, list_demands
-from bench.reach import SIZES, corners, error_curve, planes
-from bench.worth import Worth
+from bench.judging.reach import SIZES, corners, error_curve, planes
+from bench.judging.worth import Worth
 
 UKWIAL, SIX = load_vehicle("ukwial"), load_vehicle("bluerov2")
 

@@ -11,9 +11,9 @@ from bench.__main__ import cli
 from bench.emulation.bands import Fit, bands
 from bench.emulation.clock import CPI, Cpi, seconds, share
 from bench.emulation.rows import rows
+from bench.harness.writer import Writer
 from bench.record import SCHEMA, Emulated, Header
 from bench.report import render
-from bench.writer import Writer
 
 positive = st.floats(1e-3, 1e9)
 

@@ -6,7 +6,7 @@ import pytest
 from alloc import Allocation, Label, Status, Vehicle, build, load_vehicle
 from alloc.allocation import FloatArray
 from bench.gate.answers import DEMANDS, Answered, differ, pose, wrong
-from bench.reference import Question
+from bench.judging.reference import Question
 
 PROMISES = {"formulation": "hard", "limited": True, "tolerance": 1e-6}
 

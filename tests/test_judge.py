@@ -7,9 +7,9 @@ import pytest
 
 from alloc import Allocation, Label, Status, build
 from alloc.allocation import FloatArray
-from bench.judge import after_failure, judge, shared
+from bench.judging.judge import after_failure, judge, shared
+from bench.judging.reference import Question, questions
 from bench.record import Judged
-from bench.reference import Question, questions
 
 PROMISES = {"formulation": "hard", "limited": True, "tolerance": 1e-9}
 

@@ -7,7 +7,13 @@ import numpy as np
 import pytest
 
 from alloc import Vehicle, generalized_inverse, load_vehicle
-from bench.loss import delivered, direction_error_deg, effort_over_optimum, loss, relative_wrench_error
+from bench.judging.loss import (
+    delivered,
+    direction_error_deg,
+    effort_over_optimum,
+    loss,
+    relative_wrench_error,
+)
 
 CROSS = Vehicle(
     name="cross",

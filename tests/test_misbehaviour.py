@@ -90,7 +90,9 @@ def test_a_sleep_counts_on_the_wall_clock_and_not_on_the_cpu_clock(outcome: tupl
 def test_no_worker_outlives_the_run(outcome: tuple[Result, Record]) -> None:
     import psutil
 
-    assert not [p for p in psutil.Process(os.getpid()).children() if "bench.worker" in " ".join(p.cmdline())]
+    assert not [
+        p for p in psutil.Process(os.getpid()).children() if "bench.harness.worker" in " ".join(p.cmdline())
+    ]
 
 
 def test_proxqp_started_from_a_result_it_does_not_have_is_a_row_with_a_reason(tmp_path: Path) -> None:

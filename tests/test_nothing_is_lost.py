@@ -19,10 +19,10 @@ from click.testing import CliRunner
 from plugin_files import write_plugin
 
 from bench.__main__ import cli
-from bench.plan import Settings
+from bench.harness.plan import Settings
+from bench.harness.run import run as run_again
+from bench.harness.writer import Writer
 from bench.record import FILE_NAME, PACKED, Record, RecordError, read
-from bench.run import run as run_again
-from bench.writer import Writer
 
 ROOT = Path(__file__).parents[1]
 DEMANDS = ["--demands=inactive", "--demands=active", "--demands=infeasible"]
@@ -32,7 +32,8 @@ CELLS = 2 * 3 + 3 + 2  # two methods and noop on three demand sets, and two cana
 KILLS = 20
 
 MEASURE = """
-import sys; from pathlib import Path; from bench.plan import Settings; from bench.run import run
+import sys; from pathlib import Path
+from bench.harness.plan import Settings; from bench.harness.run import run
 demands, methods = ("inactive", "active", "infeasible"), ("pinv", "svd")
 starts = ("cold", "reused", "warm")
 settings = Settings(("ukwial",), demands, methods, starts=starts, n_demands=4, budget_ms=0, repeats=1)

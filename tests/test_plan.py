@@ -4,8 +4,8 @@ from collections import Counter
 from types import ModuleType
 
 from alloc import Entry
-from bench.plan import LEAST_MS, MOST_MS, Settings, budget_ns, chosen, groups
-from bench.yardsticks import CANARIES, NOOP
+from bench.harness.plan import LEAST_MS, MOST_MS, Settings, budget_ns, chosen, groups
+from bench.harness.yardsticks import CANARIES, NOOP
 
 PAIRS = [(vehicle, demands) for vehicle in ("one", "two") for demands in ("inactive", "worth")]
 

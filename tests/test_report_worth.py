@@ -5,12 +5,12 @@ from pathlib import Path
 import msgspec
 from made_up import cell, header, record
 
+from bench.judging.worth import Authority, Curve, Plane, Served, Worth
 from bench.plots import error, reach
 from bench.record import Cell, Judged, Key
 from bench.report import mission
 from bench.report.worth import section
 from bench.rows import Run, read_run
-from bench.worth import Authority, Curve, Plane, Served, Worth
 
 WHOLE = Authority(None, "ukwial", 3, 1.0, 1.0, 0.625, 0.555, [-3.0, -2.0, -1.0], [3.0, 2.0, 1.0])
 BOX = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)]

@@ -7,10 +7,10 @@ import msgspec
 from made_up import cell, header, record
 from rich.console import Console
 
+from bench.judging.worth import Served, Worth
 from bench.record import Judged, Key
 from bench.rows import read_run
 from bench.summary import missed, served, show
-from bench.worth import Served, Worth
 
 
 def judged(lost: float, share: float) -> Judged:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.timing import BATCH_NS, SLOW_NS, binned, counted, no_garbage_collection, sample
+from bench.harness.timing import BATCH_NS, SLOW_NS, binned, counted, no_garbage_collection, sample
 
 INPUTS = list(range(7))
 

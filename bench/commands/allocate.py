@@ -32,7 +32,7 @@ def command(
     from alloc import find, load_plugin, load_vehicle, prepare
     from alloc.textfile import write_text
     from bench.demand_csv import format_thrusts, read_demands
-    from bench.reference import with_fault
+    from bench.judging.reference import with_fault
 
     answering = load_vehicle(vehicle)
     for fault in faults:

@@ -38,10 +38,10 @@ def command(out: Path | None, preset: str | None, study: str | None, resume: boo
     from msgspec.structs import replace
     from rich.console import Console
 
-    from bench import machine, presets
-    from bench.progress import bar
+    from bench.harness import machine, presets
+    from bench.harness.progress import bar
+    from bench.harness.run import Interrupted, run
     from bench.report import render
-    from bench.run import Interrupted, run
     from bench.summary import show
 
     console = Console()

@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 
-from bench import machine
 from bench.emulation.study import Plan, emulate
+from bench.harness import machine
+from bench.harness.writer import Writer
 from bench.record import SCHEMA, Emulated, Header
-from bench.writer import Writer
 
 
 def write(plan: Plan, directory: Path, *, add: bool) -> Iterator[Emulated]:

@@ -11,7 +11,6 @@ import numpy as np
 
 from alloc import FloatArray, IndexArray, NotApplicable, Vehicle
 from alloc.native.code import Scalar
-from bench import machine
 from bench.demands import DemandSet, build_demands, labelled
 from bench.emulation import search
 from bench.emulation.agreement import agreement
@@ -20,6 +19,7 @@ from bench.emulation.image import Image, link
 from bench.emulation.kernel import Kernel
 from bench.emulation.kernels import OSQP, build_kernel, check
 from bench.emulation.toolchain import Target, ToolError, missing, versions
+from bench.harness import machine
 from bench.record import Emulated
 
 CLASSES = ("inactive", "active", "boundary", "infeasible", "mission")

@@ -21,8 +21,8 @@ from bench.demands import build_demands, labelled
 from bench.gate.cells import CONTROL_DEMANDS, chosen, controls, names
 from bench.gate.record import CONTROL, Cell
 from bench.gate.side import Died, Refused, Side, Tree
-from bench.judge import judge
-from bench.reference import HARD_REFERENCES, VEHICLE_ARRAYS, Question
+from bench.judging.judge import judge
+from bench.judging.reference import HARD_REFERENCES, VEHICLE_ARRAYS, Question
 
 DEMANDS = {"inactive": 15, "active": 15, "infeasible": 10}
 """What answers are compared on. Only those that can be met are timed: an iterative solver spends its

@@ -5,10 +5,10 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 from time import monotonic
 
-from bench import machine
 from bench.gate.cells import Demands, load
 from bench.gate.record import Cell, Settings
 from bench.gate.side import Side, Tree
+from bench.harness import machine
 
 PADDING = 4096
 """Bytes of environment, at most: it moves the stack through one page, as another shell would."""

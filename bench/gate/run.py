@@ -7,7 +7,6 @@ from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from time import monotonic
 
-from bench import machine
 from bench.gate import instructions, pairs, trees
 from bench.gate.answers import Prober, examine
 from bench.gate.cells import DEFAULT_CELLS, Demands
@@ -15,6 +14,7 @@ from bench.gate.record import Cell, Record, Settings
 from bench.gate.side import Died, Refused, Tree
 from bench.gate.trees import BASE, HEAD, BadTree, Source
 from bench.gate.verdict import Outcome, in_both, is_suspect, trips, verdict
+from bench.harness import machine
 
 Tell = Callable[[str], None]
 

@@ -2,9 +2,9 @@
 
 from typing import TYPE_CHECKING
 
+from bench.judging.worth import Curve
 from bench.plots.style import BLUE, FAINT, GREEN, GREY, INK, ORANGE, PURPLE, VERMILION
 from bench.rows import Run
-from bench.worth import Curve
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -3,9 +3,9 @@
 from itertools import groupby
 from typing import TYPE_CHECKING
 
+from bench.judging.worth import Plane, unit
 from bench.plots.style import BLUE, GREEN, GREY, INK, ORANGE, VERMILION
 from bench.rows import Run
-from bench.worth import Plane, unit
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist

@@ -8,7 +8,7 @@ import re
 import numpy as np
 
 from alloc import UnknownName, Vehicle, load_vehicle
-from bench.plan import Settings
+from bench.harness.plan import Settings
 from bench.rows import GENERATED
 
 NAME = re.compile(rf"{GENERATED}k([36])-n(\d+)")

@@ -23,6 +23,7 @@ from alloc.native.code import number
 from bench.demands import build_demands
 from bench.emulation.kernel import Kernel
 from bench.emulation.kernels import build_kernel
+from bench.harness.timing import no_garbage_collection, sample
 from bench.studies.c_loop import instructions, nanoseconds
 from bench.studies.daqp_c import daqp_kernel
 from bench.studies.speed_tables import (
@@ -37,7 +38,6 @@ from bench.studies.speed_tables import (
     Measured,
     tables,
 )
-from bench.timing import no_garbage_collection, sample
 
 VEHICLES = ("ukwial", "bluerov2", "bluerov2-heavy", "nautilus", "subjugator8", "supply-vessel")
 CLASSES = ("inactive", "active", "infeasible")

@@ -1,6 +1,6 @@
 """Do our batch medians say what pyperf says? ``python -m bench.studies.pyperf_check``.
 
-Five callables, each timed by ``bench.timing`` and by ``python -m pyperf timeit`` in turns, in fresh
+Five callables, each timed by ``bench.harness.timing`` and by ``python -m pyperf timeit`` in turns, in fresh
 processes on the same core; docs/method.md quotes the table. Wants ``pip install pyperf``.
 """
 
@@ -14,10 +14,10 @@ from pathlib import Path
 from statistics import median
 
 from alloc import FloatArray, build, load_vehicle
-from bench import machine
 from bench.demands import build_demands
-from bench.timing import no_garbage_collection, sample
-from bench.yardsticks import CANARIES, yardstick
+from bench.harness import machine
+from bench.harness.timing import no_garbage_collection, sample
+from bench.harness.yardsticks import CANARIES, yardstick
 
 CALLABLES = (
     ("pinv", "ukwial"),

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from tabulate import tabulate
 
 from alloc import Vehicle
-from bench.machine import cpu
+from bench.harness.machine import cpu
 
 EXACT, PINV, WALSH = "nullspace@native", "pinv@native", "walsh@native"
 OSQP, DAQP, DAQP_C = "qp/osqp@generated", "qp/daqp", "qp/daqp in C"

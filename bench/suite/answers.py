@@ -19,8 +19,8 @@ from alloc import (
     generalized_inverse,
 )
 from bench.demands import labelled
-from bench.judge import judge, largest_gap
-from bench.reference import Question, references
+from bench.judging.judge import judge, largest_gap
+from bench.judging.reference import Question, references
 
 N_DEMANDS = 100
 

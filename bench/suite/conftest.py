@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from alloc import Allocator, Entry, NotApplicable, Vehicle, catalogue, load_plugin, load_vehicle, prepare
-from bench.reference import Question
+from bench.judging.reference import Question
 from bench.suite.answers import LABELS, question
 
 VEHICLES = ("ukwial", "bluerov2-heavy")

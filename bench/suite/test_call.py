@@ -3,7 +3,7 @@
 from pytest_benchmark.fixture import BenchmarkFixture
 
 from alloc import Allocation, Allocator, Entry
-from bench.reference import Question
+from bench.judging.reference import Question
 from bench.suite.answers import N_DEMANDS, tell
 
 CALLS = 1000

@@ -4,7 +4,7 @@ import numpy as np
 from pytest_benchmark.fixture import BenchmarkFixture
 
 from alloc import Allocation, Allocator, Entry, FloatArray, Status, StatusArray
-from bench.reference import Question
+from bench.judging.reference import Question
 from bench.suite.answers import N_DEMANDS, tell
 
 DEMANDS = 1000

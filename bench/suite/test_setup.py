@@ -4,7 +4,7 @@ import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
 from alloc import Allocator, Entry, prepare
-from bench.reference import Question
+from bench.judging.reference import Question
 from bench.suite.answers import tell
 
 

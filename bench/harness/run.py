@@ -11,15 +11,15 @@ from pathlib import Path
 import msgspec
 
 from alloc import Entry, catalogue, find, load_plugin
-from bench import machine, quiet
-from bench.capability import measure_worths
-from bench.job import Job, Task
-from bench.plan import OVERHEAD_S, Group, Settings, budget_ns, groups
-from bench.process import work
+from bench.harness import machine, quiet
+from bench.harness.job import Job, Task
+from bench.harness.plan import OVERHEAD_S, Group, Settings, budget_ns, groups
+from bench.harness.process import work
+from bench.harness.writer import Writer
+from bench.judging.capability import measure_worths
+from bench.judging.reference import problem, questions
 from bench.record import SCHEMA, Cell, Event, Header, Key, Record, RecordError, Worker
-from bench.reference import problem, questions
 from bench.rows import GENERATED
-from bench.writer import Writer
 
 HANGS = 3
 """Cells of one method that may reach the time limit; the rest of that method is then not tried."""

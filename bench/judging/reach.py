@@ -18,8 +18,8 @@ from alloc import (
     uniform_demands,
 )
 from bench.demands import DemandSet, build_demands
-from bench.loss import relative_wrench_error
-from bench.worth import Curve, Plane
+from bench.judging.loss import relative_wrench_error
+from bench.judging.worth import Curve, Plane
 
 PLANES = (("surge", "sway", "yaw"), ("surge", "yaw", "sway"))
 """Where a vehicle on its way needs thrust together: ahead and sideways, ahead and turning; and the third

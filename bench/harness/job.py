@@ -6,7 +6,7 @@ from bench.record import Cell, Key, Worker
 
 
 class Task(msgspec.Struct):
-    """One cell to measure: its key and the file its question is stored in (see bench.reference)."""
+    """One cell to measure: its key and the file its question is stored in (see bench.judging.reference)."""
 
     key: Key
     question: str

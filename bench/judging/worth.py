@@ -1,6 +1,6 @@
 """What the record keeps about a vehicle's worth: what it can do, after a failure too, and who serves it.
 
-Plain values; ``bench.capability`` and ``bench.reach`` measure them.
+Plain values; ``bench.judging.capability`` and ``bench.judging.reach`` measure them.
 """
 
 import msgspec

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import msgspec
 
-from bench.job import Begin, Job, Message
+from bench.harness.job import Begin, Job, Message
 from bench.record import Cell, Key
 
 TAIL_BYTES = 2000
@@ -30,7 +30,7 @@ def work(job: Job, time_limit_s: float) -> Iterator[Message]:
     when the caller stops early.
     """
     reader, writer = os.pipe()
-    command = [sys.executable, "-m", "bench.worker", str(writer)]
+    command = [sys.executable, "-m", "bench.harness.worker", str(writer)]
     job.spawned_ns = time.monotonic_ns()
     process = subprocess.Popen(
         command,

@@ -1,6 +1,6 @@
 """One process that measures one method: a Job comes in on stdin, lines go out on a pipe of their own.
 
-Stdout and stderr are left to the solvers, which print on them. Run as ``python -m bench.worker FD``.
+Stdout and stderr are left to the solvers, which print on them. Run as ``python -m bench.harness.worker FD``.
 """
 
 import os
@@ -14,14 +14,14 @@ import msgspec
 import numpy as np
 
 from alloc import Allocation, Allocator, NotApplicable, NotInstalled, find, load_plugin, prepare
-from bench.job import Begin, Job, Message, Task
-from bench.judge import judge
-from bench.memory import peak_rss_bytes, reachable_bytes
-from bench.quiet import between, reading
+from bench.harness.job import Begin, Job, Message, Task
+from bench.harness.memory import peak_rss_bytes, reachable_bytes
+from bench.harness.quiet import between, reading
+from bench.harness.timing import Samples, counted, no_garbage_collection, sample
+from bench.harness.yardsticks import YARDSTICKS, canary_ns, yardstick
+from bench.judging.judge import judge
+from bench.judging.reference import Question
 from bench.record import Cell, Worker
-from bench.reference import Question
-from bench.timing import Samples, counted, no_garbage_collection, sample
-from bench.yardsticks import YARDSTICKS, canary_ns, yardstick
 
 SETUP_NS = 10_000_000
 """Building is repeated for this long, or SETUPS times."""

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from alloc import Allocation, FloatArray, Label, NotApplicable, Status, StatusArray, pose_hard, pose_soft
-from bench.loss import loss
+from bench.judging.loss import loss
+from bench.judging.reference import Question
 from bench.record import Judged
-from bench.reference import Question
 
 WRENCH_TOLERANCE = 1e-6
 """What SOLVED promises of the wrench, relative to the vehicle's wrench scale (see ``alloc.Status``)."""
@@ -120,7 +120,7 @@ def largest_gap(question: Question, F: FloatArray, status: StatusArray, formulat
 
 
 def given_away(question: Question, F: FloatArray) -> dict[str, float | None]:
-    """``bench.loss`` over the first pass of the demands: what the answers lose against the exact ones."""
+    """``bench.judging.loss`` over the first pass of the demands: what is lost against the exact answers."""
     N = len(question.taus)
     found = loss(question.vehicle, question.taus, F[:N], question.references["hard"])
     return {key: None if value is None else rounded(value) for key, value in found.items()}

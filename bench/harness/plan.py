@@ -7,8 +7,8 @@ from fnmatch import fnmatchcase
 import msgspec
 
 from alloc import Entry
+from bench.harness.yardsticks import CANARIES, YARDSTICKS
 from bench.record import Key
-from bench.yardsticks import CANARIES, YARDSTICKS
 
 OVERHEAD_S = 0.03
 """What a cell takes besides its timed calls until a run knows its own: starting up, setting up, judging."""

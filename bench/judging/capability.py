@@ -23,9 +23,9 @@ from alloc import (
     uniform_demands,
     worst_fault,
 )
-from bench.loss import relative_wrench_error
-from bench.reach import error_curve, planes
-from bench.worth import Authority, Served, Worth
+from bench.judging.loss import relative_wrench_error
+from bench.judging.reach import error_curve, planes
+from bench.judging.worth import Authority, Served, Worth
 
 N_DEMANDS = 2000
 """Demands a share is counted on: its 95 % interval is at most 4.4 points wide."""

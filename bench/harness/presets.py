@@ -1,7 +1,7 @@
 """What `thrustbench run` measures by default, with --quick and with --all."""
 
 from alloc import list_vehicles
-from bench.plan import Settings
+from bench.harness.plan import Settings
 from bench.studies import growth as growth_study
 
 DEFAULT_DEMANDS = ("inactive", "active", "infeasible")
@@ -12,7 +12,7 @@ processes is small beside what tells them apart. It leaves time for the fast one
 
 
 def default() -> Settings:
-    """Every vehicle and method, as ``bench.plan.chosen`` has it: under 3 minutes on 2 cores."""
+    """Every vehicle and method, as ``bench.harness.plan.chosen`` has it: under 3 minutes on 2 cores."""
     return Settings(vehicles=list_vehicles(), demands=(*DEFAULT_DEMANDS, "uniform"), once=ONCE)
 
 

@@ -1,0 +1,1 @@
+"""Equations to verdicts: what answers are worth, what they lose, what a vehicle can do."""
