@@ -79,7 +79,7 @@ def pose_hard(vehicle: Vehicle, scaled: bool = True) -> Posed:
     With ``scaled=False`` the numbers stay in N and N m, to show what scaling is worth.
     """
     f_scale = vehicle.f_scale if scaled else 1.0
-    H, lb, ub, working = _thrusts(vehicle, f_scale)
+    H, lb, ub, working = _thrusts(vehicle, f_scale, scaled)
     A, b_of_tau, unreachable = _equality(vehicle, f_scale, scaled)
     return Posed(QP(H, np.zeros(len(H)), A, lb, ub), b_of_tau, f_scale, working, unreachable)
 
@@ -90,7 +90,7 @@ def pose_soft(vehicle: Vehicle, scaled: bool = True) -> Posed:
     x = [f; s] in units of ``f_scale``; s has no bounds, so every demand has an answer.
     """
     f_scale = vehicle.f_scale if scaled else 1.0
-    H, lb, ub, working = _thrusts(vehicle, f_scale)
+    H, lb, ub, working = _thrusts(vehicle, f_scale, scaled)
     k, m = vehicle.k, len(H)
     rows = 1.0 / vehicle.row_lengths if scaled else np.ones(k)
     # s is measured in the same scaled rows as b; Q follows so that the cost is unchanged.
@@ -104,10 +104,12 @@ def pose_soft(vehicle: Vehicle, scaled: bool = True) -> Posed:
     return Posed(qp, np.diag(rows / f_scale), f_scale, working, np.zeros((0, k)))
 
 
-def _thrusts(vehicle: Vehicle, f_scale: float) -> tuple[FloatArray, FloatArray, FloatArray, IndexArray]:
+def _thrusts(
+    vehicle: Vehicle, f_scale: float, scaled: bool
+) -> tuple[FloatArray, FloatArray, FloatArray, IndexArray]:
     on = vehicle.working
     H = vehicle.H[np.ix_(on, on)]
-    if f_scale != 1.0:
+    if scaled:
         H = H / np.abs(vehicle.H).max()
     return H, vehicle.f_min[on] / f_scale, vehicle.f_max[on] / f_scale, on
 

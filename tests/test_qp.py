@@ -158,3 +158,15 @@ def test_the_soft_bias_fades_with_the_slack_weight() -> None:
         missed.append(np.abs((v.T @ f - tau) / v.wrench_scale).max())
     assert missed[0] / missed[1] == pytest.approx(10, rel=0.1)
     assert missed[1] / missed[2] == pytest.approx(10, rel=0.01)
+
+
+@pytest.mark.parametrize("largest", [0.5, 1.0, 2.0])
+def test_the_soft_optimum_knows_no_unit_of_thrust(largest: float) -> None:
+    vehicle = replace(random_vehicle(2), f_min=-np.full(5, largest), f_max=np.full(5, largest))
+    tau = 0.1 * vehicle.TP @ vehicle.f_max
+    H_inverse = np.linalg.inv(vehicle.H)
+    slack = np.diag(1.0 / vehicle.slack_weights)
+    expected = H_inverse @ vehicle.T.T @ np.linalg.solve(vehicle.T @ H_inverse @ vehicle.T.T + slack, tau)
+    assert np.abs(expected).max() < largest
+    f = build("qp-soft/daqp", vehicle)(tau).f
+    np.testing.assert_allclose(f, expected, rtol=0, atol=1e-9 * largest)
