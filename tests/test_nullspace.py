@@ -215,3 +215,18 @@ def test_a_null_space_too_large_to_be_worth_it_is_refused_with_the_reason() -> N
     vehicle = random_vehicle(3, 16, np.random.default_rng(11))
     with pytest.raises(NotApplicable, match="13-dimensional null space"):
         build("nullspace", vehicle)
+
+
+@pytest.mark.parametrize("method", ["nullspace", "scaled"])
+def test_an_axis_that_only_rounding_moves_is_no_direction(method: str) -> None:
+    # cos 90 deg is 6e-17: without scale, each such row would count as an axis of its own.
+    T = np.array([[6e-17, -3e-17, 1.2e-16, 5e-17], [1.0, 1.0, -1.0, 1.0], [0.5, -0.3, 0.2, -0.1]])
+    limit = np.full(4, 10.0)
+    sideways = Vehicle(
+        "sideways", ("surge", "sway", "yaw"), T, np.eye(4), -limit, limit, np.ones(4), np.ones(3)
+    )
+    assert sum(block.N.shape[1] for block in decompose(sideways).blocks) == sideways.nullity == 2
+    allocate = build(method, sideways)
+    status = Status.INFEASIBLE if method == "nullspace" else Status.PARTIAL
+    assert allocate([5.0, 1.0, 0.0]).status is status
+    assert allocate([0.0, 25.0, 0.0]).status is Status.SOLVED

@@ -50,8 +50,7 @@ class Structure:
 def decompose(vehicle: Vehicle) -> Structure:
     """Find G, N and its finest split for this vehicle, its H and its faults."""
     on = vehicle.working
-    norms = np.linalg.norm(vehicle.T, axis=1)
-    scale = 1.0 / np.where(norms > 0, norms, 1.0)
+    scale = 1.0 / vehicle.row_lengths
     U, sigma, Vt = np.linalg.svd(scale[:, None] * vehicle.TP[:, on])
     rank = int(np.count_nonzero(sigma > RANK_TOLERANCE * sigma[0]))
     blocks = split(Vt[rank:].T, vehicle.H[np.ix_(on, on)])
