@@ -227,3 +227,15 @@ def test_walsh_covers_the_vehicles_whose_fours_look_like_the_paper_s() -> None:
         elif vehicle.name in {"bluerov2", "nautilus", "supply-vessel"}:
             with pytest.raises(NotApplicable):
                 build("walsh", vehicle)
+
+
+@pytest.mark.parametrize("method", ["svd", "walsh"])
+def test_closed_forms_agree_on_the_nearest_wrench_where_rows_hold_different_numbers_of_thrusters(
+    method: str,
+) -> None:
+    T = np.array([[1.0, 1.0, 1.0, 1.0], [1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, -1.0]])
+    lost = vehicle_of(T).with_fault(0).with_fault(2)
+    tau = np.array([1.0, 2.0, 3.0])
+    expected = build("pinv", lost)(tau)
+    assert expected.status is build(method, lost)(tau).status is Status.PARTIAL
+    np.testing.assert_allclose(build(method, lost)(tau).f, expected.f, rtol=0, atol=AGREE)

@@ -78,11 +78,13 @@ def faultless_inverse(q: FloatArray, W_f: FloatArray) -> FloatArray:
 def faulty_inverse(q: FloatArray, W_f: FloatArray, vehicle: Vehicle) -> FloatArray:
     """(n, k) G of f' = W_f'^-1 Q^-1 tau over the thrusters that work, 0 for the others (eq. 26-28).
 
-    W_f' is square in the paper; where it is not, the right inverse gives the least effort.
+    W_f' is square in the paper; where it is not, the right inverse gives the least effort. Where rank is
+    lost, "nearest" counts in rows of T scaled to unit length, as for every closed form.
     """
     on = vehicle.working
+    rows = 1.0 / np.sqrt(np.abs(W_f).sum(axis=1))
     inverse = np.zeros((vehicle.n, vehicle.k))
-    inverse[on] = np.linalg.pinv(W_f[:, on], rcond=RANK_TOLERANCE) / q
+    inverse[on] = np.linalg.pinv(rows[:, None] * W_f[:, on], rcond=RANK_TOLERANCE) * (rows / q)
     return inverse
 
 
