@@ -1,6 +1,7 @@
 """What methods there are, which are installed, why others are not; and ``build`` by name."""
 
 import pkgutil
+import sys
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
@@ -93,9 +94,11 @@ def load_plugin(path: Path) -> Entry:
     if spec is None or spec.loader is None or not path.is_file():
         raise UnknownName(f"{path}: is no Python file; a plug-in is one with build(vehicle) in it")
     module = module_from_spec(spec)
+    sys.modules[spec.name] = module  # where dataclasses and pickle look for the module of a class
     try:
         spec.loader.exec_module(module)
     except Exception as error:
+        del sys.modules[spec.name]
         raise UnknownName(f"{path}: can't be imported ({type(error).__name__}: {error}); mend it") from error
     if not hasattr(module, "build"):
         raise UnknownName(f"{path}: has no build(vehicle); add one that returns an allocator")
