@@ -91,7 +91,7 @@ def checked(tau: ArrayLike, k: int) -> FloatArray:
     """
     try:
         wrench = np.asarray(tau, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise DemandError(f"tau is not an array of numbers ({error}); give k = {k} of them") from None
     if wrench.shape != (k,):
         raise DemandError(f"tau has shape {wrench.shape}; this vehicle takes ({k},), one entry a DOF")
@@ -104,7 +104,7 @@ def checked_many(taus: ArrayLike, k: int) -> FloatArray:
     """``taus`` as a float64 array of shape (N, k), refused unless finite."""
     try:
         wrenches = np.asarray(taus, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise DemandError(f"taus is not an array of numbers ({error}); give shape (N, {k})") from None
     if wrenches.ndim != 2 or wrenches.shape[1] != k:
         raise DemandError(f"taus has shape {wrenches.shape}; this vehicle takes (N, {k}), one row a demand")

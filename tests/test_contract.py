@@ -156,3 +156,12 @@ def test_zero_asks_for_nothing(entry: Entry, vehicle: Vehicle) -> None:
     f, status, _, _ = allocate(np.zeros(vehicle.k))
     assert status is Status.SOLVED
     assert np.abs(f).max() <= allocate.tolerance * vehicle.f_scale
+
+
+def test_an_integer_beyond_every_float_is_refused(entry: Entry, vehicle: Vehicle) -> None:
+    allocate = prepared(entry, vehicle)
+    tau = [10**400] + [0] * (vehicle.k - 1)
+    with pytest.raises(DemandError, match="not an array of numbers"):
+        allocate(tau)
+    with pytest.raises(DemandError, match="not an array of numbers"):
+        allocate.many([tau])
