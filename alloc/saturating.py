@@ -1,7 +1,6 @@
 """What practice does behind a closed form: f = T* tau where that fits the limits, else a rule mends it."""
 
 from collections.abc import Callable
-from math import isfinite
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,8 +20,11 @@ from alloc.vehicle import Vehicle
 MET = 1e-6
 """A wrench met to this share of ``wrench_scale`` on each axis is SOLVED, as for every limited method."""
 
+FAR = 1e250
+"""From such a sum of |f| on, T* tau or the arithmetic of a rule may overflow [N]."""
+
 HUGE = 1e-200
-"""What a wrench so large that T* tau overflows is multiplied by: it stays beyond every limit."""
+"""What a wrench that far out is multiplied by: it stays beyond every limit."""
 
 Rule = Callable[[FloatArray, list[float]], tuple[list[float], int]]
 """(tau, T* tau as a list) -> (thrusts, passes taken). What is left beyond a limit is clipped afterwards."""
@@ -65,7 +67,7 @@ class Saturating:
                 break
         else:
             return answer(f, Status.SOLVED if self._full_rank else self._status(f, wrench))
-        if not isfinite(sum(thrusts)):
+        if not sum(map(abs, thrusts)) < FAR:  # so that NaN counts too
             wrench = wrench * HUGE
             thrusts = self.G.dot(wrench).tolist()
         thrusts, passes = self._rule(wrench, thrusts)
@@ -81,7 +83,7 @@ class Saturating:
         wrenches = checked_many(taus, self._k)
         with np.errstate(over="ignore", invalid="ignore"):
             F = wrenches @ self.G.T
-        over = ~np.isfinite(F.sum(axis=1))
+            over = ~(np.abs(F).sum(axis=1) < FAR)
         if over.any():
             wrenches = np.where(over[:, None], wrenches * HUGE, wrenches)
             F[over] = wrenches[over] @ self.G.T

@@ -165,3 +165,26 @@ def test_an_integer_beyond_every_float_is_refused(entry: Entry, vehicle: Vehicle
         allocate(tau)
     with pytest.raises(DemandError, match="not an array of numbers"):
         allocate.many([tau])
+
+
+@pytest.mark.parametrize(
+    "method", ["clip", "shrink", "redistribute", "desaturate", "fixed-point", "nullspace", "scaled"]
+)
+@pytest.mark.parametrize("limit", [1e-6, 1.0, 1e6])
+@pytest.mark.parametrize("size", [1e303, 1e308])
+@pytest.mark.filterwarnings("ignore:overflow")
+def test_a_demand_near_the_largest_float_gets_an_answer_inside_the_limits_or_none(
+    method: str, limit: float, size: float
+) -> None:
+    T = np.array([[1.0, 1.0, 0.0, 0.3], [0.0, 0.5, 1.0, 0.2]])
+    limits = np.full(4, limit)
+    whole = Vehicle("made-up", ("surge", "sway"), T, np.eye(4), -limits, limits, np.ones(4), np.ones(2))
+    for vehicle in (whole, whole.with_fault(0).with_fault(1).with_fault(3)):
+        allocate = build(method, vehicle)
+        tau = np.array([size, -size])
+        one = allocate(tau)
+        F, statuses = allocate.many([tau])
+        assert one.status == statuses[0] == (Status.INFEASIBLE if method == "nullspace" else Status.PARTIAL)
+        if method != "nullspace":
+            assert inside(one.f, vehicle)
+            assert inside(F[0], vehicle)

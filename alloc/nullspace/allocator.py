@@ -98,12 +98,12 @@ class Nullspace:
             f[:, ~met] = 0.0
             if self._unreachable is not None:
                 met &= (np.abs(self._unreachable @ wrenches.T) <= TOLERANCE).all(axis=0)
-        lower, upper = self._f_min[:, None] - f, self._f_max[:, None] - f
-        met &= ((lower[self._fixed] <= self._slack) & (upper[self._fixed] >= -self._slack)).all(axis=0)
-        for rows, N, region in self._blocks:
-            z, found = nearest_many(region, lower[rows], upper[rows])
-            f[rows] += np.asarray(N) @ z
-            met &= found
+            lower, upper = self._f_min[:, None] - f, self._f_max[:, None] - f
+            met &= ((lower[self._fixed] <= self._slack) & (upper[self._fixed] >= -self._slack)).all(axis=0)
+            for rows, N, region in self._blocks:
+                z, found = nearest_many(region, lower[rows], upper[rows])
+                f[rows] += np.asarray(N) @ z
+                met &= found
         f = f.T.clip(self._f_min, self._f_max)
         f[~met] = np.nan
         return f, np.where(met, Status.SOLVED, Status.INFEASIBLE).astype(np.int8)
