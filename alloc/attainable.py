@@ -83,7 +83,7 @@ def alpha_range(vehicle: Vehicle, taus: ArrayLike) -> tuple[FloatArray, FloatArr
     attainable; otherwise it is so only if the least is <= 1 as well.
     """
     demands = checked_many(taus, vehicle.k)
-    if comb(len(vehicle.working), vehicle.rank - 1) > FACETS:
+    if comb(len(vehicle.working), max(vehicle.rank - 1, 0)) > FACETS:
         low = [-alpha_max_lp(vehicle, -tau) for tau in demands]
         return np.array(low), np.array([alpha_max_lp(vehicle, tau) for tau in demands])
     z = zonotope(vehicle)

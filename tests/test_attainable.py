@@ -11,10 +11,12 @@ from scipy.optimize import linprog
 
 from alloc import (
     Label,
+    Status,
     Vehicle,
     alpha_max,
     alpha_max_lp,
     alpha_range,
+    build,
     closed_form_range,
     generalized_inverse,
     label,
@@ -223,3 +225,11 @@ def test_the_boundary_is_found_to_a_hundredth_of_the_narrowest_band(delta):
         assert alpha_max(vehicle, edge) == pytest.approx(1 / (1 + delta), abs=1e-7)
         assert (label(vehicle, edge, band=1e-6).label == Label.INFEASIBLE).all() == (delta > 0)
         assert (label(vehicle, edge, band=2e-3).label == Label.BOUNDARY).all()
+
+
+def test_a_vehicle_that_pushes_nothing_any_more_attains_no_wrench_but_zero() -> None:
+    T, limit = np.array([[1.0, 0.0], [0.5, 0.0]]), np.ones(2)
+    lost = Vehicle("lost", ("surge", "sway"), T, np.eye(2), -limit, limit, limit, limit).with_fault(0)
+    assert lost.rank == 0
+    np.testing.assert_array_equal(alpha_max(lost, [[0.0, 0.0], [1.0, 0.5]]), [np.inf, 0.0])
+    assert build("scaled", lost)([1.0, 0.5]).status is Status.PARTIAL
