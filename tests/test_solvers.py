@@ -11,6 +11,7 @@ from alloc import (
     Entry,
     SolverError,
     Status,
+    Vehicle,
     alpha_max,
     build,
     catalogue,
@@ -193,3 +194,16 @@ def test_bad_demands_never_reach_a_solver() -> None:
     for tau in ([1.0, 2.0], [np.nan, 0, 0], [np.inf, 0, 0]):
         with pytest.raises(DemandError):
             allocate(tau)
+
+
+@pytest.mark.parametrize("start", ["cold", "reused", "warm"])
+def test_daqp_takes_thrusters_whose_limits_leave_them_one_thrust(start: str) -> None:
+    eye, low, high = np.eye(2), np.array([-1.0, 1.0]), np.array([2.0, 1.0])
+    vehicle = Vehicle("stuck", ("surge", "sway"), eye, eye, low, high, np.ones(2), np.ones(2))
+    allocate = build("qp/daqp", vehicle, start=start)
+    for _ in range(2):
+        solved = allocate([0.5, 1.0])
+        assert solved.status is Status.SOLVED
+        np.testing.assert_allclose(solved.f, [0.5, 1.0], rtol=0, atol=1e-9)
+        assert allocate([0.5, 0.5]).status is Status.INFEASIBLE
+        assert allocate([3.0, 1.0]).status is Status.INFEASIBLE

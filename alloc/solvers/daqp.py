@@ -44,19 +44,24 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
 
     p, m = qp.A.shape
     H, A = np.ascontiguousarray(qp.H), np.ascontiguousarray(qp.A)
-    low = np.concatenate([np.maximum(qp.lb, -INFINITE), np.zeros(p)])
-    high = np.concatenate([np.minimum(qp.ub, INFINITE), np.zeros(p)])
+    # Equations that variables with equal bounds contradict fail in set-up: start from some that hold.
+    met = A @ np.clip(0.0, qp.lb, qp.ub)
+    low = np.concatenate([np.maximum(qp.lb, -INFINITE), met])
+    high = np.concatenate([np.minimum(qp.ub, INFINITE), met])
     sense = np.array([0] * m + [EQUALITY] * p, dtype=np.intc)
 
-    def set_up() -> Any:
+    def set_up() -> tuple[Any, int]:
         model = daqp.Model()
         model.settings = SETTINGS[level]
-        model.setup(H, qp.g, A, high, low, sense)
-        return model
+        flag, _ = model.setup(H, qp.g, A, high, low, sense)
+        return model, flag
 
     def cold(b: FloatArray) -> Answer:
         low[m:] = high[m:] = b
-        return _solve(set_up())
+        model, flag = set_up()
+        if flag < 0:  # there is nothing to solve with
+            return Answer(qp.g, meaning(STATUS, flag, "daqp"))
+        return _solve(model)
 
     def reused(model: Any, b: FloatArray) -> Answer:
         low[m:] = high[m:] = b
@@ -65,12 +70,14 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
 
     def warm(model: Any, b: FloatArray) -> Answer:
         low[m:] = high[m:] = b
-        model.update(bupper=high, blower=low)
+        if model.update(bupper=high, blower=low) < 0:
+            # It stopped half-way through the active set, which would spoil every later answer.
+            model.update(bupper=high, blower=low, sense=sense)
         return _solve(model)
 
     if start == "cold":
         return cold
-    return partial(warm if start == "warm" else reused, set_up())
+    return partial(warm if start == "warm" else reused, set_up()[0])
 
 
 def _solve(model: Any) -> Answer:
