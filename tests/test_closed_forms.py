@@ -239,3 +239,13 @@ def test_closed_forms_agree_on_the_nearest_wrench_where_rows_hold_different_numb
     expected = build("pinv", lost)(tau)
     assert expected.status is build(method, lost)(tau).status is Status.PARTIAL
     np.testing.assert_allclose(build(method, lost)(tau).f, expected.f, rtol=0, atol=AGREE)
+
+
+@pytest.mark.parametrize("method", ["pinv", "svd"])
+def test_a_thruster_that_pushes_nothing_is_asked_for_nothing(method: str) -> None:
+    H = np.array([[2.9155369, 0.31392192], [0.31392192, 0.62051478]])
+    lost = vehicle_of(np.array([[-2.0, 0.0]]), H).with_fault(0)
+    assert lost.rank == 0
+    f, status, _, _ = build(method, lost)([100.0])
+    assert status is Status.PARTIAL
+    np.testing.assert_array_equal(f, 0.0)
