@@ -27,7 +27,7 @@ class Vehicle:
     dof : controlled degrees of freedom, the rows of T, out of ``alloc.geometry.DOF``
     T : (k, n) configuration matrix; force rows [-], moment rows [m]
     H : (n, n) symmetric positive definite weight of eq. 4 [1/N^2]
-    f_min, f_max : (n,) limits of each thruster [N]
+    f_min, f_max : (n,) limits of each thruster, 0 for one that is off [N]
     readiness : (n,) diagonal of P: 1 ready, 0 off, between them a weakened thruster [-]
     slack_weights : (k,) diagonal of Q for the soft formulation
     source : where the numbers come from
@@ -58,6 +58,10 @@ class Vehicle:
             array.setflags(write=False)
             object.__setattr__(self, key, array)
         _check_shapes(self)
+        for key in ("f_min", "f_max"):  # a thruster that is off gives 0, however the vehicle was made
+            limits = np.where(self.readiness == 0, 0.0, getattr(self, key))
+            limits.setflags(write=False)
+            object.__setattr__(self, key, limits)
         _check_values(self)
 
     @property

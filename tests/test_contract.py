@@ -188,3 +188,14 @@ def test_a_demand_near_the_largest_float_gets_an_answer_inside_the_limits_or_non
         if method != "nullspace":
             assert inside(one.f, vehicle)
             assert inside(F[0], vehicle)
+
+
+@pytest.mark.parametrize("method", ["clip", "redistribute", "nullspace", "scaled", "qp/daqp"])
+def test_a_vehicle_made_with_a_thruster_off_is_the_one_that_lost_it(method: str) -> None:
+    T, eye, readiness = np.array([[1.0, 1.0, 0.0], [0.0, 1.0, 1.0]]), np.eye(3), np.array([0.0, 1.0, 1.0])
+    low, high = np.array([10.0, -5.0, -5.0]), np.array([20.0, 5.0, 5.0])
+    made = Vehicle("made", ("surge", "sway"), T, eye, low, high, readiness, np.ones(2))
+    f, status, _, _ = build(method, made)([1.0, 1.0])
+    assert status is Status.SOLVED
+    assert f[0] == made.f_min[0] == made.f_max[0] == 0.0
+    np.testing.assert_allclose(f, [0.0, 1.0, 0.0], rtol=0, atol=1e-8)
