@@ -1,5 +1,8 @@
 """A run, end to end, with real worker processes."""
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -7,6 +10,7 @@ from click.testing import CliRunner
 
 from alloc import AllocError
 from bench.__main__ import cli
+from bench.harness import process
 from bench.record import FILE_NAME, read
 
 DEMANDS = ["--demands=inactive", "--demands=active", "--demands=infeasible"]
@@ -60,3 +64,14 @@ def test_a_method_of_ones_own_a_fault_and_a_pattern_are_measured(tmp_path: Path)
     measured = {(c.key.method, c.key.vehicle): c.status for c in read(tmp_path / "out").cells}
     assert measured["my-pinv", "ukwial-f1"] == "ok"
     assert measured["pinv", "ukwial-f1"] == "ok"
+
+
+def test_a_worker_finds_a_source_tree_that_nobody_installed_from_any_folder(tmp_path: Path) -> None:
+    root = Path(__file__).parents[1]
+    # -S: no site-packages, so that an installed thrustbench can't stand in for the source tree.
+    ask = "import importlib.util; print(importlib.util.find_spec('bench').origin)"
+    path = {"PYTHONPATH": process._environment()["PYTHONPATH"].partition(os.pathsep)[0]}
+    done = subprocess.run(
+        [sys.executable, "-S", "-c", ask], cwd=tmp_path, env=path, capture_output=True, text=True, check=True
+    )
+    assert Path(done.stdout.strip()) == root / "bench" / "__init__.py"

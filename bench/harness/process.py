@@ -19,7 +19,7 @@ TAIL_BYTES = 2000
 """How much of what a worker prints is kept, to say why it died."""
 STARTUP_S = 60.0
 """Time limit from the start of a process to its first cell: Python, numpy and a cold disk."""
-_ROOT = str(Path(__file__).parents[1])
+_ROOT = str(Path(__file__).parents[2])
 
 
 def work(job: Job, time_limit_s: float) -> Iterator[Message]:
