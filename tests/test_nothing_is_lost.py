@@ -16,10 +16,12 @@ import msgspec
 import psutil
 import pytest
 from click.testing import CliRunner
+from made_up import header
 from plugin_files import write_plugin
 
 from bench.__main__ import cli
 from bench.harness.plan import Settings
+from bench.harness.run import check_same
 from bench.harness.run import run as run_again
 from bench.harness.writer import Writer
 from bench.record import FILE_NAME, PACKED, Record, RecordError, read
@@ -197,6 +199,13 @@ def test_a_record_made_with_other_settings_is_not_continued(finished: Path) -> N
     assert isinstance(error, RecordError)
     assert "seed" in str(error)
     assert written(finished) == before
+
+
+def test_a_record_made_without_a_package_that_is_there_now_is_not_continued(tmp_path: Path) -> None:
+    old = header(versions={"python": "CPython 3.11.7"})
+    new = header(versions={"python": "CPython 3.11.7", "quadprog": "0.1.13"})
+    with pytest.raises(RecordError, match="quadprog"):
+        check_same(old, new, tmp_path)
 
 
 def test_a_packed_record_reads_as_the_plain_one_did(finished: Path, tmp_path: Path) -> None:

@@ -205,8 +205,8 @@ def check_same(old: Header, new: Header, path: Path) -> None:
         {"commit": header.commit, **header.versions, **header.settings, **header.machine}
         for header in (old, new)
     ]
-    for what, was in facts[0].items():
-        now = facts[1].get(what)
+    for what in facts[0] | facts[1]:  # a package that came since is a difference too
+        was, now = (found.get(what) for found in facts)
         if was != now:
             raise RecordError(f"{path}: was made with {what} {was!r}, this is {now!r}; give another --out")
 
