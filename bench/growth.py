@@ -58,20 +58,21 @@ def exponent(values: dict[int, float]) -> tuple[float, float] | None:
 
 
 def pays_up_to(found: list[Series]) -> tuple[int | None, list[int]]:
-    """Of the series of one k: the largest n at which an exact closed form beats every exact solver.
+    """Of the series of one k: the largest n up to which an exact closed form beats every exact solver.
 
-    Also the sizes at which no exact closed form was measured at all.
+    Also the sizes from which on no exact closed form was measured any more.
     """
     sizes = sorted({n for one in found for n in one.rows})
-    best, without = None, []
+    best: int | None = None
+    without: list[int] = []
+    ahead = True
     for n in sizes:
         here = [(one.times_us().get(n), one) for one in found if n in one.rows and exact(one.rows[n])]
         closed = min((t for t, one in here if t and "/" not in one.label), default=None)
         solver = min((t for t, one in here if t and "/" in one.label), default=None)
-        if closed is None:
-            without.append(n)
-        elif solver is None or closed < solver:
-            best = n
+        without = [*without, n] if closed is None else []
+        ahead = ahead and closed is not None and (solver is None or closed < solver)
+        best = n if ahead else best
     return best, without
 
 

@@ -103,3 +103,13 @@ def test_generated_vehicles_get_no_tables_and_pictures_of_their_own(tmp_path: Pa
     assert study(tmp_path).vehicles == []
     render(tmp_path)
     assert [path.name for path in tmp_path.glob("*.svg")] == ["growth.svg"]
+
+
+def test_a_closed_form_pays_only_up_to_where_it_is_first_beaten(tmp_path: Path) -> None:
+    lines: list[Line] = []
+    for n, closed_us in ((4, 1.0), (6, 9.0), (8, 1.0), (12, None), (16, 9.0), (24, None)):
+        name = f"growth-k3-n{n}"
+        lines += [made_up.problem(name, n), made_up.exact_cell(name, "qp/daqp", 5.0)]
+        lines += [made_up.exact_cell(name, "nullspace", closed_us)] if closed_us else []
+    run = read_run(made_up.record(tmp_path, made_up.header(), *lines))
+    assert pays_up_to(series(run)) == (4, [24])
