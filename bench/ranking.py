@@ -8,6 +8,8 @@ EXACT = ("hard", "scaled")
 EXACT_WITHIN = 1e-6
 """Largest distance to the optimum, over the largest limit, at which answers count as exact: what ``tight``
 settings are chosen for. It is the distance that was found, not the one that was promised."""
+ROUNDING = 1e-9
+"""Of two shares that are equal."""
 
 
 def number(value: columns.Value) -> float | None:
@@ -21,10 +23,13 @@ def right(row: Row) -> bool:
 
 
 def exact(row: Row) -> bool:
-    """Whether a row's answers are the constrained optimum, found within EXACT_WITHIN of it."""
-    distance = number(columns.distance_relative(row))
+    """Whether a row's answers are the constrained optimum, found within EXACT_WITHIN of it.
+
+    Giving up is no answer: as many demands must be solved as are attainable.
+    """
+    distance, solved = number(columns.distance_relative(row)), number(columns.solved_fraction(row))
     optimal = columns.formulation(row) in EXACT and distance is not None and distance <= EXACT_WITHIN
-    return optimal and right(row)
+    return optimal and solved is not None and solved >= row.attainable - ROUNDING and right(row)
 
 
 def best(run: Run, vehicle: str, demands: str) -> list[Row]:

@@ -23,6 +23,7 @@ class Row:
     cells : the repeats, each measured by a process of its own
     workers : those processes
     disturbed : what disturbed the machine meanwhile, empty where it was quiet
+    attainable : share of the set's demands that are labelled inactive or active
     """
 
     vehicle: str
@@ -33,6 +34,7 @@ class Row:
     cells: tuple[Cell, ...]
     workers: tuple[Worker, ...]
     disturbed: tuple[str, ...]
+    attainable: float = 0.0
 
     @property
     def label(self) -> str:
@@ -133,9 +135,15 @@ def gather(record: Record) -> tuple[Row, ...]:
         k = cell.key
         repeats[k.vehicle, k.demands, k.method, k.start, k.level][k.repeat] = cell
     usual, cores = canary_median_ns(record), record.header.machine.get("cores")
+    attainable = {
+        (p.vehicle, p.demands): (p.labels.get("inactive", 0) + p.labels.get("active", 0)) / p.n_demands
+        for p in record.problems
+        if p.n_demands
+    }
     rows = []
     for key, cells in sorted(repeats.items()):
         at_work = tuple(w for w in record.workers if (w.method, w.start, w.level) == key[2:])
         repeated = tuple(cells[r] for r in sorted(cells))
-        rows.append(Row(*key, repeated, at_work, disturbances(repeated, usual, cores)))
+        busy = disturbances(repeated, usual, cores)
+        rows.append(Row(*key, repeated, at_work, busy, attainable.get(key[:2], 0.0)))
     return tuple(rows)

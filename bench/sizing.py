@@ -135,7 +135,9 @@ def _size(rows: list[Row], loop: Loop, transfer: Transfer | None) -> Size:
     return Size(
         vehicle,
         label,
-        all(exact(row) for row in rows if columns.agrees(row) != "-") and any(exact(row) for row in rows),
+        # Where nothing attainable was asked, an exact method may have nothing to answer.
+        all(exact(row) for row in rows if row.attainable or columns.agrees(row) != "-")
+        and any(exact(row) for row in rows),
         verdict,
         reason,
         p50,

@@ -183,3 +183,18 @@ def test_a_method_is_shown_with_its_best_start_only_unless_all_are_asked_for(tmp
     assert "| qp/m warm" in short
     assert "| qp/m cold" not in short
     assert "| qp/m cold" in CliRunner().invoke(command, [*arguments, "--all"]).output
+
+
+@pytest.mark.parametrize("given_up", [1, 100])
+def test_a_method_that_gives_up_on_what_can_be_met_is_not_exact(given_up: int, tmp_path: Path) -> None:
+    counts = {"SOLVED": 100 - given_up, "NOT_CONVERGED": given_up}
+    agrees, distance = (True, 0.0) if given_up < 100 else (None, None)  # nothing to compare
+    judged = Judged(100, counts, agrees=agrees, distance_rel_max=distance, tolerance=1e-9)
+    cells = [
+        replace(steady("quits", 1, exact=True), judged=judged),
+        replace(steady("quits", 1, exact=True), key=Key("ukwial", "inactive", "quits")),
+        steady("answers", 2, exact=True),
+    ]
+    lines = [made_up.header(), made_up.problem("ukwial", 4), *cells]
+    found = sizes(read_run(made_up.record(tmp_path, *lines)), HUNDRED_HZ)
+    assert [(size.label, size.exact) for size in found] == [("answers", True), ("quits", False)]
