@@ -8,8 +8,8 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from bench.columns import call_p50_us, call_p99_us, lost_wrench_max, within_1pct_share
-from bench.report.lost import NOTHING
+from bench.columns import call_p50_us, call_p99_us, within_1pct_share
+from bench.report.lost import NOTHING, largest
 from bench.report.text import three
 from bench.rows import Row, Run, read_run
 
@@ -92,11 +92,12 @@ def served(run: Run, rows: list[Row]) -> list[float]:
 
 def missed(rows: list[Row]) -> str:
     """The largest share of an attainable wrench that is not delivered, per cent."""
-    lost = [lost_wrench_max(row) for row in rows if row.demands in ATTAINABLE]
-    worst = max((value for value in lost if isinstance(value, float)), default=None)
+    lost = [largest(row) for row in rows if row.demands in ATTAINABLE]
+    worst = max((value for value in lost if value is not None), default=None)
     if worst is None:
         return ""
-    return f"{100 * worst:.2g}%" if worst > NOTHING else "0%"
+    # Two digits, without the exponent that .2g alone would give 100.
+    return f"{float(f'{100 * worst:.2g}'):g}%" if worst > NOTHING else "0%"
 
 
 def _worst(values: Iterable[object]) -> str:

@@ -57,6 +57,16 @@ def test_what_no_thruster_could_deliver_is_not_held_against_a_method(tmp_path: P
     assert missed(list(run.rows)) == "25%"
 
 
+def test_a_demand_without_thrusts_loses_its_whole_wrench(tmp_path: Path):
+    loss = {"answered_share": 0.9, "wrench_error_rel_max": 1e-15, "within_1pct_share": 0.9}
+    gave_up = msgspec.structs.replace(
+        on("active", "qp/x", 0.0, 0.0),
+        judged=Judged(10, {"SOLVED": 9, "NOT_CONVERGED": 1}, [0.0], agrees=True, loss=loss),
+    )
+    run = read_run(record(tmp_path, header(), gave_up))
+    assert missed(list(run.rows)) == "100%"
+
+
 def test_rounding_is_not_called_a_loss(tmp_path: Path):
     run = read_run(record(tmp_path, header(), on("active", "nullspace", 1e-15, 1.0)))
     assert missed(list(run.rows)) == "0%"

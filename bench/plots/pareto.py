@@ -6,6 +6,7 @@ from bench import columns
 from bench.plots.labels import label_points
 from bench.plots.style import FAINT, colour, family, legend, share_axis, time_axis
 from bench.ranking import best, number
+from bench.report.lost import largest
 from bench.rows import Row, Run
 
 if TYPE_CHECKING:
@@ -26,8 +27,7 @@ def draw(run: Run, vehicle: str) -> "Figure | None":
     points = [
         (time, max(error, FLOOR), row)
         for row in best(run, vehicle, demands)
-        if (time := number(columns.call_p50_us(row)))
-        and (error := number(columns.lost_wrench_max(row))) is not None
+        if (time := number(columns.call_p50_us(row))) and (error := largest(row)) is not None
     ]
     if not points:
         return None

@@ -59,6 +59,13 @@ def _vehicle(run: Run, vehicle: str) -> list[str]:
     return [f"### {vehicle}\n", table(headers, body), *([nothing] if keeping else [])]
 
 
+def largest(row: Row) -> float | None:
+    """The largest share of a demand's wrench that is not delivered: all of it where one got no thrusts."""
+    answered = number(columns.answered_share(row))
+    lost = number(columns.lost_wrench_max(row))
+    return lost if answered is None or answered == 1.0 else 1.0
+
+
 def _together(rows: list[Row]) -> str:
     """Several rows by name: ``clip, pinv``; solvers of one formulation as ``qp-soft/ daqp, osqp``."""
     if len(rows) == 1:
