@@ -13,9 +13,9 @@ TEXT = """## How it was measured
 - A quantile is printed only where ten calls lie beyond it, with its 95 % interval from order statistics.
 - `inactive` demands lie where the pseudoinverse keeps within the limits; `active` ones are attainable but
   need the limits; `infeasible` ones are not attainable.
-- Pictures and the lines *exact* show each method's fastest start and level that is right everywhere; all of
-  them are in `results.csv`, and so are vehicles after a failure (`-f2`: thruster 2, counted from 0, is off),
-  of which the report shows one line each.
+- Pictures and the lines *exact* show each method's fastest start and level that is right everywhere, exact
+  ones before others; all of them are in `results.csv`, and so are vehicles after a failure (`-f2`: thruster
+  2, counted from 0, is off), of which the report shows one line each.
 """
 
 

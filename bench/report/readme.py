@@ -8,6 +8,7 @@ from bench import columns
 from bench.plots.style import family
 from bench.quantiles import quantile
 from bench.ranking import best, exact, number
+from bench.report.lost import largest
 from bench.report.text import percent, table, three
 from bench.rows import Row, Run
 
@@ -88,9 +89,10 @@ def _caption(run: Run, shown: list[str]) -> str:
     sets = ", ".join(sorted({run.sets(name)[0] for name in shown}))
     return (
         f"Median of one call from Python on {sets} demands, {machine.get('cpu', 'this machine')},"
-        f" {versions.get('python', 'Python')}; each method with its fastest start and level that is right"
-        f" everywhere. The last three columns are {shown[-1]}'s; *served* is the share of its attainable"
-        " set that is delivered within 1 %.\n"
+        f" {versions.get('python', 'Python')}; of each method the fastest start and level that is"
+        " right everywhere, exact ones before others. The last three columns are"
+        f" {shown[-1]}'s: p99.9 of single calls on all its demand sets; *served* is the share of its"
+        " attainable set that is delivered within 1 %.\n"
     )
 
 
@@ -108,7 +110,7 @@ def _median(row: Row | None) -> str:
 def _tail(run: Run, row: Row | None) -> tuple[str, str]:
     if row is None:
         return "", ""
-    lost = number(columns.lost_wrench_max(row))
+    lost = largest(row)
     met = lost is not None and lost < MET
     p999 = quantile(run.singles(row), 0.999)
     return three(None if p999 is None else p999 / 1000), "0" if met else percent(lost)
