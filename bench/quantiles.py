@@ -27,8 +27,8 @@ def total(counted: Counted) -> int:
 def quantile(counted: Counted, q: float) -> int | None:
     """The least time [ns] that a share ``q`` of all does not exceed; None where n(1 - q) < BEYOND."""
     n = total(counted)
-    # 10,000 (1 - 0.999) is 10.000000000000009 or 9.99…, as rounding has it; half a call decides nothing.
-    return ranked(counted, q * n) if n * (1 - q) > BEYOND - 0.5 else None
+    # 10,000 (1 - 0.999) is 10.000000000000009 or 9.99…, as rounding has it; 9.6 is not ten.
+    return ranked(counted, q * n) if n * (1 - q) > BEYOND - 1e-6 else None
 
 
 def interval(counted: Counted, q: float) -> tuple[int, int] | None:

@@ -69,6 +69,13 @@ def test_a_quantile_with_fewer_than_ten_calls_beyond_it_is_left_empty(tmp_path: 
     assert columns.call_p999_us(row(tmp_path, thousand)) is None
 
 
+@pytest.mark.parametrize("calls", [951, 960, 999])
+def test_p99_is_empty_below_a_thousand_calls_as_its_column_says(calls: int, tmp_path: Path) -> None:
+    few = made_up.cell(singles=[(ns, 1) for ns in range(1, calls + 1)])
+    assert columns.call_p99_us(row(tmp_path, few)) is None
+    assert columns.call_p99_high_us(row(tmp_path, few)) is None
+
+
 def test_the_worst_answer_of_any_repeat_is_the_one_shown(tmp_path: Path) -> None:
     judged = (
         Judged(1, {"SOLVED": 1}, [1.0, -0.0], agrees=True),
