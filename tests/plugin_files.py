@@ -37,6 +37,7 @@ BODIES = {
     "sleeps": "time.sleep(0.003)",
     "floods": "print('x' * 10_000); sys.stdout.flush()",
     "off": "f *= 1.001",
+    "scribbles": "tau *= 0; f = f * 0; self.formulation = 'mine'",  # of which no reference is known
     "nan": "f = f * np.nan if large else f",
 }
 
