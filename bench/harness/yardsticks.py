@@ -19,14 +19,14 @@ def nothing(_: Any) -> None:
 
 
 def loop(_: Any) -> None:
-    """Python bytecode only, about 10 us: fixed work, so its spread is the machine's."""
+    """Python bytecode only, a few us: fixed work, so its spread is the machine's."""
     total = 0
     for i in range(400):
         total += i
 
 
 def product(_: Any) -> None:
-    """One numpy product, about 10 us: fixed work in BLAS."""
+    """One numpy product, a few us: fixed work in BLAS."""
     _MATRIX.dot(_MATRIX)
 
 
