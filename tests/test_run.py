@@ -8,9 +8,11 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from alloc import AllocError
+import alloc
+from alloc import AllocError, DemandError
 from bench.__main__ import cli
 from bench.harness import process
+from bench.judging.reference import questions
 from bench.record import FILE_NAME, read
 
 DEMANDS = ["--demands=inactive", "--demands=active", "--demands=infeasible"]
@@ -75,3 +77,20 @@ def test_a_worker_finds_a_source_tree_that_nobody_installed_from_any_folder(tmp_
         [sys.executable, "-S", "-c", ask], cwd=tmp_path, env=path, capture_output=True, text=True, check=True
     )
     assert Path(done.stdout.strip()) == root / "bench" / "__init__.py"
+
+
+def test_two_logs_or_vehicles_of_one_name_are_refused_not_dropped(tmp_path: Path) -> None:
+    logs = []
+    for folder, row in (("monday", "10,0,0"), ("tuesday", "0,10,0")):
+        (tmp_path / folder).mkdir()
+        logs.append(tmp_path / folder / "dive.csv")
+        logs[-1].write_text(f"surge,sway,yaw\n{row}\n")
+    with pytest.raises(DemandError, match="'ukwial', 'dive'"):
+        questions(["ukwial"], [*map(str, logs)], [""], 0, 5)
+    assert len(questions(["ukwial"], [str(logs[0])] * 2, [""], 0, 5)) == 1  # the same twice is one
+
+    shipped = (Path(alloc.__file__).parent / "vehicles" / "ukwial.yaml").read_text(encoding="utf-8")
+    mine = tmp_path / "mine.yaml"
+    mine.write_text(shipped.replace("f_max: 250", "f_max: 100"))
+    with pytest.raises(DemandError, match="'ukwial', 'active'"):
+        questions(["ukwial", str(mine)], ["active"], [""], 0, 5)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from alloc import (
     Allocator,
     AllocError,
+    DemandError,
     FloatArray,
     Label,
     NotApplicable,
@@ -97,7 +98,9 @@ def questions(
 ) -> list[Question]:
     """Every demand set of every vehicle with every fault (see ``faulty``), and its references.
 
-    A set that a vehicle has no demands of (NotApplicable) is left out.
+    A set that a vehicle has no demands of (NotApplicable) is left out. Raises DemandError where two
+    different questions would share their names, and with them their rows: two logs called alike, or a
+    vehicle file that kept the name of the one it was copied from.
     """
     from bench.studies.growth import vehicle_of  # the parent's alone: it costs a worker 10 ms
 
@@ -111,7 +114,7 @@ def questions(
             optima, method = references(
                 posed.vehicle, posed.taus, posed.labels == Label.INACTIVE, posed.alpha
             )
-            found[posed.vehicle.name, posed.name] = Question(
+            question = Question(
                 posed.name,
                 posed.vehicle,
                 posed.taus,
@@ -121,9 +124,20 @@ def questions(
                 optima,
                 method,
             )
+            key = (posed.vehicle.name, posed.name)
+            if not _same(found.setdefault(key, question), question):
+                raise DemandError(
+                    f"two different vehicles or demand sets are called '{key[0]}', '{key[1]}';"
+                    " change the name in a vehicle file, or rename a log"
+                )
     if not found:
         raise NotApplicable("none of these vehicles has any of these demands; name others")
     return list(found.values())
+
+
+def _same(a: Question, b: Question) -> bool:
+    arrays = ((getattr(a.vehicle, key), getattr(b.vehicle, key)) for key in VEHICLE_ARRAYS)
+    return all(np.array_equal(x, y) for x, y in ((a.taus, b.taus), *arrays))
 
 
 def faulty(vehicle: Vehicle, faults: Iterable[str]) -> list[Vehicle]:
