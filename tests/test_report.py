@@ -192,3 +192,17 @@ def test_a_folder_without_a_readable_record_ends_with_2_and_one_line(
     assert message.count("\n") == 1
     assert "record.jsonl" in message
     assert not list(tmp_path.rglob("*.md"))
+
+
+def test_a_run_without_times_has_no_result_table_and_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    made_up.record(tmp_path, made_up.header())
+    readme = tmp_path / "README.md"
+    readme.write_text("as it was")
+    monkeypatch.setattr(sys, "argv", ["thrustbench", "report", str(tmp_path), "--readme", str(readme)])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 2
+    assert "no times of any vehicle" in capsys.readouterr().err
+    assert readme.read_text() == "as it was"

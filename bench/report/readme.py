@@ -8,6 +8,7 @@ from bench import columns
 from bench.plots.style import family
 from bench.quantiles import quantile
 from bench.ranking import best, exact, number
+from bench.record import RecordError
 from bench.report.lost import largest
 from bench.report.text import percent, table, three
 from bench.rows import Row, Run
@@ -27,8 +28,13 @@ class MarkerError(AllocError):
 
 
 def result_table(run: Run) -> str:
-    """One line a method: its median on each vehicle, and on the last one its tail and what it loses."""
+    """One line a method: its median on each vehicle, and on the last one its tail and what it loses.
+
+    Raises RecordError for a run without times, as one of emulated processors.
+    """
     shown = [name for name in VEHICLES if name in run.vehicles] or run.vehicles[:2]
+    if not shown:
+        raise RecordError("this run holds no times of any vehicle, so no result table; give one that does")
     by_vehicle = {name: {row.method: row for row in best(run, name, run.sets(name)[0])} for name in shown}
     last = by_vehicle[shown[-1]]
     methods = dict.fromkeys(method for rows in reversed(by_vehicle.values()) for method in rows)
