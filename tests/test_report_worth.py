@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import msgspec
-from made_up import cell, header, record
+from made_up import cell, header, problem, record
 
 from bench.judging.worth import Authority, Curve, Plane, Served, Worth
 from bench.plots import error, reach
@@ -101,3 +101,13 @@ def test_a_flight_through_a_failure_shows_before_and_after(tmp_path: Path):
     assert "22.2 %" in text
     assert "33.3 %" not in text
     assert mission.section(run_with(tmp_path), frozenset()) == ""
+
+
+def test_the_mission_says_how_much_of_the_flight_was_asked(tmp_path):
+    asked = [
+        msgspec.structs.replace(problem(vehicle, 4), demands=demands, n_demands=60, rate_hz=100.0)
+        for vehicle, demands in (("ukwial", "mission"), ("ukwial-f2", "mission-fault"))
+    ]
+    cells = [cell(key=Key(p.vehicle, p.demands, "pinv")) for p in asked]
+    text = mission.section(read_run(record(tmp_path, header(), *asked, *cells)), frozenset())
+    assert "60 demands (0.600 s) of waypoints" in text

@@ -36,11 +36,19 @@ def section(run: Run, drawn: frozenset[str]) -> str:
         return ""
     title = (
         "## Through a failure\n\n"
-        "Half a minute of waypoints in a current, then half a minute more after the thruster whose loss costs"
-        " most (and no rank, where that can be had) has failed. Each method answers the same demands; one"
+        f"{_flown(run)} of waypoints in a current, then as many after the thruster whose loss costs most"
+        " (and no rank, where that can be had) has failed. Each method answers the same demands; one"
         " without an answer is lost whole.\n"
     )
     return "\n".join([title, *parts])
+
+
+def _flown(run: Run) -> str:
+    """How much of the flight was asked: a run takes as many demands of it as of any set."""
+    halves = [p for p in run.record.problems if p.demands in (BEFORE, AFTER)]
+    most = max((p.n_demands for p in halves), default=0)
+    seconds = max((p.n_demands / p.rate_hz for p in halves if p.rate_hz), default=None)
+    return f"{most} demands" + ("" if seconds is None else f" ({three(seconds)} s)")
 
 
 def _degraded(run: Run, vehicle: str) -> list[str]:
