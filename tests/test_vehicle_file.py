@@ -1,7 +1,6 @@
 """Vehicle files: what is accepted, and what is refused with file, line, key and remedy in one line."""
 
 import os
-import time
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +10,7 @@ from hypothesis import strategies as st
 
 from alloc import AllocError, UnknownName, Vehicle, VehicleError, list_vehicles, load_vehicle
 from alloc.geometry import DOF, from_flu, pose_matrix
+from tests.readers import refused, written
 
 GOOD = """\
 name: cross
@@ -29,20 +29,8 @@ def file(tmp_path: Path) -> Path:
     return tmp_path / "my.yaml"
 
 
-def written(file: Path, text: str | bytes) -> Path:
-    file.write_bytes(text.encode() if isinstance(text, str) else text)
-    return file
-
-
 def refusal(path: Path) -> str:
-    """The message of the refusal, which comes soon and is one line that names the file."""
-    start = time.process_time()  # a busy machine is not the reader's fault
-    with pytest.raises(AllocError) as caught:
-        load_vehicle(path)
-    message = str(caught.value)
-    assert time.process_time() - start < 5
-    assert "\n" not in message
-    assert message.startswith(str(path))
+    message = refused(lambda: load_vehicle(path), path)
     assert len(message) < len(str(path)) + 250
     return message
 
