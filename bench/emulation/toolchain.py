@@ -7,7 +7,7 @@ import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
-from alloc import AllocError, NotInstalled, UnknownName
+from alloc import AllocError, UnknownName
 
 
 class ToolError(AllocError):
@@ -96,12 +96,6 @@ def missing(found: Target) -> str:
         absent = ["a C library for it"]
     remedy = f"apt-get install {' '.join(found.packages)} (or make emulate)"
     return f"{found.name} needs {', '.join(absent)}: {remedy}" if absent else ""
-
-
-def require(found: Target) -> None:
-    """Raise NotInstalled, with the remedy, where something is missing."""
-    if reason := missing(found):
-        raise NotInstalled(reason)
 
 
 def versions(found: Target) -> dict[str, str]:
