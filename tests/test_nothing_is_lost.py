@@ -11,6 +11,7 @@ import time
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import psutil
@@ -21,7 +22,7 @@ from plugin_files import write_plugin
 
 from bench.__main__ import cli
 from bench.harness.plan import Settings
-from bench.harness.run import check_same
+from bench.harness.run import Interrupted, Progress, check_same
 from bench.harness.run import run as run_again
 from bench.harness.writer import Writer
 from bench.record import FILE_NAME, PACKED, Record, RecordError, read
@@ -154,6 +155,42 @@ def test_ctrl_c_stops_the_worker_and_reports_what_there_is(tmp_path: Path) -> No
     assert (out / "report.md").is_file()
     assert read(out).events[-1].what == "interrupted"
     assert worker is None or not worker.is_running()
+
+
+def interrupted(folder: Path, watch: Callable[[Progress], None]) -> None:
+    """Run until Ctrl-C comes; no worker may be left, not even while the exception is being handled."""
+    mine = psutil.Process()
+    before = set(mine.children())
+    settings = Settings(("ukwial",), ("inactive",), ("pinv", "svd"), n_demands=4, budget_ms=0, repeats=1)
+    try:
+        run_again(settings, folder, resume=False, watch=watch)
+    except Interrupted:
+        assert set(mine.children()) == before
+    else:
+        pytest.fail("Ctrl-C was lost")
+    assert read(folder).events[-1].what == "interrupted"
+
+
+def test_ctrl_c_between_two_results_leaves_no_worker(tmp_path: Path) -> None:
+    def stop(progress: Progress) -> None:
+        if progress.done == 2:
+            signal.raise_signal(signal.SIGINT)
+
+    interrupted(tmp_path, stop)
+
+
+def test_ctrl_c_while_a_worker_is_being_started_leaves_no_worker(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    start = subprocess.Popen.__init__
+
+    def interrupted_start(self: Any, command: list[str], **named: Any) -> None:
+        start(self, command, **named)
+        if "bench.harness.worker" in command:
+            signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(subprocess.Popen, "__init__", interrupted_start)
+    interrupted(tmp_path, lambda progress: None)
 
 
 def test_a_full_disk_ends_the_run_with_one_line_and_keeps_what_was_written(

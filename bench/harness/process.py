@@ -7,7 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 import msgspec
@@ -29,30 +29,48 @@ def work(job: Job, time_limit_s: float) -> Iterator[Message]:
     crashed or timeout, and the rest of the job is not done. The process is gone when this ends, also
     when the caller stops early.
     """
-    reader, writer = os.pipe()
-    command = [sys.executable, "-m", "bench.harness.worker", str(writer)]
     job.spawned_ns = time.monotonic_ns()
-    process = subprocess.Popen(
-        command,
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        pass_fds=[writer],
-        env=_environment(),
-        start_new_session=True,  # a terminal's Ctrl-C reaches the parent only, which then stops in order
-    )
-    os.close(writer)
-    assert process.stdin is not None
-    assert process.stdout is not None
-    try:
+    with ExitStack() as at_end:
+        with _interrupt_held_back():
+            process, reader = _start(at_end)
+        assert process.stdin is not None
         with suppress(BrokenPipeError):  # it died at once; what it printed says why
             process.stdin.write(msgspec.json.encode(job))
             process.stdin.close()
         yield from _messages(process, reader, job, time_limit_s)
+
+
+def _start(at_end: ExitStack) -> tuple[subprocess.Popen[bytes], int]:
+    # A fresh worker and the pipe its messages come through; both are gone at the end.
+    reader, writer = os.pipe()
+    at_end.callback(os.close, reader)
+    try:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "bench.harness.worker", str(writer)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            pass_fds=[writer],
+            env=_environment(),
+            start_new_session=True,  # a terminal's Ctrl-C reaches the parent only, which then stops in order
+        )
     finally:
-        _end(process)
-        process.stdout.close()
-        os.close(reader)
+        os.close(writer)
+    at_end.callback(_end, process)
+    return process, reader
+
+
+@contextmanager
+def _interrupt_held_back() -> Iterator[None]:
+    # A Ctrl-C while a process is being started would leave it with nobody to end it: it comes after.
+    came: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, _: came.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if came:
+        signal.raise_signal(signal.SIGINT)
 
 
 def _messages(
@@ -96,6 +114,10 @@ def _end(process: subprocess.Popen[bytes]) -> None:
     with suppress(ProcessLookupError, PermissionError):
         os.killpg(process.pid, signal.SIGKILL)
     process.wait()
+    for stream in (process.stdin, process.stdout):
+        assert stream is not None
+        with suppress(BrokenPipeError):  # what it had not read yet
+            stream.close()
 
 
 def _cause(code: int, tail: bytes) -> str:
