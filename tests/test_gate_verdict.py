@@ -63,10 +63,9 @@ def test_a_slow_down_that_is_not_certain_passes() -> None:
     assert judged(cell(**noisy)).outcome is Outcome.PASS
 
 
-def test_cells_under_two_microseconds_have_a_wider_threshold() -> None:
-    assert judged(cell(**timed(1.04, us=1.9))).outcome is Outcome.PASS
-    assert judged(cell(**timed(1.04, us=2.1))).outcome is Outcome.REGRESSION
-    assert judged(cell(**timed(1.06, us=1.9))).outcome is Outcome.REGRESSION
+def test_the_threshold_is_the_same_for_a_short_call() -> None:
+    assert judged(cell(**timed(1.029, us=0.7))).outcome is Outcome.PASS
+    assert judged(cell(**timed(1.031, us=0.7))).outcome is Outcome.REGRESSION
 
 
 def test_a_suspicion_needs_less_certainty_than_a_failure() -> None:

@@ -6,8 +6,6 @@ from typing import NamedTuple
 from bench.gate.record import Cell, Record, Settings
 from bench.gate.statistics import Ratio, medians_us, ratio
 
-SHORT_US = 2.0
-"""Cells below this move by 2 % from one process to the next, so their threshold is wider."""
 CERTAIN = 1.01
 """A failing cell's whole interval lies above this."""
 TRIPWIRE = 1.01
@@ -98,9 +96,8 @@ def in_both(cell: Cell) -> bool:
 def row(cell: Cell, settings: Settings) -> Row:
     """A cell's ratio, medians and threshold, over all pairs measured so far."""
     base_us, head_us = medians_us(cell.pairs, cell.calls)
-    allowed = settings.threshold + (settings.short_margin if base_us < SHORT_US else 0.0)
     counted = cell.instructions[-1][1] / cell.instructions[-1][0] if cell.instructions else None
-    return Row(cell.name, ratio(cell.pairs), base_us, head_us, counted, 1 + allowed)
+    return Row(cell.name, ratio(cell.pairs), base_us, head_us, counted, 1 + settings.threshold)
 
 
 def is_suspect(cell: Cell, settings: Settings) -> bool:

@@ -25,6 +25,7 @@ import click
 
 from bench.compare import compare as compare_benchmarks
 from bench.compare import read
+from bench.gate.cells import DEFAULT_CELLS
 from bench.gate.record import Record, Settings
 from bench.gate.run import compare
 from bench.gate.side import Tree
@@ -37,12 +38,13 @@ CALIBRATED = {
     CLOSED_FORMS: ("ukwial:pinv:-", "ukwial:svd:-", "ukwial:walsh:-"),
     QP_PATHS: ("ukwial:qp/daqp:reused",),
 }
-"""Class that is slowed down -> its cells, for which the per cent hold."""
+"""Class that is slowed down -> its cells, for which the per cent hold. Identical trees are compared on
+the gate's default cells."""
 CELLS = tuple(cell for cells in CALIBRATED.values() for cell in cells)
-IDENTICAL = (*CELLS, "bluerov2-heavy:clip", "bluerov2-heavy:nullspace", "bluerov2-heavy:qp/piqp:reused")
-"""What identical trees are compared on: of each kind of path one."""
-TUNING = {"few_": 20, "many": 300}
-"""Folder -> statements of the two trees that calibrate."""
+TUNING = (20, 300)
+"""Statements of the two trees that tell what one costs."""
+CORRECTIONS = 2
+"""How often the number of statements is put right by what the gate measures of it."""
 SETTINGS = Settings(budget_s=600.0)
 COUNT_EVERY = 5
 """Instruction counts hardly vary, so not every trial takes them."""
@@ -52,29 +54,40 @@ RULE = "median:10%"
 
 def prepare(folder: Path) -> dict[str, Tree]:
     """The tree, a copy of it, and the three slower ones, calibrated on this machine."""
-    trees = {name: Tree(folder / name) for name in ("base", "same", *TUNING, *SLOWER)}
+    trees = {name: Tree(folder / name) for name in ("base", "same", *SLOWER)}
     ignore = shutil.ignore_patterns("__pycache__", ".*")
     for tree in trees.values():
         for part in ("alloc", "bench"):
             shutil.copytree(ROOT / part, tree.path / part, ignore=ignore)
     for where, cells in CALIBRATED.items():
-        # What work costs depends on what stands around it, so it is measured where it will stand: a
-        # first part for there being any, and then so much a statement.
-        for name, statements in TUNING.items():
-            slow_down(trees[name].path, where, statements)
-        (few, some), (many, more) = ((n, _excess(trees, name, cells)) for name, n in TUNING.items())
-        each = (more - some) / (many - few)
-        for name, percent in SLOWER.items():
-            slow_down(trees[name].path, where, max(1, round(few + (percent / 100 - some) / each)))
-        click.echo(f"{where[1]}: a statement more takes {each:.3%} of a call")
+        calibrate(trees, where, cells)
     for tree in trees.values():
         subprocess.run([tree.python, "-m", "compileall", "-q", str(tree.path)], check=True)
     return trees
 
 
-def _excess(trees: dict[str, Tree], name: str, cells: Sequence[str]) -> float:
-    rows = rows_of(gated(trees["base"], trees[name], cells, Settings(pairs=10, budget_s=600.0)))
-    return fmean(rows[cell].ratio.value for cell in cells) - 1
+def calibrate(trees: dict[str, Tree], where: tuple[str, str], cells: Sequence[str]) -> None:
+    """Make each slower tree's calls of a class take its per cent more, as the gate itself measures it.
+
+    What work costs depends on what stands around it, so it is measured where it will stand: a first
+    part for there being any, so much for each statement, and what is then still missing.
+    """
+
+    def excess(name: str, statements: int) -> float:
+        shutil.copy(trees["base"].path / where[0], trees[name].path / where[0])
+        slow_down(trees[name].path, where, statements)
+        rows = rows_of(gated(trees["base"], trees[name], cells, Settings(pairs=20, budget_s=600.0)))
+        return fmean(rows[cell].ratio.value for cell in cells) - 1
+
+    (few, some), (many, more) = ((n, excess("up20", n)) for n in TUNING)
+    each = (more - some) / (many - few)
+    click.echo(f"{where[1]}: a statement more takes {each:.3%} of a call")
+    for name, percent in SLOWER.items():
+        statements, found = few, some
+        for _ in range(1 + CORRECTIONS):
+            statements = max(1, statements + round((percent / 100 - found) / each))
+            found = excess(name, statements)
+        click.echo(f"{where[1]}: {statements} statements take {found:.1%}, asked for {percent} %")
 
 
 def gated(
@@ -93,7 +106,7 @@ def rows_of(record: Record) -> dict[str, Row]:
 
 def by_gate(name: str, trees: dict[str, Tree], counted: bool) -> dict[str, Any]:
     """One gate of the tree against ``name``: its outcome, and what it says of each cell."""
-    record = gated(trees["base"], trees[name], IDENTICAL if name == "same" else CELLS, count=counted)
+    record = gated(trees["base"], trees[name], DEFAULT_CELLS if name == "same" else CELLS, count=counted)
     rows, cells = rows_of(record), {}
     for cell in record.cells:
         if cell.name not in rows or cell.is_control:
