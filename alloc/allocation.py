@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from enum import IntEnum
-from math import isfinite, nan
+from math import hypot, nan
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -13,6 +13,9 @@ from alloc.errors import DemandError
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.intp]
 StatusArray = NDArray[np.int8]
+
+LARGEST_DEMAND = 1e100
+"""No entry of a demand is larger [N, N m]; up to here no product with a vehicle's numbers overflows."""
 
 
 class Status(IntEnum):
@@ -85,9 +88,9 @@ def answer(f: FloatArray, status: Status, iterations: int = 0, solver_s: float =
 
 
 def checked(tau: ArrayLike, k: int) -> FloatArray:
-    """``tau`` as a float64 array of shape (k,), refused unless finite.
+    """``tau`` as a float64 array of shape (k,); raises DemandError for NaN and beyond LARGEST_DEMAND.
 
-    Finiteness is read off one sum of Python floats, which neither warns nor costs a numpy call.
+    Both are read off one length, which neither warns nor costs a numpy call.
     """
     try:
         wrench = np.asarray(tau, dtype=np.float64)
@@ -95,25 +98,30 @@ def checked(tau: ArrayLike, k: int) -> FloatArray:
         raise DemandError(f"tau is not an array of numbers ({error}); give k = {k} of them") from None
     if wrench.shape != (k,):
         raise DemandError(f"tau has shape {wrench.shape}; this vehicle takes ({k},), one entry a DOF")
-    if not isfinite(sum(wrench.tolist())) and not all(map(isfinite, wrench.tolist())):
-        raise DemandError("tau holds NaN or infinity; every entry must be finite")
+    if not hypot(*wrench.tolist()) <= LARGEST_DEMAND and not _fits(wrench).all():
+        raise DemandError(f"tau {_UNFIT}")
     return wrench
 
 
 def checked_many(taus: ArrayLike, k: int) -> FloatArray:
-    """``taus`` as a float64 array of shape (N, k), refused unless finite."""
+    """``taus`` as a float64 array of shape (N, k); raises DemandError as ``checked`` does."""
     try:
         wrenches = np.asarray(taus, dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as error:
         raise DemandError(f"taus is not an array of numbers ({error}); give shape (N, {k})") from None
     if wrenches.ndim != 2 or wrenches.shape[1] != k:
         raise DemandError(f"taus has shape {wrenches.shape}; this vehicle takes (N, {k}), one row a demand")
-    if not np.isfinite(wrenches).all():
-        row = int(np.flatnonzero(~np.isfinite(wrenches).all(axis=1))[0])
-        raise DemandError(
-            f"taus row {row} (counted from 0) holds NaN or infinity; every entry must be finite"
-        )
+    if not (fits := _fits(wrenches)).all():
+        row = int(np.flatnonzero(~fits.all(axis=1))[0])
+        raise DemandError(f"taus row {row} (counted from 0) {_UNFIT}")
     return wrenches
+
+
+_UNFIT = f"holds NaN, infinity or a number beyond {LARGEST_DEMAND:g}; give N and N m"
+
+
+def _fits(wrenches: FloatArray) -> NDArray[np.bool_]:
+    return np.abs(wrenches) <= LARGEST_DEMAND
 
 
 def one_by_one(

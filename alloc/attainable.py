@@ -88,7 +88,7 @@ def alpha_range(vehicle: Vehicle, taus: ArrayLike) -> tuple[FloatArray, FloatArr
         return np.array(low), np.array([alpha_max_lp(vehicle, tau) for tau in demands])
     z = zonotope(vehicle)
     t = demands / z.scale
-    size = np.abs(t).max(axis=1)  # not a Euclidean length, whose squares would overflow
+    size = np.abs(t).max(axis=1)
     size[size == 0] = 1.0
     along = (t / size[:, None]) @ z.facets.T
     along[np.abs(along) <= z.tolerance] = 0.0

@@ -14,7 +14,7 @@ class VehicleError(AllocError):
 
 
 class DemandError(AllocError, ValueError):
-    """A demand has the wrong shape or is not finite."""
+    """A demand has the wrong shape, is no number, or is larger than any wrench."""
 
 
 class FileError(AllocError):

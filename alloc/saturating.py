@@ -20,12 +20,6 @@ from alloc.vehicle import Vehicle
 MET = 1e-6
 """A wrench met to this share of ``wrench_scale`` on each axis is SOLVED, as for every limited method."""
 
-FAR = 1e250
-"""From such a sum of |f| on, T* tau or the arithmetic of a rule may overflow [N]."""
-
-HUGE = 1e-200
-"""What a wrench that far out is multiplied by: it stays beyond every limit."""
-
 Rule = Callable[[FloatArray, list[float]], tuple[list[float], int]]
 """(tau, T* tau as a list) -> (thrusts, passes taken). What is left beyond a limit is clipped afterwards."""
 
@@ -67,9 +61,6 @@ class Saturating:
                 break
         else:
             return answer(f, Status.SOLVED if self._full_rank else self._status(f, wrench))
-        if not sum(map(abs, thrusts)) < FAR:  # so that NaN counts too
-            wrench = wrench * HUGE
-            thrusts = self.G.dot(wrench).tolist()
         thrusts, passes = self._rule(wrench, thrusts)
         for i, (low, high) in enumerate(self._limits):
             x = thrusts[i]
@@ -81,12 +72,7 @@ class Saturating:
     def many(self, taus: ArrayLike) -> tuple[FloatArray, StatusArray]:
         """Allocate (N, k) wrenches; those that T* tau serves in one matrix product."""
         wrenches = checked_many(taus, self._k)
-        with np.errstate(over="ignore", invalid="ignore"):
-            F = wrenches @ self.G.T
-            over = ~(np.abs(F).sum(axis=1) < FAR)
-        if over.any():
-            wrenches = np.where(over[:, None], wrenches * HUGE, wrenches)
-            F[over] = wrenches[over] @ self.G.T
+        F = wrenches @ self.G.T
         mend = np.flatnonzero(((self._f_min > F) | (self._f_max < F)).any(axis=1))
         if mend.size:
             F[mend] = self._mended(wrenches[mend], F[mend]).clip(self._f_min, self._f_max)

@@ -130,16 +130,27 @@ def test_a_list_of_numbers_is_a_demand_too(entry: Entry, vehicle: Vehicle, rng: 
     assert allocate(strided).f.shape == (vehicle.n,)
 
 
-@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf], ids=str)
-def test_a_demand_that_is_not_finite_is_refused(entry: Entry, vehicle: Vehicle, bad: float) -> None:
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, 1.1e100, -1.7e308], ids=str)
+def test_a_demand_that_is_no_wrench_is_refused(entry: Entry, vehicle: Vehicle, bad: float) -> None:
     allocate = prepared(entry, vehicle)
     for axis in range(vehicle.k):
         tau = np.zeros(vehicle.k)
         tau[axis] = bad
-        with pytest.raises(DemandError, match="finite"):
+        with pytest.raises(DemandError, match="tau holds NaN, infinity or a number beyond 1e\\+100"):
             allocate(tau)
         with pytest.raises(DemandError, match="row 1"):
             allocate.many(np.vstack([np.zeros(vehicle.k), tau]))
+
+
+def test_a_demand_beyond_everything_is_solved_by_no_method_with_limits(
+    entry: Entry, vehicle: Vehicle
+) -> None:
+    allocate = prepared(entry, vehicle)
+    f, status, _, _ = allocate(1e60 * np.resize([1.0, -1.0], vehicle.k))
+    if allocate.limited:
+        assert status is not Status.SOLVED
+    assert np.isnan(f).all() if status in (Status.INFEASIBLE, Status.NOT_CONVERGED) else np.isfinite(f).all()
+    assert inside(f, vehicle) or np.isnan(f).all() or not allocate.limited
 
 
 def test_a_demand_of_the_wrong_shape_is_refused(entry: Entry, vehicle: Vehicle) -> None:
@@ -171,9 +182,8 @@ def test_an_integer_beyond_every_float_is_refused(entry: Entry, vehicle: Vehicle
     "method", ["clip", "shrink", "redistribute", "desaturate", "fixed-point", "nullspace", "scaled"]
 )
 @pytest.mark.parametrize("limit", [1e-6, 1.0, 1e6])
-@pytest.mark.parametrize("size", [1e303, 1e308])
-@pytest.mark.filterwarnings("ignore:overflow")
-def test_a_demand_near_the_largest_float_gets_an_answer_inside_the_limits_or_none(
+@pytest.mark.parametrize("size", [1e30, 1e100])
+def test_the_largest_demand_gets_an_answer_inside_the_limits_or_none(
     method: str, limit: float, size: float
 ) -> None:
     T = np.array([[1.0, 1.0, 0.0, 0.3], [0.0, 0.5, 1.0, 0.2]])

@@ -24,7 +24,7 @@ from bench.__main__ import cli
 from bench.harness.plan import Settings
 from bench.harness.run import Interrupted, Progress, check_same
 from bench.harness.run import run as run_again
-from bench.harness.writer import Writer
+from bench.harness.writer import PREVIOUS, Writer
 from bench.record import FILE_NAME, PACKED, Record, RecordError, read
 
 ROOT = Path(__file__).parents[1]
@@ -92,6 +92,17 @@ def test_a_record_cut_at_any_byte_of_its_last_rows_gives_the_rows_before_the_cut
     with Writer(tmp_path) as writer:
         writer.resume()
     assert (tmp_path / FILE_NAME).read_bytes() == data[:first]
+
+
+def test_a_new_run_in_the_same_folder_keeps_the_record_before(finished: Path, tmp_path: Path) -> None:
+    old = written(finished)
+    (tmp_path / FILE_NAME).write_bytes(old)
+    for made in (header(), header(seed=5)):
+        with Writer(tmp_path) as writer:
+            writer.create(made)
+        assert (tmp_path / PREVIOUS).read_bytes() == old
+        old = written(tmp_path)
+    assert read(tmp_path).header.seed == 5
 
 
 def count(record: Record) -> int:

@@ -66,7 +66,7 @@ def test_status_is_what_the_wrench_says(name: str):
 
 
 @rules
-@pytest.mark.parametrize("size", [1e6, 1e300], ids=["a million times", "near overflow"])
+@pytest.mark.parametrize("size", [1e6, 1e90], ids=["a million times", "hardly a number"])
 def test_a_preposterous_demand_is_answered_inside_the_limits(name: str, size: float):
     vehicle = load_vehicle("bluerov2-heavy")
     allocate = build(name, vehicle)

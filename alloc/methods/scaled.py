@@ -6,7 +6,6 @@ from numpy.typing import ArrayLike
 from alloc.allocation import Allocation, FloatArray, Status, StatusArray, answer, checked, checked_many
 from alloc.attainable import alpha_max
 from alloc.nullspace.allocator import exact
-from alloc.saturating import FAR, HUGE
 from alloc.vehicle import Vehicle
 
 FORMULATION = "scaled"
@@ -56,9 +55,6 @@ class Scaled:
 
     def _shares(self, wrenches: FloatArray) -> FloatArray:
         """(N, k) the largest attainable share of each wrench; the wrench itself where there is none."""
-        # Far out, what follows would overflow; a share of a wrench is as good as one of the whole.
-        far = np.abs(wrenches).max(axis=1, initial=0.0) > FAR
-        wrenches = np.where(far[:, None], wrenches * HUGE, wrenches)
         if self._reachable is not None:
             wrenches = wrenches @ self._reachable.T
         alpha = alpha_max(self._vehicle, wrenches)

@@ -11,7 +11,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from alloc.allocation import Allocation, Allocator, Status, checked, checked_many
+from alloc.allocation import LARGEST_DEMAND, Allocation, Allocator, Status, checked, checked_many
 from alloc.native.compiled import shared_library, unloadable
 from alloc.native.generate import function_name, sources
 from alloc.plugins import build
@@ -51,9 +51,10 @@ def bound(kernel: str, vehicle: Vehicle) -> Allocator:
 def _binding() -> Any:
     """The extension module of ``binding.c``, compiled for this Python and this numpy."""
     text = (resources.files("alloc.native") / "binding.c").read_text(encoding="utf-8")
-    includes = [f"-I{sysconfig.get_path('include')}", f"-I{np.get_include()}"]
+    includes = [f"-I{folder}" for folder in (sysconfig.get_path("include"), np.get_include())]
+    flags = [*includes, f"-DLARGEST_DEMAND={LARGEST_DEMAND!r}"]
     suffix = f"-numpy{np.__version__}{sysconfig.get_config_var('EXT_SUFFIX')}"
-    path = shared_library("thrustbench_binding", {"binding.c": text}, includes, suffix)
+    path = shared_library("thrustbench_binding", {"binding.c": text}, flags, suffix)
     loader = ExtensionFileLoader("thrustbench_binding", str(path))
     spec = importlib.util.spec_from_loader("thrustbench_binding", loader)
     assert spec is not None  # a loader was given

@@ -2,8 +2,8 @@
  *
  * One callable type, vehicle-independent: it holds the kernel's address, takes tau through the
  * vectorcall protocol, and makes the Allocation (a tuple subclass) without running Python code. Anything
- * but a plain float64 array of finite numbers goes through alloc.allocation.checked, which decides
- * and words the errors for every method alike.
+ * but a plain float64 array of numbers up to LARGEST_DEMAND goes through alloc.allocation.checked, which
+ * decides and words the errors for every method alike.
  */
 #define PY_SSIZE_T_CLEAN
 #define NPY_NO_DEPRECATED_API NPY_1_7_API_VERSION
@@ -47,20 +47,20 @@ static int is_plain(PyObject *object, int ndim, npy_intp last)
            PyArray_DIM(array, ndim - 1) == last;
 }
 
-static int all_finite(const double *values, npy_intp count)
+static int all_fit(const double *values, npy_intp count)
 {
-    double zero = 0.0; /* x - x is 0 for finite x and NaN for the others */
+    int fit = 1; /* NaN does not: it compares false */
     for (npy_intp i = 0; i < count; i++) {
-        zero += values[i] - values[i];
+        fit &= (values[i] <= LARGEST_DEMAND) & (values[i] >= -LARGEST_DEMAND);
     }
-    return zero == 0.0;
+    return fit;
 }
 
 /* A new reference to object, or to what `check` makes of it, as a contiguous array; NULL with an error set. */
 static PyArrayObject *demand(PyObject *object, PyObject *check, int ndim, int k)
 {
-    if (is_plain(object, ndim, k) && all_finite(PyArray_DATA((PyArrayObject *)object),
-                                                PyArray_SIZE((PyArrayObject *)object))) {
+    if (is_plain(object, ndim, k) && all_fit(PyArray_DATA((PyArrayObject *)object),
+                                             PyArray_SIZE((PyArrayObject *)object))) {
         Py_INCREF(object);
         return (PyArrayObject *)object;
     }

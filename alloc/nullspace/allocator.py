@@ -1,6 +1,6 @@
 """The allocator f = G tau + N z with the shortest z that respects the limits (eq. 4-5)."""
 
-from math import isfinite, nan
+from math import nan
 from operator import mul
 
 import numpy as np
@@ -67,8 +67,6 @@ class Nullspace:
         else:
             return answer(f, Status.SOLVED, self._n)
         steps = self._n
-        if not isfinite(sum(thrusts)):  # tau so large that G tau overflows
-            return self._infeasible(steps)
         for i in self._fixed:
             low, high = limits[i]
             if not low - self._slack <= thrusts[i] <= high + self._slack:
@@ -92,18 +90,15 @@ class Nullspace:
     def many(self, taus: ArrayLike) -> tuple[FloatArray, StatusArray]:
         """Allocate (N, k) wrenches, all demands side by side."""
         wrenches = checked_many(taus, self._k)
-        with np.errstate(over="ignore", invalid="ignore"):  # a wrench near 1e308 is infeasible, not a fault
-            f = self.G @ wrenches.T
-            met = np.isfinite(f.sum(axis=0))
-            f[:, ~met] = 0.0
-            if self._unreachable is not None:
-                met &= (np.abs(self._unreachable @ wrenches.T) <= TOLERANCE).all(axis=0)
-            lower, upper = self._f_min[:, None] - f, self._f_max[:, None] - f
-            met &= ((lower[self._fixed] <= self._slack) & (upper[self._fixed] >= -self._slack)).all(axis=0)
-            for rows, N, region in self._blocks:
-                z, found = nearest_many(region, lower[rows], upper[rows])
-                f[rows] += np.asarray(N) @ z
-                met &= found
+        f = self.G @ wrenches.T
+        lower, upper = self._f_min[:, None] - f, self._f_max[:, None] - f
+        met = ((lower[self._fixed] <= self._slack) & (upper[self._fixed] >= -self._slack)).all(axis=0)
+        if self._unreachable is not None:
+            met &= (np.abs(self._unreachable @ wrenches.T) <= TOLERANCE).all(axis=0)
+        for rows, N, region in self._blocks:
+            z, found = nearest_many(region, lower[rows], upper[rows])
+            f[rows] += np.asarray(N) @ z
+            met &= found
         f = f.T.clip(self._f_min, self._f_max)
         f[~met] = np.nan
         return f, np.where(met, Status.SOLVED, Status.INFEASIBLE).astype(np.int8)

@@ -24,7 +24,10 @@ def one_shot(qp: QP, solver: str) -> Solve:
         with warnings.catch_warnings():
             # Some solvers' routes warn on an infeasible demand: here that is a status, not news.
             warnings.simplefilter("ignore")
-            solution = solve_problem(Problem(H, qp.g, None, None, A, b, qp.lb, qp.ub), solver)
+            try:
+                solution = solve_problem(Problem(H, qp.g, None, None, A, b, qp.lb, qp.ub), solver)
+            except Exception:  # a demand so far out that the solver refuses it, each in its own way
+                return Answer(qp.g, Status.NOT_CONVERGED)
         if not solution.found or solution.x is None:
             return Answer(qp.g, Status.NOT_CONVERGED)
         return Answer(solution.x, Status.SOLVED)

@@ -28,7 +28,9 @@ import click
 @click.option("--quick", "preset", flag_value="quick", help="Two vehicles, once: under 25 s.")
 @click.option("--all", "preset", flag_value="full", help="The full matrix: about an hour, resumable.")
 @click.option("--study", type=click.Choice(["growth"]), help="growth: 4 to 64 thrusters, fitted exponents.")
-@click.option("--resume", is_flag=True, help="Go on with the record in the folder.")
+@click.option(
+    "--resume", is_flag=True, help="Go on with the folder's record, else kept as record.previous.jsonl."
+)
 @click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="[results/<machine>]")
 def command(out: Path | None, preset: str | None, study: str | None, resume: bool, **options: object) -> int:
     """Time and judge every method, each in its own process; write the record and the report.

@@ -13,6 +13,8 @@ from filelock import FileLock, Timeout
 
 from bench.record import FILE_NAME, Header, Line, Record, RecordError, parse
 
+PREVIOUS = "record.previous.jsonl"
+"""What a new record in the same folder makes of the one before: an hour's run is not lost to a short one."""
 SYNC_EVERY_S = 2.0
 """A power cut loses at most this much; syncing each line would disturb what is being measured."""
 
@@ -35,7 +37,9 @@ class Writer:
         self._synced = time.monotonic()
 
     def create(self, header: Header) -> None:
-        """Start a new record, in place of what was there."""
+        """Start a new record; the one that was there is kept as PREVIOUS."""
+        if self._has_lines():
+            self.path.replace(self.path.with_name(PREVIOUS))
         self._open(os.O_TRUNC)
         self.append(header)
 
@@ -44,7 +48,7 @@ class Writer:
 
         None where there is nothing yet: a run that was killed before its first line.
         """
-        if not self.path.is_file() or b"\n" not in self.path.read_bytes():
+        if not self._has_lines():
             return None
         record, whole = parse(self.path)
         self._open(0)
@@ -73,6 +77,9 @@ class Writer:
         """Append several lines."""
         for line in lines:
             self.append(line)
+
+    def _has_lines(self) -> bool:
+        return self.path.is_file() and b"\n" in self.path.read_bytes()
 
     def _open(self, flags: int) -> None:
         try:
