@@ -22,14 +22,17 @@ def right(row: Row) -> bool:
     return not row.failed and columns.agrees(row) != "no" and not columns.wrong(row)
 
 
-def exact(row: Row) -> bool:
-    """Whether a row's answers are the constrained optimum, found within EXACT_WITHIN of it.
+def complete(row: Row) -> bool:
+    """Whether as many demands were solved as are attainable: giving up is no answer."""
+    solved = number(columns.solved_fraction(row))
+    return solved is not None and solved >= row.attainable - ROUNDING
 
-    Giving up is no answer: as many demands must be solved as are attainable.
-    """
-    distance, solved = number(columns.distance_relative(row)), number(columns.solved_fraction(row))
+
+def exact(row: Row) -> bool:
+    """Whether a row's answers are the constrained optimum, all of them, found within EXACT_WITHIN of it."""
+    distance = number(columns.distance_relative(row))
     optimal = columns.formulation(row) in EXACT and distance is not None and distance <= EXACT_WITHIN
-    return optimal and solved is not None and solved >= row.attainable - ROUNDING and right(row)
+    return optimal and complete(row) and right(row)
 
 
 def best(run: Run, vehicle: str, demands: str) -> list[Row]:

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import msgspec
 import pytest
 from click.testing import CliRunner
 from hypothesis import given
@@ -75,6 +76,15 @@ def test_the_worst_of_all_demand_sets_counts_and_x86_has_no_band(directory: Path
     counted += rows([emulated("x86-64", "active", (8, 1))])
     (band,) = bands(counted, 1e6, 100.0, 0.1)
     assert band.instructions == 11
+
+
+def test_a_demand_set_that_could_not_be_counted_leaves_it_open_whether_a_kernel_fits() -> None:
+    failed = msgspec.structs.replace(emulated("cortex-m7", "infeasible"), status="failed")
+    counted = rows([emulated("cortex-m7", "active", (1000, 1)), failed])
+    for budget, fit in ((0.5, Fit.UNKNOWN), (0.04, Fit.DOES_NOT_FIT)):
+        (band,) = bands(counted, 1e6, 100.0, budget, {"cortex-m7": Cpi(0.5, 4.0, "")})
+        assert (band.fit, band.missed) == (fit, ("infeasible",))
+    assert not bands(rows([failed]), 1e6, 100.0, 0.5)
 
 
 def test_of_two_rows_with_the_same_names_the_later_counts() -> None:

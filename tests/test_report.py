@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import made_up
+import msgspec
 import pytest
 
 from bench.__main__ import main
@@ -38,6 +39,19 @@ def test_what_failed_and_what_disagrees_is_named_with_its_reason(rendered: Path)
 def test_every_picture_is_shown_and_every_shown_picture_is_there(rendered: Path) -> None:
     shown = set(re.findall(r"\]\(([^)]+\.svg)\)", (rendered / "report.md").read_text()))
     assert shown == {path.name for path in rendered.glob("*.svg")}
+
+
+def test_a_solver_that_gives_up_keeps_its_promise_and_is_counted_all_the_same(tmp_path: Path) -> None:
+    def counts(method: str, **statuses: int) -> Cell:
+        return msgspec.structs.replace(
+            made_up.exact_cell("ukwial", method, 1.0), judged=Judged(10, statuses, agrees=True)
+        )
+
+    cells = [counts("qp/a", SOLVED=10), counts("qp/b", SOLVED=8, NOT_CONVERGED=2), counts("qp/c", PARTIAL=10)]
+    text = render(
+        made_up.record(tmp_path, made_up.header(), made_up.problem("ukwial", 4), *cells)
+    ).read_text()
+    assert "Of 3 rows 3 answered as promised, 2 of those without solving every demand that can be met" in text
 
 
 @pytest.mark.parametrize(

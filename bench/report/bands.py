@@ -48,5 +48,6 @@ def page(
 def _line(band: Band) -> list[str]:
     shares = f"{three(100 * band.low)} to {three(100 * band.high)}"
     answers = "right" if band.agrees else "not all right"
+    answers += f"; not counted: {', '.join(band.missed)}" if band.missed else ""
     count = str(band.instructions)
     return [band.vehicle, band.target, band.method, band.scalar, count, shares, str(band.fit), answers]

@@ -94,10 +94,10 @@ def _caption(run: Run, shown: list[str]) -> str:
     machine, versions = run.record.header.machine, run.record.header.versions
     sets = ", ".join(sorted({run.sets(name)[0] for name in shown}))
     return (
-        f"Median of one call from Python on {sets} demands, {machine.get('cpu', 'this machine')},"
-        f" {versions.get('python', 'Python')}; of each method the fastest start and level that is"
-        " right everywhere, exact ones before others. The last three columns are"
-        f" {shown[-1]}'s: p99.9 of single calls on all its demand sets; *served* is the share of its"
+        f"Median time of a call from Python, over batches of calls, on {sets} demands,"
+        f" {machine.get('cpu', 'this machine')}, {versions.get('python', 'Python')}; of each method the"
+        " fastest start and level that is right everywhere, exact ones before others. The last three columns"
+        f" are {shown[-1]}'s: p99.9 of single calls on all its demand sets; *served* is the share of its"
         " attainable set that is delivered within 1 %.\n"
     )
 
