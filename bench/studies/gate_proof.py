@@ -52,14 +52,14 @@ RULE = "median:10%"
 """The default rule of the trade, given to ``--benchmark-compare-fail``."""
 
 
-def prepare(folder: Path) -> dict[str, Tree]:
-    """The tree, a copy of it, and the three slower ones, calibrated on this machine."""
-    trees = {name: Tree(folder / name) for name in ("base", "same", *SLOWER)}
+def prepare(folder: Path, slower: Sequence[str]) -> dict[str, Tree]:
+    """The tree, a copy of it, and the slower ones, calibrated on this machine."""
+    trees = {name: Tree(folder / name) for name in ("base", "same", *slower)}
     ignore = shutil.ignore_patterns("__pycache__", ".*")
     for tree in trees.values():
         for part in ("alloc", "bench"):
             shutil.copytree(ROOT / part, tree.path / part, ignore=ignore)
-    for where, cells in CALIBRATED.items():
+    for where, cells in CALIBRATED.items() if slower else ():
         calibrate(trees, where, cells)
     for tree in trees.values():
         subprocess.run([tree.python, "-m", "compileall", "-q", str(tree.path)], check=True)
@@ -167,7 +167,7 @@ def main(file: Path, minutes: float, identical: bool) -> None:
     deadline = monotonic() + 60 * minutes
     done = len(file.read_text(encoding="utf-8").splitlines()) if file.exists() else 0
     with tempfile.TemporaryDirectory(prefix="gate-proof-") as folder:
-        trees = prepare(Path(folder))
+        trees = prepare(Path(folder), () if identical else tuple(SLOWER))
         for i in count(done):
             if monotonic() > deadline:
                 break
