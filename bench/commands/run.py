@@ -7,8 +7,8 @@ import click
 
 @click.command()
 @click.option("--vehicle", "vehicles", multiple=True, metavar="V", help="A shipped name or a YAML file.")
-@click.option("--method", "methods", multiple=True, metavar="M", help="As `thrustbench list` names it.")
-@click.option("--demands", multiple=True, metavar="D", help="A demand set's name, or a CSV file.")
+@click.option("--method", "methods", multiple=True, metavar="M", help="As in `thrustbench list`, or qp/*.")
+@click.option("--demands", multiple=True, metavar="D", help="A set's name, a CSV, bag or ULog.")
 @click.option("--fault", "faults", multiple=True, metavar="I[@P]", help="Thruster I off, or at P; or each.")
 @click.option(
     "--start",
@@ -17,15 +17,23 @@ import click
     type=click.Choice(["cold", "reused", "warm"]),
     help="Default: reused; all where both vehicles and demands are named.",
 )
-@click.option("--level", "levels", multiple=True, type=click.Choice(["default", "tight"]))
+@click.option(
+    "--level",
+    "levels",
+    multiple=True,
+    type=click.Choice(["default", "tight"]),
+    help="Default: both of qp/*, tight of others.",
+)
 @click.option("--plugin", "plugins", multiple=True, metavar="FILE", help="Python file with build(vehicle).")
-@click.option("--repeats", type=click.IntRange(1), help="Fresh processes a method.")
+@click.option("--repeats", type=click.IntRange(1), help="Fresh processes a method [2].")
 @click.option("--seed", type=click.IntRange(0), help="Of demands and order [0].")
-@click.option("--n", "n_demands", type=click.IntRange(1), help="Demands of each set.")
+@click.option("--n", "n_demands", type=click.IntRange(1), help="Demands of each set [60].")
 @click.option("--budget-ms", type=click.FloatRange(0), help="Timed calls of a cell, one repeat.")
-@click.option("--time-limit", "time_limit_s", type=click.FloatRange(0.1), metavar="S", help="Of a cell [s].")
-@click.option("--memory", "memory_MB", type=click.IntRange(64), metavar="MB", help="Of a worker.")
-@click.option("--quick", "preset", flag_value="quick", help="Two vehicles, once: under 25 s.")
+@click.option(
+    "--time-limit", "time_limit_s", type=click.FloatRange(0.1), metavar="S", help="Of a cell [10 s]."
+)
+@click.option("--memory", "memory_MB", type=click.IntRange(64), metavar="MB", help="Of a worker [2048].")
+@click.option("--quick", "preset", flag_value="quick", help="Two vehicles, or yours, once, no soft QPs.")
 @click.option("--all", "preset", flag_value="full", help="The full matrix: about an hour, resumable.")
 @click.option("--study", type=click.Choice(["growth"]), help="growth: 4 to 64 thrusters, fitted exponents.")
 @click.option(
@@ -35,6 +43,7 @@ import click
 def command(out: Path | None, preset: str | None, study: str | None, resume: bool, **options: object) -> int:
     """Time and judge every method, each in its own process; write the record and the report.
 
+    --vehicle, --method, --demands, --fault, --start, --level and --plugin may be repeated.
     Exit code 1 where an answer is wrong or disagrees, 130 after Ctrl-C, with a report of what there is.
     """
     from msgspec.structs import replace
