@@ -206,7 +206,9 @@ def _posed(thrusters: list[Thruster], center: tuple[float, float, float], dof: S
     i = int(np.argmax(np.abs(lengths - 1)))
     if abs(lengths[i] - 1) > 1e-3:  # published unit vectors carry three digits or more
         key = f"thrusters[{i}].direction"
-        raise VehicleError(f"{key} has length {lengths[i]:.4g}; give a unit vector", key)
+        unit = directions[i] / lengths[i] if 0 < lengths[i] < np.inf else np.eye(3)[0]
+        entries = ", ".join(f"{entry:.4g}" for entry in unit)
+        raise VehicleError(f"{key} has length {lengths[i]:.4g}; give a unit vector, as [{entries}]", key)
     T = pose_matrix(np.array([t.position for t in thrusters]), directions, np.array(center))
     return T[[DOF.index(axis) for axis in dof]]
 
@@ -238,5 +240,15 @@ def _explain(message: str, tree: Tree) -> str:
         key = f"{key}.{what.split('`')[1]}".lstrip(".")
     line = tree.line(key) if key else None
     said = f"{key}: {what}" if key else what
-    short = "".join(c if c.isprintable() else " " for c in said)[:150]  # a key may be any text
-    return f"{f'line {line}: ' if line else ''}{short}; see a shipped vehicle file for the form"
+    short = "".join(c if c.isprintable() else " " for c in said)[:90]  # a key may be any text
+    return f"{f'line {line}: ' if line else ''}{short}; {_remedy(what, key)}"
+
+
+def _remedy(what: str, key: str) -> str:
+    place = key.partition("[")[0].partition(".")[0]
+    if "field" in what:
+        keys = {"planar": Planar, "thrusters": Thruster}.get(place, VehicleFile).__struct_fields__
+        return f"the keys are {', '.join(keys)}"
+    if "enum" in what:
+        return f"give one of {', '.join(DOF if place == 'dof' else ('frd', 'flu'))}"
+    return "docs/your-vehicle.md shows the form"
