@@ -80,7 +80,7 @@ def test_lost_rank_is_reported_and_not_measured_away():
 
 
 def test_a_remainder_that_is_nearly_singular_shows_in_its_condition():
-    # Four motors, the last nearly in line with the other two once the first is off: PX4 issue 28589.
+    # Four motors, the last nearly in line with the other two once the first is off: PX4 pull request 28589.
     T = np.array([[1.0, 1.0, 1.0, 0.0], [1.0, -1.0, 1.0, 1e-4], [1.0, 1.0, -1.0, 1e-4]])
     vehicle = replace(UKWIAL, T=T)
     whole, first, *_ = remaining_authority(vehicle)

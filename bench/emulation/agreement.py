@@ -12,7 +12,7 @@ from bench.emulation.kernel import Kernel
 from bench.emulation.kernels import NATIVE, OSQP
 
 OSQP_TOLERANCE = 1e-2
-"""What ``qp/osqp`` promises at its defaults, relative to the largest limit; in float no more can be asked."""
+"""A tenth of what ``qp/osqp`` promises at its defaults, relative to the largest limit [-]."""
 OSQP_SOLVED = 1
 
 
