@@ -54,6 +54,18 @@ def test_a_solver_that_gives_up_keeps_its_promise_and_is_counted_all_the_same(tm
     assert "Of 3 rows 3 answered as promised, 2 of those without solving every demand that can be met" in text
 
 
+def test_the_headline_compares_c_with_c_and_says_how_much_of_a_solver_is_its_binding(tmp_path: Path) -> None:
+    def without_limits(method: str, us: float) -> Cell:
+        return msgspec.structs.replace(made_up.exact_cell("ukwial", method, us), formulation="unlimited")
+
+    solver = msgspec.structs.replace(made_up.exact_cell("ukwial", "qp/daqp", 6.0), solver_singles=[(300, 99)])
+    cells = [made_up.exact_cell("ukwial", "nullspace@native", 0.1), solver]
+    cells += [without_limits("pinv@native", 0.08), without_limits("pinv", 1.0)]
+    text = render(made_up.record(tmp_path, made_up.header(), *cells)).read_text()
+    assert "1.25 times T* τ in generated C and 0.100 times T* τ in numpy (which knows no limits)" in text
+    assert "60.0 times as long, called through Python (5.00 % of it by its own clock)." in text
+
+
 @pytest.mark.parametrize(
     ("value", "shown"),
     [
