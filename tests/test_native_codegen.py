@@ -49,6 +49,13 @@ def test_the_page_says_how_to_compile_and_call_it_and_that_works(tmp_path: Path,
     subprocess.run([*command_line, "-c", "example.c"], cwd=tmp_path, check=True)
 
 
+def test_the_page_warns_of_a_kernel_that_knows_no_limits(tmp_path: Path) -> None:
+    for method in ("pinv", "nullspace"):
+        codegen("--vehicle", "ukwial", "--method", method, "--out", str(tmp_path))
+        page = (tmp_path / "README.md").read_text()
+        assert ("may lie beyond these limits" in page) == (method == "pinv")
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [

@@ -16,8 +16,13 @@ def page(vehicle: Vehicle, kernel: str, scalar: Scalar = "double") -> str:
         f"| `f[{i}]` | {low:g} | {high:g} |"
         for i, (low, high) in enumerate(zip(vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True))
     )
-    steps = getattr(build(kernel, vehicle), "worst_case_steps", None)
+    allocator = build(kernel, vehicle)
+    steps = getattr(allocator, "worst_case_steps", None)
     bound = f": at most {steps} elementary steps" if steps else ""
+    rounding = "\nSingle precision rounds every thrust at about 1e-7 of itself." if scalar == "float" else ""
+    heeded = (
+        "" if allocator.limited else "\n**f may lie beyond these limits**: this method does not know them.\n"
+    )
     statuses = "\n".join(f"| {status} | {meaning} |" for status, meaning in meanings(kernel).items())
     return f"""\
 # {vehicle.name} by {kernel}, in C99
@@ -42,8 +47,7 @@ int allocate(const {scalar} tau[{vehicle.k}], {scalar} f[{vehicle.n}])
 |---|---|
 {statuses}
 
-A demand counts as met within {TOLERANCE[scalar]:g} of the largest limit ({vehicle.f_scale:g} N).
-{"Single precision rounds every thrust at about 1e-7 of itself." if scalar == "float" else ""}
+A demand counts as met within {TOLERANCE[scalar]:g} of the largest limit ({vehicle.f_scale:g} N).{rounding}
 
 | in | axis | unit |
 |---|---|---|
@@ -52,7 +56,7 @@ A demand counts as met within {TOLERANCE[scalar]:g} of the largest limit ({vehic
 | out | lower limit [N] | upper limit [N] |
 |---|---|---|
 {limits}
-
+{heeded}
 ## Check it where it will run
 
 `{name}_test.c` holds demands for the whole vehicle and for every failed thruster, with the
