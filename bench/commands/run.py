@@ -27,7 +27,7 @@ import click
 @click.option("--plugin", "plugins", multiple=True, metavar="FILE", help="Python file with build(vehicle).")
 @click.option("--repeats", type=click.IntRange(1), help="Fresh processes a method [2].")
 @click.option("--seed", type=click.IntRange(0), help="Of demands and order [0].")
-@click.option("--n", "n_demands", type=click.IntRange(1), help="Demands of each set [60].")
+@click.option("--n", "n_demands", type=click.IntRange(1), help="Demands of a set, the first of a log [60].")
 @click.option("--budget-ms", type=click.FloatRange(0), help="Timed calls of a cell, one repeat.")
 @click.option(
     "--time-limit", "time_limit_s", type=click.FloatRange(0.1), metavar="S", help="Of a cell [10 s]."
