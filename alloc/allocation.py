@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from enum import IntEnum
 from math import hypot, nan
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -88,12 +88,15 @@ def answer(f: FloatArray, status: Status, iterations: int = 0, solver_s: float =
 
 
 def checked(tau: ArrayLike, k: int) -> FloatArray:
-    """``tau`` as a float64 array of shape (k,); raises DemandError for NaN and beyond LARGEST_DEMAND.
+    """``tau`` as a float64 array of shape (k,), itself where it is one.
 
-    Both are read off one length, which neither warns nor costs a numpy call.
+    Raises DemandError for another shape, what is no real number, NaN, and beyond LARGEST_DEMAND. The
+    last two are read off one length, which neither warns nor costs a numpy call.
     """
     try:
-        wrench = np.asarray(tau, dtype=np.float64)
+        wrench = np.asarray(tau)
+        if wrench.dtype is not _FLOAT64:
+            wrench = real(wrench)
     except (TypeError, ValueError, OverflowError) as error:
         raise DemandError(f"tau is not an array of numbers ({error}); give k = {k} of them") from None
     if wrench.shape != (k,):
@@ -106,7 +109,9 @@ def checked(tau: ArrayLike, k: int) -> FloatArray:
 def checked_many(taus: ArrayLike, k: int) -> FloatArray:
     """``taus`` as a float64 array of shape (N, k); raises DemandError as ``checked`` does."""
     try:
-        wrenches = np.asarray(taus, dtype=np.float64)
+        wrenches = np.asarray(taus)
+        if wrenches.dtype is not _FLOAT64:
+            wrenches = real(wrenches)
     except (TypeError, ValueError, OverflowError) as error:
         raise DemandError(f"taus is not an array of numbers ({error}); give shape (N, {k})") from None
     if wrenches.ndim != 2 or wrenches.shape[1] != k:
@@ -115,6 +120,22 @@ def checked_many(taus: ArrayLike, k: int) -> FloatArray:
         row = int(np.flatnonzero(~fits.all(axis=1))[0])
         raise DemandError(f"taus row {row} (counted from 0) {_UNFIT}")
     return wrenches
+
+
+_FLOAT64 = np.dtype(np.float64)
+
+
+def real(values: NDArray[Any]) -> FloatArray:
+    """``values`` as a new float64 array; raises TypeError, ValueError or OverflowError for anything else.
+
+    Left to itself numpy reads text, counts seconds since 1970, and drops an imaginary part with a warning.
+    """
+    kind = values.dtype.kind
+    if kind not in "biufO":
+        raise TypeError(f"{values.dtype} holds no real numbers")
+    if kind == "O" and any(isinstance(value, (str, bytes)) for value in values.flat):
+        raise TypeError("it holds text")
+    return values.astype(np.float64)
 
 
 _UNFIT = f"holds NaN, infinity or a number beyond {LARGEST_DEMAND:g}; give N and N m"

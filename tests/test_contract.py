@@ -1,9 +1,12 @@
 """What every method of the catalogue promises, on every vehicle, whole and with a thruster off."""
 
+from fractions import Fraction
+from typing import Any
+
 import numpy as np
 import pytest
 
-from alloc import Allocator, DemandError, Entry, NotApplicable, Status, Vehicle, build
+from alloc import Allocator, DemandError, Entry, NotApplicable, Status, Vehicle, build, load_vehicle
 
 N_DEMANDS = 12
 WRENCH_TOLERANCE = 1e-6
@@ -209,3 +212,26 @@ def test_a_vehicle_made_with_a_thruster_off_is_the_one_that_lost_it(method: str)
     assert status is Status.SOLVED
     assert f[0] == made.f_min[0] == made.f_max[0] == 0.0
     np.testing.assert_allclose(f, [0.0, 1.0, 0.0], rtol=0, atol=1e-8)
+
+
+def test_what_numpy_would_turn_into_numbers_is_still_no_demand(entry: Entry) -> None:
+    """Complex numbers, with and without an imaginary part; text in three disguises; dates."""
+    vehicle = load_vehicle("ukwial")
+    allocate = prepared(entry, vehicle)
+    text, dates = np.array(["1"], dtype=object), np.array([1], dtype="M8[s]")
+    for one in (np.array([1.0 + 2.0j]), np.array([1.0 + 0.0j]), ["1"], [b"1"], text, dates):
+        tau = np.resize(one, vehicle.k)
+        with pytest.raises(DemandError, match="tau is not an array of numbers"):
+            allocate(tau)
+        with pytest.raises(DemandError, match="taus is not an array of numbers"):
+            allocate.many([tau, tau])
+
+
+@pytest.mark.parametrize(
+    "number", [np.float32(2), np.int8(2), 2, True, Fraction(2)], ids=lambda x: type(x).__name__
+)
+def test_every_kind_of_real_number_is_one(number: Any) -> None:
+    vehicle = load_vehicle("ukwial")
+    allocate = build("pinv", vehicle)
+    tau = np.resize(np.array([number]), vehicle.k)
+    np.testing.assert_array_equal(allocate(tau).f, allocate([float(number)] * vehicle.k).f)
