@@ -1,6 +1,7 @@
 """Thrust allocation for underwater vehicles: closed forms and constrained optima, side by side."""
 
 from alloc.allocation import (
+    WRENCH_TOLERANCE,
     Allocation,
     Allocator,
     FloatArray,
@@ -33,7 +34,6 @@ from alloc.errors import (
 )
 from alloc.geometry import DOF
 from alloc.inverse import generalized_inverse
-from alloc.live import WRENCH_TOLERANCE
 from alloc.plugins import Entry, build, catalogue, find, load_plugin, prepare
 from alloc.qp import QP, Posed, pose_hard, pose_soft
 from alloc.vehicle import Vehicle

@@ -17,6 +17,11 @@ StatusArray = NDArray[np.int8]
 LARGEST_DEMAND = 1e100
 """No entry of a demand is larger [N, N m]; up to here no product with a vehicle's numbers overflows."""
 
+WRENCH_TOLERANCE = 1e-6
+"""Largest |T P f - tau| of a SOLVED answer inside limits, relative to ``vehicle.wrench_scale`` [-]. A
+thruster's curve is known to a percent at best, so this is far below what a vehicle can notice, and still
+ten times what the tight settings of an iterative solver leave."""
+
 
 class Status(IntEnum):
     """What an allocator says about its answer; the judge checks it."""
@@ -38,7 +43,7 @@ class Allocation(NamedTuple):
     ----------
     f : (n,) thrusts [N], a fresh array; all NaN where there is no such thrust
     status : what the allocator says about ``f``
-    iterations : the solver's own count, 0 for a closed form
+    iterations : the solver's own count, or the method's of its steps or passes; 0 where nothing is counted
     solver_s : the solver's own clock [s], NaN where it has none
     """
 

@@ -3,15 +3,20 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from alloc.allocation import Allocation, FloatArray, Status, StatusArray, answer, checked, one_by_one
+from alloc.allocation import (
+    WRENCH_TOLERANCE,
+    Allocation,
+    FloatArray,
+    Status,
+    StatusArray,
+    answer,
+    checked,
+    one_by_one,
+)
 from alloc.qp import Posed
 from alloc.solvers import Level, Solve, Start, behind, default_level, default_start
 from alloc.vehicle import Vehicle
 
-WRENCH_TOLERANCE = 1e-6
-"""Largest |T P f - tau| of a SOLVED answer, relative to ``vehicle.wrench_scale`` [-]. A thruster's
-curve is known to a percent at best, so this is far below what a vehicle can notice, and still ten
-times what the tight settings of an iterative solver leave."""
 PARTIAL_TOLERANCE = 1e-2
 """The same of a PARTIAL answer [-]: the loosest default here stops at residuals near 1e-3; one that
 is ten times off is no answer to this demand, whatever its solver calls it."""

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from alloc.allocation import (
+    WRENCH_TOLERANCE,
     Allocation,
     FloatArray,
     Status,
@@ -16,9 +17,6 @@ from alloc.allocation import (
 )
 from alloc.inverse import generalized_inverse
 from alloc.vehicle import Vehicle
-
-MET = 1e-6
-"""A wrench met to this share of ``wrench_scale`` on each axis is SOLVED, as for every limited method."""
 
 Rule = Callable[[FloatArray, list[float]], tuple[list[float], int]]
 """(tau, T* tau as a list) -> (thrusts, passes taken). What is left beyond a limit is clipped afterwards."""
@@ -47,8 +45,8 @@ class Saturating:
         self._f_min, self._f_max = vehicle.f_min, vehicle.f_max
         self._limits = list(zip(vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True))
         # (k, n) and (k,): T f - tau in units in which 1 is the largest miss that counts as met.
-        self._T = vehicle.TP / (MET * vehicle.wrench_scale[:, None])
-        self._unit = 1.0 / (MET * vehicle.wrench_scale)
+        self._unit = 1.0 / (WRENCH_TOLERANCE * vehicle.wrench_scale)
+        self._T = vehicle.TP * self._unit[:, None]
         self._full_rank = vehicle.rank == vehicle.k
 
     def __call__(self, tau: ArrayLike) -> Allocation:
