@@ -26,7 +26,9 @@ class Cascade:
     def __init__(self, vehicle: Vehicle) -> None:
         """Prepare the inverses of all patterns, where they are few."""
         self._vehicle = vehicle
+        self._limits = list(zip(vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True))
         self._bits = 1 << np.arange(vehicle.n)
+        self._working = int(self._bits[vehicle.working].sum())
         self._inverses: dict[int, FloatArray] = {}
         if len(vehicle.working) <= TABLE_THRUSTERS:
             for chosen in product([0, 1], repeat=len(vehicle.working)):
@@ -42,19 +44,18 @@ class Cascade:
 
     def one(self, tau: FloatArray, f: list[float]) -> tuple[list[float], int]:
         """Thrusts for one wrench, from f = T* tau as a list; and the passes it took."""
-        v, passes = self._vehicle, 0
-        limits = list(zip(v.f_min.tolist(), v.f_max.tolist(), strict=True))
-        free = int(self._bits[v.working].sum())
-        frozen = np.zeros(v.n)
+        TP, passes = self._vehicle.TP, 0
+        free = self._working
+        frozen = np.zeros(len(f))
         while free:
             before = free
-            for i, (x, (low, high)) in enumerate(zip(f, limits, strict=True)):
+            for i, (x, (low, high)) in enumerate(zip(f, self._limits, strict=True)):
                 if not low <= x <= high and free >> i & 1:
                     frozen[i] = low if x < low else high
                     free ^= 1 << i
             if free == before:
                 break
-            f = (frozen + self._inverse(free).dot(tau - v.TP.dot(frozen))).tolist()
+            f = (frozen + self._inverse(free).dot(tau - TP.dot(frozen))).tolist()
             passes += 1
         return f, passes
 
