@@ -213,6 +213,13 @@ def test_without_a_compiler_the_catalogue_says_how_to_get_one(monkeypatch, tmp_p
         build("nullspace@native", load_vehicle("ukwial"))
 
 
+def test_a_cc_that_is_no_command_is_passed_over(monkeypatch) -> None:
+    monkeypatch.delenv("CC", raising=False)
+    without = compiled.compiler()
+    monkeypatch.setenv("CC", 'gcc "')
+    assert compiled.compiler() == without
+
+
 def test_a_compiler_that_fails_and_a_cache_that_is_none_are_named(monkeypatch, tmp_path) -> None:
     monkeypatch.setenv("THRUSTBENCH_CACHE", str(tmp_path))
     with pytest.raises(NotInstalled, match="error"):

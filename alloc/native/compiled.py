@@ -21,8 +21,11 @@ STANDARD = ("-std=c99",)
 
 def compiler() -> list[str]:
     """The C compiler's command: $CC, or the first of cc, gcc, clang; empty where there is none."""
-    for command in [os.environ.get("CC", ""), "cc", "gcc", "clang"]:
-        words = shlex.split(command)
+    try:
+        chosen = shlex.split(os.environ.get("CC", ""))
+    except ValueError:  # a quote that is never closed: no command
+        chosen = []
+    for words in (chosen, ["cc"], ["gcc"], ["clang"]):
         if words and shutil.which(words[0]):
             return words
     return []
