@@ -9,6 +9,7 @@ from alloc import (
     QP,
     DemandError,
     Entry,
+    NotInstalled,
     SolverError,
     Status,
     Vehicle,
@@ -175,6 +176,17 @@ def test_the_one_shot_route_gives_the_live_answer() -> None:
     for tau in demands(8, 20):
         live, one_shot = (build(f"{route}/daqp", VEHICLE)(tau) for route in ("qp", "qpsolvers"))
         assert np.abs(live.f - one_shot.f).max() <= 1e-9 * VEHICLE.f_scale
+
+
+def test_a_solver_that_qpsolvers_can_not_load_is_refused_not_called_a_failure(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """qpsolvers says so at each solve only, where it would pass for an answer that was not found."""
+    import qpsolvers
+
+    monkeypatch.setattr(qpsolvers, "available_solvers", ["osqp"])
+    with pytest.raises(NotInstalled, match=r"qpsolvers/daqp: .*pip install -U qpsolvers\[daqp\]"):
+        build("qpsolvers/daqp", VEHICLE)
 
 
 @pytest.mark.parametrize(("miss", "status"), [(0, 0), (1e-5, 1), (0.1, 3), (np.nan, 3)])

@@ -3,6 +3,7 @@
 import warnings
 
 from alloc.allocation import FloatArray, Status
+from alloc.errors import NotInstalled
 from alloc.qp import QP
 from alloc.solvers import Answer, Solve
 
@@ -12,10 +13,15 @@ def one_shot(qp: QP, solver: str) -> Solve:
 
     qpsolvers says whether it found a solution, not why it didn't, so without one the status is
     NOT_CONVERGED, also where the solver itself knows that there is none. It has no iteration count
-    and no clock that all solvers share.
+    and no clock that all solvers share. Raises NotInstalled for a solver that qpsolvers can't load.
     """
-    from qpsolvers import Problem, dense_solvers, solve_problem
+    from qpsolvers import Problem, available_solvers, dense_solvers, solve_problem
     from scipy.sparse import csc_matrix
+
+    if solver not in available_solvers:  # its binding is there, but not one that this qpsolvers can import
+        raise NotInstalled(
+            f"qpsolvers/{solver}: qpsolvers finds no {solver}; pip install -U qpsolvers[{solver}]"
+        )
 
     # Sparse-only solvers would convert, and warn, at each call.
     H, A = (qp.H, qp.A) if solver in dense_solvers else (csc_matrix(qp.H), csc_matrix(qp.A))
