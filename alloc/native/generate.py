@@ -87,7 +87,7 @@ def meanings(kernel: str) -> dict[int, str]:
             2: "no f inside the limits makes tau, or tau holds NaN or infinity; f is left alone",
         } | refused
     return {
-        0: "f makes tau, with the least effort; limits are not looked at",
+        0: "f makes tau, with the least effort; limits are not looked at, nor whether tau is finite",
         1: "a direction is lost: f makes the nearest wrench there is; limits are not looked at",
     } | refused
 
