@@ -92,10 +92,10 @@ def alpha_range(vehicle: Vehicle, taus: ArrayLike) -> tuple[FloatArray, FloatArr
     size[size == 0] = 1.0
     along = (t / size[:, None]) @ z.facets.T
     along[np.abs(along) <= z.tolerance] = 0.0
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # of 1e-310 N the multiple is inf
         ratio = z.support / along
-    high = np.where(along > 0, ratio, np.inf).min(axis=1) / size
-    low = np.where(along < 0, ratio, -np.inf).max(axis=1) / size
+        high = np.where(along > 0, ratio, np.inf).min(axis=1) / size
+        low = np.where(along < 0, ratio, -np.inf).max(axis=1) / size
     missed = ((along == 0) & (z.support < 0)).any(axis=1) | (low > high + ROUNDING * np.abs(high))
     low[missed], high[missed] = np.inf, -np.inf
     return low, high
@@ -108,7 +108,7 @@ def closed_form_range(vehicle: Vehicle, taus: ArrayLike) -> tuple[FloatArray, Fl
     """
     f = checked_many(taus, vehicle.k) @ generalized_inverse(vehicle).T
     f[np.abs(f) < 1e-12 * np.abs(f).max(axis=1, keepdims=True, initial=0.0)] = 0.0  # rounding of T* tau
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         upper, lower = vehicle.f_max / f, vehicle.f_min / f
     high = np.where(f > 0, upper, np.where(f < 0, lower, np.inf)).min(axis=1)
     low = np.where(f > 0, lower, np.where(f < 0, upper, -np.inf)).max(axis=1)

@@ -77,11 +77,13 @@ def zonotope(vehicle: Vehicle) -> Zonotope:
 
 def _normals(generators: FloatArray) -> FloatArray:
     """(M, r) distinct unit normals of the (r - 1)-subsets of generators (r, m); one of each +- pair."""
-    r, m = generators.shape
+    r = len(generators)
     if r == 0:
         return np.zeros((0, 0))
-    unit = generators / np.linalg.norm(generators, axis=0)
-    chosen = list(combinations(range(m), r - 1))
+    lengths = np.linalg.norm(generators, axis=0)
+    # A thruster all but off, pushing where the set counts as flat, has length 0 in the r dimensions.
+    unit = generators[:, lengths > 0] / lengths[lengths > 0]
+    chosen = list(combinations(range(unit.shape[1]), r - 1))
     subsets = np.array(chosen, dtype=np.intp).reshape(len(chosen), r - 1)
     _, sigma, Vt = np.linalg.svd(unit.T[subsets])
     proper = sigma[:, -1] > RANK_TOLERANCE if r > 1 else np.ones(len(subsets), dtype=bool)

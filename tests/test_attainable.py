@@ -233,3 +233,21 @@ def test_a_vehicle_that_pushes_nothing_any_more_attains_no_wrench_but_zero() -> 
     assert lost.rank == 0
     np.testing.assert_array_equal(alpha_max(lost, [[0.0, 0.0], [1.0, 0.5]]), [np.inf, 0.0])
     assert build("scaled", lost)([1.0, 0.5]).status is Status.PARTIAL
+
+
+def test_a_demand_close_to_the_smallest_float_can_be_had_any_number_of_times() -> None:
+    vehicle = load_vehicle("ukwial")
+    taus = [[5e-324, 0.0, 0.0], [0.0, 1e-310, 0.0]]
+    np.testing.assert_array_equal(alpha_range(vehicle, taus), np.outer([-np.inf, np.inf], [1, 1]))
+    np.testing.assert_array_equal(closed_form_range(vehicle, taus), np.outer([-np.inf, np.inf], [1, 1]))
+    assert (label(vehicle, taus).label == Label.INACTIVE).all()
+
+
+def test_thrusters_that_are_all_but_off_leave_facets_of_the_others() -> None:
+    T, limit = np.array([[1.0, 1.0, 0.0], [0.0, 1.0, 1.0]]), np.full(3, 10.0)
+    eye = np.eye(3)
+    faint = Vehicle(
+        "faint", ("surge", "sway"), T, eye, -limit, limit, np.array([1e-10, 1e-12, 1.0]), np.ones(2)
+    )
+    assert faint.rank == 1
+    np.testing.assert_allclose(alpha_max(faint, [[0.0, 1.0], [1.0, 0.0]]), [10.0, 0.0])
