@@ -112,7 +112,7 @@ def worst_fault(vehicle: Vehicle, keep_rank: bool = False) -> int:
     """Index of the working thruster whose loss leaves least: the lowest rank, then the least volume.
 
     With ``keep_rank``, out of those whose loss costs no rank, if there are any. Raises NotApplicable
-    where only one thruster works.
+    where only one thruster works, or what is left has more than TILES.
     """
     if len(vehicle.working) < 2:
         raise NotApplicable(f"{vehicle.name}: one thruster works; with none left there is no vehicle")

@@ -15,7 +15,7 @@ INWARD = 1e-12
 
 
 class Scaled:
-    """The allocator: SOLVED with alpha = 1; PARTIAL with less; INFEASIBLE where no alpha <= 1 is attainable.
+    """The allocator: SOLVED with alpha = 1; PARTIAL with less; INFEASIBLE where none in [0, 1] can be had.
 
     Where thrusters have failed and rank is lost, it is the reachable part T P T* tau that keeps its
     direction: of a wrench with a part that no thruster pushes, nothing at all would be attainable.
@@ -63,5 +63,5 @@ class Scaled:
 
 
 def build(vehicle: Vehicle) -> Scaled:
-    """Prepare min f'Hf s.t. T P f = alpha tau, f_min <= f <= f_max, alpha the largest that is <= 1."""
+    """Prepare min f'Hf s.t. T P f = alpha tau, f_min <= f <= f_max, alpha the largest in [0, 1]."""
     return Scaled(vehicle)
