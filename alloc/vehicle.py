@@ -2,10 +2,12 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from alloc.allocation import FloatArray, IndexArray
+from alloc.allocation import FloatArray, IndexArray, real
 from alloc.errors import VehicleError
 from alloc.geometry import DOF
 
@@ -46,7 +48,10 @@ class Vehicle:
     def __post_init__(self) -> None:
         """Freeze private copies of the arrays; raise VehicleError for what can't be a vehicle."""
         for key in ("T", "H", "f_min", "f_max", "readiness", "slack_weights"):
-            array = np.array(getattr(self, key), dtype=np.float64)
+            try:
+                array = real(np.asarray(getattr(self, key)))
+            except (TypeError, ValueError, OverflowError) as error:
+                raise VehicleError(f"{self.name}: {key} is not an array of numbers ({error})", key) from None
             if not np.isfinite(array).all():
                 raise VehicleError(
                     f"{self.name}: {key} holds NaN or infinity; every entry must be finite", key
@@ -55,13 +60,11 @@ class Vehicle:
                 raise VehicleError(
                     f"{self.name}: {key} holds a number above {LARGEST:g}; check its unit", key
                 )
-            array.setflags(write=False)
-            object.__setattr__(self, key, array)
+            object.__setattr__(self, key, _frozen(array))
         _check_shapes(self)
         for key in ("f_min", "f_max"):  # a thruster that is off gives 0, however the vehicle was made
             limits = np.where(self.readiness == 0, 0.0, getattr(self, key))
-            limits.setflags(write=False)
-            object.__setattr__(self, key, limits)
+            object.__setattr__(self, key, _frozen(limits))
         _check_values(self)
 
     @property
@@ -77,12 +80,12 @@ class Vehicle:
     @cached_property
     def working(self) -> IndexArray:
         """(m,) indices of the thrusters that are not off."""
-        return np.flatnonzero(self.readiness)
+        return _frozen(np.flatnonzero(self.readiness))
 
     @cached_property
     def TP(self) -> FloatArray:
         """(k, n) effective matrix T P of eq. 2."""
-        return self.T * self.readiness
+        return _frozen(self.T * self.readiness)
 
     @cached_property
     def rank(self) -> int:
@@ -110,7 +113,7 @@ class Vehicle:
         lengths = np.linalg.norm(self.T, axis=1)
         longest = lengths.max()
         counted: FloatArray = np.where(lengths > RANK_TOLERANCE * longest, lengths, longest)
-        return counted
+        return _frozen(counted)
 
     @cached_property
     def wrench_scale(self) -> FloatArray:
@@ -123,18 +126,28 @@ class Vehicle:
     def with_fault(self, thruster: int, readiness: float = 0.0) -> "Vehicle":
         """This vehicle with one thruster off, or weakened: p_ii = ``readiness`` (eq. 2).
 
-        A thruster that is off has f_i = 0 and limits of 0. Raises VehicleError for an index
-        outside 0 … n - 1 or a readiness outside [0, 1].
+        A thruster that is off has f_i = 0 and limits of 0; off already, it leaves the vehicle as it is.
+        Raises VehicleError for an index outside 0 … n - 1, a readiness outside [0, 1], and for readiness
+        above 0 of a thruster that is off, whose limits are no longer known.
         """
         if not 0 <= thruster < self.n:
             raise VehicleError(f"{self.name} has no thruster {thruster}; count from 0 to {self.n - 1}")
+        if self.readiness[thruster] == 0:
+            if readiness == 0:
+                return self
+            raise VehicleError(
+                f"{self.name}: thruster {thruster} is off, and its limits with it; weaken it on the vehicle "
+                "on which it still works"
+            )
         P = self.readiness.copy()
         P[thruster] = readiness
-        on = np.where(P > 0, 1.0, 0.0)
         suffix = f"-f{thruster}" if readiness == 0 else f"-f{thruster}@{readiness:g}"
-        return replace(
-            self, name=self.name + suffix, readiness=P, f_min=self.f_min * on, f_max=self.f_max * on
-        )
+        return replace(self, name=self.name + suffix, readiness=P)
+
+
+def _frozen(array: NDArray[Any]) -> NDArray[Any]:
+    array.setflags(write=False)
+    return array
 
 
 def _check_shapes(vehicle: Vehicle) -> None:
@@ -170,8 +183,11 @@ def _check_values(vehicle: Vehicle) -> None:
             f"{name}: f_min and f_max are all 0; give what the thrusters can push [N]", "f_max"
         )
     sizes = np.linalg.eigvalsh(H)
-    # An eigenvalue 1e-12 of the largest is no more than rounding away from zero in T H^-1 T'.
-    if not np.allclose(H, H.T, rtol=1e-12, atol=0) or sizes.min() <= 1e-12 * sizes.max():
+    # |H_ij| <= sqrt(H_ii H_jj): beside that an H worked out in floats is symmetric but for rounding. An
+    # eigenvalue 1e-12 of the largest is no more than rounding away from zero in T H^-1 T'.
+    diagonal = np.sqrt(np.abs(np.diag(H)))
+    lopsided = (np.abs(H - H.T) > 1e-12 * np.outer(diagonal, diagonal)).any()
+    if lopsided or sizes.min() <= 1e-12 * sizes.max():
         raise VehicleError(f"{name}: H (or weights) must be symmetric positive definite (eq. 4)", "H")
     if ((vehicle.readiness < 0) | (vehicle.readiness > 1)).any():
         raise VehicleError(f"{name}: readiness must lie between 0 (off) and 1 (ready)")
