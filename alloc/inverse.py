@@ -18,10 +18,23 @@ def generalized_inverse(vehicle: Vehicle) -> FloatArray:
 def inverse_over(vehicle: Vehicle, on: IndexArray) -> FloatArray:
     """(n, k) generalized inverse with the thrusters ``on`` alone, as if the others were off."""
     rows = 1.0 / vehicle.row_lengths
-    T = rows[:, None] * vehicle.TP[:, on]
-    L = np.linalg.cholesky(vehicle.H[np.ix_(on, on)])
-    # With H = L L', x = L'f has the plain norm: f = L^-T pinv(T L^-T) tau.
-    inverse = np.linalg.solve(L.T, np.linalg.pinv(np.linalg.solve(L, T.T).T, rcond=RANK_TOLERANCE))
     G = np.zeros((vehicle.n, vehicle.k))
-    G[on] = inverse * rows
+    G[on] = least_effort(rows[:, None] * vehicle.TP[:, on], vehicle.H[np.ix_(on, on)]) * rows
     return G
+
+
+def least_effort(A: FloatArray, H: FloatArray) -> FloatArray:
+    """(m, k) inverse of A (k, m): the least f'Hf of all f with A f nearest.
+
+    The pseudoinverse less what costs along a basis N of null(A): A+ - N (N'HN)^-1 N'H A+. It meets A f
+    whatever H is, and what counts as rank is up to A alone; pinv(A L'^-1) with H = L L' loses both where H
+    weighs one thruster 1e8 times another. Rows of A have unit length, or had before a fault.
+    """
+    U, sigma, Vt = np.linalg.svd(A, full_matrices=False)
+    r = int(np.count_nonzero(sigma > RANK_TOLERANCE))
+    plain: FloatArray = Vt[:r].T @ ((1.0 / sigma[:r])[:, None] * U[:, :r].T)
+    if np.array_equal(H, np.diag(np.full(len(H), H.max(initial=0.0)))):
+        return plain  # N'A+ = 0: there is nothing but rounding to take off
+    N = np.linalg.svd(A)[2][r:].T
+    inverse: FloatArray = plain - N @ np.linalg.solve(N.T @ H @ N, N.T @ H @ plain)
+    return inverse

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from alloc.allocation import (
+    WRENCH_TOLERANCE,
     Allocation,
     FloatArray,
     Status,
@@ -18,7 +19,8 @@ from alloc.vehicle import Vehicle
 class Linear:
     """The allocator f = G tau of any closed form without limits.
 
-    SOLVED where T P G tau = tau; PARTIAL, with the nearest f, where a lost rank prevents it.
+    SOLVED where T P G tau = tau; PARTIAL, with the nearest f, where a lost rank prevents it, or where G has
+    lost so many digits to T and H that it misses a wrench by more than SOLVED allows.
     """
 
     formulation = "unlimited"
@@ -29,9 +31,10 @@ class Linear:
         """Prepare f = G tau, G (n, k)."""
         self.G = G
         self._k = vehicle.k
-        # (k, k) scaled part of a demand that G can't produce; None where there is none.
+        # (k, k) scaled part of a demand that G can't produce; None where no wrench in scale shows any.
         missed = (np.eye(vehicle.k) - vehicle.TP @ G) / vehicle.wrench_scale[:, None]
-        self._missed = missed if vehicle.rank < vehicle.k else None
+        met = np.abs(missed * vehicle.wrench_scale).sum(axis=1).max() <= WRENCH_TOLERANCE
+        self._missed = None if met else missed
 
     def __call__(self, tau: ArrayLike) -> Allocation:
         """Allocate one wrench (k,) [N, N m]."""

@@ -12,7 +12,7 @@ from alloc.allocation import FloatArray
 from alloc.errors import FileError, NotApplicable, VehicleError
 from alloc.geometry import contradictions
 from alloc.nullspace.allocator import exact
-from alloc.vehicle import Vehicle
+from alloc.vehicle import RANK_TOLERANCE, Vehicle
 from alloc.vehicle_file import VehicleFile, find_file, matrices, read_document, vehicle_with
 
 CONDITION = 20.0
@@ -145,7 +145,8 @@ def _reach(keys: VehicleFile, vehicle: Vehicle) -> Remarks:
             "T",
             f"close to losing a direction: condition number {condition:.0f}, above {CONDITION:g}",
         )
-    for i in np.flatnonzero(~np.abs(vehicle.T).any(axis=0)):
+    strongest = np.abs(vehicle.T / vehicle.row_lengths[:, None]).max(axis=0)
+    for i in np.flatnonzero(strongest <= RANK_TOLERANCE):  # by nothing, or by rounding such as cos 90 deg
         yield "warning", "T", f"thruster {i} moves no controlled DOF; leave it out, or name the DOF it moves"
 
 

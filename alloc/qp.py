@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from alloc.allocation import FloatArray, IndexArray
-from alloc.vehicle import RANK_TOLERANCE, Vehicle
+from alloc.vehicle import Vehicle
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +118,7 @@ def _equality(vehicle: Vehicle, f_scale: float, scaled: bool) -> tuple[FloatArra
     T = vehicle.TP[:, vehicle.working]
     rows = 1.0 / vehicle.row_lengths
     U, sigma, Vt = np.linalg.svd(rows[:, None] * T)
-    r = int(np.count_nonzero(sigma > RANK_TOLERANCE * sigma[0]))
+    r = vehicle.rank
     unreachable = U[:, r:].T * rows / vehicle.f_scale
     if not scaled and r == vehicle.k:
         return T, np.eye(vehicle.k), unreachable

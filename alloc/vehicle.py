@@ -12,8 +12,9 @@ from alloc.errors import VehicleError
 from alloc.geometry import DOF
 
 RANK_TOLERANCE = 1e-9
-"""Singular values below this share of the largest count as zero. Published geometry carries at
-most five digits, so a true zero stands near 1e-16 and the smallest real ones near 1e-2."""
+"""Singular values below this count as zero, where rows of T have unit length and the largest of T lies
+between 1 and sqrt(k). Published geometry carries at most five digits, so a true zero stands near 1e-16
+and the smallest real ones near 1e-2."""
 
 LARGEST, SMALLEST = 1e15, 1e-9
 """No size on either side of these is a vehicle's [N, m]; between them no product over- or underflows."""
@@ -89,9 +90,12 @@ class Vehicle:
 
     @cached_property
     def rank(self) -> int:
-        """Rank of T P: how many independent directions the working thrusters can push."""
+        """Rank of T P: how many independent directions the working thrusters can push.
+
+        0 where they push nothing, or by rounding only, as a lateral thruster pushes along surge.
+        """
         sigma = np.linalg.svd(self.TP / self.row_lengths[:, None], compute_uv=False)
-        return int(np.count_nonzero(sigma > RANK_TOLERANCE * sigma[0]))
+        return int(np.count_nonzero(sigma > RANK_TOLERANCE))
 
     @property
     def nullity(self) -> int:

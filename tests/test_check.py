@@ -42,6 +42,13 @@ T: [[1, 1, 0, 0], [0, 0, 1, 1], [-0.5, 0.5, 1, -1]]
 f_min: -11
 f_max: 11
 """
+ACROSS = """\
+name: across
+dof: [surge]
+T: [[1, 6.1e-17]]
+f_min: -11
+f_max: 11
+"""
 BOX = """\
 name: box
 dof: [surge, sway, yaw]
@@ -121,6 +128,7 @@ def test_a_sound_file_says_only_what_follows(file: Path) -> None:
             4,
             "thruster 4 moves no controlled DOF",
         ),
+        (ACROSS, "warning", 3, "thruster 1 moves no controlled DOF"),
         (GOOD.replace("frame: frd\n", ""), "note", None, "no 'frame' given"),
         (GOOD + "center_of_mass: [0, 0, 1]\n", "warning", 7, "has no effect without thrusters"),
         (GOOD.replace("-11", "12"), "error", 5, "f_min[0] = 12 exceeds f_max[0] = 11"),

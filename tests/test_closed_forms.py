@@ -249,3 +249,47 @@ def test_a_thruster_that_pushes_nothing_is_asked_for_nothing(method: str) -> Non
     f, status, _, _ = build(method, lost)([100.0])
     assert status is Status.PARTIAL
     np.testing.assert_array_equal(f, 0.0)
+
+
+SIDEWAYS = vehicle_of(np.array([[1.0, np.cos(np.pi / 2), 0.0], [0.0, 0.0, 1.0]]))
+"""Thruster 1 pushes across: along surge its cos 90 deg is 6e-17."""
+
+
+@pytest.mark.parametrize("method", ["pinv", "svd", "walsh", "clip", "redistribute", "nullspace", "scaled"])
+def test_what_only_rounding_pushes_is_lost_and_nobody_asks_rounding_for_it(method: str) -> None:
+    """After the failure 6e-17 is the largest entry of its row, and would be a direction beside itself."""
+    lost = SIDEWAYS.with_fault(0).with_fault(2)
+    assert lost.rank == 0
+    f, status, _, _ = build(method, lost)([1.0, 0.0])
+    assert status is (Status.INFEASIBLE if method == "nullspace" else Status.PARTIAL)
+    assert np.isnan(f).all() or (f == 0.0).all()
+
+
+@pytest.mark.parametrize("method", ["pinv", "svd", "clip", "redistribute", "nullspace", "scaled"])
+@pytest.mark.parametrize("readiness", [1.0, 1e-4])
+def test_solved_is_no_lie_where_h_and_t_are_far_from_one(method: str, readiness: float) -> None:
+    """H weighs thruster 2 1e11 times another: singular values of T L'^-1 lie beyond a tolerance of T."""
+    T = np.array([[1.0, 1.0, 1.0], [0.0, 1e-2, 1.0], [0.0, 1.0, 1.0]])
+    vehicle = vehicle_of(T, np.diag([1.0, 1.0, 1e11]))
+    vehicle = vehicle if readiness == 1.0 else vehicle.with_fault(2, readiness)
+    expected = np.array([1.0, 2.0, 3.0])  # n = k: there is no other f
+    f, status, _, _ = build(method, vehicle)(vehicle.TP @ expected)
+    assert status is Status.SOLVED
+    np.testing.assert_allclose(f, expected, rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("method", ["pinv", "svd", "nullspace"])
+def test_status_is_what_the_wrench_says_where_digits_run_out(method: str) -> None:
+    """Thrusters 1e-8 to 1e-3 from parallel, weights up to 1e12 apart; demands that can be met."""
+    rng = np.random.default_rng(1)
+    for _ in range(400):
+        k, n = 3, int(rng.integers(3, 6))
+        T = rng.normal(size=(k, n))
+        T[:, 1] = T[:, 0] + 10.0 ** rng.uniform(-8, -3) * rng.normal(size=k)
+        vehicle = vehicle_of(T, np.diag(10.0 ** rng.uniform(-5.9, 5.9, n)))
+        taus = rng.uniform(-99, 99, (4, n)) @ T.T
+        F, status = build(method, vehicle).many(taus)
+        assert not (status == Status.INFEASIBLE).any()
+        missed = np.abs(F @ T.T - taus) / vehicle.wrench_scale
+        assert (missed[status == Status.SOLVED] <= 1e-6).all()
+        assert method == "svd" or (status == Status.SOLVED).all()

@@ -5,8 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from alloc.allocation import FloatArray
+from alloc.inverse import least_effort
 from alloc.linear import Linear
-from alloc.vehicle import RANK_TOLERANCE, Vehicle
+from alloc.vehicle import Vehicle
 
 FORMULATION = Linear.formulation
 
@@ -47,11 +48,11 @@ def decompose(vehicle: Vehicle) -> Decomposition:
 def faultless_inverse(vehicle: Vehicle) -> FloatArray:
     """(n, k) G = L'^-1 V S* U' diag(rows), all thrusters ready (eq. 12).
 
-    S* holds 1/sigma; a sigma that counts as zero gives 0, as in a pseudoinverse.
+    S* holds 1/sigma; beyond the rank of T a sigma counts as zero and gives 0, as in a pseudoinverse.
     """
     U, S, V, L, rows = decompose(vehicle)
     sigma = S.diagonal()
-    kept = sigma > RANK_TOLERANCE * sigma[0]
+    kept = np.arange(len(sigma)) < vehicle.rank  # H spreads the sigma, but adds and takes no rank
     S_star = np.zeros((vehicle.n, vehicle.k))
     np.fill_diagonal(S_star, np.where(kept, 1.0, 0.0) / np.where(kept, sigma, 1.0))
     inverse: FloatArray = np.linalg.solve(L.T, V @ S_star @ U.T) * rows
@@ -69,12 +70,9 @@ def faulty_inverse(vehicle: Vehicle) -> FloatArray:
     U, S, V, L, rows = decompose(vehicle)
     on = vehicle.working
     A = S @ (V.T @ L.T * vehicle.readiness)[:, on]
-    L_on = np.linalg.cholesky(vehicle.H[np.ix_(on, on)])
-    # pinv is the right inverse of a matrix of full row rank, and the nearest there is of any other.
-    right = np.linalg.solve(L_on.T, np.linalg.pinv(np.linalg.solve(L_on, A.T).T, rcond=RANK_TOLERANCE))
     inverse = np.zeros((vehicle.n, vehicle.k))
-    if vehicle.rank:  # else A is nothing but rounding, which is large beside itself
-        inverse[on] = right @ U.T * rows
+    # The right inverse of a matrix of full row rank, and the nearest there is of any other.
+    inverse[on] = least_effort(A, vehicle.H[np.ix_(on, on)]) @ U.T * rows
     return inverse
 
 

@@ -24,7 +24,9 @@ from alloc.vehicle import Vehicle
 TOLERANCE = 1e-9
 """What counts as met, relative to the largest limit: far above rounding (1e-16 times a condition
 number below 1e3), far below anything a thruster resolves. A demand outside the attainable set by less
-is SOLVED: its thrusts are moved onto the limits, and the wrench errs by that much."""
+is SOLVED: its thrusts are moved onto the limits, and the wrench errs by that much. Where the null space
+moves one thruster of a block 1e6 times less than another, rounding counts as much more and a demand that
+close to the edge may be called infeasible; shipped vehicles, whole or not, stay below 4."""
 
 
 class Nullspace:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from alloc.allocation import FloatArray, IndexArray
 from alloc.inverse import generalized_inverse
-from alloc.vehicle import RANK_TOLERANCE, Vehicle
+from alloc.vehicle import Vehicle
 
 ZERO = 1e-12
 """Entries of a basis below this count as zero: rounding leaves 1e-16 times cond(T) < 1e3, and
@@ -51,8 +51,8 @@ def decompose(vehicle: Vehicle) -> Structure:
     """Find G, N and its finest split for this vehicle, its H and its faults."""
     on = vehicle.working
     scale = 1.0 / vehicle.row_lengths
-    U, sigma, Vt = np.linalg.svd(scale[:, None] * vehicle.TP[:, on])
-    rank = int(np.count_nonzero(sigma > RANK_TOLERANCE * sigma[0]))
+    U, _, Vt = np.linalg.svd(scale[:, None] * vehicle.TP[:, on])
+    rank = vehicle.rank
     blocks = split(Vt[rank:].T, vehicle.H[np.ix_(on, on)])
     moved = {int(on[row]) for block in blocks for row in block.rows}
     return Structure(
