@@ -189,6 +189,19 @@ def test_a_solver_that_qpsolvers_can_not_load_is_refused_not_called_a_failure(
         build("qpsolvers/daqp", VEHICLE)
 
 
+def test_a_wrapper_that_does_not_fit_its_solver_is_an_error_not_a_demand_without_an_answer(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    import qpsolvers
+
+    def outdated(*args: object) -> None:
+        raise TypeError("solve() got an unexpected keyword argument")
+
+    monkeypatch.setattr(qpsolvers, "solve_problem", outdated)
+    with pytest.raises(SolverError, match=r"qpsolvers/daqp: TypeError: .*update both"):
+        build("qpsolvers/daqp", VEHICLE)([10.0, 5.0, 1.0])
+
+
 @pytest.mark.parametrize(("miss", "status"), [(0, 0), (1e-5, 1), (0.1, 3), (np.nan, 3)])
 def test_a_solver_that_claims_too_much_is_found_out(miss: float, status: Status) -> None:
     """A liar in the solver's place: its x is the right one plus a miss, its word always SOLVED."""

@@ -3,7 +3,7 @@
 import warnings
 
 from alloc.allocation import FloatArray, Status
-from alloc.errors import NotInstalled
+from alloc.errors import NotInstalled, SolverError
 from alloc.qp import QP
 from alloc.solvers import Answer, Solve
 
@@ -13,7 +13,8 @@ def one_shot(qp: QP, solver: str) -> Solve:
 
     qpsolvers says whether it found a solution, not why it didn't, so without one the status is
     NOT_CONVERGED, also where the solver itself knows that there is none. It has no iteration count
-    and no clock that all solvers share. Raises NotInstalled for a solver that qpsolvers can't load.
+    and no clock that all solvers share. Raises NotInstalled for a solver that qpsolvers can't load, and
+    the answer SolverError where it calls the solver in a way that the solver does not know.
     """
     from qpsolvers import Problem, available_solvers, dense_solvers, solve_problem
     from scipy.sparse import csc_matrix
@@ -32,6 +33,11 @@ def one_shot(qp: QP, solver: str) -> Solve:
             warnings.simplefilter("ignore")
             try:
                 solution = solve_problem(Problem(H, qp.g, None, None, A, b, qp.lb, qp.ub), solver)
+            except (AttributeError, ImportError, TypeError) as error:  # no demand does that
+                raise SolverError(
+                    f"qpsolvers/{solver}: {type(error).__name__}: {error}; qpsolvers does not fit "
+                    f"the {solver} that is installed: update both"
+                ) from error
             except Exception:  # a demand so far out that the solver refuses it, each in its own way
                 return Answer(qp.g, Status.NOT_CONVERGED)
         if not solution.found or solution.x is None:
