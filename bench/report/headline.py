@@ -61,9 +61,10 @@ def _cost(run: Run) -> str:
     if found:
         text += f", {' and '.join(found)} (which knows no limits)"
     if over_solver:
-        text += f"; the fastest QP solver that is as exact takes {number_range(over_solver)} times as long"
+        text += f"; the fastest QP solver that is as exact takes {number_range(over_solver)} times as long,"
+        text += " called through Python"
     if own_clock:
-        text += f", called through Python ({number_range(own_clock)} % of it by its own clock)"
+        text += f" ({number_range(own_clock)} % of it by its own clock)"
     return text + "."
 
 
