@@ -53,7 +53,7 @@ def test_wrong_answers_fail_without_any_time_being_looked_at(repository: Path, t
     data = json.loads(out.read_text())
     assert data["verdict"]["exit_code"] == 1
     assert [f["cell"] for f in data["verdict"]["findings"]] == ["ukwial:pinv:-"]
-    assert "the wrench is not met" in data["verdict"]["findings"][0]["what"]
+    assert "N from the optimum, beyond its promise" in data["verdict"]["findings"][0]["what"]
     assert "time" not in data["record"]["seconds"]
 
 
