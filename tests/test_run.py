@@ -11,7 +11,9 @@ from click.testing import CliRunner
 import alloc
 from alloc import AllocError, DemandError
 from bench.__main__ import cli
-from bench.harness import process
+from bench.harness import machine, process
+from bench.harness.plan import Settings
+from bench.harness.run import Progress, run
 from bench.judging.reference import questions
 from bench.record import FILE_NAME, read
 
@@ -66,6 +68,20 @@ def test_a_method_of_ones_own_a_fault_and_a_pattern_are_measured(tmp_path: Path)
     measured = {(c.key.method, c.key.vehicle): c.status for c in read(tmp_path / "out").cells}
     assert measured["my-pinv", "ukwial-f1"] == "ok"
     assert measured["pinv", "ukwial-f1"] == "ok"
+
+
+def test_the_parent_keeps_off_the_core_that_workers_are_pinned_to(tmp_path: Path) -> None:
+    seen = []
+
+    def watch(_: Progress) -> None:
+        seen.append(machine.core())
+
+    settings = Settings(("ukwial",), ("inactive",), ("pinv",), n_demands=4, budget_ms=0, repeats=1)
+    run(settings, tmp_path, resume=False, watch=watch)
+    (core,) = {worker.core for worker in read(tmp_path).workers}
+    assert core == machine.core()
+    if core is not None and len(os.sched_getaffinity(0)) > 1:
+        assert core not in seen
 
 
 def test_a_worker_finds_a_source_tree_that_nobody_installed_from_any_folder(tmp_path: Path) -> None:

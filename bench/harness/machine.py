@@ -5,6 +5,8 @@ import platform
 import re
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -14,6 +16,7 @@ import psutil
 _GOVERNOR = Path("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor")
 _BOARD = Path("/proc/device-tree/model")
 _ROOT = Path(__file__).parents[2]
+_SOURCE = ("alloc", "bench")
 
 
 def describe() -> dict[str, Any]:
@@ -54,19 +57,44 @@ def versions() -> dict[str, str]:
 
 
 def commit() -> str:
-    """The git commit of this source, with ``+changes`` where the tree differs; empty outside a repository."""
+    """The git commit of this source, with ``+changes`` where the source differs; empty where git has none.
+
+    Results, pictures and the like are no source: a run that wrote some can still be resumed.
+    """
     try:
-        return _git("rev-parse", "--short=12", "HEAD") + ("+changes" if _git("status", "--porcelain") else "")
-    except (OSError, subprocess.CalledProcessError):
+        # Installed into somebody's own repository, this source is not in it, and its commit is not ours.
+        _git("ls-files", "--error-unmatch", *_SOURCE)
+        return _git("rev-parse", "--short=12", "HEAD") + (
+            "+changes" if _git("status", "--porcelain", "--", *_SOURCE) else ""
+        )
+    except (OSError, subprocess.SubprocessError):
         return ""
 
 
-def cores() -> tuple[int | None, int | None]:
-    """Where to pin workers and where the parent, two different cores if there are two; None: anywhere."""
-    if not hasattr(os, "sched_getaffinity"):
-        return None, None
-    allowed = sorted(os.sched_getaffinity(0))
-    return allowed[-1], allowed[0]
+def core() -> int | None:
+    """Where to pin what is measured; None: anywhere."""
+    return max(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else None
+
+
+@contextmanager
+def set_aside() -> Iterator[None]:
+    """Keep every thread of this process off ``core()`` inside the block, where it has another one."""
+    taken = core()
+    if taken is None:
+        yield
+        return
+    allowed = os.sched_getaffinity(0)
+    _move(allowed - {taken} or allowed)
+    try:
+        yield
+    finally:
+        _move(allowed)
+
+
+def _move(cores: set[int]) -> None:
+    for thread in psutil.Process().threads():
+        with suppress(ProcessLookupError):  # it has ended since
+            os.sched_setaffinity(thread.id, cores)
 
 
 def _requirements() -> set[str]:

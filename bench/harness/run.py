@@ -45,8 +45,8 @@ class Going:
     files: where each (vehicle, demand set) is stored. plugins: file of each method that is not the
     catalogue's. missing: what to install for the methods that need it. total: how many cells there
     will be. began, ready: when this go did so and its first cell could, on the monotonic clock [s].
-    done: keys in the record. hung: keys, of any repeat, that reached the time limit. measured,
-    timed_ns: cells of this go, sum of their timed calls.
+    done: keys in the record. hung: keys, of any repeat, that reached the time limit. core: where
+    workers are pinned. measured, timed_ns: cells of this go, sum of their timed calls.
     """
 
     settings: Settings
@@ -59,6 +59,7 @@ class Going:
     began: float
     done: set[Key]
     hung: set[Key]
+    core: int | None
     ready: float = field(default_factory=time.monotonic)
     measured: int = 0
     timed_ns: int = 0
@@ -131,11 +132,13 @@ def run(settings: Settings, directory: Path, *, resume: bool, watch: Callable[[P
             began=began,
             done=known.keys(),
             hung={_any_repeat(cell.key) for cell in known.cells if cell.status == "timeout"},
+            core=machine.core(),
         )
         going.event("began" if old is None else "resumed")
         try:
-            for group in planned:
-                measure(group, going)
+            with machine.set_aside():
+                for group in planned:
+                    measure(group, going)
         except KeyboardInterrupt:
             going.event("interrupted")
             raise Interrupted from None
@@ -240,7 +243,7 @@ def _job(group: Group, keys: list[Key], going: Going) -> Job:
         plugin=going.plugins.get(group.method),
         budget_ns=going.budget_ns(),
         memory_bytes=going.settings.memory_MB << 20,
-        core=machine.cores()[0],
+        core=going.core,
     )
 
 

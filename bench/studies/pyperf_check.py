@@ -62,7 +62,7 @@ def one_pass(method: str, vehicle_name: str) -> Callable[[], None]:
 
 def ours(method: str, vehicle_name: str) -> float:
     """Median over batches without a context switch of the time of one call [ns], in this process."""
-    core = machine.cores()[0]
+    core = machine.core()
     if core is not None:
         os.sched_setaffinity(0, {core})
     call, taus = prepared(method, vehicle_name)
@@ -77,7 +77,7 @@ def theirs(method: str, vehicle_name: str) -> float:
     set_up = (
         f"from bench.studies.pyperf_check import one_pass; calls = one_pass({method!r}, {vehicle_name!r})"
     )
-    core = machine.cores()[0]
+    core = machine.core()
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "values.json"
         pin = [] if core is None else [f"--affinity={core}"]

@@ -1,0 +1,71 @@
+"""What a run says of its machine and source, and which core it leaves to what is measured."""
+
+import os
+import subprocess
+from pathlib import Path
+from threading import Event, Thread
+
+import psutil
+import pytest
+
+from bench.harness import machine
+
+
+def git(tree: Path, *arguments: str) -> str:
+    nobody = ("-c", "user.name=test", "-c", "user.email=test@localhost")
+    done = subprocess.run(["git", *nobody, *arguments], cwd=tree, check=True, capture_output=True, text=True)
+    return done.stdout.strip()
+
+
+@pytest.fixture
+def source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A repository with both packages in it, taken for this project's own."""
+    for name in ("alloc", "bench"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "__init__.py").write_text("")
+    git(tmp_path, "init", "--quiet")
+    git(tmp_path, "add", "--all")
+    git(tmp_path, "commit", "--quiet", "--message", "all")
+    monkeypatch.setattr(machine, "_ROOT", tmp_path)
+    return tmp_path
+
+
+def test_the_commit_is_the_source_s_and_what_a_run_writes_beside_it_changes_nothing(source: Path) -> None:
+    head = git(source, "rev-parse", "--short=12", "HEAD")
+    assert machine.commit() == head
+    (source / "results").mkdir()
+    (source / "results" / "results.csv").write_text("")
+    assert machine.commit() == head  # or Ctrl-C and --resume would refuse each other
+
+
+@pytest.mark.parametrize("changed", ["alloc/__init__.py", "bench/new.py"])
+def test_a_changed_source_says_so(source: Path, changed: str) -> None:
+    (source / changed).write_text("x = 1\n")
+    assert machine.commit() == git(source, "rev-parse", "--short=12", "HEAD") + "+changes"
+
+
+def test_installed_into_somebody_else_s_repository_it_has_no_commit(
+    source: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    installed = source / "venv"
+    (source / ".gitignore").write_text("venv\n")
+    (installed / "alloc").mkdir(parents=True)
+    monkeypatch.setattr(machine, "_ROOT", installed)
+    assert machine.commit() == ""
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_getaffinity"), reason="this system pins nothing")
+def test_every_thread_keeps_off_the_core_that_is_measured_on_and_comes_back() -> None:
+    allowed, core, end = os.sched_getaffinity(0), machine.core(), Event()
+    other = Thread(target=end.wait)  # as the one that draws the progress bar
+    other.start()
+    try:
+        with machine.set_aside():
+            places = [os.sched_getaffinity(thread.id) for thread in psutil.Process().threads()]
+        assert len(places) >= 2
+        assert all(place == (allowed - {core} or allowed) for place in places)
+        assert os.sched_getaffinity(other.native_id or 0) == allowed
+    finally:
+        end.set()
+        other.join()
+    assert os.sched_getaffinity(0) == allowed
