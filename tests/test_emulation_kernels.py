@@ -19,6 +19,7 @@ from bench.emulation.goals import BOARDS, GOALS, STACK_BYTES
 from bench.emulation.image import Image, link
 from bench.emulation.install import install
 from bench.emulation.kernels import OSQP, build_kernel
+from bench.emulation.record import write
 from bench.emulation.rows import rows as counted_rows
 from bench.emulation.search import climb
 from bench.emulation.study import CLASSES, Plan, emulate
@@ -138,6 +139,16 @@ def test_a_missing_emulator_is_a_row_that_says_how_to_get_it(monkeypatch: pytest
     assert "apt-get install qemu-user" in row.reason
 
 
+def test_adding_to_a_folder_without_a_record_begins_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("shutil.which", lambda name: None)
+    plan = Plan((load_vehicle("ukwial"),), (target("aarch64"),), ("pinv@native",), ("float",), (), 1, 5)
+    for rows_so_far in (1, 2):
+        list(write(plan, tmp_path, add=True))
+        assert len(read(tmp_path).emulated) == rows_so_far
+
+
 def test_what_cannot_be_installed_is_named_and_no_error(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[Sequence[str]] = []
 
@@ -171,8 +182,8 @@ def test_the_command_writes_counts_beside_those_on_x86_and_never_times(tmp_path:
     available("cortex-m7")
     available("x86-64")
     asked = ["--vehicle", "ukwial", "--target", "cortex-m7", "--method", "pinv@native", "--float", "--n", "5"]
-    result = CliRunner().invoke(cli, ["emulate", *asked, "--out", str(tmp_path)])
-    assert result.exit_code == 0, result.output
+    result = CliRunner().invoke(cli, ["emulate", *asked, "--out", str(tmp_path)], standalone_mode=False)
+    assert result.return_value == 0, result.output
     assert sorted(p.name for p in tmp_path.iterdir() if p.name[0] != ".") == [
         "emulation.csv",
         "record.jsonl",

@@ -105,6 +105,13 @@ def test_a_new_run_in_the_same_folder_keeps_the_record_before(finished: Path, tm
     assert read(tmp_path).header.seed == 5
 
 
+def test_a_packed_record_is_not_hidden_by_what_was_to_be_added_to_it(tmp_path: Path) -> None:
+    (tmp_path / PACKED).write_bytes(gzip.compress(msgspec.json.encode(header()) + b"\n"))
+    with Writer(tmp_path) as writer, pytest.raises(RecordError, match="gunzip it first"):
+        writer.resume()
+    assert read(tmp_path).header == header()
+
+
 def count(record: Record) -> int:
     kinds = (record.problems, record.worths, record.cells, record.workers, record.events)
     return sum(map(len, kinds))

@@ -9,11 +9,11 @@ import pytest
 from click.testing import CliRunner
 
 import alloc
-from alloc import AllocError, DemandError
+from alloc import AllocError, DemandError, UnknownName
 from bench.__main__ import cli
 from bench.harness import machine, process
 from bench.harness.plan import Settings
-from bench.harness.run import Progress, run
+from bench.harness.run import Progress, methods, run
 from bench.judging.reference import questions
 from bench.record import FILE_NAME, read
 
@@ -68,6 +68,18 @@ def test_a_method_of_ones_own_a_fault_and_a_pattern_are_measured(tmp_path: Path)
     measured = {(c.key.method, c.key.vehicle): c.status for c in read(tmp_path / "out").cells}
     assert measured["my-pinv", "ukwial-f1"] == "ok"
     assert measured["pinv", "ukwial-f1"] == "ok"
+
+
+def test_two_methods_of_one_name_are_refused_not_dropped(tmp_path: Path) -> None:
+    files = [tmp_path / folder / name for folder, name in (("a", "mine"), ("b", "mine"), ("c", "pinv"))]
+    for file in files:
+        file.parent.mkdir()
+        file.with_suffix(".py").write_text("from alloc.methods.pinv import FORMULATION, build\n")
+    mine, other, pinv = (str(file.with_suffix(".py")) for file in files)
+    for plugins, wanted in (((mine, other), ()), ((pinv,), ("pinv",))):
+        with pytest.raises(UnknownName, match="another method is called"):
+            methods(Settings((), (), methods=wanted, plugins=plugins))
+    assert len(methods(Settings((), (), plugins=(mine, mine, pinv)))[0]) == 2  # the same twice is one
 
 
 def test_the_parent_keeps_off_the_core_that_workers_are_pinned_to(tmp_path: Path) -> None:

@@ -2,5 +2,6 @@
 
 ``toolchain`` says what runs where, ``kernel`` what C there is to run, ``image`` links it with a driver for
 one processor, ``count`` runs that under QEMU and counts, ``search`` looks for the demand that costs
-most, ``study`` puts rows into a record, and ``table`` turns rows into text. See docs/embedded.md.
+most, ``study`` makes the rows that ``record`` keeps; ``rows`` reads them again, and ``bands`` and
+``bench.report.emulation`` say what they mean. See docs/embedded.md.
 """

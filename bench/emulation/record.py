@@ -13,13 +13,12 @@ from bench.record import SCHEMA, Emulated, Header
 def write(plan: Plan, directory: Path, *, add: bool) -> Iterator[Emulated]:
     """Count as planned and append each row to ``directory``'s record as it comes; raises RecordError.
 
-    With ``add`` the record that is there is kept, and of two rows with the same names the later counts.
+    With ``add`` the record, where one is there, is kept, and of two rows with the same names the later
+    counts.
     """
     rows = emulate(plan)  # what is wrong with the plan shows before a record is touched
     with Writer(directory) as writer:
-        if add:
-            writer.resume()
-        else:
+        if not add or writer.resume() is None:
             writer.create(_header(plan))
         for row in rows:
             writer.append(row)

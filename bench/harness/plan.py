@@ -6,7 +6,7 @@ from fnmatch import fnmatchcase
 
 import msgspec
 
-from alloc import Entry
+from alloc import AllocError, Entry
 from bench.harness.yardsticks import CANARIES, YARDSTICKS
 from bench.record import Key
 
@@ -14,6 +14,10 @@ OVERHEAD_S = 0.03
 """What a cell takes besides its timed calls until a run knows its own: starting up, setting up, judging."""
 LEAST_MS, MOST_MS = 15.0, 100.0
 """Bounds of a cell's budget: a handful of batches; what no statistic here gains from exceeding."""
+
+
+class SettingsError(AllocError):
+    """Settings contradict each other."""
 
 
 class Settings(msgspec.Struct, frozen=True):
@@ -97,6 +101,16 @@ def chosen(entry: Entry, settings: Settings) -> list[tuple[str, str, str]]:
         for level in entry.levels
         if start in (*starts, "-") and level in levels
     ]
+
+
+def check(settings: Settings) -> None:
+    """Raise SettingsError where no cell can be measured: its timed calls alone outlast its time limit."""
+    least_s = (settings.budget_ms or 0.0) / 1e3
+    if least_s >= settings.time_limit_s:
+        raise SettingsError(
+            f"--budget-ms {settings.budget_ms:g}: no cell can be timed for so long within --time-limit"
+            f" {settings.time_limit_s:g}; raise the limit"
+        )
 
 
 def budget_ns(settings: Settings, left_s: float, cells: int, overhead_s: float) -> int:

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import msgspec
 
-from alloc import Entry, catalogue, find, load_plugin
+from alloc import Entry, UnknownName, catalogue, find, load_plugin
 from bench.harness import machine, quiet
 from bench.harness.job import Job, Task
-from bench.harness.plan import OVERHEAD_S, Group, Settings, budget_ns, groups
+from bench.harness.plan import OVERHEAD_S, Group, Settings, budget_ns, check, groups
 from bench.harness.process import work
 from bench.harness.writer import Writer
 from bench.judging.capability import measure_worths
@@ -101,6 +101,7 @@ def run(settings: Settings, directory: Path, *, resume: bool, watch: Callable[[P
     worker is ended, the record says so, and Interrupted is raised.
     """
     began = time.monotonic()
+    check(settings)
     entries, plugins = methods(settings)
     # Before the folder is touched: a name that is wrong leaves nothing behind.
     posed = questions(settings.vehicles, settings.demands, settings.faults, settings.seed, settings.n_demands)
@@ -176,16 +177,20 @@ def own_vehicles(settings: Settings) -> list[str]:
 
 
 def methods(settings: Settings) -> tuple[list[Entry], dict[str, str]]:
-    """The methods to measure, and the files of those that are plug-ins; raises UnknownName.
+    """The methods to measure, and the files of those that are plug-ins.
 
-    A name may be a pattern as a shell has it, ``qp/*``.
+    A name may be a pattern as a shell has it, ``qp/*``. Raises UnknownName for one that nothing has, or that
+    two have: they would share their rows.
     """
-    plugged = {load_plugin(Path(path)): path for path in settings.plugins}
+    plugged = {load_plugin(Path(path)): path for path in dict.fromkeys(settings.plugins)}
     wanted = settings.methods or (() if plugged else ("*",))
     for name in wanted:
         if not any(fnmatchcase(entry.name, name) for entry in catalogue()):
             find(name)  # raises UnknownName, which lists what there is
     found = [entry for entry in catalogue() if any(fnmatchcase(entry.name, name) for name in wanted)]
+    for entry, path in plugged.items():
+        if sum(entry.name == other.name for other in (*plugged, *found)) > 1:
+            raise UnknownName(f"{path}: another method is called '{entry.name}' too; rename the file")
     return [*plugged, *found], {entry.name: path for entry, path in plugged.items()}
 
 

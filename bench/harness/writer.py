@@ -11,7 +11,7 @@ from typing import Self
 import msgspec
 from filelock import FileLock, Timeout
 
-from bench.record import FILE_NAME, Header, Line, Record, RecordError, parse
+from bench.record import FILE_NAME, PACKED, Header, Line, Record, RecordError, parse
 
 PREVIOUS = "record.previous.jsonl"
 """What a new record in the same folder makes of the one before: an hour's run is not lost to a short one."""
@@ -46,9 +46,12 @@ class Writer:
     def resume(self) -> Record | None:
         """Read what is there, cut a torn last line off, and append from now on.
 
-        None where there is nothing yet: a run that was killed before its first line.
+        None where there is nothing yet: a run that was killed before its first line. Raises RecordError for
+        a packed record, which a new one beside it would hide.
         """
         if not self._has_lines():
+            if (packed := self.path.with_name(PACKED)).exists():
+                raise RecordError(f"{packed}: is packed, so nothing can be added; gunzip it first")
             return None
         record, whole = parse(self.path)
         self._open(0)
