@@ -4,11 +4,16 @@ Times are not asserted here; ``python -m bench.studies.gate_check`` does that, f
 """
 
 import json
+import os
 import re
+import signal
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from threading import Timer
+from time import monotonic
 
+import psutil
 import pytest
 from click.testing import CliRunner, Result
 
@@ -80,6 +85,14 @@ def test_a_method_that_brings_its_process_down_fails_alone(repository: Path) -> 
     assert "pinv" not in found.stdout
 
 
+def test_a_method_that_fails_on_both_sides_is_mentioned_not_dropped(repository: Path) -> None:
+    with (repository / "alloc" / "methods" / "svd.py").open("a") as file:
+        file.write("\n\ndef build(vehicle):\n    import os\n    os.abort()\n")
+    gate_check.commit(repository, "it was so before")
+    found = gate(repository, lambda _: None, "--always")
+    assert "- fails on both sides, so not compared: `ukwial:svd:-`: head: ended with SIGABRT" in found.stdout
+
+
 def test_a_new_method_is_mentioned_and_the_rest_is_timed(repository: Path) -> None:
     def add(tree: Path) -> None:
         (tree / "alloc" / "methods" / "another.py").write_text(
@@ -100,6 +113,15 @@ def test_a_vehicle_whose_limits_changed_is_judged_by_its_own_numbers(repository:
     assert "ukwial: its numbers differ, so each side is judged by its own" in found.stdout
     assert "| `ukwial:nullspace:-` |" in found.stdout
     assert "wrong" not in found.stdout
+
+
+def test_a_vehicle_that_no_longer_loads_is_a_regression_and_not_bad_usage(repository: Path) -> None:
+    def spoil(tree: Path) -> None:
+        (tree / "alloc" / "vehicles" / "ukwial.yaml").write_text("name: ukwial\n")
+
+    found = gate(repository, spoil)
+    assert found.return_value == 1
+    assert "| `ukwial:pinv:-` | gone: VehicleError" in found.stdout
 
 
 def test_half_as_slow_again_is_found_by_time_alone(repository: Path) -> None:
@@ -180,10 +202,58 @@ def test_trees_with_other_requirements_get_environments_of_their_own(
     assert trees.interpreters(base, base, at) == (sys.executable, sys.executable)
 
 
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [(None, "says in no pyproject.toml what it requires"), ("[project", "pyproject.toml can't be read")],
+)
+def test_a_tree_that_does_not_say_what_it_requires_is_named(
+    text: str | None, says: str, tmp_path: Path
+) -> None:
+    for side in ("base", "head"):
+        (tmp_path / side / "alloc").mkdir(parents=True)
+    (tmp_path / "base" / "pyproject.toml").write_text('[project]\ndependencies = ["numpy"]\n')
+    if text is not None:
+        (tmp_path / "head" / "pyproject.toml").write_text(text)
+    base, head = tmp_path / "base", tmp_path / "head"
+    with pytest.raises(trees.BadTree, match=f"^head: {says}"):
+        trees.interpreters(head, base, tmp_path / "environments")
+
+
 def test_the_measured_library_is_the_trees_and_not_the_gates(tmp_path: Path) -> None:
     (tmp_path / "elsewhere").mkdir()
     with pytest.raises(Refused, match="alloc"):
         Side(Tree(tmp_path / "elsewhere"))
+
+
+@pytest.mark.parametrize(
+    ("script", "says"),
+    [
+        ("printf '{\"value\": tr'; exit 3", "ended with exit code 3"),
+        ("printf '\\377\\n' >&2; exit 3", "ended with exit code 3: \ufffd"),
+    ],
+    ids=["in the middle of its reply", "with a word in no encoding"],
+)
+def test_however_a_process_dies_it_is_said_how(script: str, says: str, tmp_path: Path) -> None:
+    interpreter = tmp_path / "python"
+    interpreter.write_text(f"#!/bin/sh\nread order\n{script}\n")
+    interpreter.chmod(0o755)
+    with pytest.raises(Died) as caught:
+        Side(Tree(tmp_path, str(interpreter)))
+    assert says in str(caught.value)
+
+
+def test_ctrl_c_ends_a_process_that_never_replies_at_once(tmp_path: Path) -> None:
+    interpreter = tmp_path / "python"
+    # It hears neither Ctrl-C nor the end of its orders, like a solver that hangs.
+    interpreter.write_text("#!/bin/sh\ntrap '' INT\nwhile true; do sleep 0.1; done\n")
+    interpreter.chmod(0o755)
+    before = set(psutil.Process().children())
+    Timer(0.3, os.kill, [os.getpid(), signal.SIGINT]).start()
+    started = monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        Side(Tree(tmp_path, str(interpreter)))
+    assert monotonic() - started < 10
+    assert set(psutil.Process().children()) == before
 
 
 def test_a_process_that_does_not_reply_in_time_is_ended() -> None:

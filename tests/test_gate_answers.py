@@ -97,3 +97,10 @@ def test_another_status_is_another_answer(vehicle: Vehicle, right: list[Allocati
 def test_another_formulation_is_another_answer(vehicle: Vehicle, right: list[Allocation]) -> None:
     soft = Answered("", {**PROMISES, "formulation": "soft"}, right)
     assert differ(vehicle, Answered("", PROMISES, right), soft) == "formulation hard → soft"
+
+
+def test_a_promise_of_limits_that_is_taken_back_is_another_answer(
+    vehicle: Vehicle, right: list[Allocation]
+) -> None:
+    free = Answered("", {**PROMISES, "limited": False}, right)
+    assert differ(vehicle, Answered("", PROMISES, right), free) == "limited True → False"

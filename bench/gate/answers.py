@@ -93,7 +93,13 @@ def examine(base: Prober, head: Prober, patterns: Sequence[str]) -> Examined:
     for name, cells in shared.items():
         question = pose(_vehicle(base, name), partial(_optimum, base, name))
         found.demands[name] = question.taus[question.labels != Label.INFEASIBLE].tolist()
-        same = head.ask("vehicle", name=name) == base.ask("vehicle", name=name)
+        try:
+            same = head.ask("vehicle", name=name) == base.ask("vehicle", name=name)
+        except Refused as reason:  # base's was loaded just before: head's file is broken, and all its cells
+            for cell in cells:
+                cell.head_lacks = str(reason)
+            found.cells.extend(cells)
+            continue
         if not same:
             found.notes.append(
                 f"{name}: its numbers differ, so each side is judged by its own, not by the other"
@@ -101,8 +107,10 @@ def examine(base: Prober, head: Prober, patterns: Sequence[str]) -> Examined:
         head_question = question if same else _again(question, _vehicle(head, name))
         for cell in cells:
             _examine(cell, (base, head), (question, head_question))
-            if not (cell.base_lacks and cell.head_lacks):  # refused by both, as walsh refuses most: no cell
+            if not (cell.base_lacks and cell.head_lacks):
                 found.cells.append(cell)
+            elif not cell.head_lacks.startswith(NotApplicable.__name__):  # as walsh refuses most vehicles
+                found.notes.append(f"fails on both sides, so not compared: `{cell.name}`: {cell.head_lacks}")
     return found
 
 
@@ -158,8 +166,9 @@ def wrong(question: Question, found: Answered) -> str:
 
 def differ(vehicle: Vehicle, base: Answered, head: Answered) -> str:
     """How the answers of two sides differ, each of them right by itself; empty where they don't."""
-    if base.promises["formulation"] != head.promises["formulation"]:
-        return f"formulation {base.promises['formulation']} → {head.promises['formulation']}"
+    for promise in ("formulation", "limited"):
+        if base.promises[promise] != head.promises[promise]:
+            return f"{promise} {base.promises[promise]} → {head.promises[promise]}"
     for i, (a, b) in enumerate(zip(base.answers, head.answers, strict=True)):
         if a.status != b.status:
             return f"status {Status(a.status).name} → {Status(b.status).name} for demand {i}"

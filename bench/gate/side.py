@@ -56,7 +56,8 @@ class Side:
         threads = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")}
         keep = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
         layout = {"PYTHONHASHSEED": str(hash_seed), "THRUSTBENCH_PADDING": "x" * padding}
-        self._errors = tempfile.TemporaryFile("w+")  # noqa: SIM115 - closed in close()
+        # Bytes: what a library writes there may be in any encoding, or in none.
+        self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - closed in close()
         self._process = subprocess.Popen(
             # -P: the worker's own folder must not be searched for modules.
             [*prefix, tree.python, "-P", "-X", "utf8", str(WORKER)],
@@ -85,10 +86,13 @@ class Side:
             line = self._process.stdout.readline()
         except BrokenPipeError:
             line = ""
+        except BaseException:  # Ctrl-C: nobody waits for this reply any more
+            self._process.kill()
+            raise
         finally:
             in_time = watchdog.is_alive()
             watchdog.cancel()
-        if not line:
+        if not line.endswith("\n"):  # it ended, perhaps in the middle of its reply
             raise Died(self._name, self._why(timeout, in_time))
         reply = json.loads(line)
         if "error" in reply:
@@ -100,23 +104,25 @@ class Side:
         if not in_time:
             return f"no reply within {timeout:g} s"
         self._errors.seek(0)
-        last = (self._errors.read().strip().splitlines() or [""])[-1]
+        said = self._errors.read().decode(errors="replace").strip()
+        last = (said.splitlines() or [""])[-1]
         cause = signal.Signals(-code).name if code < 0 else f"exit code {code}"
         return f"ended with {cause}{': ' + last if last else ''}"
 
     def close(self) -> None:
-        """Let it end by itself (valgrind writes its files then), or end it."""
+        """Let it end by itself (valgrind writes its files then), or end it: after this it is gone."""
         assert self._process.stdin
         assert self._process.stdout
-        with suppress(BrokenPipeError):
-            self._process.stdin.close()
         try:
-            self._process.wait(TIMEOUT_S)
-        except subprocess.TimeoutExpired:
+            with suppress(BrokenPipeError):
+                self._process.stdin.close()
+            with suppress(subprocess.TimeoutExpired):
+                self._process.wait(TIMEOUT_S)
+        finally:  # also where Ctrl-C ends the waiting
             self._process.kill()
             self._process.wait()
-        self._process.stdout.close()
-        self._errors.close()
+            self._process.stdout.close()
+            self._errors.close()
 
     def __enter__(self) -> Self:
         """The side itself."""

@@ -8,7 +8,7 @@ import sys
 import tarfile
 import tomllib
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from alloc import AllocError
 from bench.gate.side import Tree
@@ -78,12 +78,13 @@ def influences(tree: Path) -> dict[str, str]:
 
 
 def requirements(tree: Path) -> list[str]:
-    """What a tree asks to be installed: its dependencies, solvers included, and the pinned versions."""
-    asked: list[str] = []
-    if (tree / "pyproject.toml").is_file():
-        project = tomllib.loads((tree / "pyproject.toml").read_text(encoding="utf-8")).get("project", {})
-        asked += sorted(project.get("dependencies", []))
-        asked += sorted(project.get("optional-dependencies", {}).get("solvers", []))
+    """What a tree asks to be installed: its dependencies, solvers included, and the pinned versions.
+
+    Raises BadTree for a pyproject.toml that is none.
+    """
+    project = _project(tree)
+    asked = sorted(project.get("dependencies", []))
+    asked += sorted(project.get("optional-dependencies", {}).get("solvers", []))
     if (tree / "constraints.txt").is_file():
         pins = (tree / "constraints.txt").read_text(encoding="utf-8").splitlines()
         asked += sorted(pin.strip() for pin in pins if pin.strip() and not pin.lstrip().startswith("#"))
@@ -115,17 +116,31 @@ def interpreters(base: Path, head: Path, environments: Path) -> tuple[str, str]:
 
 
 def _environment(tree: Path, at: Path) -> str:
-    subprocess.run([sys.executable, "-m", "venv", str(at)], check=True)
+    needed = _project(tree).get("dependencies", [])
+    if not needed:
+        raise BadTree(
+            f"{tree.name}: says in no pyproject.toml what it requires, and the other side does; add the file"
+        )
     python = str(at / "bin" / "python")
-    project = tomllib.loads((tree / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     install = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
     if (tree / "constraints.txt").is_file():
         install += ["--constraint", str(tree / "constraints.txt")]
-    done = subprocess.run([*install, *project["dependencies"]], capture_output=True, text=True)
-    if done.returncode != 0:
-        last = (done.stderr.strip().splitlines() or ["no message"])[-1]
-        raise BadTree(f"{tree.name}: its requirements can't be installed ({last}); mend pyproject.toml")
+    for command in ([sys.executable, "-m", "venv", str(at)], [*install, *needed]):
+        done = subprocess.run(command, capture_output=True, text=True, errors="replace")
+        if done.returncode != 0:
+            last = ((done.stderr or done.stdout).strip().splitlines() or ["no message"])[-1]
+            raise BadTree(f"{tree.name}: its requirements can't be installed ({last}); mend pyproject.toml")
     return python
+
+
+def _project(tree: Path) -> dict[str, Any]:
+    # The table [project] of a tree's pyproject.toml, empty where there is none.
+    file = tree / "pyproject.toml"
+    try:
+        found = tomllib.loads(file.read_text(encoding="utf-8")).get("project", {}) if file.is_file() else {}
+    except ValueError as error:  # of TOML or of UTF-8
+        raise BadTree(f"{tree.name}: pyproject.toml can't be read ({error}); mend it") from None
+    return dict(found)
 
 
 def _git(repository: Path, *arguments: str) -> str:
