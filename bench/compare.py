@@ -2,7 +2,7 @@
 
 from math import exp, log
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import msgspec
 
@@ -13,11 +13,20 @@ class BadBenchmarkFile(AllocError):
     """A file is not what ``pytest bench/suite --benchmark-json FILE`` writes."""
 
 
+Positive = msgspec.Meta(gt=0)
+
+
 class Stats(msgspec.Struct):
     """Of the rounds of one benchmark: the least and the middle one [s]."""
 
-    min: float
-    median: float
+    min: Annotated[float, Positive]
+    median: Annotated[float, Positive]
+
+
+class Extra(msgspec.Struct, frozen=True):
+    """What a benchmark of ``bench/suite`` adds: how many calls a round makes."""
+
+    calls: Annotated[int, Positive] = 1
 
 
 class Benchmark(msgspec.Struct):
@@ -25,13 +34,32 @@ class Benchmark(msgspec.Struct):
 
     fullname: str
     stats: Stats
-    extra_info: dict[str, Any] = {}
+    extra_info: Extra = Extra()
+
+
+class Cpu(msgspec.Struct, frozen=True):
+    """The processor, as pytest-benchmark found it."""
+
+    brand_raw: str | None = None
+    count: int | None = None
+
+
+class Machine(msgspec.Struct):
+    """Machine and software, as pytest-benchmark found them."""
+
+    cpu: Cpu | None = None
+    node: str | None = None
+    machine: str | None = None
+    system: str | None = None
+    release: str | None = None
+    python_implementation: str | None = None
+    python_version: str | None = None
 
 
 class BenchmarkFile(msgspec.Struct):
     """What is read of a pytest-benchmark file."""
 
-    machine_info: dict[str, Any]
+    machine_info: Machine
     benchmarks: list[Benchmark]
 
 
@@ -66,22 +94,21 @@ def read(path: Path) -> BenchmarkFile:
         found = msgspec.json.decode(path.read_bytes(), type=BenchmarkFile)
     except OSError as error:
         raise BadBenchmarkFile(f"{path}: can't be read ({error.strerror}); {remedy}") from None
-    except msgspec.DecodeError as error:
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
         raise BadBenchmarkFile(f"{path}: {error}; {remedy}") from None
-    if any(min(b.stats.min, b.stats.median) <= 0 for b in found.benchmarks):
-        raise BadBenchmarkFile(f"{path}: a time is not positive; {remedy}")
     return found
 
 
 def compare(a: BenchmarkFile, b: BenchmarkFile) -> Comparison:
-    """Pair benchmarks by name; times per call where a benchmark says how many calls a round has."""
+    """Pair benchmarks by name; times and ratios per call where a benchmark says how many a round has."""
     before = {one.fullname: one for one in a.benchmarks}
     after = {one.fullname: one for one in b.benchmarks}
     ratios = []
     for name in sorted(before.keys() & after.keys()):
-        x, y = before[name], after[name]
-        a_us, b_us = (one.stats.median / one.extra_info.get("calls", 1) * 1e6 for one in (x, y))
-        ratios.append(Ratio(name, a_us, b_us, b_us / a_us, y.stats.min / x.stats.min))
+        pair = before[name], after[name]
+        a_us, b_us = (one.stats.median / one.extra_info.calls * 1e6 for one in pair)
+        a_min, b_min = (one.stats.min / one.extra_info.calls for one in pair)
+        ratios.append(Ratio(name, a_us, b_us, b_us / a_us, b_min / a_min))
     return Comparison(
         ratios=ratios,
         only_a=sorted(before.keys() - after.keys()),
@@ -90,11 +117,10 @@ def compare(a: BenchmarkFile, b: BenchmarkFile) -> Comparison:
     )
 
 
-def _differences(a: dict[str, Any], b: dict[str, Any]) -> list[str]:
-    def facts(info: dict[str, Any]) -> dict[str, Any]:
-        cpu = info.get("cpu", {})
-        keys = ("node", "machine", "system", "release", "python_implementation", "python_version")
-        return {"cpu": cpu.get("brand_raw"), "cores": cpu.get("count"), **{k: info.get(k) for k in keys}}
+def _differences(a: Machine, b: Machine) -> list[str]:
+    def facts(info: Machine) -> dict[str, Any]:
+        cpu = info.cpu or Cpu()
+        return msgspec.structs.asdict(info) | {"cpu": cpu.brand_raw, "cores": cpu.count}
 
     before, after = facts(a), facts(b)
     return [f"{key}: {before[key]} | {after[key]}" for key in before if before[key] != after[key]]

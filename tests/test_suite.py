@@ -11,7 +11,8 @@ import pytest
 from click.testing import CliRunner
 
 from bench.commands.compare import command as compare
-from bench.compare import BadBenchmarkFile, read
+from bench.compare import BadBenchmarkFile, Benchmark, BenchmarkFile, Extra, Machine, Stats, read
+from bench.compare import compare as ratios
 
 ROOT = Path(__file__).parents[1]
 
@@ -69,6 +70,20 @@ def test_a_method_of_ones_own_is_timed_too(written: Path) -> None:
     assert "test_many[ukwial-inactive-mine]" in names
 
 
+@pytest.mark.parametrize("option", ["--method=pinvv", "--vehicle=boat", "--plugin=gone.py"])
+def test_a_name_that_nothing_has_is_refused_where_pytest_would_skip_and_pass(option: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "bench/suite", "--co", option],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == pytest.ExitCode.USAGE_ERROR
+    assert done.stderr.startswith("ERROR: ")
+    assert option.partition("=")[2] in done.stderr
+
+
 def test_comparing_a_file_with_a_slower_one_shows_the_ratio_and_still_exits_with_0(written: Path) -> None:
     def slow_down(data: Any) -> None:
         for benchmark in data["benchmarks"]:
@@ -78,6 +93,17 @@ def test_comparing_a_file_with_a_slower_one_shows_the_ratio_and_still_exits_with
     assert done.exit_code == 0
     assert "medians' ratios: 2.000" in done.output
     assert "warning" not in done.output
+
+
+def test_every_ratio_is_per_call_where_rounds_differ_in_calls() -> None:
+    def file(calls: int) -> BenchmarkFile:
+        # 2 µs a call in the least round, 3 µs in the middle one.
+        stats = Stats(min=2e-6 * calls, median=3e-6 * calls)
+        return BenchmarkFile(Machine(), [Benchmark("a", stats, Extra(calls))])
+
+    (ratio,) = ratios(file(1000), file(500)).ratios
+    assert (ratio.a_us, ratio.b_us) == pytest.approx((3.0, 3.0))
+    assert (ratio.median_ratio, ratio.min_ratio) == pytest.approx((1.0, 1.0))
 
 
 def test_comparing_across_machines_warns(written: Path) -> None:

@@ -51,7 +51,7 @@ def notes(record: Record) -> list[str]:
     return found
 
 
-def as_json(record: Record, verdict: Verdict) -> bytes:
+def as_json(record: Record, verdict: Verdict) -> str:
     """Everything: the verdict, and the record it was made from."""
     said: dict[str, Any] = {
         "outcome": verdict.outcome.name.lower(),
@@ -62,7 +62,7 @@ def as_json(record: Record, verdict: Verdict) -> bytes:
         "rows": [{**row._asdict(), "ratio": row.ratio._asdict()} for row in verdict.rows],
     }
     data = {"verdict": said, "record": msgspec.to_builtins(record)}
-    return msgspec.json.format(msgspec.json.encode(data), indent=1) + b"\n"
+    return msgspec.json.format(msgspec.json.encode(data), indent=1).decode() + "\n"
 
 
 def _table(title: str, rows: Sequence[Row]) -> list[str]:

@@ -4,7 +4,19 @@ from pathlib import Path
 
 import pytest
 
-from alloc import Allocator, Entry, NotApplicable, Vehicle, catalogue, load_plugin, load_vehicle, prepare
+from alloc import (
+    Allocator,
+    AllocError,
+    Entry,
+    NotApplicable,
+    NotInstalled,
+    Vehicle,
+    catalogue,
+    find,
+    load_plugin,
+    load_vehicle,
+    prepare,
+)
 from bench.judging.reference import Question
 from bench.suite.answers import LABELS, question
 
@@ -18,6 +30,20 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption("--vehicle", action="append", metavar="NAME", help=f"default: {', '.join(VEHICLES)}")
     group.addoption("--method", action="append", metavar="NAME", help="default: all that are installed")
     group.addoption("--plugin", action="append", metavar="FILE", default=[], help="a method of your own")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Refuse a name that nothing has, or a method that is not installed: pytest would skip it and pass."""
+    try:
+        for vehicle in config.getoption("vehicle") or ():
+            load_vehicle(vehicle)
+        for file in config.getoption("plugin"):
+            load_plugin(Path(file))
+        for method in config.getoption("method") or ():
+            if missing := find(method).missing:
+                raise NotInstalled(f"{method}: {missing}")
+    except AllocError as error:
+        raise pytest.UsageError(str(error)) from None
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
