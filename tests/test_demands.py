@@ -1,6 +1,7 @@
 """Demand sets: what each promises, for every vehicle, whole and with a fault."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -97,6 +98,16 @@ def test_a_vehicle_that_must_always_thrust_has_no_box_and_is_told_why():
 def test_an_unknown_set_is_refused_with_the_names_there_are():
     with pytest.raises(UnknownName, match="inactive"):
         build_demands("nonesuch", load_vehicle("ukwial"), seed=1)
+
+
+def test_a_file_that_happens_to_be_called_like_a_set_is_not_taken_for_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    meant = build_demands("active", load_vehicle("ukwial"), seed=3, n=5)
+    (tmp_path / "active").write_text("surge,sway,yaw\n1,2,3\n")
+    monkeypatch.chdir(tmp_path)
+    np.testing.assert_array_equal(build_demands("active", load_vehicle("ukwial"), 3, 5).taus, meant.taus)
+    assert build_demands("./active", load_vehicle("ukwial"), 3, 5).taus.tolist() == [[1.0, 2.0, 3.0]]
 
 
 def test_a_set_can_not_be_changed_by_who_uses_it():

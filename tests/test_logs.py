@@ -178,6 +178,17 @@ def test_of_several_topics_one_must_be_named(tmp_path: Path, demands: tuple[Floa
     assert len(built.taus) == 100
 
 
+def test_a_hash_in_the_name_of_a_file_or_folder_is_no_topic(
+    tmp_path: Path, demands: tuple[FloatArray, FloatArray]
+) -> None:
+    folder = tmp_path / "dive#3"
+    folder.mkdir()
+    file = write_bag1(folder, *demands, topics=("/a", "/b"))
+    np.testing.assert_array_equal(read_log(Path(f"{file}#/b"), DOF)[1], demands[1])
+    (folder / "x#y.csv").write_text("surge\n5\n")
+    assert read_log(folder / "x#y.csv", ("surge",))[1].tolist() == [[5.0]]
+
+
 def test_a_thrust_setpoint_goes_with_the_torque_that_held(
     tmp_path: Path, demands: tuple[FloatArray, FloatArray]
 ) -> None:

@@ -57,13 +57,14 @@ def build_demands(name: str | Path, vehicle: Vehicle, seed: int, n: int | None =
     others were made before it. Raises UnknownName; NotApplicable where the vehicle has no such
     demands, with the reason; FileError or DemandError for a file that can't be read.
     """
-    if _is_file(name):
-        return _from_file(Path(name), vehicle, n)
-    if str(name) not in _modules():
+    known = _modules()
+    if name not in known:  # a set's name means that set, whatever lies in the current folder
+        if _is_file(name):
+            return _from_file(Path(name), vehicle, n)
         raise UnknownName(
             f"no demand set '{name}'; there are {', '.join(list_demands())}, or give a log (.csv, .bag, .ulg)"
         )
-    module = import_module(f"bench.demands.{_modules()[str(name)]}")
+    module = import_module(f"bench.demands.{known[str(name)]}")
     rng = np.random.default_rng(
         [seed, _stable(vehicle.name), _stable(getattr(module, "SEED_NAME", str(name)))]
     )

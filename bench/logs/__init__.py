@@ -32,7 +32,7 @@ def read_log(
 
     Parameters
     ----------
-    path : the log; ``FILE#TOPIC`` names the topic as well
+    path : the log; ``FILE#TOPIC`` names the topic as well, where no file is called so
     dof : the vehicle's DOF, which become the columns; the others are left out
     topic : which wrenches, where a bag has several
     frame : frd or flu, where the log's own idea of its frame is wrong
@@ -46,8 +46,9 @@ def read_log(
     ------
     FileError for what can't be read, DemandError for what holds no demands, NotInstalled with the remedy.
     """
-    name, _, fragment = str(path).partition("#")
-    path, topic = Path(name), topic or fragment
+    name, mark, fragment = str(path).rpartition("#")
+    if mark and not path.exists():
+        path, topic = Path(name), topic or fragment
     kinds: dict[str, ModuleType] = {}
     for found in pkgutil.iter_modules(__path__):
         module = import_module(f"bench.logs.{found.name}")
