@@ -3,6 +3,7 @@
 import re
 from base64 import b64encode
 from pathlib import Path
+from urllib.parse import unquote
 
 STYLE = """
 :root { color-scheme: light dark; --ink: #1f2328; --paper: #ffffff; --faint: #d8dee4; }
@@ -27,7 +28,7 @@ def html(markdown: str, directory: Path) -> str:
     from markdown_it import MarkdownIt
 
     def inside(found: re.Match[str]) -> str:
-        data = b64encode((directory / found[1]).read_bytes()).decode("ascii")
+        data = b64encode((directory / unquote(found[1])).read_bytes()).decode("ascii")
         return f'<img src="data:image/svg+xml;base64,{data}"'
 
     body = MarkdownIt("commonmark", {"html": False}).enable("table").render(markdown)

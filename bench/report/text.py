@@ -1,7 +1,9 @@
 """Numbers and tables as a report shows them: three significant digits, units in the headers."""
 
+import re
 from collections.abc import Iterable, Sequence
 from math import floor, isfinite, log10
+from urllib.parse import quote
 
 from tabulate import tabulate
 
@@ -48,5 +50,6 @@ def number_range(values: Sequence[float]) -> str:
 
 
 def picture(name: str, alt: str, drawn: frozenset[str]) -> str:
-    """A picture in Markdown, or nothing where it was not drawn."""
-    return f"![{alt}]({name})\n" if name in drawn else ""
+    """A picture in Markdown, or nothing where it was not drawn; a vehicle's name may hold any letter."""
+    words = re.sub(r"[\[\]\\]", r"\\\g<0>", alt)
+    return f"![{words}]({quote(name)})\n" if name in drawn else ""
