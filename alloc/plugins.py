@@ -97,7 +97,7 @@ def load_plugin(path: Path) -> Entry:
     sys.modules[spec.name] = module  # where dataclasses and pickle look for the module of a class
     try:
         spec.loader.exec_module(module)
-    except Exception as error:
+    except (Exception, SystemExit) as error:  # a script that ends itself must not end us, as if all were well
         del sys.modules[spec.name]
         raise UnknownName(f"{path}: can't be imported ({type(error).__name__}: {error}); mend it") from error
     if not hasattr(module, "build"):

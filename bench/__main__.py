@@ -1,8 +1,12 @@
 """The command line. Each file in ``bench/commands`` is one command, found by its name."""
 
+import os
 import pkgutil
+import signal
 import sys
 from importlib import import_module
+from io import TextIOWrapper
+from typing import Any
 
 import click
 
@@ -24,6 +28,19 @@ class Commands(click.Group):
                 return command
         return None
 
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command; raises ReaderLeft, where click and rich would end with 1: a regression."""
+        try:
+            return super().invoke(ctx)
+        except (BrokenPipeError, SystemExit) as error:
+            if BrokenPipeError in (type(error), type(error.__context__)):  # rich raises SystemExit from it
+                raise ReaderLeft from None
+            raise
+
+
+class ReaderLeft(Exception):
+    """Whoever read our output has closed it, as `| head` does."""
+
 
 @click.command(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="thrustbench")
@@ -33,8 +50,11 @@ def cli() -> None:
 
 def main() -> None:
     """Run the command line; bad input ends with exit code 2 and one line on stderr."""
+    if isinstance(sys.stdout, TextIOWrapper):  # a terminal that lacks a letter gets its number
+        sys.stdout.reconfigure(errors="backslashreplace")
     try:
         code = cli.main(standalone_mode=False)
+        sys.stdout.flush()
     except click.exceptions.Abort:
         code = 130
     except click.ClickException as error:
@@ -43,9 +63,15 @@ def main() -> None:
         message = " ".join(error.format_message().split())
         print(f"{place}: {message}; see '{place} --help'", file=sys.stderr)
         code = 2
-    except BrokenPipeError:  # the reader of our output left early, as `| head` does
-        sys.stderr.close()
-        code = 0
+    except (ReaderLeft, BrokenPipeError):
+        # What is left in the buffer has nowhere to go, and must not fail once more as Python ends.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = 128 + signal.SIGPIPE  # as the shell says of a program that this ended: no verdict
+    except OSError as error:  # a full disk, a folder in a file's place: the machine's, whoever met it
+        where = f"{error.filename}: ".replace("\n", " ") if error.filename else ""
+        reason = (error.strerror or str(error)).lower()
+        print(f"thrustbench: {where}{reason}; make room there or name another place", file=sys.stderr)
+        code = 2
     except Exception as error:
         from alloc import AllocError
 

@@ -1,14 +1,18 @@
 """Whatever is wrong with an argument or a file: exit code 2 and one line on standard error, soon."""
 
 import os
+import signal
+import subprocess
 import sys
 import time
 from pathlib import Path
 
 import pytest
+from made_up import cell, header, record
 
 from bench.__main__ import main
 
+ROOT = Path(__file__).parents[1]
 GOOD = "surge,sway,yaw\n1,2,3\n"
 TAM = "tam: [[1, 1], [0, 0], [0, 0], [0, 0], [0, 0], [-1, 1]]\n"
 
@@ -28,9 +32,19 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "tagged.yaml").write_text("name: !!python/object/apply:os.system [ls]\n")
     (tmp_path / "broken.py").write_text("def build(:\n")
     (tmp_path / "empty.py").write_text("")
+    (tmp_path / "exits.py").write_text("import sys; sys.exit(0)\n")
     (tmp_path / "fake.bag").write_bytes(b"#ROSBAG V2.0\n" + bytes(50))
     (tmp_path / "fake.ulg").write_bytes(b"ULog\x01\x12\x35\x01" + bytes(50))
+    (tmp_path / "good.py").write_text("from alloc.methods.pinv import FORMULATION, build\n")
+    for name, benchmark in (
+        ("latin.json", b'"fullname": "\xff", "stats": {"min": 1, "median": 1}'),
+        ("calls.json", b'"fullname": "a", "stats": {"min": 1, "median": 1}, "extra_info": {"calls": 0}'),
+        ("zero.json", b'"fullname": "a", "stats": {"min": 0, "median": 1}'),
+    ):
+        (tmp_path / name).write_bytes(b'{"machine_info": {}, "benchmarks": [{' + benchmark + b"}]}")
     (tmp_path / "folder").mkdir()
+    (tmp_path / "blocked" / "results.csv").mkdir(parents=True)
+    record(tmp_path / "blocked", header(), cell())
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -100,6 +114,10 @@ def refusal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
             "allocate|good.csv|--vehicle|ukwial|--method|pinv|-o|/dev/full",
             "/dev/full: can't be written (no space",
         ),
+        (
+            "allocate|good.csv|--vehicle|ukwial|--method|pinv|--plugin|good.py",
+            "good.py: holds method 'good', not 'pinv'; give --method good",
+        ),
         ("check|gone.yaml", "gone.yaml: can't be read"),
         ("check|binary.csv", "binary.csv: "),
         ("import|TAM.yaml", "no limits in it; give --f-min and --f-max"),
@@ -127,6 +145,12 @@ def refusal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
         ("run|--repeats|0", "0 is not in the range"),
         ("run|--n|many", "'many' is not a valid integer"),
         ("run|--vehicle|ukwial|--method|pinv|--out|good.csv", "good.csv"),
+        ("run|--budget-ms|500|--time-limit|0.5|--out|out", "--budget-ms 500: no cell can be timed"),
+        ("run|--plugin|exits.py|--out|out", "exits.py: can't be imported (SystemExit"),
+        ("run|--study|growth|--quick", "give one of --study, --quick and --all"),
+        ("gate|HEAD|--repo|good.csv", "Directory 'good.csv' is a file"),
+        ("gate|HEAD|--plugin|folder", "File 'folder' is a directory"),
+        ("report|blocked", "blocked/results.csv: is a directory"),
         ("report|gone", "gone"),
         ("report|folder", "folder"),
         ("size|folder|--rate|50", "folder"),
@@ -134,6 +158,9 @@ def refusal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
         ("size|folder|--rate|-1", ""),
         ("compare|gone.json|gone.json", "gone.json"),
         ("compare|binary.csv|binary.csv", "binary.csv"),
+        ("compare|latin.json|latin.json", "latin.json: "),
+        ("compare|calls.json|calls.json", "calls.json: Expected `int` >= 1"),
+        ("compare|zero.json|zero.json", "zero.json: Expected `float` > 0"),
     ],
 )
 def test_bad_input_ends_with_2_and_one_line(
@@ -157,3 +184,39 @@ def test_a_file_name_of_two_lines_is_still_one_line(
     place: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert "a b.yaml" in refusal(capsys, monkeypatch, "check|a\nb.yaml")
+
+
+def test_a_reader_who_leaves_early_hears_no_traceback_and_the_exit_code_is_no_verdict() -> None:
+    for command in (["columns"], ["list"]):  # click writes the one, rich the other
+        with subprocess.Popen(
+            [sys.executable, "-m", "bench", *command],
+            cwd=ROOT,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+        ) as left:
+            assert left.stdout is not None
+            assert left.stderr is not None
+            left.stdout.close()
+            assert left.stderr.read() == b""
+        assert left.returncode == 128 + signal.SIGPIPE  # 1 would say that something got worse
+
+
+def test_a_terminal_that_lacks_a_letter_is_no_reason_to_stop() -> None:
+    ascii_only = {**os.environ, "PYTHONIOENCODING": "ascii"}
+    done = subprocess.run(
+        [sys.executable, "-m", "bench", "list"], cwd=ROOT, env=ascii_only, capture_output=True, check=True
+    )
+    assert rb"\u2026" in done.stdout  # limits stand as -250 … 250
+
+
+def test_a_full_disk_below_standard_output_is_one_line() -> None:
+    with Path("/dev/full").open("wb") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "bench", "columns"],
+            cwd=ROOT,
+            stdout=full,
+            stderr=subprocess.PIPE,
+            check=False,
+        )
+    assert done.returncode == 2
+    assert done.stderr == b"thrustbench: no space left on device; make room there or name another place\n"

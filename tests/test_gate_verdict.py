@@ -153,7 +153,7 @@ def test_the_report_shows_a_suspect_with_all_that_is_known() -> None:
     assert "| 1.100 | 1.099 … 1.101 | +10.00% |" in row
     assert "+10.00%" in row
     assert "1234567 Make it slower" in text
-    assert b'"exit_code": 1' in as_json(record, verdict(record))
+    assert '"exit_code": 1' in as_json(record, verdict(record))
 
 
 logs = st.lists(st.floats(-0.5, 0.5), min_size=2, max_size=12).filter(lambda m: np.std(m) > 1e-3)

@@ -29,7 +29,7 @@ def command(
     Writes status,f0,f1,… with one row a demand, in order, in N. Where a method says that there is no
     such thrust, its numbers are nan.
     """
-    from alloc import find, load_plugin, load_vehicle, prepare
+    from alloc import UnknownName, find, load_plugin, load_vehicle, prepare
     from alloc.textfile import write_text
     from bench.demand_csv import format_thrusts, read_demands
     from bench.judging.reference import with_fault
@@ -38,6 +38,10 @@ def command(
     for fault in faults:
         answering = with_fault(answering, fault)
     entry = load_plugin(plugin) if plugin else find(method)
+    if entry.name != method:
+        raise UnknownName(
+            f"{plugin}: holds method '{entry.name}', not '{method}'; give --method {entry.name}"
+        )
     _, taus = read_demands(demands, answering.dof)
     text = format_thrusts(*prepare(entry, answering, start=start, level=level).many(taus))
     if output is None:

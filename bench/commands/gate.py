@@ -4,20 +4,21 @@ from pathlib import Path
 
 import click
 
-EXISTING = click.Path(exists=True, path_type=Path)
+FOLDER = click.Path(exists=True, file_okay=False, path_type=Path)
+FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 
 
 @click.command()
 @click.argument("base", required=False)
 @click.argument("head", required=False)
-@click.option("--base-path", type=EXISTING, help="A folder with a tree, instead of BASE.")
-@click.option("--head-path", type=EXISTING, help="A folder with a tree, instead of HEAD.")
-@click.option("--repo", type=EXISTING, default=".", help="The repository of BASE and HEAD; default: here.")
+@click.option("--base-path", type=FOLDER, help="A folder with a tree, instead of BASE.")
+@click.option("--head-path", type=FOLDER, help="A folder with a tree, instead of HEAD.")
+@click.option("--repo", type=FOLDER, default=".", help="The repository of BASE and HEAD; default: here.")
 @click.option("--cells", multiple=True, metavar="PATTERN", help="vehicle:method:start, * and ? allowed.")
 @click.option("--threshold", type=click.FloatRange(min=1), default=3.0, show_default=True, help="Per cent.")
 @click.option("--pairs", type=click.IntRange(min=2), default=10, show_default=True, help="Of processes.")
 @click.option("--budget", type=click.FloatRange(min=1), default=120.0, show_default=True, help="Seconds.")
-@click.option("--plugin", "plugins", type=EXISTING, multiple=True, help="Python file with build(vehicle).")
+@click.option("--plugin", "plugins", type=FILE, multiple=True, help="Python file with build(vehicle).")
 @click.option("--instructions/--no-instructions", default=True, help="Count them where valgrind is there.")
 @click.option("--always", is_flag=True, help="Measure even where nothing that can matter differs.")
 @click.option("--markdown", type=click.Path(path_type=Path), help="Write the report into this file too.")
@@ -43,6 +44,7 @@ def command(
     BASE and HEAD are git revisions; HEAD is the current commit unless given. Exit codes: 0 pass,
     1 regression, 2 bad usage, 3 inconclusive.
     """
+    from alloc.textfile import write_text
     from bench.gate import render, trees
     from bench.gate.cells import DEFAULT_CELLS, VEHICLES
     from bench.gate.record import Settings
@@ -69,7 +71,7 @@ def command(
     text = render.markdown(record, found)
     click.echo(text, nl=False)
     if markdown:
-        markdown.write_text(text, encoding="utf-8")
+        write_text(markdown, text)
     if json_file:
-        json_file.write_bytes(render.as_json(record, found))
+        write_text(json_file, render.as_json(record, found))
     return int(found.outcome)

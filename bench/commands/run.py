@@ -55,6 +55,8 @@ def command(out: Path | None, preset: str | None, study: str | None, resume: boo
     from bench.report import render
     from bench.summary import show
 
+    if study and preset:
+        raise click.UsageError("give one of --study, --quick and --all")
     console = Console()
     settings = getattr(presets, study or preset or "default")()
     settings = replace(settings, **{key: value for key, value in options.items() if value not in (None, ())})
