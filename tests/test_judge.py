@@ -47,8 +47,8 @@ def test_saying_infeasible_where_nothing_can_be_done_is_right(asked: dict[str, Q
     assert judged.counts == {"INFEASIBLE": 5}
 
 
-def replaced(question: Question, f: FloatArray, status: Status) -> list[Allocation]:
-    return [Allocation(f, status), *exact(question)[1:]]
+def replaced(question: Question, f: FloatArray, status: int) -> list[Allocation]:
+    return [Allocation(f, status), *exact(question)[1:]]  # type: ignore[arg-type] - also what is no Status
 
 
 def test_each_kind_of_wrong_answer_is_named_with_its_demand(asked: dict[str, Question]) -> None:
@@ -63,6 +63,7 @@ def test_each_kind_of_wrong_answer_is_named_with_its_demand(asked: dict[str, Que
         "a limit is violated": (over, Status.PARTIAL),  # by one unit in the last place
         "says INFEASIBLE, but": (nothing, Status.INFEASIBLE),
         "not an array of n thrusts": (right[:-1], Status.SOLVED),
+        "a status that is none": (right.copy(), 7),
     }
     for words, (f, status) in cases.items():
         wrong = verdict(active, replaced(active, f, status)).wrong
@@ -128,6 +129,21 @@ def test_a_question_survives_its_file(asked: dict[str, Question], tmp_path: Path
     np.testing.assert_array_equal(again.taus, asked["active"].taus)
     np.testing.assert_array_equal(again.references["hard"], asked["active"].references["hard"])
     assert again.rate_hz is None
+
+
+def test_giving_up_on_less_than_a_vehicle_must_push_is_no_failure(tmp_path: Path) -> None:
+    file = tmp_path / "eager.yaml"
+    file.write_text(
+        "name: eager\nsource: made up\ndof: [surge]\nT: [[1, 1]]\nf_min: 1\nf_max: 2\n", encoding="utf-8"
+    )
+    log = tmp_path / "log.csv"
+    log.write_text("surge\n1\n1\n1.5\n", encoding="utf-8")  # it pushes 2 to 4 N
+    (question,) = questions([str(file)], [str(log)], [""], seed=1, n=3)
+    assert (question.alpha > 1).all()
+    nothing = [Allocation(np.full(2, np.nan), Status.INFEASIBLE) for _ in range(3)]
+    judged = verdict(question, nothing)
+    assert judged.wrong == ""
+    assert judged.failed_after_failure is None
 
 
 def test_a_failure_after_a_failure_is_counted_among_demands_that_can_be_met() -> None:

@@ -52,9 +52,13 @@ def judge(
     label = question.labels[demand]
     gave_up = (status == Status.INFEASIBLE) | (status == Status.NOT_CONVERGED)
     attainable = (label == Label.INACTIVE) | (label == Label.ACTIVE)
+    # By alpha*, as labels leave out the boundary, where failures happen; 1e-6 is what counts as met. But a
+    # vehicle that must always thrust can be asked for too little as well, which alpha* does not tell.
+    within = (question.alpha[demand] > 1 + WRENCH_TOLERANCE) & (label != Label.INFEASIBLE)
     met = relative <= WRENCH_TOLERANCE
     wrong: dict[str, Mask] = {
         "not an array of n thrusts": misshapen,
+        "a status that is none": ~np.isin(status, [s.value for s in Status]),
         "NaN or infinity although it says SOLVED or PARTIAL": ~finite & ~gave_up,
         "a thrust although it says that there is none": ~np.isnan(F).all(axis=1) & gave_up,
         # A soft optimum gives way everywhere, so SOLVED means solved there, not met.
@@ -78,8 +82,7 @@ def judge(
         gap_rel_max=largest_gap(question, F, status, formulation) if thorough else None,
         tolerance=tolerance,
         agrees=None if farthest is None else farthest <= tolerance * vehicle.f_scale,
-        # By alpha*, as labels leave out the boundary, where it happens; 1e-6 is what counts as met.
-        failed_after_failure=after_failure(gave_up, question.alpha[demand] > 1 + WRENCH_TOLERANCE),
+        failed_after_failure=after_failure(gave_up, within),
         loss=given_away(question, F) if thorough else {},
         wrong="; ".join(_told(what, mask, demand) for what, mask in wrong.items() if mask.any()),
     )
