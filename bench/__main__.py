@@ -52,6 +52,8 @@ def main() -> None:
     """Run the command line; bad input ends with exit code 2 and one line on stderr."""
     if isinstance(sys.stdout, TextIOWrapper):  # a terminal that lacks a letter gets its number
         sys.stdout.reconfigure(errors="backslashreplace")
+    # Processes are ended and folders removed on the way out, as after Ctrl-C.
+    signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))
     try:
         code = cli.main(standalone_mode=False)
         sys.stdout.flush()

@@ -6,6 +6,7 @@ import numpy as np
 
 from alloc import FloatArray, Label
 from bench.demands import DemandSet
+from bench.judging.worth import unit
 
 GAP = 3.0
 """A step longer than this many median steps is a gap: two samples in a row are missing."""
@@ -89,8 +90,7 @@ def as_text(summary: Summary, demands: DemandSet) -> str:
         )
     lines.append(("smallest alpha*", f"{s.alpha_min:.3g}"))
     for axis, largest in zip(vehicle.dof, s.largest, strict=True):
-        unit = "N" if axis in ("surge", "sway", "heave") else "N m"
-        lines.append((f"largest {axis}", f"{largest:.4g} {unit}"))
+        lines.append((f"largest {axis}", f"{largest:.4g} {unit(axis)}"))
     width = max(len(what) for what, _ in lines)
     return "\n".join(f"{what:{width}}  {value}" for what, value in lines)
 

@@ -175,6 +175,25 @@ def test_ctrl_c_stops_the_worker_and_reports_what_there_is(tmp_path: Path) -> No
     assert worker is None or not worker.is_running()
 
 
+def test_told_to_end_a_run_leaves_no_worker_and_no_folder(tmp_path: Path) -> None:
+    plugin = write_plugin(tmp_path, "loops")
+    place = tmp_path / "temporary"
+    place.mkdir()
+    command = ["run", "--vehicle=ukwial", "--demands=infeasible", f"--plugin={plugin}", "--n=4"]
+    arguments = [sys.executable, "-m", "bench", *command, f"--out={tmp_path / 'out'}"]
+    with subprocess.Popen(
+        arguments, cwd=ROOT, env={**os.environ, "TMPDIR": str(place)}, stdout=subprocess.PIPE
+    ) as run:
+        wait_for(lambda: b'"cell"' in written(tmp_path / "out"))
+        workers = psutil.Process(run.pid).children()
+        assert list(place.iterdir())
+        run.terminate()
+        run.communicate()
+    assert run.returncode == 128 + signal.SIGTERM
+    assert not [worker for worker in workers if worker.is_running()]
+    assert not list(place.iterdir())
+
+
 def interrupted(folder: Path, watch: Callable[[Progress], None]) -> None:
     """Run until Ctrl-C comes; no worker may be left, not even while the exception is being handled."""
     mine = psutil.Process()
