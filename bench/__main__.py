@@ -74,6 +74,9 @@ def main() -> None:
         reason = (error.strerror or str(error)).lower()
         print(f"thrustbench: {where}{reason}; make room there or name another place", file=sys.stderr)
         code = 2
+    except MemoryError:
+        print("thrustbench: out of memory; ask for fewer demands, or give a smaller file", file=sys.stderr)
+        code = 2
     except Exception as error:
         from alloc import AllocError
 

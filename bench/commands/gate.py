@@ -4,6 +4,8 @@ from pathlib import Path
 
 import click
 
+from bench.ranges import Finite
+
 FOLDER = click.Path(exists=True, file_okay=False, path_type=Path)
 FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 
@@ -15,9 +17,9 @@ FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 @click.option("--head-path", type=FOLDER, help="A folder with a tree, instead of HEAD.")
 @click.option("--repo", type=FOLDER, default=".", help="The repository of BASE and HEAD; default: here.")
 @click.option("--cells", multiple=True, metavar="PATTERN", help="vehicle:method:start, * and ? allowed.")
-@click.option("--threshold", type=click.FloatRange(min=1), default=3.0, show_default=True, help="Per cent.")
+@click.option("--threshold", type=Finite(min=1), default=3.0, show_default=True, help="Per cent.")
 @click.option("--pairs", type=click.IntRange(min=2), default=10, show_default=True, help="Of processes.")
-@click.option("--budget", type=click.FloatRange(min=1), default=120.0, show_default=True, help="Seconds.")
+@click.option("--budget", type=Finite(min=1), default=120.0, show_default=True, help="Seconds.")
 @click.option("--plugin", "plugins", type=FILE, multiple=True, help="Python file with build(vehicle).")
 @click.option("--instructions/--no-instructions", default=True, help="Count them where valgrind is there.")
 @click.option("--always", is_flag=True, help="Measure even where nothing that can matter differs.")

@@ -4,6 +4,8 @@ from pathlib import Path
 
 import click
 
+from bench.ranges import Finite
+
 
 @click.command()
 @click.option("--vehicle", "vehicles", multiple=True, metavar="V", help="A shipped name or a YAML file.")
@@ -28,11 +30,11 @@ import click
 @click.option("--repeats", type=click.IntRange(1), help="Fresh processes a method [2].")
 @click.option("--seed", type=click.IntRange(0), help="Of demands and order [0].")
 @click.option("--n", "n_demands", type=click.IntRange(1), help="Demands of a set, the first of a log [60].")
-@click.option("--budget-ms", type=click.FloatRange(0), help="Timed calls of a cell, one repeat.")
+@click.option("--budget-ms", type=Finite(0), help="Timed calls of a cell, one repeat.")
+@click.option("--time-limit", "time_limit_s", type=Finite(0.1), metavar="S", help="Of a cell [10 s].")
 @click.option(
-    "--time-limit", "time_limit_s", type=click.FloatRange(0.1), metavar="S", help="Of a cell [10 s]."
+    "--memory", "memory_MB", type=click.IntRange(64, 1 << 24), metavar="MB", help="Of a worker [2048]."
 )
-@click.option("--memory", "memory_MB", type=click.IntRange(64), metavar="MB", help="Of a worker [2048].")
 @click.option("--quick", "preset", flag_value="quick", help="Two vehicles, or yours, once, no soft QPs.")
 @click.option("--all", "preset", flag_value="full", help="The full matrix: about an hour, resumable.")
 @click.option("--study", type=click.Choice(["growth"]), help="growth: 4 to 64 thrusters, fitted exponents.")

@@ -4,15 +4,15 @@ from pathlib import Path
 
 import click
 
+from bench.ranges import Finite
+
 
 @click.command()
 @click.argument("directory", type=click.Path(path_type=Path))
-@click.option(
-    "--rate", type=click.FloatRange(0, min_open=True), required=True, metavar="HZ", help="Of control."
-)
+@click.option("--rate", type=Finite(0, min_open=True), required=True, metavar="HZ", help="Of control.")
 @click.option(
     "--budget",
-    type=click.FloatRange(0, 100, min_open=True),
+    type=Finite(0, 100, min_open=True),
     default=10.0,
     show_default=True,
     metavar="PERCENT",
@@ -20,7 +20,7 @@ import click
 )
 @click.option(
     "--deadline-us",
-    type=click.FloatRange(0, min_open=True),
+    type=Finite(0, min_open=True),
     metavar="US",
     help="Time that one call may take, in place of a budget.",
 )
@@ -34,13 +34,13 @@ import click
 @click.option(
     "--clock",
     "clock_MHz",
-    type=click.FloatRange(0, min_open=True),
+    type=Finite(0, min_open=True),
     metavar="MHZ",
     help="Clock of the processors that `thrustbench emulate` counted for.",
 )
 @click.option(
     "--cpi",
-    type=click.FloatRange(0, min_open=True),
+    type=Finite(0, min_open=True),
     nargs=2,
     metavar="LOW HIGH",
     help="Cycles an instruction there, if you measured them.",
@@ -65,6 +65,8 @@ def command(
     from bench.rows import read_run
     from bench.sizing import Loop, best_of_each, canary_max_us, sizes
 
+    if cpi is not None and cpi[0] > cpi[1]:
+        raise click.UsageError(f"--cpi {cpi[0]:g} {cpi[1]:g}: give the lower number first")
     run = read_run(directory)
     there = sorted({*run.vehicles, *(row.vehicle for row in run.record.emulated)})
     unknown = sorted(set(vehicles) - set(there))
