@@ -34,7 +34,8 @@ def quantile(counted: Counted, q: float) -> int | None:
 def interval(counted: Counted, q: float) -> tuple[int, int] | None:
     """Bounds [ns] that hold quantile ``q`` with CONFIDENCE, from order statistics; None as ``quantile``.
 
-    The number of calls below the quantile is binomial (n, q), whatever the distribution of times.
+    The number of calls below the quantile is binomial (n, q), whatever the distribution of times, if calls
+    are independent. They are not, and processes differ: ``bench.report.tails.unmet`` counts how it shows.
     """
     from scipy.stats import binom
 
@@ -58,7 +59,8 @@ def ranked(counted: Counted, rank: float) -> int:
 def misses(counted: Counted, deadline_ns: float) -> tuple[int, int, float]:
     """Calls later than a deadline, of how many, and the share that is not exceeded with CONFIDENCE.
 
-    The bound is Clopper and Pearson's (1934), one-sided; without a miss it is about 3 / n.
+    The bound is Clopper and Pearson's (1934), one-sided, as if calls were independent; without a miss it is
+    about 3 / n.
     """
     from scipy.stats import beta
 

@@ -12,6 +12,7 @@ import pytest
 from bench.__main__ import main
 from bench.record import Cell, Event, Judged, Key
 from bench.report import render
+from bench.report.tails import unmet
 from bench.report.text import table, three
 from bench.rows import read_run
 
@@ -41,6 +42,15 @@ def test_every_picture_is_shown_and_every_shown_picture_is_there(rendered: Path)
     assert shown == {path.name for path in rendered.glob("*.svg")}
 
 
+@pytest.mark.parametrize("name", ["Fähre 1", "a)b]", '<b>&"c', "50%20"])
+def test_a_vehicle_of_any_name_has_its_pictures_in_both_reports(name: str, tmp_path: Path) -> None:
+    cell = made_up.cell(key=Key(name, "inactive", "pinv"))
+    render(made_up.record(tmp_path, made_up.header(), cell))
+    pictures = len(list(tmp_path.glob("*.svg")))
+    assert pictures >= 3
+    assert (tmp_path / "report.html").read_text(encoding="utf-8").count('<img src="data:') == pictures
+
+
 def test_a_solver_that_gives_up_keeps_its_promise_and_is_counted_all_the_same(tmp_path: Path) -> None:
     def counts(method: str, **statuses: int) -> Cell:
         return msgspec.structs.replace(
@@ -64,6 +74,24 @@ def test_the_headline_compares_c_with_c_and_says_how_much_of_a_solver_is_its_bin
     text = render(made_up.record(tmp_path, made_up.header(), *cells)).read_text()
     assert "1.25 times T* τ in generated C and 0.100 times T* τ in numpy (which knows no limits)" in text
     assert "60.0 times as long, called through Python (5.00 % of it by its own clock)." in text
+
+
+@pytest.mark.parametrize(("slower", "apart"), [(1.0, 0), (1.01, 0), (1.1, 1)])
+def test_repeats_whose_intervals_of_p99_do_not_meet_are_counted(
+    slower: float, apart: int, tmp_path: Path
+) -> None:
+    # Ten thousand times 1.000 to 1.010 µs: the interval is far narrower than a tenth.
+    repeats = [
+        made_up.cell(
+            key=Key("ukwial", "active", "pinv", repeat=i),
+            singles=[(round(factor * ns), 1000) for ns in range(1000, 1010)],
+        )
+        for i, factor in enumerate((1.0, slower))
+    ]
+    once = made_up.cell(key=Key("ukwial", "inactive", "pinv"))
+    run = read_run(made_up.record(tmp_path, made_up.header(), *repeats, once))
+    assert unmet(run.rows) == (apart, 1)
+    assert f"in {apart} of 1 rows" in render(tmp_path).read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(

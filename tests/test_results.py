@@ -2,11 +2,13 @@
 
 import csv
 from pathlib import Path
+from time import perf_counter_ns
 
 import made_up
 import pytest
 
 from bench import columns
+from bench.harness.timing import SLOW_NS, counted, sample
 from bench.record import Batch, Judged, Key, Worker
 from bench.results import columns as all_columns
 from bench.results import write_csv
@@ -106,6 +108,28 @@ def test_memory_is_the_largest_of_the_workers_at_that_method(tmp_path: Path) -> 
 def test_calls_are_counted_in_batches_and_singly(tmp_path: Path) -> None:
     few = made_up.cell(batches=[Batch(100, 1, 1, 0)] * 2, singles=[(1, 3), (2, 4)])
     assert columns.n_calls(row(tmp_path, few)) == 207
+
+
+@pytest.mark.parametrize("each_ns", [4 * SLOW_NS, SLOW_NS // 2])
+def test_no_call_is_counted_twice_though_a_slow_one_is_in_a_batch_and_single(
+    each_ns: int, tmp_path: Path
+) -> None:
+    made = 0
+
+    def call(_: int) -> None:
+        nonlocal made
+        made += 1
+        end = perf_counter_ns() + each_ns
+        while perf_counter_ns() < end:
+            pass
+
+    samples = sample(call, range(10), budget_ns=20_000_000)
+    cell = made_up.cell(batches=samples.batches, singles=counted(samples.singles), timed_ns=samples.timed_ns)
+    measured = row(tmp_path, cell)
+    n = columns.n_calls(measured)
+    assert isinstance(n, int)
+    assert n <= made
+    assert n == (1 if each_ns > SLOW_NS else 2) * len(samples.singles)
 
 
 def test_a_column_of_numbers_never_mixes_whole_ones_with_others(tmp_path: Path) -> None:

@@ -10,7 +10,8 @@ TEXT = """## How it was measured
   apart. Nothing is subtracted; what the timing loop itself takes is the row `noop`.
 - Every answer that was timed was judged from the vehicle's equations. A row with a wrong answer is a failure,
   not a time, and is never called exact.
-- A quantile is printed only where ten calls lie beyond it, with its 95 % interval from order statistics.
+- A quantile is printed only where ten calls lie beyond it, with its 95 % interval from order statistics,
+  as if calls were independent (*Tails* says how far that goes).
 - `inactive` demands lie where the pseudoinverse keeps within the limits; `active` ones are attainable but
   need the limits; `infeasible` ones are not attainable.
 - Pictures and the lines *exact* show each method's fastest start and level that is right everywhere, exact

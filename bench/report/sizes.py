@@ -29,7 +29,7 @@ def page(
         f"At {loop.rate_hz:g} Hz one call may take {three(loop.limit_us)} µs,"
         f" {percent(loop.limit_us / loop.period_us)} of the control period. Columns in % are shares of the"
         " period; late are single calls beyond the time allowed, with the share that their true rate does not"
-        " exceed (95 % confidence).\n"
+        " exceed (95 % confidence, as if calls were independent).\n"
     ]
     if canary_us is not None:
         parts.append(

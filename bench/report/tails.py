@@ -1,9 +1,15 @@
 """Report section: how late a call can be."""
 
+from collections.abc import Iterable
+
 from bench import columns
+from bench.quantiles import interval
 from bench.ranking import best, number
 from bench.report.text import picture, table, three
 from bench.rows import Row, Run
+
+BIN = 1.02
+"""Ends of intervals are known to this factor: single calls are counted in bins 2 % wide."""
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:
@@ -13,6 +19,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
         "Quantiles of single calls with 95 % intervals, given only where ten calls lie beyond them. The"
         " slowest call belongs to the machine as much as to the method; *iterations* and *steps* belong to"
         " the method alone (steps: a bound known before the first call).\n",
+        _between_processes(run),
     ]
     canaries = [row for row in run.rows if row.vehicle == "-" and row.singles]
     if canaries:
@@ -27,7 +34,26 @@ def section(run: Run, drawn: frozenset[str]) -> str:
                 picture(f"tails-{vehicle}.svg", alt, drawn),
                 _table(rows),
             ]
-    return "\n".join(part for part in parts if part) if len(parts) > 2 else ""
+    return "\n".join(part for part in parts if part) if len(parts) > 3 else ""
+
+
+def unmet(rows: Iterable[Row]) -> tuple[int, int]:
+    """In how many rows the repeats' own intervals of p99 do not all meet, of how many with two or more."""
+    found = [[ends for cell in row.cells if (ends := interval(cell.singles, 0.99))] for row in rows]
+    several = [intervals for intervals in found if len(intervals) > 1]
+    gaps = [max(low for low, _ in ends) / min(high for _, high in ends) for ends in several]
+    return sum(gap > BIN for gap in gaps), len(gaps)
+
+
+def _between_processes(run: Run) -> str:
+    apart, several = unmet(run.rows)
+    if not several:
+        return ""
+    return (
+        "The intervals are what chance leaves open among these calls, as if each were independent of the one"
+        " before. Another process, some time later, adds more: in"
+        f" {apart} of {several} rows where two repeats have such an interval of p99, these do not meet.\n"
+    )
 
 
 def _table(rows: list[Row]) -> str:
