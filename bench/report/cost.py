@@ -14,7 +14,9 @@ def section(run: Run, drawn: frozenset[str]) -> str:
         "Medians of one call from Python on each demand set; p99.9 of single calls on all sets together."
         " *Binding* is the solver's own Python call inside it, *own clock* what the solver reports of itself;"
         " the rest is posing the problem and checking the answer. A start is *cold* (new solver object each"
-        " call), *reused* (same object) or *warm* (last answer as first guess).\n",
+        " call), *reused* (same object) or *warm* (last answer as first guess). *Answers* names the question:"
+        " *unlimited* is T* τ; *hard* the least effort within the limits, or none; *soft* may miss some of"
+        " the wrench for less effort; *scaled* keeps its direction; other names are rules of practice.\n",
     ]
     for vehicle in run.vehicles:
         parts.append(f"### {vehicle}\n")
