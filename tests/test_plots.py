@@ -10,6 +10,7 @@ from hypothesis.extra.numpy import arrays
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
+from bench.plots.error import styles_of
 from bench.plots.labels import label_points
 from bench.plots.pareto import pareto
 from bench.plots.style import DARK, SETTINGS
@@ -41,6 +42,13 @@ def test_labels_overlap_neither_each_other_nor_the_frame(places: np.ndarray) -> 
     assert not any(a.overlaps(b) for a, b in combinations(boxes, 2))
     assert all(frame.containsx(b.x0) and frame.containsx(b.x1) for b in boxes)
     assert all(frame.containsy(b.y0) and frame.containsy(b.y1) for b in boxes)
+
+
+def test_a_method_has_a_line_of_its_own_whatever_order_it_comes_in() -> None:
+    methods = ["walsh", "clip", "scaled", "shrink", "pinv"]
+    styles = styles_of(methods)
+    assert len(set(styles.values())) == len(methods)
+    assert styles == styles_of(reversed(methods))
 
 
 def test_a_tail_curve_falls_from_all_calls_to_one() -> None:

@@ -1,5 +1,7 @@
 """Wrench error over the size of the demand: who loses what, from the first limit met to twice the edge."""
 
+from collections.abc import Iterable
+from itertools import cycle
 from typing import TYPE_CHECKING
 
 from bench.judging.worth import Curve
@@ -7,7 +9,6 @@ from bench.plots.style import BLUE, FAINT, GREEN, GREY, INK, ORANGE, PURPLE, VER
 from bench.rows import Run
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 ALIKE = 1e-6
@@ -25,7 +26,7 @@ STYLES = (
     (VERMILION, "--"),
     (GREEN, "-."),
 )
-"""One a line, in the order in which they lose: colours repeat with another dash only."""
+"""One a method; colours repeat with another dash only."""
 
 
 def draw(run: Run, vehicle: str) -> "Figure | None":
@@ -37,13 +38,26 @@ def draw(run: Run, vehicle: str) -> "Figure | None":
         return None
     figure = Figure((8.4, 4.6))
     groups = alike(worth.curves)
+    styles = styles_of(curve.method for each in run.record.worths for curve in each.curves)
     left, right = figure.subplots(1, 2, sharey=True)
-    _panel(left, [(names, curve.size, curve.error_p50) for names, curve in groups], "median direction")
-    _panel(right, [(names, curve.size, curve.error_max) for names, curve in groups], "worst direction")
+    for axes, title in ((left, "median direction"), (right, "worst direction")):
+        axes.axvspan(1.0, max(worth.curves[0].size), facecolor=FAINT, alpha=0.5)
+        axes.set_title(title)
+        axes.set_xlabel("demand / edge of the attainable set")
+        axes.set_ylim(-0.02, 1.05)
+    for names, curve in groups:
+        colour, dash = styles[min(names.split(", "))]
+        for axes, error in ((left, curve.error_p50), (right, curve.error_max)):
+            axes.plot(curve.size, error, color=colour, linestyle=dash, label=names)
     left.set_ylabel("share of the wrench that is missed")
     figure.suptitle(f"{vehicle}: wrench error over the size of the demand", x=0.01, ha="left", fontsize=10)
     figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return figure
+
+
+def styles_of(methods: Iterable[str]) -> dict[str, tuple[str, str]]:
+    """Colour and dash of each method, the same in the pictures of all vehicles of a run."""
+    return dict(zip(sorted(set(methods)), cycle(STYLES), strict=False))
 
 
 def alike(curves: list[Curve]) -> list[tuple[str, Curve]]:
@@ -62,12 +76,3 @@ def alike(curves: list[Curve]) -> list[tuple[str, Curve]]:
 def _distance(a: Curve, b: Curve) -> float:
     pairs = zip(a.error_p50 + a.error_max, b.error_p50 + b.error_max, strict=True)
     return max(abs(x - y) for x, y in pairs)
-
-
-def _panel(axes: "Axes", lines: list[tuple[str, list[float], list[float]]], title: str) -> None:
-    axes.axvspan(1.0, max(lines[0][1]), facecolor=FAINT, alpha=0.5)
-    for (names, size, error), (colour, dash) in zip(lines, STYLES * 2, strict=False):
-        axes.plot(size, error, color=colour, linestyle=dash, label=names)
-    axes.set_title(title)
-    axes.set_xlabel("demand / edge of the attainable set")
-    axes.set_ylim(-0.02, 1.05)
