@@ -75,7 +75,7 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
 
 
 def _solve(model: Any) -> Answer:
-    model.solve()
+    model.solve(asynchronous=False)  # else in a thread started for the call, to hear Ctrl-C
     info = model.info
     status = meaning(STATUS, info.status, "qpalm")
     return Answer(np.array(model.solution.x), status, info.iter, info.run_time)
