@@ -40,11 +40,12 @@ class Header(msgspec.Struct, tag="header"):
     settings: dict[str, Any]
 
 
-class Problem(msgspec.Struct, tag="problem"):
+class Problem(msgspec.Struct, tag="problem", omit_defaults=True):
     """One demand set of one vehicle, as it was asked.
 
     labels: demands by label (inactive, active, boundary, infeasible). reference: the method that
     gave the hard optimum. k, n, rank, nullity, f_scale [N], dof: of the vehicle that must answer.
+    left_out: demands of a log that were not asked.
     """
 
     vehicle: str
@@ -59,6 +60,7 @@ class Problem(msgspec.Struct, tag="problem"):
     nullity: int
     f_scale: float
     wrench_scale: list[float]
+    left_out: int = 0
 
 
 class Key(msgspec.Struct, frozen=True, order=True):

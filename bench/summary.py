@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from bench.columns import call_p50_us, call_p99_us, within_1pct_share
+from bench.report.limits import cut_logs
 from bench.report.lost import NOTHING, largest
 from bench.report.text import three
 from bench.rows import Row, Run, read_run
@@ -47,6 +48,8 @@ def show(directory: Path, console: Console) -> bool:
         table.add_row(label, *_method(run, list(same)))
     # A file or a pipe has no edge to fit: nothing is cut there.
     console.print(table, width=None if console.is_terminal else max(console.width, 120))
+    for line in cut_logs(run):
+        console.print(line, highlight=False, markup=False, soft_wrap=True)
     wrong = objections(rows)
     for line in wrong:
         console.print(line, style="red", highlight=False, markup=False, soft_wrap=True)

@@ -3,10 +3,13 @@
 import os
 import subprocess
 import sys
+from io import StringIO
 from pathlib import Path
 
+import made_up
 import pytest
 from click.testing import CliRunner
+from rich.console import Console
 
 import alloc
 from alloc import AllocError, DemandError, UnknownName
@@ -14,8 +17,10 @@ from bench.__main__ import cli
 from bench.harness import machine, process
 from bench.harness.plan import Settings
 from bench.harness.run import Progress, methods, run
-from bench.judging.reference import questions
+from bench.judging.reference import problem, questions
 from bench.record import FILE_NAME, read
+from bench.report import render
+from bench.summary import show
 
 DEMANDS = ["--demands=inactive", "--demands=active", "--demands=infeasible"]
 TINY = ["run", "--vehicle=ukwial", "--method=pinv", *DEMANDS, "--n=8", "--budget-ms=1", "--repeats=2"]
@@ -105,6 +110,20 @@ def test_a_worker_finds_a_source_tree_that_nobody_installed_from_any_folder(tmp_
         [sys.executable, "-S", "-c", ask], cwd=tmp_path, env=path, capture_output=True, text=True, check=True
     )
     assert Path(done.stdout.strip()) == root / "bench" / "__init__.py"
+
+
+def test_demands_of_a_log_that_were_not_asked_are_counted_and_said(tmp_path: Path) -> None:
+    log = tmp_path / "dive.csv"
+    log.write_text("surge,sway,yaw\n" + "1,0,0\n" * 9)
+    for n, left_out in ((4, 5), (9, 0), (60, 0)):
+        (question,) = questions(["ukwial"], [str(log)], [""], 0, n)
+        asked = problem(question)
+        assert (asked.n_demands, asked.left_out) == (9 - left_out, left_out)
+        directory = made_up.record(tmp_path, made_up.header(), asked, made_up.cell())
+        output = StringIO()
+        show(directory, Console(file=output))
+        for text in (output.getvalue(), render(directory).read_text(encoding="utf-8")):
+            assert ("Of dive's 9 demands only the first 4 were asked; `--n` asks more." in text) == (n == 4)
 
 
 def test_two_logs_or_vehicles_of_one_name_are_refused_not_dropped(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ answering(vehicle) : the vehicle that must answer them, if it is not the one ask
 
 import hashlib
 import pkgutil
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
 
@@ -35,6 +35,7 @@ class DemandSet:
     labels : (N,) values of ``alloc.Label``
     alpha : (N,) alpha* of each demand
     rate_hz : sampling rate, None where the demands are no sequence in time
+    left_out : how many more a file holds than were asked for
     """
 
     name: str
@@ -43,6 +44,7 @@ class DemandSet:
     labels: NDArray[np.int8]
     alpha: FloatArray
     rate_hz: float | None = None
+    left_out: int = 0
 
 
 def list_demands() -> tuple[str, ...]:
@@ -96,7 +98,8 @@ def _from_file(path: Path, vehicle: Vehicle, n: int | None) -> DemandSet:
     from bench.logs import rate_hz, read_log  # a user's file is rare: loaded only where one is named
 
     t, taus = read_log(path, vehicle.dof)
-    return labelled(path.stem, vehicle, np.array(taus[:n]), rate_hz(t))
+    some = labelled(path.stem, vehicle, np.array(taus[:n]), rate_hz(t))
+    return replace(some, left_out=len(taus) - len(some.taus))
 
 
 def _stable(text: str) -> int:

@@ -42,6 +42,7 @@ class Question:
     rate_hz : sampling rate, None where the demands are no sequence in time
     references : formulation -> (N, n) optima [N], rows of NaN where there is none
     reference : the method that gave the hard optimum
+    left_out : demands that a log holds beyond these; a worker need not know
     """
 
     name: str
@@ -52,6 +53,7 @@ class Question:
     rate_hz: float | None
     references: dict[str, FloatArray]
     reference: str
+    left_out: int = 0
 
     def save(self, path: Path) -> None:
         """Write everything into one .npz file."""
@@ -123,6 +125,7 @@ def questions(
                 posed.rate_hz,
                 optima,
                 method,
+                posed.left_out,
             )
             key = (posed.vehicle.name, posed.name)
             if not _same(found.setdefault(key, question), question):
@@ -177,6 +180,7 @@ def problem(question: Question) -> Problem:
         nullity=vehicle.nullity,
         f_scale=vehicle.f_scale,
         wrench_scale=[float(scale) for scale in vehicle.wrench_scale],
+        left_out=question.left_out,
     )
 
 

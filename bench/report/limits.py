@@ -16,9 +16,22 @@ NOISY = """- More than one row in ten was measured while the machine was disturb
 """
 
 
+def cut_logs(run: Run) -> list[str]:
+    """A sentence for each log of which not all demands were asked."""
+    return sorted(
+        {
+            f"Of {p.demands}'s {p.n_demands + p.left_out} demands only the first {p.n_demands} were asked;"
+            " `--n` asks more."
+            for p in run.record.problems
+            if p.left_out
+        }
+    )
+
+
 def section(run: Run, drawn: frozenset[str]) -> str:
     """The limits that always hold, and those of this run."""
     measured = [row for row in run.rows if not row.failed]
     noisy = sum(bool(row.disturbed) for row in measured) > len(measured) / 10
     virtual = run.record.header.machine.get("virtual")
-    return TEXT + (VIRTUAL if virtual else "") + (NOISY if noisy else "")
+    cut = "".join(f"- {sentence}\n" for sentence in cut_logs(run))
+    return TEXT + cut + (VIRTUAL if virtual else "") + (NOISY if noisy else "")
