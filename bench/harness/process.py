@@ -31,7 +31,7 @@ def work(job: Job, time_limit_s: float) -> Iterator[Message]:
     """
     job.spawned_ns = time.monotonic_ns()
     with ExitStack() as at_end:
-        with _interrupt_held_back():
+        with _signals_held_back():
             process, reader = _start(at_end)
         assert process.stdin is not None
         with suppress(BrokenPipeError):  # it died at once; what it printed says why
@@ -61,16 +61,20 @@ def _start(at_end: ExitStack) -> tuple[subprocess.Popen[bytes], int]:
 
 
 @contextmanager
-def _interrupt_held_back() -> Iterator[None]:
-    # A Ctrl-C while a process is being started would leave it with nobody to end it: it comes after.
+def _signals_held_back() -> Iterator[None]:
+    # What comes while a process is being started would leave it with nobody to end it: it comes after.
     came: list[int] = []
-    before = signal.signal(signal.SIGINT, lambda number, _: came.append(number))
+    before = {
+        number: signal.signal(number, lambda number, _: came.append(number))
+        for number in (signal.SIGINT, signal.SIGTERM)
+    }
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
-    if came:
-        signal.raise_signal(signal.SIGINT)
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    for number in came:
+        signal.raise_signal(number)
 
 
 def _messages(
