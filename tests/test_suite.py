@@ -4,15 +4,18 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 from click.testing import CliRunner
 
+from alloc import NotApplicable, load_vehicle
 from bench.commands.compare import command as compare
 from bench.compare import BadBenchmarkFile, Benchmark, BenchmarkFile, Extra, Machine, Stats, read
 from bench.compare import compare as ratios
+from bench.suite.answers import question
 
 ROOT = Path(__file__).parents[1]
 
@@ -63,6 +66,12 @@ def test_whoever_stays_inside_the_limits_is_certified_without_a_reference(writte
         assert (said["certificate"]["gap_rel_max"] is not None) == inside
         if inside:
             assert said["certificate"]["gap_rel_max"] < 1e-12  # exact methods: nothing but rounding
+
+
+def test_a_vehicle_whose_thrusters_only_push_is_skipped_with_the_reason() -> None:
+    shipped = load_vehicle("ukwial")
+    with pytest.raises(NotApplicable, match="T\\* tau breaks a limit on the path"):
+        question(replace(shipped, f_min=0 * shipped.f_min), "inactive")
 
 
 def test_a_method_of_ones_own_is_timed_too(written: Path) -> None:

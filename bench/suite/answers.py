@@ -16,7 +16,7 @@ from alloc import (
     NotApplicable,
     Vehicle,
     alpha_max,
-    generalized_inverse,
+    closed_form_range,
 )
 from bench.demands import labelled
 from bench.judging.judge import judge, largest_gap
@@ -98,25 +98,17 @@ def _path(vehicle: Vehicle) -> FloatArray:
 def _inactive(vehicle: Vehicle) -> FloatArray:
     # T* tau takes 60 % of the limits where it takes most.
     path = _path(vehicle)
-    least: float = _closed_form_reach(vehicle, path).min()
+    least: float = closed_form_range(vehicle, path)[1].min()
+    if not least > 0:  # thrusters that push one way only are asked to pull
+        raise NotApplicable(f"{vehicle.name}: T* tau breaks a limit on the path, however small the demand")
     return 0.6 * least * path
 
 
 def _active(vehicle: Vehicle) -> FloatArray:
     # Half way, in ratio, from where T* tau leaves the limits to where nothing meets the demand.
     path = _path(vehicle)
-    closed, best = _closed_form_reach(vehicle, path), alpha_max(vehicle, path)
-    room = best > 1.05 * closed
+    closed, best = closed_form_range(vehicle, path)[1], alpha_max(vehicle, path)
+    room = (closed > 0) & (best > 1.05 * closed)
     if not room.any():
         raise NotApplicable(f"{vehicle.name}: no demand on the path needs more than T* tau")
-    return np.resize(np.sqrt(closed * best)[room, None] * path[room], path.shape)
-
-
-def _closed_form_reach(vehicle: Vehicle, taus: FloatArray) -> FloatArray:
-    """(N,) largest multiple of each demand that T* tau meets inside the limits."""
-    F = taus @ generalized_inverse(vehicle).T
-    on = vehicle.working
-    reach: FloatArray = 1.0 / np.maximum(F[:, on] / vehicle.f_max[on], F[:, on] / vehicle.f_min[on]).max(
-        axis=1
-    )
-    return reach
+    return np.resize(np.sqrt(closed[room] * best[room])[:, None] * path[room], path.shape)
