@@ -9,9 +9,11 @@ import re
 import signal
 import sys
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 from threading import Timer
-from time import monotonic
+from time import monotonic, sleep
+from typing import Any
 
 import psutil
 import pytest
@@ -20,6 +22,7 @@ from click.testing import CliRunner, Result
 from bench.commands.gate import command
 from bench.gate import instructions, trees
 from bench.gate.cells import chosen
+from bench.gate.record import Cell
 from bench.gate.side import Died, Refused, Side, Tree
 from bench.studies import gate_check
 from bench.studies.injection import CLOSED_FORMS, delete_method, scale_thrusts, slow_down
@@ -129,6 +132,41 @@ def test_half_as_slow_again_is_found_by_time_alone(repository: Path) -> None:
     # Two stages of three pairs each are few: the control cells may well move meanwhile.
     assert found.return_value in (1, 3)
     assert re.search(r"\| `ukwial:pinv:-` \| .* µs, \+\d+", found.stdout)
+
+
+@pytest.mark.parametrize("dead", ["base", "head"])
+def test_where_one_side_dies_under_valgrind_the_other_is_not_counted_to_the_end(
+    dead: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    counted = []
+
+    class Counting(AbstractContextManager[Any]):
+        def __init__(self, tree: Tree, started: list[Any], **_: Any) -> None:
+            self.name, self.killed = tree.path.name, False
+            started.append(self)
+
+        def kill(self) -> None:
+            self.killed = True
+
+        def ask(self, do: str, cell: str = "", **_: Any) -> None:
+            if do == "count":
+                if self.name == dead:
+                    sleep(0.2)  # until the other has begun
+                    raise Died(dead, "an instruction that valgrind does not know")
+                if self.killed:
+                    raise Died(self.name, "was ended")
+                counted.append(cell)
+                sleep(0.02)
+
+        def __exit__(self, *_: object) -> None:
+            pass
+
+    monkeypatch.setattr(instructions, "Side", Counting)
+    cells = [Cell("control", str(i)) for i in range(100)]
+    both = Tree(tmp_path / "base"), Tree(tmp_path / "head")
+    with pytest.raises(Died):
+        instructions.count(cells, both, {"control": [[0.0]]}, hash_seed=0)
+    assert len(counted) < len(cells) / 2
 
 
 def test_without_valgrind_it_says_so(repository: Path, monkeypatch: pytest.MonkeyPatch) -> None:

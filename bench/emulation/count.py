@@ -97,7 +97,8 @@ def _callgrind(image: Image) -> tuple[str, ...]:
         old.unlink()
     entry = image.kernel.entry
     count_it = (f"--toggle-collect={entry}", f"--dump-after={entry}", "--callgrind-out-file=callgrind")
-    return ("valgrind", "--tool=callgrind", *count_it)
+    # Without pipes for a debugger, which stay in the temporary folder where valgrind is killed.
+    return ("valgrind", "--vgdb=no", "--tool=callgrind", *count_it)
 
 
 def _dumped(folder: Path) -> IndexArray:

@@ -8,7 +8,7 @@ import shutil
 import subprocess
 import tempfile
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from functools import cache
 from pathlib import Path
 
@@ -16,6 +16,8 @@ from bench.gate.cells import Demands, load
 from bench.gate.record import Cell
 from bench.gate.side import Side, Tree
 
+CALLGRIND = ("valgrind", "--vgdb=no", "--tool=callgrind")
+"""No debugger is waited for: its pipes would stay in the temporary folder where valgrind is killed."""
 ROUNDS = 2
 """N is twice round the demands: counts repeat, so more would only take longer."""
 
@@ -33,17 +35,29 @@ def count(cells: Sequence[Cell], trees: tuple[Tree, Tree], demands: Demands, has
 
     Raises what a ``Side`` raises, as when a library uses instructions that valgrind does not know.
     """
+    started: list[Side] = []
     with ThreadPoolExecutor(2) as pool:
-        base, head = pool.map(lambda tree: _count(tree, cells, demands, hash_seed), trees)
+        counting = [pool.submit(_count, tree, cells, demands, hash_seed, started) for tree in trees]
+        try:
+            for side in wait(counting, return_when=FIRST_EXCEPTION).done:
+                side.result()
+        except BaseException:  # one died, or Ctrl-C: the pool waits for both, which may take a minute
+            for one in started:
+                one.kill()
+            raise
+    base, head = (side.result() for side in counting)
     for cell, *pair in zip(cells, base, head, strict=True):
         cell.instructions.append((pair[0], pair[1]))
 
 
-def _count(tree: Tree, cells: Sequence[Cell], demands: Demands, hash_seed: int) -> list[float]:
+def _count(
+    tree: Tree, cells: Sequence[Cell], demands: Demands, hash_seed: int, started: list[Side]
+) -> list[float]:
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "counts"
-        valgrind = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={out}", "--dump-before=getppid"]
-        with Side(tree, hash_seed=hash_seed, prefix=[*_fixed_addresses(), *valgrind]) as side:
+        options = (f"--callgrind-out-file={out}", "--dump-before=getppid")
+        prefix = [*_fixed_addresses(), *CALLGRIND, *options]
+        with Side(tree, hash_seed=hash_seed, prefix=prefix, started=started) as side:
             load(side, cells, demands, core=None)
             for cell in cells:
                 side.ask("count", cell=cell.name, rounds=ROUNDS)

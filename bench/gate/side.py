@@ -46,11 +46,19 @@ class Side:
     """A running worker. ``prefix`` goes in front of the interpreter, as valgrind does."""
 
     def __init__(
-        self, tree: Tree, *, hash_seed: int = 0, padding: int = 0, prefix: Sequence[str] = ()
+        self,
+        tree: Tree,
+        *,
+        hash_seed: int = 0,
+        padding: int = 0,
+        prefix: Sequence[str] = (),
+        started: "list[Side] | None" = None,
     ) -> None:
         """Start it and import the tree; raises Died or Refused if that fails.
 
         ``hash_seed`` and ``padding`` (bytes of environment) move what a process's layout depends on.
+        ``started`` is told before the import, which takes long under valgrind, so that another thread can
+        ``kill`` it.
         """
         self._name = tree.path.name
         threads = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")}
@@ -67,6 +75,8 @@ class Side:
             text=True,
             env={**keep, **threads, **layout},
         )
+        if started is not None:
+            started.append(self)
         plugins = [str(file.resolve()) for file in tree.plugins]
         try:
             self.ask("load", tree=str(tree.path), plugins=plugins)
@@ -108,6 +118,10 @@ class Side:
         last = (said.splitlines() or [""])[-1]
         cause = signal.Signals(-code).name if code < 0 else f"exit code {code}"
         return f"ended with {cause}{': ' + last if last else ''}"
+
+    def kill(self) -> None:
+        """End it now: whoever waits for a reply hears Died."""
+        self._process.kill()
 
     def close(self) -> None:
         """Let it end by itself (valgrind writes its files then), or end it: after this it is gone."""
