@@ -280,16 +280,21 @@ def test_however_a_process_dies_it_is_said_how(script: str, says: str, tmp_path:
     assert says in str(caught.value)
 
 
-def test_ctrl_c_ends_a_process_that_never_replies_at_once(tmp_path: Path) -> None:
+@pytest.mark.parametrize("after_s", [0.0, 0.001, 0.003, 0.01, 0.3])
+def test_ctrl_c_ends_a_process_that_never_replies_at_once(tmp_path: Path, after_s: float) -> None:
     interpreter = tmp_path / "python"
     # It hears neither Ctrl-C nor the end of its orders, like a solver that hangs.
     interpreter.write_text("#!/bin/sh\ntrap '' INT\nwhile true; do sleep 0.1; done\n")
     interpreter.chmod(0o755)
     before = set(psutil.Process().children())
-    Timer(0.3, os.kill, [os.getpid(), signal.SIGINT]).start()
     started = monotonic()
-    with pytest.raises(KeyboardInterrupt):
+
+    def interrupted() -> None:
+        Timer(after_s, os.kill, [os.getpid(), signal.SIGINT]).start()
         Side(Tree(tmp_path, str(interpreter)))
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
     assert monotonic() - started < 10
     assert set(psutil.Process().children()) == before
 

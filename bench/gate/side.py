@@ -7,13 +7,14 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from threading import Timer
 from types import TracebackType
 from typing import Any, NamedTuple, Self
 
 from alloc import AllocError
+from bench.harness.process import signals_held_back
 
 WORKER = Path(__file__).with_name("worker.py")
 
@@ -66,31 +67,35 @@ class Side:
         layout = {"PYTHONHASHSEED": str(hash_seed), "THRUSTBENCH_PADDING": "x" * padding}
         # Bytes: what a library writes there may be in any encoding, or in none.
         self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - closed in close()
-        self._process = subprocess.Popen(
-            # -P: the worker's own folder must not be searched for modules.
-            [*prefix, tree.python, "-P", "-X", "utf8", str(WORKER)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=self._errors,
-            text=True,
-            env={**keep, **threads, **layout},
-        )
-        if started is not None:
-            started.append(self)
         plugins = [str(file.resolve()) for file in tree.plugins]
-        try:
-            self.ask("load", tree=str(tree.path), plugins=plugins)
-        except BaseException:
-            self.close()
-            raise
+        with ExitStack() as unless_ready:
+            with signals_held_back():
+                self._process = subprocess.Popen(
+                    # -P: the worker's own folder must not be searched for modules.
+                    [*prefix, tree.python, "-P", "-X", "utf8", str(WORKER)],
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.PIPE,
+                    stderr=self._errors,
+                    text=True,
+                    env={**keep, **threads, **layout},
+                )
+                unless_ready.callback(self._abandon)
+            if started is not None:
+                started.append(self)
+            try:
+                self.ask("load", tree=str(tree.path), plugins=plugins)
+            except (Refused, Died):
+                self.close()
+                raise
+            unless_ready.pop_all()
 
     def ask(self, do: str, *, timeout: float = TIMEOUT_S, **arguments: Any) -> Any:
         """Give one order and wait for its reply; raises Refused, Died."""
         assert self._process.stdin
         assert self._process.stdout
         watchdog = Timer(timeout, self._process.kill)
-        watchdog.start()
         try:
+            watchdog.start()
             self._process.stdin.write(json.dumps({"do": do, **arguments}) + "\n")
             self._process.stdin.flush()
             line = self._process.stdout.readline()
@@ -122,6 +127,10 @@ class Side:
     def kill(self) -> None:
         """End it now: whoever waits for a reply hears Died."""
         self._process.kill()
+
+    def _abandon(self) -> None:
+        self.kill()
+        self.close()
 
     def close(self) -> None:
         """Let it end by itself (valgrind writes its files then), or end it: after this it is gone."""

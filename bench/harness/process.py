@@ -5,6 +5,7 @@ import selectors
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
@@ -31,7 +32,7 @@ def work(job: Job, time_limit_s: float) -> Iterator[Message]:
     """
     job.spawned_ns = time.monotonic_ns()
     with ExitStack() as at_end:
-        with _signals_held_back():
+        with signals_held_back():
             process, reader = _start(at_end)
         assert process.stdin is not None
         with suppress(BrokenPipeError):  # it died at once; what it printed says why
@@ -61,8 +62,11 @@ def _start(at_end: ExitStack) -> tuple[subprocess.Popen[bytes], int]:
 
 
 @contextmanager
-def _signals_held_back() -> Iterator[None]:
-    # What comes while a process is being started would leave it with nobody to end it: it comes after.
+def signals_held_back() -> Iterator[None]:
+    """Let SIGINT and SIGTERM come at the end of the block: a process must not start with nobody to end it."""
+    if threading.current_thread() is not threading.main_thread():
+        yield  # signals interrupt the main thread alone
+        return
     came: list[int] = []
     before = {
         number: signal.signal(number, lambda number, _: came.append(number))
