@@ -60,6 +60,13 @@ def test_blocks_of_a_cell_come_in_the_order_abba(both: tuple[Tree, Tree]) -> Non
     assert order[:8] == [BASE, HEAD, HEAD, BASE, BASE, HEAD, HEAD, BASE]
 
 
+def test_where_blocks_are_odd_in_number_neither_side_goes_first_more_often(both: tuple[Tree, Tree]) -> None:
+    settings = Settings(pairs=2, blocks=5)
+    pairs.measure(controls(), both, {"control": [[0.0]]}, settings, random.Random(1), monotonic() + 60)
+    firsts = [side for side, cell in Recorded.blocks if cell == "control:loop:-"][::2]
+    assert firsts.count(BASE) == firsts.count(HEAD) == 5
+
+
 def test_every_time_is_kept_with_base_first(both: tuple[Tree, Tree]) -> None:
     done, cells = measure(both, monotonic() + 60)
     assert done

@@ -36,7 +36,7 @@ def measure(
     The pair that runs when the deadline comes is finished, so all cells have equally many.
     """
     core = machine.core()
-    for _ in range(settings.pairs):
+    for pair in range(settings.pairs):
         if monotonic() > deadline:
             return False
         with ExitStack() as stack:
@@ -45,8 +45,9 @@ def measure(
                 cell.pairs.append([])
             for block in range(settings.blocks):
                 for cell in rng.sample(list(cells), len(cells)):
-                    # ABBA: whatever drifts through a pair of blocks hits both sides alike.
-                    order = (base, head) if block % 2 == 0 else (head, base)
+                    # ABBA: whatever drifts through two blocks hits both sides alike, and where the number of
+                    # blocks is odd, through two pairs.
+                    order = (base, head) if (pair + block) % 2 == 0 else (head, base)
                     times = {side: side.ask("block", cell=cell.name, rounds=cell.rounds) for side in order}
                     cell.pairs[-1].append((times[base], times[head]))
     return True
