@@ -146,6 +146,18 @@ def test_giving_up_on_less_than_a_vehicle_must_push_is_no_failure(tmp_path: Path
     assert judged.failed_after_failure is None
 
 
+@pytest.mark.parametrize("fault", ["0", "1"])
+def test_scaled_is_held_to_what_the_thrusters_that_are_left_can_push(fault: str) -> None:
+    # Two of four are off: a demand has a part that nothing pushes, and the optimum is of the rest.
+    (question,) = questions(["ukwial"], ["mission-fault"], [fault], seed=0, n=30)
+    assert question.vehicle.rank < question.vehicle.k
+    allocate = build("scaled", question.vehicle)
+    judged = verdict(question, [allocate(tau) for tau in question.taus], formulation="scaled")
+    assert judged.agrees
+    assert judged.wrong == ""
+    assert np.abs(question.references["scaled"]).max() > 1.0
+
+
 def test_a_failure_after_a_failure_is_counted_among_demands_that_can_be_met() -> None:
     gave_up = np.array([True, True, False, True, True, True])
     attainable = np.array([False, True, True, True, False, True])

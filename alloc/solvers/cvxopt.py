@@ -21,7 +21,7 @@ SETTINGS: dict[Level, dict[str, Any]] = {
 }
 TOLERANCE: dict[str, dict[Level, float]] = {
     "hard": {"default": 2e-3, "tight": 1e-6},
-    "soft": {"default": 2e-3, "tight": 1e-6},
+    "soft": {"default": 0.05, "tight": 1e-6},
 }
 
 # "unknown" is its word for an infeasible QP too: coneqp has no certificate of infeasibility.

@@ -21,7 +21,7 @@ SETTINGS: dict[Level, dict[str, Any]] = {
 }
 TOLERANCE: dict[str, dict[Level, float]] = {
     "hard": {"default": 2e-4, "tight": 3e-6},
-    "soft": {"default": 2e-3, "tight": 5e-5},
+    "soft": {"default": 5e-3, "tight": 6e-4},
 }
 
 STATUS = {

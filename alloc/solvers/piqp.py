@@ -29,7 +29,7 @@ SETTINGS: dict[Level, dict[str, Any]] = {
 }
 TOLERANCE: dict[str, dict[Level, float]] = {
     "hard": {"default": 2e-4, "tight": 1e-6},
-    "soft": {"default": 1e-4, "tight": 1e-6},
+    "soft": {"default": 1e-3, "tight": 1e-6},
 }
 
 STATUS = {

@@ -25,8 +25,8 @@ SETTINGS: dict[Level, dict[str, Any]] = {
     },
 }
 TOLERANCE: dict[str, dict[Level, float]] = {
-    "hard": {"default": 0.1, "tight": 1e-6},
-    "soft": {"default": 0.1, "tight": 1e-6},
+    "hard": {"default": 0.2, "tight": 2e-6},
+    "soft": {"default": 0.2, "tight": 1e-6},
 }
 
 STATUS = {

@@ -21,8 +21,8 @@ SETTINGS: dict[Level, dict[str, Any]] = {
     "tight": _QUIET | {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iters": 20_000},
 }
 TOLERANCE: dict[str, dict[Level, float]] = {
-    "hard": {"default": 0.01, "tight": 1e-6},
-    "soft": {"default": 0.3, "tight": 1e-6},
+    "hard": {"default": 0.02, "tight": 1e-6},
+    "soft": {"default": 1.0, "tight": 1e-5},
 }
 
 STATUS = {

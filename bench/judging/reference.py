@@ -18,6 +18,7 @@ from alloc import (
     Status,
     Vehicle,
     VehicleError,
+    alpha_max,
     build,
 )
 from bench.demands import build_demands
@@ -190,13 +191,18 @@ def references(
     """The optimum of each formulation that has one, and the method that gave the hard one.
 
     unlimited: T* tau (eq. 9). hard: eq. 4-5; on inactive demands T* tau itself, so that closed forms
-    and QPs are held against the same numbers there. scaled: the hard optimum of min(1, alpha*) tau.
+    and QPs are held against the same numbers there. scaled: the hard optimum of min(1, alpha*) tau, where
+    of a tau that has a part which no thruster pushes only the rest, T P T* tau, is asked.
     """
     unlimited, _ = build("pinv", vehicle).many(taus)
     name, exact = _exact(vehicle)
+    asked = taus
+    if vehicle.rank < vehicle.k:
+        asked = unlimited @ vehicle.TP.T
+        alpha = alpha_max(vehicle, asked)
     reach = np.clip(np.where(np.isfinite(alpha), alpha, 1.0), 0.0, 1.0)
     # A demand brought exactly onto the boundary is inside it only up to rounding; 1e-12 makes sure.
-    shrunk = taus * np.where(reach < 1, reach * (1 - 1e-12), 1.0)[:, None]
+    shrunk = asked * np.where(reach < 1, reach * (1 - 1e-12), 1.0)[:, None]
     found = {
         "unlimited": unlimited,
         "hard": np.where(inactive[:, None], unlimited, _optima(exact, taus, vehicle.n)),
