@@ -7,6 +7,7 @@ import json
 import os
 import re
 import signal
+import subprocess
 import sys
 from collections.abc import Callable
 from contextlib import AbstractContextManager
@@ -280,18 +281,44 @@ def test_however_a_process_dies_it_is_said_how(script: str, says: str, tmp_path:
     assert says in str(caught.value)
 
 
-@pytest.mark.parametrize("after_s", [0.0, 0.001, 0.003, 0.01, 0.3])
-def test_ctrl_c_ends_a_process_that_never_replies_at_once(tmp_path: Path, after_s: float) -> None:
-    interpreter = tmp_path / "python"
-    # It hears neither Ctrl-C nor the end of its orders, like a solver that hangs.
+def deaf(folder: Path) -> Tree:
+    """A tree whose process hears neither Ctrl-C nor the end of its orders, like a solver that hangs."""
+    interpreter = folder / "python"
     interpreter.write_text("#!/bin/sh\ntrap '' INT\nwhile true; do sleep 0.1; done\n")
     interpreter.chmod(0o755)
+    return Tree(folder, str(interpreter))
+
+
+@pytest.mark.parametrize("moment", ["as it starts", "before its first order"])
+def test_ctrl_c_before_a_process_has_its_first_order_ends_it_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: str
+) -> None:
+    start = subprocess.Popen.__init__
+
+    def interrupted(*arguments: Any, **named: Any) -> None:
+        if moment == "as it starts":
+            start(*arguments, **named)
+        signal.raise_signal(signal.SIGINT)
+
+    if moment == "as it starts":
+        monkeypatch.setattr(subprocess.Popen, "__init__", interrupted)
+    else:
+        monkeypatch.setattr("bench.gate.side.Timer", interrupted)
+    before, started = set(psutil.Process().children()), monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        Side(deaf(tmp_path))
+    assert monotonic() - started < 10
+    assert set(psutil.Process().children()) == before
+
+
+@pytest.mark.parametrize("after_s", [0.0, 0.001, 0.003, 0.01, 0.3])
+def test_ctrl_c_ends_a_process_that_never_replies_at_once(tmp_path: Path, after_s: float) -> None:
     before = set(psutil.Process().children())
     started = monotonic()
 
     def interrupted() -> None:
         Timer(after_s, os.kill, [os.getpid(), signal.SIGINT]).start()
-        Side(Tree(tmp_path, str(interpreter)))
+        Side(deaf(tmp_path))
 
     with pytest.raises(KeyboardInterrupt):
         interrupted()

@@ -7,6 +7,7 @@ import pytest
 
 from alloc import (
     QP,
+    WRENCH_TOLERANCE,
     DemandError,
     Entry,
     NotInstalled,
@@ -23,7 +24,6 @@ from alloc import (
 )
 from alloc import solvers as found
 from alloc.allocation import FloatArray
-from alloc.live import WRENCH_TOLERANCE
 from alloc.solvers import Answer
 
 VEHICLE = load_vehicle("ukwial")

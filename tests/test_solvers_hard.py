@@ -3,8 +3,18 @@
 import numpy as np
 import pytest
 
-from alloc import Entry, Label, Status, Vehicle, alpha_max, build, catalogue, list_vehicles, load_vehicle
-from alloc.live import WRENCH_TOLERANCE
+from alloc import (
+    WRENCH_TOLERANCE,
+    Entry,
+    Label,
+    Status,
+    Vehicle,
+    alpha_max,
+    build,
+    catalogue,
+    list_vehicles,
+    load_vehicle,
+)
 from bench.demands import build_demands, hard
 
 VEHICLES = [load_vehicle(name) for name in list_vehicles()] + [load_vehicle("ukwial").with_fault(1)]
