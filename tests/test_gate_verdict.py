@@ -82,6 +82,12 @@ def test_a_control_that_moves_either_way_makes_it_inconclusive(moved: float) -> 
     assert "control:loop" in found.summary
 
 
+def test_a_spent_budget_is_said_before_a_control_that_moved_in_the_few_pairs_there_were() -> None:
+    found = judged(cell(), Cell("control", "loop", **timed(1.035, pairs=2)), cut="the budget was spent")
+    assert found.outcome is Outcome.INCONCLUSIVE
+    assert found.summary == "inconclusive: the budget was spent"
+
+
 @pytest.mark.parametrize("wrong", [{"head_wrong": "off by 1 N"}, {"differ": "status SOLVED → PARTIAL"}])
 def test_a_wrong_or_another_answer_fails_however_fast(wrong: dict[str, str]) -> None:
     assert judged(cell(**timed(0.5), **wrong)).outcome is Outcome.REGRESSION

@@ -76,12 +76,12 @@ def verdict(record: Record) -> Verdict:
     if heavier:
         summary = "regression: more instructions per call"
         return Verdict(Outcome.REGRESSION, summary, findings, improvements, rows)
+    if record.cut:  # before the controls: over the few pairs there were they move by chance
+        return Verdict(Outcome.INCONCLUSIVE, f"inconclusive: {record.cut}", findings, improvements, rows)
     if moved:
         names = ", ".join(f"{r.name} by {r.ratio.value - 1:+.1%}" for r in moved)
         summary = f"inconclusive: cells that no commit can change moved ({names}); try a quieter machine"
         return Verdict(Outcome.INCONCLUSIVE, summary, findings, improvements, rows)
-    if record.cut:
-        return Verdict(Outcome.INCONCLUSIVE, f"inconclusive: {record.cut}", findings, improvements, rows)
     if slower:
         return Verdict(Outcome.REGRESSION, "regression: slower", findings, improvements, rows)
     summary = f"pass: {len(rows)} cells, none slower than its threshold"
