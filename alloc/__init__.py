@@ -11,17 +11,7 @@ from alloc.allocation import (
     answer,
     checked,
 )
-from alloc.attainable import (
-    Label,
-    Margins,
-    alpha_max,
-    alpha_max_lp,
-    alpha_range,
-    closed_form_range,
-    label,
-    single_axis_maxima,
-)
-from alloc.certificate import Certificate, certify, certify_many
+from alloc.closed_forms.inverse import generalized_inverse
 from alloc.errors import (
     AllocError,
     DemandError,
@@ -32,13 +22,29 @@ from alloc.errors import (
     UnknownName,
     VehicleError,
 )
-from alloc.geometry import DOF
-from alloc.inverse import generalized_inverse
 from alloc.plugins import Entry, build, catalogue, find, load_plugin, prepare
 from alloc.qp import QP, Posed, pose_hard, pose_soft
+from alloc.qp.certificate import Certificate, certify, certify_many
+from alloc.reach.attainable import (
+    Label,
+    Margins,
+    alpha_max,
+    alpha_max_lp,
+    alpha_range,
+    closed_form_range,
+    label,
+    single_axis_maxima,
+)
+from alloc.reach.volumes import (
+    attainable_volume,
+    closed_form_volume,
+    safe_share,
+    uniform_demands,
+    worst_fault,
+)
 from alloc.vehicle import Vehicle
-from alloc.vehicle_file import list_vehicles, load_vehicle
-from alloc.volumes import attainable_volume, closed_form_volume, safe_share, uniform_demands, worst_fault
+from alloc.vehicle.file import list_vehicles, load_vehicle
+from alloc.vehicle.geometry import DOF, unit
 
 __all__ = [
     "DOF",
@@ -88,5 +94,6 @@ __all__ = [
     "safe_share",
     "single_axis_maxima",
     "uniform_demands",
+    "unit",
     "worst_fault",
 ]

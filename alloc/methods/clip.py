@@ -1,7 +1,7 @@
 """Generalized inverse, then each thrust cut at its limit: what most vehicles do, knowingly or not."""
 
 from alloc.allocation import FloatArray
-from alloc.saturating import Saturating
+from alloc.closed_forms.saturating import Saturating
 from alloc.vehicle import Vehicle
 
 FORMULATION = "clip"

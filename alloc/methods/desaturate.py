@@ -1,8 +1,8 @@
 """Sequential desaturation: cut axes one after another, the least important first, until all thrusts fit."""
 
 from alloc.allocation import FloatArray
-from alloc.inverse import generalized_inverse
-from alloc.saturating import Saturating
+from alloc.closed_forms.inverse import generalized_inverse
+from alloc.closed_forms.saturating import Saturating
 from alloc.vehicle import Vehicle
 
 FORMULATION = "desaturate"

@@ -3,8 +3,8 @@
 import numpy as np
 
 from alloc.allocation import FloatArray
-from alloc.inverse import generalized_inverse
-from alloc.saturating import Saturating
+from alloc.closed_forms.inverse import generalized_inverse
+from alloc.closed_forms.saturating import Saturating
 from alloc.vehicle import Vehicle
 
 FORMULATION = "fixed-point"

@@ -1,7 +1,7 @@
 """Generalized inverse, f = T* tau (eq. 8-10): one matrix product, no limits."""
 
-from alloc.inverse import generalized_inverse
-from alloc.linear import Linear
+from alloc.closed_forms.inverse import generalized_inverse
+from alloc.closed_forms.linear import Linear
 from alloc.vehicle import Vehicle
 
 FORMULATION = Linear.formulation

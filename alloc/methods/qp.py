@@ -1,7 +1,7 @@
 """Constrained allocation, eq. 4-5, by a live solver: set up once, only the demand changes."""
 
 from alloc import solvers
-from alloc.live import Live, live
+from alloc.live.allocator import Live, live
 from alloc.qp import pose_hard
 from alloc.solvers import Level, Start
 from alloc.vehicle import Vehicle

@@ -5,7 +5,7 @@ wrench that is left out is the price of never being infeasible.
 """
 
 from alloc import solvers
-from alloc.live import Live, live
+from alloc.live.allocator import Live, live
 from alloc.qp import pose_soft
 from alloc.solvers import Level, Start
 from alloc.vehicle import Vehicle

@@ -7,9 +7,9 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from alloc import solvers
-from alloc.live import Live
+from alloc.live.allocator import Live
+from alloc.live.one_shot import one_shot
 from alloc.qp import pose_hard
-from alloc.solvers._one_shot import one_shot
 from alloc.vehicle import Vehicle
 
 FORMULATION = "hard"

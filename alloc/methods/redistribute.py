@@ -5,9 +5,9 @@ from itertools import product
 import numpy as np
 
 from alloc.allocation import FloatArray
+from alloc.closed_forms.inverse import inverse_over
+from alloc.closed_forms.saturating import Saturating
 from alloc.errors import NotApplicable
-from alloc.inverse import inverse_over
-from alloc.saturating import Saturating
 from alloc.vehicle import Vehicle
 
 FORMULATION = "redistribute"

@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from alloc.allocation import Allocation, FloatArray, Status, StatusArray, answer, checked, checked_many
-from alloc.attainable import alpha_max
 from alloc.nullspace.allocator import exact
+from alloc.reach.attainable import alpha_max
 from alloc.vehicle import Vehicle
 
 FORMULATION = "scaled"

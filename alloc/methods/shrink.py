@@ -3,7 +3,7 @@
 import numpy as np
 
 from alloc.allocation import FloatArray
-from alloc.saturating import Saturating
+from alloc.closed_forms.saturating import Saturating
 from alloc.vehicle import Vehicle
 
 FORMULATION = "shrink"

@@ -14,13 +14,13 @@ import numpy as np
 from alloc.allocation import LARGEST_DEMAND, Allocation, Allocator, Status, checked, checked_many
 from alloc.native.compiled import shared_library, unloadable
 from alloc.native.generate import function_name, sources
-from alloc.plugins import build
+from alloc.native.recipes import recipe
 from alloc.vehicle import Vehicle
 
 
 def bound(kernel: str, vehicle: Vehicle) -> Allocator:
     """The kernel of that name for this vehicle as an allocator; raises NotApplicable or NotInstalled."""
-    python = build(kernel, vehicle)  # same promises, same refusals
+    python = recipe(kernel).twin(vehicle)  # same promises, same refusals
     path = shared_library(kernel, sources(vehicle, kernel, faults=False))
     try:
         library = ctypes.CDLL(str(path))

@@ -1,10 +1,9 @@
 """C99 of the closed forms: f = G tau with zero entries dropped, and Walsh's sums as butterflies."""
 
-from alloc.inverse import generalized_inverse
-from alloc.linear import Linear
+from alloc.closed_forms.inverse import generalized_inverse
+from alloc.closed_forms.walsh import walsh_inverse
 from alloc.native.code import Table, Terms, butterflies, product, reached, signed_sum
 from alloc.nullspace.structure import decompose
-from alloc.plugins import build
 from alloc.vehicle import Vehicle
 
 
@@ -19,9 +18,7 @@ def walsh(vehicle: Vehicle, c: Table) -> list[str]:
 
     One multiplication an axis, then additions that rows share: the fast Walsh transform.
     """
-    prepared = build("walsh", vehicle)
-    assert isinstance(prepared, Linear)
-    lines, rows, _ = product(prepared.G, "t", c)
+    lines, rows, _ = product(walsh_inverse(vehicle), "t", c)
     sums, rows = butterflies(rows, c)
     return [*lines, *sums, *_finish(vehicle, rows, c)]
 

@@ -1,8 +1,8 @@
 """A page on how to call generated C: for whoever puts it on a vehicle."""
 
 from alloc.native.code import TOLERANCE, Scalar
-from alloc.native.generate import function_name, meanings
-from alloc.plugins import build
+from alloc.native.generate import function_name
+from alloc.native.recipes import recipe
 from alloc.vehicle import Vehicle
 
 UNITS = {"surge": "N", "sway": "N", "heave": "N", "roll": "N m", "pitch": "N m", "yaw": "N m"}
@@ -16,14 +16,14 @@ def page(vehicle: Vehicle, kernel: str, scalar: Scalar = "double") -> str:
         f"| `f[{i}]` | {low:g} | {high:g} |"
         for i, (low, high) in enumerate(zip(vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True))
     )
-    allocator = build(kernel, vehicle)
+    allocator = recipe(kernel).twin(vehicle)
     steps = getattr(allocator, "worst_case_steps", None)
     bound = f": at most {steps} elementary steps" if steps else ""
     rounding = "\nSingle precision rounds every thrust at about 1e-7 of itself." if scalar == "float" else ""
     heeded = (
         "" if allocator.limited else "\n**f may lie beyond these limits**: this method does not know them.\n"
     )
-    statuses = "\n".join(f"| {status} | {meaning} |" for status, meaning in meanings(kernel).items())
+    statuses = "\n".join(f"| {status} | {meaning} |" for status, meaning in recipe(kernel).meanings.items())
     return f"""\
 # {vehicle.name} by {kernel}, in C99
 

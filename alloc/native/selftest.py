@@ -1,10 +1,11 @@
 """A C program that checks a generated kernel against answers computed in Python."""
 
+from collections.abc import Callable
+
 import numpy as np
 
-from alloc.allocation import FloatArray, IndexArray
+from alloc.allocation import Allocator, FloatArray, IndexArray
 from alloc.native.code import Scalar, number
-from alloc.plugins import build
 from alloc.vehicle import Vehicle
 
 AGREEMENT: dict[Scalar, float] = {"double": 1e-12, "float": 1e-5}
@@ -12,13 +13,18 @@ AGREEMENT: dict[Scalar, float] = {"double": 1e-12, "float": 1e-5}
 PER_FAULT = 24
 
 
-def selftest(vehicle: Vehicle, name: str, kernel: str, scalar: Scalar, faults: IndexArray) -> str:
-    """The program: exit status 0 and the largest error where all answers agree, else 1 and the culprits."""
+def selftest(
+    vehicle: Vehicle, name: str, twin: Callable[[Vehicle], Allocator], scalar: Scalar, faults: IndexArray
+) -> str:
+    """The program that holds the C function ``name`` to what its ``twin`` in Python answers.
+
+    Its exit status is 0 where all answers agree, else 1; it prints the largest error, and the culprits.
+    """
     cases = []
     for fault in [-1, *faults.tolist()]:
         variant = vehicle if fault < 0 else vehicle.with_fault(fault)
         taus = vectors(variant)
-        F, statuses = build(kernel, variant).many(taus)
+        F, statuses = twin(variant).many(taus)
         for tau, f, status in zip(taus, F, statuses, strict=True):
             expected = np.where(np.isfinite(f), f, UNTOUCHED)
             cases.append(

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from alloc.allocation import FloatArray, IndexArray
-from alloc.inverse import generalized_inverse
+from alloc.closed_forms.inverse import generalized_inverse
 from alloc.vehicle import Vehicle
 
 ZERO = 1e-12

@@ -69,8 +69,7 @@ class Solver(Protocol):
 
 def names() -> tuple[str, ...]:
     """Every solver there is a file for, sorted, installed or not."""
-    found = (module.name for module in pkgutil.iter_modules(__path__))
-    return tuple(sorted(name for name in found if not name.startswith("_")))
+    return tuple(sorted(module.name for module in pkgutil.iter_modules(__path__)))
 
 
 def load(name: str) -> Solver:

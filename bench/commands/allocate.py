@@ -30,8 +30,8 @@ def command(
     such thrust, its numbers are nan.
     """
     from alloc import UnknownName, find, load_plugin, load_vehicle, prepare
-    from alloc.textfile import write_text
-    from bench.demand_csv import format_thrusts, read_demands
+    from alloc.files.textfile import write_text
+    from bench.inputs.demand_csv import format_thrusts, read_demands
     from bench.judging.reference import with_fault
 
     answering = load_vehicle(vehicle)

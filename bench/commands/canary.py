@@ -11,7 +11,8 @@ def command(file: Path) -> None:
     """Time fixed work on this machine into FILE [canary.json], for `thrustbench size --canary` elsewhere."""
     import msgspec
 
-    from bench.canary import CanaryError, measure
+    from bench.harness.canary import measure
+    from bench.record.canary import CanaryError
 
     found = measure()
     try:

@@ -8,8 +8,8 @@ import click
 @click.option("--json", "as_json", is_flag=True, help="One JSON object instead of a table.")
 def command(vehicle: str, as_json: bool) -> int:
     """Lint a vehicle file: errors (exit code 2), warnings, and what was taken for granted."""
-    from alloc.lint import check_vehicle
-    from bench.checked import as_table, to_json
+    from alloc.lint.check import check_vehicle
+    from alloc.lint.text import as_table, to_json
 
     report = check_vehicle(vehicle)
     click.echo(to_json(report) if as_json else as_table(report))

@@ -6,6 +6,6 @@ import click
 @click.command()
 def command() -> None:
     """What each column of results.csv means, as a Markdown table (docs/results.md holds it)."""
-    from bench.results import documentation
+    from bench.results.table import documentation
 
     click.echo(documentation(), nl=False)

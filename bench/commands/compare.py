@@ -12,7 +12,7 @@ def command(a: Path, b: Path) -> None:
     """Ratios B / A of two pytest-benchmark files; informs, never gates."""
     from tabulate import tabulate
 
-    from bench.compare import compare, read
+    from bench.suite.compare import compare, read
 
     found = compare(read(a), read(b))
     for difference in found.machine:

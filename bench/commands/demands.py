@@ -15,11 +15,11 @@ import click
 def command(log: Path, vehicle: str, topic: str, frame: str | None, scale: str, output: Path | None) -> None:
     """Summarise a log (CSV, ROS bag, PX4 ULog): rate, gaps, labels, what a closed form could serve."""
     from alloc import load_vehicle
-    from alloc.textfile import write_text
-    from bench.demand_csv import format_demands, parse_scale
+    from alloc.files.textfile import write_text
     from bench.demands import labelled
-    from bench.log_summary import as_text, summarise
-    from bench.logs import rate_hz, read_log
+    from bench.demands.log_summary import as_text, summarise
+    from bench.inputs.demand_csv import format_demands, parse_scale
+    from bench.inputs.logs import rate_hz, read_log
 
     answering = load_vehicle(vehicle)
     t, taus = read_log(log, answering.dof, topic, frame or "")

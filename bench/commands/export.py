@@ -12,9 +12,9 @@ import click
 def command(vehicle: str, format_: str, output: Path | None) -> None:
     """Write a vehicle as a CSV of T or as ROS 2 parameters."""
     from alloc import UnknownName
-    from alloc.textfile import write_text
-    from alloc.vehicle_file import build_vehicle, find_file, read_document
-    from bench.formats import formats, writable
+    from alloc.files.textfile import write_text
+    from alloc.vehicle.file import build_vehicle, find_file, read_document
+    from bench.inputs.formats import formats, writable
 
     if format_ not in writable():
         raise UnknownName(f"can't write format '{format_}'; there are {', '.join(writable())}")

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from bench.ranges import Finite
+from bench.commands import Finite
 
 FOLDER = click.Path(exists=True, file_okay=False, path_type=Path)
 FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
@@ -46,7 +46,7 @@ def command(
     BASE and HEAD are git revisions; HEAD is the current commit unless given. Exit codes: 0 pass,
     1 regression, 2 bad usage, 3 inconclusive.
     """
-    from alloc.textfile import write_text
+    from alloc.files.textfile import write_text
     from bench.gate import render, trees
     from bench.gate.cells import DEFAULT_CELLS, VEHICLES
     from bench.gate.record import Settings

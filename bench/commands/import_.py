@@ -31,9 +31,9 @@ def command(
     output: Path | None,
 ) -> None:
     """Make a vehicle file of a ROS parameter file, a TAM.yaml, PX4 parameters or a CSV of T."""
-    from alloc.textfile import write_text
-    from alloc.vehicle_text import to_yaml
-    from bench.imported import Answers, import_vehicle
+    from alloc.files.textfile import write_text
+    from alloc.vehicle.text import to_yaml
+    from bench.inputs.imported import Answers, import_vehicle
 
     axes = tuple(axis.strip() for axis in dof.split(",")) if dof else ()
     keys = import_vehicle(file, format_, Answers(name, axes, frame or "", f_min, f_max, take or ""))

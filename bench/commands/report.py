@@ -17,7 +17,7 @@ def command(directory: Path, readme: Path | None) -> None:
     """Render results.csv, report.md and report.html of a run from the record in DIRECTORY."""
     from bench.report import render
     from bench.report.readme import put, result_table
-    from bench.rows import read_run
+    from bench.results.rows import read_run
 
     click.echo(str(render(directory)))
     if readme:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from bench.ranges import Finite
+from bench.commands import Finite
 
 
 @click.command()
@@ -55,7 +55,7 @@ def command(out: Path | None, preset: str | None, study: str | None, resume: boo
     from bench.harness.progress import bar
     from bench.harness.run import Interrupted, run
     from bench.report import render
-    from bench.summary import show
+    from bench.report.terminal import show
 
     if study and preset:
         raise click.UsageError("give one of --study, --quick and --all")

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from bench.ranges import Finite
+from bench.commands import Finite
 
 
 @click.command()
@@ -59,11 +59,12 @@ def command(
 ) -> None:
     """Which method of the run in DIRECTORY fits a control rate; the first row is the one to take."""
     from alloc import UnknownName
-    from bench.canary import load, transfer
+    from bench.record.canary import read_canary
     from bench.report import bands
     from bench.report.sizes import page
-    from bench.rows import read_run
-    from bench.sizing import Loop, best_of_each, canary_max_us, sizes
+    from bench.results.rows import read_run
+    from bench.results.sizing import Loop, best_of_each, canary_max_us, sizes
+    from bench.results.transfer import transfer
 
     if cpi is not None and cpi[0] > cpi[1]:
         raise click.UsageError(f"--cpi {cpi[0]:g} {cpi[1]:g}: give the lower number first")
@@ -77,6 +78,6 @@ def command(
         click.echo(bands.page(run, loop, clock_MHz, cpi, vehicles))
     if not run.rows:
         return
-    moved = transfer(run, load(canary)) if canary else None
+    moved = transfer(run, read_canary(canary)) if canary else None
     found = [size for size in sizes(run, loop, moved) if not vehicles or size.vehicle in vehicles]
     click.echo(page(found if every else best_of_each(found), loop, moved, canary_max_us(run)))

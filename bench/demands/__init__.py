@@ -1,6 +1,6 @@
-"""Named, seeded, labelled demand sets. One file one set, found by its name.
+"""Named, seeded, labelled demand sets. One file in ``sets``, one set, found by its name.
 
-A module has ``demands(vehicle, rng, n) -> taus (N, k)``, and where they apply:
+Such a file has ``demands(vehicle, rng, n) -> taus (N, k)``, and where they apply:
 
 RATE_HZ : the sampling rate of a sequence in time
 COUNT : how many demands it makes unless told, and at most where it is a sequence
@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+import bench.demands.sets
 from alloc import FloatArray, UnknownName, Vehicle, label
 
 COUNT = 1000
@@ -66,7 +67,7 @@ def build_demands(name: str | Path, vehicle: Vehicle, seed: int, n: int | None =
         raise UnknownName(
             f"no demand set '{name}'; there are {', '.join(list_demands())}, or give a log (.csv, .bag, .ulg)"
         )
-    module = import_module(f"bench.demands.{known[str(name)]}")
+    module = import_module(f"{bench.demands.sets.__name__}.{known[str(name)]}")
     rng = np.random.default_rng(
         [seed, _stable(vehicle.name), _stable(getattr(module, "SEED_NAME", str(name)))]
     )
@@ -85,9 +86,9 @@ def labelled(name: str, vehicle: Vehicle, taus: FloatArray, rate_hz: float | Non
 
 
 def _modules() -> dict[str, str]:
-    # A file's underscore is a hyphen in the name; one that starts with an underscore is no set.
-    names = (found.name for found in pkgutil.iter_modules(__path__))
-    return {name.replace("_", "-"): name for name in names if not name.startswith("_")}
+    # A file's underscore is a hyphen in the name.
+    names = (found.name for found in pkgutil.iter_modules(bench.demands.sets.__path__))
+    return {name.replace("_", "-"): name for name in names}
 
 
 def _is_file(name: str | Path) -> bool:
@@ -95,7 +96,7 @@ def _is_file(name: str | Path) -> bool:
 
 
 def _from_file(path: Path, vehicle: Vehicle, n: int | None) -> DemandSet:
-    from bench.logs import rate_hz, read_log  # a user's file is rare: loaded only where one is named
+    from bench.inputs.logs import rate_hz, read_log  # a user's file is rare: loaded only where one is named
 
     t, taus = read_log(path, vehicle.dof)
     some = labelled(path.stem, vehicle, np.array(taus[:n]), rate_hz(t))

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from bench.emulation.study import Plan, emulate
 from bench.harness import machine
-from bench.harness.writer import Writer
 from bench.record import SCHEMA, Emulated, Header
+from bench.record.writer import Writer
 
 
 def write(plan: Plan, directory: Path, *, add: bool) -> Iterator[Emulated]:

@@ -1,8 +1,8 @@
 """What `thrustbench run` measures by default, with --quick and with --all."""
 
 from alloc import list_vehicles
+from bench.demands import generated as growth_study
 from bench.harness.plan import Settings
-from bench.studies import growth as growth_study
 
 DEFAULT_DEMANDS = ("inactive", "active", "infeasible")
 

@@ -15,11 +15,11 @@ from bench.harness import machine, quiet
 from bench.harness.job import Job, Task
 from bench.harness.plan import OVERHEAD_S, Group, Settings, budget_ns, check, groups
 from bench.harness.process import work
-from bench.harness.writer import Writer
 from bench.judging.capability import measure_worths
 from bench.judging.reference import problem, questions
 from bench.record import SCHEMA, Cell, Event, Header, Key, Record, RecordError, Worker
-from bench.rows import GENERATED
+from bench.record.writer import Writer
+from bench.results.rows import GENERATED
 
 HANGS = 3
 """Cells of one method that may reach the time limit; the rest of that method is then not tried."""

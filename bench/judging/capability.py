@@ -25,7 +25,7 @@ from alloc import (
 )
 from bench.judging.loss import relative_wrench_error
 from bench.judging.reach import error_curve, planes
-from bench.judging.worth import Authority, Served, Worth
+from bench.record.capability import Authority, Served, Worth
 
 N_DEMANDS = 2000
 """Demands a share is counted on: its 95 % interval is at most 4.4 points wide."""

@@ -100,7 +100,7 @@ def after_failure(gave_up: Mask, attainable: Mask) -> float | None:
 def largest_gap(question: Question, F: FloatArray, status: StatusArray, formulation: str) -> float | None:
     """The largest duality gap over the first pass, relative to the cost; None where no QP is answered.
 
-    It needs no reference, and bounds the distance to the optimum: see ``alloc.certificate``.
+    It needs no reference, and bounds the distance to the optimum: see ``alloc.qp.certificate``.
     """
     if formulation not in ("hard", "soft"):
         return None

@@ -7,8 +7,7 @@ vehicle feels.
 
 import numpy as np
 
-from alloc import FloatArray, Vehicle
-from bench.judging.worth import unit
+from alloc import FloatArray, Vehicle, unit
 
 FLOOR = 0.01
 """Demands below 1 % of ``wrench_scale`` count as that large, and have no direction: rounding and solver

@@ -19,7 +19,7 @@ from alloc import (
 )
 from bench.demands import DemandSet, build_demands
 from bench.judging.loss import relative_wrench_error
-from bench.judging.worth import Curve, Plane
+from bench.record.capability import Curve, Plane
 
 PLANES = (("surge", "sway", "yaw"), ("surge", "yaw", "sway"))
 """Where a vehicle on its way needs thrust together: ahead and sideways, ahead and turning; and the third

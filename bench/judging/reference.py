@@ -105,7 +105,7 @@ def questions(
     different questions would share their names, and with them their rows: two logs called alike, or a
     vehicle file that kept the name of the one it was copied from.
     """
-    from bench.studies.growth import vehicle_of  # the parent's alone: it costs a worker 10 ms
+    from bench.demands.generated import vehicle_of  # the parent's alone: it costs a worker 10 ms
 
     found: dict[tuple[str, str], Question] = {}
     for vehicle in [v for name in vehicles for v in faulty(vehicle_of(name), faults)]:

@@ -2,12 +2,12 @@
 
 from pathlib import Path
 
-from bench.emulation.rows import write_csv as write_instructions
-from bench.plots import draw_all
 from bench.report.html import html
 from bench.report.page import page
-from bench.results import write_csv
-from bench.rows import read_run
+from bench.report.pictures import draw_all
+from bench.results.emulated import write_csv as write_instructions
+from bench.results.rows import read_run
+from bench.results.table import write_csv
 
 
 def render(directory: Path) -> Path:

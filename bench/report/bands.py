@@ -2,12 +2,12 @@
 
 from collections.abc import Collection
 
-from bench.emulation.bands import Band, bands
-from bench.emulation.clock import CPI, Cpi
-from bench.emulation.rows import rows
 from bench.report.text import table, three
-from bench.rows import Run
-from bench.sizing import Loop
+from bench.results.bands import Band, bands
+from bench.results.cycles import CPI, Cpi
+from bench.results.emulated import rows
+from bench.results.rows import Run
+from bench.results.sizing import Loop
 
 
 def page(

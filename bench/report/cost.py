@@ -1,10 +1,10 @@
 """Report section: what a call of each method costs."""
 
-from bench import columns
-from bench.quantiles import quantile
-from bench.ranking import number
 from bench.report.text import picture, table, three
-from bench.rows import Row, Run
+from bench.results import columns
+from bench.results.quantiles import quantile
+from bench.results.ranking import number
+from bench.results.rows import Row, Run
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:

@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from itertools import groupby
 
-from bench.emulation.clock import CPI
-from bench.emulation.rows import REFERENCE, Row, rows
 from bench.report.goals import goals
 from bench.report.text import table, three
-from bench.rows import Run
+from bench.results.cycles import CPI
+from bench.results.emulated import REFERENCE, Row, rows
+from bench.results.rows import Run
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:

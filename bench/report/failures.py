@@ -2,10 +2,10 @@
 
 from collections import defaultdict
 
-from bench import columns
-from bench.ranking import number, right
 from bench.report.text import table, three
-from bench.rows import Row, Run
+from bench.results import columns
+from bench.results.ranking import number, right
+from bench.results.rows import Row, Run
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:

@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 
-from bench.emulation.goals import BOARDS, GOALS, STACK_BYTES
-from bench.emulation.rows import Row
 from bench.report.text import table
+from bench.results.emulated import Row
+from bench.results.goals import BOARDS, GOALS, STACK_BYTES
 
 
 def goals(rows: Sequence[Row]) -> str:

@@ -3,10 +3,10 @@
 from collections import defaultdict
 from collections.abc import Callable
 
-from bench import columns
-from bench.growth import FITTED_FROM, Series, exponent, pays_up_to, series
 from bench.report.text import picture, table, three
-from bench.rows import Run
+from bench.results import columns
+from bench.results.growth import FITTED_FROM, Series, exponent, pays_up_to, series
+from bench.results.rows import Run
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:

@@ -1,9 +1,9 @@
 """Report section: three sentences with numbers, and one line a vehicle."""
 
-from bench import columns
-from bench.ranking import EXACT, best, complete, exact, number, right
 from bench.report.text import number_range, percent, table, three
-from bench.rows import Row, Run
+from bench.results import columns
+from bench.results.ranking import EXACT, best, complete, exact, number, right
+from bench.results.rows import Row, Run
 
 CLOSED_FORMS = {"pinv@native": "T* τ in generated C", "pinv": "T* τ in numpy"}
 """What the exact answer is held against: like with like, and what most people call from Python."""

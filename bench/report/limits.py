@@ -1,6 +1,6 @@
 """Report section: what these numbers do not say."""
 
-from bench.rows import Run
+from bench.results.rows import Run
 
 TEXT = """## Limits
 

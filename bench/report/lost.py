@@ -2,10 +2,10 @@
 
 from collections.abc import Callable
 
-from bench import columns
-from bench.ranking import best, number
 from bench.report.text import percent, table, three
-from bench.rows import Row, Run
+from bench.results import columns
+from bench.results.ranking import best, number
+from bench.results.rows import Row, Run
 
 NOTHING = 1e-6
 """A wrench delivered within this share of the demand is met: what SOLVED promises. An angle [°] as small is

@@ -3,7 +3,7 @@
 from collections import Counter
 
 from bench.report.text import percent, table, three
-from bench.rows import Run
+from bench.results.rows import Run
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:

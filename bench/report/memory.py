@@ -4,7 +4,7 @@ from statistics import median
 
 from bench.record import Worker
 from bench.report.text import table, three
-from bench.rows import Row, Run
+from bench.results.rows import Row, Run
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:

@@ -1,6 +1,6 @@
 """Report section: how it was measured."""
 
-from bench.rows import Run
+from bench.results.rows import Run
 
 TEXT = """## How it was measured
 

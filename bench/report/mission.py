@@ -1,10 +1,10 @@
 """Report section: one flight, before and after a thruster fails, method by method."""
 
-from bench import columns
-from bench.ranking import best, number
 from bench.report.lost import NOTHING
 from bench.report.text import percent, table, three
-from bench.rows import Row, Run
+from bench.results import columns
+from bench.results.ranking import best, number
+from bench.results.rows import Row, Run
 
 BEFORE, AFTER = "mission", "mission-fault"
 

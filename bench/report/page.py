@@ -15,7 +15,7 @@ from bench.report import (
     tails,
     worth,
 )
-from bench.rows import Run
+from bench.results.rows import Run
 
 SECTIONS = (
     headline,

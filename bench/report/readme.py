@@ -4,14 +4,14 @@ from collections import Counter
 from pathlib import Path
 
 from alloc import AllocError
-from bench import columns
-from bench.plots.style import family
-from bench.quantiles import quantile
-from bench.ranking import best, exact, number
 from bench.record import RecordError
 from bench.report.lost import largest
+from bench.report.pictures.style import family
 from bench.report.text import percent, table, three
-from bench.rows import Row, Run
+from bench.results import columns
+from bench.results.quantiles import quantile
+from bench.results.ranking import best, exact, number
+from bench.results.rows import Row, Run
 
 START, END = "<!-- results:start -->", "<!-- results:end -->"
 VEHICLES = ("ukwial", "bluerov2-heavy")

@@ -2,9 +2,9 @@
 
 from itertools import groupby
 
-from bench.canary import Transfer
 from bench.report.text import percent, table, three
-from bench.sizing import Loop, Size, Verdict
+from bench.results.sizing import Loop, Size, Verdict
+from bench.results.transfer import Transfer
 
 HEADERS = (
     "method",

@@ -2,11 +2,11 @@
 
 from collections.abc import Iterable
 
-from bench import columns
-from bench.quantiles import interval
-from bench.ranking import best, number
 from bench.report.text import picture, table, three
-from bench.rows import Row, Run
+from bench.results import columns
+from bench.results.quantiles import interval
+from bench.results.ranking import best, number
+from bench.results.rows import Row, Run
 
 BIN = 1.02
 """Ends of intervals are known to this factor: single calls are counted in bins 2 % wide."""

@@ -2,9 +2,10 @@
 
 from itertools import groupby
 
-from bench.judging.worth import Authority, Served, Worth, unit
+from alloc import unit
+from bench.record.capability import Authority, Served, Worth
 from bench.report.text import percent, picture, table, three
-from bench.rows import Run
+from bench.results.rows import Run
 
 NEARLY_SINGULAR = 100.0
 """Condition above which a remainder is pointed out: some wrench costs a hundred times the thrust of another,

@@ -23,8 +23,6 @@ from typing import Any
 
 import click
 
-from bench.compare import compare as compare_benchmarks
-from bench.compare import read
 from bench.gate.cells import DEFAULT_CELLS
 from bench.gate.record import Record, Settings
 from bench.gate.run import compare
@@ -32,6 +30,8 @@ from bench.gate.side import Tree
 from bench.gate.verdict import Row, is_slower, row, trips, verdict
 from bench.studies.gate_table import SLOWER
 from bench.studies.injection import CLOSED_FORMS, QP_PATHS, slow_down
+from bench.suite.compare import compare as compare_benchmarks
+from bench.suite.compare import read
 
 ROOT = Path(__file__).parents[2]
 CALIBRATED = {

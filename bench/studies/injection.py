@@ -4,9 +4,9 @@ import ast
 from pathlib import Path
 from timeit import repeat
 
-CLOSED_FORMS = ("alloc/linear.py", "Linear")
+CLOSED_FORMS = ("alloc/closed_forms/linear.py", "Linear")
 """The class behind pinv, svd and walsh."""
-QP_PATHS = ("alloc/live.py", "Live")
+QP_PATHS = ("alloc/live/allocator.py", "Live")
 """The class behind every ``qp/<solver>``."""
 
 STATEMENT = "_ = 0"

@@ -15,7 +15,7 @@ from alloc import FloatArray, Vehicle, build, load_vehicle
 from alloc.nullspace.region import prepare
 from alloc.nullspace.structure import Block, decompose
 from bench.demands import build_demands
-from bench.plots.style import BLUE, FAINT, GREEN, GREY, INK, SETTINGS, VERMILION, save
+from bench.report.pictures.style import BLUE, FAINT, GREEN, GREY, INK, SETTINGS, VERMILION, save
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from alloc import Status, Vehicle, pose_hard
-from alloc.live import Live
+from alloc.live.allocator import Live
 from alloc.solvers import Answer
 
 FORMULATION = "hard"

@@ -8,7 +8,7 @@ import sys
 import numpy as np
 
 from alloc import FloatArray, Status, Vehicle, build, load_vehicle, pose_hard, solvers
-from alloc.live import Live
+from alloc.live.allocator import Live
 from bench.demands import build_demands
 
 N = 1000

@@ -1,0 +1,38 @@
+"""What ``thrustbench check`` prints."""
+
+import json
+
+from alloc.lint.check import Report
+
+
+def to_json(report: Report) -> str:
+    """One JSON object: file, usable, facts or null, findings."""
+    return json.dumps(
+        {
+            "file": str(report.path),
+            "usable": report.count("error") == 0,
+            "facts": None if report.facts is None else report.facts._asdict(),
+            "findings": [finding._asdict() for finding in report.findings],
+        },
+        indent=2,
+        ensure_ascii=False,
+    )
+
+
+def as_table(report: Report) -> str:
+    """What the vehicle is, one line a finding, and the count."""
+    lines = []
+    if facts := report.facts:
+        steps = (
+            "" if facts.worst_case_steps is None else f", exact method at most {facts.worst_case_steps} steps"
+        )
+        lines.append(
+            f"{facts.name}: {facts.k} DOF, {facts.n} thrusters, rank {facts.rank}, "
+            f"d = {facts.nullity}, condition {facts.condition:.3g}{steps}"
+        )
+    for level, key, line, message in report.findings:
+        place = f"line {line}, " if line else ""
+        lines.append(f"{level:7}  {place}{key + ': ' if key else ''}{message}")
+    counts = [(report.count(level), level) for level in ("error", "warning", "note")]
+    total = ", ".join(f"{count} {level}{'' if count == 1 else 's'}" for count, level in counts)
+    return "\n".join([*lines, f"{report.path}: {total}"])

@@ -1,0 +1,5 @@
+"""A vehicle: its numbers (``model``), the geometry they come from, and the files that hold them."""
+
+from alloc.vehicle.model import LARGEST, RANK_TOLERANCE, Vehicle
+
+__all__ = ["LARGEST", "RANK_TOLERANCE", "Vehicle"]

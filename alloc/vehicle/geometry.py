@@ -1,0 +1,99 @@
+"""The thruster configuration matrix T, from angles or from poses."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from alloc.allocation import FloatArray
+
+DOF = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+"""Order of the rows of a 6-DOF wrench [X, Y, Z, K, M, N], as in eq. 1."""
+MOMENTS = ("roll", "pitch", "yaw")
+
+
+def unit(axis: str) -> str:
+    """The unit of a wrench along an axis: ``N`` or ``N m``."""
+    return "N m" if axis in MOMENTS else "N"
+
+
+def planar_matrix(alpha_deg: ArrayLike, d: ArrayLike, phi_deg: ArrayLike) -> FloatArray:
+    r"""T of thrusters in the horizontal plane, rows surge, sway, yaw.
+
+    Column i is ``[cos a_i, sin a_i, d_i sin(a_i - phi_i)]`` (eq. 3; eq. 18 is its symmetric case).
+
+    Parameters
+    ----------
+    alpha_deg : (n,) direction of each thrust from the longitudinal axis [deg]
+    d : (n,) distance of each thruster from the centre of gravity [m]
+    phi_deg : (n,) direction from the centre of gravity to each thruster [deg]
+
+    Returns
+    -------
+    (3, n) matrix; rows 1-2 [-], row 3 [m]
+    """
+    alpha, phi = np.radians(alpha_deg), np.radians(phi_deg)
+    return np.array([np.cos(alpha), np.sin(alpha), np.asarray(d) * np.sin(alpha - phi)])
+
+
+def pose_matrix(
+    positions: ArrayLike, directions: ArrayLike, center_of_mass: ArrayLike = (0.0, 0.0, 0.0)
+) -> FloatArray:
+    """T of thrusters at poses in the body frame, all six rows.
+
+    Column i is ``[e_i; (r_i - r_cg) x e_i]`` (Fossen 2021, section 11.2), unit direction ``e_i``.
+
+    Parameters
+    ----------
+    positions : (n, 3) where each thruster sits [m]
+    directions : (n, 3) unit vectors along which positive thrust pushes the vehicle [-]
+    center_of_mass : (3,) point about which moments are taken [m]
+
+    Returns
+    -------
+    (6, n) matrix; rows surge, sway, heave [-], roll, pitch, yaw [m]
+    """
+    e = np.asarray(directions, dtype=float)
+    arms = np.asarray(positions, dtype=float) - np.asarray(center_of_mass, dtype=float)
+    return np.vstack([e.T, np.cross(arms, e).T])
+
+
+def from_flu(T: ArrayLike, dof: Sequence[str]) -> FloatArray:
+    """T in x forward, y left, z up (ROS) turned into x forward, y starboard, z down (Fossen).
+
+    Half a turn about x: what points along y or z, force or moment, changes sign. ``dof`` names the
+    rows of T (k, n). The same turn leads back.
+    """
+    signs = np.array([1.0 if axis in ("surge", "roll") else -1.0 for axis in dof])
+    turned: FloatArray = signs[:, None] * np.asarray(T, dtype=float) + 0.0  # + 0.0 turns -0 into 0
+    return turned
+
+
+def contradictions(given: FloatArray, computed: FloatArray, dof: Sequence[str]) -> list[str]:
+    """Where a T as written down differs from the T that the poses make, (k, n) each; one sentence a row.
+
+    Entries may differ by 1 % of the row's largest, since published matrices are printed to two or
+    three digits. A row whose sign is flipped, and a whole T in the other frame, are named as such.
+    """
+    scale = np.abs(computed).max(axis=1).clip(min=np.abs(computed).max() * 1e-3)[:, None]
+
+    def differ(one: FloatArray, other: FloatArray) -> NDArray[np.bool_]:
+        wrong: NDArray[np.bool_] = np.abs(one - other) > 0.01 * scale
+        return wrong
+
+    wrong = differ(given, computed)
+    if wrong.any() and not differ(given, from_flu(computed, dof)).any():
+        return ["T and the poses are in different frames (one has z down, the other z up)"]
+    sentences = []
+    for i, axis in enumerate(dof):
+        if not wrong[i].any():
+            continue
+        if not differ(-given, computed)[i].any():
+            sentences.append(f"the {axis} row has the opposite sign of what the poses make")
+            continue
+        j = int(np.argmax(np.abs(given - computed)[i]))
+        sentences.append(
+            f"{axis} of thruster {j} is {given[i, j]:.4g}, but its pose makes {computed[i, j]:.4g} "
+            f"({int(wrong[i].sum())} of {given.shape[1]} thrusters differ)"
+        )
+    return sentences

@@ -1,0 +1,201 @@
+"""A vehicle as the allocators see it: T, H, limits and readiness, frozen."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from alloc.allocation import FloatArray, IndexArray, real
+from alloc.errors import VehicleError
+from alloc.vehicle.geometry import DOF
+
+RANK_TOLERANCE = 1e-9
+"""Singular values below this count as zero, where rows of T have unit length and the largest of T lies
+between 1 and sqrt(k). Published geometry carries at most five digits, so a true zero stands near 1e-16
+and the smallest real ones near 1e-2."""
+
+LARGEST, SMALLEST = 1e15, 1e-9
+"""No size on either side of these is a vehicle's [N, m]; between them no product over- or underflows."""
+
+
+@dataclass(frozen=True, eq=False)
+class Vehicle:
+    """Thrusters, what they push, and what they can give: tau = T P f (eq. 2).
+
+    Attributes
+    ----------
+    name : label in tables
+    dof : controlled degrees of freedom, the rows of T, out of ``alloc.vehicle.geometry.DOF``
+    T : (k, n) configuration matrix; force rows [-], moment rows [m]
+    H : (n, n) symmetric positive definite weight of eq. 4 [1/N^2]
+    f_min, f_max : (n,) limits of each thruster, 0 for one that is off [N]
+    readiness : (n,) diagonal of P: 1 ready, 0 off, between them a weakened thruster [-]
+    slack_weights : (k,) diagonal of Q for the soft formulation
+    source : where the numbers come from
+    """
+
+    name: str
+    dof: tuple[str, ...]
+    T: FloatArray
+    H: FloatArray
+    f_min: FloatArray
+    f_max: FloatArray
+    readiness: FloatArray
+    slack_weights: FloatArray
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        """Freeze private copies of the arrays; raise VehicleError for what can't be a vehicle."""
+        for key in ("T", "H", "f_min", "f_max", "readiness", "slack_weights"):
+            try:
+                array = real(np.asarray(getattr(self, key)))
+            except (TypeError, ValueError, OverflowError) as error:
+                raise VehicleError(f"{self.name}: {key} is not an array of numbers ({error})", key) from None
+            if not np.isfinite(array).all():
+                raise VehicleError(
+                    f"{self.name}: {key} holds NaN or infinity; every entry must be finite", key
+                )
+            if np.abs(array).max(initial=0.0) > LARGEST:
+                raise VehicleError(
+                    f"{self.name}: {key} holds a number above {LARGEST:g}; check its unit", key
+                )
+            object.__setattr__(self, key, _frozen(array))
+        _check_shapes(self)
+        for key in ("f_min", "f_max"):  # a thruster that is off gives 0, however the vehicle was made
+            limits = np.where(self.readiness == 0, 0.0, getattr(self, key))
+            object.__setattr__(self, key, _frozen(limits))
+        _check_values(self)
+
+    @property
+    def k(self) -> int:
+        """Number of controlled degrees of freedom."""
+        return len(self.T)
+
+    @property
+    def n(self) -> int:
+        """Number of thrusters, the ones that are off included."""
+        return len(self.f_min)
+
+    @cached_property
+    def working(self) -> IndexArray:
+        """(m,) indices of the thrusters that are not off."""
+        return _frozen(np.flatnonzero(self.readiness))
+
+    @cached_property
+    def TP(self) -> FloatArray:
+        """(k, n) effective matrix T P of eq. 2."""
+        return _frozen(self.T * self.readiness)
+
+    @cached_property
+    def rank(self) -> int:
+        """Rank of T P: how many independent directions the working thrusters can push.
+
+        0 where they push nothing, or by rounding only, as a lateral thruster pushes along surge.
+        """
+        sigma = np.linalg.svd(self.TP / self.row_lengths[:, None], compute_uv=False)
+        return int(np.count_nonzero(sigma > RANK_TOLERANCE))
+
+    @property
+    def nullity(self) -> int:
+        """d = working thrusters - rank T P: the freedom that is left once the wrench is met."""
+        return len(self.working) - self.rank
+
+    @cached_property
+    def f_scale(self) -> float:
+        """Largest limit of any thruster [N]; thrust tolerances are relative to it."""
+        return float(max(np.abs(self.f_min).max(), np.abs(self.f_max).max()))
+
+    @cached_property
+    def row_lengths(self) -> FloatArray:
+        """(k,) length of each row of T: dividing by it makes newtons and newton metres alike.
+
+        A row that no thruster moves (0, or rounding such as cos 90 deg) counts as the longest row,
+        so that it can still be divided by, and stays the zero it is.
+        """
+        lengths = np.linalg.norm(self.T, axis=1)
+        longest = lengths.max()
+        counted: FloatArray = np.where(lengths > RANK_TOLERANCE * longest, lengths, longest)
+        return _frozen(counted)
+
+    @cached_property
+    def wrench_scale(self) -> FloatArray:
+        """(k,) size of a wrench on each axis [N, N m]: ``row_lengths`` times ``f_scale``.
+
+        Wrench tolerances are relative to it, so they mean the same on a 20 N and a 600 kN vehicle.
+        """
+        return self.row_lengths * self.f_scale
+
+    def with_fault(self, thruster: int, readiness: float = 0.0) -> "Vehicle":
+        """This vehicle with one thruster off, or weakened: p_ii = ``readiness`` (eq. 2).
+
+        A thruster that is off has f_i = 0 and limits of 0; off already, it leaves the vehicle as it is.
+        Raises VehicleError for an index outside 0 … n - 1, a readiness outside [0, 1], and for readiness
+        above 0 of a thruster that is off, whose limits are no longer known.
+        """
+        if not 0 <= thruster < self.n:
+            raise VehicleError(f"{self.name} has no thruster {thruster}; count from 0 to {self.n - 1}")
+        if self.readiness[thruster] == 0:
+            if readiness == 0:
+                return self
+            raise VehicleError(
+                f"{self.name}: thruster {thruster} is off, and its limits with it; weaken it on the vehicle "
+                "on which it still works"
+            )
+        P = self.readiness.copy()
+        P[thruster] = readiness
+        suffix = f"-f{thruster}" if readiness == 0 else f"-f{thruster}@{readiness:g}"
+        return replace(self, name=self.name + suffix, readiness=P)
+
+
+def _frozen(array: NDArray[Any]) -> NDArray[Any]:
+    array.setflags(write=False)
+    return array
+
+
+def _check_shapes(vehicle: Vehicle) -> None:
+    name, dof = vehicle.name, vehicle.dof
+    unknown = [axis for axis in dof if axis not in DOF]
+    if unknown or len(set(dof)) != len(dof) or not dof:
+        raise VehicleError(f"{name}: dof {list(dof)} must be distinct names out of {list(DOF)}", "dof")
+    if vehicle.T.ndim != 2 or vehicle.T.shape[0] != len(dof) or vehicle.T.shape[1] == 0:
+        raise VehicleError(f"{name}: T has shape {vehicle.T.shape}; give {len(dof)} rows, one a DOF", "T")
+    k, n = vehicle.T.shape
+    shapes = {"H": (n, n), "f_min": (n,), "f_max": (n,), "readiness": (n,), "slack_weights": (k,)}
+    for key, shape in shapes.items():
+        found = getattr(vehicle, key).shape
+        if found != shape:
+            raise VehicleError(
+                f"{name}: {key} has shape {found}; {n} thrusters and {k} DOF need {shape}", key
+            )
+
+
+def _check_values(vehicle: Vehicle) -> None:
+    name, H = vehicle.name, vehicle.H
+    if np.abs(vehicle.T).max() < SMALLEST:
+        raise VehicleError(f"{name}: T is all zeros; no thruster pushes any controlled DOF", "T")
+    wrong = np.flatnonzero(vehicle.f_min > vehicle.f_max)
+    if wrong.size:
+        i = int(wrong[0])
+        raise VehicleError(
+            f"{name}: f_min[{i}] = {vehicle.f_min[i]:g} exceeds f_max[{i}] = {vehicle.f_max[i]:g}",
+            "f_min",
+        )
+    if vehicle.f_scale < SMALLEST:
+        raise VehicleError(
+            f"{name}: f_min and f_max are all 0; give what the thrusters can push [N]", "f_max"
+        )
+    sizes = np.linalg.eigvalsh(H)
+    # |H_ij| <= sqrt(H_ii H_jj): beside that an H worked out in floats is symmetric but for rounding. An
+    # eigenvalue 1e-12 of the largest is no more than rounding away from zero in T H^-1 T'.
+    diagonal = np.sqrt(np.abs(np.diag(H)))
+    lopsided = (np.abs(H - H.T) > 1e-12 * np.outer(diagonal, diagonal)).any()
+    if lopsided or sizes.min() <= 1e-12 * sizes.max():
+        raise VehicleError(f"{name}: H (or weights) must be symmetric positive definite (eq. 4)", "H")
+    if ((vehicle.readiness < 0) | (vehicle.readiness > 1)).any():
+        raise VehicleError(f"{name}: readiness must lie between 0 (off) and 1 (ready)")
+    if not vehicle.readiness.any():
+        raise VehicleError(f"{name}: every thruster is off; at least one must work")
+    if (vehicle.slack_weights <= 0).any():
+        raise VehicleError(f"{name}: slack_weights must be positive", "slack_weights")

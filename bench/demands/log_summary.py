@@ -1,0 +1,102 @@
+"""What a log of demands asks of a vehicle: rate, gaps, regimes, and how long it asks too much."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from alloc import FloatArray, Label, unit
+from bench.demands import DemandSet
+
+GAP = 3.0
+"""A step longer than this many median steps is a gap: two samples in a row are missing."""
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Numbers about one log; times are None where the log has none.
+
+    Attributes
+    ----------
+    n : demands
+    duration_s, rate_hz : of the log, the rate over the median step
+    gaps, longest_gap_s : steps longer than three median ones
+    share : of demands (of time, where there is time) under each label
+    closed_form : share that a closed form serves inside the limits: the inactive ones
+    outside_s, longest_outside_s : time outside the attainable set, and the longest stretch of it
+    alpha_min : smallest alpha*, how far the worst demand must be scaled down
+    largest : (k,) largest |demand| on each axis [N, N m]
+    """
+
+    n: int
+    duration_s: float | None
+    rate_hz: float | None
+    gaps: int | None
+    longest_gap_s: float | None
+    share: dict[Label, float]
+    closed_form: float
+    outside_s: float | None
+    longest_outside_s: float | None
+    alpha_min: float
+    largest: FloatArray
+
+
+def summarise(demands: DemandSet, t: FloatArray | None) -> Summary:
+    """The Summary of a labelled log with times ``t`` (N,) [s] or None.
+
+    Each demand holds until the next one, but over no gap longer than the median step: nobody knows
+    what was demanded in between.
+    """
+    steps = None if t is None or len(t) < 2 else np.diff(t)
+    held = np.ones(len(demands.taus))
+    duration = gaps = longest = None
+    if steps is not None and t is not None and np.median(steps) > 0:
+        median = float(np.median(steps))
+        is_gap = steps > GAP * median
+        held = np.append(np.where(is_gap, median, steps), median)
+        duration, gaps = float(t[-1] - t[0]), int(is_gap.sum())
+        longest = float(steps[is_gap].max(initial=0.0))
+    share = {label: float(held[demands.labels == label].sum() / held.sum()) for label in Label}
+    outside = demands.labels == Label.INFEASIBLE
+    timed = duration is not None
+    return Summary(
+        n=len(demands.taus),
+        duration_s=duration,
+        rate_hz=demands.rate_hz,
+        gaps=gaps,
+        longest_gap_s=longest,
+        share=share,
+        closed_form=share[Label.INACTIVE],
+        outside_s=float(held[outside].sum()) if timed else None,
+        longest_outside_s=_longest(outside, held) if timed else None,
+        alpha_min=float(demands.alpha.min()),
+        largest=np.abs(demands.taus).max(axis=0),
+    )
+
+
+def as_text(summary: Summary, demands: DemandSet) -> str:
+    """The Summary as lines of ``what  how much``."""
+    s, vehicle = summary, demands.vehicle
+    lines = [("demands", str(s.n))]
+    if s.duration_s is not None and s.rate_hz is not None:
+        lines += [("duration", f"{s.duration_s:.2f} s"), ("rate", f"{s.rate_hz:.4g} Hz")]
+        lines.append(("gaps", f"{s.gaps}, the longest {s.longest_gap_s:.3g} s" if s.gaps else "none"))
+    for label, share in s.share.items():
+        lines.append((label.name.lower(), f"{100 * share:.2f} %"))
+    lines.append(("a closed form serves", f"{100 * s.closed_form:.2f} %"))
+    if s.outside_s is not None:
+        lines.append(
+            ("outside the attainable set", f"{s.outside_s:.2f} s, at a stretch {s.longest_outside_s:.2f} s")
+        )
+    lines.append(("smallest alpha*", f"{s.alpha_min:.3g}"))
+    for axis, largest in zip(vehicle.dof, s.largest, strict=True):
+        lines.append((f"largest {axis}", f"{largest:.4g} {unit(axis)}"))
+    width = max(len(what) for what, _ in lines)
+    return "\n".join(f"{what:{width}}  {value}" for what, value in lines)
+
+
+def _longest(outside: np.ndarray, held: FloatArray) -> float:
+    longest = current = 0.0
+    for is_out, seconds in zip(outside.tolist(), held.tolist(), strict=True):
+        current = current + seconds if is_out else 0.0
+        longest = max(longest, current)
+    return longest

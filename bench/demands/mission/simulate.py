@@ -1,0 +1,124 @@
+"""The mission: stationkeeping, waypoint steps and a current, with a thruster failing half way.
+
+All vehicles fly the same body, the BlueROV2 Heavy of ``body``: on each axis a wrench counts as
+the share of what the vehicle can reach there, so every vehicle has that one's acceleration and
+speed at full thrust, and the same seed gives all the same kind of minute. A degree of freedom that a
+vehicle does not control is held at zero, which makes it planar where it is.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from alloc import DOF, FloatArray, Vehicle, alpha_max, generalized_inverse, load_vehicle, single_axis_maxima
+from bench.demands.mission import body
+
+RATE_HZ = 100.0
+HALF = 3000
+"""Demands before the failure, and after it: 30 s each."""
+STEPS = (500, 1200, 1900, 3600, 4400, 5200)
+"""When a new waypoint is given: 5, 12, 19, 36, 44 and 52 s. In between the vehicle arrives and keeps
+station; the thruster fails at 30 s, while it does."""
+
+POSITION_STEP = 3.0
+"""m: up to as far as this lies the next waypoint on each axis, some body lengths."""
+TURN_STEP = np.radians([10.0, 10.0, 90.0])
+"""rad: roll and pitch are trimmed a little, yaw turns by up to a quarter."""
+
+CURRENT = 0.3
+"""m/s: mean horizontal current; the vehicle makes about 0.9 m/s at full thrust."""
+GUST, GUST_S = 0.1, 10.0
+"""m/s, s: spread and time constant of its variation, first-order Gauss-Markov (Fossen 2021, ch. 10)."""
+NOISE = 0.005
+"""m/s, rad/s: spread of the measured velocities, that of a Doppler log and a MEMS gyro."""
+
+STIFFNESS = np.array([2.0, 2.0, 2.0, 4.0, 4.0, 3.0])
+"""rad/s: natural frequency the controller gives each axis, attitude quicker than position. A step
+of 2 m asks for all that surge can give; stationkeeping for a tenth to a third of it."""
+DAMPING = 0.9
+INTEGRAL = 0.1
+"""1/s: share of the stiffness integrated; slow enough not to upset the damping."""
+
+
+@dataclass(frozen=True, eq=False)
+class Flight:
+    """What happened: demands (N, k) [N, N m] and poses x, y, z, roll, pitch, yaw (N, 6) [m, rad]."""
+
+    taus: FloatArray
+    poses: FloatArray
+
+
+def fly(vehicle: Vehicle, degraded: Vehicle, rng: np.random.Generator, n: int = 2 * HALF) -> Flight:
+    """Simulate the first n demands of the mission; the same for the same generator state.
+
+    The wrench that acts is the largest share of the demand that is attainable (``alloc.alpha_max``), of
+    its reachable part where rank is lost: exact, and nobody's method. The autopilot limits each
+    axis to what it reaches alone, as autopilots do, so its demands are often infeasible together.
+    After HALF demands ``degraded`` answers. Raises NotApplicable where zero thrust is forbidden.
+    """
+    axes = [DOF.index(axis) for axis in vehicle.dof]
+    free = np.isin(np.arange(6), axes)
+    per_newton = newtons_of_the_body(vehicle)
+    backward, forward = single_axis_maxima(vehicle)
+    setpoints, current, noise = _surroundings(rng, free)
+    taus, poses = np.empty((n, vehicle.k)), np.empty((n, 6))
+    pose, v, integral = np.zeros(6), np.zeros(6), np.zeros(6)
+    answering, reachable = vehicle, _onto_reachable(vehicle)
+    for i in range(n):
+        if i == HALF:
+            answering, reachable = degraded, _onto_reachable(degraded)
+        R, g = body.rotation(pose[3:]), body.restoring(pose[3:])
+        error = setpoints[i] - pose
+        error[3:] = (error[3:] + np.pi) % (2 * np.pi) - np.pi
+        error[:3] = R.T @ error[:3]
+        wish = body.M * STIFFNESS * (STIFFNESS * (error + integral) - 2 * DAMPING * (v + noise[i])) + g
+        tau = np.clip(wish[axes] / per_newton, backward, forward)
+        taus[i], poses[i] = tau, pose
+        acting = reachable @ tau
+        share = min(1.0, max(0.0, float(alpha_max(answering, acting[None])[0])))
+        wrench = np.zeros(6)
+        wrench[axes] = share * acting * per_newton
+        if share == 1.0:  # anti-windup: what saturates is not integrated
+            integral += INTEGRAL * error / RATE_HZ
+        relative = v.copy()
+        relative[:3] -= R.T @ current[i]
+        v = v + free * (wrench - body.resistance(relative) - g) / body.M / RATE_HZ
+        pose = pose + free * np.concatenate([R @ v[:3], body.euler_rates(pose[3:], v[3:])]) / RATE_HZ
+    return Flight(taus, poses)
+
+
+def newtons_of_the_body(vehicle: Vehicle) -> FloatArray:
+    """(k,) what 1 N or N m on each axis of this vehicle counts on the body: reach over reach."""
+    heavy = load_vehicle("bluerov2-heavy")
+    there = dict(zip(heavy.dof, _reach(heavy), strict=True))
+    return np.array([there[axis] for axis in vehicle.dof]) / _reach(vehicle)
+
+
+def _reach(vehicle: Vehicle) -> FloatArray:
+    # An axis that can't be pushed alone still needs a scale.
+    backward, forward = single_axis_maxima(vehicle)
+    reach: FloatArray = (forward - backward) / 2
+    return np.where(reach > 0, reach, vehicle.wrench_scale)
+
+
+def _onto_reachable(vehicle: Vehicle) -> FloatArray:
+    return vehicle.TP @ generalized_inverse(vehicle) if vehicle.rank < vehicle.k else np.eye(vehicle.k)
+
+
+def _surroundings(
+    rng: np.random.Generator, free: NDArray[np.bool_]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Setpoints (2 HALF, 6), current (2 HALF, 3) in earth axes [m/s] and velocity noise (2 HALF, 6)."""
+    n = 2 * HALF
+    setpoints = np.zeros((n, 6))
+    for start in STEPS:
+        setpoints[start:, :3] += rng.uniform(-POSITION_STEP, POSITION_STEP, 3)
+        setpoints[start:, 3:] = rng.uniform(-1.0, 1.0, 3) * TURN_STEP
+    heading = rng.uniform(-np.pi, np.pi)
+    keep = np.exp(-1.0 / (GUST_S * RATE_HZ))
+    gusts = rng.normal(size=(n, 3)) * GUST * np.sqrt(1 - keep**2)
+    for i in range(1, n):
+        gusts[i] += keep * gusts[i - 1]
+    current = gusts + CURRENT * np.array([np.cos(heading), np.sin(heading), 0.0])
+    return setpoints * free, current, rng.normal(size=(n, 6)) * NOISE

@@ -1,0 +1,1 @@
+"""One file, one demand set, found by its name; ``bench.demands`` says what a file holds."""

@@ -1,0 +1,19 @@
+"""Demands beyond what the thrusters can do, by 2 % to 100 %."""
+
+import numpy as np
+
+from alloc import FloatArray, Vehicle
+from bench.demands.rays import Rays, collect
+
+BEYOND = (1.02, 2.0)
+"""Multiples of alpha*: nearer ones belong to ``boundary``; twice is what a saturated controller asks for."""
+
+
+def demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
+    """n demands (n, k) [N, N m], each alpha* tau of a random ray times 1.02 to 2."""
+    return collect(vehicle, rng, n, _beyond, "no ray of demands leaves the attainable set")
+
+
+def _beyond(rays: Rays) -> tuple[FloatArray, FloatArray]:
+    high = rays.attainable[1]
+    return BEYOND[0] * high, BEYOND[1] * high

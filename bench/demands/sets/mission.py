@@ -1,0 +1,17 @@
+"""A minute under way, first half: stationkeeping and waypoints in a current, all thrusters well."""
+
+import numpy as np
+
+from alloc import FloatArray, Vehicle
+from bench.demands.mission.simulate import HALF, RATE_HZ, STEPS, fly
+
+__all__ = ["COUNT", "RATE_HZ", "SEED_NAME", "demands"]
+
+COUNT = HALF
+SEED_NAME = "mission"
+
+
+def demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
+    """n consecutive demands (n, k) [N, N m] at RATE_HZ; fewer than all start at the first waypoint."""
+    start = max(0, min(STEPS[0], HALF - n))
+    return fly(vehicle, vehicle, rng, HALF).taus[start : start + n]

@@ -1,0 +1,28 @@
+"""A minute under way, second half: the same flight after the thruster that costs most has failed."""
+
+import numpy as np
+
+from alloc import FloatArray, Vehicle, worst_fault
+from bench.demands.mission.simulate import HALF, RATE_HZ, STEPS, fly
+
+__all__ = ["COUNT", "RATE_HZ", "SEED_NAME", "answering", "demands"]
+
+COUNT = HALF
+SEED_NAME = "mission"
+"""The same seed as ``mission``: one flight, cut at the failure."""
+
+
+def demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
+    """n consecutive demands (n, k) [N, N m] at RATE_HZ; fewer than all start at the first waypoint after."""
+    first = next(step for step in STEPS if step >= HALF)
+    start = min(first, 2 * HALF - min(n, HALF))
+    return fly(vehicle, answering(vehicle), rng).taus[start : start + n]
+
+
+def answering(vehicle: Vehicle) -> Vehicle:
+    """The vehicle after the single fault that costs most volume, and no rank where that can be had.
+
+    With rank lost no demand of an autopilot that does not know of it is attainable, and nothing
+    could be told of the methods.
+    """
+    return vehicle.with_fault(worst_fault(vehicle, keep_rank=True))

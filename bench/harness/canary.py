@@ -1,0 +1,20 @@
+"""Fixed work timed on this machine, for an estimate of what another machine's times would be here."""
+
+from bench.harness import machine
+from bench.harness.timing import no_garbage_collection, sample
+from bench.harness.yardsticks import CANARIES, yardstick
+from bench.record.canary import CanaryFile
+
+BUDGET_NS = 1_000_000_000
+"""Time spent on each canary: some 500 batches."""
+
+
+def measure() -> CanaryFile:
+    """Time the canaries here, as a run does."""
+    found = {}
+    for name in CANARIES:
+        with no_garbage_collection():
+            batches = sample(yardstick(name), [None] * 100, BUDGET_NS, singles=0).batches
+        times = sorted(batch.wall_ns / batch.calls for batch in batches)
+        found[name] = times[len(times) // 2] / 1000
+    return CanaryFile(1, machine.describe(), found)

@@ -1,0 +1,47 @@
+"""CSV of T: one row a DOF, one column a thruster; names of DOF in front and a header are welcome."""
+
+import csv
+import io
+from pathlib import Path
+
+from alloc import DOF, Vehicle, VehicleError
+from alloc.files.textfile import read_text
+from alloc.vehicle.file import VehicleFile
+from bench.inputs.csv_text import csv_rows, is_number, number
+from bench.inputs.formats import Draft
+
+
+def recognises(path: Path, text: str) -> bool:
+    """Whether the file is named .csv."""
+    return path.suffix.lower() == ".csv"
+
+
+def read(path: Path) -> Draft:
+    """The Draft of a CSV file; raises FileError naming file and line, or VehicleError."""
+    table = [(line, [cell.strip() for cell in row]) for line, row in csv_rows(path, read_text(path))]
+    if table and not any(map(is_number, table[0][1])):
+        table = table[1:]  # a header
+    named = any(row[0].lower() in DOF for _, row in table)
+    if not table:
+        raise VehicleError(f"{path}: holds no rows; give one row of T a DOF")
+    widths = {len(row) for _, row in table}
+    if len(widths) != 1:
+        raise VehicleError(f"{path}: rows differ in length; give one cell a thruster in every row")
+    dof = tuple(row[0].lower() for _, row in table) if named else ()
+    T = [
+        [number(path, line, f"column {j + 1}", cell) for j, cell in enumerate(row) if j or not named]
+        for line, row in table
+    ]
+    draft = Draft(source=f"{path.name}, CSV of T", dof=dof, T=T)
+    draft.assumptions.append("The frame is x forward, y starboard, z down.")
+    return draft
+
+
+def write(keys: VehicleFile, vehicle: Vehicle) -> str:
+    """T as CSV, z down, with names of DOF in front; limits and weights have no place in it."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(["dof", *(f"f{i}" for i in range(vehicle.n))])
+    for axis, row in zip(vehicle.dof, vehicle.T.tolist(), strict=True):
+        writer.writerow([axis, *map(repr, row)])
+    return out.getvalue()

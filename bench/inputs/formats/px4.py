@@ -1,0 +1,79 @@
+"""PX4 parameters ``CA_ROTOR*``: an airframe script, a QGroundControl ``.params`` file, or NAME VALUE lines.
+
+Per rotor i: position PX, PY, PZ [m], axis AX, AY, AZ, thrust coefficient CT, moment ratio KM [m].
+Force is axis f, moment (position x axis - KM axis) f, with the defaults of PX4's reference: axis
+(0, 0, -1), KM 0.05, x forward, y starboard, z down (docs.px4.io, parameter reference, Geometry).
+"""
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from alloc import DOF, VehicleError
+from alloc.files.textfile import read_text
+from alloc.vehicle.geometry import pose_matrix
+from bench.inputs.formats import Draft
+
+_PARAMETER = re.compile(r"\b(CA_ROTOR(?:_COUNT|\d{1,2}_[A-Z]+)|CA_R_REV)[\s,=:\"]+([^\s,\"#]+)")
+_MOST = 32
+AXES = {"PX": 0.0, "PY": 0.0, "PZ": 0.0, "AX": 0.0, "AY": 0.0, "AZ": -1.0, "KM": 0.05}
+
+
+def recognises(path: Path, text: str) -> bool:
+    """Whether the text sets rotor parameters."""
+    return "CA_ROTOR" in text
+
+
+def read(path: Path) -> Draft:
+    """The Draft of a parameter file; raises VehicleError."""
+    given = _parameters(path)
+    rotors = sorted({int(match[1]) for name in given if (match := re.match(r"CA_ROTOR(\d+)_", name))})
+    count = int(given.get("CA_ROTOR_COUNT", len(rotors)))
+    if not 0 < count <= _MOST:
+        raise VehicleError(f"{path}: CA_ROTOR_COUNT is {count}; give 1 to {_MOST} rotors")
+    table = np.array([[given.get(f"CA_ROTOR{i}_{key}", AXES[key]) for key in AXES] for i in range(count)])
+    axes = table[:, 3:6]
+    lengths = np.linalg.norm(axes, axis=1, keepdims=True)
+    if (lengths == 0).any():
+        raise VehicleError(f"{path}: CA_ROTOR{int(np.argmin(lengths))}_AX, AY, AZ are all 0; give an axis")
+    axes = axes / lengths
+    T = pose_matrix(table[:, :3], axes)
+    T[3:] -= table[:, 6] * axes.T
+    draft = Draft(source=f"{path.name}, PX4 parameters CA_ROTOR*", dof=DOF, T=T.tolist())
+    unset = sorted({key for key in AXES for i in range(count) if f"CA_ROTOR{i}_{key}" not in given})
+    if unset:
+        draft.assumptions.append(f"Where {', '.join(unset)} is not set, PX4's default is taken.")
+    _limits(draft, given, count)
+    return draft
+
+
+def _limits(draft: Draft, given: dict[str, float], count: int) -> None:
+    coefficients = [given.get(f"CA_ROTOR{i}_CT") for i in range(count)]
+    if any(c is None for c in coefficients):
+        high = [1.0] * count
+        draft.assumptions.append(
+            "CT is not set for every rotor: thrusts are normalised to 1 at full throttle."
+        )
+    else:
+        high = [abs(float(c or 0.0)) for c in coefficients]
+        draft.assumptions.append("Full thrust of a rotor is its CT in N, as thrust = CT u^2 with u up to 1.")
+    reversible = int(given.get("CA_R_REV", 0))
+    draft.f_max = high
+    draft.f_min = [-high[i] if reversible >> i & 1 else 0.0 for i in range(count)]
+    draft.assumptions.append("Rotors push one way only unless CA_R_REV says otherwise.")
+
+
+def _parameters(path: Path) -> dict[str, float]:
+    found: dict[str, float] = {}
+    for number, line in enumerate(read_text(path).splitlines(), 1):
+        if line.lstrip().startswith("#"):
+            continue
+        for name, text in _PARAMETER.findall(line):
+            try:
+                found[name] = float(text)
+            except ValueError:
+                raise VehicleError(f"{path}: line {number}: {name} is {text[:40]!r}; give a number") from None
+            if not np.isfinite(found[name]):
+                raise VehicleError(f"{path}: line {number}: {name} is {text[:40]!r}; give a finite number")
+    return found

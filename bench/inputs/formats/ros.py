@@ -1,0 +1,126 @@
+"""ROS parameter files with ``thruster_position``/``thruster_force_direction`` or a ``configuration_matrix``.
+
+The keys are those of vortex-auv (auv_setup/config/robots), wherever in the file they stand. ROS 2 has
+no nested lists, so its arrays are flat: all x, then all y, then all z; or the rows one after the other.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from alloc import DOF, Vehicle, VehicleError
+from alloc.files.yaml_tree import Tree, read_yaml
+from alloc.vehicle.file import VehicleFile
+from bench.inputs.formats import Draft, Numbers
+from bench.inputs.parameters import find, numbers, rows
+
+POSITIONS = ("thruster_position", "thruster_positions")
+DIRECTIONS = ("thruster_force_direction", "thruster_layout")
+MATRIX = ("configuration_matrix", "thrust_configuration_matrix")
+
+
+def recognises(path: Path, text: str) -> bool:
+    """Whether the text has one of the keys."""
+    starts = tuple(f"{key}:" for key in POSITIONS + DIRECTIONS + MATRIX)
+    return any(line.strip().startswith(starts) for line in text.splitlines())
+
+
+def read(path: Path) -> Draft:
+    """The Draft of a parameter file; raises FileError or VehicleError."""
+    tree = read_yaml(path)
+    draft = Draft(source=f"{path.name}, ROS parameters")
+    n = _count(tree)
+    positions, directions = find(tree, *POSITIONS), find(tree, *DIRECTIONS)
+    if (positions is None) != (directions is None):
+        raise VehicleError(f"{path}: has only one of {POSITIONS[0]} and {DIRECTIONS[0]}; give both")
+    if positions is not None:
+        draft.positions = _vectors(tree, POSITIONS[0], positions)
+        draft.directions = _vectors(tree, DIRECTIONS[0], directions)
+        if len(draft.positions) != len(draft.directions):
+            raise VehicleError(f"{path}: {POSITIONS[0]} and {DIRECTIONS[0]} differ in length; give one each")
+    draft.dof = _dof(tree)
+    if (matrix := find(tree, *MATRIX)) is not None:
+        draft.T = rows(tree, MATRIX[0], matrix, n)
+    if (center := find(tree, "center_of_mass")) is not None and positions is not None:
+        draft.center_of_mass = numbers(tree, "center_of_mass", center)
+        draft.assumptions.append("center_of_mass is in m.")
+    _limits(tree, draft)
+    for key, name in (("weights", "input_matrix_weights"), ("slack_weights", "slack_matrix_weights")):
+        if (value := find(tree, name)) is not None:
+            setattr(draft, key, numbers(tree, name, value))
+    draft.assumptions.append("The file does not name its frame: x forward, y starboard, z down is taken.")
+    return draft
+
+
+def write(keys: VehicleFile, vehicle: Vehicle) -> str:
+    """The same vehicle as a ROS 2 parameter file: poses where the vehicle file has them, else T."""
+    if np.count_nonzero(vehicle.H - np.diag(vehicle.H.diagonal())):
+        raise VehicleError(f"{keys.name}: H is not diagonal, which ROS parameters can't say; export csv")
+    if keys.thrusters is None:
+        geometry = [f"        configuration_matrix: {_array(vehicle.T.ravel())}  # rows, one after the other"]
+        center = ""
+    else:
+        turn = np.array([1.0, -1.0, -1.0]) if keys.frame == "flu" else np.ones(3)
+        vectors = [[t.position for t in keys.thrusters], [t.direction for t in keys.thrusters]]
+        geometry = [
+            f"        {name}: {_array((np.array(v) * turn).T.ravel())}  # all x, all y, all z"
+            for name, v in zip((POSITIONS[0], DIRECTIONS[0]), vectors, strict=True)
+        ]
+        center = f"    physical:\n      center_of_mass: {_array(np.array(keys.center_of_mass) * turn)}\n"
+    which = "".join(f"          {axis}: {str(axis in keys.dof).lower()}\n" for axis in DOF)
+    return (
+        f"# {keys.name}; x forward, y starboard, z down; written by thrustbench\n"
+        "/**:\n  ros__parameters:\n"
+        f"{center}"
+        "    propulsion:\n"
+        f"      dofs:\n        num: {vehicle.k}\n        which:\n{which}"
+        f"      thrusters:\n        num: {vehicle.n}\n" + "\n".join(geometry) + "\n        constraints:\n"
+        f"          min_force: {_array(vehicle.f_min)}\n"
+        f"          max_force: {_array(vehicle.f_max)}\n"
+        f"          input_matrix_weights: {_array(vehicle.H.diagonal())}\n"
+        f"          slack_matrix_weights: {_array(vehicle.slack_weights)}\n"
+    )
+
+
+def _vectors(tree: Tree, key: str, value: Any) -> list[Numbers]:
+    # (n, 3), from n rows of three, or flat as all x, all y, all z.
+    if isinstance(value, list) and value and all(isinstance(row, list) for row in value):
+        matrix = rows(tree, key, value)
+        if len(matrix[0]) != 3:
+            raise VehicleError(f"{tree.path}: a row of {key} has {len(matrix[0])} numbers; give x, y, z")
+        return matrix
+    flat = numbers(tree, key, value)
+    if not flat or len(flat) % 3:
+        raise VehicleError(f"{tree.path}: {key} has {len(flat)} numbers; give all x, all y, all z")
+    vectors: list[Numbers] = np.reshape(flat, (3, -1)).T.tolist()
+    return vectors
+
+
+def _count(tree: Tree) -> int | None:
+    thrusters = find(tree, "thrusters")
+    count = thrusters.get("num") if isinstance(thrusters, dict) else None
+    return count if isinstance(count, int) else None
+
+
+def _dof(tree: Tree) -> tuple[str, ...]:
+    which = find(tree, "which")
+    return tuple(axis for axis in DOF if which.get(axis)) if isinstance(which, dict) else ()
+
+
+def _limits(tree: Tree, draft: Draft) -> None:
+    for key, names in (("f_min", ("min_force", "min_thrust")), ("f_max", ("max_force", "max_thrust"))):
+        value = find(tree, *names)
+        if value is not None:
+            listed = numbers(tree, names[0], value if isinstance(value, list) else [value])
+            setattr(draft, key, listed if isinstance(value, list) else listed[0])
+    table = find(tree, "characteristics")
+    if draft.f_max is None and isinstance(table, dict) and "thrust" in table:
+        thrusts = numbers(tree, "characteristics.thrust", table["thrust"]) or [0.0]
+        draft.f_min, draft.f_max = min(thrusts), max(thrusts)
+        draft.assumptions.append("Limits are the ends of characteristics.thrust.")
+
+
+def _array(values: Any) -> str:
+    # ROS 2 wants every entry of an array to be of one type: floats keep their point.
+    return "[" + ", ".join(repr(float(x) + 0.0) for x in values) + "]"

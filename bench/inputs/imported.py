@@ -1,0 +1,140 @@
+"""A vehicle file made of somebody else's: what is missing asked for, what is assumed said."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from alloc import DOF, FloatArray, UnknownName, VehicleError
+from alloc.files.textfile import read_text
+from alloc.vehicle.file import VehicleFile, build_vehicle, matrices
+from alloc.vehicle.geometry import contradictions
+from bench.inputs.formats import Draft, formats, recognised
+
+PLANAR = ("surge", "sway", "yaw")
+PREFERRED = ("surge", "sway", "heave", "yaw", "roll", "pitch")
+"""Where not all axes can be controlled, the ones that a hull rights by itself are given up first."""
+INDEPENDENT = 1e-2
+"""Least singular value, with rows of unit length, of axes to be controlled apart: published matrices are
+printed to three digits or so, and what is independent only in the last of them is rounding."""
+
+
+@dataclass(frozen=True)
+class Answers:
+    """What the user says about a file that does not say it itself; empty or None where nothing is said."""
+
+    name: str = ""
+    dof: tuple[str, ...] = ()
+    frame: str = ""
+    f_min: float | None = None
+    f_max: float | None = None
+    take: str = ""
+
+
+def import_vehicle(path: Path, format_name: str = "", answers: Answers | None = None) -> VehicleFile:
+    """The keys of a vehicle file for a foreign file; its ``notes`` say what was assumed.
+
+    Raises FileError, VehicleError (what is missing and which option gives it) or UnknownName.
+    """
+    said = answers or Answers()
+    if format_name and format_name not in formats():
+        raise UnknownName(f"no format '{format_name}'; there are {', '.join(formats())}")
+    module = formats()[format_name] if format_name else recognised(path, read_text(path))
+    draft: Draft = module.read(path)
+    keys = _keys(path, draft, said)
+    try:
+        build_vehicle(keys)
+    except VehicleError as error:
+        raise VehicleError(f"{path}: {error}", error.key) from None
+    return keys
+
+
+def _keys(path: Path, draft: Draft, said: Answers) -> VehicleFile:
+    draft = _completed(path, draft, said)
+    data = _data(path, draft, said)
+    try:
+        keys = msgspec.convert(data, VehicleFile)
+        T, computed = matrices(keys)
+    except (msgspec.ValidationError, VehicleError) as error:
+        raise VehicleError(f"{path}: {error}") from None
+    for contradiction in [] if computed is None else contradictions(T, computed, keys.dof):
+        raise VehicleError(f"{path}: {contradiction}; decide with --take T or --take poses", "T")
+    rows = list(range(len(keys.dof))) if said.dof else _independent(T, keys.dof)
+    left_out = [axis for row, axis in enumerate(keys.dof) if row not in rows]
+    keys.notes = draft.assumptions + [
+        f"{axis} is left out of dof: no thruster moves it independently of the others." for axis in left_out
+    ]
+    keys.T = None if keys.T is None else [keys.T[row] for row in rows]
+    keys.slack_weights = None if keys.slack_weights is None else [keys.slack_weights[row] for row in rows]
+    keys.dof = [keys.dof[row] for row in rows]
+    return keys
+
+
+def _completed(path: Path, draft: Draft, said: Answers) -> Draft:
+    # The draft with what the user says, and its assumptions brought up to date.
+    notes = list(draft.assumptions)
+    dof = draft.dof
+    if not dof and draft.T is not None:
+        dof = said.dof or {6: DOF, 3: PLANAR}.get(len(draft.T), ())
+        if len(dof) != len(draft.T):
+            raise VehicleError(
+                f"{path}: T has {len(draft.T)} rows without names; name them with --dof", "dof"
+            )
+        if not said.dof:
+            notes.append(f"The rows of T have no names: {', '.join(dof)} is taken.")
+    if said.frame:
+        notes = [note for note in notes if "frame" not in note.lower()] + [
+            f"The frame is {said.frame}, as told."
+        ]
+    for key in ("f_min", "f_max"):
+        if getattr(said, key) is not None:
+            notes.append(f"{key} is as told, not from the file.")
+        elif getattr(draft, key) is None:
+            raise VehicleError(f"{path}: no limits in it; give --f-min and --f-max [N]", key)
+    return replace(
+        draft,
+        dof=dof or DOF,
+        frame=said.frame or draft.frame,
+        f_min=draft.f_min if said.f_min is None else said.f_min,
+        f_max=draft.f_max if said.f_max is None else said.f_max,
+        assumptions=notes,
+    )
+
+
+def _data(path: Path, draft: Draft, said: Answers) -> dict[str, Any]:
+    axes = list(said.dof or draft.dof)
+    same = ("source", "frame", "f_min", "f_max", "weights")
+    data = {"name": said.name or path.stem, "dof": axes} | {key: getattr(draft, key) for key in same}
+    if draft.positions is not None and draft.directions is not None and said.take != "T":
+        poses = zip(draft.positions, draft.directions, strict=True)
+        data["thrusters"] = [{"position": p, "direction": e} for p, e in poses]
+        data["center_of_mass"] = draft.center_of_mass
+    for axis in axes:
+        if axis not in draft.dof:
+            raise VehicleError(
+                f"{path}: no row for {axis[:40]!r}; the file has {', '.join(draft.dof)}", "dof"
+            )
+    rows = [draft.dof.index(axis) for axis in axes]
+    for key, values in (("T", draft.T), ("slack_weights", draft.slack_weights)):
+        if values is None or (key == "T" and said.take == "poses"):
+            continue
+        if len(values) != len(draft.dof):
+            raise VehicleError(f"{path}: {key} has {len(values)} entries for {len(draft.dof)} DOF", key)
+        data[key] = [values[row] for row in rows]
+    return {key: value for key, value in data.items() if value is not None}
+
+
+def _independent(T: FloatArray, dof: Sequence[str]) -> list[int]:
+    # Rows of as many DOF as T has rank, in the order of the file; greedily, PREFERRED first.
+    lengths = np.linalg.norm(T, axis=1)
+    kept: list[int] = []
+    names = list(dof)
+    for axis in PREFERRED:
+        if axis in names and lengths[i := names.index(axis)] > INDEPENDENT * lengths.max():
+            rows = T[[*kept, i]] / lengths[[*kept, i], None]
+            if np.linalg.matrix_rank(rows, tol=INDEPENDENT) == len(rows):
+                kept.append(i)
+    return sorted(kept)

@@ -1,0 +1,51 @@
+"""PX4 ULog: ``vehicle_thrust_setpoint`` and ``vehicle_torque_setpoint`` (library pyulog, extra ``px4``).
+
+PX4's setpoints are normalised: 1 is what the vehicle can do on an axis, not 1 N. Give a scale where
+newtons are wanted. Axes are x forward, y starboard, z down.
+"""
+
+from contextlib import redirect_stdout
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from alloc import DemandError, FileError, NotInstalled
+from bench.inputs.logs import Log, brief
+
+SUFFIXES = (".ulg", ".ulog")
+THRUST, TORQUE = "vehicle_thrust_setpoint", "vehicle_torque_setpoint"
+
+
+def read(path: Path, topic: str) -> Log:
+    """One demand a thrust setpoint, with the torque setpoint that held then (none yet: left out)."""
+    try:
+        from pyulog.core import ULog
+    except ImportError:
+        raise NotInstalled("reading ULogs needs pyulog; pip install 'thrustbench[px4]'") from None
+    if topic:
+        raise DemandError(f"{path}: a ULog's demands are {THRUST} and {TORQUE}; leave out {topic!r}")
+    try:
+        # pyulog warns on standard output, which is for results; what a damaged part costs shows as gaps.
+        with path.open("rb") as file, redirect_stdout(StringIO()):
+            log = ULog(file, [THRUST, TORQUE])
+        return _log(path, {data.name: data.data for data in log.data_list if data.multi_id == 0})
+    except DemandError:
+        raise
+    except Exception as error:  # whatever a parser of other people's bytes may raise
+        raise FileError(f"{path}: not a ULog that pyulog can read ({brief(error)})") from None
+
+
+def _log(path: Path, sets: dict[str, dict[str, Any]]) -> Log:
+    for name in (THRUST, TORQUE):
+        if name not in sets or not len(sets[name]["timestamp"]):
+            raise DemandError(f"{path}: holds no {name}; log it (SDLOG_PROFILE, default set)")
+    thrust, torque = sets[THRUST], sets[TORQUE]
+    held = np.searchsorted(torque["timestamp"], thrust["timestamp"], side="right") - 1
+    kept = held >= 0
+    columns = [np.asarray(thrust[f"xyz[{i}]"], dtype=np.float64)[kept] for i in range(3)]
+    columns += [np.asarray(torque[f"xyz[{i}]"], dtype=np.float64)[held[kept]] for i in range(3)]
+    times = np.asarray(thrust["timestamp"], dtype=np.int64)[kept]
+    start = times[0] if len(times) else 0
+    return Log((times - start) / 1e6, np.stack(columns, axis=1), "frd")

@@ -1,0 +1,47 @@
+"""Keys looked up in parameter files, wherever they stand, and what they hold checked."""
+
+from typing import Any
+
+from alloc import VehicleError
+from alloc.files.yaml_tree import Tree
+from bench.inputs.formats import Numbers
+
+
+def find(tree: Tree, *names: str) -> Any:
+    """The value of the first key of one of these names, outermost and topmost first; None where none is."""
+    level = [tree.data]
+    while level:
+        maps = [data for data in level if isinstance(data, dict)]
+        for data in maps:
+            for name in names:
+                if name in data:
+                    return data[name]
+        level = [value for data in maps for value in data.values()]
+    return None
+
+
+def numbers(tree: Tree, key: str, value: Any) -> Numbers:
+    """A flat list of numbers; raises VehicleError."""
+    if not isinstance(value, list) or not all(
+        isinstance(x, (int, float)) and not isinstance(x, bool) for x in value
+    ):
+        raise VehicleError(f"{tree.path}: {key} is not made of numbers; give nothing else")
+    return [float(x) for x in value]
+
+
+def rows(tree: Tree, key: str, value: Any, n: int | None = None) -> list[Numbers]:
+    """A matrix given as rows, or flat with n columns; raises VehicleError."""
+    if isinstance(value, list) and value and all(isinstance(row, list) for row in value):
+        matrix = [numbers(tree, key, row) for row in value]
+    else:
+        flat = numbers(tree, key, value)
+        if not n or not flat or len(flat) % n:
+            raise VehicleError(
+                f"{tree.path}: {key} has {len(flat)} numbers; give 'thrusters: num:' to split it"
+            )
+        matrix = [flat[i : i + n] for i in range(0, len(flat), n)]
+    if len({len(row) for row in matrix}) != 1 or not matrix[0]:
+        raise VehicleError(
+            f"{tree.path}: rows of {key} differ in length or are empty; give one entry a thruster"
+        )
+    return matrix

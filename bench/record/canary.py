@@ -1,0 +1,40 @@
+"""What ``thrustbench canary`` leaves behind: times of fixed work on one machine."""
+
+from pathlib import Path
+
+import msgspec
+
+from alloc import AllocError
+
+
+class CanaryError(AllocError):
+    """A canary file, or a record's canaries, can't be used."""
+
+
+class CanaryFile(msgspec.Struct):
+    """One machine and its canaries.
+
+    Attributes
+    ----------
+    canary_schema : 1
+    machine : as ``bench.harness.machine`` describes it
+    median_us : median time of each canary [us]
+    """
+
+    canary_schema: int
+    machine: dict[str, str | int | float | bool | None]
+    median_us: dict[str, float]
+
+
+def read_canary(path: Path) -> CanaryFile:
+    """Read a canary file; raises CanaryError."""
+    remedy = "give a file that `thrustbench canary` wrote on the target"
+    try:
+        found = msgspec.json.decode(path.read_bytes(), type=CanaryFile)
+    except OSError as error:
+        raise CanaryError(f"{path}: can't be read ({error.strerror}); {remedy}") from None
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise CanaryError(f"{path}: {error}; {remedy}") from None
+    if found.canary_schema != 1 or not found.median_us or min(found.median_us.values()) <= 0:
+        raise CanaryError(f"{path}: holds no canary times of schema 1; {remedy}")
+    return found

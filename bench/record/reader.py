@@ -1,0 +1,106 @@
+"""A record read back: from the file, or from what ``gzip`` made of it."""
+
+import gzip
+import zlib
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import msgspec
+
+from alloc import AllocError
+from bench.record.capability import Worth
+from bench.record.schema import (
+    SCHEMA,
+    Cell,
+    Emulated,
+    Event,
+    Header,
+    Key,
+    Line,
+    Problem,
+    Worker,
+)
+
+FILE_NAME = "record.jsonl"
+PACKED = FILE_NAME + ".gz"
+"""What `gzip record.jsonl` makes of a finished record: a fifth of the size, to be kept or mailed."""
+
+
+class RecordError(AllocError):
+    """A record can't be read, written, locked or continued; the message says which file and why."""
+
+
+@dataclass
+class Record:
+    """A record as read: its header and its lines by kind, in the order they were written."""
+
+    header: Header
+    problems: list[Problem] = field(default_factory=list)
+    worths: list[Worth] = field(default_factory=list)
+    cells: list[Cell] = field(default_factory=list)
+    workers: list[Worker] = field(default_factory=list)
+    emulated: list[Emulated] = field(default_factory=list)
+    events: list[Event] = field(default_factory=list)
+
+    def keys(self) -> set[Key]:
+        """What has been measured, or found to fail."""
+        return {cell.key for cell in self.cells}
+
+
+def read(directory: Path) -> Record:
+    """Read ``directory/record.jsonl``, or ``record.jsonl.gz`` where only that is there; raises RecordError.
+
+    A last line torn by a kill or a full disk is left out: it was never completely written.
+    """
+    plain, packed = directory / FILE_NAME, directory / PACKED
+    return parse(packed if packed.exists() and not plain.exists() else plain)[0]
+
+
+def parse(path: Path) -> tuple[Record, int]:
+    """The record in a file, and how many bytes of it are whole lines; raises RecordError."""
+    try:
+        data = path.read_bytes()
+        data = gzip.decompress(data) if path.name == PACKED else data
+    except (OSError, EOFError, zlib.error) as error:  # a damaged archive is any of the three
+        reason = getattr(error, "strerror", None) or "not a whole gzip file"
+        raise RecordError(f"{path}: can't be read ({reason}); give a run's folder") from None
+    whole = data.rfind(b"\n") + 1
+    lines = data[:whole].splitlines()
+    if not lines:
+        raise RecordError(f"{path}: holds no complete line; remove it and run again")
+    _check_schema(path, lines[0])
+    record: Record | None = None
+    decode = msgspec.json.Decoder(Line).decode
+    for number, text in enumerate(lines, start=1):
+        try:
+            line = decode(text)
+        except (msgspec.DecodeError, UnicodeDecodeError) as error:
+            raise RecordError(f"{path}: line {number}: {error}; remove that line or run again") from None
+        if isinstance(line, Header):
+            record = record or Record(line)
+        elif record is None:
+            raise RecordError(f"{path}: line 1 is no header; remove the file and run again")
+        elif isinstance(line, Problem):
+            record.problems.append(line)
+        elif isinstance(line, Worth):
+            record.worths.append(line)
+        elif isinstance(line, Cell):
+            record.cells.append(line)
+        elif isinstance(line, Worker):
+            record.workers.append(line)
+        elif isinstance(line, Emulated):
+            record.emulated.append(line)
+        else:
+            record.events.append(line)
+    assert record is not None  # line 1 was a header, or an error was raised
+    return record, whole
+
+
+def _check_schema(path: Path, line: bytes) -> None:
+    # Before anything else is decoded: another schema's lines need not have these fields.
+    try:
+        found = msgspec.json.decode(line)["schema"]
+    except (msgspec.DecodeError, UnicodeDecodeError, KeyError, TypeError):
+        raise RecordError(f"{path}: line 1 is no header; remove the file and run again") from None
+    if found != SCHEMA:
+        raise RecordError(f"{path}: has schema {found}, this version reads {SCHEMA}; run again")

@@ -1,0 +1,35 @@
+"""One file, one picture, found by its name; ``style`` is how all look.
+
+``draw(run, vehicle)`` returns a figure, or None for nothing to show, saved as ``<file>-<vehicle>.svg``;
+``draw_run(run)`` one of the whole run, saved as ``<file>.svg``.
+"""
+
+import pkgutil
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from bench.results.rows import Run
+
+
+def draw_all(run: Run, directory: Path) -> frozenset[str]:
+    """Save every picture of a run into the folder; returns the names of the files."""
+    import matplotlib as mpl
+
+    from bench.report.pictures.style import SETTINGS, save
+
+    drawn = set()
+    for found in pkgutil.iter_modules(__path__):
+        module = import_module(f"bench.report.pictures.{found.name}")
+        pictures: dict[str, tuple[Any, ...]] = {}
+        if hasattr(module, "draw"):
+            pictures = {f"{found.name}-{vehicle}.svg": (module.draw, vehicle) for vehicle in run.vehicles}
+        if hasattr(module, "draw_run"):
+            pictures[f"{found.name}.svg"] = (module.draw_run,)
+        for name, (draw, *vehicle) in pictures.items():
+            with mpl.rc_context(SETTINGS):
+                figure = draw(run, *vehicle)
+                if figure is not None:
+                    save(figure, directory / name)
+                    drawn.add(name)
+    return frozenset(drawn)

@@ -1,0 +1,86 @@
+"""Labels beside points such that none overlaps another, a point, or the frame."""
+
+from math import cos, hypot, pi, sin
+from typing import TYPE_CHECKING, NamedTuple
+
+from bench.report.pictures.style import GREY
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+class Box(NamedTuple):
+    """A rectangle in pixels."""
+
+    left: float
+    low: float
+    right: float
+    high: float
+
+    def meets(self, other: "Box") -> bool:
+        """Whether the two overlap."""
+        return (
+            self.left < other.right
+            and other.left < self.right
+            and self.low < other.high
+            and other.low < self.high
+        )
+
+
+POINT = 4.0
+"""Half the width of a point's box [px at 72 dpi, as SVG has it]."""
+CANDIDATES = [(radius, turn * pi / 8) for radius in (9, 16, 24, 34, 46, 60, 76) for turn in range(16)]
+"""Places to try, nearest first: distance from the point [px] and direction."""
+
+
+def label_points(axes: "Axes", points: list[tuple[float, float, str]], size: float = 7.5) -> None:
+    """Write each (x, y, text) near its point, with a thin line where it stands away.
+
+    Greedy, in the given order: each takes the nearest free place; one without a place is left out.
+    A point without a text only keeps its own place free.
+    """
+    figure = axes.get_figure(root=True)
+    assert figure is not None, "these axes are drawn on a figure"
+    figure.draw_without_rendering()  # lays the axes out, so that pixels are final
+    figure.set_layout_engine("none")  # and keeps them so
+    frame = axes.get_window_extent()
+    inside = Box(frame.x0, frame.y0, frame.x1, frame.y1)
+    at = [tuple(axes.transData.transform((x, y))) for x, y, _ in points]
+    taken = [Box(x - POINT, y - POINT, x + POINT, y + POINT) for x, y in at]
+    for (x, y), (_, _, text) in zip(at, points, strict=True):
+        if not text:
+            continue
+        drawn = axes.annotate(text, (x, y), xycoords="figure pixels", fontsize=size)
+        extent = drawn.get_window_extent()
+        width, height = extent.width + 3, extent.height + 1
+        drawn.remove()
+        for radius, angle in CANDIDATES:
+            # The label's nearest edge, not its centre, stands ``radius`` away.
+            cx = x + (radius + width / 2) * cos(angle)
+            cy = y + (radius + height / 2) * sin(angle)
+            box = Box(cx - width / 2, cy - height / 2, cx + width / 2, cy + height / 2)
+            if _within(box, inside) and not any(box.meets(other) for other in taken):
+                taken.append(box)
+                _write(axes, (x, y), (cx, cy), text, size, line=hypot(cx - x, cy - y) > width / 2 + 14)
+                break
+
+
+def _within(box: Box, frame: Box) -> bool:
+    return box.left > frame.left and box.right < frame.right and box.low > frame.low and box.high < frame.high
+
+
+def _write(
+    axes: "Axes", point: tuple[float, float], centre: tuple[float, float], text: str, size: float, line: bool
+) -> None:
+    arrow = {"arrowstyle": "-", "color": GREY, "linewidth": 0.5, "shrinkA": 0, "shrinkB": 3}
+    axes.annotate(
+        text,
+        point,
+        centre,
+        xycoords="figure pixels",
+        textcoords="figure pixels",
+        fontsize=size,
+        ha="center",
+        va="center",
+        arrowprops=arrow if line else None,
+    )

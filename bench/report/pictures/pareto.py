@@ -1,0 +1,63 @@
+"""Error against time: what each method misses of the wrench, and who is beaten by nobody."""
+
+from typing import TYPE_CHECKING
+
+from bench.report.lost import largest
+from bench.report.pictures.labels import label_points
+from bench.report.pictures.style import FAINT, colour, family, legend, share_axis, time_axis
+from bench.results import columns
+from bench.results.ranking import best, number
+from bench.results.rows import Row, Run
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FLOOR = 1e-12
+"""Errors below this are rounding; drawn here, so that a log axis can show a zero."""
+
+UNNAMED = ("soft QP", "QP solver, one shot")
+"""Families whose points carry no name: each solver again, by another route."""
+
+
+def draw(run: Run, vehicle: str) -> "Figure | None":
+    """Worst share of the wrench lost over median time; the line joins the Pareto front."""
+    from matplotlib.figure import Figure
+
+    demands = run.sets(vehicle)[0]
+    points = [
+        (time, max(error, FLOOR), row)
+        for row in best(run, vehicle, demands)
+        if (time := number(columns.call_p50_us(row))) and (error := largest(row)) is not None
+    ]
+    if not points:
+        return None
+    figure = Figure((7.5, 5))
+    axes = figure.add_subplot()
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    front = pareto([(time, error) for time, error, _ in points])
+    axes.step(*zip(*front, strict=True), where="post", color=FAINT, linewidth=4, zorder=1)
+    for time, error, row in points:
+        axes.plot([time], [error], "o", color=colour(row), markersize=5)
+    time_axis(axes.xaxis, "one call, median")
+    share_axis(axes.yaxis, "largest share of a demand's wrench that is lost")
+    axes.set_title(f"{vehicle}, {demands} demands")
+    legend(figure, [row for *_, row in points])
+    on_front = set(front)
+    ordered = sorted(points, key=lambda point: point[:2] not in on_front)  # the front gets the best places
+    named = [(time, error, "" if _family(row) in UNNAMED else row.method) for time, error, row in ordered]
+    label_points(axes, named)
+    return figure
+
+
+def _family(row: Row) -> str:
+    return family(row.method, str(columns.formulation(row)))
+
+
+def pareto(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """The points that no other beats in both numbers, by the first."""
+    front: list[tuple[float, float]] = []
+    for point in sorted(points):
+        if not front or point[1] < front[-1][1]:
+            front.append(point)
+    return front

@@ -1,0 +1,77 @@
+"""What the vehicle can do against what the closed form serves of it, with a mission's demands drawn in."""
+
+from itertools import groupby
+from typing import TYPE_CHECKING
+
+from alloc import unit
+from bench.record.capability import Plane
+from bench.report.pictures.style import BLUE, GREEN, GREY, INK, ORANGE, VERMILION
+from bench.results.rows import Run
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+LABELS = {
+    "inactive": (GREEN, "o"),
+    "active": (ORANGE, "s"),
+    "boundary": (INK, "D"),
+    "infeasible": (VERMILION, "x"),
+}
+"""Colour and marker of each label, so that neither has to be told apart alone."""
+
+
+def draw(run: Run, vehicle: str) -> "Figure | None":
+    """Sections in the surge-sway and surge-yaw planes: all other axes zero, and the third one under load."""
+    from matplotlib.figure import Figure
+
+    worth = run.worth(vehicle)
+    if worth is None or not worth.planes:
+        return None
+    rows = [list(group) for _, group in groupby(worth.planes, key=lambda plane: plane.held_at != 0)]
+    figure = Figure((8.4, 4.0 * len(rows) + 0.8))
+    grid = figure.subplots(len(rows), len(rows[0]), squeeze=False)
+    for axes, plane in zip(grid.flat, worth.planes, strict=True):
+        _section(axes, plane)
+    served = worth.authority[0].closed_form_share
+    share = "" if served is None else f", {100 * served:.3g} % of its volume"
+    title = f"{vehicle}: what it can do, and what f = T* τ serves of it{share}"
+    figure.suptitle(title, x=0.01, ha="left", fontsize=10)
+    figure.legend(*_handles(figure), loc="outside lower center", ncols=3)
+    return figure
+
+
+def _section(axes: "Axes", plane: Plane) -> None:
+    axes.fill(*_closed(plane.attainable), facecolor=BLUE, alpha=0.15)
+    axes.plot(*_closed(plane.attainable), color=BLUE, label="attainable")
+    if plane.closed_form:
+        axes.fill(*_closed(plane.closed_form), facecolor=GREY, alpha=0.3)
+        axes.plot(
+            *_closed(plane.closed_form), color=GREY, linestyle="--", label="closed form inside the limits"
+        )
+    for name, (colour, marker) in LABELS.items():
+        points = [(x, y) for x, y, label in plane.demands if label == name]
+        if points:
+            xs, ys = zip(*points, strict=True)
+            axes.plot(xs, ys, marker, color=colour, markersize=3.5, linestyle="", label=f"mission, {name}")
+    third = (
+        f"{plane.held} at {plane.held_at:.3g} {unit(plane.held)}" if plane.held_at else "all other axes zero"
+    )
+    axes.set_title(third)
+    axes.set_xlabel(f"{plane.x} [{unit(plane.x)}]")
+    axes.set_ylabel(f"{plane.y} [{unit(plane.y)}]")
+
+
+def _handles(figure: "Figure") -> "tuple[list[Artist], list[str]]":
+    """One entry a label, wherever in the figure it stands first."""
+    found: dict[str, Artist] = {}
+    for axes in figure.axes:
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            found.setdefault(label, handle)
+    return list(found.values()), list(found)
+
+
+def _closed(outline: list[tuple[float, float]]) -> tuple[list[float], list[float]]:
+    points = [*outline, outline[0]]
+    return [x for x, _ in points], [y for _, y in points]

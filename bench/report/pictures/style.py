@@ -1,0 +1,155 @@
+"""How every picture looks: colours, type, and the SVG it is saved as.
+
+Each colour is a pair, for a light and a dark page; the SVG carries both and follows the reader's
+setting, its own background included, so a picture is legible wherever it is put.
+"""
+
+from io import StringIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bench.results import columns
+from bench.results.ranking import EXACT
+from bench.results.rows import Row
+
+if TYPE_CHECKING:
+    from matplotlib.axis import Axis
+    from matplotlib.figure import Figure
+
+INK, FAINT, PAPER = "#1f2328", "#d8dee4", "#ffffff"
+"""Text and axes; grid lines; background, as they are on a light page."""
+
+# Okabe and Ito's palette (2008), told apart by every common kind of colour blindness; its yellow and
+# sky blue are too pale for lines on white and are left out.
+BLUE, VERMILION, GREEN, PURPLE, ORANGE, GREY = (
+    "#0072b2",
+    "#d55e00",
+    "#009e73",
+    "#aa4499",
+    "#b87a00",
+    "#6e7781",
+)
+
+DARK = {
+    INK: "#e6edf3",
+    FAINT: "#30363d",
+    PAPER: "#0d1117",
+    BLUE: "#56b4e9",
+    VERMILION: "#ff8c42",
+    GREEN: "#2bc79a",
+    PURPLE: "#dd88cc",
+    ORANGE: "#f0c542",
+    GREY: "#8b949e",
+}
+"""What each colour becomes on a dark page."""
+
+FAMILIES = {
+    "closed form, no limits": GREY,
+    "practice behind a closed form": ORANGE,
+    "exact closed form": VERMILION,
+    "QP solver, live": BLUE,
+    "QP solver, one shot": PURPLE,
+    "soft QP": GREEN,
+}
+"""Colour of each family of methods, the same in every picture."""
+
+
+SETTINGS: dict[Any, Any] = {
+    "axes.axisbelow": True,
+    "axes.edgecolor": INK,
+    "axes.facecolor": "none",
+    "axes.grid": True,
+    "axes.labelcolor": INK,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.titlelocation": "left",
+    "axes.titlesize": 10,
+    "figure.dpi": 72,  # a pixel is a point, as in an SVG
+    "figure.constrained_layout.use": True,
+    "figure.facecolor": PAPER,
+    "font.family": "DejaVu Sans",  # comes with matplotlib: the same everywhere
+    "font.size": 9,
+    "grid.color": FAINT,
+    "grid.linewidth": 0.6,
+    "legend.frameon": False,
+    "svg.fonttype": "path",  # letters as outlines: nothing depends on the reader's fonts
+    "svg.hashsalt": "thrustbench",
+    "text.color": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+}
+"""Matplotlib's settings while a picture is drawn and saved."""
+
+
+def family(method: str, formulation: str) -> str:
+    """The family of a method, a key of FAMILIES."""
+    if method.startswith("qpsolvers/"):
+        return "QP solver, one shot"
+    if formulation == "soft":
+        return "soft QP"
+    if "/" in method:
+        return "QP solver, live"
+    if formulation == "unlimited":
+        return "closed form, no limits"
+    return "exact closed form" if formulation in EXACT else "practice behind a closed form"
+
+
+def colour(row: Row) -> str:
+    """The colour of a row's family."""
+    return FAMILIES[family(row.method, str(columns.formulation(row)))]
+
+
+def legend(drawn: "Figure", rows: list[Row]) -> None:
+    """Below everything else, the families that these rows belong to."""
+    from matplotlib.lines import Line2D
+
+    there = {family(row.method, str(columns.formulation(row))) for row in rows}
+    shown = [name for name in FAMILIES if name in there]
+    dots = [Line2D([], [], color=FAMILIES[name], marker="o", linestyle="") for name in shown]
+    drawn.legend(dots, shown, loc="outside lower center", ncols=3)
+
+
+def time_axis(axis: "Axis", label: str) -> None:
+    """A log axis of times given in us, ticks in plain units."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    def plain(us: float, position: int) -> str:
+        for unit, size in (("s", 1e6), ("ms", 1e3), ("µs", 1.0)):
+            if us >= size:
+                return f"{us / size:g} {unit}"
+        return f"{us * 1e3:g} ns"
+
+    axis.set_major_locator(LogLocator(numticks=20))
+    axis.set_major_formatter(FuncFormatter(plain))
+    axis.set_minor_formatter(NullFormatter())
+    axis.set_label_text(label)
+
+
+def share_axis(axis: "Axis", label: str) -> None:
+    """A log axis of shares of 1, ticks in per cent."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    axis.set_major_locator(LogLocator(numticks=9))
+    axis.set_major_formatter(FuncFormatter(lambda share, _: f"{100 * share:g} %"))
+    axis.set_minor_formatter(NullFormatter())
+    axis.set_label_text(label)
+
+
+def save(drawn: "Figure", path: Path) -> None:
+    """Write an SVG that switches between light and dark; the same figure gives the same bytes."""
+    text = StringIO()
+    drawn.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
+    path.write_text(_with_dark_mode(text.getvalue()), encoding="utf-8")
+
+
+def _with_dark_mode(svg: str) -> str:
+    # Matplotlib writes colours into style attributes; only !important rules reach past those.
+    rules = [
+        f'[style*="{what}: {light}"]{{{what}:{dark}!important}}'
+        for light, dark in DARK.items()
+        for what in ("fill", "stroke")
+        if f"{what}: {light}" in svg
+    ]
+    style = f"<style>@media (prefers-color-scheme: dark){{{''.join(rules)}}}</style>"
+    head, opening, rest = svg.partition("<defs>")
+    return head + style + opening + rest

@@ -1,0 +1,119 @@
+"""What a run ends with on the terminal: one line a method, and what is wrong with which answers."""
+
+from collections import Counter
+from collections.abc import Iterable
+from itertools import groupby
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from bench.report.limits import cut_logs
+from bench.report.lost import NOTHING, largest
+from bench.report.text import three
+from bench.results.columns import call_p50_us, call_p99_us, within_1pct_share
+from bench.results.rows import Row, Run, read_run
+
+ATTAINABLE = ("inactive", "active", "uniform")
+"""Demand sets that a perfect method serves to the last."""
+
+CAPTION = """p50, p99: a call \\[us]; serves: share of what a vehicle can do, within 1 %;
+misses: share of an attainable wrench that is not delivered.
+Over vehicles and demand sets: p50 least … largest, the others the worst."""
+
+
+def objections(rows: Iterable[Row]) -> list[str]:
+    """One line for each row whose answers are wrong or disagree with the reference, naming it."""
+    found = []
+    for row in rows:
+        judged = next((j for j in row.judged if j.wrong or j.agrees is False), None)
+        if judged is None:
+            continue
+        what = judged.wrong or (
+            f"{judged.distance_rel_max:.2g} of the largest limit away from the reference, "
+            f"where {judged.tolerance:.2g} is promised"
+        )
+        found.append(f"{row.label} on {row.vehicle}, {row.demands} demands: {what}")
+    return found
+
+
+def show(directory: Path, console: Console) -> bool:
+    """Print the summary of the run in ``directory``; True where every answer is good."""
+    run = read_run(directory)
+    rows = sorted(run.rows, key=lambda row: row.label)
+    table = Table(box=None, pad_edge=False, caption=CAPTION)
+    for heading in ("method", "p50", "p99", "serves", "misses", "agrees"):
+        table.add_column(heading, no_wrap=True, min_width=len(heading))
+    for label, same in groupby(rows, key=lambda row: row.label):
+        table.add_row(label, *_method(run, list(same)))
+    # A file or a pipe has no edge to fit: nothing is cut there.
+    console.print(table, width=None if console.is_terminal else max(console.width, 120))
+    for line in cut_logs(run):
+        console.print(line, highlight=False, markup=False, soft_wrap=True)
+    wrong = objections(rows)
+    for line in wrong:
+        console.print(line, style="red", highlight=False, markup=False, soft_wrap=True)
+    return not wrong
+
+
+def _method(run: Run, rows: list[Row]) -> tuple[str, ...]:
+    return (
+        _range(map(call_p50_us, rows)),
+        _worst(map(call_p99_us, rows)),
+        _least(served(run, rows)),
+        missed(rows),
+        _verdict(rows),
+    )
+
+
+def _verdict(rows: list[Row]) -> str:
+    """Whether the answers agree with the reference, and what could not be measured."""
+    verdicts = [judged.agrees for row in rows for judged in row.judged if judged.agrees is not None]
+    agreement = "-" if not verdicts else "yes" if all(verdicts) else f"no, {verdicts.count(False)}x"
+    failures = Counter(row.failed.status for row in rows if row.failed)
+    return ", ".join([agreement, *(f"{count} {status}" for status, count in failures.items())])
+
+
+def served(run: Run, rows: list[Row]) -> list[float]:
+    """Per cent of its vehicle's attainable set that a method serves within 1 %, vehicle by vehicle.
+
+    From the record's worth, counted on thousands of demands, where the method calls no solver; else
+    from its row on the set ``uniform``, which is even over that set. Empty where there is neither.
+    """
+    found = []
+    for vehicle in sorted({row.vehicle for row in rows}):
+        worth, method = run.worth(vehicle), rows[0].method
+        shares = (
+            [s.within_1pct[0] for s in worth.served if (s.method, s.fault) == (method, None)] if worth else []
+        )
+        if not shares:
+            own = [row for row in rows if (row.vehicle, row.demands) == (vehicle, "uniform")]
+            shares = [float(share) for share in map(within_1pct_share, own) if isinstance(share, float)]
+        found += [100 * min(shares)] if shares else []
+    return found
+
+
+def missed(rows: list[Row]) -> str:
+    """The largest share of an attainable wrench that is not delivered, per cent."""
+    lost = [largest(row) for row in rows if row.demands in ATTAINABLE]
+    worst = max((value for value in lost if value is not None), default=None)
+    if worst is None:
+        return ""
+    # Two digits, without the exponent that .2g alone would give 100.
+    return f"{float(f'{100 * worst:.2g}'):g}%" if worst > NOTHING else "0%"
+
+
+def _worst(values: Iterable[object]) -> str:
+    return three(max((float(value) for value in values if isinstance(value, (int, float))), default=None))
+
+
+def _least(shares: list[float]) -> str:
+    return f"{three(min(shares))}%" if shares else ""
+
+
+def _range(values: Iterable[object]) -> str:
+    numbers = sorted(float(value) for value in values if isinstance(value, (int, float)))
+    if not numbers:
+        return ""
+    low, high = three(numbers[0]), three(numbers[-1])
+    return low if low == high else f"{low}…{high}"

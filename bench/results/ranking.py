@@ -1,0 +1,53 @@
+"""Which start and level of a method stands for it, and which methods are exact."""
+
+from bench.results import columns
+from bench.results.rows import Row, Run
+
+EXACT = ("hard", "scaled")
+"""Formulations that serve every attainable demand at least effort (eq. 4-5)."""
+EXACT_WITHIN = 1e-6
+"""Largest distance to the optimum, over the largest limit, at which answers count as exact: what ``tight``
+settings are chosen for. It is the distance that was found, not the one that was promised."""
+ROUNDING = 1e-9
+"""Of two shares that are equal."""
+
+
+def number(value: columns.Value) -> float | None:
+    """A column's value where it is a number, else None."""
+    return None if value is None or isinstance(value, str) else float(value)
+
+
+def right(row: Row) -> bool:
+    """Whether a row was measured and no answer in it is wrong or farther off than promised."""
+    return not row.failed and columns.agrees(row) != "no" and not columns.wrong(row)
+
+
+def complete(row: Row) -> bool:
+    """Whether as many demands were solved as are attainable: giving up is no answer."""
+    solved = number(columns.solved_fraction(row))
+    return solved is not None and solved >= row.attainable - ROUNDING
+
+
+def exact(row: Row) -> bool:
+    """Whether a row's answers are the constrained optimum, all of them, found within EXACT_WITHIN of it."""
+    distance = number(columns.distance_relative(row))
+    optimal = columns.formulation(row) in EXACT and distance is not None and distance <= EXACT_WITHIN
+    return optimal and complete(row) and right(row)
+
+
+def best(run: Run, vehicle: str, demands: str) -> list[Row]:
+    """One row a method on that demand set, fastest first, of those that were measured.
+
+    The start and level chosen are right on all of the vehicle's demand sets, exact if any of them
+    is, and then the fastest; where none is right everywhere, the fastest is shown all the same.
+    """
+    wrong = {row.label for row in run.of(vehicle) if not right(row)}
+    chosen: dict[str, tuple[bool, bool, float, Row]] = {}
+    for row in run.of(vehicle, demands):
+        time = number(columns.call_p50_us(row))
+        if row.failed or time is None or not row.cells[0].formulation:  # yardsticks answer nothing
+            continue
+        rank = (row.label in wrong, not exact(row), time, row)
+        if row.method not in chosen or rank[:3] < chosen[row.method][:3]:
+            chosen[row.method] = rank
+    return [row for *_, row in sorted(chosen.values(), key=lambda rank: rank[2])]

@@ -1,0 +1,186 @@
+"""Which method fits a processor at a control rate: shares of the period, deadline misses, a verdict."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+from bench.results import columns
+from bench.results.quantiles import Counted, merged, misses, quantile
+from bench.results.ranking import exact, number, right
+from bench.results.rows import Row, Run
+from bench.results.transfer import Transfer
+
+LATE_SHARE = 0.001
+"""A method fits if p99.9 does: no more than one call in a thousand may be late."""
+
+
+class Verdict(IntEnum):
+    """What to think of a method, best first."""
+
+    FITS = 0
+    WITHOUT_TAIL = 1
+    DOES_NOT_FIT = 2
+    UNKNOWN = 3
+
+    def __str__(self) -> str:
+        """In words."""
+        return ("fits", "fits without tail", "does not fit", "unknown")[self]
+
+
+@dataclass(frozen=True)
+class Loop:
+    """The control loop that has to be served.
+
+    rate_hz: how often. budget: share of the period that allocation may take [-]. deadline_us: time
+    that it may take, in place of a budget.
+    """
+
+    rate_hz: float
+    budget: float = 0.1
+    deadline_us: float | None = None
+
+    @property
+    def period_us(self) -> float:
+        """Time from one call to the next [us]."""
+        return 1e6 / self.rate_hz
+
+    @property
+    def limit_us(self) -> float:
+        """Time that one call may take [us]."""
+        return self.budget * self.period_us if self.deadline_us is None else self.deadline_us
+
+    def highest_rate_hz(self, call_us: float) -> float:
+        """The rate at which a call of that length [us] just takes what the budget, or the period, allows."""
+        return (self.budget if self.deadline_us is None else 1.0) * 1e6 / call_us
+
+
+@dataclass(frozen=True)
+class Size:
+    """One method, with its start and level, on one vehicle over all its demand sets.
+
+    Times are [us], None where the calls do not suffice: the median of the demand set that takes
+    longest, p99.9 and the slowest of the single calls on all sets together.
+    bound: share of late calls, not exceeded with 95 % confidence.
+    rate_hz: the highest one that the slowest call seen allows.
+    """
+
+    vehicle: str
+    label: str
+    exact: bool
+    verdict: Verdict
+    reason: str
+    p50_us: float | None = None
+    p999_us: float | None = None
+    max_us: float | None = None
+    late: int = 0
+    calls: int = 0
+    bound: float | None = None
+    rate_hz: float | None = None
+    memory_MB: float | None = None
+
+
+def sizes(run: Run, loop: Loop, transfer: Transfer | None = None) -> list[Size]:
+    """Every method of a run, the one to take first.
+
+    Before anything else come methods whose median fits; of those the exact ones; of those the ones
+    whose tail fits too; and then the cheap ones. So exactness is given up only where no exact method
+    keeps up, and not for one late call in a million, which may be the machine's.
+
+    With a ``transfer`` every time is multiplied by the upper end of its band, and a slowest call,
+    which belongs to the machine that made it, is not transferred at all.
+    """
+    groups: dict[tuple[str, str], list[Row]] = {}
+    for row in run.rows:
+        if row.vehicle != "-" and row.method != "noop":
+            groups.setdefault((row.vehicle, row.label), []).append(row)
+    found = [_size(rows, loop, transfer) for rows in groups.values()]
+    return sorted(
+        found,
+        key=lambda s: (s.vehicle, s.verdict > Verdict.WITHOUT_TAIL, not s.exact, s.verdict, s.p50_us or 0.0),
+    )
+
+
+def canary_max_us(run: Run) -> float | None:
+    """The slowest call [us] of the run's canaries, a few microseconds of fixed work: the machine's doing."""
+    singles = merged(row.singles for row in run.rows if row.vehicle == "-")
+    return singles[-1][0] / 1000 if singles else None
+
+
+def best_of_each(found: list[Size]) -> list[Size]:
+    """Of each method only the start and level that comes first."""
+    seen: dict[tuple[str, str], Size] = {}
+    for size in found:
+        seen.setdefault((size.vehicle, size.label.partition(" ")[0]), size)
+    return list(seen.values())
+
+
+def _size(rows: list[Row], loop: Loop, transfer: Transfer | None) -> Size:
+    vehicle, label = rows[0].vehicle, rows[0].label
+    for row in rows:
+        if row.failed:
+            reason = f"{row.demands}: {row.failed.status}, {row.failed.reason}"
+            return Size(vehicle, label, False, Verdict.UNKNOWN, reason)
+    for row in rows:
+        if not right(row):
+            reason = f"{row.demands}: {columns.wrong(row) or 'farther from the optimum than promised'}"
+            return Size(vehicle, label, False, Verdict.UNKNOWN, f"a wrong answer has no time; {reason}")
+    factor = transfer.high if transfer else 1.0
+    singles: Counted = merged(row.singles for row in rows)
+    p50 = _largest([number(columns.call_p50_us(row)) for row in rows], factor)
+    tail = quantile(singles, 0.999)
+    p999 = None if tail is None else tail / 1000 * factor
+    slowest = None if transfer or not singles else singles[-1][0] / 1000
+    late, calls, bound = misses(singles, loop.limit_us * 1000 / factor) if singles else (0, 0, None)
+    verdict, reason = judge(loop, p50, p999, slowest, bound, estimated=transfer is not None)
+    known = slowest or p999 or p50
+    return Size(
+        vehicle,
+        label,
+        # Where nothing attainable was asked, an exact method may have nothing to answer.
+        all(exact(row) for row in rows if row.attainable or columns.agrees(row) != "-")
+        and any(exact(row) for row in rows),
+        verdict,
+        reason,
+        p50,
+        p999,
+        slowest,
+        late,
+        calls,
+        bound,
+        loop.highest_rate_hz(known) if known else None,
+        _largest([number(columns.peak_rss_MB(row)) for row in rows], 1.0),
+    )
+
+
+def judge(
+    loop: Loop,
+    p50_us: float | None,
+    p999_us: float | None,
+    max_us: float | None,
+    bound: float | None,
+    estimated: bool = False,
+) -> tuple[Verdict, str]:
+    """The verdict on a method's times, and in a word what stands in the way of a better one.
+
+    fits: no call seen was late, of so many that at most LATE_SHARE of all calls are (95 %
+    confidence; that is 2,995). fits without tail: the median fits, the tail does not or is not
+    known. does not fit: the median does not. unknown: no median.
+    """
+    limit = loop.limit_us
+    if p50_us is None:
+        return Verdict.UNKNOWN, "no call was timed"
+    if p50_us > limit:
+        return Verdict.DOES_NOT_FIT, "median"
+    if p999_us is not None and p999_us > limit:
+        return Verdict.WITHOUT_TAIL, "p99.9"
+    if estimated:
+        return Verdict.WITHOUT_TAIL, "estimate"
+    if max_us is not None and max_us > limit:
+        return Verdict.WITHOUT_TAIL, "slowest call"
+    if bound is None or bound > LATE_SHARE:
+        return Verdict.WITHOUT_TAIL, "too few calls"
+    return Verdict.FITS, ""
+
+
+def _largest(values: list[float | None], factor: float) -> float | None:
+    known = [value for value in values if value is not None]
+    return max(known) * factor if len(known) == len(values) and known else None

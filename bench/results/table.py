@@ -1,0 +1,49 @@
+"""results.csv: every row of a run through every column, and what the columns mean."""
+
+import csv
+import inspect
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+import bench.results.columns
+from bench.results.columns import Value
+from bench.results.rows import Row
+
+BAR = "\\|"
+"""A bar inside a cell of a Markdown table."""
+
+
+def columns() -> dict[str, Callable[[Row], Value]]:
+    """Every column by name, in the order in which ``bench.results.columns`` defines them."""
+    return {
+        name: thing
+        for name, thing in vars(bench.results.columns).items()
+        if inspect.isfunction(thing)
+        and thing.__module__ == "bench.results.columns"
+        and not name.startswith("_")
+    }
+
+
+def write_csv(rows: Iterable[Row], path: Path) -> None:
+    """Write results.csv: a header of column names, one line a row, empty where nothing applies."""
+    shown = columns()
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(shown)
+        writer.writerows([_text(column(row)) for column in shown.values()] for row in rows)
+
+
+def documentation() -> str:
+    """The columns as a Markdown table, from their docstrings."""
+    meanings = {name: " ".join(inspect.cleandoc(c.__doc__ or "").split()) for name, c in columns().items()}
+    lines = [f"| `{name}` | {text.replace('``', '`').replace('|', BAR)} |" for name, text in meanings.items()]
+    return "\n".join(["| column | meaning |", "|---|---|", *lines, ""])
+
+
+def _text(value: Value) -> str:
+    if not isinstance(value, float):
+        return "" if value is None else str(value)
+    # Six digits: more than a clock or a solver's tolerance can give. Always with a point, since readers
+    # that guess a column's type from its first rows must not take 0 and 1 for whole numbers.
+    text = f"{value:.6g}"
+    return text if set(text) & set(".en") else f"{text}.0"

@@ -1,0 +1,38 @@
+"""What one machine's times say of another machine, by fixed work that was timed on both: an estimate."""
+
+from dataclasses import dataclass
+from math import prod
+
+from bench.record.canary import CanaryError, CanaryFile
+from bench.results import columns
+from bench.results.ranking import number
+from bench.results.rows import Run
+
+BEYOND = 1.5
+"""The band is the canaries' ratios, widened by this. They are a Python loop and a matrix product; a
+solver's code also depends on caches, compilers and instruction sets, which neither of them feels."""
+
+
+@dataclass(frozen=True)
+class Transfer:
+    """How much longer calls take on the target than where the run was made.
+
+    low, high: ends of the band; centre: geometric mean of the canaries' ratios. machine: the target.
+    """
+
+    low: float
+    centre: float
+    high: float
+    machine: str
+
+
+def transfer(run: Run, target: CanaryFile) -> Transfer:
+    """The band by which times of a run change on the target; raises CanaryError without canaries."""
+    here = {row.method: number(columns.call_p50_us(row)) for row in run.rows if row.vehicle == "-"}
+    ratios = [us / there for name, us in target.median_us.items() if (there := here.get(name))]
+    if not ratios:
+        raise CanaryError("this run holds none of the file's canaries; run again with this version")
+    centre = prod(ratios) ** (1 / len(ratios))
+    return Transfer(
+        min(ratios) / BEYOND, centre, max(ratios) * BEYOND, str(target.machine.get("cpu") or "the target")
+    )

@@ -1,0 +1,220 @@
+"""``thrustbench check``: published defects are found, sound vehicles pass, and every remark has a cause."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from alloc import list_vehicles
+from alloc.lint.check import Report, check_vehicle
+from tests.places import ROOT
+
+PUBLISHED = Path(__file__).parent / "data" / "published"
+DEFECTS = {
+    "vortex-beluga": [
+        "yaw of thruster 0 is -0.3, but its pose makes 0.3239",
+        "(8 of 8 thrusters differ)",
+    ],
+    "vortex-manta-enu": [
+        "the heave row has the opposite sign",
+        "pitch of thruster 1 is -0.12, but its pose makes 0.1207",
+    ],
+    "desistek-saga": [
+        "the pitch row has the opposite sign",
+        "T has rank 3 but 6",
+        "no thruster pushes sway",
+        "no thruster pushes roll",
+    ],
+    "bluerov2-vectored6-centralenantes": [
+        "T has rank 5 but 6",
+        "no thruster pushes - surge + 0.034 heave + pitch",
+    ],
+    "girona500": ["T has rank 5 but 6", "no thruster pushes - sway + roll"],
+}
+"""What is known to be wrong with, or missing from, each of the twelve published vehicles."""
+
+GOOD = """\
+name: cross
+dof: [surge, sway, yaw]
+frame: frd
+T: [[1, 1, 0, 0], [0, 0, 1, 1], [-0.5, 0.5, 1, -1]]
+f_min: -11
+f_max: 11
+"""
+ACROSS = """\
+name: across
+dof: [surge]
+T: [[1, 6.1e-17]]
+f_min: -11
+f_max: 11
+"""
+BOX = """\
+name: box
+dof: [surge, sway, yaw]
+thrusters:
+  - {position: [0.4, 0.3, 0], direction: [1, 0, 0]}
+  - {position: [0.4, -0.3, 0], direction: [1, 0, 0]}
+  - {position: [0.3, 0.1, 0], direction: [0, 1, 0]}
+  - {position: [-0.3, 0.1, 0], direction: [0, 1, 0]}
+center_of_mass: [0, 0, 0]
+frame: frd
+f_min: -11
+f_max: 11
+"""
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    return tmp_path / "my.yaml"
+
+
+def checked(file: Path, text: str) -> Report:
+    file.write_text(text)
+    return check_vehicle(file)
+
+
+def messages(report: Report, level: str) -> list[str]:
+    return [finding.message for finding in report.findings if finding.level == level]
+
+
+def thrustbench(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "bench", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=30, cwd=ROOT)
+
+
+@pytest.mark.parametrize("path", sorted(PUBLISHED.glob("*.yaml")), ids=lambda path: path.stem)
+def test_a_published_vehicle_is_refused_for_its_known_defects_and_for_nothing_else(path: Path) -> None:
+    report = check_vehicle(path)
+    errors = messages(report, "error")
+    assert bool(errors) == (path.stem in DEFECTS)
+    said = "\n".join(errors + messages(report, "warning"))
+    for defect in DEFECTS.get(path.stem, []):
+        assert defect in said
+
+
+def test_all_twelve_are_there() -> None:
+    names = {path.stem for path in PUBLISHED.glob("*.yaml")}
+    assert len(names) == 12
+    assert set(DEFECTS) < names
+
+
+@pytest.mark.parametrize("name", list_vehicles())
+def test_a_shipped_vehicle_has_no_errors(name: str) -> None:
+    report = check_vehicle(name)
+    assert not messages(report, "error")
+    assert report.facts is not None
+    assert report.facts.condition < 4
+
+
+def test_a_sound_file_says_only_what_follows(file: Path) -> None:
+    report = checked(file, GOOD)
+    assert messages(report, "error") == messages(report, "warning") == []
+    assert messages(report, "note") == [
+        "d = 1 (thrusters less rank): the exact method takes 8 steps at worst"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "level", "line", "says"),
+    [
+        (GOOD.replace("[0, 0, 1, 1]", "[0, 0, 0, 0]"), "error", None, "T has rank 2 but 3"),
+        (GOOD.replace("[0, 0, 1, 1]", "[0, 0, 0, 0]"), "warning", 4, "no thruster pushes sway"),
+        (GOOD.replace("[0, 0, 1, 1]", "[1, 1, 0.02, 0]"), "warning", 4, "close to losing a direction"),
+        (GOOD.replace("1, 1, 0, 0", "1, 1, 0, 0, 0").replace("1, 1]", "1, 1, 0]"), "error", 4, "rows differ"),
+        (
+            GOOD.replace("0, 0]", "0, 0, 0]").replace("1, 1]", "1, 1, 0]").replace("-1]", "-1, 0]"),
+            "warning",
+            4,
+            "thruster 4 moves no controlled DOF",
+        ),
+        (ACROSS, "warning", 3, "thruster 1 moves no controlled DOF"),
+        (GOOD.replace("frame: frd\n", ""), "note", None, "no 'frame' given"),
+        (GOOD + "center_of_mass: [0, 0, 1]\n", "warning", 7, "has no effect without thrusters"),
+        (GOOD.replace("-11", "12"), "error", 5, "f_min[0] = 12 exceeds f_max[0] = 11"),
+        (GOOD.replace("-11", "[1, -1, -1, -1]"), "warning", 5, "thruster 0 can't stop"),
+        (GOOD.replace("-11", "[11, -1, -1, -1]"), "warning", 6, "thruster 0 has f_min = f_max = 11 N"),
+        (GOOD.replace("-11", "0"), "note", 5, "4 of 4 thrusters push one way only"),
+        (GOOD.replace("-11", "-9"), "note", 6, "not the same ahead and astern (-9 … 11 N)"),
+        (GOOD.replace("11", "40"), "note", 6, "40 N for every thruster is a round number"),
+        (GOOD + "weights: [1, 1, 1, -1]\n", "error", None, "symmetric positive definite"),
+        (GOOD + "weights: [1, 1, 1, 1e6]\n", "warning", 7, "differ by a factor of 1e+06"),
+        (BOX.replace("center_of_mass: [0, 0, 0]\n", ""), "note", None, "moments are taken about the origin"),
+        (
+            BOX.replace("center_of_mass: [0, 0, 0]", "center_of_mass: [-15, 1, 9]"),
+            "warning",
+            8,
+            "outside the",
+        ),
+        (BOX.replace("0.4", "400"), "warning", 3, "over 100 m off"),
+        (BOX.replace("-0.3, 0]", "0.3, 0]"), "warning", 5, "the same position and direction"),
+        (BOX.replace("[1, 0, 0]", "[1, 1, 0]"), "error", 4, "length 1.414; give a unit vector"),
+        (BOX.replace("surge, sway", "surge, heave, sway"), "warning", None, "no thruster pushes heave"),
+        (
+            BOX.replace("  - {position: [-0.3, 0.1", "# "),
+            "warning",
+            None,
+            "without thruster 2, nothing pushes",
+        ),
+        ("name: x\n", "error", None, "missing required field `dof`"),
+        (GOOD + "fmin: 1\n", "error", 7, "fmin: Object contains unknown field"),
+        ("name: x\n[", "error", 2, "not valid YAML"),
+    ],
+)
+def test_each_remark_has_its_cause(file: Path, text: str, level: str, line: int | None, says: str) -> None:
+    report = checked(file, text)
+    found = [f for f in report.findings if says in f.message]
+    assert found, report.findings
+    assert found[0].level == level
+    if found[0].key in ("T", "thrusters[1]") and line is None:
+        return  # the file has no such key to point at
+    assert found[0].line == line
+
+
+def test_a_failure_that_all_but_loses_a_direction_is_named(file: Path) -> None:
+    weak = GOOD.replace("[0, 0, 1, 1]", "[0.01, -0.01, 0, 1]").replace("1, -1]", "0, 0]")
+    said = messages(checked(file, weak), "warning")
+    assert any("without thruster 2" in line or "without thruster 3" in line for line in said)
+    near = GOOD.replace("[1, 1, 0, 0]", "[1, 0.02, 0, 0]")
+    assert any("a direction is all but lost" in line for line in messages(checked(file, near), "warning"))
+
+
+def test_one_thruster_left_is_still_a_vehicle(file: Path) -> None:
+    report = checked(file, "name: a\ndof: [surge]\nT: [[1]]\nf_min: -3\nf_max: 4\n")
+    assert not messages(report, "error")
+    assert any("no thruster is left" in line for line in messages(report, "warning"))
+
+
+def test_the_command_exits_with_0_for_a_sound_file_and_lists_what_it_found() -> None:
+    run = thrustbench("check", "ukwial")
+    assert run.returncode == 0
+    assert run.stdout.startswith("ukwial: 3 DOF, 4 thrusters, rank 3, d = 1, condition 1,")
+    assert "0 errors" in run.stdout.splitlines()[-1]
+    assert not run.stderr
+
+
+def test_the_command_exits_with_2_and_one_line_for_a_bad_file(file: Path) -> None:
+    file.write_text(GOOD.replace("-11", "12"))
+    run = thrustbench("check", file)
+    assert run.returncode == 2
+    assert run.stderr == f"thrustbench: {file}: line 5: cross: f_min[0] = 12 exceeds f_max[0] = 11\n"
+
+
+@pytest.mark.parametrize(("text", "usable"), [(GOOD, True), (GOOD + "H: [[1]]\n", False), ("[", False)])
+def test_json_says_the_same(file: Path, text: str, usable: bool) -> None:
+    file.write_text(text)
+    run = thrustbench("check", file, "--json")
+    said = json.loads(run.stdout)
+    assert said["usable"] is usable
+    assert (run.returncode == 0) is usable
+    assert said["file"] == str(file)
+    assert (said["facts"] is None) is not usable
+    assert ("error" in {finding["level"] for finding in said["findings"]}) is not usable
+
+
+def test_a_missing_file_is_one_line_too() -> None:
+    run = thrustbench("check", "/no/such.yaml")
+    assert run.returncode == 2
+    assert run.stderr.count("\n") == 1
+    assert "Traceback" not in run.stderr

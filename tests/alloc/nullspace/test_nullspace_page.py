@@ -1,0 +1,58 @@
+"""docs/exact.md says what is so: its worst cases, its picture, and the instruments behind its figures."""
+
+import re
+import shutil
+
+import numpy as np
+import pytest
+
+from alloc import build, load_vehicle
+from alloc.native import function_name, missing, sources
+from bench.emulation.kernel import Kernel
+from bench.studies import c_loop, nullspace_picture
+from tests.places import DOCS
+
+PAGE = (DOCS / "exact.md").read_text(encoding="utf-8")
+compiled = pytest.mark.skipif(bool(missing()), reason=missing() or "-")
+
+
+def kernel() -> Kernel:
+    vehicle = load_vehicle("ukwial")
+    name = function_name(vehicle, "nullspace")
+    files = sources(vehicle, "nullspace")
+    return Kernel("nullspace@native", "double", 3, 4, name, f'#include "{name}.h"', "tau, -1, f", files)
+
+
+def test_the_page_prints_each_vehicles_worst_case() -> None:
+    rows = re.findall(r"^\| (`[^|]*) \| [^|]* \| (\d+) \|$", PAGE, flags=re.MULTILINE)
+    named = {name: int(steps) for names, steps in rows for name in re.findall(r"`([\w-]+)`", names)}
+    assert len(named) >= 6
+    for name, steps in named.items():
+        assert build("nullspace", load_vehicle(name)).worst_case_steps == steps
+
+
+def test_the_picture_ends_where_the_method_does() -> None:
+    axes = nullspace_picture.draw().axes[0]  # the script itself checks that the way ends at nullspace's f
+    way = next(line for line in axes.lines if len(line.get_xdata()) == 6)  # from 0 past five strips
+    lengths = np.hypot(*way.get_data())
+    assert lengths[0] == 0.0
+    assert (np.diff(lengths) >= -1e-9).all()  # each strip can only push z away from the origin
+
+
+@compiled
+def test_the_c_loop_times_every_call_and_only_those() -> None:
+    taus = np.zeros((50, 3))
+    ns = c_loop.nanoseconds(kernel(), taus, repeats=3)
+    assert len(ns) == 3
+    assert (ns > 0.1).all()  # fewer than one instruction a call would mean that the call was left out
+    assert (ns < 1e5).all()
+
+
+@compiled
+@pytest.mark.skipif(shutil.which("valgrind") is None, reason="valgrind (Debian: apt install valgrind) counts")
+def test_instructions_repeat_exactly_and_tell_calls_apart() -> None:
+    taus = np.array([[0.0, 0.0, 0.0], [np.nan, 0.0, 0.0], [100.0, 20.0, 5.0]])
+    first, again = (c_loop.instructions(kernel(), taus) for _ in range(2))
+    np.testing.assert_array_equal(first, again)
+    assert len(first) == 3
+    assert first[1] < first[0]  # refused before anything is written

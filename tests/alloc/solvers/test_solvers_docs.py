@@ -1,0 +1,45 @@
+"""docs/solvers.md says of each solver what its file says, and its reproductions are programs."""
+
+import pytest
+
+from alloc import solvers
+from bench.studies.solver_defects import reproductions
+from tests.places import DOCS, ROOT
+
+TEXT = (DOCS / "solvers.md").read_text(encoding="utf-8")
+ROWS = {
+    cells[0]: cells
+    for line in TEXT.partition("## The problem")[0].splitlines()
+    if line.startswith("|") and (cells := [cell.strip() for cell in line.strip("|").split("|")])
+}
+
+
+@pytest.mark.parametrize("name", solvers.names())
+def test_the_document_and_the_file_agree_on_each_solver(name: str) -> None:
+    solver = solvers.load(name)
+    _, _, algorithm, licence, starts, _ = ROWS[name]
+    assert (algorithm, licence, starts) == (solver.ALGORITHM, solver.LICENCE, ", ".join(solver.STARTS))
+
+
+@pytest.mark.parametrize("name", solvers.names())
+def test_the_version_tried_is_the_version_pinned(name: str) -> None:
+    pins = dict(line.split("==") for line in (ROOT / "constraints.txt").read_text().split())
+    assert ROWS[name][1] == pins[solvers.load(name).PACKAGE]
+
+
+def test_every_reproduction_compiles_and_is_short() -> None:
+    found = reproductions(TEXT)
+    assert len(found) > 10
+    for title, code in found.items():
+        compile(code, title, "exec")
+        assert len(code.splitlines()) < 30
+
+
+@pytest.mark.parametrize("name", solvers.names())
+def test_every_level_has_a_promise_for_each_formulation(name: str) -> None:
+    solver = solvers.load(name)
+    for formulation in ("hard", "soft"):
+        promised = solver.TOLERANCE[formulation]
+        assert set(promised) == set(solver.SETTINGS)
+        if "tight" in promised:
+            assert promised["tight"] <= promised["default"]

@@ -1,0 +1,229 @@
+"""Whatever is wrong with an argument or a file: exit code 2 and one line on standard error, soon."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from bench.__main__ import main
+from tests.made_up import cell, header, record
+from tests.places import ROOT
+
+GOOD = "surge,sway,yaw\n1,2,3\n"
+TAM = "tam: [[1, 1], [0, 0], [0, 0], [0, 0], [0, 0], [-1, 1]]\n"
+
+
+@pytest.fixture
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a good demand file, a good TAM and some bad ones, and being in it."""
+    (tmp_path / "good.csv").write_text(GOOD)
+    (tmp_path / "TAM.yaml").write_text(TAM)
+    (tmp_path / "nan.csv").write_text("surge,sway,yaw\n1,nan,3\n")
+    (tmp_path / "wide.csv").write_text("surge,sway,yaw\n1,2,3,4\n")
+    (tmp_path / "other.csv").write_text("surge,heave\n1,2\n")
+    (tmp_path / "semicolons.csv").write_text("surge;sway;yaw\n1;2;3\n")
+    (tmp_path / "empty.csv").write_text("")
+    (tmp_path / "binary.csv").write_bytes(bytes(range(256)))
+    (tmp_path / "broken.yaml").write_text("name: [\n")
+    (tmp_path / "tagged.yaml").write_text("name: !!python/object/apply:os.system [ls]\n")
+    (tmp_path / "broken.py").write_text("def build(:\n")
+    (tmp_path / "empty.py").write_text("")
+    (tmp_path / "exits.py").write_text("import sys; sys.exit(0)\n")
+    (tmp_path / "fake.bag").write_bytes(b"#ROSBAG V2.0\n" + bytes(50))
+    (tmp_path / "fake.ulg").write_bytes(b"ULog\x01\x12\x35\x01" + bytes(50))
+    (tmp_path / "good.py").write_text("from alloc.methods.pinv import FORMULATION, build\n")
+    for name, benchmark in (
+        ("latin.json", b'"fullname": "\xff", "stats": {"min": 1, "median": 1}'),
+        ("calls.json", b'"fullname": "a", "stats": {"min": 1, "median": 1}, "extra_info": {"calls": 0}'),
+        ("zero.json", b'"fullname": "a", "stats": {"min": 0, "median": 1}'),
+    ):
+        (tmp_path / name).write_bytes(b'{"machine_info": {}, "benchmarks": [{' + benchmark + b"}]}")
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "blocked" / "results.csv").mkdir(parents=True)
+    record(tmp_path / "blocked", header(), cell())
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def refusal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, line: str) -> str:
+    """The one line with which the program refuses a command line."""
+    monkeypatch.setattr(sys, "argv", ["thrustbench", *line.split("|")])
+    start = time.process_time()
+    with pytest.raises(SystemExit) as ended:
+        main()
+    said = capsys.readouterr().err
+    assert time.process_time() - start < 5
+    assert ended.value.code == 2, said
+    assert said.count("\n") == 1, said
+    assert "Traceback" not in said
+    return said
+
+
+@pytest.mark.parametrize(
+    ("line", "says"),
+    [
+        ("fly", "No such command 'fly'"),
+        ("allocate", "Missing"),
+        ("allocate|good.csv|--vehicle|ukwial|--method|pinv|--speed", "No such option"),
+        (
+            "allocate|good.csv|--vehicle|yellow|--method|pinv",
+            "no vehicle 'yellow'; shipped ones are bluerov2",
+        ),
+        ("allocate|good.csv|--vehicle|broken.yaml|--method|pinv", "broken.yaml: line 2: not valid YAML"),
+        ("allocate|good.csv|--vehicle|tagged.yaml|--method|pinv", "tagged.yaml: line 1: tag"),
+        ("allocate|good.csv|--vehicle|gone.yaml|--method|pinv", "gone.yaml: can't be read (no such file"),
+        ("allocate|good.csv|--vehicle|folder|--method|pinv", "folder: can't be read (is a directory)"),
+        ("allocate|good.csv|--vehicle|ukwial|--method|magic", "no method 'magic'; there are clip"),
+        ("allocate|good.csv|--vehicle|ukwial|--method|qp/gurobi", "no method 'qp/gurobi'"),
+        ("allocate|good.csv|--vehicle|bluerov2|--method|pinv", "no column 'heave'"),
+        ("allocate|gone.csv|--vehicle|ukwial|--method|pinv", "gone.csv: can't be read (no such file"),
+        ("allocate|folder|--vehicle|ukwial|--method|pinv", "folder: can't be read (is a directory)"),
+        ("allocate|nan.csv|--vehicle|ukwial|--method|pinv", "nan.csv: line 2: sway is 'nan'"),
+        ("allocate|wide.csv|--vehicle|ukwial|--method|pinv", "wide.csv: line 2: 4 cells under 3 columns"),
+        ("allocate|other.csv|--vehicle|ukwial|--method|pinv", "other.csv: line 1: unknown column 'heave'"),
+        ("allocate|semicolons.csv|--vehicle|ukwial|--method|pinv", "separated by semicolons"),
+        ("allocate|empty.csv|--vehicle|ukwial|--method|pinv", "the file is empty"),
+        ("allocate|binary.csv|--vehicle|ukwial|--method|pinv", "not UTF-8"),
+        (
+            "allocate|good.csv|--vehicle|ukwial|--method|walsh|--fault|9",
+            "has no thruster 9; count from 0 to 3",
+        ),
+        ("allocate|good.csv|--vehicle|ukwial|--method|walsh|--fault|0@0.5", "thruster 0 is weakened"),
+        ("allocate|good.csv|--vehicle|ukwial|--method|pinv|--fault|x", "fault"),
+        ("allocate|good.csv|--vehicle|ukwial|--method|pinv|--fault|0@nan", ""),
+        ("allocate|good.csv|--vehicle|ukwial|--method|pinv|--fault|0@2", "readiness"),
+        ("allocate|good.csv|--vehicle|nautilus|--method|walsh", "no column 'heave'"),
+        ("allocate|good.csv|--vehicle|ukwial|--method|qp/daqp|--start|hot", "qp/daqp has no start 'hot'"),
+        ("allocate|good.csv|--vehicle|ukwial|--method|pinv|--level|tight", "pinv has no level 'tight'"),
+        ("allocate|good.csv|--vehicle|ukwial|--method|m|--plugin|broken.py", "broken.py: can't be imported"),
+        (
+            "allocate|good.csv|--vehicle|ukwial|--method|m|--plugin|empty.py",
+            "empty.py: has no build(vehicle)",
+        ),
+        ("allocate|good.csv|--vehicle|ukwial|--method|m|--plugin|gone.py", "gone.py"),
+        (
+            "allocate|good.csv|--vehicle|ukwial|--method|pinv|-o|no/where.csv",
+            "no/where.csv: can't be written",
+        ),
+        ("allocate|good.csv|--vehicle|ukwial|--method|pinv|-o|folder", "folder: can't be written"),
+        (
+            "allocate|good.csv|--vehicle|ukwial|--method|pinv|-o|/dev/full",
+            "/dev/full: can't be written (no space",
+        ),
+        (
+            "allocate|good.csv|--vehicle|ukwial|--method|pinv|--plugin|good.py",
+            "good.py: holds method 'good', not 'pinv'; give --method good",
+        ),
+        ("check|gone.yaml", "gone.yaml: can't be read"),
+        ("check|binary.csv", "binary.csv: "),
+        ("import|TAM.yaml", "no limits in it; give --f-min and --f-max"),
+        ("import|TAM.yaml|--f-min|nan|--f-max|1", "f_min holds NaN"),
+        ("import|TAM.yaml|--f-min|3|--f-max|1", "exceeds"),
+        ("import|TAM.yaml|--f-min|x|--f-max|1", "'x' is not a valid float"),
+        ("import|TAM.yaml|--f-min|-1|--f-max|1|--dof|up,down", "no row for 'up'"),
+        ("import|TAM.yaml|--f-min|-1|--f-max|1|--name|a/b", "name: give 1 to 60"),
+        ("import|TAM.yaml|--f-min|-1|--f-max|1|--format|urdf", "no format 'urdf'"),
+        ("import|TAM.yaml|--f-min|-1|--f-max|1|-o|no/where.yaml", "can't be written"),
+        ("import|folder", "is a directory"),
+        ("import|binary.csv", "not UTF-8"),
+        ("export|ukwial|--format|docx", "can't write format 'docx'; there are csv, ros"),
+        ("export|ukwial|--format|csv|-o|/dev/full", "no space left"),
+        ("demands|gone.bag|--vehicle|ukwial", "no such file"),
+        ("demands|fake.bag|--vehicle|ukwial", "not a bag"),
+        ("demands|fake.ulg|--vehicle|ukwial", "fake.ulg: "),
+        ("demands|folder|--vehicle|ukwial", "not a bag"),
+        ("demands|good.csv|--vehicle|ukwial|--scale|1,2", "--scale '1,2': give one number"),
+        ("demands|good.csv|--vehicle|ukwial|--frame|up", "'up' is not one of"),
+        ("run|--vehicle|yellow|--out|out", "no vehicle 'yellow'"),
+        ("run|--method|magic|--out|out", "no method 'magic'"),
+        ("run|--demands|magic|--out|out", "no demand set 'magic'"),
+        ("run|--vehicle|ukwial|--demands|nan.csv|--out|out", "sway is 'nan'"),
+        ("run|--repeats|0", "0 is not in the range"),
+        ("run|--n|many", "'many' is not a valid integer"),
+        ("run|--n|99999999999999|--out|out", "out of memory; ask for fewer demands"),
+        ("run|--vehicle|ukwial|--method|pinv|--out|good.csv", "good.csv"),
+        ("run|--budget-ms|500|--time-limit|0.5|--out|out", "--budget-ms 500: no cell can be timed"),
+        ("run|--plugin|exits.py|--out|out", "exits.py: can't be imported (SystemExit"),
+        ("run|--study|growth|--quick", "give one of --study, --quick and --all"),
+        ("gate|HEAD|--repo|good.csv", "Directory 'good.csv' is a file"),
+        ("gate|HEAD|--plugin|folder", "File 'folder' is a directory"),
+        ("report|blocked", "blocked/results.csv: is a directory"),
+        ("report|gone", "gone"),
+        ("report|folder", "folder"),
+        ("size|folder|--rate|50", "folder"),
+        ("size|folder|--rate|nan", "nan is not a finite number"),
+        ("size|folder|--rate|inf", "inf is not a finite number"),
+        ("size|folder|--rate|-1", "-1.0 is not in the range"),
+        ("size|folder|--rate|50|--clock|nan", "nan is not a finite number"),
+        ("size|folder|--rate|50|--cpi|3|1", "--cpi 3 1: give the lower number first"),
+        ("run|--time-limit|inf", "inf is not a finite number"),
+        ("run|--memory|99999999999", "is not in the range"),
+        ("gate|HEAD|--threshold|nan", "nan is not a finite number"),
+        ("compare|gone.json|gone.json", "gone.json"),
+        ("compare|binary.csv|binary.csv", "binary.csv"),
+        ("compare|latin.json|latin.json", "latin.json: "),
+        ("compare|calls.json|calls.json", "calls.json: Expected `int` >= 1"),
+        ("compare|zero.json|zero.json", "zero.json: Expected `float` > 0"),
+    ],
+)
+def test_bad_input_ends_with_2_and_one_line(
+    place: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, line: str, says: str
+) -> None:
+    before = sorted(place.rglob("*"))
+    assert says in refusal(capsys, monkeypatch, line)
+    assert sorted(place.rglob("*")) == before, "something half done was left behind"
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root reads everything")
+def test_an_unreadable_file_is_refused(
+    place: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (place / "good.csv").chmod(0)
+    said = refusal(capsys, monkeypatch, "allocate|good.csv|--vehicle|ukwial|--method|pinv")
+    assert "good.csv: can't be read (permission denied)" in said
+
+
+def test_a_file_name_of_two_lines_is_still_one_line(
+    place: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert "a b.yaml" in refusal(capsys, monkeypatch, "check|a\nb.yaml")
+
+
+def test_a_reader_who_leaves_early_hears_no_traceback_and_the_exit_code_is_no_verdict() -> None:
+    for command in (["columns"], ["list"]):  # click writes the one, rich the other
+        with subprocess.Popen(
+            [sys.executable, "-m", "bench", *command],
+            cwd=ROOT,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+        ) as left:
+            assert left.stdout is not None
+            assert left.stderr is not None
+            left.stdout.close()
+            assert left.stderr.read() == b""
+        assert left.returncode == 128 + signal.SIGPIPE  # 1 would say that something got worse
+
+
+def test_a_terminal_that_lacks_a_letter_is_no_reason_to_stop() -> None:
+    ascii_only = {**os.environ, "PYTHONIOENCODING": "ascii"}
+    done = subprocess.run(
+        [sys.executable, "-m", "bench", "list"], cwd=ROOT, env=ascii_only, capture_output=True, check=True
+    )
+    assert rb"\u2026" in done.stdout  # limits stand as -250 … 250
+
+
+def test_a_full_disk_below_standard_output_is_one_line() -> None:
+    with Path("/dev/full").open("wb") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "bench", "columns"],
+            cwd=ROOT,
+            stdout=full,
+            stderr=subprocess.PIPE,
+            check=False,
+        )
+    assert done.returncode == 2
+    assert done.stderr == b"thrustbench: no space left on device; make room there or name another place\n"

@@ -1,0 +1,130 @@
+"""The mission: the body's equations by what they must conserve, and what the two sets promise."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from alloc import Label, NotApplicable, Vehicle, load_vehicle, single_axis_maxima
+from bench.demands import DemandSet, build_demands
+from bench.demands.mission import body
+from bench.demands.mission.simulate import HALF, STEPS, fly
+
+NAMES = ["ukwial", "bluerov2-heavy"]
+"""A planar one and one with all degrees of freedom; a flight costs a second."""
+vehicles = pytest.mark.parametrize("name", NAMES)
+
+
+@cache
+def sets(name: str) -> tuple[DemandSet, DemandSet]:
+    vehicle = load_vehicle(name)
+    return build_demands("mission", vehicle, 1), build_demands("mission-fault", vehicle, 1)
+
+
+def test_coriolis_forces_do_no_work():
+    rng = np.random.default_rng(1)
+    for v in rng.normal(size=(20, 6)):
+        drag = (body.LINEAR + body.QUADRATIC * np.abs(v)) * v
+        assert v @ (body.resistance(v) - drag) == pytest.approx(0, abs=1e-10)
+
+
+def test_drag_alone_takes_energy_in_every_direction():
+    for v in np.vstack([np.eye(6), -np.eye(6)]):
+        assert v @ body.resistance(v) > 0
+
+
+def test_weight_and_buoyancy_pull_along_the_vertical_at_any_attitude():
+    for yaw in (0.0, 1.0, -2.0):
+        roll, pitch = 0.3, -0.4
+        force = body.rotation(np.array([roll, pitch, yaw])) @ body.restoring(np.array([roll, pitch, yaw]))[:3]
+        assert force == pytest.approx([0, 0, -(body.WEIGHT - body.BUOYANCY)], abs=1e-12)
+
+
+def test_a_tilted_body_is_turned_back_upright():
+    for tilt in (0.2, -0.2):
+        assert -body.restoring(np.array([tilt, 0, 0]))[3] * tilt < 0
+        assert -body.restoring(np.array([0, tilt, 0]))[4] * tilt < 0
+
+
+def test_attitude_rates_are_those_of_the_rotation_matrix():
+    attitude, w, dt = np.array([0.3, -0.5, 1.2]), np.array([0.4, -0.3, 0.7]), 1e-7
+    turned = body.rotation(attitude + dt * body.euler_rates(attitude, w))
+    skew = np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])
+    expected = body.rotation(attitude) @ (np.eye(3) + dt * skew)  # R' = R S(w)
+    np.testing.assert_allclose(turned, expected, atol=1e-12)
+
+
+@vehicles
+def test_the_two_halves_are_one_flight_cut_at_the_failure(name: str):
+    before, after = sets(name)
+    assert before.taus.shape == after.taus.shape == (HALF, load_vehicle(name).k)
+    assert before.rate_hz == after.rate_hz == 100
+    assert before.vehicle.name == name
+    assert len(after.vehicle.working) == len(before.vehicle.working) - 1
+    # A demand follows on the one before: by no more than between two neighbours while station is kept.
+    jumps = np.abs(np.diff(before.taus[-100:], axis=0)).max(axis=0)
+    assert (np.abs(after.taus[0] - before.taus[-1]) <= 3 * jumps).all()
+
+
+@vehicles
+def test_demands_stay_within_what_each_axis_reaches_alone(name: str):
+    backward, forward = single_axis_maxima(load_vehicle(name))
+    for found in sets(name):
+        assert (found.taus >= backward).all()
+        assert (found.taus <= forward).all()
+
+
+@vehicles
+def test_demands_hang_together_in_time(name: str):
+    for found in sets(name):
+        scaled = found.taus / found.taus.std(axis=0)
+        assert np.median(np.abs(np.diff(scaled, axis=0))) < 0.1  # independent ones would differ by about 1
+
+
+def test_a_mission_needs_every_regime_somewhere():
+    labels = np.concatenate([part.labels for name in NAMES for part in sets(name)])
+    assert {Label.INACTIVE, Label.ACTIVE, Label.INFEASIBLE} <= set(labels)
+
+
+@vehicles
+def test_the_vehicle_arrives_and_keeps_station_until_the_thruster_fails(name: str):
+    vehicle = load_vehicle(name)
+    flight = fly(vehicle, vehicle, np.random.default_rng(3), HALF)
+    settled = flight.poses[HALF - 300 :]
+    assert np.ptp(settled[:, :3], axis=0).max() < 0.3  # m
+    assert np.abs(settled[:, 3:5]).max() < 0.4  # rad
+
+
+def test_the_failure_changes_the_flight_from_then_on_and_nothing_before():
+    ukwial = load_vehicle("ukwial")
+    well, failed = (fly(ukwial, v, np.random.default_rng(3)) for v in (ukwial, ukwial.with_fault(0)))
+    assert np.array_equal(well.poses[: HALF + 1], failed.poses[: HALF + 1])
+    assert np.abs(well.poses[HALF:] - failed.poses[HALF:]).max() > 0.1  # m
+
+
+def test_an_axis_that_is_not_controlled_stays_where_it_is():
+    ukwial = load_vehicle("ukwial")
+    poses = fly(ukwial, ukwial, np.random.default_rng(3), HALF).poses
+    assert (poses[:, 2:5] == 0).all()
+    assert np.ptp(poses[:, [0, 1, 5]], axis=0).min() > 0.5
+
+
+def test_fewer_demands_than_all_start_where_something_happens():
+    vehicle = load_vehicle("ukwial")
+    whole, part = (build_demands("mission", vehicle, 1, n).taus for n in (None, 100))
+    assert np.array_equal(part, whole[STEPS[0] : STEPS[0] + 100])
+
+
+def test_a_vehicle_with_one_thruster_has_no_failure_to_survive():
+    one = Vehicle(
+        name="one",
+        dof=("surge",),
+        T=np.eye(1),
+        H=np.eye(1),
+        f_min=[-1.0],
+        f_max=[1.0],
+        readiness=[1.0],
+        slack_weights=[1.0],
+    )
+    with pytest.raises(NotApplicable, match="one thruster"):
+        build_demands("mission-fault", one, 1)

@@ -1,0 +1,227 @@
+"""The generated C on emulated processors: the goals it must keep, and that it answers as Python does."""
+
+import csv
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from alloc import AllocError, Label, UnknownName, load_vehicle
+from alloc.native.code import Scalar
+from bench.__main__ import cli
+from bench.demands import build_demands
+from bench.emulation.agreement import agreement
+from bench.emulation.count import count
+from bench.emulation.image import Image, link
+from bench.emulation.install import install
+from bench.emulation.kernels import OSQP, build_kernel
+from bench.emulation.record import write
+from bench.emulation.search import climb
+from bench.emulation.study import CLASSES, Plan, emulate
+from bench.emulation.toolchain import Target, missing, target
+from bench.record import Emulated, read
+from bench.report.goals import goals
+from bench.results.emulated import rows as counted_rows
+from bench.results.goals import BOARDS, GOALS, STACK_BYTES
+from tests.places import ROOT
+
+COUPLED = str(ROOT / "docs/vehicles/box8.yaml")
+
+
+def available(name: str) -> Target:
+    found = target(name)
+    if reason := missing(found):
+        pytest.skip(reason)
+    return found
+
+
+def linked(method: str, vehicle: str, scalar: Scalar, name: str, folder: Path) -> Image:
+    return link(build_kernel(method, load_vehicle(vehicle), scalar), available(name), folder)
+
+
+def rows(
+    method: str, target_name: str, *, vehicle: str = "ukwial", demands: Sequence[str] = CLASSES, n: int = 12
+) -> Sequence[Emulated]:
+    targets = (available(target_name),)
+    plan = Plan((load_vehicle(vehicle),), targets, (method,), ("double",), tuple(demands), 1, n)
+    return list(emulate(plan))
+
+
+@pytest.mark.parametrize(("vehicle", "method", "most"), GOALS)
+@pytest.mark.parametrize(("name", "scalar", "factor"), BOARDS)
+def test_worst_counts_keep_within_what_was_asked_for(
+    vehicle: str, method: str, most: int, name: str, scalar: Scalar, factor: float, tmp_path: Path
+) -> None:
+    asked = COUPLED if vehicle == "box8" else vehicle
+    image = linked(method, asked, scalar, name, tmp_path)
+    sets = [build_demands(each, load_vehicle(asked), 1, 60) for each in ("active", "infeasible")]
+    counted = count(image, np.concatenate([demands.taus for demands in sets]))
+    assert counted.instructions.max() <= factor * most
+    assert image.ram_static_bytes == 0
+    assert counted.stack_bytes.max() <= STACK_BYTES
+
+
+@pytest.mark.parametrize("name", ["cortex-m7", "aarch64"])
+def test_the_same_plan_twice_gives_the_same_counts_to_the_instruction(name: str) -> None:
+    first, second = (
+        rows("nullspace@native", name, vehicle="supply-vessel", demands=("active",)) for _ in range(2)
+    )
+    assert first == second
+    assert [row.demands for row in first] == ["active", "search"]
+    assert len(first[0].instructions) > 2
+    assert first[-1].instructions[-1][0] >= first[0].instructions[-1][0]
+
+
+def test_osqp_s_own_c_finds_the_optimum_it_promises_and_takes_hundreds_of_times_as_long() -> None:
+    methods = (OSQP, "nullspace@native")
+    (osqp, *_), (exact, *_) = (rows(method, "cortex-m7", demands=("active",), n=50) for method in methods)
+    assert osqp.agrees
+    assert exact.agrees
+    assert osqp.instructions[0][0] > 100 * exact.instructions[-1][0]
+
+
+def test_a_wrong_answer_does_not_agree(tmp_path: Path) -> None:
+    vehicle = load_vehicle("ukwial")
+    demands = build_demands("active", vehicle, 1, 10)
+    image = linked("nullspace@native", "ukwial", "double", "aarch64", tmp_path)
+    counted = count(image, demands.taus)
+    assert agreement(image.kernel, demands, counted).agrees
+    counted.F[3, 1] += 1e-9 * vehicle.f_scale
+    found = agreement(image.kernel, demands, counted)
+    assert not found.agrees
+    assert found.distance_rel_max == pytest.approx(1e-9, rel=1e-3)
+    counted.F[3, 1] = np.nan
+    assert not agreement(image.kernel, demands, counted).agrees
+
+
+def test_a_wrong_verdict_does_not_agree(tmp_path: Path) -> None:
+    demands = build_demands("active", load_vehicle("ukwial"), 1, 10)
+    assert (demands.labels == Label.ACTIVE).all()
+    counted = count(linked("nullspace@native", "ukwial", "double", "aarch64", tmp_path), demands.taus)
+    counted.status[2] = 2
+    found = agreement(build_kernel("nullspace@native", demands.vehicle, "double"), demands, counted)
+    assert not found.agrees
+    assert found.other_verdicts == 1
+
+
+def test_the_search_climbs_to_a_peak_that_sampling_misses(rng: np.random.Generator) -> None:
+    def cost(taus: np.ndarray) -> np.ndarray:
+        return (1000 / (1 + 30 * np.linalg.norm(taus - [0.5, -0.3, 0.2], axis=1))).astype(np.intp)
+
+    taus, costs = climb(cost, np.zeros((1, 3)), np.ones(3), rng)
+    without_climbing, _ = climb(cost, np.zeros((1, 3)), np.ones(3), rng, generations=0, size=len(taus))
+    assert cost(without_climbing).max() < 700
+    assert costs[0] > 800
+    assert (np.diff(costs) <= 0).all()
+    np.testing.assert_array_equal(cost(taus), costs)
+
+
+def test_the_search_ends_early_where_every_demand_costs_the_same(rng: np.random.Generator) -> None:
+    taus, costs = climb(
+        lambda taus: np.full(len(taus), 29), np.zeros((1, 3)), np.ones(3), rng, generations=8, size=10
+    )
+    assert len(taus) == len(costs) == 11
+
+
+def test_a_method_without_c_is_refused_by_name() -> None:
+    with pytest.raises(UnknownName, match=r"no C is generated for method 'clip'; there is .*pinv@native"):
+        build_kernel("clip", load_vehicle("ukwial"), "double")
+
+
+def test_a_missing_emulator_is_a_row_that_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("shutil.which", lambda name: None if name == "qemu-aarch64" else name)
+    plan = Plan((load_vehicle("ukwial"),), (target("aarch64"),), ("pinv@native",), ("float",), CLASSES, 1, 5)
+    (row,) = emulate(plan)
+    assert row.status == "missing"
+    assert "apt-get install qemu-user" in row.reason
+
+
+def test_adding_to_a_folder_without_a_record_begins_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("shutil.which", lambda name: None)
+    plan = Plan((load_vehicle("ukwial"),), (target("aarch64"),), ("pinv@native",), ("float",), (), 1, 5)
+    for rows_so_far in (1, 2):
+        list(write(plan, tmp_path, add=True))
+        assert len(read(tmp_path).emulated) == rows_so_far
+
+
+def test_what_cannot_be_installed_is_named_and_no_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[Sequence[str]] = []
+
+    def refuse(command: Sequence[str], **_: object) -> subprocess.CompletedProcess[str]:
+        asked.append(command)
+        return subprocess.CompletedProcess(command, 100)
+
+    monkeypatch.setattr("shutil.which", lambda name: None if name == "qemu-aarch64" else name)
+    monkeypatch.setattr("bench.emulation.install.subprocess.run", refuse)
+    assert "qemu-user" in install()
+    assert any("update" in command for command in asked)
+    assert not any("install" in command for command in asked)  # after a refusal, nothing more is tried
+
+
+def test_a_method_that_does_not_cover_the_vehicle_is_a_row_with_the_reason() -> None:
+    plan = Plan(
+        (load_vehicle("supply-vessel"),),
+        (available("aarch64"),),
+        ("walsh@native",),
+        ("double",),
+        CLASSES,
+        1,
+        5,
+    )
+    (row,) = emulate(plan)
+    assert row.status == "refused"
+    assert "eq. 18" in row.reason
+
+
+def test_the_command_writes_counts_beside_those_on_x86_and_never_times(tmp_path: Path) -> None:
+    available("cortex-m7")
+    available("x86-64")
+    asked = ["--vehicle", "ukwial", "--target", "cortex-m7", "--method", "pinv@native", "--float", "--n", "5"]
+    result = CliRunner().invoke(cli, ["emulate", *asked, "--out", str(tmp_path)], standalone_mode=False)
+    assert result.return_value == 0, result.output
+    assert sorted(p.name for p in tmp_path.iterdir() if p.name[0] != ".") == [
+        "emulation.csv",
+        "record.jsonl",
+        "report.html",
+        "report.md",
+    ]
+    with (tmp_path / "emulation.csv").open(newline="") as file:
+        found = {(row["target"], row["demands"]): row for row in csv.DictReader(file)}
+    board, x86 = found["cortex-m7", "active"], found["x86-64", "active"]
+    ratio = int(board["instructions_worst"]) / int(x86["instructions_worst"])
+    assert float(board["worst_over_x86"]) == pytest.approx(ratio, rel=1e-5)
+    assert not [name for name in board if "us" in name.split("_") or "ns" in name.split("_")]
+    assert "| ukwial" in (tmp_path / "report.md").read_text(encoding="utf-8")
+
+
+def test_the_goals_in_the_docs_are_what_the_committed_record_gives() -> None:
+    committed = ROOT / "results/emulated"
+    if not committed.exists():
+        pytest.skip("no results are committed yet: `make emulate` makes them")
+    text = (ROOT / "docs/embedded.md").read_text(encoding="utf-8")
+    shown = text.partition("<!-- goals:start -->\n")[2].partition("<!-- goals:end -->")[0]
+    assert shown == goals(counted_rows(read(committed).emulated))
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "said"),
+    [
+        ("--method", "clip", "no C is generated for method 'clip'"),
+        ("--target", "avr", "no target 'avr'"),
+        ("--demands", "waves", "no demand set 'waves'"),
+        ("--vehicle", "boat", "boat"),
+    ],
+)
+def test_an_unknown_name_is_refused_before_the_record_is_touched(
+    option: str, value: str, said: str, tmp_path: Path
+) -> None:
+    (tmp_path / "record.jsonl").write_text("kept")
+    result = CliRunner().invoke(cli, ["emulate", option, value, "--n", "2", "--out", str(tmp_path)])
+    assert isinstance(result.exception, AllocError)
+    assert said in str(result.exception)
+    assert (tmp_path / "record.jsonl").read_text() == "kept"

@@ -1,0 +1,127 @@
+"""Methods that crash, hang, leak or lie are rows with a reason, and every other row is measured."""
+
+import os
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+from bench.__main__ import cli
+from bench.record import Cell, Record, read
+from tests.places import ROOT
+from tests.plugin_files import BODIES, write_plugin
+
+TIME_LIMIT_S = 1.0
+
+
+@pytest.fixture(scope="module")
+def outcome(tmp_path_factory: pytest.TempPathFactory) -> tuple[Result, Record]:
+    folder = tmp_path_factory.mktemp("misbehaviour")
+    plugins = [f"--plugin={write_plugin(folder, name)}" for name in BODIES]
+    options = ["--vehicle=ukwial", "--demands=inactive", "--demands=infeasible", "--method=pinv"]
+    tiny = ["--n=8", "--budget-ms=1", "--repeats=1", f"--time-limit={TIME_LIMIT_S}", "--memory=500"]
+    command = ["run", *plugins, *options, *tiny, f"--out={folder / 'out'}"]
+    result = CliRunner().invoke(cli, command, standalone_mode=False)
+    return result, read(folder / "out")
+
+
+def cell(outcome: tuple[Result, Record], method: str, demands: str) -> Cell:
+    (found,) = [c for c in outcome[1].cells if (c.key.method, c.key.demands) == (method, demands)]
+    return found
+
+
+@pytest.mark.parametrize(
+    ("method", "status", "reason"),
+    [
+        ("segfaults", "crashed", "SIGSEGV"),
+        ("loops", "timeout", f"no answer within {TIME_LIMIT_S:g} s"),
+        ("raises", "failed", "ValueError: no such demand"),
+        ("leaks", "failed", "out of memory"),
+        ("exits", "crashed", "exit code 0"),
+        ("calls-exit", "failed", "SystemExit: 3"),
+    ],
+)
+def test_what_goes_wrong_is_a_row_with_its_reason_and_the_methods_other_row_is_measured(
+    outcome: tuple[Result, Record], method: str, status: str, reason: str
+) -> None:
+    bad = cell(outcome, method, "infeasible")
+    assert bad.status == status
+    assert reason in bad.reason
+    good = cell(outcome, method, "inactive")
+    assert good.status == "ok", good.reason
+    assert good.judged is not None
+    assert good.judged.agrees is True
+
+
+def test_all_other_methods_are_measured_all_the_same(outcome: tuple[Result, Record]) -> None:
+    for method in ("pinv", "noop", "sleeps", "floods"):
+        for demands in ("inactive", "infeasible"):
+            assert cell(outcome, method, demands).status == "ok"
+
+
+def test_an_array_handed_out_twice_is_a_wrong_answer(outcome: tuple[Result, Record]) -> None:
+    judged = cell(outcome, "yesterday", "inactive").judged
+    assert judged is not None
+    assert "shares memory" in judged.wrong
+
+
+def test_a_demand_that_a_method_writes_into_is_judged_as_it_was_asked(outcome: tuple[Result, Record]) -> None:
+    judged = cell(outcome, "scribbles", "infeasible").judged
+    assert judged is not None
+    assert "the wrench is not met" in judged.wrong
+    assert judged.loss["wrench_error_rel_max"] == 1.0
+
+
+def test_nan_that_claims_to_be_solved_is_a_wrong_answer(outcome: tuple[Result, Record]) -> None:
+    judged = cell(outcome, "nan", "infeasible").judged
+    assert judged is not None
+    assert judged.wrong.startswith("NaN")
+
+
+def test_a_method_that_is_off_by_a_thousandth_is_named_and_the_exit_code_is_1(
+    outcome: tuple[Result, Record],
+) -> None:
+    result, _ = outcome
+    judged = cell(outcome, "off", "inactive").judged
+    assert judged is not None
+    assert judged.agrees is False
+    assert "off on ukwial, inactive demands" in result.output
+    assert result.return_value == 1
+
+
+def test_a_sleep_counts_on_the_wall_clock_and_not_on_the_cpu_clock(outcome: tuple[Result, Record]) -> None:
+    for batch in cell(outcome, "sleeps", "inactive").batches:
+        assert batch.wall_ns >= 3e6 * batch.calls
+        assert batch.cpu_ns < batch.wall_ns / 2
+
+
+def test_no_worker_outlives_the_run(outcome: tuple[Result, Record]) -> None:
+    import psutil
+
+    assert not [
+        p for p in psutil.Process(os.getpid()).children() if "bench.harness.worker" in " ".join(p.cmdline())
+    ]
+
+
+def test_proxqp_started_from_a_result_it_does_not_have_is_a_row_with_a_reason(tmp_path: Path) -> None:
+    pytest.importorskip("proxsuite")
+    study = ROOT / "bench" / "studies" / "proxqp_previous.py"
+    options = ["--vehicle=ukwial", "--demands=active", f"--plugin={study}", "--method=pinv"]
+    tiny = ["--n=8", "--budget-ms=1", "--repeats=1", f"--time-limit={TIME_LIMIT_S}", f"--out={tmp_path}"]
+    result = CliRunner().invoke(cli, ["run", *options, *tiny], standalone_mode=False)
+    assert result.return_value == 0, result.output  # a failure is a row, not a wrong answer
+    status = {cell.key.method: cell.status for cell in read(tmp_path).cells}
+    assert status["proxqp-previous"] in ("crashed", "timeout")  # it does the one or the other
+    assert status["pinv"] == "ok"
+
+
+def test_a_cell_that_hung_is_not_tried_in_later_repeats_and_no_other_cell_pays_for_it(tmp_path: Path) -> None:
+    plugin = write_plugin(tmp_path, "loops")
+    options = ["--vehicle=ukwial", "--demands=inactive", "--demands=infeasible", f"--plugin={plugin}"]
+    tiny = ["--n=4", "--budget-ms=0", "--repeats=2", f"--time-limit={TIME_LIMIT_S}"]
+    CliRunner().invoke(cli, ["run", *options, *tiny, f"--out={tmp_path / 'out'}"], standalone_mode=False)
+    rows = [c for c in read(tmp_path / "out").cells if c.key.method == "loops"]
+    cells = {(c.key.demands, c.key.repeat): c for c in rows}
+    assert "no answer" in cells["infeasible", 0].reason
+    assert "not tried" in cells["infeasible", 1].reason
+    assert cells["inactive", 0].status == cells["inactive", 1].status == "ok"

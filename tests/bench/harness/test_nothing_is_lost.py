@@ -1,0 +1,316 @@
+"""A record survives what can happen to a run: kills, Ctrl-C, a full disk, a second run."""
+
+import gzip
+import os
+import random
+import resource
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import psutil
+import pytest
+from click.testing import CliRunner
+
+from bench.__main__ import cli
+from bench.harness.plan import Settings
+from bench.harness.run import Interrupted, Progress, check_same
+from bench.harness.run import run as run_again
+from bench.record import FILE_NAME, PACKED, Record, RecordError, read
+from bench.record.writer import PREVIOUS, Writer
+from tests.made_up import header
+from tests.places import ROOT
+from tests.plugin_files import write_plugin
+
+DEMANDS = ["--demands=inactive", "--demands=active", "--demands=infeasible"]
+METHODS = ["--method=pinv", "--method=svd"]
+TINY = ["run", "--vehicle=ukwial", *METHODS, *DEMANDS, "--n=4", "--budget-ms=0", "--repeats=1"]
+CELLS = 2 * 3 + 3 + 2  # two methods and noop on three demand sets, and two canaries
+KILLS = 20
+
+MEASURE = """
+import sys; from pathlib import Path
+from bench.harness.plan import Settings; from bench.harness.run import run
+demands, methods = ("inactive", "active", "infeasible"), ("pinv", "svd")
+starts = ("cold", "reused", "warm")
+settings = Settings(("ukwial",), demands, methods, starts=starts, n_demands=4, budget_ms=0, repeats=1)
+run(settings, Path(sys.argv[1]), resume=True, watch=lambda progress: None)
+"""
+"""What TINY does, without the report, which takes longer than all the rest."""
+
+
+def started(*command: str) -> subprocess.Popen[bytes]:
+    return subprocess.Popen(
+        [sys.executable, *command], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+    )
+
+
+def measured(folder: Path) -> None:
+    with started("-c", MEASURE, str(folder)) as run:
+        output = run.communicate()[0]
+    assert run.returncode == 0, output
+
+
+def written(folder: Path) -> bytes:
+    path = folder / FILE_NAME
+    return path.read_bytes() if path.exists() else b""
+
+
+def wait_for(condition: Callable[[], object], seconds: float = 30.0) -> None:
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "it did not come about"
+        time.sleep(0.01)
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("finished")
+    measured(folder)
+    return folder
+
+
+def test_a_record_cut_at_any_byte_of_its_last_rows_gives_the_rows_before_the_cut(
+    finished: Path, tmp_path: Path
+) -> None:
+    data = written(finished)
+    lines = data.splitlines(keepends=True)
+    first = len(data) - len(b"".join(lines[-3:]))
+    for cut in range(first, len(data) + 1):
+        (tmp_path / FILE_NAME).write_bytes(data[:cut])
+        record = read(tmp_path)
+        whole = data[:cut].count(b"\n")
+        assert 1 + count(record) == whole
+    # … and such a record is continued at the end of its last whole line.
+    (tmp_path / FILE_NAME).write_bytes(data[: first + 5])
+    with Writer(tmp_path) as writer:
+        writer.resume()
+    assert (tmp_path / FILE_NAME).read_bytes() == data[:first]
+
+
+def test_a_new_run_in_the_same_folder_keeps_the_record_before(finished: Path, tmp_path: Path) -> None:
+    old = written(finished)
+    (tmp_path / FILE_NAME).write_bytes(old)
+    for made in (header(), header(seed=5)):
+        with Writer(tmp_path) as writer:
+            writer.create(made)
+        assert (tmp_path / PREVIOUS).read_bytes() == old
+        old = written(tmp_path)
+    assert read(tmp_path).header.seed == 5
+
+
+def test_a_packed_record_is_not_hidden_by_what_was_to_be_added_to_it(tmp_path: Path) -> None:
+    (tmp_path / PACKED).write_bytes(gzip.compress(msgspec.json.encode(header()) + b"\n"))
+    with Writer(tmp_path) as writer, pytest.raises(RecordError, match="gunzip it first"):
+        writer.resume()
+    assert read(tmp_path).header == header()
+
+
+def count(record: Record) -> int:
+    kinds = (record.problems, record.worths, record.cells, record.workers, record.events)
+    return sum(map(len, kinds))
+
+
+def test_killed_at_random_moments_and_resumed_every_cell_is_there_once_and_none_has_changed(
+    tmp_path: Path,
+) -> None:
+    dice = random.Random(6)
+    before = b""
+
+    def grown() -> bool:
+        return run.poll() is not None or len(written(tmp_path)) > len(before)
+
+    for _ in range(KILLS):
+        with started("-c", MEASURE, str(tmp_path)) as run:
+            wait_for(grown)
+            time.sleep(dice.uniform(0.0, 0.2))
+            run.kill()
+        data = written(tmp_path)
+        assert data.startswith(before)
+        before = data[: data.rfind(b"\n") + 1]
+    measured(tmp_path)
+    assert written(tmp_path).startswith(before)
+    assert "resumed" in [event.what for event in read(tmp_path).events]
+    times = Counter(cell.key for cell in read(tmp_path).cells)
+    assert len(times) == CELLS
+    assert set(times.values()) == {1}
+    assert {cell.status for cell in read(tmp_path).cells} == {"ok"}
+
+
+def test_a_worker_dies_with_its_parent_even_in_an_endless_loop(tmp_path: Path) -> None:
+    plugin = write_plugin(tmp_path, "loops")
+    command = ["run", "--vehicle=ukwial", "--demands=infeasible", f"--plugin={plugin}", "--n=4"]
+    with started("-m", "bench", *command, f"--out={tmp_path / 'out'}") as run:
+        parent = psutil.Process(run.pid)
+
+        def looping() -> list[psutil.Process]:
+            return [c for c in parent.children() if c.cpu_times().user > 0.5]
+
+        wait_for(looping)
+        (worker,) = looping()
+        run.kill()
+    wait_for(lambda: not worker.is_running() or worker.status() == psutil.STATUS_ZOMBIE)
+
+
+def test_ctrl_c_stops_the_worker_and_reports_what_there_is(tmp_path: Path) -> None:
+    plugin = write_plugin(tmp_path, "sleeps")
+    command = ["run", "--vehicle=ukwial", f"--plugin={plugin}", "--n=100", "--budget-ms=2000"]
+    out = tmp_path / "out"
+    with started("-m", "bench", *command, f"--out={out}") as run:
+        wait_for(lambda: b'"cell"' in written(out))
+        (worker,) = psutil.Process(run.pid).children() or [None]
+        run.send_signal(signal.SIGINT)
+        output = run.communicate()[0].decode()
+    assert run.returncode == 130, output
+    assert "Traceback" not in output
+    assert "--resume" in output
+    assert (out / "report.md").is_file()
+    assert read(out).events[-1].what == "interrupted"
+    assert worker is None or not worker.is_running()
+
+
+def test_told_to_end_a_run_leaves_no_worker_and_no_folder(tmp_path: Path) -> None:
+    plugin = write_plugin(tmp_path, "loops")
+    place = tmp_path / "temporary"
+    place.mkdir()
+    command = ["run", "--vehicle=ukwial", "--demands=infeasible", f"--plugin={plugin}", "--n=4"]
+    arguments = [sys.executable, "-m", "bench", *command, f"--out={tmp_path / 'out'}"]
+    with subprocess.Popen(
+        arguments, cwd=ROOT, env={**os.environ, "TMPDIR": str(place)}, stdout=subprocess.PIPE
+    ) as run:
+        wait_for(lambda: b'"cell"' in written(tmp_path / "out"))
+        workers = psutil.Process(run.pid).children()
+        assert list(place.iterdir())
+        run.terminate()
+        run.communicate()
+    assert run.returncode == 128 + signal.SIGTERM
+    assert not [worker for worker in workers if worker.is_running()]
+    assert not list(place.iterdir())
+
+
+def interrupted(folder: Path, watch: Callable[[Progress], None]) -> None:
+    """Run until Ctrl-C comes; no worker may be left, not even while the exception is being handled."""
+    mine = psutil.Process()
+    before = set(mine.children())
+    settings = Settings(("ukwial",), ("inactive",), ("pinv", "svd"), n_demands=4, budget_ms=0, repeats=1)
+    try:
+        run_again(settings, folder, resume=False, watch=watch)
+    except Interrupted:
+        assert set(mine.children()) == before
+    else:
+        pytest.fail("Ctrl-C was lost")
+    assert read(folder).events[-1].what == "interrupted"
+
+
+def test_ctrl_c_between_two_results_leaves_no_worker(tmp_path: Path) -> None:
+    def stop(progress: Progress) -> None:
+        if progress.done == 2:
+            signal.raise_signal(signal.SIGINT)
+
+    interrupted(tmp_path, stop)
+
+
+def test_ctrl_c_while_a_worker_is_being_started_leaves_no_worker(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    start = subprocess.Popen.__init__
+
+    def interrupted_start(self: Any, command: list[str], **named: Any) -> None:
+        start(self, command, **named)
+        if "bench.harness.worker" in command:
+            signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(subprocess.Popen, "__init__", interrupted_start)
+    interrupted(tmp_path, lambda progress: None)
+
+
+def test_a_full_disk_ends_the_run_with_one_line_and_keeps_what_was_written(
+    finished: Path, tmp_path: Path
+) -> None:
+    limit = len(written(finished)) - 6_000  # bytes of any file: some cells fit, not all
+
+    def small_files() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+
+    run = subprocess.run(
+        [sys.executable, "-m", "bench", *TINY, f"--out={tmp_path}"],
+        cwd=ROOT,
+        capture_output=True,
+        preexec_fn=small_files,
+        check=False,
+    )
+    assert run.returncode == 2
+    (line,) = run.stderr.decode().splitlines()
+    assert FILE_NAME in line
+    assert "--resume" in line
+    kept = written(tmp_path)
+    assert kept.endswith(b"\n")
+    some = len(read(tmp_path).cells)
+    assert 0 < some < CELLS
+    settings = read(tmp_path).header.settings
+    run_again(msgspec.convert(settings, Settings), tmp_path, resume=True, watch=lambda progress: None)
+    assert written(tmp_path).startswith(kept)
+    assert len(read(tmp_path).cells) == CELLS
+
+
+def test_two_runs_never_write_into_one_folder(tmp_path: Path) -> None:
+    with Writer(tmp_path):
+        result = CliRunner().invoke(cli, [*TINY, f"--out={tmp_path}"], standalone_mode=False)
+    assert isinstance(result.exception, RecordError)
+    assert "another run writes here" in str(result.exception)
+
+
+def test_a_record_made_with_other_settings_is_not_continued(finished: Path) -> None:
+    before = written(finished)
+    options = [*TINY, "--seed=1", "--resume", f"--out={finished}"]
+    error = CliRunner().invoke(cli, options, standalone_mode=False).exception
+    assert isinstance(error, RecordError)
+    assert "seed" in str(error)
+    assert written(finished) == before
+
+
+def test_a_record_made_without_a_package_that_is_there_now_is_not_continued(tmp_path: Path) -> None:
+    old = header(versions={"python": "CPython 3.11.7"})
+    new = header(versions={"python": "CPython 3.11.7", "quadprog": "0.1.13"})
+    with pytest.raises(RecordError, match="quadprog"):
+        check_same(old, new, tmp_path)
+
+
+def test_a_packed_record_reads_as_the_plain_one_did(finished: Path, tmp_path: Path) -> None:
+    packed = gzip.compress(written(finished))
+    (tmp_path / PACKED).write_bytes(packed)
+    assert read(tmp_path) == read(finished)
+    for damaged in (packed[: len(packed) // 2], b"no archive", packed[:40] + b"\xff" * 40 + packed[80:]):
+        (tmp_path / PACKED).write_bytes(damaged)
+        with pytest.raises(RecordError, match="can't be read"):
+            read(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (b"", "no complete line"),
+        (b"not json\n", "no header"),
+        (b'{"type":"header","schema":99}\n', "schema 99"),
+        (b'{"type":"cell"}\n', "no header"),
+    ],
+)
+def test_a_file_that_is_no_record_is_refused_by_name(tmp_path: Path, text: bytes, says: str) -> None:
+    (tmp_path / FILE_NAME).write_bytes(text)
+    with pytest.raises(RecordError, match=says) as caught:
+        read(tmp_path)
+    assert str(tmp_path / FILE_NAME) in str(caught.value)
+
+
+def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+    blocked = tmp_path / "file"
+    blocked.write_text("")
+    with pytest.raises(RecordError, match="can't be written"):
+        Writer(blocked / "run")
+    assert os.listdir(tmp_path) == ["file"]

@@ -1,0 +1,144 @@
+"""A run, end to end, with real worker processes."""
+
+import os
+import subprocess
+import sys
+from io import StringIO
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from rich.console import Console
+
+import alloc
+from alloc import AllocError, DemandError, UnknownName
+from bench.__main__ import cli
+from bench.harness import machine, process
+from bench.harness.plan import Settings
+from bench.harness.run import Progress, methods, run
+from bench.judging.reference import problem, questions
+from bench.record import FILE_NAME, read
+from bench.report import render
+from bench.report.terminal import show
+from tests import made_up
+from tests.places import ROOT
+
+DEMANDS = ["--demands=inactive", "--demands=active", "--demands=infeasible"]
+TINY = ["run", "--vehicle=ukwial", "--method=pinv", *DEMANDS, "--n=8", "--budget-ms=1", "--repeats=2"]
+
+
+def test_a_run_measures_and_judges_every_cell_once_and_writes_a_report(tmp_path: Path) -> None:
+    result = CliRunner().invoke(cli, [*TINY, "--out", str(tmp_path)], standalone_mode=False)
+    assert result.return_value == 0, result.output
+    assert (tmp_path / "results.csv").is_file()
+    cells = [cell for cell in read(tmp_path).cells if cell.key.method == "pinv"]
+    keys = [(cell.key.demands, cell.key.repeat) for cell in cells]
+    assert sorted(keys) == [(d, r) for d in ("active", "inactive", "infeasible") for r in (0, 1)]
+    for cell in cells:
+        assert cell.status == "ok"
+        assert cell.judged is not None
+        assert cell.judged.agrees is True
+        assert cell.judged.wrong == ""
+        assert all(batch.calls % cell.n_demands == 0 for batch in cell.batches)
+
+
+@pytest.mark.parametrize(
+    ("option", "names"),
+    [
+        ("--vehicle=nobody", "nobody"),
+        ("--demands=nothing", "nothing"),
+        ("--method=qp/zz*", "qp/zz*"),
+        ("--plugin=nowhere.py", "nowhere.py"),
+        ("--fault=two", "two"),
+        ("--fault=9", "9"),
+    ],
+)
+def test_what_cannot_be_measured_is_named_before_anything_is_written(
+    option: str, names: str, tmp_path: Path
+) -> None:
+    before = (tmp_path / FILE_NAME, b"an older record\n")
+    before[0].write_bytes(before[1])
+    command = [*TINY, option, f"--out={tmp_path}"]
+    error = CliRunner().invoke(cli, command, standalone_mode=False).exception
+    assert isinstance(error, AllocError)
+    assert names in str(error)
+    assert before[0].read_bytes() == before[1]
+
+
+def test_a_method_of_ones_own_a_fault_and_a_pattern_are_measured(tmp_path: Path) -> None:
+    plugin = tmp_path / "my_pinv.py"
+    plugin.write_text("from alloc.methods.pinv import FORMULATION, build\n")
+    options = ["--vehicle=ukwial", "--fault=1", "--method=pin[v]", f"--plugin={plugin}", "--demands=inactive"]
+    tiny = ["--n=4", "--budget-ms=0", "--repeats=1", f"--out={tmp_path / 'out'}"]
+    assert CliRunner().invoke(cli, ["run", *options, *tiny], standalone_mode=False).return_value == 0
+    measured = {(c.key.method, c.key.vehicle): c.status for c in read(tmp_path / "out").cells}
+    assert measured["my-pinv", "ukwial-f1"] == "ok"
+    assert measured["pinv", "ukwial-f1"] == "ok"
+
+
+def test_two_methods_of_one_name_are_refused_not_dropped(tmp_path: Path) -> None:
+    files = [tmp_path / folder / name for folder, name in (("a", "mine"), ("b", "mine"), ("c", "pinv"))]
+    for file in files:
+        file.parent.mkdir()
+        file.with_suffix(".py").write_text("from alloc.methods.pinv import FORMULATION, build\n")
+    mine, other, pinv = (str(file.with_suffix(".py")) for file in files)
+    for plugins, wanted in (((mine, other), ()), ((pinv,), ("pinv",))):
+        with pytest.raises(UnknownName, match="another method is called"):
+            methods(Settings((), (), methods=wanted, plugins=plugins))
+    assert len(methods(Settings((), (), plugins=(mine, mine, pinv)))[0]) == 2  # the same twice is one
+
+
+def test_the_parent_keeps_off_the_core_that_workers_are_pinned_to(tmp_path: Path) -> None:
+    seen = []
+
+    def watch(_: Progress) -> None:
+        seen.append(machine.core())
+
+    settings = Settings(("ukwial",), ("inactive",), ("pinv",), n_demands=4, budget_ms=0, repeats=1)
+    run(settings, tmp_path, resume=False, watch=watch)
+    (core,) = {worker.core for worker in read(tmp_path).workers}
+    assert core == machine.core()
+    if core is not None and len(os.sched_getaffinity(0)) > 1:
+        assert core not in seen
+
+
+def test_a_worker_finds_a_source_tree_that_nobody_installed_from_any_folder(tmp_path: Path) -> None:
+    root = ROOT
+    # -S: no site-packages, so that an installed thrustbench can't stand in for the source tree.
+    ask = "import importlib.util; print(importlib.util.find_spec('bench').origin)"
+    path = {"PYTHONPATH": process._environment()["PYTHONPATH"].partition(os.pathsep)[0]}
+    done = subprocess.run(
+        [sys.executable, "-S", "-c", ask], cwd=tmp_path, env=path, capture_output=True, text=True, check=True
+    )
+    assert Path(done.stdout.strip()) == root / "bench" / "__init__.py"
+
+
+def test_demands_of_a_log_that_were_not_asked_are_counted_and_said(tmp_path: Path) -> None:
+    log = tmp_path / "dive.csv"
+    log.write_text("surge,sway,yaw\n" + "1,0,0\n" * 9)
+    for n, left_out in ((4, 5), (9, 0), (60, 0)):
+        (question,) = questions(["ukwial"], [str(log)], [""], 0, n)
+        asked = problem(question)
+        assert (asked.n_demands, asked.left_out) == (9 - left_out, left_out)
+        directory = made_up.record(tmp_path, made_up.header(), asked, made_up.cell())
+        output = StringIO()
+        show(directory, Console(file=output))
+        for text in (output.getvalue(), render(directory).read_text(encoding="utf-8")):
+            assert ("Of dive's 9 demands only the first 4 were asked; `--n` asks more." in text) == (n == 4)
+
+
+def test_two_logs_or_vehicles_of_one_name_are_refused_not_dropped(tmp_path: Path) -> None:
+    logs = []
+    for folder, row in (("monday", "10,0,0"), ("tuesday", "0,10,0")):
+        (tmp_path / folder).mkdir()
+        logs.append(tmp_path / folder / "dive.csv")
+        logs[-1].write_text(f"surge,sway,yaw\n{row}\n")
+    with pytest.raises(DemandError, match="'ukwial', 'dive'"):
+        questions(["ukwial"], [*map(str, logs)], [""], 0, 5)
+    assert len(questions(["ukwial"], [str(logs[0])] * 2, [""], 0, 5)) == 1  # the same twice is one
+
+    shipped = (Path(alloc.__file__).parent / "vehicles" / "ukwial.yaml").read_text(encoding="utf-8")
+    mine = tmp_path / "mine.yaml"
+    mine.write_text(shipped.replace("f_max: 250", "f_max: 100"))
+    with pytest.raises(DemandError, match="'ukwial', 'active'"):
+        questions(["ukwial", str(mine)], ["active"], [""], 0, 5)

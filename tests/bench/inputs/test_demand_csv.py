@@ -1,0 +1,161 @@
+"""Demands in, thrusts out: what the CSV readers and writers accept, refuse and keep."""
+
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from alloc import FileError, Status, load_vehicle
+from alloc.allocation import FloatArray
+from alloc.files.textfile import write_text
+from bench.demands import build_demands
+from bench.inputs.demand_csv import format_thrusts, read_demands
+from tests.readers import refused, written
+
+DOF = ("surge", "sway", "yaw")
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    return tmp_path / "demands.csv"
+
+
+def refusal(path: Path) -> str:
+    return refused(lambda: read_demands(path, DOF), path)
+
+
+def test_columns_are_found_by_name_and_time_is_kept(file: Path) -> None:
+    t, taus = read_demands(written(file, "yaw,t,surge,sway\n10,0.5,300,-50\n11,0.75,301,-51\n"), DOF)
+    np.testing.assert_array_equal(taus, [[300, -50, 10], [301, -51, 11]])
+    assert t is not None
+    np.testing.assert_array_equal(t, [0.5, 0.75])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "surge,sway,yaw\n1,2,1e-5\n",
+        "\ufeffsurge,sway,yaw\r\n1,2,1e-5\r\n",
+        "surge, sway ,yaw\n 1 ,2.,1E-05\n\n  \n",
+        '"surge","sway","yaw"\n+1,2.0,"0.00001"',
+        "\n\nsurge,sway,yaw\n1,2,.1e-4\n,,\n",
+    ],
+    ids=["plain", "byte order mark and CRLF", "blanks", "quotes and no last line end", "blank lines"],
+)
+def test_the_same_demand_in_other_spellings(file: Path, text: str) -> None:
+    t, taus = read_demands(written(file, text), DOF)
+    assert t is None
+    np.testing.assert_array_equal(taus, [[1, 2, 1e-5]])
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("", "line 1: the file is empty; give a header 'surge,sway,yaw'"),
+        ("\n\n", "the file is empty"),
+        ("surge,sway,yaw\n", "holds no demands"),
+        ("surge;sway;yaw\n1;2;3\n", "line 1: cells are separated by semicolons"),
+        ("surge\tsway\tyaw\n", "separated by semicolons or tabs"),
+        ("1,2,3\n4,5,6\n", "line 1: unknown column '1'"),
+        ("surge,sway,yaw,heave\n1,2,3,4\n", "line 1: unknown column 'heave'"),
+        ("surge,sway\n1,2\n", "line 1: no column 'yaw'"),
+        ("surge,sway,yaw,yaw\n1,2,3,4\n", "line 1: column 'yaw' appears twice"),
+        ("Surge,sway,yaw\n", "unknown column 'Surge'"),
+        ("\x03" * 1000 + ",sway,yaw\n", "unknown column '\\x03\\x03"),
+        ("surge,sway,yaw\n1,2,3\n1,2\n", "line 3: 2 cells under 3 columns"),
+        ("surge,sway,yaw\n1,2,3,\n", "line 2: 4 cells under 3 columns"),
+        ("surge,sway,yaw\n1,5,2,5,3,5\n", "line 2: 6 cells under 3 columns"),
+        ("surge,sway,yaw\n1,2,nan\n", "line 2: yaw is 'nan'"),
+        ("surge,sway,yaw\n1,inf,3\n", "line 2: sway is 'inf'"),
+        ("surge,sway,yaw\n1,1e16,3\n", "line 2: sway is '1e16', too large; check its unit"),
+        ("surge,sway,yaw\n1,1e400,3\n", "line 2: sway is '1e400', too large"),
+        ("surge,sway,yaw\n1,,3\n", "line 2: sway is ''"),
+        ("surge,sway,yaw\n1,1_000,3\n", "line 2: sway is '1_000'"),
+        ("surge,sway,yaw\n1,٣,3\n", "line 2: sway is '٣'"),
+        ("surge,sway,yaw\n1,two,3\n", "line 2: sway is 'two'"),
+        ("surge,sway,yaw\n1," + "9" * 100_000 + "x,3\n", "line 2: sway is '9999"),
+        ('surge,sway,yaw\n1,"2,3\n', "line 2: not CSV"),
+        ('surge,sway,yaw\n1,"2"x,3\n', "line 2: not CSV"),
+        ("surge,sway,yaw\n" + "1" * 200_000, "not CSV (field larger than field limit"),
+        ("t,surge,sway,yaw\n2,1,1,1\n1,1,1,1\n", "t goes back from 2 to 1 s"),
+        (b"PK\x03\x04\x00\x00", "zero bytes"),
+        (b"\xff\xfe\x00", "line 1: not UTF-8"),
+        ("surge,sway,yaw\n1,2,3\n".encode("utf-16"), "not UTF-8"),
+    ],
+)
+def test_a_bad_file_is_refused_in_one_line(file: Path, text: str | bytes, says: str) -> None:
+    message = refusal(written(file, text))
+    assert says in message
+    assert len(message) < len(str(file)) + 300
+
+
+def test_a_folder_a_missing_file_and_a_device_are_refused(tmp_path: Path) -> None:
+    assert "is a directory" in refusal(tmp_path)
+    assert "no such file" in refusal(tmp_path / "gone.csv")
+    assert "larger than" in refusal(Path("/dev/zero"))
+
+
+@given(st.text(alphabet="surgewayt,\n;\"1.e-'\t\r \0") | st.text() | st.binary())
+def test_any_text_is_demands_or_a_refusal(
+    tmp_path_factory: pytest.TempPathFactory, text: str | bytes
+) -> None:
+    path = tmp_path_factory.getbasetemp() / "any.csv"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode("utf-8", "surrogatepass"))
+    refusal(path)
+
+
+finite = st.floats(-1e15, 1e15)
+
+
+@given(taus=arrays(float, st.tuples(st.integers(1, 5), st.just(3)), elements=finite))
+def test_what_python_prints_is_read_back_bit_for_bit(
+    tmp_path_factory: pytest.TempPathFactory, taus: FloatArray
+) -> None:
+    path = tmp_path_factory.getbasetemp() / "back.csv"
+    path.write_text("surge,sway,yaw\n" + "".join(",".join(map(repr, row)) + "\n" for row in taus.tolist()))
+    np.testing.assert_array_equal(read_demands(path, DOF)[1], taus)
+
+
+def test_thrusts_keep_their_digits_and_say_their_status() -> None:
+    F = np.array([[1 / 3, -2e-7], [np.nan, np.nan]])
+    text = format_thrusts(F, np.array([Status.SOLVED, Status.INFEASIBLE], dtype=np.int8))
+    lines = text.splitlines()
+    assert lines[0] == "status,f0,f1"
+    assert lines[1].split(",")[0] == "SOLVED"
+    assert lines[2] == "INFEASIBLE,nan,nan"
+    back = np.genfromtxt(io.StringIO(text), delimiter=",", skip_header=1, usecols=(1, 2))
+    np.testing.assert_array_equal(back, F)
+
+
+def test_a_file_of_demands_is_a_demand_set(file: Path) -> None:
+    written(file, "t,surge,sway,yaw\n0,10,0,0\n0.02,1000,0,0\n0.04,0,0,1\n")
+    demands = build_demands(file, load_vehicle("ukwial"), seed=1)
+    assert demands.name == "demands"
+    assert demands.rate_hz == pytest.approx(50)
+    np.testing.assert_array_equal(demands.taus[:, 0], [10, 1000, 0])
+
+
+def test_a_log_of_an_unknown_kind_names_the_known_ones(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match=r"\.csv"):
+        build_demands(written(tmp_path / "x.docx", "PK"), load_vehicle("ukwial"), seed=1)
+
+
+def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
+    path = tmp_path / "out.csv"
+    write_text(path, "first\n")
+    write_text(path, "second\n")
+    assert path.read_text() == "second\n"
+    assert list(tmp_path.iterdir()) == [path]
+    with pytest.raises(FileError, match="no such file or directory"):
+        write_text(tmp_path / "missing" / "out.csv", "x")
+    with pytest.raises(FileError, match="directory"):
+        write_text(tmp_path, "x")
+
+
+def test_a_full_disk_leaves_nothing_half_written() -> None:
+    with pytest.raises(FileError, match="no space left on device"):
+        write_text(Path("/dev/full"), "x")

@@ -1,0 +1,58 @@
+"""What stands in results/, README.md and docs/results.md is what the committed records give.
+
+A folder whose record is packed is one that somebody decided to keep.
+"""
+
+import gzip
+import shutil
+from pathlib import Path
+
+import pytest
+
+from bench.record import FILE_NAME, PACKED
+from bench.report import render
+from bench.report.readme import END, START, result_table
+from bench.results.rows import read_run
+from bench.results.table import documentation
+from tests.places import ROOT
+
+COMMITTED = sorted(path.parent for path in (ROOT / "results").glob(f"*/{PACKED}"))
+REMADE = "report.html"  # the pictures once more, in one file: remade by `thrustbench report`, not kept
+TIMED = [directory for directory in COMMITTED if (directory / "results.csv").exists()]
+"""Not all are: emulated processors have instructions and no times."""
+
+needs_results = pytest.mark.skipif(
+    not COMMITTED, reason="no results are committed yet: `make bench` makes them"
+)
+
+
+@needs_results
+@pytest.mark.parametrize("directory", COMMITTED, ids=lambda path: path.name)
+def test_a_committed_report_is_what_its_record_renders_byte_for_byte(directory: Path, tmp_path: Path) -> None:
+    shutil.copy(directory / PACKED, tmp_path)
+    render(tmp_path)
+    made = {path.name: path.read_bytes() for path in tmp_path.iterdir() if path.name != REMADE}
+    left_out = (REMADE, FILE_NAME, ".lock")
+    kept = {path.name: path.read_bytes() for path in directory.iterdir() if path.name not in left_out}
+    assert sorted(made) == sorted(kept)
+    assert [name for name in made if made[name] != kept[name]] == []
+
+
+@needs_results
+@pytest.mark.parametrize("directory", COMMITTED, ids=lambda path: path.name)
+def test_a_committed_report_names_no_path_of_the_machine_it_was_made_on(directory: Path) -> None:
+    record = gzip.decompress((directory / PACKED).read_bytes()).decode()
+    text = record + (directory / "report.md").read_text(encoding="utf-8")
+    assert not [place for place in ("/home/", "/root/", "/tmp/", "/work/", "/Users/") if place in text]
+
+
+@pytest.mark.skipif(not TIMED, reason="no timed results are committed yet: `make bench` makes them")
+def test_the_readme_s_table_is_the_one_that_a_committed_record_gives() -> None:
+    shown = (ROOT / "README.md").read_text(encoding="utf-8").partition(START)[2].partition(END)[0]
+    assert shown.strip() in [result_table(read_run(directory)).strip() for directory in TIMED]
+
+
+def test_the_columns_are_documented_as_they_are() -> None:
+    text = (ROOT / "docs/results.md").read_text(encoding="utf-8")
+    shown = text.partition("<!-- columns:start -->\n")[2].partition("<!-- columns:end -->")[0]
+    assert shown == documentation(), "put what `thrustbench columns` prints between the markers"

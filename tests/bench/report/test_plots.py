@@ -1,0 +1,75 @@
+"""Pictures: what they claim about the data, and that nothing in them overlaps."""
+
+from itertools import combinations
+
+import matplotlib as mpl
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+
+from bench.report.pictures.error import styles_of
+from bench.report.pictures.labels import label_points
+from bench.report.pictures.pareto import pareto
+from bench.report.pictures.style import DARK, SETTINGS
+from bench.report.pictures.tails import slower
+
+positive = st.floats(1e-3, 1e3)
+points = st.lists(st.tuples(positive, positive), min_size=1, max_size=30)
+
+
+@given(points)
+def test_nobody_beats_a_point_of_the_front_and_everybody_else_is_beaten(
+    drawn: list[tuple[float, float]],
+) -> None:
+    front = pareto(drawn)
+    for point in drawn:
+        beaten = any(other[0] <= point[0] and other[1] <= point[1] and other != point for other in drawn)
+        assert (point in front) == (not beaten)
+
+
+@settings(max_examples=8, deadline=None)
+@given(arrays(float, st.tuples(st.integers(1, 25), st.just(2)), elements=st.floats(0, 1)))
+def test_labels_overlap_neither_each_other_nor_the_frame(places: np.ndarray) -> None:
+    with mpl.rc_context(SETTINGS):
+        figure = Figure((7.5, 5))
+        axes = figure.add_subplot(xlim=(-0.1, 1.1), ylim=(-0.1, 1.1))
+        label_points(axes, [(x, y, f"qp/solver-{i}") for i, (x, y) in enumerate(places)])
+        boxes = [Text.get_window_extent(text) for text in axes.texts]  # without its line
+        frame = axes.get_window_extent()
+    assert not any(a.overlaps(b) for a, b in combinations(boxes, 2))
+    assert all(frame.containsx(b.x0) and frame.containsx(b.x1) for b in boxes)
+    assert all(frame.containsy(b.y0) and frame.containsy(b.y1) for b in boxes)
+
+
+def test_a_method_has_a_line_of_its_own_whatever_order_it_comes_in() -> None:
+    methods = ["walsh", "clip", "scaled", "shrink", "pinv"]
+    styles = styles_of(methods)
+    assert len(set(styles.values())) == len(methods)
+    assert styles == styles_of(reversed(methods))
+
+
+def test_a_tail_curve_falls_from_all_calls_to_one() -> None:
+    times, share = slower([(1000, 90), (2000, 9), (5000, 1)])
+    assert times == [1.0, 2.0]
+    assert share == [0.1, 0.01]
+
+
+def luminance(colour: str) -> float:
+    """Relative luminance (WCAG 2.1, section 1.4.3)."""
+    parts = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
+    return sum(w * c for w, c in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
+
+
+def test_every_colour_but_the_grid_stands_out_from_its_page_by_three_to_one() -> None:
+    # 3:1 is what WCAG 2.1, 1.4.11, asks of graphics.
+    from bench.report.pictures.style import FAINT, PAPER
+
+    for light, dark in DARK.items():
+        if light not in (FAINT, PAPER):
+            for colour, paper in ((light, PAPER), (dark, DARK[PAPER])):
+                low, high = sorted((luminance(colour), luminance(paper)))
+                assert (high + 0.05) / (low + 0.05) >= 3.0, colour

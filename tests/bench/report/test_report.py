@@ -1,0 +1,262 @@
+"""report.md: rendered from records alone, the same bytes each time."""
+
+import json
+import re
+import sys
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from bench.__main__ import main
+from bench.record import Cell, Event, Judged, Key
+from bench.report import render
+from bench.report.tails import unmet
+from bench.report.text import table, three
+from bench.results.rows import read_run
+from tests import made_up
+
+
+@pytest.fixture(scope="module")
+def rendered(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a record of every kind of row, rendered."""
+    directory = tmp_path_factory.mktemp("run")
+    assert render(made_up.whole(directory)) == directory / "report.md"
+    return directory
+
+
+def test_the_same_record_gives_the_same_bytes(rendered: Path, tmp_path: Path) -> None:
+    render(made_up.whole(tmp_path))
+    first = {path.name: path.read_bytes() for path in rendered.iterdir()}
+    assert first == {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+
+
+def test_what_failed_and_what_disagrees_is_named_with_its_reason(rendered: Path) -> None:
+    text = (rendered / "report.md").read_text()
+    assert "signal 11" in text
+    assert "wrench missed by 3 N" in text
+
+
+def test_every_picture_is_shown_and_every_shown_picture_is_there(rendered: Path) -> None:
+    shown = set(re.findall(r"\]\(([^)]+\.svg)\)", (rendered / "report.md").read_text()))
+    assert shown == {path.name for path in rendered.glob("*.svg")}
+
+
+@pytest.mark.parametrize("name", ["Fähre 1", "a)b]", '<b>&"c', "50%20"])
+def test_a_vehicle_of_any_name_has_its_pictures_in_both_reports(name: str, tmp_path: Path) -> None:
+    cell = made_up.cell(key=Key(name, "inactive", "pinv"))
+    render(made_up.record(tmp_path, made_up.header(), cell))
+    pictures = len(list(tmp_path.glob("*.svg")))
+    assert pictures >= 3
+    assert (tmp_path / "report.html").read_text(encoding="utf-8").count('<img src="data:') == pictures
+
+
+def test_a_solver_that_gives_up_keeps_its_promise_and_is_counted_all_the_same(tmp_path: Path) -> None:
+    def counts(method: str, **statuses: int) -> Cell:
+        return msgspec.structs.replace(
+            made_up.exact_cell("ukwial", method, 1.0), judged=Judged(10, statuses, agrees=True)
+        )
+
+    cells = [counts("qp/a", SOLVED=10), counts("qp/b", SOLVED=8, NOT_CONVERGED=2), counts("qp/c", PARTIAL=10)]
+    text = render(
+        made_up.record(tmp_path, made_up.header(), made_up.problem("ukwial", 4), *cells)
+    ).read_text()
+    assert "Of 3 rows 3 answered as promised, 2 of those without solving every demand that can be met" in text
+
+
+def test_the_headline_compares_c_with_c_and_says_how_much_of_a_solver_is_its_binding(tmp_path: Path) -> None:
+    def without_limits(method: str, us: float) -> Cell:
+        return msgspec.structs.replace(made_up.exact_cell("ukwial", method, us), formulation="unlimited")
+
+    solver = msgspec.structs.replace(made_up.exact_cell("ukwial", "qp/daqp", 6.0), solver_singles=[(300, 99)])
+    cells = [made_up.exact_cell("ukwial", "nullspace@native", 0.1), solver]
+    cells += [without_limits("pinv@native", 0.08), without_limits("pinv", 1.0)]
+    text = render(made_up.record(tmp_path, made_up.header(), *cells)).read_text()
+    assert "1.25 times T* τ in generated C and 0.100 times T* τ in numpy (which knows no limits)" in text
+    assert "60.0 times as long, called through Python (5.00 % of it by its own clock)." in text
+
+
+@pytest.mark.parametrize(("slower", "apart"), [(1.0, 0), (1.01, 0), (1.1, 1)])
+def test_repeats_whose_intervals_of_p99_do_not_meet_are_counted(
+    slower: float, apart: int, tmp_path: Path
+) -> None:
+    # Ten thousand times 1.000 to 1.010 µs: the interval is far narrower than a tenth.
+    repeats = [
+        made_up.cell(
+            key=Key("ukwial", "active", "pinv", repeat=i),
+            singles=[(round(factor * ns), 1000) for ns in range(1000, 1010)],
+        )
+        for i, factor in enumerate((1.0, slower))
+    ]
+    once = made_up.cell(key=Key("ukwial", "inactive", "pinv"))
+    run = read_run(made_up.record(tmp_path, made_up.header(), *repeats, once))
+    assert unmet(run.rows) == (apart, 1)
+    assert f"in {apart} of 1 rows" in render(tmp_path).read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [
+        (None, ""),
+        (0.0, "0"),
+        (1.2345, "1.23"),
+        (9.999, "10.0"),
+        (99.95, "100"),
+        (0.012345, "0.0123"),
+        (12345.6, "12300"),
+        (1.5e-9, "1.50e-9"),
+        (2.345e9, "2.34e9"),
+        (float("inf"), "inf"),
+    ],
+)
+def test_numbers_have_three_significant_digits(value: float | None, shown: str) -> None:
+    assert three(value) == shown
+
+
+def test_numbers_stand_right_and_words_left() -> None:
+    text = table(("method", "t [µs]", "why"), [["pinv", "1.00", "yes"], ["svd", "", "no"]])
+    ends = [(rule[0], rule[-1]) for rule in text.splitlines()[1].split("|")[1:4]]
+    assert ends == [(":", "-"), ("-", ":"), (":", "-")]
+
+
+def test_the_html_report_names_nothing_outside_itself(rendered: Path) -> None:
+    text = (rendered / "report.html").read_text()
+    assert "<table>" in text
+    assert '<img src="data:image/svg+xml;base64,' in text
+    assert ".svg" not in text
+    assert "://" not in text
+
+
+def test_a_picture_knows_the_dark_page_s_colour_of_each_of_its_own(rendered: Path) -> None:
+    from bench.report.pictures.style import DARK
+
+    pictures = sorted(rendered.glob("*.svg"))
+    assert pictures
+    for picture in pictures:
+        rules, _, drawn = picture.read_text().partition("</style>")
+        styles = " ".join(re.findall(r'style="([^"]*)"', drawn))
+        used = set(re.findall(r"(fill|stroke): (#[0-9a-f]{6})", styles))
+        assert {colour for _, colour in used} <= set(DARK)
+        for what, colour in used:  # a style attribute gives way to nothing less than !important
+            assert f'[style*="{what}: {colour}"]{{{what}:{DARK[colour]}!important}}' in rules
+
+
+def test_a_reason_may_hold_bars_lines_and_tags_without_breaking_a_table(tmp_path: Path) -> None:
+    failed = made_up.cell("m", status="failed", reason="a | b\n<script>alert(1)</script>", judged=None)
+    render(made_up.record(tmp_path, made_up.header(), failed))
+    (line,) = [line for line in (tmp_path / "report.md").read_text().splitlines() if "alert" in line]
+    assert line.replace("\\|", "").count("|") == 5
+    assert "<script>" not in (tmp_path / "report.html").read_text()
+
+
+def lossy(method: str, lost: float, beyond: float = 0.0) -> Cell:
+    """A row that loses this share of the wrench at worst."""
+    loss = {"wrench_error_rel_p50": 0.0, "wrench_error_rel_max": lost, "answered_share": 1.0}
+    judged = Judged(10, {"SOLVED": 10}, loss=loss | {"limits_violated_share": beyond})
+    return made_up.cell(method, key=Key("ukwial", "active", method), judged=judged)
+
+
+def test_methods_that_lose_the_same_share_a_line_and_those_that_lose_nothing_a_sentence(
+    tmp_path: Path,
+) -> None:
+    cells = [lossy("pinv", 0.3, 1.0), lossy("svd", 0.3, 1.0), lossy("clip", 0.2), lossy("nullspace", 1e-9)]
+    text = render(made_up.record(tmp_path, made_up.header(), *cells)).read_text()
+    section = text.partition("## What you lose")[2].partition("\n## ")[0]
+    lines = [line for line in section.splitlines() if line.startswith("| ")][1:]
+    assert [line.split("|")[1].strip() for line in lines] == ["clip", "pinv, svd"]
+    assert "30.0 %" in lines[1]
+    assert "Nothing that is attainable is lost by nullspace.\n" in section
+
+
+def test_a_method_beyond_its_limits_does_not_count_as_losing_nothing(tmp_path: Path) -> None:
+    text = render(made_up.record(tmp_path, made_up.header(), lossy("pinv", 0.0, 0.1))).read_text()
+    assert "Nothing that is attainable" not in text
+
+
+def test_a_run_that_was_stopped_before_its_first_row_still_has_a_report(tmp_path: Path) -> None:
+    text = render(made_up.record(tmp_path, made_up.header())).read_text()
+    assert "## The machine" in text
+    assert "## What a call costs" not in text
+
+
+@pytest.mark.parametrize(("last", "said"), [("began", True), ("interrupted", True), ("finished", False)])
+def test_a_run_that_did_not_end_says_so(tmp_path: Path, last: str, said: bool) -> None:
+    events = [Event("began", "2026-01-01T00:00:00Z"), Event(last, "2026-01-01T00:01:00Z", 60.0, 40.0)]
+    text = render(made_up.record(tmp_path, made_up.header(), made_up.cell(), *events)).read_text()
+    assert ("stopped before its end" in text) == said
+
+
+def test_the_result_table_goes_between_the_markers_and_nowhere_else(tmp_path: Path) -> None:
+    from bench.report.readme import END, START, put, result_table
+
+    table_text = result_table(read_run(made_up.whole(tmp_path)))
+    readme = tmp_path / "README.md"
+    readme.write_text(f"before\n{START}\nold\n{END}\nafter\n")
+    put(readme, table_text)
+    assert readme.read_text() == f"before\n{START}\n{table_text}{END}\nafter\n"
+
+
+def test_a_file_without_markers_is_left_alone(tmp_path: Path) -> None:
+    from bench.report.readme import MarkerError, put
+
+    (tmp_path / "README.md").write_text("nothing here\n")
+    with pytest.raises(MarkerError, match="results:start"):
+        put(tmp_path / "README.md", "table")
+    assert (tmp_path / "README.md").read_text() == "nothing here\n"
+
+
+HEADER = {
+    "type": "header",
+    "schema": 1,
+    "started": "",
+    "commit": "",
+    "seed": 0,
+    "machine": {},
+    "versions": {},
+}
+BAD_RECORDS = {
+    "missing folder": None,
+    "empty": b"",
+    "binary": bytes(range(256)),
+    "foreign JSON": b'{"hello": 1}\n',
+    "not an object": b"[]\n",
+    "other schema": b'{"type": "header", "schema": 99}\n',
+    "field missing": json.dumps(HEADER).encode() + b"\n",
+}
+
+
+@pytest.mark.parametrize("command", [["report"], ["size", "--rate", "100"]], ids=lambda words: words[0])
+@pytest.mark.parametrize("content", BAD_RECORDS.values(), ids=BAD_RECORDS.keys())
+def test_a_folder_without_a_readable_record_ends_with_2_and_one_line(
+    tmp_path: Path,
+    content: bytes | None,
+    command: list[str],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    directory = tmp_path / "run"
+    if content is not None:
+        directory.mkdir()
+        (directory / "record.jsonl").write_bytes(content)
+    monkeypatch.setattr(sys, "argv", ["thrustbench", command[0], str(directory), *command[1:]])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    message = capsys.readouterr().err
+    assert ended.value.code == 2
+    assert message.count("\n") == 1
+    assert "record.jsonl" in message
+    assert not list(tmp_path.rglob("*.md"))
+
+
+def test_a_run_without_times_has_no_result_table_and_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    made_up.record(tmp_path, made_up.header())
+    readme = tmp_path / "README.md"
+    readme.write_text("as it was")
+    monkeypatch.setattr(sys, "argv", ["thrustbench", "report", str(tmp_path), "--readme", str(readme)])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 2
+    assert "no times of any vehicle" in capsys.readouterr().err
+    assert readme.read_text() == "as it was"

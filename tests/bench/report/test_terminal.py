@@ -1,0 +1,96 @@
+"""The table a run ends with: what a method costs, and which share of what the vehicle can do it serves."""
+
+from io import StringIO
+from pathlib import Path
+
+import msgspec
+from rich.console import Console
+
+from bench.record import Judged, Key
+from bench.record.capability import Served, Worth
+from bench.report.terminal import missed, served, show
+from bench.results.rows import read_run
+from tests.made_up import cell, header, record
+
+
+def judged(lost: float, share: float) -> Judged:
+    loss = {"wrench_error_rel_max": lost, "within_1pct_share": share}
+    return Judged(10, {"SOLVED": 10}, [0.0], agrees=True, loss=loss)
+
+
+def on(demands: str, method: str, lost: float, share: float):
+    return msgspec.structs.replace(
+        cell(method), key=Key("ukwial", demands, method), judged=judged(lost, share)
+    )
+
+
+WORTH = Worth(
+    "ukwial",
+    ["surge"],
+    [],
+    [
+        Served(None, "pinv", "unlimited", 2000, (0.7, 0.6, 0.8), (0.8, 0.7, 0.9)),
+        Served(2, "pinv", "unlimited", 2000, (0.1, 0.0, 0.2), (0.2, 0.1, 0.3)),
+    ],
+    [],
+    [],
+)
+
+
+def test_the_share_served_is_the_whole_vehicles_and_a_solvers_comes_from_the_uniform_set(tmp_path: Path):
+    cells = [
+        on("uniform", "pinv", 0.3, 0.65),
+        on("uniform", "qp/x", 1e-9, 1.0),
+        on("active", "qp/x", 1e-9, 0.9),
+        on("active", "qp/y", 1e-9, 0.9),
+    ]
+    run = read_run(record(tmp_path, header(), WORTH, *cells))
+    by_method = {name: [row for row in run.rows if row.method == name] for name in ("pinv", "qp/x", "qp/y")}
+    assert served(run, by_method["pinv"]) == [70.0]
+    assert served(run, by_method["qp/x"]) == [100.0]
+    assert served(run, by_method["qp/y"]) == []
+
+
+def test_what_no_thruster_could_deliver_is_not_held_against_a_method(tmp_path: Path):
+    cells = [on("active", "clip", 0.25, 0.5), on("infeasible", "clip", 0.5, 0.0), on("box", "clip", 0.6, 0.0)]
+    run = read_run(record(tmp_path, header(), *cells))
+    assert missed(list(run.rows)) == "25%"
+
+
+def test_a_demand_without_thrusts_loses_its_whole_wrench(tmp_path: Path):
+    loss = {"answered_share": 0.9, "wrench_error_rel_max": 1e-15, "within_1pct_share": 0.9}
+    gave_up = msgspec.structs.replace(
+        on("active", "qp/x", 0.0, 0.0),
+        judged=Judged(10, {"SOLVED": 9, "NOT_CONVERGED": 1}, [0.0], agrees=True, loss=loss),
+    )
+    run = read_run(record(tmp_path, header(), gave_up))
+    assert missed(list(run.rows)) == "100%"
+
+
+def test_rounding_is_not_called_a_loss(tmp_path: Path):
+    run = read_run(record(tmp_path, header(), on("active", "nullspace", 1e-15, 1.0)))
+    assert missed(list(run.rows)) == "0%"
+
+
+def test_the_table_names_its_columns_and_their_units(tmp_path: Path):
+    record(tmp_path, header(), WORTH, on("uniform", "pinv", 0.3, 0.65))
+    console = Console(width=100, record=True, file=StringIO())
+    assert show(tmp_path, console)
+    text = console.export_text()
+    for word in ("serves", "70.0%", "misses", "30%", "[us]"):
+        assert word in text
+
+
+def test_the_longest_names_and_numbers_fit_a_terminal_with_what_failed(tmp_path: Path):
+    rows = [
+        cell("qp/clarabel", us, key=Key("ukwial", demands, "qp/clarabel", "reused", "tight"))
+        for us, demands in ((1, "active"), (3333, "inactive"))
+    ]
+    gone = cell("qp/clarabel", status="crashed", reason="signal 11", batches=[], singles=[], judged=None)
+    gone = msgspec.structs.replace(gone, key=Key("ukwial", "uniform", "qp/clarabel", "reused", "tight"))
+    record(tmp_path, header(), *rows, gone)
+    console = Console(width=80, record=True, file=StringIO())
+    show(tmp_path, console)
+    [line] = [line for line in console.export_text().splitlines() if "clarabel" in line]
+    assert line.startswith("qp/clarabel reused tight")
+    assert "1 crashed" in line

@@ -1,0 +1,129 @@
+"""Instructions become a band of shares, with its assumption beside it, and stay out of tables of times."""
+
+from pathlib import Path
+
+import msgspec
+import pytest
+from click.testing import CliRunner
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bench.__main__ import cli
+from bench.record import SCHEMA, Emulated, Header
+from bench.record.writer import Writer
+from bench.report import render
+from bench.results.bands import Fit, bands
+from bench.results.cycles import CPI, Cpi, seconds, share
+from bench.results.emulated import rows
+
+positive = st.floats(1e-3, 1e9)
+
+
+def emulated(
+    target: str,
+    demands: str,
+    *instructions: tuple[int, int],
+    method: str = "nullspace@native",
+    agrees: bool = True,
+) -> Emulated:
+    return Emulated(
+        "ukwial", target, method, "double", demands, instructions=list(instructions), agrees=agrees
+    )
+
+
+@pytest.fixture
+def directory(tmp_path: Path) -> Path:
+    with Writer(tmp_path) as writer:
+        writer.create(Header(SCHEMA, "2026-11-20T10:00:00+00:00", "abc", 0, {}, {}, {}))
+        writer.append(emulated("cortex-m7", "active", (100, 3), (112, 1)))
+        writer.append(emulated("cortex-m7", "search", (110, 50), (120, 2)))
+        writer.append(emulated("x86-64", "active", (80, 4)))
+        writer.append(emulated("cortex-m7", "active", (272318, 4), method="qp/osqp@generated", agrees=False))
+    return tmp_path
+
+
+@given(positive, positive, positive)
+def test_a_share_is_the_time_over_the_period(instructions: float, clock_hz: float, rate_hz: float) -> None:
+    cpi = Cpi(0.5, 4.0, "")
+    period = 1.0 / rate_hz
+    for part, time in zip(
+        share(instructions, clock_hz, rate_hz, cpi), seconds(instructions, clock_hz, cpi), strict=True
+    ):
+        assert part == pytest.approx(time / period)
+
+
+def test_one_instruction_a_cycle_at_one_hertz_takes_its_count_in_seconds() -> None:
+    assert seconds(146, 1.0, Cpi(1.0, 1.0, "")) == (146.0, 146.0)
+
+
+def test_every_assumption_is_a_band_with_its_basis() -> None:
+    for cpi in CPI.values():
+        assert 0 < cpi.low < cpi.high
+        assert cpi.basis
+
+
+def test_a_budget_inside_the_band_may_fit_and_neither_more_nor_less() -> None:
+    counted = rows([emulated("cortex-m7", "active", (1000, 1))])
+    for budget, fit in ((0.41, Fit.FITS), (0.39, Fit.MAY_FIT), (0.06, Fit.MAY_FIT), (0.04, Fit.DOES_NOT_FIT)):
+        # 1,000 instructions at 1 MHz and 100 Hz: 0.5 to 4 ms of 10 ms.
+        (band,) = bands(counted, 1e6, 100.0, budget, {"cortex-m7": Cpi(0.5, 4.0, "")})
+        assert (band.low, band.high) == pytest.approx((0.05, 0.4))
+        assert band.fit == fit
+
+
+def test_the_worst_of_all_demand_sets_counts_and_x86_has_no_band(directory: Path) -> None:
+    counted = rows([emulated("cortex-m7", "active", (9, 1)), emulated("cortex-m7", "search", (11, 1))])
+    counted += rows([emulated("x86-64", "active", (8, 1))])
+    (band,) = bands(counted, 1e6, 100.0, 0.1)
+    assert band.instructions == 11
+
+
+def test_a_demand_set_that_could_not_be_counted_leaves_it_open_whether_a_kernel_fits() -> None:
+    failed = msgspec.structs.replace(emulated("cortex-m7", "infeasible"), status="failed")
+    counted = rows([emulated("cortex-m7", "active", (1000, 1)), failed])
+    for budget, fit in ((0.5, Fit.UNKNOWN), (0.04, Fit.DOES_NOT_FIT)):
+        (band,) = bands(counted, 1e6, 100.0, budget, {"cortex-m7": Cpi(0.5, 4.0, "")})
+        assert (band.fit, band.missed) == (fit, ("infeasible",))
+    assert not bands(rows([failed]), 1e6, 100.0, 0.5)
+
+
+def test_of_two_rows_with_the_same_names_the_later_counts() -> None:
+    (row,) = rows([emulated("cortex-m7", "active", (9, 1)), emulated("cortex-m7", "active", (7, 1))])
+    assert row.worst == 7
+
+
+def test_mean_and_ratio_to_x86_are_of_the_multiset() -> None:
+    found = rows([emulated("cortex-m7", "active", (100, 3), (112, 1)), emulated("x86-64", "active", (80, 4))])
+    board = next(row for row in found if row.is_.target == "cortex-m7")
+    assert board.mean == pytest.approx(103.0)
+    assert board.mean_over_x86 == pytest.approx(103 / 80)
+    assert board.worst_over_x86 == pytest.approx(112 / 80)
+
+
+def test_size_prints_a_band_and_what_it_rests_on(directory: Path) -> None:
+    result = CliRunner().invoke(cli, ["size", str(directory), "--rate", "100", "--clock", "216"])
+    assert result.exit_code == 0, result.output
+    assert "120" in result.output
+    assert "0.5 to 4; Arm publishes none" in result.output
+    assert "not all right" in result.output  # OSQP's row
+    assert "median" not in result.output
+
+
+def test_size_takes_measured_cycles_in_place_of_the_assumption(directory: Path) -> None:
+    asked = ["size", str(directory), "--rate", "100", "--clock", "1", "--cpi", "1", "1"]
+    result = CliRunner().invoke(cli, asked)
+    assert "1.20 to 1.20" in result.output  # 120 instructions at 1 MHz and 100 Hz: 120 us of 10 ms
+    assert "as given" in result.output
+
+
+def test_size_says_what_is_missing_for_a_band(directory: Path) -> None:
+    result = CliRunner().invoke(cli, ["size", str(directory), "--rate", "100"])
+    assert "give --clock MHZ" in result.output
+
+
+def test_the_report_shows_instructions_and_which_answers_were_not_python_s(directory: Path) -> None:
+    text = render(directory).read_text(encoding="utf-8")
+    assert "## Instructions on emulated processors" in text
+    assert "qp/osqp@generated double" in text.partition("not as in Python")[2]
+    assert "What a call costs" not in text  # nothing was timed
+    assert not (directory / "results.csv").exists()

@@ -1,0 +1,115 @@
+"""The growth study: generated vehicles, and exponents fitted to what was measured."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import alloc.reach.attainable
+from alloc import NotApplicable, UnknownName, alpha_range, build, certify, pose_hard
+from bench.demands.generated import growth_vehicle, growth_vehicles, settings
+from bench.record import Cell, Key, Line
+from bench.report import render
+from bench.results.growth import exponent, pays_up_to, series
+from bench.results.rows import Run, read_run
+from tests import made_up
+
+
+def test_every_generated_vehicle_moves_along_all_its_axes_and_well_conditioned() -> None:
+    for vehicle in growth_vehicles():
+        assert vehicle.rank == vehicle.k
+        assert np.linalg.cond(vehicle.T) < 10
+
+
+def test_a_generated_vehicle_is_the_same_each_time() -> None:
+    np.testing.assert_array_equal(growth_vehicle("growth-k6-n8").T, growth_vehicle("growth-k6-n8").T)
+
+
+@pytest.mark.parametrize("name", ["growth-k3-n3", "growth-k6-n65", "growth-k4-n8", "growth-"])
+def test_a_size_outside_the_study_is_refused(name: str) -> None:
+    with pytest.raises(UnknownName, match="growth-k3-n4"):
+        growth_vehicle(name)
+
+
+def test_the_study_s_vehicles_are_found_by_the_names_in_its_settings() -> None:
+    assert [growth_vehicle(name).name for name in settings().vehicles] == list(settings().vehicles)
+
+
+def test_too_many_facets_to_enumerate_give_the_same_ranges_by_linear_programs(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    vehicle = growth_vehicle("growth-k6-n8")
+    taus = np.random.default_rng(0).standard_normal((5, 6)) * vehicle.wrench_scale / 4
+    by_facets = alpha_range(vehicle, taus)
+    monkeypatch.setattr(alloc.reach.attainable, "FACETS", 0)
+    for expected, found in zip(by_facets, alpha_range(vehicle, taus), strict=True):
+        np.testing.assert_allclose(found, expected, rtol=1e-7)
+
+
+def test_a_certificate_with_too_many_multipliers_to_try_is_refused_at_once() -> None:
+    posed = pose_hard(growth_vehicle("growth-k6-n64"))
+    with pytest.raises(NotApplicable, match="multipliers"):
+        certify(posed.qp, np.zeros(6), np.zeros(64))
+
+
+def test_more_thrusters_than_bits_are_refused_by_name() -> None:
+    with pytest.raises(NotApplicable, match="62 thrusters"):
+        build("redistribute", growth_vehicle("growth-k3-n64"))
+
+
+def test_an_exponent_is_that_of_a_power_law() -> None:
+    found = exponent({n: 3.0 * n**1.5 for n in (4, 16, 24, 32, 48, 64)})
+    assert found is not None
+    assert found == (pytest.approx(1.5), pytest.approx(0.0, abs=1e-6))
+
+
+def test_an_exponent_ignores_the_sizes_where_a_call_s_fixed_price_rules() -> None:
+    values = {n: float(max(n, 12)) ** 2 for n in (4, 6, 8, 12, 16, 32, 64)}
+    found = exponent(values)
+    assert found is not None
+    assert found[0] == pytest.approx(2.0)
+
+
+def test_what_does_not_change_has_exponent_zero() -> None:
+    assert exponent(dict.fromkeys((12, 16, 24), 5.0)) == (0.0, 0.0)
+
+
+def test_two_points_make_no_exponent() -> None:
+    assert exponent({16: 1.0, 32: 2.0}) is None
+
+
+def study(tmp_path: Path) -> Run:
+    """Two sizes: a closed form that is faster at n = 4 and refused at n = 12, and a solver."""
+    lines: list[Line] = []
+    for n, closed_us in ((4, 1.0), (12, None)):
+        name = f"growth-k3-n{n}"
+        lines.append(made_up.problem(name, n))
+        lines.append(made_up.exact_cell(name, "qp/daqp", 5.0))
+        refused = Cell(Key(name, "active", "nullspace"), "refused", reason="9-dimensional null space")
+        lines.append(made_up.exact_cell(name, "nullspace", closed_us) if closed_us else refused)
+    return read_run(made_up.record(tmp_path, made_up.header(), *lines))
+
+
+def test_the_study_says_up_to_where_a_closed_form_pays_and_why_it_is_refused(tmp_path: Path) -> None:
+    run = study(tmp_path)
+    assert pays_up_to(series(run)) == (4, [12])
+    text = (render(tmp_path)).read_text()
+    assert "up to n = 4" in text
+    assert "9-dimensional null space" in text
+    assert "(growth.svg)" in text
+
+
+def test_generated_vehicles_get_no_tables_and_pictures_of_their_own(tmp_path: Path) -> None:
+    assert study(tmp_path).vehicles == []
+    render(tmp_path)
+    assert [path.name for path in tmp_path.glob("*.svg")] == ["growth.svg"]
+
+
+def test_a_closed_form_pays_only_up_to_where_it_is_first_beaten(tmp_path: Path) -> None:
+    lines: list[Line] = []
+    for n, closed_us in ((4, 1.0), (6, 9.0), (8, 1.0), (12, None), (16, 9.0), (24, None)):
+        name = f"growth-k3-n{n}"
+        lines += [made_up.problem(name, n), made_up.exact_cell(name, "qp/daqp", 5.0)]
+        lines += [made_up.exact_cell(name, "nullspace", closed_us)] if closed_us else []
+    run = read_run(made_up.record(tmp_path, made_up.header(), *lines))
+    assert pays_up_to(series(run)) == (4, [24])

@@ -1,0 +1,153 @@
+"""results.csv: the contract's columns first, each number worked out from the record a second way."""
+
+import csv
+from pathlib import Path
+from time import perf_counter_ns
+
+import pytest
+
+from bench.harness.timing import SLOW_NS, counted, sample
+from bench.record import Batch, Judged, Key, Worker
+from bench.results import columns
+from bench.results.rows import Row, read_run
+from bench.results.table import columns as all_columns
+from bench.results.table import write_csv
+from tests import made_up
+
+CONTRACT = """
+vehicle demands method start status reason n_demands n_calls setup_us call_p50_us call_p99_us call_p999_us
+call_max_us solver_p50_us iterations_max solved_fraction wrench_error_max limit_violation_max_N distance_max_N
+agrees peak_rss_MB quiet
+"""
+
+
+def row(tmp_path: Path, *cells: object) -> Row:
+    """The only row of a record of these cells."""
+    (only,) = read_run(made_up.record(tmp_path, made_up.header(), *cells)).rows
+    return only
+
+
+def test_the_contract_s_columns_come_first_and_to_the_letter() -> None:
+    assert list(all_columns())[: len(CONTRACT.split())] == CONTRACT.split()
+
+
+def test_every_column_says_what_it_means() -> None:
+    assert all(column.__doc__ for column in all_columns().values())
+
+
+def test_a_csv_has_one_line_a_row_and_no_ragged_ones(tmp_path: Path) -> None:
+    write_csv(read_run(made_up.whole(tmp_path)).rows, tmp_path / "results.csv")
+    with (tmp_path / "results.csv").open(newline="") as file:
+        header, *lines = csv.reader(file)
+    assert header == list(all_columns())
+    assert len(lines) == 4
+    assert {len(line) for line in lines} == {len(header)}
+
+
+def test_the_median_call_is_the_median_of_the_batches(tmp_path: Path) -> None:
+    # Three batches at 1, 2 and 1 µs a call.
+    assert columns.call_p50_us(row(tmp_path, made_up.cell())) == 1.0
+
+
+def test_the_median_over_repeats_is_not_moved_by_one_slow_process(tmp_path: Path) -> None:
+    cells = [made_up.cell(us=us, key=Key("v", "d", "m", repeat=i)) for i, us in enumerate((1, 50, 2))]
+    slow = row(tmp_path, *cells)
+    assert columns.call_p50_us(slow) == 2.0
+    assert columns.call_p50_low_us(slow) == 1.0
+    assert columns.call_p50_high_us(slow) == 50.0
+
+
+def test_quantiles_count_from_the_fast_end(tmp_path: Path) -> None:
+    # Single calls of 1 … 20,000 ns, once each.
+    measured = row(tmp_path, made_up.cell())
+    assert columns.call_p99_us(measured) == pytest.approx(19.8)
+    assert columns.call_p999_us(measured) == pytest.approx(19.98)
+    assert columns.call_max_us(measured) == 20.0
+
+
+def test_a_quantile_with_fewer_than_ten_calls_beyond_it_is_left_empty(tmp_path: Path) -> None:
+    thousand = made_up.cell(singles=[(ns, 1) for ns in range(1, 1001)])
+    assert columns.call_p99_us(row(tmp_path, thousand)) == pytest.approx(0.99)
+    assert columns.call_p999_us(row(tmp_path, thousand)) is None
+
+
+@pytest.mark.parametrize("calls", [951, 960, 999])
+def test_p99_is_empty_below_a_thousand_calls_as_its_column_says(calls: int, tmp_path: Path) -> None:
+    few = made_up.cell(singles=[(ns, 1) for ns in range(1, calls + 1)])
+    assert columns.call_p99_us(row(tmp_path, few)) is None
+    assert columns.call_p99_high_us(row(tmp_path, few)) is None
+
+
+def test_the_worst_answer_of_any_repeat_is_the_one_shown(tmp_path: Path) -> None:
+    judged = (
+        Judged(1, {"SOLVED": 1}, [1.0, -0.0], agrees=True),
+        Judged(1, {"SOLVED": 1}, [4.0, 2.0], agrees=False),
+    )
+    cells = [made_up.cell(key=Key("v", "d", "m", repeat=i), judged=j) for i, j in enumerate(judged)]
+    assert columns.wrench_error_max(row(tmp_path, *cells)) == 4.0
+    assert columns.agrees(row(tmp_path, *cells)) == "no"
+
+
+def test_one_failed_repeat_makes_the_row_failed_with_its_reason(tmp_path: Path) -> None:
+    crashed = made_up.cell(
+        key=Key("ukwial", "inactive", "pinv", repeat=1), status="crashed", reason="signal 11"
+    )
+    measured = row(tmp_path, made_up.cell(), crashed)
+    assert (columns.status(measured), columns.reason(measured)) == ("crashed", "signal 11")
+
+
+def test_solved_fraction_counts_every_answer(tmp_path: Path) -> None:
+    assert columns.solved_fraction(row(tmp_path, made_up.cell())) == 0.9
+
+
+def test_memory_is_the_largest_of_the_workers_at_that_method(tmp_path: Path) -> None:
+    workers = (Worker("pinv", "-", "-", 0, 1, 1, 60_000_000), Worker("other", "-", "-", 0, 1, 1, 99_000_000))
+    assert columns.peak_rss_MB(row(tmp_path, *workers, made_up.cell())) == 60.0
+
+
+def test_calls_are_counted_in_batches_and_singly(tmp_path: Path) -> None:
+    few = made_up.cell(batches=[Batch(100, 1, 1, 0)] * 2, singles=[(1, 3), (2, 4)])
+    assert columns.n_calls(row(tmp_path, few)) == 207
+
+
+@pytest.mark.parametrize("each_ns", [4 * SLOW_NS, SLOW_NS // 2])
+def test_no_call_is_counted_twice_though_a_slow_one_is_in_a_batch_and_single(
+    each_ns: int, tmp_path: Path
+) -> None:
+    made = 0
+
+    def call(_: int) -> None:
+        nonlocal made
+        made += 1
+        end = perf_counter_ns() + each_ns
+        while perf_counter_ns() < end:
+            pass
+
+    samples = sample(call, range(10), budget_ns=20_000_000)
+    cell = made_up.cell(batches=samples.batches, singles=counted(samples.singles), timed_ns=samples.timed_ns)
+    measured = row(tmp_path, cell)
+    n = columns.n_calls(measured)
+    assert isinstance(n, int)
+    assert n <= made
+    assert n == (1 if each_ns > SLOW_NS else 2) * len(samples.singles)
+
+
+def test_a_column_of_numbers_never_mixes_whole_ones_with_others(tmp_path: Path) -> None:
+    # polars guesses a column's type from its first rows: "1" there makes "0.55" further down an error.
+    cells = [made_up.cell("a", us=1), made_up.cell("b", us=3, setup_ns=[1500])]
+    write_csv(read_run(made_up.record(tmp_path, made_up.header(), *cells)).rows, tmp_path / "results.csv")
+    with (tmp_path / "results.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["call_p50_us"] for row in rows] == ["1.0", "3.0"]
+    assert [row["setup_us"] for row in rows] == ["6.0", "1.5"]
+    assert [row["n_demands"] for row in rows] == ["10", "10"]
+
+
+def test_a_degraded_vehicle_has_sections_of_its_own_only_where_the_whole_one_was_not_measured(
+    tmp_path: Path,
+) -> None:
+    names = ("a", "a-f2", "a-f2@0.4", "a-fast", "b-f0", "growth-k3-n4")
+    cells = [made_up.cell(key=Key(name, "active", "pinv")) for name in names]
+    run = read_run(made_up.record(tmp_path, made_up.header(), *cells))
+    assert run.vehicles == ["a", "a-fast", "b-f0"]
+    assert run.degraded == ["a-f2", "a-f2@0.4"]

@@ -1,0 +1,200 @@
+"""thrustbench size: a verdict from measured times, and an order that puts the method to take first."""
+
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from msgspec.structs import replace
+
+from bench.commands.size import command
+from bench.record import Batch, Cell, Judged, Key
+from bench.record.canary import CanaryError, CanaryFile, read_canary
+from bench.results.quantiles import misses
+from bench.results.rows import Run, read_run
+from bench.results.sizing import Loop, Size, Verdict, judge, sizes
+from bench.results.transfer import Transfer, transfer
+from tests import made_up
+
+HUNDRED_HZ = Loop(rate_hz=100, budget=0.1)  # 1,000 us a call
+
+
+def steady(method: str, us: float, *, exact: bool, slowest_us: float | None = None) -> Cell:
+    """A method that takes ``us`` a call, 20,000 times, and once ``slowest_us``."""
+    ns = round(us * 1000)
+    singles = [(ns, 20_000)] + ([(round(slowest_us * 1000), 1)] if slowest_us else [])
+    judged = Judged(100, {"SOLVED": 100}, agrees=True, distance_rel_max=0.0, tolerance=1e-9)
+    return Cell(
+        Key("ukwial", "active", method),
+        "ok",
+        formulation="hard" if exact else "clip",
+        batches=[Batch(100, 100 * ns, 100 * ns, 0)],
+        singles=singles,
+        judged=judged,
+    )
+
+
+def run_of(directory: Path, *cells: Cell) -> Run:
+    return read_run(made_up.record(directory, made_up.header(), *cells))
+
+
+def order(found: list[Size]) -> list[str]:
+    return [size.label for size in found]
+
+
+@pytest.mark.parametrize(
+    ("p50", "p999", "slowest", "bound", "verdict"),
+    [
+        (10, 20, 999, 0.0009, Verdict.FITS),
+        (10, None, 999, 0.0009, Verdict.FITS),
+        (10, None, 999, 0.0011, Verdict.WITHOUT_TAIL),
+        (10, 20, 1001, 0.0009, Verdict.WITHOUT_TAIL),
+        (10, 1001, 2000, 0.002, Verdict.WITHOUT_TAIL),
+        (10, None, None, None, Verdict.WITHOUT_TAIL),
+        (1001, 1002, 1003, 1.0, Verdict.DOES_NOT_FIT),
+        (None, None, None, None, Verdict.UNKNOWN),
+    ],
+)
+def test_a_verdict_follows_from_median_tail_and_late_calls(
+    p50: float | None, p999: float | None, slowest: float | None, bound: float | None, verdict: Verdict
+) -> None:
+    found, reason = judge(HUNDRED_HZ, p50, p999, slowest, bound)
+    assert found == verdict
+    assert (reason == "") == (verdict == Verdict.FITS)
+
+
+@pytest.mark.parametrize(("calls", "verdict"), [(2995, Verdict.FITS), (2994, Verdict.WITHOUT_TAIL)])
+def test_it_takes_2995_calls_without_a_late_one_to_vouch_for_one_in_a_thousand(
+    tmp_path: Path, calls: int, verdict: Verdict
+) -> None:
+    cell = replace(steady("m", 1, exact=True), singles=[(1000, calls)])
+    (size,) = sizes(run_of(tmp_path, cell), HUNDRED_HZ)
+    assert size.verdict == verdict
+
+
+def test_exact_and_cheap_comes_before_inexact_and_before_exact_and_dear(tmp_path: Path) -> None:
+    run = run_of(
+        tmp_path,
+        steady("clip", 1, exact=False),
+        steady("dear", 20, exact=True),
+        steady("cheap", 2, exact=True),
+        steady("slow", 5000, exact=True),
+    )
+    assert order(sizes(run, HUNDRED_HZ)) == ["cheap", "dear", "clip", "slow"]
+
+
+def test_a_method_with_a_wrong_answer_has_no_time(tmp_path: Path) -> None:
+    wrong = replace(steady("wrong", 1, exact=True), judged=Judged(1, {"SOLVED": 1}, wrong="limit violated"))
+    (size,) = sizes(run_of(tmp_path, wrong), HUNDRED_HZ)
+    assert size.verdict == Verdict.UNKNOWN
+    assert "limit violated" in size.reason
+
+
+def test_a_crash_on_any_demand_set_makes_the_method_unknown(tmp_path: Path) -> None:
+    crashed = Cell(Key("ukwial", "infeasible", "m"), "crashed", reason="SIGSEGV")
+    (size,) = sizes(run_of(tmp_path, steady("m", 1, exact=True), crashed), HUNDRED_HZ)
+    assert size.verdict == Verdict.UNKNOWN
+    assert "SIGSEGV" in size.reason
+
+
+def test_no_late_call_among_n_leaves_the_rule_of_three(tmp_path: Path) -> None:
+    (size,) = sizes(run_of(tmp_path, steady("m", 1, exact=True)), HUNDRED_HZ)
+    assert (size.late, size.calls) == (0, 20_000)
+    assert size.bound == pytest.approx(3 / 20_000, rel=0.01)
+
+
+def test_a_call_is_late_from_the_first_nanosecond_beyond_the_deadline() -> None:
+    assert misses([(999, 5), (1000, 3), (1001, 2)], 1000)[:2] == (2, 10)
+
+
+def test_the_bound_on_late_calls_is_where_so_few_would_be_a_one_in_twenty_chance(tmp_path: Path) -> None:
+    from scipy.stats import binom
+
+    (size,) = sizes(run_of(tmp_path, steady("m", 1, exact=True, slowest_us=5000)), HUNDRED_HZ)
+    assert size.late == 1
+    assert size.bound is not None
+    assert binom.cdf(1, 20_001, size.bound) == pytest.approx(0.05)
+
+
+def test_at_its_highest_rate_the_slowest_call_just_fits(tmp_path: Path) -> None:
+    run = run_of(tmp_path, steady("m", 1, exact=True, slowest_us=50))
+    (size,) = sizes(run, HUNDRED_HZ)
+    assert size.rate_hz is not None
+    (edge,) = sizes(run, Loop(size.rate_hz * (1 - 1e-9), 0.1))
+    (beyond,) = sizes(run, Loop(size.rate_hz * (1 + 1e-6), 0.1))
+    assert (edge.verdict, beyond.verdict) == (Verdict.FITS, Verdict.WITHOUT_TAIL)
+
+
+def test_a_deadline_replaces_the_budget(tmp_path: Path) -> None:
+    run = run_of(tmp_path, steady("m", 30, exact=True))
+    (size,) = sizes(run, Loop(100, deadline_us=29))
+    assert size.verdict == Verdict.DOES_NOT_FIT
+
+
+def test_an_estimate_takes_the_band_s_upper_end_and_never_vouches_for_the_tail(tmp_path: Path) -> None:
+    run = run_of(tmp_path, steady("m", 30, exact=True))
+    (size,) = sizes(run, HUNDRED_HZ, Transfer(1, 2, 4, "target"))
+    assert (size.p50_us, size.max_us, size.verdict) == (120, None, Verdict.WITHOUT_TAIL)
+    (size,) = sizes(run, HUNDRED_HZ, Transfer(1, 20, 40, "target"))
+    assert size.verdict == Verdict.DOES_NOT_FIT
+
+
+def test_the_band_holds_the_ratio_of_every_canary(tmp_path: Path) -> None:
+    here = [
+        replace(steady(f"canary/{name}", 10, exact=False), key=Key("-", "-", f"canary/{name}"))
+        for name in "ab"
+    ]
+    target = CanaryFile(1, {"cpu": "slow"}, {"canary/a": 20.0, "canary/b": 80.0})
+    band = transfer(run_of(tmp_path, *here), target)
+    assert band.centre == pytest.approx(4)
+    assert band.low < 2
+    assert band.high > 8
+
+
+def test_the_table_starts_with_what_to_take_and_marks_an_estimate(tmp_path: Path) -> None:
+    here = replace(steady("canary/a", 10, exact=False), key=Key("-", "-", "canary/a"))
+    run_of(tmp_path, steady("m", 30, exact=True), here)
+    (tmp_path / "canary.json").write_text(
+        '{"canary_schema": 1, "machine": {}, "median_us": {"canary/a": 10}}'
+    )
+    arguments = [str(tmp_path), "--rate", "100"]
+    measured = CliRunner().invoke(command, arguments)
+    assert "ukwial: take m (fits" in measured.output
+    assert "canaries, a few microseconds of fixed work in the same run, took 10.0 µs" in measured.output
+    estimated = CliRunner().invoke(command, [*arguments, "--canary", str(tmp_path / "canary.json")])
+    assert "ESTIMATE" in estimated.output
+
+
+@pytest.mark.parametrize("text", ["", "[]", '{"canary_schema": 2, "machine": {}, "median_us": {}}', "\x00"])
+def test_a_foreign_canary_file_is_refused(tmp_path: Path, text: str) -> None:
+
+    (tmp_path / "canary.json").write_text(text)
+    with pytest.raises(CanaryError, match="thrustbench canary"):
+        read_canary(tmp_path / "canary.json")
+
+
+def test_a_method_is_shown_with_its_best_start_only_unless_all_are_asked_for(tmp_path: Path) -> None:
+    cells = [
+        replace(steady("qp/m", us, exact=True), key=Key("ukwial", "active", "qp/m", start))
+        for start, us in (("cold", 50), ("warm", 5))
+    ]
+    run_of(tmp_path, *cells)
+    arguments = [str(tmp_path), "--rate", "100"]
+    short = CliRunner().invoke(command, arguments).output
+    assert "| qp/m warm" in short
+    assert "| qp/m cold" not in short
+    assert "| qp/m cold" in CliRunner().invoke(command, [*arguments, "--all"]).output
+
+
+@pytest.mark.parametrize("given_up", [1, 100])
+def test_a_method_that_gives_up_on_what_can_be_met_is_not_exact(given_up: int, tmp_path: Path) -> None:
+    counts = {"SOLVED": 100 - given_up, "NOT_CONVERGED": given_up}
+    agrees, distance = (True, 0.0) if given_up < 100 else (None, None)  # nothing to compare
+    judged = Judged(100, counts, agrees=agrees, distance_rel_max=distance, tolerance=1e-9)
+    cells = [
+        replace(steady("quits", 1, exact=True), judged=judged),
+        replace(steady("quits", 1, exact=True), key=Key("ukwial", "inactive", "quits")),
+        steady("answers", 2, exact=True),
+    ]
+    lines = [made_up.header(), made_up.problem("ukwial", 4), *cells]
+    found = sizes(read_run(made_up.record(tmp_path, *lines)), HUNDRED_HZ)
+    assert [(size.label, size.exact) for size in found] == [("answers", True), ("quits", False)]

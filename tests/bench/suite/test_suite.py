@@ -1,0 +1,143 @@
+"""The pytest-benchmark suite: it passes, says what it timed, and two of its files can be compared."""
+
+import json
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner
+
+from alloc import NotApplicable, load_vehicle
+from bench.commands.compare import command as compare
+from bench.suite.answers import question
+from bench.suite.compare import BadBenchmarkFile, Benchmark, BenchmarkFile, Extra, Machine, Stats, read
+from bench.suite.compare import compare as ratios
+from tests.places import ROOT
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The file that a short run of the suite leaves behind."""
+    path = tmp_path_factory.mktemp("suite") / "a.json"
+    options = ["--benchmark-only", "--benchmark-max-time=0.001", "--benchmark-min-rounds=1"]
+    options += ["--benchmark-warmup=off", f"--benchmark-json={path}", "--vehicle=ukwial"]
+    mine = path.with_name("mine.py")
+    mine.write_text('"""Mine."""\nfrom alloc.methods.pinv import FORMULATION, build\n')
+    options += ["--method=pinv", "--method=nullspace", f"--plugin={mine}"]
+    pytest_run = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "bench/suite", *options]
+    # Under xdist pytest-benchmark switches itself off; this run is one of its own.
+    alone = {key: value for key, value in os.environ.items() if not key.startswith("PYTEST_")}
+    done = subprocess.run(pytest_run, cwd=ROOT, env=alone, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return path
+
+
+def altered(path: Path, change: Any) -> Path:
+    data = json.loads(path.read_text())
+    change(data)
+    other = path.with_name("b.json")
+    other.write_text(json.dumps(data))
+    return other
+
+
+def test_every_benchmark_says_what_it_timed_and_how_right_it_was(written: Path) -> None:
+    benchmarks = json.loads(written.read_text())["benchmarks"]
+    assert {b["name"].partition("[")[0] for b in benchmarks} == {"test_call", "test_many", "test_setup"}
+    assert {b["extra_info"]["label"] for b in benchmarks} == {"inactive", "active"}
+    for benchmark in benchmarks:
+        said = benchmark["extra_info"]
+        assert said["vehicle"] == "ukwial"
+        assert (
+            said["formulation"]
+            == {"pinv": "unlimited", "nullspace": "hard", "mine": "unlimited"}[said["method"]]
+        )
+        assert said["certificate"]["wrench_error_rel_max"] < 1e-12
+
+
+def test_whoever_stays_inside_the_limits_is_certified_without_a_reference(written: Path) -> None:
+    for benchmark in json.loads(written.read_text())["benchmarks"]:
+        said = benchmark["extra_info"]
+        inside = said["label"] == "inactive" or said["method"] == "nullspace"
+        assert (said["certificate"]["gap_rel_max"] is not None) == inside
+        if inside:
+            assert said["certificate"]["gap_rel_max"] < 1e-12  # exact methods: nothing but rounding
+
+
+def test_a_vehicle_whose_thrusters_only_push_is_skipped_with_the_reason() -> None:
+    shipped = load_vehicle("ukwial")
+    with pytest.raises(NotApplicable, match="T\\* tau breaks a limit on the path"):
+        question(replace(shipped, f_min=0 * shipped.f_min), "inactive")
+
+
+def test_a_method_of_ones_own_is_timed_too(written: Path) -> None:
+    names = {b["name"] for b in json.loads(written.read_text())["benchmarks"]}
+    assert "test_many[ukwial-inactive-mine]" in names
+
+
+@pytest.mark.parametrize("option", ["--method=pinvv", "--vehicle=boat", "--plugin=gone.py"])
+def test_a_name_that_nothing_has_is_refused_where_pytest_would_skip_and_pass(option: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "bench/suite", "--co", option],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == pytest.ExitCode.USAGE_ERROR
+    assert done.stderr.startswith("ERROR: ")
+    assert option.partition("=")[2] in done.stderr
+
+
+def test_comparing_a_file_with_a_slower_one_shows_the_ratio_and_still_exits_with_0(written: Path) -> None:
+    def slow_down(data: Any) -> None:
+        for benchmark in data["benchmarks"]:
+            benchmark["stats"]["median"] *= 2
+
+    done = CliRunner().invoke(compare, [str(written), str(altered(written, slow_down))])
+    assert done.exit_code == 0
+    assert "medians' ratios: 2.000" in done.output
+    assert "warning" not in done.output
+
+
+def test_every_ratio_is_per_call_where_rounds_differ_in_calls() -> None:
+    def file(calls: int) -> BenchmarkFile:
+        # 2 µs a call in the least round, 3 µs in the middle one.
+        stats = Stats(min=2e-6 * calls, median=3e-6 * calls)
+        return BenchmarkFile(Machine(), [Benchmark("a", stats, Extra(calls))])
+
+    (ratio,) = ratios(file(1000), file(500)).ratios
+    assert (ratio.a_us, ratio.b_us) == pytest.approx((3.0, 3.0))
+    assert (ratio.median_ratio, ratio.min_ratio) == pytest.approx((1.0, 1.0))
+
+
+def test_comparing_across_machines_warns(written: Path) -> None:
+    def move(data: Any) -> None:
+        data["machine_info"]["cpu"]["brand_raw"] = "another processor"
+
+    done = CliRunner().invoke(compare, [str(written), str(altered(written, move))])
+    assert done.exit_code == 0
+    assert "warning: not the same machine or software: cpu" in done.output
+    assert "another processor" in done.output
+
+
+def test_a_benchmark_in_one_file_only_is_named(written: Path) -> None:
+    def drop(data: Any) -> None:
+        data["benchmarks"] = [b for b in data["benchmarks"] if "test_many" not in b["name"]]
+
+    done = CliRunner().invoke(compare, [str(written), str(altered(written, drop))])
+    assert "only in A: test_many.py::test_many[ukwial-inactive-pinv]" in done.output
+
+
+@pytest.mark.parametrize("content", [None, "", "{}", '{"machine_info": {}, "benchmarks": [{"fullname": 1}]}'])
+def test_a_file_that_is_no_benchmark_file_is_named_with_the_remedy(
+    content: str | None, tmp_path: Path
+) -> None:
+    path = tmp_path / "x.json"
+    if content is not None:
+        path.write_text(content)
+    with pytest.raises(BadBenchmarkFile, match=r"x\.json: .*--benchmark-json"):
+        read(path)

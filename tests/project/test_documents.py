@@ -1,0 +1,99 @@
+"""The how-to documents do what they say: files are written, commands run, output compared."""
+
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import alloc.solvers
+from alloc import build, catalogue, list_vehicles, load_plugin, load_vehicle
+from alloc.plugins import prepare
+from tests.places import DOCS, ROOT
+
+FENCE = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+NUMBER = re.compile(r"-?\d+\.\d+(e-?\d+)?")
+
+
+def blocks(document: str, kind: str) -> list[str]:
+    text = (DOCS / document).read_text(encoding="utf-8")
+    return [body for found, body in FENCE.findall(text) if found == kind]
+
+
+def files_of(document: str, names: dict[str, str], folder: Path) -> None:
+    """Write the first block of each kind under the name that the document gives it."""
+    for kind, name in names.items():
+        assert f"`{name}`" in (DOCS / document).read_text(encoding="utf-8")
+        (folder / name).write_text(blocks(document, kind)[0])
+
+
+def same(said: str, shown: str) -> None:
+    """Equal but for digits: the documents show three decimals."""
+    assert NUMBER.sub("#", said.replace("-0.000", "0.000")) == NUMBER.sub("#", shown)
+    for one, other in zip(NUMBER.finditer(said), NUMBER.finditer(shown), strict=True):
+        assert float(one[0]) == pytest.approx(float(other[0]), abs=6e-4)
+
+
+def run_consoles(document: str, folder: Path) -> None:
+    for console in blocks(document, "console"):
+        command, _, shown = console.partition("\n")
+        arguments = shlex.split(command.removeprefix("$ thrustbench "))
+        run = subprocess.run(
+            [sys.executable, "-m", "bench", *arguments],
+            capture_output=True,
+            text=True,
+            cwd=folder,
+            env={"PYTHONPATH": str(ROOT), "PATH": "/usr/bin:/bin"},
+            timeout=60,
+            check=False,
+        )
+        assert run.returncode == 0, run.stderr
+        same(re.sub(r"(?<=,)-?\d\.\d+e-1\d", "0.000", run.stdout), shown)
+
+
+def test_your_vehicle_shows_what_its_commands_print(tmp_path: Path) -> None:
+    files_of("your-vehicle.md", {"yaml": "my-rov.yaml", "csv": "ask.csv"}, tmp_path)
+    run_consoles("your-vehicle.md", tmp_path)
+
+
+def test_add_a_method_shows_what_its_commands_print(tmp_path: Path) -> None:
+    files_of("add-a-method.md", {"python": "damped.py", "csv": "demands.csv"}, tmp_path)
+    run_consoles("add-a-method.md", tmp_path)
+
+
+def test_the_example_method_keeps_its_promise(tmp_path: Path, rng: np.random.Generator) -> None:
+    files_of("add-a-method.md", {"python": "damped.py"}, tmp_path)
+    entry = load_plugin(tmp_path / "damped.py")
+    for name in list_vehicles():
+        vehicle = load_vehicle(name)
+        damped, exact = prepare(entry, vehicle), build("pinv", vehicle)
+        tau = vehicle.TP @ rng.uniform(0.3 * vehicle.f_min, 0.3 * vehicle.f_max)
+        off = np.abs(damped(tau).f - exact(tau).f).max()
+        assert off <= damped.tolerance * vehicle.f_scale
+
+
+def test_the_example_solver_is_found_and_solves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "slsqp.py").write_text(blocks("add-a-solver.md", "python")[0])
+    monkeypatch.setattr(alloc.solvers, "__path__", [*alloc.solvers.__path__, str(tmp_path)])
+    catalogue.cache_clear()
+    try:
+        names = {entry.name for entry in catalogue()}
+        assert {"qp/slsqp", "qp-soft/slsqp"} <= names
+        assert "qpsolvers/slsqp" not in names  # qpsolvers has no such adapter
+        f, status, _, _ = build("qp/slsqp", load_vehicle("ukwial"))([300, -50, 10])
+    finally:
+        sys.modules.pop("alloc.solvers.slsqp", None)
+        monkeypatch.undo()
+        catalogue.cache_clear()
+    assert status == alloc.Status.SOLVED
+    shown = blocks("add-a-solver.md", "console")[0].splitlines()[2].split(",")
+    np.testing.assert_allclose(f, [float(cell) for cell in shown[1:]], atol=6e-4)
+
+
+@pytest.mark.parametrize("document", sorted(DOCS.glob("*.md")), ids=lambda path: path.name)
+def test_links_between_documents_lead_somewhere(document: Path) -> None:
+    for target in re.findall(r"\]\((?!https?:)([^)#\s]+)", document.read_text(encoding="utf-8")):
+        assert (document.parent / target).exists(), target

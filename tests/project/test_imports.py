@@ -1,0 +1,119 @@
+"""Imports go one way; a reader can trust the folders to mean what they say."""
+
+import ast
+import shutil
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+import alloc
+from tests.places import ROOT
+
+FILES = sorted(p for folder in ("alloc", "bench") for p in (ROOT / folder).rglob("*.py"))
+IN_ALLOC = [p for p in FILES if p.is_relative_to(ROOT / "alloc")]
+SOLVERS = ROOT / "alloc" / "solvers"
+BINDINGS = {"clarabel", "cvxopt", "daqp", "ecos", "highspy", "osqp", "piqp", "proxsuite"} | {
+    "qpalm",
+    "qpsolvers",
+    "quadprog",
+    "scs",
+}
+
+
+def imported(path: Path, function_bodies: bool = True) -> set[str]:
+    """Dotted names a file imports; optionally only those that run when it is itself imported."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    deferred: set[ast.AST] = set()
+    if not function_bodies:
+        for node in ast.walk(tree):
+            if isinstance(node, ast.FunctionDef):
+                deferred.update(ast.walk(node))
+    names: set[str] = set()
+    for node in ast.walk(tree):
+        if node in deferred:
+            continue
+        if isinstance(node, ast.Import):
+            names.update(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: relative import; write the full name"
+            names.update(f"{node.module}.{alias.name}" for alias in node.names)
+    return names
+
+
+def within(name: str, package: str) -> bool:
+    return name == package or name.startswith(package + ".")
+
+
+def bindings(names: set[str]) -> set[str]:
+    return {name.split(".")[0] for name in names} & BINDINGS
+
+
+def label(path: Path) -> str:
+    return str(path.relative_to(ROOT))
+
+
+@pytest.mark.parametrize("path", IN_ALLOC, ids=label)
+def test_the_library_never_imports_the_harness(path: Path) -> None:
+    assert not [name for name in imported(path) if within(name, "bench")]
+
+
+@pytest.mark.parametrize("path", FILES, ids=label)
+def test_solver_bindings_are_imported_where_solvers_live_and_by_studies_only(path: Path) -> None:
+    if not path.is_relative_to(SOLVERS) and "studies" not in path.parts:
+        assert not bindings(imported(path))
+
+
+@pytest.mark.parametrize("path", FILES, ids=label)
+def test_no_file_imports_a_solver_binding_before_it_is_called(path: Path) -> None:
+    assert not bindings(imported(path, function_bodies=False))
+
+
+@pytest.mark.parametrize("folder", ["methods", "solvers"])
+def test_plugins_never_import_plugins(folder: str) -> None:
+    files = [p for p in (ROOT / "alloc" / folder).glob("*.py") if p.stem != "__init__"]
+    for path in files:
+        for other in files:
+            assert not [n for n in imported(path) if within(n, f"alloc.{folder}.{other.stem}")], label(path)
+
+
+@pytest.mark.parametrize("path", [p for p in FILES if p.is_relative_to(SOLVERS)], ids=label)
+def test_solvers_know_problems_but_neither_vehicles_nor_methods(path: Path) -> None:
+    for package in ("alloc.methods", "alloc.plugins", "alloc.vehicle"):
+        assert not [name for name in imported(path) if within(name, package)]
+
+
+@pytest.mark.parametrize("path", [p for p in FILES if p not in IN_ALLOC], ids=label)
+def test_the_harness_takes_public_names_and_each_from_one_place(path: Path) -> None:
+    for name in imported(path):
+        module, _, last = name.rpartition(".")
+        if within(module, "alloc"):
+            assert not any(part.startswith("_") for part in name.split(".")), name
+            if module != "alloc" and last in alloc.__all__:
+                same = getattr(import_module(module), last) is getattr(alloc, last)
+                assert not same, f"{name}: take it from alloc itself"
+
+
+def test_a_report_renders_where_no_solver_is_installed(tmp_path: Path) -> None:
+    kept = next((ROOT / "results").glob("*/record.jsonl.gz"))
+    shutil.copy(kept, tmp_path)
+    code = (
+        f"import sys; sys.modules.update(dict.fromkeys({sorted(BINDINGS)!r}))\n"  # None: import fails
+        "from pathlib import Path; from bench.report import render\n"
+        f"render(Path({str(tmp_path)!r}))"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT, timeout=100)
+    assert (tmp_path / "report.md").read_text(encoding="utf-8").startswith("# ")
+
+
+def test_help_imports_nothing_heavy() -> None:
+    code = (
+        "import sys; from bench.__main__ import cli\n"
+        "from click.testing import CliRunner\n"
+        "assert CliRunner().invoke(cli, ['--help']).exit_code == 0\n"
+        "heavy = {'numpy', 'scipy', 'matplotlib', 'rich', 'msgspec', 'ruamel.yaml'} & set(sys.modules)\n"
+        "assert not heavy, heavy"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT, timeout=30)
