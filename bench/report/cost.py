@@ -1,10 +1,9 @@
 """Report section: what a call of each method costs."""
 
 from bench.report.text import picture, table, three
-from bench.results import columns
+from bench.results.columns import Row
 from bench.results.quantiles import quantile
-from bench.results.ranking import number
-from bench.results.rows import Row, Run
+from bench.results.rows import Run
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:
@@ -34,21 +33,21 @@ def _table(run: Run, vehicle: str) -> str:
     sets = run.sets(vehicle)
     variants: dict[str, dict[str, Row]] = {}
     for row in run.of(vehicle):
-        if not row.failed and columns.call_p50_us(row) is not None:
+        if not row.failed and row.call_p50_us is not None:
             variants.setdefault(row.label, {})[row.demands] = row
     pinv = variants.get("pinv", {}).get(sets[0])
-    base = number(columns.call_p50_us(pinv)) if pinv else None
+    base = pinv.call_p50_us if pinv else None
     lines = []
     for label, by_set in variants.items():
         first = by_set.get(sets[0]) or next(iter(by_set.values()))
-        time = number(columns.call_p50_us(first))
+        time = first.call_p50_us
         ratio = time / base if time is not None and base and first.demands == sets[0] else None
         medians = [three(_median(by_set.get(name))) for name in sets]
-        inside = [three(number(c(first))) for c in (columns.binding_p50_us, columns.solver_p50_us)]
+        inside = [three(first.binding_p50_us), three(first.solver_p50_us)]
         p999 = quantile(run.singles(first), 0.999)
         tail = three(None if p999 is None else p999 / 1000)
-        setup = three(number(columns.setup_us(first)))
-        answers = str(columns.formulation(first)) or "-"
+        setup = three(first.setup_us)
+        answers = first.formulation or "-"
         lines.append((time or 0.0, [label, answers, setup, *medians, tail, three(ratio), *inside]))
     headers = ("method", "answers", "set-up [µs]", *(f"{name} [µs]" for name in sets), "p99.9 [µs]")
     ordered = [cells for _, cells in sorted(lines, key=lambda line: line[0])]
@@ -56,4 +55,4 @@ def _table(run: Run, vehicle: str) -> str:
 
 
 def _median(row: Row | None) -> float | None:
-    return None if row is None else number(columns.call_p50_us(row))
+    return None if row is None else row.call_p50_us

@@ -1,11 +1,12 @@
 """Report section: who agrees with whom, and what failed and why."""
 
 from collections import defaultdict
+from operator import attrgetter
 
 from bench.report.text import table, three
-from bench.results import columns
-from bench.results.ranking import number, right
-from bench.results.rows import Row, Run
+from bench.results.columns import Row
+from bench.results.ranking import right
+from bench.results.rows import Run
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:
@@ -24,16 +25,16 @@ def section(run: Run, drawn: frozenset[str]) -> str:
 def _agreement(rows: list[Row]) -> str:
     by_label: dict[str, list[Row]] = defaultdict(list)
     for row in rows:
-        if columns.agrees(row) != "-":
+        if row.agrees != "-":
             by_label[row.label].append(row)
     lines = []
     for label, group in sorted(by_label.items()):
-        agreeing = sum(columns.agrees(row) == "yes" for row in group)
+        agreeing = sum(row.agrees == "yes" for row in group)
         distance, promise, gap = (
-            max((found for row in group if (found := number(column(row))) is not None), default=None)
-            for column in (columns.distance_relative, columns.tolerance, columns.gap_relative)
+            max((found for row in group if (found := value(row)) is not None), default=None)
+            for value in map(attrgetter, ("distance_relative", "tolerance", "gap_relative"))
         )
-        answers = str(columns.formulation(group[0]))
+        answers = group[0].formulation
         lines.append(
             [label, answers, f"{agreeing} of {len(group)}", three(distance), three(promise), three(gap)]
         )
@@ -46,7 +47,7 @@ def _wrong(rows: list[Row]) -> str:
         return "No row disagrees, and no answer is wrong.\n"
     where: dict[tuple[str, str, str], list[str]] = defaultdict(list)
     for row in rows:
-        what = str(columns.wrong(row)) or "farther from the optimum than promised"
+        what = row.wrong or "farther from the optimum than promised"
         where[row.label, row.demands, what].append(f"{row.vehicle} ({_distance(row)})")
     lines = [[*key[:2], ", ".join(sorted(places)), key[2]] for key, places in sorted(where.items())]
     headers = ("method", "demands", "vehicle (distance found, promised)", "what is wrong")
@@ -54,7 +55,7 @@ def _wrong(rows: list[Row]) -> str:
 
 
 def _distance(row: Row) -> str:
-    found, promised = number(columns.distance_relative(row)), number(columns.tolerance(row))
+    found, promised = row.distance_relative, row.tolerance
     return f"{three(found) or '-'}, {three(promised) or '-'}"
 
 
@@ -63,7 +64,7 @@ def _unmeasured(rows: list[Row]) -> str:
         return "No row is without a measurement.\n"
     where: dict[tuple[str, str, str], dict[str, list[str]]] = defaultdict(lambda: defaultdict(list))
     for row in rows:
-        why = (row.label, str(columns.status(row)), str(columns.reason(row)))
+        why = (row.label, row.status, row.reason)
         where[why][row.vehicle].append(row.demands)
     lines = [
         [

@@ -4,7 +4,6 @@ from collections import defaultdict
 from collections.abc import Callable
 
 from bench.report.text import picture, table, three
-from bench.results import columns
 from bench.results.growth import FITTED_FROM, Series, exponent, pays_up_to, series
 from bench.results.rows import Run
 
@@ -60,10 +59,10 @@ def _refused(family: list[Series]) -> str:
     for one in family:
         for n, row in one.rows.items():
             if row.failed:
-                reasons[one.label, str(columns.status(row))].append(n)
+                reasons[one.label, row.status].append(n)
     rows = {one.label: one.rows for one in family}
     lines = []
     for (label, status), sizes in reasons.items():
-        why = str(columns.reason(rows[label][sizes[0]]))
+        why = str(rows[label][sizes[0]].reason)
         lines.append(f"- {label}, n = {', '.join(map(str, sizes))}: {status}; at n = {sizes[0]}: {why}")
     return "\n".join(lines) + "\n" if lines else ""

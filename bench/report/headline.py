@@ -1,9 +1,9 @@
 """Report section: three sentences with numbers, and one line a vehicle."""
 
 from bench.report.text import number_range, percent, table, three
-from bench.results import columns
-from bench.results.ranking import EXACT, best, complete, exact, number, right
-from bench.results.rows import Row, Run
+from bench.results.columns import Row
+from bench.results.ranking import EXACT, best, complete, exact, right
+from bench.results.rows import Run
 
 CLOSED_FORMS = {"pinv@native": "T* τ in generated C", "pinv": "T* τ in numpy"}
 """What the exact answer is held against: like with like, and what most people call from Python."""
@@ -49,7 +49,7 @@ def _cost(run: Run) -> str:
             ratios += [time / other for other in [_us(named(rows, method))] if other]
         if solver is not None and solver_us:
             over_solver.append(solver_us / time)
-            own_clock += [100 * own / solver_us for own in _numbers(columns.solver_p50_us(solver))]
+            own_clock += [100 * own / solver_us for own in _numbers(solver.solver_p50_us)]
     if not exact_us:
         return ""
     fleet = "1 vehicle" if len(exact_us) == 1 else f"{len(exact_us)} vehicles"
@@ -75,8 +75,8 @@ def _loss(run: Run) -> str:
         if worth is not None and worth.authority[0].closed_form_share is not None:
             served.append(100 * worth.authority[0].closed_form_share)
         if pinv is not None:
-            lost += _numbers(columns.lost_wrench_max(pinv))
-            turned += _numbers(columns.direction_error_max_deg(pinv))
+            lost += _numbers(pinv.lost_wrench_max)
+            turned += _numbers(pinv.direction_error_max_deg)
     parts = []
     if served:
         parts.append(
@@ -96,8 +96,8 @@ def _trust(run: Run) -> str:
     failed = sum(row.failed is not None for row in rows)
     wrong = sum(row.failed is None and not right(row) for row in rows)
     # A solver that gives up, or stops early and says so, breaks no promise, and still fails its vehicle.
-    short = sum(right(row) and columns.formulation(row) in EXACT and not complete(row) for row in rows)
-    busy = sum(bool(row.disturbed) for row in rows if not row.failed)
+    short = sum(right(row) and row.formulation in EXACT and not complete(row) for row in rows)
+    busy = sum(bool(row.disturbances) for row in rows if not row.failed)
     return (
         f"Of {len(rows)} rows {len(rows) - failed - wrong} answered as promised, {short} of those without"
         f" solving every demand that can be met; {wrong} did not, {failed} could not be measured; the machine"
@@ -115,7 +115,7 @@ def _vehicles(run: Run) -> str:
     lines = []
     for vehicle, rows in _typical(run, run.vehicles + run.degraded).items():
         row, pinv, solver = fastest_exact(rows), named(rows, "pinv"), fastest_solver(rows)
-        lost = columns.lost_wrench_max(pinv) if pinv else None
+        lost = pinv.lost_wrench_max if pinv else None
         lines.append(
             [
                 vehicle,
@@ -123,7 +123,7 @@ def _vehicles(run: Run) -> str:
                 *_shown(pinv),
                 *_shown(row),
                 *_shown(solver),
-                percent(number(lost)),
+                percent(lost),
             ]
         )
     headers = ("vehicle", "demands", "no limits", "[µs]", "exact", "[µs]", "exact by a solver", "[µs]")
@@ -135,9 +135,8 @@ def _shown(row: Row | None) -> tuple[str, str]:
 
 
 def _us(row: Row | None) -> float | None:
-    return None if row is None else number(columns.call_p50_us(row))
+    return None if row is None else row.call_p50_us
 
 
-def _numbers(value: columns.Value) -> list[float]:
-    found = number(value)
-    return [] if found is None else [found]
+def _numbers(value: float | None) -> list[float]:
+    return [] if value is None else [value]

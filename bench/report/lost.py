@@ -3,9 +3,9 @@
 from collections.abc import Callable
 
 from bench.report.text import percent, table, three
-from bench.results import columns
-from bench.results.ranking import best, number
-from bench.results.rows import Row, Run
+from bench.results.columns import Row
+from bench.results.ranking import best
+from bench.results.rows import Run
 
 NOTHING = 1e-6
 """A wrench delivered within this share of the demand is met: what SOLVED promises. An angle [°] as small is
@@ -31,7 +31,7 @@ def _vehicle(run: Run, vehicle: str) -> list[str]:
     # On inactive demands the closed forms are the optimum; nothing is lost there by anybody's design.
     sets = [name for name in run.sets(vehicle) if name != "inactive"] or run.sets(vehicle)
     by_set = {name: {row.label: row for row in run.of(vehicle, name) if not row.failed} for name in sets}
-    shown = [row for row in best(run, vehicle, sets[0]) if columns.lost_wrench_max(row) is not None]
+    shown = [row for row in best(run, vehicle, sets[0]) if row.lost_wrench_max is not None]
     attainable = [name for name in sets if name != "infeasible"]
     keeping = [row.label for row in shown if all(_keeps(by_set[name].get(row.label)) for name in attainable)]
     losing = [row for row in shown if row.label not in keeping or row.method == "scaled"]
@@ -39,9 +39,9 @@ def _vehicle(run: Run, vehicle: str) -> list[str]:
     for row in losing:
         cells = (
             *(_lost(by_set[name].get(row.label)) for name in sets),
-            _met(number(columns.direction_error_max_deg(row)), three),
-            _met(number(columns.limits_violated_share(row)), percent),
-            _met(number(columns.effort_over_optimum_max(row)), percent),
+            _met(row.direction_error_max_deg, three),
+            _met(row.limits_violated_share, percent),
+            _met(row.effort_over_optimum_max, percent),
         )
         lines.setdefault(cells, []).append(row)
     if not lines:
@@ -61,8 +61,8 @@ def _vehicle(run: Run, vehicle: str) -> list[str]:
 
 def largest(row: Row) -> float | None:
     """The largest share of a demand's wrench that is not delivered: all of it where one got no thrusts."""
-    answered = number(columns.answered_share(row))
-    lost = number(columns.lost_wrench_max(row))
+    answered = row.answered_share
+    lost = row.lost_wrench_max
     return lost if answered is None or answered == 1.0 else 1.0
 
 
@@ -80,15 +80,15 @@ def _keeps(row: Row | None) -> bool:
     """Whether every demand of the row was answered and met inside the limits."""
     if row is None:
         return False
-    lost, beyond = number(columns.lost_wrench_max(row)), number(columns.limits_violated_share(row))
-    return lost is not None and lost <= NOTHING and not beyond and columns.answered_share(row) == 1.0
+    lost, beyond = row.lost_wrench_max, row.limits_violated_share
+    return lost is not None and lost <= NOTHING and not beyond and row.answered_share == 1.0
 
 
 def _lost(row: Row | None) -> str:
-    if row is None or columns.lost_wrench_max(row) is None:
+    if row is None or row.lost_wrench_max is None:
         return ""
-    answered = number(columns.answered_share(row))
-    values = [number(columns.lost_wrench_p50(row)), number(columns.lost_wrench_max(row))]
+    answered = row.answered_share
+    values = [row.lost_wrench_p50, row.lost_wrench_max]
     text = ", ".join(_met(value, percent) for value in values)
     return text if answered == 1.0 else f"{text} ({percent(answered)} answered)"
 

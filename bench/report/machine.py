@@ -24,8 +24,8 @@ def section(run: Run, drawn: frozenset[str]) -> str:
 
 def _quiet(run: Run) -> str:
     measured = [row for row in run.rows if not row.failed]
-    disturbed = Counter(what for row in measured for what in row.disturbed)
-    busy = sum(bool(row.disturbed) for row in measured)
+    disturbed = Counter(what for row in measured for what in row.disturbances)
+    busy = sum(bool(row.disturbances) for row in measured)
     steal = sum((c.quiet.steal_ticks or 0) for row in measured for c in row.cells if c.quiet) / 100
     text = f"Disturbed rows: {busy} of {len(measured)} ({percent(busy / len(measured) if measured else 0.0)})"
     if disturbed:

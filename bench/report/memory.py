@@ -4,7 +4,8 @@ from statistics import median
 
 from bench.record import Worker
 from bench.report.text import table, three
-from bench.results.rows import Row, Run
+from bench.results.columns import Row
+from bench.results.rows import Run
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:

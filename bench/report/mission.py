@@ -2,9 +2,9 @@
 
 from bench.report.lost import NOTHING
 from bench.report.text import percent, table, three
-from bench.results import columns
-from bench.results.ranking import best, number
-from bench.results.rows import Row, Run
+from bench.results.columns import Row
+from bench.results.ranking import best
+from bench.results.rows import Run
 
 BEFORE, AFTER = "mission", "mission-fault"
 
@@ -60,19 +60,17 @@ def _degraded(run: Run, vehicle: str) -> list[str]:
 
 
 def _numbers(before: Row, after: Row) -> list[str]:
-    within = [percent(number(columns.within_1pct_share(row))) for row in (before, after)]
+    within = [percent(row.within_1pct_share) for row in (before, after)]
     lost = [percent(_lost(row)) for row in (before, after)]
-    turned = [
-        three(_above(number(columns.direction_error_max_deg(row)), ROUNDING_DEG)) for row in (before, after)
-    ]
+    turned = [three(_above(row.direction_error_max_deg, ROUNDING_DEG)) for row in (before, after)]
     return [*within, *lost, *turned]
 
 
 def _lost(row: Row) -> float | None:
     # A demand without an answer delivers nothing.
-    if (number(columns.answered_share(row)) or 0.0) < 1.0:
+    if (row.answered_share or 0.0) < 1.0:
         return 1.0
-    return _above(number(columns.lost_wrench_max(row)), NOTHING)
+    return _above(row.lost_wrench_max, NOTHING)
 
 
 def _above(value: float | None, floor: float) -> float | None:

@@ -8,10 +8,10 @@ from bench.record import RecordError
 from bench.report.lost import largest
 from bench.report.pictures.style import family
 from bench.report.text import percent, table, three
-from bench.results import columns
+from bench.results.columns import Row
 from bench.results.quantiles import quantile
-from bench.results.ranking import best, exact, number
-from bench.results.rows import Row, Run
+from bench.results.ranking import best, exact
+from bench.results.rows import Run
 
 START, END = "<!-- results:start -->", "<!-- results:end -->"
 VEHICLES = ("ukwial", "bluerov2-heavy")
@@ -42,7 +42,7 @@ def result_table(run: Run) -> str:
     lines = []
     for method in methods:
         row = last.get(method) or next(rows[method] for rows in by_vehicle.values() if method in rows)
-        kind = family(method, str(columns.formulation(row)))
+        kind = family(method, row.formulation)
         count[kind] += 1
         if count[kind] <= MOST.get(kind, len(methods)):
             medians = [_median(rows.get(method)) for rows in by_vehicle.values()]
@@ -106,11 +106,11 @@ def _answers(row: Row) -> str:
     if exact(row):
         return "the optimum, eq. 4-5"
     words = {"unlimited": "no limits, eq. 6-10", "hard": "near the optimum", "soft": "soft optimum"}
-    return words.get(str(columns.formulation(row)), "a rule within limits")
+    return words.get(row.formulation, "a rule within limits")
 
 
 def _median(row: Row | None) -> str:
-    return three(number(columns.call_p50_us(row))) if row else ""
+    return three(row.call_p50_us) if row else ""
 
 
 def _tail(run: Run, row: Row | None) -> tuple[str, str]:

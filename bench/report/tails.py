@@ -3,10 +3,10 @@
 from collections.abc import Iterable
 
 from bench.report.text import picture, table, three
-from bench.results import columns
+from bench.results.columns import Row
 from bench.results.quantiles import interval
-from bench.results.ranking import best, number
-from bench.results.rows import Row, Run
+from bench.results.ranking import best
+from bench.results.rows import Run
 
 BIN = 1.02
 """Ends of intervals are known to this factor: single calls are counted in bins 2 % wide."""
@@ -60,15 +60,15 @@ def _table(rows: list[Row]) -> str:
     headers = ("method", "calls", "p99 [µs]", "p99.9 [µs]", "slowest [µs]", "iterations", "steps, at most")
     lines = []
     for row in rows:
-        p99 = (columns.call_p99_us(row), columns.call_p99_low_us(row), columns.call_p99_high_us(row))
-        p999 = (columns.call_p999_us(row), columns.call_p999_low_us(row), columns.call_p999_high_us(row))
-        counts = [str(v or "") for v in (columns.iterations_max(row), columns.worst_case_steps(row))]
-        slowest = three(number(columns.call_max_us(row)))
-        calls = str(columns.n_single_calls(row))
+        p99 = (row.call_p99_us, row.call_p99_low_us, row.call_p99_high_us)
+        p999 = (row.call_p999_us, row.call_p999_low_us, row.call_p999_high_us)
+        counts = [str(v or "") for v in (row.iterations_max, row.worst_case_steps)]
+        slowest = three(row.call_max_us)
+        calls = str(row.n_single_calls)
         lines.append([row.label, calls, _with_interval(p99), _with_interval(p999), slowest, *counts])
     return table(headers, lines)
 
 
-def _with_interval(values: tuple[columns.Value, columns.Value, columns.Value]) -> str:
-    middle, low, high = (three(number(value)) for value in values)
+def _with_interval(values: tuple[float | None, float | None, float | None]) -> str:
+    middle, low, high = (three(value) for value in values)
     return f"{middle} ({low} … {high})" if middle else ""

@@ -11,8 +11,8 @@ from rich.table import Table
 from bench.report.limits import cut_logs
 from bench.report.lost import NOTHING, largest
 from bench.report.text import three
-from bench.results.columns import call_p50_us, call_p99_us, within_1pct_share
-from bench.results.rows import Row, Run, read_run
+from bench.results.columns import Row
+from bench.results.rows import Run, read_run
 
 ATTAINABLE = ("inactive", "active", "uniform")
 """Demand sets that a perfect method serves to the last."""
@@ -58,8 +58,8 @@ def show(directory: Path, console: Console) -> bool:
 
 def _method(run: Run, rows: list[Row]) -> tuple[str, ...]:
     return (
-        _range(map(call_p50_us, rows)),
-        _worst(map(call_p99_us, rows)),
+        _range(row.call_p50_us for row in rows),
+        _worst(row.call_p99_us for row in rows),
         _least(served(run, rows)),
         missed(rows),
         _verdict(rows),
@@ -88,7 +88,7 @@ def served(run: Run, rows: list[Row]) -> list[float]:
         )
         if not shares:
             own = [row for row in rows if (row.vehicle, row.demands) == (vehicle, "uniform")]
-            shares = [float(share) for share in map(within_1pct_share, own) if isinstance(share, float)]
+            shares = [row.within_1pct_share for row in own if row.within_1pct_share is not None]
         found += [100 * min(shares)] if shares else []
     return found
 
@@ -103,16 +103,16 @@ def missed(rows: list[Row]) -> str:
     return f"{float(f'{100 * worst:.2g}'):g}%" if worst > NOTHING else "0%"
 
 
-def _worst(values: Iterable[object]) -> str:
-    return three(max((float(value) for value in values if isinstance(value, (int, float))), default=None))
+def _worst(values: Iterable[float | None]) -> str:
+    return three(max((value for value in values if value is not None), default=None))
 
 
 def _least(shares: list[float]) -> str:
     return f"{three(min(shares))}%" if shares else ""
 
 
-def _range(values: Iterable[object]) -> str:
-    numbers = sorted(float(value) for value in values if isinstance(value, (int, float)))
+def _range(values: Iterable[float | None]) -> str:
+    numbers = sorted(value for value in values if value is not None)
     if not numbers:
         return ""
     low, high = three(numbers[0]), three(numbers[-1])

@@ -1,10 +1,11 @@
 """What the growth study found: times and bytes over the number of thrusters, and their exponents."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-from bench.results import columns
-from bench.results.ranking import exact, number
-from bench.results.rows import GENERATED, Row, Run
+from bench.results.columns import Row
+from bench.results.ranking import exact
+from bench.results.rows import GENERATED, Run
 
 FITTED_FROM = 12
 """Exponents are fitted from so many thrusters on: below, what a call costs anyway hides the growth."""
@@ -23,11 +24,11 @@ class Series:
 
     def times_us(self) -> dict[int, float]:
         """Median call [us] by number of thrusters, where it was measured."""
-        return _known({n: columns.call_p50_us(row) for n, row in self.rows.items() if not row.failed})
+        return _known({n: row.call_p50_us for n, row in self.rows.items() if not row.failed})
 
     def kilobytes(self) -> dict[int, float]:
         """Size of the allocator [kB] by number of thrusters, where it was measured."""
-        sizes = _known({n: columns.allocator_bytes(row) for n, row in self.rows.items() if not row.failed})
+        sizes = _known({n: row.allocator_bytes for n, row in self.rows.items() if not row.failed})
         return {n: size / 1000 for n, size in sizes.items()}
 
 
@@ -76,5 +77,5 @@ def pays_up_to(found: list[Series]) -> tuple[int | None, list[int]]:
     return best, without
 
 
-def _known(values: dict[int, columns.Value]) -> dict[int, float]:
-    return {n: value for n, found in values.items() if (value := number(found)) is not None}
+def _known(values: Mapping[int, float | None]) -> dict[int, float]:
+    return {n: value for n, value in values.items() if value is not None}

@@ -1,7 +1,7 @@
 """Which start and level of a method stands for it, and which methods are exact."""
 
-from bench.results import columns
-from bench.results.rows import Row, Run
+from bench.results.columns import Row
+from bench.results.rows import Run
 
 EXACT = ("hard", "scaled")
 """Formulations that serve every attainable demand at least effort (eq. 4-5)."""
@@ -12,26 +12,21 @@ ROUNDING = 1e-9
 """Of two shares that are equal."""
 
 
-def number(value: columns.Value) -> float | None:
-    """A column's value where it is a number, else None."""
-    return None if value is None or isinstance(value, str) else float(value)
-
-
 def right(row: Row) -> bool:
     """Whether a row was measured and no answer in it is wrong or farther off than promised."""
-    return not row.failed and columns.agrees(row) != "no" and not columns.wrong(row)
+    return not row.failed and row.agrees != "no" and not row.wrong
 
 
 def complete(row: Row) -> bool:
     """Whether as many demands were solved as are attainable: giving up is no answer."""
-    solved = number(columns.solved_fraction(row))
+    solved = row.solved_fraction
     return solved is not None and solved >= row.attainable - ROUNDING
 
 
 def exact(row: Row) -> bool:
     """Whether a row's answers are the constrained optimum, all of them, found within EXACT_WITHIN of it."""
-    distance = number(columns.distance_relative(row))
-    optimal = columns.formulation(row) in EXACT and distance is not None and distance <= EXACT_WITHIN
+    distance = row.distance_relative
+    optimal = row.formulation in EXACT and distance is not None and distance <= EXACT_WITHIN
     return optimal and complete(row) and right(row)
 
 
@@ -44,7 +39,7 @@ def best(run: Run, vehicle: str, demands: str) -> list[Row]:
     wrong = {row.label for row in run.of(vehicle) if not right(row)}
     chosen: dict[str, tuple[bool, bool, float, Row]] = {}
     for row in run.of(vehicle, demands):
-        time = number(columns.call_p50_us(row))
+        time = row.call_p50_us
         if row.failed or time is None or not row.cells[0].formulation:  # yardsticks answer nothing
             continue
         rank = (row.label in wrong, not exact(row), time, row)

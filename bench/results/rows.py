@@ -2,69 +2,16 @@
 
 import re
 from collections import defaultdict
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from statistics import median
 
-from bench.record import Batch, Cell, Judged, Record, Worker, read
-from bench.record.capability import Worth
+from msgspec.structs import replace
+
+from bench.record import Cell, Key, Record, Worker, Worth, read
+from bench.results.columns import Row
 from bench.results.disturbance import canary_median_ns, disturbances
 from bench.results.quantiles import Counted, merged
-
-
-@dataclass(frozen=True)
-class Row:
-    """One method with its start and level on one vehicle's demand set: every repeat of it.
-
-    Attributes
-    ----------
-    cells : the repeats, each measured by a process of its own
-    workers : those processes
-    disturbed : what disturbed the machine meanwhile, empty where it was quiet
-    attainable : share of the set's demands that are labelled inactive or active
-    """
-
-    vehicle: str
-    demands: str
-    method: str
-    start: str
-    level: str
-    cells: tuple[Cell, ...]
-    workers: tuple[Worker, ...]
-    disturbed: tuple[str, ...]
-    attainable: float = 0.0
-
-    @property
-    def label(self) -> str:
-        """Method, start and level as tables show them, e.g. ``qp/osqp warm tight``; default is not said."""
-        return " ".join([self.method, *(w for w in (self.start, self.level) if w not in ("-", "default"))])
-
-    @cached_property
-    def failed(self) -> Cell | None:
-        """The first repeat that was not measured, None where all were."""
-        return next((cell for cell in self.cells if cell.status != "ok"), None)
-
-    @cached_property
-    def singles(self) -> Counted:
-        """Times of single calls of all repeats together [ns]."""
-        return merged(cell.singles for cell in self.cells)
-
-    @cached_property
-    def judged(self) -> list[Judged]:
-        """What the equations say, one entry a repeat that was judged."""
-        return [cell.judged for cell in self.cells if cell.judged is not None]
-
-    def centre(self, batches: Callable[[Cell], Sequence[Batch]], clock: str = "wall_ns") -> list[float]:
-        """Median time of a call [ns] over the batches of each repeat, one number a repeat."""
-        timed = [batches(cell) for cell in self.cells]
-        return [median(getattr(b, clock) / b.calls for b in repeat) for repeat in timed if repeat]
-
-    def worst(self, what: Callable[[Judged], float | None]) -> float | None:
-        """The largest value of ``what`` over the repeats, None where nobody has one."""
-        return max((value for j in self.judged if (value := what(j)) is not None), default=None)
-
 
 SETS = ("active", "inactive", "boundary", "infeasible", "box", "axes", "mission")
 """Order of demand sets in tables; the first one there is stands for the vehicle in pictures."""
@@ -130,20 +77,28 @@ def read_run(directory: Path) -> Run:
 
 def gather(record: Record) -> tuple[Row, ...]:
     """The record's cells as rows, sorted by vehicle, demand set, method, start and level."""
-    repeats: dict[tuple[str, str, str, str, str], dict[int, Cell]] = defaultdict(dict)
+    repeats: dict[Key, dict[int, Cell]] = defaultdict(dict)
     for cell in record.cells:
-        k = cell.key
-        repeats[k.vehicle, k.demands, k.method, k.start, k.level][k.repeat] = cell
+        repeats[replace(cell.key, repeat=0)][cell.key.repeat] = cell
     usual, cores = canary_median_ns(record), record.header.machine.get("cores")
     attainable = {
         (p.vehicle, p.demands): (p.labels.get("inactive", 0) + p.labels.get("active", 0)) / p.n_demands
         for p in record.problems
         if p.n_demands
     }
+    workers: dict[tuple[str, str, str], list[Worker]] = defaultdict(list)
+    for worker in record.workers:
+        workers[worker.method, worker.start, worker.level].append(worker)
     rows = []
     for key, cells in sorted(repeats.items()):
-        at_work = tuple(w for w in record.workers if (w.method, w.start, w.level) == key[2:])
         repeated = tuple(cells[r] for r in sorted(cells))
-        busy = disturbances(repeated, usual, cores)
-        rows.append(Row(*key, repeated, at_work, busy, attainable.get(key[:2], 0.0)))
+        rows.append(
+            Row(
+                key=key,
+                cells=repeated,
+                workers=tuple(workers[key.method, key.start, key.level]),
+                disturbances=disturbances(repeated, usual, cores),
+                attainable=attainable.get((key.vehicle, key.demands), 0.0),
+            )
+        )
     return tuple(rows)

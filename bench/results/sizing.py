@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 from enum import IntEnum
 
-from bench.results import columns
+from bench.results.columns import Row
 from bench.results.quantiles import Counted, merged, misses, quantile
-from bench.results.ranking import exact, number, right
-from bench.results.rows import Row, Run
+from bench.results.ranking import exact, right
+from bench.results.rows import Run
 from bench.results.transfer import Transfer
 
 LATE_SHARE = 0.001
@@ -121,11 +121,11 @@ def _size(rows: list[Row], loop: Loop, transfer: Transfer | None) -> Size:
             return Size(vehicle, label, False, Verdict.UNKNOWN, reason)
     for row in rows:
         if not right(row):
-            reason = f"{row.demands}: {columns.wrong(row) or 'farther from the optimum than promised'}"
+            reason = f"{row.demands}: {row.wrong or 'farther from the optimum than promised'}"
             return Size(vehicle, label, False, Verdict.UNKNOWN, f"a wrong answer has no time; {reason}")
     factor = transfer.high if transfer else 1.0
     singles: Counted = merged(row.singles for row in rows)
-    p50 = _largest([number(columns.call_p50_us(row)) for row in rows], factor)
+    p50 = _largest([row.call_p50_us for row in rows], factor)
     tail = quantile(singles, 0.999)
     p999 = None if tail is None else tail / 1000 * factor
     slowest = None if transfer or not singles else singles[-1][0] / 1000
@@ -136,7 +136,7 @@ def _size(rows: list[Row], loop: Loop, transfer: Transfer | None) -> Size:
         vehicle,
         label,
         # Where nothing attainable was asked, an exact method may have nothing to answer.
-        all(exact(row) for row in rows if row.attainable or columns.agrees(row) != "-")
+        all(exact(row) for row in rows if row.attainable or row.agrees != "-")
         and any(exact(row) for row in rows),
         verdict,
         reason,
@@ -147,7 +147,7 @@ def _size(rows: list[Row], loop: Loop, transfer: Transfer | None) -> Size:
         calls,
         bound,
         loop.highest_rate_hz(known) if known else None,
-        _largest([number(columns.peak_rss_MB(row)) for row in rows], 1.0),
+        _largest([row.peak_rss_MB for row in rows], 1.0),
     )
 
 

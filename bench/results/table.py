@@ -2,26 +2,18 @@
 
 import csv
 import inspect
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 
-import bench.results.columns
-from bench.results.columns import Value
-from bench.results.rows import Row
+from bench.results.columns import Row
 
 BAR = "\\|"
 """A bar inside a cell of a Markdown table."""
 
 
-def columns() -> dict[str, Callable[[Row], Value]]:
-    """Every column by name, in the order in which ``bench.results.columns`` defines them."""
-    return {
-        name: thing
-        for name, thing in vars(bench.results.columns).items()
-        if inspect.isfunction(thing)
-        and thing.__module__ == "bench.results.columns"
-        and not name.startswith("_")
-    }
+def columns() -> dict[str, property]:
+    """Every column by name, in the order in which ``bench.results.columns.Row`` defines them."""
+    return {name: thing for name, thing in vars(Row).items() if isinstance(thing, property)}
 
 
 def write_csv(rows: Iterable[Row], path: Path) -> None:
@@ -30,7 +22,7 @@ def write_csv(rows: Iterable[Row], path: Path) -> None:
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(shown)
-        writer.writerows([_text(column(row)) for column in shown.values()] for row in rows)
+        writer.writerows([_text(getattr(row, name)) for name in shown] for row in rows)
 
 
 def documentation() -> str:
@@ -40,7 +32,7 @@ def documentation() -> str:
     return "\n".join(["| column | meaning |", "|---|---|", *lines, ""])
 
 
-def _text(value: Value) -> str:
+def _text(value: str | int | float | None) -> str:
     if not isinstance(value, float):
         return "" if value is None else str(value)
     # Six digits: more than a clock or a solver's tolerance can give. Always with a point, since readers

@@ -3,9 +3,8 @@
 from typing import TYPE_CHECKING
 
 from bench.report.pictures.style import colour, legend, time_axis
-from bench.results import columns
 from bench.results.quantiles import quantile
-from bench.results.ranking import best, number
+from bench.results.ranking import best
 from bench.results.rows import Run
 
 if TYPE_CHECKING:
@@ -24,7 +23,7 @@ def draw(run: Run, vehicle: str) -> "Figure | None":
     axes = figure.add_subplot()
     axes.set_xscale("log")
     for y, row in enumerate(rows):
-        centre, singles = number(columns.call_p50_us(row)) or 0.0, run.singles(row)
+        centre, singles = row.call_p50_us or 0.0, run.singles(row)
         tail = quantile(singles, 0.999)
         if singles:
             slowest = singles[-1][0] / 1000

@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 from bench.report.lost import largest
 from bench.report.pictures.labels import label_points
 from bench.report.pictures.style import FAINT, colour, family, legend, share_axis, time_axis
-from bench.results import columns
-from bench.results.ranking import best, number
-from bench.results.rows import Row, Run
+from bench.results.columns import Row
+from bench.results.ranking import best
+from bench.results.rows import Run
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -27,7 +27,7 @@ def draw(run: Run, vehicle: str) -> "Figure | None":
     points = [
         (time, max(error, FLOOR), row)
         for row in best(run, vehicle, demands)
-        if (time := number(columns.call_p50_us(row))) and (error := largest(row)) is not None
+        if (time := row.call_p50_us) and (error := largest(row)) is not None
     ]
     if not points:
         return None
@@ -51,7 +51,7 @@ def draw(run: Run, vehicle: str) -> "Figure | None":
 
 
 def _family(row: Row) -> str:
-    return family(row.method, str(columns.formulation(row)))
+    return family(row.method, row.formulation)
 
 
 def pareto(points: list[tuple[float, float]]) -> list[tuple[float, float]]:

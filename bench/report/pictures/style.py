@@ -8,9 +8,8 @@ from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bench.results import columns
+from bench.results.columns import Row
 from bench.results.ranking import EXACT
-from bench.results.rows import Row
 
 if TYPE_CHECKING:
     from matplotlib.axis import Axis
@@ -96,14 +95,14 @@ def family(method: str, formulation: str) -> str:
 
 def colour(row: Row) -> str:
     """The colour of a row's family."""
-    return FAMILIES[family(row.method, str(columns.formulation(row)))]
+    return FAMILIES[family(row.method, row.formulation)]
 
 
 def legend(drawn: "Figure", rows: list[Row]) -> None:
     """Below everything else, the families that these rows belong to."""
     from matplotlib.lines import Line2D
 
-    there = {family(row.method, str(columns.formulation(row))) for row in rows}
+    there = {family(row.method, row.formulation) for row in rows}
     shown = [name for name in FAMILIES if name in there]
     dots = [Line2D([], [], color=FAMILIES[name], marker="o", linestyle="") for name in shown]
     drawn.legend(dots, shown, loc="outside lower center", ncols=3)

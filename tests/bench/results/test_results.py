@@ -8,8 +8,8 @@ import pytest
 
 from bench.harness.timing import SLOW_NS, counted, sample
 from bench.record import Batch, Judged, Key, Worker
-from bench.results import columns
-from bench.results.rows import Row, read_run
+from bench.results.columns import Row
+from bench.results.rows import read_run
 from bench.results.table import columns as all_columns
 from bench.results.table import write_csv
 from tests import made_up
@@ -46,36 +46,36 @@ def test_a_csv_has_one_line_a_row_and_no_ragged_ones(tmp_path: Path) -> None:
 
 def test_the_median_call_is_the_median_of_the_batches(tmp_path: Path) -> None:
     # Three batches at 1, 2 and 1 µs a call.
-    assert columns.call_p50_us(row(tmp_path, made_up.cell())) == 1.0
+    assert row(tmp_path, made_up.cell()).call_p50_us == 1.0
 
 
 def test_the_median_over_repeats_is_not_moved_by_one_slow_process(tmp_path: Path) -> None:
     cells = [made_up.cell(us=us, key=Key("v", "d", "m", repeat=i)) for i, us in enumerate((1, 50, 2))]
     slow = row(tmp_path, *cells)
-    assert columns.call_p50_us(slow) == 2.0
-    assert columns.call_p50_low_us(slow) == 1.0
-    assert columns.call_p50_high_us(slow) == 50.0
+    assert slow.call_p50_us == 2.0
+    assert slow.call_p50_low_us == 1.0
+    assert slow.call_p50_high_us == 50.0
 
 
 def test_quantiles_count_from_the_fast_end(tmp_path: Path) -> None:
     # Single calls of 1 … 20,000 ns, once each.
     measured = row(tmp_path, made_up.cell())
-    assert columns.call_p99_us(measured) == pytest.approx(19.8)
-    assert columns.call_p999_us(measured) == pytest.approx(19.98)
-    assert columns.call_max_us(measured) == 20.0
+    assert measured.call_p99_us == pytest.approx(19.8)
+    assert measured.call_p999_us == pytest.approx(19.98)
+    assert measured.call_max_us == 20.0
 
 
 def test_a_quantile_with_fewer_than_ten_calls_beyond_it_is_left_empty(tmp_path: Path) -> None:
     thousand = made_up.cell(singles=[(ns, 1) for ns in range(1, 1001)])
-    assert columns.call_p99_us(row(tmp_path, thousand)) == pytest.approx(0.99)
-    assert columns.call_p999_us(row(tmp_path, thousand)) is None
+    assert row(tmp_path, thousand).call_p99_us == pytest.approx(0.99)
+    assert row(tmp_path, thousand).call_p999_us is None
 
 
 @pytest.mark.parametrize("calls", [951, 960, 999])
 def test_p99_is_empty_below_a_thousand_calls_as_its_column_says(calls: int, tmp_path: Path) -> None:
     few = made_up.cell(singles=[(ns, 1) for ns in range(1, calls + 1)])
-    assert columns.call_p99_us(row(tmp_path, few)) is None
-    assert columns.call_p99_high_us(row(tmp_path, few)) is None
+    assert row(tmp_path, few).call_p99_us is None
+    assert row(tmp_path, few).call_p99_high_us is None
 
 
 def test_the_worst_answer_of_any_repeat_is_the_one_shown(tmp_path: Path) -> None:
@@ -84,8 +84,8 @@ def test_the_worst_answer_of_any_repeat_is_the_one_shown(tmp_path: Path) -> None
         Judged(1, {"SOLVED": 1}, [4.0, 2.0], agrees=False),
     )
     cells = [made_up.cell(key=Key("v", "d", "m", repeat=i), judged=j) for i, j in enumerate(judged)]
-    assert columns.wrench_error_max(row(tmp_path, *cells)) == 4.0
-    assert columns.agrees(row(tmp_path, *cells)) == "no"
+    assert row(tmp_path, *cells).wrench_error_max == 4.0
+    assert row(tmp_path, *cells).agrees == "no"
 
 
 def test_one_failed_repeat_makes_the_row_failed_with_its_reason(tmp_path: Path) -> None:
@@ -93,21 +93,21 @@ def test_one_failed_repeat_makes_the_row_failed_with_its_reason(tmp_path: Path) 
         key=Key("ukwial", "inactive", "pinv", repeat=1), status="crashed", reason="signal 11"
     )
     measured = row(tmp_path, made_up.cell(), crashed)
-    assert (columns.status(measured), columns.reason(measured)) == ("crashed", "signal 11")
+    assert (measured.status, measured.reason) == ("crashed", "signal 11")
 
 
 def test_solved_fraction_counts_every_answer(tmp_path: Path) -> None:
-    assert columns.solved_fraction(row(tmp_path, made_up.cell())) == 0.9
+    assert row(tmp_path, made_up.cell()).solved_fraction == 0.9
 
 
 def test_memory_is_the_largest_of_the_workers_at_that_method(tmp_path: Path) -> None:
     workers = (Worker("pinv", "-", "-", 0, 1, 1, 60_000_000), Worker("other", "-", "-", 0, 1, 1, 99_000_000))
-    assert columns.peak_rss_MB(row(tmp_path, *workers, made_up.cell())) == 60.0
+    assert row(tmp_path, *workers, made_up.cell()).peak_rss_MB == 60.0
 
 
 def test_calls_are_counted_in_batches_and_singly(tmp_path: Path) -> None:
     few = made_up.cell(batches=[Batch(100, 1, 1, 0)] * 2, singles=[(1, 3), (2, 4)])
-    assert columns.n_calls(row(tmp_path, few)) == 207
+    assert row(tmp_path, few).n_calls == 207
 
 
 @pytest.mark.parametrize("each_ns", [4 * SLOW_NS, SLOW_NS // 2])
@@ -126,7 +126,7 @@ def test_no_call_is_counted_twice_though_a_slow_one_is_in_a_batch_and_single(
     samples = sample(call, range(10), budget_ns=20_000_000)
     cell = made_up.cell(batches=samples.batches, singles=counted(samples.singles), timed_ns=samples.timed_ns)
     measured = row(tmp_path, cell)
-    n = columns.n_calls(measured)
+    n = measured.n_calls
     assert isinstance(n, int)
     assert n <= made
     assert n == (1 if each_ns > SLOW_NS else 2) * len(samples.singles)

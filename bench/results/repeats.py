@@ -1,0 +1,59 @@
+"""The repeats of one measurement, taken together."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from statistics import median
+
+from bench.record import Batch, Cell, Judged, Key, Worker
+from bench.results.quantiles import Counted, merged
+
+
+@dataclass(frozen=True)
+class Repeats:
+    """Every repeat of a method with its start and level on one vehicle's demand set: what a row is made of.
+
+    Attributes
+    ----------
+    key : what names the row; its repeat is 0
+    cells : the repeats, each measured by a process of its own
+    workers : those processes
+    disturbances : what disturbed the machine meanwhile, empty where it was quiet
+    attainable : share of the set's demands that are labelled inactive or active
+    """
+
+    key: Key
+    cells: tuple[Cell, ...]
+    workers: tuple[Worker, ...]
+    disturbances: tuple[str, ...]
+    attainable: float = 0.0
+
+    @property
+    def label(self) -> str:
+        """Method, start and level as tables show them, e.g. ``qp/osqp warm tight``; default is not said."""
+        choices = (self.key.start, self.key.level)
+        return " ".join([self.key.method, *(choice for choice in choices if choice not in ("-", "default"))])
+
+    @cached_property
+    def failed(self) -> Cell | None:
+        """The first repeat that was not measured, None where all were."""
+        return next((cell for cell in self.cells if cell.status != "ok"), None)
+
+    @cached_property
+    def singles(self) -> Counted:
+        """Times of single calls of all repeats together [ns]."""
+        return merged(cell.singles for cell in self.cells)
+
+    @cached_property
+    def judged(self) -> list[Judged]:
+        """What the equations say, one entry a repeat that was judged."""
+        return [cell.judged for cell in self.cells if cell.judged is not None]
+
+    def centre(self, batches: Callable[[Cell], Sequence[Batch]], clock: str = "wall_ns") -> list[float]:
+        """Median time of a call [ns] over the batches of each repeat, one number a repeat."""
+        timed = [batches(cell) for cell in self.cells]
+        return [median(getattr(b, clock) / b.calls for b in repeat) for repeat in timed if repeat]
+
+    def worst(self, what: Callable[[Judged], float | None]) -> float | None:
+        """The largest value of ``what`` over the repeats, None where nobody has one."""
+        return max((value for j in self.judged if (value := what(j)) is not None), default=None)
