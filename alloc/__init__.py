@@ -22,6 +22,7 @@ from alloc.errors import (
     UnknownName,
     VehicleError,
 )
+from alloc.formulations import Family, Formulation, find_formulation, list_formulations
 from alloc.plugins import Entry, build, catalogue, find, load_plugin, prepare
 from alloc.qp import QP, Posed, pose_hard, pose_soft
 from alloc.qp.certificate import Certificate, certify, certify_many
@@ -56,8 +57,10 @@ __all__ = [
     "Certificate",
     "DemandError",
     "Entry",
+    "Family",
     "FileError",
     "FloatArray",
+    "Formulation",
     "IndexArray",
     "Label",
     "Margins",
@@ -83,8 +86,10 @@ __all__ = [
     "closed_form_range",
     "closed_form_volume",
     "find",
+    "find_formulation",
     "generalized_inverse",
     "label",
+    "list_formulations",
     "list_vehicles",
     "load_plugin",
     "load_vehicle",

@@ -2,52 +2,61 @@
 
 import pkgutil
 import sys
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
-from typing import Any, cast
+from typing import Any
 
 import alloc.methods
 from alloc.allocation import Allocator
 from alloc.errors import NotInstalled, UnknownName
+from alloc.formulations import Family, find_formulation
+from alloc.methods import Variant
 from alloc.vehicle import Vehicle
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Entry:
     """One method as the catalogue shows it.
 
     Attributes
     ----------
-    name : label, e.g. ``pinv``, ``qp/osqp``, ``nullspace@native``
+    name : label, e.g. ``pinv``, ``qp/osqp``, ``nullspace@native``; nothing is read out of it
     formulation : which optimum it answers
+    family : with which other methods reports show it
+    solver : the QP solver it calls, empty for none
+    foreign : whether calls run code that is not Python's: a solver's binding, or compiled C
+    twin : the method whose answers it gives by other means, empty for none
     starts, levels : what ``build`` takes as ``start=`` and ``level=``; ("-",) where there is no choice
     summary : one line
     missing : empty where it can be built, else how to get what it needs
+    prepare : (vehicle, start=…, level=…) to the allocator, as ``build`` of its module has it
     """
 
     name: str
-    formulation: str
-    starts: tuple[str, ...]
-    levels: tuple[str, ...]
-    summary: str
-    missing: str
-    module: ModuleType
+    formulation: str = ""
+    family: Family = Family.PRACTICE
+    solver: str = ""
+    foreign: bool = False
+    twin: str = ""
+    starts: tuple[str, ...] = ("-",)
+    levels: tuple[str, ...] = ("-",)
+    summary: str = ""
+    missing: str = ""
+    prepare: Callable[..., Allocator]
 
 
 @cache
 def catalogue() -> tuple[Entry, ...]:
     """Every method there is, found by looking into ``alloc.methods``; imports no solver."""
-    entries: list[Entry] = []
-    for found in pkgutil.iter_modules(alloc.methods.__path__):
-        module = import_module(f"alloc.methods.{found.name}")
-        alone = {found.name.replace("_", "-"): ""}
-        variants: dict[str, str] = module.variants() if hasattr(module, "variants") else alone
-        for name, missing in variants.items():
-            entries.append(_entry(name, missing, module))
+    names = (module.name for module in pkgutil.iter_modules(alloc.methods.__path__))
+    entries = (
+        entry for name in names for entry in _entries(import_module(f"{alloc.methods.__name__}.{name}"))
+    )
     return tuple(sorted(entries, key=lambda entry: entry.name))
 
 
@@ -63,17 +72,15 @@ def build(name: str, vehicle: Vehicle, *, start: str = "", level: str = "") -> A
 
 def prepare(entry: Entry, vehicle: Vehicle, *, start: str = "", level: str = "") -> Allocator:
     """What ``build`` does, for an Entry at hand: the catalogue's, or a plug-in's."""
-    name = entry.name
     if entry.missing:
-        raise NotInstalled(f"{name}: {entry.missing}")
+        raise NotInstalled(f"{entry.name}: {entry.missing}")
     options: dict[str, Any] = {}
     for key, value, offered in (("start", start, entry.starts), ("level", level, entry.levels)):
         if value and value != "-":
             if value not in offered:
-                raise UnknownName(f"{name} has no {key} '{value}'; it has {', '.join(offered)}")
+                raise UnknownName(f"{entry.name} has no {key} '{value}'; it has {', '.join(offered)}")
             options[key] = value
-    first = (name,) if hasattr(entry.module, "variants") else ()
-    return cast(Allocator, entry.module.build(*first, vehicle, **options))
+    return entry.prepare(vehicle, **options)
 
 
 def find(name: str) -> Entry:
@@ -89,7 +96,6 @@ def load_plugin(path: Path) -> Entry:
 
     Raises UnknownName where the file can't be imported or has no ``build``.
     """
-    name = path.stem.replace("_", "-")
     spec = spec_from_file_location(f"thrustbench_plugin_{path.stem}", path)
     if spec is None or spec.loader is None or not path.is_file():
         raise UnknownName(f"{path}: is no Python file; a plug-in is one with build(vehicle) in it")
@@ -102,21 +108,36 @@ def load_plugin(path: Path) -> Entry:
         raise UnknownName(f"{path}: can't be imported ({type(error).__name__}: {error}); mend it") from error
     if not hasattr(module, "build"):
         raise UnknownName(f"{path}: has no build(vehicle); add one that returns an allocator")
-    return _entry(name, "", module)
+    return _entry(_hyphened(path.stem), module)
 
 
-def _entry(name: str, missing: str, module: ModuleType) -> Entry:
-    def said(key: str, default: Any) -> Any:
-        value = getattr(module, key, default)
-        return value(name) if callable(value) else value
+def _entries(module: ModuleType) -> Iterator[Entry]:
+    if hasattr(module, "variants"):
+        for name, variant in module.variants().items():
+            yield _entry(name, module, variant)
+    else:
+        yield _entry(_hyphened(module.__name__.rpartition(".")[2]), module)
 
+
+def _hyphened(file: str) -> str:
+    return file.replace("_", "-")
+
+
+def _entry(name: str, module: ModuleType, variant: Variant | None = None) -> Entry:
+    answers: str = getattr(module, "FORMULATION", "")
+    if variant and variant.formulation:
+        answers = variant.formulation
     summary = next(iter((module.__doc__ or "").strip().splitlines()), "")
     return Entry(
         name=name,
-        formulation=said("FORMULATION", ""),
-        starts=tuple(said("STARTS", ("-",))),
-        levels=tuple(said("LEVELS", ("-",))),
-        summary=said("SUMMARY", summary),
-        missing=missing,
-        module=module,
+        formulation=answers,
+        family=getattr(module, "FAMILY", find_formulation(answers).family),
+        solver=variant.solver if variant else "",
+        foreign=getattr(module, "FOREIGN", False),
+        twin=variant.twin if variant else "",
+        starts=variant.starts if variant else tuple(getattr(module, "STARTS", ("-",))),
+        levels=variant.levels if variant else tuple(getattr(module, "LEVELS", ("-",))),
+        summary=variant.summary if variant else getattr(module, "SUMMARY", summary),
+        missing=variant.missing if variant else "",
+        prepare=partial(module.build, variant.key) if variant else module.build,
     )

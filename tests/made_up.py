@@ -5,13 +5,22 @@ from typing import Any
 
 import msgspec
 
-from bench.record import SCHEMA, Batch, Cell, Header, Judged, Key, Line, Problem, Worker
+from bench.record import SCHEMA, Batch, Cell, Header, Judged, Key, Line, Method, Problem, Worker
 
 
 def header(**changes: Any) -> Header:
     machine = {"id": "made-up", "cpu": "Example CPU", "cores": 2}
     return msgspec.structs.replace(
-        Header(SCHEMA, "2026-01-01T00:00:00Z", "0" * 40, 1, machine, {"python": "3.11.7"}, {}), **changes
+        Header(
+            schema=SCHEMA,
+            started="2026-01-01T00:00:00Z",
+            commit="0" * 40,
+            seed=1,
+            machine=machine,
+            versions={"python": "3.11.7"},
+            settings={},
+        ),
+        **changes,
     )
 
 
@@ -25,23 +34,49 @@ def cell(method: str = "pinv", us: int = 1, **changes: Any) -> Cell:
         setup_ns=[5_000, 7_000, 6_000],
         batches=[Batch(100, us * calls * 100_000, us * calls * 90_000, 0) for calls in (1, 2, 1)],
         singles=[(ns, 1) for ns in range(1, 20_001)],
-        judged=Judged(10, {"SOLVED": 9, "INFEASIBLE": 1}, [0.5, None, 2.0], agrees=True, distance_max_N=1e-7),
+        judged=Judged(
+            answers=10,
+            counts={"SOLVED": 9, "INFEASIBLE": 1},
+            wrench_error_max=[0.5, None, 2.0],
+            agrees=True,
+            distance_max_N=1e-7,
+        ),
     )
     return msgspec.structs.replace(made, **changes)
 
 
-def problem(vehicle: str, n: int) -> Problem:
-    """A set of ten active demands on a planar vehicle of n thrusters."""
-    dof = ["surge", "sway", "yaw"]
+def problem(
+    vehicle: str, n: int = 4, *, whole: str = "", fault: int | None = None, study: str = ""
+) -> Problem:
+    """A set of ten active demands on a planar vehicle of n thrusters, with one of them off or none."""
     return Problem(
-        vehicle, "active", 10, {"active": 10}, None, "nullspace", dof, n, 3, n - 3, 50.0, [100.0, 100.0, 50.0]
+        vehicle=vehicle,
+        whole=whole or vehicle,
+        faults=[] if fault is None else [(fault, 0.0)],
+        study=study,
+        demands="active",
+        n_demands=10,
+        labels={"active": 10},
+        rate_hz=None,
+        reference="nullspace",
+        dof=["surge", "sway", "yaw"],
+        n=n,
+        rank=3,
+        nullity=n - 3,
+        f_scale=50.0,
+        wrench_scale=[100.0, 100.0, 50.0],
     )
+
+
+def solver(name: str) -> Method:
+    """A method that calls a QP solver."""
+    return Method(name=name, formulation="hard", family="QP solver, live", solver="daqp", foreign=True)
 
 
 def exact_cell(vehicle: str, method: str, us: float) -> Cell:
     """A cell whose answers are the hard optimum, ``us`` a call."""
     ns = round(us * 1000)
-    judged = Judged(10, {"SOLVED": 10}, agrees=True, distance_rel_max=1e-12, tolerance=1e-9)
+    judged = Judged(answers=10, counts={"SOLVED": 10}, agrees=True, distance_rel_max=1e-12, tolerance=1e-9)
     return Cell(
         Key(vehicle, "active", method),
         "ok",
@@ -62,9 +97,27 @@ def record(directory: Path, *lines: Line) -> Path:
 def whole(directory: Path) -> Path:
     """A record with one row of every kind."""
     failed = cell("qp/gone", status="crashed", reason="signal 11", batches=[], singles=[], judged=None)
-    wrong = cell("clip", judged=Judged(10, {"SOLVED": 10}, [3.0], agrees=False, wrong="wrench missed by 3 N"))
+    wrong = cell(
+        "clip",
+        judged=Judged(
+            answers=10,
+            counts={"SOLVED": 10},
+            wrench_error_max=[3.0],
+            agrees=False,
+            wrong="wrench missed by 3 N",
+        ),
+    )
     workers = [
-        Worker(method, "-", "-", 0, 10**8, 10**7, 60_000_000) for method in ("pinv", "qp/osqp", "clip")
+        Worker(
+            method=method,
+            start="-",
+            level="-",
+            repeat=0,
+            startup_ns=10**8,
+            import_ns=10**7,
+            peak_rss_bytes=60_000_000,
+        )
+        for method in ("pinv", "qp/osqp", "clip")
     ]
     osqp = cell("qp/osqp", 20, key=Key("ukwial", "inactive", "qp/osqp", "warm", "tight"))
     return record(directory, header(), *workers, cell(), osqp, failed, wrong)

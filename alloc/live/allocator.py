@@ -13,13 +13,15 @@ from alloc.allocation import (
     checked,
     one_by_one,
 )
+from alloc.errors import NotApplicable
+from alloc.formulations import Formulation
 from alloc.qp import Posed
-from alloc.solvers import Level, Solve, Start, behind, default_level, default_start
+from alloc.solvers import Level, Solve, Start, default_level, default_start, load
 from alloc.vehicle import Vehicle
 
 PARTIAL_TOLERANCE = 1e-2
-"""The same of a PARTIAL answer [-]: the loosest default here stops at residuals near 1e-3; one that
-is ten times off is no answer to this demand, whatever its solver calls it."""
+"""Largest miss of a PARTIAL answer, relative to ``vehicle.wrench_scale`` [-]. The loosest of the solvers'
+defaults stops at residuals near 1e-3; one that is ten times off has not answered this demand."""
 UNREACHABLE = 1e-9
 """A demand's part along directions that no thruster pushes counts from here [-]; rounding is 1e-15."""
 
@@ -104,10 +106,15 @@ class Live:
 
 
 def live(
-    method: str, formulation: str, vehicle: Vehicle, posed: Posed, start: Start | None, level: Level | None
+    formulation: Formulation, name: str, vehicle: Vehicle, start: Start | None, level: Level | None
 ) -> Live:
-    """The allocator of ``<route>/<solver>`` for a posed problem; None stands for the solver's own choice."""
-    solver = behind(method)
+    """The allocator of a solver by name for a formulation that is a QP; None is the solver's own choice.
+
+    Raises NotApplicable where the formulation is no QP.
+    """
+    if formulation.pose is None:
+        raise NotApplicable(f"{formulation.name}: is no quadratic program; a solver can't answer it")
+    posed, solver = formulation.pose(vehicle), load(name)
     level = level or default_level(solver)
     solve = solver.prepare(posed.qp, start or default_start(solver), level)
-    return Live(formulation, vehicle, posed, solve, solver.TOLERANCE[formulation][level])
+    return Live(formulation.name, vehicle, posed, solve, solver.TOLERANCE[formulation.name][level])

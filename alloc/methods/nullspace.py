@@ -3,7 +3,7 @@
 from alloc.nullspace.allocator import Nullspace, exact
 from alloc.vehicle import Vehicle
 
-FORMULATION = "hard"
+FORMULATION = Nullspace.formulation
 
 
 def build(vehicle: Vehicle) -> Nullspace:

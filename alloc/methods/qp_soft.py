@@ -5,25 +5,31 @@ wrench that is left out is the price of never being infeasible.
 """
 
 from alloc import solvers
+from alloc.formulations.soft import FORMULATION as SOFT
 from alloc.live.allocator import Live, live
-from alloc.qp import pose_soft
+from alloc.methods import Variant
 from alloc.solvers import Level, Start
 from alloc.vehicle import Vehicle
 
-FORMULATION = "soft"
-STARTS, LEVELS = solvers.starts, solvers.levels
+FORMULATION = SOFT.name
+FOREIGN = True
 
 
-def variants() -> dict[str, str]:
+def variants() -> dict[str, Variant]:
     """``qp-soft/<solver>`` for every file in ``alloc/solvers``; what is missing, where something is."""
-    return {f"qp-soft/{name}": solvers.missing(name) for name in solvers.names()}
+    return {
+        f"qp-soft/{name}": Variant(
+            key=name,
+            summary=f"soft QP (Fossen 11.38) by {solver.ALGORITHM}",
+            missing=solvers.missing(name),
+            solver=name,
+            starts=solver.STARTS,
+            levels=tuple(solver.SETTINGS),
+        )
+        for name, solver in solvers.all_solvers().items()
+    }
 
 
-def SUMMARY(name: str) -> str:
-    """One line for the catalogue."""
-    return f"soft QP (Fossen 11.38) by {solvers.behind(name).ALGORITHM}"
-
-
-def build(name: str, vehicle: Vehicle, start: Start | None = None, level: Level | None = None) -> Live:
+def build(solver: str, vehicle: Vehicle, start: Start | None = None, level: Level | None = None) -> Live:
     """Prepare ``qp-soft/<solver>``; ``start`` is ``reused`` and ``level`` the most accurate unless given."""
-    return live(name, FORMULATION, vehicle, pose_soft(vehicle), start, level)
+    return live(SOFT, solver, vehicle, start, level)

@@ -7,32 +7,46 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from alloc import solvers
+from alloc.formulations import Family
+from alloc.formulations.hard import FORMULATION as HARD
 from alloc.live.allocator import Live
 from alloc.live.one_shot import one_shot
+from alloc.methods import Variant
 from alloc.qp import pose_hard
 from alloc.vehicle import Vehicle
 
-FORMULATION = "hard"
-STARTS = ("cold",)
-LEVELS = ("default",)
+FORMULATION = HARD.name
+FAMILY = Family.ONE_SHOT
+FOREIGN = True
 
 
-def variants() -> dict[str, str]:
+def variants() -> dict[str, Variant]:
     """``qpsolvers/<solver>`` for every solver that has a file in ``alloc/solvers`` and one in qpsolvers."""
+    wrapped = _wrapped()
+    return {
+        f"qpsolvers/{name}": Variant(
+            key=name,
+            summary=f"eq. 4-5, one-shot through qpsolvers, by {solver.ALGORITHM}",
+            missing="not installed; pip install qpsolvers" if wrapped is None else solvers.missing(name),
+            solver=name,
+            starts=("cold",),
+            levels=("default",),
+        )
+        for name, solver in solvers.all_solvers().items()
+        if wrapped is None or name in wrapped
+    }
+
+
+def _wrapped() -> set[str] | None:
+    """Names of the solvers that qpsolvers has an adapter for; None where it is not installed."""
     spec = find_spec("qpsolvers")
     if spec is None or spec.origin is None:
-        return {f"qpsolvers/{name}": "not installed; pip install qpsolvers" for name in solvers.names()}
-    wrapped = {path.stem.removesuffix("_") for path in Path(spec.origin).parent.glob("solvers/*_.py")}
-    return {f"qpsolvers/{name}": solvers.missing(name) for name in solvers.names() if name in wrapped}
+        return None
+    return {path.stem.removesuffix("_") for path in Path(spec.origin).parent.glob("solvers/*_.py")}
 
 
-def SUMMARY(name: str) -> str:
-    """One line for the catalogue."""
-    return f"eq. 4-5, one-shot through qpsolvers, by {solvers.behind(name).ALGORITHM}"
-
-
-def build(name: str, vehicle: Vehicle, start: str = "cold", level: str = "default") -> Live:
+def build(solver: str, vehicle: Vehicle, start: str = "cold", level: str = "default") -> Live:
     """Prepare ``qpsolvers/<solver>``: only the scaled matrices are kept from call to call."""
     posed = pose_hard(vehicle)
-    solve = one_shot(posed.qp, name.partition("/")[2])
-    return Live(FORMULATION, vehicle, posed, solve, solvers.behind(name).TOLERANCE[FORMULATION]["default"])
+    tolerance = solvers.load(solver).TOLERANCE[HARD.name]["default"]
+    return Live(HARD.name, vehicle, posed, one_shot(posed.qp, solver), tolerance)

@@ -4,14 +4,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from alloc.allocation import Allocation, FloatArray, Status, StatusArray, answer, checked, checked_many
+from alloc.formulations.scaled import FORMULATION as SCALED
+from alloc.formulations.scaled import INWARD
 from alloc.nullspace.allocator import exact
 from alloc.reach.attainable import alpha_max
 from alloc.vehicle import Vehicle
 
-FORMULATION = "scaled"
-
-INWARD = 1e-12
-"""alpha* tau is moved inward by this share, a few roundings, so that rounding does not put it outside."""
+FORMULATION = SCALED.name
 
 
 class Scaled:

@@ -16,6 +16,7 @@ from alloc.allocation import (
     checked_many,
 )
 from alloc.errors import NotApplicable
+from alloc.formulations.hard import FORMULATION as HARD
 from alloc.nullspace.batch import nearest_many
 from alloc.nullspace.region import prepare, steps_bound
 from alloc.nullspace.structure import Structure, decompose
@@ -37,7 +38,7 @@ class Nullspace:
     worst_case_steps : steps that no demand can exceed
     """
 
-    formulation = "hard"
+    formulation = HARD.name
     limited = True
     tolerance = TOLERANCE
 

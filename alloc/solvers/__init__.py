@@ -78,25 +78,15 @@ def load(name: str) -> Solver:
     return module
 
 
+def all_solvers() -> dict[str, Solver]:
+    """Every solver's module by name; imports no binding."""
+    return {name: load(name) for name in names()}
+
+
 def missing(name: str) -> str:
     """Empty where the solver's binding is installed, else how to get it; imports nothing native."""
     solver = load(name)
     return "" if find_spec(solver.REQUIRES) else f"not installed; pip install {solver.PACKAGE}"
-
-
-def behind(method: str) -> Solver:
-    """The solver of a method's full name, ``qp/osqp``."""
-    return load(method.partition("/")[2])
-
-
-def starts(method: str) -> tuple[Start, ...]:
-    """What the binding behind a method's full name can do."""
-    return behind(method).STARTS
-
-
-def levels(method: str) -> tuple[Level, ...]:
-    """The accuracy levels for which the solver behind a method's full name has settings."""
-    return tuple(behind(method).SETTINGS)
 
 
 def default_start(solver: Solver) -> Start:

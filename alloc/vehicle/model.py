@@ -34,6 +34,7 @@ class Vehicle:
     readiness : (n,) diagonal of P: 1 ready, 0 off, between them a weakened thruster [-]
     slack_weights : (k,) diagonal of Q for the soft formulation
     source : where the numbers come from
+    whole : name of the vehicle without its faults; empty for one that has none
     """
 
     name: str
@@ -45,6 +46,7 @@ class Vehicle:
     readiness: FloatArray
     slack_weights: FloatArray
     source: str = ""
+    whole: str = ""
 
     def __post_init__(self) -> None:
         """Freeze private copies of the arrays; raise VehicleError for what can't be a vehicle."""
@@ -98,6 +100,11 @@ class Vehicle:
         return int(np.count_nonzero(sigma > RANK_TOLERANCE))
 
     @property
+    def faults(self) -> tuple[tuple[int, float], ...]:
+        """Each thruster that is not fully ready, with its readiness: 0 off, below 1 weakened [-]."""
+        return tuple((i, p) for i, p in enumerate(self.readiness.tolist()) if p != 1.0)
+
+    @property
     def nullity(self) -> int:
         """d = working thrusters - rank T P: the freedom that is left once the wrench is met."""
         return len(self.working) - self.rank
@@ -146,7 +153,7 @@ class Vehicle:
         P = self.readiness.copy()
         P[thruster] = readiness
         suffix = f"-f{thruster}" if readiness == 0 else f"-f{thruster}@{readiness:g}"
-        return replace(self, name=self.name + suffix, readiness=P)
+        return replace(self, name=self.name + suffix, readiness=P, whole=self.whole or self.name)
 
 
 def _frozen(array: NDArray[Any]) -> NDArray[Any]:

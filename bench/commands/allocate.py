@@ -32,7 +32,7 @@ def command(
     from alloc import UnknownName, find, load_plugin, load_vehicle, prepare
     from alloc.files.textfile import write_text
     from bench.inputs.demand_csv import format_thrusts, read_demands
-    from bench.judging.reference import with_fault
+    from bench.inputs.faults import with_fault
 
     answering = load_vehicle(vehicle)
     for fault in faults:

@@ -13,11 +13,11 @@ import click
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Made if missing.")
 def command(vehicle: str, method: str, single: bool, out: Path) -> None:
     """C99 of one method for one vehicle: header, source, self-test, and a page on how to call it."""
-    from alloc import AllocError, load_vehicle
+    from alloc import AllocError, catalogue, load_vehicle
     from alloc.native import generate, page
 
     loaded = load_vehicle(vehicle)
-    kernel = method.removesuffix("@native")
+    kernel = {entry.name: entry.twin for entry in catalogue() if entry.twin}.get(method, method)
     scalar: Literal["double", "float"] = "float" if single else "double"
     files = generate(loaded, kernel, scalar) | {"README.md": page(loaded, kernel, scalar)}
     try:

@@ -46,7 +46,7 @@ def command(
     from rich.console import Console
 
     from alloc import list_vehicles, load_vehicle
-    from bench.emulation.kernels import METHODS, OSQP
+    from bench.emulation.kernels import METHODS
     from bench.emulation.record import write
     from bench.emulation.study import CLASSES, Plan
     from bench.emulation.toolchain import TARGETS, X86, target
@@ -64,7 +64,7 @@ def command(
     console = Console(highlight=False, soft_wrap=True)
     good = True
     for row in write(plan, out, add=add):
-        answered = row.agrees is not False or row.method == OSQP
+        answered = row.agrees is not False or row.solver != ""
         good = good and answered and row.status in ("ok", "missing", "refused")
         worst = f"{row.instructions[-1][0]} instructions at most" if row.instructions else row.reason
         console.print(row.vehicle, row.target, row.method, row.scalar, row.demands, row.status, worst)

@@ -9,7 +9,6 @@ from alloc.native.selftest import AGREEMENT
 from bench.demands import DemandSet
 from bench.emulation.count import Counted
 from bench.emulation.kernel import Kernel
-from bench.emulation.kernels import NATIVE, OSQP
 
 OSQP_TOLERANCE = 1e-2
 """A tenth of what ``qp/osqp`` promises at its defaults, relative to the largest limit [-]."""
@@ -35,9 +34,8 @@ def agreement(kernel: Kernel, demands: DemandSet, counted: Counted) -> Agreement
     The same verdict is asked for wherever the demand is not on the boundary of what can be met.
     """
     vehicle = demands.vehicle
-    osqp = kernel.method == OSQP
-    method = "nullspace" if osqp else kernel.method.removesuffix(NATIVE)
-    F, status = build(method, vehicle).many(demands.taus)
+    osqp = kernel.solver != ""
+    F, status = build(kernel.twin, vehicle).many(demands.taus)
     said = (
         np.where(counted.status == OSQP_SOLVED, Status.SOLVED, Status.INFEASIBLE) if osqp else counted.status
     )

@@ -10,13 +10,15 @@ SCALARS: dict[Scalar, str] = {"double": "<f8", "float": "<f4"}
 """C's name of the scalar to numpy's; every target here is little-endian."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Kernel:
     """A C function int entry(…) and its sources.
 
     Attributes
     ----------
     method : label in tables, e.g. ``nullspace@native``
+    twin : the method in Python whose answers it must give
+    solver : whose C it is, empty for this project's own
     scalar : ``double`` or ``float``
     k, n : length of tau and of f
     entry : the function's name
@@ -26,6 +28,7 @@ class Kernel:
     """
 
     method: str
+    twin: str
     scalar: Scalar
     k: int
     n: int
@@ -33,6 +36,7 @@ class Kernel:
     declaration: str
     arguments: str
     sources: Mapping[str, str]
+    solver: str = ""
 
     @property
     def header(self) -> str:

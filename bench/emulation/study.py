@@ -17,7 +17,7 @@ from bench.emulation.agreement import agreement
 from bench.emulation.count import Counted, count
 from bench.emulation.image import Image, link
 from bench.emulation.kernel import Kernel
-from bench.emulation.kernels import OSQP, build_kernel, check
+from bench.emulation.kernels import build_kernel, check
 from bench.emulation.toolchain import Target, ToolError, missing, versions
 from bench.harness import machine
 from bench.record import Emulated
@@ -77,13 +77,13 @@ def _one(row: Emulated, kernel: Kernel, target: Target, sets: list[DemandSet]) -
     with tempfile.TemporaryDirectory(prefix="thrustbench-") as folder:
         image = link(kernel, target, Path(folder))
         row = msgspec.structs.replace(
-            row, flash_bytes=image.flash_bytes, ram_static_bytes=image.ram_static_bytes
+            row, solver=kernel.solver, flash_bytes=image.flash_bytes, ram_static_bytes=image.ram_static_bytes
         )
         for demands in sets:
             drawn = demands.rate_hz is None
-            some = _first(demands, OSQP_SHARE) if drawn and kernel.method == OSQP else demands
+            some = _first(demands, OSQP_SHARE) if drawn and kernel.solver else demands
             yield _counted(row, some, kernel, count(image, some.taus))
-        if kernel.method != OSQP and sets:
+        if not kernel.solver and sets:
             tried = _search(image, sets, row.seed)
             found = _counted(row, tried, kernel, count(image, tried.taus))
             # How the other demands were spread says how the search went, and nothing about the kernel.

@@ -1,11 +1,10 @@
 """What both sides answer, and what the equations say to it: fast and wrong is no speed."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from alloc import (
     Allocation,
@@ -15,14 +14,14 @@ from alloc import (
     Status,
     UnknownName,
     Vehicle,
-    generalized_inverse,
 )
-from bench.demands import build_demands, labelled
+from bench.demands import DemandSet, build_demands, labelled
+from bench.demands.store import VEHICLE_ARRAYS
 from bench.gate.cells import CONTROL_DEMANDS, chosen, controls, names
 from bench.gate.record import CONTROL, Cell
 from bench.gate.side import Died, Refused, Side, Tree
 from bench.judging.judge import judge
-from bench.judging.reference import HARD_REFERENCES, VEHICLE_ARRAYS, Question
+from bench.judging.question import Answers, Ask, Case, Question, Unanswered, questions
 
 DEMANDS = {"inactive": 15, "active": 15, "infeasible": 10}
 """What answers are compared on. Only those that can be met are timed: an iterative solver spends its
@@ -91,8 +90,9 @@ def examine(base: Prober, head: Prober, patterns: Sequence[str]) -> Examined:
         cell.head_lacks = "" if name in there else "head has no such method, vehicle or start"
         found.cells.append(cell)
     for name, cells in shared.items():
-        question = pose(_vehicle(base, name), partial(_optimum, base, name))
-        found.demands[name] = question.taus[question.labels != Label.INFEASIBLE].tolist()
+        question = pose(_vehicle(base, name), partial(_ask, base))
+        demands = question.demands
+        found.demands[name] = demands.taus[demands.labels != Label.INFEASIBLE].tolist()
         try:
             same = head.ask("vehicle", name=name) == base.ask("vehicle", name=name)
         except Refused as reason:  # base's was loaded just before: head's file is broken, and all its cells
@@ -114,39 +114,31 @@ def examine(base: Prober, head: Prober, patterns: Sequence[str]) -> Examined:
     return found
 
 
-def _examine(cell: Cell, sides: tuple[Prober, Prober], questions: tuple[Question, Question]) -> None:
-    base, head = (answered(side, cell, question) for side, question in zip(sides, questions, strict=True))
+def _examine(cell: Cell, sides: tuple[Prober, Prober], asked: tuple[Question, Question]) -> None:
+    base, head = (answered(side, cell, question) for side, question in zip(sides, asked, strict=True))
     cell.base_lacks, cell.head_lacks = base.lacks, head.lacks
-    cell.base_wrong, cell.head_wrong = wrong(questions[0], base), wrong(questions[1], head)
-    comparable = questions[0] is questions[1] and not (base.lacks or head.lacks)
+    cell.base_wrong, cell.head_wrong = wrong(asked[0], base), wrong(asked[1], head)
+    comparable = asked[0] is asked[1] and not (base.lacks or head.lacks)
     if comparable and not cell.base_wrong and not cell.head_wrong:
-        cell.differ = differ(questions[0].vehicle, base, head)
+        cell.differ = differ(asked[0].demands.vehicle, base, head)
 
 
-def pose(vehicle: Vehicle, optimum: Callable[[str, FloatArray], FloatArray | None]) -> Question:
-    """Demands of each kind that the vehicle has, with the optima that answers are held against.
-
-    ``optimum(method, taus)`` gives a method's answers, rows of NaN where there are none, or None
-    where there is no such method. Unlimited: T* tau (eq. 9), worked out here.
-    """
+def pose(vehicle: Vehicle, ask: Ask) -> Question:
+    """Demands of each kind that the vehicle has, with the right answers to them, as ``ask`` gets them."""
     sets = []
     for kind, n in DEMANDS.items():
         try:
-            sets.append(build_demands(kind, vehicle, 2004, n))
+            sets.append(build_demands(kind, vehicle, 2004, n).taus)
         except NotApplicable:  # without redundancy no demand is active
             continue
-    taus = np.concatenate([one.taus for one in sets])
-    labels = np.concatenate([one.labels for one in sets])
-    alpha = np.concatenate([one.alpha for one in sets])
-    hard = next((found for m in HARD_REFERENCES if (found := optimum(m, taus)) is not None), None)
-    return _question(vehicle, taus, labels, alpha, hard)
+    return _question(vehicle, np.concatenate(sets), ask)
 
 
 def answered(side: Prober, cell: Cell, question: Question) -> Answered:
     """Ask one side for its answers to every demand of the question."""
     try:
         promises = side.ask("build", cell=cell.name, **names(cell))
-        raw = side.ask("answers", cell=cell.name, taus=question.taus.tolist())
+        raw = side.ask("answers", cell=cell.name, taus=question.demands.taus.tolist())
     except (Died, Refused) as reason:
         return Answered(str(reason), {}, ())
     return Answered("", promises, [Allocation(np.array(f), Status(status)) for status, f in raw])
@@ -185,30 +177,33 @@ def _vehicle(side: Prober, name: str) -> Vehicle:
     return Vehicle(name=name, dof=tuple(numbers["dof"]), **arrays)
 
 
-def _optimum(side: Prober, vehicle: str, method: str, taus: FloatArray) -> FloatArray | None:
+def _ask(side: Prober, method: str, cases: Sequence[Case]) -> list[Answers | Unanswered]:
     # The base is the trusted side: what it calls the optimum is what both are held against.
+    said: list[Answers | Unanswered] = []
     cell = f"reference:{method}"
-    try:
-        side.ask("build", cell=cell, vehicle=vehicle, method=method, start="-")
-        raw = side.ask("answers", cell=cell, taus=taus.tolist())
-    except (Died, Refused):
-        return None
-    return np.array([f if status == Status.SOLVED else [np.nan] * len(f) for status, f in raw])
+    for vehicle, taus in cases:
+        try:
+            side.ask("build", cell=cell, vehicle=vehicle.name, method=method, start="-")
+            raw = side.ask("answers", cell=cell, taus=taus.tolist())
+        except (Died, Refused) as reason:
+            said.append(Unanswered("failed", str(reason)))
+            continue
+        status, F = zip(*raw, strict=True)
+        said.append(Answers(np.array(F), np.array(status, dtype=np.int8)))
+    return said
+
+
+def _nobody(method: str, cases: Sequence[Case]) -> list[Answers | Unanswered]:
+    return [Unanswered("missing", "the head is not trusted with an optimum")] * len(cases)
 
 
 def _again(question: Question, vehicle: Vehicle) -> Question:
-    # The same demands on other numbers: other labels, and T* tau is the only reference left.
-    if vehicle.k != question.vehicle.k:
+    # The same demands on other numbers: other labels, and T* tau is the only right answer left.
+    if vehicle.k != question.demands.vehicle.k:
         raise Refused(f"{vehicle.name}: its DOF differ between the sides; give --cells without it")
-    again = labelled("gate", vehicle, question.taus)
-    return _question(vehicle, again.taus, again.labels, again.alpha, None)
+    return _question(vehicle, question.demands.taus, _nobody)
 
 
-def _question(
-    vehicle: Vehicle, taus: FloatArray, labels: NDArray[np.int8], alpha: FloatArray, hard: FloatArray | None
-) -> Question:
-    unlimited = taus @ generalized_inverse(vehicle).T
-    optimum = np.full_like(unlimited, np.nan) if hard is None else hard
-    inactive = np.equal(labels, Label.INACTIVE)[:, None]
-    references = {"unlimited": unlimited, "hard": np.where(inactive, unlimited, optimum)}
-    return Question("gate", vehicle, taus, labels, alpha, None, references, "")
+def _question(vehicle: Vehicle, taus: FloatArray, ask: Ask) -> Question:
+    demands: DemandSet = labelled("gate", vehicle, taus)
+    return questions([demands], ask)[0]

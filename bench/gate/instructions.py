@@ -60,7 +60,7 @@ def _count(
         with Side(tree, hash_seed=hash_seed, prefix=prefix, started=started) as side:
             load(side, cells, demands, core=None)
             for cell in cells:
-                side.ask("count", cell=cell.name, rounds=ROUNDS)
+                side.ask("count", cell=cell.name, vehicle=cell.vehicle, rounds=ROUNDS)
         parts = sorted(out.parent.glob("counts.*"), key=lambda path: int(path.suffix[1:]))
         totals = [_total(path) for path in parts[-3 * len(cells) :]]
     # Three profiles a cell: everything before, N calls, 2 N calls.

@@ -18,7 +18,7 @@ def calibrate(cells: Sequence[Cell], base: Tree, demands: Demands, settings: Set
     """Choose how often a block goes round the demands, so that it takes ``block_ms`` on the base."""
     with _ready(base, cells, demands, random.Random(settings.seed)) as side:
         for cell in cells:
-            once = min(side.ask("block", cell=cell.name, rounds=1) for _ in range(3))
+            once = min(_block(side, cell, rounds=1) for _ in range(3))
             cell.rounds = max(1, round(settings.block_ms * 1e6 / once))
             cell.calls = cell.rounds * len(demands[cell.vehicle])
 
@@ -48,9 +48,14 @@ def measure(
                     # ABBA: whatever drifts through two blocks hits both sides alike, and where the number of
                     # blocks is odd, through two pairs.
                     order = (base, head) if (pair + block) % 2 == 0 else (head, base)
-                    times = {side: side.ask("block", cell=cell.name, rounds=cell.rounds) for side in order}
+                    times = {side: _block(side, cell, cell.rounds) for side in order}
                     cell.pairs[-1].append((times[base], times[head]))
     return True
+
+
+def _block(side: Side, cell: Cell, rounds: int) -> int:
+    """CPU time [ns] of ``rounds`` times round the demands of a cell's vehicle."""
+    return int(side.ask("block", cell=cell.name, vehicle=cell.vehicle, rounds=rounds))
 
 
 def _ready(

@@ -96,9 +96,9 @@ class Orders:
         gc.freeze()
         gc.disable()
 
-    def block(self, cell: str, rounds: int) -> int:
+    def block(self, cell: str, vehicle: str, rounds: int) -> int:
         """CPU time [ns] of ``rounds`` times round the demands, after one round untimed."""
-        allocate, taus = self._cell(cell)
+        allocate, taus = self.allocators[cell], self.demands[vehicle]
         for tau in taus:
             allocate(tau)
         start = thread_time_ns()
@@ -107,17 +107,14 @@ class Orders:
                 allocate(tau)
         return thread_time_ns() - start
 
-    def count(self, cell: str, rounds: int) -> None:
+    def count(self, cell: str, vehicle: str, rounds: int) -> None:
         """N calls and 2 N calls between calls of getppid, at which callgrind writes what it counted."""
-        allocate, taus = self._cell(cell)
+        allocate, taus = self.allocators[cell], self.demands[vehicle]
         for times in (rounds, rounds, 2 * rounds):  # the first is warm-up
             for _ in range(times):
                 for tau in taus:
                     allocate(tau)
             os.getppid()
-
-    def _cell(self, cell: str) -> tuple[Callable[[Any], Any], list[Any]]:
-        return self.allocators[cell], self.demands[cell.partition(":")[0]]
 
 
 def main() -> None:

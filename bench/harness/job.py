@@ -1,30 +1,62 @@
-"""What the parent asks of a worker, and what a worker says besides the lines of the record."""
+"""What the parent asks of a worker, and what a worker says."""
 
 import msgspec
 
-from bench.record import Cell, Key, Worker
+from bench.record import Cell, Key, Method, Worker
 
 
-class Task(msgspec.Struct):
-    """One cell to measure: its key and the file its question is stored in (see bench.judging.reference)."""
+class Measure(msgspec.Struct, tag="measure"):
+    """One cell to measure.
+
+    Attributes
+    ----------
+    key : what names it
+    question : file of its ``bench.judging.question.Question``
+    """
 
     key: Key
     question: str
 
 
-class Job(msgspec.Struct):
+class Answer(msgspec.Struct, tag="answer"):
+    """Demands to answer, untimed.
+
+    Attributes
+    ----------
+    case : file of the vehicle and the demands on it (``bench.demands.store``)
+    answers : file that the worker writes: thrusts ``F`` (N, n) and ``status`` (N,)
+    """
+
+    case: str
+    answers: str
+
+
+class Describe(msgspec.Struct, tag="describe"):
+    """A plug-in's catalogue entry."""
+
+
+Task = Measure | Answer | Describe
+
+
+class Job(msgspec.Struct, kw_only=True):
     """All tasks of one worker process: one method with its start and level, one repeat.
 
-    plugin: file of the method, where it is not the catalogue's. budget_ns: timed calls of a cell,
-    roughly. memory_bytes: what the process may allocate. core: where it is pinned, None for
-    anywhere. spawned_ns: ``time.monotonic_ns()`` as the parent started it.
+    Attributes
+    ----------
+    method, start, level, repeat : what it runs
+    tasks : in order
+    plugin : file of the method, None where it is the catalogue's
+    budget_ns : timed calls of a cell, roughly
+    memory_bytes : what the process may allocate
+    core : where it is pinned, None for anywhere
+    spawned_ns : ``time.monotonic_ns()`` as the parent started it
     """
 
     method: str
-    start: str
-    level: str
-    repeat: int
     tasks: list[Task]
+    start: str = "-"
+    level: str = "-"
+    repeat: int = 0
     plugin: str | None = None
     budget_ns: int = 80_000_000
     memory_bytes: int = 2 << 30
@@ -33,9 +65,44 @@ class Job(msgspec.Struct):
 
 
 class Begin(msgspec.Struct, tag="begin"):
-    """The worker turns to this cell now; its time limit starts."""
+    """The worker turns to the task of that number now; its time limit starts."""
 
-    key: Key
+    task: int
 
 
-Message = Begin | Cell | Worker
+class Answered(msgspec.Struct, tag="answered"):
+    """The answers to the task of that number are written."""
+
+    task: int
+
+
+class Described(msgspec.Struct, tag="described"):
+    """A plug-in says of itself what an ``alloc.Entry`` holds.
+
+    Attributes
+    ----------
+    method : as the record keeps it
+    starts, levels : what it offers
+    """
+
+    method: Method
+    starts: tuple[str, ...]
+    levels: tuple[str, ...]
+
+
+class Failed(msgspec.Struct, tag="failed"):
+    """The task of that number came to nothing.
+
+    Attributes
+    ----------
+    task : its number
+    status : failed, crashed, timeout, missing or refused
+    reason : in words
+    """
+
+    task: int
+    status: str
+    reason: str
+
+
+Message = Begin | Cell | Answered | Described | Failed | Worker

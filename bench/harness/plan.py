@@ -3,12 +3,13 @@
 import random
 from collections.abc import Iterable
 from fnmatch import fnmatchcase
+from typing import NamedTuple
 
 import msgspec
 
-from alloc import AllocError, Entry
+from alloc import AllocError, find_formulation
 from bench.harness.yardsticks import CANARIES, YARDSTICKS
-from bench.record import Key
+from bench.record import NO_VEHICLE, Key, Method
 
 OVERHEAD_S = 0.03
 """What a cell takes besides its timed calls until a run knows its own: starting up, setting up, judging."""
@@ -20,21 +21,33 @@ class SettingsError(AllocError):
     """Settings contradict each other."""
 
 
-class Settings(msgspec.Struct, frozen=True):
+class RunSettings(msgspec.Struct, frozen=True, kw_only=True):
     """Everything that decides what a run measures; kept in the record's header.
 
-    vehicles, methods, demands: names or paths; no methods: all. plugins: files with a method.
-    faults: thrusters that are off, ``3``, or weakened, ``3@0.4``; "" is the whole vehicle.
-    once: patterns of methods and demand sets that are measured in the first repeat only.
-    starts, levels: which to take of those a method offers; empty: see ``chosen``.
-    n_demands: of each set. budget_ms: timed calls of a cell in one repeat; None: whatever lets the
-    whole run take about ``target_s``.
-    time_limit_s: of a cell. memory_MB: of a worker.
+    Attributes
+    ----------
+    vehicles, demands : names or paths
+    methods : names, or patterns as a shell has them; empty for all
+    without : families of methods that are left out
+    study : a study out of ``bench.demands.generated``, whose vehicles come on top
+    plugins : files with a method
+    faults : thrusters that are off, ``3``, or weakened, ``3@0.4``; "" is the whole vehicle
+    once : patterns of methods, families and demand sets that are measured in the first repeat only
+    starts, levels : which to take of those a method offers; empty: see ``chosen``
+    repeats : fresh processes of each method
+    seed : of demands and order
+    n_demands : of each set
+    budget_ms : timed calls of a cell in one repeat; None: whatever lets the whole run take about ``target_s``
+    target_s : how long the run should take
+    time_limit_s : of a cell
+    memory_MB : of a worker
     """
 
-    vehicles: tuple[str, ...]
     demands: tuple[str, ...]
+    vehicles: tuple[str, ...] = ()
     methods: tuple[str, ...] = ()
+    without: tuple[str, ...] = ()
+    study: str = ""
     plugins: tuple[str, ...] = ()
     faults: tuple[str, ...] = ("",)
     once: tuple[str, ...] = ()
@@ -49,8 +62,32 @@ class Settings(msgspec.Struct, frozen=True):
     memory_MB: int = 2048
 
 
-class Group(msgspec.Struct, frozen=True):
-    """What one worker process measures: a method with its start and level, once."""
+class Contender(NamedTuple):
+    """A method that takes part in a run.
+
+    Attributes
+    ----------
+    method : what the record keeps of it
+    starts, levels : what it offers
+    missing : what to install for it, empty where all is there
+    plugin : its file, None where it is the catalogue's
+    """
+
+    method: Method
+    starts: tuple[str, ...] = ("-",)
+    levels: tuple[str, ...] = ("-",)
+    missing: str = ""
+    plugin: str | None = None
+
+
+class Group(msgspec.Struct, frozen=True, kw_only=True):
+    """What one worker process measures: a method with its start and level, once.
+
+    Attributes
+    ----------
+    method, start, level, repeat : what it runs
+    keys : the cells, in order
+    """
 
     method: str
     start: str
@@ -59,51 +96,57 @@ class Group(msgspec.Struct, frozen=True):
     keys: tuple[Key, ...]
 
 
-def groups(settings: Settings, entries: Iterable[Entry], asked: Iterable[tuple[str, str]]) -> list[Group]:
+def groups(
+    settings: RunSettings, contenders: Iterable[Contender], asked: Iterable[tuple[str, str]]
+) -> list[Group]:
     """Every worker's keys, in order: repeat by repeat, shuffled within, so that drift hits all alike.
 
     ``asked`` are the (vehicle, demand set) pairs there are; the yardsticks come along by themselves.
     """
     pairs = list(asked)
-    choices = [choice for entry in entries for choice in chosen(entry, settings)]
-    choices += [(name, "-", "-") for name in YARDSTICKS]
+    choices = [(c.method, *choice) for c in contenders for choice in chosen(c, settings)]
+    choices += [(yardstick, "-", "-") for yardstick in YARDSTICKS.values()]
     dice = random.Random(settings.seed)
     planned: list[Group] = []
     for repeat in range(settings.repeats):
         dice.shuffle(choices)
         for method, start, level in choices:
-            places = [("-", "-")] if method in CANARIES else dice.sample(pairs, len(pairs))
+            places = [(NO_VEHICLE, "-")] if method.name in CANARIES else dice.sample(pairs, len(pairs))
             if repeat > 0:
                 places = [place for place in places if not _once(settings, method, place[1])]
-            keys = tuple(Key(*place, method, start, level, repeat) for place in places)
+            keys = tuple(Key(v, d, method.name, start=start, level=level, repeat=repeat) for v, d in places)
             if keys:
-                planned.append(Group(method, start, level, repeat, keys))
+                planned.append(Group(method=method.name, start=start, level=level, repeat=repeat, keys=keys))
     return planned
 
 
-def _once(settings: Settings, method: str, demands: str) -> bool:
-    return any(fnmatchcase(name, pattern) for pattern in settings.once for name in (method, demands))
+def _once(settings: RunSettings, method: Method, demands: str) -> bool:
+    names = (method.name, method.family, demands)
+    return any(fnmatchcase(name, pattern) for pattern in settings.once for name in names)
 
 
-def chosen(entry: Entry, settings: Settings) -> list[tuple[str, str, str]]:
-    """(method, start, level) for each start and level to measure.
+def chosen(contender: Contender, settings: RunSettings) -> list[tuple[str, str]]:
+    """The starts and levels to measure.
 
     Unless told otherwise: one start, ``reused`` where it is offered, as that is how a vehicle would run
-    it; of the hard QPs every level, which shows the price of accuracy; of others the most accurate one.
+    it; of solvers that answer an optimum every level, which shows the price of accuracy; of others the
+    most accurate one.
     """
-    starts = settings.starts or (("reused",) if "reused" in entry.starts else entry.starts[:1])
-    levels = settings.levels or (entry.levels if entry.name.startswith("qp/") else entry.levels[-1:])
-    if len(entry.levels) == 1:  # an exact solver, or the one-shot route: there is nothing to choose
-        levels = entry.levels
+    method, starts, levels = contender.method, contender.starts, contender.levels
+    some_starts = settings.starts or (("reused",) if "reused" in starts else starts[:1])
+    every_level = find_formulation(method.formulation).optimal
+    some_levels = settings.levels or (levels if every_level else levels[-1:])
+    if len(levels) == 1:  # an exact solver, or the one-shot route: there is nothing to choose
+        some_levels = levels
     return [
-        (entry.name, start, level)
-        for start in entry.starts
-        for level in entry.levels
-        if start in (*starts, "-") and level in levels
+        (start, level)
+        for start in starts
+        for level in levels
+        if start in (*some_starts, "-") and level in some_levels
     ]
 
 
-def check(settings: Settings) -> None:
+def check(settings: RunSettings) -> None:
     """Raise SettingsError where no cell can be measured: its timed calls alone outlast its time limit."""
     least_s = (settings.budget_ms or 0.0) / 1e3
     if least_s >= settings.time_limit_s:
@@ -113,8 +156,8 @@ def check(settings: Settings) -> None:
         )
 
 
-def budget_ns(settings: Settings, left_s: float, cells: int, overhead_s: float) -> int:
-    """How long the timed calls of each next cell should take [ns], roughly; see ``Settings.budget_ms``.
+def budget_ns(settings: RunSettings, left_s: float, cells: int, overhead_s: float) -> int:
+    """How long the timed calls of each next cell should take [ns], roughly; see ``RunSettings.budget_ms``.
 
     ``cells`` are to be measured in ``left_s`` seconds; each takes ``overhead_s`` besides its timed calls.
     """

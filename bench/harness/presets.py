@@ -1,27 +1,43 @@
-"""What `thrustbench run` measures by default, with --quick and with --all."""
+"""What `thrustbench run` measures by default, with --quick, with --all and as a study."""
 
-from alloc import list_vehicles
-from bench.demands import generated as growth_study
-from bench.harness.plan import Settings
+from alloc import Family, list_vehicles
+from bench.harness.plan import RunSettings
 
 DEFAULT_DEMANDS = ("inactive", "active", "infeasible")
 
-ONCE = ("uniform", "qp-soft/*", "qpsolvers/*")
+ONCE = ("uniform", Family.SOFT, Family.ONE_SHOT)
 """Not repeated: a set that is asked for what is served, and methods so slow that the 0.5-1 % between
 processes is small beside what tells them apart. It leaves time for the fast ones."""
 
+GROWTH_METHODS = (
+    "pinv",
+    "pinv@native",
+    "svd",
+    "clip",
+    "redistribute",
+    "nullspace",
+    "nullspace@native",
+    "qp/clarabel",
+    "qp/daqp",
+    "qp/osqp",
+    "qp/piqp",
+    "qp/proxqp",
+    "qp/quadprog",
+)
+"""Of each kind the usual ones: a study of forty would take hours."""
 
-def default() -> Settings:
+
+def default() -> RunSettings:
     """Every vehicle and method, as ``bench.harness.plan.chosen`` has it: under 3 minutes on 2 cores."""
-    return Settings(vehicles=list_vehicles(), demands=(*DEFAULT_DEMANDS, "uniform"), once=ONCE)
+    return RunSettings(vehicles=list_vehicles(), demands=(*DEFAULT_DEMANDS, "uniform"), once=ONCE)
 
 
-def quick() -> Settings:
+def quick() -> RunSettings:
     """Two vehicles, once, without the one-shot route and the soft QPs: under 25 s."""
-    return Settings(
+    return RunSettings(
         vehicles=("ukwial", "bluerov2-heavy"),
         demands=DEFAULT_DEMANDS,
-        methods=("[!q]*", "qp/*"),
+        without=(Family.SOFT, Family.ONE_SHOT),
         levels=("tight",),
         repeats=1,
         n_demands=50,
@@ -29,11 +45,11 @@ def quick() -> Settings:
     )
 
 
-def full() -> Settings:
+def full() -> RunSettings:
     """Every vehicle, each fault, demand set, start and level: about an hour; it resumes."""
     from bench.demands import list_demands
 
-    return Settings(
+    return RunSettings(
         vehicles=list_vehicles(),
         demands=list_demands(),
         faults=("", "each"),
@@ -44,6 +60,13 @@ def full() -> Settings:
     )
 
 
-def growth() -> Settings:
-    """The growth study: generated vehicles of 4 to 64 thrusters."""
-    return growth_study.settings()
+def growth() -> RunSettings:
+    """The growth study: generated vehicles of 4 to 64 thrusters, demands that need the limits, once."""
+    return RunSettings(
+        study="growth",
+        demands=("active",),
+        methods=GROWTH_METHODS,
+        levels=("default",),
+        repeats=1,
+        n_demands=50,
+    )

@@ -13,20 +13,19 @@ from pathlib import Path
 
 import msgspec
 
-from bench.harness.job import Begin, Job, Message
-from bench.record import Cell, Key
+from bench.harness.job import Begin, Failed, Job, Message
 
 TAIL_BYTES = 2000
 """How much of what a worker prints is kept, to say why it died."""
 STARTUP_S = 60.0
-"""Time limit from the start of a process to its first cell: Python, numpy and a cold disk."""
+"""Time limit from the start of a process to its first task: Python, numpy and a cold disk."""
 _ROOT = str(Path(__file__).parents[2])
 
 
 def work(job: Job, time_limit_s: float) -> Iterator[Message]:
     """Run a job in a fresh process; yield its messages as they come.
 
-    Where the process dies or outlives the time limit, the cell it was at comes as a Cell with status
+    Where the process dies or outlives the time limit, the task it was at comes as Failed with status
     crashed or timeout, and the rest of the job is not done. The process is gone when this ends, also
     when the caller stops early.
     """
@@ -38,7 +37,7 @@ def work(job: Job, time_limit_s: float) -> Iterator[Message]:
         with suppress(BrokenPipeError):  # it died at once; what it printed says why
             process.stdin.write(msgspec.json.encode(job))
             process.stdin.close()
-        yield from _messages(process, reader, job, time_limit_s)
+        yield from _messages(process, reader, time_limit_s)
 
 
 def _start(at_end: ExitStack) -> tuple[subprocess.Popen[bytes], int]:
@@ -81,13 +80,11 @@ def signals_held_back() -> Iterator[None]:
         signal.raise_signal(late)
 
 
-def _messages(
-    process: subprocess.Popen[bytes], reader: int, job: Job, time_limit_s: float
-) -> Iterator[Message]:
+def _messages(process: subprocess.Popen[bytes], reader: int, time_limit_s: float) -> Iterator[Message]:
     assert process.stdout is not None
     printed = process.stdout.fileno()
     decode = msgspec.json.Decoder(Message).decode
-    at: Key | None = job.tasks[0].key  # until it begins, what it was to begin with
+    at: int | None = 0  # until it begins, what it was to begin with
     pending, tail = b"", b""
     deadline = time.monotonic() + STARTUP_S
     with selectors.DefaultSelector() as selector:
@@ -105,16 +102,16 @@ def _messages(
                     *lines, pending = (pending + data).split(b"\n")
                     for line in lines:
                         message = decode(line)
-                        at = message.key if isinstance(message, Begin) else None
+                        at = message.task if isinstance(message, Begin) else None
                         yield message
                     deadline = time.monotonic() + time_limit_s
             if time.monotonic() >= deadline:
                 if at is not None:
-                    yield Cell(at, "timeout", reason=f"no answer within {time_limit_s:g} s")
+                    yield Failed(at, "timeout", f"no answer within {time_limit_s:g} s")
                 return
     code = process.wait(timeout=STARTUP_S)
     if at is not None:
-        yield Cell(at, "crashed", reason=_cause(code, tail))
+        yield Failed(at, "crashed", _cause(code, tail))
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:

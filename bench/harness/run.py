@@ -1,99 +1,33 @@
-"""The parent of a run: makes the questions, starts one worker after the other, keeps the record."""
+"""The parent of a run: asks for right answers, starts one worker after the other, keeps the record."""
 
 import tempfile
 import time
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from datetime import UTC, datetime
-from fnmatch import fnmatchcase
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
-import msgspec
-
-from alloc import Entry, UnknownName, catalogue, find, load_plugin
-from bench.harness import machine, quiet
-from bench.harness.job import Job, Task
-from bench.harness.plan import OVERHEAD_S, Group, Settings, budget_ns, check, groups
+from alloc import Vehicle
+from bench.demands import DemandSet
+from bench.harness import machine
+from bench.harness.asking import asker
+from bench.harness.contenders import contenders, sampled
+from bench.harness.job import Failed
+from bench.harness.lines import header, problem
+from bench.harness.plan import Contender, Group, RunSettings, check, groups
 from bench.harness.process import work
-from bench.judging.capability import measure_worths
-from bench.judging.reference import problem, questions
-from bench.record import SCHEMA, Cell, Event, Header, Key, Record, RecordError, Worker
+from bench.harness.sets import demand_sets, vehicles
+from bench.harness.state import Progress, RunState, any_repeat
+from bench.harness.yardsticks import YARDSTICKS
+from bench.judging.capability import measure_capabilities
+from bench.judging.question import questions
+from bench.record import Cell, Header, Record, RecordError, Worker
 from bench.record.writer import Writer
-from bench.results.rows import GENERATED
-
-HANGS = 3
-"""Cells of one method that may reach the time limit; the rest of that method is then not tried."""
 
 
 class Interrupted(KeyboardInterrupt):
     """Ctrl-C came while a run was measuring; its record holds what there is."""
 
 
-@dataclass(frozen=True)
-class Progress:
-    """Where a run stands: cells done and in all, and the method that is measured now."""
-
-    done: int
-    total: int
-    method: str
-
-
-@dataclass
-class Going:
-    """A run under way.
-
-    files: where each (vehicle, demand set) is stored. plugins: file of each method that is not the
-    catalogue's. missing: what to install for the methods that need it. total: how many cells there
-    will be. began, ready: when this go did so and its first cell could, on the monotonic clock [s].
-    done: keys in the record. hung: keys, of any repeat, that reached the time limit. core: where
-    workers are pinned. measured, timed_ns: cells of this go, sum of their timed calls.
-    """
-
-    settings: Settings
-    writer: Writer
-    files: dict[tuple[str, str], Path]
-    plugins: dict[str, str]
-    missing: dict[str, str]
-    watch: Callable[[Progress], None]
-    total: int
-    began: float
-    done: set[Key]
-    hung: set[Key]
-    core: int | None
-    ready: float = field(default_factory=time.monotonic)
-    measured: int = 0
-    timed_ns: int = 0
-
-    def keep(self, cell: Cell) -> None:
-        """Append a cell to the record, and say so."""
-        self.writer.append(cell)
-        self.done.add(cell.key)
-        self.measured += 1
-        self.timed_ns += cell.timed_ns
-        self.tell(cell.key.method)
-
-    def tell(self, method: str) -> None:
-        """Tell the watcher where the run stands."""
-        self.watch(Progress(len(self.done), self.total, method))
-
-    def wall_s(self) -> float:
-        """How long this go has taken [s]."""
-        return time.monotonic() - self.began
-
-    def budget_ns(self) -> int:
-        """What a next cell may take, so that the run ends when it should, on this machine as it is today."""
-        untimed = time.monotonic() - self.ready - self.timed_ns / 1e9
-        overhead = untimed / self.measured if self.measured else OVERHEAD_S
-        left = self.settings.target_s - self.wall_s()
-        return budget_ns(self.settings, left, self.total - len(self.done), overhead)
-
-    def event(self, what: str) -> None:
-        """Record that something happened to the run."""
-        timed = round(self.timed_ns / 1e9, 3)
-        self.writer.append(Event(what, _now(), round(self.wall_s(), 3), timed, quiet.load()))
-
-
-def run(settings: Settings, directory: Path, *, resume: bool, watch: Callable[[Progress], None]) -> None:
+def run(settings: RunSettings, directory: Path, *, resume: bool, watch: Callable[[Progress], None]) -> None:
     """Measure what the settings ask for into ``directory/record.jsonl``; tell ``watch`` where it stands.
 
     With ``resume``, cells that are in the record already are left as they are. Raises RecordError
@@ -102,109 +36,90 @@ def run(settings: Settings, directory: Path, *, resume: bool, watch: Callable[[P
     """
     began = time.monotonic()
     check(settings)
-    entries, plugins = methods(settings)
     # Before the folder is touched: a name that is wrong leaves nothing behind.
-    posed = questions(settings.vehicles, settings.demands, settings.faults, settings.seed, settings.n_demands)
+    taking_part = contenders(settings)
+    named = vehicles(settings)
+    sets = demand_sets(settings, named)
     with Writer(directory) as writer, tempfile.TemporaryDirectory(prefix="thrustbench-") as folder:
-        header = make_header(settings)
+        first = header(settings)
         old = writer.resume() if resume else None
-        if old is not None:
-            check_same(old.header, header, writer.path)
-        files = {}
-        for i, question in enumerate(posed):
-            files[question.vehicle.name, question.name] = Path(folder) / f"{i}.npz"
-            question.save(Path(folder) / f"{i}.npz")
         if old is None:
-            writer.create(header)
-        known = old or Record(header)
-        told = {(line.vehicle, line.demands) for line in known.problems}
-        writer.extend(problem(q) for q in posed if (q.vehicle.name, q.name) not in told)
-        valued = {worth.vehicle for worth in known.worths}
-        writer.extend(measure_worths(own_vehicles(settings), settings.seed, valued))
-        planned = groups(settings, entries, files)
-        going = Going(
-            settings=settings,
-            writer=writer,
-            files=files,
-            plugins=plugins,
-            missing={entry.name: entry.missing for entry in entries if entry.missing},
-            watch=watch,
-            total=sum(len(group.keys) for group in planned),
-            began=began,
-            done=known.keys(),
-            hung={_any_repeat(cell.key) for cell in known.cells if cell.status == "timeout"},
-            core=machine.core(),
-        )
-        going.event("began" if old is None else "resumed")
+            writer.create(first)
+        else:
+            check_same(old.header, first, writer.path)
+        state = RunState(settings=settings, writer=writer, watch=watch, began=began)
+        state.event("began" if old is None else "resumed")
         try:
             with machine.set_aside():
+                known = old or Record(header=first)
+                prepare(state, known, taking_part, named, sets, Path(folder))
+                planned = groups(settings, taking_part, state.files)
+                state.total = sum(len(group.keys) for group in planned)
                 for group in planned:
-                    measure(group, going)
+                    measure(group, state)
         except KeyboardInterrupt:
-            going.event("interrupted")
+            state.event("interrupted")
             raise Interrupted from None
-        going.event("finished")
+        state.event("finished")
 
 
-def measure(group: Group, going: Going) -> None:
+def prepare(
+    state: RunState,
+    known: Record,
+    taking_part: Sequence[Contender],
+    named: Sequence[Vehicle],
+    sets: Sequence[DemandSet],
+    folder: Path,
+) -> None:
+    """Ask for the right answers, store the questions, and record what the cells rest on."""
+    by_name = {contender.method.name: contender for contender in taking_part}
+    state.plugins = {name: c.plugin for name, c in by_name.items() if c.plugin}
+    state.missing = {name: c.missing for name, c in by_name.items() if c.missing}
+    state.done = known.keys()
+    state.hung = {any_repeat(cell.key) for cell in known.cells if cell.status == "timeout"}
+    listed = {method.name for method in known.methods}
+    methods = [*(contender.method for contender in taking_part), *YARDSTICKS.values()]
+    state.writer.extend(method for method in methods if method.name not in listed)
+    ask = asker(by_name, folder, state.asking(), state.settings.time_limit_s, state.tell)
+    told = {(line.vehicle, line.demands) for line in known.problems}
+    ours = {vehicle.name for vehicle in named}
+    for i, question in enumerate(questions(sets, ask)):
+        key = (question.demands.vehicle.name, question.demands.name)
+        state.files[key] = folder / f"question-{i}.npz"
+        question.save(state.files[key])
+        if key not in told:
+            whole = question.demands.vehicle.whole or key[0]
+            state.writer.append(problem(question, "" if whole in ours else state.settings.study))
+    measured = {capability.vehicle for capability in known.capabilities}
+    fresh = [vehicle for vehicle in named if vehicle.name not in measured]
+    state.writer.extend(measure_capabilities(fresh, sampled(taking_part), state.settings.seed, ask))
+    state.ready = time.monotonic()
+
+
+def measure(group: Group, state: RunState) -> None:
     """Measure one group's keys that the record lacks, in as many processes as it takes."""
-    pending = [key for key in group.keys if key not in going.done]
+    pending = [key for key in group.keys if key not in state.done]
     hangs = 0
     while True:
-        for excuse in [cell for key in pending if (cell := _excuse(key, hangs, going))]:
+        for excuse in [cell for key in pending if (cell := state.excuse(key, hangs))]:
             pending.remove(excuse.key)
-            going.keep(excuse)
+            state.keep(excuse)
         if not pending:
             return
-        going.tell(group.method)
-        before = len(pending)
-        for line in work(_job(group, pending, going), going.settings.time_limit_s):
+        state.tell(group.method)
+        asked = tuple(pending)
+        for line in work(state.job(group, pending), state.settings.time_limit_s):
             if isinstance(line, Worker):
-                going.writer.append(line)
+                state.writer.append(line)
+            elif isinstance(line, Failed):
+                pending.remove(asked[line.task])
+                state.keep(Cell(asked[line.task], line.status, reason=line.reason))
+                hangs += line.status == "timeout"
             elif isinstance(line, Cell):
                 pending.remove(line.key)
-                going.keep(line)
-                if line.status == "timeout":
-                    hangs += 1
-                    going.hung.add(_any_repeat(line.key))
-        if len(pending) == before:  # a worker that ends without a word must not be started for ever
-            going.keep(Cell(pending.pop(0), "crashed", reason="the worker ended without a result"))
-
-
-def own_vehicles(settings: Settings) -> list[str]:
-    """The settings' vehicles but for generated ones, whose worth says nothing to anybody."""
-    return [name for name in settings.vehicles if not name.startswith(GENERATED)]
-
-
-def methods(settings: Settings) -> tuple[list[Entry], dict[str, str]]:
-    """The methods to measure, and the files of those that are plug-ins.
-
-    A name may be a pattern as a shell has it, ``qp/*``. Raises UnknownName for one that nothing has, or that
-    two have: they would share their rows.
-    """
-    plugged = {load_plugin(Path(path)): path for path in dict.fromkeys(settings.plugins)}
-    wanted = settings.methods or (() if plugged else ("*",))
-    for name in wanted:
-        if not any(fnmatchcase(entry.name, name) for entry in catalogue()):
-            find(name)  # raises UnknownName, which lists what there is
-    found = [entry for entry in catalogue() if any(fnmatchcase(entry.name, name) for name in wanted)]
-    for entry, path in plugged.items():
-        if sum(entry.name == other.name for other in (*plugged, *found)) > 1:
-            raise UnknownName(f"{path}: another method is called '{entry.name}' too; rename the file")
-    return [*plugged, *found], {entry.name: path for entry, path in plugged.items()}
-
-
-def make_header(settings: Settings) -> Header:
-    """What ran where, with what."""
-    return Header(
-        schema=SCHEMA,
-        started=_now(),
-        commit=machine.commit(),
-        seed=settings.seed,
-        machine=machine.describe(),
-        versions=machine.versions(),
-        settings=msgspec.json.decode(msgspec.json.encode(settings)),  # as it will be read back
-    )
+                state.keep(line)
+        if len(pending) == len(asked):  # a worker that ends without a word must not be started for ever
+            state.keep(Cell(pending.pop(0), "crashed", reason="the worker ended without a result"))
 
 
 def check_same(old: Header, new: Header, path: Path) -> None:
@@ -217,40 +132,3 @@ def check_same(old: Header, new: Header, path: Path) -> None:
         was, now = (found.get(what) for found in facts)
         if was != now:
             raise RecordError(f"{path}: was made with {what} {was!r}, this is {now!r}; give another --out")
-
-
-def _excuse(key: Key, hangs: int, going: Going) -> Cell | None:
-    # Why a cell is not even tried, as its row.
-    if key.method in going.missing:
-        return Cell(key, "missing", reason=going.missing[key.method])
-    if hangs >= HANGS:
-        return Cell(
-            key, "timeout", reason=f"not tried: {hangs} other cells of this method reached the time limit"
-        )
-    if _any_repeat(key) in going.hung:
-        return Cell(key, "timeout", reason="not tried: it reached the time limit in an earlier repeat")
-    return None
-
-
-def _any_repeat(key: Key) -> Key:
-    return msgspec.structs.replace(key, repeat=0)
-
-
-def _job(group: Group, keys: list[Key], going: Going) -> Job:
-    somewhere = next(iter(going.files.values()))  # the canaries take any inputs
-    tasks = [Task(key, str(going.files.get((key.vehicle, key.demands), somewhere))) for key in keys]
-    return Job(
-        method=group.method,
-        start=group.start,
-        level=group.level,
-        repeat=group.repeat,
-        tasks=tasks,
-        plugin=going.plugins.get(group.method),
-        budget_ns=going.budget_ns(),
-        memory_bytes=going.settings.memory_MB << 20,
-        core=going.core,
-    )
-
-
-def _now() -> str:
-    return datetime.now(UTC).isoformat(timespec="seconds")

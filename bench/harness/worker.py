@@ -1,4 +1,4 @@
-"""One process that measures one method: a Job comes in on stdin, lines go out on a pipe of their own.
+"""One process that runs one method: a Job comes in on stdin, lines go out on a pipe of their own.
 
 Stdout and stderr are left to the solvers, which print on them. Run as ``python -m bench.harness.worker FD``.
 """
@@ -7,20 +7,46 @@ import os
 import sys
 import time
 from collections.abc import Callable
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
 import msgspec
 import numpy as np
 
-from alloc import Allocation, Allocator, NotApplicable, NotInstalled, find, load_plugin, prepare
-from bench.harness.job import Begin, Job, Message, Task
+from alloc import (
+    Allocation,
+    Allocator,
+    Entry,
+    NotApplicable,
+    NotInstalled,
+    UnknownName,
+    Vehicle,
+    find,
+    load_plugin,
+    prepare,
+)
+from alloc.allocation import one_by_one
+from bench.demands.store import load_case, save
+from bench.harness.job import (
+    Answer,
+    Answered,
+    Begin,
+    Describe,
+    Described,
+    Failed,
+    Job,
+    Measure,
+    Message,
+    Task,
+)
+from bench.harness.lines import method_line
 from bench.harness.memory import peak_rss_bytes, reachable_bytes
 from bench.harness.quiet import between, reading
 from bench.harness.timing import Samples, counted, no_garbage_collection, sample
 from bench.harness.yardsticks import YARDSTICKS, canary_ns, yardstick
 from bench.judging.judge import judge
-from bench.judging.reference import Question
+from bench.judging.question import Question
 from bench.record import Cell, Worker
 
 SETUP_NS = 10_000_000
@@ -31,7 +57,7 @@ BINDING_SHARE = 4
 
 
 def main() -> None:
-    """Measure every task of the job on stdin; end by itself after the last."""
+    """Do every task of the job on stdin; end by itself after the last."""
     pipe = int(sys.argv[1])
     job = msgspec.json.decode(sys.stdin.buffer.read(), type=Job)
     settle(job)
@@ -48,26 +74,47 @@ def main() -> None:
         canary_ns=canary_ns(),
         core=job.core,
     )
-    builder: Callable[[Question], Any] | None = None
-    for task in job.tasks:
-        send(Begin(task.key))
+    for number, task in enumerate(job.tasks):
+        send(Begin(number))
         try:
-            builder = builder or builder_of(job)
-            question = Question.load(Path(task.question))
-            cell = measure(task, question, builder, job, line)
+            send(done(task, number, job, line))
         except (NotInstalled, NotApplicable) as reason:
-            status = "missing" if isinstance(reason, NotInstalled) else "refused"
-            cell = Cell(task.key, status, reason=str(reason))
+            send(Failed(number, "missing" if isinstance(reason, NotInstalled) else "refused", str(reason)))
         except MemoryError:
             gib = job.memory_bytes / 2**30
-            send(Cell(task.key, "failed", reason=f"out of memory: it wanted more than {gib:.3g} GiB"))
-            os._exit(0)  # what leaked would fail the next cell too; the parent starts a new process
+            send(Failed(number, "failed", f"out of memory: it wanted more than {gib:.3g} GiB"))
+            os._exit(0)  # what leaked would fail the next task too; the parent starts a new process
         except (Exception, SystemExit) as error:
             said = " ".join(str(error).split())
-            cell = Cell(task.key, "failed", reason=f"{type(error).__name__}: {said}"[:300])
-        send(cell)
+            send(Failed(number, "failed", f"{type(error).__name__}: {said}"[:300]))
     line.peak_rss_bytes = peak_rss_bytes()
     send(line)
+
+
+def done(task: Task, number: int, job: Job, line: Worker) -> Message:
+    """Do one task; what there is to say of it."""
+    match task:
+        case Measure():
+            return measure(task, Question.load(Path(task.question)), job, line)
+        case Answer():
+            vehicle, taus = load_case(Path(task.case))
+            allocator = prepared(job, vehicle)
+            many = getattr(allocator, "many", partial(one_by_one, allocator, k=vehicle.k, n=vehicle.n))
+            F, status = many(taus)
+            save(Path(task.answers), F=F, status=status)
+            return Answered(number)
+        case Describe():
+            try:
+                entry = entry_of(job.method, job.plugin)
+            except UnknownName as error:  # it is no plug-in: what the file's owner must hear
+                return Failed(number, "refused", str(error))
+            return Described(method_line(entry), entry.starts, entry.levels)
+
+
+@cache
+def entry_of(method: str, plugin: str | None) -> Entry:
+    """The method that a job is about, imported once."""
+    return load_plugin(Path(plugin)) if plugin else find(method)
 
 
 def settle(job: Job) -> None:
@@ -84,26 +131,16 @@ def settle(job: Job) -> None:
         ctypes.CDLL(None).prctl(pr_set_pdeathsig, sigkill)
 
 
-def builder_of(job: Job) -> Callable[[Question], Any]:
-    """question -> something to call: a yardstick, a plug-in's allocator or the catalogue's."""
-    if job.method in YARDSTICKS:
-        return lambda _: yardstick(job.method)
-    entry = load_plugin(Path(job.plugin)) if job.plugin else find(job.method)
-    return lambda question: prepare(entry, question.vehicle, start=job.start, level=job.level)
-
-
-def measure(
-    task: Task, question: Question, builder: Callable[[Question], Any], job: Job, line: Worker
-) -> Cell:
+def measure(task: Measure, question: Question, job: Job, line: Worker) -> Cell:
     """Set up, time, judge."""
-    allocator, setup_ns = set_up(lambda: builder(question))
+    allocator, setup_ns = set_up(lambda: callable_of(job, question.demands.vehicle))
     if line.import_ns is None and len(setup_ns) > 1:  # the first build of this process
         line.import_ns = setup_ns[0] - min(setup_ns[1:])
         setup_ns = setup_ns[1:]
-    cell = Cell(task.key, "ok", n_demands=len(question.taus), setup_ns=setup_ns)
+    cell = Cell(task.key, "ok", n_demands=len(question.demands.taus), setup_ns=setup_ns)
     core = job.core if job.core is not None else 0
     # A copy: a method that writes into its demand must not change what it is judged by.
-    taus = list(question.taus.copy())
+    taus = list(question.demands.taus.copy())
     with no_garbage_collection():
         before = reading(core)
         samples: Samples[Any] = sample(allocator, taus, job.budget_ns)
@@ -117,6 +154,16 @@ def measure(
         cell.allocator_bytes = reachable_bytes(allocator)
         describe(cell, allocator, samples.answers, question)
     return cell
+
+
+def prepared(job: Job, vehicle: Vehicle) -> Allocator:
+    """The allocator of a job's method."""
+    return prepare(entry_of(job.method, job.plugin), vehicle, start=job.start, level=job.level)
+
+
+def callable_of(job: Job, vehicle: Vehicle) -> Any:
+    """What a job calls: a yardstick, or the method's allocator."""
+    return yardstick(job.method) if job.method in YARDSTICKS else prepared(job, vehicle)
 
 
 def set_up(build: Callable[[], Any]) -> tuple[Any, list[int]]:
@@ -134,7 +181,7 @@ def time_binding(allocator: Any, question: Question, budget_ns: int) -> Samples[
     """Time the solver's binding alone, b -> x over prepared b's, where the allocator has one."""
     if not (hasattr(allocator, "solve") and hasattr(allocator, "pose")):
         return Samples()
-    b = [allocator.pose(tau) for tau in question.taus]
+    b = [allocator.pose(tau) for tau in question.demands.taus]
     return sample(allocator.solve, b, budget_ns, singles=0)
 
 

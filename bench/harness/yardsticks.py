@@ -7,9 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from bench.record import Method
+
 NOOP = "noop"
 CANARIES = ("canary/loop", "canary/product")
-YARDSTICKS = (NOOP, *CANARIES)
+YARDSTICKS = {name: Method(name=name, yardstick=True) for name in (NOOP, *CANARIES)}
+"""What the record keeps of each, by its name."""
 
 _MATRIX = np.full((48, 48), 0.5)
 

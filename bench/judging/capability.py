@@ -1,111 +1,122 @@
-"""What a vehicle can do after each failure, and which share of it each method serves."""
+"""What a vehicle can do after each failure, and how much of that each method serves."""
 
-from collections.abc import Container, Iterable, Iterator
-from contextlib import suppress
+from collections.abc import Sequence
 from math import isfinite
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from alloc import (
-    Entry,
     FloatArray,
     NotApplicable,
     SolverError,
     Vehicle,
     alpha_max,
     attainable_volume,
-    build,
-    catalogue,
     closed_form_volume,
-    load_vehicle,
     safe_share,
     uniform_demands,
     worst_fault,
 )
 from bench.judging.loss import relative_wrench_error
-from bench.judging.reach import error_curve, planes
-from bench.record.capability import Authority, Served, Worth
+from bench.judging.question import Answers, Ask, Case, Unanswered
+from bench.judging.reach import demands_of_growing_size, error_curve, planes
+from bench.record import Authority, Capability, Served, Unserved
 
 N_DEMANDS = 2000
 """Demands a share is counted on: its 95 % interval is at most 4.4 points wide."""
 
-CONFIDENCE = 0.95
 
+class Asked(NamedTuple):
+    """What the methods are asked about one vehicle.
 
-def closed_forms() -> list[Entry]:
-    """The methods whose worth is measured here: those that call no solver and are no second build of one.
-
-    A solver may crash or hang; it is only ever called in a worker. Its share is that of its
-    formulation, and the demand set ``uniform`` tells whether it holds.
+    Attributes
+    ----------
+    states : each fault with the vehicle that has it, and demands uniform over what it can do
+    growing : demands of growing size on the whole vehicle
     """
-    return [entry for entry in catalogue() if not entry.missing and not set("/@") & set(entry.name)]
+
+    states: list[tuple[int | None, Case]]
+    growing: Case
+
+    @property
+    def cases(self) -> list[Case]:
+        """All of it, in one order."""
+        return [*(case for _, case in self.states), self.growing]
 
 
-def measure_worths(names: Iterable[str], seed: int, known: Container[str]) -> Iterator[Worth]:
-    """The worth of each named vehicle that is not known yet, as it is worked out.
+def measure_capabilities(
+    vehicles: Sequence[Vehicle], methods: Sequence[str], seed: int, ask: Ask, n: int = N_DEMANDS
+) -> list[Capability]:
+    """The capability of each vehicle, reproducible from the seed; about a second a vehicle.
 
     A vehicle whose thrusters have no choice at all (NotApplicable) is left out.
     """
-    for vehicle in map(load_vehicle, names):
-        if vehicle.name not in known:
-            with suppress(NotApplicable):
-                yield measure_worth(vehicle, seed)
+    made: list[tuple[Capability, Asked]] = []
+    for vehicle in vehicles:
+        try:
+            asked = _asked(vehicle, seed, n)
+            made.append((_without_methods(vehicle, seed), asked))
+        except NotApplicable:
+            continue
+    for method in methods if made else ():
+        answers = iter(ask(method, [case for _, asked in made for case in asked.cases]))
+        for capability, asked in made:
+            _add(capability, method, asked, [next(answers) for _ in asked.cases])
+    for capability, _ in made:
+        capability.served.sort(key=lambda served: -1 if served.fault is None else served.fault)
+    return [capability for capability, _ in made]
 
 
-def measure_worth(vehicle: Vehicle, seed: int, n: int = N_DEMANDS) -> Worth:
-    """Everything the record keeps about one vehicle; reproducible from the seed, about a second."""
-    methods = closed_forms()
-    states: list[tuple[int | None, Vehicle]] = [(None, vehicle)]
+def _asked(vehicle: Vehicle, seed: int, n: int) -> Asked:
+    faults: list[tuple[int | None, Vehicle]] = [(None, vehicle)]
     if len(vehicle.working) > 1:
         worst = worst_fault(vehicle)
-        states.append((worst, vehicle.with_fault(worst)))
-    curves = [error_curve(vehicle, entry, np.random.default_rng(seed)) for entry in methods]
-    return Worth(
+        faults.append((worst, vehicle.with_fault(worst)))
+    return Asked(
+        [(fault, (state, uniform_demands(state, np.random.default_rng(seed), n))) for fault, state in faults],
+        (vehicle, demands_of_growing_size(vehicle, np.random.default_rng(seed))),
+    )
+
+
+def _without_methods(vehicle: Vehicle, seed: int) -> Capability:
+    return Capability(
         vehicle=vehicle.name,
         dof=list(vehicle.dof),
         authority=remaining_authority(vehicle),
-        served=[s for fault, state in states for s in measure_served(state, fault, methods, seed, n)],
-        curves=[curve for curve in curves if curve is not None],
+        served=[],
+        curves=[],
         planes=planes(vehicle, seed),
     )
+
+
+def _add(capability: Capability, method: str, asked: Asked, answers: list[Answers | Unanswered]) -> None:
+    """Add what a method made of its cases; one that refuses the vehicle is left out."""
+    why = [said for said in answers if isinstance(said, Unanswered) and said.status != "refused"]
+    if why:
+        capability.unserved.append(Unserved(method=method, status=why[0].status, reason=why[0].reason))
+        return
+    *states, growing = answers
+    for (fault, (state, taus)), said in zip(asked.states, states, strict=True):
+        if isinstance(said, Answers):
+            error = relative_wrench_error(state, taus, said.F)
+            within = (int(np.count_nonzero(error <= share)) for share in (0.01, 0.05))
+            capability.served.append(_served(fault, method, len(taus), *within))
+    if isinstance(growing, Answers):
+        capability.curves.append(error_curve(method, asked.growing, growing.F))
+
+
+def _served(fault: int | None, method: str, n: int, within_1pct: int, within_5pct: int) -> Served:
+    return Served(fault=fault, method=method, n_demands=n, within_1pct=within_1pct, within_5pct=within_5pct)
 
 
 def remaining_authority(vehicle: Vehicle) -> list[Authority]:
     """What is left of the vehicle: whole first, then with each working thruster off."""
     whole = attainable_volume(vehicle)
-    found = [_authority(vehicle, None, vehicle.rank, whole)]
+    states = [_authority(vehicle, None, vehicle.rank, whole)]
     for thruster in map(int, vehicle.working if len(vehicle.working) > 1 else ()):
-        found.append(_authority(vehicle.with_fault(thruster), thruster, vehicle.rank, whole))
-    return found
-
-
-def measure_served(
-    vehicle: Vehicle, fault: int | None, methods: Iterable[Entry], seed: int, n: int
-) -> list[Served]:
-    """The share of this vehicle's attainable set that each method serves; those that refuse it left out."""
-    taus = uniform_demands(vehicle, np.random.default_rng(seed), n)
-    found = []
-    for entry in methods:
-        try:
-            F, _ = build(entry.name, vehicle).many(taus)
-        except NotApplicable:
-            continue
-        error = relative_wrench_error(vehicle, taus, F)
-        found.append(
-            Served(fault, entry.name, entry.formulation, n, interval(error <= 0.01), interval(error <= 0.05))
-        )
-    return found
-
-
-def interval(hits: NDArray[np.bool_]) -> tuple[float, float, float]:
-    """The share of hits and its 95 % confidence interval (Clopper & Pearson 1934): (share, low, high)."""
-    from scipy.special import betaincinv
-
-    n, count, tail = len(hits), int(np.count_nonzero(hits)), (1 - CONFIDENCE) / 2
-    low = float(betaincinv(count, n - count + 1, tail)) if count else 0.0
-    high = float(betaincinv(count + 1, n - count, 1 - tail)) if count < n else 1.0
-    return count / n, low, high
+        states.append(_authority(vehicle.with_fault(thruster), thruster, vehicle.rank, whole))
+    return states
 
 
 def _authority(vehicle: Vehicle, fault: int | None, rank: int, whole: float) -> Authority:

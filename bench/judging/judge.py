@@ -5,13 +5,22 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from alloc import Allocation, FloatArray, Label, NotApplicable, Status, StatusArray, pose_hard, pose_soft
+from alloc import (
+    WRENCH_TOLERANCE,
+    Allocation,
+    FloatArray,
+    Label,
+    NotApplicable,
+    Status,
+    StatusArray,
+    certify_many,
+    find_formulation,
+)
+from alloc.formulations.hard import FORMULATION as HARD
 from bench.judging.loss import loss
-from bench.judging.reference import Question
+from bench.judging.question import Question, right_answers
 from bench.record import Judged
 
-WRENCH_TOLERANCE = 1e-6
-"""What SOLVED promises of the wrench, relative to the vehicle's wrench scale (see ``alloc.Status``)."""
 COMPARED = 256
 """Answers whose memory is compared; all pairs of all would take longer than what is measured."""
 LEAST_COST = 5e-5
@@ -34,39 +43,39 @@ def judge(
     ``thorough`` adds what costs most and is the same in each repeat: duality gaps, and what is lost.
     Every comparison is written so that NaN fails it.
     """
-    vehicle = question.vehicle
+    demands, vehicle = question.demands, question.demands.vehicle
+    asked = find_formulation(formulation)
     thrusts, statuses, _, _ = zip(*answers, strict=True)
     F, misshapen = stacked(thrusts, vehicle.n)
     status: StatusArray = np.array(statuses, dtype=np.int8)
-    demand = np.arange(len(F)) % len(question.taus)
+    demand = np.arange(len(F)) % len(demands.taus)
     finite: Mask = np.logical_and.reduce(np.isfinite(F), axis=1)
     f = np.where(finite[:, None], F, 0.0)
-    error = np.abs(f @ vehicle.TP.T - question.taus[demand])
+    error = np.abs(f @ vehicle.TP.T - demands.taus[demand])
     relative = (error / vehicle.wrench_scale).max(axis=1)
     violation = np.maximum(f - vehicle.f_max, vehicle.f_min - f).max(axis=1).clip(min=0.0)
-    distance = np.abs(f - reference_for(question, formulation)[demand]).max(axis=1)
+    distance = np.abs(f - right_answers(question, formulation)[demand]).max(axis=1)
     compared = finite & np.isfinite(distance)
     farthest = float(distance[compared].max()) if compared.any() else None
 
     solved: Mask = np.equal(status, Status.SOLVED)
-    label = question.labels[demand]
+    label = demands.labels[demand]
     gave_up = (status == Status.INFEASIBLE) | (status == Status.NOT_CONVERGED)
     attainable = (label == Label.INACTIVE) | (label == Label.ACTIVE)
     # By alpha*, as labels leave out the boundary, where failures happen; 1e-6 is what counts as met. But a
     # vehicle that must always thrust can be asked for too little as well, which alpha* does not tell.
-    within = (question.alpha[demand] > 1 + WRENCH_TOLERANCE) & (label != Label.INFEASIBLE)
+    within = (demands.alpha[demand] > 1 + WRENCH_TOLERANCE) & (label != Label.INFEASIBLE)
     met = relative <= WRENCH_TOLERANCE
     wrong: dict[str, Mask] = {
         "not an array of n thrusts": misshapen,
         "a status that is none": ~np.isin(status, [s.value for s in Status]),
         "NaN or infinity although it says SOLVED or PARTIAL": ~finite & ~gave_up,
         "a thrust although it says that there is none": ~np.isnan(F).all(axis=1) & gave_up,
-        # A soft optimum gives way everywhere, so SOLVED means solved there, not met.
-        "SOLVED, but the wrench is not met": solved & finite & ~met & (formulation != "soft"),
+        "SOLVED, but the wrench is not met": solved & finite & ~met & (not asked.gives_way),
         "a limit is violated": finite & ~(violation <= 0.0) & limited,
         "SOLVED, but no thrust inside the limits gives this wrench": solved
         & (label == Label.INFEASIBLE)
-        & (limited and formulation != "soft"),
+        & (limited and not asked.gives_way),
         "says INFEASIBLE, but a thrust inside the limits gives this wrench": (status == Status.INFEASIBLE)
         & attainable,
         "shares memory with another answer: yesterday's changes when today's is made": shared(thrusts),
@@ -102,18 +111,18 @@ def largest_gap(question: Question, F: FloatArray, status: StatusArray, formulat
 
     It needs no reference, and bounds the distance to the optimum: see ``alloc.qp.certificate``.
     """
-    if formulation not in ("hard", "soft"):
+    asked = find_formulation(formulation)
+    if asked.pose is None:
         return None
-    from alloc import certify_many
-
-    N = len(question.taus)
-    posed = (pose_hard if formulation == "hard" else pose_soft)(question.vehicle)
+    taus = question.demands.taus
+    N = len(taus)
+    posed = asked.pose(question.demands.vehicle)
     answered = np.isfinite(F[:N]).all(axis=1)
-    if formulation == "hard":
-        answered &= status[:N] == Status.SOLVED  # of a wrench met in part there is no hard optimum
+    if not asked.gives_way:  # a wrench that is met in part has no optimum then
+        answered &= status[:N] == Status.SOLVED
     if not answered.any():
         return None
-    b, x = posed.scaled(question.taus[answered], F[:N][answered])
+    b, x = posed.scaled(taus[answered], F[:N][answered])
     cost = np.einsum("ij,jk,ik->i", x, posed.qp.H, x) / 2
     try:
         gap = certify_many(posed.qp, b, x).gap
@@ -124,24 +133,9 @@ def largest_gap(question: Question, F: FloatArray, status: StatusArray, formulat
 
 def given_away(question: Question, F: FloatArray) -> dict[str, float | None]:
     """``bench.judging.loss`` over the first pass of the demands: what is lost against the exact answers."""
-    N = len(question.taus)
-    found = loss(question.vehicle, question.taus, F[:N], question.references["hard"])
+    demands = question.demands
+    found = loss(demands.vehicle, demands.taus, F[: len(demands.taus)], question.right[HARD.name])
     return {key: None if value is None else rounded(value) for key, value in found.items()}
-
-
-def reference_for(question: Question, formulation: str) -> FloatArray:
-    """(N, n) what this formulation must answer; rows of NaN where nothing is said.
-
-    A practical rule (clip, shrink, …) has no optimum of its own, but nothing to do while T* tau lies
-    inside the limits: there it must return that.
-    """
-    found = question.references.get(formulation)
-    if found is not None:
-        return found
-    if formulation == "soft":  # biased everywhere, so nothing else is a reference for it
-        return np.full((len(question.taus), question.vehicle.n), np.nan)
-    inactive = question.labels == Label.INACTIVE
-    return np.where(inactive[:, None], question.references["unlimited"], np.nan)
 
 
 def stacked(thrusts: Sequence[FloatArray], n: int) -> tuple[FloatArray, Mask]:

@@ -5,13 +5,11 @@ from dataclasses import replace
 import numpy as np
 
 from alloc import (
-    Entry,
     FloatArray,
     Label,
     NotApplicable,
     Vehicle,
     alpha_max,
-    build,
     closed_form_range,
     generalized_inverse,
     single_axis_maxima,
@@ -19,7 +17,8 @@ from alloc import (
 )
 from bench.demands import DemandSet, build_demands
 from bench.judging.loss import relative_wrench_error
-from bench.record.capability import Curve, Plane
+from bench.judging.question import Case
+from bench.record import Curve, Plane
 
 PLANES = (("surge", "sway", "yaw"), ("surge", "yaw", "sway"))
 """Where a vehicle on its way needs thrust together: ahead and sideways, ahead and turning; and the third
@@ -67,7 +66,17 @@ def planes(vehicle: Vehicle, seed: int) -> list[Plane]:
             attainable, closed_form = _outlines(vehicle, i, j, third, at)
             if attainable:
                 drawn = [] if share else _drawn(mission, i, j)
-                found.append(Plane(x, y, held, at, attainable, closed_form, drawn))
+                found.append(
+                    Plane(
+                        x=x,
+                        y=y,
+                        held=held,
+                        held_at=at,
+                        attainable=attainable,
+                        closed_form=closed_form,
+                        demands=drawn,
+                    )
+                )
     return found
 
 
@@ -124,23 +133,23 @@ def _drawn(mission: DemandSet, i: int, j: int) -> list[tuple[float, float, str]]
     return [(x, y, name) for (x, y), name in zip(points, names, strict=True)]
 
 
-def error_curve(vehicle: Vehicle, entry: Entry, rng: np.random.Generator) -> Curve | None:
-    """Wrench error of one method over the size of the demand; None where it refuses the vehicle."""
+def demands_of_growing_size(vehicle: Vehicle, rng: np.random.Generator) -> FloatArray:
+    """Demands (N, k) [N, N m]: each of SIZES in each of DIRECTIONS, size by size; size 1 is the edge."""
     inside = uniform_demands(vehicle, rng, DIRECTIONS)
     edge = inside * alpha_max(vehicle, inside)[:, None]
-    taus = (SIZES[:, None, None] * edge).reshape(-1, vehicle.k)
-    try:
-        F, _ = build(entry.name, vehicle).many(taus)
-    except NotApplicable:
-        return None
+    return (SIZES[:, None, None] * edge).reshape(-1, vehicle.k)
+
+
+def error_curve(method: str, asked: Case, F: FloatArray) -> Curve:
+    """Wrench error of thrusts F (N, n) that a method answered to ``demands_of_growing_size``."""
+    vehicle, taus = asked
     error = relative_wrench_error(vehicle, taus, F).reshape(len(SIZES), DIRECTIONS)
     error = np.where(np.isnan(error), 1.0, error)  # no answer delivers nothing
     return Curve(
-        entry.name,
-        entry.formulation,
-        SIZES.round(3).tolist(),
-        np.median(error, axis=1).tolist(),
-        error.max(axis=1).tolist(),
+        method=method,
+        size=SIZES.round(3).tolist(),
+        error_p50=np.median(error, axis=1).tolist(),
+        error_max=error.max(axis=1).tolist(),
     )
 
 

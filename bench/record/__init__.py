@@ -1,8 +1,9 @@
 """What a run leaves behind: facts as they were measured (``schema``, ``capability``), and that read back."""
 
-from bench.record.capability import Authority, Curve, Plane, Served, Worth
+from bench.record.capability import Authority, Capability, Curve, Plane, Served, Unserved
 from bench.record.reader import FILE_NAME, PACKED, Record, RecordError, parse, read
 from bench.record.schema import (
+    NO_VEHICLE,
     SCHEMA,
     Batch,
     Cell,
@@ -12,6 +13,7 @@ from bench.record.schema import (
     Judged,
     Key,
     Line,
+    Method,
     Problem,
     Quiet,
     Worker,
@@ -19,10 +21,12 @@ from bench.record.schema import (
 
 __all__ = [
     "FILE_NAME",
+    "NO_VEHICLE",
     "PACKED",
     "SCHEMA",
     "Authority",
     "Batch",
+    "Capability",
     "Cell",
     "Curve",
     "Emulated",
@@ -31,14 +35,15 @@ __all__ = [
     "Judged",
     "Key",
     "Line",
+    "Method",
     "Plane",
     "Problem",
     "Quiet",
     "Record",
     "RecordError",
     "Served",
+    "Unserved",
     "Worker",
-    "Worth",
     "parse",
     "read",
 ]

@@ -2,13 +2,15 @@
 
 import gzip
 import zlib
+from collections import defaultdict
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
 from alloc import AllocError
-from bench.record.capability import Worth
+from bench.record.capability import Capability
 from bench.record.schema import (
     SCHEMA,
     Cell,
@@ -17,6 +19,7 @@ from bench.record.schema import (
     Header,
     Key,
     Line,
+    Method,
     Problem,
     Worker,
 )
@@ -30,13 +33,20 @@ class RecordError(AllocError):
     """A record can't be read, written, locked or continued; the message says which file and why."""
 
 
-@dataclass
+@dataclass(kw_only=True)
 class Record:
-    """A record as read: its header and its lines by kind, in the order they were written."""
+    """A record as read: its header and its lines by kind, in the order they were written.
+
+    Attributes
+    ----------
+    header : what ran where, with what
+    methods, problems, capabilities, cells, workers, emulated, events : the lines of each kind
+    """
 
     header: Header
+    methods: list[Method] = field(default_factory=list)
     problems: list[Problem] = field(default_factory=list)
-    worths: list[Worth] = field(default_factory=list)
+    capabilities: list[Capability] = field(default_factory=list)
     cells: list[Cell] = field(default_factory=list)
     workers: list[Worker] = field(default_factory=list)
     emulated: list[Emulated] = field(default_factory=list)
@@ -69,31 +79,29 @@ def parse(path: Path) -> tuple[Record, int]:
     if not lines:
         raise RecordError(f"{path}: holds no complete line; remove it and run again")
     _check_schema(path, lines[0])
-    record: Record | None = None
     decode = msgspec.json.Decoder(Line).decode
+    by_kind: defaultdict[type, list[Any]] = defaultdict(list)
     for number, text in enumerate(lines, start=1):
         try:
             line = decode(text)
         except (msgspec.DecodeError, UnicodeDecodeError) as error:
             raise RecordError(f"{path}: line {number}: {error}; remove that line or run again") from None
-        if isinstance(line, Header):
-            record = record or Record(line)
-        elif record is None:
+        if number == 1 and not isinstance(line, Header):
             raise RecordError(f"{path}: line 1 is no header; remove the file and run again")
-        elif isinstance(line, Problem):
-            record.problems.append(line)
-        elif isinstance(line, Worth):
-            record.worths.append(line)
-        elif isinstance(line, Cell):
-            record.cells.append(line)
-        elif isinstance(line, Worker):
-            record.workers.append(line)
-        elif isinstance(line, Emulated):
-            record.emulated.append(line)
-        else:
-            record.events.append(line)
-    assert record is not None  # line 1 was a header, or an error was raised
-    return record, whole
+        by_kind[type(line)].append(line)
+    return (
+        Record(
+            header=by_kind[Header][0],
+            methods=by_kind[Method],
+            problems=by_kind[Problem],
+            capabilities=by_kind[Capability],
+            cells=by_kind[Cell],
+            workers=by_kind[Worker],
+            emulated=by_kind[Emulated],
+            events=by_kind[Event],
+        ),
+        whole,
+    )
 
 
 def _check_schema(path: Path, line: bytes) -> None:

@@ -1,5 +1,6 @@
 """Report section: what a call of each method costs."""
 
+from alloc import list_formulations
 from bench.report.text import picture, table, three
 from bench.results.columns import Row
 from bench.results.quantiles import quantile
@@ -14,8 +15,8 @@ def section(run: Run, drawn: frozenset[str]) -> str:
         " *Binding* is the solver's own Python call inside it, *own clock* what the solver reports of itself;"
         " the rest is posing the problem and checking the answer. A start is *cold* (new solver object each"
         " call), *reused* (same object) or *warm* (last answer as first guess). *Answers* names the question:"
-        " *unlimited* is T* τ; *hard* the least effort within the limits, or none; *soft* may miss some of"
-        " the wrench for less effort; *scaled* keeps its direction; other names are rules of practice.\n",
+        f" {'; '.join(f'*{f.name}* {f.meaning}' for f in list_formulations())}; other names are rules of"
+        " practice.\n",
     ]
     for vehicle in run.vehicles:
         parts.append(f"### {vehicle}\n")

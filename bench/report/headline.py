@@ -1,8 +1,9 @@
 """Report section: three sentences with numbers, and one line a vehicle."""
 
+from bench.record import NO_VEHICLE
 from bench.report.text import number_range, percent, table, three
 from bench.results.columns import Row
-from bench.results.ranking import EXACT, best, complete, exact, right
+from bench.results.ranking import best, complete, exact, optimal, right
 from bench.results.rows import Run
 
 CLOSED_FORMS = {"pinv@native": "T* τ in generated C", "pinv": "T* τ in numpy"}
@@ -23,7 +24,7 @@ def fastest_exact(rows: list[Row]) -> Row | None:
 
 def fastest_solver(rows: list[Row]) -> Row | None:
     """Of rows sorted by time, the first exact one that calls a QP solver."""
-    return next((row for row in rows if exact(row) and "/" in row.method), None)
+    return next((row for row in rows if exact(row) and row.described.solver), None)
 
 
 def named(rows: list[Row], method: str) -> Row | None:
@@ -71,9 +72,9 @@ def _cost(run: Run) -> str:
 def _loss(run: Run) -> str:
     served, lost, turned = [], [], []
     for vehicle, rows in _typical(run, run.vehicles).items():
-        worth, pinv = run.worth(vehicle), named(rows, "pinv")
-        if worth is not None and worth.authority[0].closed_form_share is not None:
-            served.append(100 * worth.authority[0].closed_form_share)
+        capability, pinv = run.capability(vehicle), named(rows, "pinv")
+        if capability is not None and capability.authority[0].closed_form_share is not None:
+            served.append(100 * capability.authority[0].closed_form_share)
         if pinv is not None:
             lost += _numbers(pinv.lost_wrench_max)
             turned += _numbers(pinv.direction_error_max_deg)
@@ -92,11 +93,11 @@ def _loss(run: Run) -> str:
 
 
 def _trust(run: Run) -> str:
-    rows = [row for row in run.rows if row.vehicle != "-"]
+    rows = [row for row in run.rows if row.vehicle != NO_VEHICLE]
     failed = sum(row.failed is not None for row in rows)
     wrong = sum(row.failed is None and not right(row) for row in rows)
     # A solver that gives up, or stops early and says so, breaks no promise, and still fails its vehicle.
-    short = sum(right(row) and row.formulation in EXACT and not complete(row) for row in rows)
+    short = sum(right(row) and optimal(row) and not complete(row) for row in rows)
     busy = sum(bool(row.disturbances) for row in rows if not row.failed)
     return (
         f"Of {len(rows)} rows {len(rows) - failed - wrong} answered as promised, {short} of those without"

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from alloc.formulations.scaled import FORMULATION as SCALED
 from bench.report.text import percent, table, three
 from bench.results.columns import Row
 from bench.results.ranking import best
@@ -34,7 +35,7 @@ def _vehicle(run: Run, vehicle: str) -> list[str]:
     shown = [row for row in best(run, vehicle, sets[0]) if row.lost_wrench_max is not None]
     attainable = [name for name in sets if name != "infeasible"]
     keeping = [row.label for row in shown if all(_keeps(by_set[name].get(row.label)) for name in attainable)]
-    losing = [row for row in shown if row.label not in keeping or row.method == "scaled"]
+    losing = [row for row in shown if row.label not in keeping or row.formulation == SCALED.name]
     lines: dict[tuple[str, ...], list[Row]] = {}  # methods that lose the same share a line
     for row in losing:
         cells = (
@@ -67,13 +68,11 @@ def largest(row: Row) -> float | None:
 
 
 def _together(rows: list[Row]) -> str:
-    """Several rows by name: ``clip, pinv``; solvers of one formulation as ``qp-soft/ daqp, osqp``."""
-    if len(rows) == 1:
-        return rows[0].label
-    kinds = {row.method.partition("/")[0] for row in rows}
-    if len(kinds) > 1 or "/" not in rows[0].method:
+    """Several rows by name: ``clip, pinv``; solvers of one family as ``soft QP by daqp, osqp``."""
+    solvers, families = [row.described.solver for row in rows], {row.family for row in rows}
+    if len(rows) == 1 or len(families) > 1 or not all(solvers):
         return ", ".join(row.label for row in rows)
-    return f"{kinds.pop()}/ {', '.join(row.method.partition('/')[2] for row in rows)}"
+    return f"{families.pop()} by {', '.join(solvers)}"
 
 
 def _keeps(row: Row | None) -> bool:

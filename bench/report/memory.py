@@ -2,7 +2,7 @@
 
 from statistics import median
 
-from bench.record import Worker
+from bench.record import NO_VEHICLE, Worker
 from bench.report.text import table, three
 from bench.results.columns import Row
 from bench.results.rows import Run
@@ -10,7 +10,7 @@ from bench.results.rows import Run
 
 def section(run: Run, drawn: frozenset[str]) -> str:
     """Peak memory of each method's process, over an empty one, and what its import takes."""
-    methods = sorted({row.method for row in run.rows if not row.failed and row.vehicle != "-"})
+    methods = sorted({row.method for row in run.rows if not row.failed and row.vehicle != NO_VEHICLE})
     workers = {name: [w for w in run.record.workers if w.method == name] for name in methods}
     empty = _peak_MB(workers.get("noop", []))
     lines = []

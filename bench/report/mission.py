@@ -55,7 +55,7 @@ def _degraded(run: Run, vehicle: str) -> list[str]:
     """The vehicles that this one became: its name with one more fault."""
     found = {row.vehicle for row in run.rows if row.demands == AFTER}
     return sorted(
-        name for name in found if name.startswith(f"{vehicle}-f") and "-f" not in name[len(vehicle) + 2 :]
+        name for name in found if run.whole(name) == vehicle and len(run.problems[name].faults) == 1
     )
 
 

@@ -1,6 +1,7 @@
 """report.md: the sections in the order of a reader's questions."""
 
 from bench.report import (
+    capability,
     cost,
     emulation,
     failures,
@@ -13,7 +14,6 @@ from bench.report import (
     method,
     mission,
     tails,
-    worth,
 )
 from bench.results.rows import Run
 
@@ -23,7 +23,7 @@ SECTIONS = (
     growth,
     lost,
     mission,
-    worth,
+    capability,
     failures,
     tails,
     memory,

@@ -3,20 +3,20 @@
 from collections import Counter
 from pathlib import Path
 
-from alloc import AllocError
+from alloc import AllocError, Family, find_formulation
+from alloc.formulations import EXACT_METHODS
 from bench.record import RecordError
 from bench.report.lost import largest
-from bench.report.pictures.style import family
 from bench.report.text import percent, table, three
 from bench.results.columns import Row
 from bench.results.quantiles import quantile
-from bench.results.ranking import best, exact
+from bench.results.ranking import best, exact, optimal
 from bench.results.rows import Run
 
 START, END = "<!-- results:start -->", "<!-- results:end -->"
 VEHICLES = ("ukwial", "bluerov2-heavy")
 """The paper's vehicle, and the commonest one with eight thrusters. A run without them shows its first two."""
-MOST = {"QP solver, one shot": 1, "soft QP": 1}
+MOST = {Family.ONE_SHOT: 1, Family.SOFT: 1}
 """Methods of these families that are shown, the fastest; of the others all."""
 
 MET = 1e-6
@@ -42,9 +42,9 @@ def result_table(run: Run) -> str:
     lines = []
     for method in methods:
         row = last.get(method) or next(rows[method] for rows in by_vehicle.values() if method in rows)
-        kind = family(method, row.formulation)
+        kind = row.family
         count[kind] += 1
-        if count[kind] <= MOST.get(kind, len(methods)):
+        if count[kind] <= MOST.get(Family(kind), len(methods)):
             medians = [_median(rows.get(method)) for rows in by_vehicle.values()]
             lines.append(
                 [
@@ -72,9 +72,10 @@ def served(run: Run, vehicle: str, row: Row) -> str:
     It belongs to what is answered, not to how: a native build serves what its method does, and any
     exact solver what ``nullspace`` does.
     """
-    worth = run.worth(vehicle)
-    shares = {s.method: s.within_1pct[0] for s in worth.served if s.fault is None} if worth else {}
-    return percent(shares.get("nullspace" if exact(row) else row.method.partition("@")[0]))
+    capability = run.capability(vehicle)
+    served = [s for s in capability.served if s.fault is None] if capability else []
+    shares = {s.method: s.within_1pct / s.n_demands for s in served}
+    return percent(shares.get(EXACT_METHODS[0] if exact(row) else row.described.twin or row.method))
 
 
 def put(path: Path, text: str) -> None:
@@ -103,10 +104,8 @@ def _caption(run: Run, shown: list[str]) -> str:
 
 
 def _answers(row: Row) -> str:
-    if exact(row):
-        return "the optimum, eq. 4-5"
-    words = {"unlimited": "no limits, eq. 6-10", "hard": "near the optimum", "soft": "soft optimum"}
-    return words.get(row.formulation, "a rule within limits")
+    title = find_formulation(row.formulation).title
+    return f"near {title}" if optimal(row) and not exact(row) else title
 
 
 def _median(row: Row | None) -> str:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 
+from bench.record import NO_VEHICLE
 from bench.report.text import picture, table, three
 from bench.results.columns import Row
 from bench.results.quantiles import interval
@@ -21,7 +22,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
         " the method alone (steps: a bound known before the first call).\n",
         _between_processes(run),
     ]
-    canaries = [row for row in run.rows if row.vehicle == "-" and row.singles]
+    canaries = [row for row in run.rows if row.vehicle == NO_VEHICLE and row.singles]
     if canaries:
         parts += ["What this machine does to fixed work, in the same run:\n", _table(canaries)]
     for vehicle in run.vehicles:

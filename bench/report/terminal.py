@@ -77,14 +77,16 @@ def _verdict(rows: list[Row]) -> str:
 def served(run: Run, rows: list[Row]) -> list[float]:
     """Per cent of its vehicle's attainable set that a method serves within 1 %, vehicle by vehicle.
 
-    From the record's worth, counted on thousands of demands, where the method calls no solver; else
-    from its row on the set ``uniform``, which is even over that set. Empty where there is neither.
+    From the record's capability, counted on thousands of demands, where that has the method; else from its
+    row on the set ``uniform``, which is even over that set. Empty where there is neither.
     """
     found = []
     for vehicle in sorted({row.vehicle for row in rows}):
-        worth, method = run.worth(vehicle), rows[0].method
+        capability, method = run.capability(vehicle), rows[0].method
         shares = (
-            [s.within_1pct[0] for s in worth.served if (s.method, s.fault) == (method, None)] if worth else []
+            [s.within_1pct / s.n_demands for s in capability.served if (s.method, s.fault) == (method, None)]
+            if capability
+            else []
         )
         if not shares:
             own = [row for row in rows if (row.vehicle, row.demands) == (vehicle, "uniform")]

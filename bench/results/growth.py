@@ -5,8 +5,10 @@ from dataclasses import dataclass
 
 from bench.results.columns import Row
 from bench.results.ranking import exact
-from bench.results.rows import GENERATED, Run
+from bench.results.rows import Run
 
+STUDY = "growth"
+"""As a problem of the study names it."""
 FITTED_FROM = 12
 """Exponents are fitted from so many thrusters on: below, what a call costs anyway hides the growth."""
 
@@ -22,6 +24,11 @@ class Series:
     label: str
     rows: dict[int, Row]
 
+    @property
+    def solver(self) -> str:
+        """The QP solver that the method calls, empty for none."""
+        return next(iter(self.rows.values())).described.solver
+
     def times_us(self) -> dict[int, float]:
         """Median call [us] by number of thrusters, where it was measured."""
         return _known({n: row.call_p50_us for n, row in self.rows.items() if not row.failed})
@@ -34,10 +41,10 @@ class Series:
 
 def series(run: Run) -> list[Series]:
     """Every method on every family of generated vehicles, by k and label; [] without a study."""
-    shapes = {p.vehicle: (len(p.dof), p.n) for p in run.record.problems if p.vehicle.startswith(GENERATED)}
+    shapes = {p.vehicle: (len(p.dof), p.n) for p in run.record.problems if p.study == STUDY}
     found: dict[tuple[int, str], dict[int, Row]] = {}
     for row in run.rows:
-        if row.vehicle in shapes and row.method != "noop":
+        if row.vehicle in shapes and not row.described.yardstick:
             k, n = shapes[row.vehicle]
             found.setdefault((k, row.label), {})[n] = row
     return [Series(k, label, dict(sorted(rows.items()))) for (k, label), rows in sorted(found.items())]
@@ -69,8 +76,8 @@ def pays_up_to(found: list[Series]) -> tuple[int | None, list[int]]:
     ahead = True
     for n in sizes:
         here = [(one.times_us().get(n), one) for one in found if n in one.rows and exact(one.rows[n])]
-        closed = min((t for t, one in here if t and "/" not in one.label), default=None)
-        solver = min((t for t, one in here if t and "/" in one.label), default=None)
+        closed = min((t for t, one in here if t and not one.solver), default=None)
+        solver = min((t for t, one in here if t and one.solver), default=None)
         without = [*without, n] if closed is None else []
         ahead = ahead and closed is not None and (solver is None or closed < solver)
         best = n if ahead else best

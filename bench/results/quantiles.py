@@ -68,3 +68,11 @@ def misses(counted: Counted, deadline_ns: float) -> tuple[int, int, float]:
     late = sum(count for ns, count in counted if ns > deadline_ns)
     bound = 1.0 if late == n else float(beta.ppf(CONFIDENCE, late + 1, n - late))
     return late, n, bound
+
+
+def share(hits: int, n: int) -> tuple[float, float, float]:
+    """hits / n with its CONFIDENCE interval (Clopper & Pearson 1934): (share, low, high)."""
+    from scipy.stats import binomtest
+
+    ends = binomtest(hits, n).proportion_ci(CONFIDENCE, method="exact")
+    return hits / n, float(ends.low), float(ends.high)

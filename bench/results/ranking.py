@@ -1,15 +1,14 @@
 """Which start and level of a method stands for it, and which methods are exact."""
 
+from alloc import find_formulation
 from bench.results.columns import Row
 from bench.results.rows import Run
 
-EXACT = ("hard", "scaled")
-"""Formulations that serve every attainable demand at least effort (eq. 4-5)."""
 EXACT_WITHIN = 1e-6
 """Largest distance to the optimum, over the largest limit, at which answers count as exact: what ``tight``
 settings are chosen for. It is the distance that was found, not the one that was promised."""
 ROUNDING = 1e-9
-"""Of two shares that are equal."""
+"""By how much two shares may differ and still count as equal: rounding of a ratio of counts."""
 
 
 def right(row: Row) -> bool:
@@ -23,11 +22,16 @@ def complete(row: Row) -> bool:
     return solved is not None and solved >= row.attainable - ROUNDING
 
 
+def optimal(row: Row) -> bool:
+    """Whether a row answers an optimum that serves every attainable demand at least effort (eq. 4-5)."""
+    return find_formulation(row.formulation).optimal
+
+
 def exact(row: Row) -> bool:
     """Whether a row's answers are the constrained optimum, all of them, found within EXACT_WITHIN of it."""
     distance = row.distance_relative
-    optimal = row.formulation in EXACT and distance is not None and distance <= EXACT_WITHIN
-    return optimal and complete(row) and right(row)
+    near = distance is not None and distance <= EXACT_WITHIN
+    return near and optimal(row) and complete(row) and right(row)
 
 
 def best(run: Run, vehicle: str, demands: str) -> list[Row]:

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from statistics import median
 
-from bench.record import Batch, Cell, Judged, Key, Worker
+from alloc import find_formulation
+from bench.record import Batch, Cell, Judged, Key, Method, Worker
 from bench.results.quantiles import Counted, merged
 
 
@@ -16,6 +17,7 @@ class Repeats:
     Attributes
     ----------
     key : what names the row; its repeat is 0
+    described : what the record says of the method itself
     cells : the repeats, each measured by a process of its own
     workers : those processes
     disturbances : what disturbed the machine meanwhile, empty where it was quiet
@@ -23,6 +25,7 @@ class Repeats:
     """
 
     key: Key
+    described: Method
     cells: tuple[Cell, ...]
     workers: tuple[Worker, ...]
     disturbances: tuple[str, ...]
@@ -33,6 +36,12 @@ class Repeats:
         """Method, start and level as tables show them, e.g. ``qp/osqp warm tight``; default is not said."""
         choices = (self.key.start, self.key.level)
         return " ".join([self.key.method, *(choice for choice in choices if choice not in ("-", "default"))])
+
+    @property
+    def family(self) -> str:
+        """With which other methods reports show this one."""
+        answers = next((cell.formulation for cell in self.cells if cell.formulation), "")
+        return self.described.family or find_formulation(answers).family
 
     @cached_property
     def failed(self) -> Cell | None:

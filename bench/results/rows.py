@@ -1,6 +1,5 @@
 """A run as reports see it: the record's cells gathered into rows, one a line of results.csv."""
 
-import re
 from collections import defaultdict
 from dataclasses import dataclass
 from functools import cached_property
@@ -8,20 +7,13 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
-from bench.record import Cell, Key, Record, Worker, Worth, read
+from bench.record import NO_VEHICLE, Capability, Cell, Key, Method, Problem, Record, Worker, read
 from bench.results.columns import Row
 from bench.results.disturbance import canary_median_ns, disturbances
 from bench.results.quantiles import Counted, merged
 
 SETS = ("active", "inactive", "boundary", "infeasible", "box", "axes", "mission")
 """Order of demand sets in tables; the first one there is stands for the vehicle in pictures."""
-
-
-GENERATED = "growth-"
-"""Vehicles generated for the growth study, called so, are shown by their number of thrusters only."""
-
-FAULTS = re.compile(r"(-f\d+(@[\d.e-]+)?)+$")
-"""What ``Vehicle.with_fault`` adds to a vehicle's name."""
 
 
 @dataclass(frozen=True)
@@ -34,35 +26,48 @@ class Run:
     @cached_property
     def by_vehicle(self) -> dict[str, list[Row]]:
         """Rows of each vehicle, sorted by its name; canaries, which belong to none, left out."""
-        found: dict[str, list[Row]] = {}
+        rows: dict[str, list[Row]] = {}
         for row in self.rows:
-            if row.vehicle != "-":
-                found.setdefault(row.vehicle, []).append(row)
-        return found
+            if row.vehicle != NO_VEHICLE:
+                rows.setdefault(row.vehicle, []).append(row)
+        return rows
+
+    @cached_property
+    def problems(self) -> dict[str, Problem]:
+        """One problem of each vehicle: what the record says of the vehicle itself."""
+        return {problem.vehicle: problem for problem in self.record.problems}
 
     @property
     def vehicles(self) -> list[str]:
-        """Vehicles with sections of their own: neither generated ones nor the ``degraded``."""
+        """Vehicles with sections of their own: neither a study's nor the ``degraded``."""
         degraded = set(self.degraded)
-        return [v for v in self.by_vehicle if v not in degraded and not v.startswith(GENERATED)]
+        return [name for name in self.by_vehicle if name not in degraded and not self.study(name)]
 
     @property
     def degraded(self) -> list[str]:
         """Vehicles that are another one of this run after a failure."""
-        return [v for v in self.by_vehicle if (whole := FAULTS.sub("", v)) != v and whole in self.by_vehicle]
+        return [name for name in self.by_vehicle if self.whole(name) in self.by_vehicle.keys() - {name}]
+
+    def study(self, vehicle: str) -> str:
+        """The study that a vehicle was generated for, empty for one of its own."""
+        return self.problems[vehicle].study if vehicle in self.problems else ""
+
+    def whole(self, vehicle: str) -> str:
+        """Name of the vehicle without its faults."""
+        return self.problems[vehicle].whole if vehicle in self.problems else vehicle
 
     def sets(self, vehicle: str) -> list[str]:
         """Demand sets of a vehicle, in the order of tables."""
-        found = {row.demands for row in self.by_vehicle[vehicle]}
-        return sorted(found, key=lambda name: (SETS.index(name) if name in SETS else len(SETS), name))
+        names = {row.demands for row in self.by_vehicle[vehicle]}
+        return sorted(names, key=lambda name: (SETS.index(name) if name in SETS else len(SETS), name))
 
     def singles(self, row: Row) -> Counted:
         """Single calls of a row's method, start and level on all of its vehicle's demand sets [ns]."""
         return merged(other.singles for other in self.of(row.vehicle) if other.label == row.label)
 
-    def worth(self, vehicle: str) -> Worth | None:
+    def capability(self, vehicle: str) -> Capability | None:
         """What the vehicle can do and who serves it; None where the record does not say, as for a failure."""
-        return next((worth for worth in self.record.worths if worth.vehicle == vehicle), None)
+        return next((c for c in self.record.capabilities if c.vehicle == vehicle), None)
 
     def of(self, vehicle: str, demands: str = "") -> list[Row]:
         """Rows of a vehicle on one demand set, or on all."""
@@ -89,12 +94,14 @@ def gather(record: Record) -> tuple[Row, ...]:
     workers: dict[tuple[str, str, str], list[Worker]] = defaultdict(list)
     for worker in record.workers:
         workers[worker.method, worker.start, worker.level].append(worker)
+    methods = {method.name: method for method in record.methods}
     rows = []
     for key, cells in sorted(repeats.items()):
         repeated = tuple(cells[r] for r in sorted(cells))
         rows.append(
             Row(
                 key=key,
+                described=methods.get(key.method, Method(name=key.method)),
                 cells=repeated,
                 workers=tuple(workers[key.method, key.start, key.level]),
                 disturbances=disturbances(repeated, usual, cores),

@@ -2,7 +2,9 @@
 
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import partial
 
+from bench.record import NO_VEHICLE
 from bench.results.columns import Row
 from bench.results.quantiles import Counted, merged, misses, quantile
 from bench.results.ranking import exact, right
@@ -53,7 +55,7 @@ class Loop:
         return (self.budget if self.deadline_us is None else 1.0) * 1e6 / call_us
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Size:
     """One method, with its start and level, on one vehicle over all its demand sets.
 
@@ -64,10 +66,11 @@ class Size:
     """
 
     vehicle: str
+    method: str
     label: str
-    exact: bool
     verdict: Verdict
     reason: str
+    exact: bool = False
     p50_us: float | None = None
     p999_us: float | None = None
     max_us: float | None = None
@@ -90,7 +93,7 @@ def sizes(run: Run, loop: Loop, transfer: Transfer | None = None) -> list[Size]:
     """
     groups: dict[tuple[str, str], list[Row]] = {}
     for row in run.rows:
-        if row.vehicle != "-" and row.method != "noop":
+        if not row.described.yardstick:
             groups.setdefault((row.vehicle, row.label), []).append(row)
     found = [_size(rows, loop, transfer) for rows in groups.values()]
     return sorted(
@@ -101,7 +104,7 @@ def sizes(run: Run, loop: Loop, transfer: Transfer | None = None) -> list[Size]:
 
 def canary_max_us(run: Run) -> float | None:
     """The slowest call [us] of the run's canaries, a few microseconds of fixed work: the machine's doing."""
-    singles = merged(row.singles for row in run.rows if row.vehicle == "-")
+    singles = merged(row.singles for row in run.rows if row.vehicle == NO_VEHICLE)
     return singles[-1][0] / 1000 if singles else None
 
 
@@ -109,20 +112,21 @@ def best_of_each(found: list[Size]) -> list[Size]:
     """Of each method only the start and level that comes first."""
     seen: dict[tuple[str, str], Size] = {}
     for size in found:
-        seen.setdefault((size.vehicle, size.label.partition(" ")[0]), size)
+        seen.setdefault((size.vehicle, size.method), size)
     return list(seen.values())
 
 
 def _size(rows: list[Row], loop: Loop, transfer: Transfer | None) -> Size:
-    vehicle, label = rows[0].vehicle, rows[0].label
+    size = partial(Size, vehicle=rows[0].vehicle, method=rows[0].method, label=rows[0].label)
     for row in rows:
         if row.failed:
             reason = f"{row.demands}: {row.failed.status}, {row.failed.reason}"
-            return Size(vehicle, label, False, Verdict.UNKNOWN, reason)
+            return size(verdict=Verdict.UNKNOWN, reason=reason)
     for row in rows:
         if not right(row):
             reason = f"{row.demands}: {row.wrong or 'farther from the optimum than promised'}"
-            return Size(vehicle, label, False, Verdict.UNKNOWN, f"a wrong answer has no time; {reason}")
+            reason = f"a wrong answer has no time; {reason}"
+            return size(verdict=Verdict.UNKNOWN, reason=reason)
     factor = transfer.high if transfer else 1.0
     singles: Counted = merged(row.singles for row in rows)
     p50 = _largest([row.call_p50_us for row in rows], factor)
@@ -132,22 +136,20 @@ def _size(rows: list[Row], loop: Loop, transfer: Transfer | None) -> Size:
     late, calls, bound = misses(singles, loop.limit_us * 1000 / factor) if singles else (0, 0, None)
     verdict, reason = judge(loop, p50, p999, slowest, bound, estimated=transfer is not None)
     known = slowest or p999 or p50
-    return Size(
-        vehicle,
-        label,
+    return size(
         # Where nothing attainable was asked, an exact method may have nothing to answer.
-        all(exact(row) for row in rows if row.attainable or row.agrees != "-")
+        exact=all(exact(row) for row in rows if row.attainable or row.agrees != "-")
         and any(exact(row) for row in rows),
-        verdict,
-        reason,
-        p50,
-        p999,
-        slowest,
-        late,
-        calls,
-        bound,
-        loop.highest_rate_hz(known) if known else None,
-        _largest([row.peak_rss_MB for row in rows], 1.0),
+        verdict=verdict,
+        reason=reason,
+        p50_us=p50,
+        p999_us=p999,
+        max_us=slowest,
+        late=late,
+        calls=calls,
+        bound=bound,
+        rate_hz=loop.highest_rate_hz(known) if known else None,
+        memory_MB=_largest([row.peak_rss_MB for row in rows], 1.0),
     )
 
 

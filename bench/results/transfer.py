@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from math import prod
 
+from bench.record import NO_VEHICLE
 from bench.record.canary import CanaryError, CanaryFile
 from bench.results.rows import Run
 
@@ -26,7 +27,7 @@ class Transfer:
 
 def transfer(run: Run, target: CanaryFile) -> Transfer:
     """The band by which times of a run change on the target; raises CanaryError without canaries."""
-    here = {row.method: row.call_p50_us for row in run.rows if row.vehicle == "-"}
+    here = {row.method: row.call_p50_us for row in run.rows if row.vehicle == NO_VEHICLE}
     ratios = [us / there for name, us in target.median_us.items() if (there := here.get(name))]
     if not ratios:
         raise CanaryError("this run holds none of the file's canaries; run again with this version")

@@ -61,6 +61,8 @@ static DAQPResult result = {{.x = x, .lam = lam}};
     files |= {path.name: path.read_text(encoding="utf-8") for path in (csrc / "src").glob("*.c")}
     return Kernel(
         method="qp/daqp in C",
+        twin="nullspace",
+        solver="daqp",
         scalar="double",
         k=vehicle.k,
         n=vehicle.n,

@@ -70,7 +70,15 @@ def plain_product(vehicle: Vehicle) -> Kernel:
     body = "".join(f"    f[{i}] = {row or '0.0'};\n" for i, row in enumerate(rows))
     source = f"{declaration};\n{declaration}\n{{\n{body}    return 0;\n}}\n"
     return Kernel(
-        name, "double", vehicle.k, vehicle.n, name, f"{declaration};", "tau, f", {f"{name}.c": source}
+        method=name,
+        twin="pinv",
+        scalar="double",
+        k=vehicle.k,
+        n=vehicle.n,
+        entry=name,
+        declaration=f"{declaration};",
+        arguments="tau, f",
+        sources={f"{name}.c": source},
     )
 
 

@@ -4,6 +4,7 @@ Prints the tables of ``docs/solvers.md``; about five minutes. Exit code 1 if any
 """
 
 import sys
+from fnmatch import fnmatchcase
 from itertools import product
 from typing import NamedTuple
 
@@ -15,14 +16,18 @@ from alloc import (
     Allocation,
     Entry,
     FloatArray,
+    Formulation,
     Label,
     Status,
     Vehicle,
     build,
     catalogue,
+    find_formulation,
     list_vehicles,
     load_vehicle,
 )
+from alloc.formulations.hard import FORMULATION as HARD
+from alloc.formulations.soft import FORMULATION as SOFT
 from bench.demands import build_demands
 
 SETS = (("hard", 0.6), ("boundary", 0.2), ("active", 0.2))
@@ -66,14 +71,14 @@ class Tally(NamedTuple):
 def main(arguments: list[str]) -> int:
     """Print one line for each method, start and level."""
     n = int(arguments[0]) if arguments else 10_000
-    wanted = tuple(arguments[1:]) or ("qp/", "qp-soft/", "qpsolvers/")
-    found = {"hard": cases(n, "nullspace"), "soft": cases(n, "qp-soft/daqp")}
-    print(f"{sum(len(case.taus) for case in found['hard'])} demands, seed {SEED}\n")
+    wanted = tuple(arguments[1:]) or ("*",)
+    found = {HARD.name: cases(n, HARD), SOFT.name: cases(n, SOFT)}
+    print(f"{sum(len(case.taus) for case in found[HARD.name])} demands, seed {SEED}\n")
     columns = ("method", "start", "level", *Tally._fields)
     print("|", " | ".join(columns), "|\n|" + "---|" * len(columns))
     lied = 0
     for entry in catalogue():
-        if entry.missing or not entry.name.startswith(wanted):
+        if entry.missing or not entry.solver or not any(fnmatchcase(entry.name, name) for name in wanted):
             continue
         for start, level in product(entry.starts, entry.levels):
             tally = tallied(entry, found[entry.formulation], start, level)
@@ -83,8 +88,8 @@ def main(arguments: list[str]) -> int:
     return 1 if lied else 0
 
 
-def cases(n: int, reference: str) -> list[Case]:
-    """n demands over all vehicles, whole and with a thruster off; exact answers by ``reference``."""
+def cases(n: int, formulation: Formulation) -> list[Case]:
+    """n demands over all vehicles, whole and with a thruster off; exact answers by its first reference."""
     whole = [load_vehicle(name) for name in list_vehicles()]
     states = whole + [v.with_fault(0) for v in whole]
     found = []
@@ -94,8 +99,8 @@ def cases(n: int, reference: str) -> list[Case]:
         taus = np.concatenate([p.taus for p in posed])
         alpha = np.concatenate([p.alpha for p in posed])
         infeasible = np.concatenate([p.labels for p in posed]) == Label.INFEASIBLE
-        soft = reference.startswith("qp-soft/")
-        exact, status = build(reference, vehicle, level="tight" if soft else "").many(taus)
+        soft = formulation.gives_way
+        exact, status = build(formulation.references[0], vehicle).many(taus)
         answered = np.isin(status, (Status.SOLVED, Status.PARTIAL))
         attainable = answered & (soft | (alpha >= 1 + INSIDE))
         found.append(Case(vehicle, taus, attainable, infeasible & (not soft), exact))
@@ -155,7 +160,7 @@ def lies(entry: Entry, case: Case, answers: list[Allocation]) -> Mask:
             continue
         inside = ((v.f_min <= f) & (f <= v.f_max)).all()  # False for NaN
         met = (np.abs(v.TP @ f - tau) <= WRENCH_TOLERANCE * v.wrench_scale).all()
-        if entry.formulation == "hard":
+        if not find_formulation(entry.formulation).gives_way:
             met &= not case.infeasible[i]
         lied[i] = not inside or (status == Status.SOLVED and not met)
     return lied

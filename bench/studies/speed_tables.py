@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from tabulate import tabulate
 
-from alloc import Vehicle
+from alloc import Vehicle, find
 from bench.harness.machine import cpu
 
 EXACT, PINV, WALSH = "nullspace@native", "pinv@native", "walsh@native"
@@ -34,7 +34,7 @@ class Measured:
     @property
     def solver(self) -> str:
         """The quickest live solver in this run."""
-        return min((name for name in self.calls if name.startswith("qp/")), key=self.calls.__getitem__)
+        return min((name for name in self.calls if find(name).solver), key=self.calls.__getitem__)
 
 
 Columns = dict[str, Callable[[Measured], object]]

@@ -17,10 +17,12 @@ from alloc import (
     Vehicle,
     alpha_max,
     closed_form_range,
+    find_formulation,
 )
+from alloc.formulations.hard import FORMULATION as HARD
 from bench.demands import labelled
 from bench.judging.judge import judge, largest_gap
-from bench.judging.reference import Question, references
+from bench.judging.question import Question, ask_here, questions
 
 N_DEMANDS = 100
 
@@ -36,9 +38,7 @@ def question(vehicle: Vehicle, label: str) -> Question:
     """
     found = labelled(label, vehicle, {"inactive": _inactive, "active": _active}[label](vehicle))
     assert set(found.labels) == {Label[label.upper()]}
-    inactive = np.equal(found.labels, Label.INACTIVE)
-    optima, method = references(vehicle, found.taus, inactive, found.alpha)
-    return Question(label, vehicle, found.taus, found.labels, found.alpha, None, optima, method)
+    return questions([found], ask_here)[0]
 
 
 def tell(
@@ -64,13 +64,13 @@ def tell(
     )
     assert not judged.wrong
     gap = judged.gap_rel_max
-    if asked.name == "inactive" and allocator.formulation == "unlimited":
+    if asked.demands.name == "inactive" and not find_formulation(allocator.formulation).limited:
         # A closed form that stays inside the limits is the constrained optimum, so it has a gap too.
         F = np.array([answer.f for answer in answers])
-        gap = largest_gap(asked, F, np.zeros(len(F), dtype=np.int8), "hard")
+        gap = largest_gap(asked, F, np.zeros(len(F), dtype=np.int8), HARD.name)
     benchmark.extra_info.update(
-        vehicle=asked.vehicle.name,
-        label=asked.name,
+        vehicle=asked.demands.vehicle.name,
+        label=asked.demands.name,
         method=entry.name,
         formulation=allocator.formulation,
         certificate={

@@ -17,7 +17,7 @@ from alloc import (
     load_vehicle,
     prepare,
 )
-from bench.judging.reference import Question
+from bench.judging.question import Question
 from bench.suite.answers import LABELS, question
 
 VEHICLES = ("ukwial", "bluerov2-heavy")

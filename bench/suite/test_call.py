@@ -3,7 +3,7 @@
 from pytest_benchmark.fixture import BenchmarkFixture
 
 from alloc import Allocation, Allocator, Entry
-from bench.judging.reference import Question
+from bench.judging.question import Question
 from bench.suite.answers import N_DEMANDS, tell
 
 CALLS = 1000
@@ -13,13 +13,13 @@ def test_call(
     benchmark: BenchmarkFixture, entry: Entry, start: str, asked: Question, allocator: Allocator
 ) -> None:
     """Allocate a path of demands, again and again, and judge the last time round."""
-    rows = list(asked.taus)
+    rows = list(asked.demands.taus)
 
     def calls() -> list[Allocation]:
         for _ in range(CALLS // N_DEMANDS):
             answers = [allocator(tau) for tau in rows]
         return answers
 
-    benchmark.group = f"{asked.vehicle.name}: 1,000 calls, {asked.name} demands"
+    benchmark.group = f"{asked.demands.vehicle.name}: 1,000 calls, {asked.demands.name} demands"
     answers = benchmark(calls)
     tell(benchmark, asked, entry, allocator, answers, start=start, calls=CALLS)

@@ -4,7 +4,7 @@ import numpy as np
 from pytest_benchmark.fixture import BenchmarkFixture
 
 from alloc import Allocation, Allocator, Entry, FloatArray, Status, StatusArray
-from bench.judging.reference import Question
+from bench.judging.question import Question
 from bench.suite.answers import N_DEMANDS, tell
 
 DEMANDS = 1000
@@ -12,8 +12,8 @@ DEMANDS = 1000
 
 def test_many(benchmark: BenchmarkFixture, entry: Entry, asked: Question, allocator: Allocator) -> None:
     """Allocate 1,000 inactive demands in one call."""
-    taus = np.tile(asked.taus, (DEMANDS // N_DEMANDS, 1))
-    benchmark.group = f"{asked.vehicle.name}: many(), 1,000 {asked.name} demands"
+    taus = np.tile(asked.demands.taus, (DEMANDS // N_DEMANDS, 1))
+    benchmark.group = f"{asked.demands.vehicle.name}: many(), 1,000 {asked.demands.name} demands"
     many: tuple[FloatArray, StatusArray] = benchmark(allocator.many, taus)
     # Rows of one array share its memory by right; as answers they are copies.
     answers = [Allocation(f.copy(), Status(s)) for f, s in zip(*many, strict=True)]

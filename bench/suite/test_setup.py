@@ -4,13 +4,13 @@ import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
 from alloc import Allocator, Entry, prepare
-from bench.judging.reference import Question
+from bench.judging.question import Question
 from bench.suite.answers import tell
 
 
 @pytest.mark.usefixtures("allocator")
 def test_setup(benchmark: BenchmarkFixture, entry: Entry, asked: Question) -> None:
     """Build the allocator anew for the whole vehicle; what it then answers is judged."""
-    benchmark.group = f"{asked.vehicle.name}: set-up"
-    allocator: Allocator = benchmark(prepare, entry, asked.vehicle)
-    tell(benchmark, asked, entry, allocator, [allocator(tau) for tau in asked.taus])
+    benchmark.group = f"{asked.demands.vehicle.name}: set-up"
+    allocator: Allocator = benchmark(prepare, entry, asked.demands.vehicle)
+    tell(benchmark, asked, entry, allocator, [allocator(tau) for tau in asked.demands.taus])

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from itertools import cycle
 from typing import TYPE_CHECKING
 
-from bench.record.capability import Curve
+from bench.record import Curve
 from bench.report.pictures.style import BLUE, FAINT, GREEN, GREY, INK, ORANGE, PURPLE, VERMILION
 from bench.results.rows import Run
 
@@ -33,15 +33,15 @@ def draw(run: Run, vehicle: str) -> "Figure | None":
     """Median and worst error over the directions tried; methods whose curves coincide share a line."""
     from matplotlib.figure import Figure
 
-    worth = run.worth(vehicle)
-    if worth is None or not worth.curves:
+    capability = run.capability(vehicle)
+    if capability is None or not capability.curves:
         return None
     figure = Figure((8.4, 4.6))
-    groups = alike(worth.curves)
-    styles = styles_of(curve.method for each in run.record.worths for curve in each.curves)
+    groups = alike(capability.curves)
+    styles = styles_of(curve.method for each in run.record.capabilities for curve in each.curves)
     left, right = figure.subplots(1, 2, sharey=True)
     for axes, title in ((left, "median direction"), (right, "worst direction")):
-        axes.axvspan(1.0, max(worth.curves[0].size), facecolor=FAINT, alpha=0.5)
+        axes.axvspan(1.0, max(capability.curves[0].size), facecolor=FAINT, alpha=0.5)
         axes.set_title(title)
         axes.set_xlabel("demand / edge of the attainable set")
         axes.set_ylim(-0.02, 1.05)

@@ -2,10 +2,10 @@
 
 from typing import TYPE_CHECKING
 
+from alloc import Family
 from bench.report.lost import largest
 from bench.report.pictures.labels import label_points
-from bench.report.pictures.style import FAINT, colour, family, legend, share_axis, time_axis
-from bench.results.columns import Row
+from bench.report.pictures.style import FAINT, colour, legend, share_axis, time_axis
 from bench.results.ranking import best
 from bench.results.rows import Run
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 FLOOR = 1e-12
 """Errors below this are rounding; drawn here, so that a log axis can show a zero."""
 
-UNNAMED = ("soft QP", "QP solver, one shot")
+UNNAMED = (Family.SOFT, Family.ONE_SHOT)
 """Families whose points carry no name: each solver again, by another route."""
 
 
@@ -45,13 +45,9 @@ def draw(run: Run, vehicle: str) -> "Figure | None":
     legend(figure, [row for *_, row in points])
     on_front = set(front)
     ordered = sorted(points, key=lambda point: point[:2] not in on_front)  # the front gets the best places
-    named = [(time, error, "" if _family(row) in UNNAMED else row.method) for time, error, row in ordered]
+    named = [(time, error, "" if row.family in UNNAMED else row.method) for time, error, row in ordered]
     label_points(axes, named)
     return figure
-
-
-def _family(row: Row) -> str:
-    return family(row.method, row.formulation)
 
 
 def pareto(points: list[tuple[float, float]]) -> list[tuple[float, float]]:

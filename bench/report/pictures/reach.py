@@ -4,7 +4,7 @@ from itertools import groupby
 from typing import TYPE_CHECKING
 
 from alloc import unit
-from bench.record.capability import Plane
+from bench.record import Plane
 from bench.report.pictures.style import BLUE, GREEN, GREY, INK, ORANGE, VERMILION
 from bench.results.rows import Run
 
@@ -26,15 +26,15 @@ def draw(run: Run, vehicle: str) -> "Figure | None":
     """Sections in the surge-sway and surge-yaw planes: all other axes zero, and the third one under load."""
     from matplotlib.figure import Figure
 
-    worth = run.worth(vehicle)
-    if worth is None or not worth.planes:
+    capability = run.capability(vehicle)
+    if capability is None or not capability.planes:
         return None
-    rows = [list(group) for _, group in groupby(worth.planes, key=lambda plane: plane.held_at != 0)]
+    rows = [list(group) for _, group in groupby(capability.planes, key=lambda plane: plane.held_at != 0)]
     figure = Figure((8.4, 4.0 * len(rows) + 0.8))
     grid = figure.subplots(len(rows), len(rows[0]), squeeze=False)
-    for axes, plane in zip(grid.flat, worth.planes, strict=True):
+    for axes, plane in zip(grid.flat, capability.planes, strict=True):
         _section(axes, plane)
-    served = worth.authority[0].closed_form_share
+    served = capability.authority[0].closed_form_share
     share = "" if served is None else f", {100 * served:.3g} % of its volume"
     title = f"{vehicle}: what it can do, and what f = T* τ serves of it{share}"
     figure.suptitle(title, x=0.01, ha="left", fontsize=10)

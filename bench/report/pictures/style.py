@@ -8,8 +8,8 @@ from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from alloc import Family
 from bench.results.columns import Row
-from bench.results.ranking import EXACT
 
 if TYPE_CHECKING:
     from matplotlib.axis import Axis
@@ -42,13 +42,13 @@ DARK = {
 }
 """What each colour becomes on a dark page."""
 
-FAMILIES = {
-    "closed form, no limits": GREY,
-    "practice behind a closed form": ORANGE,
-    "exact closed form": VERMILION,
-    "QP solver, live": BLUE,
-    "QP solver, one shot": PURPLE,
-    "soft QP": GREEN,
+FAMILIES: dict[str, str] = {
+    Family.CLOSED_FORM: GREY,
+    Family.PRACTICE: ORANGE,
+    Family.EXACT: VERMILION,
+    Family.LIVE: BLUE,
+    Family.ONE_SHOT: PURPLE,
+    Family.SOFT: GREEN,
 }
 """Colour of each family of methods, the same in every picture."""
 
@@ -80,29 +80,16 @@ SETTINGS: dict[Any, Any] = {
 """Matplotlib's settings while a picture is drawn and saved."""
 
 
-def family(method: str, formulation: str) -> str:
-    """The family of a method, a key of FAMILIES."""
-    if method.startswith("qpsolvers/"):
-        return "QP solver, one shot"
-    if formulation == "soft":
-        return "soft QP"
-    if "/" in method:
-        return "QP solver, live"
-    if formulation == "unlimited":
-        return "closed form, no limits"
-    return "exact closed form" if formulation in EXACT else "practice behind a closed form"
-
-
 def colour(row: Row) -> str:
     """The colour of a row's family."""
-    return FAMILIES[family(row.method, row.formulation)]
+    return FAMILIES.get(row.family, INK)
 
 
 def legend(drawn: "Figure", rows: list[Row]) -> None:
     """Below everything else, the families that these rows belong to."""
     from matplotlib.lines import Line2D
 
-    there = {family(row.method, row.formulation) for row in rows}
+    there = {row.family for row in rows}
     shown = [name for name in FAMILIES if name in there]
     dots = [Line2D([], [], color=FAMILIES[name], marker="o", linestyle="") for name in shown]
     drawn.legend(dots, shown, loc="outside lower center", ncols=3)

@@ -20,7 +20,17 @@ def kernel() -> Kernel:
     vehicle = load_vehicle("ukwial")
     name = function_name(vehicle, "nullspace")
     files = sources(vehicle, "nullspace")
-    return Kernel("nullspace@native", "double", 3, 4, name, f'#include "{name}.h"', "tau, -1, f", files)
+    return Kernel(
+        method="nullspace@native",
+        twin="pinv",
+        scalar="double",
+        k=3,
+        n=4,
+        entry=name,
+        declaration=f'#include "{name}.h"',
+        arguments="tau, -1, f",
+        sources=files,
+    )
 
 
 def test_the_page_prints_each_vehicles_worst_case() -> None:

@@ -38,7 +38,17 @@ int kernel(const SCALAR tau[3], SCALAR f[2]) {
 def kernel(body: str, scalar: Scalar = "double") -> Kernel:
     signature = f"int kernel(const {scalar} tau[3], {scalar} f[2])"
     sources = {"kernel.c": body.replace("SCALAR", scalar)}
-    return Kernel("test", scalar, 3, 2, "kernel", signature + ";", "tau, f", sources)
+    return Kernel(
+        method="test",
+        twin="pinv",
+        scalar=scalar,
+        k=3,
+        n=2,
+        entry="kernel",
+        declaration=signature + ";",
+        arguments="tau, f",
+        sources=sources,
+    )
 
 
 def saying(statements: str) -> Kernel:

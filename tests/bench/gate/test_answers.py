@@ -6,7 +6,7 @@ import pytest
 from alloc import Allocation, Label, Status, Vehicle, build, load_vehicle
 from alloc.allocation import FloatArray
 from bench.gate.answers import DEMANDS, Answered, differ, pose, wrong
-from bench.judging.reference import Question
+from bench.judging.question import Question, ask_here
 
 PROMISES = {"formulation": "hard", "limited": True, "tolerance": 1e-6}
 
@@ -18,16 +18,13 @@ def vehicle() -> Vehicle:
 
 @pytest.fixture(scope="module")
 def question(vehicle: Vehicle) -> Question:
-    def optimum(method: str, taus: FloatArray) -> FloatArray | None:
-        return build(method, vehicle).many(taus)[0] if method == "nullspace" else None
-
-    return pose(vehicle, optimum)
+    return pose(vehicle, ask_here)
 
 
 @pytest.fixture
 def right(vehicle: Vehicle, question: Question) -> list[Allocation]:
     allocate = build("nullspace", vehicle)
-    return [allocate(tau) for tau in question.taus]
+    return [allocate(tau) for tau in question.demands.taus]
 
 
 def changed(answers: list[Allocation], i: int, f: FloatArray, status: Status = Status.SOLVED) -> Answered:
@@ -35,7 +32,7 @@ def changed(answers: list[Allocation], i: int, f: FloatArray, status: Status = S
 
 
 def test_demands_of_each_kind_are_asked(question: Question) -> None:
-    assert [int(n) for n in np.bincount(question.labels, minlength=4)] == [
+    assert [int(n) for n in np.bincount(question.demands.labels, minlength=4)] == [
         DEMANDS["inactive"],
         DEMANDS["active"],
         0,
@@ -54,7 +51,7 @@ def test_an_answer_off_by_a_thousandth_is_wrong(question: Question, right: list[
 def test_the_right_wrench_by_another_thrust_than_the_best_is_wrong(
     vehicle: Vehicle, question: Question, right: list[Allocation]
 ) -> None:
-    inactive = int(np.flatnonzero(question.labels == Label.INACTIVE)[0])
+    inactive = int(np.flatnonzero(question.demands.labels == Label.INACTIVE)[0])
     idle = np.linalg.svd(vehicle.T)[2][-1]  # pushes nothing: T idle = 0
     found = wrong(question, changed(right, inactive, right[inactive].f + idle))
     assert "from the optimum, beyond its promise" in found
@@ -71,7 +68,7 @@ def test_solved_said_of_a_demand_that_nothing_meets_is_wrong(
     question: Question, right: list[Allocation]
 ) -> None:
     last = len(right) - 1
-    assert question.labels[last] == Label.INFEASIBLE
+    assert question.demands.labels[last] == Label.INFEASIBLE
     assert wrong(question, changed(right, last, np.zeros(4)))
 
 

@@ -3,7 +3,6 @@
 import gzip
 import os
 import random
-import resource
 import signal
 import subprocess
 import sys
@@ -19,9 +18,10 @@ import pytest
 from click.testing import CliRunner
 
 from bench.__main__ import cli
-from bench.harness.plan import Settings
-from bench.harness.run import Interrupted, Progress, check_same
+from bench.harness.plan import RunSettings
+from bench.harness.run import Interrupted, check_same
 from bench.harness.run import run as run_again
+from bench.harness.state import Progress
 from bench.record import FILE_NAME, PACKED, Record, RecordError, read
 from bench.record.writer import PREVIOUS, Writer
 from tests.made_up import header
@@ -36,13 +36,29 @@ KILLS = 20
 
 MEASURE = """
 import sys; from pathlib import Path
-from bench.harness.plan import Settings; from bench.harness.run import run
+from bench.harness.plan import RunSettings; from bench.harness.run import run
 demands, methods = ("inactive", "active", "infeasible"), ("pinv", "svd")
 starts = ("cold", "reused", "warm")
-settings = Settings(("ukwial",), demands, methods, starts=starts, n_demands=4, budget_ms=0, repeats=1)
+settings = RunSettings(
+    vehicles=("ukwial",), demands=demands, methods=methods, starts=starts, n_demands=4, budget_ms=0, repeats=1
+)
 run(settings, Path(sys.argv[1]), resume=True, watch=lambda progress: None)
 """
 """What TINY does, without the report, which takes longer than all the rest."""
+
+
+FULL_DISK = """
+import errno, os, sys
+write, full = os.write, int(sys.argv.pop(1))
+def write_record(descriptor, data):
+    if b'"type":' in data and os.fstat(descriptor).st_size + len(data) > full:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    return write(descriptor, data)
+os.write = write_record
+from bench.__main__ import main
+main()
+"""
+"""The program on a disk that is full as soon as the record has so many bytes."""
 
 
 def started(*command: str) -> subprocess.Popen[bytes]:
@@ -113,7 +129,14 @@ def test_a_packed_record_is_not_hidden_by_what_was_to_be_added_to_it(tmp_path: P
 
 
 def count(record: Record) -> int:
-    kinds = (record.problems, record.worths, record.cells, record.workers, record.events)
+    kinds = (
+        record.methods,
+        record.problems,
+        record.capabilities,
+        record.cells,
+        record.workers,
+        record.events,
+    )
     return sum(map(len, kinds))
 
 
@@ -161,6 +184,7 @@ def test_a_worker_dies_with_its_parent_even_in_an_endless_loop(tmp_path: Path) -
 def test_ctrl_c_stops_the_worker_and_reports_what_there_is(tmp_path: Path) -> None:
     plugin = write_plugin(tmp_path, "sleeps")
     command = ["run", "--vehicle=ukwial", f"--plugin={plugin}", "--n=100", "--budget-ms=2000"]
+    command += ["--time-limit=4"]  # what such a slow method serves is not waited for longer
     out = tmp_path / "out"
     with started("-m", "bench", *command, f"--out={out}") as run:
         wait_for(lambda: b'"cell"' in written(out))
@@ -198,7 +222,14 @@ def interrupted(folder: Path, watch: Callable[[Progress], None]) -> None:
     """Run until Ctrl-C comes; no worker may be left, not even while the exception is being handled."""
     mine = psutil.Process()
     before = set(mine.children())
-    settings = Settings(("ukwial",), ("inactive",), ("pinv", "svd"), n_demands=4, budget_ms=0, repeats=1)
+    settings = RunSettings(
+        vehicles=("ukwial",),
+        demands=("inactive",),
+        methods=("pinv", "svd"),
+        n_demands=4,
+        budget_ms=0,
+        repeats=1,
+    )
     try:
         run_again(settings, folder, resume=False, watch=watch)
     except Interrupted:
@@ -233,16 +264,11 @@ def test_ctrl_c_while_a_worker_is_being_started_leaves_no_worker(
 def test_a_full_disk_ends_the_run_with_one_line_and_keeps_what_was_written(
     finished: Path, tmp_path: Path
 ) -> None:
-    limit = len(written(finished)) - 6_000  # bytes of any file: some cells fit, not all
-
-    def small_files() -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
-
+    full = len(written(finished)) - 6_000  # bytes of the record: some cells fit, not all
     run = subprocess.run(
-        [sys.executable, "-m", "bench", *TINY, f"--out={tmp_path}"],
+        [sys.executable, "-c", FULL_DISK, str(full), *TINY, f"--out={tmp_path}"],
         cwd=ROOT,
         capture_output=True,
-        preexec_fn=small_files,
         check=False,
     )
     assert run.returncode == 2
@@ -254,7 +280,7 @@ def test_a_full_disk_ends_the_run_with_one_line_and_keeps_what_was_written(
     some = len(read(tmp_path).cells)
     assert 0 < some < CELLS
     settings = read(tmp_path).header.settings
-    run_again(msgspec.convert(settings, Settings), tmp_path, resume=True, watch=lambda progress: None)
+    run_again(msgspec.convert(settings, RunSettings), tmp_path, resume=True, watch=lambda progress: None)
     assert written(tmp_path).startswith(kept)
     assert len(read(tmp_path).cells) == CELLS
 

@@ -1,24 +1,26 @@
 """What a run measures, and in which order."""
 
 from collections import Counter
-from types import ModuleType
 
-from alloc import Entry
-from bench.harness.plan import LEAST_MS, MOST_MS, Settings, budget_ns, chosen, groups
+from alloc import Family
+from bench.harness.plan import LEAST_MS, MOST_MS, Contender, RunSettings, budget_ns, chosen, groups
 from bench.harness.yardsticks import CANARIES, NOOP
+from bench.record import Method
 
 PAIRS = [(vehicle, demands) for vehicle in ("one", "two") for demands in ("inactive", "worth")]
 
 
-def entry(name: str, starts: tuple[str, ...] = ("-",), levels: tuple[str, ...] = ("-",)) -> Entry:
-    return Entry(name, "hard", starts, levels, "", "", ModuleType(name))
+def contender(
+    name: str, starts: tuple[str, ...] = ("-",), levels: tuple[str, ...] = ("-",), **facts: str
+) -> Contender:
+    return Contender(Method(**({"name": name, "formulation": "hard"} | facts)), starts, levels)
 
 
-CLOSED = entry("pinv")
-LIVE = entry("qp/some", ("cold", "reused", "warm"), ("default", "tight"))
-SOFT = entry("qp-soft/some", ("cold", "reused"), ("default", "tight"))
-ONE_SHOT = entry("qpsolvers/some", ("cold",), ("default",))
-SETTINGS = Settings(vehicles=("one", "two"), demands=("inactive", "worth"), repeats=3)
+CLOSED = contender("pinv", formulation="unlimited")
+LIVE = contender("qp/some", ("cold", "reused", "warm"), ("default", "tight"))
+SOFT = contender("qp-soft/some", ("cold", "reused"), ("default", "tight"), formulation="soft")
+ONE_SHOT = contender("qpsolvers/some", ("cold",), ("default",), family=Family.ONE_SHOT)
+SETTINGS = RunSettings(vehicles=("one", "two"), demands=("inactive", "worth"), repeats=3)
 
 
 def test_every_cell_is_planned_once_a_repeat_with_the_yardsticks() -> None:
@@ -38,7 +40,7 @@ def test_one_process_measures_one_method_with_one_start_and_level_once() -> None
 
 
 def test_repeats_follow_each_other_each_in_an_order_of_its_own_that_the_seed_decides() -> None:
-    many = [entry(f"method-{i}") for i in range(8)]
+    many = [contender(f"method-{i}") for i in range(8)]
     planned = groups(SETTINGS, many, PAIRS)
     assert [group.repeat for group in planned] == sorted(group.repeat for group in planned)
     orders = [[group.method for group in planned if group.repeat == repeat] for repeat in range(3)]
@@ -48,35 +50,35 @@ def test_repeats_follow_each_other_each_in_an_order_of_its_own_that_the_seed_dec
 
 
 def test_what_is_asked_for_once_is_in_the_first_repeat_only() -> None:
-    settings = Settings(vehicles=("one",), demands=("inactive", "worth"), once=("worth", "qpsolvers/*"))
+    settings = RunSettings(vehicles=("one",), demands=("inactive", "worth"), once=("worth", Family.ONE_SHOT))
     planned = groups(settings, [CLOSED, ONE_SHOT], PAIRS)
     keys = [key for group in planned for key in group.keys]
     assert {key.repeat for key in keys if key.demands == "worth"} == {0}
-    assert {key.repeat for key in keys if key.method == ONE_SHOT.name} == {0}
-    rest = [key for key in keys if key.demands == "inactive" and key.method != ONE_SHOT.name]
+    assert {key.repeat for key in keys if key.method == ONE_SHOT.method.name} == {0}
+    rest = [key for key in keys if key.demands == "inactive" and key.method != ONE_SHOT.method.name]
     assert {key.repeat for key in rest} == {0, 1}
     assert all(group.keys for group in planned)  # no process is started for nothing
 
 
 def test_by_default_a_method_runs_as_a_vehicle_would_run_it() -> None:
-    assert chosen(CLOSED, SETTINGS) == [("pinv", "-", "-")]
-    assert chosen(LIVE, SETTINGS) == [("qp/some", "reused", level) for level in ("default", "tight")]
-    assert chosen(SOFT, SETTINGS) == [("qp-soft/some", "reused", "tight")]
-    assert chosen(ONE_SHOT, SETTINGS) == [("qpsolvers/some", "cold", "default")]
+    assert chosen(CLOSED, SETTINGS) == [("-", "-")]
+    assert chosen(LIVE, SETTINGS) == [("reused", level) for level in ("default", "tight")]
+    assert chosen(SOFT, SETTINGS) == [("reused", "tight")]
+    assert chosen(ONE_SHOT, SETTINGS) == [("cold", "default")]
 
 
 def test_starts_and_levels_that_are_asked_for_are_taken_where_they_are_offered() -> None:
-    settings = Settings(vehicles=(), demands=(), starts=("warm",), levels=("tight",))
-    assert chosen(LIVE, settings) == [("qp/some", "warm", "tight")]
+    settings = RunSettings(vehicles=(), demands=(), starts=("warm",), levels=("tight",))
+    assert chosen(LIVE, settings) == [("warm", "tight")]
     assert chosen(SOFT, settings) == []
-    assert chosen(CLOSED, settings) == [("pinv", "-", "-")]  # it has no choice
-    exact = entry("qp/exact", ("cold", "warm"), ("default",))
-    assert chosen(exact, settings) == [("qp/exact", "warm", "default")]  # nor has this one of a level
+    assert chosen(CLOSED, settings) == [("-", "-")]  # it has no choice
+    exact = contender("qp/exact", ("cold", "warm"), ("default",))
+    assert chosen(exact, settings) == [("warm", "default")]  # nor has this one of a level
 
 
 def test_a_cells_budget_follows_the_time_that_is_left_within_bounds() -> None:
     assert budget_ns(SETTINGS, left_s=100, cells=1000, overhead_s=0.04) == 60_000_000
     assert budget_ns(SETTINGS, left_s=-5, cells=10, overhead_s=0.04) == LEAST_MS * 1e6
     assert budget_ns(SETTINGS, left_s=1e6, cells=1, overhead_s=0.04) == MOST_MS * 1e6
-    fixed = Settings(vehicles=(), demands=(), budget_ms=7)
+    fixed = RunSettings(vehicles=(), demands=(), budget_ms=7)
     assert budget_ns(fixed, left_s=100, cells=1, overhead_s=0) == 7_000_000

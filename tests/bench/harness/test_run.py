@@ -13,10 +13,15 @@ from rich.console import Console
 import alloc
 from alloc import AllocError, DemandError, UnknownName
 from bench.__main__ import cli
+from bench.demands import DemandSet
 from bench.harness import machine, process
-from bench.harness.plan import Settings
-from bench.harness.run import Progress, methods, run
-from bench.judging.reference import problem, questions
+from bench.harness.contenders import contenders
+from bench.harness.lines import problem
+from bench.harness.plan import RunSettings
+from bench.harness.run import run
+from bench.harness.sets import demand_sets, vehicles
+from bench.harness.state import Progress
+from bench.judging.question import ask_here, questions
 from bench.record import FILE_NAME, read
 from bench.report import render
 from bench.report.terminal import show
@@ -84,8 +89,8 @@ def test_two_methods_of_one_name_are_refused_not_dropped(tmp_path: Path) -> None
     mine, other, pinv = (str(file.with_suffix(".py")) for file in files)
     for plugins, wanted in (((mine, other), ()), ((pinv,), ("pinv",))):
         with pytest.raises(UnknownName, match="another method is called"):
-            methods(Settings((), (), methods=wanted, plugins=plugins))
-    assert len(methods(Settings((), (), plugins=(mine, mine, pinv)))[0]) == 2  # the same twice is one
+            contenders(RunSettings(demands=(), methods=wanted, plugins=plugins))
+    assert len(contenders(RunSettings(demands=(), plugins=(mine, mine, pinv)))) == 2  # the same twice is one
 
 
 def test_the_parent_keeps_off_the_core_that_workers_are_pinned_to(tmp_path: Path) -> None:
@@ -94,7 +99,9 @@ def test_the_parent_keeps_off_the_core_that_workers_are_pinned_to(tmp_path: Path
     def watch(_: Progress) -> None:
         seen.append(machine.core())
 
-    settings = Settings(("ukwial",), ("inactive",), ("pinv",), n_demands=4, budget_ms=0, repeats=1)
+    settings = RunSettings(
+        vehicles=("ukwial",), demands=("inactive",), methods=("pinv",), n_demands=4, budget_ms=0, repeats=1
+    )
     run(settings, tmp_path, resume=False, watch=watch)
     (core,) = {worker.core for worker in read(tmp_path).workers}
     assert core == machine.core()
@@ -113,11 +120,16 @@ def test_a_worker_finds_a_source_tree_that_nobody_installed_from_any_folder(tmp_
     assert Path(done.stdout.strip()) == root / "bench" / "__init__.py"
 
 
+def sets(names: list[str], demands: list[str], n: int) -> list[DemandSet]:
+    settings = RunSettings(vehicles=tuple(names), demands=tuple(demands), n_demands=n)
+    return demand_sets(settings, vehicles(settings))
+
+
 def test_demands_of_a_log_that_were_not_asked_are_counted_and_said(tmp_path: Path) -> None:
     log = tmp_path / "dive.csv"
     log.write_text("surge,sway,yaw\n" + "1,0,0\n" * 9)
     for n, left_out in ((4, 5), (9, 0), (60, 0)):
-        (question,) = questions(["ukwial"], [str(log)], [""], 0, n)
+        (question,) = questions(sets(["ukwial"], [str(log)], n), ask_here)
         asked = problem(question)
         assert (asked.n_demands, asked.left_out) == (9 - left_out, left_out)
         directory = made_up.record(tmp_path, made_up.header(), asked, made_up.cell())
@@ -134,11 +146,11 @@ def test_two_logs_or_vehicles_of_one_name_are_refused_not_dropped(tmp_path: Path
         logs.append(tmp_path / folder / "dive.csv")
         logs[-1].write_text(f"surge,sway,yaw\n{row}\n")
     with pytest.raises(DemandError, match="'ukwial', 'dive'"):
-        questions(["ukwial"], [*map(str, logs)], [""], 0, 5)
-    assert len(questions(["ukwial"], [str(logs[0])] * 2, [""], 0, 5)) == 1  # the same twice is one
+        sets(["ukwial"], [*map(str, logs)], 5)
+    assert len(sets(["ukwial"], [str(logs[0])] * 2, 5)) == 1  # the same twice is one
 
     shipped = (Path(alloc.__file__).parent / "vehicles" / "ukwial.yaml").read_text(encoding="utf-8")
     mine = tmp_path / "mine.yaml"
     mine.write_text(shipped.replace("f_max: 250", "f_max: 100"))
     with pytest.raises(DemandError, match="'ukwial', 'active'"):
-        questions(["ukwial", str(mine)], ["active"], [""], 0, 5)
+        sets(["ukwial", str(mine)], ["active"], 5)

@@ -1,5 +1,6 @@
-"""What the record says a vehicle is worth: shares, intervals and sections against the exact ones."""
+"""What the record says a vehicle can do: shares, intervals and sections against the exact ones."""
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 
@@ -17,46 +18,40 @@ from alloc import (
     attainable_volume,
     closed_form_range,
     closed_form_volume,
-    find,
     load_vehicle,
     single_axis_maxima,
 )
 from bench.demands import build_demands, list_demands
-from bench.judging.capability import (
-    closed_forms,
-    interval,
-    measure_served,
-    measure_worth,
-    measure_worths,
-    remaining_authority,
-)
-from bench.judging.reach import SIZES, corners, error_curve, planes
-from bench.record.capability import Worth
+from bench.judging.capability import measure_capabilities, remaining_authority
+from bench.judging.question import Answers, Ask, Case, Unanswered, ask_here
+from bench.judging.reach import SIZES, corners, planes
+from bench.record import Capability, Served
 
 UKWIAL, SIX = load_vehicle("ukwial"), load_vehicle("bluerov2")
 
 
+def capability(vehicle: Vehicle, *methods: str, n: int = 100, ask: Ask = ask_here) -> Capability:
+    (measured,) = measure_capabilities([vehicle], methods, seed=1, ask=ask, n=n)
+    return measured
+
+
+def served(vehicle: Vehicle, method: str, n: int) -> Served:
+    """What the method serves of the whole vehicle."""
+    return next(s for s in capability(vehicle, method, n=n).served if s.fault is None)
+
+
 def test_the_share_served_by_clipping_holds_the_exact_share_of_the_closed_form():
-    [served] = measure_served(UKWIAL, None, [find("clip")], seed=1, n=2000)
+    clip = served(UKWIAL, "clip", n=2000)
     exact = closed_form_volume(UKWIAL) / attainable_volume(UKWIAL)
     # Clipping serves those exactly, and a little more within 1 %.
-    assert exact < served.within_1pct[2]
-    assert served.within_1pct[0] < exact + 0.06
-    assert served.within_1pct[0] <= served.within_5pct[0] <= 1
+    assert exact < binomtest(clip.within_1pct, 2000).proportion_ci(0.95).high
+    assert clip.within_1pct / 2000 < exact + 0.06
+    assert clip.within_1pct <= clip.within_5pct <= 2000
 
 
-def test_the_exact_method_serves_everything():
-    for served in measure_served(SIX, None, [find("nullspace"), find("scaled")], seed=1, n=500):
-        assert served.within_1pct[0] == 1
-        assert served.within_1pct[1] > 0.99
-
-
-@pytest.mark.parametrize(("count", "n"), [(0, 20), (20, 20), (7, 20), (1300, 2000)])
-def test_intervals_are_those_of_clopper_and_pearson(count: int, n: int):
-    expected = binomtest(count, n).proportion_ci(0.95)
-    share, low, high = interval(np.arange(n) < count)
-    assert share == count / n
-    assert (low, high) == pytest.approx((expected.low, expected.high), abs=1e-9)
+@pytest.mark.parametrize("method", ["nullspace", "scaled"])
+def test_the_exact_method_serves_everything(method: str):
+    assert served(SIX, method, n=500).within_1pct == 500
 
 
 def test_authority_lists_the_whole_vehicle_and_each_fault():
@@ -96,22 +91,33 @@ def test_an_axis_alone_that_can_not_be_had_is_none_in_the_record():
     assert None in remaining_authority(forced)[0].axis_max
 
 
-def test_error_grows_from_nothing_to_what_is_out_of_reach():
-    for entry in (find("nullspace"), find("scaled"), find("clip")):
-        curve = error_curve(UKWIAL, entry, np.random.default_rng(1))
-        assert curve is not None
-        assert curve.error_max[0] < 1e-9
-        beyond = np.array(curve.size) > 1.01
-        floor = 1 - 1 / SIZES[beyond]
-        if entry.name == "scaled":  # keeps the direction, so it misses exactly the part out of reach
-            assert np.array(curve.error_max)[beyond] == pytest.approx(floor, abs=1e-9)
-        if entry.name == "nullspace":  # says infeasible, and delivers nothing
-            assert set(np.array(curve.error_max)[beyond]) == {1.0}
+@pytest.mark.parametrize("method", ["nullspace", "scaled", "clip"])
+def test_error_grows_from_nothing_to_what_is_out_of_reach(method: str):
+    (curve,) = capability(UKWIAL, method).curves
+    assert curve.error_max[0] < 1e-9
+    beyond = np.array(curve.size) > 1.01
+    floor = 1 - 1 / SIZES[beyond]
+    if method == "scaled":  # keeps the direction, so it misses exactly the part out of reach
+        assert np.array(curve.error_max)[beyond] == pytest.approx(floor, abs=1e-9)
+    if method == "nullspace":  # says infeasible, and delivers nothing
+        assert set(np.array(curve.error_max)[beyond]) == {1.0}
 
 
 def test_a_method_that_refuses_the_vehicle_is_left_out():
-    assert error_curve(SIX, find("walsh"), np.random.default_rng(1)) is None
-    assert measure_served(SIX, None, [find("walsh")], seed=1, n=10) == []
+    measured = capability(SIX, "walsh")
+    assert (measured.served, measured.unserved, measured.curves) == ([], [], [])
+
+
+def test_a_method_that_crashes_is_named_with_its_reason_and_the_others_are_counted():
+    def ask(method: str, cases: Sequence[Case]) -> list[Answers | Unanswered]:
+        return (
+            ask_here(method, cases) if method == "pinv" else [Unanswered("crashed", "SIGSEGV")] * len(cases)
+        )
+
+    measured = capability(UKWIAL, "mine", "pinv", ask=ask)
+    assert [(u.method, u.status, u.reason) for u in measured.unserved] == [("mine", "crashed", "SIGSEGV")]
+    assert {s.method for s in measured.served} == {"pinv"}
+    assert [curve.method for curve in measured.curves] == ["pinv"]
 
 
 @pytest.mark.parametrize("name", ["ukwial", "bluerov2-heavy"])
@@ -151,7 +157,14 @@ def test_a_corner_that_is_itself_a_point_is_found_once():
 
 def test_a_vehicle_without_sway_has_no_such_plane():
     one = Vehicle(
-        "one", ("surge",), np.eye(1), np.eye(1), np.array([-1.0]), np.ones(1), np.ones(1), np.ones(1)
+        name="one",
+        dof=("surge",),
+        T=np.eye(1),
+        H=np.eye(1),
+        f_min=np.array([-1.0]),
+        f_max=np.ones(1),
+        readiness=np.ones(1),
+        slack_weights=np.ones(1),
     )
     assert planes(one, seed=1) == []
     assert len(remaining_authority(one)) == 1
@@ -169,30 +182,28 @@ ODD = {
 
 
 @pytest.mark.parametrize("vehicle", ODD.values(), ids=ODD)
-def test_an_odd_vehicle_has_a_worth_and_each_demand_set_or_a_reason(vehicle: Vehicle):
-    worth = measure_worth(vehicle, seed=1, n=50)
-    assert msgspec.json.decode(msgspec.json.encode(worth), type=Worth) == worth
-    assert {0.0 <= a.volume_share <= 1.0 + 1e-9 for a in worth.authority} == {True}
+def test_an_odd_vehicle_has_a_capability_and_each_demand_set_or_a_reason(vehicle: Vehicle):
+    measured = capability(vehicle, "pinv", "nullspace", n=50)
+    assert msgspec.json.decode(msgspec.json.encode(measured), type=Capability) == measured
+    assert {0.0 <= a.volume_share <= 1.0 + 1e-9 for a in measured.authority} == {True}
     for name in list_demands():
         with suppress(NotApplicable):
-            found = build_demands(name, vehicle, seed=1, n=40)
-            assert found.taus.shape == (40, vehicle.k)
-            assert np.isfinite(found.taus).all()
+            demands = build_demands(name, vehicle, seed=1, n=40)
+            assert demands.taus.shape == (40, vehicle.k)
+            assert np.isfinite(demands.taus).all()
 
 
-def test_thrusters_without_any_choice_have_no_worth():
+def test_thrusters_without_any_choice_have_no_capability():
     held = replace(UKWIAL, f_min=np.ones(4), f_max=np.ones(4))
-    assert list(measure_worths([], seed=1, known=())) == []
-    with pytest.raises(NotApplicable):
-        measure_worth(held, seed=1)
+    assert measure_capabilities([held], ["pinv"], seed=1, ask=ask_here) == []
 
 
-def test_worth_survives_the_record_and_names_no_solver():
-    worth = measure_worth(UKWIAL, seed=1, n=100)
-    again = msgspec.json.decode(msgspec.json.encode(worth), type=Worth)
-    assert again == worth
-    assert measure_worth(UKWIAL, seed=1, n=100) == worth
-    methods = {served.method for served in worth.served}
-    assert {"pinv", "clip", "scaled", "nullspace"} <= methods
-    assert not [entry.name for entry in closed_forms() if "/" in entry.name]
-    assert {served.fault for served in worth.served} == {None, 0}
+def test_a_capability_is_the_same_each_time_and_has_the_worst_fault_too():
+    measured = capability(UKWIAL, "pinv", "clip")
+    assert capability(UKWIAL, "pinv", "clip") == measured
+    assert [(s.fault, s.method) for s in measured.served] == [
+        (None, "pinv"),
+        (None, "clip"),
+        (0, "pinv"),
+        (0, "clip"),
+    ]

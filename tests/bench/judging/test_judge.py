@@ -5,10 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from alloc import Allocation, Label, Status, build
+from alloc import Allocation, Label, Status, build, load_vehicle
 from alloc.allocation import FloatArray
+from bench.demands import build_demands
 from bench.judging.judge import after_failure, judge, shared
-from bench.judging.reference import Question, questions
+from bench.judging.question import Question, ask_here, questions
 from bench.record import Judged
 
 PROMISES = {"formulation": "hard", "limited": True, "tolerance": 1e-9}
@@ -17,12 +18,14 @@ PROMISES = {"formulation": "hard", "limited": True, "tolerance": 1e-9}
 @pytest.fixture(scope="module")
 def asked() -> dict[str, Question]:
     sets = ("inactive", "active", "infeasible")
-    return {question.name: question for question in questions(["ukwial"], sets, [""], seed=1, n=5)}
+    vehicle = load_vehicle("ukwial")
+    made = questions([build_demands(name, vehicle, seed=1, n=5) for name in sets], ask_here)
+    return {question.demands.name: question for question in made}
 
 
 def exact(question: Question) -> list[Allocation]:
-    allocate = build("nullspace", question.vehicle)
-    return [allocate(tau) for tau in question.taus]
+    allocate = build("nullspace", question.demands.vehicle)
+    return [allocate(tau) for tau in question.demands.taus]
 
 
 def verdict(question: Question, answers: list[Allocation], **promises: object) -> Judged:
@@ -52,7 +55,7 @@ def replaced(question: Question, f: FloatArray, status: int) -> list[Allocation]
 
 
 def test_each_kind_of_wrong_answer_is_named_with_its_demand(asked: dict[str, Question]) -> None:
-    active, vehicle = asked["active"], asked["active"].vehicle
+    active, vehicle = asked["active"], asked["active"].demands.vehicle
     right = exact(active)[0].f
     nothing = np.full(vehicle.n, np.nan)
     over = np.where(right == right.max(), np.nextafter(vehicle.f_max, np.inf), right)
@@ -73,13 +76,15 @@ def test_each_kind_of_wrong_answer_is_named_with_its_demand(asked: dict[str, Que
 
 def test_solved_where_no_thrust_can_be_is_wrong_however_good_it_looks(asked: dict[str, Question]) -> None:
     question = asked["infeasible"]
-    assert (question.labels == Label.INFEASIBLE).all()
-    f = np.clip(question.references["unlimited"][0], question.vehicle.f_min, question.vehicle.f_max)
+    assert (question.demands.labels == Label.INFEASIBLE).all()
+    f = np.clip(
+        question.right["unlimited"][0], question.demands.vehicle.f_min, question.demands.vehicle.f_max
+    )
     assert "no thrust inside the limits" in verdict(question, replaced(question, f, Status.SOLVED)).wrong
 
 
 def test_giving_up_is_a_failure_of_its_own_and_not_a_wrong_answer(asked: dict[str, Question]) -> None:
-    nothing = np.full(asked["active"].vehicle.n, np.nan)
+    nothing = np.full(asked["active"].demands.vehicle.n, np.nan)
     judged = verdict(asked["active"], replaced(asked["active"], nothing, Status.NOT_CONVERGED))
     assert judged.wrong == ""
     assert judged.agrees is True  # of the four it answered
@@ -87,7 +92,7 @@ def test_giving_up_is_a_failure_of_its_own_and_not_a_wrong_answer(asked: dict[st
 
 
 def test_an_answer_off_by_more_than_is_promised_disagrees(asked: dict[str, Question]) -> None:
-    inactive, vehicle = asked["inactive"], asked["inactive"].vehicle
+    inactive, vehicle = asked["inactive"], asked["inactive"].demands.vehicle
     f = exact(inactive)[0].f
     off = f + 1e-6 * vehicle.f_scale * np.linalg.svd(vehicle.T)[2][-1]  # the wrench stays met
     answers = replaced(inactive, off, Status.SOLVED)
@@ -99,17 +104,17 @@ def test_an_answer_off_by_more_than_is_promised_disagrees(asked: dict[str, Quest
 def test_closed_forms_and_qps_are_held_against_the_same_numbers_on_inactive_demands(
     asked: dict[str, Question],
 ) -> None:
-    references = asked["inactive"].references
-    np.testing.assert_array_equal(references["hard"], references["unlimited"])
+    right = asked["inactive"].right
+    np.testing.assert_array_equal(right["hard"], right["unlimited"])
     # … which a second way confirms: the exact method, asked anew.
     again = np.array([answer.f for answer in exact(asked["inactive"])])
-    np.testing.assert_allclose(again, references["hard"], atol=1e-9)
+    np.testing.assert_allclose(again, right["hard"], atol=1e-9)
 
 
 def test_a_practical_rule_is_compared_only_where_it_has_nothing_to_do(asked: dict[str, Question]) -> None:
     for name, compared in (("inactive", True), ("active", None)):
-        clip = build("clip", asked[name].vehicle)
-        answers = [clip(tau) for tau in asked[name].taus]
+        clip = build("clip", asked[name].demands.vehicle)
+        answers = [clip(tau) for tau in asked[name].demands.taus]
         assert verdict(asked[name], answers, formulation="clip").agrees is compared
 
 
@@ -124,11 +129,11 @@ def test_a_question_survives_its_file(asked: dict[str, Question], tmp_path: Path
     path = tmp_path / "question.npz"
     asked["active"].save(path)
     again = Question.load(path)
-    assert again.vehicle.name == "ukwial"
-    assert again.vehicle.dof == asked["active"].vehicle.dof
-    np.testing.assert_array_equal(again.taus, asked["active"].taus)
-    np.testing.assert_array_equal(again.references["hard"], asked["active"].references["hard"])
-    assert again.rate_hz is None
+    assert again.demands.vehicle.name == "ukwial"
+    assert again.demands.vehicle.dof == asked["active"].demands.vehicle.dof
+    np.testing.assert_array_equal(again.demands.taus, asked["active"].demands.taus)
+    np.testing.assert_array_equal(again.right["hard"], asked["active"].right["hard"])
+    assert again.demands.rate_hz is None
 
 
 def test_giving_up_on_less_than_a_vehicle_must_push_is_no_failure(tmp_path: Path) -> None:
@@ -138,24 +143,25 @@ def test_giving_up_on_less_than_a_vehicle_must_push_is_no_failure(tmp_path: Path
     )
     log = tmp_path / "log.csv"
     log.write_text("surge\n1\n1\n1.5\n", encoding="utf-8")  # it pushes 2 to 4 N
-    (question,) = questions([str(file)], [str(log)], [""], seed=1, n=3)
-    assert (question.alpha > 1).all()
+    (question,) = questions([build_demands(log, load_vehicle(file), seed=1, n=3)], ask_here)
+    assert (question.demands.alpha > 1).all()
     nothing = [Allocation(np.full(2, np.nan), Status.INFEASIBLE) for _ in range(3)]
     judged = verdict(question, nothing)
     assert judged.wrong == ""
     assert judged.failed_after_failure is None
 
 
-@pytest.mark.parametrize("fault", ["0", "1"])
-def test_scaled_is_held_to_what_the_thrusters_that_are_left_can_push(fault: str) -> None:
+@pytest.mark.parametrize("fault", [0, 1])
+def test_scaled_is_held_to_what_the_thrusters_that_are_left_can_push(fault: int) -> None:
     # Two of four are off: a demand has a part that nothing pushes, and the optimum is of the rest.
-    (question,) = questions(["ukwial"], ["mission-fault"], [fault], seed=0, n=30)
-    assert question.vehicle.rank < question.vehicle.k
-    allocate = build("scaled", question.vehicle)
-    judged = verdict(question, [allocate(tau) for tau in question.taus], formulation="scaled")
+    degraded = load_vehicle("ukwial").with_fault(fault)
+    (question,) = questions([build_demands("mission-fault", degraded, seed=0, n=30)], ask_here)
+    assert question.demands.vehicle.rank < question.demands.vehicle.k
+    allocate = build("scaled", question.demands.vehicle)
+    judged = verdict(question, [allocate(tau) for tau in question.demands.taus], formulation="scaled")
     assert judged.agrees
     assert judged.wrong == ""
-    assert np.abs(question.references["scaled"]).max() > 1.0
+    assert np.abs(question.right["scaled"]).max() > 1.0
 
 
 def test_a_failure_after_a_failure_is_counted_among_demands_that_can_be_met() -> None:

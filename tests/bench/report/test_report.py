@@ -54,7 +54,7 @@ def test_a_vehicle_of_any_name_has_its_pictures_in_both_reports(name: str, tmp_p
 def test_a_solver_that_gives_up_keeps_its_promise_and_is_counted_all_the_same(tmp_path: Path) -> None:
     def counts(method: str, **statuses: int) -> Cell:
         return msgspec.structs.replace(
-            made_up.exact_cell("ukwial", method, 1.0), judged=Judged(10, statuses, agrees=True)
+            made_up.exact_cell("ukwial", method, 1.0), judged=Judged(answers=10, counts=statuses, agrees=True)
         )
 
     cells = [counts("qp/a", SOLVED=10), counts("qp/b", SOLVED=8, NOT_CONVERGED=2), counts("qp/c", PARTIAL=10)]
@@ -69,7 +69,7 @@ def test_the_headline_compares_c_with_c_and_says_how_much_of_a_solver_is_its_bin
         return msgspec.structs.replace(made_up.exact_cell("ukwial", method, us), formulation="unlimited")
 
     solver = msgspec.structs.replace(made_up.exact_cell("ukwial", "qp/daqp", 6.0), solver_singles=[(300, 99)])
-    cells = [made_up.exact_cell("ukwial", "nullspace@native", 0.1), solver]
+    cells = [made_up.solver("qp/daqp"), made_up.exact_cell("ukwial", "nullspace@native", 0.1), solver]
     cells += [without_limits("pinv@native", 0.08), without_limits("pinv", 1.0)]
     text = render(made_up.record(tmp_path, made_up.header(), *cells)).read_text()
     assert "1.25 times T* τ in generated C and 0.100 times T* τ in numpy (which knows no limits)" in text
@@ -152,7 +152,7 @@ def test_a_reason_may_hold_bars_lines_and_tags_without_breaking_a_table(tmp_path
 def lossy(method: str, lost: float, beyond: float = 0.0) -> Cell:
     """A row that loses this share of the wrench at worst."""
     loss = {"wrench_error_rel_p50": 0.0, "wrench_error_rel_max": lost, "answered_share": 1.0}
-    judged = Judged(10, {"SOLVED": 10}, loss=loss | {"limits_violated_share": beyond})
+    judged = Judged(answers=10, counts={"SOLVED": 10}, loss=loss | {"limits_violated_share": beyond})
     return made_up.cell(method, key=Key("ukwial", "active", method), judged=judged)
 
 
@@ -181,7 +181,10 @@ def test_a_run_that_was_stopped_before_its_first_row_still_has_a_report(tmp_path
 
 @pytest.mark.parametrize(("last", "said"), [("began", True), ("interrupted", True), ("finished", False)])
 def test_a_run_that_did_not_end_says_so(tmp_path: Path, last: str, said: bool) -> None:
-    events = [Event("began", "2026-01-01T00:00:00Z"), Event(last, "2026-01-01T00:01:00Z", 60.0, 40.0)]
+    events = [
+        Event(what="began", at="2026-01-01T00:00:00Z"),
+        Event(what=last, at="2026-01-01T00:01:00Z", wall_s=60.0, timed_s=40.0),
+    ]
     text = render(made_up.record(tmp_path, made_up.header(), made_up.cell(), *events)).read_text()
     assert ("stopped before its end" in text) == said
 

@@ -6,8 +6,7 @@ from pathlib import Path
 import msgspec
 from rich.console import Console
 
-from bench.record import Judged, Key
-from bench.record.capability import Served, Worth
+from bench.record import Capability, Judged, Key, Served
 from bench.report.terminal import missed, served, show
 from bench.results.rows import read_run
 from tests.made_up import cell, header, record
@@ -15,7 +14,7 @@ from tests.made_up import cell, header, record
 
 def judged(lost: float, share: float) -> Judged:
     loss = {"wrench_error_rel_max": lost, "within_1pct_share": share}
-    return Judged(10, {"SOLVED": 10}, [0.0], agrees=True, loss=loss)
+    return Judged(answers=10, counts={"SOLVED": 10}, wrench_error_max=[0.0], agrees=True, loss=loss)
 
 
 def on(demands: str, method: str, lost: float, share: float):
@@ -24,16 +23,16 @@ def on(demands: str, method: str, lost: float, share: float):
     )
 
 
-WORTH = Worth(
-    "ukwial",
-    ["surge"],
-    [],
-    [
-        Served(None, "pinv", "unlimited", 2000, (0.7, 0.6, 0.8), (0.8, 0.7, 0.9)),
-        Served(2, "pinv", "unlimited", 2000, (0.1, 0.0, 0.2), (0.2, 0.1, 0.3)),
+CAPABILITY = Capability(
+    vehicle="ukwial",
+    dof=["surge"],
+    authority=[],
+    served=[
+        Served(fault=None, method="pinv", n_demands=2000, within_1pct=1400, within_5pct=1600),
+        Served(fault=2, method="pinv", n_demands=2000, within_1pct=200, within_5pct=400),
     ],
-    [],
-    [],
+    curves=[],
+    planes=[],
 )
 
 
@@ -44,7 +43,7 @@ def test_the_share_served_is_the_whole_vehicles_and_a_solvers_comes_from_the_uni
         on("active", "qp/x", 1e-9, 0.9),
         on("active", "qp/y", 1e-9, 0.9),
     ]
-    run = read_run(record(tmp_path, header(), WORTH, *cells))
+    run = read_run(record(tmp_path, header(), CAPABILITY, *cells))
     by_method = {name: [row for row in run.rows if row.method == name] for name in ("pinv", "qp/x", "qp/y")}
     assert served(run, by_method["pinv"]) == [70.0]
     assert served(run, by_method["qp/x"]) == [100.0]
@@ -61,7 +60,13 @@ def test_a_demand_without_thrusts_loses_its_whole_wrench(tmp_path: Path):
     loss = {"answered_share": 0.9, "wrench_error_rel_max": 1e-15, "within_1pct_share": 0.9}
     gave_up = msgspec.structs.replace(
         on("active", "qp/x", 0.0, 0.0),
-        judged=Judged(10, {"SOLVED": 9, "NOT_CONVERGED": 1}, [0.0], agrees=True, loss=loss),
+        judged=Judged(
+            answers=10,
+            counts={"SOLVED": 9, "NOT_CONVERGED": 1},
+            wrench_error_max=[0.0],
+            agrees=True,
+            loss=loss,
+        ),
     )
     run = read_run(record(tmp_path, header(), gave_up))
     assert missed(list(run.rows)) == "100%"
@@ -73,7 +78,7 @@ def test_rounding_is_not_called_a_loss(tmp_path: Path):
 
 
 def test_the_table_names_its_columns_and_their_units(tmp_path: Path):
-    record(tmp_path, header(), WORTH, on("uniform", "pinv", 0.3, 0.65))
+    record(tmp_path, header(), CAPABILITY, on("uniform", "pinv", 0.3, 0.65))
     console = Console(width=100, record=True, file=StringIO())
     assert show(tmp_path, console)
     text = console.export_text()

@@ -34,7 +34,17 @@ def emulated(
 @pytest.fixture
 def directory(tmp_path: Path) -> Path:
     with Writer(tmp_path) as writer:
-        writer.create(Header(SCHEMA, "2026-11-20T10:00:00+00:00", "abc", 0, {}, {}, {}))
+        writer.create(
+            Header(
+                schema=SCHEMA,
+                started="2026-11-20T10:00:00+00:00",
+                commit="abc",
+                seed=0,
+                machine={},
+                versions={},
+                settings={},
+            )
+        )
         writer.append(emulated("cortex-m7", "active", (100, 3), (112, 1)))
         writer.append(emulated("cortex-m7", "search", (110, 50), (120, 2)))
         writer.append(emulated("x86-64", "active", (80, 4)))

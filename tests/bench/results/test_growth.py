@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import alloc.reach.attainable
-from alloc import NotApplicable, UnknownName, alpha_range, build, certify, pose_hard
-from bench.demands.generated import growth_vehicle, growth_vehicles, settings
+from alloc import NotApplicable, alpha_range, build, certify, pose_hard
+from bench.demands.generated import growth_vehicle, growth_vehicles
 from bench.record import Cell, Key, Line
 from bench.report import render
 from bench.results.growth import exponent, pays_up_to, series
@@ -22,23 +22,13 @@ def test_every_generated_vehicle_moves_along_all_its_axes_and_well_conditioned()
 
 
 def test_a_generated_vehicle_is_the_same_each_time() -> None:
-    np.testing.assert_array_equal(growth_vehicle("growth-k6-n8").T, growth_vehicle("growth-k6-n8").T)
-
-
-@pytest.mark.parametrize("name", ["growth-k3-n3", "growth-k6-n65", "growth-k4-n8", "growth-"])
-def test_a_size_outside_the_study_is_refused(name: str) -> None:
-    with pytest.raises(UnknownName, match="growth-k3-n4"):
-        growth_vehicle(name)
-
-
-def test_the_study_s_vehicles_are_found_by_the_names_in_its_settings() -> None:
-    assert [growth_vehicle(name).name for name in settings().vehicles] == list(settings().vehicles)
+    np.testing.assert_array_equal(growth_vehicle(6, 8).T, growth_vehicle(6, 8).T)
 
 
 def test_too_many_facets_to_enumerate_give_the_same_ranges_by_linear_programs(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    vehicle = growth_vehicle("growth-k6-n8")
+    vehicle = growth_vehicle(6, 8)
     taus = np.random.default_rng(0).standard_normal((5, 6)) * vehicle.wrench_scale / 4
     by_facets = alpha_range(vehicle, taus)
     monkeypatch.setattr(alloc.reach.attainable, "FACETS", 0)
@@ -47,14 +37,14 @@ def test_too_many_facets_to_enumerate_give_the_same_ranges_by_linear_programs(
 
 
 def test_a_certificate_with_too_many_multipliers_to_try_is_refused_at_once() -> None:
-    posed = pose_hard(growth_vehicle("growth-k6-n64"))
+    posed = pose_hard(growth_vehicle(6, 64))
     with pytest.raises(NotApplicable, match="multipliers"):
         certify(posed.qp, np.zeros(6), np.zeros(64))
 
 
 def test_more_thrusters_than_bits_are_refused_by_name() -> None:
     with pytest.raises(NotApplicable, match="62 thrusters"):
-        build("redistribute", growth_vehicle("growth-k3-n64"))
+        build("redistribute", growth_vehicle(3, 64))
 
 
 def test_an_exponent_is_that_of_a_power_law() -> None:
@@ -80,10 +70,10 @@ def test_two_points_make_no_exponent() -> None:
 
 def study(tmp_path: Path) -> Run:
     """Two sizes: a closed form that is faster at n = 4 and refused at n = 12, and a solver."""
-    lines: list[Line] = []
+    lines: list[Line] = [made_up.solver("qp/daqp")]
     for n, closed_us in ((4, 1.0), (12, None)):
         name = f"growth-k3-n{n}"
-        lines.append(made_up.problem(name, n))
+        lines.append(made_up.problem(name, n, study="growth"))
         lines.append(made_up.exact_cell(name, "qp/daqp", 5.0))
         refused = Cell(Key(name, "active", "nullspace"), "refused", reason="9-dimensional null space")
         lines.append(made_up.exact_cell(name, "nullspace", closed_us) if closed_us else refused)
@@ -106,10 +96,10 @@ def test_generated_vehicles_get_no_tables_and_pictures_of_their_own(tmp_path: Pa
 
 
 def test_a_closed_form_pays_only_up_to_where_it_is_first_beaten(tmp_path: Path) -> None:
-    lines: list[Line] = []
+    lines: list[Line] = [made_up.solver("qp/daqp")]
     for n, closed_us in ((4, 1.0), (6, 9.0), (8, 1.0), (12, None), (16, 9.0), (24, None)):
         name = f"growth-k3-n{n}"
-        lines += [made_up.problem(name, n), made_up.exact_cell(name, "qp/daqp", 5.0)]
+        lines += [made_up.problem(name, n, study="growth"), made_up.exact_cell(name, "qp/daqp", 5.0)]
         lines += [made_up.exact_cell(name, "nullspace", closed_us)] if closed_us else []
     run = read_run(made_up.record(tmp_path, made_up.header(), *lines))
     assert pays_up_to(series(run)) == (4, [24])

@@ -5,10 +5,12 @@ from pathlib import Path
 from time import perf_counter_ns
 
 import pytest
+from scipy.stats import binom
 
 from bench.harness.timing import SLOW_NS, counted, sample
 from bench.record import Batch, Judged, Key, Worker
 from bench.results.columns import Row
+from bench.results.quantiles import share
 from bench.results.rows import read_run
 from bench.results.table import columns as all_columns
 from bench.results.table import write_csv
@@ -80,8 +82,8 @@ def test_p99_is_empty_below_a_thousand_calls_as_its_column_says(calls: int, tmp_
 
 def test_the_worst_answer_of_any_repeat_is_the_one_shown(tmp_path: Path) -> None:
     judged = (
-        Judged(1, {"SOLVED": 1}, [1.0, -0.0], agrees=True),
-        Judged(1, {"SOLVED": 1}, [4.0, 2.0], agrees=False),
+        Judged(answers=1, counts={"SOLVED": 1}, wrench_error_max=[1.0, -0.0], agrees=True),
+        Judged(answers=1, counts={"SOLVED": 1}, wrench_error_max=[4.0, 2.0], agrees=False),
     )
     cells = [made_up.cell(key=Key("v", "d", "m", repeat=i), judged=j) for i, j in enumerate(judged)]
     assert row(tmp_path, *cells).wrench_error_max == 4.0
@@ -101,7 +103,26 @@ def test_solved_fraction_counts_every_answer(tmp_path: Path) -> None:
 
 
 def test_memory_is_the_largest_of_the_workers_at_that_method(tmp_path: Path) -> None:
-    workers = (Worker("pinv", "-", "-", 0, 1, 1, 60_000_000), Worker("other", "-", "-", 0, 1, 1, 99_000_000))
+    workers = (
+        Worker(
+            method="pinv",
+            start="-",
+            level="-",
+            repeat=0,
+            startup_ns=1,
+            import_ns=1,
+            peak_rss_bytes=60_000_000,
+        ),
+        Worker(
+            method="other",
+            start="-",
+            level="-",
+            repeat=0,
+            startup_ns=1,
+            import_ns=1,
+            peak_rss_bytes=99_000_000,
+        ),
+    )
     assert row(tmp_path, *workers, made_up.cell()).peak_rss_MB == 60.0
 
 
@@ -146,8 +167,24 @@ def test_a_column_of_numbers_never_mixes_whole_ones_with_others(tmp_path: Path) 
 def test_a_degraded_vehicle_has_sections_of_its_own_only_where_the_whole_one_was_not_measured(
     tmp_path: Path,
 ) -> None:
-    names = ("a", "a-f2", "a-f2@0.4", "a-fast", "b-f0", "growth-k3-n4")
-    cells = [made_up.cell(key=Key(name, "active", "pinv")) for name in names]
-    run = read_run(made_up.record(tmp_path, made_up.header(), *cells))
-    assert run.vehicles == ["a", "a-fast", "b-f0"]
-    assert run.degraded == ["a-f2", "a-f2@0.4"]
+    problems = [
+        made_up.problem("a"),
+        made_up.problem("a-f2", whole="a", fault=2),
+        made_up.problem("a-fast"),
+        made_up.problem("b-f0", whole="b", fault=0),
+        made_up.problem("growth-rov"),
+        made_up.problem("growth-k3-n4", study="growth"),
+    ]
+    cells = [made_up.cell(key=Key(p.vehicle, "active", "pinv")) for p in problems]
+    run = read_run(made_up.record(tmp_path, made_up.header(), *problems, *cells))
+    assert run.vehicles == ["a", "a-fast", "b-f0", "growth-rov"]
+    assert run.degraded == ["a-f2"]
+
+
+@pytest.mark.parametrize(("hits", "n"), [(0, 20), (20, 20), (7, 20), (1300, 2000)])
+def test_the_interval_of_a_share_is_clopper_and_pearson_s(hits: int, n: int) -> None:
+    """By the defining tail sums: at either end, so many hits or more extreme ones have 2.5 %."""
+    middle, low, high = share(hits, n)
+    assert middle == hits / n
+    assert low == 0.0 if hits == 0 else binom.sf(hits - 1, n, low) == pytest.approx(0.025)
+    assert high == 1.0 if hits == n else binom.cdf(hits, n, high) == pytest.approx(0.025)

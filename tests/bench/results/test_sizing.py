@@ -22,7 +22,7 @@ def steady(method: str, us: float, *, exact: bool, slowest_us: float | None = No
     """A method that takes ``us`` a call, 20,000 times, and once ``slowest_us``."""
     ns = round(us * 1000)
     singles = [(ns, 20_000)] + ([(round(slowest_us * 1000), 1)] if slowest_us else [])
-    judged = Judged(100, {"SOLVED": 100}, agrees=True, distance_rel_max=0.0, tolerance=1e-9)
+    judged = Judged(answers=100, counts={"SOLVED": 100}, agrees=True, distance_rel_max=0.0, tolerance=1e-9)
     return Cell(
         Key("ukwial", "active", method),
         "ok",
@@ -83,7 +83,9 @@ def test_exact_and_cheap_comes_before_inexact_and_before_exact_and_dear(tmp_path
 
 
 def test_a_method_with_a_wrong_answer_has_no_time(tmp_path: Path) -> None:
-    wrong = replace(steady("wrong", 1, exact=True), judged=Judged(1, {"SOLVED": 1}, wrong="limit violated"))
+    wrong = replace(
+        steady("wrong", 1, exact=True), judged=Judged(answers=1, counts={"SOLVED": 1}, wrong="limit violated")
+    )
     (size,) = sizes(run_of(tmp_path, wrong), HUNDRED_HZ)
     assert size.verdict == Verdict.UNKNOWN
     assert "limit violated" in size.reason
@@ -189,7 +191,7 @@ def test_a_method_is_shown_with_its_best_start_only_unless_all_are_asked_for(tmp
 def test_a_method_that_gives_up_on_what_can_be_met_is_not_exact(given_up: int, tmp_path: Path) -> None:
     counts = {"SOLVED": 100 - given_up, "NOT_CONVERGED": given_up}
     agrees, distance = (True, 0.0) if given_up < 100 else (None, None)  # nothing to compare
-    judged = Judged(100, counts, agrees=agrees, distance_rel_max=distance, tolerance=1e-9)
+    judged = Judged(answers=100, counts=counts, agrees=agrees, distance_rel_max=distance, tolerance=1e-9)
     cells = [
         replace(steady("quits", 1, exact=True), judged=judged),
         replace(steady("quits", 1, exact=True), key=Key("ukwial", "inactive", "quits")),

@@ -1,10 +1,9 @@
 """Report section: what a vehicle can do, after a failure too, and which share of that each method serves."""
 
-from itertools import groupby
-
 from alloc import unit
-from bench.record.capability import Authority, Served, Worth
+from bench.record import Authority, Capability, Served
 from bench.report.text import percent, picture, table, three
+from bench.results.quantiles import share
 from bench.results.rows import Run
 
 NEARLY_SINGULAR = 100.0
@@ -24,18 +23,19 @@ out, so it may be infeasible though it lies inside.
 
 def section(run: Run, drawn: frozenset[str]) -> str:
     """Authority after each failure, shares served, and the two pictures, vehicle by vehicle."""
-    worths = [worth for vehicle in run.vehicles if (worth := run.worth(vehicle)) is not None]
-    parts = [part for worth in worths for part in _vehicle(worth, drawn)]
+    known = [capability for vehicle in run.vehicles if (capability := run.capability(vehicle))]
+    parts = [part for capability in known for part in _vehicle(capability, drawn)]
     return "\n".join([INTRODUCTION, *parts]) if parts else ""
 
 
-def _vehicle(worth: Worth, drawn: frozenset[str]) -> list[str]:
-    name = worth.vehicle
+def _vehicle(capability: Capability, drawn: frozenset[str]) -> list[str]:
+    name = capability.vehicle
     return [
         f"### {name}\n",
-        _authority(worth),
-        *_warnings(worth),
-        _served(worth),
+        _authority(capability),
+        *_warnings(capability),
+        _served(capability),
+        *(f"Not counted: `{u.method}` ({u.status}: {u.reason}).\n" for u in capability.unserved),
         picture(
             f"reach-{name}.svg", f"Attainable set of {name} and what the closed form serves of it", drawn
         ),
@@ -43,12 +43,12 @@ def _vehicle(worth: Worth, drawn: frozenset[str]) -> list[str]:
     ]
 
 
-def _authority(worth: Worth) -> str:
+def _authority(capability: Capability) -> str:
     """One line for failures that leave the same."""
     lines: dict[tuple[str, ...], list[str]] = {}
-    for a in worth.authority:
+    for a in capability.authority:
         lines.setdefault(_state(a), []).append("none" if a.fault is None else str(a.fault))
-    units = [f"{axis} [{unit(axis)}]" for axis in worth.dof]
+    units = [f"{axis} [{unit(axis)}]" for axis in capability.dof]
     headers = ("off", "rank", "volume left", "closed form", "safe up to", "condition", *units)
     return table(headers, [[", ".join(names), *cells] for cells, names in lines.items()])
 
@@ -65,10 +65,10 @@ def _state(a: Authority) -> tuple[str, ...]:
     )
 
 
-def _warnings(worth: Worth) -> list[str]:
-    whole, *faults = worth.authority
+def _warnings(capability: Capability) -> list[str]:
+    whole, *faults = capability.authority
     lost = [str(a.fault) for a in faults if a.rank < whole.rank]
-    weak = [str(a.fault) for a in worth.authority if (a.condition or 0.0) > NEARLY_SINGULAR]
+    weak = [str(a.fault) for a in capability.authority if (a.condition or 0.0) > NEARLY_SINGULAR]
     found = []
     if lost:
         found.append(
@@ -82,17 +82,15 @@ def _warnings(worth: Worth) -> list[str]:
     return found
 
 
-def _served(worth: Worth) -> str:
+def _served(capability: Capability) -> str:
     """One line for methods whose shares are the same, most served first."""
-    by_method = {
-        method: tuple(found) for method, found in groupby(sorted(worth.served, key=_method), key=_method)
-    }
-    states = sorted({s.fault for s in worth.served}, key=lambda fault: -1 if fault is None else fault)
+    by_method: dict[str, dict[int | None, Served]] = {}
+    for served in capability.served:
+        by_method.setdefault(served.method, {})[served.fault] = served
+    states = list(dict.fromkeys(served.fault for served in capability.served))
     lines: dict[tuple[str, ...], list[str]] = {}
-    order = sorted(by_method.items(), key=lambda item: (-item[1][0].within_1pct[0], item[0]))
-    for method, found in order:
-        shares = {s.fault: s for s in found}
-        cells = tuple(cell for fault in states for cell in _shares(shares.get(fault)))
+    for method, by_fault in sorted(by_method.items(), key=_most_first):
+        cells = tuple(cell for fault in states for cell in _shares(by_fault.get(fault)))
         lines.setdefault(cells, []).append(method)
     headers = ["method"]
     for fault in states:
@@ -101,15 +99,17 @@ def _served(worth: Worth) -> str:
     return table(headers, [[", ".join(names), *cells] for cells, names in lines.items()])
 
 
-def _method(served: Served) -> str:
-    return served.method
+def _most_first(item: tuple[str, dict[int | None, Served]]) -> tuple[int, str]:
+    method, by_fault = item
+    return -next(iter(by_fault.values())).within_1pct, method
 
 
 def _shares(served: Served | None) -> tuple[str, str]:
     if served is None:
         return "", ""
-    one, five = (
-        f"{percent(share)} ({three(100 * low)} … {three(100 * high)})"
-        for share, low, high in (served.within_1pct, served.within_5pct)
-    )
-    return one, five
+    return _share(served.within_1pct, served.n_demands), _share(served.within_5pct, served.n_demands)
+
+
+def _share(hits: int, n: int) -> str:
+    middle, low, high = share(hits, n)
+    return f"{percent(middle)} ({three(100 * low)} … {three(100 * high)})"

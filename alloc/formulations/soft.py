@@ -1,0 +1,18 @@
+"""Least effort and penalised slack, inside the limits (Fossen 2021, eq. 11.38 without the load term).
+
+It is biased where the wrench could be met, too, so T* tau is no reference for it anywhere.
+"""
+
+from alloc.formulations import Family, Formulation
+from alloc.qp import pose_soft
+
+FORMULATION = Formulation(
+    name="soft",
+    title="soft optimum",
+    meaning="may miss some of the wrench for less effort",
+    family=Family.SOFT,
+    limited=True,
+    gives_way=True,
+    references=("qp-soft/daqp",),
+    pose=pose_soft,
+)

@@ -1,0 +1,74 @@
+"""A vehicle, and demands on it, as arrays in an .npz file: how a parent hands them to a worker."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from alloc import FloatArray, Vehicle
+from bench.demands import DemandSet
+
+VEHICLE_ARRAYS = ("T", "H", "f_min", "f_max", "readiness", "slack_weights")
+
+
+def arrays_of(vehicle: Vehicle) -> dict[str, NDArray[Any]]:
+    """Everything that a vehicle is made of."""
+    names = np.array([vehicle.name, vehicle.source, vehicle.whole])
+    return {"vehicle": names, "dof": np.array(vehicle.dof)} | {k: getattr(vehicle, k) for k in VEHICLE_ARRAYS}
+
+
+def vehicle_of(arrays: Mapping[str, NDArray[Any]]) -> Vehicle:
+    """The vehicle that ``arrays_of`` took apart."""
+    name, source, whole = map(str, arrays["vehicle"])
+    numbers = {key: arrays[key] for key in VEHICLE_ARRAYS}
+    return Vehicle(name=name, source=source, whole=whole, dof=tuple(map(str, arrays["dof"])), **numbers)
+
+
+def same_vehicle(a: Vehicle, b: Vehicle) -> bool:
+    """Whether two vehicles have the same numbers."""
+    return all(np.array_equal(getattr(a, key), getattr(b, key)) for key in VEHICLE_ARRAYS)
+
+
+def save(path: Path, **arrays: NDArray[Any]) -> None:
+    """Write arrays into one .npz file; raises OSError that names it, which numpy's own does not."""
+    try:
+        np.savez(path, allow_pickle=False, **arrays)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from None
+
+
+def save_case(path: Path, vehicle: Vehicle, taus: FloatArray) -> None:
+    """Write a vehicle and demands (N, k) on it."""
+    save(path, taus=taus, **arrays_of(vehicle))
+
+
+def load_case(path: Path) -> tuple[Vehicle, FloatArray]:
+    """Read what ``save_case`` wrote."""
+    with np.load(path) as arrays:
+        return vehicle_of(arrays), arrays["taus"]
+
+
+def arrays_of_demands(demands: DemandSet) -> dict[str, NDArray[Any]]:
+    """A demand set with its vehicle; how many demands its log holds beyond these stays with the parent."""
+    return arrays_of(demands.vehicle) | {
+        "demands": np.array(demands.name),
+        "taus": demands.taus,
+        "labels": demands.labels,
+        "alpha": demands.alpha,
+        "rate_hz": np.array(np.nan if demands.rate_hz is None else demands.rate_hz),
+    }
+
+
+def demands_of(arrays: Mapping[str, NDArray[Any]]) -> DemandSet:
+    """The demand set that ``arrays_of_demands`` took apart."""
+    rate_hz = float(arrays["rate_hz"])
+    return DemandSet(
+        name=str(arrays["demands"]),
+        vehicle=vehicle_of(arrays),
+        taus=arrays["taus"],
+        labels=arrays["labels"],
+        alpha=arrays["alpha"],
+        rate_hz=None if np.isnan(rate_hz) else rate_hz,
+    )

@@ -1,0 +1,68 @@
+"""Lines of a record made of what takes part in a run."""
+
+from datetime import UTC, datetime
+
+import msgspec
+import numpy as np
+
+from alloc import Entry, Label
+from alloc.formulations.hard import FORMULATION as HARD
+from bench.harness import machine
+from bench.harness.plan import RunSettings
+from bench.judging.question import Question
+from bench.record import SCHEMA, Header, Method, Problem
+
+
+def header(settings: RunSettings) -> Header:
+    """What ran where, with what."""
+    return Header(
+        schema=SCHEMA,
+        started=now(),
+        commit=machine.commit(),
+        seed=settings.seed,
+        machine=machine.describe(),
+        versions=machine.versions(),
+        settings=msgspec.json.decode(msgspec.json.encode(settings)),  # as it will be read back
+    )
+
+
+def method_line(entry: Entry) -> Method:
+    """What the record keeps of a catalogue entry."""
+    return Method(
+        name=entry.name,
+        formulation=entry.formulation,
+        family=entry.family,
+        solver=entry.solver,
+        foreign=entry.foreign,
+        twin=entry.twin,
+    )
+
+
+def problem(question: Question, study: str = "") -> Problem:
+    """What the record keeps of a question."""
+    demands, vehicle = question.demands, question.demands.vehicle
+    names = {label.value: label.name.lower() for label in Label}
+    values, counts = np.unique(demands.labels, return_counts=True)
+    return Problem(
+        vehicle=vehicle.name,
+        whole=vehicle.whole or vehicle.name,
+        faults=list(vehicle.faults),
+        study=study,
+        demands=demands.name,
+        n_demands=len(demands.taus),
+        labels={names[int(value)]: int(count) for value, count in zip(values, counts, strict=True)},
+        rate_hz=demands.rate_hz,
+        reference=question.reference.get(HARD.name, ""),
+        dof=list(vehicle.dof),
+        n=vehicle.n,
+        rank=vehicle.rank,
+        nullity=vehicle.nullity,
+        f_scale=vehicle.f_scale,
+        wrench_scale=[float(scale) for scale in vehicle.wrench_scale],
+        left_out=demands.left_out,
+    )
+
+
+def now() -> str:
+    """Date and time, UTC."""
+    return datetime.now(UTC).isoformat(timespec="seconds")

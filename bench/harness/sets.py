@@ -1,0 +1,45 @@
+"""What a run asks: every demand set of every vehicle with every fault."""
+
+import numpy as np
+
+from alloc import DemandError, NotApplicable, Vehicle, load_vehicle
+from bench.demands import DemandSet, build_demands
+from bench.demands.generated import STUDIES
+from bench.demands.store import same_vehicle
+from bench.harness.plan import RunSettings
+from bench.inputs.faults import faulty
+
+
+def vehicles(settings: RunSettings) -> list[Vehicle]:
+    """The vehicles that are named, without faults; raises what a vehicle's file raises."""
+    return [load_vehicle(name) for name in settings.vehicles]
+
+
+def demand_sets(settings: RunSettings, named: list[Vehicle]) -> list[DemandSet]:
+    """Every demand set of every vehicle with every fault, a study's vehicles included.
+
+    A set that a vehicle has no demands of (NotApplicable) is left out. Raises DemandError where two
+    different sets would share their names, and with them their rows: two logs called alike, or a
+    vehicle file that kept the name of the one it was copied from.
+    """
+    whole = [*(STUDIES[settings.study]() if settings.study else ()), *named]
+    sets: dict[tuple[str, str], DemandSet] = {}
+    for vehicle in [state for one in whole for state in faulty(one, settings.faults)]:
+        for name in settings.demands:
+            try:
+                made = build_demands(name, vehicle, settings.seed, settings.n_demands)
+            except NotApplicable:
+                continue
+            key = (made.vehicle.name, made.name)
+            if not _same(sets.setdefault(key, made), made):
+                raise DemandError(
+                    f"two different vehicles or demand sets are called '{key[0]}', '{key[1]}';"
+                    " change the name in a vehicle file, or rename a log"
+                )
+    if not sets:
+        raise NotApplicable("none of these vehicles has any of these demands; name others")
+    return list(sets.values())
+
+
+def _same(a: DemandSet, b: DemandSet) -> bool:
+    return same_vehicle(a.vehicle, b.vehicle) and np.array_equal(a.taus, b.taus)
