@@ -12,22 +12,17 @@ import pytest
 import alloc.solvers
 from alloc import build, catalogue, list_vehicles, load_plugin, load_vehicle
 from alloc.plugins import prepare
+from tests.pages import blocks
 from tests.places import DOCS, ROOT
 
-FENCE = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 NUMBER = re.compile(r"-?\d+\.\d+(e-?\d+)?")
-
-
-def blocks(document: str, kind: str) -> list[str]:
-    text = (DOCS / document).read_text(encoding="utf-8")
-    return [body for found, body in FENCE.findall(text) if found == kind]
 
 
 def files_of(document: str, names: dict[str, str], folder: Path) -> None:
     """Write the first block of each kind under the name that the document gives it."""
     for kind, name in names.items():
         assert f"`{name}`" in (DOCS / document).read_text(encoding="utf-8")
-        (folder / name).write_text(blocks(document, kind)[0])
+        (folder / name).write_text(blocks(DOCS / document, kind)[0])
 
 
 def same(said: str, shown: str) -> None:
@@ -38,7 +33,7 @@ def same(said: str, shown: str) -> None:
 
 
 def run_consoles(document: str, folder: Path) -> None:
-    for console in blocks(document, "console"):
+    for console in blocks(DOCS / document, "console"):
         command, _, shown = console.partition("\n")
         arguments = shlex.split(command.removeprefix("$ thrustbench "))
         run = subprocess.run(
@@ -76,7 +71,7 @@ def test_the_example_method_keeps_its_promise(tmp_path: Path, rng: np.random.Gen
 
 
 def test_the_example_solver_is_found_and_solves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "slsqp.py").write_text(blocks("add-a-solver.md", "python")[0])
+    (tmp_path / "slsqp.py").write_text(blocks(DOCS / "add-a-solver.md", "python")[0])
     monkeypatch.setattr(alloc.solvers, "__path__", [*alloc.solvers.__path__, str(tmp_path)])
     catalogue.cache_clear()
     try:
@@ -89,7 +84,7 @@ def test_the_example_solver_is_found_and_solves(tmp_path: Path, monkeypatch: pyt
         monkeypatch.undo()
         catalogue.cache_clear()
     assert status == alloc.Status.SOLVED
-    shown = blocks("add-a-solver.md", "console")[0].splitlines()[2].split(",")
+    shown = blocks(DOCS / "add-a-solver.md", "console")[0].splitlines()[2].split(",")
     np.testing.assert_allclose(f, [float(cell) for cell in shown[1:]], atol=6e-4)
 
 
