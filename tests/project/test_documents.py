@@ -1,5 +1,6 @@
 """The how-to documents do what they say: files are written, commands run, output compared."""
 
+import ast
 import re
 import shlex
 import subprocess
@@ -10,11 +11,15 @@ import numpy as np
 import pytest
 
 import alloc.solvers
+import bench
 from alloc import build, catalogue, list_vehicles, load_plugin, load_vehicle
 from alloc.plugins import prepare
-from tests.pages import blocks
+from tests.pages import FENCE, PAGES, blocks
 from tests.places import DOCS, ROOT
 
+EXPORTED = {"alloc", "bench"} | {
+    f"{package.__name__}.{n}" for package in (alloc, bench) for n in package.__all__
+}
 NUMBER = re.compile(r"-?\d+\.\d+(e-?\d+)?")
 
 
@@ -47,6 +52,44 @@ def run_consoles(document: str, folder: Path) -> None:
         )
         assert run.returncode == 0, run.stderr
         same(re.sub(r"(?<=,)-?\d\.\d+e-1\d", "0.000", run.stdout), shown)
+
+
+def hidden(page: Path) -> list[str]:
+    """What a page's code imports of ours that is neither exported nor of a module the page calls public."""
+    prose = FENCE.sub("", page.read_text(encoding="utf-8"))
+    public = set(re.findall(r"`((?:alloc|bench)[\w.]*)`[^.`]*\bis public\b", prose))
+    imports: list[tuple[str, str]] = []
+    for node in ast.walk(ast.parse("\n".join(blocks(page, "python")))):
+        if isinstance(node, ast.Import):
+            imports += [(alias.name, alias.name) for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            imports += [(str(node.module), f"{node.module}.{alias.name}") for alias in node.names]
+    ours = [(module, name) for module, name in imports if module.partition(".")[0] in ("alloc", "bench")]
+    return [name for module, name in ours if name not in EXPORTED and not public & {module, name}]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_what_a_page_s_code_imports_of_ours_is_public(page: Path) -> None:
+    assert hidden(page) == []
+
+
+@pytest.mark.parametrize(
+    ("code", "found"),
+    [
+        ("from alloc import build, Vehicle", []),
+        ("from alloc import Live", ["alloc.Live"]),
+        ("from alloc.allocation import checked", ["alloc.allocation.checked"]),
+        ("import alloc.plugins", ["alloc.plugins"]),
+        ("from alloc.solvers import Answer\nfrom alloc import solvers\nimport alloc.solvers", []),
+        ("from bench import Row, load\nimport numpy", []),
+        ("def f():\n    from bench.demands import build_demands", ["bench.demands.build_demands"]),
+    ],
+)
+def test_a_page_s_import_of_what_is_not_public_is_found(code: str, found: list[str], tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    said = "`alloc.solvers`, like alloc, is public. Not so `alloc.allocation`."
+    page.write_text(f"{said}\n\n```python\n{code}\n```\n")
+    assert hidden(page) == found
 
 
 def test_your_vehicle_shows_what_its_commands_print(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from tests.places import ROOT
 
 FILES = sorted(p for folder in ("alloc", "bench") for p in (ROOT / folder).rglob("*.py"))
 IN_ALLOC = [p for p in FILES if p.is_relative_to(ROOT / "alloc")]
-SOLVERS = ROOT / "alloc" / "solvers"
+METHODS, SOLVERS = ROOT / "alloc" / "methods", ROOT / "alloc" / "solvers"
 BINDINGS = {"clarabel", "cvxopt", "daqp", "ecos", "highspy", "osqp", "piqp", "proxsuite"} | {
     "qpalm",
     "qpsolvers",
@@ -45,6 +45,13 @@ def imported(path: Path, function_bodies: bool = True) -> set[str]:
 
 def within(name: str, package: str) -> bool:
     return name == package or name.startswith(package + ".")
+
+
+def home(name: str) -> str:
+    """Where a name that ``alloc`` exports is made; any other name as it is."""
+    package, _, last = name.rpartition(".")
+    module = getattr(getattr(alloc, last, None), "__module__", "") if package == "alloc" else ""
+    return f"{module}.{last}" if within(module, "alloc") else name
 
 
 def bindings(names: set[str]) -> set[str]:
@@ -82,7 +89,12 @@ def test_plugins_never_import_plugins(folder: str) -> None:
 @pytest.mark.parametrize("path", [p for p in FILES if p.is_relative_to(SOLVERS)], ids=label)
 def test_solvers_know_problems_but_neither_vehicles_nor_methods(path: Path) -> None:
     for package in ("alloc.methods", "alloc.plugins", "alloc.vehicle"):
-        assert not [name for name in imported(path) if within(name, package)]
+        assert not [name for name in imported(path) if within(home(name), package)]
+
+
+@pytest.mark.parametrize("path", [p for p in FILES if p.is_relative_to(METHODS)], ids=label)
+def test_methods_know_no_catalogue(path: Path) -> None:
+    assert not [name for name in imported(path) if within(home(name), "alloc.plugins")]
 
 
 @pytest.mark.parametrize("path", [p for p in FILES if p not in IN_ALLOC], ids=label)
