@@ -12,7 +12,16 @@ import pytest
 
 import alloc.solvers
 import bench
-from alloc import build, catalogue, list_vehicles, load_plugin, load_vehicle
+from alloc import (
+    Allocator,
+    BoundedSteps,
+    TwoStage,
+    build,
+    catalogue,
+    list_vehicles,
+    load_plugin,
+    load_vehicle,
+)
 from alloc.plugins import prepare
 from tests.pages import FENCE, PAGES, blocks
 from tests.places import DOCS, ROOT
@@ -100,6 +109,14 @@ def test_your_vehicle_shows_what_its_commands_print(tmp_path: Path) -> None:
 def test_add_a_method_shows_what_its_commands_print(tmp_path: Path) -> None:
     files_of("add-a-method.md", {"python": "damped.py", "csv": "demands.csv"}, tmp_path)
     run_consoles("add-a-method.md", tmp_path)
+
+
+@pytest.mark.parametrize("protocol", [Allocator, TwoStage, BoundedSteps], ids=lambda p: p.__name__)
+def test_add_a_method_names_all_that_an_allocator_has_or_may_have(protocol: type) -> None:
+    prose = FENCE.sub("", (DOCS / "add-a-method.md").read_text(encoding="utf-8"))
+    members = [name for name in vars(protocol) if not name.startswith("_")]
+    assert members
+    assert [name for name in members if not re.search(rf"`(allocate\.)?{name}\b", prose)] == []
 
 
 def test_the_example_method_keeps_its_promise(tmp_path: Path, rng: np.random.Generator) -> None:
