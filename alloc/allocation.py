@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from enum import IntEnum
 from math import hypot, nan
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -81,6 +81,29 @@ class Allocator(Protocol):
 
     def many(self, taus: ArrayLike) -> tuple[FloatArray, StatusArray]:
         """Allocate ``taus`` (N, k): thrusts (N, n) [N] and statuses (N,)."""
+        ...
+
+
+@runtime_checkable
+class TwoStage(Protocol):
+    """What an allocator may offer: its two stages apart, so that a run times the second one alone."""
+
+    def pose(self, tau: FloatArray, /) -> FloatArray:
+        """Right-hand side b (p,) of the problem that a wrench ``tau`` (k,) [N, N m] asks."""
+        ...
+
+    def solve(self, b: FloatArray, /) -> object:
+        """The solver's answer to b, by its binding's call and nothing else."""
+        ...
+
+
+@runtime_checkable
+class BoundedSteps(Protocol):
+    """What an allocator may offer: a bound on its work, known before it is called."""
+
+    @property
+    def worst_case_steps(self) -> int | None:
+        """Elementary steps that no demand exceeds; None where this vehicle's allocator knows no bound."""
         ...
 
 

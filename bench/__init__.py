@@ -1,1 +1,36 @@
-"""The harness: runs every method in its own process, times it, judges it, reports it."""
+"""The harness: runs every method in its own process, times it, judges it, reports it.
+
+A script reads a run through ``load``. It imports what it needs when it is called: every command imports this
+package, and ``--help`` must not wait for numpy.
+"""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from bench.results.columns import Row
+
+__all__ = ["Row", "load"]
+
+
+def load(directory: "str | Path") -> "tuple[Row, ...]":
+    """The rows of the run in a folder, as they stand in its results.csv; none where nothing was timed.
+
+    Raises RecordError, an ``alloc.AllocError``, where the folder holds no readable record.
+    """
+    from pathlib import Path
+
+    from bench.results.rows import read_run
+
+    return read_run(Path(directory)).rows
+
+
+if not TYPE_CHECKING:  # a type checker has Row from above, and would take any other name for one of these
+
+    def __getattr__(name: str) -> type:
+        if name != "Row":
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        from bench.results.columns import Row
+
+        return Row

@@ -27,7 +27,7 @@ UNREACHABLE = 1e-9
 
 
 class Live:
-    """The allocator; ``pose`` and ``solve`` are its two halves, to be timed apart.
+    """The allocator; ``pose`` and ``solve`` are its stages (``alloc.TwoStage``).
 
     Attributes
     ----------

@@ -11,7 +11,15 @@ from typing import Any, cast
 
 import numpy as np
 
-from alloc.allocation import LARGEST_DEMAND, Allocation, Allocator, Status, checked, checked_many
+from alloc.allocation import (
+    LARGEST_DEMAND,
+    Allocation,
+    Allocator,
+    BoundedSteps,
+    Status,
+    checked,
+    checked_many,
+)
 from alloc.native.compiled import shared_library, unloadable
 from alloc.native.generate import function_name, sources
 from alloc.native.recipes import recipe
@@ -41,7 +49,7 @@ def bound(kernel: str, vehicle: Vehicle) -> Allocator:
         formulation=python.formulation,
         limited=python.limited,
         tolerance=python.tolerance,
-        worst_case_steps=getattr(python, "worst_case_steps", None),
+        worst_case_steps=python.worst_case_steps if isinstance(python, BoundedSteps) else None,
         library=library,
     )
     return cast(Allocator, allocator)

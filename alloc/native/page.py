@@ -1,5 +1,6 @@
 """A page on how to call generated C: for whoever puts it on a vehicle."""
 
+from alloc.allocation import BoundedSteps
 from alloc.native.code import TOLERANCE, Scalar
 from alloc.native.generate import function_name
 from alloc.native.recipes import recipe
@@ -17,7 +18,7 @@ def page(vehicle: Vehicle, kernel: str, scalar: Scalar = "double") -> str:
         for i, (low, high) in enumerate(zip(vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True))
     )
     allocator = recipe(kernel).twin(vehicle)
-    steps = getattr(allocator, "worst_case_steps", None)
+    steps = allocator.worst_case_steps if isinstance(allocator, BoundedSteps) else None
     bound = f": at most {steps} elementary steps" if steps else ""
     rounding = "\nSingle precision rounds every thrust at about 1e-7 of itself." if scalar == "float" else ""
     heeded = (

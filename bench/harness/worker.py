@@ -17,16 +17,18 @@ import numpy as np
 from alloc import (
     Allocation,
     Allocator,
+    BoundedSteps,
     Entry,
     NotApplicable,
     NotInstalled,
+    TwoStage,
     UnknownName,
     Vehicle,
     find,
     load_plugin,
+    one_by_one,
     prepare,
 )
-from alloc.allocation import one_by_one
 from bench.demands.store import load_case, save
 from bench.harness.job import (
     Answer,
@@ -179,7 +181,7 @@ def set_up(build: Callable[[], Any]) -> tuple[Any, list[int]]:
 
 def time_binding(allocator: Any, question: Question, budget_ns: int) -> Samples[Any]:
     """Time the solver's binding alone, b -> x over prepared b's, where the allocator has one."""
-    if not (hasattr(allocator, "solve") and hasattr(allocator, "pose")):
+    if not isinstance(allocator, TwoStage):
         return Samples()
     b = [allocator.pose(tau) for tau in question.demands.taus]
     return sample(allocator.solve, b, budget_ns, singles=0)
@@ -188,7 +190,7 @@ def time_binding(allocator: Any, question: Question, budget_ns: int) -> Samples[
 def describe(cell: Cell, allocator: Allocator, answers: list[Allocation], question: Question) -> None:
     """What the allocator says of itself, and what the equations say of its answers."""
     cell.formulation, cell.limited = allocator.formulation, allocator.limited
-    cell.worst_case_steps = getattr(allocator, "worst_case_steps", None)
+    cell.worst_case_steps = allocator.worst_case_steps if isinstance(allocator, BoundedSteps) else None
     _, _, iterations, solver_s = zip(*answers, strict=True)
     own_clock = np.rint(np.array(solver_s) * 1e9)
     cell.solver_singles = counted(own_clock[np.isfinite(own_clock)].astype(np.int64).tolist())

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from alloc import Allocator, FloatArray, build, load_vehicle, solvers
+from alloc import Allocator, FloatArray, TwoStage, build, load_vehicle, solvers
 from bench.demands import build_demands
 
 N = 50
@@ -26,7 +26,8 @@ def main(arguments: list[str]) -> None:
     calls: dict[str, tuple[Call, list[FloatArray]]] = {}
     live: dict[str, Allocator] = {}
     for name in found:
-        allocator: Any = build(f"qp/{name}", vehicle, level="default")
+        allocator = build(f"qp/{name}", vehicle, level="default")
+        assert isinstance(allocator, TwoStage)  # every qp/ method is
         live[name] = allocator
         calls[f"one-shot {name}"] = build(f"qpsolvers/{name}", vehicle), list(taus)
         calls[f"live {name}"] = allocator, list(taus)

@@ -1,5 +1,6 @@
 """The how-to documents do what they say: files are written, commands run, output compared."""
 
+import ast
 import re
 import shlex
 import subprocess
@@ -10,24 +11,32 @@ import numpy as np
 import pytest
 
 import alloc.solvers
-from alloc import build, catalogue, list_vehicles, load_plugin, load_vehicle
+import bench
+from alloc import (
+    Allocator,
+    BoundedSteps,
+    TwoStage,
+    build,
+    catalogue,
+    list_vehicles,
+    load_plugin,
+    load_vehicle,
+)
 from alloc.plugins import prepare
+from tests.pages import FENCE, PAGES, blocks
 from tests.places import DOCS, ROOT
 
-FENCE = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+EXPORTED = {"alloc", "bench"} | {
+    f"{package.__name__}.{n}" for package in (alloc, bench) for n in package.__all__
+}
 NUMBER = re.compile(r"-?\d+\.\d+(e-?\d+)?")
-
-
-def blocks(document: str, kind: str) -> list[str]:
-    text = (DOCS / document).read_text(encoding="utf-8")
-    return [body for found, body in FENCE.findall(text) if found == kind]
 
 
 def files_of(document: str, names: dict[str, str], folder: Path) -> None:
     """Write the first block of each kind under the name that the document gives it."""
     for kind, name in names.items():
         assert f"`{name}`" in (DOCS / document).read_text(encoding="utf-8")
-        (folder / name).write_text(blocks(document, kind)[0])
+        (folder / name).write_text(blocks(DOCS / document, kind)[0])
 
 
 def same(said: str, shown: str) -> None:
@@ -38,7 +47,7 @@ def same(said: str, shown: str) -> None:
 
 
 def run_consoles(document: str, folder: Path) -> None:
-    for console in blocks(document, "console"):
+    for console in blocks(DOCS / document, "console"):
         command, _, shown = console.partition("\n")
         arguments = shlex.split(command.removeprefix("$ thrustbench "))
         run = subprocess.run(
@@ -54,6 +63,44 @@ def run_consoles(document: str, folder: Path) -> None:
         same(re.sub(r"(?<=,)-?\d\.\d+e-1\d", "0.000", run.stdout), shown)
 
 
+def hidden(page: Path) -> list[str]:
+    """What a page's code imports of ours that is neither exported nor of a module the page calls public."""
+    prose = FENCE.sub("", page.read_text(encoding="utf-8"))
+    public = set(re.findall(r"`((?:alloc|bench)[\w.]*)`[^.`]*\bis public\b", prose))
+    imports: list[tuple[str, str]] = []
+    for node in ast.walk(ast.parse("\n".join(blocks(page, "python")))):
+        if isinstance(node, ast.Import):
+            imports += [(alias.name, alias.name) for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            imports += [(str(node.module), f"{node.module}.{alias.name}") for alias in node.names]
+    ours = [(module, name) for module, name in imports if module.partition(".")[0] in ("alloc", "bench")]
+    return [name for module, name in ours if name not in EXPORTED and not public & {module, name}]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_what_a_page_s_code_imports_of_ours_is_public(page: Path) -> None:
+    assert hidden(page) == []
+
+
+@pytest.mark.parametrize(
+    ("code", "found"),
+    [
+        ("from alloc import build, Vehicle", []),
+        ("from alloc import Live", ["alloc.Live"]),
+        ("from alloc.allocation import checked", ["alloc.allocation.checked"]),
+        ("import alloc.plugins", ["alloc.plugins"]),
+        ("from alloc.solvers import Answer\nfrom alloc import solvers\nimport alloc.solvers", []),
+        ("from bench import Row, load\nimport numpy", []),
+        ("def f():\n    from bench.demands import build_demands", ["bench.demands.build_demands"]),
+    ],
+)
+def test_a_page_s_import_of_what_is_not_public_is_found(code: str, found: list[str], tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    said = "`alloc.solvers`, like alloc, is public. Not so `alloc.allocation`."
+    page.write_text(f"{said}\n\n```python\n{code}\n```\n")
+    assert hidden(page) == found
+
+
 def test_your_vehicle_shows_what_its_commands_print(tmp_path: Path) -> None:
     files_of("your-vehicle.md", {"yaml": "my-rov.yaml", "csv": "ask.csv"}, tmp_path)
     run_consoles("your-vehicle.md", tmp_path)
@@ -62,6 +109,14 @@ def test_your_vehicle_shows_what_its_commands_print(tmp_path: Path) -> None:
 def test_add_a_method_shows_what_its_commands_print(tmp_path: Path) -> None:
     files_of("add-a-method.md", {"python": "damped.py", "csv": "demands.csv"}, tmp_path)
     run_consoles("add-a-method.md", tmp_path)
+
+
+@pytest.mark.parametrize("protocol", [Allocator, TwoStage, BoundedSteps], ids=lambda p: p.__name__)
+def test_add_a_method_names_all_that_an_allocator_has_or_may_have(protocol: type) -> None:
+    prose = FENCE.sub("", (DOCS / "add-a-method.md").read_text(encoding="utf-8"))
+    members = [name for name in vars(protocol) if not name.startswith("_")]
+    assert members
+    assert [name for name in members if not re.search(rf"`(allocate\.)?{name}\b", prose)] == []
 
 
 def test_the_example_method_keeps_its_promise(tmp_path: Path, rng: np.random.Generator) -> None:
@@ -76,7 +131,7 @@ def test_the_example_method_keeps_its_promise(tmp_path: Path, rng: np.random.Gen
 
 
 def test_the_example_solver_is_found_and_solves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "slsqp.py").write_text(blocks("add-a-solver.md", "python")[0])
+    (tmp_path / "slsqp.py").write_text(blocks(DOCS / "add-a-solver.md", "python")[0])
     monkeypatch.setattr(alloc.solvers, "__path__", [*alloc.solvers.__path__, str(tmp_path)])
     catalogue.cache_clear()
     try:
@@ -89,7 +144,7 @@ def test_the_example_solver_is_found_and_solves(tmp_path: Path, monkeypatch: pyt
         monkeypatch.undo()
         catalogue.cache_clear()
     assert status == alloc.Status.SOLVED
-    shown = blocks("add-a-solver.md", "console")[0].splitlines()[2].split(",")
+    shown = blocks(DOCS / "add-a-solver.md", "console")[0].splitlines()[2].split(",")
     np.testing.assert_allclose(f, [float(cell) for cell in shown[1:]], atol=6e-4)
 
 

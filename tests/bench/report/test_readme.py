@@ -8,26 +8,20 @@ from pathlib import Path
 import pytest
 
 from bench.__main__ import cli
+from tests.pages import PAGES, blocks
 from tests.places import ROOT
 
-README = (ROOT / "README.md").read_text(encoding="utf-8")
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-
-
-def blocks(language: str) -> list[str]:
-    """The fenced blocks of one language, in order; "" for those that name none."""
-    found = re.findall(r"^```(\w*)\n(.*?)^```$", README, flags=re.MULTILINE | re.DOTALL)
-    return [text for name, text in found if name == language]
+README = ROOT / "README.md"
 
 
 def test_the_first_call_prints_what_stands_below_it() -> None:
-    (code,) = blocks("python")
+    (code,) = blocks(README, "python")
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
-    assert done.stdout in blocks("")
+    assert done.stdout in blocks(README, "")
 
 
 def test_every_command_shown_is_a_command() -> None:
-    shown = re.findall(r"^thrustbench (\w+)", "\n".join(blocks("")), flags=re.MULTILINE)
+    shown = re.findall(r"^thrustbench (\w+)", "\n".join(blocks(README, "")), flags=re.MULTILINE)
     assert len(shown) >= 8
     assert set(shown) <= set(cli.list_commands(None))
 

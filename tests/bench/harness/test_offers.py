@@ -1,0 +1,56 @@
+"""What a method may offer beyond the contract: found in a plug-in, recorded; without it a cell says none."""
+
+import pytest
+from click.testing import CliRunner
+
+from bench.__main__ import cli
+from bench.record import Cell, read
+
+PLUGIN = """
+from alloc import generalized_inverse
+from alloc.methods.pinv import FORMULATION, build as pinv
+
+class Allocator:
+    formulation, limited, tolerance = FORMULATION, False, 1e-9
+
+    def __init__(self, vehicle):
+        self.G, self.whole = generalized_inverse(vehicle), pinv(vehicle)
+        {offer}
+
+    def __call__(self, tau):
+        return self.whole(tau)
+
+def build(vehicle):
+    return Allocator(vehicle)
+"""
+OFFERS = {
+    "nothing": "",
+    "stages": "self.pose, self.solve = lambda tau: 2 * tau, self.G.dot",
+    "half": "self.solve = self.G.dot",
+    "bound": "self.worst_case_steps = 7",
+    "no_bound": "self.worst_case_steps = None",
+}
+
+
+@pytest.fixture(scope="module")
+def cells(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Cell]:
+    """The cell of each plug-in, by its name."""
+    folder = tmp_path_factory.mktemp("offers")
+    for name, offer in OFFERS.items():
+        (folder / f"{name}.py").write_text(PLUGIN.format(offer=offer))
+    plugins = [f"--plugin={folder / name}.py" for name in OFFERS]
+    tiny = ["--vehicle=ukwial", "--demands=inactive", "--n=4", "--budget-ms=1", "--repeats=1"]
+    run = CliRunner().invoke(cli, ["run", *plugins, *tiny, f"--out={folder}"], standalone_mode=False)
+    assert run.return_value == 0, run.output
+    return {cell.key.method.replace("-", "_"): cell for cell in read(folder).cells}
+
+
+@pytest.mark.parametrize("name", OFFERS)
+def test_the_second_stage_is_timed_apart_where_a_method_has_both(cells: dict[str, Cell], name: str) -> None:
+    assert cells[name].status == "ok", cells[name].reason
+    assert bool(cells[name].binding_batches) == (name == "stages")
+
+
+@pytest.mark.parametrize("name", OFFERS)
+def test_a_bound_on_steps_is_recorded_where_a_method_has_one(cells: dict[str, Cell], name: str) -> None:
+    assert cells[name].worst_case_steps == (7 if name == "bound" else None)

@@ -1,0 +1,88 @@
+"""A run in a script: ``bench.load``, and the page about it."""
+
+import csv
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import get_type_hints
+
+import pytest
+
+from bench import Row, load
+from bench.record import PACKED, RecordError
+from bench.results.table import columns
+from tests import made_up
+from tests.pages import blocks
+from tests.places import DOCS, ROOT
+from tests.readers import refused
+
+TIMED = sorted(
+    path.parent for path in (ROOT / "results").glob(f"*/{PACKED}") if path.with_name("results.csv").exists()
+)
+TYPED = """\
+from pathlib import Path
+from typing import assert_type
+from bench import Row, load
+
+rows = load("results")
+assert_type(rows, tuple[Row, ...])
+assert_type(load(Path("results"))[0].call_p50_us, float | None)
+assert_type([row.vehicle for row in rows], list[str])
+"""
+
+
+@pytest.mark.parametrize("directory", TIMED, ids=lambda path: path.name)
+def test_a_row_s_attributes_are_the_cells_of_the_committed_csv(directory: Path) -> None:
+    with (directory / "results.csv").open(encoding="utf-8", newline="") as file:
+        lines = list(csv.DictReader(file))
+    rows = load(str(directory))
+    assert len(rows) == len(lines) > 0
+    for name, column in columns().items():
+        kind = get_type_hints(column.fget)["return"]
+        for row, line in zip(rows, lines, strict=True):
+            value, cell = getattr(row, name), line[name]
+            assert isinstance(value, kind), name
+            if isinstance(value, float):
+                assert float(cell) == pytest.approx(value, rel=5.1e-6, abs=0), name  # six digits
+            else:
+                assert cell == ("" if value is None else str(value)), name
+
+
+def test_a_folder_is_named_by_text_or_by_a_path(tmp_path: Path) -> None:
+    made_up.whole(tmp_path)
+    assert load(tmp_path) == load(str(tmp_path))
+    assert {type(row) for row in load(tmp_path)} == {Row}
+
+
+def test_a_folder_without_a_readable_record_is_refused_in_one_line(tmp_path: Path) -> None:
+    with pytest.raises(RecordError, match="give a run's folder"):
+        load(tmp_path)
+    record = tmp_path / "record.jsonl"
+    refused(lambda: load(str(tmp_path)), record)
+    record.write_text("{}\n")
+    refused(lambda: load(str(tmp_path)), record)
+
+
+def test_the_page_s_example_draws_a_picture(tmp_path: Path) -> None:
+    (example,) = blocks(DOCS / "scripts.md", "python")
+    (tmp_path / "results").symlink_to(ROOT / "results")
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "MPLBACKEND": "Agg"}
+    subprocess.run([sys.executable, "-c", example], cwd=tmp_path, env=environment, check=True, timeout=100)
+    assert (tmp_path / "exact.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_type_checker_knows_the_columns_of_a_row(tmp_path: Path) -> None:
+    (example,) = blocks(DOCS / "scripts.md", "python")
+    (tmp_path / "typed.py").write_text(TYPED)
+    (tmp_path / "example.py").write_text(example)
+    done = subprocess.run(
+        [sys.executable, "-m", "mypy", "--strict", "typed.py", "example.py"],
+        cwd=tmp_path,
+        env={**os.environ, "MYPYPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=110,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout
