@@ -2,12 +2,12 @@
 
 from collections.abc import Collection
 
-from bench.report.text import table, three
 from bench.results.bands import Band, bands
 from bench.results.cycles import CPI, Cpi
 from bench.results.emulated import rows
 from bench.results.rows import Run
 from bench.results.sizing import Loop
+from bench.results.text import table, three
 
 
 def page(

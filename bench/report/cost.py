@@ -1,9 +1,10 @@
 """Report section: what a call of each method costs."""
 
-from bench.report.text import picture, table, three
+from bench.report.pictures import picture
 from bench.results.columns import Row
 from bench.results.quantiles import quantile
 from bench.results.rows import Run
+from bench.results.text import table, three
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:

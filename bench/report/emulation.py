@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from itertools import groupby
 
 from bench.report.goals import goals
-from bench.report.text import table, three
 from bench.results.cycles import CPI
 from bench.results.emulated import REFERENCE, Row, rows
 from bench.results.rows import Run
+from bench.results.text import table, three
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:

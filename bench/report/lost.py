@@ -2,10 +2,10 @@
 
 from collections.abc import Callable
 
-from bench.report.text import percent, table, three
 from bench.results.columns import Row
 from bench.results.ranking import best
 from bench.results.rows import Run
+from bench.results.text import percent, table, three
 
 NOTHING = 1e-6
 """A wrench delivered within this share of the demand is met: what SOLVED promises. An angle [°] as small is

@@ -1,10 +1,10 @@
 """Report section: one flight, before and after a thruster fails, method by method."""
 
 from bench.report.lost import NOTHING
-from bench.report.text import percent, table, three
 from bench.results.columns import Row
 from bench.results.ranking import best
 from bench.results.rows import Run
+from bench.results.text import percent, table, three
 
 BEFORE, AFTER = "mission", "mission-fault"
 

@@ -7,11 +7,11 @@ from alloc import AllocError
 from bench.record import RecordError
 from bench.report.lost import largest
 from bench.report.pictures.style import family
-from bench.report.text import percent, table, three
 from bench.results.columns import Row
 from bench.results.quantiles import quantile
 from bench.results.ranking import best, exact
 from bench.results.rows import Run
+from bench.results.text import percent, table, three
 
 START, END = "<!-- results:start -->", "<!-- results:end -->"
 VEHICLES = ("ukwial", "bluerov2-heavy")

@@ -2,8 +2,8 @@
 
 from itertools import groupby
 
-from bench.report.text import percent, table, three
 from bench.results.sizing import Loop, Size, Verdict
+from bench.results.text import percent, table, three
 from bench.results.transfer import Transfer
 
 HEADERS = (

@@ -2,11 +2,12 @@
 
 from collections.abc import Iterable
 
-from bench.report.text import picture, table, three
+from bench.report.pictures import picture
 from bench.results.columns import Row
 from bench.results.quantiles import interval
 from bench.results.ranking import best
 from bench.results.rows import Run
+from bench.results.text import table, three
 
 BIN = 1.02
 """Ends of intervals are known to this factor: single calls are counted in bins 2 % wide."""

@@ -4,8 +4,9 @@ from itertools import groupby
 
 from alloc import unit
 from bench.record.capability import Authority, Served, Worth
-from bench.report.text import percent, picture, table, three
+from bench.report.pictures import picture
 from bench.results.rows import Run
+from bench.results.text import percent, table, three
 
 NEARLY_SINGULAR = 100.0
 """Condition above which a remainder is pointed out: some wrench costs a hundred times the thrust of another,
