@@ -5,13 +5,21 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from alloc import Allocation, FloatArray, Label, NotApplicable, Status, StatusArray, pose_hard, pose_soft
+from alloc import (
+    WRENCH_TOLERANCE,
+    Allocation,
+    FloatArray,
+    Label,
+    NotApplicable,
+    Status,
+    StatusArray,
+    pose_hard,
+    pose_soft,
+)
 from bench.judging.loss import loss
 from bench.judging.reference import Question
 from bench.record import Judged
 
-WRENCH_TOLERANCE = 1e-6
-"""What SOLVED promises of the wrench, relative to the vehicle's wrench scale (see ``alloc.Status``)."""
 COMPARED = 256
 """Answers whose memory is compared; all pairs of all would take longer than what is measured."""
 LEAST_COST = 5e-5
@@ -52,8 +60,8 @@ def judge(
     label = question.labels[demand]
     gave_up = (status == Status.INFEASIBLE) | (status == Status.NOT_CONVERGED)
     attainable = (label == Label.INACTIVE) | (label == Label.ACTIVE)
-    # By alpha*, as labels leave out the boundary, where failures happen; 1e-6 is what counts as met. But a
-    # vehicle that must always thrust can be asked for too little as well, which alpha* does not tell.
+    # By alpha*, as labels leave out the boundary, where failures happen. But a vehicle that must always
+    # thrust can be asked for too little as well, which alpha* does not tell.
     within = (question.alpha[demand] > 1 + WRENCH_TOLERANCE) & (label != Label.INFEASIBLE)
     met = relative <= WRENCH_TOLERANCE
     wrong: dict[str, Mask] = {

@@ -8,8 +8,9 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from alloc import WRENCH_TOLERANCE
 from bench.report.limits import cut_logs
-from bench.report.lost import NOTHING, largest
+from bench.report.lost import largest
 from bench.results.columns import Row
 from bench.results.rows import Run, read_run
 from bench.results.text import number_range, three
@@ -100,7 +101,7 @@ def missed(rows: list[Row]) -> str:
     if worst is None:
         return ""
     # Two digits, without the exponent that .2g alone would give 100.
-    return f"{float(f'{100 * worst:.2g}'):g}%" if worst > NOTHING else "0%"
+    return f"{float(f'{100 * worst:.2g}'):g}%" if worst > WRENCH_TOLERANCE else "0%"
 
 
 def _worst(values: Iterable[float | None]) -> str:

@@ -83,7 +83,7 @@ def tables(found: Sequence[Measured]) -> str:
     return "\n".join(
         [
             f"Measured on {cpu()}; gcc -O2, one core, CPU time, the least of several batches.\n",
-            "**In C, ns a call.** DAQP's own clock is wall time of its solve alone, the others whole calls.\n",
+            "**In C, ns a call.** DAQP's own clock: wall time of its solve alone; the others: whole calls.\n",
             of(IN_C, found),
             "**In C by class of demand, ns a call**\n",
             table(heads, classes),
