@@ -5,7 +5,7 @@ from math import exp, isfinite, log, sqrt
 from statistics import fmean, median, stdev
 from typing import NamedTuple
 
-CONFIDENCE = 0.95
+from bench.results.quantiles import CONFIDENCE
 
 Blocks = Sequence[tuple[int, int]]
 

@@ -7,6 +7,7 @@ Counted = list[tuple[int, int]]
 """A multiset of times: [(ns, how often), …], sorted."""
 
 CONFIDENCE = 0.95
+"""Of every interval and bound, here and in the gate."""
 BEYOND = 10
 """A quantile is given only where this many calls lie beyond it; below that it is an anecdote."""
 
