@@ -18,6 +18,7 @@ from statistics import median
 from alloc import FloatArray, build, load_vehicle
 from bench.demands import build_demands
 from bench.harness import machine
+from bench.harness.child import environment
 from bench.harness.timing import no_garbage_collection, sample
 from bench.harness.yardsticks import CANARIES, yardstick
 from bench.results.text import table
@@ -108,11 +109,8 @@ def main() -> None:
 
 
 def _python(*arguments: str) -> str:
-    threads = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    path = os.pathsep.join(filter(None, [str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")]))
-    inherited = {**os.environ, **threads, "PYTHONPATH": path}
     command = [sys.executable, *arguments]
-    return subprocess.run(command, check=True, capture_output=True, text=True, env=inherited).stdout
+    return subprocess.run(command, check=True, capture_output=True, text=True, env=environment()).stdout
 
 
 if __name__ == "__main__":

@@ -13,7 +13,8 @@ from rich.console import Console
 import alloc
 from alloc import AllocError, DemandError, UnknownName
 from bench.__main__ import cli
-from bench.harness import machine, process
+from bench.harness import machine
+from bench.harness.child import environment
 from bench.harness.plan import Settings
 from bench.harness.run import Progress, methods, run
 from bench.judging.reference import problem, questions
@@ -106,7 +107,7 @@ def test_a_worker_finds_a_source_tree_that_nobody_installed_from_any_folder(tmp_
     root = ROOT
     # -S: no site-packages, so that an installed thrustbench can't stand in for the source tree.
     ask = "import importlib.util; print(importlib.util.find_spec('bench').origin)"
-    path = {"PYTHONPATH": process._environment()["PYTHONPATH"].partition(os.pathsep)[0]}
+    path = {"PYTHONPATH": environment()["PYTHONPATH"].partition(os.pathsep)[0]}
     done = subprocess.run(
         [sys.executable, "-S", "-c", ask], cwd=tmp_path, env=path, capture_output=True, text=True, check=True
     )
