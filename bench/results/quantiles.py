@@ -63,9 +63,9 @@ def misses(counted: Counted, deadline_ns: float) -> tuple[int, int, float]:
     The bound is Clopper and Pearson's (1934), one-sided, as if calls were independent; without a miss it is
     about 3 / n.
     """
-    from scipy.stats import beta
+    from scipy.stats import binomtest
 
     n = total(counted)
     late = sum(count for ns, count in counted if ns > deadline_ns)
-    bound = 1.0 if late == n else float(beta.ppf(CONFIDENCE, late + 1, n - late))
-    return late, n, bound
+    bound = binomtest(late, n, alternative="less").proportion_ci(CONFIDENCE, method="exact").high
+    return late, n, float(bound)
