@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from alloc.allocation import FloatArray
+from alloc.allocation import WRENCH_TOLERANCE, FloatArray
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.closed_forms.saturating import Saturating
 from alloc.vehicle import Vehicle
@@ -12,9 +12,9 @@ FORMULATION = "fixed-point"
 ITERATIONS = 100
 """Most iterations of one call: QCAT's default for its fxp_alloc."""
 
-EPSILON = 1e-7
-"""Weight of the effort against the wrench error. It biases the wrench by as much, relative to the largest;
-a tenth of the 1e-6 that counts as met, so that the bias alone makes no demand PARTIAL."""
+EPSILON = WRENCH_TOLERANCE / 10
+"""Weight of the effort against the wrench error. It biases the wrench by as much, relative to the largest,
+so the bias alone makes no demand PARTIAL."""
 
 STILL = 1e-9
 """Stops where no thrust moves by more than this share of the largest limit: the method's own tolerance."""

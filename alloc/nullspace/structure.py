@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from alloc.allocation import FloatArray, IndexArray
 from alloc.closed_forms.inverse import generalized_inverse
@@ -73,9 +72,12 @@ def split(N: FloatArray, H: FloatArray) -> list[Block]:
     B = _echelon(N)
     metric = B.T @ H @ B
     size = np.sqrt(np.diag(metric))
-    linked = (np.abs(metric) > ZERO * np.outer(size, size)) | ((B != 0).T.astype(int) @ (B != 0) > 0)
+    linked = (np.abs(metric) > ZERO * np.outer(size, size)) | ((B != 0).T @ (B != 0))
+    # ``linked`` says which two columns share something, its power which hang together over others. Equal
+    # rows of that are one block; sorted backwards, the block that holds the first column comes first.
+    together = np.linalg.matrix_power(linked, len(linked))
     blocks = []
-    for columns in _components(linked):
+    for columns in map(np.flatnonzero, np.unique(together, axis=0)[::-1]):
         rows = np.flatnonzero(B[:, columns].any(axis=1))
         part = B[np.ix_(rows, columns)]
         L = np.linalg.cholesky(metric[np.ix_(columns, columns)])
@@ -96,15 +98,3 @@ def _echelon(N: FloatArray) -> FloatArray:
         B[:, others] -= np.outer(B[:, column], B[row, others])
         free_rows[row] = False
     return np.where(np.abs(B) > ZERO, B, 0.0)
-
-
-def _components(linked: NDArray[np.bool_]) -> list[IndexArray]:
-    remaining, found = set(range(len(linked))), []
-    while remaining:
-        component, frontier = set(), {min(remaining)}
-        while frontier:
-            component |= frontier
-            frontier = {int(j) for i in frontier for j in np.flatnonzero(linked[i])} - component
-        remaining -= component
-        found.append(np.array(sorted(component), dtype=np.intp))
-    return found

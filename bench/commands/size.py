@@ -62,8 +62,9 @@ def command(
     from bench.record.canary import read_canary
     from bench.report import bands
     from bench.report.sizes import page
+    from bench.results.fit import Loop
     from bench.results.rows import read_run
-    from bench.results.sizing import Loop, best_of_each, canary_max_us, sizes
+    from bench.results.sizing import best_of_each, canary_max_us, sizes
     from bench.results.transfer import transfer
 
     if cpi is not None and cpi[0] > cpi[1]:

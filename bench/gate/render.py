@@ -7,6 +7,7 @@ import msgspec
 
 from bench.gate.record import Record
 from bench.gate.verdict import Row, Verdict
+from bench.results.text import table
 
 SIGNS = {0: "✅", 1: "❌", 3: "❔"}
 
@@ -20,15 +21,15 @@ def markdown(record: Record, verdict: Verdict) -> str:
         "",
     ]
     if verdict.findings:
-        lines += ["| cell | what |", "|---|---|"]
-        lines += [f"| `{finding.cell}` | {_cell(finding.what)} |" for finding in verdict.findings] + [""]
+        lines.append(table(("cell", "what"), [(f"`{cell}`", what) for cell, what in verdict.findings]))
     suspects = {finding.cell for finding in verdict.findings}
-    lines += _table("Suspects", [row for row in verdict.rows if row.name in suspects])
-    lines += _table("Faster", verdict.improvements)
+    slow = [row for row in verdict.rows if row.name in suspects]
+    for title, rows in (("Suspects", slow), ("Faster", verdict.improvements)):
+        lines += [f"**{title}**", "", _times(rows)] if rows else []
     lines += [f"- {note}" for note in notes(record)] + [""] if notes(record) else []
     if verdict.rows:
-        table = _table("", verdict.rows)
-        lines += [f"<details><summary>All {len(verdict.rows)} cells</summary>", "", *table, "</details>", ""]
+        cells = _times(verdict.rows)
+        lines += [f"<details><summary>All {len(verdict.rows)} cells</summary>", "", cells, "</details>", ""]
     if record.commits:
         listed = [f"- {commit}" for commit in record.commits]
         lines += ["<details><summary>Commits</summary>", "", *listed, "", "</details>", ""]
@@ -65,27 +66,22 @@ def as_json(record: Record, verdict: Verdict) -> str:
     return msgspec.json.format(msgspec.json.encode(data), indent=1).decode() + "\n"
 
 
-def _table(title: str, rows: Sequence[Row]) -> list[str]:
-    if not rows:
-        return []
-    lines = [f"**{title}**", ""] if title else []
-    lines += [
-        "| cell | base [µs] | head [µs] | head/base | 95 % interval | instructions |",
-        "|---|--:|--:|--:|:-:|--:|",
-    ]
-    for row in rows:
-        counted = f"{row.instructions - 1:+.2%}" if row.instructions else "–"
-        lines.append(
-            f"| `{row.name}` | {row.base_us:.3f} | {row.head_us:.3f} | {row.ratio.value:.3f} "
-            f"| {row.ratio.lower:.3f} … {row.ratio.upper:.3f} | {counted} |"
+def _times(rows: Sequence[Row]) -> str:
+    headers = ("cell", "base [µs]", "head [µs]", "head/base", "95 % interval", "instructions")
+    lines = [
+        (
+            f"`{row.name}`",
+            f"{row.base_us:.3f}",
+            f"{row.head_us:.3f}",
+            f"{row.ratio.value:.3f}",
+            f"{row.ratio.lower:.3f} … {row.ratio.upper:.3f}",
+            f"{row.instructions - 1:+.2%}" if row.instructions else "–",
         )
-    return [*lines, ""]
+        for row in rows
+    ]
+    return table(headers, lines)
 
 
 def _commits(record: Record) -> str:
     n = len(record.commits)
     return f"{n} commit{'' if n == 1 else 's'} between them" if n else "two trees"
-
-
-def _cell(text: str) -> str:
-    return text.replace("|", "\\|").replace("\n", " ")

@@ -1,8 +1,6 @@
 """One measured process, seen from the driver: start it, give it orders, end it."""
 
 import json
-import os
-import signal
 import subprocess
 import sys
 import tempfile
@@ -14,6 +12,7 @@ from types import TracebackType
 from typing import Any, NamedTuple, Self
 
 from alloc import AllocError
+from bench.harness.child import cause, environment
 from bench.harness.process import signals_held_back
 
 WORKER = Path(__file__).with_name("worker.py")
@@ -62,8 +61,6 @@ class Side:
         ``kill`` it.
         """
         self._name = tree.path.name
-        threads = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")}
-        keep = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
         layout = {"PYTHONHASHSEED": str(hash_seed), "THRUSTBENCH_PADDING": "x" * padding}
         # Bytes: what a library writes there may be in any encoding, or in none.
         self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - closed in close()
@@ -77,7 +74,7 @@ class Side:
                     stdout=subprocess.PIPE,
                     stderr=self._errors,
                     text=True,
-                    env={**keep, **threads, **layout},
+                    env=environment(isolated=True, **layout),
                 )
                 unless_ready.callback(self._abandon)
             if started is not None:
@@ -119,10 +116,7 @@ class Side:
         if not in_time:
             return f"no reply within {timeout:g} s"
         self._errors.seek(0)
-        said = self._errors.read().decode(errors="replace").strip()
-        last = (said.splitlines() or [""])[-1]
-        cause = signal.Signals(-code).name if code < 0 else f"exit code {code}"
-        return f"ended with {cause}{': ' + last if last else ''}"
+        return f"ended with {cause(code, self._errors.read())}"
 
     def kill(self) -> None:
         """End it now: whoever waits for a reply hears Died."""

@@ -5,7 +5,7 @@ from math import exp, isfinite, log, sqrt
 from statistics import fmean, median, stdev
 from typing import NamedTuple
 
-CONFIDENCE = 0.95
+from bench.results.quantiles import CONFIDENCE
 
 Blocks = Sequence[tuple[int, int]]
 
@@ -28,7 +28,7 @@ def ratio(pairs: Sequence[Blocks]) -> Ratio:
     middle = fmean(m)
     if len(m) < 2:
         return Ratio(exp(middle), 0.0, float("inf"))
-    from scipy.special import stdtrit
+    from scipy.special import stdtrit  # scipy.stats, which has the whole test, takes a second to import
 
     half = float(stdtrit(len(m) - 1, (1 + CONFIDENCE) / 2)) * stdev(m) / sqrt(len(m))
     assert isfinite(half)

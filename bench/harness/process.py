@@ -9,17 +9,16 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
-from pathlib import Path
 
 import msgspec
 
+from bench.harness.child import cause, environment
 from bench.harness.job import Begin, Failed, Job, Message
 
 TAIL_BYTES = 2000
 """How much of what a worker prints is kept, to say why it died."""
 STARTUP_S = 60.0
 """Time limit from the start of a process to its first task: Python, numpy and a cold disk."""
-_ROOT = str(Path(__file__).parents[2])
 
 
 def work(job: Job, time_limit_s: float) -> Iterator[Message]:
@@ -51,7 +50,7 @@ def _start(at_end: ExitStack) -> tuple[subprocess.Popen[bytes], int]:
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             pass_fds=[writer],
-            env=_environment(),
+            env=environment(PYTHONHASHSEED="0"),
             start_new_session=True,  # a terminal's Ctrl-C reaches the parent only, which then stops in order
         )
     finally:
@@ -111,7 +110,7 @@ def _messages(process: subprocess.Popen[bytes], reader: int, time_limit_s: float
                 return
     code = process.wait(timeout=STARTUP_S)
     if at is not None:
-        yield Failed(at, "crashed", _cause(code, tail))
+        yield Failed(at, "crashed", cause(code, tail))
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
@@ -123,17 +122,3 @@ def _end(process: subprocess.Popen[bytes]) -> None:
         assert stream is not None
         with suppress(BrokenPipeError):  # what it had not read yet
             stream.close()
-
-
-def _cause(code: int, tail: bytes) -> str:
-    how = signal.Signals(-code).name if code < 0 else f"exit code {code}"
-    said = tail.decode(errors="replace").strip().splitlines()
-    return f"{how}: {said[-1][:200]}" if said else how
-
-
-def _environment() -> dict[str, str]:
-    one_thread = dict.fromkeys(
-        ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1"
-    )
-    path = os.pathsep.join(filter(None, [_ROOT, os.environ.get("PYTHONPATH", "")]))
-    return {**os.environ, **one_thread, "PYTHONHASHSEED": "0", "PYTHONPATH": path}

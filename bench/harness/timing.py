@@ -9,13 +9,12 @@ from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import cache
-from math import log
 from statistics import median
 from time import perf_counter_ns, thread_time_ns
 from typing import Generic, TypeVar
 
 from bench.record import Batch
+from bench.record.bins import binned
 
 X = TypeVar("X")
 Y = TypeVar("Y")
@@ -32,10 +31,6 @@ SINGLES = 5_000
 LEAST_BATCHES = 2
 """Batches that a fast method gets whatever its budget; a slow one gets one pass, in each repeat."""
 _THREAD = getattr(resource, "RUSAGE_THREAD", resource.RUSAGE_SELF)  # the former is Linux's
-
-BIN = 1.02
-"""Bins of single calls are 2 % wide, so a time is at most 1 % off, where the median of single calls repeats
-within 1-3 % (docs/method.md). That keeps a run's record small enough to be committed."""
 
 
 @dataclass
@@ -126,11 +121,5 @@ def no_garbage_collection() -> Iterator[None]:
 
 
 def counted(singles: Iterable[int]) -> list[tuple[int, int]]:
-    """[(ns, count), …] sorted: a histogram in bins BIN wide, each named by its middle."""
+    """[(ns, count), …] sorted: a histogram, each bin named by its middle (``bench.record.bins``)."""
     return sorted(Counter(map(binned, singles)).items())
-
-
-@cache
-def binned(ns: int) -> int:
-    """The middle of the bin that ``ns`` falls into: the nearest power of BIN, as a whole number."""
-    return ns if ns < 1 else round(BIN ** round(log(ns) / log(BIN)))

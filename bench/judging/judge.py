@@ -62,8 +62,8 @@ def judge(
     label = demands.labels[demand]
     gave_up = (status == Status.INFEASIBLE) | (status == Status.NOT_CONVERGED)
     attainable = (label == Label.INACTIVE) | (label == Label.ACTIVE)
-    # By alpha*, as labels leave out the boundary, where failures happen; 1e-6 is what counts as met. But a
-    # vehicle that must always thrust can be asked for too little as well, which alpha* does not tell.
+    # By alpha*, as labels leave out the boundary, where failures happen. But a vehicle that must always
+    # thrust can be asked for too little as well, which alpha* does not tell.
     within = (demands.alpha[demand] > 1 + WRENCH_TOLERANCE) & (label != Label.INFEASIBLE)
     met = relative <= WRENCH_TOLERANCE
     wrong: dict[str, Mask] = {

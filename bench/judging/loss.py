@@ -7,7 +7,7 @@ vehicle feels.
 
 import numpy as np
 
-from alloc import FloatArray, Vehicle, unit
+from alloc import WRENCH_TOLERANCE, FloatArray, Vehicle, unit
 
 FLOOR = 0.01
 """Demands below 1 % of ``wrench_scale`` count as that large, and have no direction: rounding and solver
@@ -16,9 +16,6 @@ tolerances must not look like 100 % of almost nothing."""
 AT_LIMIT = 1e-6
 """A thrust this near to a limit, or beyond it, is saturated; a share of the largest limit. It is the
 wrench tolerance of the limited methods."""
-
-MET = 1e-6
-"""A wrench met to this share of ``wrench_scale`` on each axis is met: what SOLVED promises."""
 
 
 def delivered(vehicle: Vehicle, F: FloatArray) -> FloatArray:
@@ -60,7 +57,7 @@ def effort_over_optimum(
     wrench is no saving.
     """
     effort, least = (np.einsum("ij,jk,ik->i", f, vehicle.H, f) for f in (F, reference))
-    met = (np.abs(F @ vehicle.TP.T - taus) <= MET * vehicle.wrench_scale).all(axis=1)
+    met = (np.abs(F @ vehicle.TP.T - taus) <= WRENCH_TOLERANCE * vehicle.wrench_scale).all(axis=1)
     counts = met & (_excess(vehicle, F).max(axis=1) <= AT_LIMIT) & (least > 0)
     ratio: FloatArray = np.where(counts, effort, np.nan) / np.where(counts, least, 1.0) - 1
     return ratio

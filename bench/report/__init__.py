@@ -5,9 +5,9 @@ from pathlib import Path
 from bench.report.html import html
 from bench.report.page import page
 from bench.report.pictures import draw_all
-from bench.results.emulated import write_csv as write_instructions
+from bench.results.emulated import COLUMNS, rows
 from bench.results.rows import read_run
-from bench.results.table import write_csv
+from bench.results.table import columns, write_csv
 
 
 def render(directory: Path) -> Path:
@@ -20,9 +20,9 @@ def render(directory: Path) -> Path:
     """
     run = read_run(directory)
     if run.rows or not run.record.emulated:
-        write_csv(run.rows, directory / "results.csv")
-    if run.record.emulated:
-        write_instructions(run.record.emulated, directory / "emulation.csv")
+        write_csv(directory / "results.csv", columns(), run.rows)
+    if run.record.emulated:  # counts: a mean of instructions that is whole is written as a whole number
+        write_csv(directory / "emulation.csv", COLUMNS, rows(run.record.emulated), pointed=False)
     drawn = draw_all(run, directory)
     report = directory / "report.md"
     text = page(run, drawn)

@@ -2,12 +2,12 @@
 
 from collections.abc import Collection
 
-from bench.report.text import table, three
 from bench.results.bands import Band, bands
 from bench.results.cycles import CPI, Cpi
 from bench.results.emulated import rows
+from bench.results.fit import Loop
 from bench.results.rows import Run
-from bench.results.sizing import Loop
+from bench.results.text import table, three
 
 
 def page(
@@ -29,7 +29,7 @@ def page(
         return "This record holds instructions of emulated processors; give --clock MHZ to size with them.\n"
     assumed = CPI if cpi is None else dict.fromkeys(CPI, Cpi(*cpi, "as given"))
     counted = [row for row in rows(run.record.emulated) if not vehicles or row.is_.vehicle in vehicles]
-    found = bands(counted, clock_MHz * 1e6, loop.rate_hz, loop.limit_us / loop.period_us, assumed)
+    found = bands(counted, clock_MHz * 1e6, loop, assumed)
     parts = [
         f"Emulated processors at {clock_MHz:g} MHz, {loop.rate_hz:g} Hz. The instructions of the most costly"
         " call are exact; its share of the control period is a band, for instructions are not cycles.\n",
@@ -39,10 +39,8 @@ def page(
         ),
         "Cycles an instruction:\n",
     ]
-    for target in dict.fromkeys(band.target for band in found):
-        band = assumed[target]
-        parts.append(f"- {target}: {band.low:g} to {band.high:g}; {band.basis}.")
-    return "\n".join([*parts, ""])
+    bases = [f"- {target}: {assumed[target]}." for target in dict.fromkeys(band.target for band in found)]
+    return "\n".join([*parts, *bases, ""])
 
 
 def _line(band: Band) -> list[str]:

@@ -2,9 +2,10 @@
 
 from alloc import unit
 from bench.record import Authority, Capability, Served
-from bench.report.text import percent, picture, table, three
+from bench.report.pictures import picture
 from bench.results.quantiles import share
 from bench.results.rows import Run
+from bench.results.text import percent, table, three
 
 NEARLY_SINGULAR = 100.0
 """Condition above which a remainder is pointed out: some wrench costs a hundred times the thrust of another,

@@ -1,10 +1,11 @@
 """Report section: what a call of each method costs."""
 
 from alloc import list_formulations
-from bench.report.text import picture, table, three
+from bench.report.pictures import picture
 from bench.results.columns import Row
 from bench.results.quantiles import quantile
 from bench.results.rows import Run
+from bench.results.text import table, three
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:

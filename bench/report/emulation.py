@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from itertools import groupby
 
 from bench.report.goals import goals
-from bench.report.text import table, three
 from bench.results.cycles import CPI
 from bench.results.emulated import REFERENCE, Row, rows
 from bench.results.rows import Run
+from bench.results.text import table, three
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:
@@ -26,8 +26,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
     for target in dict.fromkeys(row.is_.target for row in counted):
         parts += [f"### {target}\n", _target([row for row in counted if row.is_.target == target])]
         if target in CPI:
-            band = CPI[target]
-            parts.append(f"Cycles an instruction: {band.low:g} to {band.high:g}; {band.basis}.\n")
+            parts.append(f"Cycles an instruction: {CPI[target]}.\n")
     if reached := goals(counted):
         parts += ["### What was asked for, and what was found\n", reached]
     tools = {f"{name} {version}" for row in counted for name, version in row.is_.tools.items()}

@@ -3,10 +3,10 @@
 from collections import defaultdict
 from operator import attrgetter
 
-from bench.report.text import table, three
 from bench.results.columns import Row
 from bench.results.ranking import right
 from bench.results.rows import Run
+from bench.results.text import table, three
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:

@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 
-from bench.report.text import table
 from bench.results.emulated import Row
 from bench.results.goals import BOARDS, GOALS, STACK_BYTES
+from bench.results.text import table
 
 
 def goals(rows: Sequence[Row]) -> str:

@@ -3,9 +3,10 @@
 from collections import defaultdict
 from collections.abc import Callable
 
-from bench.report.text import picture, table, three
+from bench.report.pictures import picture
 from bench.results.growth import FITTED_FROM, Series, exponent, pays_up_to, series
 from bench.results.rows import Run
+from bench.results.text import table, three
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:

@@ -1,10 +1,10 @@
 """Report section: three sentences with numbers, and one line a vehicle."""
 
 from bench.record import NO_VEHICLE
-from bench.report.text import number_range, percent, table, three
 from bench.results.columns import Row
 from bench.results.ranking import best, complete, exact, optimal, right
 from bench.results.rows import Run
+from bench.results.text import number_range, percent, table, three
 
 CLOSED_FORMS = {"pinv@native": "T* τ in generated C", "pinv": "T* τ in numpy"}
 """What the exact answer is held against: like with like, and what most people call from Python."""

@@ -2,15 +2,12 @@
 
 from collections.abc import Callable
 
+from alloc import WRENCH_TOLERANCE
 from alloc.formulations.scaled import FORMULATION as SCALED
-from bench.report.text import percent, table, three
 from bench.results.columns import Row
 from bench.results.ranking import best
 from bench.results.rows import Run
-
-NOTHING = 1e-6
-"""A wrench delivered within this share of the demand is met: what SOLVED promises. An angle [°] as small is
-rounding."""
+from bench.results.text import percent, table, three
 
 INTRODUCTION = """## What you lose
 
@@ -80,7 +77,7 @@ def _keeps(row: Row | None) -> bool:
     if row is None:
         return False
     lost, beyond = row.lost_wrench_max, row.limits_violated_share
-    return lost is not None and lost <= NOTHING and not beyond and row.answered_share == 1.0
+    return lost is not None and lost <= WRENCH_TOLERANCE and not beyond and row.answered_share == 1.0
 
 
 def _lost(row: Row | None) -> str:
@@ -93,4 +90,5 @@ def _lost(row: Row | None) -> str:
 
 
 def _met(value: float | None, show: Callable[[float | None], str]) -> str:
-    return show(0.0 if value is not None and abs(value) < NOTHING else value)
+    # A wrench missed by no more than SOLVED allows is met; an angle [°] or an effort as small is rounding.
+    return show(0.0 if value is not None and abs(value) < WRENCH_TOLERANCE else value)

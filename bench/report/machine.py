@@ -2,8 +2,8 @@
 
 from collections import Counter
 
-from bench.report.text import percent, table, three
 from bench.results.rows import Run
+from bench.results.text import percent, table, three
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:

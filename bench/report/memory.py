@@ -3,9 +3,9 @@
 from statistics import median
 
 from bench.record import NO_VEHICLE, Worker
-from bench.report.text import table, three
 from bench.results.columns import Row
 from bench.results.rows import Run
+from bench.results.text import table, three
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:

@@ -1,10 +1,10 @@
 """Report section: one flight, before and after a thruster fails, method by method."""
 
-from bench.report.lost import NOTHING
-from bench.report.text import percent, table, three
+from alloc import WRENCH_TOLERANCE
 from bench.results.columns import Row
 from bench.results.ranking import best
 from bench.results.rows import Run
+from bench.results.text import percent, table, three
 
 BEFORE, AFTER = "mission", "mission-fault"
 
@@ -70,7 +70,7 @@ def _lost(row: Row) -> float | None:
     # A demand without an answer delivers nothing.
     if (row.answered_share or 0.0) < 1.0:
         return 1.0
-    return _above(row.lost_wrench_max, NOTHING)
+    return _above(row.lost_wrench_max, WRENCH_TOLERANCE)
 
 
 def _above(value: float | None, floor: float) -> float | None:

@@ -3,24 +3,21 @@
 from collections import Counter
 from pathlib import Path
 
-from alloc import AllocError, Family, find_formulation
+from alloc import WRENCH_TOLERANCE, AllocError, Family, find_formulation
 from alloc.formulations import EXACT_METHODS
 from bench.record import RecordError
 from bench.report.lost import largest
-from bench.report.text import percent, table, three
 from bench.results.columns import Row
 from bench.results.quantiles import quantile
 from bench.results.ranking import best, exact, optimal
 from bench.results.rows import Run
+from bench.results.text import percent, table, three
 
 START, END = "<!-- results:start -->", "<!-- results:end -->"
 VEHICLES = ("ukwial", "bluerov2-heavy")
 """The paper's vehicle, and the commonest one with eight thrusters. A run without them shows its first two."""
 MOST = {Family.ONE_SHOT: 1, Family.SOFT: 1}
 """Methods of these families that are shown, the fastest; of the others all."""
-
-MET = 1e-6
-"""A wrench that is missed by less than this share counts as met: SOLVED promises no more."""
 
 
 class MarkerError(AllocError):
@@ -116,6 +113,6 @@ def _tail(run: Run, row: Row | None) -> tuple[str, str]:
     if row is None:
         return "", ""
     lost = largest(row)
-    met = lost is not None and lost < MET
+    met = lost is not None and lost < WRENCH_TOLERANCE
     p999 = quantile(run.singles(row), 0.999)
     return three(None if p999 is None else p999 / 1000), "0" if met else percent(lost)

@@ -2,8 +2,9 @@
 
 from itertools import groupby
 
-from bench.report.text import percent, table, three
-from bench.results.sizing import Loop, Size, Verdict
+from bench.results.fit import Fit, Loop
+from bench.results.sizing import Size
+from bench.results.text import percent, table, three
 from bench.results.transfer import Transfer
 
 HEADERS = (
@@ -27,7 +28,7 @@ def page(
     """For each vehicle what to take, every method's share of the control period, and why some have none."""
     parts = [
         f"At {loop.rate_hz:g} Hz one call may take {three(loop.limit_us)} µs,"
-        f" {percent(loop.limit_us / loop.period_us)} of the control period. Columns in % are shares of the"
+        f" {percent(loop.limit_share)} of the control period. Columns in % are shares of the"
         " period; late are single calls beyond the time allowed, with the share that their true rate does not"
         " exceed (95 % confidence, as if calls were independent).\n"
     ]
@@ -45,7 +46,7 @@ def page(
         )
     for vehicle, group in groupby(found, key=lambda size: size.vehicle):
         sizes = list(group)
-        unknown = [f"- {size.label}: {size.reason}" for size in sizes if size.verdict == Verdict.UNKNOWN]
+        unknown = [f"- {size.label}: {size.reason}" for size in sizes if size.fit == Fit.UNKNOWN]
         parts += [
             f"{vehicle}: {_advice(sizes[0], loop)}\n",
             table(HEADERS, [_line(size, loop) for size in sizes]),
@@ -55,19 +56,19 @@ def page(
 
 
 def _advice(first: Size, loop: Loop) -> str:
-    if first.verdict > Verdict.WITHOUT_TAIL:
+    if first.fit > Fit.WITHOUT_TAIL:
         return f"nothing here serves {loop.rate_hz:g} Hz"
     share = percent(_of(first.p999_us or first.p50_us, loop))
     what = "p99.9" if first.p999_us else "median"
-    return f"take {first.label} ({first.verdict}; {what} is {share} of the period)"
+    return f"take {first.label} ({first.fit}; {what} is {share} of the period)"
 
 
 def _line(size: Size, loop: Loop) -> list[str]:
     shares = [_of(us, loop) for us in (size.p50_us, size.p999_us, size.max_us)]
     return [
         size.label,
-        str(size.verdict),
-        "see below" if size.verdict == Verdict.UNKNOWN else size.reason,
+        str(size.fit),
+        "see below" if size.fit == Fit.UNKNOWN else size.reason,
         "yes" if size.exact else "no",
         *(_per_cent(share) for share in shares),
         f"{size.late} of {size.calls}" if size.calls else "",

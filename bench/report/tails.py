@@ -3,14 +3,13 @@
 from collections.abc import Iterable
 
 from bench.record import NO_VEHICLE
-from bench.report.text import picture, table, three
+from bench.record.bins import BIN
+from bench.report.pictures import picture
 from bench.results.columns import Row
 from bench.results.quantiles import interval
 from bench.results.ranking import best
 from bench.results.rows import Run
-
-BIN = 1.02
-"""Ends of intervals are known to this factor: single calls are counted in bins 2 % wide."""
+from bench.results.text import table, three
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:
@@ -43,7 +42,7 @@ def unmet(rows: Iterable[Row]) -> tuple[int, int]:
     found = [[ends for cell in row.cells if (ends := interval(cell.singles, 0.99))] for row in rows]
     several = [intervals for intervals in found if len(intervals) > 1]
     gaps = [max(low for low, _ in ends) / min(high for _, high in ends) for ends in several]
-    return sum(gap > BIN for gap in gaps), len(gaps)
+    return sum(gap > BIN for gap in gaps), len(gaps)  # an end of an interval is known to one bin only
 
 
 def _between_processes(run: Run) -> str:

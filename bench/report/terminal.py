@@ -8,11 +8,12 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from alloc import WRENCH_TOLERANCE
 from bench.report.limits import cut_logs
-from bench.report.lost import NOTHING, largest
-from bench.report.text import three
+from bench.report.lost import largest
 from bench.results.columns import Row
 from bench.results.rows import Run, read_run
+from bench.results.text import number_range, three
 
 ATTAINABLE = ("inactive", "active", "uniform")
 """Demand sets that a perfect method serves to the last."""
@@ -58,7 +59,7 @@ def show(directory: Path, console: Console) -> bool:
 
 def _method(run: Run, rows: list[Row]) -> tuple[str, ...]:
     return (
-        _range(row.call_p50_us for row in rows),
+        number_range((row.call_p50_us for row in rows), "…"),
         _worst(row.call_p99_us for row in rows),
         _least(served(run, rows)),
         missed(rows),
@@ -102,7 +103,7 @@ def missed(rows: list[Row]) -> str:
     if worst is None:
         return ""
     # Two digits, without the exponent that .2g alone would give 100.
-    return f"{float(f'{100 * worst:.2g}'):g}%" if worst > NOTHING else "0%"
+    return f"{float(f'{100 * worst:.2g}'):g}%" if worst > WRENCH_TOLERANCE else "0%"
 
 
 def _worst(values: Iterable[float | None]) -> str:
@@ -111,11 +112,3 @@ def _worst(values: Iterable[float | None]) -> str:
 
 def _least(shares: list[float]) -> str:
     return f"{three(min(shares))}%" if shares else ""
-
-
-def _range(values: Iterable[float | None]) -> str:
-    numbers = sorted(value for value in values if value is not None)
-    if not numbers:
-        return ""
-    low, high = three(numbers[0]), three(numbers[-1])
-    return low if low == high else f"{low}…{high}"

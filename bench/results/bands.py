@@ -2,32 +2,23 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from enum import IntEnum
 
 from bench.results.cycles import CPI, Cpi, share
 from bench.results.emulated import Row
-
-
-class Fit(IntEnum):
-    """What a band says about a budget, best first."""
-
-    FITS = 0
-    MAY_FIT = 1
-    DOES_NOT_FIT = 2
-    UNKNOWN = 3
-
-    def __str__(self) -> str:
-        """In words."""
-        return ("fits", "may fit", "does not fit", "unknown")[self]
+from bench.results.fit import Fit, Loop
 
 
 @dataclass(frozen=True)
 class Band:
     """What one kernel takes of the control period on one processor, at a clock.
 
-    instructions: of the most costly call over every demand set, the search for it included.
-    low, high: share of the period [-]. agrees: whether all of its answers were right. missed: demand
-    sets whose count failed, any of which may hold a call more costly; then nothing is known to fit.
+    Attributes
+    ----------
+    instructions : of the most costly call over every demand set, the search for it included
+    low, high : share of the period [-]
+    agrees : whether all of its answers were right
+    missed : demand sets whose count failed, any of which may hold a call more costly; then nothing is
+        known to fit
     """
 
     vehicle: str
@@ -42,16 +33,10 @@ class Band:
     missed: tuple[str, ...] = ()
 
 
-def bands(
-    rows: Iterable[Row],
-    clock_hz: float,
-    rate_hz: float,
-    budget: float,
-    cpi: Mapping[str, Cpi] = CPI,
-) -> list[Band]:
+def bands(rows: Iterable[Row], clock_hz: float, loop: Loop, cpi: Mapping[str, Cpi] = CPI) -> list[Band]:
     """A band for each kernel and processor that has an assumption on cycles, cheapest first.
 
-    ``budget`` is the share of the period that allocation may take [-]; ``cpi`` the assumption by target.
+    ``cpi`` is the assumption by target.
     """
     groups: dict[tuple[str, str, str, str], list[Row]] = {}
     for row in rows:
@@ -65,8 +50,9 @@ def bands(
             continue
         missed = tuple(row.is_.demands for row in group if row.worst is None)
         worst = max(row.worst or 0 for row in counted)
-        low, high = share(worst, clock_hz, rate_hz, cpi[key[1]])
-        fit = Fit.FITS if high <= budget else Fit.MAY_FIT if low <= budget else Fit.DOES_NOT_FIT
+        low, high = share(worst, clock_hz, loop.rate_hz, cpi[key[1]])
+        limit = loop.limit_share
+        fit = Fit.FITS if high <= limit else Fit.MAY_FIT if low <= limit else Fit.DOES_NOT_FIT
         if missed and fit != Fit.DOES_NOT_FIT:
             fit = Fit.UNKNOWN
         agrees = all(row.is_.agrees for row in counted)

@@ -11,6 +11,10 @@ class Cpi:
     high: float
     basis: str
 
+    def __str__(self) -> str:
+        """In words."""
+        return f"{self.low:g} to {self.high:g}; {self.basis}"
+
 
 CPI = {
     "cortex-m4f": Cpi(

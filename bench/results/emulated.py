@@ -1,14 +1,12 @@
 """What a record says about instructions: each row beside its count on x86-64. Reads records only."""
 
-import csv
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from pathlib import Path
 
 from bench.record import Emulated
+from bench.results.table import Value
 
 REFERENCE = "x86-64"
-Value = str | int | float | None
 
 
 @dataclass(frozen=True)
@@ -73,14 +71,6 @@ def rows(emulated: Iterable[Emulated]) -> list[Row]:
     return [Row(latest[key], latest.get((*key[:-1], REFERENCE))) for key in sorted(latest)]
 
 
-def write_csv(emulated: Iterable[Emulated], path: Path) -> None:
-    """Write emulation.csv: a header, one line a row, empty where nothing applies."""
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        writer.writerows([_text(column(row)) for column in COLUMNS.values()] for row in rows(emulated))
-
-
 def _mean(row: Emulated | None) -> float | None:
     if row is None or not row.instructions:
         return None
@@ -93,7 +83,3 @@ def _worst(row: Emulated | None) -> int | None:
 
 def _ratio(value: float | None, reference: float | None) -> float | None:
     return value / reference if value is not None and reference else None
-
-
-def _text(value: Value) -> str:
-    return "" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -7,6 +7,7 @@ Counted = list[tuple[int, int]]
 """A multiset of times: [(ns, how often), …], sorted."""
 
 CONFIDENCE = 0.95
+"""Of every interval and bound, here and in the gate."""
 BEYOND = 10
 """A quantile is given only where this many calls lie beyond it; below that it is an anecdote."""
 
@@ -62,12 +63,12 @@ def misses(counted: Counted, deadline_ns: float) -> tuple[int, int, float]:
     The bound is Clopper and Pearson's (1934), one-sided, as if calls were independent; without a miss it is
     about 3 / n.
     """
-    from scipy.stats import beta
+    from scipy.stats import binomtest
 
     n = total(counted)
     late = sum(count for ns, count in counted if ns > deadline_ns)
-    bound = 1.0 if late == n else float(beta.ppf(CONFIDENCE, late + 1, n - late))
-    return late, n, bound
+    bound = binomtest(late, n, alternative="less").proportion_ci(CONFIDENCE, method="exact").high
+    return late, n, float(bound)
 
 
 def share(hits: int, n: int) -> tuple[float, float, float]:

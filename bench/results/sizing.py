@@ -1,11 +1,11 @@
-"""Which method fits a processor at a control rate: shares of the period, deadline misses, a verdict."""
+"""Which method fits a processor at a control rate: shares of the period, deadline misses, whether it fits."""
 
 from dataclasses import dataclass
-from enum import IntEnum
 from functools import partial
 
 from bench.record import NO_VEHICLE
 from bench.results.columns import Row
+from bench.results.fit import Fit, Loop
 from bench.results.quantiles import Counted, merged, misses, quantile
 from bench.results.ranking import exact, right
 from bench.results.rows import Run
@@ -15,60 +15,25 @@ LATE_SHARE = 0.001
 """A method fits if p99.9 does: no more than one call in a thousand may be late."""
 
 
-class Verdict(IntEnum):
-    """What to think of a method, best first."""
-
-    FITS = 0
-    WITHOUT_TAIL = 1
-    DOES_NOT_FIT = 2
-    UNKNOWN = 3
-
-    def __str__(self) -> str:
-        """In words."""
-        return ("fits", "fits without tail", "does not fit", "unknown")[self]
-
-
-@dataclass(frozen=True)
-class Loop:
-    """The control loop that has to be served.
-
-    rate_hz: how often. budget: share of the period that allocation may take [-]. deadline_us: time
-    that it may take, in place of a budget.
-    """
-
-    rate_hz: float
-    budget: float = 0.1
-    deadline_us: float | None = None
-
-    @property
-    def period_us(self) -> float:
-        """Time from one call to the next [us]."""
-        return 1e6 / self.rate_hz
-
-    @property
-    def limit_us(self) -> float:
-        """Time that one call may take [us]."""
-        return self.budget * self.period_us if self.deadline_us is None else self.deadline_us
-
-    def highest_rate_hz(self, call_us: float) -> float:
-        """The rate at which a call of that length [us] just takes what the budget, or the period, allows."""
-        return (self.budget if self.deadline_us is None else 1.0) * 1e6 / call_us
-
-
 @dataclass(frozen=True, kw_only=True)
 class Size:
     """One method, with its start and level, on one vehicle over all its demand sets.
 
-    Times are [us], None where the calls do not suffice: the median of the demand set that takes
-    longest, p99.9 and the slowest of the single calls on all sets together.
-    bound: share of late calls, not exceeded with 95 % confidence.
-    rate_hz: the highest one that the slowest call seen allows.
+    Attributes
+    ----------
+    reason : what stands in the way of a better ``fit``, empty where nothing does
+    p50_us : median of the demand set that takes longest, None where the calls do not suffice
+    p999_us, max_us : p99.9 and the slowest of the single calls on all sets together, or None
+    late, calls : how many of the single calls were late, of how many
+    bound : share of late calls, not exceeded with 95 % confidence
+    rate_hz : the highest one that the slowest call seen allows
+    memory_MB : peak of the method's process
     """
 
     vehicle: str
     method: str
     label: str
-    verdict: Verdict
+    fit: Fit
     reason: str
     exact: bool = False
     p50_us: float | None = None
@@ -98,7 +63,7 @@ def sizes(run: Run, loop: Loop, transfer: Transfer | None = None) -> list[Size]:
     found = [_size(rows, loop, transfer) for rows in groups.values()]
     return sorted(
         found,
-        key=lambda s: (s.vehicle, s.verdict > Verdict.WITHOUT_TAIL, not s.exact, s.verdict, s.p50_us or 0.0),
+        key=lambda s: (s.vehicle, s.fit > Fit.WITHOUT_TAIL, not s.exact, s.fit, s.p50_us or 0.0),
     )
 
 
@@ -121,12 +86,11 @@ def _size(rows: list[Row], loop: Loop, transfer: Transfer | None) -> Size:
     for row in rows:
         if row.failed:
             reason = f"{row.demands}: {row.failed.status}, {row.failed.reason}"
-            return size(verdict=Verdict.UNKNOWN, reason=reason)
+            return size(fit=Fit.UNKNOWN, reason=reason)
     for row in rows:
         if not right(row):
             reason = f"{row.demands}: {row.wrong or 'farther from the optimum than promised'}"
-            reason = f"a wrong answer has no time; {reason}"
-            return size(verdict=Verdict.UNKNOWN, reason=reason)
+            return size(fit=Fit.UNKNOWN, reason=f"a wrong answer has no time; {reason}")
     factor = transfer.high if transfer else 1.0
     singles: Counted = merged(row.singles for row in rows)
     p50 = _largest([row.call_p50_us for row in rows], factor)
@@ -134,13 +98,13 @@ def _size(rows: list[Row], loop: Loop, transfer: Transfer | None) -> Size:
     p999 = None if tail is None else tail / 1000 * factor
     slowest = None if transfer or not singles else singles[-1][0] / 1000
     late, calls, bound = misses(singles, loop.limit_us * 1000 / factor) if singles else (0, 0, None)
-    verdict, reason = judge(loop, p50, p999, slowest, bound, estimated=transfer is not None)
+    fit, reason = judge(loop, p50, p999, slowest, bound, estimated=transfer is not None)
     known = slowest or p999 or p50
     return size(
         # Where nothing attainable was asked, an exact method may have nothing to answer.
         exact=all(exact(row) for row in rows if row.attainable or row.agrees != "-")
         and any(exact(row) for row in rows),
-        verdict=verdict,
+        fit=fit,
         reason=reason,
         p50_us=p50,
         p999_us=p999,
@@ -160,8 +124,8 @@ def judge(
     max_us: float | None,
     bound: float | None,
     estimated: bool = False,
-) -> tuple[Verdict, str]:
-    """The verdict on a method's times, and in a word what stands in the way of a better one.
+) -> tuple[Fit, str]:
+    """Whether a method fits by its times, and in a word what stands in the way of a better answer.
 
     fits: no call seen was late, of so many that at most LATE_SHARE of all calls are (95 %
     confidence; that is 2,995). fits without tail: the median fits, the tail does not or is not
@@ -169,18 +133,18 @@ def judge(
     """
     limit = loop.limit_us
     if p50_us is None:
-        return Verdict.UNKNOWN, "no call was timed"
+        return Fit.UNKNOWN, "no call was timed"
     if p50_us > limit:
-        return Verdict.DOES_NOT_FIT, "median"
+        return Fit.DOES_NOT_FIT, "median"
     if p999_us is not None and p999_us > limit:
-        return Verdict.WITHOUT_TAIL, "p99.9"
+        return Fit.WITHOUT_TAIL, "p99.9"
     if estimated:
-        return Verdict.WITHOUT_TAIL, "estimate"
+        return Fit.WITHOUT_TAIL, "estimate"
     if max_us is not None and max_us > limit:
-        return Verdict.WITHOUT_TAIL, "slowest call"
+        return Fit.WITHOUT_TAIL, "slowest call"
     if bound is None or bound > LATE_SHARE:
-        return Verdict.WITHOUT_TAIL, "too few calls"
-    return Verdict.FITS, ""
+        return Fit.WITHOUT_TAIL, "too few calls"
+    return Fit.FITS, ""
 
 
 def _largest(values: list[float | None], factor: float) -> float | None:

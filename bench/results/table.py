@@ -1,41 +1,50 @@
-"""results.csv: every row of a run through every column, and what the columns mean."""
+"""Rows through columns: the CSV files of a run, and what the columns of results.csv mean."""
 
 import csv
 import inspect
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
+from typing import TypeVar
 
 from bench.results.columns import Row
+from bench.results.text import table
 
-BAR = "\\|"
-"""A bar inside a cell of a Markdown table."""
-
-
-def columns() -> dict[str, property]:
-    """Every column by name, in the order in which ``bench.results.columns.Row`` defines them."""
-    return {name: thing for name, thing in vars(Row).items() if isinstance(thing, property)}
+R = TypeVar("R")
+Value = str | int | float | None
 
 
-def write_csv(rows: Iterable[Row], path: Path) -> None:
-    """Write results.csv: a header of column names, one line a row, empty where nothing applies."""
-    shown = columns()
+def columns() -> dict[str, Callable[[Row], Value]]:
+    """Every column of results.csv by name, in the order in which ``bench.results.columns.Row`` has them."""
+    properties = {name: thing for name, thing in vars(Row).items() if isinstance(thing, property)}
+    return {name: column.fget for name, column in properties.items() if column.fget}
+
+
+def write_csv(
+    path: Path, columns: Mapping[str, Callable[[R], Value]], rows: Iterable[R], *, pointed: bool = True
+) -> None:
+    """Write a header of column names and one line a row, empty where a value is None.
+
+    Floats have six digits, more than a clock or a solver's tolerance can give. ``pointed`` gives whole
+    ones a point too: a reader that guesses a column's type from its first rows must not take 0.0 and 1.0
+    for whole numbers.
+    """
+
+    def text(value: Value) -> Value:
+        if not isinstance(value, float):
+            return value
+        digits = f"{value:.6g}"
+        return digits if not pointed or set(digits) & set(".en") else f"{digits}.0"
+
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(shown)
-        writer.writerows([_text(getattr(row, name)) for name in shown] for row in rows)
+        writer.writerow(columns)
+        writer.writerows([text(column(row)) for column in columns.values()] for row in rows)
 
 
 def documentation() -> str:
     """The columns as a Markdown table, from their docstrings."""
-    meanings = {name: " ".join(inspect.cleandoc(c.__doc__ or "").split()) for name, c in columns().items()}
-    lines = [f"| `{name}` | {text.replace('``', '`').replace('|', BAR)} |" for name, text in meanings.items()]
-    return "\n".join(["| column | meaning |", "|---|---|", *lines, ""])
-
-
-def _text(value: str | int | float | None) -> str:
-    if not isinstance(value, float):
-        return "" if value is None else str(value)
-    # Six digits: more than a clock or a solver's tolerance can give. Always with a point, since readers
-    # that guess a column's type from its first rows must not take 0 and 1 for whole numbers.
-    text = f"{value:.6g}"
-    return text if set(text) & set(".en") else f"{text}.0"
+    meanings = {name: inspect.cleandoc(column.__doc__ or "") for name, column in columns().items()}
+    return table(
+        ("column", "meaning"),
+        [(f"`{name}`", meaning.replace("``", "`")) for name, meaning in meanings.items()],
+    )

@@ -18,8 +18,9 @@ import numpy as np
 from alloc import Allocation, FloatArray, Status, Vehicle, answer, build, checked, load_vehicle
 from alloc.native import function_name, sources
 from alloc.native.compiled import shared_library
+from bench.results.text import table, three
 from bench.studies.native_speed import demands, interleaved, python_calls
-from bench.studies.speed_tables import PRODUCT, table
+from bench.studies.speed_tables import PRODUCT
 
 VEHICLES = ("ukwial", "bluerov2-heavy")
 KERNEL = "nullspace"
@@ -83,7 +84,7 @@ def as_allocator(call: Bare, vehicle: Vehicle) -> Callable[[FloatArray], Allocat
     return allocate
 
 
-def measure(name: str, folder: Path) -> list[object]:
+def measure(name: str, folder: Path) -> list[str]:
     """One row: every way for one vehicle."""
     vehicle = load_vehicle(name)
     ways = {"ctypes": by_ctypes(vehicle), "cffi": by_cffi(vehicle, folder)}
@@ -93,14 +94,14 @@ def measure(name: str, folder: Path) -> list[object]:
         calls[label] = as_allocator(call, vehicle)
     calls["extension"] = build(f"{KERNEL}@native", vehicle)
     ns = interleaved(calls, demands(vehicle))
-    return [name, *(ns[label] for label in calls)]
+    return [name, *(three(ns[label]) for label in calls)]
 
 
 def main() -> None:
     """Print the table."""
     headers = ["vehicle", "`T_pinv @ tau`", "ctypes, bare", "ctypes", "cffi, bare", "cffi", "extension"]
     with tempfile.TemporaryDirectory() as folder:
-        print(table([measure(name, Path(folder)) for name in VEHICLES], headers))
+        print(table(headers, [measure(name, Path(folder)) for name in VEHICLES]))
 
 
 if __name__ == "__main__":

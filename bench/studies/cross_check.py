@@ -7,18 +7,17 @@ from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
 from time import thread_time
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from qpbenchmark.results import Results
 from qpbenchmark.run import run
-from tabulate import tabulate
 
 from alloc import Allocator, NotInstalled, Status, build
+from bench.results.ranking import EXACT_WITHIN
+from bench.results.text import table, three
 from bench.studies.thrust_allocation import Case, ThrustAllocation
 
-EXACT = 1e-6
-"""Distance to the optimum, over the largest limit, that counts as the right answer [-]."""
 CALLS = 20
 """Calls a batch, on the CPU clock: on problems of microseconds one call measures the clock."""
 
@@ -53,29 +52,31 @@ def ours(method: str, cases: list[Case]) -> Ours:
             result = allocate(tau)
         times.append((thread_time() - start) / CALLS * 1e6)
         off = np.abs(result.f - exact(tau).f).max() / vehicle.f_scale
-        right += result.status == Status.SOLVED and off <= EXACT
+        right += result.status == Status.SOLVED and off <= EXACT_WITHIN
     return Ours(right / len(cases), median(times))
 
 
-def table(problems: ThrustAllocation) -> list[list[Any]]:
+def lines(problems: ThrustAllocation) -> list[list[str]]:
     """One row a solver: success by qpbenchmark's settings, answers right by ours, three times."""
     frame = theirs(problems, ("default", "high_accuracy")).df
-    rows = []
+    found = []
     for solver in sorted(problems.solvers):
         mine = frame[frame["solver"] == solver]
-        row: list[Any] = [solver]
+        solved = []
         for settings in ("default", "high_accuracy"):
             limit = problems.tolerances[settings]
             part = mine[mine["settings"] == settings]
             worst = part[["primal_residual", "dual_residual", "duality_gap"]].astype(float).fillna(np.inf)
-            row.append(100 * float((part["found"] & (worst < limit.primal).all(axis=1)).mean()))
+            solved.append(100 * float((part["found"] & (worst < limit.primal).all(axis=1)).mean()))
         try:
             one_shot, live = (ours(f"{route}/{solver}", problems.cases) for route in ("qpsolvers", "qp"))
         except (NotInstalled, LookupError):
             continue
         theirs_us = 1e6 * float(mine[mine["settings"] == "default"]["runtime"].median())
-        rows.append([*row, 100 * one_shot.right, 100 * live.right, theirs_us, one_shot.call_us, live.call_us])
-    return rows
+        right = (100 * one_shot.right, 100 * live.right)
+        times_us = (theirs_us, one_shot.call_us, live.call_us)
+        found.append([solver, *map(three, (*solved, *right, *times_us))])
+    return found
 
 
 HEADERS = [
@@ -92,4 +93,4 @@ HEADERS = [
 if __name__ == "__main__":
     problems = ThrustAllocation()
     print(f"{len(problems.cases)} problems")
-    print(tabulate(table(problems), HEADERS, tablefmt="github", floatfmt=".0f"))
+    print(table(HEADERS, lines(problems)))

@@ -11,6 +11,8 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
+from bench.results.text import table
+
 SLOWER = {"up05": 5, "up10": 10, "up20": 20}
 """Tree -> per cent of additional work."""
 
@@ -30,7 +32,16 @@ RULES: tuple[tuple[str, str, Says], ...] = (
 )
 """What stands in the table: a rule, the trials it looks at, and what it says of a cell."""
 
-
+HEADERS = (
+    "rule",
+    "identical: trials",
+    "with a false alarm",
+    "cells",
+    "+5 % found",
+    "+10 %",
+    "+20 %",
+    "s a trial",
+)
 QUIET_LOAD = 2.0
 """A load average up to here when a trial starts is what the trials themselves cause."""
 
@@ -45,10 +56,7 @@ def report(trials: list[dict[str, Any]]) -> str:
 
 def summary(trials: list[dict[str, Any]]) -> str:
     """False alarms and finds of each rule, and how long each takes."""
-    lines = [
-        "| rule | identical: trials | with a false alarm | cells | +5 % found | +10 % | +20 % | s a trial |",
-        "|---|--:|--:|--:|--:|--:|--:|--:|",
-    ]
+    rows = []
     for title, by, says in RULES:
         told = {
             name: [_told(trial, says) for trial in trials if trial["by"] == by and trial["tree"] == name]
@@ -59,8 +67,9 @@ def summary(trials: list[dict[str, Any]]) -> str:
         finds = [_share([found for trial in told[name] for found in trial]) for name in SLOWER]
         seconds = median([t["seconds"] for t in trials if t["by"] == by and t["tree"] == "same"] or [0.0])
         asked = sum(bool(trial) for trial in told["same"])
-        entries = [title, asked, alarms, f"{sum(cells)} of {len(cells)}", *finds, f"{seconds:.0f}"]
-        lines.append(f"| {' | '.join(map(str, entries))} |")
+        rows.append(
+            [title, str(asked), str(alarms), f"{sum(cells)} of {len(cells)}", *finds, f"{seconds:.0f}"]
+        )
     same = Counter(t["outcome"] for t in trials if t["by"] == "gate" and t["tree"] == "same")
     loads = sorted(t["load"] for t in trials)
     outcomes = ", ".join(f"{count} {outcome}" for outcome, count in same.most_common())
@@ -72,13 +81,12 @@ def summary(trials: list[dict[str, Any]]) -> str:
         if any(t["by"] == "gate" and t["tree"] == name for t in trials)
     }
     injected = ", ".join(f"{SLOWER[name]} % as {ratio - 1:.1%}" for name, ratio in ratios.items())
-    lines += [
-        "",
+    return (
+        f"{table(HEADERS, rows)}\n"
         f"Gates between identical trees ended with: {outcomes}. Load average when a trial began: "
         f"{loads[0]:.1f} … {loads[-1]:.1f}, median {median(loads):.1f}. The gate measured what was injected, "
-        f"in the median, {injected}.",
-    ]
-    return "\n".join(lines)
+        f"in the median, {injected}."
+    )
 
 
 def _told(trial: dict[str, Any], says: Says) -> list[bool]:

@@ -18,8 +18,10 @@ from statistics import median
 from alloc import FloatArray, build, load_vehicle
 from bench.demands import build_demands
 from bench.harness import machine
+from bench.harness.child import environment
 from bench.harness.timing import no_garbage_collection, sample
 from bench.harness.yardsticks import CANARIES, yardstick
+from bench.results.text import table
 
 CALLABLES = (
     ("pinv", "ukwial"),
@@ -93,8 +95,7 @@ def main() -> None:
     if len(sys.argv) == 3:
         print(ours(sys.argv[1], sys.argv[2]))
         return
-    print("| callable | vehicle | ours [ns] | pyperf [ns] | ratio |\n|---|---|---|---|---|")
-    agree = True
+    rows, agree = [], True
     for method, vehicle_name in CALLABLES:
         a, b = [], []
         for _ in range(PROCESSES):  # in turns, so that a slow spell hits both
@@ -102,16 +103,14 @@ def main() -> None:
             b.append(theirs(method, vehicle_name))
         ratio = median(a) / median(b)
         agree &= abs(ratio - 1.0) <= WITHIN
-        print(f"| {method} | {vehicle_name} | {median(a):.0f} | {median(b):.0f} | {ratio:.3f} |")
+        rows.append((method, vehicle_name, f"{median(a):.0f}", f"{median(b):.0f}", f"{ratio:.3f}"))
+    print(table(("callable", "vehicle", "ours [ns]", "pyperf [ns]", "ratio"), rows))
     sys.exit(0 if agree else 1)
 
 
 def _python(*arguments: str) -> str:
-    threads = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    path = os.pathsep.join(filter(None, [str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")]))
-    inherited = {**os.environ, **threads, "PYTHONPATH": path}
     command = [sys.executable, *arguments]
-    return subprocess.run(command, check=True, capture_output=True, text=True, env=inherited).stdout
+    return subprocess.run(command, check=True, capture_output=True, text=True, env=environment()).stdout
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ import numpy as np
 from alloc import FloatArray, Status, Vehicle, build, load_vehicle, pose_hard, solvers
 from alloc.live.allocator import Live
 from bench.demands import build_demands
+from bench.results.text import table
 
 N = 1000
 
@@ -20,14 +21,17 @@ def main(arguments: list[str]) -> None:
     taus = build_demands("active", vehicle, 2004, N).taus
     exact, _ = build("nullspace", vehicle).many(taus)
     print(f"{vehicle.name}, {N} active demands, start cold, level default\n")
-    print("| solver | solved in N, % | distance | solved scaled, % | distance |\n|---|---|---|---|---|")
-    for name in solvers.names():
-        if not solvers.missing(name):
-            cells = [outcome(name, vehicle, scaled, taus, exact) for scaled in (False, True)]
-            print(f"| {name} |", " | ".join(cells), "|", flush=True)
+    rows = [
+        [name, *(cell for scaled in (False, True) for cell in outcome(name, vehicle, scaled, taus, exact))]
+        for name in solvers.names()
+        if not solvers.missing(name)
+    ]
+    print(table(("solver", "solved in N, %", "distance", "solved scaled, %", "distance"), rows))
 
 
-def outcome(name: str, vehicle: Vehicle, scaled: bool, taus: FloatArray, exact: FloatArray) -> str:
+def outcome(
+    name: str, vehicle: Vehicle, scaled: bool, taus: FloatArray, exact: FloatArray
+) -> tuple[str, str]:
     """Share of SOLVED [%], and the largest distance among the finite answers, over the largest limit."""
     posed = pose_hard(vehicle, scaled)
     solve = solvers.load(name).prepare(posed.qp, "cold", "default")
@@ -35,7 +39,7 @@ def outcome(name: str, vehicle: Vehicle, scaled: bool, taus: FloatArray, exact: 
     distance = np.abs(F - exact).max(axis=1) / vehicle.f_scale
     answered = np.isfinite(distance)
     worst = f"{distance[answered].max():.1g}" if answered.any() else "no answer"
-    return f"{100 * np.mean(status == Status.SOLVED):.3g} | {worst}"
+    return f"{100 * np.mean(status == Status.SOLVED):.3g}", worst
 
 
 if __name__ == "__main__":

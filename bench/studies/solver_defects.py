@@ -4,10 +4,11 @@ Prints what each said and how it ended; some crash or hang, which is what they a
 """
 
 import re
-import signal
 import subprocess
 import sys
 from pathlib import Path
+
+from bench.harness.child import cause
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "solvers.md"
 LIMIT_S = 20
@@ -22,14 +23,10 @@ def reproductions(text: str) -> dict[str, str]:
 def outcome(code: str) -> str:
     """What a fresh interpreter prints, and how it ends."""
     try:
-        done = subprocess.run(
-            [sys.executable, "-c", code], capture_output=True, text=True, timeout=LIMIT_S, check=False
-        )
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, timeout=LIMIT_S, check=False)
     except subprocess.TimeoutExpired as late:
         return f"{(late.stdout or b'').decode()}still running after {LIMIT_S} s"
-    ended = signal.Signals(-done.returncode).name if done.returncode < 0 else f"exit code {done.returncode}"
-    last = done.stderr.strip().splitlines()[-1:]  # of a traceback: what was raised
-    return "\n".join([done.stdout.rstrip(), *last, ended]).lstrip()
+    return f"{done.stdout.decode().rstrip()}\n{cause(done.returncode, done.stderr)}".lstrip()
 
 
 def main() -> None:

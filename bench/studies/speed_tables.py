@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from tabulate import tabulate
 
 from alloc import Vehicle, find
 from bench.harness.machine import cpu
+from bench.results.text import table, three
 
 EXACT, PINV, WALSH = "nullspace@native", "pinv@native", "walsh@native"
 OSQP, DAQP, DAQP_C = "qp/osqp@generated", "qp/daqp", "qp/daqp in C"
@@ -37,34 +37,34 @@ class Measured:
         return min((name for name in self.calls if find(name).solver), key=self.calls.__getitem__)
 
 
-Columns = dict[str, Callable[[Measured], object]]
+Columns = dict[str, Callable[[Measured], str]]
 IN_C: Columns = {
     "vehicle": lambda m: m.label,
-    "product as it stands": lambda m: m.c[PLAIN],
-    "pinv": lambda m: m.c[PINV],
-    "walsh": lambda m: m.c.get(WALSH),
-    "nullspace": lambda m: m.c[EXACT],
-    "DAQP's own clock": lambda m: m.c[DAQP],
-    "DAQP, whole call": lambda m: m.c.get(DAQP_C),
+    "product as it stands": lambda m: three(m.c[PLAIN]),
+    "pinv": lambda m: three(m.c[PINV]),
+    "walsh": lambda m: three(m.c.get(WALSH)),
+    "nullspace": lambda m: three(m.c[EXACT]),
+    "DAQP's own clock": lambda m: three(m.c[DAQP]),
+    "DAQP, whole call": lambda m: three(m.c.get(DAQP_C)),
     "nullspace / product": lambda m: ratio(m.c[EXACT], m.c[PLAIN]),
     "nullspace / pinv": lambda m: ratio(m.c[EXACT], m.c[PINV]),
     "nullspace / DAQP": lambda m: ratio(m.c[EXACT], m.c[DAQP]),
 }
 COUNTS: Columns = {
     "vehicle": lambda m: m.label,
-    "pinv": lambda m: m.counts[PINV].max(),
-    "nullspace, mean": lambda m: round(m.counts[EXACT].mean()),
-    "nullspace, worst": lambda m: m.counts[EXACT].max(),
+    "pinv": lambda m: str(m.counts[PINV].max()),
+    "nullspace, mean": lambda m: str(round(m.counts[EXACT].mean())),
+    "nullspace, worst": lambda m: str(m.counts[EXACT].max()),
     "worst / pinv": lambda m: ratio(m.counts[EXACT].max(), m.counts[PINV].max()),
 }
 CALLS: Columns = {
     "vehicle": lambda m: m.label,
-    "`T_pinv @ tau`": lambda m: m.calls[PRODUCT],
-    "pinv@native": lambda m: m.calls[PINV],
-    "nullspace@native": lambda m: m.calls[EXACT],
-    "nullspace": lambda m: m.calls["nullspace"],
+    "`T_pinv @ tau`": lambda m: three(m.calls[PRODUCT]),
+    "pinv@native": lambda m: three(m.calls[PINV]),
+    "nullspace@native": lambda m: three(m.calls[EXACT]),
+    "nullspace": lambda m: three(m.calls["nullspace"]),
     "fastest solver": lambda m: m.solver,
-    "its call": lambda m: m.calls[m.solver],
+    "its call": lambda m: three(m.calls[m.solver]),
     "native / product": lambda m: ratio(m.calls[EXACT], m.calls[PRODUCT]),
     "native / solver": lambda m: ratio(m.calls[EXACT], m.calls[m.solver]),
     "numpy / product": lambda m: ratio(m.calls["nullspace"], m.calls[PRODUCT]),
@@ -75,21 +75,21 @@ CALLS: Columns = {
 def tables(found: Sequence[Measured]) -> str:
     """Markdown."""
     classes = [
-        [m.label, kind, *(ns.get(column) for column in (EXACT, DAQP, DAQP_C, OSQP))]
+        [m.label, kind, *(three(ns.get(column)) for column in (EXACT, DAQP, DAQP_C, OSQP))]
         for m in found
         for kind, ns in m.by_class.items()
     ]
     heads = ["vehicle", "demands", "nullspace", "DAQP's own clock", "DAQP, whole call", "OSQP's generated C"]
-    return "\n\n".join(
+    return "\n".join(
         [
-            f"Measured on {cpu()}; gcc -O2, one core, CPU time, the least of several batches.",
-            "**In C, ns a call.** DAQP's own clock is wall time of its solve alone, the others whole calls.",
+            f"Measured on {cpu()}; gcc -O2, one core, CPU time, the least of several batches.\n",
+            "**In C, ns a call.** DAQP's own clock: wall time of its solve alone; the others: whole calls.\n",
             of(IN_C, found),
-            "**In C by class of demand, ns a call**",
-            table(classes, heads),
-            "**Instructions a call** (callgrind, x86-64)",
+            "**In C by class of demand, ns a call**\n",
+            table(heads, classes),
+            "**Instructions a call** (callgrind, x86-64)\n",
             of(COUNTS, found),
-            "**From Python, ns a call**, and `many()`",
+            "**From Python, ns a call**, and `many()`\n",
             of(CALLS, found),
         ]
     )
@@ -97,19 +97,7 @@ def tables(found: Sequence[Measured]) -> str:
 
 def of(columns: Columns, found: Sequence[Measured]) -> str:
     """A table with one row a vehicle."""
-    return table([[value(m) for value in columns.values()] for m in found], list(columns))
-
-
-def table(rows: Sequence[Sequence[object]], headers: Sequence[str]) -> str:
-    """A Markdown table of figures in three digits."""
-    return tabulate([[shown(x) for x in row] for row in rows], headers, "pipe", disable_numparse=True)
-
-
-def shown(value: object) -> str:
-    """Three significant digits, whole numbers whole, nothing for None."""
-    if isinstance(value, float):
-        return f"{value:.3g}" if value < 100 else f"{value:,.0f}"
-    return "" if value is None else str(value)
+    return table(list(columns), [[value(m) for value in columns.values()] for m in found])
 
 
 def ratio(one: float, other: float) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 
 from alloc import Allocator, FloatArray, TwoStage, build, load_vehicle, solvers
 from bench.demands import build_demands
+from bench.results.text import table, three
 
 N = 50
 ROUNDS = 21
@@ -36,14 +37,15 @@ def main(arguments: list[str]) -> None:
     print(
         f"{vehicle.name}, {N} active demands, defaults; CPU time of a call [us], median of {ROUNDS} rounds\n"
     )
-    print("| solver | one-shot | live | binding | solver's own clock | wrapper's share, % |\n|" + "---|" * 6)
+    rows = []
     for name in sorted(found, key=lambda name: time[f"live {name}"]):
         own = 1e6 * float(np.median([live[name](tau).solver_s for tau in taus]))
         total, binding = time[f"live {name}"], time[f"binding {name}"]
         share = f"{100 * (1 - own / total):.0f}" if np.isfinite(own) else "-"
-        clock = f"{own:.2g}" if np.isfinite(own) else "-"
+        clock = three(own) if np.isfinite(own) else "-"
         shown = (time[f"one-shot {name}"], total, binding)
-        print(f"| {name} |", " | ".join(f"{value:.3g}" for value in shown), f"| {clock} | {share} |")
+        rows.append((name, *map(three, shown), clock, share))
+    print(table(("solver", "one-shot", "live", "binding", "solver's own clock", "wrapper's share, %"), rows))
 
 
 def medians(calls: dict[str, tuple[Call, list[FloatArray]]]) -> dict[str, float]:

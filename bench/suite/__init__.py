@@ -2,6 +2,8 @@
 
 import os
 
-# One BLAS thread; read once, when numpy is first imported, so this stands before every import of it.
-for _threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-    os.environ.setdefault(_threads, "1")
+from bench.harness.child import ONE_THREAD
+
+# Before anything here imports numpy. What a user has set stands.
+for _name, _threads in ONE_THREAD.items():
+    os.environ.setdefault(_name, _threads)

@@ -5,15 +5,15 @@ They matter to whatever is carried over from call to call: a warm start, a reuse
 
 import numpy as np
 
-from alloc import FloatArray, Vehicle
+from alloc import WRENCH_TOLERANCE, FloatArray, Vehicle
 from bench.demands.rays import draw
 
 RUN = 5
 """Infeasible demands in a row, and attainable ones after them: enough for a solver to adapt to either."""
 DWELL = 100
 """Steps in one place on the edge: ten seconds of full power at 10 Hz."""
-JITTER = 1e-6
-"""How far those steps lie inside or outside by turns: at the tolerance of what counts as met."""
+JITTER = WRENCH_TOLERANCE
+"""How far those steps lie inside or outside by turns: at what counts as met."""
 
 
 def demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:

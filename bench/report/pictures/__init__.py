@@ -5,9 +5,11 @@
 """
 
 import pkgutil
+import re
 from importlib import import_module
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 from bench.results.rows import Run
 
@@ -33,3 +35,9 @@ def draw_all(run: Run, directory: Path) -> frozenset[str]:
                     save(figure, directory / name)
                     drawn.add(name)
     return frozenset(drawn)
+
+
+def picture(name: str, alt: str, drawn: frozenset[str]) -> str:
+    """A picture in Markdown, or nothing where it was not drawn; a vehicle's name may hold any letter."""
+    words = re.sub(r"[\[\]\\]", r"\\\g<0>", alt)
+    return f"![{words}]({quote(name)})\n" if name in drawn else ""

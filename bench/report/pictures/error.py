@@ -4,15 +4,13 @@ from collections.abc import Iterable
 from itertools import cycle
 from typing import TYPE_CHECKING
 
+from alloc import WRENCH_TOLERANCE
 from bench.record import Curve
 from bench.report.pictures.style import BLUE, FAINT, GREEN, GREY, INK, ORANGE, PURPLE, VERMILION
 from bench.results.rows import Run
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-ALIKE = 1e-6
-"""Curves that differ by less at every size are one line: what SOLVED promises of a wrench."""
 
 STYLES = (
     (GREY, "-"),
@@ -65,7 +63,7 @@ def alike(curves: list[Curve]) -> list[tuple[str, Curve]]:
     groups: list[tuple[list[str], Curve]] = []
     for curve in sorted(curves, key=lambda c: (sum(c.error_p50), c.method)):
         for names, other in groups:
-            if _distance(curve, other) <= ALIKE:
+            if _distance(curve, other) <= WRENCH_TOLERANCE:
                 names.append(curve.method)
                 break
         else:

@@ -11,7 +11,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from alloc import NotApplicable, Status, Vehicle, build, load_vehicle
+from alloc import WRENCH_TOLERANCE, NotApplicable, Status, Vehicle, build, load_vehicle
 from alloc.allocation import FloatArray
 from alloc.closed_forms import svd, walsh
 
@@ -292,7 +292,7 @@ def test_status_is_what_the_wrench_says_where_digits_run_out(method: str) -> Non
         F, status = build(method, vehicle).many(taus)
         assert not (status == Status.INFEASIBLE).any()
         missed = np.abs(F @ T.T - taus) / vehicle.wrench_scale
-        assert (missed[status == Status.SOLVED] <= 1e-6).all()
+        assert (missed[status == Status.SOLVED] <= WRENCH_TOLERANCE).all()
         assert method == "svd" or (status == Status.SOLVED).all()
 
 

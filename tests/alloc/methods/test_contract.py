@@ -6,11 +6,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from alloc import Allocator, DemandError, Entry, NotApplicable, Status, Vehicle, build, load_vehicle
+from alloc import (
+    WRENCH_TOLERANCE,
+    Allocator,
+    DemandError,
+    Entry,
+    NotApplicable,
+    Status,
+    Vehicle,
+    build,
+    load_vehicle,
+)
 
 N_DEMANDS = 12
-WRENCH_TOLERANCE = 1e-6
-"""What SOLVED promises, relative to the wrench scale of each axis; closed forms stay far below it."""
 
 
 def prepared(entry: Entry, vehicle: Vehicle) -> Allocator:

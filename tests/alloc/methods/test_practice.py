@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from alloc import (
+    WRENCH_TOLERANCE,
     Label,
     Status,
     Vehicle,
@@ -60,7 +61,7 @@ def test_status_is_what_the_wrench_says(name: str):
         for size in (0.7, 1.5):
             taus = wrenches(vehicle, size)
             F, status = build(name, vehicle).many(taus)
-            met = miss(vehicle, F, taus) <= 1e-6
+            met = miss(vehicle, F, taus) <= WRENCH_TOLERANCE
             assert ((status == Status.SOLVED) == met).all()
             assert set(status[~met]) <= {Status.PARTIAL}
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from alloc import NotApplicable, Status, Vehicle, build, load_vehicle
-from alloc.nullspace.structure import decompose
+from alloc.nullspace.structure import decompose, split
 from tests.nullspace_cases import (
     AXES,
     SHAPES,
@@ -162,6 +162,20 @@ def test_independent_blocks_are_found_from_the_vehicle(name: str, blocks: list[i
         N[block.rows, start : start + blocks[i]] = block.N
     np.testing.assert_allclose(vehicle.T @ N, 0, atol=1e-12)
     np.testing.assert_allclose(N.T @ vehicle.H @ N, np.eye(sum(blocks)), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("coupled", "blocks"),
+    [([], [[0], [1], [2], [3]]), ([(0, 2)], [[0, 2], [1], [3]]), ([(0, 3), (2, 3)], [[0, 2, 3], [1]])],
+    ids=["nothing", "one pair", "a chain"],
+)
+def test_blocks_hang_together_over_any_link_and_stand_by_their_first_column(
+    coupled: list[tuple[int, int]], blocks: list[list[int]]
+) -> None:
+    H = np.eye(4)
+    for i, j in coupled:
+        H[i, j] = H[j, i] = 0.3
+    assert [block.rows.tolist() for block in split(np.eye(4), H)] == blocks
 
 
 def test_columns_that_share_thrusters_stay_together_even_where_their_cost_does_not_couple_them() -> None:

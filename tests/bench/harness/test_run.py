@@ -14,7 +14,8 @@ import alloc
 from alloc import AllocError, DemandError, UnknownName
 from bench.__main__ import cli
 from bench.demands import DemandSet
-from bench.harness import machine, process
+from bench.harness import machine
+from bench.harness.child import environment
 from bench.harness.contenders import contenders
 from bench.harness.lines import problem
 from bench.harness.plan import RunSettings
@@ -113,7 +114,7 @@ def test_a_worker_finds_a_source_tree_that_nobody_installed_from_any_folder(tmp_
     root = ROOT
     # -S: no site-packages, so that an installed thrustbench can't stand in for the source tree.
     ask = "import importlib.util; print(importlib.util.find_spec('bench').origin)"
-    path = {"PYTHONPATH": process._environment()["PYTHONPATH"].partition(os.pathsep)[0]}
+    path = {"PYTHONPATH": environment()["PYTHONPATH"].partition(os.pathsep)[0]}
     done = subprocess.run(
         [sys.executable, "-S", "-c", ask], cwd=tmp_path, env=path, capture_output=True, text=True, check=True
     )

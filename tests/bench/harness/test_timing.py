@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.harness.timing import BATCH_NS, SLOW_NS, binned, counted, no_garbage_collection, sample
+from bench.harness.timing import BATCH_NS, SLOW_NS, counted, no_garbage_collection, sample
+from bench.record.bins import binned
 
 INPUTS = list(range(7))
 

@@ -12,8 +12,8 @@ from bench.__main__ import main
 from bench.record import Cell, Event, Judged, Key
 from bench.report import render
 from bench.report.tails import unmet
-from bench.report.text import table, three
 from bench.results.rows import read_run
+from bench.results.text import table, three
 from tests import made_up
 
 

@@ -12,9 +12,10 @@ from bench.__main__ import cli
 from bench.record import SCHEMA, Emulated, Header
 from bench.record.writer import Writer
 from bench.report import render
-from bench.results.bands import Fit, bands
+from bench.results.bands import bands
 from bench.results.cycles import CPI, Cpi, seconds, share
 from bench.results.emulated import rows
+from bench.results.fit import Fit, Loop
 
 positive = st.floats(1e-3, 1e9)
 
@@ -76,7 +77,7 @@ def test_a_budget_inside_the_band_may_fit_and_neither_more_nor_less() -> None:
     counted = rows([emulated("cortex-m7", "active", (1000, 1))])
     for budget, fit in ((0.41, Fit.FITS), (0.39, Fit.MAY_FIT), (0.06, Fit.MAY_FIT), (0.04, Fit.DOES_NOT_FIT)):
         # 1,000 instructions at 1 MHz and 100 Hz: 0.5 to 4 ms of 10 ms.
-        (band,) = bands(counted, 1e6, 100.0, budget, {"cortex-m7": Cpi(0.5, 4.0, "")})
+        (band,) = bands(counted, 1e6, Loop(100.0, budget), {"cortex-m7": Cpi(0.5, 4.0, "")})
         assert (band.low, band.high) == pytest.approx((0.05, 0.4))
         assert band.fit == fit
 
@@ -84,7 +85,7 @@ def test_a_budget_inside_the_band_may_fit_and_neither_more_nor_less() -> None:
 def test_the_worst_of_all_demand_sets_counts_and_x86_has_no_band(directory: Path) -> None:
     counted = rows([emulated("cortex-m7", "active", (9, 1)), emulated("cortex-m7", "search", (11, 1))])
     counted += rows([emulated("x86-64", "active", (8, 1))])
-    (band,) = bands(counted, 1e6, 100.0, 0.1)
+    (band,) = bands(counted, 1e6, Loop(100.0, 0.1))
     assert band.instructions == 11
 
 
@@ -92,9 +93,9 @@ def test_a_demand_set_that_could_not_be_counted_leaves_it_open_whether_a_kernel_
     failed = msgspec.structs.replace(emulated("cortex-m7", "infeasible"), status="failed")
     counted = rows([emulated("cortex-m7", "active", (1000, 1)), failed])
     for budget, fit in ((0.5, Fit.UNKNOWN), (0.04, Fit.DOES_NOT_FIT)):
-        (band,) = bands(counted, 1e6, 100.0, budget, {"cortex-m7": Cpi(0.5, 4.0, "")})
+        (band,) = bands(counted, 1e6, Loop(100.0, budget), {"cortex-m7": Cpi(0.5, 4.0, "")})
         assert (band.fit, band.missed) == (fit, ("infeasible",))
-    assert not bands(rows([failed]), 1e6, 100.0, 0.5)
+    assert not bands(rows([failed]), 1e6, Loop(100.0, 0.5))
 
 
 def test_of_two_rows_with_the_same_names_the_later_counts() -> None:

@@ -38,7 +38,7 @@ def test_every_column_says_what_it_means() -> None:
 
 
 def test_a_csv_has_one_line_a_row_and_no_ragged_ones(tmp_path: Path) -> None:
-    write_csv(read_run(made_up.whole(tmp_path)).rows, tmp_path / "results.csv")
+    write_csv(tmp_path / "results.csv", all_columns(), read_run(made_up.whole(tmp_path)).rows)
     with (tmp_path / "results.csv").open(newline="") as file:
         header, *lines = csv.reader(file)
     assert header == list(all_columns())
@@ -156,12 +156,13 @@ def test_no_call_is_counted_twice_though_a_slow_one_is_in_a_batch_and_single(
 def test_a_column_of_numbers_never_mixes_whole_ones_with_others(tmp_path: Path) -> None:
     # polars guesses a column's type from its first rows: "1" there makes "0.55" further down an error.
     cells = [made_up.cell("a", us=1), made_up.cell("b", us=3, setup_ns=[1500])]
-    write_csv(read_run(made_up.record(tmp_path, made_up.header(), *cells)).rows, tmp_path / "results.csv")
+    rows = read_run(made_up.record(tmp_path, made_up.header(), *cells)).rows
+    write_csv(tmp_path / "results.csv", all_columns(), rows)
     with (tmp_path / "results.csv").open(newline="") as file:
-        rows = list(csv.DictReader(file))
-    assert [row["call_p50_us"] for row in rows] == ["1.0", "3.0"]
-    assert [row["setup_us"] for row in rows] == ["6.0", "1.5"]
-    assert [row["n_demands"] for row in rows] == ["10", "10"]
+        lines = list(csv.DictReader(file))
+    assert [line["call_p50_us"] for line in lines] == ["1.0", "3.0"]
+    assert [line["setup_us"] for line in lines] == ["6.0", "1.5"]
+    assert [line["n_demands"] for line in lines] == ["10", "10"]
 
 
 def test_a_degraded_vehicle_has_sections_of_its_own_only_where_the_whole_one_was_not_measured(

@@ -9,9 +9,10 @@ from msgspec.structs import replace
 from bench.commands.size import command
 from bench.record import Batch, Cell, Judged, Key
 from bench.record.canary import CanaryError, CanaryFile, read_canary
+from bench.results.fit import Fit, Loop
 from bench.results.quantiles import misses
 from bench.results.rows import Run, read_run
-from bench.results.sizing import Loop, Size, Verdict, judge, sizes
+from bench.results.sizing import Size, judge, sizes
 from bench.results.transfer import Transfer, transfer
 from tests import made_up
 
@@ -42,33 +43,38 @@ def order(found: list[Size]) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    ("p50", "p999", "slowest", "bound", "verdict"),
+    ("p50", "p999", "slowest", "bound", "fit"),
     [
-        (10, 20, 999, 0.0009, Verdict.FITS),
-        (10, None, 999, 0.0009, Verdict.FITS),
-        (10, None, 999, 0.0011, Verdict.WITHOUT_TAIL),
-        (10, 20, 1001, 0.0009, Verdict.WITHOUT_TAIL),
-        (10, 1001, 2000, 0.002, Verdict.WITHOUT_TAIL),
-        (10, None, None, None, Verdict.WITHOUT_TAIL),
-        (1001, 1002, 1003, 1.0, Verdict.DOES_NOT_FIT),
-        (None, None, None, None, Verdict.UNKNOWN),
+        (10, 20, 999, 0.0009, Fit.FITS),
+        (10, None, 999, 0.0009, Fit.FITS),
+        (10, None, 999, 0.0011, Fit.WITHOUT_TAIL),
+        (10, 20, 1001, 0.0009, Fit.WITHOUT_TAIL),
+        (10, 1001, 2000, 0.002, Fit.WITHOUT_TAIL),
+        (10, None, None, None, Fit.WITHOUT_TAIL),
+        (1001, 1002, 1003, 1.0, Fit.DOES_NOT_FIT),
+        (None, None, None, None, Fit.UNKNOWN),
     ],
 )
 def test_a_verdict_follows_from_median_tail_and_late_calls(
-    p50: float | None, p999: float | None, slowest: float | None, bound: float | None, verdict: Verdict
+    p50: float | None, p999: float | None, slowest: float | None, bound: float | None, fit: Fit
 ) -> None:
     found, reason = judge(HUNDRED_HZ, p50, p999, slowest, bound)
-    assert found == verdict
-    assert (reason == "") == (verdict == Verdict.FITS)
+    assert found == fit
+    assert (reason == "") == (fit == Fit.FITS)
 
 
-@pytest.mark.parametrize(("calls", "verdict"), [(2995, Verdict.FITS), (2994, Verdict.WITHOUT_TAIL)])
+def test_fits_stand_best_first_each_in_words() -> None:
+    words = ["fits", "fits without tail", "may fit", "does not fit", "unknown"]
+    assert [str(fit) for fit in sorted(Fit)] == words
+
+
+@pytest.mark.parametrize(("calls", "fit"), [(2995, Fit.FITS), (2994, Fit.WITHOUT_TAIL)])
 def test_it_takes_2995_calls_without_a_late_one_to_vouch_for_one_in_a_thousand(
-    tmp_path: Path, calls: int, verdict: Verdict
+    tmp_path: Path, calls: int, fit: Fit
 ) -> None:
     cell = replace(steady("m", 1, exact=True), singles=[(1000, calls)])
     (size,) = sizes(run_of(tmp_path, cell), HUNDRED_HZ)
-    assert size.verdict == verdict
+    assert size.fit == fit
 
 
 def test_exact_and_cheap_comes_before_inexact_and_before_exact_and_dear(tmp_path: Path) -> None:
@@ -87,14 +93,14 @@ def test_a_method_with_a_wrong_answer_has_no_time(tmp_path: Path) -> None:
         steady("wrong", 1, exact=True), judged=Judged(answers=1, counts={"SOLVED": 1}, wrong="limit violated")
     )
     (size,) = sizes(run_of(tmp_path, wrong), HUNDRED_HZ)
-    assert size.verdict == Verdict.UNKNOWN
+    assert size.fit == Fit.UNKNOWN
     assert "limit violated" in size.reason
 
 
 def test_a_crash_on_any_demand_set_makes_the_method_unknown(tmp_path: Path) -> None:
     crashed = Cell(Key("ukwial", "infeasible", "m"), "crashed", reason="SIGSEGV")
     (size,) = sizes(run_of(tmp_path, steady("m", 1, exact=True), crashed), HUNDRED_HZ)
-    assert size.verdict == Verdict.UNKNOWN
+    assert size.fit == Fit.UNKNOWN
     assert "SIGSEGV" in size.reason
 
 
@@ -123,21 +129,21 @@ def test_at_its_highest_rate_the_slowest_call_just_fits(tmp_path: Path) -> None:
     assert size.rate_hz is not None
     (edge,) = sizes(run, Loop(size.rate_hz * (1 - 1e-9), 0.1))
     (beyond,) = sizes(run, Loop(size.rate_hz * (1 + 1e-6), 0.1))
-    assert (edge.verdict, beyond.verdict) == (Verdict.FITS, Verdict.WITHOUT_TAIL)
+    assert (edge.fit, beyond.fit) == (Fit.FITS, Fit.WITHOUT_TAIL)
 
 
 def test_a_deadline_replaces_the_budget(tmp_path: Path) -> None:
     run = run_of(tmp_path, steady("m", 30, exact=True))
     (size,) = sizes(run, Loop(100, deadline_us=29))
-    assert size.verdict == Verdict.DOES_NOT_FIT
+    assert size.fit == Fit.DOES_NOT_FIT
 
 
 def test_an_estimate_takes_the_band_s_upper_end_and_never_vouches_for_the_tail(tmp_path: Path) -> None:
     run = run_of(tmp_path, steady("m", 30, exact=True))
     (size,) = sizes(run, HUNDRED_HZ, Transfer(1, 2, 4, "target"))
-    assert (size.p50_us, size.max_us, size.verdict) == (120, None, Verdict.WITHOUT_TAIL)
+    assert (size.p50_us, size.max_us, size.fit) == (120, None, Fit.WITHOUT_TAIL)
     (size,) = sizes(run, HUNDRED_HZ, Transfer(1, 20, 40, "target"))
-    assert size.verdict == Verdict.DOES_NOT_FIT
+    assert size.fit == Fit.DOES_NOT_FIT
 
 
 def test_the_band_holds_the_ratio_of_every_canary(tmp_path: Path) -> None:

@@ -50,7 +50,7 @@ def test_the_rules_of_pytest_benchmark_look_at_its_own_trials() -> None:
 
 def test_a_quiet_and_a_loaded_machine_have_a_table_each() -> None:
     quiet, loaded = trial("gate", "same", QUIET), {**trial("gate", "same", QUIET), "load": 9.0}
-    assert report([quiet]).count("| rule |") == 1
+    assert report([quiet]).count("| rule ") == 1
     assert "### Quiet machine" in report([quiet])
     both = report([quiet, loaded, loaded])
     assert [line(part, "gate: time")[0] for part in both.split("### Loaded machine")] == ["1", "2"]

@@ -1,9 +1,7 @@
-"""Numbers and tables as a report shows them: three significant digits, units in the headers."""
+"""Numbers and tables as people read them: three significant digits, Markdown, units in the headers."""
 
-import re
 from collections.abc import Iterable, Sequence
 from math import floor, isfinite, log10
-from urllib.parse import quote
 
 from tabulate import tabulate
 
@@ -27,6 +25,15 @@ def percent(share: float | None) -> str:
     return "" if share is None else f"{three(100 * share)} %"
 
 
+def number_range(values: Iterable[float | None], to: str = " to ") -> str:
+    """``1.20`` or ``1.20 to 3.40``, the least and the largest of what is there; empty for nothing."""
+    known = [value for value in values if value is not None]
+    if not known:
+        return ""
+    low, high = three(min(known)), three(max(known))
+    return low if low == high else f"{low}{to}{high}"
+
+
 def table(headers: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """A Markdown table that also reads well in a terminal; the first column left, numbers right."""
     body = [[_cell(text) for text in row] for row in rows]
@@ -40,16 +47,4 @@ def _cell(text: str) -> str:
 
 
 def _wordy(body: list[list[str]], i: int) -> bool:
-    return any(not row[i].lstrip("-")[:1].isdigit() for row in body if row[i].strip("-"))
-
-
-def number_range(values: Sequence[float]) -> str:
-    """``1.20`` or ``1.20 to 3.40``, three significant digits."""
-    low, high = three(min(values)), three(max(values))
-    return low if low == high else f"{low} to {high}"
-
-
-def picture(name: str, alt: str, drawn: frozenset[str]) -> str:
-    """A picture in Markdown, or nothing where it was not drawn; a vehicle's name may hold any letter."""
-    words = re.sub(r"[\[\]\\]", r"\\\g<0>", alt)
-    return f"![{words}]({quote(name)})\n" if name in drawn else ""
+    return any(not row[i].lstrip("+-")[:1].isdigit() for row in body if row[i].strip("-–"))

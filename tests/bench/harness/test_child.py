@@ -1,0 +1,46 @@
+"""Measured processes start alike, whoever starts them, and their ends are told alike."""
+
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from bench.harness.child import ONE_THREAD, cause, environment
+
+
+def test_a_measured_process_has_one_thread_whatever_is_set_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ONE_THREAD:
+        monkeypatch.setenv(name, "7")
+    for isolated in (False, True):
+        found = environment(isolated=isolated, PYTHONHASHSEED="3")
+        assert {found[name] for name in ONE_THREAD} == {"1"}
+        assert found["PYTHONHASHSEED"] == "3"
+
+
+def test_an_isolated_process_inherits_nothing_that_is_set_for_python(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PYTHONPATH", "elsewhere")
+    monkeypatch.setenv("PYTHONOPTIMIZE", "2")
+    assert not [name for name in environment(isolated=True) if name.startswith("PYTHON")]
+    assert environment()["PYTHONPATH"].endswith("elsewhere")
+    assert environment()["PYTHONOPTIMIZE"] == "2"
+
+
+@pytest.mark.parametrize(
+    ("code", "printed", "told"),
+    [
+        (-signal.SIGSEGV, b"", "SIGSEGV"),
+        (3, b"first\nlast \n\n", "exit code 3: last"),
+        (0, b"\xff\n", "exit code 0: \ufffd"),
+        (1, b"x" * 999, f"exit code 1: {'x' * 200}"),
+    ],
+)
+def test_an_end_is_told_by_signal_or_code_and_the_last_words(code: int, printed: bytes, told: str) -> None:
+    assert cause(code, printed) == told
+
+
+def test_the_suite_asks_for_one_thread_before_numpy_can_start_more() -> None:
+    ask = "import os, sys, bench.suite; print('numpy' in sys.modules, os.environ['OPENBLAS_NUM_THREADS'])"
+    fresh = {key: value for key, value in environment().items() if key not in ONE_THREAD}
+    done = subprocess.run([sys.executable, "-c", ask], env=fresh, capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["False", "1"]
