@@ -1,9 +1,14 @@
 """One file, one command: each has ``command``, a click command, and imports what it needs when called."""
 
 from math import isfinite
+from pathlib import Path
 from typing import Any
 
 import click
+
+PATH = click.Path(readable=False, path_type=Path)
+"""A path as it was given: not asked to be readable, since what is only written need not be; whoever opens it
+says why it can't."""
 
 
 class Finite(click.FloatRange):

@@ -4,6 +4,8 @@ from pathlib import Path
 
 import click
 
+from bench.commands import PATH
+
 
 @click.command()
 @click.option(
@@ -21,7 +23,7 @@ import click
 @click.option("--add", is_flag=True, help="Put the rows into the record in the folder, not a new one.")
 @click.option(
     "--out",
-    type=click.Path(path_type=Path),
+    type=PATH,
     default=Path("results") / "emulated",
     show_default=True,
     metavar="DIR",
