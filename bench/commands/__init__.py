@@ -10,6 +10,9 @@ PATH = click.Path(readable=False, path_type=Path)
 """A path as it was given: not asked to be readable, since what is only written need not be; whoever opens it
 says why it can't."""
 
+RUNS = Path("runs")
+"""Where runs go unless --out says otherwise. git ignores it; `make keep` takes one of them into results/."""
+
 
 class Finite(click.FloatRange):
     """A range of numbers without NaN, which no comparison keeps out, and without infinity."""

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from bench.commands import PATH
+from bench.commands import PATH, RUNS
 
 
 @click.command()
@@ -24,7 +24,7 @@ from bench.commands import PATH
 @click.option(
     "--out",
     type=PATH,
-    default=Path("results") / "emulated",
+    default=RUNS / "emulated",
     show_default=True,
     metavar="DIR",
 )
