@@ -1,7 +1,7 @@
 # Two commands: `make bench` and `make test`. Each sets up .venv by itself.
 PYTHON ?= python3
 BIN := .venv/bin
-RESULTS ?= $(firstword $(dir $(wildcard results/*/record.jsonl)))
+RUN ?= $(patsubst %/record.jsonl,%,$(wildcard runs/*/record.jsonl))
 
 .PHONY: bench test keep emulate clean
 
@@ -15,12 +15,17 @@ test: .venv/installed
 	$(BIN)/lint-imports --no-logo
 	$(BIN)/python -m pytest -n 2
 
-# Makes the last run of `make bench` one to commit: its record packed, README's table out of it.
+# Puts a run into results/, to be committed: its record packed, its report, and README's table if it has times.
+keep: KEPT = results/$(notdir $(RUN:/=))
 keep: .venv/installed
-	$(BIN)/thrustbench report $(RESULTS) --readme README.md
-	gzip --best --no-name --force $(RESULTS)/record.jsonl
+	$(if $(wildcard $(addsuffix /record.jsonl,$(RUN))),,$(error no run in $(or $(RUN),runs/); `make bench` makes one))
+	$(if $(word 2,$(RUN)),$(error several runs: make keep RUN=... with one of $(RUN)))
+	mkdir -p $(KEPT)
+	rm -f $(KEPT)/*.svg
+	gzip --best --no-name --stdout $(RUN)/record.jsonl > $(KEPT)/record.jsonl.gz
+	$(BIN)/thrustbench report $(KEPT) $(if $(wildcard $(RUN)/results.csv),--readme README.md)
 
-# Counts instructions of the generated C on processors that are not here: results/emulated.
+# Counts instructions of the generated C on processors that are not here: runs/emulated.
 emulate: .venv/installed
 	$(BIN)/python -m bench.emulation.install
 	$(BIN)/thrustbench emulate

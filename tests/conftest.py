@@ -1,5 +1,8 @@
 """What several test files share: the catalogue crossed with the vehicles."""
 
+import signal
+from collections.abc import Iterator
+
 import numpy as np
 import pytest
 from hypothesis import settings
@@ -22,6 +25,17 @@ def entry(request: pytest.FixtureRequest) -> Entry:
     """Each method that can be built here in turn."""
     found: Entry = request.param
     return found
+
+
+@pytest.fixture
+def ctrl_c() -> Iterator[None]:
+    """Ctrl-C is heard, also where the tests were started in the background by a script or by cron.
+
+    There SIGINT is ignored, which children inherit and Python respects.
+    """
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ TOLERANCE : per formulation and level, promised distance of x to the optimum, re
     stops at residuals; how far x then is from the optimum depends on the problem, and a soft one, with
     slack weights in the thousands, is the worse conditioned
 STATUS : what each of the solver's exit flags means; ``meaning`` raises on any other. A verdict that the
-    solver itself calls inaccurate (almost, close to) is none: NOT_CONVERGED
+    solver itself calls inaccurate (almost, close to) is none, NOT_CONVERGED, unless SETTINGS say how close
 
 and has ``prepare(qp, start, level)``, called once a vehicle; what it returns is called once a demand.
 """

@@ -1,9 +1,17 @@
 """One file, one command: each has ``command``, a click command, and imports what it needs when called."""
 
 from math import isfinite
+from pathlib import Path
 from typing import Any
 
 import click
+
+PATH = click.Path(readable=False, path_type=Path)
+"""A path as it was given: not asked to be readable, since what is only written need not be; whoever opens it
+says why it can't."""
+
+RUNS = Path("runs")
+"""Where runs go unless --out says otherwise. git ignores it; `make keep` takes one of them into results/."""
 
 
 class Finite(click.FloatRange):

@@ -4,16 +4,18 @@ from pathlib import Path
 
 import click
 
+from bench.commands import PATH
+
 
 @click.command()
-@click.argument("demands", type=click.Path(path_type=Path))
+@click.argument("demands", type=PATH)
 @click.option("--vehicle", required=True, metavar="V", help="A shipped name or a YAML file.")
 @click.option("--method", required=True, metavar="M", help="As `thrustbench list` names it.")
 @click.option("--fault", "faults", multiple=True, metavar="I[@P]", help="Thruster I off, or at readiness P.")
 @click.option("--start", default="", metavar="S", help="cold, reused or warm.")
 @click.option("--level", default="", metavar="L", help="default or tight.")
-@click.option("--plugin", type=click.Path(path_type=Path), help="Python file that holds the method.")
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Thrust CSV [standard output].")
+@click.option("--plugin", type=PATH, help="Python file that holds the method.")
+@click.option("-o", "--output", type=PATH, help="Thrust CSV [standard output].")
 def command(
     demands: Path,
     vehicle: str,

@@ -5,12 +5,14 @@ from typing import Literal
 
 import click
 
+from bench.commands import PATH
+
 
 @click.command()
 @click.option("--vehicle", required=True, metavar="V", help="A shipped name or a YAML file.")
 @click.option("--method", required=True, metavar="M", help="pinv, walsh or nullspace.")
 @click.option("--float", "single", is_flag=True, help="Single precision; else double.")
-@click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Made if missing.")
+@click.option("--out", required=True, type=PATH, metavar="DIR", help="Made if missing.")
 def command(vehicle: str, method: str, single: bool, out: Path) -> None:
     """C99 of one method for one vehicle: header, source, self-test, and a page on how to call it."""
     from alloc import AllocError, catalogue, load_vehicle

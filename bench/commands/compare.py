@@ -4,10 +4,12 @@ from pathlib import Path
 
 import click
 
+from bench.commands import PATH
+
 
 @click.command()
-@click.argument("a", type=click.Path(path_type=Path))
-@click.argument("b", type=click.Path(path_type=Path))
+@click.argument("a", type=PATH)
+@click.argument("b", type=PATH)
 def command(a: Path, b: Path) -> None:
     """Ratios B / A of two pytest-benchmark files; informs, never gates."""
     from tabulate import tabulate

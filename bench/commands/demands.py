@@ -4,14 +4,16 @@ from pathlib import Path
 
 import click
 
+from bench.commands import PATH
+
 
 @click.command()
-@click.argument("log", type=click.Path(path_type=Path))
+@click.argument("log", type=PATH)
 @click.option("--vehicle", required=True, metavar="V", help="A shipped name or a YAML file.")
 @click.option("--topic", default="", metavar="T", help="Where a bag has wrenches on several.")
 @click.option("--frame", type=click.Choice(["frd", "flu"]), help="Where the log's own frame is wrong.")
 @click.option("--scale", default="", metavar="S,…", help="Factor a DOF, for normalised setpoints.")
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="The demands as CSV, z down.")
+@click.option("-o", "--output", type=PATH, help="The demands as CSV, z down.")
 def command(log: Path, vehicle: str, topic: str, frame: str | None, scale: str, output: Path | None) -> None:
     """Summarise a log (CSV, ROS bag, PX4 ULog): rate, gaps, labels, what a closed form could serve."""
     from alloc import load_vehicle

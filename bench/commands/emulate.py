@@ -4,6 +4,8 @@ from pathlib import Path
 
 import click
 
+from bench.commands import PATH, RUNS
+
 
 @click.command()
 @click.option(
@@ -21,8 +23,8 @@ import click
 @click.option("--add", is_flag=True, help="Put the rows into the record in the folder, not a new one.")
 @click.option(
     "--out",
-    type=click.Path(path_type=Path),
-    default=Path("results") / "emulated",
+    type=PATH,
+    default=RUNS / "emulated",
     show_default=True,
     metavar="DIR",
 )

@@ -4,11 +4,13 @@ from pathlib import Path
 
 import click
 
+from bench.commands import PATH
+
 
 @click.command()
 @click.argument("vehicle")
 @click.option("--format", "format_", required=True, metavar="F", help="csv or ros.")
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="File [standard output].")
+@click.option("-o", "--output", type=PATH, help="File [standard output].")
 def command(vehicle: str, format_: str, output: Path | None) -> None:
     """Write a vehicle as a CSV of T or as ROS 2 parameters."""
     from alloc import UnknownName

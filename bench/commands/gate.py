@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from bench.commands import Finite
+from bench.commands import PATH, Finite
 
 FOLDER = click.Path(exists=True, file_okay=False, path_type=Path)
 FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
@@ -23,8 +23,8 @@ FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 @click.option("--plugin", "plugins", type=FILE, multiple=True, help="Python file with build(vehicle).")
 @click.option("--instructions/--no-instructions", default=True, help="Count them where valgrind is there.")
 @click.option("--always", is_flag=True, help="Measure even where nothing that can matter differs.")
-@click.option("--markdown", type=click.Path(path_type=Path), help="Write the report into this file too.")
-@click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write verdict and record here.")
+@click.option("--markdown", type=PATH, help="Write the report into this file too.")
+@click.option("--json", "json_file", type=PATH, help="Write verdict and record here.")
 def command(
     base: str | None,
     head: str | None,

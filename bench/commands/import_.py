@@ -4,9 +4,11 @@ from pathlib import Path
 
 import click
 
+from bench.commands import PATH
+
 
 @click.command()
-@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("file", type=PATH)
 @click.option(
     "--format", "format_", default="", metavar="F", help="csv, px4, ros or tam; else told by content."
 )
@@ -18,7 +20,7 @@ import click
 @click.option("--f-min", type=float, metavar="N", help="Lower limit of every thruster [N].")
 @click.option("--f-max", type=float, metavar="N", help="Upper limit of every thruster [N].")
 @click.option("--take", type=click.Choice(["T", "poses"]), help="Which to believe where they contradict.")
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Vehicle file [standard output].")
+@click.option("-o", "--output", type=PATH, help="Vehicle file [standard output].")
 def command(
     file: Path,
     format_: str,

@@ -4,12 +4,14 @@ from pathlib import Path
 
 import click
 
+from bench.commands import PATH
+
 
 @click.command()
-@click.argument("directory", type=click.Path(path_type=Path))
+@click.argument("directory", type=PATH)
 @click.option(
     "--readme",
-    type=click.Path(path_type=Path),
+    type=PATH,
     metavar="FILE",
     help="Also put the result table between the markers of this file.",
 )

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from bench.commands import Finite
+from bench.commands import PATH, RUNS, Finite
 
 
 @click.command()
@@ -41,7 +41,7 @@ from bench.commands import Finite
 @click.option(
     "--resume", is_flag=True, help="Go on with the folder's record, else kept as record.previous.jsonl."
 )
-@click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="[results/<machine>]")
+@click.option("--out", type=PATH, metavar="DIR", help="[runs/<machine>]")
 def command(out: Path | None, preset: str | None, study: str | None, resume: bool, **options: object) -> int:
     """Time and judge every method, each in its own process; write the record and the report.
 
@@ -66,7 +66,7 @@ def command(out: Path | None, preset: str | None, study: str | None, resume: boo
         settings = replace(settings, once=())  # who names them wants them repeated
     if options["vehicles"] and options["demands"] and not options["starts"]:
         settings = replace(settings, starts=("cold", "reused", "warm"))  # a question that narrow has room
-    directory = out or Path("results") / "-".join(filter(None, (machine.name(), study)))
+    directory = out or RUNS / "-".join(filter(None, (machine.name(), study)))
     interrupted = False
     with bar(console) as watch:
         try:

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import click
 
-from bench.commands import Finite
+from bench.commands import PATH, Finite
 
 
 @click.command()
-@click.argument("directory", type=click.Path(path_type=Path))
+@click.argument("directory", type=PATH)
 @click.option("--rate", type=Finite(0, min_open=True), required=True, metavar="HZ", help="Of control.")
 @click.option(
     "--budget",
@@ -27,7 +27,7 @@ from bench.commands import Finite
 @click.option("--vehicle", "vehicles", multiple=True, metavar="V", help="Only these of the run's vehicles.")
 @click.option(
     "--canary",
-    type=click.Path(path_type=Path),
+    type=PATH,
     metavar="FILE",
     help="Estimate for the machine on which `thrustbench canary` wrote FILE.",
 )

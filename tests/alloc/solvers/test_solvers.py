@@ -163,6 +163,26 @@ def test_the_time_cap_is_one_call_s_not_all_calls_together(monkeypatch: pytest.M
         spent += seconds
 
 
+@pytest.mark.parametrize("level", ["default", "tight"])
+def test_ecos_ended_on_its_way_is_solved_only_as_near_as_promised(
+    level: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What it calls close to optimal is as close as its settings say; it ships with a gap of 5e-5."""
+    pytest.importorskip("ecos")
+    taus = demands(9, 20)
+    exact, _ = build("nullspace", VEHICLE).many(taus)
+    statuses = set()
+    for iterations in range(3, 20):
+        with monkeypatch.context() as patch:
+            patch.setitem(found.load("ecos").SETTINGS[level], "max_iters", iterations)
+            allocate = build("qp/ecos", VEHICLE, level=level)
+            F, status = allocate.many(taus)
+        solved = status == Status.SOLVED
+        assert np.abs(F - exact)[solved].max(initial=0) <= allocate.tolerance * VEHICLE.f_scale
+        statuses |= set(status)
+    assert statuses == {Status.SOLVED, Status.NOT_CONVERGED}
+
+
 def test_an_infeasible_verdict_from_a_guess_is_asked_for_again() -> None:
     """ProxQP warm calls some of these, 1 % inside the edge, infeasible at its first attempt."""
     rng = np.random.default_rng(1)

@@ -8,8 +8,9 @@ import time
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
-from bench.__main__ import main
+from bench.__main__ import cli, main
 from tests.made_up import cell, header, record
 from tests.places import ROOT
 
@@ -178,13 +179,47 @@ def test_bad_input_ends_with_2_and_one_line(
     assert sorted(place.rglob("*")) == before, "something half done was left behind"
 
 
-@pytest.mark.skipif(os.geteuid() == 0, reason="root reads everything")
-def test_an_unreadable_file_is_refused(
-    place: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+not_root = pytest.mark.skipif(os.geteuid() == 0, reason="root may read and write everything")
+
+
+@not_root
+@pytest.mark.parametrize(
+    ("name", "line", "says"),
+    [
+        ("good.csv", "allocate|good.csv|--vehicle|ukwial|--method|pinv", "can't be read (permission denied)"),
+        ("TAM.yaml", "check|TAM.yaml", "can't be read (permission denied)"),
+        ("good.py", "allocate|good.csv|--vehicle|ukwial|--method|good|--plugin|good.py", "can't be imported"),
+        ("fake.bag", "demands|fake.bag|--vehicle|ukwial", "not a bag"),
+        ("zero.json", "compare|zero.json|zero.json", "can't be read (Permission denied)"),
+        ("blocked/record.jsonl", "report|blocked", "can't be read (Permission denied)"),
+        ("folder", "size|folder|--rate|50", "permission denied"),
+        ("folder", "run|--vehicle|ukwial|--method|pinv|--out|folder", "can't be written (Permission denied)"),
+        ("folder", "allocate|good.csv|--vehicle|ukwial|--method|pinv|-o|folder/f.csv", "can't be written"),
+    ],
+)
+def test_what_may_not_be_read_or_written_is_refused_by_whoever_needs_it(
+    place: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    name: str,
+    line: str,
+    says: str,
 ) -> None:
-    (place / "good.csv").chmod(0)
-    said = refusal(capsys, monkeypatch, "allocate|good.csv|--vehicle|ukwial|--method|pinv")
-    assert "good.csv: can't be read (permission denied)" in said
+    (place / name).chmod(0)
+    try:
+        said = refusal(capsys, monkeypatch, line)
+    finally:
+        (place / name).chmod(0o700)  # pytest empties the folder later
+    assert name in said
+    assert says in said
+
+
+@not_root
+def test_a_file_that_is_only_written_need_not_be_readable(place: Path) -> None:
+    (place / "out.csv").touch(mode=0o200)
+    arguments = ["allocate", "good.csv", "--vehicle=ukwial", "--method=pinv", "-o", "out.csv"]
+    assert CliRunner().invoke(cli, arguments).exit_code == 0
+    assert (place / "out.csv").read_text().startswith("status")
 
 
 def test_a_file_name_of_two_lines_is_still_one_line(

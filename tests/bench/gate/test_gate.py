@@ -291,6 +291,7 @@ def deaf(folder: Path) -> Tree:
     return Tree(folder, str(interpreter))
 
 
+@pytest.mark.usefixtures("ctrl_c")
 @pytest.mark.parametrize("moment", ["as it starts", "before its first order"])
 def test_ctrl_c_before_a_process_has_its_first_order_ends_it_at_once(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: str
@@ -313,6 +314,7 @@ def test_ctrl_c_before_a_process_has_its_first_order_ends_it_at_once(
     assert set(psutil.Process().children()) == before
 
 
+@pytest.mark.usefixtures("ctrl_c")
 @pytest.mark.parametrize("after_s", [0.0, 0.001, 0.003, 0.01, 0.3])
 def test_ctrl_c_ends_a_process_that_never_replies_at_once(tmp_path: Path, after_s: float) -> None:
     before = set(psutil.Process().children())

@@ -181,6 +181,7 @@ def test_a_worker_dies_with_its_parent_even_in_an_endless_loop(tmp_path: Path) -
     wait_for(lambda: not worker.is_running() or worker.status() == psutil.STATUS_ZOMBIE)
 
 
+@pytest.mark.usefixtures("ctrl_c")
 def test_ctrl_c_stops_the_worker_and_reports_what_there_is(tmp_path: Path) -> None:
     plugin = write_plugin(tmp_path, "sleeps")
     command = ["run", "--vehicle=ukwial", f"--plugin={plugin}", "--n=100", "--budget-ms=2000"]
@@ -239,6 +240,7 @@ def interrupted(folder: Path, watch: Callable[[Progress], None]) -> None:
     assert read(folder).events[-1].what == "interrupted"
 
 
+@pytest.mark.usefixtures("ctrl_c")
 def test_ctrl_c_between_two_results_leaves_no_worker(tmp_path: Path) -> None:
     def stop(progress: Progress) -> None:
         if progress.done == 2:
@@ -247,6 +249,7 @@ def test_ctrl_c_between_two_results_leaves_no_worker(tmp_path: Path) -> None:
     interrupted(tmp_path, stop)
 
 
+@pytest.mark.usefixtures("ctrl_c")
 def test_ctrl_c_while_a_worker_is_being_started_leaves_no_worker(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -22,7 +22,7 @@ TIMED = [directory for directory in COMMITTED if (directory / "results.csv").exi
 """Not all are: emulated processors have instructions and no times."""
 
 needs_results = pytest.mark.skipif(
-    not COMMITTED, reason="no results are committed yet: `make bench` makes them"
+    not COMMITTED, reason="no results are committed yet: `make bench`, `make keep`"
 )
 
 
@@ -46,7 +46,7 @@ def test_a_committed_report_names_no_path_of_the_machine_it_was_made_on(director
     assert not [place for place in ("/home/", "/root/", "/tmp/", "/work/", "/Users/") if place in text]
 
 
-@pytest.mark.skipif(not TIMED, reason="no timed results are committed yet: `make bench` makes them")
+@pytest.mark.skipif(not TIMED, reason="no timed results are committed yet: `make bench`, `make keep`")
 def test_the_readme_s_table_is_the_one_that_a_committed_record_gives() -> None:
     shown = (ROOT / "README.md").read_text(encoding="utf-8").partition(START)[2].partition(END)[0]
     assert shown.strip() in [result_table(read_run(directory)).strip() for directory in TIMED]
