@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from alloc.errors import DemandError
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 IndexArray = NDArray[np.intp]
 StatusArray = NDArray[np.int8]
 
@@ -169,7 +170,7 @@ def real(values: NDArray[Any]) -> FloatArray:
 _UNFIT = f"holds NaN, infinity or a number beyond {LARGEST_DEMAND:g}; give N and N m"
 
 
-def _fits(wrenches: FloatArray) -> NDArray[np.bool_]:
+def _fits(wrenches: FloatArray) -> BoolArray:
     return np.abs(wrenches) <= LARGEST_DEMAND
 
 

@@ -22,7 +22,7 @@ _CORE = "tag:yaml.org,2002:"
 
 
 @dataclass(frozen=True)
-class Tree:
+class YamlTree:
     """What a YAML file holds: builtin values, and the line of each by path, as ``thrusters[3].name``."""
 
     path: Path
@@ -36,7 +36,7 @@ class Tree:
         return self.lines.get(where)
 
 
-def read_yaml(path: Path) -> Tree:
+def read_yaml(path: Path) -> YamlTree:
     """Read one YAML 1.2 document (``1e-5`` is a number); raises FileError naming file, line, remedy.
 
     Only what JSON could hold is accepted: no tags, no duplicate keys, only finite numbers, names for keys.
@@ -57,15 +57,15 @@ def read_yaml(path: Path) -> Tree:
         raise FileError(f"{path}: nested too deeply; no more than {DEEPEST} levels are read") from None
     except (YAMLError, YAMLWarning, ValueError) as error:
         raise FileError(f"{path}: not valid YAML ({_brief(str(error))}); mend the file") from None
-    tree = Tree(path, None)
+    tree = YamlTree(path, None)
     data = None if root is None else _Walk(tree).value(root, "", 0)
-    return Tree(path, data, tree.lines)
+    return YamlTree(path, data, tree.lines)
 
 
 class _Walk:
     """Turns nodes into values and counts what they become."""
 
-    def __init__(self, tree: Tree) -> None:
+    def __init__(self, tree: YamlTree) -> None:
         self.tree = tree
         self.count = 0
 

@@ -1,15 +1,12 @@
 """``Region.nearest`` for many right-hand sides at once: the same steps, masked, one column a demand."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-from alloc.allocation import FloatArray
+from alloc.allocation import BoolArray, FloatArray
 from alloc.nullspace.region import Region
 
 
-def nearest_many(
-    region: Region, lower: FloatArray, upper: FloatArray
-) -> tuple[FloatArray, NDArray[np.bool_]]:
+def nearest_many(region: Region, lower: FloatArray, upper: FloatArray) -> tuple[FloatArray, BoolArray]:
     """The shortest z (d, N) with lower <= A z <= upper, lower and upper (m, N); and where there is one."""
     count = lower.shape[1]
     feasible = np.ones(count, dtype=bool)

@@ -11,7 +11,7 @@ import numpy as np
 
 from alloc.allocation import FloatArray
 from alloc.errors import UnknownName, VehicleError
-from alloc.files.yaml_tree import Tree, read_yaml
+from alloc.files.yaml_tree import YamlTree, read_yaml
 from alloc.vehicle import Vehicle
 from alloc.vehicle.geometry import DOF, contradictions, from_flu, planar_matrix, pose_matrix
 
@@ -64,7 +64,7 @@ class Document:
     """A vehicle file as read: the checked keys, and the tree that knows each one's line."""
 
     keys: VehicleFile
-    tree: Tree
+    tree: YamlTree
 
     def located(self, error: VehicleError) -> VehicleError:
         """The same error with file and line in front."""
@@ -232,7 +232,7 @@ def _exists(path: Path) -> bool:
         return False
 
 
-def _explain(message: str, tree: Tree) -> str:
+def _explain(message: str, tree: YamlTree) -> str:
     # msgspec writes "… - at `$.f_min[2]`"; put the line of that entry in front.
     what, _, where = message.partition(" - at `$")
     key = where.rstrip("`").lstrip(".")

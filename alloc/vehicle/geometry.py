@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from alloc.allocation import FloatArray
+from alloc.allocation import BoolArray, FloatArray
 
 DOF = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 """Order of the rows of a 6-DOF wrench [X, Y, Z, K, M, N], as in eq. 1."""
@@ -77,8 +77,8 @@ def contradictions(given: FloatArray, computed: FloatArray, dof: Sequence[str]) 
     """
     scale = np.abs(computed).max(axis=1).clip(min=np.abs(computed).max() * 1e-3)[:, None]
 
-    def differ(one: FloatArray, other: FloatArray) -> NDArray[np.bool_]:
-        wrong: NDArray[np.bool_] = np.abs(one - other) > 0.01 * scale
+    def differ(one: FloatArray, other: FloatArray) -> BoolArray:
+        wrong: BoolArray = np.abs(one - other) > 0.01 * scale
         return wrong
 
     wrong = differ(given, computed)

@@ -49,7 +49,7 @@ def command(
     from alloc.files.textfile import write_text
     from bench.gate import render, trees
     from bench.gate.cells import DEFAULT_CELLS, VEHICLES
-    from bench.gate.record import Settings
+    from bench.gate.record import GateSettings
     from bench.gate.run import gate
     from bench.gate.verdict import verdict
 
@@ -62,7 +62,7 @@ def command(
     record = gate(
         trees.folder(base_path) if base_path else trees.revision(repo, str(base)),
         trees.folder(head_path) if head_path else trees.revision(repo, head or "HEAD"),
-        Settings(threshold=threshold / 100, pairs=pairs, budget_s=budget),
+        GateSettings(threshold=threshold / 100, pairs=pairs, budget_s=budget),
         patterns=cells or (*DEFAULT_CELLS, *(f"{v}:{p.stem}" for v in VEHICLES for p in plugins)),
         plugins=plugins,
         always=always,

@@ -35,10 +35,10 @@ def command(
     """Make a vehicle file of a ROS parameter file, a TAM.yaml, PX4 parameters or a CSV of T."""
     from alloc.files.textfile import write_text
     from alloc.vehicle.text import to_yaml
-    from bench.inputs.imported import Answers, import_vehicle
+    from bench.inputs.imported import ImportOptions, import_vehicle
 
     axes = tuple(axis.strip() for axis in dof.split(",")) if dof else ()
-    keys = import_vehicle(file, format_, Answers(name, axes, frame or "", f_min, f_max, take or ""))
+    keys = import_vehicle(file, format_, ImportOptions(name, axes, frame or "", f_min, f_max, take or ""))
     if output is not None:
         write_text(output, to_yaml(keys))
     for note in keys.notes:

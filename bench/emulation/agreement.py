@@ -7,7 +7,7 @@ import numpy as np
 from alloc import Label, Status, build
 from alloc.native.selftest import AGREEMENT
 from bench.demands import DemandSet
-from bench.emulation.count import Counted
+from bench.emulation.count import CallCounts
 from bench.emulation.kernel import Kernel
 
 OSQP_TOLERANCE = 1e-2
@@ -28,7 +28,7 @@ class Agreement:
     other_verdicts: int
 
 
-def agreement(kernel: Kernel, demands: DemandSet, counted: Counted) -> Agreement:
+def agreement(kernel: Kernel, demands: DemandSet, counted: CallCounts) -> Agreement:
     """Compare with the same method in Python, or OSQP's C with the exact optimum.
 
     The same verdict is asked for wherever the demand is not on the boundary of what can be met.

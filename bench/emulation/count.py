@@ -17,7 +17,7 @@ SYSTICK_NS = 40
 
 
 @dataclass(frozen=True, eq=False)
-class Counted:
+class CallCounts:
     """What each of N calls did.
 
     Attributes
@@ -34,7 +34,7 @@ class Counted:
     stack_bytes: IndexArray
 
 
-def count(image: Image, taus: FloatArray) -> Counted:
+def count(image: Image, taus: FloatArray) -> CallCounts:
     """Answer demands (N, k), one call each in this order, and count."""
     folder = image.path.parent
     if image.target == X86:
@@ -45,7 +45,7 @@ def count(image: Image, taus: FloatArray) -> Counted:
         instructions = np.loadtxt(folder / "counts.txt", dtype=np.intp, ndmin=1)
     if len(instructions) != len(taus):
         raise ToolError(f"{image.target.name}: {len(instructions)} calls counted, {len(taus)} made")
-    return Counted(
+    return CallCounts(
         answers["f"].astype(np.float64),
         answers["status"].astype(np.intp),
         instructions,

@@ -14,7 +14,7 @@ from alloc.native.code import Scalar
 from bench.demands import DemandSet, build_demands, labelled
 from bench.emulation import search
 from bench.emulation.agreement import agreement
-from bench.emulation.count import Counted, count
+from bench.emulation.count import CallCounts, count
 from bench.emulation.image import Image, link
 from bench.emulation.kernel import Kernel
 from bench.emulation.kernels import build_kernel, check
@@ -116,7 +116,7 @@ def _search(image: Image, sets: list[DemandSet], seed: int) -> DemandSet:
     return labelled(SEARCH, vehicle, taus)
 
 
-def _counted(row: Emulated, demands: DemandSet, kernel: Kernel, counted: Counted) -> Emulated:
+def _counted(row: Emulated, demands: DemandSet, kernel: Kernel, counted: CallCounts) -> Emulated:
     agreed = agreement(kernel, demands, counted)
     values, calls = np.unique(counted.instructions, return_counts=True)
     return msgspec.structs.replace(

@@ -18,8 +18,8 @@ from alloc import (
 from bench.demands import DemandSet, build_demands, labelled
 from bench.demands.store import VEHICLE_ARRAYS
 from bench.gate.cells import CONTROL_DEMANDS, chosen, controls, names
-from bench.gate.record import CONTROL, Cell
-from bench.gate.side import Died, Refused, Side, Tree
+from bench.gate.record import CONTROL, GateCell
+from bench.gate.side import Died, Refused, Side, SourceTree
 from bench.judging.judge import judge
 from bench.judging.question import Answers, Ask, Case, Question, Unanswered, questions
 
@@ -31,7 +31,7 @@ time on the others, and a call that got slower would drown in it."""
 class Prober:
     """A worker that is started again when a cell brings it down, so that the others are heard."""
 
-    def __init__(self, tree: Tree) -> None:
+    def __init__(self, tree: SourceTree) -> None:
         """Start it and list its cells; raises Died or Refused where the tree can't even do that."""
         self._tree = tree
         self._side = Side(tree)
@@ -55,7 +55,7 @@ class Prober:
         self._side.close()
 
 
-class Answered(NamedTuple):
+class SideAnswers(NamedTuple):
     """A cell on one side: what it promises and answered; or why it is lacking."""
 
     lacks: str
@@ -66,7 +66,7 @@ class Answered(NamedTuple):
 class Examined(NamedTuple):
     """All chosen cells, judged; the demands to time them with; what else is worth saying."""
 
-    cells: list[Cell]
+    cells: list[GateCell]
     demands: dict[str, list[list[float]]]
     notes: list[str]
 
@@ -81,7 +81,7 @@ def examine(base: Prober, head: Prober, patterns: Sequence[str]) -> Examined:
     if not here and not there:
         raise UnknownName(f"no cell of either side fits {', '.join(patterns)}; write vehicle:method:start")
     found = Examined(controls(), {CONTROL: CONTROL_DEMANDS}, [])
-    shared: dict[str, list[Cell]] = {}
+    shared: dict[str, list[GateCell]] = {}
     for name, cell in (here | there).items():
         if name in here and name in there:
             shared.setdefault(cell.vehicle, []).append(cell)
@@ -114,7 +114,7 @@ def examine(base: Prober, head: Prober, patterns: Sequence[str]) -> Examined:
     return found
 
 
-def _examine(cell: Cell, sides: tuple[Prober, Prober], asked: tuple[Question, Question]) -> None:
+def _examine(cell: GateCell, sides: tuple[Prober, Prober], asked: tuple[Question, Question]) -> None:
     base, head = (answered(side, cell, question) for side, question in zip(sides, asked, strict=True))
     cell.base_lacks, cell.head_lacks = base.lacks, head.lacks
     cell.base_wrong, cell.head_wrong = wrong(asked[0], base), wrong(asked[1], head)
@@ -134,17 +134,17 @@ def pose(vehicle: Vehicle, ask: Ask) -> Question:
     return _question(vehicle, np.concatenate(sets), ask)
 
 
-def answered(side: Prober, cell: Cell, question: Question) -> Answered:
+def answered(side: Prober, cell: GateCell, question: Question) -> SideAnswers:
     """Ask one side for its answers to every demand of the question."""
     try:
         promises = side.ask("build", cell=cell.name, **names(cell))
         raw = side.ask("answers", cell=cell.name, taus=question.demands.taus.tolist())
     except (Died, Refused) as reason:
-        return Answered(str(reason), {}, ())
-    return Answered("", promises, [Allocation(np.array(f), Status(status)) for status, f in raw])
+        return SideAnswers(str(reason), {}, ())
+    return SideAnswers("", promises, [Allocation(np.array(f), Status(status)) for status, f in raw])
 
 
-def wrong(question: Question, found: Answered) -> str:
+def wrong(question: Question, found: SideAnswers) -> str:
     """What the equations say against one side's answers; empty where nothing."""
     if found.lacks:
         return ""
@@ -156,7 +156,7 @@ def wrong(question: Question, found: Answered) -> str:
     return ""
 
 
-def differ(vehicle: Vehicle, base: Answered, head: Answered) -> str:
+def differ(vehicle: Vehicle, base: SideAnswers, head: SideAnswers) -> str:
     """How the answers of two sides differ, each of them right by itself; empty where they don't."""
     for promise in ("formulation", "limited"):
         if base.promises[promise] != head.promises[promise]:

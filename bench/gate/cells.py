@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.gate.record import CONTROL, Cell
+from bench.gate.record import CONTROL, GateCell
 from bench.gate.side import Side
 
 VEHICLES = ("ukwial", "bluerov2-heavy")
@@ -27,9 +27,9 @@ Demands = Mapping[str, list[list[float]]]
 CONTROL_DEMANDS: list[list[float]] = np.linspace(-1.0, 1.0, 180).reshape(30, 6).tolist()
 
 
-def chosen(cells: Sequence[Sequence[str]], patterns: Sequence[str]) -> list[Cell]:
+def chosen(cells: Sequence[Sequence[str]], patterns: Sequence[str]) -> list[GateCell]:
     """The cells whose name ``vehicle:method:start`` fits a shell pattern; the start may be left out."""
-    found = [Cell(vehicle, method, start) for vehicle, method, start in cells]
+    found = [GateCell(vehicle, method, start) for vehicle, method, start in cells]
     return [
         cell
         for cell in found
@@ -39,12 +39,12 @@ def chosen(cells: Sequence[Sequence[str]], patterns: Sequence[str]) -> list[Cell
     ]
 
 
-def controls() -> list[Cell]:
+def controls() -> list[GateCell]:
     """The cells that no commit can change: a numpy product and a loop in Python."""
-    return [Cell(CONTROL, "product"), Cell(CONTROL, "loop")]
+    return [GateCell(CONTROL, "product"), GateCell(CONTROL, "loop")]
 
 
-def load(side: Side, cells: Sequence[Cell], demands: Demands, core: int | None) -> None:
+def load(side: Side, cells: Sequence[GateCell], demands: Demands, core: int | None) -> None:
     """Build these cells in a fresh process, hand over their demands, and settle it on a core."""
     for cell in cells:
         if cell.is_control:
@@ -56,6 +56,6 @@ def load(side: Side, cells: Sequence[Cell], demands: Demands, core: int | None) 
     side.ask("settle", core=core)
 
 
-def names(cell: Cell) -> dict[str, Any]:
+def names(cell: GateCell) -> dict[str, Any]:
     """What a worker needs to build the cell."""
     return {"vehicle": cell.vehicle, "method": cell.method, "start": cell.start}

@@ -13,8 +13,8 @@ from functools import cache
 from pathlib import Path
 
 from bench.gate.cells import Demands, load
-from bench.gate.record import Cell
-from bench.gate.side import Side, Tree
+from bench.gate.record import GateCell
+from bench.gate.side import Side, SourceTree
 
 CALLGRIND = ("valgrind", "--vgdb=no", "--tool=callgrind")
 """No debugger is waited for: its pipes would stay in the temporary folder where valgrind is killed."""
@@ -30,7 +30,9 @@ def missing() -> str:
     return ""
 
 
-def count(cells: Sequence[Cell], trees: tuple[Tree, Tree], demands: Demands, hash_seed: int) -> None:
+def count(
+    cells: Sequence[GateCell], trees: tuple[SourceTree, SourceTree], demands: Demands, hash_seed: int
+) -> None:
     """Append (base, head) instructions per call to each cell; both sides are counted at once.
 
     Raises what a ``Side`` raises, as when a library uses instructions that valgrind does not know.
@@ -51,7 +53,7 @@ def count(cells: Sequence[Cell], trees: tuple[Tree, Tree], demands: Demands, has
 
 
 def _count(
-    tree: Tree, cells: Sequence[Cell], demands: Demands, hash_seed: int, started: list[Side]
+    tree: SourceTree, cells: Sequence[GateCell], demands: Demands, hash_seed: int, started: list[Side]
 ) -> list[float]:
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "counts"

@@ -6,15 +6,15 @@ from contextlib import ExitStack
 from time import monotonic
 
 from bench.gate.cells import Demands, load
-from bench.gate.record import Cell, Settings
-from bench.gate.side import Side, Tree
+from bench.gate.record import GateCell, GateSettings
+from bench.gate.side import Side, SourceTree
 from bench.harness import machine
 
 PADDING = 4096
 """Bytes of environment, at most: it moves the stack through one page, as another shell would."""
 
 
-def calibrate(cells: Sequence[Cell], base: Tree, demands: Demands, settings: Settings) -> None:
+def calibrate(cells: Sequence[GateCell], base: SourceTree, demands: Demands, settings: GateSettings) -> None:
     """Choose how often a block goes round the demands, so that it takes ``block_ms`` on the base."""
     with _ready(base, cells, demands, random.Random(settings.seed)) as side:
         for cell in cells:
@@ -24,10 +24,10 @@ def calibrate(cells: Sequence[Cell], base: Tree, demands: Demands, settings: Set
 
 
 def measure(
-    cells: Sequence[Cell],
-    trees: tuple[Tree, Tree],
+    cells: Sequence[GateCell],
+    trees: tuple[SourceTree, SourceTree],
     demands: Demands,
-    settings: Settings,
+    settings: GateSettings,
     rng: random.Random,
     deadline: float,
 ) -> bool:
@@ -53,13 +53,13 @@ def measure(
     return True
 
 
-def _block(side: Side, cell: Cell, rounds: int) -> int:
+def _block(side: Side, cell: GateCell, rounds: int) -> int:
     """CPU time [ns] of ``rounds`` times round the demands of a cell's vehicle."""
     return int(side.ask("block", cell=cell.name, vehicle=cell.vehicle, rounds=rounds))
 
 
 def _ready(
-    tree: Tree, cells: Sequence[Cell], demands: Demands, rng: random.Random, core: int | None = None
+    tree: SourceTree, cells: Sequence[GateCell], demands: Demands, rng: random.Random, core: int | None = None
 ) -> Side:
     side = Side(tree, hash_seed=rng.randrange(2**32), padding=rng.randrange(PADDING))
     try:

@@ -10,7 +10,7 @@ CONTROL = "control"
 """Stands where other cells have their vehicle."""
 
 
-class Settings(msgspec.Struct, frozen=True):
+class GateSettings(msgspec.Struct, frozen=True):
     """How much is measured, and what counts as a regression.
 
     ``docs/gate.md`` has the table of what these figures find, and of what they call in vain. Between
@@ -34,7 +34,7 @@ class Settings(msgspec.Struct, frozen=True):
     seed: int = 2004
 
 
-class Cell(msgspec.Struct, omit_defaults=True):
+class GateCell(msgspec.Struct, omit_defaults=True):
     """A vehicle, method and start on both sides. An empty string means that nothing is the matter.
 
     base_lacks, head_lacks : why that side has no such cell
@@ -69,17 +69,17 @@ class Cell(msgspec.Struct, omit_defaults=True):
         return self.vehicle == CONTROL
 
 
-class Record(msgspec.Struct):
+class GateRecord(msgspec.Struct):
     """One gate. ``unchanged`` says why nothing had to be measured; ``cut`` why less was than asked for."""
 
     base: str
     head: str
-    settings: Settings
+    settings: GateSettings
     schema: int = SCHEMA
     commits: list[str] = []
     machine: dict[str, Any] = {}
     unchanged: str = ""
-    cells: list[Cell] = []
+    cells: list[GateCell] = []
     crashed: str = ""
     cut: str = ""
     notes: list[str] = []

@@ -5,14 +5,14 @@ from typing import Any
 
 import msgspec
 
-from bench.gate.record import Record
-from bench.gate.verdict import Row, Verdict
+from bench.gate.record import GateRecord
+from bench.gate.verdict import Standing, Verdict
 from bench.results.text import table
 
 SIGNS = {0: "✅", 1: "❌", 3: "❔"}
 
 
-def markdown(record: Record, verdict: Verdict) -> str:
+def markdown(record: GateRecord, verdict: Verdict) -> str:
     """What a reviewer wants to know, the important first; details folded away."""
     lines = [
         f"## {SIGNS[verdict.outcome]} Gate: {verdict.summary}",
@@ -39,7 +39,7 @@ def markdown(record: Record, verdict: Verdict) -> str:
     return "\n".join(lines).rstrip() + "\n"
 
 
-def notes(record: Record) -> list[str]:
+def notes(record: GateRecord) -> list[str]:
     """Remarks that change no verdict: new cells, cells wrong on both sides, mended ones."""
     found = list(record.notes)
     for cell in record.cells:
@@ -52,7 +52,7 @@ def notes(record: Record) -> list[str]:
     return found
 
 
-def as_json(record: Record, verdict: Verdict) -> str:
+def as_json(record: GateRecord, verdict: Verdict) -> str:
     """Everything: the verdict, and the record it was made from."""
     said: dict[str, Any] = {
         "outcome": verdict.outcome.name.lower(),
@@ -66,7 +66,7 @@ def as_json(record: Record, verdict: Verdict) -> str:
     return msgspec.json.format(msgspec.json.encode(data), indent=1).decode() + "\n"
 
 
-def _times(rows: Sequence[Row]) -> str:
+def _times(rows: Sequence[Standing]) -> str:
     headers = ("cell", "base [µs]", "head [µs]", "head/base", "95 % interval", "instructions")
     lines = [
         (
@@ -82,6 +82,6 @@ def _times(rows: Sequence[Row]) -> str:
     return table(headers, lines)
 
 
-def _commits(record: Record) -> str:
+def _commits(record: GateRecord) -> str:
     n = len(record.commits)
     return f"{n} commit{'' if n == 1 else 's'} between them" if n else "two trees"

@@ -10,8 +10,8 @@ from time import monotonic
 from bench.gate import instructions, pairs, trees
 from bench.gate.answers import Prober, examine
 from bench.gate.cells import DEFAULT_CELLS, Demands
-from bench.gate.record import Cell, Record, Settings
-from bench.gate.side import Died, Refused, Tree
+from bench.gate.record import GateCell, GateRecord, GateSettings
+from bench.gate.side import Died, Refused, SourceTree
 from bench.gate.trees import BASE, HEAD, BadTree, Source
 from bench.gate.verdict import Outcome, in_both, is_suspect, trips, verdict
 from bench.harness import machine
@@ -22,21 +22,21 @@ Tell = Callable[[str], None]
 def gate(
     base: Source,
     head: Source,
-    settings: Settings,
+    settings: GateSettings,
     *,
     patterns: Sequence[str] = DEFAULT_CELLS,
     plugins: tuple[Path, ...] = (),
     always: bool = False,
     count: bool = True,
     tell: Tell = lambda _: None,
-) -> Record:
+) -> GateRecord:
     """Compare two trees; the record holds all that ``verdict`` needs.
 
     ``always`` measures although nothing that can matter differs; ``count`` allows instruction
     counts; ``tell`` hears what is going on. Raises BadTree for a side that can't be measured.
     """
     started = monotonic()
-    record = Record(base.label, head.label, settings, machine=machine.describe())
+    record = GateRecord(base.label, head.label, settings, machine=machine.describe())
     with tempfile.TemporaryDirectory(prefix="thrustbench-gate-") as folder:
         a, b = (Path(folder) / name for name in (BASE, HEAD))
         trees.unpack(base, a)
@@ -57,8 +57,8 @@ def gate(
 
 
 def compare(
-    record: Record,
-    both: tuple[Tree, Tree],
+    record: GateRecord,
+    both: tuple[SourceTree, SourceTree],
     patterns: Sequence[str],
     *,
     count: bool = True,
@@ -87,13 +87,13 @@ def compare(
 
 
 @contextmanager
-def _stage(record: Record, name: str) -> Iterator[None]:
+def _stage(record: GateRecord, name: str) -> Iterator[None]:
     started = monotonic()
     yield
     record.seconds[name] = monotonic() - started
 
 
-def _answers(record: Record, both: tuple[Tree, Tree], patterns: Sequence[str]) -> Demands:
+def _answers(record: GateRecord, both: tuple[SourceTree, SourceTree], patterns: Sequence[str]) -> Demands:
     with ExitStack() as stack:
         try:
             base = stack.enter_context(closing(Prober(both[0])))
@@ -109,7 +109,9 @@ def _answers(record: Record, both: tuple[Tree, Tree], patterns: Sequence[str]) -
     return found.demands
 
 
-def _instructions(record: Record, cells: Sequence[Cell], both: tuple[Tree, Tree], demands: Demands) -> None:
+def _instructions(
+    record: GateRecord, cells: Sequence[GateCell], both: tuple[SourceTree, SourceTree], demands: Demands
+) -> None:
     if lacking := instructions.missing():
         record.notes.append(lacking)
         return
@@ -123,9 +125,9 @@ def _instructions(record: Record, cells: Sequence[Cell], both: tuple[Tree, Tree]
 
 
 def _time(
-    record: Record,
-    cells: Sequence[Cell],
-    both: tuple[Tree, Tree],
+    record: GateRecord,
+    cells: Sequence[GateCell],
+    both: tuple[SourceTree, SourceTree],
     demands: Demands,
     deadline: float,
     tell: Tell,

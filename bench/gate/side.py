@@ -34,7 +34,7 @@ class Died(AllocError):
         self.side = side
 
 
-class Tree(NamedTuple):
+class SourceTree(NamedTuple):
     """Where a side's ``alloc`` lies, the interpreter that runs it, and users' own methods."""
 
     path: Path
@@ -47,7 +47,7 @@ class Side:
 
     def __init__(
         self,
-        tree: Tree,
+        tree: SourceTree,
         *,
         hash_seed: int = 0,
         padding: int = 0,

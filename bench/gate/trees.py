@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from zipfile import ZipFile
 
 from alloc import AllocError
-from bench.gate.side import Tree
+from bench.gate.side import SourceTree
 
 BASE, HEAD = "base", "head"
 """The folders' names: equally long, because a path's length shifts a process's memory layout."""
@@ -98,13 +98,15 @@ def unchanged(base: Path, head: Path) -> str:
     return "alloc/ and the requirements are the same on both sides: nothing that differs can be measured"
 
 
-def prepare(base: Path, head: Path, environments: Path, plugins: tuple[Path, ...]) -> tuple[Tree, Tree]:
+def prepare(
+    base: Path, head: Path, environments: Path, plugins: tuple[Path, ...]
+) -> tuple[SourceTree, SourceTree]:
     """Both sides ready to run: compiled, each with an interpreter that has what it requires."""
     ready = []
     for path, python in zip((base, head), interpreters(base, head, environments), strict=True):
         command = [python, "-m", "compileall", "-q", str(path / "alloc")]
         subprocess.run(command, capture_output=True, check=False)  # a syntax error shows when it is imported
-        ready.append(Tree(path, python, plugins))
+        ready.append(SourceTree(path, python, plugins))
     return ready[0], ready[1]
 
 

@@ -3,7 +3,7 @@
 from enum import IntEnum
 from typing import NamedTuple
 
-from bench.gate.record import Cell, Record, Settings
+from bench.gate.record import GateCell, GateRecord, GateSettings
 from bench.gate.statistics import Ratio, medians_us, ratio
 
 CERTAIN = 1.01
@@ -22,7 +22,7 @@ class Outcome(IntEnum):
     INCONCLUSIVE = 3
 
 
-class Row(NamedTuple):
+class Standing(NamedTuple):
     """One timed cell: how it stands. ``instructions`` is head / base, None where not counted."""
 
     name: str
@@ -33,7 +33,7 @@ class Row(NamedTuple):
     threshold: float
 
 
-class Finding(NamedTuple):
+class Regression(NamedTuple):
     """Why the gate fails: which cell, and what about it."""
 
     cell: str
@@ -45,27 +45,27 @@ class Verdict(NamedTuple):
 
     outcome: Outcome
     summary: str
-    findings: list[Finding]
-    improvements: list[Row]
-    rows: list[Row]
+    findings: list[Regression]
+    improvements: list[Standing]
+    rows: list[Standing]
 
 
-def verdict(record: Record) -> Verdict:
+def verdict(record: GateRecord) -> Verdict:
     """In this order: nothing to do; missing cells; wrong answers; instructions; machine; time."""
     if record.unchanged:
         return _said(Outcome.PASS, f"pass at once: {record.unchanged}")
-    lost = [Finding(cell.name, f"gone: {cell.head_lacks}") for cell in record.cells if _is_lost(cell)]
+    lost = [Regression(cell.name, f"gone: {cell.head_lacks}") for cell in record.cells if _is_lost(cell)]
     if record.crashed:
-        lost.append(Finding("-", record.crashed))
+        lost.append(Regression("-", record.crashed))
     compared = [cell for cell in record.cells if in_both(cell)]
     if not lost and not any(not cell.is_control for cell in compared):
         return _said(Outcome.REGRESSION, "nothing to compare: no cell stands on both sides")
-    wrong = [Finding(cell.name, said) for cell in compared if (said := _wrong_answer(cell))]
+    wrong = [Regression(cell.name, said) for cell in compared if (said := _wrong_answer(cell))]
     timed = [cell for cell in compared if cell.pairs]
     rows = [row(cell, record.settings) for cell in timed if not cell.is_control]
     confirmed = {cell.name for cell in timed if len(cell.pairs) >= 2 * record.settings.pairs}
-    heavier = [Finding(cell.name, said) for cell in compared if (said := _heavier(cell))]
-    slower = [Finding(r.name, _slow(r)) for r in rows if r.name in confirmed and is_slower(r)]
+    heavier = [Regression(cell.name, said) for cell in compared if (said := _heavier(cell))]
+    slower = [Regression(r.name, _slow(r)) for r in rows if r.name in confirmed and is_slower(r)]
     improvements = [r for r in rows if is_faster(r)]
 
     findings = lost + wrong + heavier + slower
@@ -88,35 +88,35 @@ def verdict(record: Record) -> Verdict:
     return Verdict(Outcome.PASS, summary, findings, improvements, rows)
 
 
-def in_both(cell: Cell) -> bool:
+def in_both(cell: GateCell) -> bool:
     """Whether there is something to compare."""
     return not cell.base_lacks and not cell.head_lacks
 
 
-def row(cell: Cell, settings: Settings) -> Row:
+def row(cell: GateCell, settings: GateSettings) -> Standing:
     """A cell's ratio, medians and threshold, over all pairs measured so far."""
     base_us, head_us = medians_us(cell.pairs, cell.calls)
     counted = cell.instructions[-1][1] / cell.instructions[-1][0] if cell.instructions else None
-    return Row(cell.name, ratio(cell.pairs), base_us, head_us, counted, 1 + settings.threshold)
+    return Standing(cell.name, ratio(cell.pairs), base_us, head_us, counted, 1 + settings.threshold)
 
 
-def is_suspect(cell: Cell, settings: Settings) -> bool:
+def is_suspect(cell: GateCell, settings: GateSettings) -> bool:
     """Whether the first stage sees a slow-down that fresh pairs must confirm."""
     r = row(cell, settings)
     return r.ratio.value > r.threshold and r.ratio.lower > 1
 
 
-def is_slower(r: Row) -> bool:
+def is_slower(r: Standing) -> bool:
     """Whether the pairs of both stages together say so beyond doubt."""
     return r.ratio.value > r.threshold and r.ratio.lower > CERTAIN
 
 
-def is_faster(r: Row) -> bool:
+def is_faster(r: Standing) -> bool:
     """The mirror image of ``is_slower``: listed, not gated."""
     return r.ratio.value < 1 / r.threshold and r.ratio.upper < 1 / CERTAIN
 
 
-def has_moved(r: Row) -> bool:
+def has_moved(r: Standing) -> bool:
     """Whether a control cell says that the two sides were not measured alike."""
     return r.ratio.value > 1 + CONTROL or r.ratio.value < 1 / (1 + CONTROL)
 
@@ -127,17 +127,17 @@ def trips(counted: tuple[float, float]) -> bool:
     return head > TRIPWIRE * base
 
 
-def _is_lost(cell: Cell) -> bool:
+def _is_lost(cell: GateCell) -> bool:
     return bool(cell.head_lacks) and not cell.base_lacks
 
 
-def _wrong_answer(cell: Cell) -> str:
+def _wrong_answer(cell: GateCell) -> str:
     if cell.head_wrong and not cell.base_wrong:
         return f"wrong answer: {cell.head_wrong}"
     return f"another answer: {cell.differ}" if cell.differ else ""
 
 
-def _heavier(cell: Cell) -> str:
+def _heavier(cell: GateCell) -> str:
     # One count alone is a suspicion; the second one is made afresh, from processes of its own.
     if len(cell.instructions) < 2 or not all(trips(counted) for counted in cell.instructions):
         return ""
@@ -145,7 +145,7 @@ def _heavier(cell: Cell) -> str:
     return f"instructions per call {base:,.0f} → {head:,.0f} ({head / base - 1:+.1%})"
 
 
-def _slow(r: Row) -> str:
+def _slow(r: Standing) -> str:
     low, high = r.ratio.lower - 1, r.ratio.upper - 1
     return f"{r.base_us:.3f} → {r.head_us:.3f} µs, {r.ratio.value - 1:+.1%} ({low:+.1%} … {high:+.1%})"
 

@@ -7,7 +7,7 @@ import msgspec
 import numpy as np
 
 from bench.demands.store import save_case
-from bench.harness.job import Answer, Answered, Failed, Job
+from bench.harness.job import AnswersWritten, AnswerTask, Failed, Job
 from bench.harness.plan import Contender
 from bench.harness.process import work
 from bench.judging.question import Answers, Ask, Case, Unanswered
@@ -38,19 +38,19 @@ def asker(
     return ask
 
 
-def _task(folder: Path, number: int, case: Case) -> Answer:
-    task = Answer(str(folder / f"case-{number}.npz"), str(folder / f"answers-{number}.npz"))
+def _task(folder: Path, number: int, case: Case) -> AnswerTask:
+    task = AnswerTask(str(folder / f"case-{number}.npz"), str(folder / f"answers-{number}.npz"))
     save_case(Path(task.case), *case)
     return task
 
 
-def _answers(job: Job, tasks: list[Answer], time_limit_s: float) -> list[Answers | Unanswered]:
+def _answers(job: Job, tasks: list[AnswerTask], time_limit_s: float) -> list[Answers | Unanswered]:
     """In as many processes as it takes; after a task that hangs the others are not tried."""
     said: dict[int, Answers | Unanswered] = {}
     pending = list(range(len(tasks)))
     while pending:
         for message in work(msgspec.structs.replace(job, tasks=[tasks[i] for i in pending]), time_limit_s):
-            if isinstance(message, Answered):
+            if isinstance(message, AnswersWritten):
                 with np.load(tasks[pending[message.task]].answers) as arrays:
                     said[pending[message.task]] = Answers(arrays["F"], arrays["status"])
             elif isinstance(message, Failed):

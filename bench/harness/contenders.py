@@ -6,7 +6,7 @@ from pathlib import Path
 
 from alloc import UnknownName, catalogue, find, find_formulation
 from alloc.formulations import EXACT_METHODS
-from bench.harness.job import Describe, Described, Failed, Job
+from bench.harness.job import Described, DescribeTask, Failed, Job
 from bench.harness.lines import method_line
 from bench.harness.plan import Contender, RunSettings
 from bench.harness.process import work
@@ -44,7 +44,7 @@ def described(path: str, settings: RunSettings) -> Contender:
     A file that crashes or hangs when imported takes part under its name: its rows say what it did.
     """
     name = Path(path).stem.replace("_", "-")
-    job = Job(method=name, plugin=path, tasks=[Describe()], memory_bytes=settings.memory_MB << 20)
+    job = Job(method=name, plugin=path, tasks=[DescribeTask()], memory_bytes=settings.memory_MB << 20)
     for message in work(job, settings.time_limit_s):
         if isinstance(message, Described):
             return Contender(message.method, message.starts, message.levels, plugin=path)

@@ -5,7 +5,7 @@ import msgspec
 from bench.record import Cell, Key, Method, Worker
 
 
-class Measure(msgspec.Struct, tag="measure"):
+class MeasureTask(msgspec.Struct, tag="measure"):
     """One cell to measure.
 
     Attributes
@@ -18,7 +18,7 @@ class Measure(msgspec.Struct, tag="measure"):
     question: str
 
 
-class Answer(msgspec.Struct, tag="answer"):
+class AnswerTask(msgspec.Struct, tag="answer"):
     """Demands to answer, untimed.
 
     Attributes
@@ -31,11 +31,11 @@ class Answer(msgspec.Struct, tag="answer"):
     answers: str
 
 
-class Describe(msgspec.Struct, tag="describe"):
+class DescribeTask(msgspec.Struct, tag="describe"):
     """A plug-in's catalogue entry."""
 
 
-Task = Measure | Answer | Describe
+Task = MeasureTask | AnswerTask | DescribeTask
 
 
 class Job(msgspec.Struct, kw_only=True):
@@ -70,7 +70,7 @@ class Begin(msgspec.Struct, tag="begin"):
     task: int
 
 
-class Answered(msgspec.Struct, tag="answered"):
+class AnswersWritten(msgspec.Struct, tag="answered"):
     """The answers to the task of that number are written."""
 
     task: int
@@ -105,4 +105,4 @@ class Failed(msgspec.Struct, tag="failed"):
     reason: str
 
 
-Message = Begin | Cell | Answered | Described | Failed | Worker
+Message = Begin | Cell | AnswersWritten | Described | Failed | Worker

@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 
 from bench.harness import machine, quiet
-from bench.harness.job import Job, Measure, Task
+from bench.harness.job import Job, MeasureTask, Task
 from bench.harness.lines import now
 from bench.harness.plan import OVERHEAD_S, Group, RunSettings, budget_ns
 from bench.record import Cell, Event, Key
@@ -102,7 +102,7 @@ class RunState:
         """The job that measures these cells of a group."""
         somewhere = next(iter(self.files.values()))  # the canaries take any inputs
         tasks: list[Task] = [
-            Measure(key, str(self.files.get((key.vehicle, key.demands), somewhere))) for key in keys
+            MeasureTask(key, str(self.files.get((key.vehicle, key.demands), somewhere))) for key in keys
         ]
         return msgspec.structs.replace(
             self.asking(),

@@ -31,14 +31,14 @@ from alloc import (
 )
 from bench.demands.store import load_case, save
 from bench.harness.job import (
-    Answer,
-    Answered,
+    AnswersWritten,
+    AnswerTask,
     Begin,
-    Describe,
     Described,
+    DescribeTask,
     Failed,
     Job,
-    Measure,
+    MeasureTask,
     Message,
     Task,
 )
@@ -96,16 +96,16 @@ def main() -> None:
 def done(task: Task, number: int, job: Job, line: Worker) -> Message:
     """Do one task; what there is to say of it."""
     match task:
-        case Measure():
+        case MeasureTask():
             return measure(task, Question.load(Path(task.question)), job, line)
-        case Answer():
+        case AnswerTask():
             vehicle, taus = load_case(Path(task.case))
             allocator = prepared(job, vehicle)
             many = getattr(allocator, "many", partial(one_by_one, allocator, k=vehicle.k, n=vehicle.n))
             F, status = many(taus)
             save(Path(task.answers), F=F, status=status)
-            return Answered(number)
-        case Describe():
+            return AnswersWritten(number)
+        case DescribeTask():
             try:
                 entry = entry_of(job.method, job.plugin)
             except UnknownName as error:  # it is no plug-in: what the file's owner must hear
@@ -133,7 +133,7 @@ def settle(job: Job) -> None:
         ctypes.CDLL(None).prctl(pr_set_pdeathsig, sigkill)
 
 
-def measure(task: Measure, question: Question, job: Job, line: Worker) -> Cell:
+def measure(task: MeasureTask, question: Question, job: Job, line: Worker) -> Cell:
     """Set up, time, judge."""
     allocator, setup_ns = set_up(lambda: callable_of(job, question.demands.vehicle))
     if line.import_ns is None and len(setup_ns) > 1:  # the first build of this process

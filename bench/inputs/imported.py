@@ -23,7 +23,7 @@ printed to three digits or so, and what is independent only in the last of them 
 
 
 @dataclass(frozen=True)
-class Answers:
+class ImportOptions:
     """What the user says about a file that does not say it itself; empty or None where nothing is said."""
 
     name: str = ""
@@ -34,12 +34,12 @@ class Answers:
     take: str = ""
 
 
-def import_vehicle(path: Path, format_name: str = "", answers: Answers | None = None) -> VehicleFile:
+def import_vehicle(path: Path, format_name: str = "", answers: ImportOptions | None = None) -> VehicleFile:
     """The keys of a vehicle file for a foreign file; its ``notes`` say what was assumed.
 
     Raises FileError, VehicleError (what is missing and which option gives it) or UnknownName.
     """
-    said = answers or Answers()
+    said = answers or ImportOptions()
     if format_name and format_name not in formats():
         raise UnknownName(f"no format '{format_name}'; there are {', '.join(formats())}")
     module = formats()[format_name] if format_name else recognised(path, read_text(path))
@@ -52,7 +52,7 @@ def import_vehicle(path: Path, format_name: str = "", answers: Answers | None = 
     return keys
 
 
-def _keys(path: Path, draft: Draft, said: Answers) -> VehicleFile:
+def _keys(path: Path, draft: Draft, said: ImportOptions) -> VehicleFile:
     draft = _completed(path, draft, said)
     data = _data(path, draft, said)
     try:
@@ -73,7 +73,7 @@ def _keys(path: Path, draft: Draft, said: Answers) -> VehicleFile:
     return keys
 
 
-def _completed(path: Path, draft: Draft, said: Answers) -> Draft:
+def _completed(path: Path, draft: Draft, said: ImportOptions) -> Draft:
     # The draft with what the user says, and its assumptions brought up to date.
     notes = list(draft.assumptions)
     dof = draft.dof
@@ -104,7 +104,7 @@ def _completed(path: Path, draft: Draft, said: Answers) -> Draft:
     )
 
 
-def _data(path: Path, draft: Draft, said: Answers) -> dict[str, Any]:
+def _data(path: Path, draft: Draft, said: ImportOptions) -> dict[str, Any]:
     axes = list(said.dof or draft.dof)
     same = ("source", "frame", "f_min", "f_max", "weights")
     data = {"name": said.name or path.stem, "dof": axes} | {key: getattr(draft, key) for key in same}

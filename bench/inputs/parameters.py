@@ -3,11 +3,11 @@
 from typing import Any
 
 from alloc import VehicleError
-from alloc.files.yaml_tree import Tree
-from bench.inputs.formats import Numbers
+from alloc.files.yaml_tree import YamlTree
+from alloc.vehicle.file import Numbers
 
 
-def find(tree: Tree, *names: str) -> Any:
+def find(tree: YamlTree, *names: str) -> Any:
     """The value of the first key of one of these names, outermost and topmost first; None where none is."""
     level = [tree.data]
     while level:
@@ -20,7 +20,7 @@ def find(tree: Tree, *names: str) -> Any:
     return None
 
 
-def numbers(tree: Tree, key: str, value: Any) -> Numbers:
+def numbers(tree: YamlTree, key: str, value: Any) -> Numbers:
     """A flat list of numbers; raises VehicleError."""
     if not isinstance(value, list) or not all(
         isinstance(x, (int, float)) and not isinstance(x, bool) for x in value
@@ -29,7 +29,7 @@ def numbers(tree: Tree, key: str, value: Any) -> Numbers:
     return [float(x) for x in value]
 
 
-def rows(tree: Tree, key: str, value: Any, n: int | None = None) -> list[Numbers]:
+def rows(tree: YamlTree, key: str, value: Any, n: int | None = None) -> list[Numbers]:
     """A matrix given as rows, or flat with n columns; raises VehicleError."""
     if isinstance(value, list) and value and all(isinstance(row, list) for row in value):
         matrix = [numbers(tree, key, row) for row in value]

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from alloc import (
     WRENCH_TOLERANCE,
     Allocation,
+    BoolArray,
     FloatArray,
     Label,
     NotApplicable,
@@ -25,8 +26,6 @@ COMPARED = 256
 """Answers whose memory is compared; all pairs of all would take longer than what is measured."""
 LEAST_COST = 5e-5
 """Costs below that of one thruster at 1 % of its limit count as that: no share of almost nothing."""
-
-Mask = NDArray[np.bool_]
 
 
 def judge(
@@ -49,7 +48,7 @@ def judge(
     F, misshapen = stacked(thrusts, vehicle.n)
     status: StatusArray = np.array(statuses, dtype=np.int8)
     demand = np.arange(len(F)) % len(demands.taus)
-    finite: Mask = np.logical_and.reduce(np.isfinite(F), axis=1)
+    finite: BoolArray = np.logical_and.reduce(np.isfinite(F), axis=1)
     f = np.where(finite[:, None], F, 0.0)
     error = np.abs(f @ vehicle.TP.T - demands.taus[demand])
     relative = (error / vehicle.wrench_scale).max(axis=1)
@@ -58,7 +57,7 @@ def judge(
     compared = finite & np.isfinite(distance)
     farthest = float(distance[compared].max()) if compared.any() else None
 
-    solved: Mask = np.equal(status, Status.SOLVED)
+    solved: BoolArray = np.equal(status, Status.SOLVED)
     label = demands.labels[demand]
     gave_up = (status == Status.INFEASIBLE) | (status == Status.NOT_CONVERGED)
     attainable = (label == Label.INACTIVE) | (label == Label.ACTIVE)
@@ -66,7 +65,7 @@ def judge(
     # thrust can be asked for too little as well, which alpha* does not tell.
     within = (demands.alpha[demand] > 1 + WRENCH_TOLERANCE) & (label != Label.INFEASIBLE)
     met = relative <= WRENCH_TOLERANCE
-    wrong: dict[str, Mask] = {
+    wrong: dict[str, BoolArray] = {
         "not an array of n thrusts": misshapen,
         "a status that is none": ~np.isin(status, [s.value for s in Status]),
         "NaN or infinity although it says SOLVED or PARTIAL": ~finite & ~gave_up,
@@ -97,7 +96,7 @@ def judge(
     )
 
 
-def after_failure(gave_up: Mask, attainable: Mask) -> float | None:
+def after_failure(gave_up: BoolArray, attainable: BoolArray) -> float | None:
     """Share of attainable demands without thrusts, of those asked right after another such answer.
 
     It is what a warm start or a reused object carries over. None where no demand follows a failure.
@@ -138,7 +137,7 @@ def given_away(question: Question, F: FloatArray) -> dict[str, float | None]:
     return {key: None if value is None else rounded(value) for key, value in found.items()}
 
 
-def stacked(thrusts: Sequence[FloatArray], n: int) -> tuple[FloatArray, Mask]:
+def stacked(thrusts: Sequence[FloatArray], n: int) -> tuple[FloatArray, BoolArray]:
     """F (M, n), and which answers were no (n,) arrays at all (NaN in F)."""
     shapes = [np.shape(f) for f in thrusts]
     misshapen = np.array([shape != (n,) for shape in shapes])
@@ -149,7 +148,7 @@ def stacked(thrusts: Sequence[FloatArray], n: int) -> tuple[FloatArray, Mask]:
     return F, misshapen
 
 
-def shared(thrusts: Sequence[FloatArray]) -> Mask:
+def shared(thrusts: Sequence[FloatArray]) -> BoolArray:
     """Which of the first answers, all of them alive now, overlap in memory with another one.
 
     A method that hands out buffers again shows that within a few calls, or within COMPARED.
@@ -171,5 +170,5 @@ def _largest(values: FloatArray) -> float | None:
     return rounded(float(values.max())) if values.size else None
 
 
-def _told(what: str, mask: Mask, demand: NDArray[np.intp]) -> str:
+def _told(what: str, mask: BoolArray, demand: NDArray[np.intp]) -> str:
     return f"{what} ({np.count_nonzero(mask)} of {len(mask)} answers, first for demand {demand[mask][0]})"

@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from alloc import (
     AllocError,
+    BoolArray,
     FloatArray,
     Formulation,
     Label,
@@ -130,5 +130,5 @@ def right_answers(question: Question, name: str) -> FloatArray:
     return np.where(_inactive(question)[:, None], question.right[UNLIMITED], np.nan)
 
 
-def _inactive(question: Question) -> NDArray[np.bool_]:
+def _inactive(question: Question) -> BoolArray:
     return np.equal(question.demands.labels, Label.INACTIVE)

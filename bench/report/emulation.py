@@ -5,7 +5,7 @@ from itertools import groupby
 
 from bench.report.goals import goals
 from bench.results.cycles import CPI
-from bench.results.emulated import REFERENCE, Row, rows
+from bench.results.emulated import REFERENCE, EmulatedRow, rows
 from bench.results.rows import Run
 from bench.results.text import table, three
 
@@ -30,12 +30,12 @@ def section(run: Run, drawn: frozenset[str]) -> str:
     if reached := goals(counted):
         parts += ["### What was asked for, and what was found\n", reached]
     tools = {f"{name} {version}" for row in counted for name, version in row.is_.tools.items()}
-    parts.append(f"Counted with {', '.join(sorted(tools))}.\n")
+    parts.append(f"Histogram with {', '.join(sorted(tools))}.\n")
     odd = [row for row in found if row.is_.status != "ok" or row.is_.agrees is False]
     return "\n".join([*parts, _failures(odd)] if odd else parts)
 
 
-def _target(found: Sequence[Row]) -> str:
+def _target(found: Sequence[EmulatedRow]) -> str:
     classes = list(dict.fromkeys(row.is_.demands for row in found if row.is_.demands != "search"))
     headers = (
         *("vehicle", "method", "scalar"),
@@ -56,9 +56,9 @@ def _target(found: Sequence[Row]) -> str:
     return table(headers, lines)
 
 
-def _failures(odd: Sequence[Row]) -> str:
+def _failures(odd: Sequence[EmulatedRow]) -> str:
     # What fails on one processor mostly fails on all: one line for what has the same reason.
-    alike: dict[tuple[str, ...], list[Row]] = {}
+    alike: dict[tuple[str, ...], list[EmulatedRow]] = {}
     for row in odd:
         alike.setdefault((row.is_.vehicle, row.is_.method, row.is_.demands, _why(row)), []).append(row)
     lines = []
@@ -69,7 +69,7 @@ def _failures(odd: Sequence[Row]) -> str:
     return table(("vehicle", "not counted, or not as in Python", "target", "demands", "why"), lines)
 
 
-def _why(row: Row) -> str:
+def _why(row: EmulatedRow) -> str:
     if row.is_.status != "ok":
         return f"{row.is_.status}: {row.is_.reason}"
     distance = f"thrusts differ by up to {three(row.is_.distance_rel_max)} of the largest limit"

@@ -2,12 +2,12 @@
 
 from collections.abc import Sequence
 
-from bench.results.emulated import Row
+from bench.results.emulated import EmulatedRow
 from bench.results.goals import BOARDS, GOALS, STACK_BYTES
 from bench.results.text import table
 
 
-def goals(rows: Sequence[Row]) -> str:
+def goals(rows: Sequence[EmulatedRow]) -> str:
     """The goals as a table with what was found, where it was counted; what is missed is marked so."""
     lines = []
     for vehicle, method, most in GOALS:
@@ -26,7 +26,7 @@ def goals(rows: Sequence[Row]) -> str:
     return table(headers, lines) if lines else ""
 
 
-def _found(rows: Sequence[Row], most: float) -> tuple[str, str]:
+def _found(rows: Sequence[EmulatedRow], most: float) -> tuple[str, str]:
     counted = [row for row in rows if row.worst is not None]
     if not counted:
         return "", ""

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from bench.results.cycles import CPI, Cpi, share
-from bench.results.emulated import Row
+from bench.results.emulated import EmulatedRow
 from bench.results.fit import Fit, Loop
 
 
@@ -33,12 +33,14 @@ class Band:
     missed: tuple[str, ...] = ()
 
 
-def bands(rows: Iterable[Row], clock_hz: float, loop: Loop, cpi: Mapping[str, Cpi] = CPI) -> list[Band]:
+def bands(
+    rows: Iterable[EmulatedRow], clock_hz: float, loop: Loop, cpi: Mapping[str, Cpi] = CPI
+) -> list[Band]:
     """A band for each kernel and processor that has an assumption on cycles, cheapest first.
 
     ``cpi`` is the assumption by target.
     """
-    groups: dict[tuple[str, str, str, str], list[Row]] = {}
+    groups: dict[tuple[str, str, str, str], list[EmulatedRow]] = {}
     for row in rows:
         if row.is_.target in cpi:
             key = (row.is_.vehicle, row.is_.target, row.is_.method, row.is_.scalar)

@@ -10,7 +10,7 @@ REFERENCE = "x86-64"
 
 
 @dataclass(frozen=True)
-class Row:
+class EmulatedRow:
     """One row, and the same C over the same demands on x86-64, where that was counted."""
 
     is_: Emulated
@@ -42,7 +42,7 @@ class Row:
         return _ratio(self.worst, _worst(self.x86))
 
 
-COLUMNS: dict[str, Callable[[Row], Value]] = {
+COLUMNS: dict[str, Callable[[EmulatedRow], Value]] = {
     "vehicle": lambda row: row.is_.vehicle,
     "target": lambda row: row.is_.target,
     "method": lambda row: row.is_.method,
@@ -65,10 +65,10 @@ COLUMNS: dict[str, Callable[[Row], Value]] = {
 """The columns of emulation.csv, in order; docs/embedded.md says what they mean."""
 
 
-def rows(emulated: Iterable[Emulated]) -> list[Row]:
+def rows(emulated: Iterable[Emulated]) -> list[EmulatedRow]:
     """Rows in the order of their names; of two with the same names the later one counts."""
     latest = {(r.vehicle, r.method, r.scalar, r.demands, r.target): r for r in emulated}
-    return [Row(latest[key], latest.get((*key[:-1], REFERENCE))) for key in sorted(latest)]
+    return [EmulatedRow(latest[key], latest.get((*key[:-1], REFERENCE))) for key in sorted(latest)]
 
 
 def _mean(row: Emulated | None) -> float | None:

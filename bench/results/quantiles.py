@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from itertools import chain
 
-Counted = list[tuple[int, int]]
+Histogram = list[tuple[int, int]]
 """A multiset of times: [(ns, how often), …], sorted."""
 
 CONFIDENCE = 0.95
@@ -12,7 +12,7 @@ BEYOND = 10
 """A quantile is given only where this many calls lie beyond it; below that it is an anecdote."""
 
 
-def merged(counted: Iterable[Counted]) -> Counted:
+def merged(counted: Iterable[Histogram]) -> Histogram:
     """Several multisets of times as one."""
     times: dict[int, int] = {}
     for ns, count in chain.from_iterable(counted):
@@ -20,19 +20,19 @@ def merged(counted: Iterable[Counted]) -> Counted:
     return sorted(times.items())
 
 
-def total(counted: Counted) -> int:
+def total(counted: Histogram) -> int:
     """How many times there are."""
     return sum(count for _, count in counted)
 
 
-def quantile(counted: Counted, q: float) -> int | None:
+def quantile(counted: Histogram, q: float) -> int | None:
     """The least time [ns] that a share ``q`` of all does not exceed; None where n(1 - q) < BEYOND."""
     n = total(counted)
     # 10,000 (1 - 0.999) is 10.000000000000009 or 9.99…, as rounding has it; 9.6 is not ten.
     return ranked(counted, q * n) if n * (1 - q) > BEYOND - 1e-6 else None
 
 
-def interval(counted: Counted, q: float) -> tuple[int, int] | None:
+def interval(counted: Histogram, q: float) -> tuple[int, int] | None:
     """Bounds [ns] that hold quantile ``q`` with CONFIDENCE, from order statistics; None as ``quantile``.
 
     The number of calls below the quantile is binomial (n, q), whatever the distribution of times, if calls
@@ -47,7 +47,7 @@ def interval(counted: Counted, q: float) -> tuple[int, int] | None:
     return ranked(counted, low), ranked(counted, min(high + 1, n))
 
 
-def ranked(counted: Counted, rank: float) -> int:
+def ranked(counted: Histogram, rank: float) -> int:
     """The time [ns] at this rank, counted from 1 at the fast end, rounded up."""
     below = 0
     for ns, count in counted:
@@ -57,7 +57,7 @@ def ranked(counted: Counted, rank: float) -> int:
     return counted[-1][0]
 
 
-def misses(counted: Counted, deadline_ns: float) -> tuple[int, int, float]:
+def misses(counted: Histogram, deadline_ns: float) -> tuple[int, int, float]:
     """Calls later than a deadline, of how many, and the share that is not exceeded with CONFIDENCE.
 
     The bound is Clopper and Pearson's (1934), one-sided, as if calls were independent; without a miss it is

@@ -7,7 +7,7 @@ from statistics import median
 
 from alloc import find_formulation
 from bench.record import Batch, Cell, Judged, Key, Method, Worker
-from bench.results.quantiles import Counted, merged
+from bench.results.quantiles import Histogram, merged
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Repeats:
         return next((cell for cell in self.cells if cell.status != "ok"), None)
 
     @cached_property
-    def singles(self) -> Counted:
+    def singles(self) -> Histogram:
         """Times of single calls of all repeats together [ns]."""
         return merged(cell.singles for cell in self.cells)
 

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from bench.record import NO_VEHICLE, Capability, Cell, Key, Method, Problem, Record, Worker, read
 from bench.results.columns import Row
 from bench.results.disturbance import canary_median_ns, disturbances
-from bench.results.quantiles import Counted, merged
+from bench.results.quantiles import Histogram, merged
 
 SETS = ("active", "inactive", "boundary", "infeasible", "box", "axes", "mission")
 """Order of demand sets in tables; the first one there is stands for the vehicle in pictures."""
@@ -61,7 +61,7 @@ class Run:
         names = {row.demands for row in self.by_vehicle[vehicle]}
         return sorted(names, key=lambda name: (SETS.index(name) if name in SETS else len(SETS), name))
 
-    def singles(self, row: Row) -> Counted:
+    def singles(self, row: Row) -> Histogram:
         """Single calls of a row's method, start and level on all of its vehicle's demand sets [ns]."""
         return merged(other.singles for other in self.of(row.vehicle) if other.label == row.label)
 

@@ -6,7 +6,7 @@ from functools import partial
 from bench.record import NO_VEHICLE
 from bench.results.columns import Row
 from bench.results.fit import Fit, Loop
-from bench.results.quantiles import Counted, merged, misses, quantile
+from bench.results.quantiles import Histogram, merged, misses, quantile
 from bench.results.ranking import exact, right
 from bench.results.rows import Run
 from bench.results.transfer import Transfer
@@ -92,7 +92,7 @@ def _size(rows: list[Row], loop: Loop, transfer: Transfer | None) -> Size:
             reason = f"{row.demands}: {row.wrong or 'farther from the optimum than promised'}"
             return size(fit=Fit.UNKNOWN, reason=f"a wrong answer has no time; {reason}")
     factor = transfer.high if transfer else 1.0
-    singles: Counted = merged(row.singles for row in rows)
+    singles: Histogram = merged(row.singles for row in rows)
     p50 = _largest([row.call_p50_us for row in rows], factor)
     tail = quantile(singles, 0.999)
     p999 = None if tail is None else tail / 1000 * factor

@@ -23,7 +23,7 @@ CALL_NS = 1000.0
 """About what a call of pinv takes; 15 % of it is the slow-down to be found."""
 
 
-class Case(NamedTuple):
+class GateCase(NamedTuple):
     """A change, how the gate is asked about it, and what it must answer."""
 
     name: str
@@ -33,22 +33,22 @@ class Case(NamedTuple):
     says: str
 
 
-def cases() -> list[Case]:
+def cases() -> list[GateCase]:
     """The gate's promises, each as a commit."""
     some = ("--cells", "ukwial:pinv", "--cells", "ukwial:qp/daqp:reused", "--cells", "ukwial:nullspace")
     tenths = round(0.15 * CALL_NS / statement_ns())
     return [
-        Case("identical trees, measured", lambda _: None, ("--always", *some), 0, "pass: 3 cells"),
-        Case(
+        GateCase("identical trees, measured", lambda _: None, ("--always", *some), 0, "pass: 3 cells"),
+        GateCase(
             "15 % more work in a call",
             partial(slow_down, where=CLOSED_FORMS, statements=tenths),
             ("--cells", "ukwial:pinv", "--no-instructions"),
             1,
             "ukwial:pinv",
         ),
-        Case("thrusts scaled by 1.001", partial(scale_thrusts, factor=1.001), (), 1, "wrong answer"),
-        Case("a method deleted", partial(delete_method, name="svd"), (), 1, "ukwial:svd:-"),
-        Case("README edited", partial(edit, name="README.md"), (), 0, "pass at once"),
+        GateCase("thrusts scaled by 1.001", partial(scale_thrusts, factor=1.001), (), 1, "wrong answer"),
+        GateCase("a method deleted", partial(delete_method, name="svd"), (), 1, "ukwial:svd:-"),
+        GateCase("README edited", partial(edit, name="README.md"), (), 0, "pass at once"),
     ]
 
 

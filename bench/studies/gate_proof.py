@@ -24,10 +24,10 @@ from typing import Any
 import click
 
 from bench.gate.cells import DEFAULT_CELLS
-from bench.gate.record import Record, Settings
+from bench.gate.record import GateRecord, GateSettings
 from bench.gate.run import compare
-from bench.gate.side import Tree
-from bench.gate.verdict import Row, is_slower, row, trips, verdict
+from bench.gate.side import SourceTree
+from bench.gate.verdict import Standing, is_slower, row, trips, verdict
 from bench.studies.gate_table import SLOWER
 from bench.studies.injection import CLOSED_FORMS, QP_PATHS, slow_down
 from bench.suite.compare import compare as compare_benchmarks
@@ -45,16 +45,16 @@ TUNING = (20, 300)
 """Statements of the two trees that tell what one costs."""
 CORRECTIONS = 2
 """How often the number of statements is put right by what the gate measures of it."""
-SETTINGS = Settings(budget_s=600.0)
+SETTINGS = GateSettings(budget_s=600.0)
 COUNT_EVERY = 5
 """Instruction counts hardly vary, so not every trial takes them."""
 RULE = "median:10%"
 """The default rule of the trade, given to ``--benchmark-compare-fail``."""
 
 
-def prepare(folder: Path, slower: Sequence[str]) -> dict[str, Tree]:
+def prepare(folder: Path, slower: Sequence[str]) -> dict[str, SourceTree]:
     """The tree, a copy of it, and the slower ones, calibrated on this machine."""
-    trees = {name: Tree(folder / name) for name in ("base", "same", *slower)}
+    trees = {name: SourceTree(folder / name) for name in ("base", "same", *slower)}
     ignore = shutil.ignore_patterns("__pycache__", ".*")
     for tree in trees.values():
         for part in ("alloc", "bench"):
@@ -66,7 +66,7 @@ def prepare(folder: Path, slower: Sequence[str]) -> dict[str, Tree]:
     return trees
 
 
-def calibrate(trees: dict[str, Tree], where: tuple[str, str], cells: Sequence[str]) -> None:
+def calibrate(trees: dict[str, SourceTree], where: tuple[str, str], cells: Sequence[str]) -> None:
     """Make each slower tree's calls of a class take its per cent more, as the gate itself measures it.
 
     What work costs depends on what stands around it, so it is measured where it will stand: a first
@@ -76,7 +76,7 @@ def calibrate(trees: dict[str, Tree], where: tuple[str, str], cells: Sequence[st
     def excess(name: str, statements: int) -> float:
         shutil.copy(trees["base"].path / where[0], trees[name].path / where[0])
         slow_down(trees[name].path, where, statements)
-        rows = rows_of(gated(trees["base"], trees[name], cells, Settings(pairs=20, budget_s=600.0)))
+        rows = rows_of(gated(trees["base"], trees[name], cells, GateSettings(pairs=20, budget_s=600.0)))
         return fmean(rows[cell].ratio.value for cell in cells) - 1
 
     (few, some), (many, more) = ((n, excess("up20", n)) for n in TUNING)
@@ -91,20 +91,24 @@ def calibrate(trees: dict[str, Tree], where: tuple[str, str], cells: Sequence[st
 
 
 def gated(
-    base: Tree, head: Tree, cells: Sequence[str], settings: Settings = SETTINGS, count: bool = False
-) -> Record:
+    base: SourceTree,
+    head: SourceTree,
+    cells: Sequence[str],
+    settings: GateSettings = SETTINGS,
+    count: bool = False,
+) -> GateRecord:
     """One gate between two trees that are ready to run."""
-    record = Record(base.path.name, head.path.name, settings)
+    record = GateRecord(base.path.name, head.path.name, settings)
     compare(record, (base, head), cells, count=count)
     return record
 
 
-def rows_of(record: Record) -> dict[str, Row]:
+def rows_of(record: GateRecord) -> dict[str, Standing]:
     """The timed cells by name."""
     return {cell.name: row(cell, record.settings) for cell in record.cells if cell.pairs}
 
 
-def by_gate(name: str, trees: dict[str, Tree], counted: bool) -> dict[str, Any]:
+def by_gate(name: str, trees: dict[str, SourceTree], counted: bool) -> dict[str, Any]:
     """One gate of the tree against ``name``: its outcome, and what it says of each cell."""
     record = gated(trees["base"], trees[name], DEFAULT_CELLS if name == "same" else CELLS, count=counted)
     rows, cells = rows_of(record), {}
@@ -121,7 +125,7 @@ def by_gate(name: str, trees: dict[str, Tree], counted: bool) -> dict[str, Any]:
     return {"outcome": verdict(record).outcome.name.lower(), "cells": cells}
 
 
-def by_pytest(name: str, trees: dict[str, Tree], _: bool) -> dict[str, Any]:
+def by_pytest(name: str, trees: dict[str, SourceTree], _: bool) -> dict[str, Any]:
     """Two runs of the suite, one after the other, the second told to fail above +10 %."""
     with tempfile.TemporaryDirectory() as folder:
         files = [Path(folder) / f"{side}.json" for side in ("a", "b")]
@@ -147,7 +151,7 @@ def by_pytest(name: str, trees: dict[str, Tree], _: bool) -> dict[str, Any]:
     return {"outcome": "regression" if done.returncode else "pass", "cells": cells}
 
 
-Trial = tuple[str, str, Callable[[str, dict[str, Tree], bool], dict[str, Any]]]
+Trial = tuple[str, str, Callable[[str, dict[str, SourceTree], bool], dict[str, Any]]]
 
 SAME: Trial = ("gate", "same", by_gate)
 TURN: tuple[Trial, ...] = (

@@ -9,11 +9,11 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from alloc import (
     WRENCH_TOLERANCE,
     Allocation,
+    BoolArray,
     Entry,
     FloatArray,
     Formulation,
@@ -37,16 +37,14 @@ INSIDE = 5e-6
 """A demand counts as attainable from alpha* = 1 + this on: the ``boundary`` set starts at 1e-5, and
 closer by than 1e-6, the tolerance of what counts as met, both verdicts are right."""
 
-Mask = NDArray[np.bool_]
 
-
-class Case(NamedTuple):
+class HardCases(NamedTuple):
     """A vehicle's demands, which have an answer and which have none, and the exact answers."""
 
     vehicle: Vehicle
     taus: FloatArray
-    attainable: Mask
-    infeasible: Mask
+    attainable: BoolArray
+    infeasible: BoolArray
     exact: FloatArray
 
 
@@ -88,7 +86,7 @@ def main(arguments: list[str]) -> int:
     return 1 if lied else 0
 
 
-def cases(n: int, formulation: Formulation) -> list[Case]:
+def cases(n: int, formulation: Formulation) -> list[HardCases]:
     """n demands over all vehicles, whole and with a thruster off; exact answers by its first reference."""
     whole = [load_vehicle(name) for name in list_vehicles()]
     states = whole + [v.with_fault(0) for v in whole]
@@ -103,11 +101,11 @@ def cases(n: int, formulation: Formulation) -> list[Case]:
         exact, status = build(formulation.references[0], vehicle).many(taus)
         answered = np.isin(status, (Status.SOLVED, Status.PARTIAL))
         attainable = answered & (soft | (alpha >= 1 + INSIDE))
-        found.append(Case(vehicle, taus, attainable, infeasible & (not soft), exact))
+        found.append(HardCases(vehicle, taus, attainable, infeasible & (not soft), exact))
     return found
 
 
-def tallied(entry: Entry, found: list[Case], start: str, level: str) -> Tally:
+def tallied(entry: Entry, found: list[HardCases], start: str, level: str) -> Tally:
     """Run one method over all cases and count."""
     counts = np.zeros(9)
     distance = {Status.SOLVED: 0.0, Status.PARTIAL: 0.0}
@@ -150,7 +148,7 @@ def tallied(entry: Entry, found: list[Case], start: str, level: str) -> Tally:
     )
 
 
-def lies(entry: Entry, case: Case, answers: list[Allocation]) -> Mask:
+def lies(entry: Entry, case: HardCases, answers: list[Allocation]) -> BoolArray:
     """Which answers are not what their status says."""
     lied = np.zeros(len(answers), dtype=bool)
     v = case.vehicle

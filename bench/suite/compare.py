@@ -63,7 +63,7 @@ class BenchmarkFile(msgspec.Struct):
     benchmarks: list[Benchmark]
 
 
-class Ratio(NamedTuple):
+class BenchmarkRatio(NamedTuple):
     """One benchmark found in both files: time of one call in each, and how they relate."""
 
     name: str
@@ -76,7 +76,7 @@ class Ratio(NamedTuple):
 class Comparison(NamedTuple):
     """What two files say together: ratios B / A, names in one file only, machine differences."""
 
-    ratios: list[Ratio]
+    ratios: list[BenchmarkRatio]
     only_a: list[str]
     only_b: list[str]
     machine: list[str]
@@ -108,7 +108,7 @@ def compare(a: BenchmarkFile, b: BenchmarkFile) -> Comparison:
         pair = before[name], after[name]
         a_us, b_us = (one.stats.median / one.extra_info.calls * 1e6 for one in pair)
         a_min, b_min = (one.stats.min / one.extra_info.calls for one in pair)
-        ratios.append(Ratio(name, a_us, b_us, b_us / a_us, b_min / a_min))
+        ratios.append(BenchmarkRatio(name, a_us, b_us, b_us / a_us, b_min / a_min))
     return Comparison(
         ratios=ratios,
         only_a=sorted(before.keys() - after.keys()),

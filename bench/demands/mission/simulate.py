@@ -9,9 +9,17 @@ vehicle does not control is held at zero, which makes it planar where it is.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from alloc import DOF, FloatArray, Vehicle, alpha_max, generalized_inverse, load_vehicle, single_axis_maxima
+from alloc import (
+    DOF,
+    BoolArray,
+    FloatArray,
+    Vehicle,
+    alpha_max,
+    generalized_inverse,
+    load_vehicle,
+    single_axis_maxima,
+)
 from bench.demands.mission import body
 
 RATE_HZ = 100.0
@@ -106,9 +114,7 @@ def _onto_reachable(vehicle: Vehicle) -> FloatArray:
     return vehicle.TP @ generalized_inverse(vehicle) if vehicle.rank < vehicle.k else np.eye(vehicle.k)
 
 
-def _surroundings(
-    rng: np.random.Generator, free: NDArray[np.bool_]
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _surroundings(rng: np.random.Generator, free: BoolArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Setpoints (2 HALF, 6), current (2 HALF, 3) in earth axes [m/s] and velocity noise (2 HALF, 6)."""
     n = 2 * HALF
     setpoints = np.zeros((n, 6))

@@ -11,8 +11,7 @@ from pathlib import Path
 from types import ModuleType
 
 from alloc import UnknownName
-
-Numbers = list[float]
+from alloc.vehicle.file import Numbers
 
 
 @dataclass

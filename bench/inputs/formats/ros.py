@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from alloc import DOF, Vehicle, VehicleError
-from alloc.files.yaml_tree import Tree, read_yaml
-from alloc.vehicle.file import VehicleFile
-from bench.inputs.formats import Draft, Numbers
+from alloc.files.yaml_tree import YamlTree, read_yaml
+from alloc.vehicle.file import Numbers, VehicleFile
+from bench.inputs.formats import Draft
 from bench.inputs.parameters import find, numbers, rows
 
 POSITIONS = ("thruster_position", "thruster_positions")
@@ -83,7 +83,7 @@ def write(keys: VehicleFile, vehicle: Vehicle) -> str:
     )
 
 
-def _vectors(tree: Tree, key: str, value: Any) -> list[Numbers]:
+def _vectors(tree: YamlTree, key: str, value: Any) -> list[Numbers]:
     # (n, 3), from n rows of three, or flat as all x, all y, all z.
     if isinstance(value, list) and value and all(isinstance(row, list) for row in value):
         matrix = rows(tree, key, value)
@@ -97,18 +97,18 @@ def _vectors(tree: Tree, key: str, value: Any) -> list[Numbers]:
     return vectors
 
 
-def _count(tree: Tree) -> int | None:
+def _count(tree: YamlTree) -> int | None:
     thrusters = find(tree, "thrusters")
     count = thrusters.get("num") if isinstance(thrusters, dict) else None
     return count if isinstance(count, int) else None
 
 
-def _dof(tree: Tree) -> tuple[str, ...]:
+def _dof(tree: YamlTree) -> tuple[str, ...]:
     which = find(tree, "which")
     return tuple(axis for axis in DOF if which.get(axis)) if isinstance(which, dict) else ()
 
 
-def _limits(tree: Tree, draft: Draft) -> None:
+def _limits(tree: YamlTree, draft: Draft) -> None:
     for key, names in (("f_min", ("min_force", "min_thrust")), ("f_max", ("max_force", "max_thrust"))):
         value = find(tree, *names)
         if value is not None:

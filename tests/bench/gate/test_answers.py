@@ -5,7 +5,7 @@ import pytest
 
 from alloc import Allocation, Label, Status, Vehicle, build, load_vehicle
 from alloc.allocation import FloatArray
-from bench.gate.answers import DEMANDS, Answered, differ, pose, wrong
+from bench.gate.answers import DEMANDS, SideAnswers, differ, pose, wrong
 from bench.judging.question import Question, ask_here
 
 PROMISES = {"formulation": "hard", "limited": True, "tolerance": 1e-6}
@@ -27,8 +27,8 @@ def right(vehicle: Vehicle, question: Question) -> list[Allocation]:
     return [allocate(tau) for tau in question.demands.taus]
 
 
-def changed(answers: list[Allocation], i: int, f: FloatArray, status: Status = Status.SOLVED) -> Answered:
-    return Answered("", PROMISES, [*answers[:i], Allocation(f, status), *answers[i + 1 :]])
+def changed(answers: list[Allocation], i: int, f: FloatArray, status: Status = Status.SOLVED) -> SideAnswers:
+    return SideAnswers("", PROMISES, [*answers[:i], Allocation(f, status), *answers[i + 1 :]])
 
 
 def test_demands_of_each_kind_are_asked(question: Question) -> None:
@@ -41,7 +41,7 @@ def test_demands_of_each_kind_are_asked(question: Question) -> None:
 
 
 def test_the_exact_answers_are_right(question: Question, right: list[Allocation]) -> None:
-    assert wrong(question, Answered("", PROMISES, right)) == ""
+    assert wrong(question, SideAnswers("", PROMISES, right)) == ""
 
 
 def test_an_answer_off_by_a_thousandth_is_wrong(question: Question, right: list[Allocation]) -> None:
@@ -73,7 +73,7 @@ def test_solved_said_of_a_demand_that_nothing_meets_is_wrong(
 
 
 def test_equal_answers_do_not_differ(vehicle: Vehicle, right: list[Allocation]) -> None:
-    side = Answered("", PROMISES, right)
+    side = SideAnswers("", PROMISES, right)
     assert differ(vehicle, side, side) == ""
 
 
@@ -82,22 +82,22 @@ def test_answers_may_differ_by_twice_what_the_base_promises(
     vehicle: Vehicle, right: list[Allocation], share: float, differs: bool
 ) -> None:
     moved = right[0].f + share * PROMISES["tolerance"] * vehicle.f_scale  # type: ignore[operator]
-    said = differ(vehicle, Answered("", PROMISES, right), changed(right, 0, moved))
+    said = differ(vehicle, SideAnswers("", PROMISES, right), changed(right, 0, moved))
     assert bool(said) == differs
 
 
 def test_another_status_is_another_answer(vehicle: Vehicle, right: list[Allocation]) -> None:
     other = changed(right, 2, right[2].f, Status.PARTIAL)
-    assert differ(vehicle, Answered("", PROMISES, right), other) == "status SOLVED → PARTIAL for demand 2"
+    assert differ(vehicle, SideAnswers("", PROMISES, right), other) == "status SOLVED → PARTIAL for demand 2"
 
 
 def test_another_formulation_is_another_answer(vehicle: Vehicle, right: list[Allocation]) -> None:
-    soft = Answered("", {**PROMISES, "formulation": "soft"}, right)
-    assert differ(vehicle, Answered("", PROMISES, right), soft) == "formulation hard → soft"
+    soft = SideAnswers("", {**PROMISES, "formulation": "soft"}, right)
+    assert differ(vehicle, SideAnswers("", PROMISES, right), soft) == "formulation hard → soft"
 
 
 def test_a_promise_of_limits_that_is_taken_back_is_another_answer(
     vehicle: Vehicle, right: list[Allocation]
 ) -> None:
-    free = Answered("", {**PROMISES, "limited": False}, right)
-    assert differ(vehicle, Answered("", PROMISES, right), free) == "limited True → False"
+    free = SideAnswers("", {**PROMISES, "limited": False}, right)
+    assert differ(vehicle, SideAnswers("", PROMISES, right), free) == "limited True → False"

@@ -23,8 +23,8 @@ from click.testing import CliRunner, Result
 from bench.commands.gate import command
 from bench.gate import instructions, trees
 from bench.gate.cells import chosen
-from bench.gate.record import Cell
-from bench.gate.side import Died, Refused, Side, Tree
+from bench.gate.record import GateCell
+from bench.gate.side import Died, Refused, Side, SourceTree
 from bench.studies import gate_check
 from bench.studies.injection import CLOSED_FORMS, delete_method, scale_thrusts, slow_down
 
@@ -144,7 +144,7 @@ def test_where_one_side_dies_under_valgrind_the_other_is_not_counted_to_the_end(
     counted = []
 
     class Counting(AbstractContextManager[Any]):
-        def __init__(self, tree: Tree, started: list[Any], **_: Any) -> None:
+        def __init__(self, tree: SourceTree, started: list[Any], **_: Any) -> None:
             self.name, self.killed = tree.path.name, False
             started.append(self)
 
@@ -165,8 +165,8 @@ def test_where_one_side_dies_under_valgrind_the_other_is_not_counted_to_the_end(
             pass
 
     monkeypatch.setattr(instructions, "Side", Counting)
-    cells = [Cell("control", str(i)) for i in range(100)]
-    both = Tree(tmp_path / "base"), Tree(tmp_path / "head")
+    cells = [GateCell("control", str(i)) for i in range(100)]
+    both = SourceTree(tmp_path / "base"), SourceTree(tmp_path / "head")
     with pytest.raises(Died):
         instructions.count(cells, both, {"control": [[0.0]]}, hash_seed=0)
     assert len(counted) < len(cells) / 2
@@ -263,7 +263,7 @@ def test_a_tree_that_does_not_say_what_it_requires_is_named(
 def test_the_measured_library_is_the_trees_and_not_the_gates(tmp_path: Path) -> None:
     (tmp_path / "elsewhere").mkdir()
     with pytest.raises(Refused, match="alloc"):
-        Side(Tree(tmp_path / "elsewhere"))
+        Side(SourceTree(tmp_path / "elsewhere"))
 
 
 @pytest.mark.parametrize(
@@ -279,16 +279,16 @@ def test_however_a_process_dies_it_is_said_how(script: str, says: str, tmp_path:
     interpreter.write_text(f"#!/bin/sh\nread order\n{script}\n")
     interpreter.chmod(0o755)
     with pytest.raises(Died) as caught:
-        Side(Tree(tmp_path, str(interpreter)))
+        Side(SourceTree(tmp_path, str(interpreter)))
     assert says in str(caught.value)
 
 
-def deaf(folder: Path) -> Tree:
+def deaf(folder: Path) -> SourceTree:
     """A tree whose process hears neither Ctrl-C nor the end of its orders, like a solver that hangs."""
     interpreter = folder / "python"
     interpreter.write_text("#!/bin/sh\ntrap '' INT\nwhile true; do sleep 0.1; done\n")
     interpreter.chmod(0o755)
-    return Tree(folder, str(interpreter))
+    return SourceTree(folder, str(interpreter))
 
 
 @pytest.mark.usefixtures("ctrl_c")
@@ -331,7 +331,7 @@ def test_ctrl_c_ends_a_process_that_never_replies_at_once(tmp_path: Path, after_
 
 
 def test_a_process_that_does_not_reply_in_time_is_ended() -> None:
-    with Side(Tree(gate_check.ROOT)) as side:
+    with Side(SourceTree(gate_check.ROOT)) as side:
         side.ask("control", cell="control:loop:-", kind="loop")
         side.ask("keep", vehicle="control", taus=[[0.0]])
         with pytest.raises(Died, match=r"no reply within 0\.2 s"):

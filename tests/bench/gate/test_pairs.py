@@ -8,11 +8,11 @@ import pytest
 
 from bench.gate import pairs
 from bench.gate.cells import controls
-from bench.gate.record import Settings
-from bench.gate.side import Tree
+from bench.gate.record import GateSettings
+from bench.gate.side import SourceTree
 from bench.gate.trees import BASE, HEAD
 
-SETTINGS = Settings(pairs=3, blocks=4)
+SETTINGS = GateSettings(pairs=3, blocks=4)
 
 
 class Recorded:
@@ -22,7 +22,7 @@ class Recorded:
     layouts: list[tuple[int, int]]
     cores: list[int | None]
 
-    def __init__(self, tree: Tree, *, hash_seed: int, padding: int) -> None:
+    def __init__(self, tree: SourceTree, *, hash_seed: int, padding: int) -> None:
         self.side = tree.path.name
         self.layouts.append((hash_seed, padding))
 
@@ -42,45 +42,47 @@ class Recorded:
 
 
 @pytest.fixture
-def both(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> tuple[Tree, Tree]:
+def both(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> tuple[SourceTree, SourceTree]:
     Recorded.blocks, Recorded.layouts, Recorded.cores = [], [], []
     monkeypatch.setattr(pairs, "Side", Recorded)
-    return Tree(tmp_path / BASE), Tree(tmp_path / HEAD)
+    return SourceTree(tmp_path / BASE), SourceTree(tmp_path / HEAD)
 
 
-def measure(both: tuple[Tree, Tree], deadline: float) -> tuple[bool, Any]:
+def measure(both: tuple[SourceTree, SourceTree], deadline: float) -> tuple[bool, Any]:
     cells = controls()
     demands = {"control": [[0.0]]}
     return pairs.measure(cells, both, demands, SETTINGS, random.Random(1), deadline), cells
 
 
-def test_blocks_of_a_cell_come_in_the_order_abba(both: tuple[Tree, Tree]) -> None:
+def test_blocks_of_a_cell_come_in_the_order_abba(both: tuple[SourceTree, SourceTree]) -> None:
     measure(both, monotonic() + 60)
     order = [side for side, cell in Recorded.blocks if cell == "control:loop:-"]
     assert order[:8] == [BASE, HEAD, HEAD, BASE, BASE, HEAD, HEAD, BASE]
 
 
-def test_where_blocks_are_odd_in_number_neither_side_goes_first_more_often(both: tuple[Tree, Tree]) -> None:
-    settings = Settings(pairs=2, blocks=5)
+def test_where_blocks_are_odd_in_number_neither_side_goes_first_more_often(
+    both: tuple[SourceTree, SourceTree],
+) -> None:
+    settings = GateSettings(pairs=2, blocks=5)
     pairs.measure(controls(), both, {"control": [[0.0]]}, settings, random.Random(1), monotonic() + 60)
     firsts = [side for side, cell in Recorded.blocks if cell == "control:loop:-"][::2]
     assert firsts.count(BASE) == firsts.count(HEAD) == 5
 
 
-def test_every_time_is_kept_with_base_first(both: tuple[Tree, Tree]) -> None:
+def test_every_time_is_kept_with_base_first(both: tuple[SourceTree, SourceTree]) -> None:
     done, cells = measure(both, monotonic() + 60)
     assert done
     for cell in cells:
         assert cell.pairs == [[(1000, 1100)] * SETTINGS.blocks] * SETTINGS.pairs
 
 
-def test_both_sides_share_a_core_and_no_two_processes_a_layout(both: tuple[Tree, Tree]) -> None:
+def test_both_sides_share_a_core_and_no_two_processes_a_layout(both: tuple[SourceTree, SourceTree]) -> None:
     measure(both, monotonic() + 60)
     assert len(set(Recorded.cores)) == 1
     assert len(set(Recorded.layouts)) == 2 * SETTINGS.pairs
 
 
-def test_past_the_deadline_no_pair_is_begun(both: tuple[Tree, Tree]) -> None:
+def test_past_the_deadline_no_pair_is_begun(both: tuple[SourceTree, SourceTree]) -> None:
     done, cells = measure(both, monotonic() - 1)
     assert not done
     assert [cell.pairs for cell in cells] == [[], []]

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from bench.gate.record import Cell, Record, Settings
+from bench.gate.record import GateCell, GateRecord, GateSettings
 from bench.gate.render import as_json, markdown
 from bench.gate.statistics import medians_us, ratio
 from bench.gate.verdict import Outcome, Verdict, is_suspect, verdict
@@ -30,13 +30,13 @@ def timed(ratio: float = 1.0, us: float = 5.0, spread: float = 0.005, pairs: int
     }
 
 
-def cell(method: str = "pinv", **facts: Any) -> Cell:
-    return Cell("ukwial", method, **{**timed(), **facts})
+def cell(method: str = "pinv", **facts: Any) -> GateCell:
+    return GateCell("ukwial", method, **{**timed(), **facts})
 
 
-def judged(*cells: Cell, **facts: Any) -> Verdict:
-    controls = [Cell("control", "loop", **timed()), Cell("control", "product", **timed())]
-    return verdict(Record("a", "b", Settings(), cells=[*controls, *cells], **facts))
+def judged(*cells: GateCell, **facts: Any) -> Verdict:
+    controls = [GateCell("control", "loop", **timed()), GateCell("control", "product", **timed())]
+    return verdict(GateRecord("a", "b", GateSettings(), cells=[*controls, *cells], **facts))
 
 
 def test_equal_times_pass() -> None:
@@ -71,19 +71,19 @@ def test_the_threshold_is_the_same_for_a_short_call() -> None:
 def test_a_suspicion_needs_less_certainty_than_a_failure() -> None:
     doubtful = cell(**timed(1.035, spread=0.1))
     assert 1.0 < ratio(doubtful.pairs).lower < 1.01
-    assert is_suspect(doubtful, Settings())
+    assert is_suspect(doubtful, GateSettings())
     assert judged(doubtful).outcome is Outcome.PASS
 
 
 @pytest.mark.parametrize("moved", [1.035, 1 / 1.035])
 def test_a_control_that_moves_either_way_makes_it_inconclusive(moved: float) -> None:
-    found = judged(cell(**timed(1.2)), Cell("control", "loop", **timed(moved)))
+    found = judged(cell(**timed(1.2)), GateCell("control", "loop", **timed(moved)))
     assert found.outcome is Outcome.INCONCLUSIVE
     assert "control:loop" in found.summary
 
 
 def test_a_spent_budget_is_said_before_a_control_that_moved_in_the_few_pairs_there_were() -> None:
-    found = judged(cell(), Cell("control", "loop", **timed(1.035, pairs=2)), cut="the budget was spent")
+    found = judged(cell(), GateCell("control", "loop", **timed(1.035, pairs=2)), cut="the budget was spent")
     assert found.outcome is Outcome.INCONCLUSIVE
     assert found.summary == "inconclusive: the budget was spent"
 
@@ -94,15 +94,15 @@ def test_a_wrong_or_another_answer_fails_however_fast(wrong: dict[str, str]) -> 
 
 
 def test_an_answer_that_was_wrong_before_is_said_and_not_gated() -> None:
-    record = Record("a", "b", Settings(), cells=[cell(base_wrong="off", head_wrong="off by 2 N")])
+    record = GateRecord("a", "b", GateSettings(), cells=[cell(base_wrong="off", head_wrong="off by 2 N")])
     found = verdict(record)
     assert found.outcome is Outcome.PASS
     assert "wrong on both sides: `ukwial:pinv:-`: off by 2 N" in markdown(record, found)
 
 
 def test_a_cell_that_is_gone_fails_before_anything_else_is_looked_at() -> None:
-    gone = Cell("ukwial", "svd", head_lacks="no such method")
-    moved = Cell("control", "loop", **timed(2.0))
+    gone = GateCell("ukwial", "svd", head_lacks="no such method")
+    moved = GateCell("control", "loop", **timed(2.0))
     found = judged(gone, cell(head_wrong="off"), moved, cut="no time left")
     assert found.outcome is Outcome.REGRESSION
     assert found.summary == "regression: cells are gone"
@@ -110,13 +110,13 @@ def test_a_cell_that_is_gone_fails_before_anything_else_is_looked_at() -> None:
 
 
 def test_a_new_cell_passes() -> None:
-    new = Cell("ukwial", "svd", base_lacks="no such method")
+    new = GateCell("ukwial", "svd", base_lacks="no such method")
     assert judged(cell(), new).outcome is Outcome.PASS
 
 
 def test_nothing_to_compare_fails() -> None:
     assert judged().outcome is Outcome.REGRESSION
-    assert judged(Cell("ukwial", "svd", base_lacks="no such method")).outcome is Outcome.REGRESSION
+    assert judged(GateCell("ukwial", "svd", base_lacks="no such method")).outcome is Outcome.REGRESSION
 
 
 def test_instructions_trip_only_when_they_grew_twice() -> None:
@@ -126,7 +126,7 @@ def test_instructions_trip_only_when_they_grew_twice() -> None:
 
 
 def test_instructions_fail_also_on_a_machine_that_moved() -> None:
-    found = judged(cell(instructions=[(100, 110), (100, 110)]), Cell("control", "loop", **timed(1.5)))
+    found = judged(cell(instructions=[(100, 110), (100, 110)]), GateCell("control", "loop", **timed(1.5)))
     assert found.outcome is Outcome.REGRESSION
 
 
@@ -139,7 +139,7 @@ def test_a_head_that_crashes_is_a_regression() -> None:
 
 
 def test_nothing_that_matters_changed_passes_and_says_why() -> None:
-    found = verdict(Record("a", "b", Settings(), unchanged="only the README differs"))
+    found = verdict(GateRecord("a", "b", GateSettings(), unchanged="only the README differs"))
     assert found.outcome is Outcome.PASS
     assert "only the README differs" in found.summary
 
@@ -152,7 +152,7 @@ def test_what_got_faster_is_listed() -> None:
 
 def test_the_report_shows_a_suspect_with_all_that_is_known() -> None:
     slow = cell(**timed(1.1, us=5.0), instructions=[(1000, 1100), (1000, 1100)])
-    record = Record("a", "b", Settings(), cells=[slow], commits=["1234567 Make it slower"])
+    record = GateRecord("a", "b", GateSettings(), cells=[slow], commits=["1234567 Make it slower"])
     text = markdown(record, verdict(record))
     assert text.startswith("## ❌ Gate: regression")
     rows = [" ".join(line.split()) for line in text.splitlines()]

@@ -13,10 +13,10 @@ from alloc.vehicle.file import VehicleFile, build_vehicle, find_file, read_docum
 from alloc.vehicle.geometry import DOF, from_flu
 from alloc.vehicle.text import to_yaml
 from bench.inputs.formats import formats, writable
-from bench.inputs.imported import Answers, import_vehicle
+from bench.inputs.imported import ImportOptions, import_vehicle
 from tests.places import ROOT
 
-LIMITS = Answers(f_min=-20, f_max=20)
+LIMITS = ImportOptions(f_min=-20, f_max=20)
 
 NAUTILUS = """\
 /**:
@@ -103,7 +103,7 @@ def file(tmp_path: Path) -> Path:
     return tmp_path / "theirs.yaml"
 
 
-def imported(file: Path, text: str, answers: Answers | None = None) -> VehicleFile:
+def imported(file: Path, text: str, answers: ImportOptions | None = None) -> VehicleFile:
     file.write_text(text)
     return import_vehicle(file, answers=answers)
 
@@ -139,8 +139,8 @@ def test_a_configuration_matrix_is_read_with_the_axes_its_file_names(file: Path,
 def test_a_matrix_and_poses_that_contradict_are_refused_until_one_is_chosen(file: Path) -> None:
     with pytest.raises(AllocError, match="--take T or --take poses"):
         imported(file, MANTA)
-    assert vehicle_of(imported(file, MANTA, Answers(take="T")), file).T[2, 1] == -1
-    keys = imported(file, MANTA, Answers(take="poses"))
+    assert vehicle_of(imported(file, MANTA, ImportOptions(take="T")), file).T[2, 1] == -1
+    keys = imported(file, MANTA, ImportOptions(take="poses"))
     assert vehicle_of(keys, file).T[2, 1] == 1
     assert keys.T is None
     assert (keys.f_min, keys.f_max) == (-12, 12)
@@ -224,8 +224,8 @@ def test_a_csv_of_t_in_its_spellings(tmp_path: Path, text: str) -> None:
 @pytest.mark.parametrize(
     ("text", "answers", "says"),
     [
-        (MAELSTROM, Answers(), "no limits in it; give --f-min and --f-max"),
-        (MAELSTROM, Answers(dof=("roll",), f_min=-1, f_max=1), "no row for 'roll'"),
+        (MAELSTROM, ImportOptions(), "no limits in it; give --f-min and --f-max"),
+        (MAELSTROM, ImportOptions(dof=("roll",), f_min=-1, f_max=1), "no row for 'roll'"),
         (MAELSTROM.replace("which", "what"), LIMITS, "5 rows without names; name them with --dof"),
         (MAELSTROM.replace("0.2143, -0.2143, 0.2143, -0.2143", "0.2143"), LIMITS, "differ in length"),
         (
@@ -233,20 +233,28 @@ def test_a_csv_of_t_in_its_spellings(tmp_path: Path, text: str) -> None:
             LIMITS,
             "not made of numbers",
         ),
-        (NAUTILUS.replace("40.0", "strong"), Answers(), "min_force is not made of numbers"),
-        (NAUTILUS.replace("thruster_position", "place"), Answers(), "has only one of thruster_position and"),
-        (NAUTILUS.replace("[0.413892,", "["), Answers(), "thruster_position has 23 numbers"),
-        (NAUTILUS.replace("2000.0, 2000.0, ", ""), Answers(), "slack_weights has 2 entries for 6 DOF"),
+        (NAUTILUS.replace("40.0", "strong"), ImportOptions(), "min_force is not made of numbers"),
+        (
+            NAUTILUS.replace("thruster_position", "place"),
+            ImportOptions(),
+            "has only one of thruster_position and",
+        ),
+        (NAUTILUS.replace("[0.413892,", "["), ImportOptions(), "thruster_position has 23 numbers"),
+        (NAUTILUS.replace("2000.0, 2000.0, ", ""), ImportOptions(), "slack_weights has 2 entries for 6 DOF"),
         (TAM.replace("- [0.0, 0.0, 0.0]\n", ""), LIMITS, "tam has 4 rows; give six"),
-        (HEXA.replace("COUNT 6", "COUNT 99"), Answers(), "CA_ROTOR_COUNT is 99"),
-        (HEXA.replace("0.43", "far"), Answers(), "CA_ROTOR2_PX is 'far'; give a number"),
-        (HEXA.replace("0.43", "1e400"), Answers(), "line 7: CA_ROTOR2_PX is '1e400'; give a finite number"),
-        (HEXA + "param set CA_ROTOR0_AZ 0\n", Answers(), "CA_ROTOR0_AX, AY, AZ are all 0"),
+        (HEXA.replace("COUNT 6", "COUNT 99"), ImportOptions(), "CA_ROTOR_COUNT is 99"),
+        (HEXA.replace("0.43", "far"), ImportOptions(), "CA_ROTOR2_PX is 'far'; give a number"),
+        (
+            HEXA.replace("0.43", "1e400"),
+            ImportOptions(),
+            "line 7: CA_ROTOR2_PX is '1e400'; give a finite number",
+        ),
+        (HEXA + "param set CA_ROTOR0_AZ 0\n", ImportOptions(), "CA_ROTOR0_AX, AY, AZ are all 0"),
         ("hello: 1\n", LIMITS, "none of the known formats"),
         ("", LIMITS, "none of the known formats"),
     ],
 )
-def test_what_is_missing_or_wrong_is_named(file: Path, text: str, answers: Answers, says: str) -> None:
+def test_what_is_missing_or_wrong_is_named(file: Path, text: str, answers: ImportOptions, says: str) -> None:
     with pytest.raises(AllocError) as caught:
         imported(file, text, answers)
     message = str(caught.value)
@@ -310,7 +318,7 @@ def test_a_full_h_can_not_be_told_to_ros() -> None:
 def test_the_frame_told_by_hand_turns_the_vehicle(tmp_path: Path) -> None:
     text = "\n".join(",".join(map(str, row)) for row in np.eye(6).tolist())
     here = vehicle_of(imported(tmp_path / "T.csv", text, LIMITS), tmp_path / "T.csv")
-    there_keys = imported(tmp_path / "T.csv", text, Answers(frame="flu", f_min=-20, f_max=20))
+    there_keys = imported(tmp_path / "T.csv", text, ImportOptions(frame="flu", f_min=-20, f_max=20))
     np.testing.assert_array_equal(vehicle_of(there_keys, tmp_path / "T.csv").T, from_flu(here.T, DOF))
     assert "The frame is flu, as told." in there_keys.notes
 
