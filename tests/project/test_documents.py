@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import alloc.formulations
 import alloc.solvers
 import bench
 from alloc import (
@@ -22,7 +23,11 @@ from alloc import (
     load_plugin,
     load_vehicle,
 )
+from alloc.formulations import list_formulations
 from alloc.plugins import prepare
+from bench.demands import build_demands
+from bench.judging.judge import judge
+from bench.judging.question import ask_here, questions
 from tests.pages import FENCE, PAGES, blocks
 from tests.places import DOCS, ROOT
 
@@ -152,3 +157,30 @@ def test_the_example_solver_is_found_and_solves(tmp_path: Path, monkeypatch: pyt
 def test_links_between_documents_lead_somewhere(document: Path) -> None:
     for target in re.findall(r"\]\((?!https?:)([^)#\s]+)", document.read_text(encoding="utf-8")):
         assert (document.parent / target).exists(), target
+
+
+def test_the_example_formulation_is_found_and_its_method_is_held_to_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    formulation, method = blocks(DOCS / "add-a-formulation.md", "python")
+    for folder, text in (("formulations", formulation), ("methods", method)):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "derated.py").write_text(text)
+    monkeypatch.setattr(
+        alloc.formulations, "__path__", [*alloc.formulations.__path__, str(tmp_path / "formulations")]
+    )
+    list_formulations.cache_clear()
+    try:
+        assert "derated" in {formulation.name for formulation in list_formulations()}
+        vehicle = load_vehicle("ukwial")
+        (question,) = questions([build_demands("active", vehicle, seed=1, n=5)], ask_here)
+        allocate = prepare(load_plugin(tmp_path / "methods" / "derated.py"), vehicle)
+        answers = [allocate(tau) for tau in question.demands.taus]
+        promises = {"formulation": "derated", "limited": True, "tolerance": allocate.tolerance}
+        assert judge(question, answers, **promises).agrees is True
+        twice = [answer._replace(f=answer.f * 1.001) for answer in answers]
+        assert judge(question, twice, **promises).agrees is False
+    finally:
+        sys.modules.pop("alloc.formulations.derated", None)
+        monkeypatch.undo()
+        list_formulations.cache_clear()
