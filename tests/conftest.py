@@ -1,5 +1,6 @@
 """What several test files share: the catalogue crossed with the vehicles."""
 
+import os
 import signal
 from collections.abc import Iterator
 
@@ -8,10 +9,14 @@ import pytest
 from hypothesis import settings
 
 from alloc import Entry, Vehicle, catalogue, list_vehicles, load_vehicle
+from tests.places import ROOT
 
 # No deadline: a busy machine is not the code's fault. The same examples in every run: a red test is news.
 settings.register_profile("thrustbench", deadline=None, derandomize=True)
 settings.load_profile("thrustbench")
+
+# Kernels are compiled into the tree: a home, where users' lie, may be missing or read-only.
+os.environ.setdefault("THRUSTBENCH_CACHE", str(ROOT / "build" / "kernels"))
 
 
 @pytest.fixture(params=list_vehicles(), scope="session")

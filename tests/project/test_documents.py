@@ -58,7 +58,7 @@ def run_consoles(document: str, folder: Path) -> None:
         run = subprocess.run(
             [sys.executable, "-m", "bench", *arguments],
             capture_output=True,
-            text=True,
+            encoding="utf-8",
             cwd=folder,
             env={"PYTHONPATH": str(ROOT), "PATH": "/usr/bin:/bin"},
             timeout=60,

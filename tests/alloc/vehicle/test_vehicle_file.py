@@ -297,7 +297,7 @@ def test_any_value_of_any_key_is_a_vehicle_or_a_refusal(
 
     path = tmp_path_factory.getbasetemp() / "value.yaml"
     data = YAML(typ="safe", pure=True).load(GOOD) | {key: value}
-    with path.open("w") as file:
+    with path.open("w", encoding="utf-8") as file:
         YAML(typ="safe", pure=True).dump(data, file)
     try:
         outcome: object = load_vehicle(path)

@@ -104,14 +104,14 @@ def file(tmp_path: Path) -> Path:
 
 
 def imported(file: Path, text: str, answers: ImportOptions | None = None) -> VehicleFile:
-    file.write_text(text)
+    file.write_text(text, encoding="utf-8")
     return import_vehicle(file, answers=answers)
 
 
 def vehicle_of(keys: VehicleFile, file: Path) -> Vehicle:
     """The vehicle as it is read back from the file that would be written."""
     path = file.parent / "ours.yaml"
-    path.write_text(to_yaml(keys))
+    path.write_text(to_yaml(keys), encoding="utf-8")
     return load_vehicle(path)
 
 
@@ -293,7 +293,7 @@ def test_a_vehicle_exported_to_csv_comes_back_with_the_same_matrix(tmp_path: Pat
 def test_a_vehicle_file_written_anew_reads_the_same(tmp_path: Path, name: str) -> None:
     keys = read_document(find_file(name)).keys
     path = tmp_path / "again.yaml"
-    path.write_text(to_yaml(keys))
+    path.write_text(to_yaml(keys), encoding="utf-8")
     assert read_document(path).keys == keys
 
 

@@ -32,13 +32,13 @@ def test_the_same_record_gives_the_same_bytes(rendered: Path, tmp_path: Path) ->
 
 
 def test_what_failed_and_what_disagrees_is_named_with_its_reason(rendered: Path) -> None:
-    text = (rendered / "report.md").read_text()
+    text = (rendered / "report.md").read_text(encoding="utf-8")
     assert "signal 11" in text
     assert "wrench missed by 3 N" in text
 
 
 def test_every_picture_is_shown_and_every_shown_picture_is_there(rendered: Path) -> None:
-    shown = set(re.findall(r"\]\(([^)]+\.svg)\)", (rendered / "report.md").read_text()))
+    shown = set(re.findall(r"\]\(([^)]+\.svg)\)", (rendered / "report.md").read_text(encoding="utf-8")))
     assert shown == {path.name for path in rendered.glob("*.svg")}
 
 
@@ -58,9 +58,9 @@ def test_a_solver_that_gives_up_keeps_its_promise_and_is_counted_all_the_same(tm
         )
 
     cells = [counts("qp/a", SOLVED=10), counts("qp/b", SOLVED=8, NOT_CONVERGED=2), counts("qp/c", PARTIAL=10)]
-    text = render(
-        made_up.record(tmp_path, made_up.header(), made_up.problem("ukwial", 4), *cells)
-    ).read_text()
+    text = render(made_up.record(tmp_path, made_up.header(), made_up.problem("ukwial", 4), *cells)).read_text(
+        encoding="utf-8"
+    )
     assert "Of 3 rows 3 answered as promised, 2 of those without solving every demand that can be met" in text
 
 
@@ -71,7 +71,7 @@ def test_the_headline_compares_c_with_c_and_says_how_much_of_a_solver_is_its_bin
     solver = msgspec.structs.replace(made_up.exact_cell("ukwial", "qp/daqp", 6.0), solver_singles=[(300, 99)])
     cells = [made_up.solver("qp/daqp"), made_up.exact_cell("ukwial", "nullspace@native", 0.1), solver]
     cells += [without_limits("pinv@native", 0.08), without_limits("pinv", 1.0)]
-    text = render(made_up.record(tmp_path, made_up.header(), *cells)).read_text()
+    text = render(made_up.record(tmp_path, made_up.header(), *cells)).read_text(encoding="utf-8")
     assert "1.25 times T* τ in generated C and 0.100 times T* τ in numpy (which knows no limits)" in text
     assert "60.0 times as long, called through Python (5.00 % of it by its own clock)." in text
 
@@ -120,7 +120,7 @@ def test_numbers_stand_right_and_words_left() -> None:
 
 
 def test_the_html_report_names_nothing_outside_itself(rendered: Path) -> None:
-    text = (rendered / "report.html").read_text()
+    text = (rendered / "report.html").read_text(encoding="utf-8")
     assert "<table>" in text
     assert '<img src="data:image/svg+xml;base64,' in text
     assert ".svg" not in text
@@ -133,7 +133,7 @@ def test_a_picture_knows_the_dark_page_s_colour_of_each_of_its_own(rendered: Pat
     pictures = sorted(rendered.glob("*.svg"))
     assert pictures
     for picture in pictures:
-        rules, _, drawn = picture.read_text().partition("</style>")
+        rules, _, drawn = picture.read_text(encoding="utf-8").partition("</style>")
         styles = " ".join(re.findall(r'style="([^"]*)"', drawn))
         used = set(re.findall(r"(fill|stroke): (#[0-9a-f]{6})", styles))
         assert {colour for _, colour in used} <= set(DARK)
@@ -144,9 +144,10 @@ def test_a_picture_knows_the_dark_page_s_colour_of_each_of_its_own(rendered: Pat
 def test_a_reason_may_hold_bars_lines_and_tags_without_breaking_a_table(tmp_path: Path) -> None:
     failed = made_up.cell("m", status="failed", reason="a | b\n<script>alert(1)</script>", judged=None)
     render(made_up.record(tmp_path, made_up.header(), failed))
-    (line,) = [line for line in (tmp_path / "report.md").read_text().splitlines() if "alert" in line]
+    text = (tmp_path / "report.md").read_text(encoding="utf-8")
+    (line,) = [line for line in text.splitlines() if "alert" in line]
     assert line.replace("\\|", "").count("|") == 5
-    assert "<script>" not in (tmp_path / "report.html").read_text()
+    assert "<script>" not in (tmp_path / "report.html").read_text(encoding="utf-8")
 
 
 def lossy(method: str, lost: float, beyond: float = 0.0) -> Cell:
@@ -160,7 +161,7 @@ def test_methods_that_lose_the_same_share_a_line_and_those_that_lose_nothing_a_s
     tmp_path: Path,
 ) -> None:
     cells = [lossy("pinv", 0.3, 1.0), lossy("svd", 0.3, 1.0), lossy("clip", 0.2), lossy("nullspace", 1e-9)]
-    text = render(made_up.record(tmp_path, made_up.header(), *cells)).read_text()
+    text = render(made_up.record(tmp_path, made_up.header(), *cells)).read_text(encoding="utf-8")
     section = text.partition("## What you lose")[2].partition("\n## ")[0]
     lines = [line for line in section.splitlines() if line.startswith("| ")][1:]
     assert [line.split("|")[1].strip() for line in lines] == ["clip", "pinv, svd"]
@@ -169,12 +170,14 @@ def test_methods_that_lose_the_same_share_a_line_and_those_that_lose_nothing_a_s
 
 
 def test_a_method_beyond_its_limits_does_not_count_as_losing_nothing(tmp_path: Path) -> None:
-    text = render(made_up.record(tmp_path, made_up.header(), lossy("pinv", 0.0, 0.1))).read_text()
+    text = render(made_up.record(tmp_path, made_up.header(), lossy("pinv", 0.0, 0.1))).read_text(
+        encoding="utf-8"
+    )
     assert "Nothing that is attainable" not in text
 
 
 def test_a_run_that_was_stopped_before_its_first_row_still_has_a_report(tmp_path: Path) -> None:
-    text = render(made_up.record(tmp_path, made_up.header())).read_text()
+    text = render(made_up.record(tmp_path, made_up.header())).read_text(encoding="utf-8")
     assert "## The machine" in text
     assert "## What a call costs" not in text
 
@@ -185,7 +188,9 @@ def test_a_run_that_did_not_end_says_so(tmp_path: Path, last: str, said: bool) -
         Event(what="began", at="2026-01-01T00:00:00Z"),
         Event(what=last, at="2026-01-01T00:01:00Z", wall_s=60.0, timed_s=40.0),
     ]
-    text = render(made_up.record(tmp_path, made_up.header(), made_up.cell(), *events)).read_text()
+    text = render(made_up.record(tmp_path, made_up.header(), made_up.cell(), *events)).read_text(
+        encoding="utf-8"
+    )
     assert ("stopped before its end" in text) == said
 
 
@@ -196,7 +201,7 @@ def test_the_result_table_goes_between_the_markers_and_nowhere_else(tmp_path: Pa
     readme = tmp_path / "README.md"
     readme.write_text(f"before\n{START}\nold\n{END}\nafter\n")
     put(readme, table_text)
-    assert readme.read_text() == f"before\n{START}\n{table_text}{END}\nafter\n"
+    assert readme.read_text(encoding="utf-8") == f"before\n{START}\n{table_text}{END}\nafter\n"
 
 
 def test_a_file_without_markers_is_left_alone(tmp_path: Path) -> None:
@@ -262,4 +267,4 @@ def test_a_run_without_times_has_no_result_table_and_says_so(
         main()
     assert ended.value.code == 2
     assert "no times of any vehicle" in capsys.readouterr().err
-    assert readme.read_text() == "as it was"
+    assert readme.read_text(encoding="utf-8") == "as it was"

@@ -83,7 +83,7 @@ def study(tmp_path: Path) -> Run:
 def test_the_study_says_up_to_where_a_closed_form_pays_and_why_it_is_refused(tmp_path: Path) -> None:
     run = study(tmp_path)
     assert pays_up_to(series(run)) == (4, [12])
-    text = (render(tmp_path)).read_text()
+    text = render(tmp_path).read_text(encoding="utf-8")
     assert "up to n = 4" in text
     assert "9-dimensional null space" in text
     assert "(growth.svg)" in text
