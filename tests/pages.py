@@ -1,11 +1,11 @@
-"""README.md and what stands in docs/, for tests that try what the pages show."""
+"""README.md, CONTRIBUTING.md and what stands in docs/, for tests that try what the pages show."""
 
 import re
 from pathlib import Path
 
 from tests.places import DOCS, ROOT
 
-PAGES = [ROOT / "README.md", *sorted(DOCS.glob("*.md"))]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md"))]
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
