@@ -335,4 +335,4 @@ def test_a_process_that_does_not_reply_in_time_is_ended() -> None:
         side.ask("control", cell="control:loop:-", kind="loop")
         side.ask("keep", vehicle="control", taus=[[0.0]])
         with pytest.raises(Died, match=r"no reply within 0\.2 s"):
-            side.ask("block", cell="control:loop:-", rounds=10**9, timeout=0.2)
+            side.ask("block", cell="control:loop:-", vehicle="control", rounds=10**9, timeout=0.2)
