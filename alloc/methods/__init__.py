@@ -16,6 +16,8 @@ variant's key first.
 
 from typing import NamedTuple
 
+from alloc import solvers
+
 
 class Variant(NamedTuple):
     """One of several methods that a module holds.
@@ -39,3 +41,18 @@ class Variant(NamedTuple):
     formulation: str = ""
     starts: tuple[str, ...] = ("-",)
     levels: tuple[str, ...] = ("-",)
+
+
+def by_solver(prefix: str, summary: str) -> dict[str, Variant]:
+    """``prefix/<solver>`` for every file in ``alloc/solvers``, with its starts and levels."""
+    return {
+        f"{prefix}/{name}": Variant(
+            key=name,
+            summary=f"{summary} by {solver.ALGORITHM}",
+            missing=solvers.missing(name),
+            solver=name,
+            starts=solver.STARTS,
+            levels=tuple(solver.SETTINGS),
+        )
+        for name, solver in solvers.all_solvers().items()
+    }

@@ -1,10 +1,9 @@
 """Constrained allocation, eq. 4-5, by a live solver: set up once, only the demand changes."""
 
-from alloc import solvers
 from alloc.formulations import Family
 from alloc.formulations.hard import FORMULATION as HARD
 from alloc.live.allocator import Live, live
-from alloc.methods import Variant
+from alloc.methods import Variant, by_solver
 from alloc.solvers import Level, Start
 from alloc.vehicle import Vehicle
 
@@ -15,17 +14,7 @@ FOREIGN = True
 
 def variants() -> dict[str, Variant]:
     """``qp/<solver>`` for every file in ``alloc/solvers``; what is missing, where something is."""
-    return {
-        f"qp/{name}": Variant(
-            key=name,
-            summary=f"eq. 4-5 by {solver.ALGORITHM}",
-            missing=solvers.missing(name),
-            solver=name,
-            starts=solver.STARTS,
-            levels=tuple(solver.SETTINGS),
-        )
-        for name, solver in solvers.all_solvers().items()
-    }
+    return by_solver("qp", "eq. 4-5")
 
 
 def build(solver: str, vehicle: Vehicle, start: Start | None = None, level: Level | None = None) -> Live:

@@ -11,9 +11,13 @@ from alloc import FloatArray, IndexArray
 from bench.emulation.image import FIRMWARE, Image, without_kernel
 from bench.emulation.kernel import SCALARS
 from bench.emulation.toolchain import X86, ToolError, run
+from bench.harness.callgrind import CALLGRIND, totals
 
 SYSTICK_NS = 40
 """Both boards clock SysTick at 25 MHz; under ``-icount shift=0`` QEMU lets 1 ns pass per instruction."""
+
+PROFILE = "callgrind"
+"""Name of the file that callgrind writes at the end, and of those on the way, which have a number."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +43,7 @@ def count(image: Image, taus: FloatArray) -> CallCounts:
     folder = image.path.parent
     if image.target == X86:
         answers = _answers(image, image.path, taus, 1, _callgrind(image))
-        instructions = _dumped(folder)
+        instructions = np.array(totals(folder / PROFILE), dtype=np.intp)
     else:
         answers = _answers(image, image.path, taus, 1, _plugged(image))
         instructions = np.loadtxt(folder / "counts.txt", dtype=np.intp, ndmin=1)
@@ -93,15 +97,8 @@ def _plugged(image: Image) -> tuple[str, ...]:
 
 def _callgrind(image: Image) -> tuple[str, ...]:
     # One dump a call, each with the instructions since the one before, inside the kernel only.
-    for old in image.path.parent.glob("callgrind.*"):
+    for old in image.path.parent.glob(f"{PROFILE}.*"):
         old.unlink()
     entry = image.kernel.entry
-    count_it = (f"--toggle-collect={entry}", f"--dump-after={entry}", "--callgrind-out-file=callgrind")
-    # Without pipes for a debugger, which stay in the temporary folder where valgrind is killed.
-    return ("valgrind", "--vgdb=no", "--tool=callgrind", *count_it)
-
-
-def _dumped(folder: Path) -> IndexArray:
-    dumps = sorted(folder.glob("callgrind.*"), key=lambda path: int(path.suffix[1:]))
-    found = (re.search(r"^totals: (\d+)", dump.read_text(), re.MULTILINE) for dump in dumps)
-    return np.array([int(match[1]) for match in found if match], dtype=np.intp)
+    count_it = (f"--toggle-collect={entry}", f"--dump-after={entry}", f"--callgrind-out-file={PROFILE}")
+    return (*CALLGRIND, *count_it)

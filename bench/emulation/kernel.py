@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from alloc import FloatArray
 from alloc.native.code import Scalar
 
 SCALARS: dict[Scalar, str] = {"double": "<f8", "float": "<f4"}
@@ -57,3 +58,8 @@ class Kernel:
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(text, encoding="utf-8")
         return sorted(folder / name for name in self.sources if name.endswith(".c"))
+
+
+def braced(values: FloatArray) -> str:
+    """A C initialiser of all values, row by row."""
+    return f"{{{', '.join(repr(value) for value in values.ravel().tolist())}}}"

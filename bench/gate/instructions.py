@@ -15,9 +15,8 @@ from pathlib import Path
 from bench.gate.cells import Demands, load
 from bench.gate.record import GateCell
 from bench.gate.side import Side, SourceTree
+from bench.harness.callgrind import CALLGRIND, totals
 
-CALLGRIND = ("valgrind", "--vgdb=no", "--tool=callgrind")
-"""No debugger is waited for: its pipes would stay in the temporary folder where valgrind is killed."""
 ROUNDS = 2
 """N is twice round the demands: counts repeat, so more would only take longer."""
 
@@ -63,18 +62,10 @@ def _count(
             load(side, cells, demands, core=None)
             for cell in cells:
                 side.ask("count", cell=cell.name, vehicle=cell.vehicle, rounds=ROUNDS)
-        parts = sorted(out.parent.glob("counts.*"), key=lambda path: int(path.suffix[1:]))
-        totals = [_total(path) for path in parts[-3 * len(cells) :]]
+        counted = totals(out)[-3 * len(cells) :]
     # Three profiles a cell: everything before, N calls, 2 N calls.
     calls = [ROUNDS * len(demands[cell.vehicle]) for cell in cells]
-    return [(twice - once) / n for n, once, twice in zip(calls, totals[1::3], totals[2::3], strict=True)]
-
-
-def _total(profile: Path) -> int:
-    for line in reversed(profile.read_text().splitlines()):
-        if line.startswith("totals:"):
-            return int(line.split()[1])
-    raise ValueError(f"{profile} is no callgrind profile")
+    return [(twice - once) / n for n, once, twice in zip(calls, counted[1::3], counted[2::3], strict=True)]
 
 
 @cache

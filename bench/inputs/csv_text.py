@@ -1,9 +1,9 @@
-"""CSV text taken apart: rows with their lines, cells that are numbers."""
+"""CSV text: rows with their lines, cells that are numbers, and rows put together."""
 
 import csv
 import io
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from alloc import FileError
@@ -39,3 +39,12 @@ def number(path: Path, line: int, column: str, cell: str) -> float:
 def is_number(cell: str) -> bool:
     """Whether a cell reads as a number."""
     return bool(_NUMBER.fullmatch(cell.strip()))
+
+
+def csv_text(header: Sequence[str], rows: Iterable[Iterable[str | float]]) -> str:
+    """A header and rows as CSV; numbers are the shortest that read back as the same double."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows(rows)
+    return out.getvalue()

@@ -1,7 +1,5 @@
 """Demands in and thrusts out as CSV: the form that others script against."""
 
-import csv
-import io
 import re
 from pathlib import Path
 
@@ -10,7 +8,7 @@ from numpy.typing import NDArray
 
 from alloc import DemandError, FloatArray, Status
 from alloc.files.textfile import read_text
-from bench.inputs.csv_text import csv_rows, is_number, number
+from bench.inputs.csv_text import csv_rows, csv_text, is_number, number
 
 
 def read_demands(path: Path, dof: tuple[str, ...]) -> tuple[FloatArray | None, FloatArray]:
@@ -59,12 +57,9 @@ def read_demands(path: Path, dof: tuple[str, ...]) -> tuple[FloatArray | None, F
 
 def format_demands(t: FloatArray | None, taus: FloatArray, dof: tuple[str, ...]) -> str:
     """The demand CSV of times (N,) [s] or None and demands (N, k): what ``read_demands`` reads."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow([*(["t"] if t is not None else []), *dof])
-    table = taus if t is None else np.column_stack([t, taus])
-    writer.writerows([map(repr, row) for row in table.tolist()])
-    return out.getvalue()
+    if t is None:
+        return csv_text(dof, taus.tolist())
+    return csv_text(("t", *dof), np.column_stack([t, taus]).tolist())
 
 
 def parse_scale(text: str, dof: tuple[str, ...]) -> FloatArray:
@@ -76,16 +71,10 @@ def parse_scale(text: str, dof: tuple[str, ...]) -> FloatArray:
 
 
 def format_thrusts(F: FloatArray, statuses: NDArray[np.int8]) -> str:
-    """The thrust CSV of answers (N, n) [N] with statuses (N,): ``status,f0,f1,…``, one row a demand.
-
-    Numbers are the shortest that read back as the same double; where there is no f, ``nan``.
-    """
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(["status", *(f"f{i}" for i in range(F.shape[1]))])
-    for f, status in zip(F.tolist(), statuses.tolist(), strict=True):
-        writer.writerow([Status(status).name, *map(repr, f)])
-    return out.getvalue()
+    """The thrust CSV of answers (N, n) [N] and statuses (N,): a row a demand, ``nan`` where there is no f."""
+    header = ["status", *(f"f{i}" for i in range(F.shape[1]))]
+    answers = zip(F.tolist(), statuses.tolist(), strict=True)
+    return csv_text(header, ([Status(status).name, *f] for f, status in answers))
 
 
 def _check_header(place: str, columns: list[str], dof: tuple[str, ...]) -> None:

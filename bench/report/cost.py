@@ -3,7 +3,6 @@
 from alloc import list_formulations
 from bench.report.pictures import picture
 from bench.results.columns import Row
-from bench.results.quantiles import quantile
 from bench.results.rows import Run
 from bench.results.text import table, three
 
@@ -46,8 +45,7 @@ def _table(run: Run, vehicle: str) -> str:
         ratio = time / base if time is not None and base and first.demands == sets[0] else None
         medians = [three(_median(by_set.get(name))) for name in sets]
         inside = [three(first.binding_p50_us), three(first.solver_p50_us)]
-        p999 = quantile(run.singles(first), 0.999)
-        tail = three(None if p999 is None else p999 / 1000)
+        tail = three(run.tail_us(first, 0.999))
         setup = three(first.setup_us)
         answers = first.formulation or "-"
         lines.append((time or 0.0, [label, answers, setup, *medians, tail, three(ratio), *inside]))

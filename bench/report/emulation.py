@@ -30,7 +30,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
     if reached := goals(counted):
         parts += ["### What was asked for, and what was found\n", reached]
     tools = {f"{name} {version}" for row in counted for name, version in row.is_.tools.items()}
-    parts.append(f"Histogram with {', '.join(sorted(tools))}.\n")
+    parts.append(f"Counted with {', '.join(sorted(tools))}.\n")
     odd = [row for row in found if row.is_.status != "ok" or row.is_.agrees is False]
     return "\n".join([*parts, _failures(odd)] if odd else parts)
 

@@ -5,6 +5,7 @@ from operator import attrgetter
 
 from bench.results.columns import Row
 from bench.results.ranking import right
+from bench.results.repeats import most
 from bench.results.rows import Run
 from bench.results.text import table, three
 
@@ -31,8 +32,7 @@ def _agreement(rows: list[Row]) -> str:
     for label, group in sorted(by_label.items()):
         agreeing = sum(row.agrees == "yes" for row in group)
         distance, promise, gap = (
-            max((found for row in group if (found := value(row)) is not None), default=None)
-            for value in map(attrgetter, ("distance_relative", "tolerance", "gap_relative"))
+            most(map(attrgetter(name), group)) for name in ("distance_relative", "tolerance", "gap_relative")
         )
         answers = group[0].formulation
         lines.append(

@@ -3,7 +3,7 @@
 from statistics import median
 
 from bench.record import NO_VEHICLE, Worker
-from bench.results.columns import Row
+from bench.results.repeats import most
 from bench.results.rows import Run
 from bench.results.text import table, three
 
@@ -17,11 +17,10 @@ def section(run: Run, drawn: frozenset[str]) -> str:
     for name in sorted(methods, key=lambda name: _peak_MB(workers[name]) or 0.0):
         peak = _peak_MB(workers[name])
         over = None if peak is None or empty is None else peak - empty
-        sizes = [size for row in run.rows if row.method == name for size in _bytes(row)]
         imports = [w.import_ns for w in workers[name] if w.import_ns is not None and name != "noop"]
         # A first build may be the quicker one where there is nothing to import.
         import_ms = max(median(imports), 0.0) / 1e6 if imports else None
-        held = max(sizes, default=None)
+        held = most(row.allocator_bytes for row in run.rows if row.method == name)
         lines.append([name, three(peak), three(over), three(held and held / 1000), three(import_ms)])
     headers = ("method", "peak [MB]", "over an empty worker [MB]", "allocator [kB]", "import [ms]")
     text = (
@@ -34,8 +33,5 @@ def section(run: Run, drawn: frozenset[str]) -> str:
 
 
 def _peak_MB(workers: list[Worker]) -> float | None:
-    return max((w.peak_rss_bytes / 1e6 for w in workers if w.peak_rss_bytes is not None), default=None)
-
-
-def _bytes(row: Row) -> list[int]:
-    return [cell.allocator_bytes for cell in row.cells if cell.allocator_bytes is not None]
+    peak = most(worker.peak_rss_bytes for worker in workers)
+    return None if peak is None else peak / 1e6

@@ -8,7 +8,6 @@ from alloc.formulations import EXACT_METHODS
 from bench.record import RecordError
 from bench.report.lost import largest
 from bench.results.columns import Row
-from bench.results.quantiles import quantile
 from bench.results.ranking import best, exact, optimal
 from bench.results.rows import Run
 from bench.results.text import percent, table, three
@@ -75,17 +74,17 @@ def served(run: Run, vehicle: str, row: Row) -> str:
     return percent(shares.get(EXACT_METHODS[0] if exact(row) else row.described.twin or row.method))
 
 
-def put(path: Path, text: str) -> None:
-    """Replace what stands between the markers of a file; raises MarkerError."""
+def put(path: Path, text: str, start: str = START, end: str = END) -> None:
+    """Replace what stands between the two marks of a file; raises MarkerError."""
     try:
         whole = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError):
         raise MarkerError(f"{path}: can't be read as text; give the README to update") from None
-    before, start, rest = whole.partition(START)
-    _, end, after = rest.partition(END)
-    if not start or not end:
-        raise MarkerError(f"{path}: has no '{START}' and '{END}'; write them where the table shall stand")
-    path.write_text(f"{before}{START}\n{text}{END}{after}", encoding="utf-8")
+    before, found, rest = whole.partition(start)
+    _, ended, after = rest.partition(end)
+    if not found or not ended:
+        raise MarkerError(f"{path}: has no '{start}' and '{end}'; write them where the table shall stand")
+    path.write_text(f"{before}{start}\n{text}{end}{after}", encoding="utf-8")
 
 
 def _caption(run: Run, shown: list[str]) -> str:
@@ -114,5 +113,4 @@ def _tail(run: Run, row: Row | None) -> tuple[str, str]:
         return "", ""
     lost = largest(row)
     met = lost is not None and lost < WRENCH_TOLERANCE
-    p999 = quantile(run.singles(row), 0.999)
-    return three(None if p999 is None else p999 / 1000), "0" if met else percent(lost)
+    return three(run.tail_us(row, 0.999)), "0" if met else percent(lost)

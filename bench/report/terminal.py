@@ -12,6 +12,7 @@ from alloc import WRENCH_TOLERANCE
 from bench.report.limits import cut_logs
 from bench.report.lost import largest
 from bench.results.columns import Row
+from bench.results.repeats import most
 from bench.results.rows import Run, read_run
 from bench.results.text import number_range, three
 
@@ -60,7 +61,7 @@ def show(directory: Path, console: Console) -> bool:
 def _method(run: Run, rows: list[Row]) -> tuple[str, ...]:
     return (
         number_range((row.call_p50_us for row in rows), "…"),
-        _worst(row.call_p99_us for row in rows),
+        three(most(row.call_p99_us for row in rows)),
         _least(served(run, rows)),
         missed(rows),
         _verdict(rows),
@@ -98,16 +99,11 @@ def served(run: Run, rows: list[Row]) -> list[float]:
 
 def missed(rows: list[Row]) -> str:
     """The largest share of an attainable wrench that is not delivered, per cent."""
-    lost = [largest(row) for row in rows if row.demands in ATTAINABLE]
-    worst = max((value for value in lost if value is not None), default=None)
+    worst = most(largest(row) for row in rows if row.demands in ATTAINABLE)
     if worst is None:
         return ""
     # Two digits, without the exponent that .2g alone would give 100.
     return f"{float(f'{100 * worst:.2g}'):g}%" if worst > WRENCH_TOLERANCE else "0%"
-
-
-def _worst(values: Iterable[float | None]) -> str:
-    return three(max((value for value in values if value is not None), default=None))
 
 
 def _least(shares: list[float]) -> str:

@@ -9,8 +9,8 @@ from collections.abc import Callable
 from statistics import median
 
 from bench.record import Cell
-from bench.results.quantiles import interval, merged, quantile
-from bench.results.repeats import Repeats
+from bench.results.quantiles import interval, merged, quantile, total
+from bench.results.repeats import Repeats, most
 
 
 class Row(Repeats):
@@ -90,7 +90,7 @@ class Row(Repeats):
     @property
     def iterations_max(self) -> int | None:
         """Most iterations that any demand took, by the solver's own count."""
-        return max((c.iterations_max for c in self.cells if c.iterations_max is not None), default=None)
+        return most(cell.iterations_max for cell in self.cells)
 
     @property
     def solved_fraction(self) -> float | None:
@@ -101,7 +101,7 @@ class Row(Repeats):
     @property
     def wrench_error_max(self) -> float | None:
         """Largest |T P f - tau| of any axis and demand, in N or N m as the axis has it."""
-        return self.worst(lambda j: max((e for e in j.wrench_error_max if e is not None), default=None))
+        return self.worst(lambda j: most(j.wrench_error_max))
 
     @property
     def limit_violation_max_N(self) -> float | None:
@@ -122,7 +122,7 @@ class Row(Repeats):
     @property
     def peak_rss_MB(self) -> float | None:
         """Peak resident memory of the worker process (1 MB = 1e6 bytes), largest over repeats."""
-        peak = max((w.peak_rss_bytes for w in self.workers if w.peak_rss_bytes is not None), default=None)
+        peak = most(worker.peak_rss_bytes for worker in self.workers)
         return None if peak is None else peak / 1e6
 
     @property
@@ -183,7 +183,7 @@ class Row(Repeats):
     @property
     def n_single_calls(self) -> int:
         """How many of ``n_calls`` were timed singly; quantiles are of these."""
-        return sum(count for _, count in self.singles)
+        return total(self.singles)
 
     @property
     def call_cpu_p50_us(self) -> float | None:
@@ -198,12 +198,12 @@ class Row(Repeats):
     @property
     def worst_case_steps(self) -> int | None:
         """Proven bound on elementary steps of one call; empty where a method has none."""
-        return max((c.worst_case_steps for c in self.cells if c.worst_case_steps is not None), default=None)
+        return most(cell.worst_case_steps for cell in self.cells)
 
     @property
     def allocator_bytes(self) -> int | None:
         """Bytes that the prepared allocator holds."""
-        return max((c.allocator_bytes for c in self.cells if c.allocator_bytes is not None), default=None)
+        return most(cell.allocator_bytes for cell in self.cells)
 
     @property
     def wrench_error_relative(self) -> float | None:
@@ -307,7 +307,7 @@ class Row(Repeats):
 
 
 def _calls(cell: Cell) -> int:
-    batched, singly = sum(batch.calls for batch in cell.batches), sum(count for _, count in cell.singles)
+    batched, singly = sum(batch.calls for batch in cell.batches), total(cell.singles)
     # Passes of slow single calls are batches too: then there is more time in both than was timed at all.
     # The singles' bins are 1 % off at most.
     batches_ns = sum(batch.wall_ns for batch in (*cell.batches, *cell.binding_batches))
@@ -323,8 +323,7 @@ def _loss(row: Repeats, key: str, worst: Callable[[list[float]], float] = max) -
 
 def _worst_axis(row: Repeats, suffix: str) -> float | None:
     axes = {key for j in row.judged for key in j.loss if key.endswith(suffix)}
-    found = [value for key in axes if key.startswith("wrench") and (value := _loss(row, key)) is not None]
-    return max(found, default=None)
+    return most(_loss(row, key) for key in axes if key.startswith("wrench"))
 
 
 def _end(row: Repeats, q: float, end: int) -> int | None:

@@ -1,13 +1,16 @@
 """The repeats of one measurement, taken together."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from statistics import median
+from typing import TypeVar
 
 from alloc import find_formulation
 from bench.record import Batch, Cell, Judged, Key, Method, Worker
 from bench.results.quantiles import Histogram, merged
+
+N = TypeVar("N", int, float)
 
 
 @dataclass(frozen=True)
@@ -65,4 +68,9 @@ class Repeats:
 
     def worst(self, what: Callable[[Judged], float | None]) -> float | None:
         """The largest value of ``what`` over the repeats, None where nobody has one."""
-        return max((value for j in self.judged if (value := what(j)) is not None), default=None)
+        return most(map(what, self.judged))
+
+
+def most(values: Iterable[N | None]) -> N | None:
+    """The largest of the values that are there, None where none is."""
+    return max((value for value in values if value is not None), default=None)

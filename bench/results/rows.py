@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from bench.record import NO_VEHICLE, Capability, Cell, Key, Method, Problem, Record, Worker, read
 from bench.results.columns import Row
 from bench.results.disturbance import canary_median_ns, disturbances
-from bench.results.quantiles import Histogram, merged
+from bench.results.quantiles import Histogram, merged, quantile
 
 SETS = ("active", "inactive", "boundary", "infeasible", "box", "axes", "mission")
 """Order of demand sets in tables; the first one there is stands for the vehicle in pictures."""
@@ -64,6 +64,11 @@ class Run:
     def singles(self, row: Row) -> Histogram:
         """Single calls of a row's method, start and level on all of its vehicle's demand sets [ns]."""
         return merged(other.singles for other in self.of(row.vehicle) if other.label == row.label)
+
+    def tail_us(self, row: Row, q: float) -> float | None:
+        """Quantile ``q`` of ``singles`` [us], None where there are too few."""
+        tail = quantile(self.singles(row), q)
+        return None if tail is None else tail / 1000
 
     def capability(self, vehicle: str) -> Capability | None:
         """What the vehicle can do and who serves it; None where the record does not say, as for a failure."""

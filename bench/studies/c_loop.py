@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from alloc import FloatArray
 from alloc.native.compiled import STANDARD, compiler
 from bench.emulation.kernel import SCALARS, Kernel
+from bench.harness.callgrind import CALLGRIND, totals
 
 LOOP = Path(__file__).with_name("loop.c")
 REPEAT_NS = 2e6
@@ -47,23 +48,14 @@ def nanoseconds(kernel: Kernel, taus: FloatArray, repeats: int = 15) -> FloatArr
 def instructions(kernel: Kernel, taus: FloatArray) -> NDArray[np.int64]:
     """Instructions (N,) of each call, counted by callgrind from the function's entry to its return."""
     with program(kernel, taus) as command, tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "counts"
         options = [f"--toggle-collect={kernel.entry}", f"--dump-after={kernel.entry}"]
-        profile = Path(folder) / "counts"
-        subprocess.run(
-            ["valgrind", "--tool=callgrind", f"--callgrind-out-file={profile}", *options, *command, "0", "0"],
-            check=True, capture_output=True,
-        )  # fmt: skip
-        parts = sorted(Path(folder).glob("counts.*"), key=lambda path: int(path.suffix[1:]))
-        totals = [_total(path) for path in parts]
-    return np.array(totals[: len(taus)], dtype=np.int64)
+        counted = [*CALLGRIND, f"--callgrind-out-file={out}", *options, *command, "0", "0"]
+        subprocess.run(counted, check=True, capture_output=True)
+        return np.array(totals(out)[: len(taus)], dtype=np.int64)
 
 
 def _run(command: list[str]) -> FloatArray:
     environment = os.environ | {"LC_ALL": "C"}
     out = subprocess.run(command, check=True, capture_output=True, text=True, env=environment).stdout
     return np.array(out.split(), dtype=float)
-
-
-def _total(profile: Path) -> int:
-    lines = profile.read_text(encoding="utf-8").splitlines()
-    return next(int(line.split()[1]) for line in reversed(lines) if line.startswith("totals:"))

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from alloc import FloatArray, Vehicle, pose_hard
-from bench.emulation.kernel import Kernel
+from alloc import Vehicle, pose_hard
+from bench.emulation.kernel import Kernel, braced
 
 EQUALITY = 5
 """DAQP's mark for a row of A that is an equation: active and never to be dropped."""
@@ -71,8 +71,3 @@ static DAQPResult result = {{.x = x, .lam = lam}};
         arguments="tau, f",
         sources=files | {"daqp_allocate.c": adapter},
     )
-
-
-def braced(values: FloatArray) -> str:
-    """A C initialiser of all values, row by row."""
-    return f"{{{', '.join(repr(value) for value in values.ravel().tolist())}}}"

@@ -24,6 +24,7 @@ from bench.demands import build_demands
 from bench.emulation.kernel import Kernel
 from bench.emulation.kernels import build_kernel
 from bench.harness.timing import no_garbage_collection, sample
+from bench.report.readme import put
 from bench.studies.c_loop import instructions, nanoseconds
 from bench.studies.daqp_c import daqp_kernel
 from bench.studies.speed_tables import (
@@ -173,9 +174,7 @@ def main() -> None:
     text = tables([measure(name, arguments.daqp) for name in arguments.vehicles])
     print(text)
     if arguments.write:
-        before, _, rest = arguments.write.read_text(encoding="utf-8").partition(MARKS[0])
-        _, _, after = rest.partition(MARKS[1])
-        arguments.write.write_text(f"{before}{MARKS[0]}\n{text}\n{MARKS[1]}{after}", encoding="utf-8")
+        put(arguments.write, text, *MARKS)
 
 
 if __name__ == "__main__":

@@ -1,13 +1,11 @@
 """CSV of T: one row a DOF, one column a thruster; names of DOF in front and a header are welcome."""
 
-import csv
-import io
 from pathlib import Path
 
 from alloc import DOF, Vehicle, VehicleError
 from alloc.files.textfile import read_text
 from alloc.vehicle.file import VehicleFile
-from bench.inputs.csv_text import csv_rows, is_number, number
+from bench.inputs.csv_text import csv_rows, csv_text, is_number, number
 from bench.inputs.formats import Draft
 
 
@@ -39,9 +37,5 @@ def read(path: Path) -> Draft:
 
 def write(keys: VehicleFile, vehicle: Vehicle) -> str:
     """T as CSV, z down, with names of DOF in front; limits and weights have no place in it."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(["dof", *(f"f{i}" for i in range(vehicle.n))])
-    for axis, row in zip(vehicle.dof, vehicle.T.tolist(), strict=True):
-        writer.writerow([axis, *map(repr, row)])
-    return out.getvalue()
+    header = ["dof", *(f"f{i}" for i in range(vehicle.n))]
+    return csv_text(header, ([axis, *row] for axis, row in zip(vehicle.dof, vehicle.T.tolist(), strict=True)))

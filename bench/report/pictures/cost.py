@@ -3,7 +3,6 @@
 from typing import TYPE_CHECKING
 
 from bench.report.pictures.style import colour, legend, time_axis
-from bench.results.quantiles import quantile
 from bench.results.ranking import best
 from bench.results.rows import Run
 
@@ -23,14 +22,13 @@ def draw(run: Run, vehicle: str) -> "Figure | None":
     axes = figure.add_subplot()
     axes.set_xscale("log")
     for y, row in enumerate(rows):
-        centre, singles = row.call_p50_us or 0.0, run.singles(row)
-        tail = quantile(singles, 0.999)
+        centre, singles, tail = row.call_p50_us or 0.0, run.singles(row), run.tail_us(row, 0.999)
         if singles:
             slowest = singles[-1][0] / 1000
             axes.plot([centre, slowest], [y, y], color=colour(row), linewidth=0.8)
             axes.plot([slowest], [y], "|", color=colour(row), markersize=6)
         if tail is not None:
-            ends = [centre, max(centre, tail / 1000)]
+            ends = [centre, max(centre, tail)]
             axes.plot(ends, [y, y], color=colour(row), linewidth=2.6, solid_capstyle="butt")
         axes.plot([centre], [y], "o", color=colour(row), markersize=5)
     time_axis(

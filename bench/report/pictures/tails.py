@@ -4,7 +4,7 @@ from itertools import product
 from typing import TYPE_CHECKING
 
 from bench.report.pictures.style import FAMILIES, share_axis, time_axis
-from bench.results.quantiles import Histogram
+from bench.results.quantiles import Histogram, total
 from bench.results.ranking import best
 from bench.results.rows import Run
 
@@ -40,7 +40,7 @@ def draw(run: Run, vehicle: str) -> "Figure | None":
 
 def slower(counted: Histogram) -> tuple[list[float], list[float]]:
     """Times [us] and the share of calls slower than each, down to one call."""
-    n = sum(count for _, count in counted)
+    n = total(counted)
     times, share, left = [], [], n
     for ns, count in counted:
         left -= count

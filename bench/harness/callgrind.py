@@ -1,0 +1,16 @@
+"""Instructions by valgrind's callgrind: the command, and what its profiles hold."""
+
+from pathlib import Path
+
+CALLGRIND = ("valgrind", "--vgdb=no", "--tool=callgrind")
+"""No debugger is waited for: its pipes would stay in the temporary folder where valgrind is killed."""
+
+
+def totals(out: Path) -> list[int]:
+    """Instructions in each profile that callgrind dumped on the way, in order.
+
+    They are called ``out.1``, ``out.2``, …, where ``out`` is what it was given as ``--callgrind-out-file``.
+    """
+    profiles = sorted(out.parent.glob(f"{out.name}.*"), key=lambda path: int(path.suffix[1:]))
+    lines = (line for path in profiles for line in path.read_text(encoding="utf-8").splitlines())
+    return [int(line.split()[1]) for line in lines if line.startswith("totals:")]
