@@ -39,7 +39,7 @@ def test_a_row_s_attributes_are_the_cells_of_the_committed_csv(directory: Path) 
     rows = load(str(directory))
     assert len(rows) == len(lines) > 0
     for name, column in columns().items():
-        kind = get_type_hints(column.fget)["return"]
+        kind = get_type_hints(column)["return"]
         for row, line in zip(rows, lines, strict=True):
             value, cell = getattr(row, name), line[name]
             assert isinstance(value, kind), name
