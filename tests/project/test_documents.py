@@ -44,19 +44,21 @@ def files_of(document: str, names: dict[str, str], folder: Path) -> None:
         (folder / name).write_text(blocks(DOCS / document, kind)[0])
 
 
-def same(said: str, shown: str) -> None:
+def assert_same(printed: str, shown: str) -> None:
     """Equal but for digits: the documents show three decimals."""
-    assert NUMBER.sub("#", said.replace("-0.000", "0.000")) == NUMBER.sub("#", shown)
-    for one, other in zip(NUMBER.finditer(said), NUMBER.finditer(shown), strict=True):
-        assert float(one[0]) == pytest.approx(float(other[0]), abs=6e-4)
+    assert NUMBER.sub("#", printed.replace("-0.000", "0.000")) == NUMBER.sub("#", shown)
+    for number, rounded in zip(NUMBER.finditer(printed), NUMBER.finditer(shown), strict=True):
+        assert float(number[0]) == pytest.approx(float(rounded[0]), abs=6e-4)
 
 
 def run_consoles(document: str, folder: Path) -> None:
+    """Run each command that a page shows with its output, and compare."""
+    programs = {"thrustbench": ["-m", "bench"], "python": []}
     for console in blocks(DOCS / document, "console"):
         command, _, shown = console.partition("\n")
-        arguments = shlex.split(command.removeprefix("$ thrustbench "))
+        program, *arguments = shlex.split(command.removeprefix("$ "))
         run = subprocess.run(
-            [sys.executable, "-m", "bench", *arguments],
+            [sys.executable, *programs[program], *arguments],
             capture_output=True,
             encoding="utf-8",
             cwd=folder,
@@ -65,7 +67,7 @@ def run_consoles(document: str, folder: Path) -> None:
             check=False,
         )
         assert run.returncode == 0, run.stderr
-        same(re.sub(r"(?<=,)-?\d\.\d+e-1\d", "0.000", run.stdout), shown)
+        assert_same(re.sub(r"(?<=,)-?\d\.\d+e-1\d", "0.000", run.stdout), shown)
 
 
 def hidden(page: Path) -> list[str]:
@@ -88,7 +90,7 @@ def test_what_a_page_s_code_imports_of_ours_is_public(page: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("code", "found"),
+    ("code", "names"),
     [
         ("from alloc import build, Vehicle", []),
         ("from alloc import Live", ["alloc.Live"]),
@@ -99,11 +101,13 @@ def test_what_a_page_s_code_imports_of_ours_is_public(page: Path) -> None:
         ("def f():\n    from bench.demands import build_demands", ["bench.demands.build_demands"]),
     ],
 )
-def test_a_page_s_import_of_what_is_not_public_is_found(code: str, found: list[str], tmp_path: Path) -> None:
+def test_hidden_names_what_a_page_imports_that_is_not_public(
+    code: str, names: list[str], tmp_path: Path
+) -> None:
     page = tmp_path / "page.md"
-    said = "`alloc.solvers`, like alloc, is public. Not so `alloc.allocation`."
-    page.write_text(f"{said}\n\n```python\n{code}\n```\n")
-    assert hidden(page) == found
+    prose = "`alloc.solvers`, like alloc, is public. Not so `alloc.allocation`."
+    page.write_text(f"{prose}\n\n```python\n{code}\n```\n")
+    assert hidden(page) == names
 
 
 def test_your_vehicle_shows_what_its_commands_print(tmp_path: Path) -> None:
@@ -114,6 +118,10 @@ def test_your_vehicle_shows_what_its_commands_print(tmp_path: Path) -> None:
 def test_add_a_method_shows_what_its_commands_print(tmp_path: Path) -> None:
     files_of("add-a-method.md", {"python": "damped.py", "csv": "demands.csv"}, tmp_path)
     run_consoles("add-a-method.md", tmp_path)
+
+
+def test_add_a_formulation_shows_what_its_command_prints(tmp_path: Path) -> None:
+    run_consoles("add-a-formulation.md", tmp_path)
 
 
 @pytest.mark.parametrize("protocol", [Allocator, TwoStage, BoundedSteps], ids=lambda p: p.__name__)
@@ -153,10 +161,18 @@ def test_the_example_solver_is_found_and_solves(tmp_path: Path, monkeypatch: pyt
     np.testing.assert_allclose(f, [float(cell) for cell in shown[1:]], atol=6e-4)
 
 
-@pytest.mark.parametrize("document", sorted(DOCS.glob("*.md")), ids=lambda path: path.name)
-def test_links_between_documents_lead_somewhere(document: Path) -> None:
-    for target in re.findall(r"\]\((?!https?:)([^)#\s]+)", document.read_text(encoding="utf-8")):
-        assert (document.parent / target).exists(), target
+def anchors(page: Path) -> set[str]:
+    """What links can point at: a page's headings, spelt as GitHub does."""
+    headings = re.findall(r"^#+ (.+)$", FENCE.sub("", page.read_text(encoding="utf-8")), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_a_link_to_a_heading_finds_that_heading(page: Path) -> None:
+    links = re.findall(r"\]\((?!https?:)([^)#\s]*)#([^)]+)\)", page.read_text(encoding="utf-8"))
+    assert [
+        anchor for target, anchor in links if anchor not in anchors(page.parent / target if target else page)
+    ] == []
 
 
 def test_the_example_formulation_is_found_and_its_method_is_held_to_it(

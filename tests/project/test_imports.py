@@ -1,4 +1,4 @@
-"""What import-linter's contracts in pyproject.toml can't say of imports, and that each of them can fail."""
+"""Rules on imports that import-linter's contracts can't express; and each of those contracts can fail."""
 
 import ast
 import os
@@ -50,7 +50,7 @@ def within(name: str, package: str) -> bool:
 
 
 def home(name: str) -> str:
-    """Where a name that ``alloc`` exports is made; any other name as it is."""
+    """The full name of what ``alloc`` exports, with the module that makes it; any other name as it is."""
     package, _, last = name.rpartition(".")
     module = getattr(getattr(alloc, last, None), "__module__", "") if package == "alloc" else ""
     return f"{module}.{last}" if within(module, "alloc") else name
@@ -87,8 +87,8 @@ def test_the_harness_takes_public_names_and_each_from_one_place(path: Path) -> N
         if within(module, "alloc"):
             assert not any(part.startswith("_") for part in name.split(".")), name
             if module != "alloc" and last in alloc.__all__:
-                same = getattr(import_module(module), last) is getattr(alloc, last)
-                assert not same, f"{name}: take it from alloc itself"
+                exported = getattr(import_module(module), last) is getattr(alloc, last)
+                assert not exported, f"{name}: take it from alloc itself"
 
 
 def test_a_report_renders_where_no_solver_is_installed(tmp_path: Path) -> None:
@@ -127,7 +127,7 @@ AGAINST = {
     "bench/inputs/logs/ulog.py": "from bench.inputs.logs import rosbag",
     "alloc/nullspace/batch.py": "import daqp",
 }
-"""An import against each contract, in the order in which pyproject.toml has them; one hides in a function."""
+"""Per contract, in pyproject.toml's order, a file and an import that breaks it; one hides in a function."""
 
 
 def test_every_contract_on_imports_is_broken_by_an_import_against_it(tmp_path: Path) -> None:

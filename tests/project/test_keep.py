@@ -1,4 +1,4 @@
-"""`make keep`: a run of one's own becomes one to commit, and nothing else is touched."""
+"""`make keep` puts a run into results/, to be committed, and touches nothing else."""
 
 import gzip
 import os
@@ -29,7 +29,7 @@ def tree(tmp_path: Path) -> Path:
 
 
 def measured(tree: Path, name: str) -> bytes:
-    """A run in the place where runs go, with a row of times; what its record says."""
+    """Put a run with a row of times into runs/; returns the bytes of its record."""
     folder = tree / "runs" / name
     folder.mkdir(parents=True)
     (folder / "results.csv").touch()
@@ -42,7 +42,7 @@ def keep(tree: Path, *options: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, cwd=tree, capture_output=True, text=True, check=False, env=clean)
 
 
-def test_the_one_run_is_packed_reported_and_shown_in_the_readme(tree: Path) -> None:
+def test_a_single_run_is_packed_reported_and_shown_in_the_readme(tree: Path) -> None:
     record = measured(tree, "board")
     stale = tree / "results" / "board" / "cost-gone.svg"
     stale.parent.mkdir(parents=True)
@@ -60,7 +60,7 @@ def test_the_one_run_is_packed_reported_and_shown_in_the_readme(tree: Path) -> N
     ]
 
 
-def test_without_a_run_it_says_so_in_one_line(tree: Path) -> None:
+def test_make_keep_without_a_run_fails_with_one_line(tree: Path) -> None:
     done = keep(tree)
     assert done.returncode != 0
     assert "no run in runs/; `make bench` makes one" in done.stderr
@@ -68,7 +68,7 @@ def test_without_a_run_it_says_so_in_one_line(tree: Path) -> None:
     assert not (tree / "results").exists()
 
 
-def test_of_several_runs_it_keeps_the_one_that_is_named_and_no_other(tree: Path) -> None:
+def test_make_keep_takes_the_run_that_is_named_among_several(tree: Path) -> None:
     for name in ("board", "emulated"):
         measured(tree, name)
     done = keep(tree)
