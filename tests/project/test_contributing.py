@@ -13,7 +13,7 @@ TEXT = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
 
 
 def layers(package: str) -> list[set[str]]:
-    """The rooms of a package by the contracts, from bottom to top; what stands beside each other together."""
+    """The rooms of a package by the contracts, from bottom to top; rooms of one layer in one set."""
     for contract in PROJECT["tool"]["importlinter"]["contracts"]:
         if contract["type"] == "layers":
             inside = "".join(f"{container}." for container in contract.get("containers", []))
@@ -25,17 +25,17 @@ def layers(package: str) -> list[set[str]]:
 
 
 @pytest.mark.parametrize("package", ["alloc", "bench"])
-def test_the_rooms_stand_in_the_order_of_the_contracts(package: str) -> None:
+def test_contributing_lists_the_rooms_in_the_order_of_the_contracts(package: str) -> None:
     shown = [
         set(re.findall(r"`([\w.]+)`", cell)) for cell in re.findall(r"^\| (`\w+\..*?) \|", TEXT, re.MULTILINE)
     ]
     assert [room for room in shown if any(name.startswith(f"{package}.") for name in room)] == layers(package)
 
 
-def test_who_cites_it_cites_what_it_is() -> None:
+def test_the_citation_has_the_title_abstract_licence_keywords_and_author_of_the_project() -> None:
     citation = YAML(typ="safe").load(ROOT / "CITATION.cff")
     project = PROJECT["project"]
-    said = {"title": project["name"], "abstract": project["description"], "license": project["license"]}
-    assert {key: citation[key] for key in said} == said
+    expected = {"title": project["name"], "abstract": project["description"], "license": project["license"]}
+    assert {key: citation[key] for key in expected} == expected
     assert citation["keywords"] == project["keywords"]
     assert citation["authors"][0]["name"].lower() in (ROOT / "LICENSE").read_text(encoding="utf-8")
