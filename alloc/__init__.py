@@ -49,8 +49,8 @@ from alloc.reach.volumes import (
     worst_fault,
 )
 from alloc.vehicle import Vehicle
-from alloc.vehicle.file import list_vehicles, load_vehicle
 from alloc.vehicle.geometry import DOF, unit
+from alloc.vehicle.read import list_vehicles, load_vehicle
 
 __all__ = [
     "DOF",

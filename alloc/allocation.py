@@ -16,16 +16,16 @@ IndexArray = NDArray[np.intp]
 StatusArray = NDArray[np.int8]
 
 LARGEST_DEMAND = 1e100
-"""No entry of a demand is larger [N, N m]; up to here no product with a vehicle's numbers overflows."""
+"""Largest entry that a demand may have [N, N m]; up to it no product with a vehicle's numbers overflows."""
 
 WRENCH_TOLERANCE = 1e-6
 """Largest |T P f - tau| of a SOLVED answer inside limits, relative to ``vehicle.wrench_scale`` [-]. A
-thruster's curve is known to a percent at best, so this is far below what a vehicle can notice, and still
-ten times what the tight settings of an iterative solver leave."""
+thruster's curve is known to a percent at best, so this tolerance is far below what a vehicle can notice,
+and still ten times what the tight settings of an iterative solver leave."""
 
 
 class Status(IntEnum):
-    """What an allocator says about its answer; the judge checks it."""
+    """What an allocator claims about its answer; the judge checks the claim."""
 
     SOLVED = 0
     """The wrench is met within the method's stated tolerance, inside the limits it promises."""
@@ -42,10 +42,10 @@ class Allocation(NamedTuple):
 
     Attributes
     ----------
-    f : (n,) thrusts [N], a fresh array; all NaN where there is no such thrust
-    status : what the allocator says about ``f``
-    iterations : the solver's own count, or the method's of its steps or passes; 0 where nothing is counted
-    solver_s : the solver's own clock [s], NaN where it has none
+    f : (n,) thrusts [N], a fresh array; all NaN with status INFEASIBLE or NOT_CONVERGED
+    status : what the allocator claims about ``f``
+    iterations : the solver's count of iterations, or the method's of steps or passes; 0 without a count
+    solver_s : time by the solver's own clock [s], NaN where it has none
     """
 
     f: FloatArray
@@ -58,22 +58,22 @@ class Allocator(Protocol):
     """A prepared method: call it with a wrench at the control rate.
 
     A formulation is ``unlimited`` (eq. 6-7), ``hard`` (eq. 4-5), ``soft``, ``scaled``, or the name of
-    a practical rule; answers are compared only within one.
+    a practical rule; answers are compared only within one formulation.
     """
 
     @property
     def formulation(self) -> str:
-        """Which optimum it returns."""
+        """Name of the formulation whose right answer the allocator gives."""
         ...
 
     @property
     def limited(self) -> bool:
-        """Whether f is promised to lie inside the limits."""
+        """Whether the allocator promises thrusts inside the limits."""
         ...
 
     @property
     def tolerance(self) -> float:
-        """Promised distance to the optimum, relative to the largest limit [-]."""
+        """Promised distance to the right answer, relative to the largest limit [-]."""
         ...
 
     def __call__(self, tau: ArrayLike) -> Allocation:
@@ -87,24 +87,24 @@ class Allocator(Protocol):
 
 @runtime_checkable
 class TwoStage(Protocol):
-    """What an allocator may offer: its two stages apart, so that a run times the second one alone."""
+    """An allocator that offers its two stages apart, so that a run can time the solver alone."""
 
     def pose(self, tau: FloatArray, /) -> FloatArray:
-        """Right-hand side b (p,) of the problem that a wrench ``tau`` (k,) [N, N m] asks."""
+        """Right-hand side b (p,) of the QP that a wrench ``tau`` (k,) [N, N m] poses."""
         ...
 
     def solve(self, b: FloatArray, /) -> object:
-        """The solver's answer to b, by its binding's call and nothing else."""
+        """What the solver's binding returns for b; the method does nothing but that call."""
         ...
 
 
 @runtime_checkable
 class BoundedSteps(Protocol):
-    """What an allocator may offer: a bound on its work, known before it is called."""
+    """An allocator that offers a bound on its work, known before it is called."""
 
     @property
     def worst_case_steps(self) -> int | None:
-        """Elementary steps that no demand exceeds; None where this vehicle's allocator knows no bound."""
+        """Elementary steps that no demand exceeds; None where no bound is known for the vehicle."""
         ...
 
 
@@ -112,15 +112,15 @@ _new = tuple.__new__
 
 
 def answer(f: FloatArray, status: Status, iterations: int = 0, solver_s: float = nan) -> Allocation:
-    """An Allocation, made without NamedTuple's Python-level constructor (a third of its price)."""
+    """An Allocation, made without NamedTuple's slower Python-level constructor."""
     return _new(Allocation, (f, status, iterations, solver_s))
 
 
 def checked(tau: ArrayLike, k: int) -> FloatArray:
-    """``tau`` as a float64 array of shape (k,), itself where it is one.
+    """``tau`` as a float64 array of shape (k,); returns ``tau`` itself where it already is such an array.
 
-    Raises DemandError for another shape, what is no real number, NaN, and beyond LARGEST_DEMAND. The
-    last two are read off one length, which neither warns nor costs a numpy call.
+    Raises DemandError for another shape, and for entries that are no real numbers, NaN, or larger than
+    LARGEST_DEMAND. One call of hypot finds NaN and large entries; it neither warns nor costs a numpy call.
     """
     try:
         wrench = np.asarray(tau)
@@ -157,7 +157,7 @@ _FLOAT64 = np.dtype(np.float64)
 def real(values: NDArray[Any]) -> FloatArray:
     """``values`` as a new float64 array; raises TypeError, ValueError or OverflowError for anything else.
 
-    Left to itself numpy reads text, counts seconds since 1970, and drops an imaginary part with a warning.
+    numpy alone would read text, take dates as counts since 1970, and drop imaginary parts with a warning.
     """
     kind = values.dtype.kind
     if kind not in "biufO":
@@ -177,7 +177,7 @@ def _fits(wrenches: FloatArray) -> BoolArray:
 def one_by_one(
     allocate: Callable[[FloatArray], Allocation], taus: ArrayLike, k: int, n: int
 ) -> tuple[FloatArray, StatusArray]:
-    """``many`` for a method with nothing better: each row in turn, in order."""
+    """``many`` by calling ``allocate`` on each row of ``taus`` (N, k), in order; for n thrusters."""
     wrenches = checked_many(taus, k)
     F = np.empty((len(wrenches), n))
     status = np.empty(len(wrenches), dtype=np.int8)

@@ -1,4 +1,4 @@
-"""What can go wrong, as types. Every message names the culprit and the remedy in one line."""
+"""The errors of this library. Every message names the culprit and the remedy in one line."""
 
 
 class AllocError(Exception):
@@ -6,7 +6,12 @@ class AllocError(Exception):
 
 
 class VehicleError(AllocError):
-    """A vehicle's data contradict themselves or miss something; ``key`` is the culprit where there is one."""
+    """A vehicle's data contradict themselves or miss something.
+
+    Attributes
+    ----------
+    key : key of the vehicle file that is to be mended; empty where no single key is
+    """
 
     def __init__(self, message: str, key: str = "") -> None:
         super().__init__(message)
@@ -14,7 +19,7 @@ class VehicleError(AllocError):
 
 
 class DemandError(AllocError, ValueError):
-    """A demand has the wrong shape, is no number, or is larger than any wrench."""
+    """A demand has the wrong shape, or an entry that is no real number or larger than LARGEST_DEMAND."""
 
 
 class FileError(AllocError):
@@ -34,4 +39,4 @@ class NotApplicable(AllocError):
 
 
 class SolverError(AllocError):
-    """A solver answered in a way that nobody mapped."""
+    """A solver failed in a way, or with a status, that this library does not know."""

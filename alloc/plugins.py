@@ -1,4 +1,4 @@
-"""What methods there are, which are installed, why others are not; and ``build`` by name."""
+"""The catalogue: all methods, what is missing to build some of them, and ``build`` by name."""
 
 import pkgutil
 import sys
@@ -25,16 +25,16 @@ class Entry:
 
     Attributes
     ----------
-    name : label, e.g. ``pinv``, ``qp/osqp``, ``nullspace@native``; nothing is read out of it
-    formulation : which optimum it answers
-    family : with which other methods reports show it
-    solver : the QP solver it calls, empty for none
+    name : label, e.g. ``pinv``, ``qp/osqp``, ``nullspace@native``; no code reads its parts
+    formulation : name of the formulation whose right answer the method gives
+    family : kind of method; reports show a family together
+    solver : the QP solver that the method calls, empty for none
     foreign : whether calls run code that is not Python's: a solver's binding, or compiled C
-    twin : the method whose answers it gives by other means, empty for none
+    twin : for generated C, the method in Python whose answers it must give; empty for others
     starts, levels : what ``build`` takes as ``start=`` and ``level=``; ("-",) where there is no choice
-    summary : one line
-    missing : empty where it can be built, else how to get what it needs
-    prepare : (vehicle, start=…, level=…) to the allocator, as ``build`` of its module has it
+    summary : one line on what the method does
+    missing : empty where the method can be built, else how to get what it needs
+    prepare : function (vehicle, start=…, level=…) that returns the allocator: ``build`` of the module
     """
 
     name: str
@@ -52,7 +52,7 @@ class Entry:
 
 @cache
 def catalogue() -> tuple[Entry, ...]:
-    """Every method there is, found by looking into ``alloc.methods``; imports no solver."""
+    """All methods that the modules of ``alloc.methods`` offer, sorted by name; imports no solver."""
     names = (module.name for module in pkgutil.iter_modules(alloc.methods.__path__))
     entries = (
         entry for name in names for entry in _entries(import_module(f"{alloc.methods.__name__}.{name}"))
@@ -71,7 +71,7 @@ def build(name: str, vehicle: Vehicle, *, start: str = "", level: str = "") -> A
 
 
 def prepare(entry: Entry, vehicle: Vehicle, *, start: str = "", level: str = "") -> Allocator:
-    """What ``build`` does, for an Entry at hand: the catalogue's, or a plug-in's."""
+    """Prepare the method of an Entry, from the catalogue or a plug-in; raises as ``build`` does."""
     if entry.missing:
         raise NotInstalled(f"{entry.name}: {entry.missing}")
     options: dict[str, Any] = {}
@@ -92,7 +92,7 @@ def find(name: str) -> Entry:
 
 
 def load_plugin(path: Path) -> Entry:
-    """The method in a Python file of yours, named after the file; what it needs is in ``alloc.methods``.
+    """The method in a Python file, named after the file; ``alloc.methods`` says what the file must hold.
 
     Raises UnknownName where the file can't be imported or has no ``build``.
     """
@@ -100,10 +100,10 @@ def load_plugin(path: Path) -> Entry:
     if spec is None or spec.loader is None or not path.is_file():
         raise UnknownName(f"{path}: is no Python file; a plug-in is one with build(vehicle) in it")
     module = module_from_spec(spec)
-    sys.modules[spec.name] = module  # where dataclasses and pickle look for the module of a class
+    sys.modules[spec.name] = module  # dataclasses and pickle look up the module of a class here
     try:
         spec.loader.exec_module(module)
-    except (Exception, SystemExit) as error:  # a script that ends itself must not end us, as if all were well
+    except (Exception, SystemExit) as error:  # a file that calls sys.exit must not end this process
         del sys.modules[spec.name]
         raise UnknownName(f"{path}: can't be imported ({type(error).__name__}: {error}); mend it") from error
     if not hasattr(module, "build"):
@@ -124,14 +124,14 @@ def _hyphened(file: str) -> str:
 
 
 def _entry(name: str, module: ModuleType, variant: Variant | None = None) -> Entry:
-    answers: str = getattr(module, "FORMULATION", "")
+    formulation: str = getattr(module, "FORMULATION", "")
     if variant and variant.formulation:
-        answers = variant.formulation
+        formulation = variant.formulation
     summary = next(iter((module.__doc__ or "").strip().splitlines()), "")
     return Entry(
         name=name,
-        formulation=answers,
-        family=getattr(module, "FAMILY", find_formulation(answers).family),
+        formulation=formulation,
+        family=getattr(module, "FAMILY", find_formulation(formulation).family),
         solver=variant.solver if variant else "",
         foreign=getattr(module, "FOREIGN", False),
         twin=variant.twin if variant else "",

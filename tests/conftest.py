@@ -1,4 +1,4 @@
-"""What several test files share: the catalogue crossed with the vehicles."""
+"""Fixtures that several test files share."""
 
 import os
 import signal
@@ -11,11 +11,12 @@ from hypothesis import settings
 from alloc import Entry, Vehicle, catalogue, list_vehicles, load_vehicle
 from tests.places import ROOT
 
-# No deadline: a busy machine is not the code's fault. The same examples in every run: a red test is news.
+# No deadline, since a busy machine is not the code's fault. Examples are the same in every run, so that
+# a red test comes from a change.
 settings.register_profile("thrustbench", deadline=None, derandomize=True)
 settings.load_profile("thrustbench")
 
-# Kernels are compiled into the tree: a home, where users' lie, may be missing or read-only.
+# Kernels are compiled into the tree, since the default folder lies in a home, which tests may not have.
 os.environ.setdefault("THRUSTBENCH_CACHE", str(ROOT / "build" / "kernels"))
 
 
@@ -28,15 +29,15 @@ def vehicle(request: pytest.FixtureRequest) -> Vehicle:
 @pytest.fixture(params=[e for e in catalogue() if not e.missing], ids=lambda e: e.name, scope="session")
 def entry(request: pytest.FixtureRequest) -> Entry:
     """Each method that can be built here in turn."""
-    found: Entry = request.param
-    return found
+    method: Entry = request.param
+    return method
 
 
 @pytest.fixture
 def ctrl_c() -> Iterator[None]:
-    """Ctrl-C is heard, also where the tests were started in the background by a script or by cron.
+    """SIGINT raises KeyboardInterrupt, also where the tests run in the background.
 
-    There SIGINT is ignored, which children inherit and Python respects.
+    Scripts and cron start background processes with SIGINT ignored; Python and its children keep that.
     """
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield

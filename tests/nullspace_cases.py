@@ -15,7 +15,13 @@ EDGE = 1e-6
 
 @dataclass(frozen=True)
 class Demands:
-    """taus (N, k) and whether each can be met."""
+    """Demands of known verdict.
+
+    Attributes
+    ----------
+    taus : (N, k) wrenches [N, N m]
+    attainable : (N,) whether each can be met
+    """
 
     taus: np.ndarray
     attainable: np.ndarray
@@ -28,15 +34,22 @@ def random_vehicle(k: int, n: int, rng: np.random.Generator, diagonal: bool = Tr
     root = rng.normal(size=(n, n))
     H = np.diag(rng.uniform(0.5, 2.0, n)) if diagonal else root @ root.T + np.eye(n)
     return Vehicle(
-        f"random-{k}x{n}", AXES[:k], rng.normal(size=(k, n)), H, f_min, f_max, np.ones(n), np.ones(k)
+        name=f"random-{k}x{n}",
+        dof=AXES[:k],
+        T=rng.normal(size=(k, n)),
+        H=H,
+        f_min=f_min,
+        f_max=f_max,
+        readiness=np.ones(n),
+        slack_weights=np.ones(k),
     )
 
 
 def face_thrusts(vehicle: Vehicle, rng: np.random.Generator) -> np.ndarray:
-    """A thrust whose wrench lies on a facet of the attainable set: no other thrust makes that wrench.
+    """Thrusts whose wrench lies on a facet of the attainable set: no other thrusts make that wrench.
 
-    Choose c orthogonal to k - 1 columns of T. Every other thruster stands at the limit that c favours,
-    so c'T f is the largest there is, and those k - 1 are free anywhere between their limits.
+    The normal c of the facet is orthogonal to k - 1 columns of T. Those k - 1 thrusters are free between
+    their limits; the others stand at the limit that c favours, so that c'T f is the largest possible.
     """
     k, n = vehicle.k, vehicle.n
     free = rng.choice(n, k - 1, replace=False)
@@ -47,12 +60,12 @@ def face_thrusts(vehicle: Vehicle, rng: np.random.Generator) -> np.ndarray:
 
 
 def vertex_thrusts(vehicle: Vehicle, rng: np.random.Generator) -> np.ndarray:
-    """A thrust whose wrench is a vertex of the attainable set: all thrusters at the limit c favours."""
+    """Thrusts whose wrench is a vertex of the attainable set: each at the limit that a direction favours."""
     return np.where(rng.normal(size=vehicle.k) @ vehicle.T > 0, vehicle.f_max, vehicle.f_min)
 
 
 def demands_of_known_verdict(vehicle: Vehicle, n: int, rng: np.random.Generator) -> Demands:
-    """In turn: inside, at a vertex, on a facet, EDGE inside and outside it, far outside."""
+    """Demands that lie, in turn, inside, at a vertex, on a facet, EDGE inside and outside it, far outside."""
     center = vehicle.T @ (vehicle.f_min + vehicle.f_max) / 2
     taus, attainable = [], []
     for i in range(n):

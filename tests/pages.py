@@ -1,4 +1,4 @@
-"""README.md, CONTRIBUTING.md and what stands in docs/, for tests that try what the pages show."""
+"""README.md, CONTRIBUTING.md and the pages of docs/, for tests that try what the pages show."""
 
 import re
 from pathlib import Path
@@ -10,5 +10,5 @@ FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
 def blocks(page: Path, language: str) -> list[str]:
-    """The fenced blocks of one language, in order; "" for those that name none."""
-    return [body for found, body in FENCE.findall(page.read_text(encoding="utf-8")) if found == language]
+    """The fenced blocks of one language, in order; language "" for blocks that name none."""
+    return [body for name, body in FENCE.findall(page.read_text(encoding="utf-8")) if name == language]

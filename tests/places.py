@@ -1,4 +1,4 @@
-"""Where things lie, for tests that read the project's own files."""
+"""Folders of the project, for tests that read its own files."""
 
 from pathlib import Path
 

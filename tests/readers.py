@@ -1,4 +1,4 @@
-"""What tests of readers share: a file as it was sent, and how it is refused."""
+"""Helpers for tests of readers: a file is written, and its refusal is caught."""
 
 import time
 from collections.abc import Callable
@@ -16,7 +16,7 @@ def written(file: Path, text: str | bytes) -> Path:
 
 
 def refused(read: Callable[[], object], path: Path) -> str:
-    """The message with which ``read`` refuses: it comes soon and is one line that names the file."""
+    """The message with which ``read`` refuses; it comes within 5 s, in one line that starts with the path."""
     start = time.process_time()  # a busy machine is not the reader's fault
     with pytest.raises(AllocError) as caught:
         read()

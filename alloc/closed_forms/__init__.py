@@ -1,1 +1,1 @@
-"""f = G tau without limits, by several ways to G (``linear`` is the allocator), and the rules behind it."""
+"""Closed forms f = G tau without limits: ways to G, the allocator (``linear``), and rules for limits."""

@@ -24,10 +24,10 @@ def inverse_over(vehicle: Vehicle, on: IndexArray) -> FloatArray:
 
 
 def least_effort(A: FloatArray, H: FloatArray) -> FloatArray:
-    """(m, k) inverse of A (k, m): the least f'Hf of all f with A f nearest.
+    """(m, k) inverse of A (k, m) that gives the least f'Hf among all f with A f nearest to the wrench.
 
-    The pseudoinverse less what costs along a basis N of null(A): A+ - N (N'HN)^-1 N'H A+. It meets A f
-    whatever H is, and what counts as rank is up to A alone; pinv(A L'^-1) with H = L L' loses both where H
+    It is A+ - N (N'HN)^-1 N'H A+ with a basis N of null(A): the pseudoinverse less its costly part along N.
+    So A f is met whatever H is, and rank depends on A alone; pinv(A L'^-1) with H = L L' loses both where H
     weighs one thruster 1e8 times another. f is the least to 1e-9 up to weights 1e8 apart, and to 1e-6 up to
     the 1e12 that a vehicle may have. Rows of A have unit length, or had before a fault.
     """
@@ -35,7 +35,7 @@ def least_effort(A: FloatArray, H: FloatArray) -> FloatArray:
     r = int(np.count_nonzero(sigma > RANK_TOLERANCE))
     plain: FloatArray = Vt[:r].T @ ((1.0 / sigma[:r])[:, None] * U[:, :r].T)
     if np.array_equal(H, np.diag(np.full(len(H), H.max(initial=0.0)))):
-        return plain  # N'A+ = 0: there is nothing but rounding to take off
+        return plain  # N'A+ = 0: the part along N is only rounding
     N = np.linalg.svd(A)[2][r:].T
     inverse: FloatArray = plain - N @ np.linalg.solve(N.T @ H @ N, N.T @ H @ plain)
     return inverse

@@ -19,8 +19,8 @@ from alloc.vehicle import Vehicle
 class Linear:
     """The allocator f = G tau of any closed form without limits.
 
-    SOLVED where T P G tau = tau; PARTIAL, with the nearest f, where a lost rank prevents it, or where G has
-    lost so many digits to T and H that it misses a wrench by more than SOLVED allows.
+    The status is SOLVED where T P G tau = tau. It is PARTIAL, with the nearest f, where a lost rank prevents
+    that, or where T and H cost G so many digits that it misses a wrench by more than SOLVED allows.
     """
 
     formulation = "unlimited"
@@ -31,7 +31,7 @@ class Linear:
         """Prepare f = G tau, G (n, k)."""
         self.G = G
         self._k = vehicle.k
-        # (k, k) scaled part of a demand that G can't produce; None where no wrench in scale shows any.
+        # (k, k) map to the scaled part of a demand that G misses; None where it stays within tolerance.
         missed = (np.eye(vehicle.k) - vehicle.TP @ G) / vehicle.wrench_scale[:, None]
         met = np.abs(missed * vehicle.wrench_scale).sum(axis=1).max() <= WRENCH_TOLERANCE
         self._missed = None if met else missed

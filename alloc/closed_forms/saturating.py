@@ -1,4 +1,4 @@
-"""What practice does behind a closed form: f = T* tau where that fits the limits, else a rule mends it."""
+"""The allocator of practical rules: f = T* tau where that lies inside the limits, else a rule mends it."""
 
 from collections.abc import Callable
 
@@ -19,17 +19,17 @@ from alloc.closed_forms.inverse import generalized_inverse
 from alloc.vehicle import Vehicle
 
 Rule = Callable[[FloatArray, list[float]], tuple[list[float], int]]
-"""(tau, T* tau as a list) -> (thrusts, passes taken). What is left beyond a limit is clipped afterwards."""
+"""(tau, T* tau as a list) -> (thrusts, passes taken). Thrusts left beyond a limit are clipped afterwards."""
 
 RuleMany = Callable[[FloatArray, FloatArray], FloatArray]
-"""The same for many: (N, k), (N, n) -> (N, n)."""
+"""A rule for many demands at once: (tau (N, k), T* tau (N, n)) -> thrusts (N, n)."""
 
 
 class Saturating:
     """The allocator of every practical rule; its formulation is the rule's name.
 
-    SOLVED where the wrench is met, T* tau or mended; else PARTIAL. It never says INFEASIBLE: a rule
-    does not know whether another thrust would have met the wrench.
+    The status is SOLVED where the thrusts, mended or not, meet the wrench; else PARTIAL. INFEASIBLE never
+    occurs, since a rule does not know whether other thrusts would have met the wrench.
     """
 
     limited = True
@@ -68,7 +68,7 @@ class Saturating:
         return answer(f, self._status(f, wrench), passes)
 
     def many(self, taus: ArrayLike) -> tuple[FloatArray, StatusArray]:
-        """Allocate (N, k) wrenches; those that T* tau serves in one matrix product."""
+        """Allocate (N, k) wrenches: T* tau in one matrix product, then the rule for those beyond a limit."""
         wrenches = checked_many(taus, self._k)
         F = wrenches @ self.G.T
         mend = np.flatnonzero(((self._f_min > F) | (self._f_max < F)).any(axis=1))

@@ -18,8 +18,8 @@ class Decomposition(NamedTuple):
     S : (k, n) singular values on the diagonal, largest first
     V : (n, n) orthogonal
     L : (n, n) lower triangular, L L' = H; the identity in the paper
-    rows : (k,) one over the length of each row of T. It makes newtons and newton metres alike, so
-        that what counts as rank does not depend on units; U and S change with it, f does not.
+    rows : (k,) one over the length of each row of T. This factor makes newtons and newton metres
+        alike, so that rank does not depend on units; U and S change with it, f does not.
     """
 
     U: FloatArray
@@ -39,7 +39,7 @@ def decompose(vehicle: Vehicle) -> Decomposition:
     U, sigma, Vt = np.linalg.svd(np.linalg.solve(L, (rows[:, None] * vehicle.T).T).T)
     S = np.zeros((vehicle.k, vehicle.n))
     np.fill_diagonal(S, sigma)
-    return Decomposition(U, S, Vt.T, L, rows)
+    return Decomposition(U=U, S=S, V=Vt.T, L=L, rows=rows)
 
 
 def faultless_inverse(vehicle: Vehicle) -> FloatArray:
@@ -49,7 +49,7 @@ def faultless_inverse(vehicle: Vehicle) -> FloatArray:
     """
     U, S, V, L, rows = decompose(vehicle)
     sigma = S.diagonal()
-    kept = np.arange(len(sigma)) < vehicle.rank  # H spreads the sigma, but adds and takes no rank
+    kept = np.arange(len(sigma)) < vehicle.rank  # H changes the sigma, but not the rank
     S_star = np.zeros((vehicle.n, vehicle.k))
     np.fill_diagonal(S_star, np.where(kept, 1.0, 0.0) / np.where(kept, sigma, 1.0))
     inverse: FloatArray = np.linalg.solve(L.T, V @ S_star @ U.T) * rows
@@ -68,7 +68,7 @@ def faulty_inverse(vehicle: Vehicle) -> FloatArray:
     on = vehicle.working
     A = S @ (V.T @ L.T * vehicle.readiness)[:, on]
     inverse = np.zeros((vehicle.n, vehicle.k))
-    # The right inverse of a matrix of full row rank, and the nearest there is of any other.
+    # least_effort gives the right inverse where A has full row rank, else the nearest wrench.
     inverse[on] = least_effort(A, vehicle.H[np.ix_(on, on)]) @ U.T * rows
     return inverse
 

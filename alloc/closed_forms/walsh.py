@@ -1,8 +1,8 @@
 """Walsh matrix, T = Q W_f, whole and with thrusters off (eq. 18-28, Appendix A); no limits.
 
-The paper's case is four identical thrusters around the centre of gravity. What its derivation needs
-is less: in each row of T the same |t| wherever it is not zero, and rows orthogonal to each other. That
-also covers a vehicle whose horizontal and vertical four each look like the paper's (section 2).
+The paper's case is four identical thrusters around the centre of gravity. Its derivation needs less:
+the entries of a row of T that are not zero have one size |t|, and the rows are orthogonal. A vehicle
+whose horizontal and vertical four each look like the paper's (section 2) meets that too.
 """
 
 import numpy as np
@@ -46,7 +46,7 @@ def factor(vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
     W_f = np.zeros(T.shape)
     for i, row in enumerate(T):
         axis = vehicle.dof[i]
-        # Differences larger than this would show in f: it is what closed forms promise to agree within.
+        # The tolerance is the promise of the closed forms: larger differences in a row would show in f.
         used = np.flatnonzero(np.abs(row) > Linear.tolerance * np.abs(row).max())
         if not used.size:
             raise NotApplicable(f"walsh: {name}: no thruster moves {axis}, so Q is singular (eq. 21)")
@@ -66,7 +66,7 @@ def factor(vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
 def faultless_inverse(q: FloatArray, W_f: FloatArray) -> FloatArray:
     """(n, k) G of f = 1/m W [0; Q^-1 tau], m thrusters a row; all m = 4 in the paper (eq. 25).
 
-    The rows of W besides W_f meet zeros, so W_f is all it takes. T T' = m Q^2 makes it the T* of eq. 10.
+    The other rows of W meet the zeros, so W_f suffices. Since T T' = m Q^2, G is the T* of eq. 10.
     """
     inverse: FloatArray = W_f.T / (np.abs(W_f).sum(axis=1) * q)
     return inverse

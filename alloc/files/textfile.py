@@ -7,7 +7,7 @@ from pathlib import Path
 from alloc.errors import FileError
 
 LARGEST = 200_000_000
-"""Bytes read at most: half a day of 6-DOF demands at 50 Hz, and an end to /dev/zero."""
+"""Most bytes that are read: half a day of 6-DOF demands at 50 Hz. The bound also ends /dev/zero."""
 
 
 def read_text(path: Path, largest: int = LARGEST) -> str:
@@ -30,13 +30,13 @@ def read_text(path: Path, largest: int = LARGEST) -> str:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a file whole, or leave what was there; raises FileError.
+    """Write a file whole, or leave the old one as it was; raises FileError.
 
-    The text goes to a neighbour first and takes the name only once it is all on the disk.
+    The text goes to a temporary file in the same folder, which takes the name once all of it is on the disk.
     """
     temporary = ""
     try:
-        if path.exists() and not path.is_file():  # a pipe or /dev/stdout has no half to protect
+        if path.exists() and not path.is_file():  # a pipe or /dev/stdout can't be replaced
             path.write_text(text, encoding="utf-8")
             return
         handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")

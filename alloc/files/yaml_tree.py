@@ -1,7 +1,7 @@
-"""YAML read as plain data, with the line of every entry and no way to run or blow up anything."""
+"""YAML read as plain data, with the line of every entry; no file can run code or exhaust memory."""
 
 import warnings
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import accumulate
 from math import isfinite
 from pathlib import Path
@@ -14,23 +14,30 @@ from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from alloc.errors import FileError
 from alloc.files.textfile import read_text
 
-LARGEST_FILE = 64_000  # bytes; ruamel reads as much in half a second, and a vehicle takes two thousand
-LARGEST_TREE = 20_000  # entries; an alias counts as all that it stands for, so none can multiply
-DEEPEST = 20  # nested lists and maps; a parameter file has five
-MOST_BRACKETS = 100  # opened and not yet closed, in text or not: ruamel's time grows with their square
+LARGEST_FILE = 64_000  # bytes; ruamel reads them in half a second, and a vehicle file has two thousand
+LARGEST_TREE = 20_000  # entries; an alias counts as all that it stands for, so aliases can't multiply unseen
+DEEPEST = 20  # levels of nested lists and maps; a parameter file has five
+MOST_BRACKETS = 100  # open at once, those in quoted text included: ruamel's time grows with their square
 _CORE = "tag:yaml.org,2002:"
 
 
 @dataclass(frozen=True)
 class YamlTree:
-    """What a YAML file holds: builtin values, and the line of each by path, as ``thrusters[3].name``."""
+    """What a YAML file holds.
+
+    Attributes
+    ----------
+    path : the file
+    data : its content as dicts, lists and builtin values
+    lines : line of each entry by its place, as ``thrusters[3].name``
+    """
 
     path: Path
     data: Any
-    lines: dict[str, int] = field(default_factory=dict)
+    lines: dict[str, int]
 
     def line(self, where: str) -> int | None:
-        """Line of an entry, or of the nearest one around it."""
+        """Line of the entry at that place, or of the nearest entry around it."""
         while where and where not in self.lines:
             where = where[: max(where.rfind("."), where.rfind("["), 0)]
         return self.lines.get(where)
@@ -39,7 +46,7 @@ class YamlTree:
 def read_yaml(path: Path) -> YamlTree:
     """Read one YAML 1.2 document (``1e-5`` is a number); raises FileError naming file, line, remedy.
 
-    Only what JSON could hold is accepted: no tags, no duplicate keys, only finite numbers, names for keys.
+    Only what JSON could hold is accepted: no tags, no duplicate keys, finite numbers, names for keys.
     """
     text = read_text(path, LARGEST_FILE)
     opened = accumulate((c in "[{") - (c in "]}") for c in text)
@@ -47,7 +54,7 @@ def read_yaml(path: Path) -> YamlTree:
         raise FileError(f"{path}: nested too deeply; no more than {DEEPEST} levels are read")
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("error")  # such as an anchor used twice: refused, not printed
+            warnings.simplefilter("error")  # as for an anchor used twice: the file is refused
             root = YAML(typ="safe", pure=True).compose(text)
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
@@ -57,21 +64,22 @@ def read_yaml(path: Path) -> YamlTree:
         raise FileError(f"{path}: nested too deeply; no more than {DEEPEST} levels are read") from None
     except (YAMLError, YAMLWarning, ValueError) as error:
         raise FileError(f"{path}: not valid YAML ({_brief(str(error))}); mend the file") from None
-    tree = YamlTree(path, None)
-    data = None if root is None else _Walk(tree).value(root, "", 0)
-    return YamlTree(path, data, tree.lines)
+    walk = _Walk(path)
+    data = None if root is None else walk.value(root, "", 0)
+    return YamlTree(path, data, walk.lines)
 
 
 class _Walk:
-    """Turns nodes into values and counts what they become."""
+    """Turns nodes into values, notes the line of each and counts them."""
 
-    def __init__(self, tree: YamlTree) -> None:
-        self.tree = tree
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.lines: dict[str, int] = {}
         self.count = 0
 
     def value(self, node: Node, where: str, depth: int) -> Any:
         self.count += 1
-        self.tree.lines.setdefault(where, node.start_mark.line + 1)
+        self.lines.setdefault(where, node.start_mark.line + 1)
         if depth > DEEPEST:
             raise self.refused(node, f"nested too deeply; no more than {DEEPEST} levels are read")
         if self.count > LARGEST_TREE:
@@ -97,12 +105,12 @@ class _Walk:
             if key in entries:
                 raise self.refused(key_node, f"key {_brief(key)!r} appears twice; keep one")
             inner = f"{where}.{key}" if where else key
-            self.tree.lines[inner] = key_node.start_mark.line + 1
+            self.lines[inner] = key_node.start_mark.line + 1
             entries[key] = self.value(value_node, inner, depth + 1)
         return entries
 
     def refused(self, node: Node, why: str) -> FileError:
-        return FileError(f"{self.tree.path}: line {node.start_mark.line + 1}: {why}")
+        return FileError(f"{self.path}: line {node.start_mark.line + 1}: {why}")
 
 
 def _number(text: str) -> float:

@@ -1,1 +1,1 @@
-"""``thrustbench check``: what a vehicle file says about its vehicle (``check``), and that as text."""
+"""``thrustbench check``: a vehicle file checked (``check``), the ``remarks`` on it, and the ``report``."""

@@ -1,8 +1,9 @@
-"""What ``thrustbench check`` prints."""
+"""A report as JSON or as a table, as ``thrustbench check`` prints it."""
 
 import json
+from typing import get_args
 
-from alloc.lint.check import Report
+from alloc.lint.report import Level, Report
 
 
 def to_json(report: Report) -> str:
@@ -20,7 +21,7 @@ def to_json(report: Report) -> str:
 
 
 def as_table(report: Report) -> str:
-    """What the vehicle is, one line a finding, and the count."""
+    """One line of facts, one line for each finding, and the number of findings by level."""
     lines = []
     if facts := report.facts:
         steps = (
@@ -33,6 +34,6 @@ def as_table(report: Report) -> str:
     for level, key, line, message in report.findings:
         place = f"line {line}, " if line else ""
         lines.append(f"{level:7}  {place}{key + ': ' if key else ''}{message}")
-    counts = [(report.count(level), level) for level in ("error", "warning", "note")]
+    counts = [(report.count(level), level) for level in get_args(Level)]
     total = ", ".join(f"{count} {level}{'' if count == 1 else 's'}" for count, level in counts)
     return "\n".join([*lines, f"{report.path}: {total}"])

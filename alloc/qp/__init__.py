@@ -1,4 +1,4 @@
-"""The quadratic program (``problem``), and what an answer to it is worth (``certificate``)."""
+"""The quadratic program (``problem``), and how far an answer to it is from optimal (``certificate``)."""
 
 from alloc.qp.problem import QP, Posed, pose_hard, pose_soft
 

@@ -1,17 +1,17 @@
-r"""What an answer is worth, worked out from the problem and x alone: no status, no solver's multipliers.
+r"""How far x is from optimal, worked out from the problem and x alone: no status, no solver's multipliers.
 
 For any multiplier y of A x = b, the bounds' multipliers follow from stationarity, z = -(Hx + g + A'y),
-split by sign. The duality gap of (x, y) in the problem that x does meet, ``A x`` in the place of b, is
+split by sign. The duality gap of (x, y), in the problem whose b is ``A x`` so that x meets it, is
 
     gap(y) = sum_i max(z_i, 0) (ub_i - x_i) + max(-z_i, 0) (x_i - lb_i)
 
-which is what complementary slackness asks to be 0. Variables without bounds (the slacks of a soft
-problem) can't have a multiplier; what is left of their stationarity, w, costs 1/2 w' H_ss^-1 w instead.
+which complementary slackness asks to be 0. Variables without bounds (the slacks of a soft
+problem) can't have a multiplier; the rest w of their stationarity costs 1/2 w' H_ss^-1 w instead.
 The gap bounds the distance to that problem's optimum, 1/2 ||x - x*||_H^2 <= gap, for every y, so the
-least one is wanted. It is convex in y, and without slacks also piecewise linear, so it is least where
-p of the z are 0: all such y are tried (at most 28 for 8 thrusters and 6 DOF), and the least gap is
-exact, also at degenerate corners. With slacks up to p of the z are set to 0, and y costs least beyond
-that: a valid bound, and 0 at the optimum.
+least gap is wanted. The gap is convex in y, and without slacks also piecewise linear, so it is least
+where p of the z are 0: all such y are tried (at most 28 for 8 thrusters and 6 DOF), and the least gap
+is exact, also at degenerate corners. With slacks up to p of the z are set to 0, and y is the cheapest
+under that condition: the gap is then a valid bound, and 0 at the optimum.
 """
 
 from dataclasses import dataclass
@@ -27,12 +27,12 @@ from alloc.errors import NotApplicable
 from alloc.qp import QP
 
 SINGULAR = 1e-10
-"""A set of z whose equations have a reciprocal condition below this fixes no y. A scaled problem has
-orthonormal rows and real geometry stays above 1e-3; the slacks' weights cost another 1e-4."""
+"""A set of z fixes no y where its equations have a reciprocal condition below this. A scaled problem has
+orthonormal rows and real geometry stays above 1e-3; the weights of the slacks cost another 1e-4."""
 MOST_TRIED = 5_000
-"""Multipliers tried at most: 16 thrusters in 3 DOF, 12 in 6, take a second to prepare."""
+"""Most multipliers that are tried: 16 thrusters in 3 DOF, 12 in 6, take a second to prepare."""
 CHUNK = 1_000_000
-"""Numbers held at a time (8 MB): as fast as larger ones, and no demand set is too long."""
+"""Numbers held at a time (8 MB): larger chunks are no faster, and memory bounds no demand set."""
 
 
 class Certificate(NamedTuple):
@@ -44,10 +44,10 @@ class Certificate(NamedTuple):
     dual : largest |x - clip(x - (Hx + g + A'y), lb, ub)|, which is 0 at the optimum and only there
     complementarity : largest product of a bound's multiplier and the distance to that bound
     gap : duality gap
-    distance : bound on max |x_i - x*_i| over the bounded x_i (the thrusts), where x* is the optimum
-        for b = A x: of the wrench that x does produce. The optimum for the b asked for lies further
-        away by no more than the optimum moves between the two, which vanishes with ``primal``.
-        It supposes lb <= x <= ub.
+    distance : bound on max |x_i - x*_i| over the bounded x_i (the thrusts), where lb <= x <= ub and x*
+        is the optimum for b = A x, the wrench that x does produce. The optimum for the b of the
+        problem lies further away by no more than the optimum moves from A x to b, which vanishes
+        with ``primal``.
     """
 
     primal: FloatArray
@@ -77,12 +77,20 @@ def certify_many(qp: QP, B: ArrayLike, X: ArrayLike) -> Certificate:
 
 @dataclass(frozen=True)
 class _Multipliers:
-    """S linear maps from r0 = Hx + g to stationarity Hx + g + A'y, one for each y that is tried."""
+    """S linear maps from r0 = Hx + g to stationarity Hx + g + A'y, one for each y that is tried.
 
-    bounded: IndexArray  # (q,)
-    to_r: FloatArray  # (S, q, m): of the bounded variables, where their z = -r
-    to_w: FloatArray  # (S, m - q, m): of the others, in units that make the cost 1/2 |w|^2
-    reach: float  # largest |e_i| of a bounded variable with A e = 0 and e'He = 1
+    Attributes
+    ----------
+    bounded : (q,) indices of the variables with a bound
+    to_r : (S, q, m) maps to the stationarity r of the bounded variables, whose z = -r
+    to_w : (S, m - q, m) maps to that of the others, in units that make the cost 1/2 |w|^2
+    reach : largest |e_i| of a bounded variable with A e = 0 and e'He = 1
+    """
+
+    bounded: IndexArray
+    to_r: FloatArray
+    to_w: FloatArray
+    reach: float
 
 
 def _multipliers(qp: QP) -> _Multipliers:
@@ -95,7 +103,7 @@ def _multipliers(qp: QP) -> _Multipliers:
             f" to try, more than {MOST_TRIED}; compare with a reference instead"
         )
     free = np.setdiff1d(np.arange(m), bounded)
-    # Minimise over the free variables first: H_ss = L L', and what is left is a problem in the others.
+    # Minimising over the free variables first (H_ss = L L') leaves a problem in the bounded ones.
     L = np.linalg.cholesky(qp.H[np.ix_(free, free)])
     to_w = np.linalg.solve(L, np.eye(m)[free])
     coupling = np.linalg.solve(L, qp.H[np.ix_(free, bounded)])
@@ -105,7 +113,7 @@ def _multipliers(qp: QP) -> _Multipliers:
     for zeros in chain.from_iterable(combinations(range(len(bounded)), j) for j in range(p + 1)):
         if len(zeros) < p - len(free):
             continue
-        # Least 1/2 |w|^2 among the y with r = 0 in these entries, from its own KKT conditions.
+        # The y of least 1/2 |w|^2 with r = 0 at the indices in zeros, from the KKT conditions for it.
         index = list(zeros)
         edge = a_r[index]
         kkt = np.block([[a_w.T @ a_w, edge.T], [edge, np.zeros((len(index), len(index)))]])
@@ -113,7 +121,7 @@ def _multipliers(qp: QP) -> _Multipliers:
             continue
         y = np.linalg.solve(kkt, -np.vstack([a_w.T @ to_w, to_r[index]]))[:p]
         r = to_r + a_r @ y
-        r[index] = 0.0  # exactly, whatever the rounding: these entries cost nothing then
+        r[index] = 0.0  # without rounding, so that these entries cost nothing
         maps_r.append(r)
         maps_w.append(to_w + a_w @ y)
     N = np.linalg.svd(qp.A)[2][p:].T  # a basis of the null space: A has full row rank
@@ -128,7 +136,7 @@ def _certify(qp: QP, maps: _Multipliers, b: FloatArray, x: FloatArray) -> Certif
     r0 = x @ qp.H + qp.g
     r = (r0 @ maps.to_r.reshape(S * q, m).T).reshape(len(x), S, q)
     w = (r0 @ maps.to_w.reshape(S * (m - q), m).T).reshape(len(x), S, m - q)
-    with np.errstate(invalid="ignore"):  # 0 * infinity: no multiplier on a bound that isn't there
+    with np.errstate(invalid="ignore"):  # 0 * infinity: no multiplier where there is no bound
         product = np.where(r == 0.0, 0.0, np.where(r > 0, r * below[:, None], -r * above[:, None]))
     gaps = product.sum(axis=2) + (w * w).sum(axis=2) / 2
     row, best = np.arange(len(x)), np.argmin(gaps, axis=1)
@@ -137,4 +145,5 @@ def _certify(qp: QP, maps: _Multipliers, b: FloatArray, x: FloatArray) -> Certif
     primal = np.abs(np.hstack([x @ qp.A.T - b, outside])).max(axis=1)
     dual = np.abs(np.hstack([inside - np.clip(inside - r, lb, ub), w])).max(axis=1)
     complementarity = product[row, best].max(axis=1)
-    return Certificate(primal, dual, complementarity, gap, maps.reach * np.sqrt(2 * gap))
+    distance = maps.reach * np.sqrt(2 * gap)
+    return Certificate(primal=primal, dual=dual, complementarity=complementarity, gap=gap, distance=distance)

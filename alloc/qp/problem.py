@@ -1,4 +1,4 @@
-"""The one QP standard form, the hard and soft problems in it, and what an answer is worth.
+"""The one QP standard form, and the hard and soft problems posed in it.
 
     minimise 1/2 x'H x + g'x   subject to   A x = b,  lb <= x <= ub
 
@@ -19,7 +19,12 @@ from alloc.vehicle import Vehicle
 class QP:
     """The part of the standard form that stays the same from demand to demand.
 
-    H (m, m), g (m,), A (p, m) with full row rank, lb and ub (m,), infinite where there is no bound.
+    Attributes
+    ----------
+    H : (m, m) symmetric positive definite matrix of the cost
+    g : (m,) linear part of the cost
+    A : (p, m) matrix of the equations, of full row rank
+    lb, ub : (m,) bounds, infinite where there is none
     """
 
     H: FloatArray
@@ -49,10 +54,10 @@ class Posed:
     ----------
     qp : the problem
     b_of_tau : (p, k) with b = b_of_tau tau
-    f_scale : thrusts are ``f[working] = f_scale * x[:m]`` [N]
+    f_scale : unit of x, so that ``f[working] = f_scale * x[:m]`` [N]
     working : (m,) thrusters that are not off
-    unreachable : (k - p, k) orthonormal directions no thruster pushes, in scaled wrench;
-        a demand with a part along them can't be met
+    unreachable : (k - p, k) orthonormal directions in scaled wrench that no thruster pushes, so that
+        no demand with a part along them can be met
     """
 
     qp: QP
@@ -62,9 +67,9 @@ class Posed:
     unreachable: FloatArray
 
     def scaled(self, taus: FloatArray, F: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """(N, p) b and (N, m) x that stand for wrenches (N, k) and thrusts (N, n) answering them.
+        """(N, p) b and (N, m) x that stand for wrenches (N, k) and the thrusts (N, n) that answer them.
 
-        In the soft problem the slack is what the thrusts leave of the wrench, so A x = b holds exactly.
+        The slack of the soft problem is the scaled T P f - tau, so A x = b holds exactly there.
         """
         B = taus @ self.b_of_tau.T
         x = F[:, self.working] / self.f_scale
@@ -76,12 +81,13 @@ class Posed:
 def pose_hard(vehicle: Vehicle, scaled: bool = True) -> Posed:
     """min 1/2 f'Hf s.t. T P f = tau, f_min <= f <= f_max (eq. 4-5).
 
-    With ``scaled=False`` the numbers stay in N and N m, to show what scaling is worth.
+    With ``scaled=False`` the numbers stay in N and N m, to show what scaling changes.
     """
     f_scale = vehicle.f_scale if scaled else 1.0
     H, lb, ub, working = _thrusts(vehicle, f_scale, scaled)
     A, b_of_tau, unreachable = _equality(vehicle, f_scale, scaled)
-    return Posed(QP(H, np.zeros(len(H)), A, lb, ub), b_of_tau, f_scale, working, unreachable)
+    qp = QP(H=H, g=np.zeros(len(H)), A=A, lb=lb, ub=ub)
+    return Posed(qp=qp, b_of_tau=b_of_tau, f_scale=f_scale, working=working, unreachable=unreachable)
 
 
 def pose_soft(vehicle: Vehicle, scaled: bool = True) -> Posed:
@@ -100,8 +106,20 @@ def pose_soft(vehicle: Vehicle, scaled: bool = True) -> Posed:
     full_H = np.block([[H, zero], [zero.T, Q]])
     A = np.hstack([rows[:, None] * vehicle.TP[:, working], -np.eye(k)])
     free = np.full(k, np.inf)
-    qp = QP(full_H, np.zeros(m + k), A, np.concatenate([lb, -free]), np.concatenate([ub, free]))
-    return Posed(qp, np.diag(rows / f_scale), f_scale, working, np.zeros((0, k)))
+    qp = QP(
+        H=full_H,
+        g=np.zeros(m + k),
+        A=A,
+        lb=np.concatenate([lb, -free]),
+        ub=np.concatenate([ub, free]),
+    )
+    return Posed(
+        qp=qp,
+        b_of_tau=np.diag(rows / f_scale),
+        f_scale=f_scale,
+        working=working,
+        unreachable=np.zeros((0, k)),
+    )
 
 
 def _thrusts(
@@ -122,5 +140,5 @@ def _equality(vehicle: Vehicle, f_scale: float, scaled: bool) -> tuple[FloatArra
     unreachable = U[:, r:].T * rows / vehicle.f_scale
     if not scaled and r == vehicle.k:
         return T, np.eye(vehicle.k), unreachable
-    # Rows of Vt: orthonormal, and no redundant equation is left when rank T < k.
+    # Rows of Vt are orthonormal, and leave no redundant equation where rank T < k.
     return Vt[:r], (U[:, :r] / sigma[:r]).T * rows / f_scale, unreachable

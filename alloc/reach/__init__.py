@@ -1,1 +1,1 @@
-"""What a vehicle can do: the attainable set, how far a demand lies from its edge, and volumes."""
+"""What a vehicle can do: its attainable set, how far demands lie from the edge of that, and volumes."""

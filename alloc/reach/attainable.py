@@ -18,11 +18,11 @@ BAND = 1e-3
 may in good faith call a demand solved or infeasible."""
 
 FACETS = 50_000
-"""Up to so many candidate facets are enumerated, within a second; beyond, as for 32 thrusters in 6 DOF, a
-linear program a demand is quicker."""
+"""Most candidate facets that are enumerated, within a second. With more of them, as for 32 thrusters in
+6 DOF, one linear program for each demand is quicker."""
 
 INFEASIBLE_LP = 2
-"""What scipy.optimize.linprog calls a problem without a solution."""
+"""Status with which scipy.optimize.linprog says that a problem has no solution."""
 
 INSIDE = 1e-9
 """Thrusts over a limit by less than this share of the largest limit count as inside: rounding of T* tau
@@ -30,7 +30,7 @@ times a condition number below 1e3."""
 
 
 class Label(IntEnum):
-    """Which regime a demand belongs to; the first that holds of infeasible, boundary, inactive, active."""
+    """Where a demand lies: the first that holds of infeasible, boundary, inactive, active."""
 
     INACTIVE = 0
     """T* tau lies inside the limits, so it is the constrained optimum too."""
@@ -43,7 +43,7 @@ class Label(IntEnum):
 
 
 class Margins(NamedTuple):
-    """Where N demands lie.
+    """Where N demands lie against the limits.
 
     Attributes
     ----------
@@ -60,8 +60,8 @@ class Margins(NamedTuple):
 def alpha_max(vehicle: Vehicle, taus: ArrayLike) -> FloatArray:
     """alpha* = max {alpha : T P f = alpha tau, f_min <= f <= f_max} for each demand, exactly.
 
-    alpha* tau is where the ray through tau leaves the attainable set: the least support(c) / c'tau over
-    the facets with c'tau > 0. It is inf for tau = 0, 0 for a demand with a part in a direction that no
+    The ray through tau leaves the attainable set at alpha* tau, so alpha* is the least support(c) / c'tau
+    over the facets with c'tau > 0. It is inf for tau = 0, 0 for a demand with a part in a direction that no
     thruster pushes, and -inf where no multiple of tau is attainable at all (possible only if zero
     thrust lies outside the limits).
 
@@ -79,8 +79,8 @@ def alpha_max(vehicle: Vehicle, taus: ArrayLike) -> FloatArray:
 def alpha_range(vehicle: Vehicle, taus: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Least and largest alpha (N,) with alpha tau attainable; (inf, -inf) where there is none.
 
-    Where zero thrust lies inside the limits the least is <= 0 and alpha* >= 1 says that tau is
-    attainable; otherwise it is so only if the least is <= 1 as well.
+    If zero thrust lies inside the limits, the least is <= 0, and tau is attainable where alpha* >= 1. If
+    not, tau is attainable where alpha* >= 1 and the least is <= 1.
     """
     demands = checked_many(taus, vehicle.k)
     if comb(len(vehicle.working), max(vehicle.rank - 1, 0)) > FACETS:
@@ -92,7 +92,9 @@ def alpha_range(vehicle: Vehicle, taus: ArrayLike) -> tuple[FloatArray, FloatArr
     size[size == 0] = 1.0
     along = (t / size[:, None]) @ z.facets.T
     along[np.abs(along) <= z.tolerance] = 0.0
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # of 1e-310 N the multiple is inf
+    with np.errstate(
+        divide="ignore", invalid="ignore", over="ignore"
+    ):  # the multiple of 1e-310 N overflows to inf
         ratio = z.support / along
         high = np.where(along > 0, ratio, np.inf).min(axis=1) / size
         low = np.where(along < 0, ratio, -np.inf).max(axis=1) / size
@@ -114,7 +116,7 @@ def closed_form_range(vehicle: Vehicle, taus: ArrayLike) -> tuple[FloatArray, Fl
     low = np.where(f > 0, lower, np.where(f < 0, upper, -np.inf)).max(axis=1)
     outside = (vehicle.f_min > 0) | (vehicle.f_max < 0)
     missed = ((f == 0) & outside).any(axis=1) | (low > high)
-    if vehicle.rank < vehicle.k:  # T* tau inside the limits need not push tau
+    if vehicle.rank < vehicle.k:  # thrusts T* tau inside the limits need not push tau
         least, most = alpha_range(vehicle, taus)
         low, high = np.maximum(low, least), np.minimum(high, most)
         missed |= low > high
@@ -124,8 +126,8 @@ def closed_form_range(vehicle: Vehicle, taus: ArrayLike) -> tuple[FloatArray, Fl
 def single_axis_maxima(vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
     """Largest wrench (k,) backward (<= 0) and forward (>= 0) along each axis alone [N, N m].
 
-    0 for an axis that can't be pushed alone, as after a failure that costs rank. Raises NotApplicable
-    where zero wrench is not attainable, since no axis starts there.
+    Both are 0 for an axis that can't be pushed alone, as after a failure that costs rank. Raises
+    NotApplicable where zero wrench is not attainable, since the axes meet there.
     """
     axes = np.eye(vehicle.k)
     forward, backward = alpha_max(vehicle, axes), alpha_max(vehicle, -axes)
@@ -137,10 +139,10 @@ def single_axis_maxima(vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
 
 
 def label(vehicle: Vehicle, taus: ArrayLike, band: float = BAND) -> Margins:
-    """Label of each demand (N, k), with the margins it was decided by.
+    """Label of each demand (N, k), with the margins that decide it.
 
-    infeasible where alpha* < 1 - band; else boundary where |alpha* - 1| <= band; else inactive where
-    T* tau lies inside the limits, active where it does not.
+    A demand is infeasible where alpha* < 1 - band; else boundary where |alpha* - 1| <= band; else
+    inactive where T* tau lies inside the limits, active where it does not.
     """
     taus = checked_many(taus, vehicle.k)
     low, high = alpha_range(vehicle, taus)
@@ -156,7 +158,7 @@ def label(vehicle: Vehicle, taus: ArrayLike, band: float = BAND) -> Margins:
 def alpha_max_lp(vehicle: Vehicle, tau: ArrayLike) -> float:
     """alpha* of one demand (k,) by its definition, a linear program (HiGHS through SciPy).
 
-    Independent of the facets that ``alpha_max`` uses, and some thousand times slower: a reference.
+    It shares no facets with ``alpha_max``, which it checks, and is some thousand times slower.
     """
     from scipy.optimize import linprog
 
@@ -166,17 +168,17 @@ def alpha_max_lp(vehicle: Vehicle, tau: ArrayLike) -> float:
     direction = t / size if moves else t
     A = np.hstack([vehicle.TP * (vehicle.f_scale / vehicle.wrench_scale[:, None]), -direction[:, None]])
     limits = np.column_stack([vehicle.f_min, vehicle.f_max]) / vehicle.f_scale
-    found = linprog(
+    optimum = linprog(
         np.append(np.zeros(vehicle.n), -float(moves)),
         A_eq=A,
         b_eq=np.zeros(vehicle.k),
         bounds=[*map(tuple, limits), (None, None)],
         method="highs",
-        # The tightest that HiGHS accepts.
+        # HiGHS accepts no tighter tolerances.
         options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
     )
-    if found.status == INFEASIBLE_LP:
+    if optimum.status == INFEASIBLE_LP:
         return -np.inf
-    if found.status != 0 or found.x is None:
-        raise SolverError(f"{vehicle.name}: HiGHS gave up on alpha*: {found.message}")
-    return float(found.x[-1]) / size if moves else np.inf
+    if optimum.status != 0 or optimum.x is None:
+        raise SolverError(f"{vehicle.name}: HiGHS gave up on alpha*: {optimum.message}")
+    return float(optimum.x[-1]) / size if moves else np.inf

@@ -1,8 +1,8 @@
 """How much a vehicle can do: the volume of what its thrusters reach, and of what a closed form reaches.
 
-Volumes are of sets of tau / row_lengths, so all axes count in newtons and a failure, which leaves
-T as it is, leaves the unit as it is: shares of two volumes of one vehicle mean the same whatever
-the axes. A set that has extent in r < k directions only is measured in those, [N^r].
+Volumes are those of sets of tau / row_lengths, so all axes count in newtons. A failure leaves T, and
+with it the unit, as it is, so the ratio of two volumes of one vehicle does not depend on the units of
+its axes. A set that has extent in r < k directions only is measured in those r, [N^r].
 """
 
 from dataclasses import dataclass
@@ -23,18 +23,19 @@ def attainable_volume(vehicle: Vehicle) -> float:
 
     A zonotope is tiled by the parallelepipeds of its generators: the sum over all r-subsets of
     |det| of the columns times the widths f_max - f_min (Shephard 1974, "Combinatorial properties of
-    associated zonotopes"). Raises NotApplicable beyond TILES of them.
+    associated zonotopes"). Raises NotApplicable for more than TILES parallelepipeds.
     """
     return float(_tiles(vehicle).volumes.sum())
 
 
 def uniform_demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
-    """n demands (n, k) [N, N m] uniform over the attainable set, none thrown away.
+    """n demands (n, k) [N, N m] uniform over the attainable set, drawn without rejection.
 
-    A tile is drawn by its volume, a point in it uniformly. Which corner of the other generators'
-    box a tile stands on follows from a random height for each generator: lifted by it, the lower
-    faces of the zonotope one dimension up are the tiles (Billera & Sturmfels 1992, "Fiber
-    polytopes"). Raises NotApplicable where the set is a single point, or has more than TILES.
+    A tile is drawn with a probability proportional to its volume, a point in it uniformly. The tiles are
+    the lower faces of a zonotope one dimension up, which lifts each generator by a random height
+    (Billera & Sturmfels 1992, "Fiber polytopes"); so the heights say on which corner of the other
+    generators' box a tile stands. Raises NotApplicable where the set is a single point, or has more
+    than TILES.
     """
     tiles = _tiles(vehicle)
     if not tiles.volumes.size:
@@ -58,7 +59,7 @@ def uniform_demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> Float
 def closed_form_volume(vehicle: Vehicle) -> float:
     """Volume of {tau : f_min <= T* tau <= f_max}, tau = T P f: what eq. 8 serves inside the limits [N^r].
 
-    The vertices of that polytope come from Qhull, the volume from their hull. 0 where no demand fits.
+    The vertices of that polytope come from Qhull, the volume from their hull. It is 0 where no demand fits.
     Raises SolverError where Qhull gives up, as on a polytope that is nearly flat.
     """
     from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
@@ -89,11 +90,11 @@ def closed_form_volume(vehicle: Vehicle) -> float:
 
 
 def safe_share(vehicle: Vehicle) -> float:
-    """How small demands must be for limits never to act: the paper's premise for eq. 6, as a number.
+    """Largest s <= 1 for which the closed form (eq. 8) meets s tau inside the limits for all attainable tau.
 
-    The largest s for which s tau is met by f = T* tau inside the limits whatever attainable tau is:
-    by the support of the attainable set along each row of T*, min over thrusters of f_max_i over
-    max_f (T* T P f)_i, and the same below. At most 1; 0 where the limits do not let f be 0.
+    It puts the paper's premise for eq. 6, demands so small that limits never act, into a number. By the
+    support of the attainable set along each row of T*, s is the minimum over thrusters of f_max_i over
+    max_f (T* T P f)_i and of f_min_i over min_f (T* T P f)_i. It is 0 where the limits exclude f = 0.
     """
     M = generalized_inverse(vehicle) @ vehicle.TP
     ends = np.stack([M * vehicle.f_min, M * vehicle.f_max])
@@ -109,10 +110,10 @@ def safe_share(vehicle: Vehicle) -> float:
 
 
 def worst_fault(vehicle: Vehicle, keep_rank: bool = False) -> int:
-    """Index of the working thruster whose loss leaves least: the lowest rank, then the least volume.
+    """Index of the working thruster whose loss leaves the lowest rank, and among those the least volume.
 
-    With ``keep_rank``, out of those whose loss costs no rank, if there are any. Raises NotApplicable
-    where only one thruster works, or what is left has more than TILES.
+    ``keep_rank`` leaves out thrusters whose loss costs rank, if there are others. Raises NotApplicable
+    where only one thruster works, or the vehicle that is left has more than TILES.
     """
     if len(vehicle.working) < 2:
         raise NotApplicable(f"{vehicle.name}: one thruster works; with none left there is no vehicle")
@@ -120,21 +121,24 @@ def worst_fault(vehicle: Vehicle, keep_rank: bool = False) -> int:
     if keep_rank and any(v.rank == vehicle.rank for v in left.values()):
         left = {i: v for i, v in left.items() if v.rank == vehicle.rank}
     volumes = {i: attainable_volume(v) for i, v in left.items()}
-    # Alike thrusters leave alike volumes up to rounding; of those the first is taken.
+    # Volumes that differ by rounding only, as symmetric thrusters leave, count as equal: the first wins.
     largest = max(volumes.values()) or 1.0
     return min(left, key=lambda i: (left[i].rank, round(volumes[i] / largest, 9)))
 
 
 TILES = 50_000
-"""Most tiles that are looked at, within a second: 20 thrusters in 6 DOF have 38,760."""
+"""Most tiles that are enumerated, within a second: 20 thrusters in 6 DOF have 38,760."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Tiles:
     """The parallelepipeds of a zonotope, flat ones left out.
 
-    coordinates (r, m): the generators in an orthonormal basis [N]. members (M, r): which span each
-    tile. volumes (M,) [N^r].
+    Attributes
+    ----------
+    coordinates : (r, m) the generators in an orthonormal basis [N]
+    members : (M, r) indices of the generators that span each tile
+    volumes : (M,) volume of each tile [N^r]
     """
 
     coordinates: FloatArray
@@ -167,13 +171,13 @@ def _center(A: FloatArray, b: FloatArray) -> tuple[FloatArray, float]:
 
     r = A.shape[1]
     lengths = np.linalg.norm(A, axis=1)
-    found = linprog(
+    optimum = linprog(
         np.append(np.zeros(r), -1.0),
         A_ub=np.column_stack([A, lengths]),
         b_ub=b,
         bounds=[(None, None)] * (r + 1),
         method="highs",
     )
-    if found.x is None:
+    if optimum.x is None:
         return np.zeros(r), -1.0
-    return found.x[:-1], float(found.x[-1])
+    return optimum.x[:-1], float(optimum.x[-1])

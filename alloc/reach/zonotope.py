@@ -2,7 +2,7 @@
 
 A linear image of a box is a zonotope (McMullen 1971; for allocation Durham 1994, "Attainable
 moments for the constrained control allocation problem"). Each facet is spanned by r - 1 of its
-generators, so the normals of all (r - 1)-subsets hold every facet there is.
+generators, so the normals of all (r - 1)-subsets include that of every facet.
 """
 
 from dataclasses import dataclass
@@ -19,19 +19,20 @@ ROUNDING = 1e-12
 the 1e-5 that separates the tightest demands from the boundary."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Zonotope:
     """The wrenches tau with facets (tau / scale) <= support.
 
     Attributes
     ----------
     facets : (M, k) unit outward normals in scaled wrench; a direction in which the set has no extent
-        stands there as two facing each other
-    support : (M,) how far the set reaches along each
-    tolerance : (M,) a unit direction within it of a facet's plane is parallel to it: rounding, or for
-        directions without extent the tolerance of a rank
-    scale : (k,) wrench of one unit [N, N m]
-    center, generators : (k,), (k, m) the set is center + generators [-1, 1]^m [N, N m]
+        contributes two opposite normals
+    support : (M,) how far the set reaches along each normal
+    tolerance : (M,) largest |c't| at which a unit direction t counts as parallel to the facet with
+        normal c: rounding, or the tolerance of a rank for directions without extent
+    scale : (k,) the vehicle's ``wrench_scale`` [N, N m]
+    center : (k,) centre of the set [N, N m]
+    generators : (k, m) the set is center + generators [-1, 1]^m [N, N m]
     dimension : number of independent directions in which the set has extent
     """
 
@@ -44,12 +45,12 @@ class Zonotope:
     dimension: int
 
 
-@lru_cache(maxsize=64)  # a vehicle is frozen, and the facets of one are asked for by every demand set
+@lru_cache(maxsize=64)  # every demand set on a vehicle asks for its facets
 def zonotope(vehicle: Vehicle) -> Zonotope:
     """Facets of the attainable set of this vehicle, its limits and its faults.
 
     Exact: support(c) = sum over thrusters of max(c'T_i f_min_i, c'T_i f_max_i) for every normal c. A
-    normal of generators that lie nearly in fewer dimensions is no facet, but its inequality holds too.
+    normal to generators that nearly lie in fewer dimensions belongs to no facet; its inequality holds too.
     """
     scale = vehicle.wrench_scale
     center = vehicle.TP @ (vehicle.f_min + vehicle.f_max) / 2
@@ -81,7 +82,7 @@ def _normals(generators: FloatArray) -> FloatArray:
     if r == 0:
         return np.zeros((0, 0))
     lengths = np.linalg.norm(generators, axis=0)
-    # A thruster all but off, pushing where the set counts as flat, has length 0 in the r dimensions.
+    # A thruster that is nearly off and pushes where the set counts as flat has length 0 in the r dimensions.
     unit = generators[:, lengths > 0] / lengths[lengths > 0]
     chosen = list(combinations(range(unit.shape[1]), r - 1))
     subsets = np.array(chosen, dtype=np.intp).reshape(len(chosen), r - 1)
@@ -90,7 +91,7 @@ def _normals(generators: FloatArray) -> FloatArray:
     normals = Vt[proper, -1]
     leading = np.take_along_axis(normals, np.argmax(np.abs(normals) > ROUNDING, axis=1)[:, None], axis=1)
     normals = normals * np.sign(leading)
-    # 9 decimals tell facets apart; a pair that differs by less has the same support up to rounding.
+    # Nine decimals tell facets apart; normals that differ by less have equal support up to rounding.
     _, first = np.unique(normals.round(9), axis=0, return_index=True)
     distinct: FloatArray = normals[first]
     return distinct

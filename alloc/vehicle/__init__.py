@@ -1,4 +1,4 @@
-"""A vehicle: its numbers (``model``), the geometry they come from, and the files that hold them."""
+"""A vehicle: its numbers (``model``), their ``geometry``, and the files that hold them."""
 
 from alloc.vehicle.model import LARGEST, RANK_TOLERANCE, Vehicle
 

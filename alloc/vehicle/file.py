@@ -1,17 +1,13 @@
-"""Vehicle files: YAML in, ``Vehicle`` out."""
+"""The keys of a vehicle file, and the ``Vehicle`` that they describe."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from importlib import resources
-from pathlib import Path
 from typing import Literal
 
 import msgspec
 import numpy as np
 
 from alloc.allocation import FloatArray
-from alloc.errors import UnknownName, VehicleError
-from alloc.files.yaml_tree import YamlTree, read_yaml
+from alloc.errors import VehicleError
 from alloc.vehicle import Vehicle
 from alloc.vehicle.geometry import DOF, contradictions, from_flu, planar_matrix, pose_matrix
 
@@ -20,11 +16,18 @@ SLACK_WEIGHT = 2000.0
 """Default diagonal of Q, relative to H = I: the value vortex-auv ships (auv_setup, nautilus.yaml)."""
 
 LONGEST_NAME = 60
-"""A name stands in tables, messages and file names."""
+"""Most characters of a name, since it stands in tables, messages and file names."""
 
 
 class Planar(msgspec.Struct, forbid_unknown_fields=True):
-    """Thrusters in the horizontal plane, as eq. 3 takes them."""
+    """Thrusters in the horizontal plane, as eq. 3 takes them.
+
+    Attributes
+    ----------
+    alpha_deg : direction of each thrust from the longitudinal axis [deg]
+    d : distance of each thruster from the centre of gravity [m]
+    phi_deg : direction from the centre of gravity to each thruster [deg]
+    """
 
     alpha_deg: Numbers
     d: Numbers
@@ -32,7 +35,14 @@ class Planar(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class Thruster(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
-    """One thruster at a pose: position [m], direction (unit vector) [-]."""
+    """One thruster at a pose.
+
+    Attributes
+    ----------
+    position : where the thruster sits [m]
+    direction : unit vector along which positive thrust pushes the vehicle [-]
+    name : label for the reader of the file
+    """
 
     position: tuple[float, float, float]
     direction: tuple[float, float, float]
@@ -40,7 +50,25 @@ class Thruster(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
 
 
 class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
-    """The keys of a vehicle file. T or poses (planar, thrusters) give the geometry; both must then agree."""
+    """The keys of a vehicle file. T, poses (planar or thrusters), or both in agreement give the geometry.
+
+    Attributes
+    ----------
+    name : label in tables
+    dof : controlled degrees of freedom, the rows of T
+    f_min, f_max : limits, one number for all thrusters or one for each [N]
+    source : where the numbers come from
+    planar : poses in the horizontal plane
+    T : rows of the (k, n) configuration matrix; force rows [-], moment rows [m]
+    thrusters : poses in space
+    frame : frd for x forward, y starboard, z down; flu for x forward, y left, z up
+    center_of_mass : point about which the moments of ``thrusters`` are taken [m]
+    weights : diagonal of H; a file gives this or H [1/N^2]
+    H : rows of the (n, n) matrix of eq. 4 [1/N^2]
+    slack_weights : (k,) diagonal of Q for the soft formulation
+    rank : intended rank of T where it is below k
+    notes : remarks, such as what an import assumed
+    """
 
     name: str
     dof: list[Literal["surge", "sway", "heave", "roll", "pitch", "yaw"]]
@@ -57,63 +85,6 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     slack_weights: Numbers | None = None
     rank: int | None = None
     notes: list[str] = []
-
-
-@dataclass(frozen=True)
-class Document:
-    """A vehicle file as read: the checked keys, and the tree that knows each one's line."""
-
-    keys: VehicleFile
-    tree: YamlTree
-
-    def located(self, error: VehicleError) -> VehicleError:
-        """The same error with file and line in front."""
-        line = self.tree.lines.get(error.key)
-        place = f"{self.tree.path}: line {line}" if line else str(self.tree.path)
-        return VehicleError(f"{place}: {error}", error.key)
-
-
-def list_vehicles() -> tuple[str, ...]:
-    """Names of the shipped vehicles, sorted."""
-    folder = resources.files("alloc") / "vehicles"
-    return tuple(sorted(f.name.removesuffix(".yaml") for f in folder.iterdir() if f.name.endswith(".yaml")))
-
-
-def load_vehicle(name: str | Path) -> Vehicle:
-    """A shipped vehicle by name, or any vehicle by the path of its YAML file.
-
-    Raises UnknownName if there is neither, FileError for what is no readable YAML, VehicleError
-    (file, line, key, remedy) for what the file says.
-    """
-    document = read_document(find_file(name))
-    try:
-        return build_vehicle(document.keys)
-    except VehicleError as error:
-        raise document.located(error) from None
-
-
-def find_file(name: str | Path) -> Path:
-    """The file behind a shipped name or a path; raises UnknownName."""
-    text = str(name)
-    if text in list_vehicles():
-        return Path(str(resources.files("alloc") / "vehicles" / f"{text}.yaml"))
-    path = Path(text)
-    if path.suffix in (".yaml", ".yml") or "/" in text or _exists(path):
-        return path
-    raise UnknownName(
-        f"no vehicle '{text}'; shipped ones are {', '.join(list_vehicles())}, or give a path to a .yaml file"
-    )
-
-
-def read_document(path: Path) -> Document:
-    """Read one vehicle file and check its form; raises FileError or VehicleError."""
-    tree = read_yaml(path)
-    if not isinstance(tree.data, dict):
-        raise VehicleError(f"{path}: holds no keys; start with 'name:', 'dof:' and a geometry")
-    try:
-        return Document(msgspec.convert(tree.data, VehicleFile), tree)
-    except msgspec.ValidationError as error:
-        raise VehicleError(f"{path}: {_explain(str(error), tree)}") from None
 
 
 def build_vehicle(keys: VehicleFile) -> Vehicle:
@@ -134,21 +105,21 @@ def build_vehicle(keys: VehicleFile) -> Vehicle:
 
 
 def matrices(keys: VehicleFile) -> tuple[FloatArray, FloatArray | None]:
-    """T (k, n), z down; and, where the file gives poses beside a T, the T that those make."""
+    """T (k, n), z down; and the T that the poses make where the file gives T and poses, else None."""
     if keys.planar is not None and keys.thrusters is not None:
         raise VehicleError("planar and thrusters both give poses; keep one of them", "planar")
-    found = []
+    geometries = []
     if keys.T is not None:
-        found.append(_rectangular("T", keys.T))
+        geometries.append(_rectangular("T", keys.T))
         if len(keys.T) != len(keys.dof):
             raise VehicleError(f"T: has {len(keys.T)} rows; give {len(keys.dof)}, one a DOF in 'dof'", "T")
     if keys.planar is not None:
-        found.append(_planar(keys.planar, keys.dof))
+        geometries.append(_from_planar(keys.planar, keys.dof))
     if keys.thrusters is not None:
-        found.append(_posed(keys.thrusters, keys.center_of_mass, keys.dof))
+        geometries.append(_from_poses(keys.thrusters, keys.center_of_mass, keys.dof))
     if keys.frame == "flu":
-        found = [from_flu(T, keys.dof) for T in found]
-    match found:
+        geometries = [from_flu(T, keys.dof) for T in geometries]
+    match geometries:
         case []:
             raise VehicleError("no geometry; give thrusters, planar or T")
         case [T]:
@@ -156,12 +127,13 @@ def matrices(keys: VehicleFile) -> tuple[FloatArray, FloatArray | None]:
         case [T, computed] if T.shape == computed.shape:
             return T, computed
     raise VehicleError(
-        f"T: has {found[0].shape[1]} columns, but the poses are of {found[1].shape[1]} thrusters", "T"
+        f"T: has {geometries[0].shape[1]} columns, but the poses are of {geometries[1].shape[1]} thrusters",
+        "T",
     )
 
 
 def vehicle_with(keys: VehicleFile, T: FloatArray) -> Vehicle:
-    """The Vehicle of a file's keys with this T (k, n), whatever its rank; raises VehicleError."""
+    """The Vehicle of a file's keys with T (k, n) of any rank; raises VehicleError."""
     k, n = T.shape
     if not 0 < len(keys.name) <= LONGEST_NAME or not keys.name.isprintable() or "/" in keys.name:
         raise VehicleError(f"name: give 1 to {LONGEST_NAME} printable characters without '/'", "name")
@@ -185,20 +157,22 @@ def vehicle_with(keys: VehicleFile, T: FloatArray) -> Vehicle:
     )
 
 
-def _planar(planar: Planar, dof: Sequence[str]) -> FloatArray:
+def _from_planar(planar: Planar, dof: Sequence[str]) -> FloatArray:
     if not len(planar.alpha_deg) == len(planar.d) == len(planar.phi_deg) > 0:
         raise VehicleError(
             "planar: alpha_deg, d and phi_deg must be equally long, one entry a thruster", "planar"
         )
     rows = {"surge": 0, "sway": 1, "yaw": 2}
-    beyond = [axis for axis in dof if axis not in rows]
-    if beyond:
-        raise VehicleError(f"dof: planar thrusters move surge, sway and yaw only, not {beyond[0]}", "dof")
+    unmoved = [axis for axis in dof if axis not in rows]
+    if unmoved:
+        raise VehicleError(f"dof: planar thrusters move surge, sway and yaw only, not {unmoved[0]}", "dof")
     T = planar_matrix(np.array(planar.alpha_deg), np.array(planar.d), np.array(planar.phi_deg))
     return T[[rows[axis] for axis in dof]]
 
 
-def _posed(thrusters: list[Thruster], center: tuple[float, float, float], dof: Sequence[str]) -> FloatArray:
+def _from_poses(
+    thrusters: list[Thruster], center: tuple[float, float, float], dof: Sequence[str]
+) -> FloatArray:
     if not thrusters:
         raise VehicleError("thrusters: the list is empty; give one entry a thruster", "thrusters")
     directions = np.array([t.direction for t in thrusters])
@@ -206,8 +180,8 @@ def _posed(thrusters: list[Thruster], center: tuple[float, float, float], dof: S
     i = int(np.argmax(np.abs(lengths - 1)))
     if abs(lengths[i] - 1) > 1e-3:  # published unit vectors carry three digits or more
         key = f"thrusters[{i}].direction"
-        unit = directions[i] / lengths[i] if 0 < lengths[i] < np.inf else np.eye(3)[0]
-        entries = ", ".join(f"{entry:.4g}" for entry in unit)
+        unit_vector = directions[i] / lengths[i] if 0 < lengths[i] < np.inf else np.eye(3)[0]
+        entries = ", ".join(f"{entry:.4g}" for entry in unit_vector)
         raise VehicleError(f"{key} has length {lengths[i]:.4g}; give a unit vector, as [{entries}]", key)
     T = pose_matrix(np.array([t.position for t in thrusters]), directions, np.array(center))
     return T[[DOF.index(axis) for axis in dof]]
@@ -223,32 +197,3 @@ def _rectangular(key: str, rows: list[Numbers]) -> FloatArray:
 
 def _per_thruster(value: float | Numbers, n: int) -> FloatArray:
     return np.full(n, value, dtype=np.float64) if isinstance(value, (int, float)) else np.array(value)
-
-
-def _exists(path: Path) -> bool:
-    try:
-        return path.exists()
-    except (OSError, ValueError):  # too long for a file name, or holding a zero byte
-        return False
-
-
-def _explain(message: str, tree: YamlTree) -> str:
-    # msgspec writes "… - at `$.f_min[2]`"; put the line of that entry in front.
-    what, _, where = message.partition(" - at `$")
-    key = where.rstrip("`").lstrip(".")
-    if "unknown field" in what:
-        key = f"{key}.{what.split('`')[1]}".lstrip(".")
-    line = tree.line(key) if key else None
-    said = f"{key}: {what}" if key else what
-    short = "".join(c if c.isprintable() else " " for c in said)[:90]  # a key may be any text
-    return f"{f'line {line}: ' if line else ''}{short}; {_remedy(what, key)}"
-
-
-def _remedy(what: str, key: str) -> str:
-    place = key.partition("[")[0].partition(".")[0]
-    if "field" in what:
-        keys = {"planar": Planar, "thrusters": Thruster}.get(place, VehicleFile).__struct_fields__
-        return f"the keys are {', '.join(keys)}"
-    if "enum" in what:
-        return f"give one of {', '.join(DOF if place == 'dof' else ('frd', 'flu'))}"
-    return "docs/your-vehicle.md shows the form"

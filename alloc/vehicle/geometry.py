@@ -61,8 +61,8 @@ def pose_matrix(
 def from_flu(T: ArrayLike, dof: Sequence[str]) -> FloatArray:
     """T in x forward, y left, z up (ROS) turned into x forward, y starboard, z down (Fossen).
 
-    Half a turn about x: what points along y or z, force or moment, changes sign. ``dof`` names the
-    rows of T (k, n). The same turn leads back.
+    The axes turn by 180 degrees about x: forces and moments along y or z change sign. ``dof`` names
+    the rows of T (k, n). Turning twice gives T again.
     """
     signs = np.array([1.0 if axis in ("surge", "roll") else -1.0 for axis in dof])
     turned: FloatArray = signs[:, None] * np.asarray(T, dtype=float) + 0.0  # + 0.0 turns -0 into 0
@@ -70,15 +70,15 @@ def from_flu(T: ArrayLike, dof: Sequence[str]) -> FloatArray:
 
 
 def contradictions(given: FloatArray, computed: FloatArray, dof: Sequence[str]) -> list[str]:
-    """Where a T as written down differs from the T that the poses make, (k, n) each; one sentence a row.
+    """One sentence for each row in which a given T (k, n) differs from the T (k, n) that its poses make.
 
     Entries may differ by 1 % of the row's largest, since published matrices are printed to two or
-    three digits. A row whose sign is flipped, and a whole T in the other frame, are named as such.
+    three digits. A row with flipped sign and a T in the other frame have sentences of their own.
     """
     scale = np.abs(computed).max(axis=1).clip(min=np.abs(computed).max() * 1e-3)[:, None]
 
-    def differ(one: FloatArray, other: FloatArray) -> BoolArray:
-        wrong: BoolArray = np.abs(one - other) > 0.01 * scale
+    def differ(A: FloatArray, B: FloatArray) -> BoolArray:
+        wrong: BoolArray = np.abs(A - B) > 0.01 * scale
         return wrong
 
     wrong = differ(given, computed)

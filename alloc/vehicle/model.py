@@ -12,12 +12,12 @@ from alloc.errors import VehicleError
 from alloc.vehicle.geometry import DOF
 
 RANK_TOLERANCE = 1e-9
-"""Singular values below this count as zero, where rows of T have unit length and the largest of T lies
+"""Singular values of T below this count as zero, once its rows have unit length: the largest then lies
 between 1 and sqrt(k). Published geometry carries at most five digits, so a true zero stands near 1e-16
-and the smallest real ones near 1e-2."""
+and the smallest real singular values near 1e-2."""
 
 LARGEST, SMALLEST = 1e15, 1e-9
-"""No size on either side of these is a vehicle's [N, m]; between them no product over- or underflows."""
+"""Bounds on the sizes in a vehicle [N, m]; between them no product over- or underflows."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,11 +30,11 @@ class Vehicle:
     dof : controlled degrees of freedom, the rows of T, out of ``alloc.vehicle.geometry.DOF``
     T : (k, n) configuration matrix; force rows [-], moment rows [m]
     H : (n, n) symmetric positive definite weight of eq. 4 [1/N^2]
-    f_min, f_max : (n,) limits of each thruster, 0 for one that is off [N]
-    readiness : (n,) diagonal of P: 1 ready, 0 off, between them a weakened thruster [-]
+    f_min, f_max : (n,) limits of each thruster, 0 where it is off [N]
+    readiness : (n,) diagonal of P: 1 ready, 0 off, between them weakened [-]
     slack_weights : (k,) diagonal of Q for the soft formulation
     source : where the numbers come from
-    whole : name of the vehicle without its faults; empty for one that has none
+    whole : name of the vehicle without its faults; empty for a vehicle without any
     """
 
     name: str
@@ -49,7 +49,7 @@ class Vehicle:
     whole: str = ""
 
     def __post_init__(self) -> None:
-        """Freeze private copies of the arrays; raise VehicleError for what can't be a vehicle."""
+        """Freeze private copies of the arrays; raise VehicleError where they describe no vehicle."""
         for key in ("T", "H", "f_min", "f_max", "readiness", "slack_weights"):
             try:
                 array = real(np.asarray(getattr(self, key)))
@@ -77,7 +77,7 @@ class Vehicle:
 
     @property
     def n(self) -> int:
-        """Number of thrusters, the ones that are off included."""
+        """Number of thrusters, those that are off included."""
         return len(self.f_min)
 
     @cached_property
@@ -94,7 +94,7 @@ class Vehicle:
     def rank(self) -> int:
         """Rank of T P: how many independent directions the working thrusters can push.
 
-        0 where they push nothing, or by rounding only, as a lateral thruster pushes along surge.
+        It is 0 where they push nothing but rounding, as a lateral thruster does along surge.
         """
         sigma = np.linalg.svd(self.TP / self.row_lengths[:, None], compute_uv=False)
         return int(np.count_nonzero(sigma > RANK_TOLERANCE))
@@ -118,8 +118,8 @@ class Vehicle:
     def row_lengths(self) -> FloatArray:
         """(k,) length of each row of T: dividing by it makes newtons and newton metres alike.
 
-        A row that no thruster moves (0, or rounding such as cos 90 deg) counts as the longest row,
-        so that it can still be divided by, and stays the zero it is.
+        A row that no thruster moves (0, or rounding such as cos 90 deg) gets the length of the longest
+        row, so that the quotient is defined and the row stays zero.
         """
         lengths = np.linalg.norm(self.T, axis=1)
         longest = lengths.max()
@@ -130,14 +130,14 @@ class Vehicle:
     def wrench_scale(self) -> FloatArray:
         """(k,) size of a wrench on each axis [N, N m]: ``row_lengths`` times ``f_scale``.
 
-        Wrench tolerances are relative to it, so they mean the same on a 20 N and a 600 kN vehicle.
+        Wrench tolerances are relative to this scale, so they mean the same on a 20 N and a 600 kN vehicle.
         """
         return self.row_lengths * self.f_scale
 
     def with_fault(self, thruster: int, readiness: float = 0.0) -> "Vehicle":
         """This vehicle with one thruster off, or weakened: p_ii = ``readiness`` (eq. 2).
 
-        A thruster that is off has f_i = 0 and limits of 0; off already, it leaves the vehicle as it is.
+        A thruster that is off has f_i = 0 and limits of 0; switching it off again changes nothing.
         Raises VehicleError for an index outside 0 … n - 1, a readiness outside [0, 1], and for readiness
         above 0 of a thruster that is off, whose limits are no longer known.
         """
@@ -171,10 +171,10 @@ def _check_shapes(vehicle: Vehicle) -> None:
     k, n = vehicle.T.shape
     shapes = {"H": (n, n), "f_min": (n,), "f_max": (n,), "readiness": (n,), "slack_weights": (k,)}
     for key, shape in shapes.items():
-        found = getattr(vehicle, key).shape
-        if found != shape:
+        actual = getattr(vehicle, key).shape
+        if actual != shape:
             raise VehicleError(
-                f"{name}: {key} has shape {found}; {n} thrusters and {k} DOF need {shape}", key
+                f"{name}: {key} has shape {actual}; {n} thrusters and {k} DOF need {shape}", key
             )
 
 
@@ -194,8 +194,8 @@ def _check_values(vehicle: Vehicle) -> None:
             f"{name}: f_min and f_max are all 0; give what the thrusters can push [N]", "f_max"
         )
     sizes = np.linalg.eigvalsh(H)
-    # |H_ij| <= sqrt(H_ii H_jj): beside that an H worked out in floats is symmetric but for rounding. An
-    # eigenvalue 1e-12 of the largest is no more than rounding away from zero in T H^-1 T'.
+    # Asymmetry is relative to sqrt(H_ii H_jj), the bound of |H_ij|, so that rounding in H passes. An
+    # eigenvalue 1e-12 of the largest can't be told from zero in T H^-1 T' because of rounding.
     diagonal = np.sqrt(np.abs(np.diag(H)))
     lopsided = (np.abs(H - H.T) > 1e-12 * np.outer(diagonal, diagonal)).any()
     if lopsided or sizes.min() <= 1e-12 * sizes.max():

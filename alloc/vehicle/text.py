@@ -1,4 +1,4 @@
-"""Vehicle files written: the keys of one as YAML that reads well and reads back the same."""
+"""Keys of a vehicle file written as YAML that is easy to read and reads back the same."""
 
 import json
 import re
@@ -9,7 +9,7 @@ import msgspec
 from alloc.vehicle.file import VehicleFile
 
 _PLAIN = re.compile(r"[A-Za-z][\w.,/@()+-]*( [\w.,/@()+-]+)*")
-_WORDS = {"null", "true", "false", "yes", "no", "on", "off", "y", "n"}  # not text, to one YAML or another
+_WORDS = {"null", "true", "false", "yes", "no", "on", "off", "y", "n"}  # no text in some version of YAML
 
 
 def to_yaml(keys: VehicleFile) -> str:

@@ -1,4 +1,4 @@
-"""A method of your own, from a file anywhere."""
+"""Plug-ins: methods from files outside of the tree."""
 
 from pathlib import Path
 

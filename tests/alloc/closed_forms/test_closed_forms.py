@@ -1,8 +1,7 @@
-"""The closed forms (eq. 6-28, Appendix A), each against a second way to the same f."""
+"""The closed forms (eq. 6-17) against second ways to f, and what they do where rank or digits are lost."""
 
 from dataclasses import replace
 from fractions import Fraction
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,46 +12,18 @@ from hypothesis.extra.numpy import arrays
 
 from alloc import WRENCH_TOLERANCE, NotApplicable, Status, Vehicle, build, load_vehicle
 from alloc.allocation import FloatArray
-from alloc.closed_forms import svd, walsh
+from alloc.closed_forms import svd
+from tests.closed_form_cases import AGREE, answer, assert_same, by_lagrange, vehicle_of
 
 CLOSED = ("pinv", "svd", "walsh")
-AGREE = 1e-9
-"""What closed forms promise, relative to the largest |f|: rounding times cond(T), below 1e3 here."""
-
-
-def vehicle_of(T: FloatArray, H: FloatArray | None = None) -> Vehicle:
-    k, n = T.shape
-    dof = ("surge", "sway", "heave", "roll", "pitch", "yaw")[:k]
-    limit = np.full(n, 100.0)
-    return Vehicle("random", dof, T, np.eye(n) if H is None else H, -limit, limit, np.ones(n), np.ones(k))
-
-
-def by_lagrange(vehicle: Vehicle, tau: FloatArray) -> FloatArray:
-    """f from the KKT system of eq. 6-7, solved as it stands over the thrusters that work."""
-    on = vehicle.working
-    T, H, m = vehicle.TP[:, on], vehicle.H[np.ix_(on, on)], len(on)
-    kkt = np.block([[H, T.T], [T, np.zeros((vehicle.k, vehicle.k))]])
-    f = np.zeros(vehicle.n)
-    f[on] = np.linalg.solve(kkt, np.concatenate([np.zeros(m), tau]))[:m]
-    return f
-
-
-def answer(method: str, vehicle: Vehicle, tau: FloatArray) -> FloatArray:
-    f, status, _, _ = build(method, vehicle)(tau)
-    assert status is Status.SOLVED
-    return f
-
-
-def assert_same(f: FloatArray, expected: FloatArray) -> None:
-    np.testing.assert_allclose(f, expected, rtol=0, atol=AGREE * max(1.0, np.abs(expected).max()))
 
 
 @st.composite
 def problems(draw: st.DrawFn) -> tuple[Vehicle, FloatArray]:
-    """A vehicle with any T and any H, now and then with a thruster off or weakened, and a demand."""
+    """A vehicle with any T and any H, in some cases with a thruster off or weakened, and a demand."""
     k = draw(st.integers(1, 6))
     n = draw(st.integers(k + 1, 9))
-    entries = st.floats(-1, 1).map(lambda x: round(x, 3))  # as published geometry has it
+    entries = st.floats(-1, 1).map(lambda x: round(x, 3))  # published geometry has as many digits
     T = draw(arrays(float, (k, n), elements=entries))
     B = draw(arrays(float, (n, n), elements=entries))
     assume(T.any())
@@ -93,7 +64,7 @@ def test_pinv_is_scipy_s_pseudoinverse_where_h_is_the_identity(vehicle: Vehicle)
         assert_same(np.array(columns).T, expected)
 
 
-def test_equation_9_as_printed_gives_the_same_f(vehicle: Vehicle, rng: np.random.Generator) -> None:
+def test_equation_9_as_printed_gives_f_of_pinv_and_svd(vehicle: Vehicle, rng: np.random.Generator) -> None:
     H = np.diag(rng.uniform(0.5, 2, vehicle.n))
     weighted = replace(vehicle, H=H)
     T, H_inv = vehicle.T, np.linalg.inv(H)
@@ -131,8 +102,10 @@ def test_a_lost_rank_gives_the_nearest_wrench_and_says_so(method: str) -> None:
 
 
 @pytest.mark.parametrize("method", ["pinv", "svd"])
-def test_a_whole_vehicle_without_full_rank_is_served_as_far_as_it_goes(method: str) -> None:
-    """Three columns of which the third is the sum of the others, so that no rounding hides the lost rank."""
+def test_a_vehicle_of_lower_rank_without_faults_is_solved_where_it_meets_the_wrench(
+    method: str,
+) -> None:
+    """The third of three columns is the sum of the others, so that no rounding hides the lost rank."""
     columns = np.array([[0.3, -0.7, 1.1], [0.9, 0.2, -0.4], [1.2, -0.5, 0.7]])
     vehicle = vehicle_of(columns.T)
     assert vehicle.rank == 2
@@ -154,82 +127,6 @@ def test_svd_returns_the_factors_of_equation_11(vehicle: Vehicle, rng: np.random
     np.testing.assert_allclose((U @ S @ V.T @ L.T) / rows[:, None], vehicle.T, atol=1e-12 * vehicle.f_scale)
 
 
-@pytest.mark.parametrize("n", [1, 2, 4, 8, 16, 64])
-def test_a_walsh_matrix_is_symmetric_orthogonal_and_in_dyadic_order(n: int) -> None:
-    W = walsh.walsh_matrix(n)
-    np.testing.assert_array_equal(W, W.T)
-    np.testing.assert_array_equal(W @ W, n * np.eye(n))
-    # Dyadic order: row i changes sign with the Rademacher functions of the bits of i, lowest bit slowest.
-    bits = n.bit_length() - 1
-    for i in range(n):
-        for x in range(n):
-            crossings = sum((i >> b & 1) * (x >> (bits - 1 - b) & 1) for b in range(bits))
-            assert W[i, x] == (-1) ** crossings
-    natural = scipy.linalg.hadamard(n)
-    assert {tuple(row) for row in W} == {tuple(row) for row in natural}
-
-
-@pytest.mark.parametrize("n", [0, -4, 3, 6, 12])
-def test_no_walsh_matrix_has_such_a_size(n: int) -> None:
-    with pytest.raises(NotApplicable, match="power of two"):
-        walsh.walsh_matrix(n)
-
-
-@given(
-    alpha=st.floats(5, 85),
-    arm=st.floats(0.01, 100) | st.floats(-100, -0.01),
-    tau=arrays(float, 3, elements=st.floats(-1e3, 1e3)),
-    order=st.permutations(range(4)),
-    flipped=st.lists(st.booleans(), min_size=4, max_size=4),
-    off=st.none() | st.integers(0, 3),
-)
-def test_walsh_is_the_pseudoinverse_for_four_thrusters_in_any_order_and_sense(
-    alpha: float, arm: float, tau: FloatArray, order: list[int], flipped: list[bool], off: int | None
-) -> None:
-    t = np.array([np.cos(np.radians(alpha)), np.sin(np.radians(alpha)), arm])
-    T = t[:, None] * np.array([[1, 1, -1, -1], [1, -1, 1, -1], [1, -1, -1, 1.0]])
-    vehicle = vehicle_of(T[:, order] * np.where(flipped, -1, 1))
-    if off is not None:
-        vehicle = vehicle.with_fault(off)
-    f = answer("walsh", vehicle, tau)
-    assert_same(f, scipy.linalg.pinv(vehicle.TP) @ tau)
-
-
-def test_walsh_covers_eight_thrusters_that_are_rows_of_w8(rng: np.random.Generator) -> None:
-    Q = np.diag([0.9, 0.4, 0.4, 2.0, 3.0, 0.5])
-    vehicle = vehicle_of(Q @ walsh.walsh_matrix(8)[2:])
-    for case in (vehicle, vehicle.with_fault(5)):
-        tau = case.TP @ rng.uniform(-10, 10, 8)
-        assert_same(answer("walsh", case, tau), by_lagrange(case, tau))
-
-
-@pytest.mark.parametrize(
-    ("spoil", "premise"),
-    [
-        (lambda v: replace(v, H=np.diag([1, 1, 1, 2.0])), "multiple of the identity"),
-        (lambda v: v.with_fault(1, 0.5), "thruster 1 is weakened"),
-        (lambda v: replace(v, T=v.T * [1, 1, 1, 1.01]), "not \\+-equal"),
-        (lambda v: replace(v, T=np.vstack([v.T[:2], np.zeros(4)])), "no thruster moves yaw"),
-        (lambda v: replace(v, T=v.T[[0, 1, 0]]), "surge and yaw of T are not orthogonal"),
-        (lambda v: vehicle_of(np.array([[1.0, 1, 1], [1, -1, 0]])), "3 thrusters move surge"),
-    ],
-)
-def test_walsh_refuses_and_names_the_premise_that_fails(spoil, premise: str) -> None:  # type: ignore[no-untyped-def]
-    with pytest.raises(NotApplicable, match=premise):
-        build("walsh", spoil(load_vehicle("ukwial")))
-
-
-def test_walsh_covers_the_vehicles_whose_fours_look_like_the_paper_s() -> None:
-    covered = {"ukwial", "bluerov2-heavy", "subjugator8"}
-    for path in (Path(walsh.__file__).parents[1] / "vehicles").glob("*.yaml"):
-        vehicle = load_vehicle(path)
-        if vehicle.name in covered:
-            build("walsh", vehicle)
-        elif vehicle.name in {"bluerov2", "nautilus", "supply-vessel"}:
-            with pytest.raises(NotApplicable):
-                build("walsh", vehicle)
-
-
 @pytest.mark.parametrize("method", ["svd", "walsh"])
 def test_closed_forms_agree_on_the_nearest_wrench_where_rows_hold_different_numbers_of_thrusters(
     method: str,
@@ -243,7 +140,7 @@ def test_closed_forms_agree_on_the_nearest_wrench_where_rows_hold_different_numb
 
 
 @pytest.mark.parametrize("method", ["pinv", "svd"])
-def test_a_thruster_that_pushes_nothing_is_asked_for_nothing(method: str) -> None:
+def test_a_thruster_that_pushes_nothing_gets_no_thrust(method: str) -> None:
     H = np.array([[2.9155369, 0.31392192], [0.31392192, 0.62051478]])
     lost = vehicle_of(np.array([[-2.0, 0.0]]), H).with_fault(0)
     assert lost.rank == 0
@@ -253,12 +150,12 @@ def test_a_thruster_that_pushes_nothing_is_asked_for_nothing(method: str) -> Non
 
 
 SIDEWAYS = vehicle_of(np.array([[1.0, np.cos(np.pi / 2), 0.0], [0.0, 0.0, 1.0]]))
-"""Thruster 1 pushes across: along surge its cos 90 deg is 6e-17."""
+"""Thruster 1 pushes across, so that its entry along surge is cos 90 deg = 6e-17."""
 
 
 @pytest.mark.parametrize("method", ["pinv", "svd", "walsh", "clip", "redistribute", "nullspace", "scaled"])
-def test_what_only_rounding_pushes_is_lost_and_nobody_asks_rounding_for_it(method: str) -> None:
-    """After the failure 6e-17 is the largest entry of its row, and would be a direction beside itself."""
+def test_a_direction_that_only_rounding_pushes_is_lost_and_gets_no_thrust(method: str) -> None:
+    """After the failures 6e-17 is the largest entry of T P, and relative to itself would count for a rank."""
     lost = SIDEWAYS.with_fault(0).with_fault(2)
     assert lost.rank == 0
     f, status, _, _ = build(method, lost)([1.0, 0.0])
@@ -268,8 +165,8 @@ def test_what_only_rounding_pushes_is_lost_and_nobody_asks_rounding_for_it(metho
 
 @pytest.mark.parametrize("method", ["pinv", "svd", "clip", "redistribute", "nullspace", "scaled"])
 @pytest.mark.parametrize("readiness", [1.0, 1e-4])
-def test_solved_is_no_lie_where_h_and_t_are_far_from_one(method: str, readiness: float) -> None:
-    """H weighs thruster 2 1e11 times another: singular values of T L'^-1 lie beyond a tolerance of T."""
+def test_a_solved_answer_is_right_where_h_and_t_are_far_from_one(method: str, readiness: float) -> None:
+    """H weighs thruster 2 1e11 times the others: singular values of T L'^-1 lie beyond a tolerance of T."""
     T = np.array([[1.0, 1.0, 1.0], [0.0, 1e-2, 1.0], [0.0, 1.0, 1.0]])
     vehicle = vehicle_of(T, np.diag([1.0, 1.0, 1e11]))
     vehicle = vehicle if readiness == 1.0 else vehicle.with_fault(2, readiness)
@@ -280,8 +177,8 @@ def test_solved_is_no_lie_where_h_and_t_are_far_from_one(method: str, readiness:
 
 
 @pytest.mark.parametrize("method", ["pinv", "svd", "nullspace"])
-def test_status_is_what_the_wrench_says_where_digits_run_out(method: str) -> None:
-    """Thrusters 1e-8 to 1e-3 from parallel, weights up to 1e12 apart; demands that can be met."""
+def test_a_solved_answer_meets_the_wrench_where_digits_run_out(method: str) -> None:
+    """Two thrusters are 1e-8 to 1e-3 from parallel, weights up to 1e12 apart; all demands can be met."""
     rng = np.random.default_rng(1)
     for _ in range(400):
         k, n = 3, int(rng.integers(3, 6))
@@ -297,7 +194,7 @@ def test_status_is_what_the_wrench_says_where_digits_run_out(method: str) -> Non
 
 
 def in_fractions(vehicle: Vehicle, tau: FloatArray) -> FloatArray:
-    """f of eq. 8-9 for a diagonal H without rounding: (T H^-1 T') y = tau by elimination, f = H^-1 T'y."""
+    """f of eq. 8-9 for a diagonal H, without rounding: (T H^-1 T') y = tau by elimination, f = H^-1 T'y."""
     exactly = np.vectorize(Fraction, otypes=[object])
     T, weights = exactly(vehicle.T), exactly(np.diag(vehicle.H))
     rows = np.column_stack([T / weights @ T.T, exactly(tau)])

@@ -1,4 +1,4 @@
-"""The paper's own numbers, to the digits each deserves; and what it prints wrongly (docs/theory.md)."""
+"""The paper's own numbers, to the digits that it prints, and its misprints (docs/theory.md)."""
 
 from dataclasses import replace
 
@@ -111,7 +111,7 @@ def test_equation_15_as_printed_inverts_a_singular_matrix() -> None:
     np.testing.assert_allclose(build("svd", vehicle.with_fault(2))(tau).f, expected, rtol=1e-12)
 
 
-def test_for_one_thruster_more_than_dof_left_right_and_plain_inverse_are_one(ukwial: Vehicle) -> None:
+def test_for_one_thruster_more_than_dof_the_left_and_right_inverse_are_the_inverse(ukwial: Vehicle) -> None:
     """Eq. 17: with n = 4 the matrix S V_f* is square."""
     U, S, V, L, rows = svd.decompose(ukwial)
     A = S @ np.delete(V.T @ L.T, 1, axis=1)
@@ -139,9 +139,7 @@ def test_equation_25_as_printed_is_what_walsh_returns(ukwial: Vehicle) -> None:
     np.testing.assert_allclose(f_of("walsh", ukwial), f, rtol=1e-14)
 
 
-def test_the_printed_w8_repeats_a_row_and_the_right_one_is_plus_minus_minus_plus_minus_plus_plus_minus() -> (
-    None
-):
+def test_the_printed_w8_repeats_its_seventh_row_in_place_of_the_eighth() -> None:
     W = walsh.walsh_matrix(8)
     np.testing.assert_array_equal(PRINTED_W8[:7], W[:7])
     np.testing.assert_array_equal(PRINTED_W8[6], PRINTED_W8[7])

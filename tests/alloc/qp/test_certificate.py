@@ -21,18 +21,18 @@ def random_problem(seed: int, m: int = 6, p: int = 3) -> tuple[QP, np.random.Gen
     A = np.linalg.qr(rng.normal(size=(m, p)))[0].T
     ub = rng.uniform(0.3, 1, m)
     lb = -ub * rng.choice([0.0, 1.0], m)
-    return QP(root @ root.T / m + 0.1 * np.eye(m), rng.normal(size=m), A, lb, ub), rng
+    return QP(H=root @ root.T / m + 0.1 * np.eye(m), g=rng.normal(size=m), A=A, lb=lb, ub=ub), rng
 
 
 def optimum(qp: QP, b: FloatArray) -> FloatArray:
-    """By a dual active set method, which knows nothing of certificates."""
+    """The optimum by a dual active set method, which uses no certificate."""
     answer = solvers.load("daqp").prepare(qp, "cold", "tight")(b)
     assert answer.status == Status.SOLVED
     return answer.x
 
 
 def points(qp: QP, rng: np.random.Generator, n: int = 20) -> FloatArray:
-    """Points inside the bounds, some coordinates on them: not optimal for anything."""
+    """Points inside the bounds with some coordinates on them, optimal for no problem in particular."""
     x = rng.uniform(qp.lb, qp.ub, (n, len(qp.lb)))
     on = rng.random(x.shape) < 0.3
     return np.where(on, np.where(rng.random(x.shape) < 0.5, qp.lb, qp.ub), x)
@@ -43,8 +43,8 @@ def points(qp: QP, rng: np.random.Generator, n: int = 20) -> FloatArray:
 def test_the_distance_to_the_optimum_is_never_above_its_bound(seed: int) -> None:
     qp, rng = random_problem(seed)
     X = points(qp, rng)
-    found = certify_many(qp, X @ qp.A.T, X)
-    for x, gap, distance in zip(X, found.gap, found.distance, strict=True):
+    bounds = certify_many(qp, X @ qp.A.T, X)
+    for x, gap, distance in zip(X, bounds.gap, bounds.distance, strict=True):
         away = x - optimum(qp, qp.A @ x)
         assert away @ qp.H @ away / 2 <= gap + FLOOR
         assert np.abs(away).max() <= distance + FLOOR
@@ -53,7 +53,7 @@ def test_the_distance_to_the_optimum_is_never_above_its_bound(seed: int) -> None
 @given(seed=st.integers(0, 10_000))
 @settings(max_examples=25, deadline=None)
 def test_the_gap_is_the_least_that_any_multiplier_gives(seed: int) -> None:
-    """The same minimum as a linear program in (y, z_upper, z_lower), by another algorithm."""
+    """Another way to that minimum is a linear program in (y, z_upper, z_lower)."""
     qp, rng = random_problem(seed)
     p, m = qp.A.shape
     for x in points(qp, rng, 3):
@@ -66,21 +66,20 @@ def test_the_gap_is_the_least_that_any_multiplier_gives(seed: int) -> None:
 
 @given(seed=st.integers(0, 10_000))
 @settings(max_examples=25, deadline=None)
-def test_at_the_optimum_nothing_is_left(seed: int) -> None:
+def test_each_number_of_a_certificate_is_zero_at_the_optimum(seed: int) -> None:
     qp, rng = random_problem(seed)
     b = qp.A @ points(qp, rng, 1)[0]
     x = np.clip(optimum(qp, b), qp.lb, qp.ub)
-    found = certify(qp, b, x)
-    assert max(found.primal, found.dual, found.complementarity, found.gap) < 1e-9
+    primal, dual, complementarity, gap, _ = certify(qp, b, x)
+    assert max(primal, dual, complementarity, gap) < 1e-9
 
 
-def test_a_step_away_from_the_optimum_shows() -> None:
+def test_each_number_of_a_certificate_grows_with_the_step_away_from_the_optimum() -> None:
     qp, rng = random_problem(7)
     b = qp.A @ points(qp, rng, 1)[0]
     x = optimum(qp, b)
     inward = (qp.lb + qp.ub) / 2 - x
-    found = certify_many(qp, b, x + np.array([[0.0], [0.01], [0.1]]) * inward)
-    for values in found:
+    for values in certify_many(qp, b, x + np.array([[0.0], [0.01], [0.1]]) * inward):
         assert values[0] < values[1] < values[2]
 
 
@@ -91,9 +90,9 @@ def test_the_exact_method_is_certified_on_every_vehicle(name: str, rng: np.rando
     F, status = build("nullspace", v).many(taus)
     assert (status == Status.SOLVED).all()
     posed = pose_hard(v)
-    found = certify_many(posed.qp, *posed.scaled(taus, F))
-    assert found.gap.max() < 1e-12
-    assert found.primal.max() < 1e-12
+    certified = certify_many(posed.qp, *posed.scaled(taus, F))
+    assert certified.gap.max() < 1e-12
+    assert certified.primal.max() < 1e-12
 
 
 @pytest.mark.parametrize("size", [0.5, 1.0, 3.0])
@@ -107,8 +106,8 @@ def test_soft_answers_are_certified_from_the_thrusts_alone(
     worse = soft_steps(v, best, rng)
     posed = pose_soft(v)
     assert certify_many(posed.qp, *posed.scaled(taus, best)).gap.max() < 1e-12
-    found = certify_many(posed.qp, *posed.scaled(taus, worse))
-    assert (np.abs(worse - best).max(axis=1) / v.f_scale <= found.distance + FLOOR).all()
+    bound = certify_many(posed.qp, *posed.scaled(taus, worse)).distance
+    assert (np.abs(worse - best).max(axis=1) / v.f_scale <= bound + FLOOR).all()
 
 
 def soft_steps(vehicle: Vehicle, F: FloatArray, rng: np.random.Generator) -> FloatArray:
@@ -116,7 +115,7 @@ def soft_steps(vehicle: Vehicle, F: FloatArray, rng: np.random.Generator) -> Flo
     return F + rng.choice([1e-4, 1e-2, 1.0], (len(F), 1)) * (inside - F)
 
 
-def test_many_are_certified_as_each_alone_also_in_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_certify_many_agrees_with_certify_on_each_row_also_in_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
     qp, rng = random_problem(3)
     X = points(qp, rng)
     whole = certify_many(qp, X @ qp.A.T, X)
@@ -127,7 +126,7 @@ def test_many_are_certified_as_each_alone_also_in_chunks(monkeypatch: pytest.Mon
     np.testing.assert_allclose(chunked, whole, rtol=1e-9, atol=1e-12)
 
 
-def test_a_missed_equation_and_a_broken_bound_are_primal() -> None:
+def test_a_missed_equation_and_a_broken_bound_count_as_primal_violation() -> None:
     qp, rng = random_problem(4)
     x = points(qp, rng, 1)[0]
     b = qp.A @ x
@@ -137,11 +136,10 @@ def test_a_missed_equation_and_a_broken_bound_are_primal() -> None:
     assert certify(qp, qp.A @ outside, outside).primal == pytest.approx(0.5)
 
 
-def test_no_answer_has_no_certificate() -> None:
+def test_a_nan_answer_has_a_nan_certificate_and_no_answers_an_empty_one() -> None:
     qp, rng = random_problem(5)
     X = points(qp, rng, 2)
     B = X @ qp.A.T
     X[1] = np.nan
-    found = certify_many(qp, B, X)
-    assert all(np.isfinite(values[0]) and np.isnan(values[1]) for values in found)
+    assert all(np.isfinite(values[0]) and np.isnan(values[1]) for values in certify_many(qp, B, X))
     assert all(len(values) == 0 for values in certify_many(qp, B[:0], X[:0]))

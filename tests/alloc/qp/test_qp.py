@@ -1,4 +1,4 @@
-"""The QP handed to a solver is the vehicle's problem, in other units: nothing added, nothing lost."""
+"""The QP handed to a solver is the vehicle's allocation problem in other units."""
 
 from dataclasses import replace
 
@@ -16,11 +16,11 @@ ROUNDING = 1e-12
 
 
 def random_vehicle(seed: int, k: int = 3, n: int = 5) -> Vehicle:
-    """Any geometry, a full H, one-sided and asymmetric limits: as little structure as eq. 4-5 allow."""
+    """A vehicle with as little structure as eq. 4-5 allow: random T, full H, one-sided and uneven limits."""
     rng = np.random.default_rng(seed)
     root = rng.normal(size=(n, n))
     f_max = rng.uniform(1, 500, n)
-    f_min = -f_max * rng.choice([0.0, 0.6, 1.0], n)  # 0: thrusters that push one way only, as propellers do
+    f_min = -f_max * rng.choice([0.0, 0.6, 1.0], n)  # 0: thrusters that push one way only
     return Vehicle(
         name=f"random-{seed}",
         dof=("surge", "sway", "heave", "roll", "pitch", "yaw")[:k],
@@ -42,8 +42,8 @@ def cases() -> list[Vehicle]:
 
 @pytest.fixture(params=cases(), ids=lambda v: v.name)
 def posed_vehicle(request: pytest.FixtureRequest) -> Vehicle:
-    found: Vehicle = request.param
-    return found
+    case: Vehicle = request.param
+    return case
 
 
 def thrusts(vehicle: Vehicle, n: int, rng: np.random.Generator) -> FloatArray:
@@ -63,7 +63,7 @@ def test_a_wrench_is_met_exactly_where_the_equations_hold(
     assert np.linalg.matrix_rank(np.vstack([posed.b_of_tau, posed.unreachable])) == v.k
 
 
-def test_unreachable_directions_see_no_wrench_that_thrusters_make(
+def test_wrenches_that_thrusters_make_have_no_part_along_unreachable_directions(
     posed_vehicle: Vehicle, rng: np.random.Generator
 ) -> None:
     v, posed = posed_vehicle, pose_hard(posed_vehicle)
@@ -78,7 +78,7 @@ def test_a_demand_along_an_unreachable_direction_reaches_no_solver(posed_vehicle
     def forbidden(b: FloatArray) -> None:
         pytest.fail("a solver was asked")
 
-    allocate.solve = forbidden  # type: ignore[attr-defined]  # Live's half, not part of the protocol
+    allocate.solve = forbidden  # type: ignore[attr-defined]  # an attribute of live methods, not of the protocol
     for direction in posed.unreachable:
         tau = 1e-6 * direction / np.linalg.norm(direction) * v.wrench_scale.max()
         f, status, _, _ = allocate(tau)
@@ -98,7 +98,7 @@ def test_the_hard_cost_is_eq_4_up_to_a_constant(
 
 
 @pytest.mark.parametrize("scaled", [True, False])
-def test_the_soft_cost_is_fossens_up_to_a_constant(
+def test_the_soft_cost_is_fossen_s_up_to_a_constant(
     posed_vehicle: Vehicle, scaled: bool, rng: np.random.Generator
 ) -> None:
     v, posed = posed_vehicle, pose_soft(posed_vehicle, scaled)
@@ -124,7 +124,7 @@ def test_limits_become_bounds_of_at_most_one(posed_vehicle: Vehicle) -> None:
 
 
 def test_the_same_vehicle_in_kilonewtons_poses_the_same_problem() -> None:
-    """A tolerance then means the same: the numbers a solver sees don't know the unit."""
+    """The numbers that a solver sees do not depend on the unit, so a tolerance means the same in each."""
     v = load_vehicle("supply-vessel")
     k = replace(v, name="in kN", f_min=v.f_min / 1e3, f_max=v.f_max / 1e3)
     for pose in (pose_hard, pose_soft):
@@ -137,7 +137,7 @@ def test_the_same_vehicle_in_kilonewtons_poses_the_same_problem() -> None:
 @given(seed=st.integers(0, 10_000), size=st.floats(0, 0.2))
 @settings(max_examples=30, deadline=None)
 def test_an_unsaturated_soft_answer_is_its_closed_form(seed: int, size: float) -> None:
-    """Without active limits: f = (H + T'QT)^-1 T'Q tau, by setting the gradient to 0."""
+    """Without active limits the gradient is 0 at f = (H + T'QT)^-1 T'Q tau."""
     v = random_vehicle(seed)
     v = replace(v, f_min=-v.f_max)
     Q = np.diag(v.slack_weights)
@@ -161,7 +161,7 @@ def test_the_soft_bias_fades_with_the_slack_weight() -> None:
 
 
 @pytest.mark.parametrize("largest", [0.5, 1.0, 2.0])
-def test_the_soft_optimum_knows_no_unit_of_thrust(largest: float) -> None:
+def test_the_soft_optimum_is_its_closed_form_for_limits_below_at_and_above_one_newton(largest: float) -> None:
     vehicle = replace(random_vehicle(2), f_min=-np.full(5, largest), f_max=np.full(5, largest))
     tau = 0.1 * vehicle.TP @ vehicle.f_max
     H_inverse = np.linalg.inv(vehicle.H)

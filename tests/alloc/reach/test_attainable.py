@@ -1,4 +1,4 @@
-"""alpha* and labels: two independent ways, and the cases where each is at its limit."""
+"""alpha* and labels, by facets and by linear programs, and in degenerate cases."""
 
 from dataclasses import replace
 
@@ -25,14 +25,14 @@ from alloc import (
 )
 
 RAY = 1e-9
-"""HiGHS works to 1e-10 in scaled wrench; alpha is a ratio of such numbers."""
+"""Tolerance on alpha: HiGHS works to 1e-10 in scaled wrench, and alpha is a ratio of such numbers."""
 
 
 def every_state() -> list[Vehicle]:
-    """Each shipped vehicle: whole, with each single thruster off, one weakened, and two off."""
+    """Each shipped vehicle whole, with each thruster off, with thruster 1 weakened, and with two off."""
     whole = [load_vehicle(name) for name in list_vehicles()]
     single = [v.with_fault(i) for v in whole for i in range(v.n)]
-    others = [w for v in whole for w in (v.with_fault(1, 0.4), v.with_fault(0).with_fault(1))]
+    others = [case for v in whole for case in (v.with_fault(1, 0.4), v.with_fault(0).with_fault(1))]
     return whole + single + others
 
 
@@ -55,7 +55,7 @@ def random_vehicle(seed: int, k: int, n: int, lowest: float = -1.0) -> Vehicle:
     )
 
 
-def test_facets_and_linear_program_agree_on_every_vehicle_and_fault():
+def test_facets_and_linear_program_agree_on_every_vehicle_and_fault() -> None:
     rng = np.random.default_rng(1)
     for vehicle in every_state():
         spread = rng.normal(size=(4, vehicle.k)) * vehicle.wrench_scale
@@ -67,14 +67,14 @@ def test_facets_and_linear_program_agree_on_every_vehicle_and_fault():
 
 
 def side_by_side(vehicle: Vehicle, taus: np.ndarray) -> np.ndarray:
-    """alpha* of many demands by its definition, in one linear program: the largest sum of them."""
+    """alpha* of many demands by its definition, in one linear program that maximises their sum."""
     m, (N, k) = vehicle.n, taus.shape
     t = taus / vehicle.wrench_scale
     push = vehicle.TP * (vehicle.f_scale / vehicle.wrench_scale[:, None])
     thrusts = sparse.kron(sparse.eye_array(N), push)
     alphas = sparse.block_diag([-row[:, None] for row in t])
     limits = np.column_stack([vehicle.f_min, vehicle.f_max]) / vehicle.f_scale
-    found = linprog(
+    optimum = linprog(
         np.concatenate([np.zeros(N * m), -np.ones(N)]),
         A_eq=sparse.hstack([thrusts, alphas]),
         b_eq=np.zeros(N * k),
@@ -82,17 +82,17 @@ def side_by_side(vehicle: Vehicle, taus: np.ndarray) -> np.ndarray:
         method="highs",
         options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
     )
-    assert found.status == 0, found.message
-    alpha: np.ndarray = found.x[N * m :]
+    assert optimum.status == 0, optimum.message
+    alpha: np.ndarray = optimum.x[N * m :]
     return alpha
 
 
-def test_labels_agree_with_a_linear_program_on_ten_thousand_demands():
+def test_labels_agree_with_a_linear_program_on_ten_thousand_demands() -> None:
     rng = np.random.default_rng(6)
     checked, kinds = 0, set()
     for vehicle in every_state():
         if vehicle.rank < vehicle.k:
-            continue  # alpha* = 0 or not: the linear program of each demand above decides that
+            continue  # most demands have alpha* = 0 there; the test above covers them one by one
         n = 60
         inside = attainable_demands(vehicle, rng, n)
         delta = 10 ** rng.uniform(-5, -3, n) * rng.choice([-1, 1], n)
@@ -102,11 +102,11 @@ def test_labels_agree_with_a_linear_program_on_ten_thousand_demands():
         taus = np.vstack([inside, edge, beyond, box])
         alpha = side_by_side(vehicle, taus)
         for band in (1e-3, 1e-6):
-            found = label(vehicle, taus, band)
-            assert found.alpha == pytest.approx(alpha, rel=1e-8)
-            assert ((found.label == Label.INFEASIBLE) == (alpha < 1 - band)).all()
-            assert ((found.label == Label.BOUNDARY) == (np.abs(alpha - 1) <= band)).all()
-            kinds |= set(found.label)
+            margins = label(vehicle, taus, band)
+            assert margins.alpha == pytest.approx(alpha, rel=1e-8)
+            assert ((margins.label == Label.INFEASIBLE) == (alpha < 1 - band)).all()
+            assert ((margins.label == Label.BOUNDARY) == (np.abs(alpha - 1) <= band)).all()
+            kinds |= set(margins.label)
         checked += len(taus)
     assert checked >= 10_000
     assert kinds == set(Label)
@@ -114,7 +114,7 @@ def test_labels_agree_with_a_linear_program_on_ten_thousand_demands():
 
 @given(seed=st.integers(0, 2**32 - 1), k=st.integers(1, 6), extra=st.integers(-1, 4))
 @settings(max_examples=40, deadline=None)
-def test_facets_and_linear_program_agree_on_random_geometry(seed, k, extra):
+def test_facets_and_linear_program_agree_on_random_geometry(seed: int, k: int, extra: int) -> None:
     vehicle = random_vehicle(seed, k, max(1, k + extra))
     rng = np.random.default_rng(seed)
     for tau in [*attainable_demands(vehicle, rng, 2), *rng.normal(size=(2, k))]:
@@ -123,7 +123,7 @@ def test_facets_and_linear_program_agree_on_random_geometry(seed, k, extra):
 
 @given(seed=st.integers(0, 2**32 - 1))
 @settings(max_examples=30, deadline=None)
-def test_what_random_thrusts_push_is_attainable(seed):
+def test_a_wrench_that_random_thrusts_push_is_attainable(seed: int) -> None:
     vehicle = random_vehicle(seed, 3, 5)
     taus = attainable_demands(vehicle, np.random.default_rng(seed), 20)
     low, high = alpha_range(vehicle, taus)
@@ -131,18 +131,18 @@ def test_what_random_thrusts_push_is_attainable(seed):
     assert (high >= 1 - RAY).all()
 
 
-def test_alpha_of_one_thruster_is_its_limit_over_the_demand():
+def test_alpha_of_one_thruster_is_its_limit_over_the_demand() -> None:
     vehicle = replace(random_vehicle(0, 1, 1), T=[[1.0]], f_min=[-30.0], f_max=[50.0])
     assert alpha_max(vehicle, [[10.0], [-10.0], [200.0]]).tolist() == pytest.approx([5.0, 3.0, 0.25])
 
 
-def test_a_zero_demand_is_attainable_at_any_size():
+def test_a_zero_demand_has_infinite_alpha() -> None:
     for vehicle in every_state():
         assert alpha_max(vehicle, np.zeros((1, vehicle.k)))[0] == np.inf
         assert alpha_max_lp(vehicle, np.zeros(vehicle.k)) == np.inf
 
 
-def test_a_direction_that_no_thruster_pushes_has_alpha_zero():
+def test_a_direction_that_no_thruster_pushes_has_alpha_zero() -> None:
     ukwial = load_vehicle("ukwial").with_fault(0).with_fault(1)
     assert ukwial.rank == 2
     reachable, unreachable = attainable_demands(ukwial, np.random.default_rng(3), 1)[0], [1.0, 1.0, 1.0]
@@ -152,7 +152,7 @@ def test_a_direction_that_no_thruster_pushes_has_alpha_zero():
     assert label(ukwial, [unreachable]).label[0] == Label.INFEASIBLE
 
 
-def test_where_zero_thrust_is_forbidden_a_small_demand_is_infeasible_though_alpha_exceeds_one():
+def test_where_zero_thrust_is_forbidden_a_small_demand_is_infeasible_though_alpha_exceeds_one() -> None:
     vehicle = replace(random_vehicle(0, 1, 2), T=[[1.0, 1.0]], f_min=[2.0, 2.0], f_max=[5.0, 5.0])
     low, high = alpha_range(vehicle, [[1.0], [6.0], [-1.0]])
     assert low.tolist() == pytest.approx([4.0, 4 / 6, -10.0])
@@ -163,40 +163,40 @@ def test_where_zero_thrust_is_forbidden_a_small_demand_is_infeasible_though_alph
     assert alpha_max_lp(vehicle, [0.0]) == -np.inf
 
 
-def test_where_no_multiple_is_attainable_alpha_is_minus_infinity():
+def test_where_no_multiple_is_attainable_alpha_is_minus_infinity() -> None:
     vehicle = replace(random_vehicle(0, 2, 2), T=np.eye(2), f_min=[2.0, 2.0], f_max=[3.0, 3.0])
     assert alpha_max(vehicle, [[1.0, 0.0]])[0] == -np.inf
     assert alpha_max_lp(vehicle, [1.0, 0.0]) == -np.inf
     assert alpha_max(vehicle, [[1.0, 1.0]])[0] == pytest.approx(3.0)
 
 
-def test_a_thruster_held_at_one_thrust_shifts_the_set_and_adds_no_extent():
+def test_a_thruster_held_at_one_thrust_shifts_the_set_and_adds_no_extent() -> None:
     vehicle = replace(random_vehicle(0, 2, 2), T=np.eye(2), f_min=[-1.0, 2.0], f_max=[1.0, 2.0])
     assert alpha_max(vehicle, [[0.5, 1.0], [1.0, 0.0]]).tolist() == pytest.approx([2.0, -np.inf])
 
 
-def test_a_one_sided_thruster_that_can_not_pull_has_alpha_zero_backward():
+def test_a_one_sided_thruster_that_can_not_pull_has_alpha_zero_backward() -> None:
     vehicle = replace(random_vehicle(0, 1, 1), T=[[1.0]], f_min=[0.0], f_max=[5.0])
     assert alpha_max(vehicle, [[1.0], [-1.0]]).tolist() == [5.0, 0.0]
 
 
-def test_labels_follow_from_alpha_and_from_the_closed_form():
+def test_labels_follow_from_alpha_and_from_the_closed_form() -> None:
     rng = np.random.default_rng(4)
     for vehicle in every_state():
         taus = np.vstack([attainable_demands(vehicle, rng, 50), rng.normal(size=(50, vehicle.k))])
-        found = label(vehicle, taus)
+        margins = label(vehicle, taus)
         f = taus @ generalized_inverse(vehicle).T
         inside = ((f >= vehicle.f_min) & (f <= vehicle.f_max)).all(axis=1)
-        for one, alpha, fits in zip(found.label, found.alpha, inside, strict=True):
+        for actual, alpha, fits in zip(margins.label, margins.alpha, inside, strict=True):
             if alpha < 0.999:
-                assert one == Label.INFEASIBLE
+                assert actual == Label.INFEASIBLE
             elif alpha <= 1.001:
-                assert one == Label.BOUNDARY
+                assert actual == Label.BOUNDARY
             else:
-                assert one == (Label.INACTIVE if fits else Label.ACTIVE)
+                assert actual == (Label.INACTIVE if fits else Label.ACTIVE)
 
 
-def test_the_closed_forms_range_ends_where_a_limit_or_the_reach_does():
+def test_the_closed_form_s_range_ends_at_a_limit_and_is_zero_for_an_unreachable_demand() -> None:
     rng = np.random.default_rng(8)
     for vehicle in every_state():
         taus = attainable_demands(vehicle, rng, 20)
@@ -209,7 +209,7 @@ def test_the_closed_forms_range_ends_where_a_limit_or_the_reach_does():
     assert [end.tolist() for end in closed_form_range(lost, [[1.0, 1.0, 1.0]])] == [[0.0], [0.0]]
 
 
-def test_clearance_is_the_distance_of_the_closed_form_to_its_nearest_limit():
+def test_clearance_is_the_distance_of_the_closed_form_to_its_nearest_limit() -> None:
     ukwial = load_vehicle("ukwial")
     f = np.array([100.0, -200.0, 240.0, 260.0])
     f = generalized_inverse(ukwial) @ ukwial.T @ f  # a minimum-norm thrust
@@ -217,7 +217,7 @@ def test_clearance_is_the_distance_of_the_closed_form_to_its_nearest_limit():
 
 
 @pytest.mark.parametrize("delta", [-1e-3, -1e-4, -1e-5, 1e-5, 1e-4, 1e-3])
-def test_the_boundary_is_found_to_a_hundredth_of_the_narrowest_band(delta):
+def test_alpha_tells_the_boundary_to_a_hundredth_of_the_narrowest_band(delta: float) -> None:
     rng = np.random.default_rng(5)
     for vehicle in every_state():
         inside = attainable_demands(vehicle, rng, 5)
@@ -227,15 +227,15 @@ def test_the_boundary_is_found_to_a_hundredth_of_the_narrowest_band(delta):
         assert (label(vehicle, edge, band=2e-3).label == Label.BOUNDARY).all()
 
 
-def test_a_vehicle_that_pushes_nothing_any_more_attains_no_wrench_but_zero() -> None:
+def test_a_vehicle_of_rank_zero_attains_only_the_zero_wrench() -> None:
     T, limit = np.array([[1.0, 0.0], [0.5, 0.0]]), np.ones(2)
-    lost = Vehicle("lost", ("surge", "sway"), T, np.eye(2), -limit, limit, limit, limit).with_fault(0)
+    lost = replace(random_vehicle(0, 2, 2), T=T, f_min=-limit, f_max=limit).with_fault(0)
     assert lost.rank == 0
     np.testing.assert_array_equal(alpha_max(lost, [[0.0, 0.0], [1.0, 0.5]]), [np.inf, 0.0])
     assert build("scaled", lost)([1.0, 0.5]).status is Status.PARTIAL
 
 
-def test_a_demand_close_to_the_smallest_float_can_be_had_any_number_of_times() -> None:
+def test_a_demand_close_to_the_smallest_float_has_an_infinite_range() -> None:
     vehicle = load_vehicle("ukwial")
     taus = [[5e-324, 0.0, 0.0], [0.0, 1e-310, 0.0]]
     np.testing.assert_array_equal(alpha_range(vehicle, taus), np.outer([-np.inf, np.inf], [1, 1]))
@@ -243,11 +243,9 @@ def test_a_demand_close_to_the_smallest_float_can_be_had_any_number_of_times() -
     assert (label(vehicle, taus).label == Label.INACTIVE).all()
 
 
-def test_thrusters_that_are_all_but_off_leave_facets_of_the_others() -> None:
+def test_thrusters_that_are_nearly_off_leave_the_facets_of_the_others() -> None:
     T, limit = np.array([[1.0, 1.0, 0.0], [0.0, 1.0, 1.0]]), np.full(3, 10.0)
-    eye = np.eye(3)
-    faint = Vehicle(
-        "faint", ("surge", "sway"), T, eye, -limit, limit, np.array([1e-10, 1e-12, 1.0]), np.ones(2)
-    )
+    whole = replace(random_vehicle(0, 2, 3), T=T, f_min=-limit, f_max=limit)
+    faint = replace(whole, readiness=[1e-10, 1e-12, 1.0])
     assert faint.rank == 1
     np.testing.assert_allclose(alpha_max(faint, [[0.0, 1.0], [1.0, 0.0]]), [10.0, 0.0])

@@ -1,4 +1,4 @@
-"""Volumes of what a vehicle reaches: exact formulas against counting, and cases known by hand."""
+"""Volumes of the sets that a vehicle reaches, against counting and in cases worked out by hand."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -52,17 +52,17 @@ def counted(vehicle: Vehicle, inside: Inside, n: int = 60_000) -> tuple[float, f
 )
 def test_exact_volumes_agree_with_counting(
     name: str, fault: int | None, volume: Callable[[Vehicle], float], inside: Inside
-):
+) -> None:
     vehicle = load_vehicle(name) if fault is None else load_vehicle(name).with_fault(fault)
     assert vehicle.rank == vehicle.k
     estimate, error = counted(vehicle, inside)
-    assert error < 0.1 * estimate  # else the test could not fail
+    assert error < 0.1 * estimate  # a larger error would let any volume pass
     assert volume(vehicle) == pytest.approx(estimate, abs=4 * error)
 
 
 @pytest.mark.parametrize("name", list_vehicles())
 @pytest.mark.parametrize("fault", [None, 1])
-def test_uniform_demands_fill_the_set_evenly(name: str, fault: int | None):
+def test_uniform_demands_fill_the_set_evenly(name: str, fault: int | None) -> None:
     vehicle = load_vehicle(name) if fault is None else load_vehicle(name).with_fault(fault)
     n = 10_000
     taus = uniform_demands(vehicle, np.random.default_rng(12), n)
@@ -78,7 +78,7 @@ def test_uniform_demands_fill_the_set_evenly(name: str, fault: int | None):
     )
 
 
-def test_one_thruster_an_axis_fills_the_box_of_its_limits():
+def test_one_thruster_an_axis_fills_the_box_of_its_limits() -> None:
     box = Vehicle(
         name="box",
         dof=("surge", "sway", "heave"),
@@ -92,10 +92,10 @@ def test_one_thruster_an_axis_fills_the_box_of_its_limits():
     for volume in (attainable_volume, closed_form_volume):
         assert volume(box) == pytest.approx(3 * 4 * 5)
         assert volume(box.with_fault(0, 0.5)) == pytest.approx(3 * 4 * 5 / 2)
-        assert volume(box.with_fault(1)) == pytest.approx(3 * 5)  # in the two directions that are left
+        assert volume(box.with_fault(1)) == pytest.approx(3 * 5)  # area in the two directions that remain
 
 
-def test_without_freedom_the_closed_form_gives_nothing_away():
+def test_at_nullity_zero_the_closed_form_serves_the_whole_attainable_volume() -> None:
     for name in list_vehicles():
         vehicle = load_vehicle(name)
         while vehicle.nullity > 0:
@@ -103,14 +103,15 @@ def test_without_freedom_the_closed_form_gives_nothing_away():
         assert closed_form_volume(vehicle) == pytest.approx(attainable_volume(vehicle), rel=1e-9)
 
 
-def test_the_closed_form_serves_two_thirds_of_what_the_papers_vehicle_can_do():
-    # The thrusts fill a 4-cube, and null(T) is its diagonal. T* tau is the cube's section across it, an
-    # octahedron (32/3 for half edges of 1); what can be done is its shadow, a rhombic dodecahedron (16).
+def test_the_closed_form_serves_two_thirds_of_what_the_papers_vehicle_can_do() -> None:
+    # The thrusts fill a 4-cube, and null(T) is its diagonal. The thrusts T* tau are the section of the cube
+    # across the diagonal, an octahedron (32/3 for half edges of 1). The attainable set is the shadow of the
+    # cube along the diagonal, a rhombic dodecahedron (16).
     ukwial = load_vehicle("ukwial")
     assert closed_form_volume(ukwial) / attainable_volume(ukwial) == pytest.approx(2 / 3)
 
 
-def test_limits_that_shut_out_every_closed_form_leave_it_no_volume():
+def test_limits_that_exclude_every_closed_form_thrust_leave_the_closed_form_no_volume() -> None:
     ukwial = load_vehicle("ukwial")
     null = np.sign(np.linalg.svd(ukwial.T)[2][-1])
     near, far = 10 * null, 20 * null  # every thrust along the null space, and T* tau has no part in it
@@ -119,7 +120,7 @@ def test_limits_that_shut_out_every_closed_form_leave_it_no_volume():
     assert attainable_volume(forced) == pytest.approx(attainable_volume(ukwial) * (10 / 500) ** 3)
 
 
-def test_more_thrust_only_adds():
+def test_a_weakened_thruster_leaves_a_volume_between_that_of_one_off_and_one_ready() -> None:
     heavy = load_vehicle("bluerov2-heavy")
     weak = heavy.with_fault(2, 0.5)
     assert attainable_volume(heavy.with_fault(2)) < attainable_volume(weak) < attainable_volume(heavy)
@@ -127,15 +128,15 @@ def test_more_thrust_only_adds():
 
 @pytest.mark.parametrize("name", list_vehicles())
 @pytest.mark.parametrize("mirrored", [False, True])
-def test_below_the_safe_share_limits_never_act_and_just_above_they_do_somewhere(name: str, mirrored: bool):
+def test_limits_never_act_below_the_safe_share_and_do_just_above_it(name: str, mirrored: bool) -> None:
     vehicle = load_vehicle(name)
-    if mirrored:  # ahead and astern change places, so that either limit is the one that decides
+    if mirrored:  # so that the upper limits decide for some vehicles, the lower ones for others
         vehicle = replace(vehicle, f_min=-vehicle.f_max, f_max=-vehicle.f_min)
     share = safe_share(vehicle)
     inside = uniform_demands(vehicle, np.random.default_rng(3), 5000)
     edge = inside * alpha_max(vehicle, inside)[:, None]
     assert served(vehicle, share * (1 - 1e-9) * edge).all()
-    # The corner of the set that asks most of some thruster, found as the support is.
+    # Each corner of the set asks the most of one thruster on one side: the argument of the support.
     M = generalized_inverse(vehicle) @ vehicle.TP
     signs = np.vstack([M, -M])
     corners = np.where(signs > 0, vehicle.f_max, vehicle.f_min) @ vehicle.TP.T
@@ -143,29 +144,29 @@ def test_below_the_safe_share_limits_never_act_and_just_above_they_do_somewhere(
     assert not above.all() or share == 1
 
 
-def test_without_freedom_every_attainable_demand_is_safe():
+def test_at_nullity_zero_the_safe_share_is_one() -> None:
     assert safe_share(load_vehicle("ukwial").with_fault(0)) == pytest.approx(1)
 
 
-def test_where_zero_thrust_is_forbidden_nothing_is_safe():
+def test_where_zero_thrust_is_forbidden_the_safe_share_is_zero() -> None:
     forced = replace(load_vehicle("ukwial"), f_min=[10.0, -250, -250, -250])
     assert safe_share(forced) == 0
 
 
-def test_the_worst_fault_is_the_one_that_leaves_least():
+def test_the_worst_fault_leaves_the_least_volume() -> None:
     supply = load_vehicle("supply-vessel")
     left = [attainable_volume(supply.with_fault(i)) for i in range(supply.n)]
     assert worst_fault(supply) == int(np.argmin(left))
 
 
-def test_lost_rank_is_worse_than_any_lost_volume_unless_rank_is_to_be_kept():
+def test_lost_rank_is_worse_than_any_lost_volume_unless_rank_is_to_be_kept() -> None:
     six = load_vehicle("bluerov2")  # its two vertical thrusters are all it has for heave and roll
     ranks = [six.with_fault(i).rank for i in range(six.n)]
     assert ranks[worst_fault(six)] == 4
     assert ranks[worst_fault(six, keep_rank=True)] == 5
 
 
-def test_too_many_thrusters_for_exact_volumes_are_refused_before_memory_is():
+def test_too_many_thrusters_for_exact_volumes_are_refused() -> None:
     many = Vehicle(
         name="many",
         dof=("surge", "sway", "heave", "roll", "pitch", "yaw"),

@@ -18,7 +18,7 @@ def wrench_of_a_push(position: FloatArray, direction: FloatArray) -> FloatArray:
     return np.array([a, b, c, y * c - z * b, z * a - x * c, x * b - y * a])
 
 
-def test_the_shipped_vehicles_are_the_promised_ones() -> None:
+def test_all_promised_vehicles_are_shipped() -> None:
     promised = {"ukwial", "bluerov2", "bluerov2-heavy", "nautilus", "subjugator8", "supply-vessel"}
     assert promised <= set(list_vehicles())
 
@@ -44,7 +44,7 @@ def test_a_shipped_vehicle_names_its_source_and_reaches_every_dof_it_controls(na
         ("supply-vessel", 3),
     ],
 )
-def test_the_freedom_left_is_small(name: str, nullity: int) -> None:
+def test_a_shipped_vehicle_has_the_known_nullity(name: str, nullity: int) -> None:
     assert load_vehicle(name).nullity == nullity
 
 
@@ -70,7 +70,7 @@ def test_bluerov2_is_its_source_s_angles_turned_by_scipy() -> None:
     full = FLU_TO_FRD @ np.array(columns).T
     vehicle = load_vehicle("bluerov2")
     rows = [DOF.index(axis) for axis in vehicle.dof]
-    # The file carries the cosines to ten decimals.
+    # The file has the cosines to ten decimals.
     assert pytest.approx(full[rows], abs=1e-10) == vehicle.T
     assert np.linalg.matrix_rank(full, tol=1e-9) == 5
     surge, _, heave, _, pitch, _ = full

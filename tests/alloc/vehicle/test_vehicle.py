@@ -1,4 +1,4 @@
-"""A vehicle made in code: what it refuses, that it stays as it was made, and its faults."""
+"""A vehicle made in code: its faults, what it refuses, and that its arrays can't change."""
 
 from dataclasses import replace
 from typing import Any
@@ -20,7 +20,7 @@ FOUR = Vehicle(
 )
 
 
-def test_a_thruster_that_is_off_has_lost_its_limits_and_is_not_weakened_afterwards() -> None:
+def test_weakening_a_thruster_that_is_off_is_refused_since_its_limits_are_lost() -> None:
     off = FOUR.with_fault(2)
     with pytest.raises(VehicleError, match="four-f2: thruster 2 is off, and its limits with it; weaken"):
         off.with_fault(2, readiness=0.5)
@@ -28,7 +28,7 @@ def test_a_thruster_that_is_off_has_lost_its_limits_and_is_not_weakened_afterwar
     assert (weak.f_min[2], weak.f_max[2]) == (-3.0, 7.0)
 
 
-def test_a_thruster_fails_once() -> None:
+def test_switching_a_thruster_off_twice_changes_nothing() -> None:
     off = FOUR.with_fault(2)
     assert off.with_fault(2).name == "four-f2"
     np.testing.assert_array_equal(off.with_fault(2).readiness, [1.0, 1.0, 0.0, 1.0])
@@ -42,7 +42,7 @@ def test_readiness_is_set_not_multiplied() -> None:
 
 
 @pytest.mark.parametrize(("thruster", "readiness"), [(-1, 0.0), (4, 0.0), (0, -0.1), (0, 1.1), (0, np.nan)])
-def test_a_fault_there_can_not_be_is_refused(thruster: int, readiness: float) -> None:
+def test_a_fault_of_no_thruster_or_beyond_0_to_1_is_refused(thruster: int, readiness: float) -> None:
     with pytest.raises(VehicleError, match=r"no thruster|readiness"):
         FOUR.with_fault(thruster, readiness)
 
@@ -54,7 +54,7 @@ def test_a_fault_there_can_not_be_is_refused(thruster: int, readiness: float) ->
         "TP", "working", "row_lengths",
     ],
 )  # fmt: skip
-def test_nothing_about_a_vehicle_can_be_written_to(key: str) -> None:
+def test_the_arrays_of_a_vehicle_are_read_only(key: str) -> None:
     array = getattr(load_vehicle("ukwial"), key)
     with pytest.raises(ValueError, match="read-only"):
         array[0] = 0
@@ -63,13 +63,13 @@ def test_nothing_about_a_vehicle_can_be_written_to(key: str) -> None:
 @pytest.mark.parametrize(
     "value", [[1.0, "a", 1.0, 1.0], [1.0, 2.0j, 0.0, 0.0], [[1.0], [1.0, 2.0]], ["1"] * 4]
 )
-def test_what_is_no_array_of_numbers_is_refused_by_its_key(value: Any) -> None:
+def test_values_that_are_no_array_of_numbers_are_refused_with_their_key(value: Any) -> None:
     with pytest.raises(VehicleError, match="four: f_max is not an array of numbers") as refused:
         replace(FOUR, f_max=value)
     assert refused.value.key == "f_max"
 
 
-def test_an_h_worked_out_in_floats_is_symmetric_but_for_rounding() -> None:
+def test_an_h_that_is_symmetric_but_for_rounding_is_kept_as_it_is() -> None:
     R = np.linalg.qr(np.random.default_rng(0).normal(size=(4, 4)))[0]
     H = R @ (3.0 * np.eye(4)) @ R.T
     assert (H != H.T).any()

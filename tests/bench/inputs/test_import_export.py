@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from alloc import AllocError, Vehicle, list_vehicles, load_vehicle
-from alloc.vehicle.file import VehicleFile, build_vehicle, find_file, read_document
+from alloc.vehicle.file import VehicleFile, build_vehicle
 from alloc.vehicle.geometry import DOF, from_flu
+from alloc.vehicle.read import find_file, read_document
 from alloc.vehicle.text import to_yaml
 from bench.inputs.formats import formats, writable
 from bench.inputs.imported import ImportOptions, import_vehicle

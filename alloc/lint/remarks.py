@@ -1,0 +1,192 @@
+"""The remarks on a vehicle: what its file contradicts, what looks like a slip, what follows from it."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from alloc.allocation import FloatArray
+from alloc.errors import NotApplicable, VehicleError
+from alloc.lint.report import Level
+from alloc.nullspace.allocator import exact
+from alloc.vehicle import RANK_TOLERANCE, Vehicle
+from alloc.vehicle.file import VehicleFile
+from alloc.vehicle.geometry import contradictions
+
+CONDITION = 20.0
+"""Condition number, with rows of unit length, above which a direction is nearly lost: a push in the weakest
+direction then takes 20 times the thrust of one in the strongest. Published vehicles lie below 4."""
+WORSE = 10.0
+"""Factor on the condition number by which a failure nearly takes a direction away."""
+FARTHEST_ARM = 100.0  # m; a longer arm is probably written in mm
+WIDEST_WEIGHTS = 1e4  # a wider spread costs an iterative solver half of its digits
+
+Remark = tuple[Level, str, str]
+"""Level, key of the file that the remark is about, and message."""
+
+
+def on_poses(
+    keys: VehicleFile, present: set[str], T: FloatArray, computed: FloatArray | None
+) -> Iterator[Remark]:
+    """Remarks on frame and poses, and on T (k, n) against the T ``computed`` from the poses.
+
+    ``present`` holds the keys that stand in the file.
+    """
+    if computed is not None:
+        for contradiction in contradictions(T, computed, keys.dof):
+            yield "error", "T", f"{contradiction}; correct the one that is wrong, or leave it out"
+    if "frame" not in present:
+        yield "note", "frame", "no 'frame' given; x forward, y starboard, z down (frd) is taken for granted"
+    if keys.thrusters is None:
+        if "center_of_mass" in present:
+            yield (
+                "warning",
+                "center_of_mass",
+                "has no effect without thrusters; put it into T, or leave it out",
+            )
+        return
+    positions = np.array([thruster.position for thruster in keys.thrusters])
+    middle = positions.mean(axis=0)
+    reach = np.linalg.norm(positions - middle, axis=1).max()
+    if "center_of_mass" not in present:
+        yield "note", "center_of_mass", "not given; moments are taken about the origin of the positions"
+    elif np.linalg.norm(np.array(keys.center_of_mass) - middle) > reach:
+        yield "warning", "center_of_mass", "lies outside the thrusters; check its unit (m) and its origin"
+    if np.abs(positions).max() > FARTHEST_ARM:
+        yield "warning", "thrusters", f"a position is over {FARTHEST_ARM:g} m off; check its unit"
+    for i, thruster in enumerate(keys.thrusters):
+        if any(
+            t.position == thruster.position and t.direction == thruster.direction for t in keys.thrusters[:i]
+        ):
+            yield "warning", f"thrusters[{i}]", "the same position and direction as an earlier thruster"
+
+
+def on_reach(keys: VehicleFile, vehicle: Vehicle) -> Iterator[Remark]:
+    """Remarks on directions that no thruster pushes or nearly none, and on thrusters that push nothing."""
+    meant = vehicle.k if keys.rank is None else keys.rank
+    if vehicle.rank != meant:
+        yield (
+            "error",
+            "rank",
+            f"T has rank {vehicle.rank} but {meant} is asked for; leave out of 'dof' what no thruster moves "
+            f"independently, or write 'rank: {vehicle.rank}' if that is meant",
+        )
+    for direction in unreachable(vehicle):
+        yield "warning", "T", f"no thruster pushes {direction}"
+    if (c := condition(vehicle)) > CONDITION:
+        yield (
+            "warning",
+            "T",
+            f"close to losing a direction: condition number {c:.0f}, above {CONDITION:g}",
+        )
+    strongest = np.abs(vehicle.T / vehicle.row_lengths[:, None]).max(axis=0)
+    for i in np.flatnonzero(strongest <= RANK_TOLERANCE):  # 0, or rounding such as cos 90 deg
+        yield "warning", "T", f"thruster {i} moves no controlled DOF; leave it out, or name the DOF it moves"
+
+
+def on_limits(vehicle: Vehicle) -> Iterator[Remark]:
+    """Remarks on limits that are one-sided, uneven, equal or look assumed."""
+    low, high = vehicle.f_min, vehicle.f_max
+    for i in np.flatnonzero((low > 0) | (high < 0)):
+        yield (
+            "warning",
+            "f_min" if low[i] > 0 else "f_max",
+            f"thruster {i} can't stop: 0 N is outside its limits",
+        )
+    for i in np.flatnonzero(low == high):
+        yield "warning", "f_max", f"thruster {i} has f_min = f_max = {low[i]:g} N; it can't be commanded"
+    one_way = np.flatnonzero(((low == 0) | (high == 0)) & (low != high))
+    if one_way.size:
+        yield "note", "f_min", f"{one_way.size} of {vehicle.n} thrusters push one way only"
+    uneven = np.flatnonzero((low < 0) & (high > 0) & (low != -high))
+    if uneven.size:
+        first = int(uneven[0])
+        span = f"{low[first]:g} … {high[first]:g} N"
+        yield "note", "f_max", f"not the same ahead and astern ({span}): mind which way each one points"
+    sizes = np.concatenate([np.abs(low), np.abs(high)])
+    if len(set(sizes[sizes > 0])) == 1 and _round(sizes.max()):
+        yield (
+            "note",
+            "f_max",
+            f"{sizes.max():g} N for every thruster is a round number; measured, or assumed?",
+        )
+
+
+def on_weights(vehicle: Vehicle) -> Iterator[Remark]:
+    """A remark on an H that is spread too widely for iterative solvers."""
+    spread = np.linalg.cond(vehicle.H)
+    if spread > WIDEST_WEIGHTS:
+        yield (
+            "warning",
+            "weights",
+            f"differ by a factor of {spread:.0e}; iterative solvers lose digits over that",
+        )
+
+
+def on_failures(vehicle: Vehicle) -> Iterator[Remark]:
+    """Remarks on each loss of one thruster that loses, or nearly loses, a direction."""
+    whole = condition(vehicle)
+    lost: dict[str, list[str]] = {}
+    for i in range(vehicle.n):
+        try:
+            degraded = vehicle.with_fault(i)
+        except VehicleError:
+            lost.setdefault("no thruster is left", []).append(str(i))
+            continue
+        if degraded.rank < vehicle.rank:
+            gone = " and ".join(unreachable(degraded))
+            lost.setdefault(f"nothing pushes {gone}", []).append(str(i))
+        elif (worse := condition(degraded)) > WORSE * whole:
+            lost.setdefault(f"a direction is all but lost (condition {worse:.0f})", []).append(str(i))
+    for what, thrusters in lost.items():
+        yield "warning", "T", f"without thruster {' or '.join(thrusters)}, {what}"
+
+
+def on_exact_method(vehicle: Vehicle) -> tuple[int | None, Remark]:
+    """Steps of the exact method at worst, None where it does not apply, and the remark that says so."""
+    try:
+        steps = exact(vehicle).worst_case_steps
+    except NotApplicable as reason:
+        return None, ("warning", "T", str(reason))
+    message = f"d = {vehicle.nullity} (thrusters less rank): the exact method takes {steps} steps at worst"
+    return steps, ("note", "T", message)
+
+
+def unreachable(vehicle: Vehicle) -> list[str]:
+    """The directions of wrench that no working thruster pushes, in words: ``pitch``, ``roll - 0.2 sway``.
+
+    There is one direction for each lost rank. Coefficients refer to rows of T scaled to unit length.
+    """
+    U = np.linalg.svd(vehicle.TP / vehicle.row_lengths[:, None])[0]
+    directions = U[:, vehicle.rank :].T
+    words = []
+    for direction in _reduced(directions):
+        terms = [
+            f"{'-' if c < 0 else '+'} {'' if abs(abs(c) - 1) < 5e-3 else f'{abs(c):.2g} '}{axis}"
+            for c, axis in zip(direction, vehicle.dof, strict=True)
+            if abs(c) > 0.01
+        ]
+        words.append(" ".join(terms).removeprefix("+ "))
+    return words
+
+
+def _reduced(basis: FloatArray) -> FloatArray:
+    # Row echelon form with the largest pivots, so that each direction has few axes.
+    rows = basis.copy()
+    for i in range(len(rows)):
+        j = int(np.argmax(np.abs(rows[i])))
+        rows[i] /= rows[i, j]
+        for other in range(len(rows)):
+            if other != i:
+                rows[other] -= rows[other, j] * rows[i]
+    return rows
+
+
+def condition(vehicle: Vehicle) -> float:
+    """Condition number of T P over its rank, with rows of unit length [-]."""
+    sigma = np.linalg.svd(vehicle.TP / vehicle.row_lengths[:, None], compute_uv=False)
+    return float(sigma[0] / sigma[vehicle.rank - 1])
+
+
+def _round(value: float) -> bool:
+    # Round numbers have one digit and zeros, as 40, 200 or 1.
+    return float(f"{value:.0e}") == value

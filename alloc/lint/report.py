@@ -1,0 +1,69 @@
+"""What a check of a vehicle file reports."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+Level = Literal["error", "warning", "note"]
+"""An error makes the file unusable, a warning deserves a second look, a note states an assumption or a
+consequence."""
+
+
+class Finding(NamedTuple):
+    """One remark on a vehicle file, with its place.
+
+    Attributes
+    ----------
+    level : how bad it is
+    key : key of the file that the remark is about; empty where there is none
+    line : line of that key; None where the file does not hold it
+    message : what is the matter, and what to do about it
+    """
+
+    level: Level
+    key: str
+    line: int | None
+    message: str
+
+
+class Facts(NamedTuple):
+    """What follows from a usable file.
+
+    Attributes
+    ----------
+    name : name of the vehicle
+    k : number of controlled degrees of freedom
+    n : number of thrusters
+    rank : rank of T
+    nullity : thrusters less rank
+    condition : condition number of T with rows of unit length [-]
+    worst_case_steps : steps of the exact method at worst; None where that does not apply
+    """
+
+    name: str
+    k: int
+    n: int
+    rank: int
+    nullity: int
+    condition: float
+    worst_case_steps: int | None
+
+
+@dataclass(frozen=True)
+class Report:
+    """All findings about one file.
+
+    Attributes
+    ----------
+    path : the file
+    facts : what follows from it; None where T, H or the limits are unusable
+    findings : the remarks, errors first
+    """
+
+    path: Path
+    facts: Facts | None
+    findings: tuple[Finding, ...]
+
+    def count(self, level: Level) -> int:
+        """How many findings have that level."""
+        return sum(finding.level == level for finding in self.findings)

@@ -1,0 +1,105 @@
+"""Vehicle files found by name or path, read, and refused with file, line and remedy."""
+
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+
+import msgspec
+
+from alloc.errors import UnknownName, VehicleError
+from alloc.files.yaml_tree import YamlTree, read_yaml
+from alloc.vehicle import Vehicle
+from alloc.vehicle.file import Planar, Thruster, VehicleFile, build_vehicle
+from alloc.vehicle.geometry import DOF
+
+
+@dataclass(frozen=True)
+class Document:
+    """A vehicle file as read.
+
+    Attributes
+    ----------
+    keys : the checked keys
+    tree : the YAML, with the line of each key
+    """
+
+    keys: VehicleFile
+    tree: YamlTree
+
+    def located(self, error: VehicleError) -> VehicleError:
+        """``error`` with file and line in front of its message."""
+        line = self.tree.lines.get(error.key)
+        place = f"{self.tree.path}: line {line}" if line else str(self.tree.path)
+        return VehicleError(f"{place}: {error}", error.key)
+
+
+def list_vehicles() -> tuple[str, ...]:
+    """Names of the shipped vehicles, sorted."""
+    folder = resources.files("alloc") / "vehicles"
+    return tuple(sorted(f.name.removesuffix(".yaml") for f in folder.iterdir() if f.name.endswith(".yaml")))
+
+
+def load_vehicle(name: str | Path) -> Vehicle:
+    """A shipped vehicle by name, or any vehicle by the path of its YAML file.
+
+    Raises UnknownName if there is neither, FileError where the file is no readable YAML, and VehicleError
+    (file, line, key, remedy) where its content describes no vehicle.
+    """
+    document = read_document(find_file(name))
+    try:
+        return build_vehicle(document.keys)
+    except VehicleError as error:
+        raise document.located(error) from None
+
+
+def find_file(name: str | Path) -> Path:
+    """The file behind a shipped name or a path; raises UnknownName."""
+    text = str(name)
+    if text in list_vehicles():
+        return Path(str(resources.files("alloc") / "vehicles" / f"{text}.yaml"))
+    path = Path(text)
+    if path.suffix in (".yaml", ".yml") or "/" in text or _exists(path):
+        return path
+    raise UnknownName(
+        f"no vehicle '{text}'; shipped ones are {', '.join(list_vehicles())}, or give a path to a .yaml file"
+    )
+
+
+def read_document(path: Path) -> Document:
+    """Read one vehicle file and check its form; raises FileError or VehicleError."""
+    tree = read_yaml(path)
+    if not isinstance(tree.data, dict):
+        raise VehicleError(f"{path}: holds no keys; start with 'name:', 'dof:' and a geometry")
+    try:
+        return Document(msgspec.convert(tree.data, VehicleFile), tree)
+    except msgspec.ValidationError as error:
+        raise VehicleError(f"{path}: {_explain(str(error), tree)}") from None
+
+
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists()
+    except (OSError, ValueError):  # the name is too long for a file, or holds a zero byte
+        return False
+
+
+def _explain(message: str, tree: YamlTree) -> str:
+    """The message of msgspec, which ends in "- at `$.f_min[2]`", with that entry's line in front."""
+    what, _, where = message.partition(" - at `$")
+    key = where.rstrip("`").lstrip(".")
+    if "unknown field" in what:
+        key = f"{key}.{what.split('`')[1]}".lstrip(".")
+    line = tree.line(key) if key else None
+    named = f"{key}: {what}" if key else what
+    short = "".join(c if c.isprintable() else " " for c in named)[:90]  # a key may be any text
+    return f"{f'line {line}: ' if line else ''}{short}; {_remedy(what, key)}"
+
+
+def _remedy(what: str, key: str) -> str:
+    place = key.partition("[")[0].partition(".")[0]
+    if "field" in what:
+        keys = {"planar": Planar, "thrusters": Thruster}.get(place, VehicleFile).__struct_fields__
+        return f"the keys are {', '.join(keys)}"
+    if "enum" in what:
+        return f"give one of {', '.join(DOF if place == 'dof' else ('frd', 'flu'))}"
+    return "docs/your-vehicle.md shows the form"
