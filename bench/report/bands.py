@@ -28,7 +28,7 @@ def page(
     if clock_MHz is None:
         return "This record holds instructions of emulated processors; give --clock MHZ to size with them.\n"
     assumed = CPI if cpi is None else dict.fromkeys(CPI, Cpi(*cpi, "as given"))
-    counted = [row for row in rows(run.record.emulated) if not vehicles or row.is_.vehicle in vehicles]
+    counted = [row for row in rows(run.record.emulated) if not vehicles or row.emulated.vehicle in vehicles]
     found = bands(counted, clock_MHz * 1e6, loop, assumed)
     parts = [
         f"Emulated processors at {clock_MHz:g} MHz, {loop.rate_hz:g} Hz. The instructions of the most costly"

@@ -13,7 +13,12 @@ def goals(rows: Sequence[EmulatedRow]) -> str:
     for vehicle, method, most in GOALS:
         cells = [
             _found(
-                [r for r in rows if (r.is_.vehicle, r.is_.method, r.is_.target, r.is_.scalar) == key], limit
+                [
+                    r
+                    for r in rows
+                    if (r.emulated.vehicle, r.emulated.method, r.emulated.target, r.emulated.scalar) == key
+                ],
+                limit,
             )
             for target, scalar, factor in BOARDS
             for key, limit in [((vehicle, method, target, scalar), factor * most)]
@@ -31,7 +36,7 @@ def _found(rows: Sequence[EmulatedRow], most: float) -> tuple[str, str]:
     if not counted:
         return "", ""
     worst = max(row.worst or 0 for row in counted)
-    stack = max(row.is_.stack_bytes or 0 for row in counted)
+    stack = max(row.emulated.stack_bytes or 0 for row in counted)
     return _marked(worst, most), _marked(stack, STACK_BYTES)
 
 
