@@ -1,4 +1,4 @@
-"""Report section: instructions of the generated C on processors that were emulated, never times."""
+"""Report section: instructions of the generated C on emulated processors; no times."""
 
 from collections.abc import Sequence
 from itertools import groupby
@@ -11,9 +11,9 @@ from bench.results.text import table, three
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:
-    """One table a processor: mean instructions by class of demand, the worst, flash and memory."""
-    found = rows(run.record.emulated)
-    if not found:
+    """A table for each processor: mean instructions by class of demand, the worst call, flash and memory."""
+    emulated = rows(run.record.emulated)
+    if not emulated:
         return ""
     parts = [
         "## Instructions on emulated processors\n",
@@ -22,7 +22,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
         " RAM are what the linked image grows by, with the tables for every single failed thruster; stack is"
         " the deepest that any call wrote. docs/embedded.md says how this was counted.\n",
     ]
-    counted = [row for row in found if row.emulated.instructions and row.emulated.target != REFERENCE]
+    counted = [row for row in emulated if row.emulated.instructions and row.emulated.target != REFERENCE]
     for target in dict.fromkeys(row.emulated.target for row in counted):
         parts += [f"### {target}\n", _target([row for row in counted if row.emulated.target == target])]
         if target in CPI:
@@ -31,12 +31,12 @@ def section(run: Run, drawn: frozenset[str]) -> str:
         parts += ["### What was asked for, and what was found\n", reached]
     tools = {f"{name} {version}" for row in counted for name, version in row.emulated.tools.items()}
     parts.append(f"Counted with {', '.join(sorted(tools))}.\n")
-    odd = [row for row in found if row.emulated.status != "ok" or row.emulated.agrees is False]
-    return "\n".join([*parts, _failures(odd)] if odd else parts)
+    failed = [row for row in emulated if row.emulated.status != "ok" or row.emulated.agrees is False]
+    return "\n".join([*parts, _failures(failed)] if failed else parts)
 
 
-def _target(found: Sequence[EmulatedRow]) -> str:
-    classes = list(dict.fromkeys(row.emulated.demands for row in found if row.emulated.demands != "search"))
+def _target(counted: Sequence[EmulatedRow]) -> str:
+    classes = list(dict.fromkeys(row.emulated.demands for row in counted if row.emulated.demands != "search"))
     headers = (
         *("vehicle", "method", "scalar"),
         *classes,
@@ -44,7 +44,7 @@ def _target(found: Sequence[EmulatedRow]) -> str:
     )
     lines = []
     for (vehicle, method, scalar), group in groupby(
-        found, key=lambda row: (row.emulated.vehicle, row.emulated.method, row.emulated.scalar)
+        counted, key=lambda row: (row.emulated.vehicle, row.emulated.method, row.emulated.scalar)
     ):
         by_class = {row.emulated.demands: row for row in group}
         worst = max(by_class.values(), key=lambda row: row.worst or 0)
@@ -56,10 +56,10 @@ def _target(found: Sequence[EmulatedRow]) -> str:
     return table(headers, lines)
 
 
-def _failures(odd: Sequence[EmulatedRow]) -> str:
-    # What fails on one processor mostly fails on all: one line for what has the same reason.
+def _failures(failed: Sequence[EmulatedRow]) -> str:
+    # A kernel that fails on one processor mostly fails on all, so rows with the same reason share a line.
     alike: dict[tuple[str, ...], list[EmulatedRow]] = {}
-    for row in odd:
+    for row in failed:
         alike.setdefault(
             (row.emulated.vehicle, row.emulated.method, row.emulated.demands, _why(row)), []
         ).append(row)

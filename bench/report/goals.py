@@ -1,4 +1,4 @@
-"""What the generated C was asked to keep within, and what was found."""
+"""The limits set for the generated C beside what was counted."""
 
 from collections.abc import Sequence
 
@@ -8,11 +8,11 @@ from bench.results.text import table
 
 
 def goals(rows: Sequence[EmulatedRow]) -> str:
-    """The goals as a table with what was found, where it was counted; what is missed is marked so."""
+    """Table of the goals and the counts, for kernels that were counted; a missed goal is marked."""
     lines = []
     for vehicle, method, most in GOALS:
         cells = [
-            _found(
+            _counted(
                 [
                     r
                     for r in rows
@@ -31,7 +31,7 @@ def goals(rows: Sequence[EmulatedRow]) -> str:
     return table(headers, lines) if lines else ""
 
 
-def _found(rows: Sequence[EmulatedRow], most: float) -> tuple[str, str]:
+def _counted(rows: Sequence[EmulatedRow], most: float) -> tuple[str, str]:
     counted = [row for row in rows if row.worst is not None]
     if not counted:
         return "", ""

@@ -132,7 +132,9 @@ def test_calls_are_counted_in_batches_and_singly(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("each_ns", [4 * SLOW_NS, SLOW_NS // 2])
-def test_a_call_counts_once_although_a_slow_one_is_stored_in_a_batch_and_singly(each_ns: int, tmp_path: Path) -> None:
+def test_a_call_counts_once_although_a_slow_one_is_stored_in_a_batch_and_singly(
+    each_ns: int, tmp_path: Path
+) -> None:
     made = 0
 
     def call(_: int) -> None:
