@@ -60,9 +60,8 @@ def _failures(failed: Sequence[EmulatedRow]) -> str:
     # A kernel that fails on one processor mostly fails on all, so rows with the same reason share a line.
     alike: dict[tuple[str, ...], list[EmulatedRow]] = {}
     for row in failed:
-        alike.setdefault(
-            (row.emulated.vehicle, row.emulated.method, row.emulated.demands, _why(row)), []
-        ).append(row)
+        key = (row.emulated.vehicle, row.emulated.method, row.emulated.demands, _why(row))
+        alike.setdefault(key, []).append(row)
     lines = []
     for (vehicle, method, demands, why), group in alike.items():
         scalars = ", ".join(sorted({row.emulated.scalar for row in group}))

@@ -9,19 +9,16 @@ from bench.results.text import table
 
 def goals(rows: Sequence[EmulatedRow]) -> str:
     """Table of the goals and the counts, for kernels that were counted; a missed goal is marked."""
+    by_kernel: dict[tuple[str, ...], list[EmulatedRow]] = {}
+    for row in rows:
+        kernel = row.emulated
+        key = (kernel.vehicle, kernel.method, kernel.target, kernel.scalar)
+        by_kernel.setdefault(key, []).append(row)
     lines = []
     for vehicle, method, most in GOALS:
         cells = [
-            _counted(
-                [
-                    r
-                    for r in rows
-                    if (r.emulated.vehicle, r.emulated.method, r.emulated.target, r.emulated.scalar) == key
-                ],
-                limit,
-            )
+            _counted(by_kernel.get((vehicle, method, target, scalar), []), factor * most)
             for target, scalar, factor in BOARDS
-            for key, limit in [((vehicle, method, target, scalar), factor * most)]
         ]
         if any(any(cell) for cell in cells):
             lines.append([vehicle, method, str(most), *(text for cell in cells for text in cell)])

@@ -46,8 +46,8 @@ def _cost(run: Run) -> str:
             continue
         exact_us.append(time)
         names.append(row.label)
-        for method, times in over.items():
-            times += [time / other for other in [_us(named(rows, method))] if other]
+        for method, ratios in over.items():
+            ratios += [time / other for other in [_us(named(rows, method))] if other]
         if solver is not None and solver_us:
             over_solver.append(solver_us / time)
             own_clock += [100 * own / solver_us for own in _numbers(solver.solver_p50_us)]
@@ -58,9 +58,9 @@ def _cost(run: Run) -> str:
         f"The exact constrained allocation (eq. 4-5) takes {number_range(exact_us)} µs a call on {fleet}"
         f" (`{max(set(names), key=names.count)}`, medians)"
     )
-    ratios = [f"{number_range(over[m])} times {words}" for m, words in CLOSED_FORMS.items() if over[m]]
-    if ratios:
-        text += f", {' and '.join(ratios)} (which knows no limits)"
+    comparisons = [f"{number_range(over[m])} times {words}" for m, words in CLOSED_FORMS.items() if over[m]]
+    if comparisons:
+        text += f", {' and '.join(comparisons)} (which knows no limits)"
     if over_solver:
         text += f"; the fastest QP solver that is as exact takes {number_range(over_solver)} times as long,"
         text += " called through Python"

@@ -33,9 +33,7 @@ def _vehicle(run: Run, vehicle: str) -> list[str]:
     attainable = [name for name in sets if name != "infeasible"]
     keeping = [row.label for row in shown if all(_keeps(by_set[name].get(row.label)) for name in attainable)]
     losing = [row for row in shown if row.label not in keeping or row.formulation == SCALED.name]
-    lines: dict[
-        tuple[str, ...], list[Row]
-    ] = {}  # rows by their cells: methods that lose the same share a line
+    lines: dict[tuple[str, ...], list[Row]] = {}  # methods that lose the same share a line
     for row in losing:
         cells = (
             *(_lost(by_set[name].get(row.label)) for name in sets),

@@ -44,9 +44,8 @@ def draw(run: Run, vehicle: str) -> "Figure | None":
     axes.set_title(f"{vehicle}, {demands} demands")
     legend(figure, [row for *_, row in points])
     on_front = set(front)
-    ordered = sorted(
-        points, key=lambda point: point[:2] not in on_front
-    )  # labels of the front get the best places
+    # Points of the front come first, so their labels get the best places.
+    ordered = sorted(points, key=lambda point: point[:2] not in on_front)
     named = [(time, error, "" if row.family in UNNAMED else row.method) for time, error, row in ordered]
     label_points(axes, named)
     return figure

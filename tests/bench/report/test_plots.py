@@ -37,9 +37,8 @@ def test_labels_overlap_neither_each_other_nor_the_frame(places: np.ndarray) -> 
         figure = Figure((7.5, 5))
         axes = figure.add_subplot(xlim=(-0.1, 1.1), ylim=(-0.1, 1.1))
         label_points(axes, [(x, y, f"qp/solver-{i}") for i, (x, y) in enumerate(places)])
-        boxes = [
-            Text.get_window_extent(text) for text in axes.texts
-        ]  # the text's own extent, without its line
+        # An annotation's own extent would hold its line too.
+        boxes = [Text.get_window_extent(text) for text in axes.texts]
         frame = axes.get_window_extent()
     assert not any(a.overlaps(b) for a, b in combinations(boxes, 2))
     assert all(frame.containsx(b.x0) and frame.containsx(b.x1) for b in boxes)
