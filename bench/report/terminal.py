@@ -80,16 +80,16 @@ def served(run: Run, rows: list[Row]) -> list[float]:
     """Share of the attainable set that a method serves within 1 % [%], for each vehicle where it is known.
 
     The share is the one in the record's capability, counted on thousands of demands, where that has the
-    method. Else it is that of the row on ``uniform``, a demand set that is even over the attainable set.
+    method or its twin. Else it is that of the row on ``uniform``, a demand set that is even over the
+    attainable set.
     """
     percentages = []
     for vehicle in sorted({row.vehicle for row in rows}):
-        capability, method = run.capability(vehicle), rows[0].method
-        shares = (
-            [s.within_1pct / s.n_demands for s in capability.served if (s.method, s.fault) == (method, None)]
-            if capability
-            else []
+        capability, names = run.capability(vehicle), (rows[0].method, rows[0].described.twin)
+        counted = (
+            [s for s in capability.served if s.fault is None and s.method in names] if capability else []
         )
+        shares = [s.within_1pct / s.n_demands for s in counted]
         if not shares:
             own = [row for row in rows if (row.vehicle, row.demands) == (vehicle, "uniform")]
             shares = [row.within_1pct_share for row in own if row.within_1pct_share is not None]
