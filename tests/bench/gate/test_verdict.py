@@ -183,6 +183,14 @@ def test_the_report_shows_a_slower_cell_with_its_times_interval_and_instructions
     assert '"exit_code": 1' in as_json(record, verdict(record))
 
 
+def test_a_message_with_bars_and_lines_stays_one_cell_of_the_report() -> None:
+    record = GateRecord("a", "b", GateSettings(), cells=[cell(head_lacks="head: it said a | b\nand c")])
+    text = markdown(record, verdict(record))
+    row = next(line for line in text.splitlines() if line.startswith("| `ukwial:pinv:-`"))
+    assert row.replace("\\|", "").count("|") == 3
+    assert "b and c" in row
+
+
 logs = st.lists(st.floats(-0.5, 0.5), min_size=2, max_size=12).filter(lambda m: np.std(m) > 1e-3)
 
 

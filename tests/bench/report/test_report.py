@@ -13,7 +13,7 @@ from bench.record import Cell, Event, Judged, Key
 from bench.report import render
 from bench.report.tails import unmet
 from bench.results.rows import read_run
-from bench.results.text import table, three
+from bench.results.text import number_range, table, three
 from tests import made_up
 
 
@@ -113,6 +113,12 @@ def test_repeats_whose_intervals_of_p99_do_not_meet_are_counted(
 )
 def test_numbers_have_three_significant_digits(value: float | None, shown: str) -> None:
     assert three(value) == shown
+
+
+def test_a_range_is_one_number_where_both_ends_show_the_same_and_nothing_where_there_is_none() -> None:
+    assert number_range([2.0, None, 1.0]) == "1.00 to 2.00"
+    assert number_range([1.001, 1.002], "…") == "1.00"
+    assert number_range([None]) == ""
 
 
 def test_a_table_aligns_numbers_right_and_words_left() -> None:
