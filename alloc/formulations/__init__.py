@@ -31,7 +31,7 @@ EXACT_METHODS = ("nullspace", "qp/daqp", "qp/clarabel")
 """Methods that can give the optimum of eq. 4-5, best first: exact to rounding, active set, interior point."""
 
 
-def unchanged(vehicle: Vehicle, taus: FloatArray) -> FloatArray:
+def as_they_are(vehicle: Vehicle, taus: FloatArray) -> FloatArray:
     """Return the demands themselves."""
     return taus
 
@@ -64,7 +64,7 @@ class Formulation:
     optimal: bool = False
     gives_way: bool = False
     references: tuple[str, ...] = ()
-    asked: Callable[[Vehicle, FloatArray], FloatArray] = unchanged
+    asked: Callable[[Vehicle, FloatArray], FloatArray] = as_they_are
     pose: Callable[[Vehicle], Posed] | None = None
 
 
