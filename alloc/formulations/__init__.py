@@ -51,7 +51,7 @@ class Formulation:
     gives_way : whether an attainable wrench may be met in part; SOLVED then says nothing about the wrench
     references : methods that can give the right answers, best first; empty where the only right answers
         known are T* tau, on inactive demands
-    asked : function of (vehicle, taus (N, k)) that returns the demands (N, k) [N, N m] to ask a reference
+    reference_demands : function of (vehicle, taus (N, k)) that returns the demands (N, k) [N, N m] to ask a reference
     pose : function of a vehicle that returns its problem as a QP, whose duality gap certifies an answer;
         None where the formulation is no QP
     """
@@ -64,7 +64,7 @@ class Formulation:
     optimal: bool = False
     gives_way: bool = False
     references: tuple[str, ...] = ()
-    asked: Callable[[Vehicle, FloatArray], FloatArray] = as_they_are
+    reference_demands: Callable[[Vehicle, FloatArray], FloatArray] = as_they_are
     pose: Callable[[Vehicle], Posed] | None = None
 
 

@@ -35,5 +35,5 @@ FORMULATION = Formulation(
     limited=True,
     optimal=True,
     references=EXACT_METHODS,
-    asked=attainable_share,
+    reference_demands=attainable_share,
 )

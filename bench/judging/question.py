@@ -114,7 +114,10 @@ def _ask_references(formulation: Formulation, made: list[Question], ask: Ask) ->
     for method in formulation.references:
         if not pending:
             return
-        cases = [(q.demands.vehicle, formulation.asked(q.demands.vehicle, q.demands.taus)) for q in pending]
+        cases = [
+            (q.demands.vehicle, formulation.reference_demands(q.demands.vehicle, q.demands.taus))
+            for q in pending
+        ]
         for question, answers in zip(pending, ask(method, cases), strict=True):
             if isinstance(answers, Answers):
                 question.right[name] = _right(formulation, question, answers)
