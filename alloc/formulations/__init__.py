@@ -51,7 +51,8 @@ class Formulation:
     gives_way : whether an attainable wrench may be met in part; SOLVED then says nothing about the wrench
     references : methods that can give the right answers, best first; empty where the only right answers
         known are T* tau, on inactive demands
-    reference_demands : function of (vehicle, taus (N, k)) that returns the demands (N, k) [N, N m] to ask a reference
+    reference_demands : function of (vehicle, taus (N, k)) that returns the demands (N, k) [N, N m] that a
+        reference is asked
     pose : function of a vehicle that returns its problem as a QP, whose duality gap certifies an answer;
         None where the formulation is no QP
     """
