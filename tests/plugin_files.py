@@ -40,10 +40,17 @@ BODIES = {
     "scribbles": "tau *= 0; f = f * 0; self.formulation = 'mine'",  # 'mine' has no reference
     "nan": "f = f * np.nan if large else f",
 }
+TAMPERING = {
+    "closes-files": "if large: os.closerange(3, 256)",
+    "closes-files-and-hangs": "if large: os.closerange(0, 256); time.sleep(60)",
+    "miscounts": "if large: return Allocation(f, Status.SOLVED, 2.5)",
+    "forks": "if large and not self.kept: self.kept.append(f); os.fork() or sys.exit(0)",
+}
+"""These hurt the worker itself: its files, its process, or the types of its results."""
 
 
 def write_plugin(folder: Path, name: str) -> str:
     """Write the plug-in file of that name; returns its path."""
     path = folder / f"{name.replace('-', '_')}.py"
-    path.write_text(TEMPLATE.format(body=BODIES[name]))
+    path.write_text(TEMPLATE.format(body=(BODIES | TAMPERING)[name]))
     return str(path)
