@@ -16,6 +16,10 @@ from tests.places import ROOT
 settings.register_profile("thrustbench", deadline=None, derandomize=True)
 settings.load_profile("thrustbench")
 
+# What programs print is compared as plain text, also where everything is asked to be coloured.
+for name in ("FORCE_COLOR", "PY_COLORS"):
+    os.environ.pop(name, None)
+
 # Kernels are compiled into the tree, since the default folder lies in a home, which tests may not have.
 os.environ.setdefault("THRUSTBENCH_CACHE", str(ROOT / "build" / "kernels"))
 

@@ -23,6 +23,7 @@ def tree(tmp_path: Path) -> Path:
     for name in ("Makefile", "pyproject.toml", "constraints.txt"):
         shutil.copy(ROOT / name, tmp_path)
     (tmp_path / ".venv").mkdir()
+    (tmp_path / ".venv" / "bin").symlink_to(Path(sys.executable).parent)
     (tmp_path / ".venv" / "installed").touch()
     (tmp_path / "README.md").write_text(f"{START}\n{END}\n")
     return tmp_path
@@ -37,7 +38,7 @@ def measured(tree: Path, name: str) -> bytes:
 
 
 def keep(tree: Path, *options: str) -> subprocess.CompletedProcess[str]:
-    command = ["make", "--no-print-directory", "keep", f"BIN={Path(sys.executable).parent}", *options]
+    command = ["make", "--no-print-directory", "keep", *options]
     clean = {key: value for key, value in os.environ.items() if not key.startswith("MAKE")}
     return subprocess.run(command, cwd=tree, capture_output=True, text=True, check=False, env=clean)
 

@@ -61,7 +61,8 @@ def styles_of(methods: Iterable[str]) -> dict[str, tuple[str, str]]:
 def alike(curves: list[Curve]) -> list[tuple[list[str], Curve]]:
     """Groups of curves that coincide, least error first: their methods, and one of the curves."""
     groups: list[tuple[list[str], Curve]] = []
-    for curve in sorted(curves, key=lambda c: (sum(c.error_p50), c.method)):
+    # Rounded, since Python 3.12 adds floats otherwise than 3.11: curves that coincide stand by name in both.
+    for curve in sorted(curves, key=lambda c: (round(sum(c.error_p50), 12), c.method)):
         for methods, other in groups:
             if _distance(curve, other) <= WRENCH_TOLERANCE:
                 methods.append(curve.method)
