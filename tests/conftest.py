@@ -16,8 +16,9 @@ from tests.places import ROOT
 settings.register_profile("thrustbench", deadline=None, derandomize=True)
 settings.load_profile("thrustbench")
 
-# What programs print is compared as plain text, also where everything is asked to be coloured.
-for name in ("FORCE_COLOR", "PY_COLORS"):
+# The first two colour what is compared as plain text. The others are set in a git hook, where git commands in
+# a test's own repository would change the user's.
+for name in ("FORCE_COLOR", "PY_COLORS", "GIT_DIR", "GIT_INDEX_FILE", "GIT_WORK_TREE"):
     os.environ.pop(name, None)
 
 # Kernels are compiled into the tree, since the default folder lies in a home, which tests may not have.

@@ -1,7 +1,6 @@
 """The commit of the source that a run records, and the core that it leaves to workers."""
 
 import os
-import subprocess
 from pathlib import Path
 from threading import Event, Thread
 
@@ -9,12 +8,7 @@ import psutil
 import pytest
 
 from bench.harness import machine
-
-
-def git(tree: Path, *arguments: str) -> str:
-    nobody = ("-c", "user.name=test", "-c", "user.email=test@localhost")
-    done = subprocess.run(["git", *nobody, *arguments], cwd=tree, check=True, capture_output=True, text=True)
-    return done.stdout.strip()
+from bench.studies.gate_check import git
 
 
 @pytest.fixture
