@@ -184,7 +184,9 @@ def test_the_report_shows_a_slower_cell_with_its_times_interval_and_instructions
 
 
 def test_a_message_with_bars_and_lines_stays_one_cell_of_the_report() -> None:
-    record = GateRecord("a", "b", GateSettings(), cells=[cell(head_lacks="head: it said a | b\nand c")])
+    record = GateRecord(
+        base="a", head="b", settings=GateSettings(), cells=[cell(head_lacks="head: it said a | b\nand c")]
+    )
     text = markdown(record, verdict(record))
     row = next(line for line in text.splitlines() if line.startswith("| `ukwial:pinv:-`"))
     assert row.replace("\\|", "").count("|") == 3
