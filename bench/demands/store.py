@@ -22,7 +22,7 @@ def arrays_of(vehicle: Vehicle) -> dict[str, NDArray[Any]]:
 def vehicle_of(arrays: Mapping[str, NDArray[Any]]) -> Vehicle:
     """The vehicle that ``arrays_of`` took apart."""
     name, source, whole = map(str, arrays["vehicle"])
-    numbers = {key: arrays[key] for key in VEHICLE_ARRAYS}
+    numbers: dict[str, Any] = {key: arrays[key] for key in VEHICLE_ARRAYS}
     return Vehicle(name=name, source=source, whole=whole, dof=tuple(map(str, arrays["dof"])), **numbers)
 
 
