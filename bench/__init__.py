@@ -1,7 +1,7 @@
 """The harness: runs every method in its own process, times it, judges it, reports it.
 
-A script reads a run through ``load``. It imports what it needs when it is called: every command imports this
-package, and ``--help`` must not wait for numpy.
+A script reads a run through ``load``. ``load`` imports what it needs only when it is called, because every
+command imports this package and ``--help`` must not wait for numpy.
 """
 
 from typing import TYPE_CHECKING
@@ -15,7 +15,7 @@ __all__ = ["Row", "load"]
 
 
 def load(directory: "str | Path") -> "tuple[Row, ...]":
-    """The rows of the run in a folder, as they stand in its results.csv; none where nothing was timed.
+    """The rows of the run in a folder, as they stand in its results.csv; empty where nothing was timed.
 
     Raises RecordError, an ``alloc.AllocError``, where the folder holds no readable record.
     """
@@ -26,7 +26,7 @@ def load(directory: "str | Path") -> "tuple[Row, ...]":
     return read_run(Path(directory)).rows
 
 
-if not TYPE_CHECKING:  # a type checker has Row from above, and would take any other name for one of these
+if not TYPE_CHECKING:  # with this function a type checker would accept any name; it has Row from above
 
     def __getattr__(name: str) -> type:
         if name != "Row":

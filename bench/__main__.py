@@ -21,7 +21,7 @@ class Commands(click.Group):
         return sorted(m.name.strip("_") for m in pkgutil.iter_modules(bench.commands.__path__))
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """The command of that name; a trailing underscore in the file name dodges Python's keywords."""
+        """The command of that name; a file whose name would be a keyword of Python ends in an underscore."""
         for name in (cmd_name, f"{cmd_name}_"):
             if any(m.name == name for m in pkgutil.iter_modules(bench.commands.__path__)):
                 command: click.Command = import_module(f"bench.commands.{name}").command
@@ -29,7 +29,7 @@ class Commands(click.Group):
         return None
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run the command; raises ReaderLeft, where click and rich would end with 1: a regression."""
+        """Run the command; raises ReaderLeft where click and rich would end with 1, the gate's regression."""
         try:
             return super().invoke(ctx)
         except (BrokenPipeError, SystemExit) as error:
@@ -39,7 +39,7 @@ class Commands(click.Group):
 
 
 class ReaderLeft(Exception):
-    """Whoever read our output has closed it, as `| head` does."""
+    """The program that read our output has closed it, as `| head` does."""
 
 
 @click.command(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
@@ -50,9 +50,9 @@ def cli() -> None:
 
 def main() -> None:
     """Run the command line; bad input ends with exit code 2 and one line on stderr."""
-    if isinstance(sys.stdout, TextIOWrapper):  # a terminal that lacks a letter gets its number
+    if isinstance(sys.stdout, TextIOWrapper):  # where a terminal lacks a letter, print its number
         sys.stdout.reconfigure(errors="backslashreplace")
-    # Processes are ended and folders removed on the way out, as after Ctrl-C.
+    # sys.exit ends worker processes and removes temporary folders on the way out, as Ctrl-C does.
     signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))
     try:
         code = cli.main(standalone_mode=False)
@@ -66,10 +66,10 @@ def main() -> None:
         print(f"{place}: {message}; see '{place} --help'", file=sys.stderr)
         code = 2
     except (ReaderLeft, BrokenPipeError):
-        # What is left in the buffer has nowhere to go, and must not fail once more as Python ends.
+        # Python flushes the rest of the buffer as it ends, which must not fail once more.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        code = 128 + signal.SIGPIPE  # as the shell says of a program that this ended: no verdict
-    except OSError as error:  # a full disk, a folder in a file's place: the machine's, whoever met it
+        code = 128 + signal.SIGPIPE  # the shell's code for a program ended by SIGPIPE: no verdict
+    except OSError as error:  # a full disk, a folder in a file's place: the machine's fault
         where = f"{error.filename}: ".replace("\n", " ") if error.filename else ""
         reason = (error.strerror or str(error)).lower()
         print(f"thrustbench: {where}{reason}; make room there or name another place", file=sys.stderr)
@@ -82,7 +82,7 @@ def main() -> None:
 
         if not isinstance(error, AllocError):
             raise
-        print("thrustbench:", str(error).replace("\n", " "), file=sys.stderr)  # a file's name may have one
+        print("thrustbench:", str(error).replace("\n", " "), file=sys.stderr)  # a file's name may hold one
         code = 2
     sys.exit(code if isinstance(code, int) else 0)
 

@@ -1,4 +1,4 @@
-"""A small made-up record for tests of what reads records: numbers that can be worked out by hand."""
+"""Small made-up records for tests of readers, with numbers that can be worked out by hand."""
 
 from pathlib import Path
 from typing import Any
@@ -25,10 +25,10 @@ def header(**changes: Any) -> Header:
 
 
 def cell(method: str = "pinv", us: int = 1, **changes: Any) -> Cell:
-    """A cell that takes ``us`` µs a call in its middle batch, and 1 … 20,000 ns singly, once each."""
+    """A cell whose median batch takes ``us`` µs a call, with single calls of 1 … 20,000 ns, one each."""
     made = Cell(
-        Key("ukwial", "inactive", method),
-        "ok",
+        key=Key("ukwial", "inactive", method),
+        status="ok",
         formulation="unlimited",
         n_demands=10,
         setup_ns=[5_000, 7_000, 6_000],
@@ -78,8 +78,8 @@ def exact_cell(vehicle: str, method: str, us: float) -> Cell:
     ns = round(us * 1000)
     judged = Judged(answers=10, counts={"SOLVED": 10}, agrees=True, distance_rel_max=1e-12, tolerance=1e-9)
     return Cell(
-        Key(vehicle, "active", method),
-        "ok",
+        key=Key(vehicle, "active", method),
+        status="ok",
         formulation="hard",
         batches=[Batch(100, 100 * ns, 100 * ns, 0)],
         allocator_bytes=1000,
@@ -95,7 +95,7 @@ def record(directory: Path, *lines: Line) -> Path:
 
 
 def whole(directory: Path) -> Path:
-    """A record with one row of every kind."""
+    """A record with a cell of every outcome: ok, crashed, and judged wrong."""
     failed = cell("qp/gone", status="crashed", reason="signal 11", batches=[], singles=[], judged=None)
     wrong = cell(
         "clip",
@@ -119,5 +119,5 @@ def whole(directory: Path) -> Path:
         )
         for method in ("pinv", "qp/osqp", "clip")
     ]
-    osqp = cell("qp/osqp", 20, key=Key("ukwial", "inactive", "qp/osqp", "warm", "tight"))
+    osqp = cell("qp/osqp", 20, key=Key("ukwial", "inactive", "qp/osqp", start="warm", level="tight"))
     return record(directory, header(), *workers, cell(), osqp, failed, wrong)

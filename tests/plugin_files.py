@@ -1,4 +1,4 @@
-"""Methods that misbehave, each a plug-in file: T* tau with one thing gone wrong on large demands."""
+"""Plug-in files of methods that answer T* tau and misbehave, most of them on large demands only."""
 
 from pathlib import Path
 
@@ -37,13 +37,20 @@ BODIES = {
     "sleeps": "time.sleep(0.003)",
     "floods": "print('x' * 10_000); sys.stdout.flush()",
     "off": "f *= 1.001",
-    "scribbles": "tau *= 0; f = f * 0; self.formulation = 'mine'",  # of which no reference is known
+    "scribbles": "tau *= 0; f = f * 0; self.formulation = 'mine'",  # 'mine' has no reference
     "nan": "f = f * np.nan if large else f",
 }
+TAMPERING = {
+    "closes-files": "if large: os.closerange(3, 256)",
+    "closes-files-and-hangs": "if large: os.closerange(0, 256); time.sleep(60)",
+    "miscounts": "if large: return Allocation(f, Status.SOLVED, 2.5)",
+    "forks": "if large and not self.kept: self.kept.append(f); os.fork() or sys.exit(0)",
+}
+"""These hurt the worker itself: its files, its process, or the types of its results."""
 
 
 def write_plugin(folder: Path, name: str) -> str:
-    """The path of the plug-in file of that name, written."""
+    """Write the plug-in file of that name; returns its path."""
     path = folder / f"{name.replace('-', '_')}.py"
-    path.write_text(TEMPLATE.format(body=BODIES[name]))
+    path.write_text(TEMPLATE.format(body=(BODIES | TAMPERING)[name]))
     return str(path)

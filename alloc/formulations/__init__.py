@@ -1,7 +1,7 @@
-"""What a right answer is. One file, one formulation, found by its file name; each holds one FORMULATION.
+"""What a right answer is: each file holds one FORMULATION and is found by its file name.
 
-"QP" means several different optima in published allocators, so a method names the one it answers, and
-answers are compared only within one. Whoever judges, draws or ranks answers asks the formulation.
+Published allocators mean several different optima by "QP", so a method names the formulation it answers,
+and answers are compared only within one. Judging, drawing and ranking read the formulation's fields.
 """
 
 import pkgutil
@@ -28,11 +28,11 @@ class Family(StrEnum):
 
 
 EXACT_METHODS = ("nullspace", "qp/daqp", "qp/clarabel")
-"""Methods that can give the optimum of eq. 4-5, best first: up to rounding, active set, interior point."""
+"""Methods that can give the optimum of eq. 4-5, best first: exact to rounding, active set, interior point."""
 
 
 def as_they_are(vehicle: Vehicle, taus: FloatArray) -> FloatArray:
-    """The demands themselves."""
+    """Return the demands themselves."""
     return taus
 
 
@@ -42,17 +42,19 @@ class Formulation:
 
     Attributes
     ----------
-    name : as a method's module and an allocator's ``formulation`` say it
-    title : what the answer is, in a table's few words
+    name : named as FORMULATION by a method's module, and as ``formulation`` by its allocator
+    title : what the answer is, in a few words for a table
     meaning : what the answer is, as the end of a sentence that starts with the name
-    family : of a method that answers it and says nothing else of its family
+    family : family of a method of this formulation whose module names none
     limited : whether f is promised to lie inside the limits
     optimal : whether every attainable demand is met at least effort, so that answers may be called exact
-    gives_way : whether a wrench that could be met may be met in part: SOLVED then says nothing of the wrench
-    references : methods that can give the right answers, best first; empty where there are none but T* tau
-        on inactive demands
-    asked : (vehicle, taus (N, k)) to the demands (N, k) whose answer by a reference is the right one
-    pose : the vehicle's problem as a QP, whose duality gap certifies an answer; None where it is none
+    gives_way : whether an attainable wrench may be met in part; SOLVED then says nothing about the wrench
+    references : methods that can give the right answers, best first; empty where the only right answers
+        known are T* tau, on inactive demands
+    reference_demands : function of (vehicle, taus (N, k)) that returns the demands (N, k) [N, N m] that a
+        reference is asked
+    pose : function of a vehicle that returns its problem as a QP, whose duality gap certifies an answer;
+        None where the formulation is no QP
     """
 
     name: str
@@ -63,7 +65,7 @@ class Formulation:
     optimal: bool = False
     gives_way: bool = False
     references: tuple[str, ...] = ()
-    asked: Callable[[Vehicle, FloatArray], FloatArray] = as_they_are
+    reference_demands: Callable[[Vehicle, FloatArray], FloatArray] = as_they_are
     pose: Callable[[Vehicle], Posed] | None = None
 
 
@@ -71,19 +73,19 @@ class Formulation:
 def list_formulations() -> tuple[Formulation, ...]:
     """Every formulation there is a file for, sorted by name."""
     modules = (import_module(f"{__name__}.{module.name}") for module in pkgutil.iter_modules(__path__))
-    found: list[Formulation] = [module.FORMULATION for module in modules]
-    return tuple(sorted(found, key=lambda formulation: formulation.name))
+    formulations: list[Formulation] = [module.FORMULATION for module in modules]
+    return tuple(sorted(formulations, key=lambda formulation: formulation.name))
 
 
 def find_formulation(name: str) -> Formulation:
-    """The formulation of that name; any other name is that of a rule of practice.
+    """The formulation of that name; a name without a file is that of a rule of practice.
 
-    A rule has no optimum of its own, but nothing to do while T* tau lies inside the limits: there it must
-    return that.
+    A rule of practice has no optimum of its own. While T* tau lies inside the limits there is nothing to
+    mend, so its right answer there is T* tau.
     """
-    for known in list_formulations():
-        if known.name == name:
-            return known
+    for formulation in list_formulations():
+        if formulation.name == name:
+            return formulation
     return Formulation(
         name=name,
         title="a rule within limits",

@@ -1,7 +1,7 @@
-"""The least effort for the largest attainable share of the wrench: its direction is kept.
+"""The least effort for the largest attainable share of the wrench, whose direction is kept.
 
-The right answer is the hard optimum of min(1, alpha*) tau. Of a tau with a part that no thruster pushes,
-only the rest, T P T* tau, is asked.
+The right answer is the hard optimum of min(1, alpha*) tau. Where no thruster pushes a part of tau, only the
+other part, T P T* tau, is asked.
 """
 
 import numpy as np
@@ -13,11 +13,11 @@ from alloc.reach.attainable import alpha_max
 from alloc.vehicle import Vehicle
 
 INWARD = 1e-12
-"""A demand is brought onto the edge of the attainable set less this share: rounding then keeps it inside."""
+"""Share by which a demand is moved inside the attainable set, so that rounding leaves it there [-]."""
 
 
 def attainable_share(vehicle: Vehicle, taus: FloatArray) -> FloatArray:
-    """min(1, alpha*) tau for demands (N, k) [N, N m]; 0 where no share of one is attainable."""
+    """min(1, alpha*) tau for demands (N, k) [N, N m]; zero where no share is attainable."""
     asked = taus
     if vehicle.rank < vehicle.k:
         asked = taus @ (vehicle.TP @ generalized_inverse(vehicle)).T
@@ -35,5 +35,5 @@ FORMULATION = Formulation(
     limited=True,
     optimal=True,
     references=EXACT_METHODS,
-    asked=attainable_share,
+    reference_demands=attainable_share,
 )

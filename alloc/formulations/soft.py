@@ -1,6 +1,6 @@
 """Least effort and penalised slack, inside the limits (Fossen 2021, eq. 11.38 without the load term).
 
-It is biased where the wrench could be met, too, so T* tau is no reference for it anywhere.
+The penalty biases the answer also where the wrench could be met, so T* tau is nowhere the right answer.
 """
 
 from alloc.formulations import Family, Formulation

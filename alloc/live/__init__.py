@@ -1,1 +1,1 @@
-"""An allocator around a QP solver: prepared once (``allocator``), or nothing prepared (``one_shot``)."""
+"""An allocator around a QP solver prepared once (``allocator``) or set up at each call (``one_shot``)."""

@@ -1,4 +1,4 @@
-"""An allocator around a prepared QP: what goes in, and what SOLVED means coming out."""
+"""An allocator around a prepared QP: it poses a demand, asks the solver, and judges the answer."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,18 +21,18 @@ from alloc.vehicle import Vehicle
 
 PARTIAL_TOLERANCE = 1e-2
 """Largest miss of a PARTIAL answer, relative to ``vehicle.wrench_scale`` [-]. The loosest of the solvers'
-defaults stops at residuals near 1e-3; one that is ten times off has not answered this demand."""
+defaults stops at residuals near 1e-3; an answer ten times further off does not answer the demand."""
 UNREACHABLE = 1e-9
-"""A demand's part along directions that no thruster pushes counts from here [-]; rounding is 1e-15."""
+"""Smallest part of a demand along directions that no thruster pushes that counts [-]; rounding is 1e-15."""
 
 
 class Live:
-    """The allocator; ``pose`` and ``solve`` are its stages (``alloc.TwoStage``).
+    """The allocator; ``pose`` and ``solve`` are its two stages (``alloc.TwoStage``).
 
     Attributes
     ----------
     formulation : ``hard`` or ``soft``
-    solve : b -> Answer, the binding's call and nothing else
+    solve : function b -> Answer that is the binding's call and nothing else
     tolerance : promised distance to the optimum where SOLVED, relative to the largest limit [-]
     """
 
@@ -49,12 +49,12 @@ class Live:
         self._unreachable = posed.unreachable
         self._f_scale = posed.f_scale
         self._shape = vehicle.k, vehicle.n
-        self._on = posed.working
+        self._working = posed.working
         self._m = len(posed.working)
         self._soft = len(posed.qp.g) > self._m
-        self._f_min, self._f_max = vehicle.f_min[self._on], vehicle.f_max[self._on]
+        self._f_min, self._f_max = vehicle.f_min[posed.working], vehicle.f_max[posed.working]
         self._per_axis = 1.0 / vehicle.wrench_scale
-        self._T = vehicle.TP[:, self._on] * self._per_axis[:, None]
+        self._T = vehicle.TP[:, posed.working] * self._per_axis[:, None]
 
     def pose(self, tau: FloatArray) -> FloatArray:
         """b (p,) of the QP for a wrench (k,) [N, N m]."""
@@ -72,22 +72,22 @@ class Live:
         """
         wrench = checked(tau, self._shape[0])
         if len(self._unreachable) and np.abs(self._unreachable.dot(wrench)).max() > UNREACHABLE:
-            return self._without(Status.INFEASIBLE)
+            return self._unanswered(Status.INFEASIBLE)
         x, status, iterations, solver_s = self.solve(self.pose(wrench))
         if status != Status.SOLVED:
-            if self._soft:  # every demand has a soft answer, so no verdict excuses having none
+            if self._soft:  # every demand has a soft answer, so the solver missed it
                 status = Status.NOT_CONVERGED
-            return self._without(status, iterations, solver_s)
+            return self._unanswered(status, iterations, solver_s)
         f = x[: self._m] * self._f_scale
         np.minimum(f, self._f_max, out=f)
         np.maximum(f, self._f_min, out=f)
         miss = self._T.dot(f) - self._per_axis * wrench
-        # One product each, and False for NaN; the Euclidean norm is never below the largest entry.
+        # The Euclidean norm is never below the largest entry; its square is one product, and NaN fails it.
         if not (solved := miss.dot(miss) <= WRENCH_TOLERANCE**2):
             if self._soft:
                 miss -= x[self._m :]
             if not miss.dot(miss) <= PARTIAL_TOLERANCE**2:
-                return self._without(Status.NOT_CONVERGED, iterations, solver_s)
+                return self._unanswered(Status.NOT_CONVERGED, iterations, solver_s)
         if self._m < self._shape[1]:
             f = self._scattered(f)
         return answer(f, Status.SOLVED if solved else Status.PARTIAL, iterations, solver_s)
@@ -96,19 +96,19 @@ class Live:
         """Allocate (N, k) wrenches, each in turn: a warm start sees them in order."""
         return one_by_one(self, taus, *self._shape)
 
-    def _scattered(self, working: FloatArray) -> FloatArray:
+    def _scattered(self, f_working: FloatArray) -> FloatArray:
         f = np.zeros(self._shape[1])
-        f[self._on] = working
+        f[self._working] = f_working
         return f
 
-    def _without(self, status: Status, iterations: int = 0, solver_s: float = np.nan) -> Allocation:
+    def _unanswered(self, status: Status, iterations: int = 0, solver_s: float = np.nan) -> Allocation:
         return answer(np.full(self._shape[1], np.nan), status, iterations, solver_s)
 
 
 def live(
     formulation: Formulation, name: str, vehicle: Vehicle, start: Start | None, level: Level | None
 ) -> Live:
-    """The allocator of a solver by name for a formulation that is a QP; None is the solver's own choice.
+    """Prepare the solver of that name for a formulation that is a QP; None takes the solver's default.
 
     Raises NotApplicable where the formulation is no QP.
     """
@@ -117,4 +117,10 @@ def live(
     posed, solver = formulation.pose(vehicle), load(name)
     level = level or default_level(solver)
     solve = solver.prepare(posed.qp, start or default_start(solver), level)
-    return Live(formulation.name, vehicle, posed, solve, solver.TOLERANCE[formulation.name][level])
+    return Live(
+        formulation=formulation.name,
+        vehicle=vehicle,
+        posed=posed,
+        solve=solve,
+        tolerance=solver.TOLERANCE[formulation.name][level],
+    )

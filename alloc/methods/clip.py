@@ -13,7 +13,7 @@ def build(vehicle: Vehicle) -> Saturating:
 
 
 def _leave(tau: FloatArray, f: list[float]) -> tuple[list[float], int]:
-    return f, 1  # Saturating clips whatever is left beyond a limit
+    return f, 1  # Saturating clips the thrusts that are beyond a limit
 
 
 def _leave_many(taus: FloatArray, F: FloatArray) -> FloatArray:

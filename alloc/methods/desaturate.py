@@ -7,13 +7,13 @@ from alloc.vehicle import Vehicle
 
 FORMULATION = "desaturate"
 
-GIVEN_UP = ("sway", "surge", "yaw", "heave", "pitch", "roll")
-"""Which axis goes first. A vehicle that tips over controls nothing, so roll and pitch are cut last and yaw
-before heave, as PX4's multicopter mixing does; surge and sway, which it seldom has, go first."""
+CUT_ORDER = ("sway", "surge", "yaw", "heave", "pitch", "roll")
+"""Axes, the first to be cut first. A vehicle that tips over controls nothing, so roll and pitch are cut last
+and yaw before heave, as PX4's multicopter mixing does; surge and sway, which that seldom has, go first."""
 
 WEAK = 0.2
-"""A thruster with less than this share of an axis's largest thrust is not brought inside by that axis: it
-would cost all of the axis to move it a little (PX4 leaves out the same share)."""
+"""A thruster with less than this share of an axis's largest thrust is not brought inside by that axis:
+moving it a little would cost all of the axis (PX4 leaves out the same share)."""
 
 
 def build(vehicle: Vehicle) -> Saturating:
@@ -25,7 +25,7 @@ def build(vehicle: Vehicle) -> Saturating:
     its share of the demand stays between 0 and 1.
     """
     G = generalized_inverse(vehicle)
-    order = [vehicle.dof.index(axis) for axis in GIVEN_UP if axis in vehicle.dof]
+    order = [vehicle.dof.index(axis) for axis in CUT_ORDER if axis in vehicle.dof]
     columns = [(axis, G[:, axis].tolist()) for axis in order]
     limits = list(zip(vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True))
 

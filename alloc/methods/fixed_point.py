@@ -10,14 +10,14 @@ from alloc.vehicle import Vehicle
 FORMULATION = "fixed-point"
 
 ITERATIONS = 100
-"""Most iterations of one call: QCAT's default for its fxp_alloc."""
+"""Most iterations of one call: the default of QCAT's fxp_alloc."""
 
 EPSILON = WRENCH_TOLERANCE / 10
 """Weight of the effort against the wrench error. It biases the wrench by as much, relative to the largest,
 so the bias alone makes no demand PARTIAL."""
 
 STILL = 1e-9
-"""Stops where no thrust moves by more than this share of the largest limit: the method's own tolerance."""
+"""The iteration stops where no thrust moves by more than this share of the largest limit [-]."""
 
 
 def build(vehicle: Vehicle) -> Saturating:

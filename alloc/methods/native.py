@@ -9,7 +9,7 @@ FOREIGN = True
 
 
 def variants() -> dict[str, Variant]:
-    """Each method that there is C for, with what is missing to compile it."""
+    """``<kernel>@native`` for every recipe, with what is missing to compile it."""
     return {
         f"{kernel}@native": Variant(
             key=kernel,

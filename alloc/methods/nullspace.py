@@ -7,5 +7,5 @@ FORMULATION = Nullspace.formulation
 
 
 def build(vehicle: Vehicle) -> Nullspace:
-    """Prepare the exact answer; raises NotApplicable where the null space is too large to be worth it."""
+    """Prepare the exact answer; raises NotApplicable where a call may take too many steps."""
     return exact(vehicle)

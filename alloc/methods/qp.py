@@ -13,7 +13,7 @@ FOREIGN = True
 
 
 def variants() -> dict[str, Variant]:
-    """``qp/<solver>`` for every file in ``alloc/solvers``; what is missing, where something is."""
+    """``qp/<solver>`` for every file in ``alloc/solvers``, with how to install a missing binding."""
     return by_solver("qp", "eq. 4-5")
 
 

@@ -1,6 +1,6 @@
 """Soft allocation, T f = tau + s with s penalised (Fossen 2021, eq. 11.38 without the load term).
 
-Every demand has an answer, and also one that could be met is met only in part: the share of the
+Every demand has an answer, and even a demand that could be met is met only in part: the share of the
 wrench that is left out is the price of never being infeasible.
 """
 
@@ -15,7 +15,7 @@ FOREIGN = True
 
 
 def variants() -> dict[str, Variant]:
-    """``qp-soft/<solver>`` for every file in ``alloc/solvers``; what is missing, where something is."""
+    """``qp-soft/<solver>`` for every file in ``alloc/solvers``, with how to install a missing binding."""
     return by_solver("qp-soft", "soft QP (Fossen 11.38)")
 
 

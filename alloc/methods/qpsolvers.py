@@ -1,6 +1,6 @@
 """Constrained allocation, eq. 4-5, through qpsolvers: everything built anew at each call.
 
-What most programs do first; beside ``qp/<solver>`` it shows what the wrapper and the set-up cost.
+Most programs do this first; beside ``qp/<solver>`` it shows what the wrapper and the set-up cost.
 """
 
 from importlib.util import find_spec
@@ -48,5 +48,10 @@ def _wrapped() -> set[str] | None:
 def build(solver: str, vehicle: Vehicle, start: str = "cold", level: str = "default") -> Live:
     """Prepare ``qpsolvers/<solver>``: only the scaled matrices are kept from call to call."""
     posed = pose_hard(vehicle)
-    tolerance = solvers.load(solver).TOLERANCE[HARD.name]["default"]
-    return Live(HARD.name, vehicle, posed, one_shot(posed.qp, solver), tolerance)
+    return Live(
+        formulation=HARD.name,
+        vehicle=vehicle,
+        posed=posed,
+        solve=one_shot(posed.qp, solver),
+        tolerance=solvers.load(solver).TOLERANCE[HARD.name]["default"],
+    )

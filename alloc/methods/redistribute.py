@@ -13,18 +13,18 @@ from alloc.vehicle import Vehicle
 FORMULATION = "redistribute"
 
 TABLE_THRUSTERS = 8
-"""Up to as many working thrusters, the inverse for every pattern of frozen ones is made in ``build`` (256 of
-them); beyond, each at its first use, so that a first call may cost tens of later ones."""
+"""Up to this many working thrusters ``build`` makes the inverses of all patterns of frozen thrusters (256).
+For more thrusters an inverse is made at its first use, so that a first call may cost tens of later ones."""
 
 MOST_THRUSTERS = 62
-"""A pattern of frozen thrusters is the bits of a signed 64-bit integer."""
+"""Patterns of frozen thrusters are bits of signed 64-bit integers."""
 
 
 class Cascade:
-    """The passes: f of the frozen stays at the limits, the others share tau - T f of the frozen."""
+    """The passes: frozen thrusters stay at their limits, the others share what is left of the wrench."""
 
     def __init__(self, vehicle: Vehicle) -> None:
-        """Prepare the inverses of all patterns, where they are few."""
+        """Prepare the inverses of all patterns, up to TABLE_THRUSTERS."""
         self._vehicle = vehicle
         self._limits = list(zip(vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True))
         self._bits = 1 << np.arange(vehicle.n)
@@ -36,14 +36,14 @@ class Cascade:
 
     def _inverse(self, free: int) -> FloatArray:
         """(n, k) generalized inverse over the thrusters whose bits are set in ``free``."""
-        found = self._inverses.get(free)
-        if found is None:
-            found = inverse_over(self._vehicle, np.flatnonzero(free & self._bits))
-            self._inverses[free] = found
-        return found
+        inverse = self._inverses.get(free)
+        if inverse is None:
+            inverse = inverse_over(self._vehicle, np.flatnonzero(free & self._bits))
+            self._inverses[free] = inverse
+        return inverse
 
-    def one(self, tau: FloatArray, f: list[float]) -> tuple[list[float], int]:
-        """Thrusts for one wrench, from f = T* tau as a list; and the passes it took."""
+    def mend(self, tau: FloatArray, f: list[float]) -> tuple[list[float], int]:
+        """Thrusts for one wrench (k,), from f = T* tau as a list, and the passes taken."""
         TP, passes = self._vehicle.TP, 0
         free = self._working
         frozen = np.zeros(len(f))
@@ -59,8 +59,8 @@ class Cascade:
             passes += 1
         return f, passes
 
-    def many(self, taus: FloatArray, F: FloatArray) -> FloatArray:
-        """The same for (N, k) wrenches and their F = T* tau (N, n): demands of one pattern together."""
+    def mend_many(self, taus: FloatArray, F: FloatArray) -> FloatArray:
+        """Thrusts for wrenches (N, k), from F = T* tau (N, n); demands of one pattern go together."""
         v = self._vehicle
         free = np.tile(v.readiness > 0, (len(taus), 1))
         F = F.copy()
@@ -74,7 +74,8 @@ class Cascade:
             F[rows] = np.where(free[rows], 0.0, clipped[rows])
             missing = taus[rows] - F[rows] @ v.TP.T
             patterns, which = np.unique(free[rows] @ self._bits, return_inverse=True)
-            for pattern, members in zip(patterns, map(which.__eq__, range(len(patterns))), strict=True):
+            for i, pattern in enumerate(patterns):
+                members = which == i
                 F[rows[members]] += missing[members] @ self._inverse(int(pattern)).T
 
 
@@ -89,4 +90,4 @@ def build(vehicle: Vehicle) -> Saturating:
             f"redistribute covers up to {MOST_THRUSTERS} thrusters; {vehicle.name} has {vehicle.n}"
         )
     cascade = Cascade(vehicle)
-    return Saturating(vehicle, FORMULATION, cascade.one, cascade.many)
+    return Saturating(vehicle, FORMULATION, cascade.mend, cascade.mend_many)

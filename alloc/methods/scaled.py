@@ -6,7 +6,7 @@ from numpy.typing import ArrayLike
 from alloc.allocation import Allocation, FloatArray, Status, StatusArray, answer, checked, checked_many
 from alloc.formulations.scaled import FORMULATION as SCALED
 from alloc.formulations.scaled import INWARD
-from alloc.nullspace.allocator import exact
+from alloc.nullspace.allocator import TOLERANCE, exact
 from alloc.reach.attainable import alpha_max
 from alloc.vehicle import Vehicle
 
@@ -14,33 +14,33 @@ FORMULATION = SCALED.name
 
 
 class Scaled:
-    """The allocator: SOLVED with alpha = 1; PARTIAL with less; INFEASIBLE where none in [0, 1] can be had.
+    """The allocator: SOLVED with alpha = 1, PARTIAL with less, INFEASIBLE where none in [0, 1] is attainable.
 
-    Where thrusters have failed and rank is lost, it is the reachable part T P T* tau that keeps its
-    direction: of a wrench with a part that no thruster pushes, nothing at all would be attainable.
+    Where failed thrusters cost rank, the reachable part T P T* tau keeps its direction: no share of a wrench
+    with a part that no thruster pushes would be attainable.
     """
 
     formulation = FORMULATION
     limited = True
-    tolerance = 1e-9  # as of the exact answer behind it
+    tolerance = TOLERANCE
 
     def __init__(self, vehicle: Vehicle) -> None:
-        """Prepare the facets and the exact answer; raises NotApplicable where that does."""
+        """Prepare the facets and the exact answer; raises NotApplicable where that is refused."""
         self._exact = exact(vehicle)
         self._vehicle = vehicle
-        # (k, k) onto what the thrusters can push; None where that is everything.
+        # (k, k) projection onto wrenches that the thrusters can push; None where they push every wrench.
         self._reachable = vehicle.TP @ self._exact.G if vehicle.rank < vehicle.k else None
         alpha_max(vehicle, np.zeros((1, vehicle.k)))  # the facets are made here, not in the first call
 
     def __call__(self, tau: ArrayLike) -> Allocation:
         """Allocate one wrench (k,) [N, N m]."""
         wrench = checked(tau, self._vehicle.k)
-        found = self._exact(wrench)
-        if found.status is Status.SOLVED:
-            return found
-        again = self._exact(self._shares(wrench[None])[0])
-        status = Status.PARTIAL if again.status is Status.SOLVED else Status.INFEASIBLE
-        return answer(again.f, status, found.iterations + again.iterations)
+        whole = self._exact(wrench)
+        if whole.status is Status.SOLVED:
+            return whole
+        share = self._exact(self._shares(wrench[None])[0])
+        status = Status.PARTIAL if share.status is Status.SOLVED else Status.INFEASIBLE
+        return answer(share.f, status, whole.iterations + share.iterations)
 
     def many(self, taus: ArrayLike) -> tuple[FloatArray, StatusArray]:
         """Allocate (N, k) wrenches."""
@@ -48,12 +48,12 @@ class Scaled:
         F, status = self._exact.many(wrenches)
         rest = np.flatnonzero(status != Status.SOLVED)
         if rest.size:
-            F[rest], again = self._exact.many(self._shares(wrenches[rest]))
-            status[rest] = np.where(again == Status.SOLVED, Status.PARTIAL, Status.INFEASIBLE)
+            F[rest], of_share = self._exact.many(self._shares(wrenches[rest]))
+            status[rest] = np.where(of_share == Status.SOLVED, Status.PARTIAL, Status.INFEASIBLE)
         return F, status
 
     def _shares(self, wrenches: FloatArray) -> FloatArray:
-        """(N, k) the largest attainable share of each wrench; the wrench itself where there is none."""
+        """(N, k) largest attainable share of each wrench; the wrench itself where no share is attainable."""
         if self._reachable is not None:
             wrenches = wrenches @ self._reachable.T
         alpha = alpha_max(self._vehicle, wrenches)

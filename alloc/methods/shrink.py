@@ -18,7 +18,7 @@ def build(vehicle: Vehicle) -> Saturating:
 
     Shrinking helps against a limit on the far side of zero only. A thrust that is too small for a
     thruster that must always push (f_min > 0) is raised to it, which turns the wrench; and a thruster
-    that can't reverse at all, asked to, leaves s = 0.
+    that can't reverse but is asked to leaves s = 0.
     """
     slack = ROUNDING * vehicle.f_scale
     limits = list(zip(vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True))

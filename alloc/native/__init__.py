@@ -1,4 +1,4 @@
-"""C99 generated for one vehicle, and the same bound back into Python."""
+"""C99 generated for one vehicle, and the compiled C as an allocator in Python."""
 
 from alloc.native.bind import bound
 from alloc.native.compiled import missing

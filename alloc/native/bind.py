@@ -1,4 +1,4 @@
-"""A generated kernel as an allocator: compiled, loaded, called without Python in between."""
+"""A generated kernel as an allocator: compiled, loaded, and called without Python code in between."""
 
 import ctypes
 import importlib.util
@@ -28,7 +28,7 @@ from alloc.vehicle import Vehicle
 
 def bound(kernel: str, vehicle: Vehicle) -> Allocator:
     """The kernel of that name for this vehicle as an allocator; raises NotApplicable or NotInstalled."""
-    python = recipe(kernel).twin(vehicle)  # same promises, same refusals
+    twin = recipe(kernel).twin(vehicle)  # states the promises, and refuses what the C would not cover
     path = shared_library(kernel, sources(vehicle, kernel, faults=False))
     try:
         library = ctypes.CDLL(str(path))
@@ -46,10 +46,10 @@ def bound(kernel: str, vehicle: Vehicle) -> Allocator:
         checked_many=checked_many,
         iterations=0,
         solver_s=nan,
-        formulation=python.formulation,
-        limited=python.limited,
-        tolerance=python.tolerance,
-        worst_case_steps=python.worst_case_steps if isinstance(python, BoundedSteps) else None,
+        formulation=twin.formulation,
+        limited=twin.limited,
+        tolerance=twin.tolerance,
+        worst_case_steps=twin.worst_case_steps if isinstance(twin, BoundedSteps) else None,
         library=library,
     )
     return cast(Allocator, allocator)

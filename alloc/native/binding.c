@@ -49,7 +49,7 @@ static int is_plain(PyObject *object, int ndim, npy_intp last)
 
 static int all_fit(const double *values, npy_intp count)
 {
-    int fit = 1; /* NaN does not: it compares false */
+    int fit = 1; /* NaN compares false, so it does not fit */
     for (npy_intp i = 0; i < count; i++) {
         fit &= (values[i] <= LARGEST_DEMAND) & (values[i] >= -LARGEST_DEMAND);
     }
@@ -153,7 +153,7 @@ static PyObject *native_new(PyTypeObject *type, PyObject *args, PyObject *names)
                             &self->checked, &self->checked_many, &self->iterations, &self->solver_s,
                             &self->formulation, &self->limited, &self->tolerance, &self->worst_case_steps,
                             &self->library)) {
-        /* The fields are borrowed as yet: give the memory back without releasing them. */
+        /* The fields are still borrowed references: free the object without releasing them. */
         if (self != NULL) {
             type->tp_free(self);
             Py_DECREF(type);

@@ -7,15 +7,16 @@ from typing import Literal
 import numpy as np
 
 from alloc.allocation import FloatArray
+from alloc.nullspace import allocator as nullspace
 
 Scalar = Literal["double", "float"]
 Terms = list[tuple[bool, str]]
-"""A sum: (whether the term is subtracted, the term)."""
-TOLERANCE: dict[Scalar, float] = {"double": 1e-9, "float": 4e-6}
-"""What counts as met, relative to the largest limit: double as ``alloc.methods.nullspace``; float rounds
-at 6e-8, a hundred times that is left for the sums."""
+"""A sum: for each term whether it is subtracted, and its C expression."""
+TOLERANCE: dict[Scalar, float] = {"double": nullspace.TOLERANCE, "float": 4e-6}
+"""Excess over a limit that still counts as met, relative to the largest limit [-]. Float rounds at 6e-8; some
+70 times that is left for the sums."""
 SAME = 4 * np.finfo(float).eps
-"""Entries of a matrix this close, relative to the larger, are one number told apart by rounding."""
+"""Entries of a matrix this close, relative to the larger, differ by rounding only."""
 
 
 def number(value: float, scalar: Scalar) -> str:
@@ -24,7 +25,7 @@ def number(value: float, scalar: Scalar) -> str:
 
 
 class Table:
-    """The constants of one kernel, each held once, referred to as ``c[i]``."""
+    """The constants of one kernel, each held once; the C refers to them as ``c[i]``."""
 
     def __init__(self, scalar: Scalar) -> None:
         """An empty table of that type."""
@@ -43,7 +44,7 @@ class Table:
 
 
 def snapped(matrix: FloatArray) -> FloatArray:
-    """The matrix with sizes that differ by rounding made equal, and rounding around zero made zero."""
+    """The matrix with sizes that differ by rounding made equal, and sizes that are rounding made zero."""
     sizes = np.abs(matrix)
     result = np.zeros_like(matrix)
     order = sorted(np.ndindex(matrix.shape), key=lambda at: float(sizes[at]))
@@ -58,9 +59,9 @@ def snapped(matrix: FloatArray) -> FloatArray:
 
 
 def product(matrix: FloatArray, into: str, c: Table) -> tuple[list[str], list[Terms], list[str]]:
-    """matrix [into0, into1, …]: lines of C, then each row's terms, then each column's largest product.
+    """C of matrix times [into0, into1, …]: lines, each row's terms, and each column's largest product.
 
-    Equal sizes in a column are multiplied once: a symmetric vehicle needs few multiplications.
+    Equal sizes in a column are multiplied once, so a symmetric vehicle needs few multiplications.
     """
     M = snapped(matrix)
     lines: list[str] = []
@@ -85,29 +86,29 @@ def product(matrix: FloatArray, into: str, c: Table) -> tuple[list[str], list[Te
 
 
 def butterflies(rows: list[Terms], c: Table) -> tuple[list[str], list[Terms]]:
-    """Sums of two terms that several rows hold, taken once: lines of C, and the rows that are left.
+    """Take each sum of two terms that several rows share once: lines of C, and the shortened rows.
 
-    The pair found most often goes first (Paar's greedy rule); on Walsh's +-1 it finds the fast transform.
+    The most frequent pair goes first (Paar's greedy rule); on Walsh's +-1 that makes the fast transform.
     """
-    left = [{name: minus for minus, name in row} for row in rows]
+    rest = [{name: minus for minus, name in row} for row in rows]
     lines: list[str] = []
     while True:
-        pairs = Counter((a, b, row[a] != row[b]) for row in left for a, b in combinations(sorted(row), 2))
-        (a, b, apart), count = max(pairs.items(), key=lambda item: item[1], default=(("", "", False), 0))
+        pairs = Counter((a, b, row[a] != row[b]) for row in rest for a, b in combinations(sorted(row), 2))
+        (a, b, opposite), count = max(pairs.items(), key=lambda item: item[1], default=(("", "", False), 0))
         if count < 2:
-            return lines, [[(minus, name) for name, minus in row.items()] for row in left]
+            return lines, [[(minus, name) for name, minus in row.items()] for row in rest]
         name = f"w{len(lines)}"
-        lines.append(f"const {c.scalar} {name} = {a} {'-' if apart else '+'} {b};")
-        for row in left:
-            if a in row and b in row and (row[a] != row[b]) == apart:
+        lines.append(f"const {c.scalar} {name} = {a} {'-' if opposite else '+'} {b};")
+        for row in rest:
+            if a in row and b in row and (row[a] != row[b]) == opposite:
                 row[name] = row.pop(a)
                 del row[b]
 
 
 def signed_sum(terms: Terms, scalar: Scalar) -> str:
-    """``a - b + …``; the sign of the first is taken out of the whole.
+    """``a - b + …``, with the sign of the first term taken out of the whole sum.
 
-    So rows that differ only in sign share their sub-expressions, and a compiler sees that.
+    Rows that differ only in sign then share their sub-expressions, and a compiler sees that.
     """
     if not terms:
         return number(0.0, scalar)
@@ -136,20 +137,20 @@ def fold(function: str, terms: list[str]) -> str:
 
 
 def between(name: str, low: float, high: float, c: Table) -> str:
-    """A condition, false for NaN, to be joined by ``&``: no branch to mispredict."""
+    """C condition low <= name <= high, false for NaN; joined by ``&`` it has no branch to mispredict."""
     return f"({name} >= {c(low)}) & ({name} <= {c(high)})"
 
 
 def reached(unreachable: FloatArray, c: Table) -> tuple[list[str], list[str]]:
-    """Lines, and conditions that tau has no part along ``unreachable`` (see ``Structure``)."""
-    lines, met = [], []
+    """Lines of C, and conditions that tau has no part along ``unreachable`` (see ``Structure``)."""
+    lines, conditions = [], []
     for i, row in enumerate(unreachable):
         text = dot(row.tolist(), names("t", len(row)), c)
         lines.append(f"const {c.scalar} lost{i} = {text};")
-        met.append(between(f"lost{i}", -TOLERANCE[c.scalar], TOLERANCE[c.scalar], c))
-    return lines, met
+        conditions.append(between(f"lost{i}", -TOLERANCE[c.scalar], TOLERANCE[c.scalar], c))
+    return lines, conditions
 
 
 def names(prefix: str, count: int) -> list[str]:
-    """The names prefix0, prefix1, … of that many variables."""
+    """Names prefix0, prefix1, … of ``count`` variables."""
     return [f"{prefix}{i}" for i in range(count)]

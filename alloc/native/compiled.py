@@ -1,4 +1,4 @@
-"""C sources into shared libraries, compiled once and kept by content."""
+"""Shared libraries made of C sources, compiled once and kept by content."""
 
 import hashlib
 import os
@@ -16,7 +16,7 @@ from alloc.errors import NotInstalled
 
 REMEDY = "install a C compiler and Python's headers (Debian: apt install gcc python3-dev)"
 STANDARD = ("-std=c99",)
-"""Also keeps compilers from fusing a * b + c, so that every machine rounds as Python does."""
+"""ISO C, which also keeps compilers from fusing a * b + c, so that every machine rounds as Python does."""
 
 
 def compiler() -> list[str]:
@@ -55,8 +55,8 @@ def shared_library(
 ) -> Path:
     """The shared library made of these sources ({file name: text}), from the cache if it is there.
 
-    Its name carries a hash of everything it depends on. It is moved into place whole, so processes that
-    compile at the same time, or are killed on the way, leave no torn file. Raises NotInstalled.
+    The file's name carries a hash of all that its content depends on. The file is moved into place whole, so
+    processes that compile at the same time, or are killed meanwhile, leave no torn file. Raises NotInstalled.
     """
     command = compiler()
     if not command:
@@ -71,14 +71,14 @@ def shared_library(
             for file, text in sources.items():
                 (Path(folder) / file).write_text(text, encoding="utf-8")
             units = [file for file in sources if file.endswith(".c")]
-            made = subprocess.run(
-                [*command, *flags, "-O2", "-fPIC", "-shared", *units, "-o", "made"],
+            compilation = subprocess.run(
+                [*command, *flags, "-O2", "-fPIC", "-shared", *units, "-o", "library"],
                 cwd=folder, capture_output=True, text=True, check=False,
             )  # fmt: skip
-            if made.returncode:
-                said = next((line for line in made.stderr.splitlines() if "error" in line), "no message")
-                raise NotInstalled(f"{name}: {command[0]} failed ({said}); {REMEDY}")
-            os.replace(Path(folder) / "made", target)
+            if compilation.returncode:
+                errors = (line for line in compilation.stderr.splitlines() if "error" in line)
+                raise NotInstalled(f"{name}: {command[0]} failed ({next(errors, 'no message')}); {REMEDY}")
+            os.replace(Path(folder) / "library", target)
     except OSError as error:
         raise NotInstalled(
             f"{name}: can't compile in {target.parent} ({error.strerror}); set THRUSTBENCH_CACHE to a "
@@ -88,7 +88,7 @@ def shared_library(
 
 
 def unloadable(path: Path, error: Exception) -> NotInstalled:
-    """What to say when a library that was compiled can't be loaded, as from a folder mounted noexec."""
+    """The error for a compiled library that can't be loaded, as from a folder mounted noexec."""
     return NotInstalled(
         f"{path}: can't be loaded ({error}); set THRUSTBENCH_CACHE to a folder whose files may be executed"
     )
@@ -96,5 +96,5 @@ def unloadable(path: Path, error: Exception) -> NotInstalled:
 
 @cache
 def _version(command: tuple[str, ...]) -> str:
-    found = subprocess.run([*command, "--version"], capture_output=True, text=True, check=False)
-    return found.stdout.partition("\n")[0]
+    version = subprocess.run([*command, "--version"], capture_output=True, text=True, check=False)
+    return version.stdout.partition("\n")[0]

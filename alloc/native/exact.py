@@ -22,18 +22,22 @@ from alloc.nullspace.structure import Block, Structure, decompose
 from alloc.vehicle import Vehicle
 
 STEPS_LIMIT = 500
-"""Each step is written out: more than these would fill a microcontroller's flash."""
+"""Most steps of a block: each is written out, and more would fill a microcontroller's flash."""
 
 
 class Piece(NamedTuple):
     """What one block of the null space adds to the kernel.
 
-    before : statements; met : conditions on them without which the demand is infeasible; after : statements
-    for when all blocks' conditions hold; thrusts : C expressions by thruster
+    Attributes
+    ----------
+    before : statements that the conditions need
+    conditions : C conditions that hold unless the demand is infeasible
+    after : statements for when the conditions of all blocks hold
+    thrusts : C expression of the thrust of each thruster in the block
     """
 
     before: list[str]
-    met: list[str]
+    conditions: list[str]
     after: list[str]
     thrusts: dict[int, str]
 
@@ -41,14 +45,14 @@ class Piece(NamedTuple):
 def body(vehicle: Vehicle, c: Table) -> list[str]:
     """Statements that turn t0, t1, … into f[0], f[1], … or return INFEASIBLE with f untouched."""
     structure = decompose(vehicle)
-    lines, met = _closed_form(vehicle, structure, c)
+    lines, conditions = _closed_form(vehicle, structure, c)
     pieces = [_piece(vehicle, block, f"{i}", c) for i, block in enumerate(structure.blocks)]
     thrusts = {i: f"x{i}" for i in vehicle.working.tolist()}
     for piece in pieces:
         lines += piece.before
-        met += piece.met
+        conditions += piece.conditions
         thrusts |= piece.thrusts
-    lines += [f"if (!({' & '.join(met)})) {{", "    return INFEASIBLE;", "}"]
+    lines += [f"if (!({' & '.join(conditions)})) {{", "    return INFEASIBLE;", "}"]
     for piece in pieces:
         lines += piece.after
     for i, (low, high) in enumerate(zip(vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True)):
@@ -58,17 +62,18 @@ def body(vehicle: Vehicle, c: Table) -> list[str]:
 
 
 def _closed_form(vehicle: Vehicle, structure: Structure, c: Table) -> tuple[list[str], list[str]]:
-    """x = G tau for every thruster that works, and what must hold of tau and of thrusters no z moves."""
+    """Statements of x = G tau for working thrusters, and conditions on tau and on thrusts that no z moves."""
     lines, rows, largest = product(structure.G, "t", c)
     lines += [f"const {c.scalar} x{i} = {signed_sum(rows[i], c.scalar)};" for i in vehicle.working.tolist()]
-    # NaN, infinity or overflow in any column makes this sum differ from itself.
+    # NaN, infinity or overflow in any column makes sum - sum NaN.
     lines.append(f"const {c.scalar} sum = {' + '.join(largest)};")
-    more, met = reached(structure.unreachable, c)
+    more, conditions = reached(structure.unreachable, c)
     slack = _slack(vehicle, c)
     for i in structure.fixed.tolist():
         if vehicle.readiness[i]:
-            met.append(between(f"x{i}", float(vehicle.f_min[i] - slack), float(vehicle.f_max[i] + slack), c))
-    return lines + more, [f"(sum - sum == {number(0.0, c.scalar)})", *met]
+            low, high = float(vehicle.f_min[i] - slack), float(vehicle.f_max[i] + slack)
+            conditions.append(between(f"x{i}", low, high, c))
+    return lines + more, [f"(sum - sum == {number(0.0, c.scalar)})", *conditions]
 
 
 def _piece(vehicle: Vehicle, block: Block, name: str, c: Table) -> Piece:
@@ -82,9 +87,9 @@ def _piece(vehicle: Vehicle, block: Block, name: str, c: Table) -> Piece:
 
 
 def _clamp(vehicle: Vehicle, block: Block, region: Region, name: str, c: Table) -> Piece:
-    """One dimension, no branch: the slab's lo and hi, and the point of it nearest to zero.
+    """C of a block of one dimension, without a branch: the slab's lo and hi, and its point nearest to zero.
 
-    Rows whose limits are alike once scaled share the subtraction: lo = limit - (least of their x).
+    Rows with equal scaled limits share the subtraction: lo = limit - (least of their x).
     """
     (slab,) = region.slabs
     lows: dict[float, list[str]] = {}
@@ -108,7 +113,7 @@ def _clamp(vehicle: Vehicle, block: Block, region: Region, name: str, c: Table) 
 
 
 def _steps(vehicle: Vehicle, block: Block, region: Region, name: str, c: Table) -> Piece:
-    """Two dimensions and more: z by Seidel's steps, after which the block's thrusts are sums with it."""
+    """C of a block of more dimensions: z by Seidel's steps, then the block's thrusts as sums with z."""
     rows = block.rows.tolist()
     limits = [Limits(c(float(vehicle.f_min[i])), c(float(vehicle.f_max[i])), f"x{i}") for i in rows]
     z = names(f"z{name}_", region.d)

@@ -6,7 +6,7 @@ from textwrap import indent
 
 from alloc.allocation import IndexArray
 from alloc.native.code import Scalar, Table
-from alloc.native.recipes import Recipe, recipe
+from alloc.native.recipes import recipe
 from alloc.native.selftest import selftest
 from alloc.vehicle import Vehicle
 
@@ -17,8 +17,8 @@ def generate(vehicle: Vehicle, kernel: str, scalar: Scalar = "double", faults: b
     ``<name>.h`` declares ``int <name>(const double tau[k], int fault, double f[n])``, ``<name>.c`` defines
     it and ``<name>_test.c`` is a program that checks it against answers computed here; <name> is
     ``<vehicle>_<kernel>``, with ``_float`` where the scalar is float. ``fault`` is -1, or the index of the
-    one thruster that is off; without ``faults`` only -1 is known. Raises UnknownName for a kernel there is
-    not, NotApplicable where the method does not cover the vehicle.
+    one thruster that is off; without ``faults`` only -1 is known. Raises UnknownName for an unknown
+    kernel, NotApplicable where the method does not cover the vehicle.
     """
     name = function_name(vehicle, kernel, scalar)
     program = selftest(vehicle, name, recipe(kernel).twin, scalar, _faults(vehicle, faults))
@@ -26,7 +26,7 @@ def generate(vehicle: Vehicle, kernel: str, scalar: Scalar = "double", faults: b
 
 
 def sources(vehicle: Vehicle, kernel: str, scalar: Scalar = "double", faults: bool = True) -> dict[str, str]:
-    """Header and source alone, as ``generate``."""
+    """Header and source as in ``generate``, without the self-test."""
     name = function_name(vehicle, kernel, scalar)
     known = _faults(vehicle, faults)
     return {
@@ -40,7 +40,7 @@ def _faults(vehicle: Vehicle, faults: bool) -> IndexArray:
 
 
 def function_name(vehicle: Vehicle, kernel: str, scalar: Scalar = "double") -> str:
-    """The name of the C function, and of its files."""
+    """Name of the C function, and stem of its files' names."""
     stem = re.sub(r"\W", "_", f"{vehicle.name}_{kernel}".lower(), flags=re.ASCII)
     stem = stem if stem[0].isalpha() else f"v{stem}"
     return stem if scalar == "double" else f"{stem}_float"
@@ -77,7 +77,7 @@ def _source(vehicle: Vehicle, name: str, kernel: str, scalar: Scalar, faults: In
     parts, cases = [], []
     for fault, variant in variants.items():
         suffix = "whole" if fault < 0 else f"fault{fault}"
-        parts.append(_variant(variant, recipe(kernel), scalar, suffix))
+        parts.append(_variant(variant, kernel, scalar, suffix))
         cases.append(f"    case {fault}:\n        return {suffix}(tau, f);")
     text = "\n".join(parts)
     return f"""\
@@ -99,7 +99,7 @@ int {name}(const {scalar} tau[{vehicle.k}], int fault, {scalar} f[{vehicle.n}])
 
 
 def _in_comment(text: str) -> str:
-    # A vehicle's name is its owner's; it must not end the comment it stands in.
+    # A vehicle's name is free text, which must not end the C comment that it stands in.
     return re.sub(r"[^ -~]|\*/|\\", "_", text)
 
 
@@ -114,11 +114,11 @@ HELPERS: dict[str, Callable[[Scalar], str]] = {
 }
 
 
-def _variant(vehicle: Vehicle, how: Recipe, scalar: Scalar, suffix: str) -> str:
+def _variant(vehicle: Vehicle, kernel: str, scalar: Scalar, suffix: str) -> str:
     c = Table(scalar)
     taus = [f"const {scalar} t{j} = tau[{j}];" for j in range(vehicle.k)]
-    lines = [*taus, *how.statements(vehicle, c)]
-    used = "\n".join(lines)
+    lines = [*taus, *recipe(kernel).statements(vehicle, c)]
+    used = "\n".join(lines)  # an entry of tau that no statement reads would be an unused variable in C
     lines = [line for j, line in enumerate(lines) if j >= vehicle.k or re.search(rf"\bt{j}\b(?! =)", used)]
     head = f"static int {suffix}(const {scalar} tau[{vehicle.k}], {scalar} f[{vehicle.n}])"
     constants = indent(c.define("c"), "    ")

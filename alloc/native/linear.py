@@ -16,7 +16,7 @@ def pinv(vehicle: Vehicle, c: Table) -> list[str]:
 def walsh(vehicle: Vehicle, c: Table) -> list[str]:
     """Statements of f = 1/m W [0; Q^-1 tau] (eq. 25) or, with a thruster off, eq. 27; raises NotApplicable.
 
-    One multiplication an axis, then additions that rows share: the fast Walsh transform.
+    They take one multiplication an axis, then additions that rows share: the fast Walsh transform.
     """
     lines, rows, _ = product(walsh_inverse(vehicle), "t", c)
     sums, rows = butterflies(rows, c)
@@ -25,5 +25,6 @@ def walsh(vehicle: Vehicle, c: Table) -> list[str]:
 
 def _finish(vehicle: Vehicle, rows: list[Terms], c: Table) -> list[str]:
     lines = [f"f[{i}] = {signed_sum(row, c.scalar)};" for i, row in enumerate(rows)]
-    more, met = reached(decompose(vehicle).unreachable, c)
-    return [*lines, *more, f"return ({' & '.join(met)}) ? SOLVED : PARTIAL;" if met else "return SOLVED;"]
+    more, conditions = reached(decompose(vehicle).unreachable, c)
+    status = f"({' & '.join(conditions)}) ? SOLVED : PARTIAL" if conditions else "SOLVED"
+    return [*lines, *more, f"return {status};"]

@@ -1,18 +1,17 @@
-"""A page on how to call generated C: for whoever puts it on a vehicle."""
+"""A page on how to call generated C, for whoever puts it on a vehicle."""
 
 from alloc.allocation import BoundedSteps
 from alloc.native.code import TOLERANCE, Scalar
 from alloc.native.generate import function_name
 from alloc.native.recipes import recipe
 from alloc.vehicle import Vehicle
-
-UNITS = {"surge": "N", "sway": "N", "heave": "N", "roll": "N m", "pitch": "N m", "yaw": "N m"}
+from alloc.vehicle.geometry import unit
 
 
 def page(vehicle: Vehicle, kernel: str, scalar: Scalar = "double") -> str:
     """Markdown: the files, the call, what comes back, what it costs, how to check it."""
     name = function_name(vehicle, kernel, scalar)
-    axes = "\n".join(f"| `tau[{i}]` | {axis} | {UNITS[axis]} |" for i, axis in enumerate(vehicle.dof))
+    axes = "\n".join(f"| `tau[{i}]` | {axis} | {unit(axis)} |" for i, axis in enumerate(vehicle.dof))
     limits = "\n".join(
         f"| `f[{i}]` | {low:g} | {high:g} |"
         for i, (low, high) in enumerate(zip(vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True))
@@ -21,7 +20,7 @@ def page(vehicle: Vehicle, kernel: str, scalar: Scalar = "double") -> str:
     steps = allocator.worst_case_steps if isinstance(allocator, BoundedSteps) else None
     bound = f": at most {steps} elementary steps" if steps else ""
     rounding = "\nSingle precision rounds every thrust at about 1e-7 of itself." if scalar == "float" else ""
-    heeded = (
+    warning = (
         "" if allocator.limited else "\n**f may lie beyond these limits**: this method does not know them.\n"
     )
     statuses = "\n".join(f"| {status} | {meaning} |" for status, meaning in recipe(kernel).meanings.items())
@@ -57,7 +56,7 @@ A demand counts as met within {TOLERANCE[scalar]:g} of the largest limit ({vehic
 | out | lower limit [N] | upper limit [N] |
 |---|---|---|
 {limits}
-{heeded}
+{warning}
 ## Check it where it will run
 
 `{name}_test.c` holds demands for the whole vehicle and for every failed thruster, with the

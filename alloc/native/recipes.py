@@ -1,7 +1,7 @@
-"""The methods that there is C for: their statements, and the same method in Python."""
+"""The methods that can be C: the statements of each, and its twin in Python."""
 
 from collections.abc import Callable
-from typing import NamedTuple
+from dataclasses import dataclass
 
 from alloc.allocation import Allocator
 from alloc.closed_forms.inverse import generalized_inverse
@@ -15,16 +15,17 @@ from alloc.nullspace.allocator import exact as build_nullspace
 from alloc.vehicle import Vehicle
 
 
-class Recipe(NamedTuple):
+@dataclass(frozen=True, kw_only=True)
+class Recipe:
     """How one method becomes C.
 
     Attributes
     ----------
-    statements : of the function's body for a vehicle and its faults, constants in a table
-    twin : the same method in Python: its promises and refusals are the C's, its answers those to agree with
+    statements : function of a vehicle with its faults and a table of constants, returns the body's statements
+    twin : the method in Python: the C has its promises and refusals, and must agree with its answers
     formulation : which optimum both answer
     summary : one line for the catalogue
-    meanings : what each value that the function returns says, in words for whoever calls it
+    meanings : what each value that the C function returns means, in words for its caller
     """
 
     statements: Callable[[Vehicle, Table], list[str]]
@@ -46,25 +47,25 @@ _LINEAR = {
 
 RECIPES = {
     "nullspace": Recipe(
-        exact.body,
-        build_nullspace,
-        Nullspace.formulation,
-        "nullspace as C99 generated for the vehicle; exact optimum of eq. 4-5.",
-        _EXACT,
+        statements=exact.body,
+        twin=build_nullspace,
+        formulation=Nullspace.formulation,
+        summary="nullspace as C99 generated for the vehicle; exact optimum of eq. 4-5.",
+        meanings=_EXACT,
     ),
     "pinv": Recipe(
-        linear.pinv,
-        lambda vehicle: Linear(vehicle, generalized_inverse(vehicle)),
-        Linear.formulation,
-        "pinv as C99 generated for the vehicle, zero entries dropped.",
-        _LINEAR,
+        statements=linear.pinv,
+        twin=lambda vehicle: Linear(vehicle, generalized_inverse(vehicle)),
+        formulation=Linear.formulation,
+        summary="pinv as C99 generated for the vehicle, zero entries dropped.",
+        meanings=_LINEAR,
     ),
     "walsh": Recipe(
-        linear.walsh,
-        lambda vehicle: Linear(vehicle, walsh_inverse(vehicle)),
-        Linear.formulation,
-        "walsh as C99 generated for the vehicle: a few multiplications, then butterflies.",
-        _LINEAR,
+        statements=linear.walsh,
+        twin=lambda vehicle: Linear(vehicle, walsh_inverse(vehicle)),
+        formulation=Linear.formulation,
+        summary="walsh as C99 generated for the vehicle: a few multiplications, then butterflies.",
+        meanings=_LINEAR,
     ),
 }
 

@@ -11,14 +11,15 @@ from alloc.vehicle import Vehicle
 AGREEMENT: dict[Scalar, float] = {"double": 1e-12, "float": 1e-5}
 """Largest |f - expected|, relative to the largest limit: rounding of sums of at most a few dozen terms."""
 PER_FAULT = 24
+"""Cases for the whole vehicle, and for each fault."""
 
 
 def selftest(
     vehicle: Vehicle, name: str, twin: Callable[[Vehicle], Allocator], scalar: Scalar, faults: IndexArray
 ) -> str:
-    """The program that holds the C function ``name`` to what its ``twin`` in Python answers.
+    """C program that compares the function ``name`` with the answers of its ``twin`` in Python.
 
-    Its exit status is 0 where all answers agree, else 1; it prints the largest error, and the culprits.
+    The program exits with 0 where all answers agree, else with 1, and prints the largest error.
     """
     cases = []
     for fault in [-1, *faults.tolist()]:
@@ -83,7 +84,7 @@ UNTOUCHED = 12345.0
 
 
 def vectors(vehicle: Vehicle) -> FloatArray:
-    """(PER_FAULT, k) seeded wrenches: of thrusts inside the limits, at them, and beyond; and zero."""
+    """(PER_FAULT, k) seeded wrenches: zero, and those of thrusts inside the limits, at them, and beyond."""
     rng = np.random.default_rng(1999)
     f = rng.uniform(vehicle.f_min, vehicle.f_max, (PER_FAULT, vehicle.n))
     f[1::4] *= 3.0

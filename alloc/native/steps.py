@@ -7,10 +7,15 @@ from alloc.nullspace.region import Region, Slab
 
 
 class Limits(NamedTuple):
-    """low <= offset + a'z <= high for one row a, as C expressions; an empty offset is none.
+    """Limits low <= offset + a'z <= high of one row a, as C expressions.
 
-    low and high stay constants as long as they can: one offset a row is half of what two differences,
-    low - offset and high - offset, would have a call keep in registers and on the stack.
+    The offset stands alone so that low and high stay constants: two differences for each row, low - offset
+    and high - offset, would need twice the registers and stack.
+
+    Attributes
+    ----------
+    low, high : constants, unless rows were merged into one slab
+    offset : the part of the row that is known before z; empty where it is zero
     """
 
     low: str
@@ -19,12 +24,12 @@ class Limits(NamedTuple):
 
     @property
     def ends(self) -> tuple[str, str]:
-        """What a'z must lie between."""
+        """The two expressions that a'z must lie between."""
         away = f" - {self.offset}" if self.offset else ""
         return f"({self.low}{away})", f"({self.high}{away})"
 
     def moved(self, shift: float, b: str, c: Table) -> "Limits":
-        """The same after a step that adds shift * b to a'z."""
+        """The limits after a step that adds shift * b to a'z."""
         if not shift:
             return self
         sign, text = term(shift, b, c)
@@ -38,11 +43,11 @@ def nearest(region: Region, limits: list[Limits], z: list[str], at: str, c: Tabl
         held = [f"({limits[row].ends[0]} <= {c(region.tolerance)})" for row in region.checks]
         held += [f"({limits[row].ends[1]} >= {c(-region.tolerance)})" for row in region.checks]
         lines += _unless(" & ".join(held))
-    kept = []
+    slab_limits = []
     for i, slab in enumerate(region.slabs):
-        more, limit = _together(slab, limits, f"{at}{i}", region.d == 1, c)
-        lines += more
-        kept.append(limit)
+        statements, merged = _merged(slab, limits, f"{at}{i}", region.d == 1, c)
+        lines += statements
+        slab_limits.append(merged)
     wide = [
         f"(lo{at}{i} - hi{at}{i} <= {c(slab.slack)})"
         for i, slab in enumerate(region.slabs)
@@ -55,14 +60,14 @@ def nearest(region: Region, limits: list[Limits], z: list[str], at: str, c: Tabl
             lines.append(f"{z[0]} = {dot([base], [f'most(lo{at}0, least(hi{at}0, {zero}))'], c)};")
         return lines
     for i, slab in enumerate(region.slabs):
-        lines += _slab(slab, kept[: i + 1], z, at, c)
+        lines += _slab(slab, slab_limits[: i + 1], z, at, c)
     return lines
 
 
-def _together(slab: Slab, limits: list[Limits], at: str, merge: bool, c: Table) -> tuple[list[str], Limits]:
-    """Statements, and what a slab's members allow together; one alone keeps its own limits unless told."""
-    if len(slab.members) == 1 and not merge:
-        limit = limits[slab.members[0][0]]  # alone it is its own normal, so its scale is 1
+def _merged(slab: Slab, limits: list[Limits], at: str, always: bool, c: Table) -> tuple[list[str], Limits]:
+    """Statements, and the common limits of a slab's members; a single one keeps its own unless ``always``."""
+    if len(slab.members) == 1 and not always:
+        limit = limits[slab.members[0][0]]  # a single member is the slab's normal, so its scale is 1
         if not limit.offset:
             return [], limit
         return [f"const {c.scalar} u{at} = {limit.offset};"], limit._replace(offset=f"u{at}")
@@ -79,11 +84,11 @@ def _together(slab: Slab, limits: list[Limits], at: str, merge: bool, c: Table) 
 
 
 def _slab(slab: Slab, limits: list[Limits], z: list[str], at: str, c: Table) -> list[str]:
-    """Keep z if it lies in the last of the slabs; else move to the violated plane and solve there."""
+    """Statements that keep z if it lies in the last slab, else move to the violated plane and solve there."""
     *earlier, (low, high, offset) = limits
     T, zero, at = c.scalar, number(0.0, c.scalar), f"{at}{len(earlier)}"
     b, y = f"b{at}", names(f"y{at}_", len(z) - 1)
-    # With no slab before it z is still zero.
+    # Before the first slab z is zero.
     sums = [text for text in (offset, dot(slab.normal, z, c) if earlier else "") if text] or [zero]
     away = f" - {offset}" if offset else ""
     inside = [f"const {T} {b} = (s{at} < {low} ? {low} : {high}){away};"]
@@ -93,7 +98,7 @@ def _slab(slab: Slab, limits: list[Limits], z: list[str], at: str, c: Table) -> 
         moved = [limit.moved(shift, b, c) for limit, shift in zip(earlier, slab.shift, strict=True)]
         inside += nearest(slab.plane, moved, y, f"{at}_", c)
     for name, base, row in zip(z, slab.base, slab.along, strict=True):
-        # Without earlier slabs the plane's own y is zero.
+        # Without earlier slabs y is zero.
         inside.append(f"{name} = {dot([base, *row], [b, *y], c) if earlier else dot([base], [b], c)};")
     return [
         f"const {T} s{at} = {' + '.join(sums)};",

@@ -23,15 +23,15 @@ from alloc.nullspace.structure import Structure, decompose
 from alloc.vehicle import Vehicle
 
 TOLERANCE = 1e-9
-"""What counts as met, relative to the largest limit: far above rounding (1e-16 times a condition
-number below 1e3), far below anything a thruster resolves. A demand outside the attainable set by less
-is SOLVED: its thrusts are moved onto the limits, and the wrench errs by that much. Where the null space
-moves one thruster of a block 1e6 times less than another, rounding counts as much more and a demand that
-close to the edge may be called infeasible; shipped vehicles, whole or not, stay below 4."""
+"""Excess over a limit that still counts as met, relative to the largest limit [-]: far above rounding (1e-16
+times a condition number below 1e3), far below anything a thruster resolves. A demand outside the attainable
+set by less is SOLVED: its thrusts are moved onto the limits, and the wrench errs by that much. Where the
+null space moves one thruster of a block 1e6 times less than another, rounding weighs 1e6 times more, and a
+demand this close to the edge may be called infeasible; in shipped vehicles that ratio stays below 4."""
 
 
 class Nullspace:
-    """The allocator; ``Allocation.iterations`` are the elementary steps it took.
+    """The allocator; ``Allocation.iterations`` counts the elementary steps of a call.
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ class Nullspace:
                 return self._infeasible(steps)
             for i, row in zip(rows, N, strict=True):
                 thrusts[i] += sum(map(mul, row, z))
-        # Rounding, or a demand inside TOLERANCE, may leave a thrust beyond its limit by that little.
+        # Rounding, or a demand outside the attainable set within TOLERANCE, leaves thrusts beyond a limit.
         for i, (low, high) in enumerate(limits):
             x = thrusts[i]
             if not low <= x <= high:
@@ -99,9 +99,9 @@ class Nullspace:
         if self._unreachable is not None:
             met &= (np.abs(self._unreachable @ wrenches.T) <= TOLERANCE).all(axis=0)
         for rows, N, region in self._blocks:
-            z, found = nearest_many(region, lower[rows], upper[rows])
+            z, feasible = nearest_many(region, lower[rows], upper[rows])
             f[rows] += np.asarray(N) @ z
-            met &= found
+            met &= feasible
         f = f.T.clip(self._f_min, self._f_max)
         f[~met] = np.nan
         return f, np.where(met, Status.SOLVED, Status.INFEASIBLE).astype(np.int8)
@@ -111,12 +111,12 @@ class Nullspace:
 
 
 STEPS_LIMIT = 5000
-"""Here a call may take milliseconds in Python and setting up takes a tenth of a second (measured on one
-x86-64 core, 3 x 11); an active-set solver needs neither."""
+"""Largest worst case of a block, in steps. Up to here a call may take milliseconds in Python and setting up
+a tenth of a second (measured on one x86-64 core, 3 x 11); an active-set solver needs neither."""
 
 
 def exact(vehicle: Vehicle) -> Nullspace:
-    """Prepare the exact answer; raises NotApplicable where the null space is too large to be worth it."""
+    """Prepare the exact answer; raises NotApplicable where a block may take more than STEPS_LIMIT steps."""
     structure = decompose(vehicle)
     for block in structure.blocks:
         m, d = block.N.shape

@@ -1,4 +1,4 @@
-"""``Region.nearest`` for many right-hand sides at once: the same steps, masked, one column a demand."""
+"""``Region.nearest`` for many demands at once, one in each column: the same steps under masks."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from alloc.nullspace.region import Region
 
 
 def nearest_many(region: Region, lower: FloatArray, upper: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """The shortest z (d, N) with lower <= A z <= upper, lower and upper (m, N); and where there is one."""
+    """Shortest z (d, N) with lower <= A z <= upper, both (m, N), and (N,) whether a column has such a z."""
     count = lower.shape[1]
     feasible = np.ones(count, dtype=bool)
     for row in region.checks:
@@ -33,7 +33,6 @@ def nearest_many(region: Region, lower: FloatArray, upper: FloatArray) -> tuple[
         z[:, out] = np.multiply.outer(slab.base, b)
         if slab.plane is not None:
             moved = np.multiply.outer(slab.shift, b)
-            y, found = nearest_many(slab.plane, lo[:i, out] - moved, hi[:i, out] - moved)
+            y, feasible[out] = nearest_many(slab.plane, lo[:i, out] - moved, hi[:i, out] - moved)
             z[:, out] += np.asarray(slab.along) @ y
-            feasible[out] = found
     return z, feasible

@@ -2,9 +2,9 @@
 
 Seidel's incremental algorithm (Discrete & Computational Geometry 6, 1991), with a strictly convex cost
 in place of a linear one: take the slabs one by one; keep z while it lies inside; when slab i is
-violated, the optimum of the first i lies on the violated side's plane, so restrict the earlier ones to
+violated, the optimum of the first i lies on the violated side's plane, so restrict the earlier slabs to
 that plane and solve there, one dimension lower. Everything but l and u depends on A alone and stands
-in tables. The order is fixed, not random: m is small, and a vehicle wants the same time each time.
+in tables. The order is fixed, not random: m is small, and a demand then takes the same steps each time.
 """
 
 from dataclasses import dataclass
@@ -21,19 +21,19 @@ from alloc.vehicle import RANK_TOLERANCE
 Point = list[float]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Slab:
-    """Parallel rows of A taken together: lo <= normal'z <= hi, and what its two planes make of the rest.
+    """Parallel rows of A taken together, lo <= normal'z <= hi, with the earlier slabs cut by its planes.
 
     Attributes
     ----------
-    members : (row, scale) with A[row] = normal / scale
-    slack : largest lo - hi that still counts as touching
-    normal : (d,)
-    base : (d,) the plane normal'z = b has its point nearest to the origin at b * base
+    members : (row, scale) of each row, with A[row] = normal / scale
+    slack : largest lo - hi that still counts as touching [unit of l and u]
+    normal : (d,) common normal of the rows
+    base : (d,) b * base is the point of the plane normal'z = b nearest to the origin
     along : (d, d - 1) orthonormal columns spanning the plane; z = b * base + along y
-    shift : (i,) there, earlier slab j reads lo_j - b shift_j <= (along'normal_j)'y <= hi_j - b shift_j
-    plane : the earlier slabs on that plane; None for d = 1, where a plane is a point
+    shift : (i,) on the plane, earlier slab j reads lo_j - b shift_j <= (along'normal_j)'y <= hi_j - b shift_j
+    plane : the earlier slabs on the plane; None for d = 1, where a plane is a point
     """
 
     members: tuple[tuple[int, float], ...]
@@ -45,7 +45,7 @@ class Slab:
     plane: "Region | None"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Region:
     """Tables to solve l <= A z <= u for one A (m, d).
 
@@ -53,9 +53,9 @@ class Region:
     ----------
     d : dimension of z
     m : number of rows
-    checks : rows of A that are zero: z can't help them, they hold or not
-    slabs : the others, parallel ones taken together, in their order in A
-    tolerance : a row violated by no more than this still holds [unit of l and u]
+    checks : rows of A that are zero, which hold or fail whatever z is
+    slabs : the other rows, parallel ones taken together, in their order in A
+    tolerance : largest violation of a row that still counts as held [unit of l and u]
     """
 
     d: int
@@ -77,19 +77,19 @@ class Region:
         return all(slab.members == ((row, 1.0),) for row, slab in enumerate(self.slabs)) and not self.checks
 
     def nearest(self, lower: Point, upper: Point) -> tuple[Point | None, int]:
-        """The shortest z (d,) with lower <= A z <= upper, None where there is none; and steps taken."""
+        """Shortest z (d,) with lower <= A z <= upper, None where there is none, and the steps taken."""
         steps = self.m
         limits = (lower, upper) if self.plain else self._limits(lower, upper)
         if limits is None:
             return None, steps
         los, his = limits
         if self.d == 1:
-            # All rows of a one-dimensional A are parallel: clamp 0 into the one interval there is.
+            # All rows of a one-dimensional A are parallel: clamp 0 into their common interval.
             b = 0.0
             for lo, hi, slab in zip(los, his, self.slabs, strict=True):
                 b = slab.base[0] * (lo if lo > 0.0 else hi if hi < 0.0 else 0.0)
             return [b], steps
-        z: Point | None = None  # zero: every product with it is
+        z: Point | None = None  # stands for zero, whose products need not be taken
         for lo, hi, slab in zip(los, his, self.slabs, strict=True):
             steps += 1
             s = sum(map(mul, slab.normal, z)) if z else 0.0
@@ -108,7 +108,7 @@ class Region:
         return z or [0.0] * self.d, steps
 
     def _limits(self, lower: Point, upper: Point) -> tuple[Point, Point] | None:
-        """lo and hi of each slab out of its rows' limits; None where no z can meet them."""
+        """lo and hi of each slab from its rows' limits; None where no z can meet them."""
         tolerance = self.tolerance
         for row in self.checks:
             if lower[row] > tolerance or upper[row] < -tolerance:
@@ -136,10 +136,10 @@ class Region:
 
 
 def steps_bound(m: int, d: int) -> int:
-    """Worst-case steps of m slabs in d dimensions, no two parallel, at any level.
+    """Worst-case steps of m slabs in d dimensions, no two parallel at any level of the recursion.
 
     W(m, 1) = m and W(m, d) = m + sum_i (1 + W(i, d - 1)), i = 0 … m - 1, which adds up to
-    C(m, d) + 2 (C(m, 1) + … + C(m, d - 1)). Parallel slabs only make it less.
+    C(m, d) + 2 (C(m, 1) + … + C(m, d - 1)). Parallel slabs need fewer.
     """
     return comb(m, d) + 2 * sum(comb(m, j) for j in range(1, d))
 
@@ -155,7 +155,7 @@ def prepare(A: FloatArray, tolerance: float) -> Region:
             leader = A[group[0][0]]
             share = float(A[row] @ leader) / float(leader @ leader)
             if np.linalg.norm(A[row] - share * leader) <= RANK_TOLERANCE * sizes[row]:
-                # Equal rows told apart by rounding alone are equal: one multiplication less, here and in C.
+                # Rows that differ by rounding count as equal: one multiplication less, here and in C.
                 equal = abs(abs(share) - 1.0) <= ZERO
                 group.append((int(row), float(np.sign(share)) if equal else 1.0 / share))
                 break
@@ -163,7 +163,7 @@ def prepare(A: FloatArray, tolerance: float) -> Region:
             groups.append([(int(row), 1.0)])
     normals = np.array([A[group[0][0]] for group in groups]).reshape(-1, d)
     slabs = tuple(_slab(tuple(group), normals[: i + 1], tolerance) for i, group in enumerate(groups))
-    return Region(d, m, tuple(np.flatnonzero(zero).tolist()), slabs, tolerance)
+    return Region(d=d, m=m, checks=tuple(np.flatnonzero(zero).tolist()), slabs=slabs, tolerance=tolerance)
 
 
 def _slab(members: tuple[tuple[int, float], ...], normals: FloatArray, tolerance: float) -> Slab:
@@ -183,7 +183,7 @@ def _slab(members: tuple[tuple[int, float], ...], normals: FloatArray, tolerance
 
 
 def _clean(restricted: FloatArray, full: FloatArray) -> FloatArray:
-    # A slab parallel to the plane has nothing left in it but rounding, which must not pass for a direction.
+    # A slab parallel to the plane leaves only rounding on it, and rounding must not pass for a direction.
     left = np.linalg.norm(restricted, axis=1) > RANK_TOLERANCE * np.linalg.norm(full, axis=1)
     cleaned: FloatArray = np.where(left[:, None], restricted, 0.0)
     return cleaned

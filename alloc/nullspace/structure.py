@@ -15,11 +15,11 @@ leaving out a true entry of this size would cost the wrench 1e-12, a thousandth 
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """A part of the null space that no other part shares a thruster or a cost term with.
+    """A part of the null space that shares no thruster and no cost term with any other part.
 
     Attributes
     ----------
-    rows : (m,) thrusters it moves
+    rows : (m,) thrusters that it moves
     N : (m, d) its basis, N'HN = I [sqrt(1/H)]
     """
 
@@ -48,15 +48,15 @@ class Structure:
 
 def decompose(vehicle: Vehicle) -> Structure:
     """Find G, N and its finest split for this vehicle, its H and its faults."""
-    on = vehicle.working
+    working = vehicle.working
     scale = 1.0 / vehicle.row_lengths
-    U, _, Vt = np.linalg.svd(scale[:, None] * vehicle.TP[:, on])
+    U, _, Vt = np.linalg.svd(scale[:, None] * vehicle.TP[:, working])
     rank = vehicle.rank
-    blocks = split(Vt[rank:].T, vehicle.H[np.ix_(on, on)])
-    moved = {int(on[row]) for block in blocks for row in block.rows}
+    blocks = split(Vt[rank:].T, vehicle.H[np.ix_(working, working)])
+    moved = {int(working[row]) for block in blocks for row in block.rows}
     return Structure(
         G=generalized_inverse(vehicle),
-        blocks=tuple(Block(on[block.rows], block.N) for block in blocks),
+        blocks=tuple(Block(working[block.rows], block.N) for block in blocks),
         fixed=np.array([i for i in range(vehicle.n) if i not in moved], dtype=np.intp),
         unreachable=U[:, rank:].T * (scale / vehicle.f_scale),
     )
@@ -67,17 +67,17 @@ def split(N: FloatArray, H: FloatArray) -> list[Block]:
 
     In a reduced echelon basis the columns that hang together by common rows are the same whatever
     pivots are taken (they are the connected components of the matroid of N's rows), so the split
-    belongs to the vehicle and not to the basis at hand.
+    depends on the vehicle and not on the basis at hand.
     """
     B = _echelon(N)
     metric = B.T @ H @ B
     size = np.sqrt(np.diag(metric))
     linked = (np.abs(metric) > ZERO * np.outer(size, size)) | ((B != 0).T @ (B != 0))
-    # ``linked`` says which two columns share something, its power which hang together over others. Equal
-    # rows of that are one block; sorted backwards, the block that holds the first column comes first.
-    together = np.linalg.matrix_power(linked, len(linked))
+    # ``linked`` says which two columns share something, its power which are linked over other columns. Equal
+    # rows of the power are one block; sorted backwards, the block that holds the first column comes first.
+    connected = np.linalg.matrix_power(linked, len(linked))
     blocks = []
-    for columns in map(np.flatnonzero, np.unique(together, axis=0)[::-1]):
+    for columns in map(np.flatnonzero, np.unique(connected, axis=0)[::-1]):
         rows = np.flatnonzero(B[:, columns].any(axis=1))
         part = B[np.ix_(rows, columns)]
         L = np.linalg.cholesky(metric[np.ix_(columns, columns)])

@@ -1,19 +1,9 @@
-"""One file, one solver: a function of a QP that returns ``b -> Answer``. Found by its file name.
+"""QP solvers: each file holds one, as ``prepare(qp, start, level)``, and is found by its file name.
 
-A module imports its binding only when a problem is prepared, and says of itself, as constants:
-
-REQUIRES, PACKAGE : what is imported, and what pip installs for it
-ALGORITHM, LICENCE : as the solver's authors state them
-STARTS : the starts it offers; one that is missing is one its binding has no way to do
-SETTINGS : per level, everything that is not left as the solver ships it, iteration and time caps included
-TOLERANCE : per formulation and level, promised distance of x to the optimum, relative to the largest
-    limit [-]: three times the worst of 10,000 hard cases (``bench.studies.solvers``), rounded up. A solver
-    stops at residuals; how far x then is from the optimum depends on the problem, and a soft one, with
-    slack weights in the thousands, is the worse conditioned
-STATUS : what each of the solver's exit flags means; ``meaning`` raises on any other. A verdict that the
-    solver itself calls inaccurate (almost, close to) is none, NOT_CONVERGED, unless SETTINGS say how close
-
-and has ``prepare(qp, start, level)``, called once a vehicle; what it returns is called once a demand.
+``prepare`` is called once a vehicle and returns ``b -> Answer``, which is called once a demand. A module
+imports its binding in ``prepare`` only. The constants that it states are those of ``Solver``, and STATUS,
+the meaning of each exit flag: a verdict that the solver itself calls inaccurate (almost, close to) means
+NOT_CONVERGED, unless SETTINGS say how close it is.
 """
 
 import pkgutil
@@ -29,17 +19,25 @@ from alloc.qp import QP
 
 Flag = TypeVar("Flag", int, str)
 Start = Literal["cold", "reused", "warm"]
-"""cold: new object each call; reused: same object, new b; warm: reused, the last answer is the guess."""
+"""cold: a new object each call; reused: the same object, a new b; warm: reused, guessing the last answer."""
 Level = Literal["default", "tight"]
 """default: the solver's own settings; tight: settings for f within 1e-6 of the optimum."""
 
 TIME_LIMIT_S = 1.0
-"""Cap of one solve where a solver has one [s]: 1000 times a healthy solve, so that it ends a hang and
-never decides an answer, which would then depend on the machine."""
+"""Time cap of one solve, for solvers that have one [s]. It is 1000 times a healthy solve, so that it ends a
+hang and never decides an answer, which would then depend on the machine."""
 
 
 class Answer(NamedTuple):
-    """A solver's claim about one b: x in the units of the QP (not checked), in its own words otherwise."""
+    """A solver's claim about one b, not checked.
+
+    Attributes
+    ----------
+    x : (m,) the solution, in the units of the QP
+    status : what the solver's exit flag means
+    iterations : the solver's own count
+    solver_s : the solver's own clock [s], NaN where it has none
+    """
 
     x: FloatArray
     status: Status
@@ -48,11 +46,24 @@ class Answer(NamedTuple):
 
 
 Solve = Callable[[FloatArray], Answer]
-"""A prepared problem: b (p,) to the solver's answer."""
+"""A prepared problem: function of b (p,) that returns the solver's answer."""
 
 
 class Solver(Protocol):
-    """What a module in this package offers."""
+    """What a module in this package offers.
+
+    Attributes
+    ----------
+    REQUIRES : name of the module that is imported
+    PACKAGE : name of the package that pip installs for it
+    ALGORITHM, LICENCE : as the solver's authors state them
+    STARTS : the starts that its binding can do
+    SETTINGS : by level, all that differs from what the solver ships, and its iteration and time caps
+    TOLERANCE : by formulation and level, promised distance of x to the optimum, relative to the largest
+        limit [-]: three times the worst of 10,000 hard cases (``bench.studies.solvers``), rounded up. A
+        solver stops at residuals, and how far x then is from the optimum depends on the problem: the soft
+        one, with slack weights in the thousands, is worse conditioned
+    """
 
     REQUIRES: str
     PACKAGE: str
@@ -68,12 +79,12 @@ class Solver(Protocol):
 
 
 def names() -> tuple[str, ...]:
-    """Every solver there is a file for, sorted, installed or not."""
+    """Names of the solvers that have a file, sorted, installed or not."""
     return tuple(sorted(module.name for module in pkgutil.iter_modules(__path__)))
 
 
 def load(name: str) -> Solver:
-    """The module of that name; imports no binding."""
+    """The module of the solver of that name; imports no binding."""
     module: Solver = import_module(f"alloc.solvers.{name}")
     return module
 
@@ -84,23 +95,23 @@ def all_solvers() -> dict[str, Solver]:
 
 
 def missing(name: str) -> str:
-    """Empty where the solver's binding is installed, else how to get it; imports nothing native."""
+    """How to install the solver's binding, empty where it is installed; imports nothing native."""
     solver = load(name)
     return "" if find_spec(solver.REQUIRES) else f"not installed; pip install {solver.PACKAGE}"
 
 
 def default_start(solver: Solver) -> Start:
-    """``reused`` where the solver has it: what a vehicle does, with nothing carried over."""
+    """``reused`` where the solver has it: a vehicle keeps one solver object and carries no answer over."""
     return "reused" if "reused" in solver.STARTS else solver.STARTS[0]
 
 
 def default_level(solver: Solver) -> Level:
-    """The most accurate there is: most solvers' own settings miss the wrench by more than SOLVED allows."""
+    """The most accurate level: most solvers' own settings miss the wrench by more than SOLVED allows."""
     return list(solver.SETTINGS)[-1]
 
 
 def meaning(statuses: Mapping[Flag, Status], flag: Flag, solver: str) -> Status:
-    """The status an exit flag stands for; raises SolverError for one that nobody mapped."""
+    """The status that an exit flag stands for; raises SolverError for a flag missing from ``statuses``."""
     try:
         return statuses[flag]
     except KeyError:

@@ -13,18 +13,18 @@ from alloc.solvers import TIME_LIMIT_S, Answer, Level, Solve, Start, meaning
 REQUIRES = PACKAGE = "clarabel"
 ALGORITHM = "interior point, homogeneous embedding"
 LICENCE = "Apache-2.0"
-STARTS: tuple[Start, ...] = ("cold", "reused")  # it takes no first guess
+STARTS: tuple[Start, ...] = ("cold", "reused")  # Clarabel takes no first guess
 
 _QUIET = {
     "verbose": False,
     "time_limit": TIME_LIMIT_S,
-    "max_iter": 200,  # its own, written down
-    "max_threads": 1,  # one core is what is measured
-    "presolve_enable": False,  # a presolved problem can't be updated; there is nothing to presolve
+    "max_iter": 200,  # Clarabel's default, written down
+    "max_threads": 1,  # one core is measured
+    "presolve_enable": False,  # a presolved problem can't be updated, and there is nothing to presolve
 }
 SETTINGS: dict[Level, dict[str, Any]] = {
     "default": _QUIET,
-    # A gap of g leaves x up to sqrt(2 g) away: 1e-6 needs 1e-12, near what doubles can show.
+    # A gap of g leaves x up to sqrt(2 g) from the optimum: 1e-6 needs 1e-12, near what doubles can show.
     "tight": _QUIET | {"tol_gap_abs": 1e-13, "tol_gap_rel": 1e-13, "tol_feas": 1e-11},
 }
 TOLERANCE: dict[str, dict[Level, float]] = {
@@ -47,7 +47,7 @@ STATUS = {
 
 
 def prepare(qp: QP, start: Start, level: Level) -> Solve:
-    """Equalities are a zero cone, finite bounds a nonnegative one: [A; G] x + s = [b; h]."""
+    """Equalities become a zero cone, finite bounds a nonnegative one: [A; G] x + s = [b; h]."""
     import clarabel
     from scipy.sparse import csc_matrix
 
@@ -67,7 +67,7 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     def reused(model: Any, b: FloatArray) -> Answer:
         right[:p] = b
         model.update(b=right)
-        # Its clock adds the set-up, once and long ago, to every solve: no time of this call.
+        # Clarabel's clock adds the one set-up to every solve, so it does not time this call.
         return _solve(model)._replace(solver_s=nan)
 
     if start == "cold":

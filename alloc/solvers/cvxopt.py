@@ -11,12 +11,12 @@ from alloc.solvers import Answer, Level, Solve, Start, meaning
 REQUIRES = PACKAGE = "cvxopt"
 ALGORITHM = "interior point, in Python"
 LICENCE = "GPL-3.0-or-later"
-STARTS: tuple[Start, ...] = ("cold",)  # a function, no object, and no guess that need not be interior
+STARTS: tuple[Start, ...] = ("cold",)  # coneqp is a function; a guess would have to be interior
 
-_QUIET = {"show_progress": False, "maxiters": 100}  # its own cap, written down; it has no time cap
+_QUIET = {"show_progress": False, "maxiters": 100}  # CVXOPT's default, written down; it has no time cap
 SETTINGS: dict[Level, dict[str, Any]] = {
     "default": _QUIET,
-    # A gap of g leaves x up to sqrt(2 g) away: 1e-6 needs 1e-12.
+    # A gap of g leaves x up to sqrt(2 g) from the optimum: 1e-6 needs 1e-12.
     "tight": _QUIET | {"abstol": 1e-12, "reltol": 1e-12, "feastol": 1e-11},
 }
 TOLERANCE: dict[str, dict[Level, float]] = {
@@ -24,12 +24,12 @@ TOLERANCE: dict[str, dict[Level, float]] = {
     "soft": {"default": 0.05, "tight": 1e-6},
 }
 
-# "unknown" is its word for an infeasible QP too: coneqp has no certificate of infeasibility.
+# CVXOPT says "unknown" of an infeasible QP too: coneqp has no certificate of infeasibility.
 STATUS = {"optimal": Status.SOLVED, "unknown": Status.NOT_CONVERGED}
 
 
 def prepare(qp: QP, start: Start, level: Level) -> Solve:
-    """Finite bounds are rows G x <= h. The matrices are made once; b is the only thing that changes."""
+    """Finite bounds become rows G x <= h. The matrices are made once; only b changes."""
     from cvxopt import matrix, solvers
 
     fixed = [matrix(values) for values in (qp.H, qp.g, *qp.one_sided)]

@@ -14,10 +14,10 @@ ALGORITHM = "dual active set"
 LICENCE = "MIT"
 STARTS: tuple[Start, ...] = ("cold", "reused", "warm")
 
-_CAPPED = {"iter_limit": 10_000, "time_limit": TIME_LIMIT_S}  # its own cap, written down
+_CAPPED = {"iter_limit": 10_000, "time_limit": TIME_LIMIT_S}  # DAQP's default cap, written down
 SETTINGS: dict[Level, dict[str, Any]] = {
     "default": _CAPPED,
-    "tight": _CAPPED | {"primal_tol": 1e-10},  # a limit violated by less, 1e-6 by default, counts as kept
+    "tight": _CAPPED | {"primal_tol": 1e-10},  # a limit violated by less counts as kept; default 1e-6
 }
 TOLERANCE: dict[str, dict[Level, float]] = {
     "hard": {"default": 1e-5, "tight": 1e-9},
@@ -44,7 +44,7 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
 
     p, m = qp.A.shape
     H, A = np.ascontiguousarray(qp.H), np.ascontiguousarray(qp.A)
-    # Equations that variables with equal bounds contradict fail in set-up: start from some that hold.
+    # Set-up fails where variables with equal bounds contradict the equations: start from equations that hold.
     met = A @ np.clip(0.0, qp.lb, qp.ub)
     low = np.concatenate([np.maximum(qp.lb, -INFINITE), met])
     high = np.concatenate([np.minimum(qp.ub, INFINITE), met])
@@ -59,7 +59,7 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     def cold(b: FloatArray) -> Answer:
         low[m:] = high[m:] = b
         model, flag = set_up()
-        if flag < 0:  # there is nothing to solve with
+        if flag < 0:  # set-up failed, so there is nothing to solve
             return Answer(qp.g, meaning(STATUS, flag, "daqp"))
         return _solve(model)
 
@@ -71,7 +71,7 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     def warm(model: Any, b: FloatArray) -> Answer:
         low[m:] = high[m:] = b
         if model.update(bupper=high, blower=low) < 0:
-            # It stopped half-way through the active set, which would spoil every later answer.
+            # A failed update stops half-way through the active set and would spoil every later answer.
             model.update(bupper=high, blower=low, sense=sense)
         return _solve(model)
 

@@ -11,17 +11,17 @@ from alloc.solvers import Answer, Level, Solve, Start, meaning
 REQUIRES = PACKAGE = "ecos"
 ALGORITHM = "interior point for second-order cones"
 LICENCE = "GPL-3.0-or-later"
-STARTS: tuple[Start, ...] = ("cold",)  # its Python binding is a function: set-up and solve in one
+STARTS: tuple[Start, ...] = ("cold",)  # ECOS's binding is one function: set-up and solve
 
-# Its own iteration cap, written down; it has no time cap. An answer at which its steps stall is "close" up to
-# the *_inacc: as shipped 5e-5, here no more than what it ships as converged.
+# The iteration cap is ECOS's default, written down; it has no time cap. Where its steps stall, ECOS calls an
+# answer "close" up to the *_inacc settings: 5e-5 as shipped, here 1e-8, which it ships as converged.
 _QUIET = {"verbose": False, "max_iters": 100} | dict.fromkeys(
     ("feastol_inacc", "abstol_inacc", "reltol_inacc"), 1e-8
 )
 SETTINGS: dict[Level, dict[str, Any]] = {
     "default": _QUIET,
-    # A gap of g leaves x up to sqrt(2 g) away. Of some thousand solves one stalls from 1e-10 to 1e-11, and
-    # the processor's rounding decides which; from 1e-12 on it is one in ten.
+    # A gap of g leaves x up to sqrt(2 g) from the optimum. About one solve in a thousand stalls from 1e-10 to
+    # 1e-11, and the processor's rounding decides which; from 1e-12 on one in ten stalls.
     "tight": _QUIET | {"abstol": 1e-11, "abstol_inacc": 1e-10, "reltol": 1e-13, "reltol_inacc": 1e-13},
 }
 TOLERANCE: dict[str, dict[Level, float]] = {
@@ -44,9 +44,9 @@ STATUS = {
 
 
 def prepare(qp: QP, start: Start, level: Level) -> Solve:
-    """min t + g'x s.t. 1/2 |L'x|^2 <= t, a second-order cone: H = L L'.
+    """Pose min t + g'x s.t. 1/2 |L'x|^2 <= t with H = L L'.
 
-    1/2 |L'x|^2 <= t is the same as |(L'x, t - 1/2)| <= t + 1/2.
+    The constraint is a second-order cone, |(L'x, t - 1/2)| <= t + 1/2.
     """
     import ecos
     from scipy.sparse import csc_matrix

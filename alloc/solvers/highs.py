@@ -12,14 +12,14 @@ from alloc.solvers import TIME_LIMIT_S, Answer, Level, Solve, Start, meaning
 REQUIRES = PACKAGE = "highspy"
 ALGORITHM = "primal active set"
 LICENCE = "MIT"
-STARTS: tuple[Start, ...] = ("cold", "reused")  # a guess changes no iteration of its QP code
+STARTS: tuple[Start, ...] = ("cold", "reused")  # a guess changes no iteration of HiGHS's QP code
 
 _QUIET = {"output_flag": False, "qp_iteration_limit": 10_000, "threads": 1}
 SETTINGS: dict[Level, dict[str, Any]] = {
     "default": _QUIET,
     "tight": _QUIET
     | {
-        "qp_regularization_value": 0.0,  # its 1e-7 on the diagonal of H moves x by as much
+        "qp_regularization_value": 0.0,  # the default, 1e-7 on the diagonal of H, moves x by as much
         "primal_feasibility_tolerance": 1e-10,
         "dual_feasibility_tolerance": 1e-10,
     },
@@ -42,7 +42,7 @@ STATUS = {
 
 
 def prepare(qp: QP, start: Start, level: Level) -> Solve:
-    """Bounds are column bounds, A x = b row bounds; only those of the rows change."""
+    """Bounds become column bounds and A x = b row bounds; only the row bounds change."""
     import highspy
     from scipy.sparse import csc_matrix
 
@@ -78,7 +78,7 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
 
 
 def _solve(model: Any) -> Answer:
-    before = model.getRunTime()  # its clock, and with it the cap, runs on from call to call
+    before = model.getRunTime()  # HiGHS's clock, and with it the cap, runs on from call to call
     model.setOptionValue("time_limit", before + TIME_LIMIT_S)
     model.run()
     status = meaning(STATUS, model.getModelStatus().name, "highs")

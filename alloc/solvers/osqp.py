@@ -1,4 +1,4 @@
-"""OSQP: operator splitting (ADMM), first order; x wanders around a face, and polishing may mend it."""
+"""OSQP: operator splitting (ADMM), first order; x ends around a face, and polishing may put it there."""
 
 from functools import partial
 from typing import Any
@@ -16,19 +16,19 @@ STARTS: tuple[Start, ...] = ("cold", "reused", "warm")
 
 _QUIET = {"verbose": False, "time_limit": TIME_LIMIT_S}
 SETTINGS: dict[Level, dict[str, Any]] = {
-    "default": _QUIET | {"max_iter": 4000},  # its own, written down
+    "default": _QUIET | {"max_iter": 4000},  # OSQP's default, written down
     "tight": _QUIET
     | {
-        # Its residuals stop it, and x may be 100 times further away.
+        # OSQP stops at residuals, and x may be 100 times further from the optimum.
         "eps_abs": 1e-8,
         "eps_rel": 1e-8,
-        "max_iter": 20_000,  # first order: ten times the digits cost several times the iterations
+        "max_iter": 20_000,  # ten times the accuracy costs several times the iterations
         "polishing": True,  # one solve on the guessed active set: exact where the guess is right
     },
 }
 TOLERANCE: dict[str, dict[Level, float]] = {
     "hard": {"default": 0.1, "tight": 1e-6},
-    "soft": {"default": 1.1, "tight": 5e-6},  # by default it stops anywhere inside the limits
+    "soft": {"default": 1.1, "tight": 5e-6},  # the default stops anywhere inside the limits
 }
 
 STATUS = {
@@ -52,7 +52,7 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     p = len(qp.A)
     problem = _problem(qp)
     low, high = problem["l"], problem["u"]
-    # Without warm_starting each solve begins at zero; adaptive rho is carried over in any case.
+    # Without warm_starting each solve begins at zero; OSQP carries adaptive rho over in any case.
     settings = SETTINGS[level] | {"warm_starting": start == "warm"}
 
     def set_up() -> Any:
@@ -92,8 +92,8 @@ def _solve(model: Any) -> Answer:
 def generate(qp: QP, use_float: bool = False) -> dict[str, str]:
     """OSQP's own C for this problem as {file name: text}: only l and u change, nothing is allocated.
 
-    At its defaults but without time limit, clock or printing. ``workspace.h`` declares ``solver``, for
-    ``osqp_update_data_vec`` and ``osqp_solve``; rows are [A; I] and l = u = 0 in the rows of A.
+    The code has OSQP's default settings, but no time limit, clock or printing. ``workspace.h`` declares
+    ``solver``, for ``osqp_update_data_vec`` and ``osqp_solve``; rows are [A; I], and l = u = 0 in those of A.
     """
     import tempfile
     from pathlib import Path

@@ -12,13 +12,13 @@ from alloc.solvers import Answer, Level, Solve, Start, meaning
 REQUIRES = PACKAGE = "piqp"
 ALGORITHM = "proximal interior point"
 LICENCE = "BSD-2-Clause"
-STARTS: tuple[Start, ...] = ("cold", "reused")  # it takes no first guess
+STARTS: tuple[Start, ...] = ("cold", "reused")  # PIQP takes no first guess
 
-_CAPPED = {"compute_timings": True, "max_iter": 250}  # its own, written down; it has no time cap
+_CAPPED = {"compute_timings": True, "max_iter": 250}  # PIQP's default, written down; it has no time cap
 SETTINGS: dict[Level, dict[str, Any]] = {
     "default": _CAPPED,
-    # A gap of g leaves x up to sqrt(2 g) away: 1e-6 needs 1e-12. The relative parts are what rounding
-    # leaves of a soft problem's costs in the thousands.
+    # A gap of g leaves x up to sqrt(2 g) from the optimum: 1e-6 needs 1e-12. The relative tolerances are
+    # what rounding leaves of a soft problem's costs in the thousands.
     "tight": _CAPPED
     | {
         "eps_abs": 1e-11,

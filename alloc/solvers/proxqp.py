@@ -8,20 +8,20 @@ from alloc.allocation import FloatArray, Status
 from alloc.qp import QP
 from alloc.solvers import Answer, Level, Solve, Start, meaning
 
-REQUIRES, PACKAGE = "proxsuite", "proxsuite"
+REQUIRES = PACKAGE = "proxsuite"
 ALGORITHM = "proximal augmented Lagrangian"
 LICENCE = "BSD-2-Clause"
 STARTS: tuple[Start, ...] = ("cold", "reused", "warm")
 
-# It has no time cap, and its own caps (10 000 outer iterations of 1 500 inner ones) let a stalled
-# solve run for 17 s. These are ten times what any healthy solve here needs.
+# ProxQP has no time cap, and its default caps (10 000 outer iterations of 1 500 inner ones) let a stalled
+# solve run for 17 s. The caps here are ten times what any healthy solve needs.
 _CAPPED = {"compute_timings": True, "max_iter": 200, "max_iter_in": 100}
 SETTINGS: dict[Level, dict[str, Any]] = {
     "default": _CAPPED,
     "tight": _CAPPED
     | {
-        "eps_abs": 1e-10,  # its residuals stop it, and x may be 100 times further away
-        "eps_primal_inf": 1e-6,  # its 1e-4 lets 3 % of infeasible demands run into the caps
+        "eps_abs": 1e-10,  # ProxQP stops at residuals, and x may be 100 times further away
+        "eps_primal_inf": 1e-6,  # the default 1e-4 lets 3 % of infeasible demands run into the caps
     },
 }
 TOLERANCE: dict[str, dict[Level, float]] = {
@@ -40,11 +40,11 @@ STATUS = {
 
 
 def prepare(qp: QP, start: Start, level: Level) -> Solve:
-    """Bounds are rows lb <= I x <= ub: a box is no faster here, and takes no first guess.
+    """Bounds become rows lb <= I x <= ub: ProxQP's box is no faster here, and takes no first guess.
 
-    The warm start hands over the last solved x, y and z. WARM_START_WITH_PREVIOUS_RESULT, which looks
-    like the same, also keeps the step sizes and the factors of the last solve: ProxQP 0.8.0 then calls
-    feasible demands infeasible, or hangs, or crashes (docs/solvers.md).
+    The warm start hands over the last solved x, y and z. ProxQP's WARM_START_WITH_PREVIOUS_RESULT would
+    also keep the step sizes and the factors of the last solve: ProxQP 0.8.0 then calls feasible demands
+    infeasible, or hangs, or crashes (docs/solvers.md).
     """
     from proxsuite import proxqp
 
@@ -80,7 +80,7 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
         model.solve(*guess)
         result = _result(model)
         if result.status == Status.INFEASIBLE:
-            # From a guess this verdict is wrong for one demand in 200, without one never seen wrong.
+            # With a guess this verdict is wrong for one demand in 200; without, it was never seen wrong.
             model.settings.initial_guess = proxqp.InitialGuess.EQUALITY_CONSTRAINED_INITIAL_GUESS
             model.solve()
             model.settings.initial_guess = proxqp.InitialGuess.WARM_START
@@ -99,5 +99,5 @@ def _result(model: Any, before: Answer | None = None) -> Answer:
     info = model.results.info
     status = meaning(STATUS, info.status.name, "proxqp")
     iterations, seconds = (before.iterations, before.solver_s) if before else (0, 0.0)
-    seconds += info.run_time * 1e-6  # it counts in us
+    seconds += info.run_time * 1e-6  # run_time is in us
     return Answer(model.results.x.copy(), status, iterations + info.iter, seconds)

@@ -17,7 +17,7 @@ STARTS: tuple[Start, ...] = ("cold", "reused", "warm")
 _QUIET = {"verbose": False, "max_iter": 10_000, "time_limit": TIME_LIMIT_S}
 SETTINGS: dict[Level, dict[str, Any]] = {
     "default": _QUIET,
-    # With 1e-10 a reused object fails now and then, with its iterations used up.
+    # At 1e-10 a reused object now and then uses up its iterations and fails.
     "tight": _QUIET | {"eps_abs": 1e-8, "eps_rel": 1e-8},
 }
 TOLERANCE: dict[str, dict[Level, float]] = {
@@ -75,7 +75,7 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
 
 
 def _solve(model: Any) -> Answer:
-    model.solve(asynchronous=False)  # else in a thread started for the call, to hear Ctrl-C
+    model.solve(asynchronous=False)  # True starts a thread for each call, to hear Ctrl-C
     info = model.info
     status = meaning(STATUS, info.status, "qpalm")
     return Answer(np.array(model.solution.x), status, info.iter, info.run_time)

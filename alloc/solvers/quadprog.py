@@ -1,4 +1,4 @@
-"""quadprog: dual active set (Goldfarb and Idnani), in C; exact up to rounding."""
+"""quadprog: dual active set (Goldfarb and Idnani), in C; finitely many steps, exact up to rounding."""
 
 from typing import Any
 
@@ -12,9 +12,9 @@ from alloc.solvers import Answer, Level, Solve, Start
 REQUIRES = PACKAGE = "quadprog"
 ALGORITHM = "dual active set (Goldfarb and Idnani)"
 LICENCE = "GPL-2.0-or-later"
-STARTS: tuple[Start, ...] = ("cold", "reused")  # a function, no object: what is reused is H's factor
+STARTS: tuple[Start, ...] = ("cold", "reused")  # solve_qp is a function: the factor of H is reused
 
-SETTINGS: dict[Level, dict[str, Any]] = {"default": {}}  # it has none, and no caps; its steps are finite
+SETTINGS: dict[Level, dict[str, Any]] = {"default": {}}  # quadprog has no settings and no caps
 TOLERANCE: dict[str, dict[Level, float]] = {"hard": {"default": 1e-9}, "soft": {"default": 1e-9}}
 
 NO_SOLUTION = "constraints are inconsistent, no solution"

@@ -16,8 +16,8 @@ STARTS: tuple[Start, ...] = ("cold", "reused", "warm")
 
 _QUIET = {"verbose": False, "time_limit_secs": TIME_LIMIT_S}
 SETTINGS: dict[Level, dict[str, Any]] = {
-    "default": _QUIET | {"max_iters": 100_000},  # its own, written down
-    # Its residuals stop it; x may be 100 times further away. There is no polishing.
+    "default": _QUIET | {"max_iters": 100_000},  # SCS's default, written down
+    # SCS stops at residuals, and x may be 100 times further from the optimum. It has no polishing.
     "tight": _QUIET | {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iters": 20_000},
 }
 TOLERANCE: dict[str, dict[Level, float]] = {
@@ -37,7 +37,7 @@ STATUS = {
 
 
 def prepare(qp: QP, start: Start, level: Level) -> Solve:
-    """Equalities are a zero cone, finite bounds a nonnegative one: [A; G] x + s = [b; h]."""
+    """Equalities become a zero cone, finite bounds a nonnegative one: [A; G] x + s = [b; h]."""
     import scs
     from scipy.sparse import csc_matrix
 
@@ -62,4 +62,4 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
 def _answer(result: Any) -> Answer:
     info = result["info"]
     status = meaning(STATUS, info["status_val"], "scs")
-    return Answer(result["x"], status, info["iter"], info["solve_time"] * 1e-3)  # it counts in ms
+    return Answer(result["x"], status, info["iter"], info["solve_time"] * 1e-3)  # solve_time is in ms

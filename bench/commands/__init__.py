@@ -7,15 +7,15 @@ from typing import Any
 import click
 
 PATH = click.Path(readable=False, path_type=Path)
-"""A path as it was given: not asked to be readable, since what is only written need not be; whoever opens it
-says why it can't."""
+"""A path as it was given. It need not be readable, since some files are only written; whoever opens the file
+says what is wrong."""
 
 RUNS = Path("runs")
-"""Where runs go unless --out says otherwise. git ignores it; `make keep` takes one of them into results/."""
+"""Where runs go unless --out says otherwise. git ignores it; `make keep` packs a run into results/."""
 
 
 class Finite(click.FloatRange):
-    """A range of numbers without NaN, which no comparison keeps out, and without infinity."""
+    """A range of numbers that has neither infinity nor NaN, which click's comparisons let through."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """The number; a usage error where it is none, or not in the range."""

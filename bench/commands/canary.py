@@ -14,11 +14,11 @@ def command(file: Path) -> None:
     from bench.harness.canary import measure
     from bench.record.canary import CanaryError
 
-    found = measure()
+    canaries = measure()
     try:
-        file.write_bytes(msgspec.json.format(msgspec.json.encode(found)) + b"\n")
+        file.write_bytes(msgspec.json.format(msgspec.json.encode(canaries)) + b"\n")
     except OSError as error:
         raise CanaryError(f"{file}: can't be written ({error.strerror}); give another file") from None
-    for name, us in found.median_us.items():
+    for name, us in canaries.median_us.items():
         click.echo(f"{name}: {us:.3g} µs")
     click.echo(f"Written: {file}")

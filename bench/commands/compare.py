@@ -16,18 +16,18 @@ def command(a: Path, b: Path) -> None:
 
     from bench.suite.compare import compare, read
 
-    found = compare(read(a), read(b))
-    for difference in found.machine:
+    comparison = compare(read(a), read(b))
+    for difference in comparison.machine:
         click.echo(f"warning: not the same machine or software: {difference}", err=True)
-    for side, names in (("A", found.only_a), ("B", found.only_b)):
+    for side, names in (("A", comparison.only_a), ("B", comparison.only_b)):
         for name in names:
             click.echo(f"only in {side}: {name}")
-    if not found.ratios:
+    if not comparison.ratios:
         click.echo("no benchmark stands in both files")
         return
     headers = ("benchmark", "A median [µs]", "B median [µs]", "B/A of medians", "B/A of minima")
-    click.echo(tabulate(found.ratios, headers=headers, floatfmt=("", ".3f", ".3f", ".3f", ".3f")))
-    click.echo(f"\ngeometric mean of the medians' ratios: {found.geometric_mean:.3f}")
+    click.echo(tabulate(comparison.ratios, headers=headers, floatfmt=("", ".3f", ".3f", ".3f", ".3f")))
+    click.echo(f"\ngeometric mean of the medians' ratios: {comparison.geometric_mean:.3f}")
     click.echo(
         "Times from different runs differ without cause; 'thrustbench gate' tells whether code did it."
     )

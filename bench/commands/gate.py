@@ -59,21 +59,22 @@ def command(
         raise click.UsageError("give HEAD or --head-path, not both")
     if base_path and not head and not head_path:
         raise click.UsageError("--base-path needs HEAD or --head-path beside it")
+    methods = [plugin.stem.replace("_", "-") for plugin in plugins]  # as the catalogue names a file's method
     record = gate(
         trees.folder(base_path) if base_path else trees.revision(repo, str(base)),
         trees.folder(head_path) if head_path else trees.revision(repo, head or "HEAD"),
         GateSettings(threshold=threshold / 100, pairs=pairs, budget_s=budget),
-        patterns=cells or (*DEFAULT_CELLS, *(f"{v}:{p.stem}" for v in VEHICLES for p in plugins)),
+        patterns=cells or (*DEFAULT_CELLS, *(f"{v}:{m}" for v in VEHICLES for m in methods)),
         plugins=plugins,
         always=always,
         count=instructions,
         tell=lambda what: click.echo(what, err=True),
     )
-    found = verdict(record)
-    text = render.markdown(record, found)
+    result = verdict(record)
+    text = render.markdown(record, result)
     click.echo(text, nl=False)
     if markdown:
         write_text(markdown, text)
     if json_file:
-        write_text(json_file, render.as_json(record, found))
-    return int(found.outcome)
+        write_text(json_file, render.as_json(record, result))
+    return int(result.outcome)

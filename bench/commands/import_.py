@@ -38,7 +38,8 @@ def command(
     from bench.inputs.imported import ImportOptions, import_vehicle
 
     axes = tuple(axis.strip() for axis in dof.split(",")) if dof else ()
-    keys = import_vehicle(file, format_, ImportOptions(name, axes, frame or "", f_min, f_max, take or ""))
+    options = ImportOptions(name=name, dof=axes, frame=frame or "", f_min=f_min, f_max=f_max, take=take or "")
+    keys = import_vehicle(file, format_, options)
     if output is not None:
         write_text(output, to_yaml(keys))
     for note in keys.notes:

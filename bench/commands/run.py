@@ -63,9 +63,9 @@ def command(out: Path | None, preset: str | None, study: str | None, resume: boo
     settings = getattr(presets, study or preset or "default")()
     settings = replace(settings, **{key: value for key, value in options.items() if value not in (None, ())})
     if options["demands"] or options["methods"] or options["repeats"]:
-        settings = replace(settings, once=())  # who names them wants them repeated
+        settings = replace(settings, once=())  # what a user names is repeated
     if options["vehicles"] and options["demands"] and not options["starts"]:
-        settings = replace(settings, starts=("cold", "reused", "warm"))  # a question that narrow has room
+        settings = replace(settings, starts=("cold", "reused", "warm"))  # there is time for all
     directory = out or RUNS / "-".join(filter(None, (machine.name(), study)))
     interrupted = False
     with bar(console) as watch:

@@ -70,15 +70,15 @@ def command(
     if cpi is not None and cpi[0] > cpi[1]:
         raise click.UsageError(f"--cpi {cpi[0]:g} {cpi[1]:g}: give the lower number first")
     run = read_run(directory)
-    there = sorted({*run.vehicles, *(row.vehicle for row in run.record.emulated)})
-    unknown = sorted(set(vehicles) - set(there))
+    known = sorted({*run.vehicles, *(row.vehicle for row in run.record.emulated)})
+    unknown = sorted(set(vehicles) - set(known))
     if unknown:
-        raise UnknownName(f"{directory}: no vehicle '{unknown[0]}' in this run; it has {', '.join(there)}")
+        raise UnknownName(f"{directory}: no vehicle '{unknown[0]}' in this run; it has {', '.join(known)}")
     loop = Loop(rate, budget / 100, deadline_us)
     if run.record.emulated or clock_MHz:
         click.echo(bands.page(run, loop, clock_MHz, cpi, vehicles))
     if not run.rows:
         return
     moved = transfer(run, read_canary(canary)) if canary else None
-    found = [size for size in sizes(run, loop, moved) if not vehicles or size.vehicle in vehicles]
-    click.echo(page(found if every else best_of_each(found), loop, moved, canary_max_us(run)))
+    shown = [size for size in sizes(run, loop, moved) if not vehicles or size.vehicle in vehicles]
+    click.echo(page(shown if every else best_of_each(shown), loop, moved, canary_max_us(run)))

@@ -1,11 +1,11 @@
-"""Named, seeded, labelled demand sets. One file in ``sets``, one set, found by its name.
+"""Named, seeded, labelled demand sets. Each file in ``sets`` is one set, named after the file.
 
 Such a file has ``demands(vehicle, rng, n) -> taus (N, k)``, and where they apply:
 
 RATE_HZ : the sampling rate of a sequence in time
-COUNT : how many demands it makes unless told, and at most where it is a sequence
+COUNT : how many demands the set has by default; where it is a sequence, also the most it can have
 SEED_NAME : the set with which it shares its random numbers
-answering(vehicle) : the vehicle that must answer them, if it is not the one asked for (a failure)
+answering(vehicle) : the vehicle that must answer the demands, where that is a degraded one
 """
 
 import hashlib
@@ -21,22 +21,22 @@ import bench.demands.sets
 from alloc import FloatArray, UnknownName, Vehicle, label
 
 COUNT = 1000
-"""Demands in a set. Enough for a p99 with its interval; a p99.9 comes from several passes."""
+"""Demands in a set by default: enough for a p99 with its interval; a p99.9 comes from several passes."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class DemandSet:
-    """Demands, and where they lie against the limits.
+    """Demands on a vehicle, and where they lie against its limits.
 
     Attributes
     ----------
     name : the set's name, or a file's stem
-    vehicle : the one that must answer: after a failure, the degraded one
+    vehicle : the vehicle that must answer; after a failure, the degraded one
     taus : (N, k) wrenches [N, N m], in time order where there is one
     labels : (N,) values of ``alloc.Label``
     alpha : (N,) alpha* of each demand
     rate_hz : sampling rate, None where the demands are no sequence in time
-    left_out : how many more a file holds than were asked for
+    left_out : demands of a file that are beyond the number asked for
     """
 
     name: str
@@ -49,7 +49,7 @@ class DemandSet:
 
 
 def list_demands() -> tuple[str, ...]:
-    """Names of the sets there are, sorted."""
+    """Names of all sets, sorted."""
     return tuple(sorted(_modules()))
 
 
@@ -61,7 +61,7 @@ def build_demands(name: str | Path, vehicle: Vehicle, seed: int, n: int | None =
     demands, with the reason; FileError or DemandError for a file that can't be read.
     """
     known = _modules()
-    if name not in known:  # a set's name means that set, whatever lies in the current folder
+    if name not in known:  # a set's name means the set, even where the current folder has a file of that name
         if _is_file(name):
             return _from_file(Path(name), vehicle, n)
         raise UnknownName(
@@ -82,12 +82,14 @@ def labelled(name: str, vehicle: Vehicle, taus: FloatArray, rate_hz: float | Non
     margins = label(vehicle, taus)
     for array in (taus, margins.label, margins.alpha):
         array.setflags(write=False)
-    return DemandSet(name, vehicle, taus, margins.label, margins.alpha, rate_hz)
+    return DemandSet(
+        name=name, vehicle=vehicle, taus=taus, labels=margins.label, alpha=margins.alpha, rate_hz=rate_hz
+    )
 
 
 def _modules() -> dict[str, str]:
-    # A file's underscore is a hyphen in the name.
-    names = (found.name for found in pkgutil.iter_modules(bench.demands.sets.__path__))
+    """Modules by the name of their set, which has a hyphen for an underscore."""
+    names = (module.name for module in pkgutil.iter_modules(bench.demands.sets.__path__))
     return {name.replace("_", "-"): name for name in names}
 
 
@@ -96,11 +98,11 @@ def _is_file(name: str | Path) -> bool:
 
 
 def _from_file(path: Path, vehicle: Vehicle, n: int | None) -> DemandSet:
-    from bench.inputs.logs import rate_hz, read_log  # a user's file is rare: loaded only where one is named
+    from bench.inputs.logs import rate_hz, read_log  # imported only where a file is named, which is rare
 
     t, taus = read_log(path, vehicle.dof)
-    some = labelled(path.stem, vehicle, np.array(taus[:n]), rate_hz(t))
-    return replace(some, left_out=len(taus) - len(some.taus))
+    demands = labelled(path.stem, vehicle, np.array(taus[:n]), rate_hz(t))
+    return replace(demands, left_out=len(taus) - len(demands.taus))
 
 
 def _stable(text: str) -> int:

@@ -1,29 +1,29 @@
-"""What a log of demands asks of a vehicle: rate, gaps, regimes, and how long it asks too much."""
+"""What a log of demands asks of a vehicle: rate, gaps, labels, and for how long it asks too much."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from alloc import FloatArray, Label, unit
+from alloc import BoolArray, FloatArray, Label, unit
 from bench.demands import DemandSet
 
 GAP = 3.0
-"""A step longer than this many median steps is a gap: two samples in a row are missing."""
+"""A step longer than this many median steps is a gap: at least two samples in a row are missing."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Summary:
     """Numbers about one log; times are None where the log has none.
 
     Attributes
     ----------
-    n : demands
-    duration_s, rate_hz : of the log, the rate over the median step
-    gaps, longest_gap_s : steps longer than three median ones
-    share : of demands (of time, where there is time) under each label
-    closed_form : share that a closed form serves inside the limits: the inactive ones
-    outside_s, longest_outside_s : time outside the attainable set, and the longest stretch of it
-    alpha_min : smallest alpha*, how far the worst demand must be scaled down
+    n : number of demands
+    duration_s, rate_hz : of the log; the rate is one over the median step
+    gaps, longest_gap_s : number of steps longer than three median ones, and the longest
+    share : share of time under each label, or of demands where the log has no times
+    closed_form : share that a closed form serves inside the limits, which is that of the inactive demands
+    outside_s, longest_outside_s : time outside the attainable set, and its longest stretch
+    alpha_min : smallest alpha*, the factor by which the worst demand must be scaled down
     largest : (k,) largest |demand| on each axis [N, N m]
     """
 
@@ -43,8 +43,8 @@ class Summary:
 def summarise(demands: DemandSet, t: FloatArray | None) -> Summary:
     """The Summary of a labelled log with times ``t`` (N,) [s] or None.
 
-    Each demand holds until the next one, but over no gap longer than the median step: nobody knows
-    what was demanded in between.
+    Each demand holds until the next one, but over a gap for one median step only: nobody knows what was
+    demanded in between.
     """
     steps = None if t is None or len(t) < 2 else np.diff(t)
     held = np.ones(len(demands.taus))
@@ -56,7 +56,7 @@ def summarise(demands: DemandSet, t: FloatArray | None) -> Summary:
         duration, gaps = float(t[-1] - t[0]), int(is_gap.sum())
         longest = float(steps[is_gap].max(initial=0.0))
     share = {label: float(held[demands.labels == label].sum() / held.sum()) for label in Label}
-    outside = demands.labels == Label.INFEASIBLE
+    outside: BoolArray = np.equal(demands.labels, Label.INFEASIBLE)
     timed = duration is not None
     return Summary(
         n=len(demands.taus),
@@ -67,7 +67,7 @@ def summarise(demands: DemandSet, t: FloatArray | None) -> Summary:
         share=share,
         closed_form=share[Label.INACTIVE],
         outside_s=float(held[outside].sum()) if timed else None,
-        longest_outside_s=_longest(outside, held) if timed else None,
+        longest_outside_s=_longest_stretch(outside, held) if timed else None,
         alpha_min=float(demands.alpha.min()),
         largest=np.abs(demands.taus).max(axis=0),
     )
@@ -94,9 +94,9 @@ def as_text(summary: Summary, demands: DemandSet) -> str:
     return "\n".join(f"{what:{width}}  {value}" for what, value in lines)
 
 
-def _longest(outside: np.ndarray, held: FloatArray) -> float:
+def _longest_stretch(outside: BoolArray, held: FloatArray) -> float:
     longest = current = 0.0
-    for is_out, seconds in zip(outside.tolist(), held.tolist(), strict=True):
-        current = current + seconds if is_out else 0.0
+    for is_outside, seconds in zip(outside.tolist(), held.tolist(), strict=True):
+        current = current + seconds if is_outside else 0.0
         longest = max(longest, current)
     return longest

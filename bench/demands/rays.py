@@ -1,4 +1,4 @@
-"""Rays of attainable demands, and where along each the closed form and the vehicle come to their limits."""
+"""Rays of attainable demands, and how far along each the closed form and the vehicle can go."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -8,14 +8,18 @@ import numpy as np
 from alloc import FloatArray, NotApplicable, Vehicle, alpha_range, closed_form_range
 
 BATCHES = 100
-"""Draws before a set counts as impossible: a regime on fewer than one ray in a hundred may not be found."""
+"""Draws of n rays before a set counts as impossible: below one usable ray in a hundred it may be missed."""
 
 
 class Rays(NamedTuple):
-    """Demands tau (N, k) of random thrusts, and the ranges (N,) of multiples of each.
+    """Demands tau of random thrusts, and the ranges of their multiples that can be served.
 
-    attainable : least and largest alpha with alpha tau attainable
-    closed : least and largest alpha with alpha T* tau inside the limits; (inf, -inf) where there is none
+    Attributes
+    ----------
+    taus : (N, k) demands [N, N m]
+    attainable : least and largest alpha, (N,) each, with alpha tau attainable [-]
+    closed : least and largest alpha, (N,) each, with alpha T* tau inside the limits [-]; (inf, -inf) where
+        there is none
     """
 
     taus: FloatArray
@@ -26,7 +30,7 @@ class Rays(NamedTuple):
 def draw(vehicle: Vehicle, rng: np.random.Generator, n: int) -> Rays:
     """n rays through T P f, f uniform inside the limits.
 
-    Raises NotApplicable where that gives no direction, as for thrusters held at thrusts that cancel.
+    Raises NotApplicable where every such wrench is zero, as for thrusters held at thrusts that cancel.
     """
     f = rng.uniform(vehicle.f_min, vehicle.f_max, size=(n, vehicle.n))
     taus = f @ vehicle.TP.T
@@ -45,10 +49,10 @@ def collect(
 ) -> FloatArray:
     """n demands, each a ray's tau times a factor uniform in the range (low, high) that ``pick`` gives.
 
-    Rays whose range is empty (low >= high) are drawn anew; raises NotApplicable with the reason
-    ``absent`` if too few are left.
+    Rays whose range is empty (low >= high) are drawn anew. Raises NotApplicable with the reason
+    ``absent`` where BATCHES draws leave fewer than n rays.
     """
-    found: list[FloatArray] = []
+    batches: list[FloatArray] = []
     count = 0
     for _ in range(BATCHES):
         rays = draw(vehicle, rng, n)
@@ -56,8 +60,8 @@ def collect(
         with np.errstate(invalid="ignore"):
             usable = low < high
         factor = rng.uniform(low[usable], high[usable])
-        found.append(rays.taus[usable] * factor[:, None])
+        batches.append(rays.taus[usable] * factor[:, None])
         count += int(usable.sum())
         if count >= n:
-            return np.concatenate(found)[:n]
+            return np.concatenate(batches)[:n]
     raise NotApplicable(f"{vehicle.name}: {absent}")

@@ -1,4 +1,4 @@
-"""A vehicle, and demands on it, as arrays in an .npz file: how a parent hands them to a worker."""
+"""Stores a vehicle and demands on it as arrays in an .npz file, which a parent hands to a worker."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -14,13 +14,13 @@ VEHICLE_ARRAYS = ("T", "H", "f_min", "f_max", "readiness", "slack_weights")
 
 
 def arrays_of(vehicle: Vehicle) -> dict[str, NDArray[Any]]:
-    """Everything that a vehicle is made of."""
+    """The arrays that a vehicle is made of."""
     names = np.array([vehicle.name, vehicle.source, vehicle.whole])
     return {"vehicle": names, "dof": np.array(vehicle.dof)} | {k: getattr(vehicle, k) for k in VEHICLE_ARRAYS}
 
 
 def vehicle_of(arrays: Mapping[str, NDArray[Any]]) -> Vehicle:
-    """The vehicle that ``arrays_of`` took apart."""
+    """The vehicle made of what ``arrays_of`` returned."""
     name, source, whole = map(str, arrays["vehicle"])
     numbers: dict[str, Any] = {key: arrays[key] for key in VEHICLE_ARRAYS}
     return Vehicle(name=name, source=source, whole=whole, dof=tuple(map(str, arrays["dof"])), **numbers)
@@ -32,7 +32,7 @@ def same_vehicle(a: Vehicle, b: Vehicle) -> bool:
 
 
 def save(path: Path, **arrays: NDArray[Any]) -> None:
-    """Write arrays into one .npz file; raises OSError that names it, which numpy's own does not."""
+    """Write arrays into one .npz file; raises an OSError that names the file, which numpy's own does not."""
     try:
         np.savez(path, allow_pickle=False, **arrays)
     except OSError as error:
@@ -51,7 +51,7 @@ def load_case(path: Path) -> tuple[Vehicle, FloatArray]:
 
 
 def arrays_of_demands(demands: DemandSet) -> dict[str, NDArray[Any]]:
-    """A demand set with its vehicle; how many demands its log holds beyond these stays with the parent."""
+    """The arrays of a demand set and its vehicle, without ``left_out``, which only the parent needs."""
     return arrays_of(demands.vehicle) | {
         "demands": np.array(demands.name),
         "taus": demands.taus,
@@ -62,7 +62,7 @@ def arrays_of_demands(demands: DemandSet) -> dict[str, NDArray[Any]]:
 
 
 def demands_of(arrays: Mapping[str, NDArray[Any]]) -> DemandSet:
-    """The demand set that ``arrays_of_demands`` took apart."""
+    """The demand set made of what ``arrays_of_demands`` returned, with ``left_out`` 0."""
     rate_hz = float(arrays["rate_hz"])
     return DemandSet(
         name=str(arrays["demands"]),

@@ -1,7 +1,7 @@
 """Instructions, flash and memory of generated C on processors that are not on the desk.
 
-``toolchain`` says what runs where, ``kernel`` what C there is to run, ``image`` links it with a driver for
-one processor, ``count`` runs that under QEMU and counts, ``search`` looks for the demand that costs
-most, ``study`` makes the rows that ``record`` keeps; ``rows`` reads them again, and ``bands`` and
-``bench.report.emulation`` say what they mean. See docs/embedded.md.
+``toolchain`` names a compiler and an emulator for each processor, ``kernels`` makes the C of each method,
+``image`` links it with a driver for one processor, ``count`` runs the image under QEMU and counts,
+``agreement`` compares its answers with Python's, ``search`` looks for the demand that costs most, ``study``
+makes the rows that ``record`` writes. ``bench.results.emulated`` reads them again. See docs/embedded.md.
 """

@@ -1,4 +1,4 @@
-"""Whether the C on the other processor answers as Python does here."""
+"""Whether the C on an emulated processor answers as the same method in Python does here."""
 
 from dataclasses import dataclass
 
@@ -17,10 +17,13 @@ OSQP_SOLVED = 1
 
 @dataclass(frozen=True)
 class Agreement:
-    """Whether all answers agree, and how they differ.
+    """How the answers of C and Python differ.
 
-    distance_rel_max: largest |f - f of Python|, relative to the largest limit or thrust [-].
-    other_verdicts: demands off the boundary that one calls feasible and the other does not.
+    Attributes
+    ----------
+    agrees : whether every verdict is the same and every thrust within the tolerance
+    distance_rel_max : largest |f - f of Python|, relative to the largest limit or thrust [-]
+    other_verdicts : demands off the boundary that one calls feasible and the other does not
     """
 
     agrees: bool
@@ -29,22 +32,23 @@ class Agreement:
 
 
 def agreement(kernel: Kernel, demands: DemandSet, counted: CallCounts) -> Agreement:
-    """Compare with the same method in Python, or OSQP's C with the exact optimum.
+    """Compare a kernel's answers with its twin's in Python; the twin of OSQP's C is an exact method.
 
-    The same verdict is asked for wherever the demand is not on the boundary of what can be met.
+    The verdicts must be the same wherever the demand is not on the boundary of the attainable set.
     """
     vehicle = demands.vehicle
     osqp = kernel.solver != ""
     F, status = build(kernel.twin, vehicle).many(demands.taus)
-    said = (
+    verdict = (
         np.where(counted.status == OSQP_SOLVED, Status.SOLVED, Status.INFEASIBLE) if osqp else counted.status
     )
     clear = demands.labels != Label.BOUNDARY
-    # On the boundary an iterative solver may in good faith stop anywhere within its tolerance.
+    # On the boundary an iterative solver may stop anywhere within its tolerance, on either side.
     compared = clear if osqp else np.ones_like(clear)
-    both = compared & (said != Status.INFEASIBLE) & (status != Status.INFEASIBLE)
+    both = compared & (verdict != Status.INFEASIBLE) & (status != Status.INFEASIBLE)
     size = np.maximum(np.abs(F[both]).max(axis=1, initial=0.0), vehicle.f_scale)
     distance = float((np.abs(counted.F[both] - F[both]).max(axis=1, initial=0.0) / size).max(initial=0.0))
     tolerance = OSQP_TOLERANCE if osqp else AGREEMENT[kernel.scalar]
-    other = int(np.count_nonzero((said != status) & clear))
-    return Agreement(other == 0 and distance <= tolerance, distance, other)
+    other = int(np.count_nonzero((verdict != status) & clear))
+    agrees = other == 0 and distance <= tolerance
+    return Agreement(agrees=agrees, distance_rel_max=distance, other_verdicts=other)

@@ -14,7 +14,7 @@ from bench.emulation.toolchain import X86, ToolError, run
 from bench.harness.callgrind import CALLGRIND, totals
 
 SYSTICK_NS = 40
-"""Both boards clock SysTick at 25 MHz; under ``-icount shift=0`` QEMU lets 1 ns pass per instruction."""
+"""Both boards clock SysTick at 25 MHz; under ``-icount shift=0`` an instruction takes 1 ns in QEMU."""
 
 PROFILE = "callgrind"
 """Name of the file that callgrind writes at the end, and of those on the way, which have a number."""
@@ -22,14 +22,14 @@ PROFILE = "callgrind"
 
 @dataclass(frozen=True, eq=False)
 class CallCounts:
-    """What each of N calls did.
+    """Answers and costs of N calls.
 
     Attributes
     ----------
     F : (N, n) thrusts as the kernel left them [N]
-    status : (N,) what it returned
-    instructions : (N,) executed from its first instruction to its return, callees included
-    stack_bytes : (N,) stack below the caller's that was written to
+    status : (N,) what the kernel returned
+    instructions : (N,) executed from the kernel's first instruction to its return, callees included
+    stack_bytes : (N,) stack below the caller's that was written to [bytes]
     """
 
     F: FloatArray
@@ -39,7 +39,7 @@ class CallCounts:
 
 
 def count(image: Image, taus: FloatArray) -> CallCounts:
-    """Answer demands (N, k), one call each in this order, and count."""
+    """Count the calls that answer demands (N, k), one call a demand, in this order."""
     folder = image.path.parent
     if image.target == X86:
         answers = _answers(image, image.path, taus, 1, _callgrind(image))
@@ -58,16 +58,16 @@ def count(image: Image, taus: FloatArray) -> CallCounts:
 
 
 def count_by_systick(image: Image, taus: FloatArray, repeats: int = 1000) -> FloatArray:
-    """Instructions of each call (N,) by a second way, on the boards: their timer under ``-icount shift=0``.
+    """Instructions of each call (N,), counted in a second way: by a board's timer under ``-icount shift=0``.
 
-    Each demand is answered ``repeats`` times; what the driver takes is measured with an empty kernel,
-    of one instruction, and taken off. Exact up to a tick (40 instructions) over ``repeats``.
+    Each demand is answered ``repeats`` times. The driver's own instructions are measured with an empty
+    kernel of one instruction, and subtracted. Exact up to a tick (40 instructions) over ``repeats``.
     """
     machine, kernel = image.target.emulator[:-1], image.target.emulator[-1]
     counted = (*machine, "-icount", "shift=0", kernel)
-    with_it = _answers(image, image.path, taus, repeats, counted)["ticks"]
+    with_kernel = _answers(image, image.path, taus, repeats, counted)["ticks"]
     without = _answers(image, without_kernel(image), taus, repeats, counted)["ticks"]
-    difference: FloatArray = (with_it - without) * (SYSTICK_NS / repeats) + 1.0
+    difference: FloatArray = (with_kernel - without) * (SYSTICK_NS / repeats) + 1.0
     return difference
 
 
@@ -86,7 +86,7 @@ def _answers(
 def _plugged(image: Image) -> tuple[str, ...]:
     plugin = image.path.with_name("count.so")
     if not plugin.exists():
-        # The functions used are the same in every version; QEMU asks only which one was meant.
+        # QEMU asks which version of its interface is meant; the functions used here are the same in each.
         version = re.search(r"version (\d+)", run([image.target.emulator[0], "--version"]))
         api = 1 if version and int(version[1]) < 9 else 2
         run(["gcc", "-O2", "-shared", "-fPIC", f"-DAPI={api}", str(FIRMWARE / "count.c"), "-o", str(plugin)])
@@ -96,7 +96,7 @@ def _plugged(image: Image) -> tuple[str, ...]:
 
 
 def _callgrind(image: Image) -> tuple[str, ...]:
-    # One dump a call, each with the instructions since the one before, inside the kernel only.
+    # Callgrind writes one dump a call: the instructions inside the kernel since the dump before.
     for old in image.path.parent.glob(f"{PROFILE}.*"):
         old.unlink()
     entry = image.kernel.entry

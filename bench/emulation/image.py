@@ -1,4 +1,4 @@
-"""A kernel linked with the driver for one processor, and what it takes in flash and RAM."""
+"""A kernel linked with the driver for one processor, and the flash and RAM that it takes."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,9 +10,9 @@ from bench.emulation.toolchain import Target, run
 FIRMWARE = Path(__file__).parent / "firmware"
 FLAGS = ("-O2", "-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections")
 """-O2 is what firmware is commonly built with; functions that nobody calls are left out."""
-KERNEL = ("-std=c99",)  # as its self-test is compiled, and as it is bound into Python
+KERNEL = ("-std=c99",)  # as generated C is compiled for its self-test and for Python
 SIZES = ("-fno-asynchronous-unwind-tables", "-Wl,--sort-section=alignment")
-"""No tables that only debuggers and C++ read, and no gaps that a few bytes more could vanish in."""
+"""Leave out tables that only debuggers and C++ read, and gaps in which a few bytes more would vanish."""
 
 EMPTY = "empty_kernel.elf"
 _BARE = (
@@ -23,16 +23,18 @@ _BARE = (
 )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Image:
     """A linked image, ready to run.
 
     Attributes
     ----------
+    kernel, target : what was linked, and for which processor
+    path : the image's file
     entry : address of the kernel's first instruction
     leave : address of the first instruction after the call
-    flash_bytes : how much larger code and constants are than without the kernel, its libraries included
-    ram_static_bytes : the same of initialised and zeroed data
+    flash_bytes : by how much the kernel and its libraries enlarge code and constants [bytes]
+    ram_static_bytes : by how much they enlarge initialised and zeroed data [bytes]
     """
 
     kernel: Kernel
@@ -45,7 +47,7 @@ class Image:
 
 
 def link(kernel: Kernel, target: Target, folder: Path) -> Image:
-    """Compile and link into ``folder``; raises ToolError with the compiler's words where it can't be."""
+    """Compile and link into ``folder``; raises ToolError with the compiler's words where that fails."""
     sources = kernel.write(folder)
     compiler = [f"{target.tools}gcc", *target.flags, *FLAGS, *SIZES]
     places = {folder, *((folder / name).parent for name in kernel.sources)}
@@ -58,12 +60,12 @@ def link(kernel: Kernel, target: Target, folder: Path) -> Image:
     path, empty = folder / "kernel.elf", folder / EMPTY
     run([*command, f"-DCALLED={kernel.entry}", "-o", str(path)])
     run([*command, "-DCALLED=empty_kernel", "-o", str(empty)])
-    thumb = 1 if target.bare_metal else 0  # bit 0 of a symbol only says that it is Thumb code
+    thumb = 1 if target.bare_metal else 0  # bit 0 of a symbol marks Thumb code and is no part of the address
     symbols, sizes, without = _symbols(target, path), _sizes(target, path), _sizes(target, empty)
     return Image(
-        kernel,
-        target,
-        path,
+        kernel=kernel,
+        target=target,
+        path=path,
         entry=symbols[kernel.entry] & ~thumb,
         leave=symbols["kernel_left"] & ~thumb,
         flash_bytes=sizes.text + sizes.data - without.text - without.data,
@@ -72,7 +74,7 @@ def link(kernel: Kernel, target: Target, folder: Path) -> Image:
 
 
 def without_kernel(image: Image) -> Path:
-    """The same image with the driver calling a function that returns at once."""
+    """An image like this one whose driver calls a function that returns at once."""
     return image.path.with_name(EMPTY)
 
 
@@ -87,7 +89,7 @@ def _sizes(target: Target, path: Path) -> "_Sizes":
 
 
 class _Sizes(NamedTuple):
-    # "size" in its Berkeley form: code and constants, initialised data, zeroed data.
+    # What the tool "size" prints in its Berkeley form: code and constants, initialised data, zeroed data.
     text: int
     data: int
     zeroed: int

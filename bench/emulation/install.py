@@ -1,4 +1,4 @@
-"""Install compilers and emulators with apt-get where that is allowed, else name them: ``make emulate``."""
+"""Installs compilers and emulators with apt-get where that is allowed, else names them: ``make emulate``."""
 
 import os
 import platform
@@ -12,7 +12,7 @@ _TIME_LIMIT_S = 600  # half a gigabyte over a slow line
 
 
 def install() -> str:
-    """Try to install what is missing; what is still missing then, in one line, empty where all is there."""
+    """Try to install what is missing; one line that names what is missing still, empty where nothing is."""
     if needed := packages():
         for step in (("update",), ("install", "--yes", "--no-install-recommends", *needed)):
             if not _apt(*step):
@@ -22,9 +22,9 @@ def install() -> str:
 
 
 def packages() -> list[str]:
-    """Debian's names of what the targets that can't be used need, sorted."""
+    """Debian's names, sorted, of the packages of every target that lacks something."""
     counted = (*TARGETS, X86) if platform.machine() == "x86_64" else TARGETS
-    return sorted({name for found in counted if missing(found) for name in found.packages})
+    return sorted({name for target in counted if missing(target) for name in target.packages})
 
 
 def _apt(*arguments: str) -> bool:

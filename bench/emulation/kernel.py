@@ -1,4 +1,4 @@
-"""The C that is measured: one function that answers one vehicle's demands, and what it needs around it."""
+"""The C that is counted: one function that answers the demands of one vehicle, and the files it needs."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from alloc import FloatArray
 from alloc.native.code import Scalar
 
 SCALARS: dict[Scalar, str] = {"double": "<f8", "float": "<f4"}
-"""C's name of the scalar to numpy's; every target here is little-endian."""
+"""C's name of a scalar to numpy's; every target here is little-endian."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -25,7 +25,7 @@ class Kernel:
     entry : the function's name
     declaration : C text that declares it
     arguments : how it is called, with ``tau`` and ``f`` in it, e.g. ``tau, f``
-    sources : text by file name; every .c is compiled, the rest is there to be included
+    sources : text by file name; every .c is compiled, other files are included by these
     """
 
     method: str
@@ -52,7 +52,7 @@ class Kernel:
         )
 
     def write(self, folder: Path) -> list[Path]:
-        """Write all of it into ``folder``; the files to compile."""
+        """Write sources and header into ``folder``; returns the files to compile."""
         for name, text in {**self.sources, "kernel.h": self.header}.items():
             path = folder / name
             path.parent.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""Rows into a record: a new one, or that of a run."""
+"""Writes counted rows into a record: a new one, or that of a run."""
 
 from collections.abc import Iterator
 from datetime import UTC, datetime
@@ -13,10 +13,10 @@ from bench.record.writer import Writer
 def write(plan: Plan, directory: Path, *, add: bool) -> Iterator[Emulated]:
     """Count as planned and append each row to ``directory``'s record as it comes; raises RecordError.
 
-    With ``add`` the record, where one is there, is kept, and of two rows with the same names the later
-    counts.
+    With ``add`` a record that is there is continued. A reader takes the later of two rows with the same
+    names.
     """
-    rows = emulate(plan)  # what is wrong with the plan shows before a record is touched
+    rows = emulate(plan)  # raises for a plan that is wrong, before a record is touched
     with Writer(directory) as writer:
         if not add or writer.resume() is None:
             writer.create(_header(plan))

@@ -1,4 +1,4 @@
-"""Count every kernel on every processor over every class of demands, and say what could not be counted."""
+"""Counts every kernel on every processor over every class of demands; what can't be counted has a reason."""
 
 import tempfile
 from collections.abc import Iterator
@@ -25,14 +25,19 @@ from bench.record import Emulated
 CLASSES = ("inactive", "active", "boundary", "infeasible", "mission")
 SEARCH = "search"
 OSQP_SHARE = 0.1
-"""An iterative solver takes a thousand times the instructions: fewer demands off a path, and no search."""
+"""Share of a drawn set that OSQP's C is asked: an iterative solver takes a thousand times the instructions.
+Its most costly demand is not searched for either."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Plan:
-    """What to count: every combination.
+    """What to count: every combination of vehicle, method, scalar and target.
 
-    demands : names of sets that every vehicle is asked; the search for the most costly comes on top
+    Attributes
+    ----------
+    vehicles, targets, methods, scalars : what is combined; methods by name
+    demands : names of the sets that every vehicle is asked, before the search for the most costly demand
+    seed : of demands and search
     n : demands of each set
     """
 
@@ -46,7 +51,7 @@ class Plan:
 
 
 def emulate(plan: Plan) -> Iterator[Emulated]:
-    """The rows, one after the other as they are counted; the same plan gives the same rows.
+    """Yield each row as soon as it is counted; equal plans give equal rows.
 
     Raises UnknownName or DemandError at once, before anything is counted.
     """
@@ -57,23 +62,23 @@ def emulate(plan: Plan) -> Iterator[Emulated]:
 
 def _rows(plan: Plan, asked: list[tuple[Vehicle, list[DemandSet]]]) -> Iterator[Emulated]:
     reasons = {target: missing(target) for target in plan.targets}
-    source = {"thrustbench": machine.commit()}  # a row that is added to a record has its own
+    source = {"thrustbench": machine.commit()}  # rows in one record may come from different commits
     tools = {target: versions(target) | source for target, reason in reasons.items() if not reason}
     for (vehicle, sets), method, scalar, target in product(asked, plan.methods, plan.scalars, plan.targets):
-        row = Emulated(vehicle.name, target.name, method, scalar, seed=plan.seed)
+        row = Emulated(vehicle=vehicle.name, target=target.name, method=method, scalar=scalar, seed=plan.seed)
         if target not in tools:
             yield msgspec.structs.replace(row, status="missing", reason=reasons[target])
             continue
         row = msgspec.structs.replace(row, tools=tools[target])
         try:
-            yield from _one(row, build_kernel(method, vehicle, scalar), target, sets)
+            yield from _kernel_rows(row, build_kernel(method, vehicle, scalar), target, sets)
         except NotApplicable as refusal:
             yield msgspec.structs.replace(row, status="refused", reason=str(refusal))
         except ToolError as failure:
             yield msgspec.structs.replace(row, status="failed", reason=str(failure))
 
 
-def _one(row: Emulated, kernel: Kernel, target: Target, sets: list[DemandSet]) -> Iterator[Emulated]:
+def _kernel_rows(row: Emulated, kernel: Kernel, target: Target, sets: list[DemandSet]) -> Iterator[Emulated]:
     with tempfile.TemporaryDirectory(prefix="thrustbench-") as folder:
         image = link(kernel, target, Path(folder))
         row = msgspec.structs.replace(
@@ -85,19 +90,19 @@ def _one(row: Emulated, kernel: Kernel, target: Target, sets: list[DemandSet]) -
             yield _counted(row, some, kernel, count(image, some.taus))
         if not kernel.solver and sets:
             tried = _search(image, sets, row.seed)
-            found = _counted(row, tried, kernel, count(image, tried.taus))
-            # How the other demands were spread says how the search went, and nothing about the kernel.
-            yield msgspec.structs.replace(found, tried=len(tried.taus), instructions=found.instructions[-1:])
+            row = _counted(row, tried, kernel, count(image, tried.taus))
+            # Only the largest count is kept: the others depend on how the search went.
+            yield msgspec.structs.replace(row, tried=len(tried.taus), instructions=row.instructions[-1:])
 
 
 def _sets(vehicle: Vehicle, plan: Plan) -> list[DemandSet]:
-    found = []
+    sets = []
     for name in plan.demands:
         try:
-            found.append(build_demands(name, vehicle, plan.seed, plan.n))
+            sets.append(build_demands(name, vehicle, plan.seed, plan.n))
         except NotApplicable:  # no demand of this class exists for this vehicle
             continue
-    return found
+    return sets
 
 
 def _first(demands: DemandSet, share: float) -> DemandSet:

@@ -1,4 +1,4 @@
-"""What runs where: a compiler and an emulator for each processor, and how to get what is missing."""
+"""A compiler and an emulator for each processor, and how to get those that are missing."""
 
 import platform
 import re
@@ -11,10 +11,10 @@ from alloc import AllocError, UnknownName
 
 
 class ToolError(AllocError):
-    """A compiler or an emulator failed; the message says which and what it said."""
+    """A compiler or an emulator failed; the message names it and quotes its own."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Target:
     """A processor, as a compiler and an emulator know it.
 
@@ -22,9 +22,9 @@ class Target:
     ----------
     name : label in tables and on the command line
     tools : prefix of the compiler and its companions, e.g. ``arm-none-eabi-``
-    flags : what the compiler must know about the processor
-    emulator : command that runs an image, up to the image's path; empty runs it as it is
-    packages : Debian's names of what all this needs
+    flags : the compiler's options for the processor
+    emulator : command that runs an image, up to the image's path
+    packages : Debian's names of the packages with compiler and emulator
     """
 
     name: str
@@ -50,62 +50,69 @@ _CORTEX_M = ("qemu-system-arm", "gcc-arm-none-eabi", "libnewlib-arm-none-eabi", 
 _HARD_FLOAT = ("-mthumb", "-mfloat-abi=hard")
 TARGETS = (
     Target(
-        "cortex-m7",
-        "arm-none-eabi-",
-        ("-mcpu=cortex-m7", "-mfpu=fpv5-d16", *_HARD_FLOAT),
-        _board("mps2-an500"),
-        _CORTEX_M,
+        name="cortex-m7",
+        tools="arm-none-eabi-",
+        flags=("-mcpu=cortex-m7", "-mfpu=fpv5-d16", *_HARD_FLOAT),
+        emulator=_board("mps2-an500"),
+        packages=_CORTEX_M,
     ),
     Target(
-        "cortex-m4f",
-        "arm-none-eabi-",
-        ("-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16", *_HARD_FLOAT),
-        _board("mps2-an386"),
-        _CORTEX_M,
+        name="cortex-m4f",
+        tools="arm-none-eabi-",
+        flags=("-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16", *_HARD_FLOAT),
+        emulator=_board("mps2-an386"),
+        packages=_CORTEX_M,
     ),
     Target(
-        "aarch64",
-        "aarch64-linux-gnu-",
-        ("-static", "-mno-fix-cortex-a53-843419"),  # whose stubs fill a page, once there is one
-        ("qemu-aarch64",),
-        ("qemu-user", "gcc-aarch64-linux-gnu", "libc6-dev-arm64-cross", *_HOST),
+        name="aarch64",
+        tools="aarch64-linux-gnu-",
+        # Without the fix for that erratum: the first of its stubs would fill a page.
+        flags=("-static", "-mno-fix-cortex-a53-843419"),
+        emulator=("qemu-aarch64",),
+        packages=("qemu-user", "gcc-aarch64-linux-gnu", "libc6-dev-arm64-cross", *_HOST),
     ),
 )
-X86 = Target("x86-64", "x86_64-linux-gnu-", ("-static",), ("valgrind",), ("valgrind", *_HOST))
-"""Where callgrind counts: the ratio to it says how far a count on a workstation carries."""
+X86 = Target(
+    name="x86-64",
+    tools="x86_64-linux-gnu-",
+    flags=("-static",),
+    emulator=("valgrind",),
+    packages=("valgrind", *_HOST),
+)
+"""Callgrind counts on it; the ratio of another target's count to this one says how far it carries."""
 
 TIME_LIMIT_S = 900
-"""The longest of these takes about a minute: OSQP's C in double precision where that is software."""
+"""The longest command takes about a minute: OSQP's C in double precision, where double is software."""
 
 
 def target(name: str) -> Target:
     """The target of that name; raises UnknownName."""
-    for found in (*TARGETS, X86):
-        if found.name == name:
-            return found
+    for known in (*TARGETS, X86):
+        if known.name == name:
+            return known
     raise UnknownName(f"no target '{name}'; there are {', '.join(t.name for t in TARGETS)}")
 
 
-def missing(found: Target) -> str:
-    """What is not there for a target and how to get it, in one line; empty where all is there."""
-    if found == X86 and platform.machine() != "x86_64":
-        return f"{found.name} needs callgrind on an x86-64 machine: it emulates no other"
-    commands = [f"{found.tools}gcc", found.emulator[0], "gcc"]
+def missing(target: Target) -> str:
+    """What a target lacks and how to get it, in one line; empty where it lacks nothing."""
+    if target == X86 and platform.machine() != "x86_64":
+        return f"{target.name} needs callgrind on an x86-64 machine: it emulates no other"
+    commands = [f"{target.tools}gcc", target.emulator[0], "gcc"]
     absent = [command for command in dict.fromkeys(commands) if not shutil.which(command)]
-    if not absent and not _links(found):
+    if not absent and not _has_c_library(target):
         absent = ["a C library for it"]
-    remedy = f"apt-get install {' '.join(found.packages)} (or make emulate)"
-    return f"{found.name} needs {', '.join(absent)}: {remedy}" if absent else ""
+    remedy = f"apt-get install {' '.join(target.packages)} (or make emulate)"
+    return f"{target.name} needs {', '.join(absent)}: {remedy}" if absent else ""
 
 
-def versions(found: Target) -> dict[str, str]:
-    """Versions of what takes part: compiler and emulator."""
-    said = {name: run([name, "--version"]) for name in (f"{found.tools}gcc", found.emulator[0])}
-    return {name: (re.search(r"\d+\.\d+(\.\d+)?", text) or [""])[0] for name, text in said.items()}
+def versions(target: Target) -> dict[str, str]:
+    """Versions of a target's compiler and emulator, by command."""
+    printed = {name: run([name, "--version"]) for name in (f"{target.tools}gcc", target.emulator[0])}
+    return {name: (re.search(r"\d+\.\d+(\.\d+)?", text) or [""])[0] for name, text in printed.items()}
 
 
 def run(command: list[str], folder: Path | None = None) -> str:
-    """What a command prints; raises ToolError with its own words where it fails, or takes too long."""
+    """What a command prints; raises ToolError with the command's words where it fails or takes too long."""
     try:
         done = subprocess.run(
             command,
@@ -118,15 +125,15 @@ def run(command: list[str], folder: Path | None = None) -> str:
     except subprocess.TimeoutExpired:
         raise ToolError(f"{command[0]} did not end within {TIME_LIMIT_S} s") from None
     if done.returncode:
-        said = (done.stderr or done.stdout).strip().splitlines() or ["nothing said"]
-        first = next((line for line in said if "error" in line), said[-1])
+        lines = (done.stderr or done.stdout).strip().splitlines() or ["nothing said"]
+        first = next((line for line in lines if "error" in line), lines[-1])
         raise ToolError(f"{command[0]} ended with {done.returncode}: {first}")
     return done.stdout
 
 
-def _links(found: Target) -> bool:
-    # A compiler without its C library is the usual half of an installation.
+def _has_c_library(target: Target) -> bool:
+    # Debian's compilers come without a C library, which is another package.
     headers = ["-xc", "-E", "-o", "/dev/null", "-"]
     code = "#include <unistd.h>\n"
-    command = [f"{found.tools}gcc", *found.flags, *headers]
+    command = [f"{target.tools}gcc", *target.flags, *headers]
     return subprocess.run(command, input=code, capture_output=True, text=True).returncode == 0

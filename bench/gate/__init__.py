@@ -1,5 +1,5 @@
 """The regression gate: two trees of this project, measured side by side, and a verdict.
 
-``run`` goes through it in order: ``trees`` prepares, ``answers`` judges, ``instructions`` counts,
-``pairs`` times; all of it lands in a ``record``, and ``verdict`` is a function of that alone.
+``run`` calls the stages in order: ``trees`` prepares, ``answers`` judges, ``instructions`` counts, ``pairs``
+times. Every stage writes into a ``record``, and ``verdict`` is a function of the record alone.
 """

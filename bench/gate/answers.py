@@ -1,4 +1,4 @@
-"""What both sides answer, and what the equations say to it: fast and wrong is no speed."""
+"""The answers of both sides, judged before anything is timed: a fast wrong answer is a regression."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -24,15 +24,15 @@ from bench.judging.judge import judge
 from bench.judging.question import Answers, Ask, Case, Question, Unanswered, questions
 
 DEMANDS = {"inactive": 15, "active": 15, "infeasible": 10}
-"""What answers are compared on. Only those that can be met are timed: an iterative solver spends its
-time on the others, and a call that got slower would drown in it."""
+"""How many demands of each kind are asked for answers. Only attainable ones are timed: an iterative solver
+spends most of its time on infeasible ones, and a slow-down of the rest of a call would not show beside it."""
 
 
 class Prober:
-    """A worker that is started again when a cell brings it down, so that the others are heard."""
+    """A worker that is started again when a cell ends it, so that the other cells are still examined."""
 
     def __init__(self, tree: SourceTree) -> None:
-        """Start it and list its cells; raises Died or Refused where the tree can't even do that."""
+        """Start the worker and list the tree's cells; raises Died or Refused where that fails."""
         self._tree = tree
         self._side = Side(tree)
         try:
@@ -42,7 +42,7 @@ class Prober:
             raise
 
     def ask(self, do: str, **arguments: Any) -> Any:
-        """Give an order; raises Refused, or Died after starting afresh."""
+        """Give an order; raises Refused, or Died after the worker was started afresh."""
         try:
             return self._side.ask(do, **arguments)
         except Died:
@@ -56,7 +56,14 @@ class Prober:
 
 
 class SideAnswers(NamedTuple):
-    """A cell on one side: what it promises and answered; or why it is lacking."""
+    """What one side's cell promises and answers.
+
+    Attributes
+    ----------
+    lacks : why the side has no such cell, empty where it has
+    promises : formulation, limited and tolerance, by name
+    answers : one for each demand of the question
+    """
 
     lacks: str
     promises: dict[str, Any]
@@ -64,7 +71,14 @@ class SideAnswers(NamedTuple):
 
 
 class Examined(NamedTuple):
-    """All chosen cells, judged; the demands to time them with; what else is worth saying."""
+    """What is known of both sides before anything is timed.
+
+    Attributes
+    ----------
+    cells : all chosen cells, judged, and the controls
+    demands : by vehicle, the attainable demands (N, k) [N, N m] that its cells are timed with
+    notes : remarks that change no verdict
+    """
 
     cells: list[GateCell]
     demands: dict[str, list[list[float]]]
@@ -76,42 +90,44 @@ def examine(base: Prober, head: Prober, patterns: Sequence[str]) -> Examined:
 
     Raises UnknownName if the patterns choose none.
     """
-    here = {cell.name: cell for cell in chosen(base.cells, patterns)}
-    there = {cell.name: cell for cell in chosen(head.cells, patterns)}
-    if not here and not there:
+    of_base = {cell.name: cell for cell in chosen(base.cells, patterns)}
+    of_head = {cell.name: cell for cell in chosen(head.cells, patterns)}
+    if not of_base and not of_head:
         raise UnknownName(f"no cell of either side fits {', '.join(patterns)}; write vehicle:method:start")
-    found = Examined(controls(), {CONTROL: CONTROL_DEMANDS}, [])
+    examined = Examined(controls(), {CONTROL: CONTROL_DEMANDS}, [])
     shared: dict[str, list[GateCell]] = {}
-    for name, cell in (here | there).items():
-        if name in here and name in there:
+    for name, cell in (of_base | of_head).items():
+        if name in of_base and name in of_head:
             shared.setdefault(cell.vehicle, []).append(cell)
             continue
-        cell.base_lacks = "" if name in here else "base has no such method, vehicle or start"
-        cell.head_lacks = "" if name in there else "head has no such method, vehicle or start"
-        found.cells.append(cell)
+        cell.base_lacks = "" if name in of_base else "base has no such method, vehicle or start"
+        cell.head_lacks = "" if name in of_head else "head has no such method, vehicle or start"
+        examined.cells.append(cell)
     for name, cells in shared.items():
-        question = pose(_vehicle(base, name), partial(_ask, base))
+        question = ask_question(_vehicle(base, name), partial(_ask, base))
         demands = question.demands
-        found.demands[name] = demands.taus[demands.labels != Label.INFEASIBLE].tolist()
+        examined.demands[name] = demands.taus[demands.labels != Label.INFEASIBLE].tolist()
         try:
-            same = head.ask("vehicle", name=name) == base.ask("vehicle", name=name)
-        except Refused as reason:  # base's was loaded just before: head's file is broken, and all its cells
+            same_numbers = head.ask("vehicle", name=name) == base.ask("vehicle", name=name)
+        except Refused as reason:  # base loaded the vehicle just now, so it is head's file that is broken
             for cell in cells:
                 cell.head_lacks = str(reason)
-            found.cells.extend(cells)
+            examined.cells.extend(cells)
             continue
-        if not same:
-            found.notes.append(
+        if not same_numbers:
+            examined.notes.append(
                 f"{name}: its numbers differ, so each side is judged by its own, not by the other"
             )
-        head_question = question if same else _again(question, _vehicle(head, name))
+        head_question = question if same_numbers else _on_other_numbers(question, _vehicle(head, name))
         for cell in cells:
             _examine(cell, (base, head), (question, head_question))
             if not (cell.base_lacks and cell.head_lacks):
-                found.cells.append(cell)
+                examined.cells.append(cell)
             elif not cell.head_lacks.startswith(NotApplicable.__name__):  # as walsh refuses most vehicles
-                found.notes.append(f"fails on both sides, so not compared: `{cell.name}`: {cell.head_lacks}")
-    return found
+                examined.notes.append(
+                    f"fails on both sides, so not compared: `{cell.name}`: {cell.head_lacks}"
+                )
+    return examined
 
 
 def _examine(cell: GateCell, sides: tuple[Prober, Prober], asked: tuple[Question, Question]) -> None:
@@ -123,7 +139,7 @@ def _examine(cell: GateCell, sides: tuple[Prober, Prober], asked: tuple[Question
         cell.differ = differ(asked[0].demands.vehicle, base, head)
 
 
-def pose(vehicle: Vehicle, ask: Ask) -> Question:
+def ask_question(vehicle: Vehicle, ask: Ask) -> Question:
     """Demands of each kind that the vehicle has, with the right answers to them, as ``ask`` gets them."""
     sets = []
     for kind, n in DEMANDS.items():
@@ -144,11 +160,11 @@ def answered(side: Prober, cell: GateCell, question: Question) -> SideAnswers:
     return SideAnswers("", promises, [Allocation(np.array(f), Status(status)) for status, f in raw])
 
 
-def wrong(question: Question, found: SideAnswers) -> str:
-    """What the equations say against one side's answers; empty where nothing."""
-    if found.lacks:
+def wrong(question: Question, side: SideAnswers) -> str:
+    """What is wrong with one side's answers by the equations; empty where nothing is."""
+    if side.lacks:
         return ""
-    judged = judge(question, found.answers, **found.promises)
+    judged = judge(question, side.answers, **side.promises)
     if judged.wrong:
         return judged.wrong
     if judged.agrees is False:
@@ -157,7 +173,7 @@ def wrong(question: Question, found: SideAnswers) -> str:
 
 
 def differ(vehicle: Vehicle, base: SideAnswers, head: SideAnswers) -> str:
-    """How the answers of two sides differ, each of them right by itself; empty where they don't."""
+    """How the right answers of two sides differ from each other; empty where they don't."""
     for promise in ("formulation", "limited"):
         if base.promises[promise] != head.promises[promise]:
             return f"{promise} {base.promises[promise]} → {head.promises[promise]}"
@@ -166,7 +182,7 @@ def differ(vehicle: Vehicle, base: SideAnswers, head: SideAnswers) -> str:
             return f"status {Status(a.status).name} → {Status(b.status).name} for demand {i}"
     F = [np.array([answer.f for answer in side.answers]) for side in (base, head)]
     apart = float(np.nan_to_num(np.abs(F[0] - F[1])).max())
-    # Each may be as far from the optimum as the base promises, on either side of it.
+    # Either side may be as far from the optimum as the base promises, in opposite directions.
     allowed = 2 * base.promises["tolerance"] * vehicle.f_scale
     return f"thrusts differ by up to {apart:.3g} N, {allowed:.3g} N allowed" if apart > allowed else ""
 
@@ -178,27 +194,27 @@ def _vehicle(side: Prober, name: str) -> Vehicle:
 
 
 def _ask(side: Prober, method: str, cases: Sequence[Case]) -> list[Answers | Unanswered]:
-    # The base is the trusted side: what it calls the optimum is what both are held against.
-    said: list[Answers | Unanswered] = []
+    # Right answers of both sides come from the base's methods, because the base is the trusted side.
+    answers: list[Answers | Unanswered] = []
     cell = f"reference:{method}"
     for vehicle, taus in cases:
         try:
             side.ask("build", cell=cell, vehicle=vehicle.name, method=method, start="-")
             raw = side.ask("answers", cell=cell, taus=taus.tolist())
         except (Died, Refused) as reason:
-            said.append(Unanswered("failed", str(reason)))
+            answers.append(Unanswered("failed", str(reason)))
             continue
         status, F = zip(*raw, strict=True)
-        said.append(Answers(np.array(F), np.array(status, dtype=np.int8)))
-    return said
+        answers.append(Answers(np.array(F), np.array(status, dtype=np.int8)))
+    return answers
 
 
 def _nobody(method: str, cases: Sequence[Case]) -> list[Answers | Unanswered]:
     return [Unanswered("missing", "the head is not trusted with an optimum")] * len(cases)
 
 
-def _again(question: Question, vehicle: Vehicle) -> Question:
-    # The same demands on other numbers: other labels, and T* tau is the only right answer left.
+def _on_other_numbers(question: Question, vehicle: Vehicle) -> Question:
+    # Other numbers give the same demands other labels, and no right answer is known but T* tau.
     if vehicle.k != question.demands.vehicle.k:
         raise Refused(f"{vehicle.name}: its DOF differ between the sides; give --cells without it")
     return _question(vehicle, question.demands.taus, _nobody)

@@ -1,4 +1,4 @@
-"""Which cells there are, which are chosen, and how a fresh process is made ready to run them."""
+"""The gate's cells: the default ones, the chosen ones, and how a fresh process is made ready to run them."""
 
 import fnmatch
 from collections.abc import Mapping, Sequence
@@ -22,17 +22,17 @@ DEFAULT_CELLS = tuple(
 """Closed forms, the exact method, practical rules and QP paths, on four thrusters and on eight."""
 
 Demands = Mapping[str, list[list[float]]]
-"""Vehicle -> the demands (N, k) that its cells are timed with."""
+"""By vehicle, the demands (N, k) [N, N m] that its cells are timed with."""
 
 CONTROL_DEMANDS: list[list[float]] = np.linspace(-1.0, 1.0, 180).reshape(30, 6).tolist()
 
 
 def chosen(cells: Sequence[Sequence[str]], patterns: Sequence[str]) -> list[GateCell]:
     """The cells whose name ``vehicle:method:start`` fits a shell pattern; the start may be left out."""
-    found = [GateCell(vehicle, method, start) for vehicle, method, start in cells]
+    all_cells = [GateCell(vehicle=vehicle, method=method, start=start) for vehicle, method, start in cells]
     return [
         cell
-        for cell in found
+        for cell in all_cells
         if any(
             fnmatch.fnmatchcase(cell.name, p) or fnmatch.fnmatchcase(cell.name, f"{p}:*") for p in patterns
         )
@@ -41,11 +41,11 @@ def chosen(cells: Sequence[Sequence[str]], patterns: Sequence[str]) -> list[Gate
 
 def controls() -> list[GateCell]:
     """The cells that no commit can change: a numpy product and a loop in Python."""
-    return [GateCell(CONTROL, "product"), GateCell(CONTROL, "loop")]
+    return [GateCell(vehicle=CONTROL, method=method) for method in ("product", "loop")]
 
 
 def load(side: Side, cells: Sequence[GateCell], demands: Demands, core: int | None) -> None:
-    """Build these cells in a fresh process, hand over their demands, and settle it on a core."""
+    """Build the cells in a fresh process, hand over their demands, and pin the process to a core."""
     for cell in cells:
         if cell.is_control:
             side.ask("control", cell=cell.name, kind=cell.method)

@@ -1,7 +1,8 @@
 """Instructions per call, counted by callgrind: exact where time is noisy, blind to memory latency.
 
-One process a side counts all cells. Each goes N and 2 N calls between calls of getppid, at which
-callgrind writes a profile and starts again from zero: the difference is N calls and nothing else.
+One process a side counts all cells. It makes N and then 2 N calls of each cell. After each lot it calls
+getppid, at which callgrind writes a profile and starts again from zero, so the difference of two profiles is
+N calls and nothing else.
 """
 
 import shutil
@@ -18,7 +19,7 @@ from bench.gate.side import Side, SourceTree
 from bench.harness.callgrind import CALLGRIND, totals
 
 ROUNDS = 2
-"""N is twice round the demands: counts repeat, so more would only take longer."""
+"""N calls go twice round the demands: counts repeat exactly, so more rounds would only take longer."""
 
 
 @cache
@@ -34,7 +35,8 @@ def count(
 ) -> None:
     """Append (base, head) instructions per call to each cell; both sides are counted at once.
 
-    Raises what a ``Side`` raises, as when a library uses instructions that valgrind does not know.
+    Raises Refused or Died as a ``Side`` does, for instance where a library uses instructions that valgrind
+    does not know.
     """
     started: list[Side] = []
     with ThreadPoolExecutor(2) as pool:
@@ -42,9 +44,9 @@ def count(
         try:
             for side in wait(counting, return_when=FIRST_EXCEPTION).done:
                 side.result()
-        except BaseException:  # one died, or Ctrl-C: the pool waits for both, which may take a minute
-            for one in started:
-                one.kill()
+        except BaseException:  # a side died, or Ctrl-C: the pool would wait a minute for the other side
+            for running in started:
+                running.kill()
             raise
     base, head = (side.result() for side in counting)
     for cell, *pair in zip(cells, base, head, strict=True):
@@ -63,14 +65,15 @@ def _count(
             for cell in cells:
                 side.ask("count", cell=cell.name, vehicle=cell.vehicle, rounds=ROUNDS)
         counted = totals(out)[-3 * len(cells) :]
-    # Three profiles a cell: everything before, N calls, 2 N calls.
+    # Each cell has three profiles: everything before its calls, N calls, 2 N calls.
     calls = [ROUNDS * len(demands[cell.vehicle]) for cell in cells]
     return [(twice - once) / n for n, once, twice in zip(calls, counted[1::3], counted[2::3], strict=True)]
 
 
 @cache
 def _fixed_addresses() -> tuple[str, ...]:
-    # Without address space randomisation counts are the same to the bit; some containers forbid it.
+    # Without address space randomisation counts repeat to the last digit; some containers forbid to
+    # switch it off.
     setarch = shutil.which("setarch")
     if setarch and subprocess.run([setarch, "-R", "true"], capture_output=True).returncode == 0:
         return (setarch, "-R")

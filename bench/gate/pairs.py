@@ -11,11 +11,11 @@ from bench.gate.side import Side, SourceTree
 from bench.harness import machine
 
 PADDING = 4096
-"""Bytes of environment, at most: it moves the stack through one page, as another shell would."""
+"""Most bytes of environment that are added: they move the stack through one page, as another shell would."""
 
 
 def calibrate(cells: Sequence[GateCell], base: SourceTree, demands: Demands, settings: GateSettings) -> None:
-    """Choose how often a block goes round the demands, so that it takes ``block_ms`` on the base."""
+    """Choose each cell's rounds so that a block takes ``settings.block_ms`` on the base."""
     with _ready(base, cells, demands, random.Random(settings.seed)) as side:
         for cell in cells:
             once = min(_block(side, cell, rounds=1) for _ in range(3))
@@ -33,7 +33,7 @@ def measure(
 ) -> bool:
     """Add ``settings.pairs`` pairs to each cell; False if the deadline came first.
 
-    The pair that runs when the deadline comes is finished, so all cells have equally many.
+    A pair that runs when the deadline comes is finished, so all cells have equally many pairs.
     """
     core = machine.core()
     for pair in range(settings.pairs):
@@ -45,8 +45,8 @@ def measure(
                 cell.pairs.append([])
             for block in range(settings.blocks):
                 for cell in rng.sample(list(cells), len(cells)):
-                    # ABBA: whatever drifts through two blocks hits both sides alike, and where the number of
-                    # blocks is odd, through two pairs.
+                    # The order ABBA lets a drift over two blocks hit both sides alike. Where the number of
+                    # blocks is odd, the next pair starts with the other side.
                     order = (base, head) if (pair + block) % 2 == 0 else (head, base)
                     times = {side: _block(side, cell, cell.rounds) for side in order}
                     cell.pairs[-1].append((times[base], times[head]))

@@ -1,4 +1,4 @@
-"""What a gate leaves behind: every fact its verdict is made from, as plain values."""
+"""The record of a gate: every fact that its verdict is made from, as plain values."""
 
 from typing import Any
 
@@ -7,23 +7,23 @@ import msgspec
 SCHEMA = 1
 
 CONTROL = "control"
-"""Stands where other cells have their vehicle."""
+"""What a control cell has in place of a vehicle."""
 
 
-class GateSettings(msgspec.Struct, frozen=True):
+class GateSettings(msgspec.Struct, frozen=True, kw_only=True):
     """How much is measured, and what counts as a regression.
 
-    ``docs/gate.md`` has the table of what these figures find, and of what they call in vain. Between
-    identical trees the mean of ten pairs scatters by 0.6 %, and by 1 % for generated C, which takes 0.1 µs:
-    the threshold is three to five such standard deviations, and must be passed again over twice the pairs.
+    ``docs/gate.md`` has the table of what these settings find, and of their false alarms. Between identical
+    trees the mean of ten pairs scatters by 0.6 %, and by 1 % for generated C, which takes 0.1 µs: the
+    threshold is three to five such standard deviations, and must be passed again over twice the pairs.
 
     Attributes
     ----------
-    threshold : share by which a cell may get slower
-    pairs, blocks : pairs of fresh processes, and blocks in each of a pair
-    block_ms : CPU time of one block
-    budget_s : wall time for everything
-    seed : of hash seeds, environment sizes, cell order
+    threshold : share by which a cell may get slower [-]
+    pairs, blocks : pairs of fresh processes, and blocks in each process of a pair
+    block_ms : CPU time of one block [ms]
+    budget_s : wall time for everything [s]
+    seed : seed of hash seeds, environment sizes and the order of cells
     """
 
     threshold: float = 0.03
@@ -34,14 +34,17 @@ class GateSettings(msgspec.Struct, frozen=True):
     seed: int = 2004
 
 
-class GateCell(msgspec.Struct, omit_defaults=True):
-    """A vehicle, method and start on both sides. An empty string means that nothing is the matter.
+class GateCell(msgspec.Struct, omit_defaults=True, kw_only=True):
+    """A vehicle, method and start on both sides.
 
-    base_lacks, head_lacks : why that side has no such cell
-    base_wrong, head_wrong : what the equations say against that side's answers
-    differ : how answers that are right on both sides differ
-    rounds, calls : a block goes ``rounds`` times through the demands, ``calls`` calls in all
-    instructions : per call, (base, head), once and again where it was confirmed
+    Attributes
+    ----------
+    vehicle, method, start : what names the cell
+    base_lacks, head_lacks : why that side has no such cell, empty where it has
+    base_wrong, head_wrong : what is wrong with that side's answers, empty where nothing is
+    differ : how answers that are right on both sides differ, empty where they don't
+    rounds, calls : a block goes ``rounds`` times through the demands and makes ``calls`` calls
+    instructions : (base, head) instructions per call, one entry a count
     pairs : [pair][block] = (base, head) CPU time [ns]
     """
 
@@ -60,7 +63,7 @@ class GateCell(msgspec.Struct, omit_defaults=True):
 
     @property
     def name(self) -> str:
-        """``vehicle:method:start``, which patterns are held against."""
+        """``vehicle:method:start``, which patterns are matched with."""
         return f"{self.vehicle}:{self.method}:{self.start}"
 
     @property
@@ -69,8 +72,23 @@ class GateCell(msgspec.Struct, omit_defaults=True):
         return self.vehicle == CONTROL
 
 
-class GateRecord(msgspec.Struct):
-    """One gate. ``unchanged`` says why nothing had to be measured; ``cut`` why less was than asked for."""
+class GateRecord(msgspec.Struct, kw_only=True):
+    """What one gate measured.
+
+    Attributes
+    ----------
+    base, head : labels of the two sides
+    settings : how much was asked to be measured
+    schema : version of this record's layout
+    commits : one line for each commit that head has and base has not
+    machine : the machine as it describes itself
+    unchanged : why nothing had to be measured, empty where something was
+    cells : all cells of the gate, those that one side lacks included
+    crashed : how the head's process ended, empty where it did not
+    cut : why less was measured than asked for, empty where all was
+    notes : remarks that change no verdict
+    seconds : wall time of each stage [s], and of ``all``
+    """
 
     base: str
     head: str

@@ -13,7 +13,7 @@ SIGNS = {0: "✅", 1: "❌", 3: "❔"}
 
 
 def markdown(record: GateRecord, verdict: Verdict) -> str:
-    """What a reviewer wants to know, the important first; details folded away."""
+    """The verdict as a reviewer wants to read it: findings first, details folded away."""
     lines = [
         f"## {SIGNS[verdict.outcome]} Gate: {verdict.summary}",
         "",
@@ -40,21 +40,21 @@ def markdown(record: GateRecord, verdict: Verdict) -> str:
 
 
 def notes(record: GateRecord) -> list[str]:
-    """Remarks that change no verdict: new cells, cells wrong on both sides, mended ones."""
-    found = list(record.notes)
+    """Remarks that change no verdict: the record's notes; new, mended and on both sides wrong cells."""
+    remarks = list(record.notes)
     for cell in record.cells:
         if cell.base_lacks and not cell.head_lacks:
-            found.append(f"new: `{cell.name}`")
+            remarks.append(f"new: `{cell.name}`")
         elif cell.base_wrong and cell.head_wrong:
-            found.append(f"wrong on both sides: `{cell.name}`: {cell.head_wrong}")
+            remarks.append(f"wrong on both sides: `{cell.name}`: {cell.head_wrong}")
         elif cell.base_wrong:
-            found.append(f"mended: `{cell.name}`, where base had a wrong answer: {cell.base_wrong}")
-    return found
+            remarks.append(f"mended: `{cell.name}`, where base had a wrong answer: {cell.base_wrong}")
+    return remarks
 
 
 def as_json(record: GateRecord, verdict: Verdict) -> str:
-    """Everything: the verdict, and the record it was made from."""
-    said: dict[str, Any] = {
+    """The verdict and the record it was made from."""
+    summary: dict[str, Any] = {
         "outcome": verdict.outcome.name.lower(),
         "exit_code": int(verdict.outcome),
         "summary": verdict.summary,
@@ -62,7 +62,7 @@ def as_json(record: GateRecord, verdict: Verdict) -> str:
         "improvements": [row.name for row in verdict.improvements],
         "rows": [{**row._asdict(), "ratio": row.ratio._asdict()} for row in verdict.rows],
     }
-    data = {"verdict": said, "record": msgspec.to_builtins(record)}
+    data = {"verdict": summary, "record": msgspec.to_builtins(record)}
     return msgspec.json.format(msgspec.json.encode(data), indent=1).decode() + "\n"
 
 

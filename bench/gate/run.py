@@ -33,24 +33,24 @@ def gate(
     """Compare two trees; the record holds all that ``verdict`` needs.
 
     ``always`` measures although nothing that can matter differs; ``count`` allows instruction
-    counts; ``tell`` hears what is going on. Raises BadTree for a side that can't be measured.
+    counts; ``tell`` is called with a line about each stage. Raises BadTree for a side that can't be measured.
     """
     started = monotonic()
-    record = GateRecord(base.label, head.label, settings, machine=machine.describe())
+    record = GateRecord(base=base.label, head=head.label, settings=settings, machine=machine.describe())
     with tempfile.TemporaryDirectory(prefix="thrustbench-gate-") as folder:
-        a, b = (Path(folder) / name for name in (BASE, HEAD))
-        trees.unpack(base, a)
-        trees.unpack(head, b)
+        base_tree, head_tree = (Path(folder) / name for name in (BASE, HEAD))
+        trees.unpack(base, base_tree)
+        trees.unpack(head, head_tree)
         record.commits = trees.commits(base, head)
-        record.unchanged = "" if always else trees.unchanged(a, b)
+        record.unchanged = "" if always else trees.unchanged(base_tree, head_tree)
         if not record.unchanged:
-            if trees.requirements(a) != trees.requirements(b):
+            if trees.requirements(base_tree) != trees.requirements(head_tree):
                 tell("environments: the requirements differ, so each side gets its own")
                 record.notes.append(
                     "the requirements differ: each side was measured in an environment of its own"
                 )
             with _stage(record, "prepare"):
-                both = trees.prepare(a, b, Path(folder) / "environments", plugins)
+                both = trees.prepare(base_tree, head_tree, Path(folder) / "environments", plugins)
             compare(record, both, patterns, count=count, tell=tell)
     record.seconds["all"] = monotonic() - started
     return record
@@ -70,7 +70,7 @@ def compare(
     with _stage(record, "answers"):
         demands = _answers(record, both, patterns)
     if verdict(record).outcome is Outcome.REGRESSION:
-        return  # gone, wrong or nothing to compare: no time makes up for that
+        return  # cells are gone or wrong, or none can be compared: times can't change the verdict
     cells = [cell for cell in record.cells if in_both(cell)]
     try:
         if count:
@@ -81,9 +81,10 @@ def compare(
         with _stage(record, "time"):
             _time(record, cells, both, demands, deadline, tell)
     except Died as reason:
-        # It had answered before. The head's fault counts; of the base's nothing follows for the head.
-        told = f"died while it was measured: {reason}"
-        record.crashed, record.cut = (told, "") if reason.side == HEAD else ("", told)
+        # The process had answered before. A head that dies is a regression; a base that dies says nothing
+        # about the head, so the gate is only cut short.
+        message = f"died while it was measured: {reason}"
+        record.crashed, record.cut = (message, "") if reason.side == HEAD else ("", message)
 
 
 @contextmanager
@@ -104,16 +105,16 @@ def _answers(record: GateRecord, both: tuple[SourceTree, SourceTree], patterns: 
         except (Died, Refused) as reason:
             record.crashed = f"alloc can't be imported: {reason}"
             return {}
-        found = examine(base, head, patterns)
-    record.cells, record.notes = found.cells, [*record.notes, *found.notes]
-    return found.demands
+        examined = examine(base, head, patterns)
+    record.cells, record.notes = examined.cells, [*record.notes, *examined.notes]
+    return examined.demands
 
 
 def _instructions(
     record: GateRecord, cells: Sequence[GateCell], both: tuple[SourceTree, SourceTree], demands: Demands
 ) -> None:
-    if lacking := instructions.missing():
-        record.notes.append(lacking)
+    if missing := instructions.missing():
+        record.notes.append(missing)
         return
     try:
         instructions.count(cells, both, demands, hash_seed=0)
@@ -141,8 +142,8 @@ def _time(
         tell(f"time again, fresh pairs: {', '.join(c.name for c in suspects if not c.is_control)}")
         done = pairs.measure(suspects, both, demands, settings, rng, deadline)
     if not done:
-        least = min(len(cell.pairs) for cell in cells)
+        fewest = min(len(cell.pairs) for cell in cells)
         record.cut = (
-            f"the budget of {settings.budget_s:g} s was spent after {least} pairs; "
+            f"the budget of {settings.budget_s:g} s was spent after {fewest} pairs; "
             "give a larger --budget or fewer --cells"
         )

@@ -18,24 +18,37 @@ from bench.harness.process import signals_held_back
 WORKER = Path(__file__).with_name("worker.py")
 
 TIMEOUT_S = 120.0
-"""For one order. The longest, importing under valgrind, takes about 5 s, on a saturated machine 30."""
+"""Longest wait for a reply. The slowest order, importing under valgrind, takes about 5 s, or 30 s on a busy
+machine."""
 
 
 class Refused(AllocError):
-    """The process raised an exception and said so; it is still alive."""
+    """The process replied with an exception; it is still alive."""
 
 
 class Died(AllocError):
-    """The process ended, or was ended, in the middle of an order; ``side`` says whose it was."""
+    """The process ended, or was ended, in the middle of an order.
+
+    Attributes
+    ----------
+    side : name of the tree's folder: base or head
+    """
 
     def __init__(self, side: str, why: str) -> None:
-        """``side`` is the name of the tree's folder."""
+        """Compose the message from the side and the reason ``why``."""
         super().__init__(f"{side}: {why}")
         self.side = side
 
 
 class SourceTree(NamedTuple):
-    """Where a side's ``alloc`` lies, the interpreter that runs it, and users' own methods."""
+    """One side, ready to run.
+
+    Attributes
+    ----------
+    path : the folder that holds ``alloc``
+    python : the interpreter that runs it
+    plugins : files with users' own methods
+    """
 
     path: Path
     python: str = sys.executable
@@ -43,7 +56,7 @@ class SourceTree(NamedTuple):
 
 
 class Side:
-    """A running worker. ``prefix`` goes in front of the interpreter, as valgrind does."""
+    """A running worker of one side; a context manager that ends the process."""
 
     def __init__(
         self,
@@ -54,15 +67,15 @@ class Side:
         prefix: Sequence[str] = (),
         started: "list[Side] | None" = None,
     ) -> None:
-        """Start it and import the tree; raises Died or Refused if that fails.
+        """Start the worker and import the tree; raises Died or Refused if that fails.
 
-        ``hash_seed`` and ``padding`` (bytes of environment) move what a process's layout depends on.
-        ``started`` is told before the import, which takes long under valgrind, so that another thread can
-        ``kill`` it.
+        ``hash_seed`` and ``padding`` (bytes of environment) change the process's memory layout. ``prefix``
+        is a command in front of the interpreter, such as valgrind. The side is appended to ``started`` before
+        the import, which takes long under valgrind, so that another thread can ``kill`` it.
         """
         self._name = tree.path.name
         layout = {"PYTHONHASHSEED": str(hash_seed), "THRUSTBENCH_PADDING": "x" * padding}
-        # Bytes: what a library writes there may be in any encoding, or in none.
+        # The file holds bytes, because a library may write in any encoding, or in none.
         self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - closed in close()
         plugins = [str(file.resolve()) for file in tree.plugins]
         with ExitStack() as unless_ready:
@@ -104,7 +117,7 @@ class Side:
         finally:
             in_time = watchdog.is_alive()
             watchdog.cancel()
-        if not line.endswith("\n"):  # it ended, perhaps in the middle of its reply
+        if not line.endswith("\n"):  # the process ended, perhaps in the middle of its reply
             raise Died(self._name, self._why(timeout, in_time))
         reply = json.loads(line)
         if "error" in reply:
@@ -119,7 +132,7 @@ class Side:
         return f"ended with {cause(code, self._errors.read())}"
 
     def kill(self) -> None:
-        """End it now: whoever waits for a reply hears Died."""
+        """End the process now; a thread that waits for its reply gets Died."""
         self._process.kill()
 
     def _abandon(self) -> None:
@@ -127,7 +140,7 @@ class Side:
         self.close()
 
     def close(self) -> None:
-        """Let it end by itself (valgrind writes its files then), or end it: after this it is gone."""
+        """Let the process end by itself, so that valgrind writes its files; kill it if it takes too long."""
         assert self._process.stdin
         assert self._process.stdout
         try:
@@ -135,7 +148,7 @@ class Side:
                 self._process.stdin.close()
             with suppress(subprocess.TimeoutExpired):
                 self._process.wait(TIMEOUT_S)
-        finally:  # also where Ctrl-C ends the waiting
+        finally:  # Ctrl-C may have ended the waiting
             self._process.kill()
             self._process.wait()
             self._process.stdout.close()

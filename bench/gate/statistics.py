@@ -1,4 +1,4 @@
-"""Ratios of paired times, with their interval. The pair of processes is the sampling unit."""
+"""Ratios of paired times with their intervals; a pair of processes is the sampling unit."""
 
 from collections.abc import Sequence
 from math import exp, isfinite, log, sqrt
@@ -11,7 +11,13 @@ Blocks = Sequence[tuple[int, int]]
 
 
 class Ratio(NamedTuple):
-    """head / base: the estimate and the two ends of its 95 % interval."""
+    """How many times longer the head takes than the base.
+
+    Attributes
+    ----------
+    value : the estimate of head / base [-]
+    lower, upper : ends of its 95 % interval [-]
+    """
 
     value: float
     lower: float
@@ -22,17 +28,17 @@ def ratio(pairs: Sequence[Blocks]) -> Ratio:
     """R = exp(mean m_p), Student's t on the P values m_p = median over blocks of ln(head / base).
 
     Blocks within a pair share two processes with their layouts, so they are no samples of their own.
-    With a single pair nothing is known about the spread: the interval is everything.
+    A single pair says nothing about the spread: its interval is (0, inf).
     """
     m = [median(log(head / base) for base, head in blocks) for blocks in pairs]
-    middle = fmean(m)
+    mean = fmean(m)
     if len(m) < 2:
-        return Ratio(exp(middle), 0.0, float("inf"))
+        return Ratio(exp(mean), 0.0, float("inf"))
     from scipy.special import stdtrit  # scipy.stats, which has the whole test, takes a second to import
 
     half = float(stdtrit(len(m) - 1, (1 + CONFIDENCE) / 2)) * stdev(m) / sqrt(len(m))
     assert isfinite(half)
-    return Ratio(exp(middle), exp(middle - half), exp(middle + half))
+    return Ratio(exp(mean), exp(mean - half), exp(mean + half))
 
 
 def medians_us(pairs: Sequence[Blocks], calls: int) -> tuple[float, float]:

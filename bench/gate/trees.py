@@ -1,4 +1,4 @@
-"""Two trees in folders of equal path length, what differs between them, and who runs them."""
+"""Two trees in folders of equal path length, what differs between them, and which interpreter runs each."""
 
 import hashlib
 import io
@@ -22,7 +22,14 @@ class BadTree(AllocError):
 
 
 class Source(NamedTuple):
-    """One side before it is prepared: a commit of the repository at ``path``, or that folder as it is."""
+    """One side before it is prepared.
+
+    Attributes
+    ----------
+    label : what the report calls it
+    path : a repository, or a folder that holds a tree
+    commit : the commit of the repository to take, empty for the folder as it is
+    """
 
     label: str
     path: Path
@@ -44,7 +51,7 @@ def unpack(source: Source, into: Path) -> None:
     """Put ``alloc`` and what it requires into the new folder ``into``; raises BadTree."""
     into.mkdir(parents=True)
     if source.commit:
-        # A zip and no tar: Debian 12's Python 3.11.2 knows no safe way to unpack a tar.
+        # The archive is a zip, because Debian 12's Python 3.11.2 knows no safe way to unpack a tar.
         command = ["git", "archive", "--format=zip", source.commit]
         packed = subprocess.run(command, cwd=source.path, capture_output=True, check=True)
         with ZipFile(io.BytesIO(packed.stdout)) as archive:
@@ -68,27 +75,27 @@ def commits(base: Source, head: Source) -> list[str]:
 
 
 def influences(tree: Path) -> dict[str, str]:
-    """Everything in a tree that can influence measured code: file -> digest, and the requirements."""
-    found = {
+    """Everything in a tree that can influence measured code: digests by file, and the requirements."""
+    digests = {
         str(path.relative_to(tree)): hashlib.sha256(path.read_bytes()).hexdigest()
         for path in sorted((tree / "alloc").rglob("*"))
         if path.is_file() and "__pycache__" not in path.parts and path.suffix != ".md"
     }
-    return found | {"requirements": "\n".join(requirements(tree))}
+    return digests | {"requirements": "\n".join(requirements(tree))}
 
 
 def requirements(tree: Path) -> list[str]:
     """What a tree asks to be installed: its dependencies, solvers included, and the pinned versions.
 
-    Raises BadTree for a pyproject.toml that is none.
+    Raises BadTree for a pyproject.toml that can't be read.
     """
     project = _project(tree)
-    asked = sorted(project.get("dependencies", []))
-    asked += sorted(project.get("optional-dependencies", {}).get("solvers", []))
+    required = sorted(project.get("dependencies", []))
+    required += sorted(project.get("optional-dependencies", {}).get("solvers", []))
     if (tree / "constraints.txt").is_file():
         pins = (tree / "constraints.txt").read_text(encoding="utf-8").splitlines()
-        asked += sorted(pin.strip() for pin in pins if pin.strip() and not pin.lstrip().startswith("#"))
-    return asked
+        required += sorted(pin.strip() for pin in pins if pin.strip() and not pin.lstrip().startswith("#"))
+    return required
 
 
 def unchanged(base: Path, head: Path) -> str:
@@ -101,7 +108,7 @@ def unchanged(base: Path, head: Path) -> str:
 def prepare(
     base: Path, head: Path, environments: Path, plugins: tuple[Path, ...]
 ) -> tuple[SourceTree, SourceTree]:
-    """Both sides ready to run: compiled, each with an interpreter that has what it requires."""
+    """Both sides ready to run: compiled, each with an interpreter that has the tree's requirements."""
     ready = []
     for path, python in zip((base, head), interpreters(base, head, environments), strict=True):
         command = [python, "-m", "compileall", "-q", str(path / "alloc")]
@@ -111,15 +118,15 @@ def prepare(
 
 
 def interpreters(base: Path, head: Path, environments: Path) -> tuple[str, str]:
-    """The running one for both where their requirements are equal; else one in an environment each."""
+    """Each side's interpreter: the running one where requirements are equal, else one in an environment."""
     if requirements(base) == requirements(head):
         return sys.executable, sys.executable
     return _environment(base, environments / BASE), _environment(head, environments / HEAD)
 
 
 def _environment(tree: Path, at: Path) -> str:
-    needed = _project(tree).get("dependencies", [])
-    if not needed:
+    dependencies = _project(tree).get("dependencies", [])
+    if not dependencies:
         raise BadTree(
             f"{tree.name}: says in no pyproject.toml what it requires, and the other side does; add the file"
         )
@@ -127,7 +134,7 @@ def _environment(tree: Path, at: Path) -> str:
     install = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
     if (tree / "constraints.txt").is_file():
         install += ["--constraint", str(tree / "constraints.txt")]
-    for command in ([sys.executable, "-m", "venv", str(at)], [*install, *needed]):
+    for command in ([sys.executable, "-m", "venv", str(at)], [*install, *dependencies]):
         done = subprocess.run(command, capture_output=True, text=True, errors="replace")
         if done.returncode != 0:
             last = ((done.stderr or done.stdout).strip().splitlines() or ["no message"])[-1]
@@ -139,10 +146,10 @@ def _project(tree: Path) -> dict[str, Any]:
     # The table [project] of a tree's pyproject.toml, empty where there is none.
     file = tree / "pyproject.toml"
     try:
-        found = tomllib.loads(file.read_text(encoding="utf-8")).get("project", {}) if file.is_file() else {}
-    except ValueError as error:  # of TOML or of UTF-8
+        document = tomllib.loads(file.read_text(encoding="utf-8")) if file.is_file() else {}
+    except ValueError as error:  # raised by TOML and by UTF-8
         raise BadTree(f"{tree.name}: pyproject.toml can't be read ({error}); mend it") from None
-    return dict(found)
+    return dict(document.get("project", {}))
 
 
 def _git(repository: Path, *arguments: str) -> str:

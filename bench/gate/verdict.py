@@ -1,21 +1,22 @@
-"""Records to verdict: a pure function, so that it can be tested on frozen ones."""
+"""From a record to the verdict: a pure function, so that it can be tested on frozen records."""
 
 from enum import IntEnum
+from functools import partial
 from typing import NamedTuple
 
 from bench.gate.record import GateCell, GateRecord, GateSettings
 from bench.gate.statistics import Ratio, medians_us, ratio
 
 CERTAIN = 1.01
-"""A failing cell's whole interval lies above this."""
+"""A cell fails only where the whole interval of its ratio lies above this."""
 TRIPWIRE = 1.01
-"""Instructions: identical trees count alike to far below 1 %, so 1 % is a change of the code."""
-CONTROL = 0.03
-"""A control cell whose code is the same on both sides and that moves by this much: the machine moved."""
+"""Counts of instructions on identical trees differ by far less than 1 %, so 1 % is a change of the code."""
+CONTROL_DRIFT = 0.03
+"""A control cell has the same code on both sides: where its time moves by this much, the machine changed."""
 
 
 class Outcome(IntEnum):
-    """What the gate says, as its exit code."""
+    """The gate's exit code."""
 
     PASS = 0
     REGRESSION = 1
@@ -23,7 +24,16 @@ class Outcome(IntEnum):
 
 
 class Standing(NamedTuple):
-    """One timed cell: how it stands. ``instructions`` is head / base, None where not counted."""
+    """How a gate cell's two sides compare in time.
+
+    Attributes
+    ----------
+    name : ``vehicle:method:start``
+    ratio : time of head over base [-]
+    base_us, head_us : median time of a call [us]
+    instructions : count of head over base [-], None where not counted
+    threshold : the ratio above which a cell is slower [-]
+    """
 
     name: str
     ratio: Ratio
@@ -34,14 +44,29 @@ class Standing(NamedTuple):
 
 
 class Regression(NamedTuple):
-    """Why the gate fails: which cell, and what about it."""
+    """One reason why the gate fails.
+
+    Attributes
+    ----------
+    cell : the cell's name, ``-`` where none is to blame
+    what : what got worse
+    """
 
     cell: str
     what: str
 
 
 class Verdict(NamedTuple):
-    """The outcome, in one sentence and in detail."""
+    """What a gate says.
+
+    Attributes
+    ----------
+    outcome : pass, regression or inconclusive
+    summary : the outcome in one sentence
+    findings : what got worse, cell by cell
+    improvements : cells that got faster
+    rows : all timed cells but the controls
+    """
 
     outcome: Outcome
     summary: str
@@ -51,53 +76,57 @@ class Verdict(NamedTuple):
 
 
 def verdict(record: GateRecord) -> Verdict:
-    """In this order: nothing to do; missing cells; wrong answers; instructions; machine; time."""
+    """What decides, in this order: no change; missing cells; wrong answers; instructions; machine; time."""
     if record.unchanged:
-        return _said(Outcome.PASS, f"pass at once: {record.unchanged}")
+        return _untimed(Outcome.PASS, f"pass at once: {record.unchanged}")
     lost = [Regression(cell.name, f"gone: {cell.head_lacks}") for cell in record.cells if _is_lost(cell)]
     if record.crashed:
         lost.append(Regression("-", record.crashed))
     compared = [cell for cell in record.cells if in_both(cell)]
     if not lost and not any(not cell.is_control for cell in compared):
-        return _said(Outcome.REGRESSION, "nothing to compare: no cell stands on both sides")
-    wrong = [Regression(cell.name, said) for cell in compared if (said := _wrong_answer(cell))]
+        return _untimed(Outcome.REGRESSION, "nothing to compare: no cell stands on both sides")
+    wrong = [Regression(cell.name, what) for cell in compared if (what := _wrong_answer(cell))]
     timed = [cell for cell in compared if cell.pairs]
     rows = [row(cell, record.settings) for cell in timed if not cell.is_control]
     confirmed = {cell.name for cell in timed if len(cell.pairs) >= 2 * record.settings.pairs}
-    heavier = [Regression(cell.name, said) for cell in compared if (said := _heavier(cell))]
+    heavier = [Regression(cell.name, what) for cell in compared if (what := _heavier(cell))]
     slower = [Regression(r.name, _slow(r)) for r in rows if r.name in confirmed and is_slower(r)]
     improvements = [r for r in rows if is_faster(r)]
 
-    findings = lost + wrong + heavier + slower
+    ended = partial(Verdict, findings=lost + wrong + heavier + slower, improvements=improvements, rows=rows)
     moved = [r for cell in timed if cell.is_control and has_moved(r := row(cell, record.settings))]
     if lost or wrong:
         kind = "cells are gone" if lost else "answers are wrong"
-        return Verdict(Outcome.REGRESSION, f"regression: {kind}", findings, improvements, rows)
+        return ended(outcome=Outcome.REGRESSION, summary=f"regression: {kind}")
     if heavier:
-        summary = "regression: more instructions per call"
-        return Verdict(Outcome.REGRESSION, summary, findings, improvements, rows)
-    if record.cut:  # before the controls: over the few pairs there were they move by chance
-        return Verdict(Outcome.INCONCLUSIVE, f"inconclusive: {record.cut}", findings, improvements, rows)
+        return ended(outcome=Outcome.REGRESSION, summary="regression: more instructions per call")
+    if record.cut:  # looked at before the controls, because over a few pairs they move by chance
+        return ended(outcome=Outcome.INCONCLUSIVE, summary=f"inconclusive: {record.cut}")
     if moved:
         names = ", ".join(f"{r.name} by {r.ratio.value - 1:+.1%}" for r in moved)
         summary = f"inconclusive: cells that no commit can change moved ({names}); try a quieter machine"
-        return Verdict(Outcome.INCONCLUSIVE, summary, findings, improvements, rows)
+        return ended(outcome=Outcome.INCONCLUSIVE, summary=summary)
     if slower:
-        return Verdict(Outcome.REGRESSION, "regression: slower", findings, improvements, rows)
-    summary = f"pass: {len(rows)} cells, none slower than its threshold"
-    return Verdict(Outcome.PASS, summary, findings, improvements, rows)
+        return ended(outcome=Outcome.REGRESSION, summary="regression: slower")
+    return ended(outcome=Outcome.PASS, summary=f"pass: {len(rows)} cells, none slower than its threshold")
 
 
 def in_both(cell: GateCell) -> bool:
-    """Whether there is something to compare."""
+    """Whether both sides have the cell."""
     return not cell.base_lacks and not cell.head_lacks
 
 
 def row(cell: GateCell, settings: GateSettings) -> Standing:
     """A cell's ratio, medians and threshold, over all pairs measured so far."""
     base_us, head_us = medians_us(cell.pairs, cell.calls)
-    counted = cell.instructions[-1][1] / cell.instructions[-1][0] if cell.instructions else None
-    return Standing(cell.name, ratio(cell.pairs), base_us, head_us, counted, 1 + settings.threshold)
+    return Standing(
+        name=cell.name,
+        ratio=ratio(cell.pairs),
+        base_us=base_us,
+        head_us=head_us,
+        instructions=cell.instructions[-1][1] / cell.instructions[-1][0] if cell.instructions else None,
+        threshold=1 + settings.threshold,
+    )
 
 
 def is_suspect(cell: GateCell, settings: GateSettings) -> bool:
@@ -107,18 +136,18 @@ def is_suspect(cell: GateCell, settings: GateSettings) -> bool:
 
 
 def is_slower(r: Standing) -> bool:
-    """Whether the pairs of both stages together say so beyond doubt."""
+    """Whether the pairs of both stages together show a slow-down beyond doubt."""
     return r.ratio.value > r.threshold and r.ratio.lower > CERTAIN
 
 
 def is_faster(r: Standing) -> bool:
-    """The mirror image of ``is_slower``: listed, not gated."""
+    """Whether a cell got faster, by the mirror image of ``is_slower``; listed, it changes no verdict."""
     return r.ratio.value < 1 / r.threshold and r.ratio.upper < 1 / CERTAIN
 
 
 def has_moved(r: Standing) -> bool:
-    """Whether a control cell says that the two sides were not measured alike."""
-    return r.ratio.value > 1 + CONTROL or r.ratio.value < 1 / (1 + CONTROL)
+    """Whether a control cell's time shows that the two sides were not measured alike."""
+    return r.ratio.value > 1 + CONTROL_DRIFT or r.ratio.value < 1 / (1 + CONTROL_DRIFT)
 
 
 def trips(counted: tuple[float, float]) -> bool:
@@ -138,7 +167,7 @@ def _wrong_answer(cell: GateCell) -> str:
 
 
 def _heavier(cell: GateCell) -> str:
-    # One count alone is a suspicion; the second one is made afresh, from processes of its own.
+    # A single count is a suspicion. A second count, from fresh processes, confirms it.
     if len(cell.instructions) < 2 or not all(trips(counted) for counted in cell.instructions):
         return ""
     base, head = cell.instructions[-1]
@@ -150,5 +179,5 @@ def _slow(r: Standing) -> str:
     return f"{r.base_us:.3f} → {r.head_us:.3f} µs, {r.ratio.value - 1:+.1%} ({low:+.1%} … {high:+.1%})"
 
 
-def _said(outcome: Outcome, summary: str) -> Verdict:
-    return Verdict(outcome, summary, [], [], [])
+def _untimed(outcome: Outcome, summary: str) -> Verdict:
+    return Verdict(outcome=outcome, summary=summary, findings=[], improvements=[], rows=[])

@@ -1,8 +1,8 @@
-"""The measured process. It runs as a script, takes ``alloc`` from the tree it is told, and obeys.
+"""The measured process: a script that imports ``alloc`` from a given tree and carries out orders.
 
-Orders come as JSON lines on stdin, replies go out as JSON lines. It uses nothing but the public
-contract (``load_vehicle``, ``catalogue``, ``build``), so that any revision can be measured, and it
-is the same file for both sides: only ``alloc`` differs.
+Orders come as JSON lines on stdin, replies go out as JSON lines. The script uses nothing but the public
+contract (``load_vehicle``, ``catalogue``, ``build``), so that any revision can be measured. Both sides run
+this same file: only ``alloc`` differs.
 """
 
 import gc
@@ -16,17 +16,24 @@ from time import thread_time_ns
 from typing import Any
 
 LOOP = range(40)
-"""Turns of the control cell in pure Python: about 1 µs, as long as the cells it stands beside."""
-
+"""Turns of the control cell in pure Python: about 1 µs, as long as the cells that are timed beside it."""
 
 ARRAYS = ("T", "H", "f_min", "f_max", "readiness", "slack_weights")
 
 
 class Orders:
-    """What this process can be told to do; state is what was imported, built and handed over."""
+    """The orders that this process carries out, one method each.
+
+    Attributes
+    ----------
+    alloc : the library of the measured tree
+    plugins, vehicles : what was loaded, by name
+    allocators : by cell
+    demands : by vehicle, the demands that its cells are timed with
+    """
 
     def __init__(self) -> None:
-        """Nothing is imported or built yet."""
+        """Start with nothing imported or built."""
         self.alloc: Any = None
         self.plugins: dict[str, Any] = {}
         self.vehicles: dict[str, Any] = {}
@@ -50,13 +57,13 @@ class Orders:
         return [[name, entry.name, start] for name in names for entry in entries for start in entry.starts]
 
     def vehicle(self, name: str) -> dict[str, Any]:
-        """The numbers of a vehicle that equations need."""
+        """The numbers of a vehicle that its equations need."""
         v = self.alloc.load_vehicle(name)
         arrays = {key: getattr(v, key).tolist() for key in ARRAYS}
         return {"dof": list(v.dof), **arrays}
 
     def build(self, cell: str, vehicle: str, method: str, start: str) -> dict[str, Any]:
-        """Prepare a cell; what it promises."""
+        """Prepare a cell's allocator; returns what it promises."""
         if vehicle not in self.vehicles:  # parsing YAML takes longer than building most allocators
             self.vehicles[vehicle] = self.alloc.load_vehicle(vehicle)
         loaded = self.vehicles[vehicle]
@@ -69,7 +76,7 @@ class Orders:
         return {promise: getattr(allocate, promise) for promise in promises}
 
     def control(self, cell: str, kind: str) -> None:
-        """A cell that no commit can change: a numpy ``product``, or a ``loop`` in Python."""
+        """Prepare a cell that no commit can change: a numpy ``product``, or a ``loop`` in Python."""
         import numpy as np
 
         matrix = np.linspace(-1.0, 1.0, 48).reshape(8, 6)
@@ -79,17 +86,17 @@ class Orders:
         """[status, f] for each demand, in order."""
         import numpy as np
 
-        found = [self.allocators[cell](np.array(tau)) for tau in taus]
-        return [[int(result[1]), result[0].tolist()] for result in found]
+        answers = [self.allocators[cell](np.array(tau)) for tau in taus]
+        return [[int(answer[1]), answer[0].tolist()] for answer in answers]
 
     def keep(self, vehicle: str, taus: list[list[float]]) -> None:
-        """The demands that ``block`` and ``count`` go through for this vehicle's cells."""
+        """Keep the demands that ``block`` and ``count`` go through for this vehicle's cells."""
         import numpy as np
 
         self.demands[vehicle] = [np.array(tau) for tau in taus]
 
     def settle(self, core: int | None) -> None:
-        """Everything is built: move to one core, put what lives out of the collector's sight."""
+        """Once everything is built: pin the process to a core and switch garbage collection off."""
         if core is not None and hasattr(os, "sched_setaffinity"):
             os.sched_setaffinity(0, {core})
         gc.collect()
@@ -97,7 +104,7 @@ class Orders:
         gc.disable()
 
     def block(self, cell: str, vehicle: str, rounds: int) -> int:
-        """CPU time [ns] of ``rounds`` times round the demands, after one round untimed."""
+        """CPU time [ns] of ``rounds`` rounds through the demands, after one untimed round."""
         allocate, taus = self.allocators[cell], self.demands[vehicle]
         for tau in taus:
             allocate(tau)
@@ -108,9 +115,9 @@ class Orders:
         return thread_time_ns() - start
 
     def count(self, cell: str, vehicle: str, rounds: int) -> None:
-        """N calls and 2 N calls between calls of getppid, at which callgrind writes what it counted."""
+        """Make N and then 2 N calls, each lot followed by getppid, at which callgrind writes its profile."""
         allocate, taus = self.allocators[cell], self.demands[vehicle]
-        for times in (rounds, rounds, 2 * rounds):  # the first is warm-up
+        for times in (rounds, rounds, 2 * rounds):  # the first lot is a warm-up
             for _ in range(times):
                 for tau in taus:
                     allocate(tau)
@@ -118,9 +125,9 @@ class Orders:
 
 
 def main() -> None:
-    """Obey until stdin ends; an exception is a reply too."""
+    """Carry out orders until stdin ends; an exception is sent as a reply."""
     replies = os.fdopen(os.dup(1), "w")
-    os.dup2(2, 1)  # what a solver prints must not end up between the replies
+    os.dup2(2, 1)  # so that what a solver prints goes to stderr and not between the replies
     orders = Orders()
     for line in sys.stdin:
         order = json.loads(line)

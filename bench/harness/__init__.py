@@ -1,1 +1,1 @@
-"""The harness proper: plans, starts workers, times their calls, and keeps what they say."""
+"""The harness: plans a run, starts workers, times the calls of methods, and keeps the results in a record."""

@@ -1,4 +1,4 @@
-"""Methods asked for answers in processes of their own: one that crashes or hangs costs its own answers."""
+"""Methods answer demands in processes of their own: one that crashes or hangs costs its own answers only."""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -20,9 +20,15 @@ def asker(
     time_limit_s: float,
     tell: Callable[[str], None],
 ) -> Ask:
-    """An ``Ask`` that goes through workers like ``job``; files go into ``folder``, ``tell`` hears the method.
+    """An ``Ask`` whose methods run in workers.
 
-    A method that is no contender is the catalogue's.
+    Parameters
+    ----------
+    contenders : methods by name; any other name is looked up in the catalogue
+    folder : where demands and answers are stored
+    job : what every worker is given besides its method and its tasks
+    time_limit_s : of one case
+    tell : is called with the name of the method that is asked now
     """
 
     def ask(method: str, cases: Sequence[Case]) -> list[Answers | Unanswered]:
@@ -32,8 +38,7 @@ def asker(
         tell(f"{method}, untimed")
         tasks = [_task(folder, i, case) for i, case in enumerate(cases)]
         plugin = None if contender is None else contender.plugin
-        own = msgspec.structs.replace(job, method=method, plugin=plugin)
-        return _answers(own, tasks, time_limit_s)
+        return _answers(msgspec.structs.replace(job, method=method, plugin=plugin), tasks, time_limit_s)
 
     return ask
 
@@ -45,21 +50,22 @@ def _task(folder: Path, number: int, case: Case) -> AnswerTask:
 
 
 def _answers(job: Job, tasks: list[AnswerTask], time_limit_s: float) -> list[Answers | Unanswered]:
-    """In as many processes as it takes; after a task that hangs the others are not tried."""
-    said: dict[int, Answers | Unanswered] = {}
+    """Start as many processes as it takes; after a task that reaches the time limit no other is tried."""
+    outcomes: dict[int, Answers | Unanswered] = {}
     pending = list(range(len(tasks)))
     while pending:
         for message in work(msgspec.structs.replace(job, tasks=[tasks[i] for i in pending]), time_limit_s):
             if isinstance(message, AnswersWritten):
                 with np.load(tasks[pending[message.task]].answers) as arrays:
-                    said[pending[message.task]] = Answers(arrays["F"], arrays["status"])
+                    outcomes[pending[message.task]] = Answers(arrays["F"], arrays["status"])
             elif isinstance(message, Failed):
-                why = Unanswered(message.status, message.reason)
-                said[pending[message.task]] = why
+                failure = Unanswered(message.status, message.reason)
+                outcomes[pending[message.task]] = failure
                 if message.status == "timeout":
-                    return [said.get(i, why) for i in range(len(tasks))]
-        left = [i for i in pending if i not in said]
-        if left == pending:  # a worker that ends without a word must not be started for ever
-            return [said.get(i, Unanswered("crashed", "the worker said nothing")) for i in range(len(tasks))]
+                    return [outcomes.get(i, failure) for i in range(len(tasks))]
+        left = [i for i in pending if i not in outcomes]
+        if left == pending:  # a worker that ends without a result would be started for ever
+            failure = Unanswered("crashed", "the worker ended without a result")
+            return [outcomes.get(i, failure) for i in range(len(tasks))]
         pending = left
-    return [said[i] for i in range(len(tasks))]
+    return [outcomes[i] for i in range(len(tasks))]

@@ -11,10 +11,10 @@ BUDGET_NS = 1_000_000_000
 
 def measure() -> CanaryFile:
     """Time the canaries here, as a run does."""
-    found = {}
+    median_us = {}
     for name in CANARIES:
         with no_garbage_collection():
             batches = sample(yardstick(name), [None] * 100, BUDGET_NS, singles=0).batches
         times = sorted(batch.wall_ns / batch.calls for batch in batches)
-        found[name] = times[len(times) // 2] / 1000
-    return CanaryFile(1, machine.describe(), found)
+        median_us[name] = times[len(times) // 2] / 1000
+    return CanaryFile(1, machine.describe(), median_us)

@@ -1,4 +1,4 @@
-"""What every measured process has in common: the environment it starts in, and how its end is told."""
+"""The environment that every measured process starts in, and the words for how a process ended."""
 
 import os
 import signal
@@ -9,15 +9,15 @@ ONE_THREAD = dict.fromkeys(
 )
 """Keeps the libraries under numpy to one thread; they read it once, as numpy is first imported."""
 LONGEST = 200
-"""Letters of a process's last words that are told."""
+"""Letters that are kept of the last line that a process printed."""
 _ROOT = str(Path(__file__).parents[2])
 
 
 def environment(*, isolated: bool = False, **more: str) -> dict[str, str]:
-    """This process's environment with one thread a library, this project to be found, and ``more``.
+    """This process's environment with one thread a library, this project on Python's path, and ``more``.
 
-    ``isolated`` leaves out what is set for Python here, paths included: the process is to import a
-    tree of its own.
+    ``isolated`` leaves out every variable that is set for Python here, its path included, for a process
+    that imports another tree.
     """
     if isolated:
         inherited = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
@@ -29,6 +29,13 @@ def environment(*, isolated: bool = False, **more: str) -> dict[str, str]:
 
 def cause(code: int, printed: bytes) -> str:
     """What ended a process, in words: the signal or the exit code, and the last line that it printed."""
-    how = signal.Signals(-code).name if code < 0 else f"exit code {code}"
-    said = printed.decode(errors="replace").strip().splitlines()
-    return f"{how}: {said[-1][:LONGEST]}" if said else how
+    how = _signal(-code) if code < 0 else f"exit code {code}"
+    lines = printed.decode(errors="replace").strip().splitlines()
+    return f"{how}: {lines[-1][:LONGEST]}" if lines else how
+
+
+def _signal(number: int) -> str:
+    try:
+        return signal.Signals(number).name
+    except ValueError:  # Python names only the first and the last of the real-time signals
+        return f"signal {number}"

@@ -10,61 +10,64 @@ from bench.harness.job import Described, DescribeTask, Failed, Job
 from bench.harness.lines import method_line
 from bench.harness.plan import Contender, RunSettings
 from bench.harness.process import work
+from bench.harness.yardsticks import YARDSTICKS
 from bench.record import Method
 
 
 def contenders(settings: RunSettings) -> list[Contender]:
-    """Plug-ins first, then the catalogue's.
+    """The plug-ins, then the methods of the catalogue.
 
-    A name may be a pattern as a shell has it, ``qp/*``. Raises UnknownName for one that nothing has, or that
-    two have: they would share their rows.
+    A name may be a pattern as a shell has it, ``qp/*``. Raises UnknownName for a name that no method has,
+    and for a plug-in whose name is taken: two methods of one name would share their rows.
     """
     plugged = [described(path, settings) for path in dict.fromkeys(settings.plugins)]
     wanted = settings.methods or (() if plugged else ("*",))
     for name in wanted:
         if not any(fnmatchcase(entry.name, name) for entry in catalogue()):
-            find(name)  # raises UnknownName, which lists what there is
+            find(name)  # raises UnknownName, whose message lists all methods
     chosen = [
-        Contender(method_line(entry), entry.starts, entry.levels, entry.missing)
+        Contender(method=method_line(entry), starts=entry.starts, levels=entry.levels, missing=entry.missing)
         for entry in catalogue()
         if any(fnmatchcase(entry.name, name) for name in wanted) and entry.family not in settings.without
     ]
-    names = [contender.method.name for contender in (*plugged, *chosen)]
+    taken = {contender.method.name for contender in chosen} | {*sampled(chosen), *YARDSTICKS}
     for contender in plugged:
-        if names.count(contender.method.name) > 1:
+        if contender.method.name in taken:
             raise UnknownName(
                 f"{contender.plugin}: another method is called '{contender.method.name}' too; rename the file"
             )
+        taken.add(contender.method.name)
     return [*plugged, *chosen]
 
 
 def described(path: str, settings: RunSettings) -> Contender:
-    """The method in a file, as it says of itself in a process of its own; raises UnknownName for no plug-in.
+    """The plug-in in a file, imported and described by a worker; raises UnknownName where it is no plug-in.
 
-    A file that crashes or hangs when imported takes part under its name: its rows say what it did.
+    A file that crashes or hangs when it is imported takes part under its name; each of its rows says so.
     """
     name = Path(path).stem.replace("_", "-")
     job = Job(method=name, plugin=path, tasks=[DescribeTask()], memory_bytes=settings.memory_MB << 20)
     for message in work(job, settings.time_limit_s):
         if isinstance(message, Described):
-            return Contender(message.method, message.starts, message.levels, plugin=path)
+            return Contender(method=message.method, starts=message.starts, levels=message.levels, plugin=path)
         if isinstance(message, Failed) and message.status == "refused":
             raise UnknownName(message.reason)
-    return Contender(Method(name=name), plugin=path)
+    return Contender(method=Method(name=name), plugin=path)
 
 
 def sampled(taking_part: Iterable[Contender]) -> list[str]:
     """The methods whose share of a vehicle's capability is counted.
 
-    Of what runs foreign code the twin in Python stands for it. A solver answers what its formulation does:
-    the exact method stands for those that answer the optimum, and the demand set ``uniform`` tells whether
-    that holds.
+    A method that runs foreign code is represented by its twin in Python. A solver without a twin is
+    represented by the exact method where its formulation has one optimum; the demand set ``uniform``
+    tells whether the solver reaches it.
     """
     names: list[str] = []
-    for method, _, _, missing, plugin in taking_part:
-        if missing:
+    for contender in taking_part:
+        method = contender.method
+        if contender.missing:
             continue
-        if plugin or not method.foreign:
+        if contender.plugin or not method.foreign:
             names.append(method.name)
         elif method.twin:
             names.append(method.twin)

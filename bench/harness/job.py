@@ -1,4 +1,4 @@
-"""What the parent asks of a worker, and what a worker says."""
+"""What the parent asks of a worker, and what a worker answers."""
 
 import msgspec
 
@@ -10,8 +10,8 @@ class MeasureTask(msgspec.Struct, tag="measure"):
 
     Attributes
     ----------
-    key : what names it
-    question : file of its ``bench.judging.question.Question``
+    key : names the cell
+    question : file of the cell's ``bench.judging.question.Question``
     """
 
     key: Key
@@ -24,7 +24,7 @@ class AnswerTask(msgspec.Struct, tag="answer"):
     Attributes
     ----------
     case : file of the vehicle and the demands on it (``bench.demands.store``)
-    answers : file that the worker writes: thrusts ``F`` (N, n) and ``status`` (N,)
+    answers : file that the worker writes: thrusts ``F`` (N, n) [N] and ``status`` (N,)
     """
 
     case: str
@@ -32,7 +32,7 @@ class AnswerTask(msgspec.Struct, tag="answer"):
 
 
 class DescribeTask(msgspec.Struct, tag="describe"):
-    """A plug-in's catalogue entry."""
+    """A plug-in to import, whose catalogue entry is wanted."""
 
 
 Task = MeasureTask | AnswerTask | DescribeTask
@@ -43,13 +43,13 @@ class Job(msgspec.Struct, kw_only=True):
 
     Attributes
     ----------
-    method, start, level, repeat : what it runs
-    tasks : in order
-    plugin : file of the method, None where it is the catalogue's
-    budget_ns : timed calls of a cell, roughly
-    memory_bytes : what the process may allocate
-    core : where it is pinned, None for anywhere
-    spawned_ns : ``time.monotonic_ns()`` as the parent started it
+    method, start, level, repeat : what the worker runs
+    tasks : in the order in which they are done
+    plugin : file of the method, None where the method is the catalogue's
+    budget_ns : timed calls of a cell, roughly [ns]
+    memory_bytes : most memory that the process may allocate
+    core : where the process is pinned, None for anywhere
+    spawned_ns : ``time.monotonic_ns()`` as the parent started the process
     """
 
     method: str
@@ -65,24 +65,34 @@ class Job(msgspec.Struct, kw_only=True):
 
 
 class Begin(msgspec.Struct, tag="begin"):
-    """The worker turns to the task of that number now; its time limit starts."""
+    """The worker begins a task, whose time limit starts now.
+
+    Attributes
+    ----------
+    task : its number
+    """
 
     task: int
 
 
 class AnswersWritten(msgspec.Struct, tag="answered"):
-    """The answers to the task of that number are written."""
+    """The file of an ``AnswerTask`` is written.
+
+    Attributes
+    ----------
+    task : its number
+    """
 
     task: int
 
 
 class Described(msgspec.Struct, tag="described"):
-    """A plug-in says of itself what an ``alloc.Entry`` holds.
+    """What the ``alloc.Entry`` of a plug-in holds.
 
     Attributes
     ----------
     method : as the record keeps it
-    starts, levels : what it offers
+    starts, levels : what the plug-in offers
     """
 
     method: Method
@@ -91,7 +101,7 @@ class Described(msgspec.Struct, tag="described"):
 
 
 class Failed(msgspec.Struct, tag="failed"):
-    """The task of that number came to nothing.
+    """A task ended without a result.
 
     Attributes
     ----------

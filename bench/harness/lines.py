@@ -1,4 +1,4 @@
-"""Lines of a record made of what takes part in a run."""
+"""Lines of a record: the header, and one for each method and each question of a run."""
 
 from datetime import UTC, datetime
 
@@ -14,7 +14,7 @@ from bench.record import SCHEMA, Header, Method, Problem
 
 
 def header(settings: RunSettings) -> Header:
-    """What ran where, with what."""
+    """The first line of a record: settings, machine, versions and source of a run that starts now."""
     return Header(
         schema=SCHEMA,
         started=now(),
@@ -22,12 +22,12 @@ def header(settings: RunSettings) -> Header:
         seed=settings.seed,
         machine=machine.describe(),
         versions=machine.versions(),
-        settings=msgspec.json.decode(msgspec.json.encode(settings)),  # as it will be read back
+        settings=msgspec.json.decode(msgspec.json.encode(settings)),  # the types that a record read back has
     )
 
 
 def method_line(entry: Entry) -> Method:
-    """What the record keeps of a catalogue entry."""
+    """The line of a method, from its catalogue entry."""
     return Method(
         name=entry.name,
         formulation=entry.formulation,
@@ -39,7 +39,7 @@ def method_line(entry: Entry) -> Method:
 
 
 def problem(question: Question, study: str = "") -> Problem:
-    """What the record keeps of a question."""
+    """The line of a question; ``study`` is the one that its vehicle was generated for."""
     demands, vehicle = question.demands, question.demands.vehicle
     names = {label.value: label.name.lower() for label in Label}
     values, counts = np.unique(demands.labels, return_counts=True)
@@ -64,5 +64,5 @@ def problem(question: Question, study: str = "") -> Problem:
 
 
 def now() -> str:
-    """Date and time, UTC."""
+    """Date and time in UTC, to the second."""
     return datetime.now(UTC).isoformat(timespec="seconds")

@@ -1,4 +1,4 @@
-"""What machine this is, and which versions of what took part."""
+"""The machine that a run is on, the versions of its packages, and the core that its workers are pinned to."""
 
 import os
 import platform
@@ -46,23 +46,23 @@ def cpu() -> str:
 
 
 def versions() -> dict[str, str]:
-    """Python, and every package thrustbench asks for that is installed."""
-    found = {"python": f"{platform.python_implementation()} {platform.python_version()}"}
+    """Versions of Python and of every package that thrustbench asks for and that is installed."""
+    installed = {"python": f"{platform.python_implementation()} {platform.python_version()}"}
     for requirement in sorted(_requirements(), key=str.lower):
         try:
-            found[requirement] = metadata.version(requirement)
+            installed[requirement] = metadata.version(requirement)
         except metadata.PackageNotFoundError:
             continue
-    return found
+    return installed
 
 
 def commit() -> str:
-    """The git commit of this source, with ``+changes`` where the source differs; empty where git has none.
+    """The git commit of this source, with ``+changes`` where a file differs; empty outside a repository.
 
-    Results, pictures and the like are no source: a run that wrote some can still be resumed.
+    Only the source counts: results that a run has written must not keep it from being resumed.
     """
     try:
-        # Installed into somebody's own repository, this source is not in it, and its commit is not ours.
+        # Fails where this source is installed inside somebody else's repository, whose commit is not ours.
         _git("ls-files", "--error-unmatch", *_SOURCE)
         return _git("rev-parse", "--short=12", "HEAD") + (
             "+changes" if _git("status", "--porcelain", "--", *_SOURCE) else ""
@@ -72,13 +72,13 @@ def commit() -> str:
 
 
 def core() -> int | None:
-    """Where to pin what is measured; None: anywhere."""
+    """The core that measured processes are pinned to, None where this system pins nothing."""
     return max(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else None
 
 
 @contextmanager
 def set_aside() -> Iterator[None]:
-    """Keep every thread of this process off ``core()`` inside the block, where it has another one."""
+    """Keep every thread of this process off ``core()`` inside the block, where there is another core."""
     taken = core()
     if taken is None:
         yield
@@ -93,14 +93,14 @@ def set_aside() -> Iterator[None]:
 
 def _move(cores: set[int]) -> None:
     for thread in psutil.Process().threads():
-        with suppress(ProcessLookupError):  # it has ended since
+        with suppress(ProcessLookupError):  # the thread has ended since it was listed
             os.sched_setaffinity(thread.id, cores)
 
 
 def _requirements() -> set[str]:
     try:
         listed = metadata.requires("thrustbench") or []
-    except metadata.PackageNotFoundError:  # run from a source tree that nobody installed
+    except metadata.PackageNotFoundError:  # this source tree is not installed
         listed = ["numpy", "scipy", "osqp", "clarabel", "proxsuite", "piqp", "daqp", "qpsolvers"]
     names = (re.match(r"[A-Za-z0-9_.-]+", line) for line in listed)
     return {match.group() for match in names if match} - {"thrustbench"}

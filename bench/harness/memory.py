@@ -16,33 +16,33 @@ _CODE = (type, ModuleType, BuiltinFunctionType, Vehicle)
 def reachable_bytes(thing: object) -> int:
     """Bytes of all Python objects and arrays reachable from ``thing``.
 
-    Left out: code, modules, the vehicle (its caller's), and what a solver's C or C++ side allocates
-    for itself, which Python can't see; the peak RSS of the worker includes that.
+    Code, modules and the vehicle, which is the caller's, are left out. Python can't see what the C or C++
+    side of a solver allocates for itself; the peak RSS of the worker includes it.
     """
     seen: set[int] = set()
     todo: list[Any] = [thing]
     total = 0
     while todo:
-        found = todo.pop()
-        if id(found) in seen or isinstance(found, _CODE):
+        held = todo.pop()
+        if id(held) in seen or isinstance(held, _CODE):
             continue
-        seen.add(id(found))
-        if isinstance(found, FunctionType):
-            todo += [cell.cell_contents for cell in found.__closure__ or ()]
+        seen.add(id(held))
+        if isinstance(held, FunctionType):
+            todo += [cell.cell_contents for cell in held.__closure__ or ()]
             continue
-        total += sys.getsizeof(found)
-        if isinstance(found, np.ndarray):
-            if found.base is not None:
-                todo.append(found.base)
+        total += sys.getsizeof(held)
+        if isinstance(held, np.ndarray):
+            if held.base is not None:
+                todo.append(held.base)
         else:
-            todo += gc.get_referents(found)
+            todo += gc.get_referents(held)
     return total
 
 
 def peak_rss_bytes() -> int | None:
-    """High-water mark of this process's resident memory, None where the system does not tell.
+    """High-water mark of this process's resident memory [bytes], None where the system does not tell.
 
-    From /proc, not getrusage: ru_maxrss of a child starts at its parent's (Linux, exec(2) keeps it).
+    It is read from /proc: getrusage's ru_maxrss of a child starts at its parent's (Linux, exec(2) keeps it).
     """
     try:
         status = Path("/proc/self/status").read_text(encoding="ascii")

@@ -12,35 +12,37 @@ from bench.harness.yardsticks import CANARIES, YARDSTICKS
 from bench.record import NO_VEHICLE, Key, Method
 
 OVERHEAD_S = 0.03
-"""What a cell takes besides its timed calls until a run knows its own: starting up, setting up, judging."""
+"""Time that a cell takes besides its timed calls (starting up, setting up, judging), until a run has measured
+its own."""
 LEAST_MS, MOST_MS = 15.0, 100.0
-"""Bounds of a cell's budget: a handful of batches; what no statistic here gains from exceeding."""
+"""Bounds of a cell's budget: the lower one is a handful of batches, and no statistic here gains from a budget
+beyond the upper one."""
 
 
 class SettingsError(AllocError):
-    """Settings contradict each other."""
+    """Two settings of a run contradict each other."""
 
 
 class RunSettings(msgspec.Struct, frozen=True, kw_only=True):
-    """Everything that decides what a run measures; kept in the record's header.
+    """Everything that decides what a run measures; the record's header keeps it.
 
     Attributes
     ----------
-    vehicles, demands : names or paths
+    demands, vehicles : names or paths
     methods : names, or patterns as a shell has them; empty for all
     without : families of methods that are left out
-    study : a study out of ``bench.demands.generated``, whose vehicles come on top
+    study : a study out of ``bench.demands.generated``, whose vehicles are measured too
     plugins : files with a method
-    faults : thrusters that are off, ``3``, or weakened, ``3@0.4``; "" is the whole vehicle
+    faults : a thruster that is off, ``3``, or weakened, ``3@0.4``; "" is the whole vehicle
     once : patterns of methods, families and demand sets that are measured in the first repeat only
-    starts, levels : which to take of those a method offers; empty: see ``chosen``
+    starts, levels : those to take of what a method offers; empty: see ``chosen``
     repeats : fresh processes of each method
     seed : of demands and order
-    n_demands : of each set
-    budget_ms : timed calls of a cell in one repeat; None: whatever lets the whole run take about ``target_s``
-    target_s : how long the run should take
-    time_limit_s : of a cell
-    memory_MB : of a worker
+    n_demands : demands of each set
+    budget_ms : timed calls of a cell in one repeat [ms]; None: whatever lets the run take about ``target_s``
+    target_s : how long the run should take [s]
+    time_limit_s : most that a cell may take [s]
+    memory_MB : most memory that a worker may allocate [MB]
     """
 
     demands: tuple[str, ...]
@@ -69,8 +71,8 @@ class Contender(NamedTuple):
     ----------
     method : what the record keeps of it
     starts, levels : what it offers
-    missing : what to install for it, empty where all is there
-    plugin : its file, None where it is the catalogue's
+    missing : what to install for the method, empty where nothing is missing
+    plugin : file of a plug-in, None for a method of the catalogue
     """
 
     method: Method
@@ -85,7 +87,7 @@ class Group(msgspec.Struct, frozen=True, kw_only=True):
 
     Attributes
     ----------
-    method, start, level, repeat : what it runs
+    method, start, level, repeat : what the worker runs
     keys : the cells, in order
     """
 
@@ -99,9 +101,9 @@ class Group(msgspec.Struct, frozen=True, kw_only=True):
 def groups(
     settings: RunSettings, contenders: Iterable[Contender], asked: Iterable[tuple[str, str]]
 ) -> list[Group]:
-    """Every worker's keys, in order: repeat by repeat, shuffled within, so that drift hits all alike.
+    """The keys of every worker, repeat by repeat, shuffled within each so that drift hits all methods alike.
 
-    ``asked`` are the (vehicle, demand set) pairs there are; the yardsticks come along by themselves.
+    ``asked`` are the (vehicle, demand set) pairs of the run. The yardsticks are added to the contenders.
     """
     pairs = list(asked)
     choices = [(c.method, *choice) for c in contenders for choice in chosen(c, settings)]
@@ -126,17 +128,17 @@ def _once(settings: RunSettings, method: Method, demands: str) -> bool:
 
 
 def chosen(contender: Contender, settings: RunSettings) -> list[tuple[str, str]]:
-    """The starts and levels to measure.
+    """The starts and levels of a contender to measure.
 
-    Unless told otherwise: one start, ``reused`` where it is offered, as that is how a vehicle would run
-    it; of solvers that answer an optimum every level, which shows the price of accuracy; of others the
-    most accurate one.
+    Where the settings name none, one start is measured: ``reused`` where it is offered, since a vehicle
+    would run the method so. A solver that answers an optimum is measured at every level, which shows the
+    price of accuracy; any other method at its most accurate one.
     """
     method, starts, levels = contender.method, contender.starts, contender.levels
     some_starts = settings.starts or (("reused",) if "reused" in starts else starts[:1])
     every_level = find_formulation(method.formulation).optimal
     some_levels = settings.levels or (levels if every_level else levels[-1:])
-    if len(levels) == 1:  # an exact solver, or the one-shot route: there is nothing to choose
+    if len(levels) == 1:  # an exact solver, or the one-shot route, has no other level to choose
         some_levels = levels
     return [
         (start, level)
@@ -147,7 +149,7 @@ def chosen(contender: Contender, settings: RunSettings) -> list[tuple[str, str]]
 
 
 def check(settings: RunSettings) -> None:
-    """Raise SettingsError where no cell can be measured: its timed calls alone outlast its time limit."""
+    """Raise SettingsError where the timed calls of a cell alone would outlast its time limit."""
     least_s = (settings.budget_ms or 0.0) / 1e3
     if least_s >= settings.time_limit_s:
         raise SettingsError(
@@ -159,7 +161,12 @@ def check(settings: RunSettings) -> None:
 def budget_ns(settings: RunSettings, left_s: float, cells: int, overhead_s: float) -> int:
     """How long the timed calls of each next cell should take [ns], roughly; see ``RunSettings.budget_ms``.
 
-    ``cells`` are to be measured in ``left_s`` seconds; each takes ``overhead_s`` besides its timed calls.
+    Parameters
+    ----------
+    settings : of the run
+    left_s : time left for all cells that are not measured yet [s]
+    cells : how many these are
+    overhead_s : time that each of them takes besides its timed calls [s]
     """
     if settings.budget_ms is not None:
         return round(settings.budget_ms * 1e6)

@@ -6,8 +6,8 @@ from bench.harness.plan import RunSettings
 DEFAULT_DEMANDS = ("inactive", "active", "infeasible")
 
 ONCE = ("uniform", Family.SOFT, Family.ONE_SHOT)
-"""Not repeated: a set that is asked for what is served, and methods so slow that the 0.5-1 % between
-processes is small beside what tells them apart. It leaves time for the fast ones."""
+"""Measured in the first repeat only, which leaves time for the fast methods: the demand set that
+shares are counted on, and methods so slow that 0.5-1 % between processes is small beside what differs."""
 
 GROWTH_METHODS = (
     "pinv",
@@ -24,16 +24,16 @@ GROWTH_METHODS = (
     "qp/proxqp",
     "qp/quadprog",
 )
-"""Of each kind the usual ones: a study of forty would take hours."""
+"""The usual methods of each kind: a study of all forty would take hours."""
 
 
 def default() -> RunSettings:
-    """Every vehicle and method, as ``bench.harness.plan.chosen`` has it: under 3 minutes on 2 cores."""
+    """Every vehicle and method, starts and levels as ``chosen`` takes them: under 3 minutes on 2 cores."""
     return RunSettings(vehicles=list_vehicles(), demands=(*DEFAULT_DEMANDS, "uniform"), once=ONCE)
 
 
 def quick() -> RunSettings:
-    """Two vehicles, once, without the one-shot route and the soft QPs: under 25 s."""
+    """Two vehicles in one repeat, without the one-shot route and the soft QPs: under 25 s."""
     return RunSettings(
         vehicles=("ukwial", "bluerov2-heavy"),
         demands=DEFAULT_DEMANDS,
@@ -46,7 +46,7 @@ def quick() -> RunSettings:
 
 
 def full() -> RunSettings:
-    """Every vehicle, each fault, demand set, start and level: about an hour; it resumes."""
+    """Every vehicle, fault, demand set, start and level: about an hour."""
     from bench.demands import list_demands
 
     return RunSettings(
@@ -61,7 +61,7 @@ def full() -> RunSettings:
 
 
 def growth() -> RunSettings:
-    """The growth study: generated vehicles of 4 to 64 thrusters, demands that need the limits, once."""
+    """The growth study: generated vehicles of 4 to 64 thrusters, active demands, one repeat."""
     return RunSettings(
         study="growth",
         demands=("active",),

@@ -1,4 +1,4 @@
-"""One worker process from start to end: its lines as they come, its time limit, how it died."""
+"""One worker process from start to end: its messages as they come, its time limit, and how it ended."""
 
 import os
 import selectors
@@ -16,7 +16,7 @@ from bench.harness.child import cause, environment
 from bench.harness.job import Begin, Failed, Job, Message
 
 TAIL_BYTES = 2000
-"""How much of what a worker prints is kept, to say why it died."""
+"""The last bytes that a worker printed are kept, to say why it died."""
 STARTUP_S = 60.0
 """Time limit from the start of a process to its first task: Python, numpy and a cold disk."""
 
@@ -24,23 +24,23 @@ STARTUP_S = 60.0
 def work(job: Job, time_limit_s: float) -> Iterator[Message]:
     """Run a job in a fresh process; yield its messages as they come.
 
-    Where the process dies or outlives the time limit, the task it was at comes as Failed with status
-    crashed or timeout, and the rest of the job is not done. The process is gone when this ends, also
-    when the caller stops early.
+    A process that dies, reaches the time limit of a task, or sends what is no message, is ended; the task
+    that it was at comes as Failed (crashed, timeout or failed), and the rest of the job is not done. The
+    process is gone when the iteration ends, also when the caller stops early.
     """
     job.spawned_ns = time.monotonic_ns()
     with ExitStack() as at_end:
         with signals_held_back():
             process, reader = _start(at_end)
         assert process.stdin is not None
-        with suppress(BrokenPipeError):  # it died at once; what it printed says why
+        with suppress(BrokenPipeError):  # the process died at once; what it printed says why
             process.stdin.write(msgspec.json.encode(job))
             process.stdin.close()
         yield from _messages(process, reader, time_limit_s)
 
 
 def _start(at_end: ExitStack) -> tuple[subprocess.Popen[bytes], int]:
-    # A fresh worker and the pipe its messages come through; both are gone at the end.
+    # A fresh worker, and the pipe that its messages come through; ``at_end`` removes both.
     reader, writer = os.pipe()
     at_end.callback(os.close, reader)
     try:
@@ -61,9 +61,9 @@ def _start(at_end: ExitStack) -> tuple[subprocess.Popen[bytes], int]:
 
 @contextmanager
 def signals_held_back() -> Iterator[None]:
-    """Let SIGINT and SIGTERM come at the end of the block: a process must not start with nobody to end it."""
+    """Delay SIGINT and SIGTERM to the end of the block: a process must not start with nobody to end it."""
     if threading.current_thread() is not threading.main_thread():
-        yield  # signals interrupt the main thread alone
+        yield  # signals interrupt the main thread only
         return
     came: list[int] = []
     before = {
@@ -83,7 +83,7 @@ def _messages(process: subprocess.Popen[bytes], reader: int, time_limit_s: float
     assert process.stdout is not None
     printed = process.stdout.fileno()
     decode = msgspec.json.Decoder(Message).decode
-    at: int | None = 0  # until it begins, what it was to begin with
+    at: int | None = 0  # the task under way; a process that dies before its first task has lost that one
     pending, tail = b"", b""
     deadline = time.monotonic() + STARTUP_S
     with selectors.DefaultSelector() as selector:
@@ -100,7 +100,12 @@ def _messages(process: subprocess.Popen[bytes], reader: int, time_limit_s: float
                 else:
                     *lines, pending = (pending + data).split(b"\n")
                     for line in lines:
-                        message = decode(line)
+                        try:
+                            message = decode(line)
+                        except (msgspec.DecodeError, UnicodeDecodeError) as error:
+                            if at is not None:
+                                yield Failed(at, "failed", f"the result can't be recorded: {error}")
+                            return
                         at = message.task if isinstance(message, Begin) else None
                         yield message
                     deadline = time.monotonic() + time_limit_s
@@ -108,17 +113,22 @@ def _messages(process: subprocess.Popen[bytes], reader: int, time_limit_s: float
                 if at is not None:
                     yield Failed(at, "timeout", f"no answer within {time_limit_s:g} s")
                 return
-    code = process.wait(timeout=STARTUP_S)
+    try:
+        code = process.wait(timeout=time_limit_s)
+    except subprocess.TimeoutExpired:  # a method may close every file of its process and go on
+        how = Failed(at or 0, "timeout", f"no answer within {time_limit_s:g} s")
+    else:
+        how = Failed(at or 0, "crashed", cause(code, tail))
     if at is not None:
-        yield Failed(at, "crashed", cause(code, tail))
+        yield how
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
-    # By its id and that of its session: whatever it started itself goes with it.
+    # The worker leads a session of its own, so processes that it started are ended with it.
     with suppress(ProcessLookupError, PermissionError):
         os.killpg(process.pid, signal.SIGKILL)
     process.wait()
     for stream in (process.stdin, process.stdout):
         assert stream is not None
-        with suppress(BrokenPipeError):  # what it had not read yet
+        with suppress(BrokenPipeError):  # the part of the job that the worker had not read
             stream.close()

@@ -1,4 +1,4 @@
-"""A progress bar that says what is running and how long is left."""
+"""A progress bar that shows the method that is measured and the time that is left."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -12,7 +12,7 @@ from bench.harness.state import Progress
 
 @contextmanager
 def bar(console: Console) -> Iterator[Callable[[Progress], None]]:
-    """A bar on the console; the yielded function moves it."""
+    """A bar on the console, and the function that moves it."""
     columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}"))
     # Four frames a second, on the parent's core: drawing must not disturb what is measured.
     with Bar(*columns, console=console, refresh_per_second=4) as shown:

@@ -1,4 +1,4 @@
-"""What else the machine does while something is measured: read before, read after, subtract."""
+"""What else the machine does during a measurement: its counters afterwards less those before."""
 
 import os
 from dataclasses import dataclass
@@ -11,7 +11,15 @@ _CPU = Path("/sys/devices/system/cpu")
 
 @dataclass(frozen=True)
 class Reading:
-    """Counters of one core at one moment; None where this machine does not tell."""
+    """Counters of one core at one moment; None where this machine does not tell.
+
+    Attributes
+    ----------
+    core : its number
+    steal_ticks : time that the hypervisor took from it so far [1/100 s]
+    throttled : thermal throttle events so far
+    mhz : its frequency now [MHz]
+    """
 
     core: int
     steal_ticks: int | None
@@ -41,7 +49,7 @@ def between(before: Reading, after: Reading) -> Quiet:
 
 
 def load() -> float | None:
-    """1-minute load average, None where the system has none."""
+    """The 1-minute load average, None where the system has none."""
     try:
         return round(os.getloadavg()[0], 2)
     except OSError:
@@ -53,7 +61,7 @@ def _difference(before: int | None, after: int | None) -> int | None:
 
 
 def _steal(core: int) -> int | None:
-    # The eighth number of a cpu line [ticks of 1/100 s]: time the hypervisor ran somebody else.
+    # The eighth number of a cpu line [ticks of 1/100 s] is the time that the hypervisor ran another guest.
     try:
         lines = Path("/proc/stat").read_text(encoding="ascii").splitlines()
     except OSError:

@@ -1,4 +1,4 @@
-"""The parent of a run: asks for right answers, starts one worker after the other, keeps the record."""
+"""The parent of a run: gets right answers, starts one worker after the other, keeps the record."""
 
 import tempfile
 import time
@@ -13,7 +13,7 @@ from bench.harness.contenders import contenders, sampled
 from bench.harness.job import Failed
 from bench.harness.lines import header, problem
 from bench.harness.plan import Contender, Group, RunSettings, check, groups
-from bench.harness.process import work
+from bench.harness.process import STARTUP_S, work
 from bench.harness.sets import demand_sets, vehicles
 from bench.harness.state import Progress, RunState, any_repeat
 from bench.harness.yardsticks import YARDSTICKS
@@ -24,19 +24,19 @@ from bench.record.writer import Writer
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C came while a run was measuring; its record holds what there is."""
+    """Ctrl-C ended a run; its record holds what was measured before."""
 
 
 def run(settings: RunSettings, directory: Path, *, resume: bool, watch: Callable[[Progress], None]) -> None:
-    """Measure what the settings ask for into ``directory/record.jsonl``; tell ``watch`` where it stands.
+    """Measure what the settings ask for into ``directory/record.jsonl``; tell ``watch`` how far the run is.
 
-    With ``resume``, cells that are in the record already are left as they are. Raises RecordError
+    With ``resume``, cells that are in the record already are not measured again. Raises RecordError
     where the record can't be written or continued, and AllocError for unknown names. On Ctrl-C the
     worker is ended, the record says so, and Interrupted is raised.
     """
     began = time.monotonic()
     check(settings)
-    # Before the folder is touched: a name that is wrong leaves nothing behind.
+    # Names are looked up before the folder is touched, so that a wrong one leaves nothing behind.
     taking_part = contenders(settings)
     named = vehicles(settings)
     sets = demand_sets(settings, named)
@@ -71,7 +71,7 @@ def prepare(
     sets: Sequence[DemandSet],
     folder: Path,
 ) -> None:
-    """Ask for the right answers, store the questions, and record what the cells rest on."""
+    """Get the right answers, store the questions, and record methods, problems and capabilities."""
     by_name = {contender.method.name: contender for contender in taking_part}
     state.plugins = {name: c.plugin for name, c in by_name.items() if c.plugin}
     state.missing = {name: c.missing for name, c in by_name.items() if c.missing}
@@ -80,16 +80,19 @@ def prepare(
     listed = {method.name for method in known.methods}
     methods = [*(contender.method for contender in taking_part), *YARDSTICKS.values()]
     state.writer.extend(method for method in methods if method.name not in listed)
-    ask = asker(by_name, folder, state.asking(), state.settings.time_limit_s, state.tell)
-    told = {(line.vehicle, line.demands) for line in known.problems}
+    limit_s = state.settings.time_limit_s
+    # References are the catalogue's, whatever a plug-in is called, and a short limit is meant for cells.
+    ask_reference = asker({}, folder, state.common_job(), max(limit_s, STARTUP_S), state.tell)
+    in_record = {(line.vehicle, line.demands) for line in known.problems}
     ours = {vehicle.name for vehicle in named}
-    for i, question in enumerate(questions(sets, ask)):
+    for i, question in enumerate(questions(sets, ask_reference)):
         key = (question.demands.vehicle.name, question.demands.name)
         state.files[key] = folder / f"question-{i}.npz"
         question.save(state.files[key])
-        if key not in told:
+        if key not in in_record:
             whole = question.demands.vehicle.whole or key[0]
             state.writer.append(problem(question, "" if whole in ours else state.settings.study))
+    ask = asker(by_name, folder, state.common_job(), limit_s, state.tell)
     measured = {capability.vehicle for capability in known.capabilities}
     fresh = [vehicle for vehicle in named if vehicle.name not in measured]
     state.writer.extend(measure_capabilities(fresh, sampled(taking_part), state.settings.seed, ask))
@@ -97,7 +100,7 @@ def prepare(
 
 
 def measure(group: Group, state: RunState) -> None:
-    """Measure one group's keys that the record lacks, in as many processes as it takes."""
+    """Measure the cells of a group that the record lacks, in as many processes as it takes."""
     pending = [key for key in group.keys if key not in state.done]
     hangs = 0
     while True:
@@ -113,13 +116,14 @@ def measure(group: Group, state: RunState) -> None:
                 state.writer.append(line)
             elif isinstance(line, Failed):
                 pending.remove(asked[line.task])
-                state.keep(Cell(asked[line.task], line.status, reason=line.reason))
+                state.keep(Cell(key=asked[line.task], status=line.status, reason=line.reason))
                 hangs += line.status == "timeout"
             elif isinstance(line, Cell):
                 pending.remove(line.key)
                 state.keep(line)
-        if len(pending) == len(asked):  # a worker that ends without a word must not be started for ever
-            state.keep(Cell(pending.pop(0), "crashed", reason="the worker ended without a result"))
+        if len(pending) == len(asked):  # a worker that ends without a result would be started for ever
+            reason = "the worker ended without a result"
+            state.keep(Cell(key=pending.pop(0), status="crashed", reason=reason))
 
 
 def check_same(old: Header, new: Header, path: Path) -> None:
@@ -128,7 +132,7 @@ def check_same(old: Header, new: Header, path: Path) -> None:
         {"commit": header.commit, **header.versions, **header.settings, **header.machine}
         for header in (old, new)
     ]
-    for what in facts[0] | facts[1]:  # a package that came since is a difference too
-        was, now = (found.get(what) for found in facts)
+    for what in facts[0] | facts[1]:  # a package that was installed since is a difference too
+        was, now = (header_facts.get(what) for header_facts in facts)
         if was != now:
             raise RecordError(f"{path}: was made with {what} {was!r}, this is {now!r}; give another --out")

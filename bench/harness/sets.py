@@ -1,4 +1,4 @@
-"""What a run asks: every demand set of every vehicle with every fault."""
+"""The demand sets of a run: every set of every vehicle with every fault."""
 
 import numpy as np
 
@@ -11,20 +11,21 @@ from bench.inputs.faults import faulty
 
 
 def vehicles(settings: RunSettings) -> list[Vehicle]:
-    """The vehicles that are named, without faults; raises what a vehicle's file raises."""
+    """The vehicles that the settings name, without faults; raises what ``load_vehicle`` raises."""
     return [load_vehicle(name) for name in settings.vehicles]
 
 
 def demand_sets(settings: RunSettings, named: list[Vehicle]) -> list[DemandSet]:
-    """Every demand set of every vehicle with every fault, a study's vehicles included.
+    """Every demand set of every vehicle with every fault; the vehicles of a study come first.
 
     A set that a vehicle has no demands of (NotApplicable) is left out. Raises DemandError where two
-    different sets would share their names, and with them their rows: two logs called alike, or a
-    vehicle file that kept the name of the one it was copied from.
+    different sets would share their names and so their rows: two logs of one name, or a vehicle file that
+    kept the name of the file it was copied from. Raises NotApplicable where no set is left.
     """
-    whole = [*(STUDIES[settings.study]() if settings.study else ()), *named]
+    without_faults = [*(STUDIES[settings.study]() if settings.study else ()), *named]
+    vehicles_asked = [state for whole in without_faults for state in faulty(whole, settings.faults)]
     sets: dict[tuple[str, str], DemandSet] = {}
-    for vehicle in [state for one in whole for state in faulty(one, settings.faults)]:
+    for vehicle in vehicles_asked:
         for name in settings.demands:
             try:
                 made = build_demands(name, vehicle, settings.seed, settings.n_demands)

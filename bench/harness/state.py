@@ -1,4 +1,4 @@
-"""A run under way: what is done, what hung, how long is left."""
+"""A run under way: the cells that are done, those that hung, and the time that is left."""
 
 import time
 from collections.abc import Callable
@@ -15,12 +15,18 @@ from bench.record import Cell, Event, Key
 from bench.record.writer import Writer
 
 HANGS = 3
-"""Cells of one method that may reach the time limit; the rest of that method is then not tried."""
+"""After this many cells of one worker's method have reached the time limit, its other cells are not tried."""
 
 
 @dataclass(frozen=True)
 class Progress:
-    """Where a run stands: cells done and in all, and the method that is measured now."""
+    """How far a run has come.
+
+    Attributes
+    ----------
+    done, total : cells that are in the record, and cells that there will be
+    method : what is measured now
+    """
 
     done: int
     total: int
@@ -33,17 +39,20 @@ class RunState:
 
     Attributes
     ----------
-    settings, writer, watch : what to do, where lines go, who is told
-    began : when it was started or resumed, on the monotonic clock [s]
-    ready : when its first cell could be measured, on the same clock [s]
-    files : where the question of each (vehicle, demand set) is stored
-    plugins : file of each method that is not the catalogue's
-    missing : what to install, of the methods that need it
+    settings : what to measure
+    writer : appends to the record
+    watch : is called with the progress
+    began : when the run was started or resumed, on the monotonic clock [s]
+    ready : when the first cell could be measured, on the monotonic clock [s]
+    files : (vehicle, demand set) to the file of its question
+    plugins : method to the file of its plug-in, for methods that are not the catalogue's
+    missing : method to what must be installed for it, for methods that lack something
     total : how many cells there will be
-    done : keys in the record
-    hung : keys, of any repeat, that reached the time limit
-    core : where workers are pinned
-    measured, timed_ns : cells since it began, sum of their timed calls
+    done : keys of the cells in the record
+    hung : keys of the cells that reached the time limit, in terms of the first repeat
+    core : where workers are pinned, None for anywhere
+    measured : cells since the run was started or resumed
+    timed_ns : sum of their timed calls [ns]
     """
 
     settings: RunSettings
@@ -62,7 +71,7 @@ class RunState:
     timed_ns: int = 0
 
     def keep(self, cell: Cell) -> None:
-        """Append a cell to the record, and say so."""
+        """Append a cell to the record and tell the watcher."""
         self.writer.append(cell)
         self.done.add(cell.key)
         if cell.status == "timeout":
@@ -72,11 +81,11 @@ class RunState:
         self.tell(cell.key.method)
 
     def tell(self, method: str) -> None:
-        """Tell the watcher where the run stands."""
-        self.watch(Progress(len(self.done), self.total, method))
+        """Tell the watcher how far the run has come, and which method is at work."""
+        self.watch(Progress(done=len(self.done), total=self.total, method=method))
 
     def event(self, what: str) -> None:
-        """Record that something happened to the run."""
+        """Append an event to the record: began, resumed, interrupted or finished."""
         self.writer.append(
             Event(
                 what=what,
@@ -88,24 +97,25 @@ class RunState:
         )
 
     def excuse(self, key: Key, hangs: int) -> Cell | None:
-        """The row of a cell that is not even tried, with the reason; None for one to be measured."""
+        """A cell with the reason why it is not tried; None for a cell that is to be measured."""
         if key.method in self.missing:
-            return Cell(key, "missing", reason=self.missing[key.method])
+            return Cell(key=key, status="missing", reason=self.missing[key.method])
         if hangs >= HANGS:
             reason = f"not tried: {hangs} other cells of this method reached the time limit"
-            return Cell(key, "timeout", reason=reason)
+            return Cell(key=key, status="timeout", reason=reason)
         if any_repeat(key) in self.hung:
-            return Cell(key, "timeout", reason="not tried: it reached the time limit in an earlier repeat")
+            reason = "not tried: it reached the time limit in an earlier repeat"
+            return Cell(key=key, status="timeout", reason=reason)
         return None
 
     def job(self, group: Group, keys: list[Key]) -> Job:
         """The job that measures these cells of a group."""
-        somewhere = next(iter(self.files.values()))  # the canaries take any inputs
+        somewhere = next(iter(self.files.values()))  # canaries have no demands, and are called with any
         tasks: list[Task] = [
             MeasureTask(key, str(self.files.get((key.vehicle, key.demands), somewhere))) for key in keys
         ]
         return msgspec.structs.replace(
-            self.asking(),
+            self.common_job(),
             method=group.method,
             start=group.start,
             level=group.level,
@@ -115,12 +125,12 @@ class RunState:
             budget_ns=self._budget_ns(),
         )
 
-    def asking(self) -> Job:
-        """A job without a method or tasks, as every worker of this run starts."""
+    def common_job(self) -> Job:
+        """What the jobs of all workers of this run have in common; method and tasks are empty."""
         return Job(method="", tasks=[], memory_bytes=self.settings.memory_MB << 20, core=self.core)
 
     def _budget_ns(self) -> int:
-        # What a next cell may take, so that the run ends when it should, on this machine as it is today.
+        # The overhead is what this run has measured so far, since it differs from machine to machine.
         untimed = time.monotonic() - self.ready - self.timed_ns / 1e9
         overhead = untimed / self.measured if self.measured else OVERHEAD_S
         left = self.settings.target_s - (time.monotonic() - self.began)

@@ -1,6 +1,6 @@
-"""The clock and nothing else: batches for the centre, single calls for the tails.
+"""Times calls of any function of one input: batches for the centre, single calls for the tails.
 
-How and why: docs/method.md. Nothing here knows what is called; a call is a function of one input.
+docs/method.md says how and why.
 """
 
 import gc
@@ -20,25 +20,29 @@ X = TypeVar("X")
 Y = TypeVar("Y")
 
 BATCH_NS = 2_000_000
-"""Length of a batch: two clock readings vanish in it, and most fit between two timer interrupts."""
+"""Length of a batch: two clock readings vanish in it, and most batches fit between two timer interrupts."""
 WARM_NS = 200_000
-"""Untimed calls before each batch: enough to fill caches and branch predictors again."""
+"""Length of the untimed calls before each batch, which fill caches and branch predictors again."""
 SLOW_NS = 50_000
-"""From here on the two clock readings of a single call (about 0.1 us) are 0.2 % of it, so one pass
-of single calls serves as a batch too."""
+"""The two clock readings of a single call (about 0.1 us) are 0.2 % of a call as slow as this, so one pass of
+single calls serves as a batch too."""
 SINGLES = 5_000
-"""Most single calls of one process; two repeats then make the 10,000 that p99.9 needs."""
+"""Most single calls of one process; two repeats make the 10,000 calls that p99.9 needs."""
 LEAST_BATCHES = 2
-"""Batches that a fast method gets whatever its budget; a slow one gets one pass, in each repeat."""
-_THREAD = getattr(resource, "RUSAGE_THREAD", resource.RUSAGE_SELF)  # the former is Linux's
+"""Batches that a fast method gets in each repeat, whatever its budget; a slow method gets one pass."""
+_THREAD = getattr(resource, "RUSAGE_THREAD", resource.RUSAGE_SELF)  # only Linux has RUSAGE_THREAD
 
 
 @dataclass
 class Samples(Generic[Y]):
     """What was measured.
 
-    batches, singles [ns], the answers (whole passes over the inputs, in order) of every single call
-    and of each batch's last pass, and the sum of all timed calls [ns].
+    Attributes
+    ----------
+    batches : calls timed together
+    singles : times of single calls [ns]
+    answers : of every single call and of each batch's last pass: whole passes over the inputs, in order
+    timed_ns : sum of all timed calls [ns]
     """
 
     batches: list[Batch] = field(default_factory=list)
@@ -48,10 +52,11 @@ class Samples(Generic[Y]):
 
 
 def sample(call: Callable[[X], Y], inputs: Sequence[X], budget_ns: int, singles: int = SINGLES) -> Samples[Y]:
-    """Time ``call`` over ``inputs``, always in whole passes and in order, for about ``budget_ns``.
+    """Time ``call`` over ``inputs`` for about ``budget_ns``, in whole passes and in the order of the inputs.
 
-    Batches and single calls take turns, so that a slow spell of the machine hits both alike. A
-    call slower than SLOW_NS is timed singly only, and each pass counts as a batch.
+    Batches and single calls take turns, so that a slow spell of the machine hits both alike. A call slower
+    than SLOW_NS is timed singly only, and each pass counts as a batch. At most about ``singles`` single
+    calls are made of a faster one.
     """
     for x in inputs[:3]:  # the first calls pay for lazy imports and cold caches
         call(x)
@@ -64,7 +69,7 @@ def sample(call: Callable[[X], Y], inputs: Sequence[X], budget_ns: int, singles:
         while perf_counter_ns() < end:
             samples.batches.append(_time_singly(call, inputs, samples))
         return samples
-    samples.singles.clear()  # a fast call's first pass still ran on cold caches
+    samples.singles.clear()  # the first pass of a fast call ran on cold caches
     passes = max(1, round(BATCH_NS / (per_call * len(inputs))))
     warm = inputs[-max(1, WARM_NS // per_call) :]
     while len(samples.batches) < LEAST_BATCHES or perf_counter_ns() < end:
@@ -80,7 +85,7 @@ def _time_batch(call: Callable[[X], Y], inputs: Sequence[X], passes: int, sample
     todo = list(inputs) * passes
     last: deque[Y] = deque(maxlen=len(inputs))
     switches, cpu, wall = _switches(), thread_time_ns(), perf_counter_ns()
-    # The loop runs in C and keeps the last pass; it costs 1 % of a 1 us call, as a `for` does.
+    # This loop runs in C and keeps the last pass; it costs 1 % of a 1 us call, as a `for` does.
     last.extend(map(call, todo))
     wall, cpu = perf_counter_ns() - wall, thread_time_ns() - cpu
     samples.answers.extend(last)
@@ -110,7 +115,7 @@ def _switches() -> int:
 
 @contextmanager
 def no_garbage_collection() -> Iterator[None]:
-    """Collect what there is, freeze what is left, and keep the collector off inside the block."""
+    """Collect the garbage there is, freeze all other objects, and keep the collector off inside the block."""
     gc.collect()
     gc.freeze()
     gc.disable()
@@ -121,5 +126,5 @@ def no_garbage_collection() -> Iterator[None]:
 
 
 def counted(singles: Iterable[int]) -> list[tuple[int, int]]:
-    """[(ns, count), …] sorted: a histogram, each bin named by its middle (``bench.record.bins``)."""
+    """Single calls as a sorted histogram [(ns, count), …]; ``bench.record.bins`` says which bins."""
     return sorted(Counter(map(binned, singles)).items())

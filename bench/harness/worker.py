@@ -1,6 +1,6 @@
-"""One process that runs one method: a Job comes in on stdin, lines go out on a pipe of their own.
+"""One process that runs one method: reads a Job on stdin, and sends messages through a pipe.
 
-Stdout and stderr are left to the solvers, which print on them. Run as ``python -m bench.harness.worker FD``.
+Solvers print on stdout and stderr, so the pipe is a file of its own: ``python -m bench.harness.worker FD``.
 """
 
 import os
@@ -52,19 +52,21 @@ from bench.judging.question import Question
 from bench.record import Cell, Worker
 
 SETUP_NS = 10_000_000
-"""Building is repeated for this long, or SETUPS times."""
+"""An allocator is built again and again for this long, at most SETUPS times."""
 SETUPS = 4
 BINDING_SHARE = 4
-"""The binding's own clock gets 1 / BINDING_SHARE of a cell's budget."""
+"""Calls of a solver's binding alone are timed for 1 / BINDING_SHARE of a cell's budget."""
 
 
 def main() -> None:
-    """Do every task of the job on stdin; end by itself after the last."""
-    pipe = int(sys.argv[1])
+    """Do every task of the job on stdin, then end."""
+    pipe, own_id = int(sys.argv[1]), os.getpid()
     job = msgspec.json.decode(sys.stdin.buffer.read(), type=Job)
     settle(job)
 
     def send(message: Message) -> None:
+        if os.getpid() != own_id:  # a method forked this process, and its copy must not answer too
+            os._exit(1)
         os.write(pipe, msgspec.json.encode(message) + b"\n")
 
     line = Worker(
@@ -79,43 +81,40 @@ def main() -> None:
     for number, task in enumerate(job.tasks):
         send(Begin(number))
         try:
-            send(done(task, number, job, line))
+            send(do(task, number, job, line))
         except (NotInstalled, NotApplicable) as reason:
-            send(Failed(number, "missing" if isinstance(reason, NotInstalled) else "refused", str(reason)))
+            status = "missing" if isinstance(reason, NotInstalled) else "refused"
+            send(Failed(number, status, str(reason)))
         except MemoryError:
             gib = job.memory_bytes / 2**30
             send(Failed(number, "failed", f"out of memory: it wanted more than {gib:.3g} GiB"))
-            os._exit(0)  # what leaked would fail the next task too; the parent starts a new process
+            os._exit(0)  # memory that leaked would fail the next task too; the parent starts a new process
         except (Exception, SystemExit) as error:
-            said = " ".join(str(error).split())
-            send(Failed(number, "failed", f"{type(error).__name__}: {said}"[:300]))
+            one_line = " ".join(str(error).split())
+            send(Failed(number, "failed", f"{type(error).__name__}: {one_line}"[:300]))
     line.peak_rss_bytes = peak_rss_bytes()
     send(line)
 
 
-def done(task: Task, number: int, job: Job, line: Worker) -> Message:
-    """Do one task; what there is to say of it."""
+def do(task: Task, number: int, job: Job, line: Worker) -> Message:
+    """Do one task; the message that it ends with."""
     match task:
         case MeasureTask():
             return measure(task, Question.load(Path(task.question)), job, line)
         case AnswerTask():
-            vehicle, taus = load_case(Path(task.case))
-            allocator = prepared(job, vehicle)
-            many = getattr(allocator, "many", partial(one_by_one, allocator, k=vehicle.k, n=vehicle.n))
-            F, status = many(taus)
-            save(Path(task.answers), F=F, status=status)
+            write_answers(task, job)
             return AnswersWritten(number)
         case DescribeTask():
             try:
                 entry = entry_of(job.method, job.plugin)
-            except UnknownName as error:  # it is no plug-in: what the file's owner must hear
+            except UnknownName as error:  # the file is no plug-in, which ends the run
                 return Failed(number, "refused", str(error))
             return Described(method_line(entry), entry.starts, entry.levels)
 
 
 @cache
 def entry_of(method: str, plugin: str | None) -> Entry:
-    """The method that a job is about, imported once."""
+    """The entry of a job's method, imported once."""
     return load_plugin(Path(plugin)) if plugin else find(method)
 
 
@@ -133,15 +132,30 @@ def settle(job: Job) -> None:
         ctypes.CDLL(None).prctl(pr_set_pdeathsig, sigkill)
 
 
+def write_answers(task: AnswerTask, job: Job) -> None:
+    """Answer a case and write thrusts and statuses; raises ValueError where these are not one a demand."""
+    vehicle, taus = load_case(Path(task.case))
+    allocator = prepared(job, vehicle)
+    many = getattr(allocator, "many", partial(one_by_one, allocator, k=vehicle.k, n=vehicle.n))
+    answers, statuses = many(taus)
+    F, status = np.asarray(answers, dtype=np.float64), np.asarray(statuses, dtype=np.int8)
+    if F.shape != (len(taus), vehicle.n) or status.shape != (len(taus),):
+        raise ValueError(
+            f"many() gave thrusts of shape {F.shape} and statuses of shape {status.shape}"
+            f" for {len(taus)} demands on {vehicle.n} thrusters"
+        )
+    save(Path(task.answers), F=F, status=status)
+
+
 def measure(task: MeasureTask, question: Question, job: Job, line: Worker) -> Cell:
-    """Set up, time, judge."""
+    """Set a method up, time its calls on a question, and judge its answers."""
     allocator, setup_ns = set_up(lambda: callable_of(job, question.demands.vehicle))
-    if line.import_ns is None and len(setup_ns) > 1:  # the first build of this process
+    if line.import_ns is None and len(setup_ns) > 1:  # the first build of a process imports the method
         line.import_ns = setup_ns[0] - min(setup_ns[1:])
         setup_ns = setup_ns[1:]
-    cell = Cell(task.key, "ok", n_demands=len(question.demands.taus), setup_ns=setup_ns)
+    cell = Cell(key=task.key, status="ok", n_demands=len(question.demands.taus), setup_ns=setup_ns)
     core = job.core if job.core is not None else 0
-    # A copy: a method that writes into its demand must not change what it is judged by.
+    # The demands are copied: a method that writes into one must not change what it is judged by.
     taus = list(question.demands.taus.copy())
     with no_garbage_collection():
         before = reading(core)
@@ -164,12 +178,12 @@ def prepared(job: Job, vehicle: Vehicle) -> Allocator:
 
 
 def callable_of(job: Job, vehicle: Vehicle) -> Any:
-    """What a job calls: a yardstick, or the method's allocator."""
+    """The function whose calls are timed: a yardstick, or the allocator of a job's method."""
     return yardstick(job.method) if job.method in YARDSTICKS else prepared(job, vehicle)
 
 
 def set_up(build: Callable[[], Any]) -> tuple[Any, list[int]]:
-    """The allocator, and how long each of several builds took [ns]."""
+    """What ``build`` returns, and how long each of several builds took [ns]."""
     times: list[int] = []
     end = time.perf_counter_ns() + SETUP_NS
     while len(times) < 2 or (len(times) < SETUPS and time.perf_counter_ns() < end):
@@ -180,7 +194,7 @@ def set_up(build: Callable[[], Any]) -> tuple[Any, list[int]]:
 
 
 def time_binding(allocator: Any, question: Question, budget_ns: int) -> Samples[Any]:
-    """Time the solver's binding alone, b -> x over prepared b's, where the allocator has one."""
+    """Time the binding of a solver alone, b -> x over prepared b, where the allocator is a TwoStage."""
     if not isinstance(allocator, TwoStage):
         return Samples()
     b = [allocator.pose(tau) for tau in question.demands.taus]
@@ -188,7 +202,7 @@ def time_binding(allocator: Any, question: Question, budget_ns: int) -> Samples[
 
 
 def describe(cell: Cell, allocator: Allocator, answers: list[Allocation], question: Question) -> None:
-    """What the allocator says of itself, and what the equations say of its answers."""
+    """Put into the cell what the allocator says of itself, and what the equations say of its answers."""
     cell.formulation, cell.limited = allocator.formulation, allocator.limited
     cell.worst_case_steps = allocator.worst_case_steps if isinstance(allocator, BoundedSteps) else None
     _, _, iterations, solver_s = zip(*answers, strict=True)

@@ -1,4 +1,4 @@
-"""Rows that measure the harness and the machine instead of a method."""
+"""Functions that are timed as methods are, and measure the harness and the machine."""
 
 from collections.abc import Callable
 from statistics import median
@@ -12,24 +12,24 @@ from bench.record import Method
 NOOP = "noop"
 CANARIES = ("canary/loop", "canary/product")
 YARDSTICKS = {name: Method(name=name, yardstick=True) for name in (NOOP, *CANARIES)}
-"""What the record keeps of each, by its name."""
+"""The record's line of each yardstick, by name."""
 
 _MATRIX = np.full((48, 48), 0.5)
 
 
 def nothing(_: Any) -> None:
-    """An allocator that does nothing: what the timing loop itself costs."""
+    """Do nothing: the time of a call is what the timing loop itself costs."""
 
 
 def loop(_: Any) -> None:
-    """Python bytecode only, a few us: fixed work, so its spread is the machine's."""
+    """Fixed work in Python bytecode, a few us: the spread of its times is the machine's."""
     total = 0
     for i in range(400):
         total += i
 
 
 def product(_: Any) -> None:
-    """One numpy product, a few us: fixed work in BLAS."""
+    """Fixed work in BLAS, a few us: one matrix product."""
     _MATRIX.dot(_MATRIX)
 
 
@@ -39,7 +39,7 @@ def yardstick(name: str) -> Callable[[Any], None]:
 
 
 def canary_ns() -> int:
-    """Median time of the fixed loop now [ns]; drift of it within a run means the machine changed."""
+    """Median time of the fixed loop now [ns]; where it drifts within a run, the machine has changed."""
     times = []
     for _ in range(25):
         start = perf_counter_ns()

@@ -1,1 +1,1 @@
-"""What people bring: demands as CSV, logs of vehicles, vehicle files of other projects."""
+"""Reads what users bring: demands as CSV, logs of vehicles, vehicle files of other projects."""

@@ -1,4 +1,4 @@
-"""CSV text: rows with their lines, cells that are numbers, and rows put together."""
+"""Reads CSV text as rows with line numbers and cells as numbers, and writes rows as CSV text."""
 
 import csv
 import io
@@ -13,7 +13,7 @@ _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
 
 def csv_rows(path: Path, text: str) -> Iterator[tuple[int, list[str]]]:
-    """Rows of a CSV text that hold something, each with the line it ends on; raises FileError."""
+    """The rows of a CSV text that are not blank, each with the line it ends on; raises FileError."""
     reader = csv.reader(io.StringIO(text, newline=""), strict=True)
     try:
         for row in reader:

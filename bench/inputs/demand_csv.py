@@ -1,4 +1,4 @@
-"""Demands in and thrusts out as CSV: the form that others script against."""
+"""Reads demands from CSV and writes thrusts as CSV, for users' scripts."""
 
 import re
 from pathlib import Path
@@ -17,17 +17,17 @@ def read_demands(path: Path, dof: tuple[str, ...]) -> tuple[FloatArray | None, F
     Parameters
     ----------
     path : the file: one row a demand; a byte order mark, CRLF and blank lines are accepted
-    dof : the vehicle's controlled DOF; every one needs a column, and besides ``t`` there may be no other
+    dof : the vehicle's controlled DOF; each needs a column, and only ``t`` may have one besides
 
     Returns
     -------
-    t : (N,) the column ``t`` [s], never decreasing; None where there is none
+    t : (N,) the column ``t`` [s], never decreasing; None where there is no such column
     taus : (N, k) columns in the order of ``dof`` [N, N m]
 
     Raises
     ------
-    FileError where the file is no CSV of numbers, DemandError where they are no demands of this vehicle;
-    both name file, line, column and remedy.
+    FileError where the file is no CSV of numbers, DemandError where the numbers are no demands of this
+    vehicle; both name file, line, column and remedy.
     """
     rows = csv_rows(path, read_text(path))
     line, header = next(rows, (1, []))
@@ -56,14 +56,14 @@ def read_demands(path: Path, dof: tuple[str, ...]) -> tuple[FloatArray | None, F
 
 
 def format_demands(t: FloatArray | None, taus: FloatArray, dof: tuple[str, ...]) -> str:
-    """The demand CSV of times (N,) [s] or None and demands (N, k): what ``read_demands`` reads."""
+    """The CSV of times (N,) [s] or None and demands (N, k), in the form that ``read_demands`` reads."""
     if t is None:
         return csv_text(dof, taus.tolist())
     return csv_text(("t", *dof), np.column_stack([t, taus]).tolist())
 
 
 def parse_scale(text: str, dof: tuple[str, ...]) -> FloatArray:
-    """(k,) factors from ``"200"`` or ``"200,200,50"``, one for all or one a DOF; raises DemandError."""
+    """Factors (k,) from ``"200"``, one for all DOF, or ``"200,200,50"``, one each; raises DemandError."""
     cells = text.split(",") if text else ["1"]
     if not all(map(is_number, cells)) or len(cells) not in (1, len(dof)):
         raise DemandError(f"--scale {text!r}: give one number, or one for each of {', '.join(dof)}")
@@ -71,7 +71,7 @@ def parse_scale(text: str, dof: tuple[str, ...]) -> FloatArray:
 
 
 def format_thrusts(F: FloatArray, statuses: NDArray[np.int8]) -> str:
-    """The thrust CSV of answers (N, n) [N] and statuses (N,): a row a demand, ``nan`` where there is no f."""
+    """The CSV of thrusts (N, n) [N] and statuses (N,): a row a demand, ``nan`` where it has no thrusts."""
     header = ["status", *(f"f{i}" for i in range(F.shape[1]))]
     answers = zip(F.tolist(), statuses.tolist(), strict=True)
     return csv_text(header, ([Status(status).name, *f] for f, status in answers))

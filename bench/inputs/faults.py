@@ -1,4 +1,4 @@
-"""Failed and weakened thrusters as people write them: ``3``, ``3@0.4``, ``each``."""
+"""Reads faults as users write them: ``3`` (thruster 3 off), ``3@0.4`` (weakened to 0.4), ``each``."""
 
 from collections.abc import Iterable
 
@@ -6,7 +6,7 @@ from alloc import Vehicle, VehicleError
 
 
 def faulty(vehicle: Vehicle, faults: Iterable[str]) -> list[Vehicle]:
-    """The vehicle with each fault: "" none, "3" thruster 3 off, "3@0.4" weakened, "each" every one off."""
+    """The vehicle with each fault in turn: "" is no fault, "each" is every thruster off, one at a time."""
     vehicles: list[Vehicle] = []
     for fault in faults:
         if fault == "each":
@@ -17,7 +17,7 @@ def faulty(vehicle: Vehicle, faults: Iterable[str]) -> list[Vehicle]:
 
 
 def with_fault(vehicle: Vehicle, fault: str) -> Vehicle:
-    """The vehicle with thruster 3 off, "3", or weakened, "3@0.4"; raises VehicleError."""
+    """The vehicle with the fault "3" (thruster 3 off) or "3@0.4" (weakened to 0.4); raises VehicleError."""
     thruster, _, readiness = fault.partition("@")
     try:
         return vehicle.with_fault(int(thruster), float(readiness or 0))

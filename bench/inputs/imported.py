@@ -1,4 +1,4 @@
-"""A vehicle file made of somebody else's: what is missing asked for, what is assumed said."""
+"""Makes a vehicle file from a file of another project, and notes what it had to assume."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -16,15 +16,25 @@ from bench.inputs.formats import Draft, formats, recognised
 
 PLANAR = ("surge", "sway", "yaw")
 PREFERRED = ("surge", "sway", "heave", "yaw", "roll", "pitch")
-"""Where not all axes can be controlled, the ones that a hull rights by itself are given up first."""
+"""Axes in the order they are kept in where not all can be controlled: those that a hull rights by itself,
+roll and pitch, come last."""
 INDEPENDENT = 1e-2
-"""Least singular value, with rows of unit length, of axes to be controlled apart: published matrices are
-printed to three digits or so, and what is independent only in the last of them is rounding."""
+"""Least singular value, with rows of unit length, at which axes count as independent: published matrices
+have about three digits, so what is independent only in the last digit is rounding."""
 
 
 @dataclass(frozen=True)
 class ImportOptions:
-    """What the user says about a file that does not say it itself; empty or None where nothing is said."""
+    """What the user says about a file that does not say it itself; empty or None where the user does not.
+
+    Attributes
+    ----------
+    name : of the vehicle
+    dof : names of the rows of T, or the axes to control
+    frame : frd or flu
+    f_min, f_max : limits of every thruster [N]
+    take : T or poses, the one to believe where a file has both
+    """
 
     name: str = ""
     dof: tuple[str, ...] = ()
@@ -34,17 +44,17 @@ class ImportOptions:
     take: str = ""
 
 
-def import_vehicle(path: Path, format_name: str = "", answers: ImportOptions | None = None) -> VehicleFile:
-    """The keys of a vehicle file for a foreign file; its ``notes`` say what was assumed.
+def import_vehicle(path: Path, format_name: str = "", options: ImportOptions | None = None) -> VehicleFile:
+    """The keys of a vehicle file, read from a file of another project; their ``notes`` say what was assumed.
 
     Raises FileError, VehicleError (what is missing and which option gives it) or UnknownName.
     """
-    said = answers or ImportOptions()
+    options = options or ImportOptions()
     if format_name and format_name not in formats():
         raise UnknownName(f"no format '{format_name}'; there are {', '.join(formats())}")
     module = formats()[format_name] if format_name else recognised(path, read_text(path))
     draft: Draft = module.read(path)
-    keys = _keys(path, draft, said)
+    keys = _keys(path, draft, options)
     try:
         build_vehicle(keys)
     except VehicleError as error:
@@ -52,9 +62,9 @@ def import_vehicle(path: Path, format_name: str = "", answers: ImportOptions | N
     return keys
 
 
-def _keys(path: Path, draft: Draft, said: ImportOptions) -> VehicleFile:
-    draft = _completed(path, draft, said)
-    data = _data(path, draft, said)
+def _keys(path: Path, draft: Draft, options: ImportOptions) -> VehicleFile:
+    draft = _completed(path, draft, options)
+    data = _data(path, draft, options)
     try:
         keys = msgspec.convert(data, VehicleFile)
         T, computed = matrices(keys)
@@ -62,7 +72,7 @@ def _keys(path: Path, draft: Draft, said: ImportOptions) -> VehicleFile:
         raise VehicleError(f"{path}: {error}") from None
     for contradiction in [] if computed is None else contradictions(T, computed, keys.dof):
         raise VehicleError(f"{path}: {contradiction}; decide with --take T or --take poses", "T")
-    rows = list(range(len(keys.dof))) if said.dof else _independent(T, keys.dof)
+    rows = list(range(len(keys.dof))) if options.dof else _independent(T, keys.dof)
     left_out = [axis for row, axis in enumerate(keys.dof) if row not in rows]
     keys.notes = draft.assumptions + [
         f"{axis} is left out of dof: no thruster moves it independently of the others." for axis in left_out
@@ -73,42 +83,42 @@ def _keys(path: Path, draft: Draft, said: ImportOptions) -> VehicleFile:
     return keys
 
 
-def _completed(path: Path, draft: Draft, said: ImportOptions) -> Draft:
-    # The draft with what the user says, and its assumptions brought up to date.
+def _completed(path: Path, draft: Draft, options: ImportOptions) -> Draft:
+    """The draft with the user's options in it, and its assumptions brought up to date."""
     notes = list(draft.assumptions)
     dof = draft.dof
     if not dof and draft.T is not None:
-        dof = said.dof or {6: DOF, 3: PLANAR}.get(len(draft.T), ())
+        dof = options.dof or {6: DOF, 3: PLANAR}.get(len(draft.T), ())
         if len(dof) != len(draft.T):
             raise VehicleError(
                 f"{path}: T has {len(draft.T)} rows without names; name them with --dof", "dof"
             )
-        if not said.dof:
+        if not options.dof:
             notes.append(f"The rows of T have no names: {', '.join(dof)} is taken.")
-    if said.frame:
+    if options.frame:
         notes = [note for note in notes if "frame" not in note.lower()] + [
-            f"The frame is {said.frame}, as told."
+            f"The frame is {options.frame}, as told."
         ]
     for key in ("f_min", "f_max"):
-        if getattr(said, key) is not None:
+        if getattr(options, key) is not None:
             notes.append(f"{key} is as told, not from the file.")
         elif getattr(draft, key) is None:
             raise VehicleError(f"{path}: no limits in it; give --f-min and --f-max [N]", key)
     return replace(
         draft,
         dof=dof or DOF,
-        frame=said.frame or draft.frame,
-        f_min=draft.f_min if said.f_min is None else said.f_min,
-        f_max=draft.f_max if said.f_max is None else said.f_max,
+        frame=options.frame or draft.frame,
+        f_min=draft.f_min if options.f_min is None else options.f_min,
+        f_max=draft.f_max if options.f_max is None else options.f_max,
         assumptions=notes,
     )
 
 
-def _data(path: Path, draft: Draft, said: ImportOptions) -> dict[str, Any]:
-    axes = list(said.dof or draft.dof)
-    same = ("source", "frame", "f_min", "f_max", "weights")
-    data = {"name": said.name or path.stem, "dof": axes} | {key: getattr(draft, key) for key in same}
-    if draft.positions is not None and draft.directions is not None and said.take != "T":
+def _data(path: Path, draft: Draft, options: ImportOptions) -> dict[str, Any]:
+    axes = list(options.dof or draft.dof)
+    copied = ("source", "frame", "f_min", "f_max", "weights")
+    data = {"name": options.name or path.stem, "dof": axes} | {key: getattr(draft, key) for key in copied}
+    if draft.positions is not None and draft.directions is not None and options.take != "T":
         poses = zip(draft.positions, draft.directions, strict=True)
         data["thrusters"] = [{"position": p, "direction": e} for p, e in poses]
         data["center_of_mass"] = draft.center_of_mass
@@ -119,7 +129,7 @@ def _data(path: Path, draft: Draft, said: ImportOptions) -> dict[str, Any]:
             )
     rows = [draft.dof.index(axis) for axis in axes]
     for key, values in (("T", draft.T), ("slack_weights", draft.slack_weights)):
-        if values is None or (key == "T" and said.take == "poses"):
+        if values is None or (key == "T" and options.take == "poses"):
             continue
         if len(values) != len(draft.dof):
             raise VehicleError(f"{path}: {key} has {len(values)} entries for {len(draft.dof)} DOF", key)
@@ -128,7 +138,7 @@ def _data(path: Path, draft: Draft, said: ImportOptions) -> dict[str, Any]:
 
 
 def _independent(T: FloatArray, dof: Sequence[str]) -> list[int]:
-    # Rows of as many DOF as T has rank, in the order of the file; greedily, PREFERRED first.
+    """Indices of as many rows as T has rank, in the file's order; chosen greedily, PREFERRED first."""
     lengths = np.linalg.norm(T, axis=1)
     kept: list[int] = []
     names = list(dof)

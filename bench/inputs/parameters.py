@@ -1,4 +1,4 @@
-"""Keys looked up in parameter files, wherever they stand, and what they hold checked."""
+"""Looks keys up in parameter files, at any depth, and checks their values."""
 
 from typing import Any
 
@@ -8,7 +8,7 @@ from alloc.vehicle.file import Numbers
 
 
 def find(tree: YamlTree, *names: str) -> Any:
-    """The value of the first key of one of these names, outermost and topmost first; None where none is."""
+    """The value of the first key with one of these names, outermost and topmost first; None without one."""
     level = [tree.data]
     while level:
         maps = [data for data in level if isinstance(data, dict)]

@@ -1,1 +1,1 @@
-"""Equations to verdicts: what answers are worth, what they lose, what a vehicle can do."""
+"""Judges answers by equations: which are wrong, what they lose, and what a vehicle can do."""

@@ -32,7 +32,7 @@ class Asked(NamedTuple):
 
     Attributes
     ----------
-    states : each fault with the vehicle that has it, and demands uniform over what it can do
+    states : no fault and the worst one, each with the vehicle that has it and demands uniform in volume
     growing : demands of growing size on the whole vehicle
     """
 
@@ -41,7 +41,7 @@ class Asked(NamedTuple):
 
     @property
     def cases(self) -> list[Case]:
-        """All of it, in one order."""
+        """The cases of the states, then the growing one."""
         return [*(case for _, case in self.states), self.growing]
 
 
@@ -55,26 +55,27 @@ def measure_capabilities(
     made: list[tuple[Capability, Asked]] = []
     for vehicle in vehicles:
         try:
-            asked = _asked(vehicle, seed, n)
-            made.append((_without_methods(vehicle, seed), asked))
+            made.append((_without_methods(vehicle, seed), _asked(vehicle, seed, n)))
         except NotApplicable:
             continue
-    for method in methods if made else ():
+    if not made:
+        return []
+    for method in methods:
         answers = iter(ask(method, [case for _, asked in made for case in asked.cases]))
         for capability, asked in made:
             _add(capability, method, asked, [next(answers) for _ in asked.cases])
     for capability, _ in made:
-        capability.served.sort(key=lambda served: -1 if served.fault is None else served.fault)
+        capability.served.sort(key=lambda served: served.fault is not None)  # the whole vehicle first
     return [capability for capability, _ in made]
 
 
 def _asked(vehicle: Vehicle, seed: int, n: int) -> Asked:
-    faults: list[tuple[int | None, Vehicle]] = [(None, vehicle)]
+    states: dict[int | None, Vehicle] = {None: vehicle}
     if len(vehicle.working) > 1:
         worst = worst_fault(vehicle)
-        faults.append((worst, vehicle.with_fault(worst)))
+        states[worst] = vehicle.with_fault(worst)
     return Asked(
-        [(fault, (state, uniform_demands(state, np.random.default_rng(seed), n))) for fault, state in faults],
+        [(f, (state, uniform_demands(state, np.random.default_rng(seed), n))) for f, state in states.items()],
         (vehicle, demands_of_growing_size(vehicle, np.random.default_rng(seed))),
     )
 
@@ -91,45 +92,50 @@ def _without_methods(vehicle: Vehicle, seed: int) -> Capability:
 
 
 def _add(capability: Capability, method: str, asked: Asked, answers: list[Answers | Unanswered]) -> None:
-    """Add what a method made of its cases; one that refuses the vehicle is left out."""
-    why = [said for said in answers if isinstance(said, Unanswered) and said.status != "refused"]
-    if why:
-        capability.unserved.append(Unserved(method=method, status=why[0].status, reason=why[0].reason))
+    """Add what a method answered to a vehicle's cases; a method that refuses the vehicle adds nothing."""
+    failures = [a for a in answers if isinstance(a, Unanswered) and a.status != "refused"]
+    if failures:
+        first = failures[0]
+        capability.unserved.append(Unserved(method=method, status=first.status, reason=first.reason))
         return
-    *states, growing = answers
-    for (fault, (state, taus)), said in zip(asked.states, states, strict=True):
-        if isinstance(said, Answers):
-            error = relative_wrench_error(state, taus, said.F)
-            within = (int(np.count_nonzero(error <= share)) for share in (0.01, 0.05))
-            capability.served.append(_served(fault, method, len(taus), *within))
-    if isinstance(growing, Answers):
-        capability.curves.append(error_curve(method, asked.growing, growing.F))
-
-
-def _served(fault: int | None, method: str, n: int, within_1pct: int, within_5pct: int) -> Served:
-    return Served(fault=fault, method=method, n_demands=n, within_1pct=within_1pct, within_5pct=within_5pct)
+    *of_states, of_growing = answers
+    for (fault, (vehicle, taus)), answer in zip(asked.states, of_states, strict=True):
+        if isinstance(answer, Answers):
+            error = relative_wrench_error(vehicle, taus, answer.F)
+            capability.served.append(
+                Served(
+                    fault=fault,
+                    method=method,
+                    n_demands=len(taus),
+                    within_1pct=int(np.count_nonzero(error <= 0.01)),
+                    within_5pct=int(np.count_nonzero(error <= 0.05)),
+                )
+            )
+    if isinstance(of_growing, Answers):
+        capability.curves.append(error_curve(method, asked.growing, of_growing.F))
 
 
 def remaining_authority(vehicle: Vehicle) -> list[Authority]:
     """What is left of the vehicle: whole first, then with each working thruster off."""
-    whole = attainable_volume(vehicle)
-    states = [_authority(vehicle, None, vehicle.rank, whole)]
-    for thruster in map(int, vehicle.working if len(vehicle.working) > 1 else ()):
-        states.append(_authority(vehicle.with_fault(thruster), thruster, vehicle.rank, whole))
-    return states
+    volume = attainable_volume(vehicle)
+    faults = map(int, vehicle.working if len(vehicle.working) > 1 else ())
+    return [
+        _authority(vehicle, None, vehicle.rank, volume),
+        *(_authority(vehicle.with_fault(fault), fault, vehicle.rank, volume) for fault in faults),
+    ]
 
 
-def _authority(vehicle: Vehicle, fault: int | None, rank: int, whole: float) -> Authority:
+def _authority(vehicle: Vehicle, fault: int | None, whole_rank: int, whole_volume: float) -> Authority:
     volume = attainable_volume(vehicle)
     sigma = np.linalg.svd(vehicle.TP / vehicle.row_lengths[:, None], compute_uv=False)
     axes = np.eye(vehicle.k)
-    kept = vehicle.rank == rank
+    kept = vehicle.rank == whole_rank
     return Authority(
         fault=fault,
         vehicle=vehicle.name,
         rank=vehicle.rank,
-        condition=float(sigma[0] / sigma[rank - 1]) if kept else None,
-        volume_share=volume / whole if kept and whole else 0.0,
+        condition=float(sigma[0] / sigma[whole_rank - 1]) if kept else None,
+        volume_share=volume / whole_volume if kept and whole_volume else 0.0,
         closed_form_share=_closed_form_share(vehicle, volume),
         safe_share=safe_share(vehicle),
         axis_min=_finite(-alpha_max(vehicle, -axes)),
@@ -145,5 +151,4 @@ def _closed_form_share(vehicle: Vehicle, volume: float) -> float | None:
 
 
 def _finite(values: FloatArray) -> list[float | None]:
-    # JSON has no infinity.
-    return [value if isfinite(value) else None for value in values.tolist()]
+    return [value if isfinite(value) else None for value in values.tolist()]  # JSON has no infinity

@@ -1,4 +1,4 @@
-"""Equations to verdicts: what the answers are worth, whatever their solver said about them."""
+"""Judges answers by equations alone, whatever their solver says of them."""
 
 from collections.abc import Sequence
 
@@ -23,9 +23,10 @@ from bench.judging.question import Question, right_answers
 from bench.record import Judged
 
 COMPARED = 256
-"""Answers whose memory is compared; all pairs of all would take longer than what is measured."""
+"""Answers whose memory is compared; comparing all of them would take longer than measuring them."""
 LEAST_COST = 5e-5
-"""Costs below that of one thruster at 1 % of its limit count as that: no share of almost nothing."""
+"""Cost of one thruster at 1 % of its limit. A smaller cost counts as this one: rounding must not look like a
+large share of almost nothing."""
 
 
 def judge(
@@ -37,13 +38,13 @@ def judge(
     tolerance: float,
     thorough: bool = True,
 ) -> Judged:
-    """Judge ``answers``: one a demand of ``question``, in order, over and over.
+    """Judge ``answers`` to the demands of ``question``, one a demand in order, and over again from the first.
 
-    ``thorough`` adds what costs most and is the same in each repeat: duality gaps, and what is lost.
+    ``thorough`` adds duality gaps and what is lost, which cost most and are the same in each repeat.
     Every comparison is written so that NaN fails it.
     """
     demands, vehicle = question.demands, question.demands.vehicle
-    asked = find_formulation(formulation)
+    definition = find_formulation(formulation)
     thrusts, statuses, _, _ = zip(*answers, strict=True)
     F, misshapen = stacked(thrusts, vehicle.n)
     status: StatusArray = np.array(statuses, dtype=np.int8)
@@ -61,8 +62,8 @@ def judge(
     label = demands.labels[demand]
     gave_up = (status == Status.INFEASIBLE) | (status == Status.NOT_CONVERGED)
     attainable = (label == Label.INACTIVE) | (label == Label.ACTIVE)
-    # By alpha*, as labels leave out the boundary, where failures happen. But a vehicle that must always
-    # thrust can be asked for too little as well, which alpha* does not tell.
+    # The labels active and inactive leave out the boundary, where failures happen, so alpha* is used. But
+    # alpha* does not tell where a vehicle that must always thrust gets too small a demand; the label does.
     within = (demands.alpha[demand] > 1 + WRENCH_TOLERANCE) & (label != Label.INFEASIBLE)
     met = relative <= WRENCH_TOLERANCE
     wrong: dict[str, BoolArray] = {
@@ -70,11 +71,11 @@ def judge(
         "a status that is none": ~np.isin(status, [s.value for s in Status]),
         "NaN or infinity although it says SOLVED or PARTIAL": ~finite & ~gave_up,
         "a thrust although it says that there is none": ~np.isnan(F).all(axis=1) & gave_up,
-        "SOLVED, but the wrench is not met": solved & finite & ~met & (not asked.gives_way),
+        "SOLVED, but the wrench is not met": solved & finite & ~met & (not definition.gives_way),
         "a limit is violated": finite & ~(violation <= 0.0) & limited,
         "SOLVED, but no thrust inside the limits gives this wrench": solved
         & (label == Label.INFEASIBLE)
-        & (limited and not asked.gives_way),
+        & (limited and not definition.gives_way),
         "says INFEASIBLE, but a thrust inside the limits gives this wrench": (status == Status.INFEASIBLE)
         & attainable,
         "shares memory with another answer: yesterday's changes when today's is made": shared(thrusts),
@@ -92,32 +93,32 @@ def judge(
         agrees=None if farthest is None else farthest <= tolerance * vehicle.f_scale,
         failed_after_failure=after_failure(gave_up, within),
         loss=given_away(question, F) if thorough else {},
-        wrong="; ".join(_told(what, mask, demand) for what, mask in wrong.items() if mask.any()),
+        wrong="; ".join(_counted(what, mask, demand) for what, mask in wrong.items() if mask.any()),
     )
 
 
 def after_failure(gave_up: BoolArray, attainable: BoolArray) -> float | None:
-    """Share of attainable demands without thrusts, of those asked right after another such answer.
+    """Of the attainable demands that follow an answer without thrusts, the share that got no thrusts either.
 
-    It is what a warm start or a reused object carries over. None where no demand follows a failure.
+    It shows what a warm start or a reused object carries over. None where no demand follows a failure.
     """
-    asked = attainable[1:] & gave_up[:-1]
-    return rounded(float(gave_up[1:][asked].mean())) if asked.any() else None
+    following = attainable[1:] & gave_up[:-1]
+    return rounded(float(gave_up[1:][following].mean())) if following.any() else None
 
 
 def largest_gap(question: Question, F: FloatArray, status: StatusArray, formulation: str) -> float | None:
     """The largest duality gap over the first pass, relative to the cost; None where no QP is answered.
 
-    It needs no reference, and bounds the distance to the optimum: see ``alloc.qp.certificate``.
+    The gap needs no reference and bounds the distance to the optimum: see ``alloc.qp.certificate``.
     """
-    asked = find_formulation(formulation)
-    if asked.pose is None:
+    definition = find_formulation(formulation)
+    if definition.pose is None:
         return None
     taus = question.demands.taus
     N = len(taus)
-    posed = asked.pose(question.demands.vehicle)
+    posed = definition.pose(question.demands.vehicle)
     answered = np.isfinite(F[:N]).all(axis=1)
-    if not asked.gives_way:  # a wrench that is met in part has no optimum then
+    if not definition.gives_way:  # then an answer that meets the wrench in part has no optimum
         answered &= status[:N] == Status.SOLVED
     if not answered.any():
         return None
@@ -131,14 +132,14 @@ def largest_gap(question: Question, F: FloatArray, status: StatusArray, formulat
 
 
 def given_away(question: Question, F: FloatArray) -> dict[str, float | None]:
-    """``bench.judging.loss`` over the first pass of the demands: what is lost against the exact answers."""
+    """``bench.judging.loss.loss`` over the first pass of the demands, against the hard optimum."""
     demands = question.demands
-    found = loss(demands.vehicle, demands.taus, F[: len(demands.taus)], question.right[HARD.name])
-    return {key: None if value is None else rounded(value) for key, value in found.items()}
+    numbers = loss(demands.vehicle, demands.taus, F[: len(demands.taus)], question.right[HARD.name])
+    return {key: None if value is None else rounded(value) for key, value in numbers.items()}
 
 
 def stacked(thrusts: Sequence[FloatArray], n: int) -> tuple[FloatArray, BoolArray]:
-    """F (M, n), and which answers were no (n,) arrays at all (NaN in F)."""
+    """F (M, n), and which of the M answers are no (n,) arrays; those are rows of NaN in F."""
     shapes = [np.shape(f) for f in thrusts]
     misshapen = np.array([shape != (n,) for shape in shapes])
     if misshapen.any():
@@ -149,9 +150,10 @@ def stacked(thrusts: Sequence[FloatArray], n: int) -> tuple[FloatArray, BoolArra
 
 
 def shared(thrusts: Sequence[FloatArray]) -> BoolArray:
-    """Which of the first answers, all of them alive now, overlap in memory with another one.
+    """Which answers overlap in memory with another one, of the first COMPARED.
 
-    A method that hands out buffers again shows that within a few calls, or within COMPARED.
+    All answers are alive while they are compared, so overlap means that a method hands a buffer out again.
+    Such a method does so within a few calls.
     """
     first = thrusts[:COMPARED]
     low, high = np.array([np.lib.array_utils.byte_bounds(f) for f in first], dtype=np.int64).T
@@ -162,7 +164,7 @@ def shared(thrusts: Sequence[FloatArray]) -> BoolArray:
 
 
 def rounded(value: float) -> float:
-    """``value`` in six digits: more than any of these errors means."""
+    """``value`` in six digits, more than any error is known to."""
     return float(f"{value:.6g}")
 
 
@@ -170,5 +172,5 @@ def _largest(values: FloatArray) -> float | None:
     return rounded(float(values.max())) if values.size else None
 
 
-def _told(what: str, mask: BoolArray, demand: NDArray[np.intp]) -> str:
+def _counted(what: str, mask: BoolArray, demand: NDArray[np.intp]) -> str:
     return f"{what} ({np.count_nonzero(mask)} of {len(mask)} answers, first for demand {demand[mask][0]})"

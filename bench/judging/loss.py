@@ -1,8 +1,7 @@
 """What an answer gives away: wrench error, direction error, effort, limits. Equations only, no clock.
 
-A thruster can't push beyond its limits whatever it is told, so the wrench counted here is the
-delivered one, T P clip(f, f_min, f_max): for a closed form that ignores the limits that is what the
-vehicle feels.
+A thruster can't push beyond its limits whatever it is told, so errors are those of the delivered wrench,
+T P clip(f, f_min, f_max). That is what the vehicle feels, also of a closed form that ignores the limits.
 """
 
 import numpy as np
@@ -14,8 +13,8 @@ FLOOR = 0.01
 tolerances must not look like 100 % of almost nothing."""
 
 AT_LIMIT = 1e-6
-"""A thrust this near to a limit, or beyond it, is saturated; a share of the largest limit. It is the
-wrench tolerance of the limited methods."""
+"""A thrust this near to a limit, or beyond it, counts as saturated; a share of the largest limit. Limited
+methods meet the wrench within as much."""
 
 
 def delivered(vehicle: Vehicle, F: FloatArray) -> FloatArray:
@@ -53,8 +52,8 @@ def effort_over_optimum(
 ) -> FloatArray:
     """f'Hf / f*'Hf* - 1 (N,), f* the hard optimum (eq. 4-5) of the same demand [-].
 
-    NaN unless both are finite, f lies inside the limits and meets the wrench: less thrust for less
-    wrench is no saving.
+    NaN unless f and f* are finite, and f lies inside the limits and meets the wrench: less thrust for
+    less wrench is no saving.
     """
     effort, least = (np.einsum("ij,jk,ik->i", f, vehicle.H, f) for f in (F, reference))
     met = (np.abs(F @ vehicle.TP.T - taus) <= WRENCH_TOLERANCE * vehicle.wrench_scale).all(axis=1)
@@ -64,7 +63,7 @@ def effort_over_optimum(
 
 
 def loss(vehicle: Vehicle, taus: FloatArray, F: FloatArray, reference: FloatArray) -> dict[str, float | None]:
-    """What a method loses on a set of demands; None where no answer gives the number.
+    """What a method loses on a set of demands; None for a number that no answer gives.
 
     Parameters
     ----------
@@ -74,10 +73,10 @@ def loss(vehicle: Vehicle, taus: FloatArray, F: FloatArray, reference: FloatArra
 
     Returns
     -------
-    answered_share : rows of F that are finite; the rest of the numbers are about these
+    answered_share : share of demands whose row of F is finite; all numbers below are about those rows
     wrench_error_rel_p50, _p99, _max : |delivered - tau| / |tau|, see ``relative_wrench_error`` [-]
     wrench_error_<axis>_max_N or _Nm : largest |delivered - tau| on that axis
-    within_1pct_share, within_5pct_share : of all demands, those delivered that closely
+    within_1pct_share, within_5pct_share : share of all demands delivered with at most that error
     direction_error_p50_deg, direction_error_max_deg : see ``direction_error_deg``
     effort_over_optimum_p50, _max : see ``effort_over_optimum`` [-]
     limits_violated_share : answers with a thrust beyond a limit
@@ -93,7 +92,7 @@ def loss(vehicle: Vehicle, taus: FloatArray, F: FloatArray, reference: FloatArra
     moves = vehicle.f_max > vehicle.f_min
     saturated = (moves & (excess >= -AT_LIMIT)).sum(axis=1).astype(float)
     total = max(len(taus_all), 1)
-    found = {
+    numbers = {
         "answered_share": len(taus) / total,
         "wrench_error_rel_p50": _quantile(error, 0.5),
         "wrench_error_rel_p99": _quantile(error, 0.99),
@@ -110,17 +109,17 @@ def loss(vehicle: Vehicle, taus: FloatArray, F: FloatArray, reference: FloatArra
     }
     miss = np.abs(delivered(vehicle, F) - taus)
     for axis, column in zip(vehicle.dof, miss.T, strict=True):
-        found[f"wrench_error_{axis}_max_{unit(axis).replace(' ', '')}"] = _quantile(column, 1.0)
-    return found
+        numbers[f"wrench_error_{axis}_max_{unit(axis).replace(' ', '')}"] = _quantile(column, 1.0)
+    return numbers
 
 
 def _excess(vehicle: Vehicle, F: FloatArray) -> FloatArray:
-    """(N, n) how far each thrust lies beyond its nearer limit, as a share of f_scale; negative inside."""
+    """How far each thrust (N, n) lies beyond its nearer limit, as a share of f_scale; negative inside [-]."""
     excess: FloatArray = np.maximum(F - vehicle.f_max, vehicle.f_min - F) / vehicle.f_scale
     return excess
 
 
 def _quantile(values: FloatArray, q: float) -> float | None:
     # An observed value, not an interpolated one; NaN means that a row has no such number.
-    there = values[~np.isnan(values)]
-    return float(np.quantile(there, q, method="higher")) if there.size else None
+    known = values[~np.isnan(values)]
+    return float(np.quantile(known, q, method="higher")) if known.size else None

@@ -1,4 +1,4 @@
-"""Demands with the right answers to them, made once a run and handed to the workers."""
+"""Demands with their right answers, made once a run and handed to the workers."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -9,7 +9,6 @@ import numpy as np
 
 from alloc import (
     AllocError,
-    BoolArray,
     FloatArray,
     Formulation,
     Label,
@@ -20,11 +19,9 @@ from alloc import (
     generalized_inverse,
     list_formulations,
 )
-from alloc.closed_forms.linear import Linear
+from alloc.formulations.unlimited import FORMULATION as UNLIMITED
 from bench.demands import DemandSet
 from bench.demands.store import arrays_of_demands, demands_of, save
-
-UNLIMITED = Linear.formulation
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,8 +31,8 @@ class Question:
     Attributes
     ----------
     demands : what is asked, of which vehicle
-    right : formulation to (N, n) right answers [N], rows of NaN where none is known
-    reference : formulation to the method that gave them; a worker need not know
+    right : (N, n) right answers by formulation [N], rows of NaN where none is known
+    reference : the method that gave them, by formulation; not saved, because no worker needs it
     """
 
     demands: DemandSet
@@ -44,8 +41,8 @@ class Question:
 
     def save(self, path: Path) -> None:
         """Write demands and right answers into one .npz file."""
-        answers = {f"right {name}": F for name, F in self.right.items()}
-        save(path, **arrays_of_demands(self.demands), **answers)
+        right = {f"right {name}": F for name, F in self.right.items()}
+        save(path, **arrays_of_demands(self.demands), **right)
 
     @classmethod
     def load(cls, path: Path) -> "Question":
@@ -56,14 +53,26 @@ class Question:
 
 
 class Answers(NamedTuple):
-    """What a method answered to a case: thrusts F (N, n) [N] and statuses (N,)."""
+    """What a method answered to a case.
+
+    Attributes
+    ----------
+    F : (N, n) thrusts [N]
+    status : (N,) values of ``alloc.Status``
+    """
 
     F: FloatArray
     status: StatusArray
 
 
 class Unanswered(NamedTuple):
-    """Why a case has no answers: a cell's status (failed, crashed, timeout, missing, refused) and reason."""
+    """Why a case has no answers.
+
+    Attributes
+    ----------
+    status : as in ``bench.record.Cell``: failed, crashed, timeout, missing or refused
+    reason : the reason, in words
+    """
 
     status: str
     reason: str
@@ -72,63 +81,70 @@ class Unanswered(NamedTuple):
 Case = tuple[Vehicle, FloatArray]
 """A vehicle, and demands (N, k) on it."""
 Ask = Callable[[str, Sequence[Case]], list[Answers | Unanswered]]
-"""A method's name and cases to what it answered to each, wherever it runs."""
+"""A function of a method's name and cases, which returns what the method answered to each case."""
 
 
 def ask_here(method: str, cases: Sequence[Case]) -> list[Answers | Unanswered]:
-    """An ``Ask`` in this process, which a method that crashes or hangs would take with it."""
-    said: list[Answers | Unanswered] = []
+    """An ``Ask`` that runs the method in this process; a method that crashes or hangs takes it along."""
+    answers: list[Answers | Unanswered] = []
     for vehicle, taus in cases:
         try:
-            said.append(Answers(*build(method, vehicle).many(taus)))
+            answers.append(Answers(*build(method, vehicle).many(taus)))
         except AllocError as error:
-            said.append(Unanswered("refused", str(error)))
-    return said
+            answers.append(Unanswered("refused", str(error)))
+    return answers
 
 
 def questions(sets: Sequence[DemandSet], ask: Ask) -> list[Question]:
-    """Each demand set with the right answers of every formulation, worked out by its reference methods.
+    """Each demand set with the right answers of every formulation, as the formulation's references give them.
 
     Where T* tau lies inside the limits it is the optimum, so closed forms and QPs are held to the same
     numbers there.
     """
-    made = [Question(d, {UNLIMITED: d.taus @ generalized_inverse(d.vehicle).T}, {}) for d in sets]
-    for asked in (f for f in list_formulations() if f.name != UNLIMITED):
-        lacking = made
-        for method in asked.references if made else ():
-            cases = [(q.demands.vehicle, asked.asked(q.demands.vehicle, q.demands.taus)) for q in lacking]
-            for question, answers in zip(lacking, ask(method, cases), strict=True):
-                if isinstance(answers, Answers):
-                    question.right[asked.name] = _right(asked, question, answers)
-                    question.reference[asked.name] = method
-            lacking = [question for question in lacking if asked.name not in question.right]
-            if not lacking:
-                break
-        for question in lacking:  # its rows are then judged by limits, wrench and certificates alone
-            question.right[asked.name] = np.full_like(question.right[UNLIMITED], np.nan)
+    made = [Question(d, {UNLIMITED.name: d.taus @ generalized_inverse(d.vehicle).T}, {}) for d in sets]
+    for formulation in list_formulations():
+        if formulation.name != UNLIMITED.name:
+            _ask_references(formulation, made, ask)
     return made
 
 
-def _right(asked: Formulation, question: Question, answers: Answers) -> FloatArray:
+def _ask_references(formulation: Formulation, made: list[Question], ask: Ask) -> None:
+    """Add the formulation's right answers to each question, from the first reference that answers it."""
+    name, pending = formulation.name, made
+    for method in formulation.references:
+        if not pending:
+            return
+        cases = [
+            (q.demands.vehicle, formulation.reference_demands(q.demands.vehicle, q.demands.taus))
+            for q in pending
+        ]
+        for question, answers in zip(pending, ask(method, cases), strict=True):
+            if isinstance(answers, Answers):
+                question.right[name] = _right(formulation, question, answers)
+                question.reference[name] = method
+        pending = [question for question in pending if name not in question.right]
+    for question in pending:  # without right answers, judged by limits, wrench and certificates alone
+        question.right[name] = np.full_like(question.right[UNLIMITED.name], np.nan)
+
+
+def _right(formulation: Formulation, question: Question, answers: Answers) -> FloatArray:
     given = answers.status == Status.SOLVED
-    if asked.gives_way:
+    if formulation.gives_way:
         given |= answers.status == Status.PARTIAL
-    F = np.where(given[:, None], answers.F, np.nan)
-    if not asked.optimal:
-        return F
-    return np.where(_inactive(question)[:, None], question.right[UNLIMITED], F)
+    F: FloatArray = np.where(given[:, None], answers.F, np.nan)
+    return _closed_form_where_inactive(question, F) if formulation.optimal else F
 
 
 def right_answers(question: Question, name: str) -> FloatArray:
-    """(N, n) what the formulation of that name must answer [N]; rows of NaN where nothing is said.
+    """(N, n) what the formulation of that name must answer [N]; rows of NaN where no right answer is known.
 
-    A rule of practice has no optimum of its own, but nothing to do while T* tau lies inside the limits:
-    there it must return that.
+    A rule of practice has no optimum of its own, but it must return T* tau where that lies inside the limits.
     """
     if name in question.right:
         return question.right[name]
-    return np.where(_inactive(question)[:, None], question.right[UNLIMITED], np.nan)
+    return _closed_form_where_inactive(question, np.nan)
 
 
-def _inactive(question: Question) -> BoolArray:
-    return np.equal(question.demands.labels, Label.INACTIVE)
+def _closed_form_where_inactive(question: Question, otherwise: FloatArray | float) -> FloatArray:
+    inactive = np.equal(question.demands.labels, Label.INACTIVE)
+    return np.where(inactive[:, None], question.right[UNLIMITED.name], otherwise)

@@ -1,4 +1,4 @@
-"""How far a vehicle and its methods reach, in numbers to draw: sections of the sets, errors over size."""
+"""How far a vehicle and its methods reach, in numbers to draw: sections of sets, and errors over size."""
 
 from dataclasses import replace
 
@@ -21,21 +21,21 @@ from bench.judging.question import Case
 from bench.record import Curve, Plane
 
 PLANES = (("surge", "sway", "yaw"), ("surge", "yaw", "sway"))
-"""Where a vehicle on its way needs thrust together: ahead and sideways, ahead and turning; and the third
-axis, which decides how much of that is left."""
+"""The two axes of each section, and the third that is held. A vehicle under way needs thrust ahead and
+sideways, or ahead and turning, at once; the third axis decides how much of that is left."""
 
 HELD = (0.0, 0.4)
-"""The third axis asks for nothing, or for as much of what it reaches alone. Along two axes at a time a
-symmetric vehicle loses nothing to a closed form; along three it does."""
+"""Where the third axis is held, as a share of what that axis reaches alone. Along two axes at a time a
+closed form loses nothing on a symmetric vehicle; along three it does."""
 
 ANGLES = 360
-"""Rays that feel for an outline: a side that spans less than two degrees may go unseen."""
+"""Rays that trace an outline; a side that spans less than two degrees may be missed."""
 
 STRAIGHT = 1e-6
-"""Sine of a turn below which points count as in line: rounding leaves 1e-12, true corners turn by degrees."""
+"""Sine of the turn below which points count as in line: rounding leaves 1e-12, corners turn by degrees."""
 
 POINTS = 150
-"""Demands drawn in: enough to show where they lie, few enough to tell apart."""
+"""Demands drawn into a section: enough to show where they lie, few enough to tell apart."""
 
 SIZES = np.linspace(0.05, 2.0, 40)
 """Demand over the edge of the attainable set in its direction."""
@@ -45,10 +45,10 @@ DIRECTIONS = 100
 
 
 def planes(vehicle: Vehicle, seed: int) -> list[Plane]:
-    """Sections of the attainable set and of the closed form's, one after the other for each of HELD.
+    """Sections of the attainable set and of what the closed form serves, for each of HELD in turn.
 
-    Empty for a vehicle without these axes, or that can't fly the mission; a plane in which it can't
-    push every way, as after a failure or where thrusters can't reverse, is left out.
+    Empty for a vehicle without these axes, or that can't fly the mission. A section in which the vehicle
+    can't push every way, as after a failure or where thrusters can't reverse, is left out.
     """
     wanted = [axes for axes in PLANES if set(axes) <= set(vehicle.dof)]
     if not wanted:
@@ -58,7 +58,7 @@ def planes(vehicle: Vehicle, seed: int) -> list[Plane]:
     except NotApplicable:
         return []
     _, forward = single_axis_maxima(vehicle)
-    found = []
+    sections = []
     for share in HELD:
         for x, y, held in wanted:
             i, j, third = (vehicle.dof.index(axis) for axis in (x, y, held))
@@ -66,7 +66,7 @@ def planes(vehicle: Vehicle, seed: int) -> list[Plane]:
             attainable, closed_form = _outlines(vehicle, i, j, third, at)
             if attainable:
                 drawn = [] if share else _drawn(mission, i, j)
-                found.append(
+                sections.append(
                     Plane(
                         x=x,
                         y=y,
@@ -77,24 +77,24 @@ def planes(vehicle: Vehicle, seed: int) -> list[Plane]:
                         demands=drawn,
                     )
                 )
-    return found
+    return sections
 
 
 def _outlines(
     vehicle: Vehicle, i: int, j: int, third: int, at: float
 ) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
-    """Attainable and closed form's outline in axes i and j, seen from where the third is ``at``."""
+    """Corners of the attainable and the closed form's outline in axes i and j, the third axis at ``at``."""
     angles = np.linspace(0.0, 2 * np.pi, ANGLES, endpoint=False)
     rays = np.zeros((ANGLES, vehicle.k))
     rays[:, i] = np.cos(angles) * vehicle.wrench_scale[i]
     rays[:, j] = np.sin(angles) * vehicle.wrench_scale[j]
     start = np.zeros(vehicle.k)
     start[third] = at
-    # What is left of the limits once T* start is given: both sets, moved so that start is their zero.
+    # Limits less T* start: both sets are moved so that start is their zero.
     given = generalized_inverse(vehicle) @ start
     moved = replace(vehicle, f_min=vehicle.f_min - given, f_max=vehicle.f_max - given)
     attainable, closed_form = (
-        # Rays from the edge of a set see only part of it.
+        # Rays from outside a set or from its edge reach only part of its outline.
         _pairs(corners(reach[:, None] * rays[:, [i, j]])) if (reach > 0).all() else []
         for reach in (alpha_max(moved, rays), closed_form_range(moved, rays)[1])
     )
@@ -104,7 +104,7 @@ def _outlines(
 def corners(edge: FloatArray) -> FloatArray:
     """Corners (m, 2) of the convex polygon whose edge passes through the points (n, 2), in order.
 
-    Points three or more in line show a side; corners are where neighbouring sides meet.
+    Three or more points in line show a side; corners are where neighbouring sides meet.
     """
     size = np.abs(edge).max(axis=0)
     points = edge / size
@@ -134,17 +134,17 @@ def _drawn(mission: DemandSet, i: int, j: int) -> list[tuple[float, float, str]]
 
 
 def demands_of_growing_size(vehicle: Vehicle, rng: np.random.Generator) -> FloatArray:
-    """Demands (N, k) [N, N m]: each of SIZES in each of DIRECTIONS, size by size; size 1 is the edge."""
+    """Demands (N, k) [N, N m]: each of SIZES in DIRECTIONS directions, size by size; size 1 is the edge."""
     inside = uniform_demands(vehicle, rng, DIRECTIONS)
     edge = inside * alpha_max(vehicle, inside)[:, None]
     return (SIZES[:, None, None] * edge).reshape(-1, vehicle.k)
 
 
-def error_curve(method: str, asked: Case, F: FloatArray) -> Curve:
-    """Wrench error of thrusts F (N, n) that a method answered to ``demands_of_growing_size``."""
-    vehicle, taus = asked
+def error_curve(method: str, case: Case, F: FloatArray) -> Curve:
+    """Wrench error of a method's thrusts F (N, n) for a case of ``demands_of_growing_size``."""
+    vehicle, taus = case
     error = relative_wrench_error(vehicle, taus, F).reshape(len(SIZES), DIRECTIONS)
-    error = np.where(np.isnan(error), 1.0, error)  # no answer delivers nothing
+    error = np.where(np.isnan(error), 1.0, error)  # without thrusts nothing is delivered
     return Curve(
         method=method,
         size=SIZES.round(3).tolist(),

@@ -1,21 +1,17 @@
-"""What a run leaves behind: facts as they were measured (``schema``, ``capability``), and that read back."""
+"""What a run leaves behind: facts as they were measured, one line each, and how they are read back."""
 
 from bench.record.capability import Authority, Capability, Curve, Plane, Served, Unserved
+from bench.record.cell import Batch, Cell, Judged, Key, Quiet
 from bench.record.reader import FILE_NAME, PACKED, Record, RecordError, parse, read
 from bench.record.schema import (
     NO_VEHICLE,
     SCHEMA,
-    Batch,
-    Cell,
     Emulated,
     Event,
     Header,
-    Judged,
-    Key,
     Line,
     Method,
     Problem,
-    Quiet,
     Worker,
 )
 

@@ -16,8 +16,8 @@ class CanaryFile(msgspec.Struct):
 
     Attributes
     ----------
-    canary_schema : 1
-    machine : as ``bench.harness.machine`` describes it
+    canary_schema : 1, the only schema there is
+    machine : what ``bench.harness.machine`` says of it (CPU, cores, memory, governor, OS, kernel)
     median_us : median time of each canary [us]
     """
 
@@ -30,11 +30,11 @@ def read_canary(path: Path) -> CanaryFile:
     """Read a canary file; raises CanaryError."""
     remedy = "give a file that `thrustbench canary` wrote on the target"
     try:
-        found = msgspec.json.decode(path.read_bytes(), type=CanaryFile)
+        canaries = msgspec.json.decode(path.read_bytes(), type=CanaryFile)
     except OSError as error:
         raise CanaryError(f"{path}: can't be read ({error.strerror}); {remedy}") from None
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
         raise CanaryError(f"{path}: {error}; {remedy}") from None
-    if found.canary_schema != 1 or not found.median_us or min(found.median_us.values()) <= 0:
+    if canaries.canary_schema != 1 or not canaries.median_us or min(canaries.median_us.values()) <= 0:
         raise CanaryError(f"{path}: holds no canary times of schema 1; {remedy}")
-    return found
+    return canaries

@@ -1,4 +1,4 @@
-"""The line of a record that says what a vehicle can do, after a failure too, and which methods serve it."""
+"""The line of a record that says what a vehicle can do, whole and after a failure, and what methods serve."""
 
 import msgspec
 
@@ -8,18 +8,18 @@ class Authority(msgspec.Struct, kw_only=True):
 
     Attributes
     ----------
-    fault : the thruster, None for the whole vehicle
-    vehicle : its name then
+    fault : the thruster that is off, None for the whole vehicle
+    vehicle : name of the vehicle with that fault
     rank : independent directions left
     condition : largest over smallest singular value of T P in rows of unit length, None where rank is
         lost: 10 is ordinary; 1000 says that some direction costs a thousand times the thrust of another
-    volume_share : volume of the attainable set, of the whole vehicle's; 0 where rank is lost
-    closed_form_share : of the volume attainable in this state, what f = T* tau serves inside the limits;
-        None where that volume can't be worked out
-    safe_share : every demand up to this share of what is attainable in its direction is served so,
-        whatever the direction
-    axis_min, axis_max : wrench along each axis alone, in the order of ``Capability.dof`` [N, N m]; None
-        where no such wrench is attainable
+    volume_share : volume of the attainable set over that of the whole vehicle; 0 where rank is lost [-]
+    closed_form_share : share of the attainable volume with this fault that f = T* tau serves inside the
+        limits; None where the volume can't be worked out [-]
+    safe_share : f = T* tau serves every demand up to this share of what is attainable in the demand's
+        direction, whatever the direction [-]
+    axis_min, axis_max : (k,) wrench along each axis alone, in the order of ``Capability.dof`` [N, N m];
+        None where no such wrench is attainable
     """
 
     fault: int | None
@@ -34,14 +34,14 @@ class Authority(msgspec.Struct, kw_only=True):
 
 
 class Served(msgspec.Struct, kw_only=True):
-    """How much of the attainable set a method serves: demands uniform in volume, as delivered.
+    """How much of the attainable set a method serves, counted on demands that are uniform in volume.
 
     Attributes
     ----------
     fault : the thruster that is off, None for the whole vehicle
     method : its name
-    n_demands : how many were asked
-    within_1pct, within_5pct : how many of them are delivered with an error of at most that much
+    n_demands : demands asked
+    within_1pct, within_5pct : demands delivered with a relative wrench error of at most that much
     """
 
     fault: int | None
@@ -52,12 +52,12 @@ class Served(msgspec.Struct, kw_only=True):
 
 
 class Unserved(msgspec.Struct, kw_only=True):
-    """A method whose share could not be counted.
+    """A method whose answers could not be had, and why.
 
     Attributes
     ----------
     method : its name
-    status, reason : as a cell's
+    status, reason : as in ``Cell``
     """
 
     method: str
@@ -72,7 +72,7 @@ class Curve(msgspec.Struct, kw_only=True):
     ----------
     method : its name
     size : demand over the edge of the attainable set in its direction [-]
-    error_p50, error_max : |delivered - tau| / |tau| over the directions tried, one a size
+    error_p50, error_max : median and largest |delivered - tau| / |tau| of all directions at each size [-]
     """
 
     method: str
@@ -86,10 +86,12 @@ class Plane(msgspec.Struct, kw_only=True):
 
     Attributes
     ----------
-    x, y : the two axes
-    held, held_at : a third one, and where it is held [N, N m]; all others are zero
-    attainable, closed_form : outlines, the latter empty where nothing is served [N, N m]
-    demands : a mission's (x, y, label), where the third is zero; what they ask of other axes is left out
+    x, y : the two axes that vary
+    held, held_at : a third axis, and the wrench at which it is held [N, N m]; all others are zero
+    attainable, closed_form : corners of the two outlines [N, N m]; the closed form's has none where it
+        serves nothing
+    demands : (x, y, label) of a mission's demands, empty unless held_at is zero; what a demand asks of
+        other axes is left out
     """
 
     x: str
@@ -102,13 +104,13 @@ class Plane(msgspec.Struct, kw_only=True):
 
 
 class Capability(msgspec.Struct, tag="capability", kw_only=True, omit_defaults=True):
-    """One vehicle: its authority with every thruster and without each, and what methods make of it.
+    """What one vehicle can do, whole and after each failure, and how much of that each method serves.
 
     Attributes
     ----------
     vehicle, dof : which vehicle, and its axes
-    authority : whole, then with each working thruster off
-    served, unserved : what each method serves, or why that could not be counted
+    authority : of the whole vehicle, then with each working thruster off
+    served, unserved : what each method serves, or why its answers could not be had
     curves : wrench error over the size of the demand
     planes : sections to draw
     """

@@ -1,4 +1,4 @@
-"""A record read back: from the file, or from what ``gzip`` made of it."""
+"""Reads a record back, from its file or from what ``gzip`` made of that file."""
 
 import gzip
 import zlib
@@ -11,18 +11,8 @@ import msgspec
 
 from alloc import AllocError
 from bench.record.capability import Capability
-from bench.record.schema import (
-    SCHEMA,
-    Cell,
-    Emulated,
-    Event,
-    Header,
-    Key,
-    Line,
-    Method,
-    Problem,
-    Worker,
-)
+from bench.record.cell import Cell, Key
+from bench.record.schema import SCHEMA, Emulated, Event, Header, Line, Method, Problem, Worker
 
 FILE_NAME = "record.jsonl"
 PACKED = FILE_NAME + ".gz"
@@ -53,14 +43,14 @@ class Record:
     events: list[Event] = field(default_factory=list)
 
     def keys(self) -> set[Key]:
-        """What has been measured, or found to fail."""
+        """Keys of the cells that the record holds, measured or failed."""
         return {cell.key for cell in self.cells}
 
 
 def read(directory: Path) -> Record:
     """Read ``directory/record.jsonl``, or ``record.jsonl.gz`` where only that is there; raises RecordError.
 
-    A last line torn by a kill or a full disk is left out: it was never completely written.
+    A last line that a kill or a full disk cut short is left out.
     """
     plain, packed = directory / FILE_NAME, directory / PACKED
     return parse(packed if packed.exists() and not plain.exists() else plain)[0]
@@ -71,7 +61,7 @@ def parse(path: Path) -> tuple[Record, int]:
     try:
         data = path.read_bytes()
         data = gzip.decompress(data) if path.name == PACKED else data
-    except (OSError, EOFError, zlib.error) as error:  # a damaged archive is any of the three
+    except (OSError, EOFError, zlib.error) as error:  # a damaged archive raises any of the three
         reason = getattr(error, "strerror", None) or "not a whole gzip file"
         raise RecordError(f"{path}: can't be read ({reason}); give a run's folder") from None
     whole = data.rfind(b"\n") + 1
@@ -105,10 +95,10 @@ def parse(path: Path) -> tuple[Record, int]:
 
 
 def _check_schema(path: Path, line: bytes) -> None:
-    # Before anything else is decoded: another schema's lines need not have these fields.
+    # Checked before any line is decoded, because the lines of another schema need not have these fields.
     try:
-        found = msgspec.json.decode(line)["schema"]
+        schema = msgspec.json.decode(line)["schema"]
     except (msgspec.DecodeError, UnicodeDecodeError, KeyError, TypeError):
         raise RecordError(f"{path}: line 1 is no header; remove the file and run again") from None
-    if found != SCHEMA:
-        raise RecordError(f"{path}: has schema {found}, this version reads {SCHEMA}; run again")
+    if schema != SCHEMA:
+        raise RecordError(f"{path}: has schema {schema}, this version reads {SCHEMA}; run again")

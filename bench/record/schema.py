@@ -1,6 +1,6 @@
-"""The lines of a record: one JSON object a fact, as it was measured.
+"""The lines of a record: each is one JSON object and holds one fact, as it was measured.
 
-Times are integers in ns. A record holds samples; every statistic is computed on reading.
+Times are integers in ns. A record holds samples; whoever reads it works out the statistics.
 """
 
 from typing import Any
@@ -8,23 +8,24 @@ from typing import Any
 import msgspec
 
 from bench.record.capability import Capability
+from bench.record.cell import Cell
 
 SCHEMA = 2
 
 NO_VEHICLE = "-"
-"""Stands in a key where a cell belongs to no vehicle, and to none of its demands, as a canary does."""
+"""Vehicle and demands in the key of a cell that has neither, such as a canary's."""
 
 
 class Header(msgspec.Struct, tag="header", kw_only=True):
-    """First line: what ran where, with what.
+    """The first line of a record: what ran, where, with which versions and options.
 
     Attributes
     ----------
-    schema : SCHEMA of whoever wrote it
+    schema : SCHEMA of the program that wrote the record
     started : date and time, UTC
     commit : of this project's source
-    seed : of demands and order
-    machine : what ``bench.harness.machine`` found (CPU, cores, memory, governor, OS, kernel)
+    seed : of the demands and of the order of cells
+    machine : what ``bench.harness.machine`` says of it (CPU, cores, memory, governor, OS, kernel)
     versions : Python and every package that took part
     settings : the run's own options
     """
@@ -43,12 +44,12 @@ class Method(msgspec.Struct, tag="method", omit_defaults=True, kw_only=True):
 
     Attributes
     ----------
-    name : label, as in keys
-    formulation : which optimum it answers
-    family : with which other methods reports show it
+    name : as in keys
+    formulation : what a right answer of the method is
+    family : the methods that reports show it with
     solver : the QP solver it calls, empty for none
     foreign : whether calls run code that is not Python's
-    twin : the method whose answers it gives by other means, empty for none
+    twin : the method in Python whose answers generated C must give, empty for all else
     yardstick : whether it measures the harness or the machine, and allocates nothing
     """
 
@@ -66,17 +67,17 @@ class Problem(msgspec.Struct, tag="problem", omit_defaults=True, kw_only=True):
 
     Attributes
     ----------
-    vehicle : name of the one that must answer
-    whole : its name without its faults; the same where it has none
+    vehicle : name of the vehicle that must answer, with its faults
+    whole : name of that vehicle without its faults
     faults : each thruster that is off or weakened, with its readiness
-    study : the study that it was generated for, empty for a vehicle of its own
+    study : the study that the vehicle was generated for, empty for any other vehicle
     demands : name of the set
-    n_demands : how many
-    labels : demands by label (inactive, active, boundary, infeasible)
+    n_demands : demands in the set
+    labels : number of demands by label (inactive, active, boundary, infeasible)
     rate_hz : sampling rate, None where the demands are no sequence in time
-    reference : the method that gave the hard optimum
+    reference : the method that gave the hard optimum, empty where none did
     dof, n, rank, nullity : of the vehicle
-    f_scale : its largest limit [N]
+    f_scale : the vehicle's largest limit [N]
     wrench_scale : (k,) size of a wrench on each axis [N, N m]
     left_out : demands of a log that were not asked
     """
@@ -99,134 +100,18 @@ class Problem(msgspec.Struct, tag="problem", omit_defaults=True, kw_only=True):
     left_out: int = 0
 
 
-class Key(msgspec.Struct, frozen=True, order=True):
-    """What names a cell: results.csv's key columns plus the repeat (each repeat is a fresh process)."""
-
-    vehicle: str
-    demands: str
-    method: str
-    start: str = "-"
-    level: str = "-"
-    repeat: int = 0
-
-
-class Batch(msgspec.Struct, array_like=True):
-    """``calls`` calls timed together [ns]: wall clock, CPU clock, involuntary context switches."""
-
-    calls: int
-    wall_ns: int
-    cpu_ns: int
-    switches: int
-
-
-class Judged(msgspec.Struct, omit_defaults=True, kw_only=True):
-    """What the equations say about the answers that were timed; NaN is stored as null.
-
-    Attributes
-    ----------
-    answers : how many were judged
-    counts : their statuses by name
-    wrench_error_max : largest |T P f - tau| per axis over answers that are finite [N, N m]
-    wrench_error_rel_max : the largest over the axes, relative to the vehicle's wrench scale
-    limit_violation_max_N : largest excess over a limit
-    distance_max_N : largest |f - f*|_inf to the right answer of the same formulation
-    distance_rel_max : the same over f_scale
-    gap_rel_max : largest relative duality gap
-    failed_after_failure : share of attainable demands without thrusts, of those right after another such
-        answer
-    tolerance : what the method promises for distance_rel_max
-    agrees : distance within the promise; None where there is no right answer to compare with
-    wrong : why an answer is wrong (SOLVED but not so), empty where none is
-    loss : what is lost against the exact answers
-    """
-
-    answers: int
-    counts: dict[str, int]
-    wrench_error_max: list[float | None] = []
-    wrench_error_rel_max: float | None = None
-    limit_violation_max_N: float | None = None
-    distance_max_N: float | None = None
-    distance_rel_max: float | None = None
-    gap_rel_max: float | None = None
-    failed_after_failure: float | None = None
-    tolerance: float | None = None
-    agrees: bool | None = None
-    wrong: str = ""
-    loss: dict[str, float | None] = {}
-
-
-class Quiet(msgspec.Struct, omit_defaults=True):
-    """What else the machine did while something was measured; None: not told here.
-
-    Attributes
-    ----------
-    steal_ticks : time the hypervisor took from this core [1/100 s]
-    throttled : thermal throttle events
-    load : 1-minute load average
-    mhz : lowest and highest frequency seen
-    """
-
-    steal_ticks: int | None = None
-    throttled: int | None = None
-    load: float | None = None
-    mhz: list[float] | None = None
-
-
-class Cell(msgspec.Struct, tag="cell", omit_defaults=True):
-    """One cell, measured by one process: a method on a vehicle's demand set.
-
-    Attributes
-    ----------
-    key : what names it
-    status : ok, or failed (it raised), crashed, timeout, missing, refused
-    reason : why not ok, in words
-    formulation, limited : as the allocator says
-    n_demands : of the set
-    setup_ns : each ``build``, the first one of a process left out (see ``Worker.import_ns``)
-    batches : calls of the allocator
-    binding_batches : calls of the solver's binding inside it
-    singles : single calls, [[ns, count], …], sorted, in bins (``bench.harness.timing.counted``)
-    solver_singles : what the solver itself reports of each, in the same form
-    iterations_max : the solver's own count
-    worst_case_steps : a bound that no demand can exceed
-    allocator_bytes : see ``bench.harness.memory.reachable_bytes``
-    timed_ns : the sum of all timed calls
-    canary_ns : the canary just after this cell
-    judged, quiet : what the answers are worth, and what else the machine did
-    """
-
-    key: Key
-    status: str
-    reason: str = ""
-    formulation: str = ""
-    limited: bool = False
-    n_demands: int = 0
-    setup_ns: list[int] = []
-    batches: list[Batch] = []
-    binding_batches: list[Batch] = []
-    singles: list[tuple[int, int]] = []
-    solver_singles: list[tuple[int, int]] = []
-    iterations_max: int | None = None
-    worst_case_steps: int | None = None
-    allocator_bytes: int | None = None
-    timed_ns: int = 0
-    canary_ns: int | None = None
-    judged: Judged | None = None
-    quiet: Quiet | None = None
-
-
 class Worker(msgspec.Struct, tag="worker", omit_defaults=True, kw_only=True):
     """One worker process, written as it ends.
 
     Attributes
     ----------
-    method, start, level, repeat : what it measured
+    method, start, level, repeat : what the worker measured
     startup_ns : from the parent's spawn to the first line of work, before the method is imported
     import_ns : how much longer the first ``build`` took than later ones: the import of the method and
         its solver
-    peak_rss_bytes : the process's high-water mark; the ``noop`` worker's is that of an empty one
-    canary_ns : the canary before the first cell
-    core : where it was pinned, None for anywhere
+    peak_rss_bytes : largest memory of the process; that of the ``noop`` worker is an empty process's
+    canary_ns : time of the canary before the first cell
+    core : the core it was pinned to, None where it was free
     """
 
     method: str
@@ -245,21 +130,21 @@ class Emulated(msgspec.Struct, tag="emulated", omit_defaults=True):
 
     Attributes
     ----------
-    vehicle, target, method, scalar : what ran where, in which precision
-    demands : a set's name; ``search`` for the most costly of all that a search tried; "-" where nothing
+    vehicle, target, method, scalar : what ran on which processor, in which precision
+    demands : a set's name; ``search`` for the most costly demand that a search tried; "-" where nothing
         was counted
-    solver : whose C it is, empty for this project's own
+    solver : the solver whose own generator wrote the C, empty for this project's generator
     status : ok, or missing, refused, failed
     reason : why not ok, in words
     instructions : of single calls, [[count, calls], …], sorted
-    worst : the demand that took most
-    flash_bytes, ram_static_bytes : by how much the linked image grows
-    stack_bytes : deepest that any call wrote
-    agrees : every answer as in Python
+    worst : (k,) the demand that took most instructions [N, N m]
+    flash_bytes, ram_static_bytes : by how much the kernel makes the linked image grow
+    stack_bytes : depth of the stack that any call wrote to
+    agrees : whether every answer is as in Python
     distance_rel_max : largest |f - f in Python| of any thrust, relative to the largest limit
-    other_verdicts : demands off the boundary that one calls feasible and the other does not
+    other_verdicts : demands off the boundary that one side calls feasible and the other does not
     tried : demands that the search tried
-    seed : of demands and search
+    seed : of the demands and of the search
     tools : versions of compiler and emulator, and this project's commit
     """
 
@@ -291,8 +176,8 @@ class Event(msgspec.Struct, tag="event", omit_defaults=True, kw_only=True):
     ----------
     what : began, resumed, interrupted or finished
     at : date and time, UTC
-    wall_s : since it was started or resumed [s]
-    timed_s : the sum of all timed calls since then [s]; wall_s over it is the harness's own price
+    wall_s : time since the run was started or resumed [s]
+    timed_s : the sum of all timed calls in that time [s]; wall_s over timed_s is the harness's own price
     load : 1-minute load average
     """
 

@@ -1,4 +1,4 @@
-"""The one process that appends to a record: locked, whole lines only, continued where it stopped."""
+"""Appends to a record: one process at a time, whole lines only, continued where the last run stopped."""
 
 import errno
 import os
@@ -14,13 +14,13 @@ from filelock import FileLock, Timeout
 from bench.record import FILE_NAME, PACKED, Header, Line, Record, RecordError, parse
 
 PREVIOUS = "record.previous.jsonl"
-"""What a new record in the same folder makes of the one before: an hour's run is not lost to a short one."""
+"""Name that an older record gets where a new one is written: an hour's run is not lost to a short one."""
 SYNC_EVERY_S = 2.0
-"""A power cut loses at most this much; syncing each line would disturb what is being measured."""
+"""A power cut loses the lines of at most this time; syncing each line would disturb the measurement [s]."""
 
 
 class Writer:
-    """The one process that may append to a folder's record; a context manager that holds the lock."""
+    """The only writer of a folder's record; a context manager that holds the folder's lock."""
 
     def __init__(self, directory: Path) -> None:
         """Lock ``directory`` (made if need be); raises RecordError where another run holds it."""
@@ -37,17 +37,17 @@ class Writer:
         self._synced = time.monotonic()
 
     def create(self, header: Header) -> None:
-        """Start a new record; the one that was there is kept as PREVIOUS."""
+        """Start a new record; an older one is kept as PREVIOUS."""
         if self._has_lines():
             self.path.replace(self.path.with_name(PREVIOUS))
         self._open(os.O_TRUNC)
         self.append(header)
 
     def resume(self) -> Record | None:
-        """Read what is there, cut a torn last line off, and append from now on.
+        """Read the record, cut an incomplete last line off, and append from now on.
 
-        None where there is nothing yet: a run that was killed before its first line. Raises RecordError for
-        a packed record, which a new one beside it would hide.
+        None where there is no line yet, as after a kill before the first one. Raises RecordError for a
+        packed record, which a new record beside it would hide.
         """
         if not self._has_lines():
             if (packed := self.path.with_name(PACKED)).exists():
@@ -60,7 +60,7 @@ class Writer:
         return record
 
     def append(self, line: Line) -> None:
-        """Append one line in one write; where the disk is full, keep what was there and raise RecordError."""
+        """Append a line in one write; on a full disk, keep the earlier lines and raise RecordError."""
         assert self._descriptor is not None, "create or resume first"
         data = msgspec.json.encode(line) + b"\n"
         end = os.fstat(self._descriptor).st_size

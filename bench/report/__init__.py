@@ -1,4 +1,4 @@
-"""From a run's record to what people read: results.csv, report.md and report.html with pictures."""
+"""The files that are rendered from a run's record: results.csv, report.md, report.html and pictures."""
 
 from pathlib import Path
 
@@ -13,15 +13,14 @@ from bench.results.table import columns, write_csv
 def render(directory: Path) -> Path:
     """Write results.csv, report.md, report.html and the pictures from ``record.jsonl`` alone.
 
-    Instructions of emulated processors go to emulation.csv, never beside times.
-
-    The same record gives the same bytes. Returns the path of report.md; raises RecordError where the
+    Instructions of emulated processors go to emulation.csv, never beside times. The same record gives the
+    same bytes. Returns the path of report.md; raises RecordError where the
     folder holds no readable record.
     """
     run = read_run(directory)
     if run.rows or not run.record.emulated:
         write_csv(directory / "results.csv", columns(), run.rows)
-    if run.record.emulated:  # counts: a mean of instructions that is whole is written as a whole number
+    if run.record.emulated:  # a mean count without decimals is written as an integer
         write_csv(directory / "emulation.csv", COLUMNS, rows(run.record.emulated), pointed=False)
     drawn = draw_all(run, directory)
     report = directory / "report.md"

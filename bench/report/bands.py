@@ -1,4 +1,4 @@
-"""What ``thrustbench size --clock`` prints: a share of the period as a band, its assumption beside it."""
+"""What ``thrustbench size --clock`` prints: bands of shares of the period, and their assumptions."""
 
 from collections.abc import Collection
 
@@ -17,9 +17,9 @@ def page(
     cpi: tuple[float, float] | None = None,
     vehicles: Collection[str] = (),
 ) -> str:
-    """Bands for a record's emulated processors, and what they rest on; or what is missing for that.
+    """Bands for a record's emulated processors and the assumptions behind them, or what is missing for them.
 
-    ``cpi`` replaces the assumed cycles an instruction; ``vehicles`` are the only ones to show, if any.
+    ``cpi`` replaces the assumed cycles an instruction; ``vehicles`` are the only ones to show, all if empty.
     """
     if not run.record.emulated:
         return (
@@ -28,18 +28,18 @@ def page(
     if clock_MHz is None:
         return "This record holds instructions of emulated processors; give --clock MHZ to size with them.\n"
     assumed = CPI if cpi is None else dict.fromkeys(CPI, Cpi(*cpi, "as given"))
-    counted = [row for row in rows(run.record.emulated) if not vehicles or row.is_.vehicle in vehicles]
-    found = bands(counted, clock_MHz * 1e6, loop, assumed)
+    counted = [row for row in rows(run.record.emulated) if not vehicles or row.emulated.vehicle in vehicles]
+    shown = bands(counted, clock_MHz * 1e6, loop, assumed)
     parts = [
         f"Emulated processors at {clock_MHz:g} MHz, {loop.rate_hz:g} Hz. The instructions of the most costly"
         " call are exact; its share of the control period is a band, for instructions are not cycles.\n",
         table(
             ("vehicle", "target", "method", "scalar", "instructions", "share [%]", "verdict", "answers"),
-            [_line(band) for band in found],
+            [_line(band) for band in shown],
         ),
         "Cycles an instruction:\n",
     ]
-    bases = [f"- {target}: {assumed[target]}." for target in dict.fromkeys(band.target for band in found)]
+    bases = [f"- {target}: {assumed[target]}." for target in dict.fromkeys(band.target for band in shown)]
     return "\n".join([*parts, *bases, ""])
 
 

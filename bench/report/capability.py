@@ -1,4 +1,4 @@
-"""Report section: what a vehicle can do, after a failure too, and which share of that each method serves."""
+"""Report section: what a vehicle can do, whole and after each failure, and which share each method serves."""
 
 from alloc import unit
 from bench.record import Authority, Capability, Served
@@ -8,8 +8,8 @@ from bench.results.rows import Run
 from bench.results.text import percent, table, three
 
 NEARLY_SINGULAR = 100.0
-"""Condition above which a remainder is pointed out: some wrench costs a hundred times the thrust of another,
-so full rank no longer means that it can be controlled. Ordinary layouts stay below 10."""
+"""Condition above which a warning is given: some wrench costs a hundred times the thrust of another, so full
+rank no longer means that the vehicle can be controlled. Ordinary layouts stay below 10."""
 
 INTRODUCTION = """## What each vehicle can do, and who serves it
 
@@ -24,8 +24,8 @@ out, so it may be infeasible though it lies inside.
 
 def section(run: Run, drawn: frozenset[str]) -> str:
     """Authority after each failure, shares served, and the two pictures, vehicle by vehicle."""
-    known = [capability for vehicle in run.vehicles if (capability := run.capability(vehicle))]
-    parts = [part for capability in known for part in _vehicle(capability, drawn)]
+    capabilities = [capability for vehicle in run.vehicles if (capability := run.capability(vehicle))]
+    parts = [part for capability in capabilities for part in _vehicle(capability, drawn)]
     return "\n".join([INTRODUCTION, *parts]) if parts else ""
 
 
@@ -45,13 +45,17 @@ def _vehicle(capability: Capability, drawn: frozenset[str]) -> list[str]:
 
 
 def _authority(capability: Capability) -> str:
-    """One line for failures that leave the same."""
+    """Table of authority; failures that leave the same share a line."""
     lines: dict[tuple[str, ...], list[str]] = {}
     for a in capability.authority:
-        lines.setdefault(_state(a), []).append("none" if a.fault is None else str(a.fault))
+        lines.setdefault(_state(a), []).append(_off(a))
     units = [f"{axis} [{unit(axis)}]" for axis in capability.dof]
     headers = ("off", "rank", "volume left", "closed form", "safe up to", "condition", *units)
     return table(headers, [[", ".join(names), *cells] for cells, names in lines.items()])
+
+
+def _off(a: Authority) -> str:
+    return "none" if a.fault is None else str(a.fault)
 
 
 def _state(a: Authority) -> tuple[str, ...]:
@@ -68,23 +72,23 @@ def _state(a: Authority) -> tuple[str, ...]:
 
 def _warnings(capability: Capability) -> list[str]:
     whole, *faults = capability.authority
-    lost = [str(a.fault) for a in faults if a.rank < whole.rank]
-    weak = [str(a.fault) for a in capability.authority if (a.condition or 0.0) > NEARLY_SINGULAR]
-    found = []
+    lost = [_off(a) for a in faults if a.rank < whole.rank]
+    weak = [_off(a) for a in capability.authority if (a.condition or 0.0) > NEARLY_SINGULAR]
+    warnings = []
     if lost:
-        found.append(
+        warnings.append(
             f"**Lost rank**: without thruster {' or '.join(lost)} some direction can't be pushed at all.\n"
         )
     if weak:
-        names = " or ".join("none" if name == "None" else name for name in weak)
-        found.append(
+        names = " or ".join(weak)
+        warnings.append(
             f"**Nearly singular** with thruster {names} off: full rank on paper, hardly any thrust in it.\n"
         )
-    return found
+    return warnings
 
 
 def _served(capability: Capability) -> str:
-    """One line for methods whose shares are the same, most served first."""
+    """Table of shares served, most first; methods with equal shares share a line."""
     by_method: dict[str, dict[int | None, Served]] = {}
     for served in capability.served:
         by_method.setdefault(served.method, {})[served.fault] = served

@@ -8,7 +8,7 @@ from bench.results.text import table, three
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:
-    """One table a vehicle: set-up, median on each demand set, and where the time goes."""
+    """A table for each vehicle: set-up, median on each demand set, tail, and the solver's part of it."""
     parts = [
         "## What a call costs\n",
         "Medians of one call from Python on each demand set; p99.9 of single calls on all sets together."

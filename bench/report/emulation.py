@@ -1,4 +1,4 @@
-"""Report section: instructions of the generated C on processors that were emulated, never times."""
+"""Report section: instructions of the generated C on emulated processors; no times."""
 
 from collections.abc import Sequence
 from itertools import groupby
@@ -11,9 +11,9 @@ from bench.results.text import table, three
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:
-    """One table a processor: mean instructions by class of demand, the worst, flash and memory."""
-    found = rows(run.record.emulated)
-    if not found:
+    """A table for each processor: mean instructions by class of demand, the worst call, flash and memory."""
+    emulated = rows(run.record.emulated)
+    if not emulated:
         return ""
     parts = [
         "## Instructions on emulated processors\n",
@@ -22,21 +22,21 @@ def section(run: Run, drawn: frozenset[str]) -> str:
         " RAM are what the linked image grows by, with the tables for every single failed thruster; stack is"
         " the deepest that any call wrote. docs/embedded.md says how this was counted.\n",
     ]
-    counted = [row for row in found if row.is_.instructions and row.is_.target != REFERENCE]
-    for target in dict.fromkeys(row.is_.target for row in counted):
-        parts += [f"### {target}\n", _target([row for row in counted if row.is_.target == target])]
+    counted = [row for row in emulated if row.emulated.instructions and row.emulated.target != REFERENCE]
+    for target in dict.fromkeys(row.emulated.target for row in counted):
+        parts += [f"### {target}\n", _target([row for row in counted if row.emulated.target == target])]
         if target in CPI:
             parts.append(f"Cycles an instruction: {CPI[target]}.\n")
     if reached := goals(counted):
         parts += ["### What was asked for, and what was found\n", reached]
-    tools = {f"{name} {version}" for row in counted for name, version in row.is_.tools.items()}
+    tools = {f"{name} {version}" for row in counted for name, version in row.emulated.tools.items()}
     parts.append(f"Counted with {', '.join(sorted(tools))}.\n")
-    odd = [row for row in found if row.is_.status != "ok" or row.is_.agrees is False]
-    return "\n".join([*parts, _failures(odd)] if odd else parts)
+    failed = [row for row in emulated if row.emulated.status != "ok" or row.emulated.agrees is False]
+    return "\n".join([*parts, _failures(failed)] if failed else parts)
 
 
-def _target(found: Sequence[EmulatedRow]) -> str:
-    classes = list(dict.fromkeys(row.is_.demands for row in found if row.is_.demands != "search"))
+def _target(counted: Sequence[EmulatedRow]) -> str:
+    classes = list(dict.fromkeys(row.emulated.demands for row in counted if row.emulated.demands != "search"))
     headers = (
         *("vehicle", "method", "scalar"),
         *classes,
@@ -44,33 +44,34 @@ def _target(found: Sequence[EmulatedRow]) -> str:
     )
     lines = []
     for (vehicle, method, scalar), group in groupby(
-        found, key=lambda row: (row.is_.vehicle, row.is_.method, row.is_.scalar)
+        counted, key=lambda row: (row.emulated.vehicle, row.emulated.method, row.emulated.scalar)
     ):
-        by_class = {row.is_.demands: row for row in group}
+        by_class = {row.emulated.demands: row for row in group}
         worst = max(by_class.values(), key=lambda row: row.worst or 0)
         means = [three(by_class[name].mean) if name in by_class else "" for name in classes]
-        sizes = (worst.is_.flash_bytes, worst.is_.ram_static_bytes)
-        stack = max(row.is_.stack_bytes or 0 for row in by_class.values())
+        sizes = (worst.emulated.flash_bytes, worst.emulated.ram_static_bytes)
+        stack = max(row.emulated.stack_bytes or 0 for row in by_class.values())
         ratio = three(worst.worst_over_x86)
         lines.append([vehicle, method, scalar, *means, str(worst.worst), ratio, *map(str, sizes), str(stack)])
     return table(headers, lines)
 
 
-def _failures(odd: Sequence[EmulatedRow]) -> str:
-    # What fails on one processor mostly fails on all: one line for what has the same reason.
+def _failures(failed: Sequence[EmulatedRow]) -> str:
+    # A kernel that fails on one processor mostly fails on all, so rows with the same reason share a line.
     alike: dict[tuple[str, ...], list[EmulatedRow]] = {}
-    for row in odd:
-        alike.setdefault((row.is_.vehicle, row.is_.method, row.is_.demands, _why(row)), []).append(row)
+    for row in failed:
+        key = (row.emulated.vehicle, row.emulated.method, row.emulated.demands, _why(row))
+        alike.setdefault(key, []).append(row)
     lines = []
     for (vehicle, method, demands, why), group in alike.items():
-        scalars = ", ".join(sorted({row.is_.scalar for row in group}))
-        targets = ", ".join(sorted({row.is_.target for row in group}))
+        scalars = ", ".join(sorted({row.emulated.scalar for row in group}))
+        targets = ", ".join(sorted({row.emulated.target for row in group}))
         lines.append([vehicle, f"{method} {scalars}", targets, demands, why])
     return table(("vehicle", "not counted, or not as in Python", "target", "demands", "why"), lines)
 
 
 def _why(row: EmulatedRow) -> str:
-    if row.is_.status != "ok":
-        return f"{row.is_.status}: {row.is_.reason}"
-    distance = f"thrusts differ by up to {three(row.is_.distance_rel_max)} of the largest limit"
-    return f"{row.is_.other_verdicts} of {row.calls} verdicts differ, {distance}"
+    if row.emulated.status != "ok":
+        return f"{row.emulated.status}: {row.emulated.reason}"
+    distance = f"thrusts differ by up to {three(row.emulated.distance_rel_max)} of the largest limit"
+    return f"{row.emulated.other_verdicts} of {row.calls} verdicts differ, {distance}"

@@ -1,4 +1,4 @@
-"""Report section: who agrees with whom, and what failed and why."""
+"""Report section: which answers agree with the optimum, which are wrong, and what was not measured."""
 
 from collections import defaultdict
 from operator import attrgetter
@@ -55,8 +55,7 @@ def _wrong(rows: list[Row]) -> str:
 
 
 def _distance(row: Row) -> str:
-    found, promised = row.distance_relative, row.tolerance
-    return f"{three(found) or '-'}, {three(promised) or '-'}"
+    return f"{three(row.distance_relative) or '-'}, {three(row.tolerance) or '-'}"
 
 
 def _unmeasured(rows: list[Row]) -> str:

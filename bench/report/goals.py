@@ -1,4 +1,4 @@
-"""What the generated C was asked to keep within, and what was found."""
+"""The limits set for the generated C beside what was counted."""
 
 from collections.abc import Sequence
 
@@ -8,15 +8,17 @@ from bench.results.text import table
 
 
 def goals(rows: Sequence[EmulatedRow]) -> str:
-    """The goals as a table with what was found, where it was counted; what is missed is marked so."""
+    """Table of the goals and the counts, for kernels that were counted; a missed goal is marked."""
+    by_kernel: dict[tuple[str, ...], list[EmulatedRow]] = {}
+    for row in rows:
+        kernel = row.emulated
+        key = (kernel.vehicle, kernel.method, kernel.target, kernel.scalar)
+        by_kernel.setdefault(key, []).append(row)
     lines = []
     for vehicle, method, most in GOALS:
         cells = [
-            _found(
-                [r for r in rows if (r.is_.vehicle, r.is_.method, r.is_.target, r.is_.scalar) == key], limit
-            )
+            _counted(by_kernel.get((vehicle, method, target, scalar), []), factor * most)
             for target, scalar, factor in BOARDS
-            for key, limit in [((vehicle, method, target, scalar), factor * most)]
         ]
         if any(any(cell) for cell in cells):
             lines.append([vehicle, method, str(most), *(text for cell in cells for text in cell)])
@@ -26,12 +28,12 @@ def goals(rows: Sequence[EmulatedRow]) -> str:
     return table(headers, lines) if lines else ""
 
 
-def _found(rows: Sequence[EmulatedRow], most: float) -> tuple[str, str]:
+def _counted(rows: Sequence[EmulatedRow], most: float) -> tuple[str, str]:
     counted = [row for row in rows if row.worst is not None]
     if not counted:
         return "", ""
     worst = max(row.worst or 0 for row in counted)
-    stack = max(row.is_.stack_bytes or 0 for row in counted)
+    stack = max(row.emulated.stack_bytes or 0 for row in counted)
     return _marked(worst, most), _marked(stack, STACK_BYTES)
 
 

@@ -11,8 +11,8 @@ from bench.results.text import table, three
 
 def section(run: Run, drawn: frozenset[str]) -> str:
     """Time and allocator size by number of thrusters, with fitted exponents; only for a growth study."""
-    found = series(run)
-    if not found:
+    measured = series(run)
+    if not measured:
         return ""
     parts = [
         "## How it grows with the number of thrusters\n",
@@ -23,8 +23,8 @@ def section(run: Run, drawn: frozenset[str]) -> str:
             "growth.svg", "median call and allocator size of each method over the number of thrusters", drawn
         ),
     ]
-    for k in sorted({one.k for one in found}):
-        family = [one for one in found if one.k == k]
+    for k in sorted({s.k for s in measured}):
+        family = [s for s in measured if s.k == k]
         parts += [
             f"### {k} degrees of freedom\n",
             _where_it_pays(family) + "\n",
@@ -44,24 +44,24 @@ def _where_it_pays(family: list[Series]) -> str:
 
 
 def _table(title: str, family: list[Series], of: Callable[[Series], dict[int, float]]) -> str:
-    sizes = sorted({n for one in family for n in one.rows})
+    sizes = sorted({n for s in family for n in s.rows})
     lines = []
-    for one in family:
-        values = of(one)
+    for s in family:
+        values = of(s)
         fit = exponent(values)
         power = "" if fit is None else f"{fit[0]:.2f} ± {fit[1]:.2f}"
         if values:
-            lines.append([one.label, *(three(values.get(n)) for n in sizes), power])
+            lines.append([s.label, *(three(values.get(n)) for n in sizes), power])
     return table((title, *map(str, sizes), "exponent"), lines)
 
 
 def _refused(family: list[Series]) -> str:
     reasons: dict[tuple[str, str], list[int]] = defaultdict(list)
-    for one in family:
-        for n, row in one.rows.items():
+    for s in family:
+        for n, row in s.rows.items():
             if row.failed:
-                reasons[one.label, row.status].append(n)
-    rows = {one.label: one.rows for one in family}
+                reasons[s.label, row.status].append(n)
+    rows = {s.label: s.rows for s in family}
     lines = []
     for (label, status), sizes in reasons.items():
         why = str(rows[label][sizes[0]].reason)

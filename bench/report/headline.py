@@ -1,4 +1,4 @@
-"""Report section: three sentences with numbers, and one line a vehicle."""
+"""Report section: three sentences with numbers, and a table with one line for each vehicle."""
 
 from bench.record import NO_VEHICLE
 from bench.results.columns import Row
@@ -7,28 +7,28 @@ from bench.results.rows import Run
 from bench.results.text import number_range, percent, table, three
 
 CLOSED_FORMS = {"pinv@native": "T* τ in generated C", "pinv": "T* τ in numpy"}
-"""What the exact answer is held against: like with like, and what most people call from Python."""
+"""What the exact answer is compared with: generated C with C, and what most people call from Python."""
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:
-    """What exactness costs, what leaving the limits out costs, and how far to trust both."""
+    """The cost of exactness, the loss without limits, how far to trust both, and the table of vehicles."""
     sentences = [sentence for sentence in (_cost(run), _loss(run), _trust(run)) if sentence]
     more = "`thrustbench size DIR --rate HZ` says which of them fits a control rate.\n"
     return "\n\n".join([" ".join(sentences), _vehicles(run) + "\n" + more]) if run.vehicles else ""
 
 
 def fastest_exact(rows: list[Row]) -> Row | None:
-    """Of rows sorted by time, the first whose answers are the constrained optimum."""
+    """The first exact row of rows sorted by time."""
     return next((row for row in rows if exact(row)), None)
 
 
 def fastest_solver(rows: list[Row]) -> Row | None:
-    """Of rows sorted by time, the first exact one that calls a QP solver."""
+    """The first exact row that calls a QP solver, of rows sorted by time."""
     return next((row for row in rows if exact(row) and row.described.solver), None)
 
 
 def named(rows: list[Row], method: str) -> Row | None:
-    """The row of that method."""
+    """The first row of that method."""
     return next((row for row in rows if row.method == method), None)
 
 
@@ -58,9 +58,9 @@ def _cost(run: Run) -> str:
         f"The exact constrained allocation (eq. 4-5) takes {number_range(exact_us)} µs a call on {fleet}"
         f" (`{max(set(names), key=names.count)}`, medians)"
     )
-    found = [f"{number_range(over[m])} times {words}" for m, words in CLOSED_FORMS.items() if over[m]]
-    if found:
-        text += f", {' and '.join(found)} (which knows no limits)"
+    comparisons = [f"{number_range(over[m])} times {words}" for m, words in CLOSED_FORMS.items() if over[m]]
+    if comparisons:
+        text += f", {' and '.join(comparisons)} (which knows no limits)"
     if over_solver:
         text += f"; the fastest QP solver that is as exact takes {number_range(over_solver)} times as long,"
         text += " called through Python"
@@ -96,7 +96,8 @@ def _trust(run: Run) -> str:
     rows = [row for row in run.rows if row.vehicle != NO_VEHICLE]
     failed = sum(row.failed is not None for row in rows)
     wrong = sum(row.failed is None and not right(row) for row in rows)
-    # A solver that gives up, or stops early and says so, breaks no promise, and still fails its vehicle.
+    # A solver that gives up, or stops early with the status for it, breaks no promise and still serves less
+    # than it could.
     short = sum(right(row) and optimal(row) and not complete(row) for row in rows)
     busy = sum(bool(row.disturbances) for row in rows if not row.failed)
     return (

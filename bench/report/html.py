@@ -1,4 +1,4 @@
-"""report.html: the same report as one file that can be mailed, its pictures inside."""
+"""report.html: the report as one file that can be mailed, its pictures inside."""
 
 import re
 from base64 import b64encode
@@ -20,19 +20,19 @@ img { max-width: 100%; height: auto; }
 
 
 def html(markdown: str, directory: Path) -> str:
-    """The report as one HTML page that names nothing outside itself; it follows light and dark.
+    """The report as one HTML page without links to other files, for light and dark settings.
 
-    Pictures are read from the folder and go in as data, each a document of its own, so that their
-    ids can't meet.
+    Pictures are read from the folder and embedded as data, each a document of its own, so that their ids
+    can't clash.
     """
     from markdown_it import MarkdownIt
 
-    def inside(found: re.Match[str]) -> str:
-        data = b64encode((directory / unquote(found[1])).read_bytes()).decode("ascii")
+    def embedded(image: re.Match[str]) -> str:
+        data = b64encode((directory / unquote(image[1])).read_bytes()).decode("ascii")
         return f'<img src="data:image/svg+xml;base64,{data}"'
 
     body = MarkdownIt("commonmark", {"html": False}).enable("table").render(markdown)
-    body = re.sub(r'<img src="([^"/]+\.svg)"', inside, body)
+    body = re.sub(r'<img src="([^"/]+\.svg)"', embedded, body)
     title = markdown.partition("\n")[0].lstrip("# ")
     return (
         f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{title}</title>\n'

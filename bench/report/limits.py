@@ -17,7 +17,7 @@ NOISY = """- More than one row in ten was measured while the machine was disturb
 
 
 def cut_logs(run: Run) -> list[str]:
-    """A sentence for each log of which not all demands were asked."""
+    """A sentence for each log that was not asked whole."""
     return sorted(
         {
             f"Of {p.demands}'s {p.n_demands + p.left_out} demands only the first {p.n_demands} were asked;"
@@ -29,7 +29,7 @@ def cut_logs(run: Run) -> list[str]:
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:
-    """The limits that always hold, and those of this run."""
+    """The limits of every run, and those of this one."""
     measured = [row for row in run.rows if not row.failed]
     noisy = sum(bool(row.disturbances) for row in measured) > len(measured) / 10
     virtual = run.record.header.machine.get("virtual")

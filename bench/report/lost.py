@@ -1,4 +1,4 @@
-"""Report section: what is lost without limits, or with a rule of thumb in their place."""
+"""Report section: what methods lose that ignore the limits or keep them by a rule of thumb."""
 
 from collections.abc import Callable
 
@@ -20,13 +20,13 @@ the optimum's where the wrench is met.
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:
-    """A table a vehicle; methods that lose nothing on any set share a sentence."""
+    """A table for each vehicle; methods that lose nothing on any set are named in a sentence below it."""
     parts = [part for vehicle in run.vehicles for part in _vehicle(run, vehicle)]
     return "\n".join([INTRODUCTION, *parts]) if parts else ""
 
 
 def _vehicle(run: Run, vehicle: str) -> list[str]:
-    # On inactive demands the closed forms are the optimum; nothing is lost there by anybody's design.
+    # On inactive demands the closed forms are the optimum, so no method loses anything by design.
     sets = [name for name in run.sets(vehicle) if name != "inactive"] or run.sets(vehicle)
     by_set = {name: {row.label: row for row in run.of(vehicle, name) if not row.failed} for name in sets}
     shown = [row for row in best(run, vehicle, sets[0]) if row.lost_wrench_max is not None]
@@ -58,14 +58,14 @@ def _vehicle(run: Run, vehicle: str) -> list[str]:
 
 
 def largest(row: Row) -> float | None:
-    """The largest share of a demand's wrench that is not delivered: all of it where one got no thrusts."""
+    """The largest share of a demand's wrench that is not delivered: 1 where a demand got no thrusts."""
     answered = row.answered_share
     lost = row.lost_wrench_max
     return lost if answered is None or answered == 1.0 else 1.0
 
 
 def _together(rows: list[Row]) -> str:
-    """Several rows by name: ``clip, pinv``; solvers of one family as ``soft QP by daqp, osqp``."""
+    """Names of several rows: ``clip, pinv``, or for solvers of one family ``soft QP by daqp, osqp``."""
     solvers, families = [row.described.solver for row in rows], {row.family for row in rows}
     if len(rows) == 1 or len(families) > 1 or not all(solvers):
         return ", ".join(row.label for row in rows)
@@ -90,5 +90,6 @@ def _lost(row: Row | None) -> str:
 
 
 def _met(value: float | None, show: Callable[[float | None], str]) -> str:
-    # A wrench missed by no more than SOLVED allows is met; an angle [°] or an effort as small is rounding.
+    # A wrench missed by no more than SOLVED allows counts as met; an equally small angle [°] or effort is
+    # rounding.
     return show(0.0 if value is not None and abs(value) < WRENCH_TOLERANCE else value)

@@ -7,7 +7,7 @@ from bench.results.text import percent, table, three
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:
-    """The machine as it described itself, what disturbed it, and the versions that took part."""
+    """The machine as it described itself, what disturbed it, and the versions of what ran."""
     header = run.record.header
     facts = [[key.replace("_", " "), str(value)] for key, value in header.machine.items() if value != ""]
     facts += [["started", header.started], ["commit", header.commit or "unknown"], ["seed", str(header.seed)]]

@@ -1,4 +1,4 @@
-"""Report section: what a method needs of memory and of time before its first call."""
+"""Report section: a method's memory, and the time of its import."""
 
 from statistics import median
 
@@ -9,7 +9,7 @@ from bench.results.text import table, three
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:
-    """Peak memory of each method's process, over an empty one, and what its import takes."""
+    """A table: peak memory of each method's process, also over an empty one's, and the time of its import."""
     methods = sorted({row.method for row in run.rows if not row.failed and row.vehicle != NO_VEHICLE})
     workers = {name: [w for w in run.record.workers if w.method == name] for name in methods}
     empty = _peak_MB(workers.get("noop", []))
@@ -18,7 +18,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
         peak = _peak_MB(workers[name])
         over = None if peak is None or empty is None else peak - empty
         imports = [w.import_ns for w in workers[name] if w.import_ns is not None and name != "noop"]
-        # A first build may be the quicker one where there is nothing to import.
+        # Without anything to import, a first build may be quicker than later ones: that counts as zero.
         import_ms = max(median(imports), 0.0) / 1e6 if imports else None
         held = most(row.allocator_bytes for row in run.rows if row.method == name)
         lines.append([name, three(peak), three(over), three(held and held / 1000), three(import_ms)])

@@ -9,7 +9,7 @@ from bench.results.text import percent, table, three
 BEFORE, AFTER = "mission", "mission-fault"
 
 ROUNDING_DEG = 1e-4
-"""The turn that a wrench met so well can make at most: 1e-6 rad."""
+"""Largest turn [deg] of a wrench that is met within WRENCH_TOLERANCE: 1e-6 rad."""
 
 HEADERS = (
     "method",
@@ -23,7 +23,7 @@ HEADERS = (
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:
-    """A table for each vehicle that flew both halves."""
+    """A table for each vehicle whose flight was measured before and after a failure."""
     parts = []
     for vehicle in run.vehicles:
         before = {row.method: row for row in best(run, vehicle, BEFORE)}
@@ -44,7 +44,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
 
 
 def _flown(run: Run) -> str:
-    """How much of the flight was asked: a run takes as many demands of it as of any set."""
+    """How many demands of the flight were asked, and their time: a run asks as many as of any other set."""
     halves = [p for p in run.record.problems if p.demands in (BEFORE, AFTER)]
     most = max((p.n_demands for p in halves), default=0)
     seconds = max((p.n_demands / p.rate_hz for p in halves if p.rate_hz), default=None)
@@ -52,10 +52,10 @@ def _flown(run: Run) -> str:
 
 
 def _degraded(run: Run, vehicle: str) -> list[str]:
-    """The vehicles that this one became: its name with one more fault."""
-    found = {row.vehicle for row in run.rows if row.demands == AFTER}
+    """Vehicles that are this one with a single fault, and were flown."""
+    flown = {row.vehicle for row in run.rows if row.demands == AFTER}
     return sorted(
-        name for name in found if run.whole(name) == vehicle and len(run.problems[name].faults) == 1
+        name for name in flown if run.whole(name) == vehicle and len(run.problems[name].faults) == 1
     )
 
 

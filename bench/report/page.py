@@ -35,7 +35,7 @@ SECTIONS = (
 
 
 def page(run: Run, drawn: frozenset[str]) -> str:
-    """The whole report as Markdown; ``drawn`` are the pictures there are. Empty sections are left out."""
+    """The whole report as Markdown, without empty sections; ``drawn`` are the names of the pictures."""
     sections = SECTIONS if run.rows or not run.record.emulated else (emulation,)
     parts = [part.section(run, drawn) for part in sections]
     title = "# What thrust allocation costs, and what it buys\n"

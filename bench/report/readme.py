@@ -1,4 +1,4 @@
-"""The result table that stands in README.md, between two markers."""
+"""The result table of README.md, between two marks."""
 
 from collections import Counter
 from pathlib import Path
@@ -16,17 +16,17 @@ START, END = "<!-- results:start -->", "<!-- results:end -->"
 VEHICLES = ("ukwial", "bluerov2-heavy")
 """The paper's vehicle, and the commonest one with eight thrusters. A run without them shows its first two."""
 MOST = {Family.ONE_SHOT: 1, Family.SOFT: 1}
-"""Methods of these families that are shown, the fastest; of the others all."""
+"""How many methods of a family are shown, the fastest ones; other families are shown whole."""
 
 
 class MarkerError(AllocError):
-    """A file has no place for the table."""
+    """A file has no marks for the table."""
 
 
 def result_table(run: Run) -> str:
-    """One line a method: its median on each vehicle, and on the last one its tail and what it loses.
+    """One line for each method: its median on each vehicle, and its tail and loss on the last vehicle.
 
-    Raises RecordError for a run without times, as one of emulated processors.
+    Raises RecordError for a run without times, such as one of emulated processors.
     """
     shown = [name for name in VEHICLES if name in run.vehicles] or run.vehicles[:2]
     if not shown:
@@ -65,8 +65,8 @@ def result_table(run: Run) -> str:
 def served(run: Run, vehicle: str, row: Row) -> str:
     """The share of the vehicle's attainable set that a method delivers within 1 %; empty where not known.
 
-    It belongs to what is answered, not to how: a native build serves what its method does, and any
-    exact solver what ``nullspace`` does.
+    The share depends on the answers alone: a native build serves what its twin does, and any exact solver
+    serves what ``nullspace`` does.
     """
     capability = run.capability(vehicle)
     served = [s for s in capability.served if s.fault is None] if capability else []
@@ -80,9 +80,9 @@ def put(path: Path, text: str, start: str = START, end: str = END) -> None:
         whole = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError):
         raise MarkerError(f"{path}: can't be read as text; give the README to update") from None
-    before, found, rest = whole.partition(start)
-    _, ended, after = rest.partition(end)
-    if not found or not ended:
+    before, opening, rest = whole.partition(start)
+    _, closing, after = rest.partition(end)
+    if not opening or not closing:
         raise MarkerError(f"{path}: has no '{start}' and '{end}'; write them where the table shall stand")
     path.write_text(f"{before}{start}\n{text}{end}{after}", encoding="utf-8")
 

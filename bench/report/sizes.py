@@ -23,9 +23,9 @@ HEADERS = (
 
 
 def page(
-    found: list[Size], loop: Loop, transfer: Transfer | None = None, canary_us: float | None = None
+    sizes: list[Size], loop: Loop, transfer: Transfer | None = None, canary_us: float | None = None
 ) -> str:
-    """For each vehicle what to take, every method's share of the control period, and why some have none."""
+    """For each vehicle what to take, every method's shares of the control period, and why some have none."""
     parts = [
         f"At {loop.rate_hz:g} Hz one call may take {three(loop.limit_us)} µs,"
         f" {percent(loop.limit_share)} of the control period. Columns in % are shares of the"
@@ -44,12 +44,12 @@ def page(
             f" {three(transfer.high)}; times are multiplied by the upper end. Slowest calls are not"
             " transferred.\n"
         )
-    for vehicle, group in groupby(found, key=lambda size: size.vehicle):
-        sizes = list(group)
-        unknown = [f"- {size.label}: {size.reason}" for size in sizes if size.fit == Fit.UNKNOWN]
+    for vehicle, group in groupby(sizes, key=lambda size: size.vehicle):
+        own = list(group)
+        unknown = [f"- {size.label}: {size.reason}" for size in own if size.fit == Fit.UNKNOWN]
         parts += [
-            f"{vehicle}: {_advice(sizes[0], loop)}\n",
-            table(HEADERS, [_line(size, loop) for size in sizes]),
+            f"{vehicle}: {_advice(own[0], loop)}\n",
+            table(HEADERS, [_line(size, loop) for size in own]),
             *(["Unknown, because:\n", "\n".join(unknown) + "\n"] if unknown else []),
         ]
     return "\n".join(parts)

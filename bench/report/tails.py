@@ -38,11 +38,11 @@ def section(run: Run, drawn: frozenset[str]) -> str:
 
 
 def unmet(rows: Iterable[Row]) -> tuple[int, int]:
-    """In how many rows the repeats' own intervals of p99 do not all meet, of how many with two or more."""
-    found = [[ends for cell in row.cells if (ends := interval(cell.singles, 0.99))] for row in rows]
-    several = [intervals for intervals in found if len(intervals) > 1]
+    """Number of rows whose repeats' intervals of p99 do not all meet, of how many with two or more."""
+    by_row = [[ends for cell in row.cells if (ends := interval(cell.singles, 0.99))] for row in rows]
+    several = [intervals for intervals in by_row if len(intervals) > 1]
     gaps = [max(low for low, _ in ends) / min(high for _, high in ends) for ends in several]
-    return sum(gap > BIN for gap in gaps), len(gaps)  # an end of an interval is known to one bin only
+    return sum(gap > BIN for gap in gaps), len(gaps)  # the end of an interval is known to one bin
 
 
 def _between_processes(run: Run) -> str:

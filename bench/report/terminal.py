@@ -1,4 +1,4 @@
-"""What a run ends with on the terminal: one line a method, and what is wrong with which answers."""
+"""The end of a run on the terminal: a line for each method, and what is wrong with which answers."""
 
 from collections import Counter
 from collections.abc import Iterable
@@ -17,7 +17,7 @@ from bench.results.rows import Run, read_run
 from bench.results.text import number_range, three
 
 ATTAINABLE = ("inactive", "active", "uniform")
-"""Demand sets that a perfect method serves to the last."""
+"""Demand sets that a perfect method serves whole."""
 
 CAPTION = """p50, p99: a call \\[us]; serves: share of what a vehicle can do, within 1 %;
 misses: share of an attainable wrench that is not delivered.
@@ -25,8 +25,8 @@ Over vehicles and demand sets: p50 least … largest, the others the worst."""
 
 
 def objections(rows: Iterable[Row]) -> list[str]:
-    """One line for each row whose answers are wrong or disagree with the reference, naming it."""
-    found = []
+    """One line for each row whose answers are wrong or disagree with the reference, with the row's name."""
+    lines = []
     for row in rows:
         judged = next((j for j in row.judged if j.wrong or j.agrees is False), None)
         if judged is None:
@@ -35,8 +35,8 @@ def objections(rows: Iterable[Row]) -> list[str]:
             f"{judged.distance_rel_max:.2g} of the largest limit away from the reference, "
             f"where {judged.tolerance:.2g} is promised"
         )
-        found.append(f"{row.label} on {row.vehicle}, {row.demands} demands: {what}")
-    return found
+        lines.append(f"{row.label} on {row.vehicle}, {row.demands} demands: {what}")
+    return lines
 
 
 def show(directory: Path, console: Console) -> bool:
@@ -48,7 +48,7 @@ def show(directory: Path, console: Console) -> bool:
         table.add_column(heading, no_wrap=True, min_width=len(heading))
     for label, same in groupby(rows, key=lambda row: row.label):
         table.add_row(label, *_method(run, list(same)))
-    # A file or a pipe has no edge to fit: nothing is cut there.
+    # A file or a pipe has no edge that lines must fit into, so nothing is cut there.
     console.print(table, width=None if console.is_terminal else max(console.width, 120))
     for line in cut_logs(run):
         console.print(line, highlight=False, markup=False, soft_wrap=True)
@@ -77,32 +77,32 @@ def _verdict(rows: list[Row]) -> str:
 
 
 def served(run: Run, rows: list[Row]) -> list[float]:
-    """Per cent of its vehicle's attainable set that a method serves within 1 %, vehicle by vehicle.
+    """Share of the attainable set that a method serves within 1 % [%], for each vehicle where it is known.
 
-    From the record's capability, counted on thousands of demands, where that has the method; else from its
-    row on the set ``uniform``, which is even over that set. Empty where there is neither.
+    The share is the one in the record's capability, counted on thousands of demands, where that has the
+    method or its twin. Else it is that of the row on ``uniform``, a demand set that is even over the
+    attainable set.
     """
-    found = []
+    percentages = []
     for vehicle in sorted({row.vehicle for row in rows}):
-        capability, method = run.capability(vehicle), rows[0].method
-        shares = (
-            [s.within_1pct / s.n_demands for s in capability.served if (s.method, s.fault) == (method, None)]
-            if capability
-            else []
+        capability, names = run.capability(vehicle), (rows[0].method, rows[0].described.twin)
+        counted = (
+            [s for s in capability.served if s.fault is None and s.method in names] if capability else []
         )
+        shares = [s.within_1pct / s.n_demands for s in counted]
         if not shares:
             own = [row for row in rows if (row.vehicle, row.demands) == (vehicle, "uniform")]
             shares = [row.within_1pct_share for row in own if row.within_1pct_share is not None]
-        found += [100 * min(shares)] if shares else []
-    return found
+        percentages += [100 * min(shares)] if shares else []
+    return percentages
 
 
 def missed(rows: list[Row]) -> str:
-    """The largest share of an attainable wrench that is not delivered, per cent."""
+    """The largest share of an attainable wrench that is not delivered, in per cent; empty where not known."""
     worst = most(largest(row) for row in rows if row.demands in ATTAINABLE)
     if worst is None:
         return ""
-    # Two digits, without the exponent that .2g alone would give 100.
+    # Two digits; .2g alone would write 100 with an exponent.
     return f"{float(f'{100 * worst:.2g}'):g}%" if worst > WRENCH_TOLERANCE else "0%"
 
 

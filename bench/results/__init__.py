@@ -1,1 +1,1 @@
-"""What a record says: rows, columns, statistics, rankings, sizes. Reads records and measures nothing."""
+"""Rows, columns, statistics, rankings and sizes, worked out from records; nothing is measured here."""

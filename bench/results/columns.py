@@ -1,8 +1,8 @@
 """The columns of results.csv, in order: each property of ``Row`` is one.
 
-Its name is the column's, with the unit at the end; its docstring is the column's documentation
-(``docs/results.md``). A column that does not apply to a row is empty, here None. Times are medians or
-maxima, never means. To add a column, add a property.
+A property's name is the column's, with the unit at the end; its docstring is the column's documentation
+(``docs/results.md``). A column that does not apply to a row is empty in the file and None here. Times are
+medians or maxima, never means. To add a column, add a property.
 """
 
 from collections.abc import Callable
@@ -53,7 +53,7 @@ class Row(Repeats):
 
     @property
     def n_calls(self) -> int:
-        """How many calls were timed over all repeats; one that stands in a batch and singly counts once."""
+        """How many calls were timed over all repeats; a call timed both in a batch and singly counts once."""
         return sum(map(_calls, self.cells))
 
     @property
@@ -69,12 +69,12 @@ class Row(Repeats):
 
     @property
     def call_p99_us(self) -> float | None:
-        """99 % of single calls were as fast; empty below 1,000 calls."""
+        """Time that 99 % of single calls did not exceed; empty below 1,000 calls."""
         return _us(quantile(self.singles, 0.99))
 
     @property
     def call_p999_us(self) -> float | None:
-        """99.9 % of single calls were as fast; empty below 10,000 calls."""
+        """Time that 99.9 % of single calls did not exceed; empty below 10,000 calls."""
         return _us(quantile(self.singles, 0.999))
 
     @property
@@ -110,12 +110,12 @@ class Row(Repeats):
 
     @property
     def distance_max_N(self) -> float | None:
-        """Largest |f - f*| to the optimum of the same formulation; empty where there is none."""
+        """Largest |f - f*| to the optimum of the same formulation; empty where no optimum is known."""
         return self.worst(lambda j: j.distance_max_N)
 
     @property
     def agrees(self) -> str:
-        """``yes`` where every answer is as near the optimum as promised, else ``no``; ``-`` without one."""
+        """``yes`` where every answer is as near the optimum as promised, else ``no``; ``-`` if unknown."""
         verdicts = {j.agrees for j in self.judged if j.agrees is not None}
         return "-" if not verdicts else "yes" if verdicts == {True} else "no"
 
@@ -222,7 +222,7 @@ class Row(Repeats):
 
     @property
     def failed_after_failure_share(self) -> float | None:
-        """Share (0 to 1) of attainable demands without thrusts, of those right after another such answer."""
+        """Share (0 to 1) without thrusts, of attainable demands right after an answer without thrusts."""
         return self.worst(lambda j: j.failed_after_failure)
 
     @property
@@ -232,7 +232,7 @@ class Row(Repeats):
 
     @property
     def wrong(self) -> str:
-        """Why an answer is wrong, where one is."""
+        """Why an answer is wrong; empty where none is."""
         return next((j.wrong for j in self.judged if j.wrong), "")
 
     @property
@@ -308,17 +308,17 @@ class Row(Repeats):
 
 def _calls(cell: Cell) -> int:
     batched, singly = sum(batch.calls for batch in cell.batches), total(cell.singles)
-    # Passes of slow single calls are batches too: then there is more time in both than was timed at all.
-    # The singles' bins are 1 % off at most.
+    # Slow single calls are stored as batches too. Then batches and singles together hold more time than was
+    # timed at all. The bins of the singles are 1 % off at most.
     batches_ns = sum(batch.wall_ns for batch in (*cell.batches, *cell.binding_batches))
     singles_ns = sum(ns * count for ns, count in cell.singles)
-    same = batched == singly and cell.timed_ns < batches_ns + 0.98 * singles_ns
-    return batched if same else batched + singly
+    twice = batched == singly and cell.timed_ns < batches_ns + 0.98 * singles_ns
+    return batched if twice else batched + singly
 
 
 def _loss(row: Repeats, key: str, worst: Callable[[list[float]], float] = max) -> float | None:
-    found = [value for j in row.judged if (value := j.loss.get(key)) is not None]
-    return worst(found) if found else None
+    values = [value for j in row.judged if (value := j.loss.get(key)) is not None]
+    return worst(values) if values else None
 
 
 def _worst_axis(row: Repeats, suffix: str) -> float | None:

@@ -1,18 +1,24 @@
-"""From instructions to time: a band, since instructions are not cycles and nothing here measured any."""
+"""Time from counts of instructions: a band, because instructions are not cycles and no cycle was measured."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class Cpi:
-    """Cycles per instruction between ``low`` and ``high``, averaged over a call; ``basis`` says why."""
+    """How many cycles an instruction takes, averaged over a call.
+
+    Attributes
+    ----------
+    low, high : least and most cycles per instruction
+    basis : why these are assumed
+    """
 
     low: float
     high: float
     basis: str
 
     def __str__(self) -> str:
-        """In words."""
+        """The band and its basis, as reports show them."""
         return f"{self.low:g} to {self.high:g}; {self.basis}"
 
 
@@ -36,11 +42,11 @@ CPI = {
         " before it, as on a small core in order. Cache misses come on top",
     ),
 }
-"""Assumptions by target; without one there is no band."""
+"""Assumptions by target; a target without one has no band."""
 
 
 def seconds(instructions: float, clock_hz: float, cpi: Cpi) -> tuple[float, float]:
-    """Least and most time [s] of so many instructions at a clock, under the assumption ``cpi``."""
+    """Least and most time [s] that ``instructions`` take at a clock, under the assumption ``cpi``."""
     return instructions * cpi.low / clock_hz, instructions * cpi.high / clock_hz
 
 

@@ -1,4 +1,4 @@
-"""What a record says about instructions: each row beside its count on x86-64. Reads records only."""
+"""Counts of instructions in a record, each beside the count of the same C on x86-64."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -11,25 +11,31 @@ REFERENCE = "x86-64"
 
 @dataclass(frozen=True)
 class EmulatedRow:
-    """One row, and the same C over the same demands on x86-64, where that was counted."""
+    """One line of emulation.csv: a kernel on one demand set and one processor.
 
-    is_: Emulated
+    Attributes
+    ----------
+    emulated : what was counted
+    x86 : the count of the same C over the same demands on x86-64, None where there is none
+    """
+
+    emulated: Emulated
     x86: Emulated | None
 
     @property
     def calls(self) -> int:
         """How many calls were counted."""
-        return self.is_.tried or sum(calls for _, calls in self.is_.instructions)
+        return self.emulated.tried or sum(calls for _, calls in self.emulated.instructions)
 
     @property
     def mean(self) -> float | None:
-        """Instructions of a call, mean (exact counts have no outliers); None for a search."""
-        return None if self.is_.tried else _mean(self.is_)
+        """Mean instructions of a call (exact counts have no outliers); None for a search."""
+        return None if self.emulated.tried else _mean(self.emulated)
 
     @property
     def worst(self) -> int | None:
         """Instructions of the most costly call."""
-        return _worst(self.is_)
+        return _worst(self.emulated)
 
     @property
     def mean_over_x86(self) -> float | None:
@@ -43,30 +49,30 @@ class EmulatedRow:
 
 
 COLUMNS: dict[str, Callable[[EmulatedRow], Value]] = {
-    "vehicle": lambda row: row.is_.vehicle,
-    "target": lambda row: row.is_.target,
-    "method": lambda row: row.is_.method,
-    "scalar": lambda row: row.is_.scalar,
-    "demands": lambda row: row.is_.demands,
-    "status": lambda row: row.is_.status,
-    "reason": lambda row: row.is_.reason,
+    "vehicle": lambda row: row.emulated.vehicle,
+    "target": lambda row: row.emulated.target,
+    "method": lambda row: row.emulated.method,
+    "scalar": lambda row: row.emulated.scalar,
+    "demands": lambda row: row.emulated.demands,
+    "status": lambda row: row.emulated.status,
+    "reason": lambda row: row.emulated.reason,
     "n_calls": lambda row: row.calls,
     "instructions_mean": lambda row: row.mean,
     "instructions_worst": lambda row: row.worst,
     "mean_over_x86": lambda row: row.mean_over_x86,
     "worst_over_x86": lambda row: row.worst_over_x86,
-    "flash_bytes": lambda row: row.is_.flash_bytes,
-    "ram_static_bytes": lambda row: row.is_.ram_static_bytes,
-    "stack_bytes": lambda row: row.is_.stack_bytes,
-    "distance_rel_max": lambda row: row.is_.distance_rel_max,
-    "other_verdicts": lambda row: row.is_.other_verdicts if row.calls else None,
-    "agrees": lambda row: {True: "yes", False: "no", None: "-"}[row.is_.agrees],
+    "flash_bytes": lambda row: row.emulated.flash_bytes,
+    "ram_static_bytes": lambda row: row.emulated.ram_static_bytes,
+    "stack_bytes": lambda row: row.emulated.stack_bytes,
+    "distance_rel_max": lambda row: row.emulated.distance_rel_max,
+    "other_verdicts": lambda row: row.emulated.other_verdicts if row.calls else None,
+    "agrees": lambda row: {True: "yes", False: "no", None: "-"}[row.emulated.agrees],
 }
 """The columns of emulation.csv, in order; docs/embedded.md says what they mean."""
 
 
 def rows(emulated: Iterable[Emulated]) -> list[EmulatedRow]:
-    """Rows in the order of their names; of two with the same names the later one counts."""
+    """Rows in the order of their names; where two have the same names, the later one counts."""
     latest = {(r.vehicle, r.method, r.scalar, r.demands, r.target): r for r in emulated}
     return [EmulatedRow(latest[key], latest.get((*key[:-1], REFERENCE))) for key in sorted(latest)]
 
@@ -74,7 +80,8 @@ def rows(emulated: Iterable[Emulated]) -> list[EmulatedRow]:
 def _mean(row: Emulated | None) -> float | None:
     if row is None or not row.instructions:
         return None
-    return sum(count * calls for count, calls in row.instructions) / sum(n for _, n in row.instructions)
+    calls = sum(calls for _, calls in row.instructions)
+    return sum(count * calls for count, calls in row.instructions) / calls
 
 
 def _worst(row: Emulated | None) -> int | None:

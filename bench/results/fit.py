@@ -1,4 +1,4 @@
-"""The control loop that has to be served, and what can be said of serving it."""
+"""The control loop that a method must serve, and the verdicts on whether it does."""
 
 from dataclasses import dataclass
 from enum import IntEnum
@@ -9,26 +9,26 @@ class Fit(IntEnum):
 
     FITS = 0
     WITHOUT_TAIL = 1
-    """Its median fits; its tail does not, or is not known."""
+    """The median fits; the tail does not, or is not known."""
     MAY_FIT = 2
-    """Only a band is known for its time, and the limit lies within."""
+    """Only a band is known for the time, and the limit lies inside the band."""
     DOES_NOT_FIT = 3
     UNKNOWN = 4
 
     def __str__(self) -> str:
-        """In words."""
+        """The verdict in words."""
         return ("fits", "fits without tail", "may fit", "does not fit", "unknown")[self]
 
 
 @dataclass(frozen=True)
 class Loop:
-    """The control loop that has to be served.
+    """A control loop that a method must serve.
 
     Attributes
     ----------
-    rate_hz : how often
+    rate_hz : calls per second [Hz]
     budget : share of the period that allocation may take [-]
-    deadline_us : time that it may take, in place of a budget
+    deadline_us : time that allocation may take [us], in place of a budget
     """
 
     rate_hz: float
@@ -51,5 +51,5 @@ class Loop:
         return self.limit_us / self.period_us
 
     def highest_rate_hz(self, call_us: float) -> float:
-        """The rate at which a call of that length [us] just takes what the budget, or the period, allows."""
+        """Highest rate [Hz] at which a call of ``call_us`` [us] keeps within the budget, or the period."""
         return (self.budget if self.deadline_us is None else 1.0) * 1e6 / call_us

@@ -1,4 +1,4 @@
-"""What the generated C is asked to keep within."""
+"""The limits that the generated C is asked to keep: instructions and stack."""
 
 GOALS = (
     ("ukwial", "nullspace@native", 180),
@@ -11,8 +11,10 @@ GOALS = (
     ("bluerov2-heavy", "pinv@native", 75),
     ("supply-vessel", "pinv@native", 35),
 )
-"""Vehicle, method, and most instructions of a call in double precision on a Cortex-M7."""
+"""Vehicle, method, and the most instructions that a call may take in double precision on a Cortex-M7."""
 SINGLE = 1.05
-"""Single precision on a Cortex-M4F may take this much more."""
+"""Instructions in single precision on a Cortex-M4F may be this many times as many."""
 STACK_BYTES = 200
+"""Most stack that a call may write."""
 BOARDS = (("cortex-m7", "double", 1.0), ("cortex-m4f", "float", SINGLE))
+"""Target, scalar, and the factor on the most instructions."""

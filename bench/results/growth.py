@@ -1,4 +1,4 @@
-"""What the growth study found: times and bytes over the number of thrusters, and their exponents."""
+"""The growth study's results: times and bytes over the number of thrusters, and their exponents."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -8,16 +8,20 @@ from bench.results.ranking import exact
 from bench.results.rows import Run
 
 STUDY = "growth"
-"""As a problem of the study names it."""
+"""The name that the study's problems carry in a record."""
 FITTED_FROM = 12
-"""Exponents are fitted from so many thrusters on: below, what a call costs anyway hides the growth."""
+"""Fewest thrusters that an exponent is fitted to: with fewer, the fixed cost of a call hides the growth."""
 
 
 @dataclass(frozen=True)
 class Series:
     """One method on the generated vehicles with k degrees of freedom.
 
-    rows: by number of thrusters, those that failed included. d: n - rank T of each.
+    Attributes
+    ----------
+    k : degrees of freedom
+    label : method, start and level
+    rows : by number of thrusters, failed ones included
     """
 
     k: int
@@ -42,16 +46,16 @@ class Series:
 def series(run: Run) -> list[Series]:
     """Every method on every family of generated vehicles, by k and label; [] without a study."""
     shapes = {p.vehicle: (len(p.dof), p.n) for p in run.record.problems if p.study == STUDY}
-    found: dict[tuple[int, str], dict[int, Row]] = {}
+    by_method: dict[tuple[int, str], dict[int, Row]] = {}
     for row in run.rows:
         if row.vehicle in shapes and not row.described.yardstick:
             k, n = shapes[row.vehicle]
-            found.setdefault((k, row.label), {})[n] = row
-    return [Series(k, label, dict(sorted(rows.items()))) for (k, label), rows in sorted(found.items())]
+            by_method.setdefault((k, row.label), {})[n] = row
+    return [Series(k, label, dict(sorted(rows.items()))) for (k, label), rows in sorted(by_method.items())]
 
 
 def exponent(values: dict[int, float]) -> tuple[float, float] | None:
-    """p of value ~ n^p with its standard error, by least squares of logarithms; None below three points."""
+    """Exponent p of value ~ n^p and its standard error, from logarithms; None below three points."""
     from math import log
 
     from scipy.stats import linregress
@@ -59,27 +63,28 @@ def exponent(values: dict[int, float]) -> tuple[float, float] | None:
     points = [(log(n), log(value)) for n, value in values.items() if n >= FITTED_FROM and value > 0]
     if len(points) < 3:
         return None
-    if len({y for _, y in points}) == 1:  # linregress has no error for what does not change
+    if len({y for _, y in points}) == 1:  # linregress gives no standard error for equal values
         return 0.0, 0.0
     fit = linregress([x for x, _ in points], [y for _, y in points])
     return float(fit.slope), float(fit.stderr)
 
 
-def pays_up_to(found: list[Series]) -> tuple[int | None, list[int]]:
-    """Of the series of one k: the largest n up to which an exact closed form beats every exact solver.
+def pays_up_to(family: list[Series]) -> tuple[int | None, list[int]]:
+    """The largest n up to which an exact closed form beats every exact solver, None where it never does.
 
-    Also the sizes from which on no exact closed form was measured any more.
+    ``family`` holds the series of one k. Also returned are the sizes at the upper end for which no exact
+    closed form was measured.
     """
-    sizes = sorted({n for one in found for n in one.rows})
+    sizes = sorted({n for s in family for n in s.rows})
     best: int | None = None
     without: list[int] = []
     ahead = True
     for n in sizes:
-        here = [(one.times_us().get(n), one) for one in found if n in one.rows and exact(one.rows[n])]
-        closed = min((t for t, one in here if t and not one.solver), default=None)
-        solver = min((t for t, one in here if t and one.solver), default=None)
+        times = [(s.times_us().get(n), s.solver) for s in family if n in s.rows and exact(s.rows[n])]
+        closed = min((us for us, solver in times if us and not solver), default=None)
+        by_solver = min((us for us, solver in times if us and solver), default=None)
         without = [*without, n] if closed is None else []
-        ahead = ahead and closed is not None and (solver is None or closed < solver)
+        ahead = ahead and closed is not None and (by_solver is None or closed < by_solver)
         best = n if ahead else best
     return best, without
 

@@ -1,15 +1,15 @@
-"""Statistics of counted times, worked out when a record is read: quantiles, intervals, bounds."""
+"""Statistics of counted times: quantiles, intervals, bounds."""
 
 from collections.abc import Iterable
 from itertools import chain
 
 Histogram = list[tuple[int, int]]
-"""A multiset of times: [(ns, how often), …], sorted."""
+"""A multiset of times: [(time [ns], how often), …], sorted."""
 
 CONFIDENCE = 0.95
-"""Of every interval and bound, here and in the gate."""
+"""Confidence of every interval and bound, here and in the gate."""
 BEYOND = 10
-"""A quantile is given only where this many calls lie beyond it; below that it is an anecdote."""
+"""Fewest calls that must lie beyond a quantile for it to be given."""
 
 
 def merged(counted: Iterable[Histogram]) -> Histogram:
@@ -21,22 +21,23 @@ def merged(counted: Iterable[Histogram]) -> Histogram:
 
 
 def total(counted: Histogram) -> int:
-    """How many times there are."""
+    """Number of times in the multiset."""
     return sum(count for _, count in counted)
 
 
 def quantile(counted: Histogram, q: float) -> int | None:
-    """The least time [ns] that a share ``q`` of all does not exceed; None where n(1 - q) < BEYOND."""
+    """The least time [ns] that a share ``q`` of all times does not exceed; None where n(1 - q) < BEYOND."""
     n = total(counted)
-    # 10,000 (1 - 0.999) is 10.000000000000009 or 9.99…, as rounding has it; 9.6 is not ten.
+    # 10,000 (1 - 0.999) may be 9.99… by rounding and must count as ten; 9.6 must not.
     return ranked(counted, q * n) if n * (1 - q) > BEYOND - 1e-6 else None
 
 
 def interval(counted: Histogram, q: float) -> tuple[int, int] | None:
-    """Bounds [ns] that hold quantile ``q`` with CONFIDENCE, from order statistics; None as ``quantile``.
+    """Bounds [ns] that hold quantile ``q`` with CONFIDENCE, from order statistics; None where it has none.
 
     The number of calls below the quantile is binomial (n, q), whatever the distribution of times, if calls
-    are independent. They are not, and processes differ: ``bench.report.tails.unmet`` counts how it shows.
+    are independent. They are not, and processes differ: ``bench.report.tails.unmet`` counts how often that
+    shows.
     """
     from scipy.stats import binom
 
@@ -58,10 +59,10 @@ def ranked(counted: Histogram, rank: float) -> int:
 
 
 def misses(counted: Histogram, deadline_ns: float) -> tuple[int, int, float]:
-    """Calls later than a deadline, of how many, and the share that is not exceeded with CONFIDENCE.
+    """Number of calls later than a deadline, number of calls, and an upper bound on the share of late calls.
 
-    The bound is Clopper and Pearson's (1934), one-sided, as if calls were independent; without a miss it is
-    about 3 / n.
+    The bound is Clopper and Pearson's (1934), one-sided, with CONFIDENCE, as if calls were independent;
+    without a late call it is about 3 / n.
     """
     from scipy.stats import binomtest
 

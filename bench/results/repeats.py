@@ -1,4 +1,4 @@
-"""The repeats of one measurement, taken together."""
+"""The repeats of one cell, taken together."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -13,18 +13,18 @@ from bench.results.quantiles import Histogram, merged
 N = TypeVar("N", int, float)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Repeats:
-    """Every repeat of a method with its start and level on one vehicle's demand set: what a row is made of.
+    """All repeats of a method with its start and level on one vehicle's demand set: the data of a row.
 
     Attributes
     ----------
-    key : what names the row; its repeat is 0
+    key : the row's name, with repeat 0
     described : what the record says of the method itself
     cells : the repeats, each measured by a process of its own
-    workers : those processes
+    workers : the processes that measured them
     disturbances : what disturbed the machine meanwhile, empty where it was quiet
-    attainable : share of the set's demands that are labelled inactive or active
+    attainable : share of the set's demands that are labelled inactive or active [-]
     """
 
     key: Key
@@ -36,15 +36,15 @@ class Repeats:
 
     @property
     def label(self) -> str:
-        """Method, start and level as tables show them, e.g. ``qp/osqp warm tight``; default is not said."""
+        """Method, start and level as tables show them, e.g. ``qp/osqp warm tight``, without ``default``."""
         choices = (self.key.start, self.key.level)
         return " ".join([self.key.method, *(choice for choice in choices if choice not in ("-", "default"))])
 
     @property
     def family(self) -> str:
-        """With which other methods reports show this one."""
-        answers = next((cell.formulation for cell in self.cells if cell.formulation), "")
-        return self.described.family or find_formulation(answers).family
+        """Family of the method: reports show its methods together."""
+        formulation = next((cell.formulation for cell in self.cells if cell.formulation), "")
+        return self.described.family or find_formulation(formulation).family
 
     @cached_property
     def failed(self) -> Cell | None:
@@ -58,7 +58,7 @@ class Repeats:
 
     @cached_property
     def judged(self) -> list[Judged]:
-        """What the equations say, one entry a repeat that was judged."""
+        """Judgements by the equations, one for each repeat that was judged."""
         return [cell.judged for cell in self.cells if cell.judged is not None]
 
     def centre(self, batches: Callable[[Cell], Sequence[Batch]], clock: str = "wall_ns") -> list[float]:
@@ -67,10 +67,10 @@ class Repeats:
         return [median(getattr(b, clock) / b.calls for b in repeat) for repeat in timed if repeat]
 
     def worst(self, what: Callable[[Judged], float | None]) -> float | None:
-        """The largest value of ``what`` over the repeats, None where nobody has one."""
+        """The largest value of ``what`` over the repeats, None where no repeat has one."""
         return most(map(what, self.judged))
 
 
 def most(values: Iterable[N | None]) -> N | None:
-    """The largest of the values that are there, None where none is."""
+    """The largest of the values that are not None; None where all are."""
     return max((value for value in values if value is not None), default=None)

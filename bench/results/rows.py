@@ -1,4 +1,4 @@
-"""A run as reports see it: the record's cells gathered into rows, one a line of results.csv."""
+"""A run as reports see it: the record's cells gathered into rows, one for each line of results.csv."""
 
 from collections import defaultdict
 from dataclasses import dataclass
@@ -13,19 +13,25 @@ from bench.results.disturbance import canary_median_ns, disturbances
 from bench.results.quantiles import Histogram, merged, quantile
 
 SETS = ("active", "inactive", "boundary", "infeasible", "box", "axes", "mission")
-"""Order of demand sets in tables; the first one there is stands for the vehicle in pictures."""
+"""Order of demand sets in tables. The first set that a vehicle has represents it in pictures."""
 
 
 @dataclass(frozen=True)
 class Run:
-    """A record and its rows."""
+    """A record and its rows.
+
+    Attributes
+    ----------
+    record : all facts of the run
+    rows : its cells gathered, sorted by vehicle, demand set, method, start and level
+    """
 
     record: Record
     rows: tuple[Row, ...]
 
     @cached_property
     def by_vehicle(self) -> dict[str, list[Row]]:
-        """Rows of each vehicle, sorted by its name; canaries, which belong to none, left out."""
+        """Rows by vehicle, in the order of names; canaries belong to no vehicle and are left out."""
         rows: dict[str, list[Row]] = {}
         for row in self.rows:
             if row.vehicle != NO_VEHICLE:
@@ -34,22 +40,22 @@ class Run:
 
     @cached_property
     def problems(self) -> dict[str, Problem]:
-        """One problem of each vehicle: what the record says of the vehicle itself."""
+        """One problem for each vehicle, for the facts about the vehicle itself."""
         return {problem.vehicle: problem for problem in self.record.problems}
 
     @property
     def vehicles(self) -> list[str]:
-        """Vehicles with sections of their own: neither a study's nor the ``degraded``."""
+        """Vehicles with sections of their own: all but a study's vehicles and the ``degraded`` ones."""
         degraded = set(self.degraded)
         return [name for name in self.by_vehicle if name not in degraded and not self.study(name)]
 
     @property
     def degraded(self) -> list[str]:
-        """Vehicles that are another one of this run after a failure."""
+        """Vehicles that are another vehicle of this run after a failure."""
         return [name for name in self.by_vehicle if self.whole(name) in self.by_vehicle.keys() - {name}]
 
     def study(self, vehicle: str) -> str:
-        """The study that a vehicle was generated for, empty for one of its own."""
+        """The study that a vehicle was generated for, empty for any other vehicle."""
         return self.problems[vehicle].study if vehicle in self.problems else ""
 
     def whole(self, vehicle: str) -> str:
@@ -71,7 +77,7 @@ class Run:
         return None if tail is None else tail / 1000
 
     def capability(self, vehicle: str) -> Capability | None:
-        """What the vehicle can do and who serves it; None where the record does not say, as for a failure."""
+        """The vehicle's capability; None where the record has none, as for a degraded vehicle."""
         return next((c for c in self.record.capabilities if c.vehicle == vehicle), None)
 
     def of(self, vehicle: str, demands: str = "") -> list[Row]:

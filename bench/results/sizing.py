@@ -1,4 +1,4 @@
-"""Which method fits a processor at a control rate: shares of the period, deadline misses, whether it fits."""
+"""Which method fits a control rate: its times, its late calls, and a verdict."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -12,7 +12,7 @@ from bench.results.rows import Run
 from bench.results.transfer import Transfer
 
 LATE_SHARE = 0.001
-"""A method fits if p99.9 does: no more than one call in a thousand may be late."""
+"""Largest share of late calls of a method that fits: one in a thousand, as p99.9 is judged."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,13 +21,16 @@ class Size:
 
     Attributes
     ----------
-    reason : what stands in the way of a better ``fit``, empty where nothing does
-    p50_us : median of the demand set that takes longest, None where the calls do not suffice
-    p999_us, max_us : p99.9 and the slowest of the single calls on all sets together, or None
-    late, calls : how many of the single calls were late, of how many
-    bound : share of late calls, not exceeded with 95 % confidence
-    rate_hz : the highest one that the slowest call seen allows
-    memory_MB : peak of the method's process
+    vehicle, method, label : what was sized; the label is method, start and level
+    fit : the verdict
+    reason : what prevents a better ``fit``, empty where nothing does
+    exact : whether it is exact wherever an attainable demand was asked
+    p50_us : median on the demand set that takes longest [us], None where there are too few calls
+    p999_us, max_us : p99.9 and the slowest of the single calls on all sets together [us], or None
+    late, calls : number of late single calls, and of all single calls
+    bound : share of late calls that is not exceeded with 95 % confidence [-]
+    rate_hz : highest rate that the slowest call seen allows [Hz]
+    memory_MB : peak memory of the method's process [MB]
     """
 
     vehicle: str
@@ -47,38 +50,37 @@ class Size:
 
 
 def sizes(run: Run, loop: Loop, transfer: Transfer | None = None) -> list[Size]:
-    """Every method of a run, the one to take first.
+    """Every method, start and level of a run, the one to take first.
 
-    Before anything else come methods whose median fits; of those the exact ones; of those the ones
-    whose tail fits too; and then the cheap ones. So exactness is given up only where no exact method
-    keeps up, and not for one late call in a million, which may be the machine's.
+    Methods are sorted by whether their median fits, then by whether they are exact, then by whether their
+    tail fits too, then by their median. So exactness is given up only where no exact method keeps up, and not
+    for one late call in a million, which may be the machine's.
 
-    With a ``transfer`` every time is multiplied by the upper end of its band, and a slowest call,
-    which belongs to the machine that made it, is not transferred at all.
+    With a ``transfer`` every time is multiplied by the upper end of its band. A slowest call belongs to the
+    machine that made it and is not transferred.
     """
     groups: dict[tuple[str, str], list[Row]] = {}
     for row in run.rows:
         if not row.described.yardstick:
             groups.setdefault((row.vehicle, row.label), []).append(row)
-    found = [_size(rows, loop, transfer) for rows in groups.values()]
     return sorted(
-        found,
+        (_size(rows, loop, transfer) for rows in groups.values()),
         key=lambda s: (s.vehicle, s.fit > Fit.WITHOUT_TAIL, not s.exact, s.fit, s.p50_us or 0.0),
     )
 
 
 def canary_max_us(run: Run) -> float | None:
-    """The slowest call [us] of the run's canaries, a few microseconds of fixed work: the machine's doing."""
+    """The slowest call [us] of the run's canaries: a few microseconds are its work, the rest the machine."""
     singles = merged(row.singles for row in run.rows if row.vehicle == NO_VEHICLE)
     return singles[-1][0] / 1000 if singles else None
 
 
-def best_of_each(found: list[Size]) -> list[Size]:
-    """Of each method only the start and level that comes first."""
-    seen: dict[tuple[str, str], Size] = {}
-    for size in found:
-        seen.setdefault((size.vehicle, size.method), size)
-    return list(seen.values())
+def best_of_each(sizes: list[Size]) -> list[Size]:
+    """The first start and level of each method on each vehicle."""
+    first: dict[tuple[str, str], Size] = {}
+    for size in sizes:
+        first.setdefault((size.vehicle, size.method), size)
+    return list(first.values())
 
 
 def _size(rows: list[Row], loop: Loop, transfer: Transfer | None) -> Size:
@@ -99,9 +101,9 @@ def _size(rows: list[Row], loop: Loop, transfer: Transfer | None) -> Size:
     slowest = None if transfer or not singles else singles[-1][0] / 1000
     late, calls, bound = misses(singles, loop.limit_us * 1000 / factor) if singles else (0, 0, None)
     fit, reason = judge(loop, p50, p999, slowest, bound, estimated=transfer is not None)
-    known = slowest or p999 or p50
+    longest = slowest or p999 or p50
     return size(
-        # Where nothing attainable was asked, an exact method may have nothing to answer.
+        # On a set without attainable demands an exact method may have no answers to be judged by.
         exact=all(exact(row) for row in rows if row.attainable or row.agrees != "-")
         and any(exact(row) for row in rows),
         fit=fit,
@@ -112,7 +114,7 @@ def _size(rows: list[Row], loop: Loop, transfer: Transfer | None) -> Size:
         late=late,
         calls=calls,
         bound=bound,
-        rate_hz=loop.highest_rate_hz(known) if known else None,
+        rate_hz=loop.highest_rate_hz(longest) if longest else None,
         memory_MB=_largest([row.peak_rss_MB for row in rows], 1.0),
     )
 
@@ -125,11 +127,11 @@ def judge(
     bound: float | None,
     estimated: bool = False,
 ) -> tuple[Fit, str]:
-    """Whether a method fits by its times, and in a word what stands in the way of a better answer.
+    """Whether a method fits by its times, and what prevents a better verdict, empty where nothing does.
 
-    fits: no call seen was late, of so many that at most LATE_SHARE of all calls are (95 %
-    confidence; that is 2,995). fits without tail: the median fits, the tail does not or is not
-    known. does not fit: the median does not. unknown: no median.
+    A method ``fits`` where no call was late, of so many that at most LATE_SHARE of all calls are late with
+    95 % confidence; that takes 2,995 calls. It ``fits without tail`` where the median fits, and the tail does
+    not or is not known. It ``does not fit`` where the median does not, and is ``unknown`` without a median.
     """
     limit = loop.limit_us
     if p50_us is None:

@@ -1,4 +1,4 @@
-"""Rows through columns: the CSV files of a run, and what the columns of results.csv mean."""
+"""CSV files from rows and columns, and the documentation of the columns of results.csv."""
 
 import csv
 import inspect
@@ -15,18 +15,18 @@ Value = str | int | float | None
 
 def columns() -> dict[str, Callable[[Row], Value]]:
     """Every column of results.csv by name, in the order in which ``bench.results.columns.Row`` has them."""
-    properties = {name: thing for name, thing in vars(Row).items() if isinstance(thing, property)}
+    properties = {name: member for name, member in vars(Row).items() if isinstance(member, property)}
     return {name: column.fget for name, column in properties.items() if column.fget}
 
 
 def write_csv(
     path: Path, columns: Mapping[str, Callable[[R], Value]], rows: Iterable[R], *, pointed: bool = True
 ) -> None:
-    """Write a header of column names and one line a row, empty where a value is None.
+    """Write a header of column names and one line for each row, with None as an empty field.
 
-    Floats have six digits, more than a clock or a solver's tolerance can give. ``pointed`` gives whole
-    ones a point too: a reader that guesses a column's type from its first rows must not take 0.0 and 1.0
-    for whole numbers.
+    Floats have six digits, more than a clock or a solver's tolerance can give. With ``pointed`` a float
+    without decimals gets a point too, so that a reader that guesses a column's type from its first rows does
+    not take it for an integer.
     """
 
     def text(value: Value) -> Value:

@@ -1,4 +1,4 @@
-"""Numbers and tables as people read them: three significant digits, Markdown, units in the headers."""
+"""Numbers and tables for readers: three significant digits, Markdown."""
 
 from collections.abc import Iterable, Sequence
 from math import floor, isfinite, log10
@@ -13,7 +13,7 @@ def three(value: float | None) -> str:
     if value == 0 or not isfinite(value):
         return f"{value:g}"
     digits = 2 - floor(log10(abs(value)))
-    rounded = round(value, digits)  # may gain a digit: 9.999 becomes 10.0
+    rounded = round(value, digits)  # rounding may add a digit: 9.999 becomes 10.0
     digits = 2 - floor(log10(abs(rounded)))
     if not -4 <= digits <= 5:
         return f"{value:.2e}".replace("e-0", "e-").replace("e+0", "e")
@@ -21,12 +21,12 @@ def three(value: float | None) -> str:
 
 
 def percent(share: float | None) -> str:
-    """A share of 1 as per cent, three significant digits."""
+    """A share (0 to 1) in per cent, three significant digits; empty for None."""
     return "" if share is None else f"{three(100 * share)} %"
 
 
 def number_range(values: Iterable[float | None], to: str = " to ") -> str:
-    """``1.20`` or ``1.20 to 3.40``, the least and the largest of what is there; empty for nothing."""
+    """``1.20`` or ``1.20 to 3.40``: least and largest of the values that are not None, empty without any."""
     known = [value for value in values if value is not None]
     if not known:
         return ""
@@ -35,14 +35,14 @@ def number_range(values: Iterable[float | None], to: str = " to ") -> str:
 
 
 def table(headers: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A Markdown table that also reads well in a terminal; the first column left, numbers right."""
+    """A Markdown table that also reads well in a terminal: first column left, numbers right."""
     body = [[_cell(text) for text in row] for row in rows]
     align = ["left", *("left" if _wordy(body, i) else "right" for i in range(1, len(headers)))]
     return tabulate(body, headers=headers, tablefmt="pipe", colalign=align, disable_numparse=True) + "\n"
 
 
 def _cell(text: str) -> str:
-    """One line, and no bar that would start another cell: what a solver says may hold anything."""
+    """The text on one line, its bars escaped: a solver's message may hold anything."""
     return " ".join(text.split()).replace("|", "\\|")
 
 

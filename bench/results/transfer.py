@@ -1,4 +1,4 @@
-"""What one machine's times say of another machine, by fixed work that was timed on both: an estimate."""
+"""An estimate of another machine's times, from fixed work that was timed on both machines."""
 
 from dataclasses import dataclass
 from math import prod
@@ -7,16 +7,20 @@ from bench.record import NO_VEHICLE
 from bench.record.canary import CanaryError, CanaryFile
 from bench.results.rows import Run
 
-BEYOND = 1.5
-"""The band is the canaries' ratios, widened by this. They are a Python loop and a matrix product; a
-solver's code also depends on caches, compilers and instruction sets, which neither of them feels."""
+WIDENING = 1.5
+"""Factor by which the band is wider at either end than the canaries' ratios. The canaries are a Python loop
+and a matrix product; a solver's code also depends on caches, compilers and instruction sets."""
 
 
 @dataclass(frozen=True)
 class Transfer:
     """How much longer calls take on the target than where the run was made.
 
-    low, high: ends of the band; centre: geometric mean of the canaries' ratios. machine: the target.
+    Attributes
+    ----------
+    low, high : ends of the band [-]
+    centre : geometric mean of the canaries' ratios [-]
+    machine : the target
     """
 
     low: float
@@ -32,6 +36,5 @@ def transfer(run: Run, target: CanaryFile) -> Transfer:
     if not ratios:
         raise CanaryError("this run holds none of the file's canaries; run again with this version")
     centre = prod(ratios) ** (1 / len(ratios))
-    return Transfer(
-        min(ratios) / BEYOND, centre, max(ratios) * BEYOND, str(target.machine.get("cpu") or "the target")
-    )
+    machine = str(target.machine.get("cpu") or "the target")
+    return Transfer(min(ratios) / WIDENING, centre, max(ratios) * WIDENING, machine)

@@ -1,1 +1,1 @@
-"""Studies behind claims in the documents: each is a script whose output a document quotes."""
+"""Studies behind claims in the documents: scripts whose output a document quotes."""

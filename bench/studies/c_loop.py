@@ -1,4 +1,4 @@
-"""A C function timed in a C loop, and its instructions counted call by call: no Python in either."""
+"""Times of a C function in a C loop, and its instructions call by call, both without Python."""
 
 import os
 import subprocess
@@ -22,7 +22,7 @@ REPEAT_NS = 2e6
 
 @contextmanager
 def program(kernel: Kernel, taus: FloatArray) -> Iterator[list[str]]:
-    """The compiled loop around the kernel as a command that still wants ROUNDS and REPEATS."""
+    """The compiled loop around the kernel, as a command to which ROUNDS and REPEATS must be added."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         units = kernel.write(folder)
@@ -30,7 +30,7 @@ def program(kernel: Kernel, taus: FloatArray) -> Iterator[list[str]]:
         made, demands = folder / "loop", folder / "demands.bin"
         np.ascontiguousarray(taus, dtype=SCALARS[kernel.scalar]).tofile(demands)
         sources = [str(path) for path in (*units, LOOP)]
-        # The loop stands in a file of its own, so that no kernel is inlined into it.
+        # The loop is in a file of its own, so that no kernel is inlined into it.
         subprocess.run(
             [*compiler(), *STANDARD, "-O2", "-w", *includes, *sources, "-lm", "-o", str(made)], check=True
         )
@@ -38,7 +38,7 @@ def program(kernel: Kernel, taus: FloatArray) -> Iterator[list[str]]:
 
 
 def nanoseconds(kernel: Kernel, taus: FloatArray, repeats: int = 15) -> FloatArray:
-    """Time per call [ns], one number a repeat over all ``taus`` (N, k)."""
+    """Time per call [ns], one number for each repeat over all ``taus`` (N, k)."""
     with program(kernel, taus) as command:
         once = _run([*command, "1", "3"])
         rounds = max(1, round(REPEAT_NS / (float(np.min(once)) * len(taus))))

@@ -1,8 +1,8 @@
 """Ways from Python into a generated kernel: ctypes, cffi in API mode, this project's extension.
 
-``python -m bench.studies.call_path`` prints a Markdown table [ns a call, CPU time, the least of several
-batches]. ctypes and cffi are shown bare (no check of tau, a raw status) and as an allocator must be;
-the extension is only ever the latter.
+``python -m bench.studies.call_path`` prints a Markdown table of the CPU time of a call [ns], the least of
+several batches. ctypes and cffi are shown bare (no check of tau, a raw status) and as allocators; the
+extension is shown as an allocator only.
 """
 
 import ctypes
@@ -28,10 +28,10 @@ Bare = Callable[[FloatArray, FloatArray], int]
 
 
 def by_ctypes(vehicle: Vehicle) -> Bare:
-    """A function found in the library; arrays go as buffers, at half the price of ``array.ctypes.data``."""
+    """The library's function by ctypes; arrays go as buffers, at half the price of ``array.ctypes.data``."""
     library = ctypes.CDLL(str(shared_library(KERNEL, sources(vehicle, KERNEL, faults=False))))
     solve = library[function_name(vehicle, KERNEL)]
-    # Any: an array is a buffer from Python 3.12 on only for the type checker; it always was one.
+    # The type is Any, because a type checker takes an array for a buffer from Python 3.12 on only.
     wrench: Any = ctypes.c_double * vehicle.k
     thrusts: Any = ctypes.c_double * vehicle.n
 
@@ -52,7 +52,7 @@ def by_cffi(vehicle: Vehicle, folder: Path) -> Bare:
     ffi.set_source(f"_{name}", source)
     path = ffi.compile(tmpdir=str(folder))
     spec = importlib.util.spec_from_file_location(f"_{name}", path)
-    assert spec is not None  # the file was just made
+    assert spec is not None  # cffi has just made the file
     assert spec.loader is not None
     module: Any = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
@@ -71,7 +71,7 @@ def bare(call: Bare, n: int) -> Callable[[FloatArray], object]:
 
 
 def as_allocator(call: Bare, vehicle: Vehicle) -> Callable[[FloatArray], Allocation]:
-    """The same with tau checked and the answer an Allocation."""
+    """The call with tau checked and an Allocation as its answer."""
     statuses = tuple(Status)
 
     def allocate(tau: FloatArray) -> Allocation:
@@ -85,7 +85,7 @@ def as_allocator(call: Bare, vehicle: Vehicle) -> Callable[[FloatArray], Allocat
 
 
 def measure(name: str, folder: Path) -> list[str]:
-    """One row: every way for one vehicle."""
+    """One row of the table: a vehicle, and the time of every way [ns]."""
     vehicle = load_vehicle(name)
     ways = {"ctypes": by_ctypes(vehicle), "cffi": by_cffi(vehicle, folder)}
     calls: dict[str, Callable[[FloatArray], object]] = {PRODUCT: python_calls(vehicle)[PRODUCT]}

@@ -1,6 +1,6 @@
-"""qpbenchmark's harness and ours on the same problems: ``python -m bench.studies.cross_check``.
+"""qpbenchmark's harness and this project's on the same problems: the table of docs/cross-check.md.
 
-Its output is the table of docs/cross-check.md.
+``python -m bench.studies.cross_check`` prints it.
 """
 
 from pathlib import Path
@@ -19,18 +19,24 @@ from bench.results.text import table, three
 from bench.studies.thrust_allocation import Case, ThrustAllocation
 
 CALLS = 20
-"""Calls a batch, on the CPU clock: on problems of microseconds one call measures the clock."""
+"""Calls of a batch on the CPU clock: a single call of microseconds would measure the clock."""
 
 
 class Ours(NamedTuple):
-    """What our side says of one solver by one route: share solved and right, median time of a call."""
+    """This project's measurement of one solver by one route.
+
+    Attributes
+    ----------
+    right : share of problems that are solved and right [-]
+    call_us : median time of a call [us]
+    """
 
     right: float
     call_us: float
 
 
 def theirs(problems: ThrustAllocation, settings: tuple[str, ...], solver: str | None = None) -> Results:
-    """qpbenchmark's own results on the problems; ``solver`` leaves the others out."""
+    """qpbenchmark's own results on the problems, of one ``solver`` or of all."""
     with TemporaryDirectory() as folder:
         results = Results(Path(folder) / "results.csv", problems)
         for name in settings:
@@ -57,26 +63,26 @@ def ours(method: str, cases: list[Case]) -> Ours:
 
 
 def lines(problems: ThrustAllocation) -> list[list[str]]:
-    """One row a solver: success by qpbenchmark's settings, answers right by ours, three times."""
+    """One row for each solver: success by qpbenchmark's settings, right answers by ours, and three times."""
     frame = theirs(problems, ("default", "high_accuracy")).df
-    found = []
+    rows = []
     for solver in sorted(problems.solvers):
-        mine = frame[frame["solver"] == solver]
+        own = frame[frame["solver"] == solver]
         solved = []
         for settings in ("default", "high_accuracy"):
             limit = problems.tolerances[settings]
-            part = mine[mine["settings"] == settings]
+            part = own[own["settings"] == settings]
             worst = part[["primal_residual", "dual_residual", "duality_gap"]].astype(float).fillna(np.inf)
             solved.append(100 * float((part["found"] & (worst < limit.primal).all(axis=1)).mean()))
         try:
             one_shot, live = (ours(f"{route}/{solver}", problems.cases) for route in ("qpsolvers", "qp"))
         except (NotInstalled, LookupError):
             continue
-        theirs_us = 1e6 * float(mine[mine["settings"] == "default"]["runtime"].median())
+        theirs_us = 1e6 * float(own[own["settings"] == "default"]["runtime"].median())
         right = (100 * one_shot.right, 100 * live.right)
         times_us = (theirs_us, one_shot.call_us, live.call_us)
-        found.append([solver, *map(three, (*solved, *right, *times_us))])
-    return found
+        rows.append([solver, *map(three, (*solved, *right, *times_us))])
+    return rows
 
 
 HEADERS = [

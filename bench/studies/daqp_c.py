@@ -1,4 +1,4 @@
-"""DAQP's own C around one vehicle's problem, for the C loop: no Python, no clock inside."""
+"""DAQP's own C with one vehicle's problem as a kernel for the C loop, without Python or a clock in it."""
 
 from pathlib import Path
 
@@ -6,11 +6,11 @@ from alloc import Vehicle, pose_hard
 from bench.emulation.kernel import Kernel, braced
 
 EQUALITY = 5
-"""DAQP's mark for a row of A that is an equation: active and never to be dropped."""
+"""DAQP's mark for a row of A that is an equation: always active."""
 
 
 def daqp_kernel(vehicle: Vehicle, csrc: Path) -> Kernel:
-    """Set up at the first call, as ``qp/daqp`` reused: each call brings new bounds and drops the active set.
+    """A kernel set up at its first call, as ``qp/daqp`` reused: a call sets bounds and drops the active set.
 
     ``csrc`` is the folder of that name in DAQP's source distribution.
     """

@@ -1,7 +1,7 @@
 """Self-check of the gate on small repositories with known changes: ``python -m bench.studies.gate_check``.
 
-Each case is a commit on top of a copy of this tree. It takes about half a minute, too long for a
-unit test; ``.ci/run`` runs it after the tests. Exit code 1 if a verdict is not the expected one.
+Each case is a commit on top of a copy of this tree. The check takes about half a minute, too long for a
+unit test; ``.ci/run`` runs it after the tests. It exits with 1 if a verdict is not the expected one.
 """
 
 import shutil
@@ -20,11 +20,20 @@ from bench.studies.injection import CLOSED_FORMS, delete_method, scale_thrusts, 
 
 ROOT = Path(__file__).parents[2]
 CALL_NS = 1000.0
-"""About what a call of pinv takes; 15 % of it is the slow-down to be found."""
+"""About the time of a call of pinv; the gate must find a slow-down by 15 % of it."""
 
 
 class GateCase(NamedTuple):
-    """A change, how the gate is asked about it, and what it must answer."""
+    """A change, and what the gate must say of it.
+
+    Attributes
+    ----------
+    name : what is changed
+    change : makes the change in a tree
+    options : of ``thrustbench gate``
+    exit_code : the expected one
+    says : what must be part of the report
+    """
 
     name: str
     change: Callable[[Path], None]
@@ -35,20 +44,44 @@ class GateCase(NamedTuple):
 
 def cases() -> list[GateCase]:
     """The gate's promises, each as a commit."""
-    some = ("--cells", "ukwial:pinv", "--cells", "ukwial:qp/daqp:reused", "--cells", "ukwial:nullspace")
-    tenths = round(0.15 * CALL_NS / statement_ns())
+    few_cells = ("--cells", "ukwial:pinv", "--cells", "ukwial:qp/daqp:reused", "--cells", "ukwial:nullspace")
+    statements = round(0.15 * CALL_NS / statement_ns())
     return [
-        GateCase("identical trees, measured", lambda _: None, ("--always", *some), 0, "pass: 3 cells"),
         GateCase(
-            "15 % more work in a call",
-            partial(slow_down, where=CLOSED_FORMS, statements=tenths),
-            ("--cells", "ukwial:pinv", "--no-instructions"),
-            1,
-            "ukwial:pinv",
+            name="identical trees, measured",
+            change=lambda _: None,
+            options=("--always", *few_cells),
+            exit_code=0,
+            says="pass: 3 cells",
         ),
-        GateCase("thrusts scaled by 1.001", partial(scale_thrusts, factor=1.001), (), 1, "wrong answer"),
-        GateCase("a method deleted", partial(delete_method, name="svd"), (), 1, "ukwial:svd:-"),
-        GateCase("README edited", partial(edit, name="README.md"), (), 0, "pass at once"),
+        GateCase(
+            name="15 % more work in a call",
+            change=partial(slow_down, where=CLOSED_FORMS, statements=statements),
+            options=("--cells", "ukwial:pinv", "--no-instructions"),
+            exit_code=1,
+            says="ukwial:pinv",
+        ),
+        GateCase(
+            name="thrusts scaled by 1.001",
+            change=partial(scale_thrusts, factor=1.001),
+            options=(),
+            exit_code=1,
+            says="wrong answer",
+        ),
+        GateCase(
+            name="a method deleted",
+            change=partial(delete_method, name="svd"),
+            options=(),
+            exit_code=1,
+            says="ukwial:svd:-",
+        ),
+        GateCase(
+            name="README edited",
+            change=partial(edit, name="README.md"),
+            options=(),
+            exit_code=0,
+            says="pass at once",
+        ),
     ]
 
 
@@ -58,7 +91,7 @@ def edit(tree: Path, name: str) -> None:
 
 
 def copy(into: Path) -> None:
-    """A repository with one commit: what can be measured of this tree."""
+    """Make a repository with one commit: the part of this tree that the gate measures."""
     into.mkdir()
     shutil.copytree(ROOT / "alloc", into / "alloc", ignore=shutil.ignore_patterns("__pycache__"))
     for name in ("pyproject.toml", "constraints.txt"):
@@ -68,10 +101,10 @@ def copy(into: Path) -> None:
 
 
 def commit(tree: Path, message: str) -> None:
-    """Commit everything, also nothing, as nobody in particular."""
+    """Commit all changes, or none, under a made-up name."""
     git(tree, "add", "--all")
-    nobody = ("-c", "user.name=check", "-c", "user.email=check@localhost")
-    git(tree, *nobody, "commit", "--quiet", "--allow-empty", "--message", message)
+    author = ("-c", "user.name=check", "-c", "user.email=check@localhost")
+    git(tree, *author, "commit", "--quiet", "--allow-empty", "--message", message)
 
 
 def git(tree: Path, *arguments: str) -> None:
@@ -92,7 +125,7 @@ def main() -> int:
             commit(tree, case.name)
             started = monotonic()
             gate = [sys.executable, "-m", "bench", "gate", "HEAD~1", "HEAD", "--repo", str(tree)]
-            for _ in range(2):  # once more where the machine moved, as anybody would
+            for _ in range(2):  # an inconclusive gate is run once more, as a user would
                 done = subprocess.run([*gate, *case.options], cwd=ROOT, capture_output=True, text=True)
                 if done.returncode != Outcome.INCONCLUSIVE:
                     break

@@ -1,11 +1,11 @@
-"""How often the gate cries wolf, and what it finds: against the naive rule and pytest-benchmark's.
+"""How often the gate raises false alarms and what it finds, beside two runs of pytest-benchmark.
 
     python -m bench.studies.gate_proof FILE --minutes 30    measure, one line a trial
     python -m bench.studies.gate_table FILE                 the table of docs/gate.md
 
-A trial compares the tree with a copy of itself or with one whose calls do 5, 10 or 20 % more work,
-by the gate or by two runs of pytest-benchmark. All kinds take turns, so that each sees the same
-machine in the same hour, and a run that is stopped leaves a balanced file that the next continues.
+A trial compares the tree with a copy of itself or with a copy whose calls do 5, 10 or 20 % more work, by the
+gate or by two runs of pytest-benchmark. All kinds of trials take turns, so that they meet the same machine in
+the same hour, and so that a run that is stopped leaves a balanced file. The next run continues the file.
 """
 
 import json
@@ -38,22 +38,22 @@ CALIBRATED = {
     CLOSED_FORMS: ("ukwial:pinv:-", "ukwial:svd:-", "ukwial:walsh:-"),
     QP_PATHS: ("ukwial:qp/daqp:reused",),
 }
-"""Class that is slowed down -> its cells, for which the per cent hold. Identical trees are compared on
-the gate's default cells."""
+"""By class that is slowed down, the cells that the per cent hold for. Identical trees are compared on the
+gate's default cells."""
 CELLS = tuple(cell for cells in CALIBRATED.values() for cell in cells)
 TUNING = (20, 300)
-"""Statements of the two trees that tell what one costs."""
+"""Added statements of the two trees from which the cost of a statement is worked out."""
 CORRECTIONS = 2
-"""How often the number of statements is put right by what the gate measures of it."""
+"""How often the number of statements is corrected by the slow-down that the gate measures."""
 SETTINGS = GateSettings(budget_s=600.0)
 COUNT_EVERY = 5
 """Instruction counts hardly vary, so not every trial takes them."""
 RULE = "median:10%"
-"""The default rule of the trade, given to ``--benchmark-compare-fail``."""
+"""The usual rule, given to ``--benchmark-compare-fail``."""
 
 
 def prepare(folder: Path, slower: Sequence[str]) -> dict[str, SourceTree]:
-    """The tree, a copy of it, and the slower ones, calibrated on this machine."""
+    """The tree, a copy of it, and the slower copies, calibrated on this machine."""
     trees = {name: SourceTree(folder / name) for name in ("base", "same", *slower)}
     ignore = shutil.ignore_patterns("__pycache__", ".*")
     for tree in trees.values():
@@ -67,10 +67,10 @@ def prepare(folder: Path, slower: Sequence[str]) -> dict[str, SourceTree]:
 
 
 def calibrate(trees: dict[str, SourceTree], where: tuple[str, str], cells: Sequence[str]) -> None:
-    """Make each slower tree's calls of a class take its per cent more, as the gate itself measures it.
+    """Make calls of a class take the given per cent more in each slower tree, as the gate measures it.
 
-    What work costs depends on what stands around it, so it is measured where it will stand: a first
-    part for there being any, so much for each statement, and what is then still missing.
+    The cost of a statement depends on the code around it, so it is measured in that place: by two numbers of
+    statements, and then by corrections of what is still missing.
     """
 
     def excess(name: str, statements: int) -> float:
@@ -79,15 +79,16 @@ def calibrate(trees: dict[str, SourceTree], where: tuple[str, str], cells: Seque
         rows = rows_of(gated(trees["base"], trees[name], cells, GateSettings(pairs=20, budget_s=600.0)))
         return fmean(rows[cell].ratio.value for cell in cells) - 1
 
-    (few, some), (many, more) = ((n, excess("up20", n)) for n in TUNING)
-    each = (more - some) / (many - few)
+    few, many = TUNING
+    excess_few, excess_many = (excess("up20", n) for n in TUNING)
+    each = (excess_many - excess_few) / (many - few)
     click.echo(f"{where[1]}: a statement more takes {each:.3%} of a call")
     for name, percent in SLOWER.items():
-        statements, found = few, some
+        statements, measured = few, excess_few
         for _ in range(1 + CORRECTIONS):
-            statements = max(1, statements + round((percent / 100 - found) / each))
-            found = excess(name, statements)
-        click.echo(f"{where[1]}: {statements} statements take {found:.1%}, asked for {percent} %")
+            statements = max(1, statements + round((percent / 100 - measured) / each))
+            measured = excess(name, statements)
+        click.echo(f"{where[1]}: {statements} statements take {measured:.1%}, asked for {percent} %")
 
 
 def gated(
@@ -98,7 +99,7 @@ def gated(
     count: bool = False,
 ) -> GateRecord:
     """One gate between two trees that are ready to run."""
-    record = GateRecord(base.path.name, head.path.name, settings)
+    record = GateRecord(base=base.path.name, head=head.path.name, settings=settings)
     compare(record, (base, head), cells, count=count)
     return record
 
@@ -109,7 +110,7 @@ def rows_of(record: GateRecord) -> dict[str, Standing]:
 
 
 def by_gate(name: str, trees: dict[str, SourceTree], counted: bool) -> dict[str, Any]:
-    """One gate of the tree against ``name``: its outcome, and what it says of each cell."""
+    """One gate of the tree against ``name``: its outcome, and each cell's ratio and verdict."""
     record = gated(trees["base"], trees[name], DEFAULT_CELLS if name == "same" else CELLS, count=counted)
     rows, cells = rows_of(record), {}
     for cell in record.cells:
@@ -126,26 +127,32 @@ def by_gate(name: str, trees: dict[str, SourceTree], counted: bool) -> dict[str,
 
 
 def by_pytest(name: str, trees: dict[str, SourceTree], _: bool) -> dict[str, Any]:
-    """Two runs of the suite, one after the other, the second told to fail above +10 %."""
+    """Two runs of the suite, one after the other, of which the second fails above +10 %."""
     with tempfile.TemporaryDirectory() as folder:
         files = [Path(folder) / f"{side}.json" for side in ("a", "b")]
         storage = ["--benchmark-storage", f"file://{folder}/kept"]
-        one = [*storage, "--benchmark-save=base"]
-        other = [*storage, "--benchmark-compare=0001", f"--benchmark-compare-fail={RULE}"]
-        for tree, out, options in zip((trees["base"], trees[name]), files, (one, other), strict=True):
+        first = [*storage, "--benchmark-save=base"]
+        second = [*storage, "--benchmark-compare=0001", f"--benchmark-compare-fail={RULE}"]
+        for tree, out, options in zip((trees["base"], trees[name]), files, (first, second), strict=True):
             methods = [f"--method={cell.split(':')[1]}" for cell in CELLS]
             arguments = ["bench/suite/test_call.py", "--benchmark-only", "--vehicle=ukwial", *methods]
-            some = ["-k", "inactive and not cold and not warm", f"--benchmark-json={out}", "-q", *options]
-            command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *arguments, *some]
+            selection = [
+                "-k",
+                "inactive and not cold and not warm",
+                f"--benchmark-json={out}",
+                "-q",
+                *options,
+            ]
+            command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *arguments, *selection]
             done = subprocess.run(command, cwd=tree.path, capture_output=True, text=True)
             if not out.exists():
                 raise RuntimeError(done.stdout + done.stderr)
-        found = compare_benchmarks(*map(read, files))
+        compared = compare_benchmarks(*map(read, files))
         means = [
             {b["name"]: b["stats"]["mean"] for b in json.loads(file.read_text())["benchmarks"]}
             for file in files
         ]
-    cells = {one.name.partition("::")[2]: {"median": round(one.median_ratio, 4)} for one in found.ratios}
+    cells = {r.name.partition("::")[2]: {"median": round(r.median_ratio, 4)} for r in compared.ratios}
     for cell in cells:
         cells[cell]["mean"] = round(means[1][cell] / means[0][cell], 4)
     return {"outcome": "regression" if done.returncode else "pass", "cells": cells}
@@ -159,7 +166,7 @@ TURN: tuple[Trial, ...] = (
     SAME,
     *(("pytest", name, by_pytest) for name in ("same", *SLOWER)),
 )
-"""One turn. Identical trees come most often, since rare false alarms need many trials."""
+"""One turn of trials. Identical trees come most often, because rare false alarms need many trials."""
 
 
 @click.command()
@@ -167,7 +174,7 @@ TURN: tuple[Trial, ...] = (
 @click.option("--minutes", type=float, default=60.0, show_default=True)
 @click.option("--identical", is_flag=True, help="Gates between identical trees only, by time alone.")
 def main(file: Path, minutes: float, identical: bool) -> None:
-    """Append one line a trial to FILE until the time is over, going on where FILE ends."""
+    """Append a line for each trial to FILE until the time is over, continuing where FILE ends."""
     deadline = monotonic() + 60 * minutes
     done = len(file.read_text(encoding="utf-8").splitlines()) if file.exists() else 0
     with tempfile.TemporaryDirectory(prefix="gate-proof-") as folder:
@@ -177,9 +184,9 @@ def main(file: Path, minutes: float, identical: bool) -> None:
                 break
             by, name, trial = SAME if identical else TURN[i % len(TURN)]
             started, load = monotonic(), os.getloadavg()[0]
-            found = trial(name, trees, not identical and i % COUNT_EVERY == 0)
+            result = trial(name, trees, not identical and i % COUNT_EVERY == 0)
             seconds = round(monotonic() - started, 1)
-            line = {"by": by, "tree": name, "load": round(load, 2), "seconds": seconds, **found}
+            line = {"by": by, "tree": name, "load": round(load, 2), "seconds": seconds, **result}
             with file.open("a", encoding="utf-8") as out:
                 out.write(json.dumps(line) + "\n")
 

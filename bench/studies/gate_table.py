@@ -1,4 +1,4 @@
-"""The table of docs/gate.md from what ``bench.studies.gate_proof`` left in FILE.
+"""The table of docs/gate.md, from the trials that ``bench.studies.gate_proof`` wrote into FILE.
 
 python -m bench.studies.gate_table FILE
 """
@@ -14,7 +14,7 @@ from typing import Any
 from bench.results.text import table
 
 SLOWER = {"up05": 5, "up10": 10, "up20": 20}
-"""Tree -> per cent of additional work."""
+"""Additional work in per cent, by tree."""
 
 Says = Callable[[dict[str, Any]], bool | None]
 
@@ -30,7 +30,8 @@ RULES: tuple[tuple[str, str, Says], ...] = (
     ("the same, mean > +10 %", "pytest", lambda cell: cell["mean"] > 1.1),
     ("the same, median > +3 %, the gate's threshold", "pytest", lambda cell: cell["median"] > 1.03),
 )
-"""What stands in the table: a rule, the trials it looks at, and what it says of a cell."""
+"""The rows of the table: a rule, the kind of its trials, and whether it calls a cell slower, None where it
+can't say."""
 
 HEADERS = (
     "rule",
@@ -43,11 +44,11 @@ HEADERS = (
     "s a trial",
 )
 QUIET_LOAD = 2.0
-"""A load average up to here when a trial starts is what the trials themselves cause."""
+"""Load average at the start of a trial up to which the load may come from the trials themselves."""
 
 
 def report(trials: list[dict[str, Any]]) -> str:
-    """A table for a quiet machine and one for a loaded one, as far as there are trials."""
+    """A table for a quiet machine and one for a loaded machine, as far as there are trials."""
     quiet = [trial for trial in trials if trial["load"] <= QUIET_LOAD]
     loaded = [trial for trial in trials if trial["load"] > QUIET_LOAD]
     named = {"Quiet machine": quiet, "Loaded machine": loaded}
@@ -55,20 +56,20 @@ def report(trials: list[dict[str, Any]]) -> str:
 
 
 def summary(trials: list[dict[str, Any]]) -> str:
-    """False alarms and finds of each rule, and how long each takes."""
+    """False alarms and finds of each rule, and the time of a trial."""
     rows = []
     for title, by, says in RULES:
-        told = {
-            name: [_told(trial, says) for trial in trials if trial["by"] == by and trial["tree"] == name]
+        alarms = {
+            name: [_alarms(trial, says) for trial in trials if trial["by"] == by and trial["tree"] == name]
             for name in ("same", *SLOWER)
         }
-        alarms = sum(any(cells) for cells in told["same"])
-        cells = [found for trial in told["same"] for found in trial]
-        finds = [_share([found for trial in told[name] for found in trial]) for name in SLOWER]
+        false = sum(any(cells) for cells in alarms["same"])
+        cells = [alarm for trial in alarms["same"] for alarm in trial]
+        finds = [_share([alarm for trial in alarms[name] for alarm in trial]) for name in SLOWER]
         seconds = median([t["seconds"] for t in trials if t["by"] == by and t["tree"] == "same"] or [0.0])
-        asked = sum(bool(trial) for trial in told["same"])
+        judged = sum(bool(trial) for trial in alarms["same"])
         rows.append(
-            [title, str(asked), str(alarms), f"{sum(cells)} of {len(cells)}", *finds, f"{seconds:.0f}"]
+            [title, str(judged), str(false), f"{sum(cells)} of {len(cells)}", *finds, f"{seconds:.0f}"]
         )
     same = Counter(t["outcome"] for t in trials if t["by"] == "gate" and t["tree"] == "same")
     loads = sorted(t["load"] for t in trials)
@@ -89,13 +90,13 @@ def summary(trials: list[dict[str, Any]]) -> str:
     )
 
 
-def _told(trial: dict[str, Any], says: Says) -> list[bool]:
-    # Instructions are not counted in every trial: None says nothing.
-    return [bool(found) for cell in trial["cells"].values() if (found := says(cell)) is not None]
+def _alarms(trial: dict[str, Any], says: Says) -> list[bool]:
+    # A rule can't say anything (None) of instructions where a trial did not count them.
+    return [bool(alarm) for cell in trial["cells"].values() if (alarm := says(cell)) is not None]
 
 
-def _share(found: list[bool]) -> str:
-    return f"{sum(found) / len(found):.0%} of {len(found)}" if found else "–"
+def _share(alarms: list[bool]) -> str:
+    return f"{sum(alarms) / len(alarms):.0%} of {len(alarms)}" if alarms else "–"
 
 
 if __name__ == "__main__":

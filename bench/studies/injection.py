@@ -1,4 +1,4 @@
-"""Known changes to a tree, for finding out what the gate sees of them."""
+"""Known changes to a tree, which the gate should find."""
 
 import ast
 from pathlib import Path
@@ -14,13 +14,13 @@ STATEMENT = "_ = 0"
 
 
 def slow_down(tree: Path, where: tuple[str, str], statements: int) -> None:
-    """Make each call of a class do that many statements more."""
+    """Add that many statements to each call of a class, given as (file, class name)."""
     path, name = tree / where[0], where[1]
     source = path.read_text(encoding="utf-8")
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.ClassDef) and node.name == name:
             call = next(n for n in node.body if isinstance(n, ast.FunctionDef) and n.name == "__call__")
-            first = call.body[1]  # after the docstring
+            first = call.body[1]  # the statement after the docstring
             lines = source.splitlines(keepends=True)
             lines.insert(
                 first.lineno - 1, " " * first.col_offset + "; ".join([STATEMENT] * statements) + "\n"
@@ -31,13 +31,13 @@ def slow_down(tree: Path, where: tuple[str, str], statements: int) -> None:
 
 
 def statement_ns() -> float:
-    """What one statement costs here [ns]."""
+    """Time of one statement on this machine [ns]."""
     many = 1000
     return min(repeat("; ".join([STATEMENT] * many), number=200, repeat=20)) / 200 / many * 1e9
 
 
 def scale_thrusts(tree: Path, factor: float) -> None:
-    """Make pinv's answers wrong by a factor."""
+    """Multiply pinv's answers by a factor."""
     with (tree / "alloc" / "methods" / "pinv.py").open("a", encoding="utf-8") as file:
         file.write(
             f"\n\ndef build(vehicle):\n    return Linear(vehicle, {factor} * generalized_inverse(vehicle))\n"
@@ -45,5 +45,5 @@ def scale_thrusts(tree: Path, factor: float) -> None:
 
 
 def delete_method(tree: Path, name: str) -> None:
-    """Take a method away."""
+    """Delete a method's file."""
     (tree / "alloc" / "methods" / f"{name}.py").unlink()

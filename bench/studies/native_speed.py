@@ -1,10 +1,10 @@
-"""What the exact answer costs in C and from Python, next to the best there is for this size.
+"""The cost of the exact answer in C and from Python, beside the fastest solvers for this size.
 
 ``python -m bench.studies.native_speed [VEHICLE …]`` prints the tables of docs/exact.md as Markdown, and
 ``--write docs/exact.md`` puts them between its marks. ``--daqp CSRC`` adds DAQP's C from that folder of
 its source distribution (``pip download --no-deps --no-binary daqp daqp``). Ratios are within one run;
-demands are inactive, active and infeasible ones in equal parts, shuffled. Each figure is CPU time,
-the least of several batches, which is what repeats on a machine that does other things as well. Takes
+demands are inactive, active and infeasible ones in equal parts, shuffled. Each figure is CPU time, the least
+of several batches, because the least repeats on a machine that does other things as well. The study takes
 about a minute of a quiet core.
 """
 
@@ -45,10 +45,11 @@ CLASSES = ("inactive", "active", "infeasible")
 PER_CLASS = 100
 ROUNDS = 15
 BUDGET_NS = 4_000_000
-"""Two batches of 2 ms a callable and round."""
+"""Time for two batches of 2 ms, for each callable and round."""
 MANY = 200_000
+"""Demands of a ``many()``."""
 QUICK_SOLVERS = ("qp/daqp", "qp/piqp", "qp/proxqp", "qp/quadprog", "qp/osqp")
-"""The live solvers that have been the fastest anywhere; the others are tens of times slower."""
+"""The live solvers that were the fastest on some vehicle; the others are tens of times slower."""
 MARKS = ("<!-- native_speed -->", "<!-- /native_speed -->")
 
 
@@ -59,9 +60,9 @@ def demands(vehicle: Vehicle, classes: Sequence[str] = CLASSES) -> FloatArray:
 
 
 def plain_product(vehicle: Vehicle) -> Kernel:
-    """f = T* tau as anybody would write it out: one multiplication for each entry that is not zero."""
+    """f = T* tau written out: one multiplication for each entry that is not zero."""
     G = build("pinv", vehicle).many(np.eye(vehicle.k))[0].T
-    keep = np.abs(G) > 1e-14 * np.abs(G).max()  # what is rounding around zero
+    keep = np.abs(G) > 1e-14 * np.abs(G).max()  # smaller entries are rounding
     rows = [
         " + ".join(f"{number(G[i, j], 'double')} * tau[{j}]" for j in np.flatnonzero(keep[i]))
         for i in range(vehicle.n)
@@ -84,20 +85,20 @@ def plain_product(vehicle: Vehicle) -> Kernel:
 
 
 def kernels(vehicle: Vehicle, csrc: Path | None) -> dict[str, Kernel]:
-    """Everything there is in C for a vehicle, by the name of its column."""
-    found = {PLAIN: plain_product(vehicle)}
+    """All kernels in C for a vehicle, by the name of their column."""
+    by_column = {PLAIN: plain_product(vehicle)}
     if csrc:
-        found[DAQP_C] = daqp_kernel(vehicle, csrc)
+        by_column[DAQP_C] = daqp_kernel(vehicle, csrc)
     for name in (PINV, WALSH, EXACT, OSQP):
         try:
-            found[name] = build_kernel(name, vehicle, "double")
+            by_column[name] = build_kernel(name, vehicle, "double")
         except NotApplicable:
             continue
-    return found
+    return by_column
 
 
 def daqp_ns(vehicle: Vehicle, taus: FloatArray) -> float:
-    """DAQP's own clock around its solve, set up once: the least of some passes, mean over demands [ns]."""
+    """Mean over demands of DAQP's own clock around its solve [ns], each the least of several passes."""
     allocate = build(DAQP, vehicle, start="reused")
     return float(
         np.min([[allocate(tau).solver_s for tau in taus] for _ in range(ROUNDS)], axis=0).mean() * 1e9
@@ -113,38 +114,46 @@ def interleaved(calls: dict[str, Callable[[FloatArray], object]], taus: FloatArr
             for name in order.sample(sorted(calls), len(calls)):
                 measured = sample(calls[name], inputs, BUDGET_NS, singles=0)
                 batches[name] += [batch.cpu_ns / batch.calls for batch in measured.batches]
-    return {name: min(found) for name, found in batches.items()}
+    return {name: min(times) for name, times in batches.items()}
 
 
 def measure(name: str, csrc: Path | None) -> Measured:
-    """All of it for one vehicle."""
+    """All figures of one vehicle."""
     vehicle = load_vehicle(name)
-    taus, found = demands(vehicle), kernels(vehicle, csrc)
-    c = {label: float(nanoseconds(kernel, taus).min()) for label, kernel in found.items()}
+    taus, by_column = demands(vehicle), kernels(vehicle, csrc)
+    c = {label: float(nanoseconds(kernel, taus).min()) for label, kernel in by_column.items()}
     by_class = {}
     for kind in CLASSES:
-        some = demands(vehicle, [kind])
+        of_kind = demands(vehicle, [kind])
         by_class[kind] = {
-            label: float(nanoseconds(kernel, some).min())
-            for label, kernel in found.items()
+            label: float(nanoseconds(kernel, of_kind).min())
+            for label, kernel in by_column.items()
             if label in (EXACT, DAQP_C, OSQP)
-        } | {DAQP: daqp_ns(vehicle, some)}
+        } | {DAQP: daqp_ns(vehicle, of_kind)}
+    solvers = solver_calls(vehicle)
     return Measured(
-        vehicle,
-        c | {DAQP: daqp_ns(vehicle, taus)},
-        by_class,
-        {label: instructions(found[label], taus) for label in (PINV, EXACT)},
-        interleaved(python_calls(vehicle), taus),
-        many_per_second(vehicle, taus),
+        vehicle=vehicle,
+        c=c | {DAQP: daqp_ns(vehicle, taus)},
+        by_class=by_class,
+        counts={label: instructions(by_column[label], taus) for label in (PINV, EXACT)},
+        calls=interleaved(python_calls(vehicle) | solvers, taus),
+        solvers=tuple(solvers),
+        per_second=many_per_second(vehicle, taus),
     )
 
 
 def python_calls(vehicle: Vehicle) -> dict[str, Callable[[FloatArray], object]]:
-    """The product that all are compared with, this project's methods, and every live solver there is."""
+    """The product that all calls are compared with, and this project's methods."""
     G = np.ascontiguousarray(build("pinv", vehicle).many(np.eye(vehicle.k))[0].T)
     calls: dict[str, Callable[[FloatArray], object]] = {PRODUCT: partial(matmul, G)}
     for label in ("nullspace", PINV, EXACT):
         calls[label] = build(label, vehicle)
+    return calls
+
+
+def solver_calls(vehicle: Vehicle) -> dict[str, Callable[[FloatArray], object]]:
+    """The fastest live solvers that are installed, reused and warm."""
+    calls: dict[str, Callable[[FloatArray], object]] = {}
     for entry in catalogue():
         if entry.name in QUICK_SOLVERS and not entry.missing:
             for start in {"reused", "warm"} & set(entry.starts):
@@ -153,19 +162,19 @@ def python_calls(vehicle: Vehicle) -> dict[str, Callable[[FloatArray], object]]:
 
 
 def many_per_second(vehicle: Vehicle, taus: FloatArray) -> float:
-    """Allocations per second of one ``many()`` on one core, the best of some."""
+    """Allocations per second of ``many()`` on one core, in the fastest of several calls."""
     allocate = build(EXACT, vehicle)
-    lot = np.tile(taus, (MANY // len(taus) + 1, 1))
+    many_taus = np.tile(taus, (MANY // len(taus) + 1, 1))
     times = []
     for _ in range(ROUNDS):
         start = thread_time()
-        allocate.many(lot)
+        allocate.many(many_taus)
         times.append(thread_time() - start)
-    return len(lot) / min(times)
+    return len(many_taus) / min(times)
 
 
 def main() -> None:
-    """Measure, print, and write where asked."""
+    """Measure, print the tables, and write them into a page where one is given."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("vehicles", nargs="*", default=VEHICLES)
     parser.add_argument("--daqp", type=Path, metavar="CSRC", help="that folder of DAQP's sdist")

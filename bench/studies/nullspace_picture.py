@@ -1,8 +1,8 @@
 """Draws docs/exact.svg: ``python -m bench.studies.nullspace_picture docs/exact.svg``.
 
-A supply vessel with one thruster off has five thrusters and two dimensions left once the wrench is
-met. Each thruster's limits are a strip of the z plane; the picture shows the strips, what they share,
-and where the method goes as it takes them in one by one.
+A supply vessel with one thruster off has five thrusters, and two dimensions are left once the wrench is met.
+Each thruster's limits are a strip of the z plane. The picture shows the strips, the polygon that they share,
+and the path of z as the method adds the strips one by one.
 """
 
 import sys
@@ -22,18 +22,18 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FAULT = 0
-SEEN = 0.1
-"""A move shorter than this, relative to the distance of the answer, is hard to see."""
+VISIBLE = 0.1
+"""Shortest move that is easy to see, relative to the distance of the answer."""
 HALF = np.array([1.35, 0.95])
-"""Half the picture's width and height, relative to the farthest coordinate on the way."""
+"""Half the picture's width and height, relative to the farthest coordinate on the path."""
 FAR = 0.5
-"""An answer nearer than this, relative to the largest limit, would show two strips and no polygon."""
+"""Smallest distance of an answer to draw, relative to the largest limit: nearer ones show no polygon."""
 GRID = 700
-"""Points a side at which the plane is tested: finer than a pixel."""
+"""Points on each side of the grid at which the plane is tested: finer than a pixel."""
 
 
 def path(A: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:
-    """(m + 1, 2) where z stands before the first row and after each: the optimum of the first i rows."""
+    """Path of z (m + 1, 2): the optimum of the first i rows, for i = 0 to m."""
     points = [np.zeros(2)]
     for i in range(1, len(A) + 1):
         z, _ = prepare(A[:i], 0.0).nearest(lower[:i].tolist(), upper[:i].tolist()) if i > 1 else (None, 0)
@@ -48,17 +48,17 @@ def one_strip(a: FloatArray, low: float, high: float) -> FloatArray:
 
 
 def interesting(vehicle: Vehicle, block: Block) -> FloatArray:
-    """Of the seeded active demands the one on whose way z moves most often, then farthest."""
+    """The seeded active demand on whose path z makes the most visible moves, then the longest."""
 
     def moves(tau: FloatArray) -> tuple[bool, int, float]:
-        way = path(block.N, *strips(vehicle, block, tau))
-        steps = np.linalg.norm(np.diff(way, axis=0), axis=1) / np.linalg.norm(way[-1])
-        seen = steps[steps > SEEN]
-        far = float(np.linalg.norm(way[-1])) > FAR * vehicle.f_scale
-        return far, len(seen), float(seen.min(initial=1.0))
+        points = path(block.N, *strips(vehicle, block, tau))
+        steps = np.linalg.norm(np.diff(points, axis=0), axis=1) / np.linalg.norm(points[-1])
+        visible = steps[steps > VISIBLE]
+        far = float(np.linalg.norm(points[-1])) > FAR * vehicle.f_scale
+        return far, len(visible), float(visible.min(initial=1.0))
 
-    found: FloatArray = max(build_demands("active", vehicle, 0, 200).taus, key=moves)
-    return found
+    demand: FloatArray = max(build_demands("active", vehicle, 0, 200).taus, key=moves)
+    return demand
 
 
 def strips(vehicle: Vehicle, block: Block, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -68,32 +68,32 @@ def strips(vehicle: Vehicle, block: Block, tau: FloatArray) -> tuple[FloatArray,
 
 
 def draw() -> "Figure":
-    """Strips, polygon, cost circles, the way of z."""
+    """The figure: strips, polygon, circles of equal cost, the path of z."""
     from matplotlib.figure import Figure
 
     vehicle = load_vehicle("supply-vessel").with_fault(FAULT)
     (block,) = decompose(vehicle).blocks
     tau = interesting(vehicle, block)
     lower, upper = strips(vehicle, block, tau)
-    way = path(block.N, lower, upper)
+    points = path(block.N, lower, upper)
     f = build("nullspace", vehicle)(tau).f
-    assert np.allclose(f[block.rows], (decompose(vehicle).G @ tau)[block.rows] + block.N @ way[-1])
+    assert np.allclose(f[block.rows], (decompose(vehicle).G @ tau)[block.rows] + block.N @ points[-1])
     kN = 1e3
     figure = Figure((7.5, 5.6))
     axes = figure.add_subplot(aspect="equal")
-    reach = np.abs(way).max() / kN
-    middle = (way.max(axis=0) + way.min(axis=0)) / 2 / kN
+    reach = np.abs(points).max() / kN
+    middle = (points.max(axis=0) + points.min(axis=0)) / 2 / kN
     box = np.array([middle - reach * HALF, middle + reach * HALF])
     axes.set(xlim=box[:, 0], ylim=box[:, 1])
     lines(axes, block, lower / kN, upper / kN, box)
     angle = np.linspace(0, 2 * np.pi, 200)
-    for radius in np.linalg.norm(np.unique(way.round(6), axis=0), axis=1) / kN:
+    for radius in np.linalg.norm(np.unique(points.round(6), axis=0), axis=1) / kN:
         axes.plot(radius * np.cos(angle), radius * np.sin(angle), color=GREY, linewidth=0.7, linestyle=":")
-    axes.plot(*way.T / kN, "o-", color=VERMILION, markersize=5, zorder=4)
+    axes.plot(*points.T / kN, "o-", color=VERMILION, markersize=5, zorder=4)
     axes.plot(0, 0, "o", color=INK, markersize=6, zorder=5)
     axes.annotate("0: f = Gτ", (0, 0), xytext=(6, -12), textcoords="offset points")
     axes.annotate(
-        "z: the answer", tuple(way[-1] / kN), xytext=(8, 6), textcoords="offset points", color=VERMILION
+        "z: the answer", tuple(points[-1] / kN), xytext=(8, 6), textcoords="offset points", color=VERMILION
     )
     axes.set(xlabel="z₁ [kN]", ylabel="z₂ [kN]")
     axes.set_title(f"{vehicle.name}, an active demand: strips of {len(block.rows)} thrusters, d = 2", pad=16)
@@ -102,7 +102,7 @@ def draw() -> "Figure":
 
 
 def lines(axes: "Axes", block: Block, lower: FloatArray, upper: FloatArray, box: FloatArray) -> None:
-    """The polygon all strips share, and each strip's edges with the thruster's number."""
+    """Draw the polygon that all strips share, and each strip's edges with the thruster's number."""
     x, y = np.linspace(box[0], box[1], GRID).T
     grid = np.stack(np.meshgrid(x, y), axis=-1)
     inside = np.full((GRID, GRID), np.inf)

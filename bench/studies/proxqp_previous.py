@@ -1,7 +1,7 @@
-"""ProxQP with its first guess set to the previous result before there is one: it crashes or hangs.
+"""ProxQP with the previous result as its first guess before there is one: it crashes or hangs.
 
-A plug-in for ``thrustbench run --plugin bench/studies/proxqp_previous.py``, where the crash ends as
-a row with a reason. ``qp/proxqp`` warm hands over the last point instead (docs/solvers.md).
+This is a plug-in for ``thrustbench run --plugin bench/studies/proxqp_previous.py``, where the crash becomes a
+row with a reason. ``qp/proxqp`` warm hands over the last point instead (docs/solvers.md).
 """
 
 import numpy as np
@@ -16,7 +16,7 @@ STARTS = ("warm",)
 
 
 def build(vehicle: Vehicle, start: str = "warm") -> Live:
-    """An allocator that takes its process with it."""
+    """An allocator that ends its process."""
     from proxsuite import proxqp
 
     posed = pose_hard(vehicle)

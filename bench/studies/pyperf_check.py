@@ -1,8 +1,8 @@
-"""Do our batch medians say what pyperf says? ``python -m bench.studies.pyperf_check``.
+"""Medians of our batches beside pyperf's: ``python -m bench.studies.pyperf_check``.
 
-Five callables, each timed by ``bench.harness.timing`` and by ``python -m pyperf timeit`` in turns, in fresh
-processes on the same core; docs/method.md quotes the table. The exit code is 1 where the two differ by
-more than 3 %. Takes a minute and a half on an idle machine, and wants ``pip install pyperf``.
+Five callables are timed by ``bench.harness.timing`` and by ``python -m pyperf timeit`` in turns, in fresh
+processes on the same core; docs/method.md quotes the table. The exit code is 1 where the two differ by more
+than 3 %. The study takes a minute and a half on an idle machine and needs ``pip install pyperf``.
 """
 
 import json
@@ -31,12 +31,12 @@ CALLABLES = (
     (CANARIES[0], "ukwial"),
 )
 PROCESSES = 20
-"""Of each; they differ by 3 to 7 % (memory layout), their medians then by 1 to 2 %."""
+"""Processes of each kind; they differ by 3 to 7 % (memory layout), so their medians differ by 1 to 2 %."""
 WITHIN = 0.03
 N = 100
 BUDGET_NS = 200_000_000
 MIN_TIME = "--min-time=0.0005"
-"""Short, so that also on a busy machine most values are left alone; still 10,000 clock readings."""
+"""Short, so that most values are undisturbed on a busy machine too; it is still 10,000 clock readings."""
 
 
 def prepared(method: str, vehicle_name: str) -> tuple[Callable[[FloatArray], object], Sequence[FloatArray]]:
@@ -50,8 +50,8 @@ def prepared(method: str, vehicle_name: str) -> tuple[Callable[[FloatArray], obj
 def one_pass(method: str, vehicle_name: str) -> Callable[[], None]:
     """What pyperf times: one pass over the inputs.
 
-    Kept, because pyperf runs its set-up again before every value: building anew would cool the caches
-    and move the heap each time, which cost the loop of integer additions 12 %.
+    The callable is cached, because pyperf runs its set-up again before every value. Building it anew would
+    cool the caches and move the heap each time, which cost the loop of integer additions 12 %.
     """
     call, taus = prepared(method, vehicle_name)
 
@@ -63,7 +63,7 @@ def one_pass(method: str, vehicle_name: str) -> Callable[[], None]:
 
 
 def ours(method: str, vehicle_name: str) -> float:
-    """Median over batches without a context switch of the time of one call [ns], in this process."""
+    """Time of one call in this process [ns], median over the batches without a context switch."""
     core = machine.core()
     if core is not None:
         os.sched_setaffinity(0, {core})
@@ -75,7 +75,7 @@ def ours(method: str, vehicle_name: str) -> float:
 
 
 def theirs(method: str, vehicle_name: str) -> float:
-    """Median over pyperf's values of the time of one call [ns], in one pyperf worker process."""
+    """Time of one call in a worker process of pyperf [ns], median over its values."""
     set_up = (
         f"from bench.studies.pyperf_check import one_pass; calls = one_pass({method!r}, {vehicle_name!r})"
     )
@@ -91,7 +91,7 @@ def theirs(method: str, vehicle_name: str) -> float:
 
 
 def main() -> None:
-    """Print the table; with a callable's name and vehicle, time that one and print its number."""
+    """Print the table; with a callable's name and vehicle, time that callable here and print its time."""
     if len(sys.argv) == 3:
         print(ours(sys.argv[1], sys.argv[2]))
         return

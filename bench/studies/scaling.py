@@ -1,4 +1,4 @@
-"""What scaling is worth: each solver's defaults on a problem in N and N m, and on the scaled one.
+"""The effect of scaling: each solver's defaults on a problem in N and N m, and on the scaled problem.
 
 ``python -m bench.studies.scaling [vehicle]`` prints the table of ``docs/solvers.md``.
 """

@@ -1,6 +1,6 @@
-"""Runs each reproduction in ``docs/solvers.md``, apart: ``python -m bench.studies.solver_defects``.
+"""Runs the reproductions of ``docs/solvers.md``, a process each: ``python -m bench.studies.solver_defects``.
 
-Prints what each said and how it ended; some crash or hang, which is what they are there to show.
+The study prints the output of each reproduction and how it ended. Some crash or hang, as they should.
 """
 
 import re
@@ -15,13 +15,13 @@ LIMIT_S = 20
 
 
 def reproductions(text: str) -> dict[str, str]:
-    """Code of each section that has some, by the section's heading."""
-    found = re.findall(r"^### (.+?)$.*?^```python\n(.*?)^```$", text, flags=re.MULTILINE | re.DOTALL)
-    return dict(found)
+    """Code of each section that has code, by the section's heading."""
+    sections = re.findall(r"^### (.+?)$.*?^```python\n(.*?)^```$", text, flags=re.MULTILINE | re.DOTALL)
+    return dict(sections)
 
 
 def outcome(code: str) -> str:
-    """What a fresh interpreter prints, and how it ends."""
+    """What a fresh interpreter prints when it runs the code, and how it ends."""
     try:
         done = subprocess.run([sys.executable, "-c", code], capture_output=True, timeout=LIMIT_S, check=False)
     except subprocess.TimeoutExpired as late:

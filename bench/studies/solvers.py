@@ -1,6 +1,7 @@
 """What each solver makes of 10,000 hard cases: ``python -m bench.studies.solvers [cases] [methods…]``.
 
-Prints the tables of ``docs/solvers.md``; about five minutes. Exit code 1 if any status lied.
+The study prints the tables of ``docs/solvers.md`` in about five minutes. It exits with 1 if any status is not
+true of its answer.
 """
 
 import sys
@@ -34,12 +35,21 @@ SETS = (("hard", 0.6), ("boundary", 0.2), ("active", 0.2))
 """Demand sets, and their share of the cases."""
 SEED = 2004
 INSIDE = 5e-6
-"""A demand counts as attainable from alpha* = 1 + this on: the ``boundary`` set starts at 1e-5, and
-closer by than 1e-6, the tolerance of what counts as met, both verdicts are right."""
+"""A demand counts as attainable from alpha* = 1 + this on. The ``boundary`` set starts at 1e-5. Within 1e-6,
+the tolerance of what counts as met, either status is right."""
 
 
 class HardCases(NamedTuple):
-    """A vehicle's demands, which have an answer and which have none, and the exact answers."""
+    """A vehicle's demands with the exact answers.
+
+    Attributes
+    ----------
+    vehicle : the vehicle, whole or with a thruster off
+    taus : (N, k) demands [N, N m]
+    attainable : (N,) demands that must be answered
+    infeasible : (N,) demands that have no answer
+    exact : (N, n) exact answers [N], NaN where there is none
+    """
 
     vehicle: Vehicle
     taus: FloatArray
@@ -51,8 +61,15 @@ class HardCases(NamedTuple):
 class Tally(NamedTuple):
     """What one method, start and level made of all cases: a row of the table.
 
-    Shares in %: of attainable demands, solved, partial and failed (no thrusts) right after a failure
-    or else; of infeasible ones, recognised as such. Distances to the exact answer, over the largest limit.
+    Attributes
+    ----------
+    lies : answers that are not what their status says
+    solved, partial : share of attainable demands with that status [%]
+    failed_after_failure : share without thrusts, of attainable demands right after another failure [%]
+    failed_else : share without thrusts, of all other attainable demands [%]
+    recognised : share of infeasible demands with that status [%]
+    distance_solved, distance_partial : largest distance to the exact answer, over the largest limit [-]
+    iterations : most iterations of any answer
     """
 
     lies: int
@@ -70,8 +87,8 @@ def main(arguments: list[str]) -> int:
     """Print one line for each method, start and level."""
     n = int(arguments[0]) if arguments else 10_000
     wanted = tuple(arguments[1:]) or ("*",)
-    found = {HARD.name: cases(n, HARD), SOFT.name: cases(n, SOFT)}
-    print(f"{sum(len(case.taus) for case in found[HARD.name])} demands, seed {SEED}\n")
+    by_formulation = {HARD.name: cases(n, HARD), SOFT.name: cases(n, SOFT)}
+    print(f"{sum(len(case.taus) for case in by_formulation[HARD.name])} demands, seed {SEED}\n")
     columns = ("method", "start", "level", *Tally._fields)
     print("|", " | ".join(columns), "|\n|" + "---|" * len(columns))
     lied = 0
@@ -79,7 +96,7 @@ def main(arguments: list[str]) -> int:
         if entry.missing or not entry.solver or not any(fnmatchcase(entry.name, name) for name in wanted):
             continue
         for start, level in product(entry.starts, entry.levels):
-            tally = tallied(entry, found[entry.formulation], start, level)
+            tally = tallied(entry, by_formulation[entry.formulation], start, level)
             lied += tally.lies
             row = (entry.name, start, level, *(f"{value:.3g}" for value in tally))
             print("|", " | ".join(row), "|", flush=True)
@@ -87,30 +104,36 @@ def main(arguments: list[str]) -> int:
 
 
 def cases(n: int, formulation: Formulation) -> list[HardCases]:
-    """n demands over all vehicles, whole and with a thruster off; exact answers by its first reference."""
+    """n demands over all vehicles, whole and with a thruster off; exact answers by the first reference."""
     whole = [load_vehicle(name) for name in list_vehicles()]
     states = whole + [v.with_fault(0) for v in whole]
-    found = []
+    made = []
     for vehicle in states:
         sets = [s for s in SETS if s[0] != "active" or vehicle.nullity]
-        posed = [build_demands(name, vehicle, SEED, round(share * n / len(states))) for name, share in sets]
-        taus = np.concatenate([p.taus for p in posed])
-        alpha = np.concatenate([p.alpha for p in posed])
-        infeasible = np.concatenate([p.labels for p in posed]) == Label.INFEASIBLE
+        drawn = [build_demands(name, vehicle, SEED, round(share * n / len(states))) for name, share in sets]
+        taus = np.concatenate([d.taus for d in drawn])
+        alpha = np.concatenate([d.alpha for d in drawn])
+        infeasible = np.concatenate([d.labels for d in drawn]) == Label.INFEASIBLE
         soft = formulation.gives_way
         exact, status = build(formulation.references[0], vehicle).many(taus)
         answered = np.isin(status, (Status.SOLVED, Status.PARTIAL))
-        attainable = answered & (soft | (alpha >= 1 + INSIDE))
-        found.append(HardCases(vehicle, taus, attainable, infeasible & (not soft), exact))
-    return found
+        case = HardCases(
+            vehicle=vehicle,
+            taus=taus,
+            attainable=answered & (soft | (alpha >= 1 + INSIDE)),
+            infeasible=infeasible & (not soft),
+            exact=exact,
+        )
+        made.append(case)
+    return made
 
 
-def tallied(entry: Entry, found: list[HardCases], start: str, level: str) -> Tally:
+def tallied(entry: Entry, cases: list[HardCases], start: str, level: str) -> Tally:
     """Run one method over all cases and count."""
     counts = np.zeros(9)
     distance = {Status.SOLVED: 0.0, Status.PARTIAL: 0.0}
     iterations = 0
-    for case in found:
+    for case in cases:
         allocate = build(entry.name, case.vehicle, start=start, level=level)
         answers = [allocate(tau) for tau in case.taus]
         F = np.array([answer.f for answer in answers])
@@ -136,15 +159,15 @@ def tallied(entry: Entry, found: list[HardCases], start: str, level: str) -> Tal
             distance[kind] = max(distance[kind], away[ok & (status == kind)].max(initial=0.0))
     can, solved, partial, after_n, after_failed, else_failed, cannot, recognised, lied = counts
     return Tally(
-        int(lied),
-        100 * solved / can,
-        100 * partial / can,
-        100 * after_failed / max(after_n, 1),
-        100 * else_failed / max(can - after_n, 1),
-        100 * recognised / max(cannot, 1),
-        distance[Status.SOLVED],
-        distance[Status.PARTIAL],
-        iterations,
+        lies=int(lied),
+        solved=100 * solved / can,
+        partial=100 * partial / can,
+        failed_after_failure=100 * after_failed / max(after_n, 1),
+        failed_else=100 * else_failed / max(can - after_n, 1),
+        recognised=100 * recognised / max(cannot, 1),
+        distance_solved=distance[Status.SOLVED],
+        distance_partial=distance[Status.PARTIAL],
+        iterations=iterations,
     )
 
 

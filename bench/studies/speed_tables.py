@@ -1,4 +1,4 @@
-"""The tables of docs/exact.md, out of what ``bench.studies.native_speed`` measured."""
+"""The tables of docs/exact.md, from the measurements of ``bench.studies.native_speed``."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from alloc import Vehicle, find
+from alloc import Vehicle
 from bench.harness.machine import cpu
 from bench.results.text import table, three
 
@@ -15,26 +15,38 @@ OSQP, DAQP, DAQP_C = "qp/osqp@generated", "qp/daqp", "qp/daqp in C"
 PLAIN, PRODUCT = "plain", "product"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Measured:
-    """One vehicle: C [ns a call] by column and by class, instructions, Python calls [ns], many() [1/s]."""
+    """All figures of one vehicle.
+
+    Attributes
+    ----------
+    vehicle : the vehicle
+    c : time of a call in C [ns], by column
+    by_class : the same figures by class of demand, then by column [ns]
+    counts : instructions (N,) of each call in C, by column
+    calls : time of a call from Python [ns], by label
+    solvers : labels of the calls that are live solvers
+    per_second : allocations of ``many()`` [1/s]
+    """
 
     vehicle: Vehicle
     c: dict[str, float]
     by_class: dict[str, dict[str, float]]
     counts: dict[str, NDArray[np.int64]]
     calls: dict[str, float]
+    solvers: tuple[str, ...]
     per_second: float
 
     @property
     def label(self) -> str:
-        """Name and nullity, as tables show it."""
+        """Name and nullity, as tables show them."""
         return f"{self.vehicle.name}, d = {self.vehicle.nullity}"
 
     @property
     def solver(self) -> str:
-        """The quickest live solver in this run."""
-        return min((name for name in self.calls if find(name).solver), key=self.calls.__getitem__)
+        """Label of the fastest live solver."""
+        return min(self.solvers, key=self.calls.__getitem__)
 
 
 Columns = dict[str, Callable[[Measured], str]]
@@ -72,11 +84,11 @@ CALLS: Columns = {
 }
 
 
-def tables(found: Sequence[Measured]) -> str:
-    """Markdown."""
+def tables(measured: Sequence[Measured]) -> str:
+    """All tables as Markdown."""
     classes = [
         [m.label, kind, *(three(ns.get(column)) for column in (EXACT, DAQP, DAQP_C, OSQP))]
-        for m in found
+        for m in measured
         for kind, ns in m.by_class.items()
     ]
     heads = ["vehicle", "demands", "nullspace", "DAQP's own clock", "DAQP, whole call", "OSQP's generated C"]
@@ -84,22 +96,22 @@ def tables(found: Sequence[Measured]) -> str:
         [
             f"Measured on {cpu()}; gcc -O2, one core, CPU time, the least of several batches.\n",
             "**In C, ns a call.** DAQP's own clock: wall time of its solve alone; the others: whole calls.\n",
-            of(IN_C, found),
+            of(IN_C, measured),
             "**In C by class of demand, ns a call**\n",
             table(heads, classes),
             "**Instructions a call** (callgrind, x86-64)\n",
-            of(COUNTS, found),
+            of(COUNTS, measured),
             "**From Python, ns a call**, and `many()`\n",
-            of(CALLS, found),
+            of(CALLS, measured),
         ]
     )
 
 
-def of(columns: Columns, found: Sequence[Measured]) -> str:
-    """A table with one row a vehicle."""
-    return table(list(columns), [[value(m) for value in columns.values()] for m in found])
+def of(columns: Columns, measured: Sequence[Measured]) -> str:
+    """A table with one row for each vehicle."""
+    return table(list(columns), [[value(m) for value in columns.values()] for m in measured])
 
 
-def ratio(one: float, other: float) -> str:
-    """One over the other, two digits."""
-    return f"{one / other:.2g}"
+def ratio(time: float, reference: float) -> str:
+    """``time`` over ``reference``, two digits."""
+    return f"{time / reference:.2g}"

@@ -14,12 +14,19 @@ from alloc import FloatArray, NotApplicable, Vehicle, list_vehicles, load_vehicl
 from bench.demands import build_demands
 
 REGIMES = ("inactive", "active")
-"""Demands that have an answer: qpbenchmark counts "infeasible" as a failure, whoever is right."""
+"""Attainable demand sets only: qpbenchmark counts "infeasible" as a failure even where it is right."""
 SEED = 2004
 
 
 class Case(NamedTuple):
-    """One problem before it is written as a QP."""
+    """One problem before it is posed.
+
+    Attributes
+    ----------
+    name : vehicle, demand set and number
+    vehicle : the vehicle
+    tau : (k,) demand [N, N m]
+    """
 
     name: str
     vehicle: Vehicle
@@ -27,40 +34,40 @@ class Case(NamedTuple):
 
 
 def cases(vehicles: tuple[str, ...] = (), each: int = 5) -> list[Case]:
-    """``each`` demands of either regime for each vehicle (all that are shipped, unless named)."""
-    found = []
+    """``each`` demands of either regime for each of the vehicles, or of all shipped ones."""
+    made = []
     for name in vehicles or list_vehicles():
         vehicle = load_vehicle(name)
         for regime in REGIMES:
             try:
                 taus = build_demands(regime, vehicle, SEED, each).taus
-            except NotApplicable:  # nothing is active where no freedom is left
+            except NotApplicable:  # without redundancy no demand is active
                 continue
-            found += [Case(f"{name}-{regime}-{i}", vehicle, tau) for i, tau in enumerate(taus)]
-    return found
+            made += [Case(f"{name}-{regime}-{i}", vehicle, tau) for i, tau in enumerate(taus)]
+    return made
 
 
 class ThrustAllocation(TestSet):  # type: ignore[misc]
     """Eq. 4-5 of shipped vehicles, scaled as ``alloc.pose_hard`` does it for every solver here."""
 
     def __init__(self, vehicles: tuple[str, ...] = (), each: int = 5) -> None:
-        """Choose vehicles and the number of demands a regime."""
+        """Choose vehicles, and the number of demands of each regime."""
         self.cases = cases(vehicles, each)
         super().__init__()
 
     @property
     def title(self) -> str:
-        """Report title."""
+        """Title of the report."""
         return "Thrust allocation test set"
 
     @property
     def description(self) -> str:
-        """What the problems are."""
+        """Description of the problems."""
         return "Constrained thrust allocation (eq. 4-5) of marine vehicles with 4 to 8 thrusters."
 
     @property
     def sparse_only(self) -> bool:
-        """Dense solvers are welcome: the largest problem has 8 unknowns."""
+        """False: dense solvers take part too, because the largest problem has 8 unknowns."""
         return False
 
     def __iter__(self) -> Iterator[Problem]:

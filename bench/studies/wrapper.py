@@ -1,6 +1,6 @@
-"""What is wrapped around a solver: ``python -m bench.studies.wrapper [vehicle]``.
+"""The cost of what is wrapped around each solver: ``python -m bench.studies.wrapper [vehicle]``.
 
-Median CPU time per call, routes and solvers interleaved; prints a table of ``docs/solvers.md``.
+The study prints a table of ``docs/solvers.md``: median CPU time per call, routes and solvers interleaved.
 """
 
 import sys
@@ -23,10 +23,10 @@ def main(arguments: list[str]) -> None:
     """Print one line for each solver that is installed."""
     vehicle = load_vehicle(arguments[0] if arguments else "bluerov2-heavy")
     taus = build_demands("active", vehicle, 2004, N).taus
-    found = [name for name in solvers.names() if not solvers.missing(name)]
+    installed = [name for name in solvers.names() if not solvers.missing(name)]
     calls: dict[str, tuple[Call, list[FloatArray]]] = {}
     live: dict[str, Allocator] = {}
-    for name in found:
+    for name in installed:
         allocator = build(f"qp/{name}", vehicle, level="default")
         assert isinstance(allocator, TwoStage)  # every qp/ method is
         live[name] = allocator
@@ -38,7 +38,7 @@ def main(arguments: list[str]) -> None:
         f"{vehicle.name}, {N} active demands, defaults; CPU time of a call [us], median of {ROUNDS} rounds\n"
     )
     rows = []
-    for name in sorted(found, key=lambda name: time[f"live {name}"]):
+    for name in sorted(installed, key=lambda name: time[f"live {name}"]):
         own = 1e6 * float(np.median([live[name](tau).solver_s for tau in taus]))
         total, binding = time[f"live {name}"], time[f"binding {name}"]
         share = f"{100 * (1 - own / total):.0f}" if np.isfinite(own) else "-"
@@ -49,7 +49,7 @@ def main(arguments: list[str]) -> None:
 
 
 def medians(calls: dict[str, tuple[Call, list[FloatArray]]]) -> dict[str, float]:
-    """Median over rounds of the CPU time of each call [us], all in turn in every round."""
+    """Median over rounds of the CPU time of each call [us]; in each round all calls take turns."""
     samples: dict[str, list[float]] = {name: [] for name in calls}
     for _ in range(ROUNDS):
         for name, (call, inputs) in calls.items():

@@ -4,6 +4,6 @@ import os
 
 from bench.harness.child import ONE_THREAD
 
-# Before anything here imports numpy. What a user has set stands.
+# The libraries under numpy read these once, so they are set before numpy is imported; a user's own stand.
 for _name, _threads in ONE_THREAD.items():
     os.environ.setdefault(_name, _threads)

@@ -1,4 +1,4 @@
-"""Demands for the suite, what their answers are held against, and what came out, in figures."""
+"""Demands for the suite with their right answers, and the figures of merit of what a method answered."""
 
 from collections.abc import Sequence
 from functools import cache
@@ -27,18 +27,18 @@ from bench.judging.question import Question, ask_here, questions
 N_DEMANDS = 100
 
 LABELS = ("inactive", "active")
-"""Demands that T* tau meets inside the limits, and demands that only a constrained method meets there."""
+"""T* tau meets inactive demands inside the limits; only a constrained method meets active demands there."""
 
 
 @cache
 def question(vehicle: Vehicle, label: str) -> Question:
-    """A path of demands of one label, with the optimum of each formulation.
+    """A path of demands of one label, with the right answers of each formulation.
 
     Raises NotApplicable where the vehicle has no such demands.
     """
-    found = labelled(label, vehicle, {"inactive": _inactive, "active": _active}[label](vehicle))
-    assert set(found.labels) == {Label[label.upper()]}
-    return questions([found], ask_here)[0]
+    demands = labelled(label, vehicle, {"inactive": _inactive, "active": _active}[label](vehicle))
+    assert set(demands.labels) == {Label[label.upper()]}
+    return questions([demands], ask_here)[0]
 
 
 def tell(
@@ -49,10 +49,10 @@ def tell(
     answers: Sequence[Allocation],
     **more: str | int,
 ) -> None:
-    """Judge the answers that were timed, and put what they are worth into ``extra_info``.
+    """Judge the answers that were timed, and put the figures into ``extra_info``.
 
-    An answer that is not what its status says fails the test. One that lies further from the optimum
-    than its solver's settings promise is an expected failure, with the distance as its reason.
+    An answer that is not what its status says fails the test. An answer that lies further from the
+    optimum than the method promises is an expected failure, with the distance as its reason.
     gap_rel_max is the duality gap over the cost, which needs no reference; None where no QP is answered.
     """
     judged = judge(
@@ -65,7 +65,7 @@ def tell(
     assert not judged.wrong
     gap = judged.gap_rel_max
     if asked.demands.name == "inactive" and not find_formulation(allocator.formulation).limited:
-        # A closed form that stays inside the limits is the constrained optimum, so it has a gap too.
+        # Inside the limits the answer of a closed form is the constrained optimum, so it has a gap too.
         F = np.array([answer.f for answer in answers])
         gap = largest_gap(asked, F, np.zeros(len(F), dtype=np.int8), HARD.name)
     benchmark.extra_info.update(
@@ -87,8 +87,8 @@ def tell(
 
 
 def _path(vehicle: Vehicle) -> FloatArray:
-    # A path and not a random set: that is what a controller asks for and what a warm start is made
-    # for. Thrusts swing sinusoidally, each at its own whole frequency and phase.
+    # A controller asks for a path, and a warm start is made for one. Thrusts swing sinusoidally, each at
+    # its own whole frequency and phase.
     phase = np.linspace(0.0, 2.0 * np.pi, N_DEMANDS, endpoint=False)[:, None]
     i = np.arange(vehicle.n)
     swing: FloatArray = (vehicle.f_max * np.sin((1 + i % 3) * phase + i)) @ vehicle.TP.T
@@ -96,16 +96,16 @@ def _path(vehicle: Vehicle) -> FloatArray:
 
 
 def _inactive(vehicle: Vehicle) -> FloatArray:
-    # T* tau takes 60 % of the limits where it takes most.
+    # Scaled so that the largest thrust of T* tau on the path is 60 % of its limit.
     path = _path(vehicle)
     least: float = closed_form_range(vehicle, path)[1].min()
-    if not least > 0:  # thrusters that push one way only are asked to pull
+    if not least > 0:  # thrusters that push one way only would have to pull
         raise NotApplicable(f"{vehicle.name}: T* tau breaks a limit on the path, however small the demand")
     return 0.6 * least * path
 
 
 def _active(vehicle: Vehicle) -> FloatArray:
-    # Half way, in ratio, from where T* tau leaves the limits to where nothing meets the demand.
+    # Each demand is the geometric mean of where T* tau leaves the limits and where nothing meets it.
     path = _path(vehicle)
     closed, best = closed_form_range(vehicle, path)[1], alpha_max(vehicle, path)
     room = (closed > 0) & (best > 1.05 * closed)

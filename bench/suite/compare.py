@@ -1,4 +1,4 @@
-"""Two pytest-benchmark files side by side. It informs and never gates: stored times can't carry that."""
+"""Two pytest-benchmark files side by side, for information: stored times are too unsteady for a gate."""
 
 from math import exp, log
 from pathlib import Path
@@ -17,20 +17,37 @@ Positive = msgspec.Meta(gt=0)
 
 
 class Stats(msgspec.Struct):
-    """Of the rounds of one benchmark: the least and the middle one [s]."""
+    """Times of a benchmark's rounds.
+
+    Attributes
+    ----------
+    min, median : the least and the middle one [s]
+    """
 
     min: Annotated[float, Positive]
     median: Annotated[float, Positive]
 
 
 class Extra(msgspec.Struct, frozen=True):
-    """What a benchmark of ``bench/suite`` adds: how many calls a round makes."""
+    """What a benchmark of ``bench/suite`` adds.
+
+    Attributes
+    ----------
+    calls : how many a round makes
+    """
 
     calls: Annotated[int, Positive] = 1
 
 
 class Benchmark(msgspec.Struct):
-    """One benchmark of a file."""
+    """One benchmark of a file.
+
+    Attributes
+    ----------
+    fullname : file, test and parameters
+    stats : times of its rounds
+    extra_info : what ``bench/suite`` added
+    """
 
     fullname: str
     stats: Stats
@@ -38,14 +55,27 @@ class Benchmark(msgspec.Struct):
 
 
 class Cpu(msgspec.Struct, frozen=True):
-    """The processor, as pytest-benchmark found it."""
+    """The processor, as pytest-benchmark describes it.
+
+    Attributes
+    ----------
+    brand_raw : its name
+    count : of cores
+    """
 
     brand_raw: str | None = None
     count: int | None = None
 
 
 class Machine(msgspec.Struct):
-    """Machine and software, as pytest-benchmark found them."""
+    """Machine and software, as pytest-benchmark describes them.
+
+    Attributes
+    ----------
+    cpu : processor
+    node, machine, system, release : as ``platform.uname`` gives them
+    python_implementation, python_version : of the interpreter
+    """
 
     cpu: Cpu | None = None
     node: str | None = None
@@ -57,14 +87,27 @@ class Machine(msgspec.Struct):
 
 
 class BenchmarkFile(msgspec.Struct):
-    """What is read of a pytest-benchmark file."""
+    """The part of a pytest-benchmark file that is read.
+
+    Attributes
+    ----------
+    machine_info : where it was measured
+    benchmarks : in the order of the file
+    """
 
     machine_info: Machine
     benchmarks: list[Benchmark]
 
 
 class BenchmarkRatio(NamedTuple):
-    """One benchmark found in both files: time of one call in each, and how they relate."""
+    """A benchmark that both files A and B have.
+
+    Attributes
+    ----------
+    name : file, test and parameters
+    a_us, b_us : median time of one call in A and in B [us]
+    median_ratio, min_ratio : B / A of the medians and of the least times
+    """
 
     name: str
     a_us: float
@@ -74,7 +117,14 @@ class BenchmarkRatio(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """What two files say together: ratios B / A, names in one file only, machine differences."""
+    """Two files A and B side by side.
+
+    Attributes
+    ----------
+    ratios : benchmarks that both have
+    only_a, only_b : names of benchmarks that only one has
+    machine : how machine and software differ
+    """
 
     ratios: list[BenchmarkRatio]
     only_a: list[str]
@@ -83,7 +133,7 @@ class Comparison(NamedTuple):
 
     @property
     def geometric_mean(self) -> float:
-        """Of the ratios of the medians, the mean that does not depend on which file is A."""
+        """Mean of the ratios of medians; its inverse is the mean where A and B are exchanged."""
         return exp(sum(log(r.median_ratio) for r in self.ratios) / len(self.ratios))
 
 
@@ -91,24 +141,26 @@ def read(path: Path) -> BenchmarkFile:
     """Read a pytest-benchmark file; raises BadBenchmarkFile."""
     remedy = "give a file written by 'pytest bench/suite --benchmark-json FILE'"
     try:
-        found = msgspec.json.decode(path.read_bytes(), type=BenchmarkFile)
+        return msgspec.json.decode(path.read_bytes(), type=BenchmarkFile)
     except OSError as error:
         raise BadBenchmarkFile(f"{path}: can't be read ({error.strerror}); {remedy}") from None
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
         raise BadBenchmarkFile(f"{path}: {error}; {remedy}") from None
-    return found
 
 
 def compare(a: BenchmarkFile, b: BenchmarkFile) -> Comparison:
     """Pair benchmarks by name; times and ratios per call where a benchmark says how many a round has."""
-    before = {one.fullname: one for one in a.benchmarks}
-    after = {one.fullname: one for one in b.benchmarks}
+    before = {benchmark.fullname: benchmark for benchmark in a.benchmarks}
+    after = {benchmark.fullname: benchmark for benchmark in b.benchmarks}
     ratios = []
     for name in sorted(before.keys() & after.keys()):
         pair = before[name], after[name]
-        a_us, b_us = (one.stats.median / one.extra_info.calls * 1e6 for one in pair)
-        a_min, b_min = (one.stats.min / one.extra_info.calls for one in pair)
-        ratios.append(BenchmarkRatio(name, a_us, b_us, b_us / a_us, b_min / a_min))
+        a_us, b_us = (side.stats.median / side.extra_info.calls * 1e6 for side in pair)
+        a_min, b_min = (side.stats.min / side.extra_info.calls for side in pair)
+        ratio = BenchmarkRatio(
+            name=name, a_us=a_us, b_us=b_us, median_ratio=b_us / a_us, min_ratio=b_min / a_min
+        )
+        ratios.append(ratio)
     return Comparison(
         ratios=ratios,
         only_a=sorted(before.keys() - after.keys()),

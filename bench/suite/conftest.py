@@ -1,4 +1,4 @@
-"""What the suite times: methods x vehicles x starts x labels, chosen on pytest's command line."""
+"""The suite's methods x vehicles x starts x labels, chosen on pytest's command line."""
 
 from pathlib import Path
 
@@ -33,7 +33,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Refuse a name that nothing has, or a method that is not installed: pytest would skip it and pass."""
+    """Refuse an unknown name or a method that is not installed: pytest would skip its tests and pass."""
     try:
         for vehicle in config.getoption("vehicle") or ():
             load_vehicle(vehicle)
@@ -47,7 +47,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
-    """Cross what a test asks for: ``vehicle``, ``label``, ``entry`` (a method) and its ``start``."""
+    """Cross the fixtures that a test takes: ``vehicle``, ``label``, ``entry`` (a method), its ``start``."""
     option = metafunc.config.getoption
     if "vehicle" in metafunc.fixturenames:
         vehicles = [load_vehicle(name) for name in option("vehicle") or VEHICLES]
@@ -68,7 +68,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 
 @pytest.fixture
 def start() -> str:
-    """The method's own choice, where a test does not go through them."""
+    """The method's own choice, for tests that do not go through all starts."""
     return "-"
 
 

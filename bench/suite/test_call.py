@@ -12,7 +12,7 @@ CALLS = 1000
 def test_call(
     benchmark: BenchmarkFixture, entry: Entry, start: str, asked: Question, allocator: Allocator
 ) -> None:
-    """Allocate a path of demands, again and again, and judge the last time round."""
+    """Allocate a path of demands again and again; judge the answers of the last pass."""
     rows = list(asked.demands.taus)
 
     def calls() -> list[Allocation]:

@@ -15,6 +15,6 @@ def test_many(benchmark: BenchmarkFixture, entry: Entry, asked: Question, alloca
     taus = np.tile(asked.demands.taus, (DEMANDS // N_DEMANDS, 1))
     benchmark.group = f"{asked.demands.vehicle.name}: many(), 1,000 {asked.demands.name} demands"
     many: tuple[FloatArray, StatusArray] = benchmark(allocator.many, taus)
-    # Rows of one array share its memory by right; as answers they are copies.
+    # Answers that share memory are judged wrong, and rows of one array share it; so each row is copied.
     answers = [Allocation(f.copy(), Status(s)) for f, s in zip(*many, strict=True)]
     tell(benchmark, asked, entry, allocator, answers, calls=DEMANDS)

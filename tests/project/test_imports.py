@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 import alloc
+from tests import made_up
 from tests.places import ROOT
 
 FILES = sorted(p for folder in ("alloc", "bench") for p in (ROOT / folder).rglob("*.py"))
@@ -92,8 +93,7 @@ def test_the_harness_takes_public_names_and_each_from_one_place(path: Path) -> N
 
 
 def test_a_report_renders_where_no_solver_is_installed(tmp_path: Path) -> None:
-    kept = next((ROOT / "results").glob("*/record.jsonl.gz"))
-    shutil.copy(kept, tmp_path)
+    made_up.whole(tmp_path)
     code = (
         f"import sys; sys.modules.update(dict.fromkeys({sorted(BINDINGS)!r}))\n"  # None: import fails
         "from pathlib import Path; from bench.report import render\n"

@@ -1,5 +1,5 @@
-"""A rigid vehicle under a tracking controller: where time-correlated demands come from.
+"""Time-correlated demands, from a simulated rigid vehicle under a tracking controller.
 
-``body`` moves, ``autopilot`` demands, ``simulate`` lets the one act on the other through a
-failure half way. The sets ``mission`` and ``mission-fault`` are its two halves.
+``body`` has the equations of motion; ``simulate`` has the controller and flies the mission, through a
+failure half way. The sets ``mission`` and ``mission-fault`` are the mission's two halves.
 """

@@ -11,12 +11,12 @@ import numpy as np
 from alloc import FloatArray
 
 MASS = 13.5
-"""kg"""
+"""[kg]"""
 WEIGHT = MASS * 9.82
 BUOYANCY = 1000.0 * 9.82 * 0.0134
-"""N: density, gravity and volume of the source; 1 N less than the weight."""
+"""Density, gravity and volume of the source; 1 N less than the weight [N]."""
 BUOYANCY_Z = -0.01
-"""m: the centre of buoyancy lies above the centre of mass."""
+"""z of the centre of buoyancy, which lies above the centre of mass [m]."""
 
 INERTIA = np.array([MASS, MASS, MASS, 0.26, 0.23, 0.37])
 """(6,) rigid body [kg, kg m^2]."""
@@ -69,5 +69,5 @@ def euler_rates(attitude: FloatArray, w: FloatArray) -> FloatArray:
 
 
 def cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """a x b of two (3,), a tenth of the price of numpy's."""
+    """a x b of two vectors (3,); it takes a tenth of the time of numpy's."""
     return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])

@@ -1,9 +1,9 @@
 """The mission: stationkeeping, waypoint steps and a current, with a thruster failing half way.
 
-All vehicles fly the same body, the BlueROV2 Heavy of ``body``: on each axis a wrench counts as
-the share of what the vehicle can reach there, so every vehicle has that one's acceleration and
-speed at full thrust, and the same seed gives all the same kind of minute. A degree of freedom that a
-vehicle does not control is held at zero, which makes it planar where it is.
+All vehicles fly the same body, the BlueROV2 Heavy of ``body``: on each axis a wrench counts as the share
+of what the vehicle can reach there. So every vehicle has the BlueROV2's acceleration and speed at full
+thrust, and the same seed gives all of them the same kind of minute. Degrees of freedom that a vehicle
+does not control are held at zero, so a planar vehicle stays in its plane.
 """
 
 from dataclasses import dataclass
@@ -24,34 +24,41 @@ from bench.demands.mission import body
 
 RATE_HZ = 100.0
 HALF = 3000
-"""Demands before the failure, and after it: 30 s each."""
+"""Demands before the failure, and after the failure: 30 s each."""
 STEPS = (500, 1200, 1900, 3600, 4400, 5200)
-"""When a new waypoint is given: 5, 12, 19, 36, 44 and 52 s. In between the vehicle arrives and keeps
-station; the thruster fails at 30 s, while it does."""
+"""Demands at which a new waypoint is given: 5, 12, 19, 36, 44 and 52 s. In between the vehicle arrives and
+keeps station; the thruster fails at 30 s, while the vehicle keeps station."""
 
 POSITION_STEP = 3.0
-"""m: up to as far as this lies the next waypoint on each axis, some body lengths."""
+"""Farthest that the next waypoint lies on each axis: some body lengths [m]."""
 TURN_STEP = np.radians([10.0, 10.0, 90.0])
-"""rad: roll and pitch are trimmed a little, yaw turns by up to a quarter."""
+"""Largest steps of roll and pitch, which are trimmed a little, and of yaw, up to a quarter turn [rad]."""
 
 CURRENT = 0.3
-"""m/s: mean horizontal current; the vehicle makes about 0.9 m/s at full thrust."""
+"""Mean horizontal current; the vehicle makes about 0.9 m/s at full thrust [m/s]."""
 GUST, GUST_S = 0.1, 10.0
-"""m/s, s: spread and time constant of its variation, first-order Gauss-Markov (Fossen 2021, ch. 10)."""
+"""Spread [m/s] and time constant [s] of the current's variation, first-order Gauss-Markov (Fossen 2021,
+ch. 10)."""
 NOISE = 0.005
-"""m/s, rad/s: spread of the measured velocities, that of a Doppler log and a MEMS gyro."""
+"""Spread of the measured velocities: that of a Doppler log and a MEMS gyro [m/s, rad/s]."""
 
 STIFFNESS = np.array([2.0, 2.0, 2.0, 4.0, 4.0, 3.0])
-"""rad/s: natural frequency the controller gives each axis, attitude quicker than position. A step
-of 2 m asks for all that surge can give; stationkeeping for a tenth to a third of it."""
+"""Natural frequency that the controller gives each axis [rad/s]; attitude is quicker than position. A step
+of 2 m asks for all that surge can give, stationkeeping for a tenth to a third of that."""
 DAMPING = 0.9
 INTEGRAL = 0.1
-"""1/s: share of the stiffness integrated; slow enough not to upset the damping."""
+"""Share of the stiffness that is integrated [1/s]: slow enough not to upset the damping."""
 
 
 @dataclass(frozen=True, eq=False)
 class Flight:
-    """What happened: demands (N, k) [N, N m] and poses x, y, z, roll, pitch, yaw (N, 6) [m, rad]."""
+    """What happened in a mission.
+
+    Attributes
+    ----------
+    taus : (N, k) demands [N, N m]
+    poses : (N, 6) x, y, z, roll, pitch, yaw [m, rad]
+    """
 
     taus: FloatArray
     poses: FloatArray
@@ -60,9 +67,9 @@ class Flight:
 def fly(vehicle: Vehicle, degraded: Vehicle, rng: np.random.Generator, n: int = 2 * HALF) -> Flight:
     """Simulate the first n demands of the mission; the same for the same generator state.
 
-    The wrench that acts is the largest share of the demand that is attainable (``alloc.alpha_max``), of
-    its reachable part where rank is lost: exact, and nobody's method. The autopilot limits each
-    axis to what it reaches alone, as autopilots do, so its demands are often infeasible together.
+    The wrench that acts is the largest attainable share of the demand (``alloc.alpha_max``), or of the
+    demand's reachable part where rank is lost: that is exact, and favours no method. The autopilot limits
+    each axis to what that axis reaches alone, as autopilots do, so its demands are often infeasible.
     After HALF demands ``degraded`` answers. Raises NotApplicable where zero thrust is forbidden.
     """
     axes = [DOF.index(axis) for axis in vehicle.dof]
@@ -87,7 +94,7 @@ def fly(vehicle: Vehicle, degraded: Vehicle, rng: np.random.Generator, n: int = 
         share = min(1.0, max(0.0, float(alpha_max(answering, acting[None])[0])))
         wrench = np.zeros(6)
         wrench[axes] = share * acting * per_newton
-        if share == 1.0:  # anti-windup: what saturates is not integrated
+        if share == 1.0:  # anti-windup: no integration while the thrusters saturate
             integral += INTEGRAL * error / RATE_HZ
         relative = v.copy()
         relative[:3] -= R.T @ current[i]
@@ -97,16 +104,16 @@ def fly(vehicle: Vehicle, degraded: Vehicle, rng: np.random.Generator, n: int = 
 
 
 def newtons_of_the_body(vehicle: Vehicle) -> FloatArray:
-    """(k,) what 1 N or N m on each axis of this vehicle counts on the body: reach over reach."""
+    """(k,) wrench on the body for 1 N or N m on each axis of the vehicle: the body's reach over its own."""
     heavy = load_vehicle("bluerov2-heavy")
-    there = dict(zip(heavy.dof, _reach(heavy), strict=True))
-    return np.array([there[axis] for axis in vehicle.dof]) / _reach(vehicle)
+    reach = dict(zip(heavy.dof, _reach(heavy), strict=True))
+    return np.array([reach[axis] for axis in vehicle.dof]) / _reach(vehicle)
 
 
 def _reach(vehicle: Vehicle) -> FloatArray:
-    # An axis that can't be pushed alone still needs a scale.
     backward, forward = single_axis_maxima(vehicle)
     reach: FloatArray = (forward - backward) / 2
+    # An axis that can't be pushed alone still needs a scale.
     return np.where(reach > 0, reach, vehicle.wrench_scale)
 
 

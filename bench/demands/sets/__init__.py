@@ -1,1 +1,1 @@
-"""One file, one demand set, found by its name; ``bench.demands`` says what a file holds."""
+"""Demand sets, one a file and named after it; ``bench.demands`` says what such a file holds."""

@@ -1,4 +1,4 @@
-"""Attainable demands for which the closed form breaks a limit: where a constrained method earns its cost."""
+"""Attainable demands for which the closed form breaks a limit: here a constrained method earns its cost."""
 
 import numpy as np
 

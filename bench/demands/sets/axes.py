@@ -5,7 +5,7 @@ import numpy as np
 from alloc import FloatArray, Vehicle, single_axis_maxima
 
 OVERSHOOT = 1.1
-"""How far a sweep goes, relative to the axis's maximum: past it by a tenth, so both edges are crossed."""
+"""How far a sweep goes, relative to the axis's maximum: a tenth beyond, so that it crosses both edges."""
 
 
 def demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:

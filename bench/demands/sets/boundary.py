@@ -10,7 +10,7 @@ BANDS = (1e-5, 1e-3)
 
 
 def demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
-    """n demands (n, k) [N, N m], by turns inside and outside; distances spread evenly in their logarithm."""
+    """n demands (n, k) [N, N m], by turns inside and outside; the logarithm of the distance is uniform."""
     rays = draw(vehicle, rng, n)
     nearest, farthest = BANDS
     distance = nearest * (farthest / nearest) ** rng.random(n)

@@ -1,4 +1,4 @@
-"""Uniform in the box of single-axis maxima: what autopilots let through, most of it infeasible."""
+"""Demands uniform in the box of single-axis maxima: autopilots let these through; most are infeasible."""
 
 import numpy as np
 

@@ -1,6 +1,6 @@
-"""Sequences that hurt: recovery from failure, a saturated stretch, jumps, corners, nothing at all.
+"""Sequences that are hard for solvers: recovery from failure, saturation, jumps, corners, zero demands.
 
-They matter to whatever is carried over from call to call: a warm start, a reused object's step sizes.
+They test what a method carries over from call to call, such as a warm start or a reused object's step sizes.
 """
 
 import numpy as np
@@ -9,11 +9,11 @@ from alloc import WRENCH_TOLERANCE, FloatArray, Vehicle
 from bench.demands.rays import draw
 
 RUN = 5
-"""Infeasible demands in a row, and attainable ones after them: enough for a solver to adapt to either."""
+"""Infeasible demands in a row, and then attainable ones: enough for a solver to adapt to either."""
 DWELL = 100
-"""Steps in one place on the edge: ten seconds of full power at 10 Hz."""
+"""Demands at one place on the edge: ten seconds of full power at 10 Hz."""
 JITTER = WRENCH_TOLERANCE
-"""How far those steps lie inside or outside by turns: at what counts as met."""
+"""How far, at most, a dwelling demand lies inside or outside the edge: by what still counts as met."""
 
 
 def demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
@@ -26,7 +26,7 @@ def demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
 def recovery(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
     """Runs of demands 1e-5 to 0.5 beyond the edge, each followed by as many that far inside it.
 
-    A demand just beyond is where an iterative solver works longest to no end, and adapts to it; one
+    At a demand just beyond the edge an iterative solver works longest, in vain, and adapts to it; a demand
     just inside then shows what that adaptation costs.
     """
     rays = draw(vehicle, rng, n)
@@ -52,7 +52,7 @@ def jumps(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
 
 
 def corners(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
-    """The farthest wrench in random directions: every thruster that pushes that way is at a limit."""
+    """The farthest wrenches in random directions, with every thruster at a limit."""
     directions = rng.normal(size=(n, vehicle.k)) / vehicle.wrench_scale
     f = np.where(directions @ vehicle.TP > 0, vehicle.f_max, vehicle.f_min)
     farthest: FloatArray = f @ vehicle.TP.T

@@ -6,7 +6,7 @@ from alloc import FloatArray, Vehicle
 from bench.demands.rays import Rays, collect
 
 SHARE = 0.99
-"""How far along each ray's inside part a demand may lie; the rest keeps clear of the boundary label."""
+"""Demands lie in this share of the part of a ray that T* tau serves, which keeps off the boundary label."""
 
 
 def demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:

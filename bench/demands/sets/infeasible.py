@@ -1,4 +1,4 @@
-"""Demands beyond what the thrusters can do, by 2 % to 100 %."""
+"""Demands that exceed what the thrusters can do by 2 % to 100 %."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from alloc import FloatArray, Vehicle
 from bench.demands.rays import Rays, collect
 
 BEYOND = (1.02, 2.0)
-"""Multiples of alpha*: nearer ones belong to ``boundary``; twice is what a saturated controller asks for."""
+"""Multiples of alpha*: smaller ones belong to ``boundary``; a saturated controller asks for twice alpha*."""
 
 
 def demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:

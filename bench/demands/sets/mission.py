@@ -1,4 +1,4 @@
-"""A minute under way, first half: stationkeeping and waypoints in a current, all thrusters well."""
+"""First half of a minute under way: stationkeeping and waypoints in a current, with all thrusters working."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""A minute under way, second half: the same flight after the thruster that costs most has failed."""
+"""Second half of a minute under way: ``mission`` after the thruster that costs most has failed."""
 
 import numpy as np
 
@@ -9,20 +9,20 @@ __all__ = ["COUNT", "RATE_HZ", "SEED_NAME", "answering", "demands"]
 
 COUNT = HALF
 SEED_NAME = "mission"
-"""The same seed as ``mission``: one flight, cut at the failure."""
+"""It shares the seed of ``mission``, because both are one flight, cut at the failure."""
 
 
 def demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
-    """n consecutive demands (n, k) [N, N m] at RATE_HZ; fewer than all start at the first waypoint after."""
+    """n consecutive demands (n, k) [N, N m] at RATE_HZ; fewer than all start at the first waypoint then."""
     first = next(step for step in STEPS if step >= HALF)
     start = min(first, 2 * HALF - min(n, HALF))
     return fly(vehicle, answering(vehicle), rng).taus[start : start + n]
 
 
 def answering(vehicle: Vehicle) -> Vehicle:
-    """The vehicle after the single fault that costs most volume, and no rank where that can be had.
+    """The vehicle after the single fault that costs most volume, of those that keep the rank if any does.
 
-    With rank lost no demand of an autopilot that does not know of it is attainable, and nothing
-    could be told of the methods.
+    Where rank is lost, no demand of an autopilot that does not know of the loss is attainable, and methods
+    can't be told apart.
     """
     return vehicle.with_fault(worst_fault(vehicle, keep_rank=True))

@@ -1,4 +1,4 @@
-"""Uniform over all that the thrusters can do: a share of these is a share of the attainable set."""
+"""Demands uniform over the attainable set: a share of these demands is a share of the set."""
 
 import numpy as np
 

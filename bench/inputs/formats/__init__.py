@@ -1,7 +1,7 @@
-"""Vehicles in other people's files. One file one format, found by its name.
+"""Vehicles in files of other projects. Each module here is one format, named after its file.
 
-A module reads with ``recognises(path, text) -> bool`` and ``read(path) -> Draft``; one that also
-writes has ``write(keys, vehicle) -> str``.
+A module has ``recognises(path, text) -> bool`` and ``read(path) -> Draft``, and ``write(keys, vehicle) ->
+str`` where the format can be written.
 """
 
 import pkgutil
@@ -14,21 +14,21 @@ from alloc import UnknownName
 from alloc.vehicle.file import Numbers
 
 
-@dataclass
+@dataclass(kw_only=True)
 class Draft:
-    """A vehicle as far as a foreign file tells, in its own frame; None or empty where it does not.
+    """A vehicle as far as a file tells, in the file's own frame; None or empty where the file does not tell.
 
     Attributes
     ----------
-    source : what file, in words
-    dof : names of the rows of T, or of the axes that are controlled; empty where nothing says
-    T : (k, n) rows
+    source : name and kind of the file, in words
+    dof : names of the rows of T, or without T of the controlled axes
+    T : (k, n) rows [-], [m]
     positions, directions : (n, 3) poses [m], [-]
     center_of_mass : (3,) [m]
-    f_min, f_max : one limit or one a thruster [N]
-    weights, slack_weights : diagonals of H and Q
+    f_min, f_max : one limit for all thrusters, or one each [N]
+    weights, slack_weights : (n,) and (k,) diagonals of H and Q
     frame : frd or flu
-    assumptions : what the file does not say and was taken for granted, one sentence each
+    assumptions : what the file does not say and is assumed, one sentence each
     """
 
     source: str
@@ -47,8 +47,8 @@ class Draft:
 
 def formats() -> dict[str, ModuleType]:
     """Every format by name."""
-    names = [found.name for found in pkgutil.iter_modules(__path__)]
-    return {name: import_module(f"bench.inputs.formats.{name}") for name in names}
+    names = [module.name for module in pkgutil.iter_modules(__path__)]
+    return {name: import_module(f"{__name__}.{name}") for name in names}
 
 
 def writable() -> tuple[str, ...]:
@@ -57,7 +57,7 @@ def writable() -> tuple[str, ...]:
 
 
 def recognised(path: Path, text: str) -> ModuleType:
-    """The format of a file, told by its content; raises UnknownName."""
+    """The format that recognises a file; raises UnknownName."""
     for module in formats().values():
         if module.recognises(path, text):
             return module

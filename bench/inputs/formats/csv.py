@@ -1,4 +1,4 @@
-"""CSV of T: one row a DOF, one column a thruster; names of DOF in front and a header are welcome."""
+"""CSV of T: one row a DOF, one column a thruster; a header and a first column of DOF names may be there."""
 
 from pathlib import Path
 
@@ -18,7 +18,7 @@ def read(path: Path) -> Draft:
     """The Draft of a CSV file; raises FileError naming file and line, or VehicleError."""
     table = [(line, [cell.strip() for cell in row]) for line, row in csv_rows(path, read_text(path))]
     if table and not any(map(is_number, table[0][1])):
-        table = table[1:]  # a header
+        table = table[1:]  # without the header
     named = any(row[0].lower() in DOF for _, row in table)
     if not table:
         raise VehicleError(f"{path}: holds no rows; give one row of T a DOF")
@@ -36,6 +36,6 @@ def read(path: Path) -> Draft:
 
 
 def write(keys: VehicleFile, vehicle: Vehicle) -> str:
-    """T as CSV, z down, with names of DOF in front; limits and weights have no place in it."""
+    """T as CSV, z down, with a first column of DOF names; limits and weights have no place in this format."""
     header = ["dof", *(f"f{i}" for i in range(vehicle.n))]
     return csv_text(header, ([axis, *row] for axis, row in zip(vehicle.dof, vehicle.T.tolist(), strict=True)))

@@ -1,8 +1,8 @@
 """PX4 parameters ``CA_ROTOR*``: an airframe script, a QGroundControl ``.params`` file, or NAME VALUE lines.
 
 Per rotor i: position PX, PY, PZ [m], axis AX, AY, AZ, thrust coefficient CT, moment ratio KM [m].
-Force is axis f, moment (position x axis - KM axis) f, with the defaults of PX4's reference: axis
-(0, 0, -1), KM 0.05, x forward, y starboard, z down (docs.px4.io, parameter reference, Geometry).
+A thrust f gives the force axis f and the moment (position x axis - KM axis) f. Defaults are those of
+PX4: axis (0, 0, -1), KM 0.05, x forward, y starboard, z down (docs.px4.io, parameter reference, Geometry).
 """
 
 import re
@@ -65,15 +65,15 @@ def _limits(draft: Draft, given: dict[str, float], count: int) -> None:
 
 
 def _parameters(path: Path) -> dict[str, float]:
-    found: dict[str, float] = {}
+    values: dict[str, float] = {}
     for number, line in enumerate(read_text(path).splitlines(), 1):
         if line.lstrip().startswith("#"):
             continue
         for name, text in _PARAMETER.findall(line):
             try:
-                found[name] = float(text)
+                values[name] = float(text)
             except ValueError:
                 raise VehicleError(f"{path}: line {number}: {name} is {text[:40]!r}; give a number") from None
-            if not np.isfinite(found[name]):
+            if not np.isfinite(values[name]):
                 raise VehicleError(f"{path}: line {number}: {name} is {text[:40]!r}; give a finite number")
-    return found
+    return values

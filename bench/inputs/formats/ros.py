@@ -1,7 +1,7 @@
 """ROS parameter files with ``thruster_position``/``thruster_force_direction`` or a ``configuration_matrix``.
 
-The keys are those of vortex-auv (auv_setup/config/robots), wherever in the file they stand. ROS 2 has
-no nested lists, so its arrays are flat: all x, then all y, then all z; or the rows one after the other.
+The keys are those of vortex-auv (auv_setup/config/robots), at any depth. ROS 2 has no nested lists, so
+its arrays are flat: all x, then all y, then all z of vectors; one row after the other of a matrix.
 """
 
 from pathlib import Path
@@ -21,7 +21,7 @@ MATRIX = ("configuration_matrix", "thrust_configuration_matrix")
 
 
 def recognises(path: Path, text: str) -> bool:
-    """Whether the text has one of the keys."""
+    """Whether the text has a key of positions, directions or the matrix."""
     starts = tuple(f"{key}:" for key in POSITIONS + DIRECTIONS + MATRIX)
     return any(line.strip().startswith(starts) for line in text.splitlines())
 
@@ -54,7 +54,7 @@ def read(path: Path) -> Draft:
 
 
 def write(keys: VehicleFile, vehicle: Vehicle) -> str:
-    """The same vehicle as a ROS 2 parameter file: poses where the vehicle file has them, else T."""
+    """The vehicle as a ROS 2 parameter file, with poses where the vehicle file has them, else with T."""
     if np.count_nonzero(vehicle.H - np.diag(vehicle.H.diagonal())):
         raise VehicleError(f"{keys.name}: H is not diagonal, which ROS parameters can't say; export csv")
     if keys.thrusters is None:
@@ -84,7 +84,7 @@ def write(keys: VehicleFile, vehicle: Vehicle) -> str:
 
 
 def _vectors(tree: YamlTree, key: str, value: Any) -> list[Numbers]:
-    # (n, 3), from n rows of three, or flat as all x, all y, all z.
+    """Vectors (n, 3) given as n rows of three, or flat: all x, all y, all z; raises VehicleError."""
     if isinstance(value, list) and value and all(isinstance(row, list) for row in value):
         matrix = rows(tree, key, value)
         if len(matrix[0]) != 3:
@@ -122,5 +122,5 @@ def _limits(tree: YamlTree, draft: Draft) -> None:
 
 
 def _array(values: Any) -> str:
-    # ROS 2 wants every entry of an array to be of one type: floats keep their point.
+    # float() keeps the decimal point, since ROS 2 wants one type in an array; + 0.0 turns -0.0 into 0.0.
     return "[" + ", ".join(repr(float(x) + 0.0) for x in values) + "]"

@@ -1,6 +1,6 @@
-"""Logs of demands, read by the kind of file they are in. One file one kind, found by itself.
+"""Logs of demands. Each module here reads one kind of log.
 
-A module has ``SUFFIXES`` ("/" for a folder) and ``read(path, topic) -> Log``.
+A module has ``SUFFIXES`` of the files it reads ("/" for a folder) and ``read(path, topic) -> Log``.
 """
 
 import pkgutil
@@ -18,7 +18,14 @@ from bench.inputs.demand_csv import read_demands
 
 
 class Log(NamedTuple):
-    """What a bag or the like holds: times (N,) [s], wrenches (N, 6) surge to yaw, their frame."""
+    """The wrenches in a bag or a ULog.
+
+    Attributes
+    ----------
+    t : (N,) times since the first one [s]
+    taus : (N, 6) wrenches, surge to yaw [N, N m]
+    frame : frd or flu, the frame of taus
+    """
 
     t: FloatArray
     taus: FloatArray
@@ -32,10 +39,10 @@ def read_log(
 
     Parameters
     ----------
-    path : the log; ``FILE#TOPIC`` names the topic as well, where no file is called so
-    dof : the vehicle's DOF, which become the columns; the others are left out
-    topic : which wrenches, where a bag has several
-    frame : frd or flu, where the log's own idea of its frame is wrong
+    path : the log; ``FILE#TOPIC`` names the topic as well, where no file has that name
+    dof : the vehicle's DOF, which become the columns; all others are left out
+    topic : topic of the wrenches, where a bag has several
+    frame : frd or flu, where what the log says of its frame is wrong
 
     Returns
     -------
@@ -44,17 +51,18 @@ def read_log(
 
     Raises
     ------
-    FileError for what can't be read, DemandError for what holds no demands, NotInstalled with the remedy.
+    FileError where the log can't be read, DemandError where it holds no demands, NotInstalled where its
+    reader is missing; each with the remedy.
     """
     name, mark, fragment = str(path).rpartition("#")
     if mark and not path.exists():
         path, topic = Path(name), topic or fragment
     kinds: dict[str, ModuleType] = {}
-    for found in pkgutil.iter_modules(__path__):
-        module = import_module(f"bench.inputs.logs.{found.name}")
+    for info in pkgutil.iter_modules(__path__):
+        module = import_module(f"{__name__}.{info.name}")
         kinds.update(dict.fromkeys(module.SUFFIXES, module))
     suffix = "/" if path.is_dir() else path.suffix.lower()
-    if suffix in (".csv", ""):  # "": a pipe, as in <(zcat demands.csv.gz)
+    if suffix in (".csv", ""):  # a pipe, as in <(zcat demands.csv.gz), has no suffix
         return read_demands(path, dof)
     if suffix not in kinds:
         known = ", ".join(sorted(set(kinds) - {"/"}))
@@ -65,7 +73,7 @@ def read_log(
 
 
 def rate_hz(t: FloatArray | None) -> float | None:
-    """Sampling rate of a log: one over the median step [Hz]; None where there is no time or no step."""
+    """Sampling rate [Hz] of times (N,) [s]: one over the median step; None without times or steps."""
     if t is None or len(t) < 2:
         return None
     step = float(np.median(np.diff(t)))
@@ -73,14 +81,14 @@ def rate_hz(t: FloatArray | None) -> float | None:
 
 
 def brief(error: Exception) -> str:
-    """What a parser raised, in one short line."""
+    """What a parser raised, as one short line."""
     return " ".join(f"{type(error).__name__}: {error}".split())[:80]
 
 
 def _checked(path: Path, log: Log, dof: tuple[str, ...], frame: str) -> tuple[FloatArray, FloatArray]:
     if not len(log.t):
         raise DemandError(f"{path}: holds no demands; record the demanded wrench")
-    order = np.argsort(log.t, kind="stable")  # headers may arrive out of order
+    order = np.argsort(log.t, kind="stable")  # messages may arrive out of order
     t, taus = log.t[order], log.taus[order]
     taus = taus[:, [DOF.index(axis) for axis in dof]]
     bad = np.flatnonzero(~(np.abs(taus) <= LARGEST).all(axis=1))

@@ -13,24 +13,23 @@ TYPES = ("geometry_msgs/msg/Wrench", "geometry_msgs/msg/WrenchStamped")
 
 
 def read(path: Path, topic: str) -> Log:
-    """All six axes of the wrenches on a topic, or on the only one that has any.
+    """The wrenches on a topic, all six axes; without a topic, those on the only one that has wrenches.
 
-    Time is that of the header where every header has one, else that of recording. The frame is
-    z down where the frame's name says so (REP 103: ``…_ned``; ``…_frd``), else z up, ROS's own.
+    Times are those of the headers where every message has one, else those of recording. The frame is
+    z down where its name ends in ``ned`` (REP 103) or ``frd``, else z up, as everywhere in ROS.
     """
     try:
         from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_typestore
     except ImportError:
         raise NotInstalled("reading bags needs rosbags; pip install 'thrustbench[ros]'") from None
-    # A ROS 2 recording is a folder; one of its files stands for it.
+    # A ROS 2 recording is a folder, so a file of it stands for the folder.
     bag = path.parent if path.suffix.lower() in (".db3", ".mcap") else path
     try:
         with AnyReader([bag], default_typestore=get_typestore(Stores.LATEST)) as reader:
-            found = [c for c in reader.connections if c.msgtype in TYPES]
-            names = sorted({connection.topic for connection in found})
-            chosen = _choose(path, names, topic)
-            wanted = [connection for connection in found if connection.topic == chosen]
+            wrenches = [connection for connection in reader.connections if connection.msgtype in TYPES]
+            chosen = _choose(path, sorted({connection.topic for connection in wrenches}), topic)
+            wanted = [connection for connection in wrenches if connection.topic == chosen]
             messages = [
                 (received, reader.deserialize(raw, connection.msgtype))
                 for connection, received, raw in reader.messages(connections=wanted)
@@ -38,20 +37,22 @@ def read(path: Path, topic: str) -> Log:
             return _log(messages)
     except DemandError:
         raise
-    except Exception as error:  # whatever a parser of other people's bytes may raise
+    except Exception as error:  # a parser may raise anything at bytes that are no bag
         raise FileError(f"{path}: not a bag that rosbags can read ({brief(error)})") from None
 
 
-def _choose(path: Path, names: list[str], topic: str) -> str:
-    if topic and topic not in names:
-        raise DemandError(f"{path}: no wrenches on {topic!r}; there are some on {', '.join(names) or 'none'}")
-    if not names:
+def _choose(path: Path, topics: list[str], topic: str) -> str:
+    if topic and topic not in topics:
+        raise DemandError(
+            f"{path}: no wrenches on {topic!r}; there are some on {', '.join(topics) or 'none'}"
+        )
+    if not topics:
         raise DemandError(
             f"{path}: holds no geometry_msgs/Wrench or WrenchStamped; record the demanded wrench"
         )
-    if not topic and len(names) > 1:
-        raise DemandError(f"{path}: wrenches on {', '.join(names)}; choose one as {path}#{names[0]}")
-    return topic or names[0]
+    if not topic and len(topics) > 1:
+        raise DemandError(f"{path}: wrenches on {', '.join(topics)}; choose one as {path}#{topics[0]}")
+    return topic or topics[0]
 
 
 def _log(messages: list[tuple[int, Any]]) -> Log:

@@ -1,7 +1,7 @@
 """PX4 ULog: ``vehicle_thrust_setpoint`` and ``vehicle_torque_setpoint`` (library pyulog, extra ``px4``).
 
-PX4's setpoints are normalised: 1 is what the vehicle can do on an axis, not 1 N. Give a scale where
-newtons are wanted. Axes are x forward, y starboard, z down.
+PX4's setpoints are normalised: 1 is what the vehicle can do on an axis, not 1 N; ``--scale`` turns them
+into newtons. Axes are x forward, y starboard, z down.
 """
 
 from contextlib import redirect_stdout
@@ -19,7 +19,7 @@ THRUST, TORQUE = "vehicle_thrust_setpoint", "vehicle_torque_setpoint"
 
 
 def read(path: Path, topic: str) -> Log:
-    """One demand a thrust setpoint, with the torque setpoint that held then (none yet: left out)."""
+    """One demand a thrust setpoint, with the torque setpoint that held then; none before the first torque."""
     try:
         from pyulog.core import ULog
     except ImportError:
@@ -27,13 +27,13 @@ def read(path: Path, topic: str) -> Log:
     if topic:
         raise DemandError(f"{path}: a ULog's demands are {THRUST} and {TORQUE}; leave out {topic!r}")
     try:
-        # pyulog warns on standard output, which is for results; what a damaged part costs shows as gaps.
+        # pyulog prints warnings of damaged parts, but standard output is for results; gaps show the damage.
         with path.open("rb") as file, redirect_stdout(StringIO()):
             log = ULog(file, [THRUST, TORQUE])
         return _log(path, {data.name: data.data for data in log.data_list if data.multi_id == 0})
     except DemandError:
         raise
-    except Exception as error:  # whatever a parser of other people's bytes may raise
+    except Exception as error:  # a parser may raise anything at bytes that are no ULog
         raise FileError(f"{path}: not a ULog that pyulog can read ({brief(error)})") from None
 
 

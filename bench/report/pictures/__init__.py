@@ -1,7 +1,7 @@
-"""One file, one picture, found by its name; ``style`` is how all look.
+"""The pictures of a report: every file in this folder with ``draw`` or ``draw_run`` is one.
 
-``draw(run, vehicle)`` returns a figure, or None for nothing to show, saved as ``<file>-<vehicle>.svg``;
-``draw_run(run)`` one of the whole run, saved as ``<file>.svg``.
+``draw(run, vehicle)`` returns a figure, saved as ``<file>-<vehicle>.svg``, or None where there is nothing to
+show. ``draw_run(run)`` does so for the whole run; its figure is saved as ``<file>.svg``.
 """
 
 import pkgutil
@@ -21,13 +21,13 @@ def draw_all(run: Run, directory: Path) -> frozenset[str]:
     from bench.report.pictures.style import SETTINGS, save
 
     drawn = set()
-    for found in pkgutil.iter_modules(__path__):
-        module = import_module(f"bench.report.pictures.{found.name}")
+    for file in pkgutil.iter_modules(__path__):
+        module = import_module(f"bench.report.pictures.{file.name}")
         pictures: dict[str, tuple[Any, ...]] = {}
         if hasattr(module, "draw"):
-            pictures = {f"{found.name}-{vehicle}.svg": (module.draw, vehicle) for vehicle in run.vehicles}
+            pictures = {f"{file.name}-{vehicle}.svg": (module.draw, vehicle) for vehicle in run.vehicles}
         if hasattr(module, "draw_run"):
-            pictures[f"{found.name}.svg"] = (module.draw_run,)
+            pictures[f"{file.name}.svg"] = (module.draw_run,)
         for name, (draw, *vehicle) in pictures.items():
             with mpl.rc_context(SETTINGS):
                 figure = draw(run, *vehicle)
@@ -38,6 +38,6 @@ def draw_all(run: Run, directory: Path) -> frozenset[str]:
 
 
 def picture(name: str, alt: str, drawn: frozenset[str]) -> str:
-    """A picture in Markdown, or nothing where it was not drawn; a vehicle's name may hold any letter."""
+    """A picture in Markdown, empty where it was not drawn; a vehicle's name in it may hold any character."""
     words = re.sub(r"[\[\]\\]", r"\\\g<0>", alt)
     return f"![{words}]({quote(name)})\n" if name in drawn else ""

@@ -1,4 +1,4 @@
-"""Wrench error over the size of the demand: who loses what, from the first limit met to twice the edge."""
+"""Wrench error of each method over the size of the demand, up to twice the edge of the attainable set."""
 
 from collections.abc import Iterable
 from itertools import cycle
@@ -24,7 +24,7 @@ STYLES = (
     (VERMILION, "--"),
     (GREEN, "-."),
 )
-"""One a method; colours repeat with another dash only."""
+"""Colour and dash of each method; a colour repeats only with another dash."""
 
 
 def draw(run: Run, vehicle: str) -> "Figure | None":
@@ -43,10 +43,10 @@ def draw(run: Run, vehicle: str) -> "Figure | None":
         axes.set_title(title)
         axes.set_xlabel("demand / edge of the attainable set")
         axes.set_ylim(-0.02, 1.05)
-    for names, curve in groups:
-        colour, dash = styles[min(names.split(", "))]
+    for methods, curve in groups:
+        colour, dash = styles[min(methods)]
         for axes, error in ((left, curve.error_p50), (right, curve.error_max)):
-            axes.plot(curve.size, error, color=colour, linestyle=dash, label=names)
+            axes.plot(curve.size, error, color=colour, linestyle=dash, label=", ".join(methods))
     left.set_ylabel("share of the wrench that is missed")
     figure.suptitle(f"{vehicle}: wrench error over the size of the demand", x=0.01, ha="left", fontsize=10)
     figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=3)
@@ -58,17 +58,17 @@ def styles_of(methods: Iterable[str]) -> dict[str, tuple[str, str]]:
     return dict(zip(sorted(set(methods)), cycle(STYLES), strict=False))
 
 
-def alike(curves: list[Curve]) -> list[tuple[str, Curve]]:
-    """Curves that coincide taken together, least error first: (their methods' names, one of them)."""
+def alike(curves: list[Curve]) -> list[tuple[list[str], Curve]]:
+    """Groups of curves that coincide, least error first: their methods, and one of the curves."""
     groups: list[tuple[list[str], Curve]] = []
     for curve in sorted(curves, key=lambda c: (sum(c.error_p50), c.method)):
-        for names, other in groups:
+        for methods, other in groups:
             if _distance(curve, other) <= WRENCH_TOLERANCE:
-                names.append(curve.method)
+                methods.append(curve.method)
                 break
         else:
             groups.append(([curve.method], curve))
-    return [(", ".join(names), curve) for names, curve in groups]
+    return groups
 
 
 def _distance(a: Curve, b: Curve) -> float:

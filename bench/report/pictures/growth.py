@@ -16,19 +16,19 @@ def draw_run(run: Run) -> "Figure | None":
     """Median call above, allocator size below; a column for each number of degrees of freedom."""
     from matplotlib.figure import Figure
 
-    found = series(run)
-    if not found:
+    measured = series(run)
+    if not measured:
         return None
-    families = sorted({one.k for one in found})
-    labels = sorted({one.label for one in found})
+    families = sorted({s.k for s in measured})
+    labels = sorted({s.label for s in measured})
     looks = dict(zip(labels, product(("solid", (0, (4, 1.5)), (0, (1, 1))), FAMILIES.values()), strict=False))
     figure = Figure((4.2 * len(families), 7.5))
     grid = figure.subplots(2, len(families), squeeze=False, sharex="col", sharey="row")
     for column, k in enumerate(families):
-        for one in (one for one in found if one.k == k and one.label in looks):
-            _line(grid[0, column], one.times_us(), looks[one.label], one.label)
-            _line(grid[1, column], one.kilobytes(), looks[one.label], "")
-        sizes = sorted({n for one in found if one.k == k for n in one.rows})
+        for s in (s for s in measured if s.k == k and s.label in looks):
+            _line(grid[0, column], s.times_us(), looks[s.label], s.label)
+            _line(grid[1, column], s.kilobytes(), looks[s.label], "")
+        sizes = sorted({n for s in measured if s.k == k for n in s.rows})
         grid[1, column].set_xticks(sizes, [str(n) for n in sizes])
         grid[1, column].set_xlabel("thrusters")
         grid[0, column].set_title(f"{k} degrees of freedom")

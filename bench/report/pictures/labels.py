@@ -1,4 +1,4 @@
-"""Labels beside points such that none overlaps another, a point, or the frame."""
+"""Labels beside points that overlap no other label, no point, and not the frame."""
 
 from math import cos, hypot, pi, sin
 from typing import TYPE_CHECKING, NamedTuple
@@ -10,7 +10,12 @@ if TYPE_CHECKING:
 
 
 class Box(NamedTuple):
-    """A rectangle in pixels."""
+    """A rectangle.
+
+    Attributes
+    ----------
+    left, low, right, high : its edges [px]
+    """
 
     left: float
     low: float
@@ -36,13 +41,13 @@ CANDIDATES = [(radius, turn * pi / 8) for radius in (9, 16, 24, 34, 46, 60, 76) 
 def label_points(axes: "Axes", points: list[tuple[float, float, str]], size: float = 7.5) -> None:
     """Write each (x, y, text) near its point, with a thin line where it stands away.
 
-    Greedy, in the given order: each takes the nearest free place; one without a place is left out.
-    A point without a text only keeps its own place free.
+    Labels take the nearest free place in the given order; a label without a free place is left out. A point
+    without a text only keeps its own place free.
     """
     figure = axes.get_figure(root=True)
     assert figure is not None, "these axes are drawn on a figure"
-    figure.draw_without_rendering()  # lays the axes out, so that pixels are final
-    figure.set_layout_engine("none")  # and keeps them so
+    figure.draw_without_rendering()  # the axes are laid out now, so pixels are final
+    figure.set_layout_engine("none")  # saving must not lay them out again
     frame = axes.get_window_extent()
     inside = Box(frame.x0, frame.y0, frame.x1, frame.y1)
     at = [tuple(axes.transData.transform((x, y))) for x, y, _ in points]

@@ -1,4 +1,4 @@
-"""Error against time: what each method misses of the wrench, and who is beaten by nobody."""
+"""Error against time: what each method loses of the wrench, and the Pareto front."""
 
 from typing import TYPE_CHECKING
 
@@ -13,10 +13,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FLOOR = 1e-12
-"""Errors below this are rounding; drawn here, so that a log axis can show a zero."""
+"""Errors below this are rounding and are drawn at this height, because a log axis has no zero."""
 
 UNNAMED = (Family.SOFT, Family.ONE_SHOT)
-"""Families whose points carry no name: each solver again, by another route."""
+"""Families whose points carry no name: they show each solver again, by another route."""
 
 
 def draw(run: Run, vehicle: str) -> "Figure | None":
@@ -44,14 +44,15 @@ def draw(run: Run, vehicle: str) -> "Figure | None":
     axes.set_title(f"{vehicle}, {demands} demands")
     legend(figure, [row for *_, row in points])
     on_front = set(front)
-    ordered = sorted(points, key=lambda point: point[:2] not in on_front)  # the front gets the best places
+    # Points of the front come first, so their labels get the best places.
+    ordered = sorted(points, key=lambda point: point[:2] not in on_front)
     named = [(time, error, "" if row.family in UNNAMED else row.method) for time, error, row in ordered]
     label_points(axes, named)
     return figure
 
 
 def pareto(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """The points that no other beats in both numbers, by the first."""
+    """The points that no other point beats in both numbers, sorted by the first."""
     front: list[tuple[float, float]] = []
     for point in sorted(points):
         if not front or point[1] < front[-1][1]:

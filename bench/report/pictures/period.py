@@ -1,4 +1,4 @@
-"""How much of a control period a call takes, at three rates."""
+"""The share of a control period that a call takes, at three rates."""
 
 from typing import TYPE_CHECKING
 
@@ -17,8 +17,8 @@ RATES_HZ = {50: (GREEN, "o"), 100: (BLUE, "s"), 400: (VERMILION, "^")}
 def draw(run: Run, vehicle: str) -> "Figure | None":
     """p99 over the period as a mark for each rate; 100 % is a missed deadline.
 
-    Of all the vehicle's demand sets together. Where there are too few calls for p99 the slowest one
-    stands in, as a hollow mark.
+    p99 is of the single calls on all of the vehicle's demand sets. Where there are too few calls for it, a
+    hollow mark shows the slowest call.
     """
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D

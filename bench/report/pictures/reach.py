@@ -1,4 +1,4 @@
-"""What the vehicle can do against what the closed form serves of it, with a mission's demands drawn in."""
+"""The attainable set and the part of it that the closed form serves, with a mission's demands."""
 
 from itertools import groupby
 from typing import TYPE_CHECKING
@@ -19,7 +19,7 @@ LABELS = {
     "boundary": (INK, "D"),
     "infeasible": (VERMILION, "x"),
 }
-"""Colour and marker of each label, so that neither has to be told apart alone."""
+"""Colour and marker of each label: a reader who can't tell the colours apart has the marker."""
 
 
 def draw(run: Run, vehicle: str) -> "Figure | None":
@@ -55,21 +55,21 @@ def _section(axes: "Axes", plane: Plane) -> None:
         if points:
             xs, ys = zip(*points, strict=True)
             axes.plot(xs, ys, marker, color=colour, markersize=3.5, linestyle="", label=f"mission, {name}")
-    third = (
+    title = (
         f"{plane.held} at {plane.held_at:.3g} {unit(plane.held)}" if plane.held_at else "all other axes zero"
     )
-    axes.set_title(third)
+    axes.set_title(title)
     axes.set_xlabel(f"{plane.x} [{unit(plane.x)}]")
     axes.set_ylabel(f"{plane.y} [{unit(plane.y)}]")
 
 
 def _handles(figure: "Figure") -> "tuple[list[Artist], list[str]]":
-    """One entry a label, wherever in the figure it stands first."""
-    found: dict[str, Artist] = {}
+    """The legend's handles and labels, each label once, over all axes of the figure."""
+    by_label: dict[str, Artist] = {}
     for axes in figure.axes:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            found.setdefault(label, handle)
-    return list(found.values()), list(found)
+            by_label.setdefault(label, handle)
+    return list(by_label.values()), list(by_label)
 
 
 def _closed(outline: list[tuple[float, float]]) -> tuple[list[float], list[float]]:

@@ -1,7 +1,7 @@
-"""How every picture looks: colours, type, and the SVG it is saved as.
+"""The look of every picture: colours, type, and the SVG it is saved as.
 
-Each colour is a pair, for a light and a dark page; the SVG carries both and follows the reader's
-setting, its own background included, so a picture is legible wherever it is put.
+Each colour is a pair, for a light and a dark page. The SVG carries both and its own background, and follows
+the reader's setting, so a picture is legible on any page.
 """
 
 from io import StringIO
@@ -16,10 +16,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 INK, FAINT, PAPER = "#1f2328", "#d8dee4", "#ffffff"
-"""Text and axes; grid lines; background, as they are on a light page."""
+"""Colours on a light page of text and axes, grid lines, background."""
 
-# Okabe and Ito's palette (2008), told apart by every common kind of colour blindness; its yellow and
-# sky blue are too pale for lines on white and are left out.
+# These are Okabe and Ito's colours (2008), which readers with any common colour blindness can tell apart.
+# Their yellow and sky blue are too pale for lines on white and are left out.
 BLUE, VERMILION, GREEN, PURPLE, ORANGE, GREY = (
     "#0072b2",
     "#d55e00",
@@ -51,7 +51,6 @@ FAMILIES: dict[str, str] = {
     Family.SOFT: GREEN,
 }
 """Colour of each family of methods, the same in every picture."""
-
 
 SETTINGS: dict[Any, Any] = {
     "axes.axisbelow": True,
@@ -86,17 +85,17 @@ def colour(row: Row) -> str:
 
 
 def legend(drawn: "Figure", rows: list[Row]) -> None:
-    """Below everything else, the families that these rows belong to."""
+    """Add a legend of the rows' families at the bottom of the figure."""
     from matplotlib.lines import Line2D
 
-    there = {row.family for row in rows}
-    shown = [name for name in FAMILIES if name in there]
+    families = {row.family for row in rows}
+    shown = [name for name in FAMILIES if name in families]
     dots = [Line2D([], [], color=FAMILIES[name], marker="o", linestyle="") for name in shown]
     drawn.legend(dots, shown, loc="outside lower center", ncols=3)
 
 
 def time_axis(axis: "Axis", label: str) -> None:
-    """A log axis of times given in us, ticks in plain units."""
+    """Make a log axis of times [us], with ticks in ns to s."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     def plain(us: float, position: int) -> str:
@@ -112,7 +111,7 @@ def time_axis(axis: "Axis", label: str) -> None:
 
 
 def share_axis(axis: "Axis", label: str) -> None:
-    """A log axis of shares of 1, ticks in per cent."""
+    """Make a log axis of shares [-], with ticks in per cent."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     axis.set_major_locator(LogLocator(numticks=9))

@@ -12,11 +12,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SHOWN = 12
-"""Curves in one picture, the fastest methods: six colours, drawn through and dashed."""
+"""Most curves in one picture, those of the fastest methods: six colours, solid and dashed."""
 
 
 def draw(run: Run, vehicle: str) -> "Figure | None":
-    """One curve a method, the fastest ones, each with its label at the right."""
+    """One curve for each of the fastest methods, labelled at the right."""
     from matplotlib.figure import Figure
 
     demands = run.sets(vehicle)[0]
@@ -39,7 +39,7 @@ def draw(run: Run, vehicle: str) -> "Figure | None":
 
 
 def slower(counted: Histogram) -> tuple[list[float], list[float]]:
-    """Times [us] and the share of calls slower than each, down to one call."""
+    """Times [us] and the share of calls slower than each of them, down to one call."""
     n = total(counted)
     times, share, left = [], [], n
     for ns, count in counted:

@@ -42,14 +42,16 @@ def test_references_are_methods_whose_answers_to_what_is_asked_are_solved(
     vehicle = load_vehicle("ukwial")
     taus = rng.uniform(vehicle.f_min, vehicle.f_max, (5, vehicle.n)) @ vehicle.TP.T
     for name in formulation.references:
-        _, status = build(name, vehicle).many(formulation.asked(vehicle, 0.9 * taus))
+        _, status = build(name, vehicle).many(formulation.reference_demands(vehicle, 0.9 * taus))
         assert set(status) <= {Status.SOLVED, Status.PARTIAL if formulation.gives_way else Status.SOLVED}
 
 
 @EACH
 def test_the_qp_of_a_formulation_has_the_optimum_that_its_reference_gives(formulation: Formulation) -> None:
     if formulation.pose is None:
-        assert not formulation.references or formulation.asked is not alloc.formulations.as_they_are
+        assert (
+            not formulation.references or formulation.reference_demands is not alloc.formulations.as_they_are
+        )
         return
     vehicle = load_vehicle("bluerov2-heavy")
     tau = 0.5 * vehicle.TP @ vehicle.f_max
@@ -65,7 +67,7 @@ def test_the_share_that_scaled_is_asked_for_is_the_linear_program_s(
 ) -> None:
     vehicle = load_vehicle(name) if fault is None else load_vehicle(name).with_fault(fault)
     taus = 3.0 * rng.uniform(vehicle.f_min, vehicle.f_max, (10, vehicle.n)) @ vehicle.TP.T
-    for tau, asked in zip(taus, find_formulation("scaled").asked(vehicle, taus), strict=True):
+    for tau, asked in zip(taus, find_formulation("scaled").reference_demands(vehicle, taus), strict=True):
         share = min(1.0, alpha_max_lp(vehicle, tau))
         np.testing.assert_allclose(asked, share * tau, atol=1e-8 * np.abs(tau).max())  # HiGHS's tolerance
 

@@ -1,4 +1,4 @@
-"""What practice does behind a closed form: each rule against its definition, and where it fails."""
+"""Rules of practice behind a closed form: each rule against its definition, and where it fails."""
 
 from dataclasses import replace
 
@@ -38,16 +38,15 @@ def miss(vehicle: Vehicle, F: np.ndarray, taus: np.ndarray) -> np.ndarray:
 
 
 def test_each_rule_states_its_own_formulation():
-    found = {entry.name: entry.formulation for entry in catalogue() if entry.name in RULES}
-    assert found == {name: name for name in RULES}
+    formulations = {entry.name: entry.formulation for entry in catalogue() if entry.name in RULES}
+    assert formulations == {name: name for name in RULES}
 
 
 @rules
-def test_where_the_closed_form_fits_every_rule_answers_with_it(name: str):
+def test_every_rule_gives_the_closed_form_where_that_fits_the_limits(name: str):
     for vehicle in STATES:
         taus = wrenches(vehicle, 0.5)
-        margins = label(vehicle, taus)
-        taus = taus[margins.label == Label.INACTIVE]
+        taus = taus[label(vehicle, taus).label == Label.INACTIVE]
         F, status = build(name, vehicle).many(taus)
         assert (status == Status.SOLVED).all()
         np.testing.assert_allclose(
@@ -56,7 +55,7 @@ def test_where_the_closed_form_fits_every_rule_answers_with_it(name: str):
 
 
 @rules
-def test_status_is_what_the_wrench_says(name: str):
+def test_status_is_solved_exactly_where_the_wrench_is_met(name: str):
     for vehicle in STATES:
         for size in (0.7, 1.5):
             taus = wrenches(vehicle, size)
@@ -67,8 +66,8 @@ def test_status_is_what_the_wrench_says(name: str):
 
 
 @rules
-@pytest.mark.parametrize("size", [1e6, 1e90], ids=["a million times", "hardly a number"])
-def test_a_preposterous_demand_is_answered_inside_the_limits(name: str, size: float):
+@pytest.mark.parametrize("size", [1e6, 1e90], ids=["1e6 times", "1e90 times"])
+def test_a_demand_far_too_large_is_answered_inside_the_limits(name: str, size: float):
     vehicle = load_vehicle("bluerov2-heavy")
     allocate = build(name, vehicle)
     taus = wrenches(vehicle, size, n=5)
@@ -80,26 +79,26 @@ def test_a_preposterous_demand_is_answered_inside_the_limits(name: str, size: fl
         single = allocate(tau).f
         assert (single >= vehicle.f_min).all()
         assert (single <= vehicle.f_max).all()
-        if size < 1e9:  # beyond, the rounding of tau alone is many times a limit
+        if size < 1e9:  # for 1e90 times, rounding of tau alone is many times a limit
             np.testing.assert_allclose(single, f, atol=1e-6)
 
 
 @rules
-def test_thrusters_that_can_not_reverse_are_never_asked_to(name: str):
+def test_thrusters_that_can_not_reverse_never_push_backwards(name: str):
     oneway = replace(load_vehicle("nautilus"), f_min=np.zeros(8))
     F, _ = build(name, oneway).many(wrenches(load_vehicle("nautilus")))
     assert (F >= 0).all()
 
 
 @rules
-def test_lost_rank_is_served_as_far_as_it_goes(name: str):
+def test_a_demand_beyond_a_lost_rank_gets_the_nearest_wrench(name: str):
     vehicle = load_vehicle("ukwial").with_fault(0).with_fault(1)
     assert vehicle.rank == 2
     tau = 0.2 * vehicle.wrench_scale
     f, status, _, _ = build(name, vehicle)(tau)
     assert status is Status.PARTIAL
     closed = generalized_inverse(vehicle) @ tau
-    assert np.abs(closed).max() < vehicle.f_scale  # so every rule gives the nearest wrench
+    assert np.abs(closed).max() < vehicle.f_scale  # T* tau fits, and is what every rule gives
     np.testing.assert_allclose(f, closed, atol=1e-6 * vehicle.f_scale)
 
 
@@ -164,7 +163,7 @@ def test_redistribute_freezes_at_most_every_thruster_once():
         assert 1 <= max(passes) <= len(vehicle.working)
 
 
-def test_redistribute_works_without_tables_for_more_thrusters():
+def test_redistribute_works_for_more_thrusters_than_its_tables_cover():
     supply = load_vehicle("supply-vessel")
     wide = replace(
         supply,
@@ -187,7 +186,7 @@ def test_fixed_point_minimises_wrench_error_and_effort_inside_the_limits():
         for tau in wrenches(vehicle, 1.5, n=20):
             f, _, iterations, _ = allocate(tau)
             if iterations in (0, 100):
-                continue  # the closed form, or not yet at rest
+                continue  # 0: the closed form; 100: ended before it converged
             # Projected gradient in the metric H: a step from the optimum leads back to it.
             gradient = (1 - epsilon) * G @ (vehicle.T @ f - tau) + epsilon * f
             back = np.clip(f - gradient, vehicle.f_min, vehicle.f_max)
@@ -213,8 +212,8 @@ def test_desaturate_gives_up_sway_before_it_touches_roll():
     assert 0 < delivered[heavy.dof.index("sway")] < tau[heavy.dof.index("sway")]
 
 
-def test_desaturate_keeps_a_share_of_each_axis_that_lies_between_nothing_and_all():
-    seen = 0
+def test_desaturate_keeps_a_share_between_0_and_1_of_each_axis():
+    n_cut = 0
     for vehicle in WHOLE:
         taus = wrenches(vehicle, 1.2, n=300)
         F, status = build("desaturate", vehicle).many(taus)
@@ -225,8 +224,8 @@ def test_desaturate_keeps_a_share_of_each_axis_that_lies_between_nothing_and_all
         shares = (F[cut] @ vehicle.T.T) / taus[cut]
         assert (shares >= -1e-6).all()
         assert (shares <= 1 + 1e-6).all()
-        seen += int(cut.sum())
-    assert seen > 100
+        n_cut += int(cut.sum())
+    assert n_cut > 100
 
 
 def test_scaled_delivers_the_largest_share_in_the_demanded_direction():
@@ -248,9 +247,8 @@ def test_scaled_costs_no_more_than_any_other_rule_that_delivers_the_same_wrench(
 
 
 def test_scaled_says_infeasible_where_thrusters_must_push_and_the_demand_is_too_small():
-    pushing = replace(
-        load_vehicle("ukwial"), f_min=[100.0, 100.0, -250.0, -250.0], f_max=[250, 250, -50, -50]
-    )
+    limits = {"f_min": [100.0, 100.0, -250.0, -250.0], "f_max": [250, 250, -50, -50]}
+    pushing = replace(load_vehicle("ukwial"), **limits)
     f, status, _, _ = build("scaled", pushing)([1.0, 0.0, 0.0])
     assert status is Status.INFEASIBLE
     assert np.isnan(f).all()

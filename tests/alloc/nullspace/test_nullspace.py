@@ -1,4 +1,4 @@
-"""The exact method, held against equations, constructed demands and two solvers that know nothing of it."""
+"""The exact method, held against equations, constructed demands and two independent solvers."""
 
 from dataclasses import replace
 
@@ -21,13 +21,13 @@ from tests.nullspace_cases import (
 PER_SHAPE = 20_000 // len(SHAPES) + 1
 VEHICLES_PER_SHAPE = 20
 EXACT = 1e-9
-"""Relative to the largest limit: what the method promises."""
+"""The method's promise, relative to the largest limit [-]."""
 
 
 @pytest.fixture(params=SHAPES, ids=lambda s: f"{s[0]}x{s[1]}")
 def shape(request: pytest.FixtureRequest) -> tuple[int, int]:
-    found: tuple[int, int] = request.param
-    return found
+    k_n: tuple[int, int] = request.param
+    return k_n
 
 
 def daqp_answer(vehicle: Vehicle, tau: np.ndarray) -> np.ndarray | None:
@@ -37,7 +37,7 @@ def daqp_answer(vehicle: Vehicle, tau: np.ndarray) -> np.ndarray | None:
     upper = np.concatenate([vehicle.f_max, tau]) / s
     lower = np.concatenate([vehicle.f_min, tau]) / s
     equality = np.array([0] * n + [5] * vehicle.k, dtype=np.int32)
-    # Its default lets a limit be broken by 1e-6, which is EDGE.
+    # DAQP's default lets a limit be broken by 1e-6, which is EDGE.
     x, _, flag, _ = daqp.solve(
         vehicle.H.copy(), np.zeros(n), vehicle.T.copy(), upper, lower, equality, primal_tol=1e-11
     )
@@ -52,7 +52,7 @@ def quadprog_answer(vehicle: Vehicle, tau: np.ndarray) -> np.ndarray | None:
     try:
         x = quadprog.solve_qp(vehicle.H.copy(), np.zeros(vehicle.n), rows, bounds, vehicle.k)[0]
     except ValueError as error:
-        if "inconsistent" in str(error):  # its word for infeasible
+        if "inconsistent" in str(error):  # quadprog's word for infeasible
             return None
         raise
     return np.asarray(x) * s
@@ -68,7 +68,7 @@ def test_solvers_and_construction_give_the_same_verdict_and_the_same_thrusts(sol
         np.testing.assert_array_equal(status == Status.SOLVED, demands.attainable)
         for i, (tau, f) in enumerate(zip(demands.taus, F, strict=True)):
             answer = solve(vehicle, tau)
-            # Exactly on the boundary quadprog sometimes says inconsistent: it knows no tolerance.
+            # Exactly on the boundary quadprog, which has no tolerance, sometimes says inconsistent.
             assert (answer is not None) == demands.attainable[i] or (
                 solve is quadprog_answer and i % 6 in (1, 2)
             )
@@ -82,10 +82,10 @@ def test_a_demand_on_the_boundary_gets_the_only_thrust_that_makes_it(shape) -> N
         vehicle = random_vehicle(*shape, rng)
         allocate = build("nullspace", vehicle)
         for f in (face_thrusts(vehicle, rng), vertex_thrusts(vehicle, rng)):
-            found = allocate(vehicle.T @ f)
-            assert found.status is Status.SOLVED
-            # Rounding of tau moves f by up to 1e-16 times how nearly parallel the free columns of T are.
-            np.testing.assert_allclose(found.f, f, rtol=0, atol=1e-7 * vehicle.f_scale)
+            answer = allocate(vehicle.T @ f)
+            assert answer.status is Status.SOLVED
+            # Rounding of tau moves f by up to 1e-16 times the condition number of the free columns of T.
+            np.testing.assert_allclose(answer.f, f, rtol=0, atol=1e-7 * vehicle.f_scale)
 
 
 def test_the_wrench_is_met_and_no_limit_exceeded_by_one_ulp(shape) -> None:
@@ -113,18 +113,18 @@ def test_no_other_thrust_makes_the_same_wrench_with_less_effort(seed, shape, dia
     assert f @ vehicle.H @ f <= other @ vehicle.H @ other * (1 + 1e-9)  # rounding of either side
 
 
-def test_one_by_one_and_many_take_the_same_steps(shape) -> None:
+def test_single_calls_and_many_give_the_same_answers(shape) -> None:
     rng = np.random.default_rng(8)
     vehicle = random_vehicle(*shape, rng)
     allocate = build("nullspace", vehicle)
     taus = demands_of_known_verdict(vehicle, 120, rng).taus
     F, status = allocate.many(taus)
     for tau, f, s in zip(taus, F, status, strict=True):
-        one = allocate(tau)
-        assert one.status == s
-        assert not (one.f < vehicle.f_min).any()  # NaN is neither below nor above
-        assert not (one.f > vehicle.f_max).any()
-        np.testing.assert_allclose(one.f, f, rtol=0, atol=1e-11 * vehicle.f_scale)  # another order of sums
+        single = allocate(tau)
+        assert single.status == s
+        assert not (single.f < vehicle.f_min).any()  # NaN is neither below nor above
+        assert not (single.f > vehicle.f_max).any()
+        np.testing.assert_allclose(single.f, f, rtol=0, atol=1e-11 * vehicle.f_scale)  # sums in another order
 
 
 def test_no_demand_takes_more_steps_than_the_worst_case(vehicle: Vehicle) -> None:
@@ -134,7 +134,7 @@ def test_no_demand_takes_more_steps_than_the_worst_case(vehicle: Vehicle) -> Non
     steps = [allocate(tau).iterations for tau in thrusts @ vehicle.T.T]
     assert max(steps) <= allocate.worst_case_steps
     if vehicle.nullity < 3:
-        assert max(steps) == allocate.worst_case_steps  # it is reached, so it is no idle bound
+        assert max(steps) == allocate.worst_case_steps  # some demand reaches the bound
 
 
 @pytest.mark.parametrize(
@@ -152,7 +152,7 @@ def test_the_worst_case_is_the_formula_in_the_documents(shape, bound) -> None:
     ("name", "blocks"),
     [("ukwial", [1]), ("bluerov2-heavy", [1, 1]), ("nautilus", [1, 1]), ("supply-vessel", [3])],
 )
-def test_independent_blocks_are_found_from_the_vehicle(name: str, blocks: list[int]) -> None:
+def test_each_vehicle_falls_into_its_independent_blocks(name: str, blocks: list[int]) -> None:
     vehicle = load_vehicle(name)
     structure = decompose(vehicle)
     assert [block.N.shape[1] for block in structure.blocks] == blocks
@@ -169,7 +169,7 @@ def test_independent_blocks_are_found_from_the_vehicle(name: str, blocks: list[i
     [([], [[0], [1], [2], [3]]), ([(0, 2)], [[0, 2], [1], [3]]), ([(0, 3), (2, 3)], [[0, 2, 3], [1]])],
     ids=["nothing", "one pair", "a chain"],
 )
-def test_blocks_hang_together_over_any_link_and_stand_by_their_first_column(
+def test_linked_columns_are_one_block_and_blocks_stand_in_order_of_first_column(
     coupled: list[tuple[int, int]], blocks: list[list[int]]
 ) -> None:
     H = np.eye(4)
@@ -180,7 +180,16 @@ def test_blocks_hang_together_over_any_link_and_stand_by_their_first_column(
 
 def test_columns_that_share_thrusters_stay_together_even_where_their_cost_does_not_couple_them() -> None:
     T = np.array([[1.0, 1.0, -1.0, 0.0], [1.0, -1.0, 0.0, -1.0]])
-    vehicle = Vehicle("shared", AXES[:2], T, np.eye(4), -np.ones(4), np.ones(4), np.ones(4), np.ones(2))
+    vehicle = Vehicle(
+        name="shared",
+        dof=AXES[:2],
+        T=T,
+        H=np.eye(4),
+        f_min=-np.ones(4),
+        f_max=np.ones(4),
+        readiness=np.ones(4),
+        slack_weights=np.ones(2),
+    )
     shared = np.array([[1.0, 0.0, 1.0, 1.0], [0.0, 1.0, 1.0, -1.0]])  # null space, orthogonal
     np.testing.assert_array_equal(shared @ T.T, 0)
     np.testing.assert_array_equal(shared @ shared.T, 3 * np.eye(2))
@@ -205,12 +214,12 @@ def test_a_wrench_that_no_thruster_pushes_is_infeasible() -> None:
     assert allocate.many([reachable, reachable + 1e-3 * lost])[1].tolist() == [0, 2]
 
 
-def test_a_weakened_thruster_pushes_less_and_is_asked_for_it(vehicle: Vehicle) -> None:
+def test_a_demand_that_needs_all_of_a_weakened_thruster_is_met(vehicle: Vehicle) -> None:
     weak = vehicle.with_fault(0, readiness=0.4)
     tau = weak.T @ (weak.readiness * weak.f_max)
-    found = build("nullspace", weak)(tau)
-    assert found.status is Status.SOLVED
-    np.testing.assert_allclose(weak.TP @ found.f, tau, atol=EXACT * weak.wrench_scale.max())
+    f, status, _, _ = build("nullspace", weak)(tau)
+    assert status is Status.SOLVED
+    np.testing.assert_allclose(weak.TP @ f, tau, atol=EXACT * weak.wrench_scale.max())
 
 
 @pytest.mark.parametrize("size", [1e30, 1e100])
@@ -222,22 +231,7 @@ def test_the_largest_demand_is_infeasible(vehicle: Vehicle, size: float) -> None
         assert allocate.many([tau])[1].tolist() == [Status.INFEASIBLE]
 
 
-def test_a_null_space_too_large_to_be_worth_it_is_refused_with_the_reason() -> None:
+def test_a_null_space_of_too_many_steps_is_refused_with_the_reason() -> None:
     vehicle = random_vehicle(3, 16, np.random.default_rng(11))
     with pytest.raises(NotApplicable, match="13-dimensional null space"):
         build("nullspace", vehicle)
-
-
-@pytest.mark.parametrize("method", ["nullspace", "scaled"])
-def test_an_axis_that_only_rounding_moves_is_no_direction(method: str) -> None:
-    # cos 90 deg is 6e-17: without scale, each such row would count as an axis of its own.
-    T = np.array([[6e-17, -3e-17, 1.2e-16, 5e-17], [1.0, 1.0, -1.0, 1.0], [0.5, -0.3, 0.2, -0.1]])
-    limit = np.full(4, 10.0)
-    sideways = Vehicle(
-        "sideways", ("surge", "sway", "yaw"), T, np.eye(4), -limit, limit, np.ones(4), np.ones(3)
-    )
-    assert sum(block.N.shape[1] for block in decompose(sideways).blocks) == sideways.nullity == 2
-    allocate = build(method, sideways)
-    status = Status.INFEASIBLE if method == "nullspace" else Status.PARTIAL
-    assert allocate([5.0, 1.0, 0.0]).status is status
-    assert allocate([0.0, 25.0, 0.0]).status is Status.SOLVED

@@ -1,4 +1,4 @@
-"""docs/exact.md says what is so: its worst cases, its picture, and the instruments behind its figures."""
+"""docs/exact.md agrees with the code: its worst cases, its picture, and the tools behind its figures."""
 
 import re
 import shutil
@@ -41,8 +41,8 @@ def test_the_page_prints_each_vehicles_worst_case() -> None:
         assert build("nullspace", load_vehicle(name)).worst_case_steps == steps
 
 
-def test_the_picture_ends_where_the_method_does() -> None:
-    axes = nullspace_picture.draw().axes[0]  # the script itself checks that the way ends at nullspace's f
+def test_the_pictured_way_starts_at_zero_and_only_moves_away() -> None:
+    axes = nullspace_picture.draw().axes[0]  # draw() itself checks that the way ends at nullspace's f
     way = next(line for line in axes.lines if len(line.get_xdata()) == 6)  # from 0 past five strips
     lengths = np.hypot(*way.get_data())
     assert lengths[0] == 0.0
@@ -60,7 +60,7 @@ def test_the_c_loop_times_every_call_and_only_those() -> None:
 
 @compiled
 @pytest.mark.skipif(shutil.which("valgrind") is None, reason="valgrind (Debian: apt install valgrind) counts")
-def test_instructions_repeat_exactly_and_tell_calls_apart() -> None:
+def test_instruction_counts_repeat_exactly_and_differ_between_demands() -> None:
     taus = np.array([[0.0, 0.0, 0.0], [np.nan, 0.0, 0.0], [100.0, 20.0, 5.0]])
     first, again = (c_loop.instructions(kernel(), taus) for _ in range(2))
     np.testing.assert_array_equal(first, again)

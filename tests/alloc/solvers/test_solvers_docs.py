@@ -1,4 +1,4 @@
-"""docs/solvers.md says of each solver what its file says, and its reproductions are programs."""
+"""docs/solvers.md agrees with each solver's file, and its reproductions are programs."""
 
 import pytest
 
@@ -8,9 +8,9 @@ from tests.places import DOCS, ROOT
 
 TEXT = (DOCS / "solvers.md").read_text(encoding="utf-8")
 ROWS = {
-    cells[0]: cells
+    columns[0]: columns
     for line in TEXT.partition("## The problem")[0].splitlines()
-    if line.startswith("|") and (cells := [cell.strip() for cell in line.strip("|").split("|")])
+    if line.startswith("|") and (columns := [text.strip() for text in line.strip("|").split("|")])
 }
 
 
@@ -22,21 +22,21 @@ def test_the_document_and_the_file_agree_on_each_solver(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", solvers.names())
-def test_the_version_tried_is_the_version_pinned(name: str) -> None:
+def test_the_documented_version_is_the_version_pinned(name: str) -> None:
     pins = dict(line.split("==") for line in (ROOT / "constraints.txt").read_text().split())
     assert ROWS[name][1] == pins[solvers.load(name).PACKAGE]
 
 
 def test_every_reproduction_compiles_and_is_short() -> None:
-    found = reproductions(TEXT)
-    assert len(found) > 10
-    for title, code in found.items():
+    programs = reproductions(TEXT)
+    assert len(programs) > 10
+    for title, code in programs.items():
         compile(code, title, "exec")
         assert len(code.splitlines()) < 30
 
 
 @pytest.mark.parametrize("name", solvers.names())
-def test_every_level_has_a_promise_for_each_formulation(name: str) -> None:
+def test_every_level_has_a_tolerance_for_each_formulation(name: str) -> None:
     solver = solvers.load(name)
     for formulation in ("hard", "soft"):
         promised = solver.TOLERANCE[formulation]

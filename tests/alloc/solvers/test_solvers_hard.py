@@ -1,4 +1,4 @@
-"""Hard sequences: what each is made of, and that no status lies on any of them."""
+"""Hard sequences: what each consists of, and that every status on them is true."""
 
 import numpy as np
 import pytest
@@ -35,7 +35,7 @@ def test_recovery_alternates_between_what_can_be_met_and_what_cannot(
 
 
 @vehicles
-def test_dwelling_means_on_the_edge_in_one_place(vehicle: Vehicle, rng: np.random.Generator) -> None:
+def test_dwelling_stays_on_the_edge_in_one_place(vehicle: Vehicle, rng: np.random.Generator) -> None:
     taus = hard.dwell(vehicle, rng, 150)
     np.testing.assert_allclose(alpha_max(vehicle, taus), 1, rtol=2 * hard.JITTER)
     apart = np.abs(np.diff(taus, axis=0) / vehicle.wrench_scale).max(axis=1)
@@ -43,7 +43,7 @@ def test_dwelling_means_on_the_edge_in_one_place(vehicle: Vehicle, rng: np.rando
 
 
 @vehicles
-def test_jumps_cross_the_set_and_stay_inside(vehicle: Vehicle, rng: np.random.Generator) -> None:
+def test_jumps_cross_the_attainable_set_and_stay_inside(vehicle: Vehicle, rng: np.random.Generator) -> None:
     taus = hard.jumps(vehicle, rng, 20)
     assert (alpha_max(vehicle, taus) > 1).all()
     there, back = taus[0::2], taus[1::2]
@@ -51,7 +51,7 @@ def test_jumps_cross_the_set_and_stay_inside(vehicle: Vehicle, rng: np.random.Ge
 
 
 @vehicles
-def test_a_corner_leaves_one_thrust_only(vehicle: Vehicle, rng: np.random.Generator) -> None:
+def test_a_corner_demand_puts_every_thruster_at_a_limit(vehicle: Vehicle, rng: np.random.Generator) -> None:
     taus = hard.corners(vehicle, rng, 20)
     np.testing.assert_allclose(alpha_max(vehicle, taus), 1, rtol=1e-9)
     F = build("nullspace", vehicle).many(taus * (1 - 1e-9))[0]
@@ -61,18 +61,18 @@ def test_a_corner_leaves_one_thrust_only(vehicle: Vehicle, rng: np.random.Genera
 
 
 @pytest.mark.parametrize("entry", LIMITED, ids=lambda e: e.name)
-def test_no_status_lies_on_any_hard_sequence(entry: Entry, vehicle: Vehicle) -> None:
-    """The full sweep is ``python -m bench.studies.solvers``; this is its first hundredth."""
-    posed = build_demands("hard", vehicle, seed=3, n=25)
+def test_every_status_on_hard_sequences_is_true(entry: Entry, vehicle: Vehicle) -> None:
+    """This is the first hundredth of the full sweep, ``python -m bench.studies.solvers``."""
+    demand_set = build_demands("hard", vehicle, seed=3, n=25)
     for start in entry.starts:
         for level in entry.levels:
-            F, status = build(entry.name, vehicle, start=start, level=level).many(posed.taus)
+            F, status = build(entry.name, vehicle, start=start, level=level).many(demand_set.taus)
             answered = np.isfinite(F).all(axis=1)
             assert (answered == np.isin(status, (Status.SOLVED, Status.PARTIAL))).all()
             assert (np.isnan(F).all(axis=1) | answered).all()
             assert ((vehicle.f_min <= F) & (vehicle.f_max >= F))[answered].all()
-            missed = np.abs(F @ vehicle.TP.T - posed.taus) / vehicle.wrench_scale
+            missed = np.abs(F @ vehicle.TP.T - demand_set.taus) / vehicle.wrench_scale
             if entry.formulation == "hard":
                 assert (missed[status == Status.SOLVED] <= WRENCH_TOLERANCE).all()
-                assert not (status[posed.labels == Label.INFEASIBLE] == Status.SOLVED).any()
-                assert not (status[posed.alpha > 1 + 5e-6] == Status.INFEASIBLE).any()
+                assert not (status[demand_set.labels == Label.INFEASIBLE] == Status.SOLVED).any()
+                assert not (status[demand_set.alpha > 1 + 5e-6] == Status.INFEASIBLE).any()

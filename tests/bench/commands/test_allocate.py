@@ -13,7 +13,7 @@ from bench.__main__ import cli
 
 PAPER = (300.0, -50.0, 10.0)
 PAPER_F = np.array([67.5, 104.0, -119.1, -52.4])
-"""Section 4.2 of the paper: its demand, and its thrusts in four digits."""
+"""Demand and thrusts of section 4.2 of the paper, in its four digits."""
 
 
 def allocate(*arguments: object) -> Result:
@@ -46,7 +46,7 @@ def test_the_papers_example_comes_out_in_its_digits_and_each_row_in_order(demand
 def test_a_qp_solver_at_its_defaults_comes_as_near_as_it_promises(demands: Path) -> None:
     statuses, F = thrusts(allocate("--vehicle", "ukwial", "--method", "qp/osqp", demands).output)
     vehicle = load_vehicle("ukwial")
-    assert statuses[0] in ("SOLVED", "PARTIAL")  # PARTIAL: met, but not to 1e-6
+    assert statuses[0] in ("SOLVED", "PARTIAL")  # PARTIAL where the wrench is met, but not to 1e-6
     assert np.abs(F[0] - PAPER_F).max() <= build("qp/osqp", vehicle).tolerance * vehicle.f_scale + 0.05
 
 
@@ -81,7 +81,7 @@ def test_a_failed_thruster_stays_at_rest(demands: Path) -> None:
         (["--vehicle", "ukwial", "--method", "qp/osqp", "--level", "perfect"], "perfect"),
     ],
 )
-def test_bad_names_are_named(demands: Path, arguments: list[str], names: str) -> None:
+def test_an_unknown_name_is_named_in_the_error(demands: Path, arguments: list[str], names: str) -> None:
     error = allocate(*arguments, demands).exception
     assert type(error).__module__ == "alloc.errors"
     assert names in str(error)

@@ -1,4 +1,4 @@
-"""Whatever is wrong with an argument or a file: exit code 2 and one line on standard error, soon."""
+"""A wrong argument or file ends a command soon, with exit code 2 and one line on standard error."""
 
 import os
 import signal
@@ -20,7 +20,7 @@ TAM = "tam: [[1, 1], [0, 0], [0, 0], [0, 0], [0, 0], [-1, 1]]\n"
 
 @pytest.fixture
 def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder with a good demand file, a good TAM and some bad ones, and being in it."""
+    """The current folder: a good demand file, a good TAM and many bad files."""
     (tmp_path / "good.csv").write_text(GOOD)
     (tmp_path / "TAM.yaml").write_text(TAM)
     (tmp_path / "nan.csv").write_text("surge,sway,yaw\n1,nan,3\n")
@@ -56,12 +56,12 @@ def refusal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
     start = time.process_time()
     with pytest.raises(SystemExit) as ended:
         main()
-    said = capsys.readouterr().err
+    message = capsys.readouterr().err
     assert time.process_time() - start < 5
-    assert ended.value.code == 2, said
-    assert said.count("\n") == 1, said
-    assert "Traceback" not in said
-    return said
+    assert ended.value.code == 2, message
+    assert message.count("\n") == 1, message
+    assert "Traceback" not in message
+    return message
 
 
 @pytest.mark.parametrize(
@@ -197,7 +197,7 @@ not_root = pytest.mark.skipif(os.geteuid() == 0, reason="root may read and write
         ("folder", "allocate|good.csv|--vehicle|ukwial|--method|pinv|-o|folder/f.csv", "can't be written"),
     ],
 )
-def test_what_may_not_be_read_or_written_is_refused_by_whoever_needs_it(
+def test_a_file_or_folder_without_permission_is_refused_by_the_command_that_needs_it(
     place: Path,
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
@@ -207,11 +207,11 @@ def test_what_may_not_be_read_or_written_is_refused_by_whoever_needs_it(
 ) -> None:
     (place / name).chmod(0)
     try:
-        said = refusal(capsys, monkeypatch, line)
+        message = refusal(capsys, monkeypatch, line)
     finally:
         (place / name).chmod(0o700)  # pytest empties the folder later
-    assert name in said
-    assert says in said
+    assert name in message
+    assert says in message
 
 
 @not_root
@@ -222,13 +222,13 @@ def test_a_file_that_is_only_written_need_not_be_readable(place: Path) -> None:
     assert (place / "out.csv").read_text().startswith("status")
 
 
-def test_a_file_name_of_two_lines_is_still_one_line(
+def test_a_file_name_with_a_line_break_is_shown_on_one_line(
     place: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert "a b.yaml" in refusal(capsys, monkeypatch, "check|a\nb.yaml")
 
 
-def test_a_reader_who_leaves_early_hears_no_traceback_and_the_exit_code_is_no_verdict() -> None:
+def test_output_that_its_reader_closes_early_ends_without_a_traceback_or_a_verdict() -> None:
     for command in (["columns"], ["list"]):  # click writes the one, rich the other
         with subprocess.Popen(
             [sys.executable, "-m", "bench", *command],
@@ -243,7 +243,7 @@ def test_a_reader_who_leaves_early_hears_no_traceback_and_the_exit_code_is_no_ve
         assert left.returncode == 128 + signal.SIGPIPE  # 1 would say that something got worse
 
 
-def test_a_terminal_that_lacks_a_letter_is_no_reason_to_stop() -> None:
+def test_a_letter_that_the_terminal_lacks_is_escaped() -> None:
     ascii_only = {**os.environ, "PYTHONIOENCODING": "ascii"}
     done = subprocess.run(
         [sys.executable, "-m", "bench", "list"], cwd=ROOT, env=ascii_only, capture_output=True, check=True
@@ -251,7 +251,7 @@ def test_a_terminal_that_lacks_a_letter_is_no_reason_to_stop() -> None:
     assert rb"\u2026" in done.stdout  # limits stand as -250 … 250
 
 
-def test_a_full_disk_below_standard_output_is_one_line() -> None:
+def test_standard_output_on_a_full_disk_ends_with_one_line() -> None:
     with Path("/dev/full").open("wb") as full:
         done = subprocess.run(
             [sys.executable, "-m", "bench", "columns"],

@@ -1,4 +1,4 @@
-"""What ``thrustbench codegen`` writes is complete: it compiles, runs and explains itself as it stands."""
+"""``thrustbench codegen`` writes all that is needed to compile, test and call the C."""
 
 import subprocess
 import sys
@@ -20,7 +20,7 @@ def codegen(*arguments: str) -> list[Path]:
 
 
 @pytest.mark.parametrize("single", [False, True], ids=["double", "float"])
-def test_the_page_says_how_to_compile_and_call_it_and_that_works(tmp_path: Path, single: bool) -> None:
+def test_the_commands_and_the_example_on_the_page_compile_and_pass(tmp_path: Path, single: bool) -> None:
     files = codegen(
         "--vehicle", "ukwial", "--method", "nullspace", "--out", str(tmp_path), *["--float"] * single
     )

@@ -1,4 +1,4 @@
-"""What `thrustbench list` prints can be typed back."""
+"""Every name that `thrustbench list` prints can be typed as an argument."""
 
 import pytest
 from click.testing import CliRunner

@@ -1,4 +1,4 @@
-"""Demand sets: what each promises, for every vehicle, whole and with a fault."""
+"""Demand sets hold what they are named after, for every vehicle, whole and with a fault."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -20,9 +20,9 @@ vehicles = pytest.mark.parametrize("vehicle", STATES, ids=lambda v: v.name)
 def test_every_demand_carries_the_label_its_set_is_named_after(name: str, vehicle: Vehicle):
     if name == "active" and vehicle.nullity == 0:
         pytest.skip("no freedom, no active demand")
-    found = build_demands(name, vehicle, seed=1)
-    assert len(found.taus) == 1000
-    assert set(found.labels) == {Label[name.upper()]}
+    demands = build_demands(name, vehicle, seed=1)
+    assert len(demands.taus) == 1000
+    assert set(demands.labels) == {Label[name.upper()]}
 
 
 @vehicles
@@ -42,7 +42,7 @@ def test_boundary_demands_lie_on_both_sides_and_in_every_decade(vehicle: Vehicle
 
 
 @vehicles
-def test_the_box_is_filled_to_the_maxima_of_each_axis(vehicle: Vehicle):
+def test_the_box_set_fills_the_box_of_single_axis_maxima(vehicle: Vehicle):
     taus = build_demands("box", vehicle, seed=1, n=2000).taus
     forward = alpha_max(vehicle, np.eye(vehicle.k))
     assert (taus.max(axis=0) <= forward).all()
@@ -50,18 +50,18 @@ def test_the_box_is_filled_to_the_maxima_of_each_axis(vehicle: Vehicle):
 
 
 @vehicles
-def test_axes_push_one_axis_at_a_time_across_both_edges(vehicle: Vehicle):
-    found = build_demands("axes", vehicle, seed=1)
-    assert (np.count_nonzero(found.taus, axis=1) <= 1).all()
+def test_the_axes_set_asks_one_axis_at_a_time_across_both_edges(vehicle: Vehicle):
+    demands = build_demands("axes", vehicle, seed=1)
+    assert (np.count_nonzero(demands.taus, axis=1) <= 1).all()
     if vehicle.rank == vehicle.k:
         for axis in range(vehicle.k):
-            here = found.taus[:, axis] != 0
-            assert (found.alpha[here] < 1).any()
-            assert (found.alpha[here] > 1).any()
+            asked = demands.taus[:, axis] != 0
+            assert (demands.alpha[asked] < 1).any()
+            assert (demands.alpha[asked] > 1).any()
 
 
 @pytest.mark.parametrize("name", list_demands())
-def test_a_set_is_the_same_for_the_same_seed_and_another_for_another(name: str):
+def test_one_seed_gives_one_set_and_another_seed_another(name: str):
     vehicle = load_vehicle("ukwial")
     one, again, other = (build_demands(name, vehicle, seed, n=40).taus for seed in (1, 1, 2))
     assert np.array_equal(one, again)
@@ -83,19 +83,19 @@ def test_two_sets_and_two_vehicles_of_one_seed_share_no_random_numbers():
     assert not np.allclose(directions[0], directions[2])
 
 
-def test_a_vehicle_without_freedom_has_no_active_demands_and_is_told_why():
+def test_a_vehicle_without_freedom_has_no_active_set_and_the_message_says_why():
     with pytest.raises(NotApplicable, match=r"d = n - rank T = 0"):
         build_demands("active", load_vehicle("ukwial").with_fault(0), seed=1)
 
 
-def test_a_vehicle_that_must_always_thrust_has_no_box_and_is_told_why():
+def test_a_vehicle_that_must_always_thrust_has_no_box_or_axes_set_and_the_message_says_why():
     forced = replace(load_vehicle("ukwial"), f_min=[10.0, 10, 10, 20], f_max=[11.0, 11, 11, 30])
     for name in ("box", "axes"):
         with pytest.raises(NotApplicable, match="zero"):
             build_demands(name, forced, seed=1)
 
 
-def test_an_unknown_set_is_refused_with_the_names_there_are():
+def test_an_unknown_set_is_refused_with_the_known_names():
     with pytest.raises(UnknownName, match="inactive"):
         build_demands("nonesuch", load_vehicle("ukwial"), seed=1)
 
@@ -110,7 +110,7 @@ def test_a_file_that_happens_to_be_called_like_a_set_is_not_taken_for_it(
     assert build_demands("./active", load_vehicle("ukwial"), 3, 5).taus.tolist() == [[1.0, 2.0, 3.0]]
 
 
-def test_a_set_can_not_be_changed_by_who_uses_it():
-    found = build_demands("inactive", load_vehicle("ukwial"), seed=1, n=3)
+def test_the_demands_of_a_set_are_read_only():
+    demands = build_demands("inactive", load_vehicle("ukwial"), seed=1, n=3)
     with pytest.raises(ValueError, match="read-only"):
-        found.taus[0] = 0
+        demands.taus[0] = 0

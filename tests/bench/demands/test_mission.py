@@ -1,4 +1,4 @@
-"""The mission: the body's equations by what they must conserve, and what the two sets promise."""
+"""The mission: the body's equations against conservation laws, and what its two demand sets hold."""
 
 from functools import cache
 
@@ -11,7 +11,7 @@ from bench.demands.mission import body
 from bench.demands.mission.simulate import HALF, STEPS, fly
 
 NAMES = ["ukwial", "bluerov2-heavy"]
-"""A planar one and one with all degrees of freedom; a flight costs a second."""
+"""A planar vehicle and one with all degrees of freedom; a flight takes a second."""
 vehicles = pytest.mark.parametrize("name", NAMES)
 
 
@@ -55,13 +55,13 @@ def test_attitude_rates_are_those_of_the_rotation_matrix():
 
 
 @vehicles
-def test_the_two_halves_are_one_flight_cut_at_the_failure(name: str):
+def test_mission_and_mission_fault_are_one_flight_cut_at_the_failure(name: str):
     before, after = sets(name)
     assert before.taus.shape == after.taus.shape == (HALF, load_vehicle(name).k)
     assert before.rate_hz == after.rate_hz == 100
     assert before.vehicle.name == name
     assert len(after.vehicle.working) == len(before.vehicle.working) - 1
-    # A demand follows on the one before: by no more than between two neighbours while station is kept.
+    # The step across the failure is no larger than usual between two demands while the vehicle keeps station.
     jumps = np.abs(np.diff(before.taus[-100:], axis=0)).max(axis=0)
     assert (np.abs(after.taus[0] - before.taus[-1]) <= 3 * jumps).all()
 
@@ -69,19 +69,19 @@ def test_the_two_halves_are_one_flight_cut_at_the_failure(name: str):
 @vehicles
 def test_demands_stay_within_what_each_axis_reaches_alone(name: str):
     backward, forward = single_axis_maxima(load_vehicle(name))
-    for found in sets(name):
-        assert (found.taus >= backward).all()
-        assert (found.taus <= forward).all()
+    for demands in sets(name):
+        assert (demands.taus >= backward).all()
+        assert (demands.taus <= forward).all()
 
 
 @vehicles
-def test_demands_hang_together_in_time(name: str):
-    for found in sets(name):
-        scaled = found.taus / found.taus.std(axis=0)
+def test_successive_demands_are_close(name: str):
+    for demands in sets(name):
+        scaled = demands.taus / demands.taus.std(axis=0)
         assert np.median(np.abs(np.diff(scaled, axis=0))) < 0.1  # independent ones would differ by about 1
 
 
-def test_a_mission_needs_every_regime_somewhere():
+def test_missions_have_inactive_active_and_infeasible_demands():
     labels = np.concatenate([part.labels for name in NAMES for part in sets(name)])
     assert {Label.INACTIVE, Label.ACTIVE, Label.INFEASIBLE} <= set(labels)
 
@@ -95,7 +95,7 @@ def test_the_vehicle_arrives_and_keeps_station_until_the_thruster_fails(name: st
     assert np.abs(settled[:, 3:5]).max() < 0.4  # rad
 
 
-def test_the_failure_changes_the_flight_from_then_on_and_nothing_before():
+def test_a_failure_changes_the_flight_after_it_and_not_before():
     ukwial = load_vehicle("ukwial")
     well, failed = (fly(ukwial, v, np.random.default_rng(3)) for v in (ukwial, ukwial.with_fault(0)))
     assert np.array_equal(well.poses[: HALF + 1], failed.poses[: HALF + 1])
@@ -109,13 +109,13 @@ def test_an_axis_that_is_not_controlled_stays_where_it_is():
     assert np.ptp(poses[:, [0, 1, 5]], axis=0).min() > 0.5
 
 
-def test_fewer_demands_than_all_start_where_something_happens():
+def test_a_short_mission_starts_at_the_first_waypoint():
     vehicle = load_vehicle("ukwial")
     whole, part = (build_demands("mission", vehicle, 1, n).taus for n in (None, 100))
     assert np.array_equal(part, whole[STEPS[0] : STEPS[0] + 100])
 
 
-def test_a_vehicle_with_one_thruster_has_no_failure_to_survive():
+def test_a_vehicle_with_one_thruster_has_no_mission_fault_set():
     one = Vehicle(
         name="one",
         dof=("surge",),

@@ -1,4 +1,4 @@
-"""What is counted is what a processor would execute: known kernels, and two ways to each number."""
+"""Counts are of what a processor would execute: kernels of known cost, and two ways to each number."""
 
 import re
 import subprocess
@@ -15,13 +15,14 @@ from bench.emulation import toolchain
 from bench.emulation.count import count, count_by_systick
 from bench.emulation.image import Image, link
 from bench.emulation.kernel import Kernel
-from bench.emulation.toolchain import TARGETS, X86, Target, ToolError, missing, target
+from bench.emulation.toolchain import TARGETS, X86, ToolError, missing, target
+from tests.emulators import available
 
 NAMES = [t.name for t in TARGETS]
 BOARDS = [t.name for t in TARGETS if t.bare_metal]
 TAUS = np.random.default_rng(10).uniform(-3.0, 3.0, (7, 3))
 
-# Branches, a loop that depends on the demand, and a status: three gains, clipped, then some waiting.
+# Three gains, clipped, then some waiting: branches, a loop that depends on the demand, and a status.
 CLIPPED = """
 int kernel(const SCALAR tau[3], SCALAR f[2]) {
     int status = 0;
@@ -57,13 +58,6 @@ def saying(statements: str) -> Kernel:
     )
 
 
-def available(name: str) -> Target:
-    found = target(name)
-    if reason := missing(found):
-        pytest.skip(reason)
-    return found
-
-
 @pytest.fixture
 def linked(tmp_path: Path) -> Callable[[Kernel, str], Image]:
     def link_one(what: Kernel, name: str) -> Image:
@@ -79,7 +73,7 @@ Linked = Callable[[Kernel, str], Image]
 @pytest.mark.parametrize("scalar", ["double", "float"])
 @pytest.mark.parametrize("board", BOARDS)
 def test_the_plugin_and_systick_agree_to_the_instruction(linked: Linked, board: str, scalar: Scalar) -> None:
-    """Also where each addition is a call of a soft-float routine: double on a Cortex-M4F."""
+    """On a Cortex-M4F each addition of doubles is a call of a soft-float routine."""
     image = linked(kernel(CLIPPED, scalar), board)
     counted = count(image, TAUS).instructions
     assert len(set(counted.tolist())) > 2
@@ -91,7 +85,7 @@ def test_the_plugin_and_a_single_step_log_agree_on_aarch64(linked: Linked) -> No
     image = linked(kernel(CLIPPED), "aarch64")
     counted = count(image, TAUS).instructions
     folder = image.path.parent
-    size = 4 * 64  # room for the whole kernel; the driver's next function is not called in between
+    size = 4 * 64  # more than the whole kernel; the driver's next function is not called between its calls
     log = ["-singlestep", "-d", "exec,nochain", "-dfilter", f"{image.entry:#x}+{size:#x}", "-D", "log.txt"]
     subprocess.run(["qemu-aarch64", *log, image.path], cwd=folder, check=True, timeout=60)
     lines = (folder / "log.txt").read_text().splitlines()
@@ -138,7 +132,7 @@ def test_the_answers_come_back_as_the_kernel_gave_them(linked: Linked, name: str
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_stack_is_measured_as_deep_as_it_was_written(linked: Linked, name: str) -> None:
+def test_stack_is_as_deep_as_the_kernel_wrote(linked: Linked, name: str) -> None:
     touching = "volatile char deep[{}]; for (unsigned i = 0; i < sizeof deep; i++) deep[i] = 1;"
     shallow, deep = (
         count(linked(saying(touching.format(size)), name), TAUS).stack_bytes for size in (64, 1088)
@@ -147,7 +141,7 @@ def test_stack_is_measured_as_deep_as_it_was_written(linked: Linked, name: str) 
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_stack_begins_where_the_kernel_s_own_does(linked: Linked, name: str) -> None:
+def test_the_driver_s_own_stack_is_not_counted(linked: Linked, name: str) -> None:
     sixteen = {"aarch64": "stp x19, x20, [sp, #-16]!\\n ldp x19, x20, [sp], #16"}
     pushing = sixteen.get(name, "push {r4-r7}\\n pop {r4-r7}")
     counted = count(linked(saying(f'__asm volatile("{pushing}");'), name), TAUS)
@@ -160,15 +154,15 @@ def test_constants_count_as_flash_and_variables_as_ram(linked: Linked, name: str
     table = linked(saying("static const int t[256] = {1}; f[1] = t[(int)tau[1]];"), name)
     state = linked(saying("static volatile int s[256]; s[(int)tau[1] & 1]++;"), name)
     assert 8 <= plain.flash_bytes <= 64  # a load, a store, a return; aligned to a cache line or less
-    assert 1024 <= table.flash_bytes - plain.flash_bytes < 1024 + 100  # and the code that reads it
+    assert 1024 <= table.flash_bytes - plain.flash_bytes < 1024 + 100  # the table, and the code that reads it
     assert table.ram_static_bytes == plain.ram_static_bytes == 0
     assert state.ram_static_bytes == pytest.approx(1024, abs=8)  # padded to its alignment
 
 
 def test_a_missing_compiler_is_named_with_its_package(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("shutil.which", lambda name: None if name == "arm-none-eabi-gcc" else name)
-    said = missing(target("cortex-m7"))
-    assert re.search(r"cortex-m7 needs arm-none-eabi-gcc: apt-get install .*newlib", said)
+    reason = missing(target("cortex-m7"))
+    assert re.search(r"cortex-m7 needs arm-none-eabi-gcc: apt-get install .*newlib", reason)
 
 
 def test_an_unknown_target_is_refused_with_those_there_are() -> None:

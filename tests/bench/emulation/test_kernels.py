@@ -21,38 +21,46 @@ from bench.emulation.kernels import OSQP, build_kernel
 from bench.emulation.record import write
 from bench.emulation.search import climb
 from bench.emulation.study import CLASSES, Plan, emulate
-from bench.emulation.toolchain import Target, missing, target
+from bench.emulation.toolchain import Target, target
 from bench.record import Emulated, read
 from bench.report.goals import goals
 from bench.results.emulated import rows as counted_rows
 from bench.results.goals import BOARDS, GOALS, STACK_BYTES
+from tests.emulators import available
 from tests.places import ROOT
 
 COUPLED = str(ROOT / "docs/vehicles/box8.yaml")
-
-
-def available(name: str) -> Target:
-    found = target(name)
-    if reason := missing(found):
-        pytest.skip(reason)
-    return found
 
 
 def linked(method: str, vehicle: str, scalar: Scalar, name: str, folder: Path) -> Image:
     return link(build_kernel(method, load_vehicle(vehicle), scalar), available(name), folder)
 
 
+def small_plan(
+    vehicle: str, where: Target, method: str, demands: Sequence[str] = CLASSES, n: int = 5
+) -> Plan:
+    """One vehicle, target and method in double precision."""
+    return Plan(
+        vehicles=(load_vehicle(vehicle),),
+        targets=(where,),
+        methods=(method,),
+        scalars=("double",),
+        demands=tuple(demands),
+        seed=1,
+        n=n,
+    )
+
+
 def rows(
     method: str, target_name: str, *, vehicle: str = "ukwial", demands: Sequence[str] = CLASSES, n: int = 12
 ) -> Sequence[Emulated]:
-    targets = (available(target_name),)
-    plan = Plan((load_vehicle(vehicle),), targets, (method,), ("double",), tuple(demands), 1, n)
+    plan = small_plan(vehicle, available(target_name), method, demands, n)
     return list(emulate(plan))
 
 
 @pytest.mark.parametrize(("vehicle", "method", "most"), GOALS)
 @pytest.mark.parametrize(("name", "scalar", "factor"), BOARDS)
-def test_worst_counts_keep_within_what_was_asked_for(
+def test_worst_counts_stack_and_ram_keep_within_the_goals(
     vehicle: str, method: str, most: int, name: str, scalar: Scalar, factor: float, tmp_path: Path
 ) -> None:
     asked = COUPLED if vehicle == "box8" else vehicle
@@ -65,7 +73,7 @@ def test_worst_counts_keep_within_what_was_asked_for(
 
 
 @pytest.mark.parametrize("name", ["cortex-m7", "aarch64"])
-def test_the_same_plan_twice_gives_the_same_counts_to_the_instruction(name: str) -> None:
+def test_one_plan_emulated_twice_gives_equal_counts_to_the_instruction(name: str) -> None:
     first, second = (
         rows("nullspace@native", name, vehicle="supply-vessel", demands=("active",)) for _ in range(2)
     )
@@ -90,9 +98,9 @@ def test_a_wrong_answer_does_not_agree(tmp_path: Path) -> None:
     counted = count(image, demands.taus)
     assert agreement(image.kernel, demands, counted).agrees
     counted.F[3, 1] += 1e-9 * vehicle.f_scale
-    found = agreement(image.kernel, demands, counted)
-    assert not found.agrees
-    assert found.distance_rel_max == pytest.approx(1e-9, rel=1e-3)
+    agreed = agreement(image.kernel, demands, counted)
+    assert not agreed.agrees
+    assert agreed.distance_rel_max == pytest.approx(1e-9, rel=1e-3)
     counted.F[3, 1] = np.nan
     assert not agreement(image.kernel, demands, counted).agrees
 
@@ -102,9 +110,9 @@ def test_a_wrong_verdict_does_not_agree(tmp_path: Path) -> None:
     assert (demands.labels == Label.ACTIVE).all()
     counted = count(linked("nullspace@native", "ukwial", "double", "aarch64", tmp_path), demands.taus)
     counted.status[2] = 2
-    found = agreement(build_kernel("nullspace@native", demands.vehicle, "double"), demands, counted)
-    assert not found.agrees
-    assert found.other_verdicts == 1
+    agreed = agreement(build_kernel("nullspace@native", demands.vehicle, "double"), demands, counted)
+    assert not agreed.agrees
+    assert agreed.other_verdicts == 1
 
 
 def test_the_search_climbs_to_a_peak_that_sampling_misses(rng: np.random.Generator) -> None:
@@ -133,7 +141,7 @@ def test_a_method_without_c_is_refused_by_name() -> None:
 
 def test_a_missing_emulator_is_a_row_that_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("shutil.which", lambda name: None if name == "qemu-aarch64" else name)
-    plan = Plan((load_vehicle("ukwial"),), (target("aarch64"),), ("pinv@native",), ("float",), CLASSES, 1, 5)
+    plan = small_plan("ukwial", target("aarch64"), "pinv@native")
     (row,) = emulate(plan)
     assert row.status == "missing"
     assert "apt-get install qemu-user" in row.reason
@@ -143,13 +151,15 @@ def test_adding_to_a_folder_without_a_record_begins_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("shutil.which", lambda name: None)
-    plan = Plan((load_vehicle("ukwial"),), (target("aarch64"),), ("pinv@native",), ("float",), (), 1, 5)
+    plan = small_plan("ukwial", target("aarch64"), "pinv@native")
     for rows_so_far in (1, 2):
         list(write(plan, tmp_path, add=True))
         assert len(read(tmp_path).emulated) == rows_so_far
 
 
-def test_what_cannot_be_installed_is_named_and_no_error(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_package_that_cannot_be_installed_is_named_without_an_error(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     asked: list[Sequence[str]] = []
 
     def refuse(command: Sequence[str], **_: object) -> subprocess.CompletedProcess[str]:
@@ -164,15 +174,7 @@ def test_what_cannot_be_installed_is_named_and_no_error(monkeypatch: pytest.Monk
 
 
 def test_a_method_that_does_not_cover_the_vehicle_is_a_row_with_the_reason() -> None:
-    plan = Plan(
-        (load_vehicle("supply-vessel"),),
-        (available("aarch64"),),
-        ("walsh@native",),
-        ("double",),
-        CLASSES,
-        1,
-        5,
-    )
+    plan = small_plan("supply-vessel", available("aarch64"), "walsh@native")
     (row,) = emulate(plan)
     assert row.status == "refused"
     assert "eq. 18" in row.reason
@@ -191,8 +193,8 @@ def test_the_command_writes_counts_beside_those_on_x86_and_never_times(tmp_path:
         "report.md",
     ]
     with (tmp_path / "emulation.csv").open(newline="") as file:
-        found = {(row["target"], row["demands"]): row for row in csv.DictReader(file)}
-    board, x86 = found["cortex-m7", "active"], found["x86-64", "active"]
+        lines = {(row["target"], row["demands"]): row for row in csv.DictReader(file)}
+    board, x86 = lines["cortex-m7", "active"], lines["x86-64", "active"]
     ratio = int(board["instructions_worst"]) / int(x86["instructions_worst"])
     assert float(board["worst_over_x86"]) == pytest.approx(ratio, rel=1e-5)
     assert not [name for name in board if "us" in name.split("_") or "ns" in name.split("_")]
@@ -209,7 +211,7 @@ def test_the_goals_in_the_docs_are_what_the_committed_record_gives() -> None:
 
 
 @pytest.mark.parametrize(
-    ("option", "value", "said"),
+    ("option", "value", "reason"),
     [
         ("--method", "clip", "no C is generated for method 'clip'"),
         ("--target", "avr", "no target 'avr'"),
@@ -218,10 +220,10 @@ def test_the_goals_in_the_docs_are_what_the_committed_record_gives() -> None:
     ],
 )
 def test_an_unknown_name_is_refused_before_the_record_is_touched(
-    option: str, value: str, said: str, tmp_path: Path
+    option: str, value: str, reason: str, tmp_path: Path
 ) -> None:
     (tmp_path / "record.jsonl").write_text("kept")
     result = CliRunner().invoke(cli, ["emulate", option, value, "--n", "2", "--out", str(tmp_path)])
     assert isinstance(result.exception, AllocError)
-    assert said in str(result.exception)
+    assert reason in str(result.exception)
     assert (tmp_path / "record.jsonl").read_text() == "kept"

@@ -1,11 +1,11 @@
-"""What counts as a wrong answer, and what as another one."""
+"""Which answers the gate calls wrong, and which different."""
 
 import numpy as np
 import pytest
 
 from alloc import Allocation, Label, Status, Vehicle, build, load_vehicle
 from alloc.allocation import FloatArray
-from bench.gate.answers import DEMANDS, SideAnswers, differ, pose, wrong
+from bench.gate.answers import DEMANDS, SideAnswers, ask_question, differ, wrong
 from bench.judging.question import Question, ask_here
 
 PROMISES = {"formulation": "hard", "limited": True, "tolerance": 1e-6}
@@ -18,7 +18,7 @@ def vehicle() -> Vehicle:
 
 @pytest.fixture(scope="module")
 def question(vehicle: Vehicle) -> Question:
-    return pose(vehicle, ask_here)
+    return ask_question(vehicle, ask_here)
 
 
 @pytest.fixture
@@ -48,23 +48,23 @@ def test_an_answer_off_by_a_thousandth_is_wrong(question: Question, right: list[
     assert "the wrench is not met" in wrong(question, changed(right, 3, 1.001 * right[3].f))
 
 
-def test_the_right_wrench_by_another_thrust_than_the_best_is_wrong(
+def test_thrusts_that_meet_the_wrench_with_more_effort_than_needed_are_wrong(
     vehicle: Vehicle, question: Question, right: list[Allocation]
 ) -> None:
     inactive = int(np.flatnonzero(question.demands.labels == Label.INACTIVE)[0])
     idle = np.linalg.svd(vehicle.T)[2][-1]  # pushes nothing: T idle = 0
-    found = wrong(question, changed(right, inactive, right[inactive].f + idle))
-    assert "from the optimum, beyond its promise" in found
+    message = wrong(question, changed(right, inactive, right[inactive].f + idle))
+    assert "from the optimum, beyond its promise" in message
 
 
-def test_infeasible_said_of_a_demand_that_can_be_met_is_wrong(
+def test_the_status_infeasible_for_an_attainable_demand_is_wrong(
     question: Question, right: list[Allocation]
 ) -> None:
     nothing = np.full(4, np.nan)
     assert "says INFEASIBLE" in wrong(question, changed(right, 0, nothing, Status.INFEASIBLE))
 
 
-def test_solved_said_of_a_demand_that_nothing_meets_is_wrong(
+def test_the_status_solved_for_an_infeasible_demand_is_wrong(
     question: Question, right: list[Allocation]
 ) -> None:
     last = len(right) - 1
@@ -82,21 +82,21 @@ def test_answers_may_differ_by_twice_what_the_base_promises(
     vehicle: Vehicle, right: list[Allocation], share: float, differs: bool
 ) -> None:
     moved = right[0].f + share * PROMISES["tolerance"] * vehicle.f_scale  # type: ignore[operator]
-    said = differ(vehicle, SideAnswers("", PROMISES, right), changed(right, 0, moved))
-    assert bool(said) == differs
+    message = differ(vehicle, SideAnswers("", PROMISES, right), changed(right, 0, moved))
+    assert bool(message) == differs
 
 
-def test_another_status_is_another_answer(vehicle: Vehicle, right: list[Allocation]) -> None:
+def test_answers_with_different_statuses_differ(vehicle: Vehicle, right: list[Allocation]) -> None:
     other = changed(right, 2, right[2].f, Status.PARTIAL)
     assert differ(vehicle, SideAnswers("", PROMISES, right), other) == "status SOLVED → PARTIAL for demand 2"
 
 
-def test_another_formulation_is_another_answer(vehicle: Vehicle, right: list[Allocation]) -> None:
+def test_answers_to_different_formulations_differ(vehicle: Vehicle, right: list[Allocation]) -> None:
     soft = SideAnswers("", {**PROMISES, "formulation": "soft"}, right)
     assert differ(vehicle, SideAnswers("", PROMISES, right), soft) == "formulation hard → soft"
 
 
-def test_a_promise_of_limits_that_is_taken_back_is_another_answer(
+def test_answers_differ_where_only_one_side_promises_limits(
     vehicle: Vehicle, right: list[Allocation]
 ) -> None:
     free = SideAnswers("", {**PROMISES, "limited": False}, right)

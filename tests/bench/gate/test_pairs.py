@@ -1,4 +1,4 @@
-"""How pairs are measured: in which order, on which core, until when."""
+"""How pairs are measured: the order of blocks, the core, the deadline."""
 
 import random
 from time import monotonic
@@ -16,7 +16,7 @@ SETTINGS = GateSettings(pairs=3, blocks=4)
 
 
 class Recorded:
-    """Stands in for a process: writes down what it was asked, and answers with a time of its own."""
+    """A stand-in for a process: it writes down its orders and replies with a fixed time of its side."""
 
     blocks: list[tuple[str, str]]
     layouts: list[tuple[int, int]]
@@ -60,7 +60,7 @@ def test_blocks_of_a_cell_come_in_the_order_abba(both: tuple[SourceTree, SourceT
     assert order[:8] == [BASE, HEAD, HEAD, BASE, BASE, HEAD, HEAD, BASE]
 
 
-def test_where_blocks_are_odd_in_number_neither_side_goes_first_more_often(
+def test_neither_side_goes_first_more_often_where_the_number_of_blocks_is_odd(
     both: tuple[SourceTree, SourceTree],
 ) -> None:
     settings = GateSettings(pairs=2, blocks=5)
@@ -69,20 +69,22 @@ def test_where_blocks_are_odd_in_number_neither_side_goes_first_more_often(
     assert firsts.count(BASE) == firsts.count(HEAD) == 5
 
 
-def test_every_time_is_kept_with_base_first(both: tuple[SourceTree, SourceTree]) -> None:
+def test_each_block_is_kept_as_the_times_of_base_and_head(both: tuple[SourceTree, SourceTree]) -> None:
     done, cells = measure(both, monotonic() + 60)
     assert done
     for cell in cells:
         assert cell.pairs == [[(1000, 1100)] * SETTINGS.blocks] * SETTINGS.pairs
 
 
-def test_both_sides_share_a_core_and_no_two_processes_a_layout(both: tuple[SourceTree, SourceTree]) -> None:
+def test_all_processes_run_on_one_core_and_no_two_have_the_same_layout(
+    both: tuple[SourceTree, SourceTree],
+) -> None:
     measure(both, monotonic() + 60)
     assert len(set(Recorded.cores)) == 1
     assert len(set(Recorded.layouts)) == 2 * SETTINGS.pairs
 
 
-def test_past_the_deadline_no_pair_is_begun(both: tuple[SourceTree, SourceTree]) -> None:
+def test_no_pair_is_begun_after_the_deadline(both: tuple[SourceTree, SourceTree]) -> None:
     done, cells = measure(both, monotonic() - 1)
     assert not done
     assert [cell.pairs for cell in cells] == [[], []]

@@ -19,7 +19,7 @@ CALLS = 500
 
 
 def timed(ratio: float = 1.0, us: float = 5.0, spread: float = 0.005, pairs: int = 20) -> dict[str, Any]:
-    """Pairs whose ln ratios average exactly ln ``ratio``, with that standard deviation at most."""
+    """Pairs whose ln ratios average ln ``ratio`` and differ from it by at most about ``spread``."""
     rng = random.Random(7)
     noise = [rng.uniform(-spread, spread) for _ in range(pairs)]
     middle = sum(noise) / pairs
@@ -31,12 +31,17 @@ def timed(ratio: float = 1.0, us: float = 5.0, spread: float = 0.005, pairs: int
 
 
 def cell(method: str = "pinv", **facts: Any) -> GateCell:
-    return GateCell("ukwial", method, **{**timed(), **facts})
+    return GateCell(vehicle="ukwial", method=method, **{**timed(), **facts})
 
 
 def judged(*cells: GateCell, **facts: Any) -> Verdict:
-    controls = [GateCell("control", "loop", **timed()), GateCell("control", "product", **timed())]
-    return verdict(GateRecord("a", "b", GateSettings(), cells=[*controls, *cells], **facts))
+    controls = [
+        GateCell(vehicle="control", method="loop", **timed()),
+        GateCell(vehicle="control", method="product", **timed()),
+    ]
+    return verdict(
+        GateRecord(base="a", head="b", settings=GateSettings(), cells=[*controls, *cells], **facts)
+    )
 
 
 def test_equal_times_pass() -> None:
@@ -44,12 +49,12 @@ def test_equal_times_pass() -> None:
 
 
 def test_a_clear_slow_down_fails_and_names_the_cell() -> None:
-    found = judged(cell(), cell("svd", **timed(1.05)))
-    assert found.outcome is Outcome.REGRESSION
-    assert [finding.cell for finding in found.findings] == ["ukwial:svd:-"]
+    result = judged(cell(), cell("svd", **timed(1.05)))
+    assert result.outcome is Outcome.REGRESSION
+    assert [finding.cell for finding in result.findings] == ["ukwial:svd:-"]
 
 
-def test_a_slow_down_that_no_fresh_pairs_have_confirmed_does_not_fail() -> None:
+def test_a_slow_down_that_no_fresh_pairs_have_confirmed_passes() -> None:
     assert judged(cell(**timed(1.2, pairs=10))).outcome is Outcome.PASS
 
 
@@ -76,58 +81,69 @@ def test_a_suspicion_needs_less_certainty_than_a_failure() -> None:
 
 
 @pytest.mark.parametrize("moved", [1.035, 1 / 1.035])
-def test_a_control_that_moves_either_way_makes_it_inconclusive(moved: float) -> None:
-    found = judged(cell(**timed(1.2)), GateCell("control", "loop", **timed(moved)))
-    assert found.outcome is Outcome.INCONCLUSIVE
-    assert "control:loop" in found.summary
+def test_a_control_cell_that_moves_either_way_makes_the_gate_inconclusive(moved: float) -> None:
+    result = judged(cell(**timed(1.2)), GateCell(vehicle="control", method="loop", **timed(moved)))
+    assert result.outcome is Outcome.INCONCLUSIVE
+    assert "control:loop" in result.summary
 
 
-def test_a_spent_budget_is_said_before_a_control_that_moved_in_the_few_pairs_there_were() -> None:
-    found = judged(cell(), GateCell("control", "loop", **timed(1.035, pairs=2)), cut="the budget was spent")
-    assert found.outcome is Outcome.INCONCLUSIVE
-    assert found.summary == "inconclusive: the budget was spent"
+def test_a_spent_budget_is_reported_before_a_control_cell_that_moved() -> None:
+    result = judged(
+        cell(),
+        GateCell(vehicle="control", method="loop", **timed(1.035, pairs=2)),
+        cut="the budget was spent",
+    )
+    assert result.outcome is Outcome.INCONCLUSIVE
+    assert result.summary == "inconclusive: the budget was spent"
 
 
 @pytest.mark.parametrize("wrong", [{"head_wrong": "off by 1 N"}, {"differ": "status SOLVED → PARTIAL"}])
-def test_a_wrong_or_another_answer_fails_however_fast(wrong: dict[str, str]) -> None:
+def test_a_wrong_or_different_answer_fails_however_fast_it_is(wrong: dict[str, str]) -> None:
     assert judged(cell(**timed(0.5), **wrong)).outcome is Outcome.REGRESSION
 
 
-def test_an_answer_that_was_wrong_before_is_said_and_not_gated() -> None:
-    record = GateRecord("a", "b", GateSettings(), cells=[cell(base_wrong="off", head_wrong="off by 2 N")])
-    found = verdict(record)
-    assert found.outcome is Outcome.PASS
-    assert "wrong on both sides: `ukwial:pinv:-`: off by 2 N" in markdown(record, found)
+def test_an_answer_that_is_wrong_on_both_sides_is_noted_and_passes() -> None:
+    record = GateRecord(
+        base="a", head="b", settings=GateSettings(), cells=[cell(base_wrong="off", head_wrong="off by 2 N")]
+    )
+    result = verdict(record)
+    assert result.outcome is Outcome.PASS
+    assert "wrong on both sides: `ukwial:pinv:-`: off by 2 N" in markdown(record, result)
 
 
-def test_a_cell_that_is_gone_fails_before_anything_else_is_looked_at() -> None:
-    gone = GateCell("ukwial", "svd", head_lacks="no such method")
-    moved = GateCell("control", "loop", **timed(2.0))
-    found = judged(gone, cell(head_wrong="off"), moved, cut="no time left")
-    assert found.outcome is Outcome.REGRESSION
-    assert found.summary == "regression: cells are gone"
-    assert found.findings[0].cell == "ukwial:svd:-"
+def test_a_cell_that_is_gone_is_the_first_reason_to_fail() -> None:
+    gone = GateCell(vehicle="ukwial", method="svd", head_lacks="no such method")
+    moved = GateCell(vehicle="control", method="loop", **timed(2.0))
+    result = judged(gone, cell(head_wrong="off"), moved, cut="no time left")
+    assert result.outcome is Outcome.REGRESSION
+    assert result.summary == "regression: cells are gone"
+    assert result.findings[0].cell == "ukwial:svd:-"
 
 
 def test_a_new_cell_passes() -> None:
-    new = GateCell("ukwial", "svd", base_lacks="no such method")
+    new = GateCell(vehicle="ukwial", method="svd", base_lacks="no such method")
     assert judged(cell(), new).outcome is Outcome.PASS
 
 
-def test_nothing_to_compare_fails() -> None:
+def test_a_gate_without_a_cell_on_both_sides_fails() -> None:
     assert judged().outcome is Outcome.REGRESSION
-    assert judged(GateCell("ukwial", "svd", base_lacks="no such method")).outcome is Outcome.REGRESSION
+    assert (
+        judged(GateCell(vehicle="ukwial", method="svd", base_lacks="no such method")).outcome
+        is Outcome.REGRESSION
+    )
 
 
-def test_instructions_trip_only_when_they_grew_twice() -> None:
+def test_instructions_fail_only_where_two_counts_grew() -> None:
     assert judged(cell(instructions=[(1000, 1011), (1000, 1011)])).outcome is Outcome.REGRESSION
     assert judged(cell(instructions=[(1000, 1011), (1000, 1009)])).outcome is Outcome.PASS
     assert judged(cell(instructions=[(1000, 1011)])).outcome is Outcome.PASS
 
 
-def test_instructions_fail_also_on_a_machine_that_moved() -> None:
-    found = judged(cell(instructions=[(100, 110), (100, 110)]), GateCell("control", "loop", **timed(1.5)))
-    assert found.outcome is Outcome.REGRESSION
+def test_grown_instructions_fail_although_a_control_cell_moved() -> None:
+    result = judged(
+        cell(instructions=[(100, 110), (100, 110)]), GateCell(vehicle="control", method="loop", **timed(1.5))
+    )
+    assert result.outcome is Outcome.REGRESSION
 
 
 def test_a_budget_that_ran_out_is_inconclusive() -> None:
@@ -138,21 +154,25 @@ def test_a_head_that_crashes_is_a_regression() -> None:
     assert judged(cell(), crashed="head: ended with SIGSEGV").outcome is Outcome.REGRESSION
 
 
-def test_nothing_that_matters_changed_passes_and_says_why() -> None:
-    found = verdict(GateRecord("a", "b", GateSettings(), unchanged="only the README differs"))
-    assert found.outcome is Outcome.PASS
-    assert "only the README differs" in found.summary
+def test_unchanged_trees_pass_with_the_reason() -> None:
+    result = verdict(
+        GateRecord(base="a", head="b", settings=GateSettings(), unchanged="only the README differs")
+    )
+    assert result.outcome is Outcome.PASS
+    assert "only the README differs" in result.summary
 
 
-def test_what_got_faster_is_listed() -> None:
-    found = judged(cell(**timed(0.9)))
-    assert found.outcome is Outcome.PASS
-    assert [row.name for row in found.improvements] == ["ukwial:pinv:-"]
+def test_a_cell_that_got_faster_is_listed_as_an_improvement() -> None:
+    result = judged(cell(**timed(0.9)))
+    assert result.outcome is Outcome.PASS
+    assert [row.name for row in result.improvements] == ["ukwial:pinv:-"]
 
 
-def test_the_report_shows_a_suspect_with_all_that_is_known() -> None:
+def test_the_report_shows_a_slower_cell_with_its_times_interval_and_instructions() -> None:
     slow = cell(**timed(1.1, us=5.0), instructions=[(1000, 1100), (1000, 1100)])
-    record = GateRecord("a", "b", GateSettings(), cells=[slow], commits=["1234567 Make it slower"])
+    record = GateRecord(
+        base="a", head="b", settings=GateSettings(), cells=[slow], commits=["1234567 Make it slower"]
+    )
     text = markdown(record, verdict(record))
     assert text.startswith("## ❌ Gate: regression")
     rows = [" ".join(line.split()) for line in text.splitlines()]
@@ -163,11 +183,19 @@ def test_the_report_shows_a_suspect_with_all_that_is_known() -> None:
     assert '"exit_code": 1' in as_json(record, verdict(record))
 
 
+def test_a_message_with_bars_and_lines_stays_one_cell_of_the_report() -> None:
+    record = GateRecord("a", "b", GateSettings(), cells=[cell(head_lacks="head: it said a | b\nand c")])
+    text = markdown(record, verdict(record))
+    row = next(line for line in text.splitlines() if line.startswith("| `ukwial:pinv:-`"))
+    assert row.replace("\\|", "").count("|") == 3
+    assert "b and c" in row
+
+
 logs = st.lists(st.floats(-0.5, 0.5), min_size=2, max_size=12).filter(lambda m: np.std(m) > 1e-3)
 
 
 @given(logs)
-def test_the_interval_is_students_on_the_logarithms(m: list[float]) -> None:
+def test_the_interval_is_student_s_on_the_logarithms_of_the_ratios(m: list[float]) -> None:
     pairs = [[(10**9, round(10**9 * exp(x)))] for x in m]
     values = [log(head / base) for ((base, head),) in pairs]
     low, high = stats.ttest_1samp(values, 0.0).confidence_interval(0.95)
@@ -189,9 +217,9 @@ def test_one_disturbed_block_does_not_move_a_pair() -> None:
     assert ratio(disturbed) == ratio(quiet)
 
 
-def test_a_single_pair_proves_nothing() -> None:
+def test_the_interval_of_a_single_pair_reaches_down_to_zero() -> None:
     assert ratio([[(100, 200)]]).lower == 0.0
 
 
-def test_times_are_those_of_a_call() -> None:
+def test_medians_are_times_of_a_single_call() -> None:
     assert medians_us([[(2_000_000, 3_000_000)]], calls=1000) == (2.0, 3.0)

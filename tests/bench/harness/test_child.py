@@ -1,4 +1,4 @@
-"""Measured processes start alike, whoever starts them, and their ends are told alike."""
+"""Measured processes start in one environment, and one function says how they ended."""
 
 import signal
 import subprocess
@@ -13,9 +13,9 @@ def test_a_measured_process_has_one_thread_whatever_is_set_here(monkeypatch: pyt
     for name in ONE_THREAD:
         monkeypatch.setenv(name, "7")
     for isolated in (False, True):
-        found = environment(isolated=isolated, PYTHONHASHSEED="3")
-        assert {found[name] for name in ONE_THREAD} == {"1"}
-        assert found["PYTHONHASHSEED"] == "3"
+        variables = environment(isolated=isolated, PYTHONHASHSEED="3")
+        assert {variables[name] for name in ONE_THREAD} == {"1"}
+        assert variables["PYTHONHASHSEED"] == "3"
 
 
 def test_an_isolated_process_inherits_nothing_that_is_set_for_python(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -27,16 +27,19 @@ def test_an_isolated_process_inherits_nothing_that_is_set_for_python(monkeypatch
 
 
 @pytest.mark.parametrize(
-    ("code", "printed", "told"),
+    ("code", "printed", "words"),
     [
         (-signal.SIGSEGV, b"", "SIGSEGV"),
+        (-40, b"", "signal 40"),  # a real-time signal without a name
         (3, b"first\nlast \n\n", "exit code 3: last"),
         (0, b"\xff\n", "exit code 0: \ufffd"),
         (1, b"x" * 999, f"exit code 1: {'x' * 200}"),
     ],
 )
-def test_an_end_is_told_by_signal_or_code_and_the_last_words(code: int, printed: bytes, told: str) -> None:
-    assert cause(code, printed) == told
+def test_a_cause_is_the_signal_or_code_and_the_last_line_printed(
+    code: int, printed: bytes, words: str
+) -> None:
+    assert cause(code, printed) == words
 
 
 def test_the_suite_asks_for_one_thread_before_numpy_can_start_more() -> None:

@@ -1,4 +1,4 @@
-"""What a run says of its machine and source, and which core it leaves to what is measured."""
+"""The commit of the source that a run records, and the core that it leaves to workers."""
 
 import os
 import subprocess
@@ -19,7 +19,7 @@ def git(tree: Path, *arguments: str) -> str:
 
 @pytest.fixture
 def source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A repository with both packages in it, taken for this project's own."""
+    """A repository with both packages in it, which ``machine`` takes for this project's own."""
     for name in ("alloc", "bench"):
         (tmp_path / name).mkdir()
         (tmp_path / name / "__init__.py").write_text("")
@@ -30,21 +30,21 @@ def source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_the_commit_is_the_source_s_and_what_a_run_writes_beside_it_changes_nothing(source: Path) -> None:
+def test_the_commit_is_the_source_s_and_results_beside_it_do_not_change_it(source: Path) -> None:
     head = git(source, "rev-parse", "--short=12", "HEAD")
     assert machine.commit() == head
     (source / "results").mkdir()
     (source / "results" / "results.csv").write_text("")
-    assert machine.commit() == head  # or Ctrl-C and --resume would refuse each other
+    assert machine.commit() == head  # else --resume would refuse the record
 
 
 @pytest.mark.parametrize("changed", ["alloc/__init__.py", "bench/new.py"])
-def test_a_changed_source_says_so(source: Path, changed: str) -> None:
+def test_the_commit_of_a_changed_source_says_so(source: Path, changed: str) -> None:
     (source / changed).write_text("x = 1\n")
     assert machine.commit() == git(source, "rev-parse", "--short=12", "HEAD") + "+changes"
 
 
-def test_installed_into_somebody_else_s_repository_it_has_no_commit(
+def test_a_source_installed_inside_somebody_else_s_repository_has_no_commit(
     source: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     installed = source / "venv"
@@ -55,9 +55,9 @@ def test_installed_into_somebody_else_s_repository_it_has_no_commit(
 
 
 @pytest.mark.skipif(not hasattr(os, "sched_getaffinity"), reason="this system pins nothing")
-def test_every_thread_keeps_off_the_core_that_is_measured_on_and_comes_back() -> None:
+def test_every_thread_keeps_off_the_workers_core_inside_the_block_and_comes_back() -> None:
     allowed, core, end = os.sched_getaffinity(0), machine.core(), Event()
-    other = Thread(target=end.wait)  # as the one that draws the progress bar
+    other = Thread(target=end.wait)  # like the thread that draws the progress bar
     other.start()
     try:
         with machine.set_aside():

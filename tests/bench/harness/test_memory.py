@@ -23,7 +23,7 @@ def test_a_view_counts_with_the_whole_array_that_it_keeps_alive() -> None:
     assert reachable_bytes(SimpleNamespace(a=np.zeros(10_000)[:1])) > 80_000
 
 
-def test_what_a_closure_holds_counts_and_code_and_the_vehicle_do_not() -> None:
+def test_what_a_closure_holds_is_counted_without_code_and_the_vehicle() -> None:
     held, vehicle = np.zeros(10_000), load_vehicle("nautilus")
 
     def call() -> object:
@@ -32,7 +32,7 @@ def test_what_a_closure_holds_counts_and_code_and_the_vehicle_do_not() -> None:
     assert 80_000 < reachable_bytes(call) < 80_000 + 10 * sys.getsizeof(call)
 
 
-def test_the_peak_only_rises() -> None:
+def test_peak_memory_only_rises() -> None:
     before = peak_rss_bytes()
     block = np.ones(4_000_000)  # touched, so resident
     after = peak_rss_bytes()

@@ -1,4 +1,4 @@
-"""Methods that crash, hang, leak or lie are rows with a reason, and every other row is measured."""
+"""Methods that crash, hang, leak or lie when they are called are rows with a reason; others are measured."""
 
 import os
 from pathlib import Path
@@ -26,8 +26,8 @@ def outcome(tmp_path_factory: pytest.TempPathFactory) -> tuple[Result, Record]:
 
 
 def cell(outcome: tuple[Result, Record], method: str, demands: str) -> Cell:
-    (found,) = [c for c in outcome[1].cells if (c.key.method, c.key.demands) == (method, demands)]
-    return found
+    (only,) = [c for c in outcome[1].cells if (c.key.method, c.key.demands) == (method, demands)]
+    return only
 
 
 @pytest.mark.parametrize(
@@ -41,7 +41,7 @@ def cell(outcome: tuple[Result, Record], method: str, demands: str) -> Cell:
         ("calls-exit", "failed", "SystemExit: 3"),
     ],
 )
-def test_what_goes_wrong_is_a_row_with_its_reason_and_the_methods_other_row_is_measured(
+def test_a_call_that_goes_wrong_is_a_row_with_its_reason_and_the_methods_other_row_is_measured(
     outcome: tuple[Result, Record], method: str, status: str, reason: str
 ) -> None:
     bad = cell(outcome, method, "infeasible")
@@ -53,10 +53,42 @@ def test_what_goes_wrong_is_a_row_with_its_reason_and_the_methods_other_row_is_m
     assert good.judged.agrees is True
 
 
-def test_all_other_methods_are_measured_all_the_same(outcome: tuple[Result, Record]) -> None:
+def test_methods_that_answer_are_measured_beside_those_that_do_not(outcome: tuple[Result, Record]) -> None:
     for method in ("pinv", "noop", "sleeps", "floods"):
         for demands in ("inactive", "infeasible"):
             assert cell(outcome, method, demands).status == "ok"
+
+
+def test_a_plug_in_is_counted_in_what_a_vehicle_s_methods_serve_as_the_catalogue_s_are(
+    outcome: tuple[Result, Record],
+) -> None:
+    (capability,) = outcome[1].capabilities
+    shares = {(s.method, s.fault): (s.n_demands, s.within_1pct) for s in capability.served}
+    states = {served.fault for served in capability.served}
+    assert len(states) == 2  # whole, and after the worst failure
+    for fault in states:
+        assert shares["off", fault] == shares["pinv", fault]  # a thousandth is within 1 %
+    assert {"off", "pinv"} <= {curve.method for curve in capability.curves}
+
+
+@pytest.mark.parametrize(
+    ("method", "status", "reason"),
+    [
+        ("segfaults", "crashed", "SIGSEGV"),
+        ("loops", "timeout", f"no answer within {TIME_LIMIT_S:g} s"),
+        ("raises", "failed", "ValueError: no such demand"),
+        ("leaks", "failed", "out of memory"),
+        ("exits", "crashed", "exit code 0"),
+    ],
+)
+def test_a_plug_in_that_goes_wrong_while_its_share_is_counted_is_unserved_with_its_reason(
+    outcome: tuple[Result, Record], method: str, status: str, reason: str
+) -> None:
+    (capability,) = outcome[1].capabilities
+    (unserved,) = [u for u in capability.unserved if u.method == method]
+    assert unserved.status == status
+    assert reason in unserved.reason
+    assert method not in {served.method for served in capability.served}
 
 
 def test_an_array_handed_out_twice_is_a_wrong_answer(outcome: tuple[Result, Record]) -> None:

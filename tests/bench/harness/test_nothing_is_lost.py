@@ -1,32 +1,26 @@
-"""A record survives what can happen to a run: kills, Ctrl-C, a full disk, a second run."""
+"""A record survives kills, a full disk and a second run, and is continued where it stopped."""
 
 import gzip
 import os
 import random
-import signal
 import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import msgspec
-import psutil
 import pytest
 from click.testing import CliRunner
 
 from bench.__main__ import cli
 from bench.harness.plan import RunSettings
-from bench.harness.run import Interrupted, check_same
-from bench.harness.run import run as run_again
-from bench.harness.state import Progress
+from bench.harness.run import check_same, run
 from bench.record import FILE_NAME, PACKED, Record, RecordError, read
 from bench.record.writer import PREVIOUS, Writer
 from tests.made_up import header
 from tests.places import ROOT
-from tests.plugin_files import write_plugin
+from tests.runs import started, wait_for, written
 
 DEMANDS = ["--demands=inactive", "--demands=active", "--demands=infeasible"]
 METHODS = ["--method=pinv", "--method=svd"]
@@ -44,8 +38,7 @@ settings = RunSettings(
 )
 run(settings, Path(sys.argv[1]), resume=True, watch=lambda progress: None)
 """
-"""What TINY does, without the report, which takes longer than all the rest."""
-
+"""The run of TINY without its report, which takes longer than all the rest."""
 
 FULL_DISK = """
 import errno, os, sys
@@ -61,28 +54,10 @@ main()
 """The program on a disk that is full as soon as the record has so many bytes."""
 
 
-def started(*command: str) -> subprocess.Popen[bytes]:
-    return subprocess.Popen(
-        [sys.executable, *command], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
-    )
-
-
 def measured(folder: Path) -> None:
-    with started("-c", MEASURE, str(folder)) as run:
-        output = run.communicate()[0]
-    assert run.returncode == 0, output
-
-
-def written(folder: Path) -> bytes:
-    path = folder / FILE_NAME
-    return path.read_bytes() if path.exists() else b""
-
-
-def wait_for(condition: Callable[[], object], seconds: float = 30.0) -> None:
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end, "it did not come about"
-        time.sleep(0.01)
+    with started("-c", MEASURE, str(folder)) as process:
+        output = process.communicate()[0]
+    assert process.returncode == 0, output
 
 
 @pytest.fixture(scope="module")
@@ -92,7 +67,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_a_record_cut_at_any_byte_of_its_last_rows_gives_the_rows_before_the_cut(
+def test_a_record_cut_at_any_byte_of_its_last_lines_gives_the_whole_lines_before(
     finished: Path, tmp_path: Path
 ) -> None:
     data = written(finished)
@@ -103,14 +78,16 @@ def test_a_record_cut_at_any_byte_of_its_last_rows_gives_the_rows_before_the_cut
         record = read(tmp_path)
         whole = data[:cut].count(b"\n")
         assert 1 + count(record) == whole
-    # … and such a record is continued at the end of its last whole line.
+    # A record that was cut is continued at the end of its last whole line.
     (tmp_path / FILE_NAME).write_bytes(data[: first + 5])
     with Writer(tmp_path) as writer:
         writer.resume()
     assert (tmp_path / FILE_NAME).read_bytes() == data[:first]
 
 
-def test_a_new_run_in_the_same_folder_keeps_the_record_before(finished: Path, tmp_path: Path) -> None:
+def test_a_new_run_in_the_same_folder_keeps_the_last_record_as_previous(
+    finished: Path, tmp_path: Path
+) -> None:
     old = written(finished)
     (tmp_path / FILE_NAME).write_bytes(old)
     for made in (header(), header(seed=5)):
@@ -121,7 +98,7 @@ def test_a_new_run_in_the_same_folder_keeps_the_record_before(finished: Path, tm
     assert read(tmp_path).header.seed == 5
 
 
-def test_a_packed_record_is_not_hidden_by_what_was_to_be_added_to_it(tmp_path: Path) -> None:
+def test_a_packed_record_is_not_continued_since_a_new_one_would_hide_it(tmp_path: Path) -> None:
     (tmp_path / PACKED).write_bytes(gzip.compress(msgspec.json.encode(header()) + b"\n"))
     with Writer(tmp_path) as writer, pytest.raises(RecordError, match="gunzip it first"):
         writer.resume()
@@ -147,13 +124,13 @@ def test_killed_at_random_moments_and_resumed_every_cell_is_there_once_and_none_
     before = b""
 
     def grown() -> bool:
-        return run.poll() is not None or len(written(tmp_path)) > len(before)
+        return process.poll() is not None or len(written(tmp_path)) > len(before)
 
     for _ in range(KILLS):
-        with started("-c", MEASURE, str(tmp_path)) as run:
+        with started("-c", MEASURE, str(tmp_path)) as process:
             wait_for(grown)
             time.sleep(dice.uniform(0.0, 0.2))
-            run.kill()
+            process.kill()
         data = written(tmp_path)
         assert data.startswith(before)
         before = data[: data.rfind(b"\n") + 1]
@@ -166,116 +143,18 @@ def test_killed_at_random_moments_and_resumed_every_cell_is_there_once_and_none_
     assert {cell.status for cell in read(tmp_path).cells} == {"ok"}
 
 
-def test_a_worker_dies_with_its_parent_even_in_an_endless_loop(tmp_path: Path) -> None:
-    plugin = write_plugin(tmp_path, "loops")
-    command = ["run", "--vehicle=ukwial", "--demands=infeasible", f"--plugin={plugin}", "--n=4"]
-    with started("-m", "bench", *command, f"--out={tmp_path / 'out'}") as run:
-        parent = psutil.Process(run.pid)
-
-        def looping() -> list[psutil.Process]:
-            return [c for c in parent.children() if c.cpu_times().user > 0.5]
-
-        wait_for(looping)
-        (worker,) = looping()
-        run.kill()
-    wait_for(lambda: not worker.is_running() or worker.status() == psutil.STATUS_ZOMBIE)
-
-
-@pytest.mark.usefixtures("ctrl_c")
-def test_ctrl_c_stops_the_worker_and_reports_what_there_is(tmp_path: Path) -> None:
-    plugin = write_plugin(tmp_path, "sleeps")
-    command = ["run", "--vehicle=ukwial", f"--plugin={plugin}", "--n=100", "--budget-ms=2000"]
-    command += ["--time-limit=4"]  # what such a slow method serves is not waited for longer
-    out = tmp_path / "out"
-    with started("-m", "bench", *command, f"--out={out}") as run:
-        wait_for(lambda: b'"cell"' in written(out))
-        (worker,) = psutil.Process(run.pid).children() or [None]
-        run.send_signal(signal.SIGINT)
-        output = run.communicate()[0].decode()
-    assert run.returncode == 130, output
-    assert "Traceback" not in output
-    assert "--resume" in output
-    assert (out / "report.md").is_file()
-    assert read(out).events[-1].what == "interrupted"
-    assert worker is None or not worker.is_running()
-
-
-def test_told_to_end_a_run_leaves_no_worker_and_no_folder(tmp_path: Path) -> None:
-    plugin = write_plugin(tmp_path, "loops")
-    place = tmp_path / "temporary"
-    place.mkdir()
-    command = ["run", "--vehicle=ukwial", "--demands=infeasible", f"--plugin={plugin}", "--n=4"]
-    arguments = [sys.executable, "-m", "bench", *command, f"--out={tmp_path / 'out'}"]
-    with subprocess.Popen(
-        arguments, cwd=ROOT, env={**os.environ, "TMPDIR": str(place)}, stdout=subprocess.PIPE
-    ) as run:
-        wait_for(lambda: b'"cell"' in written(tmp_path / "out"))
-        workers = psutil.Process(run.pid).children()
-        assert list(place.iterdir())
-        run.terminate()
-        run.communicate()
-    assert run.returncode == 128 + signal.SIGTERM
-    assert not [worker for worker in workers if worker.is_running()]
-    assert not list(place.iterdir())
-
-
-def interrupted(folder: Path, watch: Callable[[Progress], None]) -> None:
-    """Run until Ctrl-C comes; no worker may be left, not even while the exception is being handled."""
-    mine = psutil.Process()
-    before = set(mine.children())
-    settings = RunSettings(
-        vehicles=("ukwial",),
-        demands=("inactive",),
-        methods=("pinv", "svd"),
-        n_demands=4,
-        budget_ms=0,
-        repeats=1,
-    )
-    try:
-        run_again(settings, folder, resume=False, watch=watch)
-    except Interrupted:
-        assert set(mine.children()) == before
-    else:
-        pytest.fail("Ctrl-C was lost")
-    assert read(folder).events[-1].what == "interrupted"
-
-
-@pytest.mark.usefixtures("ctrl_c")
-def test_ctrl_c_between_two_results_leaves_no_worker(tmp_path: Path) -> None:
-    def stop(progress: Progress) -> None:
-        if progress.done == 2:
-            signal.raise_signal(signal.SIGINT)
-
-    interrupted(tmp_path, stop)
-
-
-@pytest.mark.usefixtures("ctrl_c")
-def test_ctrl_c_while_a_worker_is_being_started_leaves_no_worker(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    start = subprocess.Popen.__init__
-
-    def interrupted_start(self: Any, command: list[str], **named: Any) -> None:
-        start(self, command, **named)
-        if "bench.harness.worker" in command:
-            signal.raise_signal(signal.SIGINT)
-
-    monkeypatch.setattr(subprocess.Popen, "__init__", interrupted_start)
-    interrupted(tmp_path, lambda progress: None)
-
-
 def test_a_full_disk_ends_the_run_with_one_line_and_keeps_what_was_written(
     finished: Path, tmp_path: Path
 ) -> None:
-    full = len(written(finished)) - 6_000  # bytes of the record: some cells fit, not all
-    run = subprocess.run(
+    full = len(written(finished)) - 6_000  # bytes of the record: some of its cells fit, not all
+    done = subprocess.run(
         [sys.executable, "-c", FULL_DISK, str(full), *TINY, f"--out={tmp_path}"],
         cwd=ROOT,
         capture_output=True,
         check=False,
     )
-    assert run.returncode == 2
-    (line,) = run.stderr.decode().splitlines()
+    assert done.returncode == 2
+    (line,) = done.stderr.decode().splitlines()
     assert FILE_NAME in line
     assert "--resume" in line
     kept = written(tmp_path)
@@ -283,7 +162,7 @@ def test_a_full_disk_ends_the_run_with_one_line_and_keeps_what_was_written(
     some = len(read(tmp_path).cells)
     assert 0 < some < CELLS
     settings = read(tmp_path).header.settings
-    run_again(msgspec.convert(settings, RunSettings), tmp_path, resume=True, watch=lambda progress: None)
+    run(msgspec.convert(settings, RunSettings), tmp_path, resume=True, watch=lambda progress: None)
     assert written(tmp_path).startswith(kept)
     assert len(read(tmp_path).cells) == CELLS
 

@@ -1,4 +1,4 @@
-"""What a method may offer beyond the contract: found in a plug-in, recorded; without it a cell says none."""
+"""What a plug-in may offer beyond the contract (two stages, a bound on steps) is recorded where it has it."""
 
 import pytest
 from click.testing import CliRunner
@@ -46,7 +46,9 @@ def cells(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Cell]:
 
 
 @pytest.mark.parametrize("name", OFFERS)
-def test_the_second_stage_is_timed_apart_where_a_method_has_both(cells: dict[str, Cell], name: str) -> None:
+def test_the_second_stage_is_timed_alone_where_a_method_has_both_stages(
+    cells: dict[str, Cell], name: str
+) -> None:
     assert cells[name].status == "ok", cells[name].reason
     assert bool(cells[name].binding_batches) == (name == "stages")
 

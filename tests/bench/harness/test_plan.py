@@ -7,7 +7,7 @@ from bench.harness.plan import LEAST_MS, MOST_MS, Contender, RunSettings, budget
 from bench.harness.yardsticks import CANARIES, NOOP
 from bench.record import Method
 
-PAIRS = [(vehicle, demands) for vehicle in ("one", "two") for demands in ("inactive", "worth")]
+PAIRS = [(vehicle, demands) for vehicle in ("one", "two") for demands in ("inactive", "uniform")]
 
 
 def contender(
@@ -20,7 +20,7 @@ CLOSED = contender("pinv", formulation="unlimited")
 LIVE = contender("qp/some", ("cold", "reused", "warm"), ("default", "tight"))
 SOFT = contender("qp-soft/some", ("cold", "reused"), ("default", "tight"), formulation="soft")
 ONE_SHOT = contender("qpsolvers/some", ("cold",), ("default",), family=Family.ONE_SHOT)
-SETTINGS = RunSettings(vehicles=("one", "two"), demands=("inactive", "worth"), repeats=3)
+SETTINGS = RunSettings(vehicles=("one", "two"), demands=("inactive", "uniform"), repeats=3)
 
 
 def test_every_cell_is_planned_once_a_repeat_with_the_yardsticks() -> None:
@@ -49,15 +49,17 @@ def test_repeats_follow_each_other_each_in_an_order_of_its_own_that_the_seed_dec
     assert groups(SETTINGS, many, PAIRS) == planned
 
 
-def test_what_is_asked_for_once_is_in_the_first_repeat_only() -> None:
-    settings = RunSettings(vehicles=("one",), demands=("inactive", "worth"), once=("worth", Family.ONE_SHOT))
+def test_a_demand_set_or_family_that_is_asked_once_is_in_the_first_repeat_only() -> None:
+    settings = RunSettings(
+        vehicles=("one",), demands=("inactive", "uniform"), once=("uniform", Family.ONE_SHOT)
+    )
     planned = groups(settings, [CLOSED, ONE_SHOT], PAIRS)
     keys = [key for group in planned for key in group.keys]
-    assert {key.repeat for key in keys if key.demands == "worth"} == {0}
+    assert {key.repeat for key in keys if key.demands == "uniform"} == {0}
     assert {key.repeat for key in keys if key.method == ONE_SHOT.method.name} == {0}
     rest = [key for key in keys if key.demands == "inactive" and key.method != ONE_SHOT.method.name]
     assert {key.repeat for key in rest} == {0, 1}
-    assert all(group.keys for group in planned)  # no process is started for nothing
+    assert all(group.keys for group in planned)  # or a process would be started to measure nothing
 
 
 def test_by_default_a_method_runs_as_a_vehicle_would_run_it() -> None:
@@ -67,16 +69,16 @@ def test_by_default_a_method_runs_as_a_vehicle_would_run_it() -> None:
     assert chosen(ONE_SHOT, SETTINGS) == [("cold", "default")]
 
 
-def test_starts_and_levels_that_are_asked_for_are_taken_where_they_are_offered() -> None:
+def test_starts_and_levels_that_the_settings_name_are_measured_where_a_method_offers_them() -> None:
     settings = RunSettings(vehicles=(), demands=(), starts=("warm",), levels=("tight",))
     assert chosen(LIVE, settings) == [("warm", "tight")]
     assert chosen(SOFT, settings) == []
-    assert chosen(CLOSED, settings) == [("-", "-")]  # it has no choice
+    assert chosen(CLOSED, settings) == [("-", "-")]  # a closed form has no choice
     exact = contender("qp/exact", ("cold", "warm"), ("default",))
-    assert chosen(exact, settings) == [("warm", "default")]  # nor has this one of a level
+    assert chosen(exact, settings) == [("warm", "default")]  # an exact solver has no choice of a level
 
 
-def test_a_cells_budget_follows_the_time_that_is_left_within_bounds() -> None:
+def test_a_cell_s_budget_follows_the_time_that_is_left_within_bounds() -> None:
     assert budget_ns(SETTINGS, left_s=100, cells=1000, overhead_s=0.04) == 60_000_000
     assert budget_ns(SETTINGS, left_s=-5, cells=10, overhead_s=0.04) == LEAST_MS * 1e6
     assert budget_ns(SETTINGS, left_s=1e6, cells=1, overhead_s=0.04) == MOST_MS * 1e6

@@ -63,7 +63,7 @@ def test_a_run_measures_and_judges_every_cell_once_and_writes_a_report_under_run
         ("--fault=9", "9"),
     ],
 )
-def test_what_cannot_be_measured_is_named_before_anything_is_written(
+def test_an_unknown_name_is_refused_before_anything_is_written(
     option: str, names: str, tmp_path: Path
 ) -> None:
     before = (tmp_path / FILE_NAME, b"an older record\n")
@@ -75,7 +75,7 @@ def test_what_cannot_be_measured_is_named_before_anything_is_written(
     assert before[0].read_bytes() == before[1]
 
 
-def test_a_method_of_ones_own_a_fault_and_a_pattern_are_measured(tmp_path: Path) -> None:
+def test_a_plug_in_on_a_faulty_vehicle_and_a_pattern_of_methods_are_measured(tmp_path: Path) -> None:
     plugin = tmp_path / "my_pinv.py"
     plugin.write_text("from alloc.methods.pinv import FORMULATION, build\n")
     options = ["--vehicle=ukwial", "--fault=1", "--method=pin[v]", f"--plugin={plugin}", "--demands=inactive"]
@@ -95,7 +95,9 @@ def test_two_methods_of_one_name_are_refused_not_dropped(tmp_path: Path) -> None
     for plugins, wanted in (((mine, other), ()), ((pinv,), ("pinv",))):
         with pytest.raises(UnknownName, match="another method is called"):
             contenders(RunSettings(demands=(), methods=wanted, plugins=plugins))
-    assert len(contenders(RunSettings(demands=(), plugins=(mine, mine, pinv)))) == 2  # the same twice is one
+    assert (
+        len(contenders(RunSettings(demands=(), plugins=(mine, mine, pinv)))) == 2
+    )  # a file named twice is one plug-in
 
 
 def test_the_parent_keeps_off_the_core_that_workers_are_pinned_to(tmp_path: Path) -> None:
@@ -130,7 +132,7 @@ def sets(names: list[str], demands: list[str], n: int) -> list[DemandSet]:
     return demand_sets(settings, vehicles(settings))
 
 
-def test_demands_of_a_log_that_were_not_asked_are_counted_and_said(tmp_path: Path) -> None:
+def test_demands_of_a_log_that_were_not_asked_are_counted_and_reported(tmp_path: Path) -> None:
     log = tmp_path / "dive.csv"
     log.write_text("surge,sway,yaw\n" + "1,0,0\n" * 9)
     for n, left_out in ((4, 5), (9, 0), (60, 0)):
@@ -152,7 +154,7 @@ def test_two_logs_or_vehicles_of_one_name_are_refused_not_dropped(tmp_path: Path
         logs[-1].write_text(f"surge,sway,yaw\n{row}\n")
     with pytest.raises(DemandError, match="'ukwial', 'dive'"):
         sets(["ukwial"], [*map(str, logs)], 5)
-    assert len(sets(["ukwial"], [str(logs[0])] * 2, 5)) == 1  # the same twice is one
+    assert len(sets(["ukwial"], [str(logs[0])] * 2, 5)) == 1  # a log named twice is one demand set
 
     shipped = (Path(alloc.__file__).parent / "vehicles" / "ukwial.yaml").read_text(encoding="utf-8")
     mine = tmp_path / "mine.yaml"

@@ -1,4 +1,4 @@
-"""The clock: whole passes in order, batches that are long enough, times that are stored as they were."""
+"""Timing: whole passes in order, batches that are long enough, times that are stored to a percent."""
 
 import gc
 import time
@@ -38,7 +38,7 @@ def test_batches_of_a_fast_call_last_about_as_long_as_they_should() -> None:
         return sum(range(100))  # 1 to 5 us
 
     samples = sample(call, INPUTS, budget_ns=20_000_000)
-    quickest = min(batch.wall_ns for batch in samples.batches)  # the others may have been interrupted
+    quickest = min(batch.wall_ns for batch in samples.batches)  # a longer one may have been interrupted
     assert BATCH_NS / 4 < quickest < BATCH_NS * 2
 
 
@@ -50,13 +50,13 @@ def test_a_slow_call_is_timed_singly_and_each_pass_is_a_batch_too() -> None:
     assert len(samples.singles) == len(INPUTS) == samples.batches[0].calls
     assert samples.batches[0].wall_ns == sum(samples.singles) == samples.timed_ns
     assert min(samples.singles) >= 4 * SLOW_NS
-    assert samples.batches[0].cpu_ns < samples.batches[0].wall_ns  # asleep is not at work
+    assert samples.batches[0].cpu_ns < samples.batches[0].wall_ns  # sleep takes no CPU time
 
 
 def test_the_budget_is_kept_roughly_and_singles_are_bounded() -> None:
     start = time.perf_counter_ns()
     samples = sample(lambda _: None, INPUTS, budget_ns=50_000_000, singles=100)
-    assert time.perf_counter_ns() - start < 2_000_000_000  # ample for a machine that does something else
+    assert time.perf_counter_ns() - start < 2_000_000_000  # ample for a busy machine
     assert len(samples.singles) < 100 + BATCH_NS // 10  # one round more, of calls of 10 ns at least
 
 
@@ -73,7 +73,7 @@ def test_a_histogram_loses_no_call_and_is_sorted(times: list[int]) -> None:
     assert len({ns for ns, _ in histogram}) == len(histogram)
 
 
-def test_the_collector_is_off_inside_and_on_again_after_an_error() -> None:
+def test_the_garbage_collector_is_off_inside_the_block_and_on_again_after_an_error() -> None:
     states = []
 
     def fail() -> None:

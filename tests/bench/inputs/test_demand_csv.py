@@ -1,4 +1,4 @@
-"""Demands in, thrusts out: what the CSV readers and writers accept, refuse and keep."""
+"""Demands read from CSV and thrusts written as CSV: what is accepted, refused and kept."""
 
 import io
 from pathlib import Path
@@ -9,11 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from alloc import FileError, Status, load_vehicle
-from alloc.allocation import FloatArray
+from alloc import DemandError, FileError, FloatArray, Status, load_vehicle
 from alloc.files.textfile import write_text
 from bench.demands import build_demands
-from bench.inputs.demand_csv import format_thrusts, read_demands
+from bench.inputs.demand_csv import format_thrusts, parse_scale, read_demands
 from tests.readers import refused, written
 
 DOF = ("surge", "sway", "yaw")
@@ -46,7 +45,7 @@ def test_columns_are_found_by_name_and_time_is_kept(file: Path) -> None:
     ],
     ids=["plain", "byte order mark and CRLF", "blanks", "quotes and no last line end", "blank lines"],
 )
-def test_the_same_demand_in_other_spellings(file: Path, text: str) -> None:
+def test_spellings_of_one_csv_give_the_same_demand(file: Path, text: str) -> None:
     t, taus = read_demands(written(file, text), DOF)
     assert t is None
     np.testing.assert_array_equal(taus, [[1, 2, 1e-5]])
@@ -100,7 +99,7 @@ def test_a_folder_a_missing_file_and_a_device_are_refused(tmp_path: Path) -> Non
 
 
 @given(st.text(alphabet="surgewayt,\n;\"1.e-'\t\r \0") | st.text() | st.binary())
-def test_any_text_is_demands_or_a_refusal(
+def test_random_files_are_refused_in_one_line(
     tmp_path_factory: pytest.TempPathFactory, text: str | bytes
 ) -> None:
     path = tmp_path_factory.getbasetemp() / "any.csv"
@@ -112,12 +111,21 @@ finite = st.floats(-1e15, 1e15)
 
 
 @given(taus=arrays(float, st.tuples(st.integers(1, 5), st.just(3)), elements=finite))
-def test_what_python_prints_is_read_back_bit_for_bit(
+def test_numbers_printed_by_python_are_read_back_bit_for_bit(
     tmp_path_factory: pytest.TempPathFactory, taus: FloatArray
 ) -> None:
     path = tmp_path_factory.getbasetemp() / "back.csv"
     path.write_text("surge,sway,yaw\n" + "".join(",".join(map(repr, row)) + "\n" for row in taus.tolist()))
     np.testing.assert_array_equal(read_demands(path, DOF)[1], taus)
+
+
+def test_a_scale_is_one_number_or_one_for_each_axis() -> None:
+    assert parse_scale("", DOF).tolist() == [1, 1, 1]
+    assert parse_scale("200", DOF).tolist() == [200] * 3
+    assert parse_scale("1,2,3e1", DOF).tolist() == [1, 2, 30]
+    for bad in ("1,2", "x", "nan", "1,2,"):
+        with pytest.raises(DemandError, match="--scale"):
+            parse_scale(bad, DOF)
 
 
 def test_thrusts_keep_their_digits_and_say_their_status() -> None:

@@ -1,4 +1,4 @@
-"""What the record says a vehicle can do: shares, intervals and sections against the exact ones."""
+"""The capability of a vehicle in the record: shares, authority and sections against exact values."""
 
 from collections.abc import Sequence
 from contextlib import suppress
@@ -40,17 +40,17 @@ def served(vehicle: Vehicle, method: str, n: int) -> Served:
     return next(s for s in capability(vehicle, method, n=n).served if s.fault is None)
 
 
-def test_the_share_served_by_clipping_holds_the_exact_share_of_the_closed_form():
+def test_clipping_serves_the_exact_share_of_the_closed_form_and_little_more():
     clip = served(UKWIAL, "clip", n=2000)
     exact = closed_form_volume(UKWIAL) / attainable_volume(UKWIAL)
-    # Clipping serves those exactly, and a little more within 1 %.
+    # Clipping serves what the closed form serves, and a little more with an error within 1 %.
     assert exact < binomtest(clip.within_1pct, 2000).proportion_ci(0.95).high
     assert clip.within_1pct / 2000 < exact + 0.06
     assert clip.within_1pct <= clip.within_5pct <= 2000
 
 
 @pytest.mark.parametrize("method", ["nullspace", "scaled"])
-def test_the_exact_method_serves_everything(method: str):
+def test_exact_methods_serve_every_attainable_demand(method: str):
     assert served(SIX, method, n=500).within_1pct == 500
 
 
@@ -68,13 +68,13 @@ def test_authority_lists_the_whole_vehicle_and_each_fault():
         assert fault.closed_form_share == pytest.approx(1)  # no freedom is left
 
 
-def test_lost_rank_is_reported_and_not_measured_away():
+def test_authority_without_full_rank_has_no_volume_and_no_condition():
     lost = [a for a in remaining_authority(SIX) if a.rank < 5]
     assert [a.fault for a in lost] == [4, 5]
     assert all(a.volume_share == 0 and a.condition is None for a in lost)
 
 
-def test_a_remainder_that_is_nearly_singular_shows_in_its_condition():
+def test_a_nearly_singular_vehicle_has_a_large_condition():
     # Four motors, the last nearly in line with the other two once the first is off: PX4 pull request 28589.
     T = np.array([[1.0, 1.0, 1.0, 0.0], [1.0, -1.0, 1.0, 1e-4], [1.0, 1.0, -1.0, 1e-4]])
     vehicle = replace(UKWIAL, T=T)
@@ -86,20 +86,20 @@ def test_a_remainder_that_is_nearly_singular_shows_in_its_condition():
     assert first.condition > 1000
 
 
-def test_an_axis_alone_that_can_not_be_had_is_none_in_the_record():
+def test_the_maximum_of_an_axis_that_can_not_be_pushed_alone_is_none():
     forced = replace(UKWIAL, f_min=[10.0, 10, 10, 20], f_max=[11.0, 11, 11, 30])
     assert None in remaining_authority(forced)[0].axis_max
 
 
 @pytest.mark.parametrize("method", ["nullspace", "scaled", "clip"])
-def test_error_grows_from_nothing_to_what_is_out_of_reach(method: str):
+def test_error_curves_go_from_zero_to_the_unattainable_share(method: str):
     (curve,) = capability(UKWIAL, method).curves
     assert curve.error_max[0] < 1e-9
     beyond = np.array(curve.size) > 1.01
     floor = 1 - 1 / SIZES[beyond]
-    if method == "scaled":  # keeps the direction, so it misses exactly the part out of reach
+    if method == "scaled":  # it keeps the direction, so it misses exactly the unattainable part
         assert np.array(curve.error_max)[beyond] == pytest.approx(floor, abs=1e-9)
-    if method == "nullspace":  # says infeasible, and delivers nothing
+    if method == "nullspace":  # it answers INFEASIBLE, so it delivers nothing
         assert set(np.array(curve.error_max)[beyond]) == {1.0}
 
 
@@ -151,11 +151,10 @@ def test_corners_are_found_between_the_points_of_an_edge(sides: int, turn: float
 
 def test_a_corner_that_is_itself_a_point_is_found_once():
     square = [[1, 0], [1, 0.5], [1, 1], [0.5, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1]]
-    found = corners(np.array(square, dtype=float))
-    assert sorted(map(tuple, found)) == [(-1, -1), (-1, 1), (1, -1), (1, 1)]
+    assert sorted(map(tuple, corners(np.array(square, dtype=float)))) == [(-1, -1), (-1, 1), (1, -1), (1, 1)]
 
 
-def test_a_vehicle_without_sway_has_no_such_plane():
+def test_a_vehicle_without_sway_and_yaw_has_no_planes():
     one = Vehicle(
         name="one",
         dof=("surge",),
@@ -193,12 +192,12 @@ def test_an_odd_vehicle_has_a_capability_and_each_demand_set_or_a_reason(vehicle
             assert np.isfinite(demands.taus).all()
 
 
-def test_thrusters_without_any_choice_have_no_capability():
+def test_a_vehicle_whose_thrusters_have_no_choice_has_no_capability():
     held = replace(UKWIAL, f_min=np.ones(4), f_max=np.ones(4))
     assert measure_capabilities([held], ["pinv"], seed=1, ask=ask_here) == []
 
 
-def test_a_capability_is_the_same_each_time_and_has_the_worst_fault_too():
+def test_a_capability_is_reproducible_and_covers_the_worst_fault():
     measured = capability(UKWIAL, "pinv", "clip")
     assert capability(UKWIAL, "pinv", "clip") == measured
     assert [(s.fault, s.method) for s in measured.served] == [

@@ -1,12 +1,11 @@
-"""Equations to verdicts: every kind of wrong answer is found, and a right one is left in peace."""
+"""Every kind of wrong answer is found, and right answers are not called wrong."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from alloc import Allocation, Label, Status, build, load_vehicle
-from alloc.allocation import FloatArray
+from alloc import Allocation, FloatArray, Label, Status, build, load_vehicle
 from bench.demands import build_demands
 from bench.judging.judge import after_failure, judge, shared
 from bench.judging.question import Question, ask_here, questions
@@ -43,7 +42,7 @@ def test_exact_answers_are_right_over_several_passes(asked: dict[str, Question],
     assert judged.gap_rel_max < 1e-12  # rounding
 
 
-def test_saying_infeasible_where_nothing_can_be_done_is_right(asked: dict[str, Question]) -> None:
+def test_infeasible_is_a_right_answer_to_an_infeasible_demand(asked: dict[str, Question]) -> None:
     judged = verdict(asked["infeasible"], exact(asked["infeasible"]))
     assert judged.wrong == ""
     assert judged.agrees is None
@@ -51,7 +50,7 @@ def test_saying_infeasible_where_nothing_can_be_done_is_right(asked: dict[str, Q
 
 
 def replaced(question: Question, f: FloatArray, status: int) -> list[Allocation]:
-    return [Allocation(f, status), *exact(question)[1:]]  # type: ignore[arg-type] - also what is no Status
+    return [Allocation(f, status), *exact(question)[1:]]  # type: ignore[arg-type] - status may be no Status
 
 
 def test_each_kind_of_wrong_answer_is_named_with_its_demand(asked: dict[str, Question]) -> None:
@@ -74,7 +73,7 @@ def test_each_kind_of_wrong_answer_is_named_with_its_demand(asked: dict[str, Que
         assert "first for demand 0" in wrong
 
 
-def test_solved_where_no_thrust_can_be_is_wrong_however_good_it_looks(asked: dict[str, Question]) -> None:
+def test_solved_is_a_wrong_answer_to_an_infeasible_demand(asked: dict[str, Question]) -> None:
     question = asked["infeasible"]
     assert (question.demands.labels == Label.INFEASIBLE).all()
     f = np.clip(
@@ -83,11 +82,11 @@ def test_solved_where_no_thrust_can_be_is_wrong_however_good_it_looks(asked: dic
     assert "no thrust inside the limits" in verdict(question, replaced(question, f, Status.SOLVED)).wrong
 
 
-def test_giving_up_is_a_failure_of_its_own_and_not_a_wrong_answer(asked: dict[str, Question]) -> None:
+def test_not_converged_is_counted_and_is_no_wrong_answer(asked: dict[str, Question]) -> None:
     nothing = np.full(asked["active"].demands.vehicle.n, np.nan)
     judged = verdict(asked["active"], replaced(asked["active"], nothing, Status.NOT_CONVERGED))
     assert judged.wrong == ""
-    assert judged.agrees is True  # of the four it answered
+    assert judged.agrees is True  # the four that are answered agree
     assert judged.counts == {"NOT_CONVERGED": 1, "SOLVED": 4}
 
 
@@ -106,26 +105,25 @@ def test_closed_forms_and_qps_are_held_against_the_same_numbers_on_inactive_dema
 ) -> None:
     right = asked["inactive"].right
     np.testing.assert_array_equal(right["hard"], right["unlimited"])
-    # … which a second way confirms: the exact method, asked anew.
-    again = np.array([answer.f for answer in exact(asked["inactive"])])
-    np.testing.assert_allclose(again, right["hard"], atol=1e-9)
+    second = np.array([answer.f for answer in exact(asked["inactive"])])  # by another method
+    np.testing.assert_allclose(second, right["hard"], atol=1e-9)
 
 
-def test_a_practical_rule_is_compared_only_where_it_has_nothing_to_do(asked: dict[str, Question]) -> None:
+def test_a_rule_of_practice_has_right_answers_to_inactive_demands_only(asked: dict[str, Question]) -> None:
     for name, compared in (("inactive", True), ("active", None)):
         clip = build("clip", asked[name].demands.vehicle)
         answers = [clip(tau) for tau in asked[name].demands.taus]
         assert verdict(asked[name], answers, formulation="clip").agrees is compared
 
 
-def test_overlap_in_memory_is_found_and_neighbours_are_not_accused() -> None:
+def test_answers_that_overlap_in_memory_are_found_and_neighbours_are_not() -> None:
     block = np.zeros(12)
     assert list(shared([block[:4], block[4:8], block[8:]])) == [False, False, False]
     assert list(shared([block[:4], block[2:6], np.zeros(4)])) == [False, True, False]
     assert shared([block[:4], np.zeros(4), block[:4]]).sum() == 1
 
 
-def test_a_question_survives_its_file(asked: dict[str, Question], tmp_path: Path) -> None:
+def test_a_question_is_read_back_as_saved(asked: dict[str, Question], tmp_path: Path) -> None:
     path = tmp_path / "question.npz"
     asked["active"].save(path)
     again = Question.load(path)
@@ -136,7 +134,7 @@ def test_a_question_survives_its_file(asked: dict[str, Question], tmp_path: Path
     assert again.demands.rate_hz is None
 
 
-def test_giving_up_on_less_than_a_vehicle_must_push_is_no_failure(tmp_path: Path) -> None:
+def test_giving_up_on_a_demand_below_what_must_be_pushed_is_no_failure(tmp_path: Path) -> None:
     file = tmp_path / "eager.yaml"
     file.write_text(
         "name: eager\nsource: made up\ndof: [surge]\nT: [[1, 1]]\nf_min: 1\nf_max: 2\n", encoding="utf-8"
@@ -152,8 +150,8 @@ def test_giving_up_on_less_than_a_vehicle_must_push_is_no_failure(tmp_path: Path
 
 
 @pytest.mark.parametrize("fault", [0, 1])
-def test_scaled_is_held_to_what_the_thrusters_that_are_left_can_push(fault: int) -> None:
-    # Two of four are off: a demand has a part that nothing pushes, and the optimum is of the rest.
+def test_scaled_is_judged_by_what_the_remaining_thrusters_can_push(fault: int) -> None:
+    # Two of four thrusters are off: part of each demand can't be pushed, and the optimum is that of the rest.
     degraded = load_vehicle("ukwial").with_fault(fault)
     (question,) = questions([build_demands("mission-fault", degraded, seed=0, n=30)], ask_here)
     assert question.demands.vehicle.rank < question.demands.vehicle.k
@@ -167,6 +165,6 @@ def test_scaled_is_held_to_what_the_thrusters_that_are_left_can_push(fault: int)
 def test_a_failure_after_a_failure_is_counted_among_demands_that_can_be_met() -> None:
     gave_up = np.array([True, True, False, True, True, True])
     attainable = np.array([False, True, True, True, False, True])
-    # Asked right after a failure and attainable: answers 1, 2 and 5; 2 got its thrusts.
+    # Demands 1, 2 and 5 are attainable and follow a failure; of these only demand 2 got thrusts.
     assert after_failure(gave_up, attainable) == pytest.approx(2 / 3)
     assert after_failure(~gave_up[:2], attainable[:2]) is None

@@ -1,4 +1,4 @@
-"""Loss: each number against a case worked out by hand."""
+"""Each number of a loss against a case worked out by hand."""
 
 import warnings
 from dataclasses import replace
@@ -25,7 +25,7 @@ CROSS = Vehicle(
     readiness=np.ones(2),
     slack_weights=np.ones(2),
 )
-"""One thruster along each axis: wrench and thrust are the same numbers."""
+"""A vehicle with one thruster along each axis, so that wrench and thrusts are the same numbers."""
 
 
 def test_a_thrust_beyond_its_limit_delivers_no_more_than_the_limit():
@@ -50,11 +50,11 @@ def test_a_tiny_demand_counts_as_one_percent_of_the_wrench_scale():
 @pytest.mark.parametrize("angle", [0.0, 1e-6, 3.0, 90.0, 179.0])
 def test_direction_error_is_the_angle_between_demanded_and_delivered(angle: float):
     turned = 5 * np.array([[np.cos(np.radians(angle)), np.sin(np.radians(angle))]])
-    found = direction_error_deg(CROSS, np.array([[8.0, 0.0]]), turned)
-    assert found == pytest.approx([angle], abs=1e-12)
+    error = direction_error_deg(CROSS, np.array([[8.0, 0.0]]), turned)
+    assert error == pytest.approx([angle], abs=1e-12)
 
 
-def test_no_direction_where_nothing_is_demanded_or_delivered():
+def test_direction_error_is_nan_where_nothing_is_demanded_or_delivered():
     taus, F = np.array([[0.0, 0.0], [5.0, 0.0]]), np.array([[5.0, 0.0], [0.0, 0.0]])
     assert np.isnan(direction_error_deg(CROSS, taus, F)).all()
 
@@ -74,35 +74,35 @@ def test_effort_counts_only_where_the_wrench_is_met_inside_the_limits():
 def test_the_weight_of_each_thruster_counts_in_the_effort():
     wide = replace(CROSS, T=[[1.0, 1.0], [0.0, 0.0]], dof=("surge", "sway"))
     least, other = np.array([[4.0, 1.0]]), np.array([[1.0, 4.0]])  # weights 1 and 4
-    found = effort_over_optimum(wide, np.array([[5.0, 0.0]]), other, least)
-    assert found == pytest.approx([(1 + 4 * 16) / (16 + 4 * 1) - 1])
+    effort = effort_over_optimum(wide, np.array([[5.0, 0.0]]), other, least)
+    assert effort == pytest.approx([(1 + 4 * 16) / (16 + 4 * 1) - 1])
 
 
-def test_shares_and_counts_are_of_what_they_say():
+def test_loss_of_four_answers_is_as_worked_out_by_hand():
     taus = np.array([[5.0, 5.0], [20.0, 0.0], [1.0, 1.0], [9.0, 9.0]])
     F = np.array([[5.0, 5.0], [20.0, 0.0], [np.nan, np.nan], [10.0, 9.4]])
-    found = loss(CROSS, taus, F, np.full_like(F, np.nan))
-    assert found["answered_share"] == 3 / 4
-    assert found["limits_violated_share"] == pytest.approx(1 / 3)
-    assert found["thrusters_saturated_mean"] == pytest.approx(2 / 3)
-    assert found["thrusters_saturated_max"] == 1
-    assert found["within_1pct_share"] == 1 / 4
-    assert found["wrench_error_rel_max"] == pytest.approx(0.5)
-    assert found["wrench_error_surge_max_N"] == pytest.approx(10.0)
-    assert found["wrench_error_sway_max_N"] == pytest.approx(0.4)
-    assert found["effort_over_optimum_max"] is None
+    numbers = loss(CROSS, taus, F, np.full_like(F, np.nan))
+    assert numbers["answered_share"] == 3 / 4
+    assert numbers["limits_violated_share"] == pytest.approx(1 / 3)
+    assert numbers["thrusters_saturated_mean"] == pytest.approx(2 / 3)
+    assert numbers["thrusters_saturated_max"] == 1
+    assert numbers["within_1pct_share"] == 1 / 4
+    assert numbers["wrench_error_rel_max"] == pytest.approx(0.5)
+    assert numbers["wrench_error_surge_max_N"] == pytest.approx(10.0)
+    assert numbers["wrench_error_sway_max_N"] == pytest.approx(0.4)
+    assert numbers["effort_over_optimum_max"] is None
 
 
-def test_moments_are_named_in_newton_metres():
+def test_the_wrench_error_of_a_moment_is_named_in_newton_metres():
     ukwial = load_vehicle("ukwial")
-    found = loss(ukwial, np.zeros((1, 3)), np.zeros((1, 4)), np.zeros((1, 4)))
-    assert {"wrench_error_surge_max_N", "wrench_error_yaw_max_Nm"} < set(found)
+    numbers = loss(ukwial, np.zeros((1, 3)), np.zeros((1, 4)), np.zeros((1, 4)))
+    assert {"wrench_error_surge_max_N", "wrench_error_yaw_max_Nm"} < set(numbers)
 
 
-def test_a_method_that_never_answers_has_no_numbers_but_its_share():
+def test_a_method_that_never_answers_has_shares_and_no_other_numbers():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        found = loss(CROSS, np.ones((2, 2)), np.full((2, 2), np.nan), np.ones((2, 2)))
-    assert found.pop("answered_share") == 0
-    assert found.pop("within_1pct_share") == found.pop("within_5pct_share") == 0
-    assert set(found.values()) == {None}
+        numbers = loss(CROSS, np.ones((2, 2)), np.full((2, 2), np.nan), np.ones((2, 2)))
+    assert numbers.pop("answered_share") == 0
+    assert numbers.pop("within_1pct_share") == numbers.pop("within_5pct_share") == 0
+    assert set(numbers.values()) == {None}

@@ -1,4 +1,4 @@
-"""The section on what vehicles can do: every number in it comes from the record's capability lines."""
+"""The section on what vehicles can do, and the one on a flight through a failure."""
 
 from pathlib import Path
 
@@ -59,7 +59,7 @@ def run_with(tmp_path: Path, *capabilities: Capability) -> Run:
     return read_run(record(tmp_path, header(), *capabilities, cell()))
 
 
-def test_authority_and_shares_stand_in_the_report(tmp_path: Path):
+def test_the_section_shows_authority_and_the_shares_served(tmp_path: Path) -> None:
     text = section(run_with(tmp_path, CAPABILITY), frozenset())
     assert "62.5 %" in text
     assert "55.5 %" in text
@@ -67,13 +67,13 @@ def test_authority_and_shares_stand_in_the_report(tmp_path: Path):
     assert "50.0 % (47.8 … 52.2)" in text  # Clopper and Pearson's for 1000 of 2000
 
 
-def test_lost_rank_and_nearly_singular_remainders_are_pointed_out(tmp_path: Path):
+def test_failures_that_lose_rank_or_leave_a_nearly_singular_vehicle_are_pointed_out(tmp_path: Path) -> None:
     text = section(run_with(tmp_path, CAPABILITY), frozenset())
     assert "**Lost rank**: without thruster 1" in text
     assert "**Nearly singular** with thruster 0 off" in text
 
 
-def test_methods_that_serve_the_same_share_a_line_and_the_best_comes_first(tmp_path: Path):
+def test_methods_that_serve_the_same_share_a_line_and_the_best_comes_first(tmp_path: Path) -> None:
     lines = section(run_with(tmp_path, CAPABILITY), frozenset()).splitlines()
     served = [line.split("|")[1].strip() for line in lines if line.startswith("|")]
     assert "pinv, svd" in served
@@ -81,14 +81,14 @@ def test_methods_that_serve_the_same_share_a_line_and_the_best_comes_first(tmp_p
     assert "scaled" in order[0]
 
 
-def test_a_record_without_capabilities_has_no_such_section_and_no_such_pictures(tmp_path: Path):
+def test_a_record_without_capabilities_has_no_such_section_and_no_such_pictures(tmp_path: Path) -> None:
     run = run_with(tmp_path)
     assert section(run, frozenset()) == ""
     assert reach.draw(run, "ukwial") is None
     assert error.draw(run, "ukwial") is None
 
 
-def test_pictures_are_drawn_and_curves_that_coincide_share_a_line(tmp_path: Path):
+def test_pictures_are_drawn_and_curves_that_coincide_share_a_line(tmp_path: Path) -> None:
     run = run_with(tmp_path, CAPABILITY)
     drawn = reach.draw(run, "ukwial")
     assert drawn is not None
@@ -102,7 +102,7 @@ def test_pictures_are_drawn_and_curves_that_coincide_share_a_line(tmp_path: Path
     assert [text.get_text() for text in drawn.legends[0].get_texts()] == ["scaled", "pinv, svd"]
 
 
-def test_a_flight_through_a_failure_shows_before_and_after(tmp_path: Path):
+def test_a_flight_through_a_failure_shows_before_and_after(tmp_path: Path) -> None:
     def flown(vehicle: str, demands: str, lost: float) -> Cell:
         loss: dict[str, float | None] = {"wrench_error_rel_max": lost, "answered_share": 1.0}
         loss |= {"within_1pct_share": 0.5, "direction_error_max_deg": 3.0}
@@ -114,7 +114,7 @@ def test_a_flight_through_a_failure_shows_before_and_after(tmp_path: Path):
     cells = [
         flown("ukwial", "mission", 0.111),
         flown("ukwial-f2", "mission-fault", 0.222),
-        flown("ukwial-f2-f0", "mission-fault", 0.333),  # the flight of another vehicle, ukwial-f2
+        flown("ukwial-f2-f0", "mission-fault", 0.333),  # a failure of another vehicle, ukwial-f2
     ]
     text = mission.section(read_run(record(tmp_path, header(), once, twice, *cells)), frozenset())
     assert "### ukwial, then ukwial-f2" in text
@@ -124,7 +124,7 @@ def test_a_flight_through_a_failure_shows_before_and_after(tmp_path: Path):
     assert mission.section(run_with(tmp_path), frozenset()) == ""
 
 
-def test_the_mission_says_how_much_of_the_flight_was_asked(tmp_path):
+def test_the_mission_says_how_much_of_the_flight_was_asked(tmp_path: Path) -> None:
     asked = [
         msgspec.structs.replace(asked, demands=demands, n_demands=60, rate_hz=100.0)
         for asked, demands in (

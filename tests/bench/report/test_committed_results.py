@@ -1,6 +1,6 @@
-"""What stands in results/, README.md and docs/results.md is what the committed records give.
+"""The files in results/, README.md and docs/results.md are what the committed records give.
 
-A folder whose record is packed is one that somebody decided to keep.
+A folder in results/ is a committed run where its record is packed.
 """
 
 import gzip
@@ -17,9 +17,9 @@ from bench.results.table import documentation
 from tests.places import ROOT
 
 COMMITTED = sorted(path.parent for path in (ROOT / "results").glob(f"*/{PACKED}"))
-REMADE = "report.html"  # the pictures once more, in one file: remade by `thrustbench report`, not kept
+REMADE = "report.html"  # not committed: it holds the pictures once more, and `thrustbench report` remakes it
 TIMED = [directory for directory in COMMITTED if (directory / "results.csv").exists()]
-"""Not all are: emulated processors have instructions and no times."""
+"""Committed runs with times: runs of emulated processors have instructions only."""
 
 needs_results = pytest.mark.skipif(
     not COMMITTED, reason="no results are committed yet: `make bench`, `make keep`"
@@ -52,7 +52,7 @@ def test_the_readme_s_table_is_the_one_that_a_committed_record_gives() -> None:
     assert shown.strip() in [result_table(read_run(directory)).strip() for directory in TIMED]
 
 
-def test_the_columns_are_documented_as_they_are() -> None:
+def test_docs_results_md_documents_the_columns() -> None:
     text = (ROOT / "docs/results.md").read_text(encoding="utf-8")
     shown = text.partition("<!-- columns:start -->\n")[2].partition("<!-- columns:end -->")[0]
     assert shown == documentation(), "put what `thrustbench columns` prints between the markers"

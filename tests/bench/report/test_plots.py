@@ -1,4 +1,4 @@
-"""Pictures: what they claim about the data, and that nothing in them overlaps."""
+"""Pictures: what they show of the data, that labels do not overlap, and that colours stand out."""
 
 from itertools import combinations
 
@@ -21,7 +21,7 @@ points = st.lists(st.tuples(positive, positive), min_size=1, max_size=30)
 
 
 @given(points)
-def test_nobody_beats_a_point_of_the_front_and_everybody_else_is_beaten(
+def test_the_front_holds_the_points_that_no_other_point_beats_and_no_others(
     drawn: list[tuple[float, float]],
 ) -> None:
     front = pareto(drawn)
@@ -37,14 +37,15 @@ def test_labels_overlap_neither_each_other_nor_the_frame(places: np.ndarray) -> 
         figure = Figure((7.5, 5))
         axes = figure.add_subplot(xlim=(-0.1, 1.1), ylim=(-0.1, 1.1))
         label_points(axes, [(x, y, f"qp/solver-{i}") for i, (x, y) in enumerate(places)])
-        boxes = [Text.get_window_extent(text) for text in axes.texts]  # without its line
+        # An annotation's own extent would hold its line too.
+        boxes = [Text.get_window_extent(text) for text in axes.texts]
         frame = axes.get_window_extent()
     assert not any(a.overlaps(b) for a, b in combinations(boxes, 2))
     assert all(frame.containsx(b.x0) and frame.containsx(b.x1) for b in boxes)
     assert all(frame.containsy(b.y0) and frame.containsy(b.y1) for b in boxes)
 
 
-def test_a_method_has_a_line_of_its_own_whatever_order_it_comes_in() -> None:
+def test_each_method_has_its_own_style_whatever_the_order_of_methods() -> None:
     methods = ["walsh", "clip", "scaled", "shrink", "pinv"]
     styles = styles_of(methods)
     assert len(set(styles.values())) == len(methods)
@@ -64,8 +65,8 @@ def luminance(colour: str) -> float:
     return sum(w * c for w, c in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
 
 
-def test_every_colour_but_the_grid_stands_out_from_its_page_by_three_to_one() -> None:
-    # 3:1 is what WCAG 2.1, 1.4.11, asks of graphics.
+def test_every_colour_but_the_grid_has_a_contrast_of_three_to_one_with_its_page() -> None:
+    # WCAG 2.1, 1.4.11, asks for a contrast of 3:1 in graphics.
     from bench.report.pictures.style import FAINT, PAPER
 
     for light, dark in DARK.items():

@@ -1,4 +1,4 @@
-"""What README.md shows is what happens."""
+"""README.md: its code prints what it shows, its commands exist, its links lead somewhere."""
 
 import re
 import subprocess
@@ -14,21 +14,21 @@ from tests.places import ROOT
 README = ROOT / "README.md"
 
 
-def test_the_first_call_prints_what_stands_below_it() -> None:
+def test_the_code_in_the_readme_prints_what_is_shown_below_it() -> None:
     (code,) = blocks(README, "python")
     command = [sys.executable, "-"]  # on standard input, where a locale that lacks its letters does no harm
     done = subprocess.run(command, input=code, cwd=ROOT, capture_output=True, encoding="utf-8", check=True)
     assert done.stdout in blocks(README, "")
 
 
-def test_every_command_shown_is_a_command() -> None:
+def test_every_command_in_the_readme_exists() -> None:
     shown = re.findall(r"^thrustbench (\w+)", "\n".join(blocks(README, "")), flags=re.MULTILINE)
     assert len(shown) >= 8
     assert set(shown) <= set(cli.list_commands(None))
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_no_link_is_dead(page: Path) -> None:
+def test_every_link_to_a_file_leads_to_one(page: Path) -> None:
     for link in re.findall(r"\]\(([^)#\s]+)[^)]*\)", page.read_text(encoding="utf-8")):
         if "://" not in link:
             assert (page.parent / link).exists(), link

@@ -1,4 +1,4 @@
-"""report.md: rendered from records alone, the same bytes each time."""
+"""report.md and report.html: what they show of a record, and what they refuse."""
 
 import json
 import re
@@ -13,7 +13,7 @@ from bench.record import Cell, Event, Judged, Key
 from bench.report import render
 from bench.report.tails import unmet
 from bench.results.rows import read_run
-from bench.results.text import table, three
+from bench.results.text import number_range, table, three
 from tests import made_up
 
 
@@ -31,13 +31,13 @@ def test_the_same_record_gives_the_same_bytes(rendered: Path, tmp_path: Path) ->
     assert first == {path.name: path.read_bytes() for path in tmp_path.iterdir()}
 
 
-def test_what_failed_and_what_disagrees_is_named_with_its_reason(rendered: Path) -> None:
+def test_the_report_names_failures_and_wrong_answers_with_their_reasons(rendered: Path) -> None:
     text = (rendered / "report.md").read_text(encoding="utf-8")
     assert "signal 11" in text
     assert "wrench missed by 3 N" in text
 
 
-def test_every_picture_is_shown_and_every_shown_picture_is_there(rendered: Path) -> None:
+def test_the_report_shows_every_picture_in_the_folder_and_no_other(rendered: Path) -> None:
     shown = set(re.findall(r"\]\(([^)]+\.svg)\)", (rendered / "report.md").read_text(encoding="utf-8")))
     assert shown == {path.name for path in rendered.glob("*.svg")}
 
@@ -51,7 +51,7 @@ def test_a_vehicle_of_any_name_has_its_pictures_in_both_reports(name: str, tmp_p
     assert (tmp_path / "report.html").read_text(encoding="utf-8").count('<img src="data:') == pictures
 
 
-def test_a_solver_that_gives_up_keeps_its_promise_and_is_counted_all_the_same(tmp_path: Path) -> None:
+def test_the_headline_counts_solvers_that_give_up_although_they_keep_their_promise(tmp_path: Path) -> None:
     def counts(method: str, **statuses: int) -> Cell:
         return msgspec.structs.replace(
             made_up.exact_cell("ukwial", method, 1.0), judged=Judged(answers=10, counts=statuses, agrees=True)
@@ -64,7 +64,9 @@ def test_a_solver_that_gives_up_keeps_its_promise_and_is_counted_all_the_same(tm
     assert "Of 3 rows 3 answered as promised, 2 of those without solving every demand that can be met" in text
 
 
-def test_the_headline_compares_c_with_c_and_says_how_much_of_a_solver_is_its_binding(tmp_path: Path) -> None:
+def test_the_headline_compares_generated_c_with_c_and_a_solver_s_call_with_its_own_clock(
+    tmp_path: Path,
+) -> None:
     def without_limits(method: str, us: float) -> Cell:
         return msgspec.structs.replace(made_up.exact_cell("ukwial", method, us), formulation="unlimited")
 
@@ -80,7 +82,7 @@ def test_the_headline_compares_c_with_c_and_says_how_much_of_a_solver_is_its_bin
 def test_repeats_whose_intervals_of_p99_do_not_meet_are_counted(
     slower: float, apart: int, tmp_path: Path
 ) -> None:
-    # Ten thousand times 1.000 to 1.010 µs: the interval is far narrower than a tenth.
+    # Ten thousand calls take 1.000 to 1.010 µs: the interval is far narrower than a tenth.
     repeats = [
         made_up.cell(
             key=Key("ukwial", "active", "pinv", repeat=i),
@@ -113,13 +115,19 @@ def test_numbers_have_three_significant_digits(value: float | None, shown: str) 
     assert three(value) == shown
 
 
-def test_numbers_stand_right_and_words_left() -> None:
+def test_a_range_is_one_number_where_both_ends_show_the_same_and_nothing_where_there_is_none() -> None:
+    assert number_range([2.0, None, 1.0]) == "1.00 to 2.00"
+    assert number_range([1.001, 1.002], "…") == "1.00"
+    assert number_range([None]) == ""
+
+
+def test_a_table_aligns_numbers_right_and_words_left() -> None:
     text = table(("method", "t [µs]", "why"), [["pinv", "1.00", "yes"], ["svd", "", "no"]])
     ends = [(rule[0], rule[-1]) for rule in text.splitlines()[1].split("|")[1:4]]
     assert ends == [(":", "-"), ("-", ":"), (":", "-")]
 
 
-def test_the_html_report_names_nothing_outside_itself(rendered: Path) -> None:
+def test_the_html_report_has_no_link_to_another_file(rendered: Path) -> None:
     text = (rendered / "report.html").read_text(encoding="utf-8")
     assert "<table>" in text
     assert '<img src="data:image/svg+xml;base64,' in text
@@ -127,7 +135,7 @@ def test_the_html_report_names_nothing_outside_itself(rendered: Path) -> None:
     assert "://" not in text
 
 
-def test_a_picture_knows_the_dark_page_s_colour_of_each_of_its_own(rendered: Path) -> None:
+def test_a_picture_has_a_rule_for_the_dark_page_for_each_of_its_colours(rendered: Path) -> None:
     from bench.report.pictures.style import DARK
 
     pictures = sorted(rendered.glob("*.svg"))
@@ -137,7 +145,7 @@ def test_a_picture_knows_the_dark_page_s_colour_of_each_of_its_own(rendered: Pat
         styles = " ".join(re.findall(r'style="([^"]*)"', drawn))
         used = set(re.findall(r"(fill|stroke): (#[0-9a-f]{6})", styles))
         assert {colour for _, colour in used} <= set(DARK)
-        for what, colour in used:  # a style attribute gives way to nothing less than !important
+        for what, colour in used:  # only !important overrides a style attribute
             assert f'[style*="{what}: {colour}"]{{{what}:{DARK[colour]}!important}}' in rules
 
 
@@ -151,7 +159,7 @@ def test_a_reason_may_hold_bars_lines_and_tags_without_breaking_a_table(tmp_path
 
 
 def lossy(method: str, lost: float, beyond: float = 0.0) -> Cell:
-    """A row that loses this share of the wrench at worst."""
+    """A cell that loses this share of the wrench at worst, and is beyond limits in that share of answers."""
     loss = {"wrench_error_rel_p50": 0.0, "wrench_error_rel_max": lost, "answered_share": 1.0}
     judged = Judged(answers=10, counts={"SOLVED": 10}, loss=loss | {"limits_violated_share": beyond})
     return made_up.cell(method, key=Key("ukwial", "active", method), judged=judged)
@@ -182,8 +190,8 @@ def test_a_run_that_was_stopped_before_its_first_row_still_has_a_report(tmp_path
     assert "## What a call costs" not in text
 
 
-@pytest.mark.parametrize(("last", "said"), [("began", True), ("interrupted", True), ("finished", False)])
-def test_a_run_that_did_not_end_says_so(tmp_path: Path, last: str, said: bool) -> None:
+@pytest.mark.parametrize(("last", "stopped"), [("began", True), ("interrupted", True), ("finished", False)])
+def test_the_report_of_a_run_that_did_not_end_says_so(tmp_path: Path, last: str, stopped: bool) -> None:
     events = [
         Event(what="began", at="2026-01-01T00:00:00Z"),
         Event(what=last, at="2026-01-01T00:01:00Z", wall_s=60.0, timed_s=40.0),
@@ -191,7 +199,7 @@ def test_a_run_that_did_not_end_says_so(tmp_path: Path, last: str, said: bool) -
     text = render(made_up.record(tmp_path, made_up.header(), made_up.cell(), *events)).read_text(
         encoding="utf-8"
     )
-    assert ("stopped before its end" in text) == said
+    assert ("stopped before its end" in text) == stopped
 
 
 def test_the_result_table_goes_between_the_markers_and_nowhere_else(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""The table a run ends with: what a method costs, and which share of what the vehicle can do it serves."""
+"""The table at the end of a run: what a method costs, which share it serves and what it misses."""
 
 from io import StringIO
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 import msgspec
 from rich.console import Console
 
-from bench.record import Capability, Judged, Key, Served
+from bench.record import Capability, Cell, Judged, Key, Served
 from bench.report.terminal import missed, served, show
 from bench.results.rows import read_run
 from tests.made_up import cell, header, record
@@ -17,7 +17,7 @@ def judged(lost: float, share: float) -> Judged:
     return Judged(answers=10, counts={"SOLVED": 10}, wrench_error_max=[0.0], agrees=True, loss=loss)
 
 
-def on(demands: str, method: str, lost: float, share: float):
+def on(demands: str, method: str, lost: float, share: float) -> Cell:
     return msgspec.structs.replace(
         cell(method), key=Key("ukwial", demands, method), judged=judged(lost, share)
     )
@@ -36,7 +36,7 @@ CAPABILITY = Capability(
 )
 
 
-def test_the_share_served_is_the_whole_vehicles_and_a_solvers_comes_from_the_uniform_set(tmp_path: Path):
+def test_the_share_served_is_the_whole_vehicle_s_or_that_of_the_uniform_set(tmp_path: Path) -> None:
     cells = [
         on("uniform", "pinv", 0.3, 0.65),
         on("uniform", "qp/x", 1e-9, 1.0),
@@ -50,13 +50,13 @@ def test_the_share_served_is_the_whole_vehicles_and_a_solvers_comes_from_the_uni
     assert served(run, by_method["qp/y"]) == []
 
 
-def test_what_no_thruster_could_deliver_is_not_held_against_a_method(tmp_path: Path):
+def test_infeasible_demands_do_not_count_as_missed(tmp_path: Path) -> None:
     cells = [on("active", "clip", 0.25, 0.5), on("infeasible", "clip", 0.5, 0.0), on("box", "clip", 0.6, 0.0)]
     run = read_run(record(tmp_path, header(), *cells))
     assert missed(list(run.rows)) == "25%"
 
 
-def test_a_demand_without_thrusts_loses_its_whole_wrench(tmp_path: Path):
+def test_a_demand_without_thrusts_loses_its_whole_wrench(tmp_path: Path) -> None:
     loss = {"answered_share": 0.9, "wrench_error_rel_max": 1e-15, "within_1pct_share": 0.9}
     gave_up = msgspec.structs.replace(
         on("active", "qp/x", 0.0, 0.0),
@@ -72,12 +72,12 @@ def test_a_demand_without_thrusts_loses_its_whole_wrench(tmp_path: Path):
     assert missed(list(run.rows)) == "100%"
 
 
-def test_rounding_is_not_called_a_loss(tmp_path: Path):
+def test_a_loss_of_rounding_is_shown_as_zero(tmp_path: Path) -> None:
     run = read_run(record(tmp_path, header(), on("active", "nullspace", 1e-15, 1.0)))
     assert missed(list(run.rows)) == "0%"
 
 
-def test_the_table_names_its_columns_and_their_units(tmp_path: Path):
+def test_the_table_names_its_columns_and_their_units(tmp_path: Path) -> None:
     record(tmp_path, header(), CAPABILITY, on("uniform", "pinv", 0.3, 0.65))
     console = Console(width=100, record=True, file=StringIO())
     assert show(tmp_path, console)
@@ -86,7 +86,7 @@ def test_the_table_names_its_columns_and_their_units(tmp_path: Path):
         assert word in text
 
 
-def test_the_longest_names_and_numbers_fit_a_terminal_with_what_failed(tmp_path: Path):
+def test_the_longest_names_and_numbers_and_a_failure_fit_on_a_line_of_a_terminal(tmp_path: Path) -> None:
     rows = [
         cell("qp/clarabel", us, key=Key("ukwial", demands, "qp/clarabel", "reused", "tight"))
         for us, demands in ((1, "active"), (3333, "inactive"))

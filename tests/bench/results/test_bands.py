@@ -1,4 +1,4 @@
-"""Instructions become a band of shares, with its assumption beside it, and stay out of tables of times."""
+"""Counts of instructions become bands of shares with their assumptions, and stay out of tables of times."""
 
 from pathlib import Path
 
@@ -28,7 +28,13 @@ def emulated(
     agrees: bool = True,
 ) -> Emulated:
     return Emulated(
-        "ukwial", target, method, "double", demands, instructions=list(instructions), agrees=agrees
+        vehicle="ukwial",
+        target=target,
+        method=method,
+        scalar="double",
+        demands=demands,
+        instructions=list(instructions),
+        agrees=agrees,
     )
 
 
@@ -63,17 +69,17 @@ def test_a_share_is_the_time_over_the_period(instructions: float, clock_hz: floa
         assert part == pytest.approx(time / period)
 
 
-def test_one_instruction_a_cycle_at_one_hertz_takes_its_count_in_seconds() -> None:
+def test_at_one_cycle_per_instruction_and_one_hertz_seconds_equal_instructions() -> None:
     assert seconds(146, 1.0, Cpi(1.0, 1.0, "")) == (146.0, 146.0)
 
 
-def test_every_assumption_is_a_band_with_its_basis() -> None:
+def test_every_assumption_on_cycles_is_a_band_with_a_basis() -> None:
     for cpi in CPI.values():
         assert 0 < cpi.low < cpi.high
         assert cpi.basis
 
 
-def test_a_budget_inside_the_band_may_fit_and_neither_more_nor_less() -> None:
+def test_a_kernel_fits_may_fit_or_does_not_fit_as_the_budget_lies_above_in_or_below_its_band() -> None:
     counted = rows([emulated("cortex-m7", "active", (1000, 1))])
     for budget, fit in ((0.41, Fit.FITS), (0.39, Fit.MAY_FIT), (0.06, Fit.MAY_FIT), (0.04, Fit.DOES_NOT_FIT)):
         # 1,000 instructions at 1 MHz and 100 Hz: 0.5 to 4 ms of 10 ms.
@@ -82,14 +88,14 @@ def test_a_budget_inside_the_band_may_fit_and_neither_more_nor_less() -> None:
         assert band.fit == fit
 
 
-def test_the_worst_of_all_demand_sets_counts_and_x86_has_no_band(directory: Path) -> None:
+def test_a_band_is_of_the_most_costly_call_over_all_demand_sets_and_x86_has_none(directory: Path) -> None:
     counted = rows([emulated("cortex-m7", "active", (9, 1)), emulated("cortex-m7", "search", (11, 1))])
     counted += rows([emulated("x86-64", "active", (8, 1))])
     (band,) = bands(counted, 1e6, Loop(100.0, 0.1))
     assert band.instructions == 11
 
 
-def test_a_demand_set_that_could_not_be_counted_leaves_it_open_whether_a_kernel_fits() -> None:
+def test_a_kernel_with_an_uncounted_demand_set_is_never_said_to_fit() -> None:
     failed = msgspec.structs.replace(emulated("cortex-m7", "infeasible"), status="failed")
     counted = rows([emulated("cortex-m7", "active", (1000, 1)), failed])
     for budget, fit in ((0.5, Fit.UNKNOWN), (0.04, Fit.DOES_NOT_FIT)):
@@ -98,14 +104,14 @@ def test_a_demand_set_that_could_not_be_counted_leaves_it_open_whether_a_kernel_
     assert not bands(rows([failed]), 1e6, Loop(100.0, 0.5))
 
 
-def test_of_two_rows_with_the_same_names_the_later_counts() -> None:
+def test_a_later_row_replaces_an_earlier_one_of_the_same_names() -> None:
     (row,) = rows([emulated("cortex-m7", "active", (9, 1)), emulated("cortex-m7", "active", (7, 1))])
     assert row.worst == 7
 
 
-def test_mean_and_ratio_to_x86_are_of_the_multiset() -> None:
-    found = rows([emulated("cortex-m7", "active", (100, 3), (112, 1)), emulated("x86-64", "active", (80, 4))])
-    board = next(row for row in found if row.is_.target == "cortex-m7")
+def test_mean_and_ratio_to_x86_weigh_each_count_by_its_calls() -> None:
+    counted = [emulated("cortex-m7", "active", (100, 3), (112, 1)), emulated("x86-64", "active", (80, 4))]
+    board = next(row for row in rows(counted) if row.emulated.target == "cortex-m7")
     assert board.mean == pytest.approx(103.0)
     assert board.mean_over_x86 == pytest.approx(103 / 80)
     assert board.worst_over_x86 == pytest.approx(112 / 80)
@@ -132,7 +138,7 @@ def test_size_says_what_is_missing_for_a_band(directory: Path) -> None:
     assert "give --clock MHZ" in result.output
 
 
-def test_the_report_shows_instructions_and_which_answers_were_not_python_s(directory: Path) -> None:
+def test_the_report_shows_instructions_and_kernels_that_answer_otherwise_than_python(directory: Path) -> None:
     text = render(directory).read_text(encoding="utf-8")
     assert "## Instructions on emulated processors" in text
     assert "qp/osqp@generated double" in text.partition("not as in Python")[2]

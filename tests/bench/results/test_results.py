@@ -1,4 +1,4 @@
-"""results.csv: the contract's columns first, each number worked out from the record a second way."""
+"""results.csv: the contract's columns come first, and each number is worked out in a second way."""
 
 import csv
 from pathlib import Path
@@ -29,15 +29,15 @@ def row(tmp_path: Path, *cells: object) -> Row:
     return only
 
 
-def test_the_contract_s_columns_come_first_and_to_the_letter() -> None:
+def test_the_contract_s_columns_come_first_in_their_order() -> None:
     assert list(all_columns())[: len(CONTRACT.split())] == CONTRACT.split()
 
 
-def test_every_column_says_what_it_means() -> None:
+def test_every_column_has_a_docstring() -> None:
     assert all(column.__doc__ for column in all_columns().values())
 
 
-def test_a_csv_has_one_line_a_row_and_no_ragged_ones(tmp_path: Path) -> None:
+def test_a_csv_has_one_line_for_each_row_and_as_many_fields_in_each(tmp_path: Path) -> None:
     write_csv(tmp_path / "results.csv", all_columns(), read_run(made_up.whole(tmp_path)).rows)
     with (tmp_path / "results.csv").open(newline="") as file:
         header, *lines = csv.reader(file)
@@ -80,7 +80,7 @@ def test_p99_is_empty_below_a_thousand_calls_as_its_column_says(calls: int, tmp_
     assert row(tmp_path, few).call_p99_high_us is None
 
 
-def test_the_worst_answer_of_any_repeat_is_the_one_shown(tmp_path: Path) -> None:
+def test_a_row_shows_the_worst_answer_of_all_repeats(tmp_path: Path) -> None:
     judged = (
         Judged(answers=1, counts={"SOLVED": 1}, wrench_error_max=[1.0, -0.0], agrees=True),
         Judged(answers=1, counts={"SOLVED": 1}, wrench_error_max=[4.0, 2.0], agrees=False),
@@ -102,7 +102,7 @@ def test_solved_fraction_counts_every_answer(tmp_path: Path) -> None:
     assert row(tmp_path, made_up.cell()).solved_fraction == 0.9
 
 
-def test_memory_is_the_largest_of_the_workers_at_that_method(tmp_path: Path) -> None:
+def test_memory_is_the_peak_of_the_method_s_own_workers(tmp_path: Path) -> None:
     workers = (
         Worker(
             method="pinv",
@@ -132,7 +132,7 @@ def test_calls_are_counted_in_batches_and_singly(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("each_ns", [4 * SLOW_NS, SLOW_NS // 2])
-def test_no_call_is_counted_twice_though_a_slow_one_is_in_a_batch_and_single(
+def test_a_call_counts_once_although_a_slow_one_is_stored_in_a_batch_and_singly(
     each_ns: int, tmp_path: Path
 ) -> None:
     made = 0
@@ -153,8 +153,8 @@ def test_no_call_is_counted_twice_though_a_slow_one_is_in_a_batch_and_single(
     assert n == (1 if each_ns > SLOW_NS else 2) * len(samples.singles)
 
 
-def test_a_column_of_numbers_never_mixes_whole_ones_with_others(tmp_path: Path) -> None:
-    # polars guesses a column's type from its first rows: "1" there makes "0.55" further down an error.
+def test_floats_without_decimals_are_written_with_a_point(tmp_path: Path) -> None:
+    # polars guesses a column's type from its first rows: after "1" there it refuses "0.55" further down.
     cells = [made_up.cell("a", us=1), made_up.cell("b", us=3, setup_ns=[1500])]
     rows = read_run(made_up.record(tmp_path, made_up.header(), *cells)).rows
     write_csv(tmp_path / "results.csv", all_columns(), rows)
@@ -184,7 +184,7 @@ def test_a_degraded_vehicle_has_sections_of_its_own_only_where_the_whole_one_was
 
 @pytest.mark.parametrize(("hits", "n"), [(0, 20), (20, 20), (7, 20), (1300, 2000)])
 def test_the_interval_of_a_share_is_clopper_and_pearson_s(hits: int, n: int) -> None:
-    """By the defining tail sums: at either end, so many hits or more extreme ones have 2.5 %."""
+    """By its definition: at either end, as many hits or more extreme numbers have a probability of 2.5 %."""
     middle, low, high = share(hits, n)
     assert middle == hits / n
     assert low == 0.0 if hits == 0 else binom.sf(hits - 1, n, low) == pytest.approx(0.025)

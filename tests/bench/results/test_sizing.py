@@ -1,4 +1,4 @@
-"""thrustbench size: a verdict from measured times, and an order that puts the method to take first."""
+"""``thrustbench size``: a verdict from measured times, and an order with the method to take first."""
 
 from pathlib import Path
 
@@ -38,8 +38,8 @@ def run_of(directory: Path, *cells: Cell) -> Run:
     return read_run(made_up.record(directory, made_up.header(), *cells))
 
 
-def order(found: list[Size]) -> list[str]:
-    return [size.label for size in found]
+def labels(sizes: list[Size]) -> list[str]:
+    return [size.label for size in sizes]
 
 
 @pytest.mark.parametrize(
@@ -58,8 +58,8 @@ def order(found: list[Size]) -> list[str]:
 def test_a_verdict_follows_from_median_tail_and_late_calls(
     p50: float | None, p999: float | None, slowest: float | None, bound: float | None, fit: Fit
 ) -> None:
-    found, reason = judge(HUNDRED_HZ, p50, p999, slowest, bound)
-    assert found == fit
+    verdict, reason = judge(HUNDRED_HZ, p50, p999, slowest, bound)
+    assert verdict == fit
     assert (reason == "") == (fit == Fit.FITS)
 
 
@@ -69,15 +69,13 @@ def test_fits_stand_best_first_each_in_words() -> None:
 
 
 @pytest.mark.parametrize(("calls", "fit"), [(2995, Fit.FITS), (2994, Fit.WITHOUT_TAIL)])
-def test_it_takes_2995_calls_without_a_late_one_to_vouch_for_one_in_a_thousand(
-    tmp_path: Path, calls: int, fit: Fit
-) -> None:
+def test_a_method_fits_from_2995_calls_without_a_late_one_on(tmp_path: Path, calls: int, fit: Fit) -> None:
     cell = replace(steady("m", 1, exact=True), singles=[(1000, calls)])
     (size,) = sizes(run_of(tmp_path, cell), HUNDRED_HZ)
     assert size.fit == fit
 
 
-def test_exact_and_cheap_comes_before_inexact_and_before_exact_and_dear(tmp_path: Path) -> None:
+def test_exact_methods_come_first_and_cheap_ones_before_dear_ones(tmp_path: Path) -> None:
     run = run_of(
         tmp_path,
         steady("clip", 1, exact=False),
@@ -85,10 +83,10 @@ def test_exact_and_cheap_comes_before_inexact_and_before_exact_and_dear(tmp_path
         steady("cheap", 2, exact=True),
         steady("slow", 5000, exact=True),
     )
-    assert order(sizes(run, HUNDRED_HZ)) == ["cheap", "dear", "clip", "slow"]
+    assert labels(sizes(run, HUNDRED_HZ)) == ["cheap", "dear", "clip", "slow"]
 
 
-def test_a_method_with_a_wrong_answer_has_no_time(tmp_path: Path) -> None:
+def test_a_method_with_a_wrong_answer_is_unknown_with_the_reason(tmp_path: Path) -> None:
     wrong = replace(
         steady("wrong", 1, exact=True), judged=Judged(answers=1, counts={"SOLVED": 1}, wrong="limit violated")
     )
@@ -104,17 +102,17 @@ def test_a_crash_on_any_demand_set_makes_the_method_unknown(tmp_path: Path) -> N
     assert "SIGSEGV" in size.reason
 
 
-def test_no_late_call_among_n_leaves_the_rule_of_three(tmp_path: Path) -> None:
+def test_without_a_late_call_the_bound_on_late_calls_is_three_over_n(tmp_path: Path) -> None:
     (size,) = sizes(run_of(tmp_path, steady("m", 1, exact=True)), HUNDRED_HZ)
     assert (size.late, size.calls) == (0, 20_000)
     assert size.bound == pytest.approx(3 / 20_000, rel=0.01)
 
 
-def test_a_call_is_late_from_the_first_nanosecond_beyond_the_deadline() -> None:
+def test_a_call_one_nanosecond_beyond_the_deadline_is_late() -> None:
     assert misses([(999, 5), (1000, 3), (1001, 2)], 1000)[:2] == (2, 10)
 
 
-def test_the_bound_on_late_calls_is_where_so_few_would_be_a_one_in_twenty_chance(tmp_path: Path) -> None:
+def test_at_the_bound_on_late_calls_so_few_late_ones_have_a_chance_of_one_in_twenty(tmp_path: Path) -> None:
     from scipy.stats import binom
 
     (size,) = sizes(run_of(tmp_path, steady("m", 1, exact=True, slowest_us=5000)), HUNDRED_HZ)
@@ -138,7 +136,7 @@ def test_a_deadline_replaces_the_budget(tmp_path: Path) -> None:
     assert size.fit == Fit.DOES_NOT_FIT
 
 
-def test_an_estimate_takes_the_band_s_upper_end_and_never_vouches_for_the_tail(tmp_path: Path) -> None:
+def test_an_estimate_takes_the_band_s_upper_end_and_never_says_that_the_tail_fits(tmp_path: Path) -> None:
     run = run_of(tmp_path, steady("m", 30, exact=True))
     (size,) = sizes(run, HUNDRED_HZ, Transfer(1, 2, 4, "target"))
     assert (size.p50_us, size.max_us, size.fit) == (120, None, Fit.WITHOUT_TAIL)
@@ -146,7 +144,7 @@ def test_an_estimate_takes_the_band_s_upper_end_and_never_vouches_for_the_tail(t
     assert size.fit == Fit.DOES_NOT_FIT
 
 
-def test_the_band_holds_the_ratio_of_every_canary(tmp_path: Path) -> None:
+def test_the_band_of_a_transfer_holds_the_ratio_of_every_canary(tmp_path: Path) -> None:
     here = [
         replace(steady(f"canary/{name}", 10, exact=False), key=Key("-", "-", f"canary/{name}"))
         for name in "ab"
@@ -174,7 +172,6 @@ def test_the_table_starts_with_what_to_take_and_marks_an_estimate(tmp_path: Path
 
 @pytest.mark.parametrize("text", ["", "[]", '{"canary_schema": 2, "machine": {}, "median_us": {}}', "\x00"])
 def test_a_foreign_canary_file_is_refused(tmp_path: Path, text: str) -> None:
-
     (tmp_path / "canary.json").write_text(text)
     with pytest.raises(CanaryError, match="thrustbench canary"):
         read_canary(tmp_path / "canary.json")
@@ -194,7 +191,7 @@ def test_a_method_is_shown_with_its_best_start_only_unless_all_are_asked_for(tmp
 
 
 @pytest.mark.parametrize("given_up", [1, 100])
-def test_a_method_that_gives_up_on_what_can_be_met_is_not_exact(given_up: int, tmp_path: Path) -> None:
+def test_a_method_that_gives_up_on_attainable_demands_is_not_exact(given_up: int, tmp_path: Path) -> None:
     counts = {"SOLVED": 100 - given_up, "NOT_CONVERGED": given_up}
     agrees, distance = (True, 0.0) if given_up < 100 else (None, None)  # nothing to compare
     judged = Judged(answers=100, counts=counts, agrees=agrees, distance_rel_max=distance, tolerance=1e-9)
@@ -204,5 +201,5 @@ def test_a_method_that_gives_up_on_what_can_be_met_is_not_exact(given_up: int, t
         steady("answers", 2, exact=True),
     ]
     lines = [made_up.header(), made_up.problem("ukwial", 4), *cells]
-    found = sizes(read_run(made_up.record(tmp_path, *lines)), HUNDRED_HZ)
-    assert [(size.label, size.exact) for size in found] == [("answers", True), ("quits", False)]
+    sized = sizes(read_run(made_up.record(tmp_path, *lines)), HUNDRED_HZ)
+    assert [(size.label, size.exact) for size in sized] == [("answers", True), ("quits", False)]

@@ -1,4 +1,4 @@
-"""A peer's harness on our problems: qpbenchmark runs them and agrees with us on what is solved."""
+"""qpbenchmark's harness on our problems: it runs them and agrees on what is solved."""
 
 import importlib
 from pathlib import Path
@@ -22,13 +22,13 @@ def handful() -> ThrustAllocation:
 
 
 def test_qpbenchmark_finds_the_test_set_by_its_file() -> None:
-    found = load_test_set(str(FILE))
-    assert found.title == "Thrust allocation test set"
-    assert found.count_problems() == 60  # six vehicles, two regimes, five demands
+    test_set = load_test_set(str(FILE))
+    assert test_set.title == "Thrust allocation test set"
+    assert test_set.count_problems() == 60  # six vehicles, two regimes, five demands
 
 
 def test_each_problem_is_eq_4_and_5_of_its_vehicle(handful: ThrustAllocation) -> None:
-    """The exact answer, put into qpbenchmark's problem, is feasible there and meets its equations."""
+    """The exact answer is feasible in qpbenchmark's problem and meets its equations."""
     for problem, (_, vehicle, tau) in zip(handful, handful.cases, strict=True):
         x = build("nullspace", vehicle)(tau).f / vehicle.f_scale
         np.testing.assert_allclose(problem.A @ x, problem.b, rtol=0, atol=1e-12)
@@ -36,7 +36,7 @@ def test_each_problem_is_eq_4_and_5_of_its_vehicle(handful: ThrustAllocation) ->
         assert (x <= problem.ub).all()
 
 
-def test_both_harnesses_call_daqp_s_answers_good(handful: ThrustAllocation) -> None:
+def test_both_harnesses_find_daqp_s_answers_right(handful: ThrustAllocation) -> None:
     frame = theirs(handful, ("high_accuracy",), solver="daqp").df
     assert len(frame) == len(handful.cases) == 8
     assert frame["found"].all()
@@ -46,6 +46,6 @@ def test_both_harnesses_call_daqp_s_answers_good(handful: ThrustAllocation) -> N
 
 
 def test_cases_are_the_same_each_time() -> None:
-    for one, other in zip(cases(("ukwial",), 3), cases(("ukwial",), 3), strict=True):
-        assert one.name == other.name
-        np.testing.assert_array_equal(one.tau, other.tau)
+    for first, second in zip(cases(("ukwial",), 3), cases(("ukwial",), 3), strict=True):
+        assert first.name == second.name
+        np.testing.assert_array_equal(first.tau, second.tau)

@@ -29,7 +29,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     mine.write_text('"""Mine."""\nfrom alloc.methods.pinv import FORMULATION, build\n')
     options += ["--method=pinv", "--method=nullspace", f"--plugin={mine}"]
     pytest_run = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "bench/suite", *options]
-    # Under xdist pytest-benchmark switches itself off; this run is one of its own.
+    # pytest-benchmark switches itself off under xdist, whose variables would reach this run.
     alone = {key: value for key, value in os.environ.items() if not key.startswith("PYTEST_")}
     done = subprocess.run(pytest_run, cwd=ROOT, env=alone, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -49,22 +49,20 @@ def test_every_benchmark_says_what_it_timed_and_how_right_it_was(written: Path) 
     assert {b["name"].partition("[")[0] for b in benchmarks} == {"test_call", "test_many", "test_setup"}
     assert {b["extra_info"]["label"] for b in benchmarks} == {"inactive", "active"}
     for benchmark in benchmarks:
-        said = benchmark["extra_info"]
-        assert said["vehicle"] == "ukwial"
-        assert (
-            said["formulation"]
-            == {"pinv": "unlimited", "nullspace": "hard", "mine": "unlimited"}[said["method"]]
-        )
-        assert said["certificate"]["wrench_error_rel_max"] < 1e-12
+        info = benchmark["extra_info"]
+        assert info["vehicle"] == "ukwial"
+        formulations = {"pinv": "unlimited", "nullspace": "hard", "mine": "unlimited"}
+        assert info["formulation"] == formulations[info["method"]]
+        assert info["certificate"]["wrench_error_rel_max"] < 1e-12
 
 
-def test_whoever_stays_inside_the_limits_is_certified_without_a_reference(written: Path) -> None:
+def test_answers_inside_the_limits_are_certified_without_a_reference(written: Path) -> None:
     for benchmark in json.loads(written.read_text())["benchmarks"]:
-        said = benchmark["extra_info"]
-        inside = said["label"] == "inactive" or said["method"] == "nullspace"
-        assert (said["certificate"]["gap_rel_max"] is not None) == inside
+        info = benchmark["extra_info"]
+        inside = info["label"] == "inactive" or info["method"] == "nullspace"
+        assert (info["certificate"]["gap_rel_max"] is not None) == inside
         if inside:
-            assert said["certificate"]["gap_rel_max"] < 1e-12  # exact methods: nothing but rounding
+            assert info["certificate"]["gap_rel_max"] < 1e-12  # exact methods: nothing but rounding
 
 
 def test_a_vehicle_whose_thrusters_only_push_is_skipped_with_the_reason() -> None:
@@ -73,13 +71,13 @@ def test_a_vehicle_whose_thrusters_only_push_is_skipped_with_the_reason() -> Non
         question(replace(shipped, f_min=0 * shipped.f_min), "inactive")
 
 
-def test_a_method_of_ones_own_is_timed_too(written: Path) -> None:
+def test_a_plug_in_is_timed_too(written: Path) -> None:
     names = {b["name"] for b in json.loads(written.read_text())["benchmarks"]}
     assert "test_many[ukwial-inactive-mine]" in names
 
 
 @pytest.mark.parametrize("option", ["--method=pinvv", "--vehicle=boat", "--plugin=gone.py"])
-def test_a_name_that_nothing_has_is_refused_where_pytest_would_skip_and_pass(option: str) -> None:
+def test_an_unknown_name_is_refused_where_pytest_would_skip_and_pass(option: str) -> None:
     done = subprocess.run(
         [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "bench/suite", "--co", option],
         cwd=ROOT,
@@ -105,7 +103,7 @@ def test_comparing_a_file_with_a_slower_one_shows_the_ratio_and_still_exits_with
 
 def test_every_ratio_is_per_call_where_rounds_differ_in_calls() -> None:
     def file(calls: int) -> BenchmarkFile:
-        # 2 µs a call in the least round, 3 µs in the middle one.
+        # 2 µs a call in the fastest round, 3 µs in the middle one.
         stats = Stats(min=2e-6 * calls, median=3e-6 * calls)
         return BenchmarkFile(Machine(), [Benchmark("a", stats, Extra(calls))])
 

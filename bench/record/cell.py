@@ -1,0 +1,133 @@
+"""The line of a record that says how one cell was measured, and how its answers were judged."""
+
+import msgspec
+
+
+class Key(msgspec.Struct, frozen=True, order=True):
+    """The name of a cell: results.csv's key columns and the repeat.
+
+    Attributes
+    ----------
+    vehicle, demands, method : names
+    start, level : of the solver, "-" for a method that has none
+    repeat : number of the fresh process that measured the cell
+    """
+
+    vehicle: str
+    demands: str
+    method: str
+    start: str = "-"
+    level: str = "-"
+    repeat: int = 0
+
+
+class Batch(msgspec.Struct, array_like=True):
+    """Calls timed together.
+
+    Attributes
+    ----------
+    calls : how many
+    wall_ns, cpu_ns : wall clock and CPU clock for all of them [ns]
+    switches : involuntary context switches
+    """
+
+    calls: int
+    wall_ns: int
+    cpu_ns: int
+    switches: int
+
+
+class Judged(msgspec.Struct, omit_defaults=True, kw_only=True):
+    """What the equations say about the answers that were timed; NaN is stored as null.
+
+    Attributes
+    ----------
+    answers : number of answers
+    counts : number of answers by the name of their status
+    wrench_error_max : (k,) largest |T P f - tau| on each axis, of the finite answers [N, N m]
+    wrench_error_rel_max : largest |T P f - tau| over the vehicle's wrench scale, of all axes [-]
+    limit_violation_max_N : largest excess over a limit
+    distance_max_N : largest |f - f*|_inf to the right answer of the same formulation
+    distance_rel_max : distance_max_N over the vehicle's f_scale [-]
+    gap_rel_max : largest duality gap over the cost [-]
+    failed_after_failure : of the attainable demands that follow an answer without thrusts, the share that
+        got no thrusts either
+    tolerance : what the method promises for distance_rel_max
+    agrees : whether the distance is within the promise; None where no right answer is known
+    wrong : which answers are wrong, such as SOLVED with a violated limit; empty where none is
+    loss : ``bench.judging.loss.loss``, what the answers give away against the exact ones
+    """
+
+    answers: int
+    counts: dict[str, int]
+    wrench_error_max: list[float | None] = []
+    wrench_error_rel_max: float | None = None
+    limit_violation_max_N: float | None = None
+    distance_max_N: float | None = None
+    distance_rel_max: float | None = None
+    gap_rel_max: float | None = None
+    failed_after_failure: float | None = None
+    tolerance: float | None = None
+    agrees: bool | None = None
+    wrong: str = ""
+    loss: dict[str, float | None] = {}
+
+
+class Quiet(msgspec.Struct, omit_defaults=True):
+    """What else the machine did during a measurement; None where this machine does not tell.
+
+    Attributes
+    ----------
+    steal_ticks : time the hypervisor took from this core [1/100 s]
+    throttled : thermal throttle events
+    load : 1-minute load average
+    mhz : lowest and highest frequency seen
+    """
+
+    steal_ticks: int | None = None
+    throttled: int | None = None
+    load: float | None = None
+    mhz: list[float] | None = None
+
+
+class Cell(msgspec.Struct, tag="cell", omit_defaults=True):
+    """One cell, measured by one process: a method on a vehicle's demand set.
+
+    Attributes
+    ----------
+    key : the cell's name
+    status : ok, or failed (it raised), crashed, timeout, missing, refused
+    reason : why the status is not ok, in words
+    formulation, limited : as the allocator says
+    n_demands : demands in the set
+    setup_ns : time of each ``build`` but the process's first (see ``Worker.import_ns``)
+    batches : calls of the allocator
+    binding_batches : calls of the solver's binding alone, b -> x over prepared b's
+    singles : single calls, [[ns, count], …], sorted, in bins (``bench.harness.timing.counted``)
+    solver_singles : times that the solver itself reports for single calls, in the same bins
+    iterations_max : most iterations of a call, as the solver counts them
+    worst_case_steps : a bound on the steps that no demand can exceed
+    allocator_bytes : see ``bench.harness.memory.reachable_bytes``
+    timed_ns : the sum of all timed calls
+    canary_ns : time of the canary just after this cell
+    judged, quiet : what the equations say of the answers, and what else the machine did
+    """
+
+    key: Key
+    status: str
+    reason: str = ""
+    formulation: str = ""
+    limited: bool = False
+    n_demands: int = 0
+    setup_ns: list[int] = []
+    batches: list[Batch] = []
+    binding_batches: list[Batch] = []
+    singles: list[tuple[int, int]] = []
+    solver_singles: list[tuple[int, int]] = []
+    iterations_max: int | None = None
+    worst_case_steps: int | None = None
+    allocator_bytes: int | None = None
+    timed_ns: int = 0
+    canary_ns: int | None = None
+    judged: Judged | None = None
+    quiet: Quiet | None = None

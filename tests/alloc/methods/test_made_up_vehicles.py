@@ -1,0 +1,65 @@
+"""Methods with limits on vehicles made up for one difficulty each."""
+
+import numpy as np
+import pytest
+from numpy.typing import ArrayLike
+
+from alloc import Status, Vehicle, build
+from alloc.nullspace.structure import decompose
+
+
+def made_up(T: ArrayLike, f_min: ArrayLike, f_max: ArrayLike, readiness: ArrayLike | None = None) -> Vehicle:
+    k, n = np.shape(T)
+    return Vehicle(
+        name="made-up",
+        dof=("surge", "sway", "yaw")[:k],
+        T=np.array(T),
+        H=np.eye(n),
+        f_min=np.array(f_min),
+        f_max=np.array(f_max),
+        readiness=np.ones(n) if readiness is None else np.array(readiness),
+        slack_weights=np.ones(k),
+    )
+
+
+@pytest.mark.parametrize(
+    "method", ["clip", "shrink", "redistribute", "desaturate", "fixed-point", "nullspace", "scaled"]
+)
+@pytest.mark.parametrize("limit", [1e-6, 1.0, 1e6])
+@pytest.mark.parametrize("size", [1e30, 1e100])
+def test_the_largest_demand_gets_an_answer_inside_the_limits_or_none(
+    method: str, limit: float, size: float
+) -> None:
+    whole = made_up([[1.0, 1.0, 0.0, 0.3], [0.0, 0.5, 1.0, 0.2]], np.full(4, -limit), np.full(4, limit))
+    for vehicle in (whole, whole.with_fault(0).with_fault(1).with_fault(3)):
+        allocate = build(method, vehicle)
+        tau = np.array([size, -size])
+        f, status, _, _ = allocate(tau)
+        F, statuses = allocate.many([tau])
+        assert status == statuses[0] == (Status.INFEASIBLE if method == "nullspace" else Status.PARTIAL)
+        if method != "nullspace":
+            for thrusts in (f, F[0]):
+                assert (thrusts >= vehicle.f_min).all()
+                assert (thrusts <= vehicle.f_max).all()
+
+
+@pytest.mark.parametrize("method", ["clip", "redistribute", "nullspace", "scaled", "qp/daqp"])
+def test_a_vehicle_made_with_readiness_zero_does_without_that_thruster(method: str) -> None:
+    T = [[1.0, 1.0, 0.0], [0.0, 1.0, 1.0]]
+    vehicle = made_up(T, [10.0, -5.0, -5.0], [20.0, 5.0, 5.0], readiness=[0.0, 1.0, 1.0])
+    f, status, _, _ = build(method, vehicle)([1.0, 1.0])
+    assert status is Status.SOLVED
+    assert f[0] == vehicle.f_min[0] == vehicle.f_max[0] == 0.0
+    np.testing.assert_allclose(f, [0.0, 1.0, 0.0], rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("method", ["nullspace", "scaled"])
+def test_an_axis_that_thrusters_push_by_rounding_only_does_not_count(method: str) -> None:
+    # cos 90 deg is 6e-17: a row of such entries, scaled to unit length, would count as an axis.
+    T = [[6e-17, -3e-17, 1.2e-16, 5e-17], [1.0, 1.0, -1.0, 1.0], [0.5, -0.3, 0.2, -0.1]]
+    sideways = made_up(T, np.full(4, -10.0), np.full(4, 10.0))
+    assert sum(block.N.shape[1] for block in decompose(sideways).blocks) == sideways.nullity == 2
+    allocate = build(method, sideways)
+    status = Status.INFEASIBLE if method == "nullspace" else Status.PARTIAL
+    assert allocate([5.0, 1.0, 0.0]).status is status
+    assert allocate([0.0, 25.0, 0.0]).status is Status.SOLVED

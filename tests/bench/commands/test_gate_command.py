@@ -1,0 +1,27 @@
+"""What `thrustbench gate` asks to be measured."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner
+
+from alloc import AllocError, load_plugin
+from bench.commands.gate import command
+
+
+def test_a_plug_in_is_measured_under_its_methods_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[str] = []
+
+    def gate(*_: object, patterns: list[str], **__: Any) -> None:
+        asked.extend(patterns)
+        raise AllocError("nothing is measured in this test")
+
+    monkeypatch.setattr("bench.gate.run.gate", gate)
+    plugin = tmp_path / "my_pinv.py"
+    plugin.write_text("from alloc.methods.pinv import FORMULATION, build\n")
+    arguments = ["--base-path", str(tmp_path), "--head-path", str(tmp_path), "--plugin", str(plugin)]
+    CliRunner().invoke(command, arguments)
+    assert f"ukwial:{load_plugin(plugin).name}" in asked

@@ -1,0 +1,34 @@
+"""The summary of a log against times, gaps and shares worked out by hand."""
+
+import numpy as np
+import pytest
+
+from alloc import Label, load_vehicle
+from bench.demands import labelled
+from bench.demands.log_summary import as_text, summarise
+from bench.inputs.logs import rate_hz
+
+
+def test_a_summary_counts_time_but_not_that_of_a_gap() -> None:
+    """Ten demands a second: for one second attainable, after a gap for two seconds infeasible."""
+    t = np.concatenate([np.arange(10) / 10, 10 + np.arange(20) / 10])
+    taus = np.array([[50.0, 0, 0]] * 10 + [[5000.0, 0, 0]] * 20)
+    demands = labelled("log", load_vehicle("ukwial"), taus, rate_hz(t))
+    summary = summarise(demands, t)
+    assert (summary.n, summary.gaps) == (30, 1)
+    assert summary.longest_gap_s == pytest.approx(9.1)
+    assert summary.duration_s == pytest.approx(11.9)
+    assert summary.outside_s == pytest.approx(2.0)
+    assert summary.longest_outside_s == pytest.approx(2.0)
+    assert summary.share[Label.INACTIVE] == summary.closed_form == pytest.approx(1 / 3)
+    # The vehicle's maximum in surge is 4 x 250 N x cos 29 deg.
+    assert summary.alpha_min == pytest.approx(4 * 250 * np.cos(np.radians(29)) / 5000)
+    assert summary.largest.tolist() == [5000, 0, 0]
+
+
+def test_the_summary_of_a_log_without_times_counts_demands() -> None:
+    demands = labelled("log", load_vehicle("ukwial"), np.array([[50.0, 0, 0], [5000.0, 0, 0]]))
+    summary = summarise(demands, None)
+    assert (summary.duration_s, summary.gaps, summary.outside_s) == (None, None, None)
+    assert summary.share[Label.INFEASIBLE] == 0.5
+    assert "Hz" not in as_text(summary, demands)

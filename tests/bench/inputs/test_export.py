@@ -1,0 +1,58 @@
+"""Vehicles exported to files of other projects, and vehicle files written anew, read back the same."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from alloc import AllocError, list_vehicles
+from alloc.vehicle.file import build_vehicle
+from alloc.vehicle.read import find_file, read_document
+from alloc.vehicle.text import to_yaml
+from bench.inputs.formats import formats
+from tests.foreign_vehicles import LIMITS, imported, vehicle_of
+
+
+@pytest.mark.parametrize("name", list_vehicles())
+def test_a_vehicle_exported_to_ros_comes_back_the_same(tmp_path: Path, name: str) -> None:
+    keys = read_document(find_file(name)).keys
+    vehicle = build_vehicle(keys)
+    back = vehicle_of(imported(tmp_path, formats()["ros"].write(keys, vehicle)), tmp_path)
+    assert back.dof == vehicle.dof
+    for key in ("T", "H", "f_min", "f_max", "slack_weights"):
+        np.testing.assert_allclose(getattr(back, key), getattr(vehicle, key), rtol=1e-15, atol=1e-16)
+
+
+@pytest.mark.parametrize("name", list_vehicles())
+def test_a_vehicle_exported_to_csv_comes_back_with_the_same_matrix(tmp_path: Path, name: str) -> None:
+    keys = read_document(find_file(name)).keys
+    vehicle = build_vehicle(keys)
+    back = imported(tmp_path, formats()["csv"].write(keys, vehicle), LIMITS, "T.csv")
+    assert tuple(back.dof) == vehicle.dof
+    np.testing.assert_array_equal(np.array(back.T), vehicle.T)
+
+
+@pytest.mark.parametrize("name", list_vehicles())
+def test_a_vehicle_file_written_anew_reads_the_same(tmp_path: Path, name: str) -> None:
+    keys = read_document(find_file(name)).keys
+    path = tmp_path / "again.yaml"
+    path.write_text(to_yaml(keys), encoding="utf-8")
+    assert read_document(path).keys == keys
+
+
+@pytest.mark.parametrize(
+    "text", ["yes", "a: b", "#1", "", "1e5", "tab\there", "ü ü", "[x]", "- x", "'q'", "a\nb"]
+)
+def test_any_text_in_a_vehicle_file_reads_the_same_once_written(tmp_path: Path, text: str) -> None:
+    keys = read_document(find_file("ukwial")).keys
+    keys.source, keys.notes = text, [text]
+    path = tmp_path / "again.yaml"
+    path.write_text(to_yaml(keys), encoding="utf-8")
+    assert read_document(path).keys == keys
+
+
+def test_a_vehicle_with_a_full_h_can_not_be_exported_to_ros() -> None:
+    keys = read_document(find_file("ukwial")).keys
+    keys.H = (np.eye(4) + 0.1).tolist()
+    with pytest.raises(AllocError, match="H is not diagonal"):
+        formats()["ros"].write(keys, build_vehicle(keys))

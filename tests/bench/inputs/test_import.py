@@ -1,0 +1,221 @@
+"""Files of other projects made into vehicle files, with what was assumed."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from alloc import DOF, AllocError, load_vehicle
+from alloc.vehicle.geometry import from_flu
+from bench.inputs.formats import writable
+from bench.inputs.imported import ImportOptions
+from tests.foreign_vehicles import LIMITS, imported, vehicle_of
+from tests.places import ROOT
+from tests.readers import refused
+
+NAUTILUS = """\
+/**:
+  ros__parameters:
+    physical:
+      center_of_mass: [0.0, 0.0, 0.01]
+    propulsion:
+      dofs: {num: 6}
+      thrusters:
+        num: 8
+        thruster_force_direction: [0.70711, 0.0, 0.0, -0.70711, -0.70711, 0.0, 0.0, 0.70711,
+          -0.70711, 0.0, 0.0, -0.70711, 0.70711, 0.0, 0.0, 0.70711, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0]
+        thruster_position: [0.413892, 0.140095, -0.163904, -0.413892, -0.413892, -0.163904, 0.140095,
+          0.413892, 0.313022, 0.313022, 0.313022, 0.313022, -0.313022, -0.313022, -0.313022, -0.313022,
+          0.021736, 0.021736, 0.021736, 0.021736, 0.021736, 0.021736, 0.021736, 0.021736]
+        constraints:
+          max_force: 40.0
+          min_force: -40.0
+          input_matrix_weights: [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]
+          slack_matrix_weights: [2000.0, 2000.0, 2000.0, 2000.0, 2000.0, 2000.0]
+"""
+MAELSTROM = """\
+propulsion:
+  dofs:
+    num: 5
+    which: {surge: true, sway: true, heave: true, roll: false, pitch: true, yaw: true}
+  thrusters:
+    num: 6
+    configuration_matrix:
+      [[0.7071, 0.7071, -0.7071, -0.7071, 0.0, 0.0],
+       [0.7071, -0.7071, -0.7071, 0.7071, 0.0, 0.0],
+       [0.0, 0.0, 0.0, 0.0, 1.0, 1.0],
+       [-0.0467, -0.0467, 0.0467, 0.0467, -0.1600, 0.1600],
+       [0.2143, -0.2143, 0.2143, -0.2143, 0.0, 0.0]]
+"""
+MANTA = """\
+physical:
+  center_of_mass: [0, 0, 0]
+  thruster_layout: [[-0.70711, 0.70711, 0], [0, 0, 1], [0, 0, 1], [-0.70711, -0.70711, 0],
+    [0.70711, -0.70711, 0], [0, 0, 1], [0, 0, 1], [0.70711, 0.70711, 0]]
+  thruster_positions: [[0.20506, 0.20506, 0], [0.1207, 0.1207, 0], [0.1207, -0.1207, 0], [0.20506, -0.20506,
+    0], [-0.20506, -0.20506, 0], [-0.1207, -0.1207, 0], [-0.1207, 0.1207, 0], [-0.20506, 0.20506, 0]]
+propulsion:
+  thrusters:
+    num: 8
+    configuration_matrix:
+      [[0.70711, 0, 0, -0.70711, -0.70711, 0, 0, 0.70711], [0.70711, 0, 0, 0.70711, -0.70711, 0, 0, -0.70711],
+       [0, -1, -1, 0, 0, -1, -1, 0], [0, 0.12, 0.12, 0, 0, -0.12, -0.12, 0],
+       [0, 0.12, -0.12, 0, 0, -0.12, 0.12, 0], [0.29, 0, 0, -0.29, 0.29, 0, 0, -0.29]]
+    characteristics:
+      thrust: [-12.0, -0.0001, 0.0001, 12.0]
+"""
+TAM = """\
+tam:
+- [-0.9999999999964795, -0.9999999999964795, 0.0]
+- [0.0, 0.0, 0.0]
+- [0.0, 0.0, 0.9999999999991198]
+- [0.0, 0.0, 0.0]
+- [-0.006182799999978233, -0.006182799999978233, 0.06699983306632216]
+- [-0.11919976648567758, 0.11920023351348312, 0.0]
+"""
+
+
+def test_ros_poses_give_the_shipped_nautilus(tmp_path: Path) -> None:
+    keys = imported(tmp_path, NAUTILUS)
+    vehicle, shipped = vehicle_of(keys, tmp_path), load_vehicle("nautilus")
+    for key in ("T", "H", "f_min", "f_max", "slack_weights"):
+        np.testing.assert_array_equal(getattr(vehicle, key), getattr(shipped, key))
+    assert any("frame" in note for note in keys.notes)
+
+
+@pytest.mark.parametrize("flat", [False, True], ids=["rows", "flat, as ROS 2 has it"])
+def test_a_configuration_matrix_is_read_with_the_axes_its_file_names(tmp_path: Path, flat: bool) -> None:
+    text = MAELSTROM
+    if flat:
+        head, matrix = MAELSTROM.split("configuration_matrix:")
+        text = head + "configuration_matrix: [" + ", ".join(re.findall(r"-?\d\.\d+", matrix)) + "]\n"
+    keys = imported(tmp_path, text, LIMITS)
+    assert keys.dof == ["surge", "sway", "heave", "pitch", "yaw"]
+    vehicle = vehicle_of(keys, tmp_path)
+    assert vehicle.T[3].tolist() == [-0.0467, -0.0467, 0.0467, 0.0467, -0.16, 0.16]
+    assert vehicle.rank == 5
+
+
+def test_a_matrix_and_poses_that_contradict_are_refused_until_one_is_chosen(tmp_path: Path) -> None:
+    with pytest.raises(AllocError, match="--take T or --take poses"):
+        imported(tmp_path, MANTA)
+    assert vehicle_of(imported(tmp_path, MANTA, ImportOptions(take="T")), tmp_path).T[2, 1] == -1
+    keys = imported(tmp_path, MANTA, ImportOptions(take="poses"))
+    assert vehicle_of(keys, tmp_path).T[2, 1] == 1
+    assert keys.T is None
+    assert (keys.f_min, keys.f_max) == (-12, 12)
+    assert "Limits are the ends of characteristics.thrust." in keys.notes
+
+
+def test_a_tam_is_turned_to_z_down_and_keeps_the_axes_it_can_control(tmp_path: Path) -> None:
+    keys = imported(tmp_path, TAM, LIMITS)
+    assert keys.dof == ["surge", "heave", "yaw"]
+    notes = " ".join(keys.notes)
+    for axis in ("sway", "roll", "pitch"):
+        assert f"{axis} is left out of dof" in notes
+    vehicle = vehicle_of(keys, tmp_path)
+    np.testing.assert_allclose(vehicle.T, [[-1, -1, 0], [0, 0, -1], [0.1192, -0.1192, 0]], rtol=0, atol=1e-6)
+
+
+def test_a_row_independent_only_in_its_last_printed_digit_is_left_out(tmp_path: Path) -> None:
+    """A BlueROV2's six axes to three decimals: pitch follows surge, but for the third one."""
+    text = """\
+surge,0.707,0.707,0.707,0.707,0,0
+sway,0.707,-0.707,-0.707,0.707,0,0
+heave,0,0,0,0,1,-1
+roll,0.051,-0.051,-0.051,0.051,-0.111,-0.111
+pitch,-0.051,-0.051,-0.052,-0.051,-0.003,0.003
+yaw,0.167,-0.167,0.175,-0.175,0,0
+"""
+    keys = imported(tmp_path, text, LIMITS, "T.csv")
+    assert keys.dof == ["surge", "sway", "heave", "roll", "yaw"]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "surge,1,1,0\nsway,0,0,1\nyaw,-0.3,0.3,1e-5\n",
+        "dof,f0,f1,f2\nyaw,-0.3,0.3,1e-5\nsurge,1,1,0\nsway,0,0,1\n",
+        "\ufeff1,1,0\r\n0,0,1\r\n-0.3,0.3,1e-5\r\n",
+        "a, b, c\n1, 1, 0\n0, 0, 1\n-0.3, 0.3, 1e-5\n",
+    ],
+    ids=["names", "header, other order", "bare", "header, bare"],
+)
+def test_a_csv_of_t_is_read_with_and_without_names_and_header(tmp_path: Path, text: str) -> None:
+    vehicle = vehicle_of(imported(tmp_path, text, LIMITS, "T.csv"), tmp_path)
+    rows = dict(zip(vehicle.dof, vehicle.T.tolist(), strict=True))
+    assert rows == {"surge": [1, 1, 0], "sway": [0, 0, 1], "yaw": [-0.3, 0.3, 1e-5]}
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "says"),
+    [
+        (MAELSTROM, ImportOptions(), "no limits in it; give --f-min and --f-max"),
+        (MAELSTROM, ImportOptions(dof=("roll",), f_min=-1, f_max=1), "no row for 'roll'"),
+        (MAELSTROM.replace("which", "what"), LIMITS, "5 rows without names; name them with --dof"),
+        (MAELSTROM.replace("0.2143, -0.2143, 0.2143, -0.2143", "0.2143"), LIMITS, "differ in length"),
+        (
+            MAELSTROM.replace("0.7071, 0.7071, -0.7071", "fast, 0.7071, -0.7071"),
+            LIMITS,
+            "not made of numbers",
+        ),
+        (NAUTILUS.replace("40.0", "strong"), ImportOptions(), "min_force is not made of numbers"),
+        (
+            NAUTILUS.replace("thruster_position", "place"),
+            ImportOptions(),
+            "has only one of thruster_position and",
+        ),
+        (NAUTILUS.replace("[0.413892,", "["), ImportOptions(), "thruster_position has 23 numbers"),
+        (NAUTILUS.replace("2000.0, 2000.0, ", ""), ImportOptions(), "slack_weights has 2 entries for 6 DOF"),
+        (TAM.replace("- [0.0, 0.0, 0.0]\n", ""), LIMITS, "tam has 4 rows; give six"),
+        ("hello: 1\n", LIMITS, "none of the known formats"),
+        ("", LIMITS, "none of the known formats"),
+    ],
+)
+def test_a_file_that_lacks_something_or_is_wrong_is_refused_with_what_it_lacks(
+    tmp_path: Path, text: str, options: ImportOptions, says: str
+) -> None:
+    assert says in refused(lambda: imported(tmp_path, text, options), tmp_path / "theirs.yaml")
+
+
+@pytest.mark.parametrize("text", ["", "x\n", "1,2\n3\n", "surge,1\nsway,\n", "1\n2\n3\n4\n", "surge,nan\n"])
+def test_a_bad_csv_of_t_is_refused(tmp_path: Path, text: str) -> None:
+    with pytest.raises(AllocError, match=r"T\.csv: "):
+        imported(tmp_path, text, LIMITS, "T.csv")
+
+
+def test_a_given_frame_turns_the_vehicle(tmp_path: Path) -> None:
+    text = "\n".join(",".join(map(str, row)) for row in np.eye(6).tolist())
+    in_frd = vehicle_of(imported(tmp_path, text, LIMITS, "T.csv"), tmp_path)
+    flu_keys = imported(tmp_path, text, ImportOptions(frame="flu", f_min=-20, f_max=20), "T.csv")
+    np.testing.assert_array_equal(vehicle_of(flu_keys, tmp_path).T, from_flu(in_frd.T, DOF))
+    assert "The frame is flu, as told." in flu_keys.notes
+
+
+def thrustbench(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "bench", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=30, cwd=ROOT)
+
+
+def test_the_commands_import_check_and_export(tmp_path: Path) -> None:
+    (tmp_path / "TAM.yaml").write_text(TAM)
+    ours = tmp_path / "ours.yaml"
+    run = thrustbench("import", tmp_path / "TAM.yaml", "--f-min=-20", "--f-max=20", "--name=saga", "-o", ours)
+    assert run.returncode == 0, run.stderr
+    assert "assumed: The frame is base_link" in run.stderr
+    assert thrustbench("check", ours).returncode == 0
+    run = thrustbench("export", ours, "--format", "csv")
+    assert run.stdout.splitlines()[0] == "dof,f0,f1,f2"
+    assert thrustbench("export", ours, "--format", "px4").returncode == 2
+    assert set(writable()) == {"csv", "ros"}
+
+
+def test_importing_a_file_without_limits_ends_with_2_and_writes_nothing(tmp_path: Path) -> None:
+    (tmp_path / "TAM.yaml").write_text(TAM)
+    run = thrustbench("import", tmp_path / "TAM.yaml", "-o", tmp_path / "ours.yaml")
+    assert run.returncode == 2
+    assert run.stderr.count("\n") == 1
+    assert not (tmp_path / "ours.yaml").exists()

@@ -1,0 +1,75 @@
+"""PX4 parameters made into vehicle files."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.foreign_vehicles import imported, vehicle_of
+from tests.readers import refused
+
+HEXA = """\
+#!/bin/sh
+# CA_ROTOR9_PX 5 in a comment is no parameter
+param set-default CA_ROTOR_COUNT 6
+param set-default CA_ROTOR0_PY 0.5
+param set-default CA_ROTOR0_KM -0.05
+param set-default CA_ROTOR1_PY -0.5
+param set-default CA_ROTOR2_PX 0.43
+param set-default CA_ROTOR2_PY -0.25
+param set-default CA_ROTOR2_KM -0.05
+param set-default CA_ROTOR3_PX -0.43
+param set-default CA_ROTOR3_PY 0.25
+param set-default CA_ROTOR4_PX 0.43
+param set-default CA_ROTOR4_PY 0.25
+param set-default CA_ROTOR5_PX -0.43
+param set-default CA_ROTOR5_PY -0.25
+param set-default CA_ROTOR5_KM -0.05
+"""
+
+
+def test_unset_parameters_take_the_defaults_of_px4(tmp_path: Path) -> None:
+    """Roll, pitch, yaw and thrust of PX4's hexarotor x, as PX4 works them out."""
+    keys = imported(tmp_path, HEXA)
+    assert keys.dof == ["heave", "roll", "pitch", "yaw"]
+    expected = [
+        [-1, -1, -1, -1, -1, -1],
+        [-0.5, 0.5, 0.25, -0.25, -0.25, 0.25],
+        [0, 0, 0.43, -0.43, 0.43, -0.43],
+        [-0.05, 0.05, -0.05, 0.05, 0.05, -0.05],
+    ]
+    vehicle = vehicle_of(keys, tmp_path)
+    np.testing.assert_allclose(vehicle.T, expected, atol=1e-15)
+    assert (vehicle.f_min.tolist(), vehicle.f_max.tolist()) == ([0] * 6, [1] * 6)
+    assert any("PX4's default" in note for note in keys.notes)
+    assert any("normalised" in note for note in keys.notes)
+
+
+def test_a_params_file_gives_axes_coefficients_and_reversible_rotors(tmp_path: Path) -> None:
+    rotors = {0: (1, 0, 0, 0.3), 1: (1, 0, 0, -0.3), 2: (0, 3, 0, 0.0)}  # the last axis has length 3
+    lines = [
+        "# Vehicle-Id Component-Id Name Value Type",
+        "1\t1\tCA_ROTOR_COUNT\t3\t6",
+        "1\t1\tCA_R_REV\t3\t6",
+    ]
+    for i, (x, y, z, arm) in rotors.items():
+        values = {"AX": x, "AY": y, "AZ": z, "PY": arm, "KM": 0, "CT": 10 + i}
+        lines += [f"1\t1\tCA_ROTOR{i}_{key}\t{value}\t9" for key, value in values.items()]
+    vehicle = vehicle_of(imported(tmp_path, "\n".join(lines)), tmp_path)
+    assert vehicle.dof == ("surge", "sway", "yaw")
+    np.testing.assert_array_equal(vehicle.T, [[1, 1, 0], [0, 0, 1], [-0.3, 0.3, 0]])
+    assert vehicle.f_max.tolist() == [10, 11, 12]
+    assert vehicle.f_min.tolist() == [-10, -11, 0]
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (HEXA.replace("COUNT 6", "COUNT 99"), "CA_ROTOR_COUNT is 99"),
+        (HEXA.replace("0.43", "far"), "CA_ROTOR2_PX is 'far'; give a number"),
+        (HEXA.replace("0.43", "1e400"), "line 7: CA_ROTOR2_PX is '1e400'; give a finite number"),
+        (HEXA + "param set CA_ROTOR0_AZ 0\n", "CA_ROTOR0_AX, AY, AZ are all 0"),
+    ],
+)
+def test_parameters_that_make_no_rotors_are_refused(tmp_path: Path, text: str, says: str) -> None:
+    assert says in refused(lambda: imported(tmp_path, text), tmp_path / "theirs.yaml")

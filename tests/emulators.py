@@ -1,0 +1,13 @@
+"""Processors that tests count on, where this machine can emulate them."""
+
+import pytest
+
+from bench.emulation.toolchain import Target, missing, target
+
+
+def available(name: str) -> Target:
+    """The target of that name; skips the test where its compiler or emulator is missing."""
+    known = target(name)
+    if reason := missing(known):
+        pytest.skip(reason)
+    return known

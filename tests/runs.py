@@ -1,0 +1,31 @@
+"""What tests of runs share: a run as a process of its own, and waiting for what it does."""
+
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from bench.record import FILE_NAME
+from tests.places import ROOT
+
+
+def started(*command: str) -> subprocess.Popen[bytes]:
+    """Python with these arguments, as a process whose output can be read."""
+    return subprocess.Popen(
+        [sys.executable, *command], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+    )
+
+
+def written(folder: Path) -> bytes:
+    """The record in a folder so far, empty where there is none yet."""
+    path = folder / FILE_NAME
+    return path.read_bytes() if path.exists() else b""
+
+
+def wait_for(condition: Callable[[], object], seconds: float = 30.0) -> None:
+    """Return as soon as the condition holds; fails where it does not within so many seconds."""
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, f"not within {seconds:g} s"
+        time.sleep(0.01)
