@@ -1,4 +1,4 @@
-"""alpha* and labels within each demand's own limits, against linear programs and vehicles with these limits."""
+"""alpha* and labels within limits of each demand, against linear programs and other vehicles."""
 
 from dataclasses import replace
 
