@@ -27,6 +27,7 @@ def check_vehicle(name: str | Path) -> Report:
         vehicle = vehicle_with(keys, T)
         collected += remarks.on_reach(keys, vehicle)
         collected += remarks.on_limits(vehicle)
+        collected += remarks.on_moving_limits(vehicle)
         collected += remarks.on_weights(vehicle)
         collected += remarks.on_failures(vehicle)
         steps, remark = remarks.on_exact_method(vehicle)

@@ -111,6 +111,30 @@ def on_limits(vehicle: Vehicle) -> Iterator[Remark]:
         )
 
 
+def on_moving_limits(vehicle: Vehicle) -> Iterator[Remark]:
+    """Remarks on what the lowest voltage leaves, and on how long full thrust takes by the slew rates."""
+    if (table := vehicle.by_volts) is not None:
+        lowest = float(table.volts[0])
+        low, high = vehicle.limits(volts=lowest)
+        weakest = int(np.argmin(high - low))
+        yield (
+            "note",
+            "volts",
+            f"at {lowest:g} V thruster {weakest} gives {low[weakest]:g} … {high[weakest]:g} N"
+            f" of {vehicle.f_min[weakest]:g} … {vehicle.f_max[weakest]:g} N",
+        )
+        for i in np.flatnonzero(table.f_max.max(axis=0) < vehicle.f_max):
+            yield (
+                "warning",
+                "f_max",
+                f"thruster {i} gives {table.f_max[:, i].max():g} N at most by 'volts', less than"
+                f" f_max = {vehicle.f_max[i]:g} N",
+            )
+    if vehicle.slew is not None:
+        slowest = float((vehicle.f_max / vehicle.slew.up).max())
+        yield "note", "slew", f"from 0 N to f_max the slowest thruster takes {slowest:.2g} s"
+
+
 def on_weights(vehicle: Vehicle) -> Iterator[Remark]:
     """A remark on an H that is spread too widely for iterative solvers."""
     spread = np.linalg.cond(vehicle.H)

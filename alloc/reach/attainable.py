@@ -10,8 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 from alloc.allocation import FloatArray, checked, checked_many
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.errors import NotApplicable, SolverError
-from alloc.reach.zonotope import ROUNDING, zonotope
+from alloc.reach.zonotope import ROUNDING, facets, zonotope
 from alloc.vehicle import Vehicle
+from alloc.vehicle.limits import limits_of
 
 BAND = 1e-3
 """Half width of the boundary label in alpha: within it, solvers at their default accuracy (1e-3 to 1e-6)
@@ -57,7 +58,9 @@ class Margins(NamedTuple):
     clearance_N: FloatArray
 
 
-def alpha_max(vehicle: Vehicle, taus: ArrayLike) -> FloatArray:
+def alpha_max(
+    vehicle: Vehicle, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+) -> FloatArray:
     """alpha* = max {alpha : T P f = alpha tau, f_min <= f <= f_max} for each demand, exactly.
 
     The ray through tau leaves the attainable set at alpha* tau, so alpha* is the least support(c) / c'tau
@@ -68,37 +71,79 @@ def alpha_max(vehicle: Vehicle, taus: ArrayLike) -> FloatArray:
     Parameters
     ----------
     taus : (N, k) demands [N, N m]
+    f_min, f_max : limits of all demands (n,), or of each (N, n) [N]; left out, the vehicle's
 
     Returns
     -------
     (N,) alpha* [-]
     """
-    return alpha_range(vehicle, taus)[1]
+    return alpha_range(vehicle, taus, f_min, f_max)[1]
 
 
-def alpha_range(vehicle: Vehicle, taus: ArrayLike) -> tuple[FloatArray, FloatArray]:
+def alpha_range(
+    vehicle: Vehicle, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+) -> tuple[FloatArray, FloatArray]:
     """Least and largest alpha (N,) with alpha tau attainable; (inf, -inf) where there is none.
 
     If zero thrust lies inside the limits, the least is <= 0, and tau is attainable where alpha* >= 1. If
-    not, tau is attainable where alpha* >= 1 and the least is <= 1.
+    not, tau is attainable where alpha* >= 1 and the least is <= 1. Limits are as in ``alpha_max``; where
+    f_min exceeds f_max there is no alpha.
     """
     demands = checked_many(taus, vehicle.k)
+    if f_min is not None or f_max is not None:
+        return _range_within(vehicle, demands, *limits_of(vehicle, len(demands), f_min, f_max))
     if comb(len(vehicle.working), max(vehicle.rank - 1, 0)) > FACETS:
         low = [-alpha_max_lp(vehicle, -tau) for tau in demands]
         return np.array(low), np.array([alpha_max_lp(vehicle, tau) for tau in demands])
     z = zonotope(vehicle)
-    t = demands / z.scale
+    return _range(demands / z.scale, z.facets, z.support[None], z.tolerance)
+
+
+def _range_within(
+    vehicle: Vehicle, demands: FloatArray, low: FloatArray, high: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """``alpha_range`` of demands (N, k), each within its own limits (N, n)."""
+    least, most = np.full(len(demands), np.inf), np.full(len(demands), -np.inf)
+    choosing, pattern = np.unique(low < high, axis=0, return_inverse=True)
+    possible = (low <= high).all(axis=1)
+    for i, free in enumerate(choosing):
+        rows = np.flatnonzero(possible & (pattern == i))
+        if not rows.size:
+            continue
+        if comb(int(free.sum()), max(vehicle.rank - 1, 0)) > FACETS:
+            for row in rows:
+                bounds = (low[row], high[row])
+                least[row] = -alpha_max_lp(vehicle, -demands[row], *bounds)
+                most[row] = alpha_max_lp(vehicle, demands[row], *bounds)
+            continue
+        found = facets(vehicle, tuple(np.flatnonzero(free).tolist()))
+        middle = (low[rows] + high[rows]) / 2 @ vehicle.TP.T / vehicle.wrench_scale @ found.half.T
+        reach = (high[rows] - low[rows]) / 2 @ found.reach_of.T
+        support = np.hstack([middle + reach, reach - middle])
+        support[np.abs(support) <= ROUNDING] = 0.0
+        least[rows], most[rows] = _range(
+            demands[rows] / vehicle.wrench_scale,
+            np.vstack([found.half, -found.half]),
+            support,
+            np.tile(found.tolerance, 2),
+        )
+    return least, most
+
+
+def _range(
+    t: FloatArray, normals: FloatArray, support: FloatArray, tolerance: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Least and largest multiple (N,) of scaled wrenches t (N, k) with normals t <= support (1 or N, M)."""
     size = np.abs(t).max(axis=1)
     size[size == 0] = 1.0
-    along = (t / size[:, None]) @ z.facets.T
-    along[np.abs(along) <= z.tolerance] = 0.0
-    with np.errstate(
-        divide="ignore", invalid="ignore", over="ignore"
-    ):  # the multiple of 1e-310 N overflows to inf
-        ratio = z.support / along
+    along = (t / size[:, None]) @ normals.T
+    along[np.abs(along) <= tolerance] = 0.0
+    # The multiple of a demand of 1e-310 N overflows to infinity.
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        ratio = support / along
         high = np.where(along > 0, ratio, np.inf).min(axis=1) / size
         low = np.where(along < 0, ratio, -np.inf).max(axis=1) / size
-    missed = ((along == 0) & (z.support < 0)).any(axis=1) | (low > high + ROUNDING * np.abs(high))
+    missed = ((along == 0) & (support < 0)).any(axis=1) | (low > high + ROUNDING * np.abs(high))
     low[missed], high[missed] = np.inf, -np.inf
     return low, high
 
@@ -138,24 +183,33 @@ def single_axis_maxima(vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
     return -backward, forward
 
 
-def label(vehicle: Vehicle, taus: ArrayLike, band: float = BAND) -> Margins:
+def label(
+    vehicle: Vehicle,
+    taus: ArrayLike,
+    band: float = BAND,
+    f_min: ArrayLike | None = None,
+    f_max: ArrayLike | None = None,
+) -> Margins:
     """Label of each demand (N, k), with the margins that decide it.
 
     A demand is infeasible where alpha* < 1 - band; else boundary where |alpha* - 1| <= band; else
-    inactive where T* tau lies inside the limits, active where it does not.
+    inactive where T* tau lies inside the limits, active where it does not. Limits are as in ``alpha_max``.
     """
     taus = checked_many(taus, vehicle.k)
-    low, high = alpha_range(vehicle, taus)
+    least, most = alpha_range(vehicle, taus, f_min, f_max)
+    low, high = limits_of(vehicle, len(taus), f_min, f_max)
     f = taus @ generalized_inverse(vehicle).T
-    clearance = np.minimum(vehicle.f_max - f, f - vehicle.f_min).min(axis=1)
+    clearance = np.minimum(high - f, f - low).min(axis=1)
     inactive = clearance >= -INSIDE * vehicle.f_scale
     labels = np.where(inactive, Label.INACTIVE, Label.ACTIVE)
-    labels[(np.abs(high - 1) <= band) | (np.abs(low - 1) <= band)] = Label.BOUNDARY
-    labels[(high < 1 - band) | (low > 1 + band)] = Label.INFEASIBLE
-    return Margins(labels.astype(np.int8), high, clearance)
+    labels[(np.abs(most - 1) <= band) | (np.abs(least - 1) <= band)] = Label.BOUNDARY
+    labels[(most < 1 - band) | (least > 1 + band)] = Label.INFEASIBLE
+    return Margins(labels.astype(np.int8), most, clearance)
 
 
-def alpha_max_lp(vehicle: Vehicle, tau: ArrayLike) -> float:
+def alpha_max_lp(
+    vehicle: Vehicle, tau: ArrayLike, f_min: FloatArray | None = None, f_max: FloatArray | None = None
+) -> float:
     """alpha* of one demand (k,) by its definition, a linear program (HiGHS through SciPy).
 
     It shares no facets with ``alpha_max``, which it checks, and is some thousand times slower.
@@ -167,7 +221,9 @@ def alpha_max_lp(vehicle: Vehicle, tau: ArrayLike) -> float:
     moves = size > 0.0
     direction = t / size if moves else t
     A = np.hstack([vehicle.TP * (vehicle.f_scale / vehicle.wrench_scale[:, None]), -direction[:, None]])
-    limits = np.column_stack([vehicle.f_min, vehicle.f_max]) / vehicle.f_scale
+    low = vehicle.f_min if f_min is None else f_min
+    high = vehicle.f_max if f_max is None else f_max
+    limits = np.column_stack([low, high]) / vehicle.f_scale
     optimum = linprog(
         np.append(np.zeros(vehicle.n), -float(moves)),
         A_eq=A,

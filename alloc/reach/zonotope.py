@@ -76,6 +76,37 @@ def zonotope(vehicle: Vehicle) -> Zonotope:
     )
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Facets:
+    """The facets of an attainable set whatever the limits are: only which thrusters have a choice matters.
+
+    Attributes
+    ----------
+    half : (M, k) unit normals in scaled wrench, one of each opposite pair
+    reach_of : (M, n) by how much each thruster's half width moves a facet outwards [1/N]
+    tolerance : (M,) largest |c't| at which a unit direction t counts as parallel to the facet with normal c
+    """
+
+    half: FloatArray
+    reach_of: FloatArray
+    tolerance: FloatArray
+
+
+@lru_cache(maxsize=256)  # limits of one log leave a choice to few different sets of thrusters
+def facets(vehicle: Vehicle, choosing: tuple[int, ...]) -> Facets:
+    """The facets where exactly the thrusters ``choosing`` have f_min < f_max."""
+    scaled = vehicle.TP / vehicle.wrench_scale[:, None]
+    columns = scaled[:, list(choosing)]
+    U, sigma, _ = np.linalg.svd(columns)
+    r = int(np.count_nonzero(sigma > RANK_TOLERANCE * max(sigma.max(initial=0.0), ROUNDING)))
+    normals = _normals(U[:, :r].T @ columns) @ U[:, :r].T
+    across = U[:, r:].T
+    reach_of = np.zeros((len(normals) + len(across), vehicle.n))
+    reach_of[: len(normals), list(choosing)] = np.abs(normals @ columns)
+    tolerance = np.repeat([ROUNDING, RANK_TOLERANCE], [len(normals), len(across)])
+    return Facets(half=np.vstack([normals, across]), reach_of=reach_of, tolerance=tolerance)
+
+
 def _normals(generators: FloatArray) -> FloatArray:
     """(M, r) distinct unit normals of the (r - 1)-subsets of generators (r, m); one of each +- pair."""
     r = len(generators)

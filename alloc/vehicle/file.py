@@ -10,6 +10,7 @@ from alloc.allocation import FloatArray
 from alloc.errors import VehicleError
 from alloc.vehicle import Vehicle
 from alloc.vehicle.geometry import DOF, contradictions, from_flu, planar_matrix, pose_matrix
+from alloc.vehicle.limits import Slew, VoltageTable
 
 Numbers = list[float]
 SLACK_WEIGHT = 2000.0
@@ -32,6 +33,18 @@ class Planar(msgspec.Struct, forbid_unknown_fields=True):
     alpha_deg: Numbers
     d: Numbers
     phi_deg: Numbers
+
+
+class Rates(msgspec.Struct, forbid_unknown_fields=True):
+    """How fast thrusts may change, rise and fall apart.
+
+    Attributes
+    ----------
+    up, down : one number for all thrusters or one for each [N/s]
+    """
+
+    up: float | Numbers
+    down: float | Numbers
 
 
 class Thruster(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
@@ -66,6 +79,8 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     weights : diagonal of H; a file gives this or H [1/N^2]
     H : rows of the (n, n) matrix of eq. 4 [1/N^2]
     slack_weights : (k,) diagonal of Q for the soft formulation
+    slew : how fast thrusts may change: one number, one for each thruster, or up and down apart [N/s]
+    volts : limits [f_min, f_max] by the battery's voltage [V], each one number or one for each thruster [N]
     rank : intended rank of T where it is below k
     notes : remarks, such as what an import assumed
     """
@@ -83,6 +98,8 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     weights: Numbers | None = None
     H: list[Numbers] | None = None
     slack_weights: Numbers | None = None
+    slew: float | Numbers | Rates | None = None
+    volts: dict[str, tuple[float | Numbers, float | Numbers]] | None = None
     rank: int | None = None
     notes: list[str] = []
 
@@ -154,7 +171,29 @@ def vehicle_with(keys: VehicleFile, T: FloatArray) -> Vehicle:
         readiness=np.ones(n),
         slack_weights=np.array([SLACK_WEIGHT] * k if keys.slack_weights is None else keys.slack_weights),
         source=keys.source,
+        slew=None if keys.slew is None else _slew(keys.slew, n),
+        by_volts=None if keys.volts is None else _by_volts(keys.volts, n),
     )
+
+
+def _slew(slew: float | Numbers | Rates, n: int) -> Slew:
+    rates = slew if isinstance(slew, Rates) else Rates(slew, slew)
+    return Slew(_per_thruster(rates.up, n), _per_thruster(rates.down, n))
+
+
+def _by_volts(table: dict[str, tuple[float | Numbers, float | Numbers]], n: int) -> VoltageTable:
+    volts = []
+    for text in table:
+        try:
+            volts.append(float(text))
+        except ValueError:
+            raise VehicleError(
+                f"volts: {text[:40]!r} is no voltage; give a number of volts", "volts"
+            ) from None
+    sides = [[_per_thruster(limits[side], n) for limits in table.values()] for side in (0, 1)]
+    if any(limit.shape != (n,) for side in sides for limit in side):
+        raise VehicleError(f"volts: give one limit for all, or one for each of {n} thrusters", "volts")
+    return VoltageTable(np.array(volts), np.array(sides[0]), np.array(sides[1]))
 
 
 def _from_planar(planar: Planar, dof: Sequence[str]) -> FloatArray:

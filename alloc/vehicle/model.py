@@ -1,15 +1,18 @@
 """A vehicle as the allocators see it: T, H, limits and readiness, frozen."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import isfinite
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from alloc.allocation import FloatArray, IndexArray, real
-from alloc.errors import VehicleError
+from alloc.errors import DemandError, VehicleError
 from alloc.vehicle.geometry import DOF
+from alloc.vehicle.limits import Interval, Slew, VoltageTable, check_slew, check_table, intersected, thrusts
 
 RANK_TOLERANCE = 1e-9
 """Singular values of T below this count as zero, once its rows have unit length: the largest then lies
@@ -35,6 +38,8 @@ class Vehicle:
     slack_weights : (k,) diagonal of Q for the soft formulation
     source : where the numbers come from
     whole : name of the vehicle without its faults; empty for a vehicle without any
+    slew : how fast thrusts may change, None where nothing says
+    by_volts : limits by the battery's voltage, None where nothing says
     """
 
     name: str
@@ -47,6 +52,8 @@ class Vehicle:
     slack_weights: FloatArray
     source: str = ""
     whole: str = ""
+    slew: Slew | None = None
+    by_volts: VoltageTable | None = None
 
     def __post_init__(self) -> None:
         """Freeze private copies of the arrays; raise VehicleError where they describe no vehicle."""
@@ -69,6 +76,10 @@ class Vehicle:
             limits = np.where(self.readiness == 0, 0.0, getattr(self, key))
             object.__setattr__(self, key, _frozen(limits))
         _check_values(self)
+        if self.slew is not None:
+            check_slew(self.slew, self.n)
+        if self.by_volts is not None:
+            check_table(self.by_volts, self.n)
 
     @property
     def k(self) -> int:
@@ -133,6 +144,53 @@ class Vehicle:
         Wrench tolerances are relative to this scale, so they mean the same on a 20 N and a 600 kN vehicle.
         """
         return self.row_lengths * self.f_scale
+
+    def limits(
+        self,
+        *,
+        volts: float | None = None,
+        f_previous: ArrayLike | None = None,
+        dt: float | None = None,
+        blocked: Sequence[int] = (),
+    ) -> Interval:
+        """f_min and f_max (n,) of this moment [N]: this vehicle's own, intersected with all that is given.
+
+        Parameters
+        ----------
+        volts : of the battery [V]; limits are interpolated linearly in the vehicle's table
+        f_previous, dt : (n,) thrusts of the last call [N] and the time since [s]; slew rates bound the change
+        blocked : indices of thrusters that give nothing now, as one out of the water or with a rope in it
+
+        Returns
+        -------
+        f_min, f_max : (n,) fresh arrays, 0 for a thruster that is off or blocked; f_min exceeds f_max where
+            what is given contradicts itself, as slew rates do that can't follow a voltage
+
+        Raises
+        ------
+        VehicleError where the vehicle has no table or no slew rates, DemandError for a voltage outside of the
+        table, and for what is no thrusts, no time or no thruster.
+        """
+        intervals = [(self.f_min, self.f_max)]
+        if volts is not None:
+            if self.by_volts is None:
+                raise VehicleError(f"{self.name}: has no limits by voltage; add 'volts' to its file", "volts")
+            intervals.append(self.by_volts.at(volts))
+        if (f_previous is None) != (dt is None):
+            raise DemandError("f_previous and dt say together how far thrusts may have moved; give both")
+        if f_previous is not None and dt is not None:
+            if self.slew is None:
+                raise VehicleError(f"{self.name}: has no slew rates; add 'slew' [N/s] to its file", "slew")
+            if not (isfinite(dt) and dt > 0):
+                raise DemandError(f"dt = {dt:g} is no time since the last call; give seconds above 0")
+            intervals.append(self.slew.around(thrusts(f_previous, self.n), dt))
+        low, high = intersected(intervals)
+        for thruster in blocked:
+            if not 0 <= thruster < self.n:
+                raise DemandError(f"{self.name} has no thruster {thruster}; count from 0 to {self.n - 1}")
+        still = self.readiness == 0
+        still[list(blocked)] = True
+        return np.where(still, 0.0, low), np.where(still, 0.0, high)
 
     def with_fault(self, thruster: int, readiness: float = 0.0) -> "Vehicle":
         """This vehicle with one thruster off, or weakened: p_ii = ``readiness`` (eq. 2).

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from alloc import FloatArray, Vehicle
+from alloc.vehicle.limits import Slew, VoltageTable
 from bench.demands import DemandSet
 
 VEHICLE_ARRAYS = ("T", "H", "f_min", "f_max", "readiness", "slack_weights")
@@ -16,13 +17,24 @@ VEHICLE_ARRAYS = ("T", "H", "f_min", "f_max", "readiness", "slack_weights")
 def arrays_of(vehicle: Vehicle) -> dict[str, NDArray[Any]]:
     """The arrays that a vehicle is made of."""
     names = np.array([vehicle.name, vehicle.source, vehicle.whole])
-    return {"vehicle": names, "dof": np.array(vehicle.dof)} | {k: getattr(vehicle, k) for k in VEHICLE_ARRAYS}
+    arrays = {"vehicle": names, "dof": np.array(vehicle.dof)} | {
+        k: getattr(vehicle, k) for k in VEHICLE_ARRAYS
+    }
+    if vehicle.slew is not None:
+        arrays |= {"slew up": vehicle.slew.up, "slew down": vehicle.slew.down}
+    if (table := vehicle.by_volts) is not None:
+        arrays |= {"volts": table.volts, "volts f_min": table.f_min, "volts f_max": table.f_max}
+    return arrays
 
 
 def vehicle_of(arrays: Mapping[str, NDArray[Any]]) -> Vehicle:
     """The vehicle made of what ``arrays_of`` returned."""
     name, source, whole = map(str, arrays["vehicle"])
-    numbers = {key: arrays[key] for key in VEHICLE_ARRAYS}
+    numbers: dict[str, Any] = {key: arrays[key] for key in VEHICLE_ARRAYS}
+    if "slew up" in arrays:
+        numbers["slew"] = Slew(arrays["slew up"], arrays["slew down"])
+    if "volts" in arrays:
+        numbers["by_volts"] = VoltageTable(arrays["volts"], arrays["volts f_min"], arrays["volts f_max"])
     return Vehicle(name=name, source=source, whole=whole, dof=tuple(map(str, arrays["dof"])), **numbers)
 
 

@@ -219,3 +219,18 @@ def test_a_missing_file_is_refused_in_one_line() -> None:
     assert run.returncode == 2
     assert run.stderr.count("\n") == 1
     assert "Traceback" not in run.stderr
+
+
+def test_what_the_lowest_voltage_and_slew_rates_leave_is_said(tmp_path: Path) -> None:
+    file = tmp_path / "slow.yaml"
+    keys = "f_min: -50\nf_max: 60\nslew: {up: 30, down: 60}\nvolts: {12: [-20, 25], 16: [-40, 55]}\n"
+    file.write_text(f"name: slow\ndof: [surge]\nframe: frd\nT: [[1, 1]]\n{keys}", encoding="utf-8")
+    remarks = {(finding.level, finding.key, finding.message) for finding in check_vehicle(file).findings}
+    assert ("note", "volts", "at 12 V thruster 0 gives -20 … 25 N of -50 … 60 N") in remarks
+    assert ("note", "slew", "from 0 N to f_max the slowest thruster takes 2 s") in remarks
+    for i in (0, 1):
+        assert (
+            "warning",
+            "f_max",
+            f"thruster {i} gives 55 N at most by 'volts', less than f_max = 60 N",
+        ) in remarks

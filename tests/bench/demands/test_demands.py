@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from alloc import Label, NotApplicable, UnknownName, Vehicle, alpha_max, list_vehicles, load_vehicle
+from alloc.vehicle.limits import Slew
 from bench.demands import build_demands, list_demands
+from bench.demands.store import load_case, save_case
 
 WHOLE = [load_vehicle(name) for name in list_vehicles()]
 STATES = WHOLE + [v.with_fault(0) for v in WHOLE]
@@ -114,3 +116,15 @@ def test_the_demands_of_a_set_are_read_only():
     demands = build_demands("inactive", load_vehicle("ukwial"), seed=1, n=3)
     with pytest.raises(ValueError, match="read-only"):
         demands.taus[0] = 0
+
+
+def test_a_vehicle_survives_the_file_it_is_handed_over_in_with_its_moving_limits(tmp_path: Path) -> None:
+    slow = replace(
+        load_vehicle("bluerov2-heavy"), slew=Slew(up=np.full(8, 4.0), down=np.full(8, 9.0))
+    ).with_fault(2)
+    save_case(tmp_path / "case.npz", slow, np.ones((2, 6)))
+    again, taus = load_case(tmp_path / "case.npz")
+    assert (again.name, again.whole, again.dof) == (slow.name, slow.whole, slow.dof)
+    assert taus.shape == (2, 6)
+    moment = {"volts": 13.0, "f_previous": np.ones(8), "dt": 0.1}
+    np.testing.assert_array_equal(again.limits(**moment), slow.limits(**moment))

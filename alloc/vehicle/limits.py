@@ -1,0 +1,130 @@
+"""Limits that move: what a battery's voltage, the last thrusts and a blocked thruster leave of them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from alloc.allocation import FloatArray, real
+from alloc.errors import DemandError, VehicleError
+
+if TYPE_CHECKING:
+    from alloc.vehicle.model import Vehicle
+
+Interval = tuple[FloatArray, FloatArray]
+"""f_min and f_max, (n,) each [N]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Slew:
+    """How fast thrusts may change.
+
+    Attributes
+    ----------
+    up, down : (n,) largest rise and fall of each thrust [N/s]
+    """
+
+    up: FloatArray
+    down: FloatArray
+
+    def around(self, f: FloatArray, dt: float) -> Interval:
+        """What thrusts f (n,) [N] may become within dt [s]: [f - down dt, f + up dt]."""
+        return f - self.down * dt, f + self.up * dt
+
+
+@dataclass(frozen=True, eq=False)
+class VoltageTable:
+    """What thrusters can give at each voltage of the battery, linear between the entries.
+
+    Attributes
+    ----------
+    volts : (m,) rising [V]
+    f_min, f_max : (m, n) limits at each of them [N]
+    """
+
+    volts: FloatArray
+    f_min: FloatArray
+    f_max: FloatArray
+
+    def at(self, volts: float) -> Interval:
+        """The limits at a voltage [V]; raises DemandError outside of the table, which can't tell."""
+        if not self.volts[0] <= volts <= self.volts[-1]:
+            raise DemandError(
+                f"volts = {volts:g} lies outside of the table, which has {self.volts[0]:g} to"
+                f" {self.volts[-1]:g} V; give a voltage within, or more of the table"
+            )
+        low, high = (
+            np.array([np.interp(volts, self.volts, column) for column in side.T])
+            for side in (self.f_min, self.f_max)
+        )
+        return low, high
+
+
+def intersected(intervals: Sequence[Interval]) -> Interval:
+    """The limits that all of them allow; f_min exceeds f_max where there are none."""
+    lows, highs = zip(*intervals, strict=True)
+    return np.max(lows, axis=0), np.min(highs, axis=0)
+
+
+def limits_of(vehicle: "Vehicle", count: int, f_min: ArrayLike | None, f_max: ArrayLike | None) -> Interval:
+    """f_min and f_max of each of ``count`` calls, (count, n) each [N]; what is left out is the vehicle's.
+
+    Each is (n,) for all calls or (count, n); f_min may exceed f_max, which leaves nothing to allocate.
+    Thrusters that are off stay off. Raises DemandError for another shape, and for what is no finite number.
+    """
+    low, high = (
+        np.broadcast_to(_side(vehicle, count, key, own if given is None else given), (count, vehicle.n))
+        for key, given, own in (("f_min", f_min, vehicle.f_min), ("f_max", f_max, vehicle.f_max))
+    )
+    off = vehicle.readiness == 0
+    return np.where(off, 0.0, low), np.where(off, 0.0, high)
+
+
+def _side(vehicle: "Vehicle", count: int, key: str, given: ArrayLike) -> FloatArray:
+    n = vehicle.n
+    try:
+        limits = real(np.asarray(given))
+    except (TypeError, ValueError, OverflowError) as error:
+        raise DemandError(f"{key} is not an array of numbers ({error}); give n = {n} of them [N]") from None
+    if limits.shape not in ((n,), (count, n)):
+        raise DemandError(f"{key} has shape {limits.shape}; this vehicle takes ({n},), or ({count}, {n}) [N]")
+    if not np.isfinite(limits).all():
+        raise DemandError(f"{key} holds NaN or infinity; give finite limits [N]")
+    return limits
+
+
+def thrusts(f: ArrayLike, n: int) -> FloatArray:
+    """Thrusts f (n,) [N] as finite numbers; raises DemandError for anything else."""
+    try:
+        values = real(np.asarray(f))
+    except (TypeError, ValueError, OverflowError) as error:
+        raise DemandError(f"f_previous is not an array of numbers ({error}); give n = {n} of them") from None
+    if values.shape != (n,) or not np.isfinite(values).all():
+        raise DemandError(
+            f"f_previous has shape {values.shape}, or holds NaN or infinity; give ({n},) finite thrusts [N]"
+        )
+    return values
+
+
+def check_slew(slew: Slew, n: int) -> None:
+    """Raise VehicleError unless there is a positive rate for each of n thrusters."""
+    for side, rates in (("up", slew.up), ("down", slew.down)):
+        if rates.shape != (n,) or not (np.isfinite(rates) & (rates > 0)).all():
+            raise VehicleError(
+                f"slew: {side} must be one positive number, or one for each of {n} thrusters [N/s]", "slew"
+            )
+
+
+def check_table(table: VoltageTable, n: int) -> None:
+    """Raise VehicleError unless the voltages rise and each has limits of n thrusters that leave a thrust."""
+    if len(table.volts) < 2 or not (np.diff(table.volts) > 0).all() or not table.volts[0] > 0:
+        raise VehicleError("volts: give two or more different voltages above 0 V, lowest first", "volts")
+    for low, high, volts in zip(table.f_min, table.f_max, table.volts, strict=True):
+        if low.shape != (n,) or high.shape != (n,) or not (low <= high).all():
+            raise VehicleError(
+                f"volts: at {volts:g} V give [f_min, f_max], each one number or one for each of {n}"
+                " thrusters, f_min not above f_max",
+                "volts",
+            )
