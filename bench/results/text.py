@@ -10,7 +10,9 @@ def three(value: float | None) -> str:
     """Three significant digits, without an exponent from 0.001 to a million; empty for None."""
     if value is None:
         return ""
-    if value == 0 or not isfinite(value):
+    if value == 0:
+        return "0"  # for -0.0 too, which would be shown as -0
+    if not isfinite(value):
         return f"{value:g}"
     digits = 2 - floor(log10(abs(value)))
     rounded = round(value, digits)  # rounding may add a digit: 9.999 becomes 10.0

@@ -10,7 +10,7 @@ import pytest
 
 from bench.__main__ import main
 from bench.record import Cell, Event, Judged, Key
-from bench.report import render
+from bench.report import cost, render
 from bench.report.tails import unmet
 from bench.results.rows import read_run
 from bench.results.text import number_range, table, three
@@ -78,6 +78,13 @@ def test_the_headline_compares_generated_c_with_c_and_a_solver_s_call_with_its_o
     assert "60.0 times as long, called through Python (5.00 % of it by its own clock)." in text
 
 
+def test_the_report_explains_the_formulations_of_its_run_and_no_other_of_the_tree(tmp_path: Path) -> None:
+    run = read_run(made_up.record(tmp_path, made_up.header(), made_up.exact_cell("ukwial", "nullspace", 1.0)))
+    text = cost.section(run, frozenset())
+    assert "*hard* is the least effort" in text
+    assert "*soft*" not in text
+
+
 @pytest.mark.parametrize(("slower", "apart"), [(1.0, 0), (1.01, 0), (1.1, 1)])
 def test_repeats_whose_intervals_of_p99_do_not_meet_are_counted(
     slower: float, apart: int, tmp_path: Path
@@ -101,6 +108,7 @@ def test_repeats_whose_intervals_of_p99_do_not_meet_are_counted(
     [
         (None, ""),
         (0.0, "0"),
+        (-0.0, "0"),
         (1.2345, "1.23"),
         (9.999, "10.0"),
         (99.95, "100"),
