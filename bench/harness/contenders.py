@@ -17,13 +17,15 @@ from bench.record import Method
 def contenders(settings: RunSettings) -> list[Contender]:
     """The plug-ins, then the methods of the catalogue.
 
-    A name may be a pattern as a shell has it, ``qp/*``. Raises UnknownName for a name that no method has,
-    and for a plug-in whose name is taken: two methods of one name would share their rows.
+    A name may be a pattern as a shell has it, ``qp/*``. A plug-in takes part whether it is named or not.
+    Raises UnknownName for a name that no method has, and for a plug-in whose name is taken: two methods of
+    one name would share their rows.
     """
     plugged = [described(path, settings) for path in dict.fromkeys(settings.plugins)]
     wanted = settings.methods or (() if plugged else ("*",))
+    known = [*(contender.method.name for contender in plugged), *(entry.name for entry in catalogue())]
     for name in wanted:
-        if not any(fnmatchcase(entry.name, name) for entry in catalogue()):
+        if not any(fnmatchcase(method, name) for method in known):
             find(name)  # raises UnknownName, whose message lists all methods
     chosen = [
         Contender(method=method_line(entry), starts=entry.starts, levels=entry.levels, missing=entry.missing)

@@ -86,6 +86,16 @@ def test_a_plug_in_on_a_faulty_vehicle_and_a_pattern_of_methods_are_measured(tmp
     assert measured["pinv", "ukwial-f1"] == "ok"
 
 
+@pytest.mark.parametrize(("wanted", "others"), [("my-pinv", []), ("*pinv", ["pinv"]), ("pinv", ["pinv"])])
+def test_a_plug_in_takes_part_once_whether_it_is_named_or_not(
+    wanted: str, others: list[str], tmp_path: Path
+) -> None:
+    plugin = tmp_path / "my_pinv.py"
+    plugin.write_text("from alloc.methods.pinv import FORMULATION, build\n")
+    chosen = contenders(RunSettings(demands=(), methods=(wanted,), plugins=(str(plugin),)))
+    assert [contender.method.name for contender in chosen] == ["my-pinv", *others]
+
+
 def test_two_methods_of_one_name_are_refused_not_dropped(tmp_path: Path) -> None:
     files = [tmp_path / folder / name for folder, name in (("a", "mine"), ("b", "mine"), ("c", "pinv"))]
     for file in files:
