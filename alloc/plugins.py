@@ -25,7 +25,7 @@ class Entry:
 
     Attributes
     ----------
-    name : label, e.g. ``pinv``, ``qp/osqp``, ``nullspace@native``; no code reads its parts
+    name : e.g. ``pinv``, ``qp/osqp``, ``nullspace@native``; no code reads its parts
     formulation : name of the formulation whose right answer the method gives
     family : kind of method; reports show a family together
     solver : the QP solver that the method calls, empty for none

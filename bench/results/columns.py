@@ -28,7 +28,7 @@ class Row(Repeats):
 
     @property
     def method(self) -> str:
-        """Label of the method."""
+        """Name of the method."""
         return self.key.method
 
     @property
