@@ -50,7 +50,7 @@ FAMILIES: dict[str, str] = {
     Family.ONE_SHOT: PURPLE,
     Family.SOFT: GREEN,
 }
-"""Colour of each family of methods, the same in every picture."""
+"""Colour of each family of methods; pictures that tell single methods apart have colours of their own."""
 
 SETTINGS: dict[Any, Any] = {
     "axes.axisbelow": True,
