@@ -57,7 +57,10 @@ def command(
     clock_MHz: float | None,
     cpi: tuple[float, float] | None,
 ) -> None:
-    """Which method of the run in DIRECTORY fits a control rate; the first row is the one to take."""
+    """Which method of the run in DIRECTORY fits a control rate; of times, take a vehicle's first row.
+
+    Counts of generated C are sorted by cost alone; the cheapest may know no limits.
+    """
     from alloc import UnknownName
     from bench.record.canary import read_canary
     from bench.report import bands
