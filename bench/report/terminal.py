@@ -6,6 +6,7 @@ from itertools import groupby
 from pathlib import Path
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from alloc import WRENCH_TOLERANCE
@@ -47,7 +48,7 @@ def show(directory: Path, console: Console) -> bool:
     for heading in ("method", "p50", "p99", "serves", "misses", "agrees"):
         table.add_column(heading, no_wrap=True, min_width=len(heading))
     for label, same in groupby(rows, key=lambda row: row.label):
-        table.add_row(label, *_method(run, list(same)))
+        table.add_row(escape(label), *_method(run, list(same)))
     # A file or a pipe has no edge that lines must fit into, so nothing is cut there.
     console.print(table, width=None if console.is_terminal else max(console.width, 120))
     for line in cut_logs(run):

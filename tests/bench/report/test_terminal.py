@@ -86,6 +86,15 @@ def test_the_table_names_its_columns_and_their_units(tmp_path: Path) -> None:
         assert word in text
 
 
+def test_brackets_in_a_name_are_printed_as_they_are(tmp_path: Path) -> None:
+    record(tmp_path, header(), on("active", "[bold]", 0.3, 0.65), on("active", "a[/b]", 0.3, 0.65))
+    console = Console(width=100, record=True, file=StringIO())
+    show(tmp_path, console)
+    text = console.export_text()
+    assert "[bold]" in text
+    assert "a[/b]" in text
+
+
 def test_the_longest_names_and_numbers_and_a_failure_fit_on_a_line_of_a_terminal(tmp_path: Path) -> None:
     rows = [
         cell("qp/clarabel", us, key=Key("ukwial", demands, "qp/clarabel", "reused", "tight"))
