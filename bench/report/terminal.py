@@ -33,11 +33,15 @@ def objections(rows: Iterable[Row]) -> list[str]:
         if judged is None:
             continue
         what = judged.wrong or (
-            f"{judged.distance_rel_max:.2g} of the largest limit away from the reference, "
-            f"where {judged.tolerance:.2g} is promised"
+            f"{_two(judged.distance_rel_max)} of the largest limit away from the reference, "
+            f"where {_two(judged.tolerance)} is promised"
         )
         lines.append(f"{row.label} on {row.vehicle}, {row.demands} demands: {what}")
     return lines
+
+
+def _two(value: float | None) -> str:
+    return "-" if value is None else f"{value:.2g}"
 
 
 def show(directory: Path, console: Console) -> bool:
