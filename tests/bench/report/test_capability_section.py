@@ -166,3 +166,12 @@ def test_a_record_without_authority_or_with_an_odd_count_of_cores_is_still_shown
     odd = header(machine={"id": "made-up", "cpu": "Example CPU", "cores": "two"})
     busy = cell(quiet=Quiet(load=9.0))
     assert "served within 1 %" in section(read_run(record(tmp_path, odd, nothing, busy)), frozenset())
+
+
+def test_a_section_that_was_left_out_leaves_the_others_drawn(tmp_path: Path) -> None:
+    plane = CAPABILITY.planes[0]
+    loaded = [msgspec.structs.replace(plane, held_at=9.0, y=y) for y in ("sway", "yaw")]
+    uneven = msgspec.structs.replace(CAPABILITY, authority=[], planes=[plane, *loaded])
+    figure = reach.draw(run_with(tmp_path, uneven), "ukwial")
+    assert figure is not None
+    assert len(figure.axes) == 3
