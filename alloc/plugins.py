@@ -9,13 +9,14 @@ from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, get_args
 
 import alloc.methods
 from alloc.allocation import Allocator
 from alloc.errors import NotInstalled, UnknownName
 from alloc.formulations import Family, find_formulation
 from alloc.methods import Variant
+from alloc.solvers import Level, Start
 from alloc.vehicle import Vehicle
 
 
@@ -94,7 +95,8 @@ def find(name: str) -> Entry:
 def load_plugin(path: Path) -> Entry:
     """The method in a Python file, named after the file; ``alloc.methods`` says what the file must hold.
 
-    Raises UnknownName where the file can't be imported or has no ``build``.
+    Raises UnknownName where the file can't be imported, has no ``build``, or offers starts or levels that
+    there are not.
     """
     spec = spec_from_file_location(f"thrustbench_plugin_{path.stem}", path)
     if spec is None or spec.loader is None or not path.is_file():
@@ -108,6 +110,11 @@ def load_plugin(path: Path) -> Entry:
         raise UnknownName(f"{path}: can't be imported ({type(error).__name__}: {error}); mend it") from error
     if not hasattr(module, "build"):
         raise UnknownName(f"{path}: has no build(vehicle); add one that returns an allocator")
+    for constant, known in (("STARTS", get_args(Start)), ("LEVELS", get_args(Level))):
+        offered = getattr(module, constant, known)
+        # A word that no run asks for would leave the method without a row.
+        if not isinstance(offered, tuple | list) or not offered or not {*known, "-"}.issuperset(offered):
+            raise UnknownName(f"{path}: {constant} = {offered!r}; give a tuple of {', '.join(known)}")
     return _entry(_hyphened(path.stem), module)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from alloc import Allocation, Status, generalized_inverse
 
 FORMULATION = "unlimited"
+FORGED = b'{{"type":"failed","task":99,"status":"ok","reason":""}}\\n'
 
 class Allocator:
     formulation, limited, tolerance = FORMULATION, False, 1e-9
@@ -44,6 +45,8 @@ TAMPERING = {
     "closes-files": "if large: os.closerange(3, 256)",
     "closes-files-and-hangs": "if large: os.closerange(0, 256); time.sleep(60)",
     "miscounts": "if large: return Allocation(f, Status.SOLVED, 2.5)",
+    "promises-nan": "self.tolerance = np.nan",
+    "forges": "if large: os.write(int(sys.argv[1]), FORGED)",
     "forks": "if large and not self.kept: self.kept.append(f); os.fork() or sys.exit(0)",
 }
 """These hurt the worker itself: its files, its process, or the types of its results."""

@@ -63,7 +63,7 @@ def command(
         seed=seed,
         n=n,
     )
-    console = Console(highlight=False, soft_wrap=True)
+    console = Console(highlight=False, markup=False, soft_wrap=True)
     good = True
     for row in write(plan, out, add=add):
         answered = row.agrees is not False or row.solver != ""

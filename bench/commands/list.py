@@ -17,7 +17,7 @@ def command() -> None:
         name = Column(first, no_wrap=True)  # a name that is cut short can't be typed
         return Table(name, *others, Column(last, overflow="fold"), title=title, box=None)
 
-    console = Console(highlight=False)
+    console = Console(highlight=False, markup=False)
     methods = table("Methods", "method", "formulation", "starts, levels", "what it does")
     for e in catalogue():
         choices = "\n".join(" ".join(names) for names in (e.starts, e.levels) if names != ("-",))

@@ -74,7 +74,7 @@ def command(out: Path | None, preset: str | None, study: str | None, resume: boo
         except Interrupted:
             interrupted = True
     good = show(directory, console)
-    console.print(f"Report: {render(directory)}", highlight=False, soft_wrap=True)
+    console.print(f"Report: {render(directory)}", highlight=False, markup=False, soft_wrap=True)
     if interrupted:
         console.print("Interrupted; `--resume` goes on where it stopped.", highlight=False)
         return 130

@@ -7,13 +7,14 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 
 import msgspec
 
 from bench.harness.child import cause, environment
-from bench.harness.job import Begin, Failed, Job, Message
+from bench.harness.job import AnswersWritten, AnswerTask, Begin, Failed, Job, MeasureTask, Message, Task
+from bench.record import Cell
 
 TAIL_BYTES = 2000
 """The last bytes that a worker printed are kept, to say why it died."""
@@ -36,7 +37,7 @@ def work(job: Job, time_limit_s: float) -> Iterator[Message]:
         with suppress(BrokenPipeError):  # the process died at once; what it printed says why
             process.stdin.write(msgspec.json.encode(job))
             process.stdin.close()
-        yield from _messages(process, reader, time_limit_s)
+        yield from _messages(process, reader, job.tasks, time_limit_s)
 
 
 def _start(at_end: ExitStack) -> tuple[subprocess.Popen[bytes], int]:
@@ -79,7 +80,9 @@ def signals_held_back() -> Iterator[None]:
         signal.raise_signal(late)
 
 
-def _messages(process: subprocess.Popen[bytes], reader: int, time_limit_s: float) -> Iterator[Message]:
+def _messages(
+    process: subprocess.Popen[bytes], reader: int, tasks: Sequence[Task], time_limit_s: float
+) -> Iterator[Message]:
     assert process.stdout is not None
     printed = process.stdout.fileno()
     decode = msgspec.json.Decoder(Message).decode
@@ -106,6 +109,10 @@ def _messages(process: subprocess.Popen[bytes], reader: int, time_limit_s: float
                             if at is not None:
                                 yield Failed(at, "failed", f"the result can't be recorded: {error}")
                             return
+                        if not _expected(message, at, tasks):
+                            if at is not None:
+                                yield Failed(at, "failed", "the worker sent a message about another task")
+                            return
                         at = message.task if isinstance(message, Begin) else None
                         yield message
                     deadline = time.monotonic() + time_limit_s
@@ -121,6 +128,22 @@ def _messages(process: subprocess.Popen[bytes], reader: int, time_limit_s: float
         how = Failed(at or 0, "crashed", cause(code, tail))
     if at is not None:
         yield how
+
+
+def _expected(message: Message, at: int | None, tasks: Sequence[Task]) -> bool:
+    """Whether a worker at that task may send this message; a method can write into the worker's pipe too."""
+    task = None if at is None else tasks[at]
+    match message:
+        case Begin():
+            return message.task in range(len(tasks))
+        case Failed():
+            return message.task == at
+        case AnswersWritten():
+            return message.task == at and isinstance(task, AnswerTask)
+        case Cell():
+            return isinstance(task, MeasureTask) and task.key == message.key
+        case _:
+            return True
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:

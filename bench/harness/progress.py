@@ -13,7 +13,9 @@ from bench.harness.state import Progress
 @contextmanager
 def bar(console: Console) -> Iterator[Callable[[Progress], None]]:
     """A bar on the console, and the function that moves it."""
-    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}"))
+    # A plug-in's name may hold brackets, which are no markup.
+    name = TextColumn("{task.description}", markup=False)
+    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), name)
     # Four frames a second, on the parent's core: drawing must not disturb what is measured.
     with Bar(*columns, console=console, refresh_per_second=4) as shown:
         task = shown.add_task("making demands")

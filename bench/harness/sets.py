@@ -8,6 +8,7 @@ from bench.demands.generated import STUDIES
 from bench.demands.store import same_vehicle
 from bench.harness.plan import RunSettings
 from bench.inputs.faults import faulty
+from bench.record import NO_VEHICLE
 
 
 def vehicles(settings: RunSettings) -> list[Vehicle]:
@@ -39,7 +40,20 @@ def demand_sets(settings: RunSettings, named: list[Vehicle]) -> list[DemandSet]:
                 )
     if not sets:
         raise NotApplicable("none of these vehicles has any of these demands; name others")
+    _check_names([*without_faults, *vehicles_asked])
     return list(sets.values())
+
+
+def _check_names(vehicles: list[Vehicle]) -> None:
+    # A vehicle called a-f2 would share its sections of the report with a, thruster 2 off.
+    by_name: dict[str, Vehicle] = {}
+    for vehicle in vehicles:
+        if vehicle.name == NO_VEHICLE:
+            raise DemandError(f"a vehicle is called '{vehicle.name}', which stands for none; change its name")
+        if not same_vehicle(by_name.setdefault(vehicle.name, vehicle), vehicle):
+            raise DemandError(
+                f"two different vehicles are called '{vehicle.name}'; change the name in a file"
+            )
 
 
 def _same(a: DemandSet, b: DemandSet) -> bool:

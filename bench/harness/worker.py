@@ -8,6 +8,7 @@ import sys
 import time
 from collections.abc import Callable
 from functools import cache, partial
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -205,6 +206,8 @@ def describe(cell: Cell, allocator: Allocator, answers: list[Allocation], questi
     """Put into the cell what the allocator says of itself, and what the equations say of its answers."""
     cell.formulation, cell.limited = allocator.formulation, allocator.limited
     cell.worst_case_steps = allocator.worst_case_steps if isinstance(allocator, BoundedSteps) else None
+    if not 0 <= allocator.tolerance < inf:  # NaN can't be recorded, and no answer would be within it
+        raise ValueError(f"tolerance {allocator.tolerance!r} promises nothing; give a number from 0 on")
     _, _, iterations, solver_s = zip(*answers, strict=True)
     own_clock = np.rint(np.array(solver_s) * 1e9)
     cell.solver_singles = counted(own_clock[np.isfinite(own_clock)].astype(np.int64).tolist())

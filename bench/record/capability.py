@@ -122,3 +122,9 @@ class Capability(msgspec.Struct, tag="capability", kw_only=True, omit_defaults=T
     unserved: list[Unserved] = []
     curves: list[Curve]
     planes: list[Plane]
+
+    def __post_init__(self) -> None:
+        """Raise ValueError, which the reader names with its line, where an axis lacks its ends."""
+        ends = [end for a in self.authority for end in (a.axis_min, a.axis_max)]
+        if any(len(end) != len(self.dof) for end in ends):
+            raise ValueError(f"axis_min and axis_max need {len(self.dof)} numbers, one for each of dof")

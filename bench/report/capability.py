@@ -71,8 +71,8 @@ def _state(a: Authority) -> tuple[str, ...]:
 
 
 def _warnings(capability: Capability) -> list[str]:
-    whole, *faults = capability.authority
-    lost = [_off(a) for a in faults if a.rank < whole.rank]
+    rank = max((a.rank for a in capability.authority), default=0)  # the whole vehicle's
+    lost = [_off(a) for a in capability.authority if a.rank < rank]
     weak = [_off(a) for a in capability.authority if (a.condition or 0.0) > NEARLY_SINGULAR]
     warnings = []
     if lost:

@@ -15,7 +15,7 @@ from bench.results.text import percent, table, three
 START, END = "<!-- results:start -->", "<!-- results:end -->"
 VEHICLES = ("ukwial", "bluerov2-heavy")
 """The paper's vehicle, and the commonest one with eight thrusters. A run without them shows its first two."""
-MOST = {Family.ONE_SHOT: 1, Family.SOFT: 1}
+MOST: dict[str, int] = {Family.ONE_SHOT: 1, Family.SOFT: 1}
 """How many methods of a family are shown, the fastest ones; other families are shown whole."""
 
 
@@ -40,7 +40,7 @@ def result_table(run: Run) -> str:
         row = last.get(method) or next(rows[method] for rows in by_vehicle.values() if method in rows)
         kind = row.family
         count[kind] += 1
-        if count[kind] <= MOST.get(Family(kind), len(methods)):
+        if count[kind] <= MOST.get(kind, len(methods)):
             medians = [_median(rows.get(method)) for rows in by_vehicle.values()]
             lines.append(
                 [

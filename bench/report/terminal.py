@@ -6,6 +6,7 @@ from itertools import groupby
 from pathlib import Path
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from alloc import WRENCH_TOLERANCE
@@ -32,11 +33,15 @@ def objections(rows: Iterable[Row]) -> list[str]:
         if judged is None:
             continue
         what = judged.wrong or (
-            f"{judged.distance_rel_max:.2g} of the largest limit away from the reference, "
-            f"where {judged.tolerance:.2g} is promised"
+            f"{_two(judged.distance_rel_max)} of the largest limit away from the reference, "
+            f"where {_two(judged.tolerance)} is promised"
         )
         lines.append(f"{row.label} on {row.vehicle}, {row.demands} demands: {what}")
     return lines
+
+
+def _two(value: float | None) -> str:
+    return "-" if value is None else f"{value:.2g}"
 
 
 def show(directory: Path, console: Console) -> bool:
@@ -47,7 +52,7 @@ def show(directory: Path, console: Console) -> bool:
     for heading in ("method", "p50", "p99", "serves", "misses", "agrees"):
         table.add_column(heading, no_wrap=True, min_width=len(heading))
     for label, same in groupby(rows, key=lambda row: row.label):
-        table.add_row(label, *_method(run, list(same)))
+        table.add_row(escape(label), *_method(run, list(same)))
     # A file or a pipe has no edge that lines must fit into, so nothing is cut there.
     console.print(table, width=None if console.is_terminal else max(console.width, 120))
     for line in cut_logs(run):

@@ -96,7 +96,8 @@ def gather(record: Record) -> tuple[Row, ...]:
     repeats: dict[Key, dict[int, Cell]] = defaultdict(dict)
     for cell in record.cells:
         repeats[replace(cell.key, repeat=0)][cell.key.repeat] = cell
-    usual, cores = canary_median_ns(record), record.header.machine.get("cores")
+    usual, counted = canary_median_ns(record), record.header.machine.get("cores")
+    cores = counted if isinstance(counted, int) else None
     attainable = {
         (p.vehicle, p.demands): (p.labels.get("inactive", 0) + p.labels.get("active", 0)) / p.n_demands
         for p in record.problems

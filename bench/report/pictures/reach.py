@@ -31,10 +31,13 @@ def draw(run: Run, vehicle: str) -> "Figure | None":
         return None
     rows = [list(group) for _, group in groupby(capability.planes, key=lambda plane: plane.held_at != 0)]
     figure = Figure((8.4, 4.0 * len(rows) + 0.8))
-    grid = figure.subplots(len(rows), len(rows[0]), squeeze=False)
-    for axes, plane in zip(grid.flat, capability.planes, strict=True):
-        _section(axes, plane)
-    served = capability.authority[0].closed_form_share
+    grid = figure.subplots(len(rows), max(map(len, rows)), squeeze=False)
+    for line, row in zip(grid, rows, strict=True):
+        for axes in line[len(row) :]:  # a section in which the vehicle can't push every way is left out
+            axes.remove()
+        for axes, plane in zip(line, row, strict=False):
+            _section(axes, plane)
+    served = next((a.closed_form_share for a in capability.authority if a.fault is None), None)
     share = "" if served is None else f", {100 * served:.3g} % of its volume"
     title = f"{vehicle}: what it can do, and what f = T* τ serves of it{share}"
     figure.suptitle(title, x=0.01, ha="left", fontsize=10)

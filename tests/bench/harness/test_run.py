@@ -171,3 +171,18 @@ def test_two_logs_or_vehicles_of_one_name_are_refused_not_dropped(tmp_path: Path
     mine.write_text(shipped.replace("f_max: 250", "f_max: 100"))
     with pytest.raises(DemandError, match="'ukwial', 'active'"):
         sets(["ukwial", str(mine)], ["active"], 5)
+
+
+@pytest.mark.parametrize(
+    ("name", "faults", "reason"),
+    [("ukwial-f2", ("2",), "two different vehicles are called 'ukwial-f2'"), ("-", ("",), "stands for none")],
+)
+def test_a_vehicle_named_as_another_after_a_failure_or_as_none_is_refused(
+    tmp_path: Path, name: str, faults: tuple[str, ...], reason: str
+) -> None:
+    shipped = (Path(alloc.__file__).parent / "vehicles" / "ukwial.yaml").read_text(encoding="utf-8")
+    mine = tmp_path / "mine.yaml"
+    mine.write_text(shipped.replace("name: ukwial", f"name: '{name}'"))
+    settings = RunSettings(vehicles=("ukwial", str(mine)), demands=("inactive",), faults=faults)
+    with pytest.raises(DemandError, match=reason):
+        demand_sets(settings, vehicles(settings))

@@ -3,8 +3,21 @@
 from pathlib import Path
 
 import msgspec
+import pytest
 
-from bench.record import Authority, Capability, Cell, Curve, Judged, Key, Plane, Served
+from bench.record import (
+    FILE_NAME,
+    Authority,
+    Capability,
+    Cell,
+    Curve,
+    Judged,
+    Key,
+    Plane,
+    Quiet,
+    RecordError,
+    Served,
+)
 from bench.report import mission
 from bench.report.capability import section
 from bench.report.pictures import error, reach
@@ -135,3 +148,30 @@ def test_the_mission_says_how_much_of_the_flight_was_asked(tmp_path: Path) -> No
     cells = [cell(key=Key(p.vehicle, p.demands, "pinv")) for p in asked]
     text = mission.section(read_run(record(tmp_path, header(), *asked, *cells)), frozenset())
     assert "60 demands (0.600 s) of waypoints" in text
+
+
+def test_an_axis_without_its_ends_is_refused_with_its_line(tmp_path: Path) -> None:
+    short = msgspec.structs.replace(WHOLE, axis_max=[3.0])
+    broken = msgspec.json.encode(CAPABILITY).replace(
+        msgspec.json.encode(WHOLE), msgspec.json.encode(short), 1
+    )
+    path = record(tmp_path, header()) / FILE_NAME
+    path.write_bytes(path.read_bytes() + broken + b"\n")
+    with pytest.raises(RecordError, match="line 2: axis_min and axis_max need 3 numbers"):
+        read_run(tmp_path)
+
+
+def test_a_record_without_authority_or_with_an_odd_count_of_cores_is_still_shown(tmp_path: Path) -> None:
+    nothing = msgspec.structs.replace(CAPABILITY, authority=[], planes=[])
+    odd = header(machine={"id": "made-up", "cpu": "Example CPU", "cores": "two"})
+    busy = cell(quiet=Quiet(load=9.0))
+    assert "served within 1 %" in section(read_run(record(tmp_path, odd, nothing, busy)), frozenset())
+
+
+def test_a_section_that_was_left_out_leaves_the_others_drawn(tmp_path: Path) -> None:
+    plane = CAPABILITY.planes[0]
+    loaded = [msgspec.structs.replace(plane, held_at=9.0, y=y) for y in ("sway", "yaw")]
+    uneven = msgspec.structs.replace(CAPABILITY, authority=[], planes=[plane, *loaded])
+    figure = reach.draw(run_with(tmp_path, uneven), "ukwial")
+    assert figure is not None
+    assert len(figure.axes) == 3

@@ -9,7 +9,7 @@ import msgspec
 import pytest
 
 from bench.__main__ import main
-from bench.record import Cell, Event, Judged, Key
+from bench.record import Cell, Event, Judged, Key, Method
 from bench.report import cost, render
 from bench.report.tails import unmet
 from bench.results.rows import read_run
@@ -218,6 +218,14 @@ def test_the_result_table_goes_between_the_markers_and_nowhere_else(tmp_path: Pa
     readme.write_text(f"before\n{START}\nold\n{END}\nafter\n")
     put(readme, table_text)
     assert readme.read_text(encoding="utf-8") == f"before\n{START}\n{table_text}{END}\nafter\n"
+
+
+def test_a_method_of_a_family_of_its_own_stands_in_the_result_table(tmp_path: Path) -> None:
+    from bench.report.readme import result_table
+
+    method = Method(name="pinv", family="nonsense")
+    made_up.record(tmp_path, made_up.header(), method, made_up.cell())
+    assert "`pinv`" in result_table(read_run(tmp_path))
 
 
 def test_a_file_without_markers_is_left_alone(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ import msgspec
 from rich.console import Console
 
 from bench.record import Capability, Cell, Judged, Key, Served
-from bench.report.terminal import missed, served, show
+from bench.report.terminal import missed, objections, served, show
 from bench.results.rows import read_run
 from tests.made_up import cell, header, record
 
@@ -84,6 +84,22 @@ def test_the_table_names_its_columns_and_their_units(tmp_path: Path) -> None:
     text = console.export_text()
     for word in ("serves", "70.0%", "misses", "30%", "[us]"):
         assert word in text
+
+
+def test_a_disagreement_without_a_promise_is_named_too(tmp_path: Path) -> None:
+    unpromised = Judged(answers=1, counts={"SOLVED": 1}, agrees=False, distance_rel_max=0.5)
+    run = read_run(record(tmp_path, header(), cell(judged=unpromised)))
+    [line] = objections(run.rows)
+    assert line.endswith("0.5 of the largest limit away from the reference, where - is promised")
+
+
+def test_brackets_in_a_name_are_printed_as_they_are(tmp_path: Path) -> None:
+    record(tmp_path, header(), on("active", "[bold]", 0.3, 0.65), on("active", "a[/b]", 0.3, 0.65))
+    console = Console(width=100, record=True, file=StringIO())
+    show(tmp_path, console)
+    text = console.export_text()
+    assert "[bold]" in text
+    assert "a[/b]" in text
 
 
 def test_the_longest_names_and_numbers_and_a_failure_fit_on_a_line_of_a_terminal(tmp_path: Path) -> None:
