@@ -12,7 +12,7 @@ from alloc.closed_forms.inverse import generalized_inverse
 from alloc.errors import NotApplicable, SolverError
 from alloc.reach.zonotope import ROUNDING, facets, zonotope
 from alloc.vehicle import Vehicle
-from alloc.vehicle.limits import limits_of
+from alloc.vehicle.call_limits import limits_of
 
 BAND = 1e-3
 """Half width of the boundary label in alpha: within it, solvers at their default accuracy (1e-3 to 1e-6)
