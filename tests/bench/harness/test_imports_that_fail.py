@@ -6,6 +6,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from alloc import UnknownName
+from alloc.native import missing
 from bench.__main__ import cli
 from bench.harness.contenders import contenders
 from bench.harness.plan import RunSettings
@@ -117,8 +118,16 @@ def test_a_plug_in_s_own_many_is_asked_for_its_share(outcome: tuple[Result, Reco
     assert shares["has-many-of-pinv"] == shares["pinv"]
 
 
+needs_compiler = pytest.mark.skipif(bool(missing()), reason=missing() or "-")
+
+
 @pytest.mark.parametrize(
-    ("file", "methods"), [("noop.py", ()), ("pinv.py", ("pinv@native",)), ("nullspace.py", ("qp/daqp",))]
+    ("file", "methods"),
+    [
+        ("noop.py", ()),
+        pytest.param("pinv.py", ("pinv@native",), marks=needs_compiler),
+        ("nullspace.py", ("qp/daqp",)),
+    ],
 )
 def test_a_plug_in_named_as_a_yardstick_or_as_what_represents_another_method_is_refused(
     tmp_path: Path, file: str, methods: tuple[str, ...]
