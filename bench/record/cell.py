@@ -1,5 +1,7 @@
 """The line of a record that says how one cell was measured, and how its answers were judged."""
 
+from typing import Annotated
+
 import msgspec
 
 
@@ -31,7 +33,7 @@ class Batch(msgspec.Struct, array_like=True):
     switches : involuntary context switches
     """
 
-    calls: int
+    calls: Annotated[int, msgspec.Meta(ge=1)]
     wall_ns: int
     cpu_ns: int
     switches: int

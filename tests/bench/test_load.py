@@ -10,7 +10,7 @@ from typing import get_type_hints
 import pytest
 
 from bench import Row, load
-from bench.record import PACKED, RecordError
+from bench.record import PACKED, Batch, RecordError
 from bench.results.table import columns
 from tests import made_up
 from tests.pages import blocks
@@ -86,3 +86,9 @@ def test_a_type_checker_knows_the_columns_of_a_row(tmp_path: Path) -> None:
         check=False,
     )
     assert done.returncode == 0, done.stdout
+
+
+def test_a_batch_of_no_calls_is_refused_with_its_line(tmp_path: Path) -> None:
+    made_up.record(tmp_path, made_up.header(), made_up.cell(batches=[Batch(0, 1, 1, 0)]))
+    with pytest.raises(RecordError, match="line 2: Expected `int` >= 1"):
+        load(tmp_path)
