@@ -30,6 +30,7 @@ from alloc import (
     one_by_one,
     prepare,
 )
+from alloc.allocation import real
 from bench.demands.store import load_case, save
 from bench.harness.job import (
     AnswersWritten,
@@ -134,12 +135,15 @@ def settle(job: Job) -> None:
 
 
 def write_answers(task: AnswerTask, job: Job) -> None:
-    """Answer a case and write thrusts and statuses; raises ValueError where these are not one a demand."""
+    """Answer a case and write thrusts and statuses.
+
+    Raises ValueError where these are not one a demand, TypeError where thrusts are no real numbers.
+    """
     vehicle, taus = load_case(Path(task.case))
     allocator = prepared(job, vehicle)
     many = getattr(allocator, "many", partial(one_by_one, allocator, k=vehicle.k, n=vehicle.n))
     answers, statuses = many(taus)
-    F, status = np.asarray(answers, dtype=np.float64), np.asarray(statuses, dtype=np.int8)
+    F, status = real(np.asarray(answers)), np.asarray(statuses, dtype=np.int8)
     if F.shape != (len(taus), vehicle.n) or status.shape != (len(taus),):
         raise ValueError(
             f"many() gave thrusts of shape {F.shape} and statuses of shape {status.shape}"

@@ -139,9 +139,10 @@ def given_away(question: Question, F: FloatArray) -> dict[str, float | None]:
 
 
 def stacked(thrusts: Sequence[FloatArray], n: int) -> tuple[FloatArray, BoolArray]:
-    """F (M, n), and which of the M answers are no (n,) arrays; those are rows of NaN in F."""
-    shapes = [np.shape(f) for f in thrusts]
-    misshapen = np.array([shape != (n,) for shape in shapes])
+    """F (M, n), and which of the M answers are no (n,) arrays of real numbers; those are rows of NaN in F."""
+    misshapen = np.array(
+        [not isinstance(f, np.ndarray) or f.shape != (n,) or f.dtype.kind not in "fiu" for f in thrusts]
+    )
     if misshapen.any():
         nothing = np.full(n, np.nan)
         thrusts = [nothing if bad else f for f, bad in zip(thrusts, misshapen, strict=True)]
@@ -155,8 +156,10 @@ def shared(thrusts: Sequence[FloatArray]) -> BoolArray:
     All answers are alive while they are compared, so overlap means that a method hands a buffer out again.
     Such a method does so within a few calls.
     """
-    first = thrusts[:COMPARED]
-    low, high = np.array([np.lib.array_utils.byte_bounds(f) for f in first], dtype=np.int64).T
+    bounds = [
+        np.lib.array_utils.byte_bounds(f) if isinstance(f, np.ndarray) else (0, 0) for f in thrusts[:COMPARED]
+    ]
+    low, high = np.array(bounds, dtype=np.int64).T
     order = np.argsort(low, kind="stable")
     overlap = np.zeros(len(thrusts), dtype=bool)
     overlap[order[1:]] = low[order[1:]] < np.maximum.accumulate(high[order])[:-1]

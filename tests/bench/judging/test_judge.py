@@ -1,6 +1,8 @@
 """Every kind of wrong answer is found, and right answers are not called wrong."""
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -71,6 +73,17 @@ def test_each_kind_of_wrong_answer_is_named_with_its_demand(asked: dict[str, Que
         wrong = verdict(active, replaced(active, f, status)).wrong
         assert words in wrong
         assert "first for demand 0" in wrong
+
+
+@pytest.mark.parametrize(
+    "kind", [list, lambda f: f + 1j, lambda f: f.astype(str), lambda f: f.astype(object)]
+)
+def test_thrusts_that_are_no_array_of_real_numbers_are_wrong(
+    asked: dict[str, Question], kind: Callable[[FloatArray], Any]
+) -> None:
+    active = asked["active"]
+    wrong = verdict(active, replaced(active, kind(exact(active)[0].f), Status.SOLVED)).wrong
+    assert "not an array of n thrusts (1 of 5 answers, first for demand 0)" in wrong
 
 
 def test_solved_is_a_wrong_answer_to_an_infeasible_demand(asked: dict[str, Question]) -> None:
