@@ -79,6 +79,7 @@ def _sobol(parameters: int, task: ShardTask) -> FloatArray:
     from scipy.stats import qmc
 
     sequence = qmc.Sobol(parameters, scramble=True, rng=np.random.default_rng(task.seed))
-    sequence.fast_forward(task.first)
+    if task.first:  # SciPy refuses to go forward by nothing
+        sequence.fast_forward(task.first)
     drawn: FloatArray = sequence.random(SHARD)[: task.count]  # a whole power of 2, as the sequence wants
     return drawn

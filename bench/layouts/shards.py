@@ -7,7 +7,7 @@ import re
 from functools import lru_cache
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -67,14 +67,14 @@ def source_digest() -> str:
     return digest.hexdigest()
 
 
-def file_name(task: ShardTask, data: bytes) -> str:
+def file_name(round_: int, index: int, data: bytes) -> str:
     """The name of a shard with these bytes."""
-    return f"{task.round}-{task.index:06d}-{hashlib.sha256(data).hexdigest()[:16]}.parquet"
+    return f"{round_}-{index:06d}-{hashlib.sha256(data).hexdigest()[:16]}.parquet"
 
 
 def keep(folder: Path, task: ShardTask, data: bytes) -> Path:
     """Write a shard whole, or not at all."""
-    path = folder / file_name(task, data)
+    path = folder / file_name(task.round, task.index, data)
     temporary = folder / f".{path.name}"
     try:
         with temporary.open("wb") as file:
@@ -92,13 +92,13 @@ def keep(folder: Path, task: ShardTask, data: bytes) -> Path:
 
 
 def whole_shards(folder: Path) -> dict[tuple[int, int], Path]:
-    """The shards of a folder by round and piece; files that are not what their names say are removed."""
+    """The shards of a folder by round and piece; a file that is not what its name says is removed."""
     found = {}
     for path in sorted(folder.iterdir()):
-        named = NAME.fullmatch(path.name)
-        if named and hashlib.sha256(path.read_bytes()).hexdigest()[:16] == named[3]:
+        named = NAME.fullmatch(path.name.removeprefix("."))
+        if named and path.name == file_name(int(named[1]), int(named[2]), path.read_bytes()):
             found[int(named[1]), int(named[2])] = path
-        else:
+        elif named:
             path.unlink()
     return found
 
@@ -110,9 +110,21 @@ def read_shard(path: Path, columns: list[str] | None = None) -> "pa.Table":
     return pq.ParquetFile(path).read(columns=columns, use_threads=False)
 
 
-def facts_of(path: Path) -> dict[str, object]:
-    """How many layouts a shard was asked for, and how many were refused by each constraint."""
+class ShardFacts(NamedTuple):
+    """What a shard says besides its rows.
+
+    Attributes
+    ----------
+    asked : how many layouts it was asked for
+    refused : how many have no row, by constraint, or ``rank``
+    """
+
+    asked: int
+    refused: dict[str, int]
+
+
+def facts_of(path: Path) -> ShardFacts:
+    """What a shard says besides its rows."""
     import pyarrow.parquet as pq
 
-    said: dict[str, object] = json.loads(pq.ParquetFile(path).schema_arrow.metadata[FACTS])
-    return said
+    return ShardFacts(**json.loads(pq.ParquetFile(path).schema_arrow.metadata[FACTS]))
