@@ -19,8 +19,8 @@ def command(
 ) -> None:
     """Work out what each of many layouts of a vehicle can do, on this machine or on many.
 
-    Writes shards (Parquet), a report, the Pareto front, and the best layouts as vehicle files. docs/layouts.md
-    says how to write a study.
+    Writes shards (Parquet), a report, the Pareto front, and the best layouts as vehicle files.
+    docs/layouts.md says how to write a study.
     """
     import os
 

@@ -16,7 +16,7 @@ FLAT = 1e-9
 """Minors of an orthonormal basis below this count as zero: their thrusters span no facet."""
 
 TIE = 9
-"""Decimals of the largest volume to which volumes are compared: symmetric thrusters differ by rounding only."""
+"""Decimals of the largest volume to which volumes are compared: symmetric thrusters differ by rounding."""
 
 
 class Volumes(NamedTuple):

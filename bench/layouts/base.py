@@ -56,7 +56,7 @@ def _counted(file: VehicleFile, dof: tuple[str, ...]) -> VehicleFile:
 
     kept = None
     if file.slack_weights is not None:
-        by_axis = dict(zip(file.dof, file.slack_weights, strict=False))
+        by_axis: dict[str, float] = dict(zip(file.dof, file.slack_weights, strict=False))
         kept = [by_axis[axis] for axis in dof] if set(dof) <= set(by_axis) else None
     return replace(file, dof=list(dof), slack_weights=kept, rank=None)
 
@@ -90,7 +90,7 @@ def _check(vehicle: Vehicle) -> None:
     name = vehicle.name
     if vehicle.rank < vehicle.k:
         raise VehicleError(
-            f"{name} pushes {vehicle.rank} of {vehicle.k} degrees of freedom independently; name those under 'dof'"
+            f"{name} pushes {vehicle.rank} of {vehicle.k} degrees of freedom alone; name those under 'dof'"
         )
     if (vehicle.f_min > 0).any() or (vehicle.f_max < 0).any() or (vehicle.f_min >= vehicle.f_max).any():
         raise VehicleError(f"{name} has a thruster that can't rest or can't push; give f_min <= 0 <= f_max")

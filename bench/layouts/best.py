@@ -32,17 +32,17 @@ def vehicle_file(space: LayoutSpace, row: dict[str, float]) -> VehicleFile:
         source=f"thrustbench layouts, round {int(row['round'])}, layout {int(row['layout'])} of {space.name}",
         notes=[
             f"Varied: {numbers}.",
-            f"Authority {row['authority']:.4g} of the base's, {row['authority_after_one']:.4g} after the worst failure"
-            f" (thruster {int(row['worst_thruster'])}).",
+            f"Authority {row['authority']:.4g} of the base's, {row['authority_after_one']:.4g} after"
+            f" the worst failure, of thruster {int(row['worst_thruster'])}.",
         ],
         dof=list(space.dof),  # type: ignore[arg-type]  # names that were checked when the study was read
         f_min=one.f_min[:, 0].tolist(),
         f_max=one.f_max[:, 0].tolist(),
         thrusters=[
-            Thruster(position=tuple(r), direction=tuple(e))  # type: ignore[arg-type]  # three numbers each
+            Thruster(position=tuple(r), direction=tuple(e))
             for r, e in zip(one.position[..., 0].tolist(), one.direction[..., 0].tolist(), strict=True)
         ],
-        center_of_mass=tuple(one.center[:, 0].tolist()),  # type: ignore[arg-type]  # three numbers
+        center_of_mass=tuple(one.center[:, 0].tolist()),
         weights=weights if any(weight != 1 for weight in weights) else None,
     )
 

@@ -58,7 +58,7 @@ def cluster(scheduler: str | None, workers: int) -> "Iterator[Client]":
         except (OSError, ValueError, ImportError) as error:
             reason = str(error).splitlines()[0][:120] if str(error) else type(error).__name__
             raise ClusterError(
-                f"--scheduler {scheduler}: no scheduler answers there ({reason}); start one with 'dask scheduler'"
+                f"--scheduler {scheduler}: no scheduler answers there ({reason}); 'dask scheduler' starts one"
             ) from None
         with client:
             yield client

@@ -13,7 +13,7 @@ from bench.layouts.spaces import layout_of, spaces
 from bench.layouts.study import Span, StudyDocument, Values, VariedGroup
 
 NEAR = 2e-3
-"""By how much a thruster may stand off the image of its leader [m], [-]: published poses have three digits."""
+"""By how much a thruster may stand off the image of its leader [m], [-]: published poses have three."""
 
 POSE = ("x", "y", "z", "azimuth_deg", "cant_deg")
 
@@ -151,8 +151,8 @@ def _images(
         else:
             raise document.refusal(
                 f"groups.{name}.thrusters",
-                f"thruster {i} of the base is no mirror image of thruster {members[0]} in the planes xz, yz, xy, nor"
-                " turned from it about the vertical axis; put it in a group of its own",
+                f"thruster {i} of the base is no mirror image of thruster {members[0]} in the planes xz, yz,"
+                " xy, nor turned from it about the vertical axis; put it in a group of its own",
             )
     return {len(members): np.array(matrices)}, {len(members): np.array(signs)}
 
@@ -160,7 +160,7 @@ def _images(
 def _new(
     document: StudyDocument, where: str, keys: VariedGroup, parameters: list[Parameter]
 ) -> tuple[dict[int, FloatArray], dict[int, FloatArray], Setting]:
-    """The images of new thrusters: mirrored in the planes that are named, or evenly around the vertical axis."""
+    """The images of new thrusters: mirrored in the planes that are named, or evenly around the z axis."""
     if keys.mirror and keys.count is not None:
         raise document.refusal(where, "give 'mirror' or 'count', not both")
     if keys.count is None:
@@ -176,7 +176,7 @@ def _new(
 def _setting(
     document: StudyDocument, where: str, given: Values | None, own: float, parameters: list[Parameter]
 ) -> Setting:
-    """A number that stays, or a parameter, which is added to ``parameters``; raises StudyError where it is empty."""
+    """A number that stays, or a parameter, which is added to ``parameters``; raises StudyError for none."""
     if given is None:
         return own
     if isinstance(given, (int, float)):

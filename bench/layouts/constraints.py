@@ -10,13 +10,11 @@ from bench.layouts.study import Constraints, Wake
 def refused(poses: Poses, constraints: Constraints) -> dict[str, BoolArray]:
     """For each constraint, by its key in the file, which layouts (B,) break it."""
     position = poses.position
-    broken = {}
+    broken: dict[str, BoolArray] = {}
     for axis, ends in enumerate((constraints.box.x, constraints.box.y, constraints.box.z)):
         if ends is not None:
-            along = position[:, axis]
-            broken[f"box.{'xyz'[axis]}"] = ((along < ends[0] - ROUNDING) | (along > ends[1] + ROUNDING)).any(
-                axis=0
-            )
+            least, largest = position[:, axis].min(axis=0), position[:, axis].max(axis=0)
+            broken[f"box.{'xyz'[axis]}"] = (least < ends[0] - ROUNDING) | (largest > ends[1] + ROUNDING)
     first, second = np.triu_indices(len(position), 1)
     if constraints.distance > 0:
         apart = np.sqrt(((position[first] - position[second]) ** 2).sum(axis=1))
@@ -31,7 +29,7 @@ ROUNDING = 1e-12
 
 
 def _in_a_wake(poses: Poses, wake: Wake) -> BoolArray:
-    """Whether a thruster sits in another one's jet, which leaves against the thrust, both ways where it can reverse."""
+    """Whether a thruster sits in another one's jet, which leaves against the thrust, also in reverse."""
     n, _, count = poses.position.shape
     hit = np.zeros(count, dtype=bool)
     widening = np.tan(np.radians(wake.spread_deg))

@@ -35,14 +35,14 @@ def minors(A: FloatArray) -> FloatArray:
     for size in range(1, d + 1):
         members, smaller = subsets(n, size), without(n, size)
         # Laplace's expansion along the last of the first `size` columns.
-        found = sum(  # type: ignore[assignment]  # sum() starts from the integer 0
+        found = sum(
             (-1.0) ** (p + size - 1) * A[members[:, p], size - 1] * found[smaller[:, p]] for p in range(size)
         )
     return found
 
 
 def dependencies(found: FloatArray, n: int, d: int) -> FloatArray:
-    """(C(n, d + 1), d + 1, ...) coefficients y with sum_p y_p A[row p] = 0 of each d + 1 rows of A (n, d, ...).
+    """(C(n, d + 1), d + 1, ...) y with sum_p y_p A[row p] = 0 of each d + 1 rows of A (n, d, ...).
 
     ``found`` are A's minors. The coefficient of a row is, but for its sign, the minor of the other rows.
     """
@@ -52,7 +52,7 @@ def dependencies(found: FloatArray, n: int, d: int) -> FloatArray:
 
 
 def inverse(A: FloatArray, smallest: float) -> FloatArray:
-    """Inverses of small matrices A (d, d, ...) by cofactors; 0 where the determinant is below ``smallest``."""
+    """Inverses of small matrices A (d, d, ...) by cofactors; 0 where |A| is below ``smallest``."""
     d = len(A)
     cofactors = np.empty_like(A)
     for column in range(d):

@@ -1,7 +1,8 @@
 """The exact answer of many layouts to many demands: the shortest z with lower <= A z <= upper.
 
-The steps are those of the allocator ``nullspace`` (Seidel's, see docs/exact.md), taken for many calls at once:
-rows of A one after the other; the calls whose z violates one go on to the plane of that row, one dimension lower.
+The steps are those of the allocator ``nullspace`` (Seidel's, see docs/exact.md), taken for many calls at
+once: rows of A one after the other; the calls whose z violates one go on to the plane of that row, one
+dimension lower.
 """
 
 import numpy as np
@@ -24,9 +25,8 @@ def nearest(
     """
     m, d, _ = A.shape
     if d == 0:
-        return np.zeros((0, len(layout))), _zeros_met(
-            np.ones((m, len(slack)), bool), lower, upper, slack, layout
-        )
+        every = np.ones((m, len(slack)), dtype=bool)
+        return np.zeros((0, len(layout))), _zeros_met(every, lower, upper, slack, layout)
     if d == 1:
         return _interval(A[:, 0], lower, upper, slack, layout)
     sizes = np.sqrt((A**2).sum(axis=1))
@@ -88,7 +88,7 @@ def _zeros_met(
 
 
 def _plane(a: FloatArray, size: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Of the planes a'z = b, a (d, B): base (d, B) with b base the nearest point, and (d, d - 1, B) what spans them.
+    """Of planes a'z = b, a (d, B): base (d, B), b base the nearest point, and (d, d - 1, B) what spans them.
 
     A Householder reflection turns a onto the first axis; its other columns span the plane.
     """

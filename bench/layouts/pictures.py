@@ -6,7 +6,7 @@ import numpy as np
 
 from bench.layouts.space import Parameter
 from bench.layouts.summary import OUTCOMES, StudySummary
-from bench.report.pictures.style import BLUE, FAINT, GREY, VERMILION
+from bench.report.pictures.style import BLUE, GREY, VERMILION
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -43,7 +43,7 @@ def draw_matters(said: StudySummary, parameters: tuple[Parameter, ...]) -> "Figu
         panel.barh(names, 100 * shares, color=BLUE)
         panel.set_title(outcome.replace("_", " ").replace(" share", ""), fontsize=8)
         panel.set_xlim(0, 100)
-        panel.grid(color=FAINT, axis="y", visible=False)
+        panel.grid(visible=False, axis="y")
     panels[0].invert_yaxis()
     figure.supxlabel("share of the variance explained alone [%]", fontsize=9)
     return figure

@@ -1,5 +1,6 @@
-"""The report of a study: report.md, report.html, pictures, the best layouts as vehicle files, front.parquet."""
+"""The report of a study: report.md, report.html, pictures, the best layouts' files, front.parquet."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -57,7 +58,7 @@ def _save(figure: "Figure", path: Path) -> None:
 
 
 def _ahead(front: "pa.Table", base: Columns) -> "pa.Table":
-    """The part of a front that the base does not beat in authority, whole and after a failure; else all of it."""
+    """The part of a front that the base does not beat in either authority; all of it without one."""
     import pyarrow as pa
 
     points = losses(front)[:, :2]
@@ -68,8 +69,8 @@ def _ahead(front: "pa.Table", base: Columns) -> "pa.Table":
 
 def page(space: LayoutSpace, base: Columns, said: StudySummary, best: "pa.Table") -> str:
     """The report as Markdown."""
-    from tabulate import tabulate
-
+    assert said.front is not None
+    refused = f" (refused: {_refused(said)})" if said.refused else ""
     place = [
         (
             _words(name),
@@ -80,44 +81,52 @@ def page(space: LayoutSpace, base: Columns, said: StudySummary, best: "pa.Table"
         for name in COMPARED
     ]
     rows = [_best_row(space, row) for row in best.to_pylist()]
-    matters = zip(space.parameters, said.matters().T, strict=True)
-    assert said.front is not None
-    return "\n".join(
-        [
-            f"# Layouts of {space.name}\n",
-            f"{said.asked:,} layouts were drawn; {said.measured:,} keep to the constraints and push every axis"
-            f"{f' (refused: {_refused(said)})' if said.refused else ''}. Authority is the volume of what can be"
-            f" pushed, over {space.name}'s. A failure takes one thruster, the worst one.\n",
-            f"## The place of {space.name}\n",
-            tabulate(
-                place,
-                ("number", space.name, "best of all", "layouts that are better"),
-                tablefmt="github",
-                disable_numparse=True,
-            ),
-            f"\n{said.at_least_as_good:,} layouts are better in something that counts and worse in nothing: authority,"
-            " authority after the worst failure, steps of the exact method, thrusters.\n",
-            "![Authority whole and after the worst failure](front.svg)\n",
-            "## The best\n",
-            f"Of {said.front.num_rows:,} layouts that no other one beats in everything that counts (front.parquet), "
-            f"{len(rows)} stand in the folder `best` as vehicle files.\n",
-            tabulate(rows, BEST_HEADERS, tablefmt="github", disable_numparse=True),
-            "\n## What matters\n",
-            "Share of the variance over all layouts of the study's own round that each parameter explains alone; what"
-            " is missing to 100 % is due to several together.\n",
-            tabulate(
-                [(p.name, *(f"{100 * share:.1f} %" for share in shares)) for p, shares in matters],
-                ("parameter", *map(_words, OUTCOMES)),
-                tablefmt="github",
-                disable_numparse=True,
-            ),
-            "\n![What matters](matters.svg)\n",
-            "## Going on\n",
-            "`thrustbench run --vehicle best/NAME.yaml --demands demands.csv` measures a layout on the demands that"
-            " were asked here. All numbers of all layouts stand in `shards/*.parquet`, a row each; docs/layouts.md"
-            " says what the columns mean.\n",
-        ]
-    )
+    matters = [
+        (parameter.name, *(f"{100 * share:.1f} %" for share in shares))
+        for parameter, shares in zip(space.parameters, said.matters().T, strict=True)
+    ]
+    return f"""# Layouts of {space.name}
+
+{said.asked:,} layouts were drawn; {said.measured:,} keep to the constraints and push every axis{refused}.
+Authority is the volume of what can be pushed, over {space.name}'s. A failure takes the worst thruster.
+
+## The place of {space.name}
+
+{_table(place, ("number", space.name, "best of all", "layouts that are better"))}
+
+{said.at_least_as_good:,} layouts are better in something that counts and worse in nothing: authority,
+authority after the worst failure, steps of the exact method, thrusters.
+
+![Authority whole and after the worst failure](front.svg)
+
+## The best
+
+No other layout beats {said.front.num_rows:,} of them in everything that counts (front.parquet).
+{len(rows)} of these stand in the folder `best` as vehicle files.
+
+{_table(rows, BEST_HEADERS)}
+
+## What matters
+
+Share of the variance over the layouts of the study's own round that each parameter explains alone. What is
+missing to 100 % is due to several together.
+
+{_table(matters, ("parameter", *map(_words, OUTCOMES)))}
+
+![What matters](matters.svg)
+
+## Going on
+
+`thrustbench run --vehicle best/NAME.yaml --demands demands.csv` measures a layout on the demands that were
+asked here. All numbers of all layouts stand in `shards/*.parquet`, a row each; docs/layouts.md says what the
+columns mean.
+"""
+
+
+def _table(rows: Sequence[tuple[str, ...]], headers: tuple[str, ...]) -> str:
+    from tabulate import tabulate
+
+    return tabulate(rows, headers, tablefmt="github", disable_numparse=True)
 
 
 BEST_HEADERS = (

@@ -1,8 +1,8 @@
 """Volume of what a closed form serves: the section of the box of thrusts by the thrusts that T* gives.
 
 T* gives the f with N'H f = 0, so what it serves inside the limits is a section of a box. Its volume is the
-density at 0 of sum_i m_i f_i, f_i even between its limits, m_i the rows of H N: a box spline. A section is the
-sum of pyramids over its faces, and a face fixes one thruster at a limit and is again a section (de Boor,
+density at 0 of sum_i m_i f_i, f_i even between its limits, m_i the rows of H N: a box spline. A section is
+the sum of pyramids over its faces, and a face fixes one thruster at a limit and is again a section (de Boor,
 "The evaluation of box splines", 1993); faces of one dimension are segments, whose length is a clamp.
 """
 
@@ -16,8 +16,7 @@ from bench.layouts.minors import dependencies, inverse, minors, subsets
 from bench.layouts.spaces import Layouts, Spaces
 
 MOST_FACES = 7_000
-"""Most faces that are added up, 3^n as n thrusters are at a limit or free: 8 thrusters. For a thousand layouts
-of 9 it would take as long as for three thousand of 8; Qhull takes ten times as long for each."""
+"""Most faces that are added up; n thrusters, each at a limit or free, have 3^n, so 8 are the most."""
 
 NUDGE = 3e-13
 """Share by which limits are moved apart, each differently. Symmetric layouts have faces that only touch the
@@ -82,7 +81,10 @@ def closed_form_volumes(layouts: Layouts, found: Spaces) -> FloatArray:
     # |det [T; N'H]| turns the density of N'H f into a volume of T f; det N'N makes up for N'HN = I.
     determinant = found.content / np.sqrt(minors(gram)[0])
     parts = (slice(first, first + AT_ONCE) for first in range(0, count, AT_ONCE))
-    return determinant * np.concatenate([_densities(layouts.take(p), found.N[..., p]) for p in parts])
+    volume: FloatArray = determinant * np.concatenate(
+        [_densities(layouts.take(p), found.N[..., p]) for p in parts]
+    )
+    return volume
 
 
 def _densities(layouts: Layouts, N: FloatArray) -> FloatArray:
@@ -101,13 +103,15 @@ def _densities(layouts: Layouts, N: FloatArray) -> FloatArray:
         above = volume[level.child[..., None], level.above]
         below = volume[level.child[..., None], level.below]
         volume = ((wide + weights) * above + (wide - weights) * below).sum(axis=1) / dimension
-    return volume[0, 0]
+    density: FloatArray = volume[0, 0]
+    return density
 
 
 def _sums(level: _Level, m: FloatArray, half: FloatArray, start: FloatArray) -> FloatArray:
-    """(C, 2^j, d, B) what N'H f is where the fixed thrusters are at their limits, the free ones amidst theirs."""
+    """(C, 2^j, d, B) what N'H f is with the fixed thrusters at their limits, the free ones amidst theirs."""
     moved = (m * half[:, None])[level.fixed]
-    return start + np.einsum("sj,cjdb->csdb", level.signs, moved)
+    sums: FloatArray = start + np.einsum("sj,cjdb->csdb", level.signs, moved)
+    return sums
 
 
 def _pseudoinverses(level: _Level, m: FloatArray) -> FloatArray:
@@ -115,7 +119,8 @@ def _pseudoinverses(level: _Level, m: FloatArray) -> FloatArray:
     M = m[level.free]
     gram = np.einsum("cpdb,cpeb->decb", M, M)
     size = np.einsum("ddcb->cb", gram) ** len(gram)
-    return np.einsum("cpdb,decb->cpeb", M, inverse(gram, 1e-18 * size.max(initial=0.0)))
+    P: FloatArray = np.einsum("cpdb,decb->cpeb", M, inverse(gram, 1e-18 * size.max(initial=0.0)))
+    return P
 
 
 def _segments(level: _Level, m: FloatArray, half: FloatArray, start: FloatArray) -> FloatArray:

@@ -38,7 +38,8 @@ def shares(layouts: Layouts, found: Spaces, taus: FloatArray) -> Shares:
     """Shares of the demands (N, k) that each layout serves.
 
     The closed form's thrusts T* tau are clipped to the limits; a demand is served where what they push errs
-    by at most WITHIN, lengths in the layout's own ``wrench_scale``. The exact method serves what is attainable.
+    by at most WITHIN, lengths in the layout's own ``wrench_scale``. The exact method serves what is
+    attainable.
     """
     step = max(AT_ONCE // max(len(taus), 1), 1)
     parts = []
@@ -61,7 +62,7 @@ def _shares(layouts: Layouts, G: FloatArray, N: FloatArray, taus: FloatArray) ->
     weights = layouts.weights[..., None]
     effort = (F**2 * weights).sum(axis=0)
     clipped = ((F + excess) ** 2 * weights).sum(axis=0)
-    inside = ~excess.any(axis=0)
+    inside = (excess == 0.0).all(axis=0)
     asked = np.flatnonzero(~inside)
     slack = SLACK * np.maximum(-layouts.f_min, layouts.f_max).max(axis=0)
     of = np.arange(count).repeat(demands)[asked]

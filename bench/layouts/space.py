@@ -33,15 +33,16 @@ class Parameter:
         """The values at shares of the way, 0 to 1, each value of a list over an equal part of it."""
         if self.choices:
             place = np.minimum((share * len(self.choices)).astype(int), len(self.choices) - 1)
-            return np.array(self.choices, dtype=float)[place]
+            chosen: FloatArray = np.array(self.choices, dtype=float)[place]
+            return chosen
         return self.low + (self.high - self.low) * share
 
     def share(self, values: FloatArray) -> FloatArray:
         """Shares of the way at which ``at`` gives these values."""
         if self.choices:
-            return (np.argmin(np.abs(values[:, None] - np.array(self.choices)), axis=1) + 0.5) / len(
-                self.choices
-            )
+            place = np.argmin(np.abs(values[:, None] - np.array(self.choices)), axis=1)
+            middle: FloatArray = (place + 0.5) / len(self.choices)
+            return middle
         return (values - self.low) / (self.high - self.low)
 
     @property

@@ -27,7 +27,7 @@ class Layouts:
     f_max: FloatArray
 
     def __len__(self) -> int:
-        return self.T.shape[2]
+        return int(self.T.shape[2])
 
     def take(self, chosen: BoolArray | slice) -> "Layouts":
         """Some of the layouts."""
@@ -52,12 +52,12 @@ class Layouts:
         scale: FloatArray = self.row_lengths * np.maximum(np.abs(self.f_min), np.abs(self.f_max)).max(axis=0)
         return scale
 
-    def singular_values(self, off: FloatArray | None = None) -> FloatArray:
-        """(min(k, n), B) singular values of T in rows of unit length; ``off`` (n, B) is True for a thruster off."""
-        T = self.T / self.row_lengths[:, None]
+    def singular_values(self, off: BoolArray | None = None) -> FloatArray:
+        """(min(k, n), B) singular values of T in rows of unit length; ``off`` (n, B): those that are off."""
+        T: FloatArray = self.T / self.row_lengths[:, None]
         if off is not None:
-            T = np.where(off, 0.0, T)
-        sigma: FloatArray = np.linalg.svd(T.transpose(2, 0, 1), compute_uv=False).T
+            T[:, off] = 0.0
+        sigma: FloatArray = np.linalg.svd(T.transpose(2, 0, 1), compute_uv=False).T.astype(float, copy=False)
         return sigma
 
 
@@ -88,7 +88,7 @@ class Spaces:
     @property
     def d(self) -> int:
         """Dimension of the null space."""
-        return self.N.shape[1]
+        return int(self.N.shape[1])
 
     @cached_property
     def dependencies(self) -> FloatArray:
@@ -99,8 +99,8 @@ class Spaces:
 def spaces(layouts: Layouts) -> tuple[BoolArray, Spaces]:
     """Which layouts have full rank (B,), and the spaces of those.
 
-    T = U S V' gives the pseudoinverse and an orthonormal basis of the null space; where the weights of thrusters
-    differ, both are turned into the ones of least f'Hf as ``alloc.generalized_inverse`` does.
+    T = U S V' gives the pseudoinverse and an orthonormal basis of the null space; where the weights of
+    thrusters differ, both are turned into the ones of least f'Hf as ``alloc.generalized_inverse`` does.
     """
     k, n, count = layouts.T.shape
     if n < k:

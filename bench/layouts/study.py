@@ -213,12 +213,12 @@ def _explained(message: str, tree: YamlTree) -> str:
     if "field `" in what:
         key = what.split("`")[1]
         known = _PLACES.get(place, Span).__struct_encode_fields__
-        lines = [line for at, line in tree.lines.items() if at.rpartition(".")[2] == key]
+        lines = [at for name, at in tree.lines.items() if name.rpartition(".")[2] == key]
         line = f"line {lines[0]}: " if lines and "unknown" in what else ""
         said = f"unknown key '{key[:40]}'" if "unknown" in what else f"key '{key}' is missing"
         return f"{line}{place + ': ' if place else ''}{said}; the keys are {', '.join(known)}"
-    line = tree.line(where.rstrip("`").lstrip(".")) if "..." not in where else None
-    return f"{f'line {line}: ' if line else ''}{place}: {what[:120]}; docs/layouts.md shows the form"
+    at = tree.line(where.rstrip("`").lstrip(".")) if "..." not in where else None
+    return f"{f'line {at}: ' if at else ''}{place}: {what[:120]}; docs/layouts.md shows the form"
 
 
 def _check(document: StudyDocument) -> None:

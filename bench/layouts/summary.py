@@ -51,7 +51,7 @@ class StudySummary:
     measured : of them that keep to the constraints and have full rank
     refused : the others, by what refused them first
     better : by column of COMPARED, how many layouts are better than the base
-    at_least_as_good : layouts that the base does not beat in anything of the front, and that beat it in something
+    at_least_as_good : layouts that beat the base in something that counts, and lose in nothing
     best : by column of COMPARED, the largest number of any layout
     front : the Pareto front
     drawn : (M, 2) authority whole and after the worst failure of layouts to draw
