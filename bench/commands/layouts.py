@@ -26,7 +26,7 @@ def command(
 
     from rich.console import Console
 
-    from bench.layouts.cluster import cluster, run_all, wait_for_workers
+    from bench.fleet.cluster import cluster, run_all, wait_for_workers
     from bench.layouts.compile import compile_study
     from bench.layouts.measure import numbers
     from bench.layouts.progress import bar

@@ -1,1 +1,1 @@
-"""Many machines that measure themselves: each Dask worker's host runs `thrustbench run`, records come back."""
+"""Many machines: a cluster of Dask workers, and runs that their hosts make of themselves."""

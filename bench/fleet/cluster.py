@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-CONNECT_S = 6.0
+CONNECT_S = 4.0
 """How long a scheduler has to answer [s]."""
 
 JOIN_S = 60.0
