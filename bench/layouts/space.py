@@ -89,7 +89,7 @@ class LayoutSpace:
     ----------
     name : of the base
     dof : degrees of freedom that count
-    parameters : what varies, in the order of the file
+    parameters : what varies, group by group in the order of the file
     groups : the thrusters that vary, and each other thruster as a group that does not
     center : of mass [m]
     constraints : what layouts must keep to
