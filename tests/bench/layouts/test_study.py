@@ -14,6 +14,7 @@ from bench.layouts.space import poses
 from bench.layouts.spaces import layout_of
 from bench.layouts.study import read_study
 from tests.layout_studies import HEAVY, PLANAR, compiled
+from tests.vehicle_files import GOOD
 
 
 def refusal(folder: Path, text: str) -> str:
@@ -52,7 +53,7 @@ def checked(folder: Path, text: str) -> None:
         ("[0.5, 1, 2]", "[0, 1, 2]", "line 4: groups.stern.size: 0 is no size"),
         ("[0.5, 1, 2]", "large", "groups.size: Expected"),
         ("base: ukwial", "base: yellow", "line 1: base: no vehicle 'yellow'; shipped ones are bluerov2"),
-        ("base: ukwial", "base: bluerov2", "line 1: base: bluerov2 has T, but no poses that could vary"),
+        ("base: ukwial", "base: cross.yaml", "line 1: base: cross has T, but no poses that could vary"),
         ("thrusters: [0, 1]", "thrusters: [0, 7]", "line 3: groups.bow: the base has no thruster 7"),
         (
             "thrusters: [2, 3]",
@@ -87,6 +88,7 @@ def test_a_study_that_makes_no_sense_is_refused_with_its_key(
     old: str, new: str, says: str, tmp_path: Path
 ) -> None:
     assert old in PLANAR
+    (tmp_path / "cross.yaml").write_text(GOOD)
     assert says in refusal(tmp_path, PLANAR.replace(old, new))
 
 
