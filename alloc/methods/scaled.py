@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from alloc.allocation import Allocation, FloatArray, Status, StatusArray, answer, checked, checked_many
+from alloc.formulations import INWARD
 from alloc.formulations.scaled import FORMULATION as SCALED
-from alloc.formulations.scaled import INWARD
 from alloc.nullspace.allocator import TOLERANCE, exact
 from alloc.reach.attainable import alpha_max
 from alloc.vehicle import Vehicle

@@ -91,7 +91,7 @@ def share(along: FloatArray, room: FloatArray, size: float, keep: float) -> floa
     size : largest |Delta| over scale; an ``along`` that is zero next to it is rounding
     keep : 1 to go as far as the set reaches, less to stop before
     """
-    tight = along * (keep * (1.0 - ROUNDING)) > room
+    tight = along * (1.0 - ROUNDING) > keep * room
     if not tight.any():
         return 1.0
     tight &= along > ROUNDING * size
@@ -100,7 +100,7 @@ def share(along: FloatArray, room: FloatArray, size: float, keep: float) -> floa
 
 def shares(along: FloatArray, room: FloatArray, size: FloatArray, keep: float) -> FloatArray:
     """``share`` of N steps: (N,) from along and room (N, 2M) and size (N,)."""
-    tight = (along * (keep * (1.0 - ROUNDING)) > room) & (along > (ROUNDING * size)[:, None])
+    tight = (along * (1.0 - ROUNDING) > keep * room) & (along > (ROUNDING * size)[:, None])
     beta = np.divide(room, along, out=np.full_like(room, np.inf), where=tight).min(axis=1, initial=np.inf)
     least: FloatArray = np.minimum(1.0, keep * beta)
     return least

@@ -107,7 +107,7 @@ class Way:
         tables = []
         for D, keep in zip(self._maps, self.keep, strict=True):
             along = self._outward @ D @ left
-            tables.append(before + keep * along)
+            tables.append(before + along / keep)
             before = before + along
             left = left - D @ left
         return np.array(tables), np.eye(len(left)) - left

@@ -115,8 +115,9 @@ def _ask_references(formulation: Formulation, made: list[Question], ask: Ask) ->
         if not pending:
             return
         cases = [
-            (q.demands.vehicle, formulation.reference_demands(q.demands.vehicle, q.demands.taus))
+            (v, formulation.reference_demands(v, q.demands.taus, v.f_min, v.f_max))
             for q in pending
+            for v in [q.demands.vehicle]
         ]
         for question, answers in zip(pending, ask(method, cases), strict=True):
             if isinstance(answers, Answers):
