@@ -39,11 +39,13 @@ EXACT_METHODS = ("nullspace", "qp/daqp", "qp/clarabel")
 INWARD = 1e-12
 """Share by which the end of a way is moved back, so that rounding leaves it attainable [-]."""
 
-ReferenceDemands = Callable[[Vehicle, FloatArray, FloatArray, FloatArray], FloatArray]
-"""A function of (vehicle, taus (N, k), f_min, f_max), limits (n,) or (N, n), that returns demands (N, k)."""
+ReferenceDemands = Callable[[Vehicle, FloatArray, FloatArray | None, FloatArray | None], FloatArray]
+"""(vehicle, taus (N, k), f_min and f_max of each call (N, n) or None for the vehicle's) -> demands (N, k)."""
 
 
-def as_they_are(vehicle: Vehicle, taus: FloatArray, f_min: FloatArray, f_max: FloatArray) -> FloatArray:
+def as_they_are(
+    vehicle: Vehicle, taus: FloatArray, f_min: FloatArray | None = None, f_max: FloatArray | None = None
+) -> FloatArray:
     """Return the demands themselves."""
     return taus
 
@@ -51,9 +53,13 @@ def as_they_are(vehicle: Vehicle, taus: FloatArray, f_min: FloatArray, f_max: Fl
 def end_of(way: Callable[[Vehicle], Way]) -> ReferenceDemands:
     """The function that returns the wrenches which the way towards each demand reaches."""
 
-    def reached(vehicle: Vehicle, taus: FloatArray, f_min: FloatArray, f_max: FloatArray) -> FloatArray:
+    def reached(
+        vehicle: Vehicle, taus: FloatArray, f_min: FloatArray | None = None, f_max: FloatArray | None = None
+    ) -> FloatArray:
         through = way(vehicle)
-        begin = through.departure(f_min, f_max)
+        begin = through.departure(
+            vehicle.f_min if f_min is None else f_min, vehicle.f_max if f_max is None else f_max
+        )
         end, share = through.towards_many(taus, begin)
         stopped = (share < 1).any(axis=1, keepdims=True)
         back: FloatArray = np.where(stopped, end + INWARD * (begin.wrench - end), end)
@@ -77,8 +83,8 @@ class Formulation:
     gives_way : whether an attainable wrench may be met in part; SOLVED then says nothing about the wrench
     references : methods that can give the right answers, best first; empty where the only right answers
         known are T* tau, on inactive demands
-    reference_demands : function of (vehicle, taus (N, k), f_min, f_max), limits (n,) or (N, n) [N], that
-        returns the demands (N, k) [N, N m] that a reference is asked
+    reference_demands : function of the vehicle, the demands and the limits of each that returns the demands
+        (N, k) [N, N m] that a reference is asked
     way : function of a vehicle that returns the ``Way`` from thrusts at rest towards a demand, where answers
         say what share of each of its levels they deliver; None where there are no levels
     pose : function of a vehicle that returns its problem as a QP, whose duality gap certifies an answer;

@@ -115,9 +115,8 @@ def _ask_references(formulation: Formulation, made: list[Question], ask: Ask) ->
         if not pending:
             return
         cases = [
-            (v, formulation.reference_demands(v, q.demands.taus, v.f_min, v.f_max))
+            (q.demands.vehicle, formulation.reference_demands(q.demands.vehicle, q.demands.taus, None, None))
             for q in pending
-            for v in [q.demands.vehicle]
         ]
         for question, answers in zip(pending, ask(method, cases), strict=True):
             if isinstance(answers, Answers):
