@@ -24,6 +24,13 @@ from alloc.vehicle import Vehicle
 FACETS = 50_000
 """Most candidate facets that are enumerated, within a second."""
 
+PARALLEL = 1e-13
+"""A step that goes along a normal by less than this share of its size runs in the facet: far above the
+rounding of a dozen additions, and the set is left by no more than that."""
+
+EDGE = 1e-12
+"""A demand that lies beyond the edge by this share of the way to it lies on it: what rounding leaves."""
+
 INSET = 1 / 20
 """Where limits exclude zero, a start lies this share of their width inside, unless zero is nearer."""
 
@@ -86,21 +93,24 @@ def share(along: FloatArray, room: FloatArray, size: float, keep: float) -> floa
 
     Parameters
     ----------
-    along : (2M,) c'Delta of the step Delta
-    room : (2M,) what is left along each c, at least 0
-    size : largest |Delta| over scale; an ``along`` that is zero next to it is rounding
+    along : (2M,) c'Delta of the step Delta along each normal and its opposite
+    room : (2M,) what is left along each, at least 0
+    size : largest |Delta| on any axis in unit of ``wrench_scale``
     keep : 1 to go as far as the set reaches, less to stop before
     """
-    tight = along * (1.0 - ROUNDING) > keep * room
-    if not tight.any():
-        return 1.0
-    tight &= along > ROUNDING * size
-    return min(1.0, keep * float((room[tight] / along[tight]).min(initial=np.inf)))
+    (tight,) = (along > keep * room).nonzero()
+    beta, least = 1.0 / keep, PARALLEL * size
+    for a, r in zip(along[tight].tolist(), room[tight].tolist(), strict=True):
+        if a > least and r < beta * a:
+            beta = r / a
+    taken = keep * beta
+    return taken if taken < 1.0 - EDGE else 1.0
 
 
 def shares(along: FloatArray, room: FloatArray, size: FloatArray, keep: float) -> FloatArray:
-    """``share`` of N steps: (N,) from along and room (N, 2M) and size (N,)."""
-    tight = (along * (1.0 - ROUNDING) > keep * room) & (along > (ROUNDING * size)[:, None])
-    beta = np.divide(room, along, out=np.full_like(room, np.inf), where=tight).min(axis=1, initial=np.inf)
-    least: FloatArray = np.minimum(1.0, keep * beta)
-    return least
+    """``share`` of N steps: (N,) from along (N, 2M), room (N, 2M) or (2M,), and size (N,)."""
+    tight = (along > keep * room) & (along > (PARALLEL * size)[:, None])
+    beta = np.divide(room, along, out=np.full_like(along, np.inf), where=tight).min(axis=1, initial=np.inf)
+    taken = keep * beta
+    most: FloatArray = np.where(taken < 1.0 - EDGE, taken, 1.0)
+    return most

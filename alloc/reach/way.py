@@ -34,6 +34,7 @@ class Way:
     ----------
     levels : the axes of each level
     keep : of each level, the share of the way to the edge that it may take
+    direct : whether every attainable demand is reached: no direction is lost, and no level stops early
     """
 
     def __init__(self, vehicle: Vehicle, levels: Levels, keep: Sequence[float]) -> None:
@@ -42,12 +43,14 @@ class Way:
         self.keep = tuple(keep)
         found = edge(vehicle)
         self._scale = found.scale
-        self._outward = np.vstack([found.normals, -found.normals])
+        half = found.normals * found.scale
+        self._outward = np.vstack([half, -half])
         self._room_of = room_table(found)
         self._TP = vehicle.TP
-        self._maps = step_maps(vehicle, levels)
-        self._whole, self._total = self._unstopped()
+        self._maps = step_maps(vehicle, levels) * (found.scale / found.scale[:, None])
+        self._unstopped, self._whole = self._if_nothing_stops()
         self._straight = vehicle.rank == vehicle.k
+        self.direct = self._straight and min(self.keep) == 1.0
 
     def departure(self, f_min: FloatArray, f_max: FloatArray) -> Departure:
         """Where the way begins within limits (n,), or (N, n) of N calls [N]."""
@@ -58,50 +61,50 @@ class Way:
     def towards(self, tau: FloatArray, begin: Departure) -> tuple[FloatArray, tuple[float, ...]]:
         """The wrench reached (k,) on the way to ``tau`` (k,) [N, N m], and the share of each level."""
         w, room = begin
-        missing = tau - w
-        if (self._whole.dot(missing) <= room).all():
-            end = tau if self._straight else w + self._total.dot(missing)
+        missing = (tau - w) / self._scale
+        if (self._unstopped.dot(missing) <= room).all():
+            end = tau if self._straight else w + self._whole.dot(missing) * self._scale
             return end, (1.0,) * len(self.keep)
         taken = []
+        moved = 0.0 * missing
         for D, keep in zip(self._maps, self.keep, strict=True):
-            step = D.dot(tau - w)
+            step = D.dot(missing)
             along = self._outward.dot(step)
-            s = share(along, room, float(np.abs(step / self._scale).max()), keep)
+            s = share(along, room, max(map(abs, step.tolist())), keep)
             taken.append(s)
-            w = w + s * step
-            room = np.maximum(room - s * along, 0.0)
-        return w, tuple(taken)
+            moved += s * step
+            if len(taken) < len(self.keep):
+                missing = missing - s * step
+                room = np.maximum(room - s * along, 0.0)
+        return w + moved * self._scale, tuple(taken)
 
     def towards_many(self, taus: FloatArray, begin: Departure) -> tuple[FloatArray, FloatArray]:
         """``towards`` for N demands (N, k): the wrenches reached (N, k), and the shares (N, L).
 
         ``begin`` is one for all demands, or has a row for each.
         """
-        if len(taus) > CHUNK:
-            parts = []
-            for i in range(0, len(taus), CHUNK):
-                chunk = slice(i, i + CHUNK)
-                here = begin if begin.room.ndim == 1 else Departure(begin.wrench[chunk], begin.room[chunk])
-                parts.append(self.towards_many(taus[chunk], here))
-            reached, taken = zip(*parts, strict=True)
-            return np.concatenate(reached), np.concatenate(taken)
-        w = np.broadcast_to(begin.wrench, taus.shape)
-        room = np.broadcast_to(begin.room, (len(taus), begin.room.shape[-1]))
-        taken_of = np.ones((len(taus), len(self.keep)))
-        for i, (D, keep) in enumerate(zip(self._maps, self.keep, strict=True)):
-            step = (taus - w) @ D.T
-            along = step @ self._outward.T
-            s = shares(along, room, np.abs(step / self._scale).max(axis=1), keep)
-            taken_of[:, i] = s
-            w = w + s[:, None] * step
-            room = np.maximum(room - s[:, None] * along, 0.0)
-        return w, taken_of
+        ends, taken = np.empty(taus.shape), np.empty((len(taus), len(self.keep)))
+        for i in range(0, len(taus), CHUNK):
+            chunk = slice(i, i + CHUNK)
+            w, room = begin if begin.room.ndim == 1 else (begin.wrench[chunk], begin.room[chunk])
+            missing = (taus[chunk] - w) / self._scale
+            moved = np.zeros_like(missing)
+            for j, (D, keep) in enumerate(zip(self._maps, self.keep, strict=True)):
+                step = missing @ D.T
+                along = step @ self._outward.T
+                s = shares(along, room, np.abs(step).max(axis=1), keep)[:, None]
+                taken[chunk, j] = s[:, 0]
+                moved += s * step
+                missing -= s * step
+                room = np.maximum(room - s * along, 0.0)
+            ends[chunk] = w + moved * self._scale
+        return ends, taken
 
-    def _unstopped(self) -> tuple[FloatArray, FloatArray]:
+    def _if_nothing_stops(self) -> tuple[FloatArray, FloatArray]:
         """Tables for a demand that nothing stops, so that one product tells.
 
-        With d = tau - w at the departure, all shares are 1 where the first table, (L, 2M, k), times d is at
-        most the room; the second, (k, k), times d is the way to where the last level ends.
+        With d what is missing at the departure, all shares are 1 where the first table, (L, 2M, k), times d
+        is at most the room; the second, (k, k), times d is the way to where the last level ends.
         """
         left, before = np.eye(len(self._scale)), np.zeros_like(self._outward)
         tables = []

@@ -42,9 +42,7 @@ def test_references_are_methods_whose_answers_to_what_is_asked_are_solved(
     vehicle = load_vehicle("ukwial")
     taus = rng.uniform(vehicle.f_min, vehicle.f_max, (5, vehicle.n)) @ vehicle.TP.T
     for name in formulation.references:
-        _, status = build(name, vehicle).many(
-            formulation.reference_demands(vehicle, 0.9 * taus, vehicle.f_min, vehicle.f_max)
-        )
+        _, status = build(name, vehicle).many(formulation.reference_demands(vehicle, 0.9 * taus, None, None))
         assert set(status) <= {Status.SOLVED, Status.PARTIAL if formulation.gives_way else Status.SOLVED}
 
 
@@ -69,7 +67,7 @@ def test_the_share_that_scaled_is_asked_for_is_the_linear_program_s(
 ) -> None:
     vehicle = load_vehicle(name) if fault is None else load_vehicle(name).with_fault(fault)
     taus = 3.0 * rng.uniform(vehicle.f_min, vehicle.f_max, (10, vehicle.n)) @ vehicle.TP.T
-    scaled = find_formulation("scaled").reference_demands(vehicle, taus, vehicle.f_min, vehicle.f_max)
+    scaled = find_formulation("scaled").reference_demands(vehicle, taus, None, None)
     for tau, asked in zip(taus, scaled, strict=True):
         share = min(1.0, alpha_max_lp(vehicle, tau))
         np.testing.assert_allclose(asked, share * tau, atol=1e-8 * np.abs(tau).max())  # HiGHS's tolerance

@@ -6,35 +6,16 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.optimize import linprog
 
-from alloc import FloatArray, NotApplicable, Vehicle, alpha_max, list_vehicles, load_vehicle
+from alloc import NotApplicable, Vehicle, alpha_max, load_vehicle
 from alloc.reach.edge import start
 from alloc.reach.levels import KEEP, groups, step_maps, unreachable
 from alloc.reach.way import Way
 from bench.demands.generated import growth_vehicle
+from bench.studies.saturation import limits, share_by_program, vehicles
 
 LP = 1e-8
 """What HiGHS may leave of a share: it works to 1e-10 in scaled wrench, and a step may be 1e-2 long."""
-
-
-def states() -> list[Vehicle]:
-    """Each shipped vehicle whole, with each thruster off, and with two off, which costs some of them rank."""
-    whole = [load_vehicle(name) for name in list_vehicles()]
-    return [
-        *whole,
-        *(v.with_fault(i) for v in whole for i in range(v.n)),
-        *(v.with_fault(0).with_fault(1) for v in whole),
-    ]
-
-
-def some_limits(vehicle: Vehicle, rng: np.random.Generator, n: int) -> tuple[FloatArray, FloatArray]:
-    """Limits (n, thrusters) of all kinds: with zero inside, at an end and outside, and without any width."""
-    low = rng.uniform(-1.0, 0.6, (n, vehicle.n))
-    high = low + rng.uniform(0.0, 1.2, (n, vehicle.n)) * (rng.random((n, vehicle.n)) > 0.1)
-    off = vehicle.readiness == 0
-    unit = np.where(off, 0.0, vehicle.f_scale)
-    return low * unit, high * unit
 
 
 def way(vehicle: Vehicle) -> Way:
@@ -43,26 +24,12 @@ def way(vehicle: Vehicle) -> Way:
     return Way(vehicle, levels, [KEEP] * (len(levels) - 1) + [1.0])
 
 
-def share_by_program(
-    vehicle: Vehicle, w: FloatArray, step: FloatArray, low: FloatArray, high: FloatArray, keep: float
-) -> float:
-    """min(1, keep max {s : T P f = w + s step, low <= f <= high}) by a linear program."""
-    A = np.hstack([vehicle.TP * vehicle.f_scale, -step[:, None]]) / vehicle.wrench_scale[:, None]
-    bounds = [*zip(low / vehicle.f_scale, high / vehicle.f_scale, strict=True), (0.0, 2.0)]
-    cost = np.append(np.zeros(vehicle.n), -1.0)
-    tight = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
-    optimum = linprog(
-        cost, A_eq=A, b_eq=w / vehicle.wrench_scale, bounds=bounds, method="highs", options=tight
-    )
-    return 0.0 if optimum.x is None else min(1.0, keep * float(optimum.x[-1]))
-
-
 def test_the_share_of_each_level_is_that_of_a_linear_program(rng: np.random.Generator) -> None:
     """From the same wrench, so that what one level leaves of rounding does not count against the next."""
-    for vehicle in states():
+    for vehicle in vehicles():
         through = way(vehicle)
         maps = step_maps(vehicle, through.levels)
-        low, high = some_limits(vehicle, rng, 4)
+        low, high = limits(vehicle, rng, 4)
         taus = rng.normal(size=(4, vehicle.k)) * vehicle.wrench_scale
         begin = through.departure(low, high)
         _, shares = through.towards_many(taus, begin)
@@ -88,9 +55,9 @@ def test_straight_from_zero_it_is_the_largest_attainable_share(
 
 
 def test_one_demand_and_many_give_the_same(rng: np.random.Generator) -> None:
-    for vehicle in states():
+    for vehicle in vehicles():
         through = way(vehicle)
-        low, high = some_limits(vehicle, rng, 20)
+        low, high = limits(vehicle, rng, 20)
         taus = rng.normal(size=(20, vehicle.k)) * vehicle.wrench_scale * np.logspace(-3, 3, 20)[:, None]
         ends, shares = through.towards_many(taus, through.departure(low, high))
         for i, tau in enumerate(taus):
@@ -122,10 +89,10 @@ def test_a_level_that_others_follow_leaves_a_hundredth_of_its_way_and_the_last_g
     np.testing.assert_allclose(share, [0.99 / 4, 1 / 4], rtol=1e-12)
 
 
-limits = st.floats(-1e100, 1e100)
+sizes = st.floats(-1e100, 1e100)
 
 
-@given(limits, limits)
+@given(sizes, sizes)
 def test_a_start_lies_inside_the_limits_and_at_zero_where_they_allow_it(a: float, b: float) -> None:
     low, high = np.array([min(a, b)]), np.array([max(a, b)])
     f0 = start(low, high)
@@ -145,7 +112,7 @@ def test_a_start_is_the_end_nearest_to_zero_moved_inwards_by_it_or_by_a_twentiet
 
 
 def lost_rank() -> list[Vehicle]:
-    return [vehicle for vehicle in states() if vehicle.rank < vehicle.k]
+    return [vehicle for vehicle in vehicles() if vehicle.rank < vehicle.k]
 
 
 def test_where_a_direction_is_lost_a_step_comes_as_near_as_it_can_and_leaves_earlier_axes_alone() -> None:
@@ -172,7 +139,7 @@ def test_where_a_direction_is_lost_a_step_comes_as_near_as_it_can_and_leaves_ear
 
 
 def test_groups_share_no_thruster_and_hold_all_axes() -> None:
-    for vehicle in states():
+    for vehicle in vehicles():
         found = groups(vehicle)
         assert sorted(axis for group in found for axis in group) == sorted(vehicle.dof)
         movers = [
