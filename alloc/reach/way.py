@@ -101,7 +101,7 @@ class Way:
         return ends, taken
 
     def delivered(self, taus: FloatArray, begin: Departure, taken: FloatArray) -> FloatArray:
-        """The wrenches (N, k) that shares ``taken`` (N, L) of the levels deliver of demands (N, k) [N, N m]."""
+        """Wrenches (N, k) that shares ``taken`` (N, L) of the levels deliver of demands (N, k) [N, N m]."""
         missing = (taus - begin.wrench) / self._scale
         moved = np.zeros_like(missing)
         for D, s in zip(self._maps, taken.T, strict=True):
