@@ -196,6 +196,12 @@ def test_an_answer_within_the_limits_of_each_call_is_judged_by_them(
     assert judged.wrong == ""
     assert judged.agrees
     assert np.isfinite(question.right[method][1:]).all()
+    for share in ((0.5,) * len(answers[1].share), (2.0,) * len(answers[1].share), (1.0,) * 9, (np.nan,)):
+        answers[1] = answers[1]._replace(share=share)
+        judged = verdict(question, answers, formulation=method)
+        assert judged.wrong.startswith(
+            "shares of its levels that its thrusts do not deliver (1 of 20 answers"
+        )
 
 
 def test_where_a_vehicle_has_too_many_facets_nothing_is_known_of_its_right_answers() -> None:
