@@ -49,10 +49,10 @@ def cli() -> None:
 
 
 def open_closed_streams() -> None:
-    """Give standard streams that the caller closed (``>&-``) to the null device, where nobody wants them.
+    """Open the null device in place of standard streams that the caller closed, as ``>&-`` does.
 
-    Python has None in their place; and the next file that is opened would get the stream's number, and with it
-    what a library prints.
+    Python has None in their place; and the next file that is opened would get the stream's number, and
+    with it what a library prints.
     """
     for number, (name, mode) in enumerate((("stdin", "r"), ("stdout", "w"), ("stderr", "w"))):
         if getattr(sys, name) is None:
