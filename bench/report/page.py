@@ -13,6 +13,7 @@ from bench.report import (
     memory,
     method,
     mission,
+    moving,
     tails,
 )
 from bench.results.rows import Run
@@ -22,6 +23,7 @@ SECTIONS = (
     cost,
     growth,
     lost,
+    moving,
     mission,
     capability,
     failures,

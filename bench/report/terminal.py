@@ -12,6 +12,7 @@ from rich.table import Table
 from alloc import WRENCH_TOLERANCE
 from bench.report.limits import cut_logs
 from bench.report.lost import largest
+from bench.report.moving import of, sequences, title
 from bench.results.columns import Row
 from bench.results.repeats import most
 from bench.results.rows import Run, read_run
@@ -55,6 +56,10 @@ def show(directory: Path, console: Console) -> bool:
         table.add_row(escape(label), *_method(run, list(same)))
     # A file or a pipe has no edge that lines must fit into, so nothing is cut there.
     console.print(table, width=None if console.is_terminal else max(console.width, 120))
+    for problem in sequences(run):
+        if problem.moving:
+            console.print(f"{title(problem)}\n", highlight=False, markup=False, soft_wrap=True)
+            console.print(of(run, problem), highlight=False, markup=False, soft_wrap=True)
     for line in cut_logs(run):
         console.print(line, highlight=False, markup=False, soft_wrap=True)
     wrong = objections(rows)
