@@ -56,12 +56,12 @@ class Live:
         self._solver = solver
         self._b_of_tau = posed.b_of_tau
         self._unreachable = posed.unreachable
-        self._f_scale = posed.f_scale
+        self._unit = posed.unit
         self._vehicle = vehicle
         self._limits_of_call = at_call(vehicle)
         self._working = posed.working
         self._m = len(posed.working)
-        self._soft = Stationarity(posed.qp) if len(posed.qp.g) > self._m else None
+        self._soft = Stationarity(posed.qp, posed.unit) if len(posed.qp.g) > self._m else None
         self._beyond = beyond(vehicle) if self._soft is None else None
         self._limits = vehicle.f_min[posed.working], vehicle.f_max[posed.working]
         self._bounds = posed.qp.lb[: self._m], posed.qp.ub[: self._m]
@@ -75,7 +75,7 @@ class Live:
         b: FloatArray = self._b_of_tau.dot(tau)
         if f_min is None or f_max is None:
             return b, *self._bounds
-        return b, f_min / self._f_scale, f_max / self._f_scale
+        return b, f_min / self._unit, f_max / self._unit
 
     def __call__(
         self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
@@ -109,7 +109,7 @@ class Live:
                 disbelieved[f"{self._solver}: INFEASIBLE, which is not so"] += 1
                 status = Status.NOT_CONVERGED
             return self._unanswered(status, iterations, solver_s)
-        f = x[: self._m] * self._f_scale
+        f = x[: self._m] * self._unit
         np.minimum(f, high, out=f)
         np.maximum(f, low, out=f)
         if self._soft is not None and not self._optimal(f, *posed):
@@ -138,7 +138,7 @@ class Live:
 
     def _optimal(self, f: FloatArray, b: FloatArray, lb: FloatArray, ub: FloatArray) -> bool:
         assert self._soft is not None
-        return self._soft.distance(f / self._f_scale, b, lb, ub) <= self.tolerance
+        return self._soft.distance(f / self._unit, b, lb, ub) <= self.tolerance
 
     def _scattered(self, f_working: FloatArray) -> FloatArray:
         f = np.zeros(self._vehicle.n)
