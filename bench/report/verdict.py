@@ -29,7 +29,7 @@ def verdict(own: Sequence[Size], loop: Loop, where: str = "") -> str:
     """The sentence for one vehicle."""
     first = own[0]
     question = f"{first.vehicle} at {loop.rate_hz:g} Hz{where}"
-    if first.fit > Fit.WITHOUT_TAIL:
+    if first.fit > Fit.MAY_FIT:
         times = [size.p50_us for size in own if size.p50_us is not None and size.fit == Fit.DOES_NOT_FIT]
         why = (
             f"the fastest median is {percent(min(times) / loop.period_us)} of the period"
@@ -42,6 +42,8 @@ def verdict(own: Sequence[Size], loop: Loop, where: str = "") -> str:
     text = f"{question}: take {spoken(first)}; {exactness}; {share} of the period"
     if first.fit == Fit.WITHOUT_TAIL:
         text += f", its tail not shown to fit ({first.reason})"
+    if first.fit == Fit.MAY_FIT:
+        text += f", which may fit ({first.reason})"
     other = _other(first, own)
     return f"{text}; {other} would do too." if other else f"{text}."
 

@@ -88,9 +88,7 @@ def ordered(sizes: Sequence[Size]) -> list[Size]:
     """Sizes by vehicle, the one to take first: the order that ``sizes`` describes."""
     classes: dict[tuple[str, bool, bool, Fit], list[Size]] = {}
     for size in sorted(sizes, key=lambda s: (s.p50_us or 0.0, s.label)):
-        classes.setdefault((size.vehicle, size.fit > Fit.WITHOUT_TAIL, not size.exact, size.fit), []).append(
-            size
-        )
+        classes.setdefault((size.vehicle, size.fit > Fit.MAY_FIT, not size.exact, size.fit), []).append(size)
     found = []
     for _, left in sorted(classes.items()):
         while left:

@@ -137,7 +137,7 @@ function ordered(sizes) {
   const byText = (a, b) => (a < b ? -1 : a > b ? 1 : 0);
   const classes = new Map();
   for (const size of [...sizes].sort((a, b) => (a.p50 ?? 0) - (b.p50 ?? 0) || byText(a.label, b.label))) {
-    const key = `${+(size.fit > WITHOUT_TAIL)}${+!size.exact}${size.fit}`;
+    const key = `${+(size.fit > MAY_FIT)}${+!size.exact}${size.fit}`;
     if (!classes.has(key)) classes.set(key, []);
     classes.get(key).push(size);
   }
@@ -193,7 +193,7 @@ function verdict(sizes, vehicle, loop, where) {
   const question = `${vehicle} at ${general(loop.rate)} Hz${where}`, first = sizes[0];
   const spoken = (size) => (size.twin ? `${size.twin} as generated C` : size.label);
   if (!first) return `${question}: nothing was measured.`;
-  if (first.fit > WITHOUT_TAIL) {
+  if (first.fit > MAY_FIT) {
     const times = sizes.filter((size) => size.fit === DOES_NOT_FIT && size.p50 !== null).map((size) => size.p50);
     const why = times.length ? `the fastest median is ${percent(Math.min(...times) / loop.period)} of the period` : "none has a time that counts";
     return `${question}: nothing here fits ${percent(loop.limit / loop.period)} of the period; ${why}.`;
@@ -203,6 +203,7 @@ function verdict(sizes, vehicle, loop, where) {
   const share = (first.p50 ?? 0) / loop.period;
   let text = `${question}: take ${spoken(first)}; ${exact}; ${share < 1e-4 ? "under 0.01 %" : percent(share)} of the period`;
   if (first.fit === WITHOUT_TAIL) text += `, its tail not shown to fit (${first.reason})`;
+  if (first.fit === MAY_FIT) text += `, which may fit (${first.reason})`;
   const alike = sizes.slice(1).filter((size) => size.fit === first.fit && size.exact === first.exact && size.method !== first.twin);
   const other = alike.find((size) => size.solver) ?? alike[0];
   return other ? `${text}; ${spoken(other)} would do too.` : `${text}.`;

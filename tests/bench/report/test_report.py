@@ -50,7 +50,7 @@ def test_the_report_shows_every_picture_in_the_folder_and_no_other(rendered: Pat
     assert sorted(shown) == sorted(path.name for path in rendered.glob("*.svg"))
 
 
-@pytest.mark.parametrize("name", ["Fähre 1", "a)b]", '<b>&"c', "50%20"])
+@pytest.mark.parametrize("name", ["Fähre 1", "a)b]", "a/b", '<b>&"c', "50%20"])
 def test_a_vehicle_of_any_name_has_its_pictures_in_the_report(name: str, tmp_path: Path) -> None:
     cell = made_up.cell(key=Key(name, "inactive", "pinv"))
     render(made_up.record(tmp_path, made_up.header(), cell))
