@@ -15,14 +15,14 @@ from bench.results.bands import Counted, counted
 from bench.results.columns import Row
 from bench.results.cycles import CPI
 from bench.results.emulated import rows as emulated_rows
-from bench.results.fit import Fit
+from bench.results.fit import LATE_SHARE, Fit
 from bench.results.machines import NamedRun, emulated_name
 from bench.results.pauses import CHANCE, pauses
 from bench.results.quantiles import BEYOND, CONFIDENCE, Histogram, interval, merged
 from bench.results.ranking import exact, largest_loss
 from bench.results.repeats import most
 from bench.results.rows import SETS
-from bench.results.sizing import CLOSE, LATE_SHARE, wrong
+from bench.results.sizing import CLOSE, wrong
 
 ATTAINED = 1 - 1e-9
 """Share of attainable demands from which on a set's losses count as a method's: rounding of a ratio."""

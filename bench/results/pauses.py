@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from bench.record import NO_VEHICLE
+from bench.results.fit import LATE_SHARE
 from bench.results.quantiles import Histogram, merged, ranked, total
 from bench.results.rows import Run
 
@@ -48,9 +49,10 @@ def whose(
 
     They are the machine's where the method's ``steps`` are bounded, and either all of them fit the limit even
     if each took as long as a median call, or just one call was late: the same demands were asked many times.
-    Else they are the machine's where fixed work was held up as long, as often in the time that it took:
-    of all pauses that long, binomially as many hit the method as its calls' share of the time, and this many
-    or more have at least the probability CHANCE. Without one such pause of fixed work nothing is excused.
+    Else they are the machine's where they are rare, at most LATE_SHARE of all, and fixed work was held up as
+    long, as often in the time that it took: of all pauses that long, binomially as many hit the method as its
+    calls' share of the time, and this many or more have at least the probability CHANCE. Without one such
+    pause of fixed work nothing is excused.
     """
     from scipy.stats import binom
 
@@ -59,6 +61,8 @@ def whose(
     if steps and (late == 1 or steps * p50_us <= limit_us):
         return "bounded steps"
     seen = pauses.longer_than((limit_us - p50_us) * 1000)
+    if not seen or late > LATE_SHARE * total(singles):
+        return ""
     took = sum(ns * count for ns, count in singles)
     share = took / (took + pauses.exposure_ns)
-    return "canaries paused too" if seen and binom.sf(late - 1, late + seen, share) >= CHANCE else ""
+    return "canaries paused too" if binom.sf(late - 1, late + seen, share) >= CHANCE else ""

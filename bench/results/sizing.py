@@ -6,7 +6,7 @@ from functools import partial
 
 from bench.record import NO_VEHICLE
 from bench.results.columns import Row
-from bench.results.fit import Fit, Loop
+from bench.results.fit import LATE_SHARE, Fit, Loop
 from bench.results.pauses import Pauses, pauses, whose
 from bench.results.quantiles import Histogram, merged, misses, quantile
 from bench.results.ranking import exact, right
@@ -14,8 +14,6 @@ from bench.results.repeats import most
 from bench.results.rows import Run
 from bench.results.transfer import Transfer
 
-LATE_SHARE = 0.001
-"""Largest share of late calls of a method that fits: one in a thousand, as p99.9 is judged."""
 CLOSE = 1.5
 """Medians within this factor count as equal: busy machines swap them from run to run. Among equals a method
 whose worst case is known comes first."""

@@ -84,7 +84,8 @@ function whose(pooled, late, limit, p50, steps, machine) {
   if (!late) return "";
   if (steps && (late === 1 || steps * p50 <= limit)) return "bounded steps";
   const seen = longerThan(machine.excess, (limit - p50) * 1000);
-  return seen && beta(late, seen + 1, pooled.took / (pooled.took + machine.exposure_ns)) >= chance ? "canaries paused too" : "";
+  if (!seen || late > late_share * pooled.calls) return "";
+  return beta(late, seen + 1, pooled.took / (pooled.took + machine.exposure_ns)) >= chance ? "canaries paused too" : "";
 }
 
 function judge(limit, p50, p999, slowest, bound) {

@@ -47,7 +47,7 @@ def lines(seed: int, slower: float) -> list[Line]:
             made.append(cell(rng, vehicle, demands, "noop", 0.05 * slower, pauses=3))
             for i, (method, (_, start, _)) in enumerate(METHODS.items()):
                 made.append(cell(rng, vehicle, demands, method, slower * 0.3 * 6.0**i, start, PAUSES[i]))
-        made.append(cell(rng, vehicle, "active", "qp/slow", 500.0, "warm", pauses=0))
+        made.append(cell(rng, vehicle, "active", "qp/slow", 200.0, "warm", pauses=0))
     gone = Cell(Key("ukwial", "active", "gone"), "crashed", reason="signal 11, <b>bold</b>")
     off = made_up.cell("off", key=Key("ukwial", "active", "off"))
     off.judged = Judged(answers=1, counts={"SOLVED": 1}, wrong="limit violated", agrees=False)
