@@ -80,6 +80,7 @@ class Problem(msgspec.Struct, tag="problem", omit_defaults=True, kw_only=True):
     f_scale : the vehicle's largest limit [N]
     wrench_scale : (k,) size of a wrench on each axis [N, N m]
     left_out : demands of a log that were not asked
+    moving : whether each demand had limits of its own
     """
 
     vehicle: str
@@ -98,6 +99,7 @@ class Problem(msgspec.Struct, tag="problem", omit_defaults=True, kw_only=True):
     f_scale: float
     wrench_scale: list[float]
     left_out: int = 0
+    moving: bool = False
 
 
 class Worker(msgspec.Struct, tag="worker", omit_defaults=True, kw_only=True):

@@ -13,6 +13,7 @@ from bench.report import (
     memory,
     method,
     mission,
+    moving,
     opening,
     tails,
     worth,
@@ -20,7 +21,7 @@ from bench.report import (
 from bench.results.rows import Run
 
 FIRST = (opening, headline, growth, worth)
-REST = (cost, lost, mission, capability, failures, tails, memory, emulation, machine, method, limits)
+REST = (cost, lost, moving, mission, capability, failures, tails, memory, emulation, machine, method, limits)
 TITLE = "# What thrust allocation costs, and what it buys\n"
 
 

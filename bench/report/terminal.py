@@ -12,6 +12,7 @@ from rich.table import Table
 from alloc import WRENCH_TOLERANCE
 from bench.record.machine import machine_name
 from bench.report.limits import cut_logs
+from bench.report.moving import of, sequences, title
 from bench.report.verdict import USUAL, sure, verdicts
 from bench.results.columns import Row
 from bench.results.ranking import largest_loss
@@ -66,6 +67,10 @@ def show(directory: Path, console: Console) -> bool:
     if run.vehicles:
         said = f"{machine_name(run.record.header.machine)} was {sure(run)}"
         console.print(said, highlight=False, markup=False, soft_wrap=True)
+    for problem in sequences(run):
+        if problem.moving:
+            console.print(f"{title(problem)}\n", highlight=False, markup=False, soft_wrap=True)
+            console.print(of(run, problem), highlight=False, markup=False, soft_wrap=True)
     for line in cut_logs(run):
         console.print(line, highlight=False, markup=False, soft_wrap=True)
     wrong = objections(rows)
