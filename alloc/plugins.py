@@ -13,7 +13,7 @@ from typing import Any, get_args
 
 import alloc.methods
 from alloc.allocation import Allocator
-from alloc.errors import NotInstalled, UnknownName
+from alloc.errors import NotInstalled, UnknownName, unknown
 from alloc.formulations import Family, find_formulation
 from alloc.methods import Variant
 from alloc.solvers import Level, Start
@@ -89,7 +89,7 @@ def find(name: str) -> Entry:
     for entry in catalogue():
         if entry.name == name:
             return entry
-    raise UnknownName(f"no method '{name}'; there are {', '.join(entry.name for entry in catalogue())}")
+    raise unknown("method", name, (entry.name for entry in catalogue()))
 
 
 def load_plugin(path: Path) -> Entry:

@@ -11,7 +11,13 @@ from bench.commands import PATH
 @click.argument("demands", type=PATH)
 @click.option("--vehicle", required=True, metavar="V", help="A shipped name or a YAML file.")
 @click.option("--method", required=True, metavar="M", help="As `thrustbench list` names it.")
-@click.option("--fault", "faults", multiple=True, metavar="I[@P]", help="Thruster I off, or at readiness P.")
+@click.option(
+    "--fault",
+    "faults",
+    multiple=True,
+    metavar="I[@P]",
+    help="Thruster I, a number or name: off, or at P.",
+)
 @click.option("--start", default="", metavar="S", help="cold, reused or warm.")
 @click.option("--level", default="", metavar="L", help="default or tight.")
 @click.option("--plugin", type=PATH, help="Python file that holds the method.")
@@ -34,11 +40,13 @@ def command(
     from alloc import UnknownName, find, load_plugin, load_vehicle, prepare
     from alloc.files.textfile import write_text
     from bench.inputs.demand_csv import format_thrusts, read_demands
-    from bench.inputs.faults import with_fault
+    from bench.inputs.faults import EACH, parse_fault, with_fault
 
     answering = load_vehicle(vehicle)
-    for fault in faults:
-        answering = with_fault(answering, fault)
+    for fault in map(parse_fault, faults):
+        if fault == EACH:
+            raise click.UsageError("--fault each: thrusts are of one vehicle; name one thruster")
+        (answering,) = with_fault(answering, fault)
     entry = load_plugin(plugin) if plugin else find(method)
     if entry.name != method:
         raise UnknownName(

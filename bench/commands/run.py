@@ -11,7 +11,13 @@ from bench.commands import PATH, RUNS, Finite
 @click.option("--vehicle", "vehicles", multiple=True, metavar="V", help="A shipped name or a YAML file.")
 @click.option("--method", "methods", multiple=True, metavar="M", help="As in `thrustbench list`, or qp/*.")
 @click.option("--demands", multiple=True, metavar="D", help="A set's name, a CSV, bag or ULog.")
-@click.option("--fault", "faults", multiple=True, metavar="I[@P]", help="Thruster I off, or at P; or each.")
+@click.option(
+    "--fault",
+    "faults",
+    multiple=True,
+    metavar="I[@P]",
+    help="Thruster I, a number or name: off, or at P; or each.",
+)
 @click.option(
     "--start",
     "starts",
@@ -42,7 +48,14 @@ from bench.commands import PATH, RUNS, Finite
     "--resume", is_flag=True, help="Go on with the folder's record, else kept as record.previous.jsonl."
 )
 @click.option("--out", type=PATH, metavar="DIR", help="[runs/<machine>]")
-def command(out: Path | None, preset: str | None, study: str | None, resume: bool, **options: object) -> int:
+def command(
+    out: Path | None,
+    preset: str | None,
+    study: str | None,
+    resume: bool,
+    faults: tuple[str, ...],
+    **options: object,
+) -> int:
     """Time and judge every method, each in its own process; write the record and the report.
 
     --vehicle, --method, --demands, --fault, --start, --level and --plugin may be repeated.
@@ -54,12 +67,14 @@ def command(out: Path | None, preset: str | None, study: str | None, resume: boo
     from bench.harness import machine, presets
     from bench.harness.progress import bar
     from bench.harness.run import Interrupted, run
+    from bench.inputs.faults import parse_fault
     from bench.report import render
     from bench.report.terminal import show
 
     if study and preset:
         raise click.UsageError("give one of --study, --quick and --all")
     console = Console()
+    options["faults"] = tuple(map(parse_fault, faults))
     settings = getattr(presets, study or preset or "default")()
     settings = replace(settings, **{key: value for key, value in options.items() if value not in (None, ())})
     if options["demands"] or options["methods"] or options["repeats"]:

@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import bench.demands.sets
-from alloc import FloatArray, UnknownName, Vehicle, label
+from alloc import FloatArray, Vehicle, label
+from alloc.errors import unknown
 
 COUNT = 1000
 """Demands in a set by default: enough for a p99 with its interval; a p99.9 comes from several passes."""
@@ -64,9 +65,7 @@ def build_demands(name: str | Path, vehicle: Vehicle, seed: int, n: int | None =
     if name not in known:  # a set's name means the set, even where the current folder has a file of that name
         if _is_file(name):
             return _from_file(Path(name), vehicle, n)
-        raise UnknownName(
-            f"no demand set '{name}'; there are {', '.join(list_demands())}, or give a log (.csv, .bag, .ulg)"
-        )
+        raise unknown("demand set", str(name), list_demands(), "; or give a log (.csv, .bag, .mcap, .ulg)")
     module = import_module(f"{bench.demands.sets.__name__}.{known[str(name)]}")
     rng = np.random.default_rng(
         [seed, _stable(vehicle.name), _stable(getattr(module, "SEED_NAME", str(name)))]

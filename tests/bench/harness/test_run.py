@@ -22,6 +22,7 @@ from bench.harness.plan import RunSettings
 from bench.harness.run import run
 from bench.harness.sets import demand_sets, vehicles
 from bench.harness.state import Progress
+from bench.inputs.faults import Fault
 from bench.judging.question import ask_here, questions
 from bench.record import FILE_NAME, read
 from bench.report import render
@@ -175,10 +176,13 @@ def test_two_logs_or_vehicles_of_one_name_are_refused_not_dropped(tmp_path: Path
 
 @pytest.mark.parametrize(
     ("name", "faults", "reason"),
-    [("ukwial-f2", ("2",), "two different vehicles are called 'ukwial-f2'"), ("-", ("",), "stands for none")],
+    [
+        ("ukwial-f2", (Fault(2),), "two different vehicles are called 'ukwial-f2'"),
+        ("-", (None,), "stands for none"),
+    ],
 )
 def test_a_vehicle_named_as_another_after_a_failure_or_as_none_is_refused(
-    tmp_path: Path, name: str, faults: tuple[str, ...], reason: str
+    tmp_path: Path, name: str, faults: tuple[Fault | None, ...], reason: str
 ) -> None:
     shipped = (Path(alloc.__file__).parent / "vehicles" / "ukwial.yaml").read_text(encoding="utf-8")
     mine = tmp_path / "mine.yaml"
