@@ -120,10 +120,13 @@ def share_axis(axis: "Axis", label: str) -> None:
     axis.set_label_text(label)
 
 
-def save(drawn: "Figure", path: Path) -> None:
-    """Write an SVG that switches between light and dark; the same figure gives the same bytes."""
+def save(drawn: "Figure", path: Path, title: str | None = None) -> None:
+    """Write an SVG that switches between light and dark; the same figure gives the same bytes.
+
+    The title is what programs show for the file's name; readers of the picture don't see it.
+    """
     text = StringIO()
-    drawn.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
+    drawn.savefig(text, format="svg", metadata={"Date": None, "Creator": None, "Title": title})
     path.write_text(_with_dark_mode(text.getvalue()), encoding="utf-8")
 
 
