@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from bench.commands import PATH, RUNS, Finite
+from bench.commands import PATH, RUNS, Finite, log_options, read_options
 
 
 @click.command()
@@ -32,6 +32,7 @@ from bench.commands import PATH, RUNS, Finite
     type=click.Choice(["default", "tight"]),
     help="Default: both of qp/*, tight of others.",
 )
+@log_options
 @click.option("--plugin", "plugins", multiple=True, metavar="FILE", help="Python file with build(vehicle).")
 @click.option("--repeats", type=click.IntRange(1), help="Fresh processes a method [2].")
 @click.option("--seed", type=click.IntRange(0), help="Of demands and order [0].")
@@ -54,6 +55,10 @@ def command(
     study: str | None,
     resume: bool,
     faults: tuple[str, ...],
+    topic: str,
+    frame: str | None,
+    columns: str,
+    scale: str,
     **options: object,
 ) -> int:
     """Time and judge every method, each in its own process; write the record and the report.
@@ -68,6 +73,7 @@ def command(
     from bench.harness.progress import bar
     from bench.harness.run import Interrupted, run
     from bench.inputs.faults import parse_fault
+    from bench.record import read
     from bench.report import render
     from bench.report.terminal import show
 
@@ -75,6 +81,7 @@ def command(
         raise click.UsageError("give one of --study, --quick and --all")
     console = Console()
     options["faults"] = tuple(map(parse_fault, faults))
+    options["log"] = read_options(topic, frame, columns, scale)
     settings = getattr(presets, study or preset or "default")()
     settings = replace(settings, **{key: value for key, value in options.items() if value not in (None, ())})
     if options["demands"] or options["methods"] or options["repeats"]:
@@ -88,6 +95,8 @@ def command(
             run(settings, directory, resume=resume, watch=watch)
         except Interrupted:
             interrupted = True
+    for line in dict.fromkeys(line for problem in read(directory).problems for line in problem.said):
+        console.print(line, highlight=False, markup=False, soft_wrap=True)
     good = show(directory, console)
     console.print(f"Report: {render(directory)}", highlight=False, markup=False, soft_wrap=True)
     if interrupted:

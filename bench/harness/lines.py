@@ -60,6 +60,8 @@ def problem(question: Question, study: str = "") -> Problem:
         f_scale=vehicle.f_scale,
         wrench_scale=[float(scale) for scale in vehicle.wrench_scale],
         left_out=demands.left_out,
+        said=list(demands.said),
+        names=list(vehicle.names),
     )
 
 

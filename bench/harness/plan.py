@@ -10,6 +10,7 @@ import msgspec
 from alloc import AllocError, find_formulation
 from bench.harness.yardsticks import CANARIES, YARDSTICKS
 from bench.inputs.faults import Fault
+from bench.inputs.logs import LogOptions
 from bench.record import NO_VEHICLE, Key, Method
 
 OVERHEAD_S = 0.03
@@ -36,6 +37,7 @@ class RunSettings(msgspec.Struct, frozen=True, kw_only=True):
     plugins : files with a method
     faults : of each vehicle, one at a time; None is the whole vehicle
     once : patterns of methods, families and demand sets that are measured in the first repeat only
+    log : what logs among the demands do not say themselves
     starts, levels : those to take of what a method offers; empty: see ``chosen``
     repeats : fresh processes of each method
     seed : of demands and order
@@ -54,6 +56,7 @@ class RunSettings(msgspec.Struct, frozen=True, kw_only=True):
     plugins: tuple[str, ...] = ()
     faults: tuple[Fault | None, ...] = (None,)
     once: tuple[str, ...] = ()
+    log: LogOptions = LogOptions()
     starts: tuple[str, ...] = ()
     levels: tuple[str, ...] = ()
     repeats: int = 2

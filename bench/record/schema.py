@@ -80,6 +80,8 @@ class Problem(msgspec.Struct, tag="problem", omit_defaults=True, kw_only=True):
     f_scale : the vehicle's largest limit [N]
     wrench_scale : (k,) size of a wrench on each axis [N, N m]
     left_out : demands of a log that were not asked
+    said : how a log was understood, and what is doubtful about it
+    names : of the vehicle's thrusters, empty where they have none
     """
 
     vehicle: str
@@ -98,6 +100,8 @@ class Problem(msgspec.Struct, tag="problem", omit_defaults=True, kw_only=True):
     f_scale: float
     wrench_scale: list[float]
     left_out: int = 0
+    said: list[str] = []
+    names: list[str] = []
 
 
 class Worker(msgspec.Struct, tag="worker", omit_defaults=True, kw_only=True):

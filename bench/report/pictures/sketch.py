@@ -75,13 +75,8 @@ def _draw(axes: "Axes", view: View, poses: Poses, extent: float) -> None:
                 axes.plot(*point, "x", markersize=15, color=BLUE)
     for point, numbers in _together(points, 0.02 * extent):
         axes.plot(*point, "o", markersize=14, markerfacecolor=PAPER, markeredgecolor=INK, zorder=3)
-        axes.annotate(
-            " ".join(map(str, numbers)),
-            point,
-            ha="center",
-            va="center",
-            fontsize=7 if len(numbers) < 3 else 5,
-        )
+        text, size = " ".join(map(str, numbers)), 7 if len(numbers) < 3 else 5
+        axes.text(point[0], point[1], text, ha="center", va="center", fontsize=size, zorder=4)
     axes.plot(*_seen(view, poses.center[None])[0], "P", color=VERMILION, markersize=7, zorder=4)
     _frame(axes, view, points, extent)
 

@@ -126,7 +126,8 @@ def save(drawn: "Figure", path: Path, title: str | None = None) -> None:
     The title is what programs show for the file's name; readers of the picture don't see it.
     """
     text = StringIO()
-    drawn.savefig(text, format="svg", metadata={"Date": None, "Creator": None, "Title": title})
+    titled = {} if title is None else {"Title": title}
+    drawn.savefig(text, format="svg", metadata={"Date": None, "Creator": None} | titled)
     path.write_text(_with_dark_mode(text.getvalue()), encoding="utf-8")
 
 
