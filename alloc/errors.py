@@ -68,5 +68,9 @@ class NotApplicable(AllocError):
     """A method does not cover this vehicle; the message says which premise fails."""
 
 
+class PluginError(AllocError):
+    """A plug-in is not what it must be; the message says what it must return or declare."""
+
+
 class SolverError(AllocError):
     """A solver failed in a way, or with a status, that this library does not know."""

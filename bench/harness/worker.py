@@ -143,7 +143,10 @@ def write_answers(task: AnswerTask, job: Job) -> None:
     allocator = prepared(job, vehicle)
     many = getattr(allocator, "many", partial(one_by_one, allocator, k=vehicle.k, n=vehicle.n))
     answers, statuses = many(taus)
-    F, status = real(np.asarray(answers)), np.asarray(statuses, dtype=np.int8)
+    F, given = real(np.asarray(answers)), np.asarray(statuses)
+    if given.dtype.kind not in "iu":
+        raise TypeError(f"many() gave statuses of type {given.dtype}; give values of alloc.Status")
+    status = given.astype(np.int8)
     if F.shape != (len(taus), vehicle.n) or status.shape != (len(taus),):
         raise ValueError(
             f"many() gave thrusts of shape {F.shape} and statuses of shape {status.shape}"

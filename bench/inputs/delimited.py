@@ -19,7 +19,7 @@ _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?", re.ASCII)
 
 
 @dataclass
-class Table:
+class Cells:
     """The cells of a file below its header.
 
     Attributes
@@ -65,7 +65,7 @@ class Table:
         return FileError(why, path=self.path, line=line)
 
 
-def read_table(path: Path) -> Table:
+def read_table(path: Path) -> Cells:
     """The header of a file and an iterator over its rows; raises FileError where it is no such table.
 
     Lines that begin with ``#``, ``%`` or ``//`` are comments. The last one is the header where the line below
@@ -75,7 +75,7 @@ def read_table(path: Path) -> Table:
     kept = ["\n" if line.lstrip().startswith(COMMENT) else line for line in lines]
     first = next((i for i, line in enumerate(kept) if line.strip()), None)
     if first is None:
-        return Table(path, 1, [], [], ",", iter(()))
+        return Cells(path, 1, [], [], ",", iter(()))
     below = next((line for line in kept[first + 1 :] if line.strip()), "")
     separator = _separator(kept[first], below)
     if all(_numeric(cell) for cell in _cells(kept[first], separator)):
@@ -95,7 +95,7 @@ def read_table(path: Path) -> Table:
         words = [cell.strip("[]() ") for cell in ahead[1]]
         if UNITS & set(words) and not {"nan", "inf"} & {word.lower().lstrip("+-") for word in words}:
             units, ahead = words, None
-    return Table(path, line, [cell.strip() for cell in header], units, separator, _chained(ahead, rows))
+    return Cells(path, line, [cell.strip() for cell in header], units, separator, _chained(ahead, rows))
 
 
 def _rows(path: Path, lines: list[str], separator: str) -> Iterator[tuple[int, list[str]]]:

@@ -11,7 +11,7 @@ from alloc import DemandError, FloatArray, Status
 from alloc.vehicle import LARGEST
 from bench.inputs.columns import SECONDS, TIME, Column, assign, listed
 from bench.inputs.csv_text import csv_text, is_number
-from bench.inputs.delimited import NAMES, Table, read_table
+from bench.inputs.delimited import NAMES, Cells, read_table
 
 LATEST = 1e20
 """Bound on times, in any unit: a date in ns is 1.7e18."""
@@ -91,7 +91,7 @@ def _seconds(values: FloatArray, column: Column) -> tuple[FloatArray, str]:
     return values, "s"
 
 
-def _said(path: Path, table: Table, found: Mapping[str, Column], unit: str, blank: int) -> str:
+def _said(path: Path, table: Cells, found: Mapping[str, Column], unit: str, blank: int) -> str:
     """How a table was understood, in a line; empty where nothing had to be."""
     parts = [
         f"{quantity} from '{column.name}'{f', taken for {unit}' if quantity == TIME and unit else ''}"

@@ -28,6 +28,7 @@ class Header(msgspec.Struct, tag="header", kw_only=True):
     machine : what ``bench.harness.machine`` says of it (CPU, cores, memory, governor, OS, kernel)
     versions : Python and every package that took part
     settings : the run's own options
+    files : SHA-256 of the users' files that took part (plug-ins, vehicles, logs), by path
     """
 
     schema: int
@@ -37,6 +38,7 @@ class Header(msgspec.Struct, tag="header", kw_only=True):
     machine: dict[str, Any]
     versions: dict[str, str]
     settings: dict[str, Any]
+    files: dict[str, str] = {}
 
 
 class Method(msgspec.Struct, tag="method", omit_defaults=True, kw_only=True):
