@@ -16,11 +16,11 @@ from alloc.allocation import (
     StatusArray,
     answer,
     checked,
-    one_by_one,
     real,
 )
 from alloc.errors import PluginError
 from alloc.vehicle import Vehicle
+from alloc.vehicle.call_limits import at_call, one_by_one
 
 ANY_DISTANCE = 1.0
 """Tolerance of a function that declares no formulation: as far from T* tau as the largest limit."""
@@ -49,6 +49,7 @@ class Plain:
         """Wrap the function with what its module declares."""
         self.formulation, self.limited, self.tolerance = formulation, limited, tolerance
         self._function, self._vehicle = function, vehicle
+        self._limits = at_call(vehicle)
         self._takes_limits = _takes_limits(function)
         self._k, self._n = vehicle.k, vehicle.n
         self._per_scale = 1 / vehicle.wrench_scale
@@ -59,8 +60,7 @@ class Plain:
     ) -> Allocation:
         """Allocate one wrench (k,) [N, N m]; raises PluginError where the function gives no n numbers."""
         wrench = checked(tau, self._k)
-        low = self._vehicle.f_min if f_min is None else np.asarray(f_min)
-        high = self._vehicle.f_max if f_max is None else np.asarray(f_max)
+        low, high = self._limits(f_min, f_max)
         if self._takes_limits:
             given = self._function(wrench, f_min=low, f_max=high)
         else:
@@ -89,9 +89,11 @@ class Plain:
             raise PluginError(f"the function gave an array of shape {f.shape}; return {n} thrusts, ({n},)")
         return f
 
-    def many(self, taus: ArrayLike) -> tuple[FloatArray, StatusArray]:
-        """Allocate (N, k) wrenches one after the other."""
-        return one_by_one(self, taus, self._k, self._n)
+    def many(
+        self, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+    ) -> tuple[FloatArray, StatusArray]:
+        """Allocate (N, k) wrenches one after the other, each within its own limits."""
+        return one_by_one(self, self._vehicle, taus, f_min, f_max)
 
 
 def _takes_limits(function: Callable[..., Any]) -> bool:

@@ -25,7 +25,7 @@ def command(log: Path, vehicle: str, output: Path | None, **options: Any) -> Non
 
     answering = load_vehicle(vehicle)
     t, taus, said = read_log(log, answering.dof, read_options(**options))
-    demands = labelled(log.stem, answering, taus, rate_hz(t))
+    demands = labelled(log.stem, answering, taus, rate_hz=rate_hz(t))
     for line in (said, *(f"warning: {doubt}" for doubt in doubts(demands))):
         if line:
             click.echo(line, err=True)
