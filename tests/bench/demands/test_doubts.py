@@ -14,7 +14,7 @@ SOUND = 0.7 * alpha_max(UKWIAL, WAYS)[:, None] * WAYS
 
 
 def lines(taus: np.ndarray, rate_hz: float | None) -> list[str]:
-    return doubts(labelled("log", UKWIAL, taus.copy(), rate_hz))
+    return doubts(labelled("log", UKWIAL, taus.copy(), rate_hz=rate_hz))
 
 
 def test_a_sound_log_raises_no_doubt() -> None:
