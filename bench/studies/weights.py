@@ -1,7 +1,7 @@
 """What uneven weights cost each solver: ``python -m bench.studies.weights``, the table of docs/solvers.md.
 
-Random vehicles, whose H is diagonal or full with weights up to 1e8 apart, are asked demands that random thrusts
-inside their limits push. Each answer is held against the exact method's.
+Random vehicles, whose H is diagonal or full with weights up to 1e8 apart, are asked demands that random
+thrusts inside their limits push. Each answer is held against the exact method's.
 """
 
 import click
