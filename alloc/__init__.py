@@ -14,7 +14,6 @@ from alloc.allocation import (
     answer,
     checked,
     checked_many,
-    one_by_one,
 )
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.errors import (
@@ -23,6 +22,7 @@ from alloc.errors import (
     FileError,
     NotApplicable,
     NotInstalled,
+    PluginError,
     SolverError,
     UnknownName,
     VehicleError,
@@ -48,7 +48,9 @@ from alloc.reach.volumes import (
     uniform_demands,
     worst_fault,
 )
+from alloc.reach.way import Way
 from alloc.vehicle import Vehicle
+from alloc.vehicle.call_limits import at_call, limits_of, one_by_one
 from alloc.vehicle.geometry import DOF, unit
 from alloc.vehicle.read import list_vehicles, load_vehicle
 
@@ -73,6 +75,7 @@ __all__ = [
     "Margins",
     "NotApplicable",
     "NotInstalled",
+    "PluginError",
     "Posed",
     "SolverError",
     "Status",
@@ -81,10 +84,12 @@ __all__ = [
     "UnknownName",
     "Vehicle",
     "VehicleError",
+    "Way",
     "alpha_max",
     "alpha_max_lp",
     "alpha_range",
     "answer",
+    "at_call",
     "attainable_volume",
     "build",
     "catalogue",
@@ -98,6 +103,7 @@ __all__ = [
     "find_formulation",
     "generalized_inverse",
     "label",
+    "limits_of",
     "list_formulations",
     "list_vehicles",
     "load_plugin",

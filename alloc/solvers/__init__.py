@@ -1,12 +1,13 @@
 """QP solvers: each file holds one, as ``prepare(qp, start, level)``, and is found by its file name.
 
-``prepare`` is called once a vehicle and returns ``b -> Answer``, which is called once a demand. A module
-imports its binding in ``prepare`` only. The constants that it states are those of ``Solver``, and STATUS,
-the meaning of each exit flag: a verdict that the solver itself calls inaccurate (almost, close to) means
-NOT_CONVERGED, unless SETTINGS say how close it is.
+``prepare`` is called once a vehicle and returns ``(b, lb, ub) -> Answer``, which is called once a demand. A
+module imports its binding in ``prepare`` only. The constants that it states are those of ``Solver``, and
+STATUS, the meaning of each exit flag: a verdict that the solver itself calls inaccurate (almost, close to)
+means NOT_CONVERGED, unless SETTINGS say how close it is.
 """
 
 import pkgutil
+from collections import Counter
 from collections.abc import Callable, Mapping
 from importlib import import_module
 from importlib.util import find_spec
@@ -14,7 +15,6 @@ from math import nan
 from typing import Any, Literal, NamedTuple, Protocol, TypeVar
 
 from alloc.allocation import FloatArray, Status
-from alloc.errors import SolverError
 from alloc.qp import QP
 
 Flag = TypeVar("Flag", int, str)
@@ -29,7 +29,7 @@ hang and never decides an answer, which would then depend on the machine."""
 
 
 class Answer(NamedTuple):
-    """A solver's claim about one b, not checked.
+    """A solver's claim about one b and its bounds, not checked.
 
     Attributes
     ----------
@@ -45,8 +45,11 @@ class Answer(NamedTuple):
     solver_s: float = nan
 
 
-Solve = Callable[[FloatArray], Answer]
-"""A prepared problem: function of b (p,) that returns the solver's answer."""
+Solve = Callable[[FloatArray, FloatArray, FloatArray], Answer]
+"""A prepared problem: function of b (p,), lb and ub (q,) that returns the solver's answer.
+
+lb and ub are the bounds of the q variables that have bounds (``QP.bounded``), finite where the problem's are.
+Bounds that are the same arrays as in the last call have not changed, and cost nothing to hand over again."""
 
 
 class Solver(Protocol):
@@ -74,7 +77,7 @@ class Solver(Protocol):
     TOLERANCE: Mapping[str, Mapping[Level, float]]
 
     def prepare(self, qp: QP, start: Start, level: Level) -> Solve:
-        """Everything that does not depend on b."""
+        """Everything that depends neither on b nor on the bounds."""
         ...
 
 
@@ -110,11 +113,18 @@ def default_level(solver: Solver) -> Level:
     return list(solver.SETTINGS)[-1]
 
 
+disbelieved: Counter[str] = Counter()
+"""What solvers said in this process and was not believed, and how often: an exit flag that nobody mapped, and
+INFEASIBLE where that is not so. A run's record keeps it."""
+
+
 def meaning(statuses: Mapping[Flag, Status], flag: Flag, solver: str) -> Status:
-    """The status that an exit flag stands for; raises SolverError for a flag missing from ``statuses``."""
+    """The status that an exit flag stands for: NOT_CONVERGED for one missing from ``statuses``, and counted.
+
+    A control loop must not end because a solver got a new flag; alloc/solvers/<solver>.py should map it.
+    """
     try:
         return statuses[flag]
     except KeyError:
-        raise SolverError(
-            f"{solver} ended with exit flag {flag!r}, unknown to alloc/solvers/{solver}.py; map it there"
-        ) from None
+        disbelieved[f"{solver}: exit flag {flag!r}, which is not mapped"] += 1
+        return Status.NOT_CONVERGED

@@ -7,6 +7,7 @@ import numpy as np
 
 from alloc.allocation import FloatArray, Status
 from alloc.qp import QP
+from alloc.qp.sides import TwoSided
 from alloc.solvers import TIME_LIMIT_S, Answer, Level, Solve, Start, meaning
 
 REQUIRES = PACKAGE = "qpalm"
@@ -26,13 +27,15 @@ TOLERANCE: dict[str, dict[Level, float]] = {
 }
 
 STATUS = {
-    "solved": Status.SOLVED,
-    "dual terminated": Status.NOT_CONVERGED,
-    "maximum iterations reached": Status.NOT_CONVERGED,
-    "run time limit reached": Status.NOT_CONVERGED,
-    "primal infeasible": Status.INFEASIBLE,
-    "dual infeasible": Status.NOT_CONVERGED,  # impossible with a positive definite H
-    "unsolved": Status.NOT_CONVERGED,
+    1: Status.SOLVED,
+    2: Status.NOT_CONVERGED,  # dual terminated
+    -2: Status.NOT_CONVERGED,  # iteration cap
+    -3: Status.INFEASIBLE,
+    -4: Status.NOT_CONVERGED,  # dual infeasible: impossible with a positive definite H
+    -5: Status.NOT_CONVERGED,  # time cap
+    -6: Status.NOT_CONVERGED,  # cancelled
+    -10: Status.NOT_CONVERGED,  # unsolved
+    0: Status.NOT_CONVERGED,  # error
 }
 
 
@@ -41,33 +44,32 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     import qpalm
     from scipy.sparse import csc_matrix
 
-    p, m = qp.A.shape
-    bounded = qp.bounded
-    low, high = (np.concatenate([np.zeros(p), side[bounded]]) for side in (qp.lb, qp.ub))
-    data = qpalm.Data(m, len(low))
+    m = len(qp.g)
+    sides = TwoSided(qp)
+    data = qpalm.Data(m, len(sides.low))
     data.Q, data.q = csc_matrix(qp.H), qp.g
-    data.A = csc_matrix(np.vstack([qp.A, np.eye(m)[bounded]]))
+    data.A = csc_matrix(np.vstack([qp.A, np.eye(m)[qp.bounded]]))
     settings = qpalm.Settings()
     for key, value in SETTINGS[level].items():
         setattr(settings, key, value)
 
     def set_up() -> Any:
-        data.bmin, data.bmax = low, high
+        data.bmin, data.bmax = sides.low, sides.high
         return qpalm.Solver(data, settings)
 
-    def cold(b: FloatArray) -> Answer:
-        low[:p] = high[:p] = b
+    def cold(b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
+        sides.put(b, lb, ub)
         return _solve(set_up())
 
-    def reused(model: Any, b: FloatArray) -> Answer:
-        low[:p] = high[:p] = b
-        model.update_bounds(low, high)
+    def reused(model: Any, b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
+        sides.put(b, lb, ub)
+        model.update_bounds(sides.low, sides.high)
         return _solve(model)
 
-    def warm(model: Any, b: FloatArray) -> Answer:
+    def warm(model: Any, b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
         if model.info.status == "solved":
             model.warm_start(model.solution.x, model.solution.y)
-        return reused(model, b)
+        return reused(model, b, lb, ub)
 
     if start == "cold":
         return cold
@@ -77,5 +79,5 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
 def _solve(model: Any) -> Answer:
     model.solve(asynchronous=False)  # True starts a thread for each call, to hear Ctrl-C
     info = model.info
-    status = meaning(STATUS, info.status, "qpalm")
+    status = meaning(STATUS, info.status_val, "qpalm")
     return Answer(np.array(model.solution.x), status, info.iter, info.run_time)

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 
 from alloc.allocation import FloatArray, Status
-from alloc.errors import SolverError
 from alloc.qp import QP
-from alloc.solvers import Answer, Level, Solve, Start
+from alloc.qp.sides import OneSided
+from alloc.solvers import Answer, Level, Solve, Start, meaning
 
 REQUIRES = PACKAGE = "quadprog"
 ALGORITHM = "dual active set (Goldfarb and Idnani)"
@@ -17,7 +17,7 @@ STARTS: tuple[Start, ...] = ("cold", "reused")  # solve_qp is a function: the fa
 SETTINGS: dict[Level, dict[str, Any]] = {"default": {}}  # quadprog has no settings and no caps
 TOLERANCE: dict[str, dict[Level, float]] = {"hard": {"default": 1e-9}, "soft": {"default": 1e-9}}
 
-NO_SOLUTION = "constraints are inconsistent, no solution"
+STATUS = {"constraints are inconsistent, no solution": Status.INFEASIBLE}  # quadprog raises, with these words
 
 
 def prepare(qp: QP, start: Start, level: Level) -> Solve:
@@ -25,23 +25,20 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     import quadprog
 
     p = len(qp.A)
-    rows, h = qp.one_sided
+    rows, _ = qp.one_sided
+    sides = OneSided(qp)
     C = np.ascontiguousarray(np.vstack([qp.A, -rows]).T)
-    right = np.concatenate([np.zeros(p), -h])
+    sign = np.where(np.arange(p + len(rows)) < p, 1.0, -1.0)
     factorized = start == "reused"
     G = np.linalg.inv(np.linalg.cholesky(qp.H)).T if factorized else qp.H
     G, a = np.ascontiguousarray(G), -qp.g
 
-    def solve(b: FloatArray) -> Answer:
-        right[:p] = b
+    def solve(b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
+        sides.put(b, lb, ub)
         try:
-            x, _, _, iterations, _, _ = quadprog.solve_qp(G, a, C, right, p, factorized)
+            x, _, _, iterations, _, _ = quadprog.solve_qp(G, a, C, sign * sides.right, p, factorized)
         except ValueError as error:
-            if str(error) != NO_SOLUTION:
-                raise SolverError(
-                    f"quadprog refused with '{error}', unknown to alloc/solvers/quadprog.py; map it there"
-                ) from error
-            return Answer(a, Status.INFEASIBLE)
+            return Answer(a, meaning(STATUS, str(error), "quadprog"))
         return Answer(x, Status.SOLVED, int(iterations[0]))
 
     return solve

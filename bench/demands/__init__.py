@@ -1,6 +1,7 @@
 """Named, seeded, labelled demand sets. Each file in ``sets`` is one set, named after the file.
 
-Such a file has ``demands(vehicle, rng, n) -> taus (N, k)``, and where they apply:
+Such a file has ``demands(vehicle, rng, n) -> taus (N, k)``, or ``within(vehicle, rng, n) -> Within`` where
+every demand comes with limits of its own; and where they apply:
 
 RATE_HZ : the sampling rate of a sequence in time
 COUNT : how many demands the set has by default; where it is a sequence, also the most it can have
@@ -13,15 +14,34 @@ import pkgutil
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 import bench.demands.sets
-from alloc import FloatArray, UnknownName, Vehicle, label
+from alloc import FloatArray, Vehicle, label, limits_of
+from alloc.errors import unknown
+
+if TYPE_CHECKING:
+    from bench.inputs.logs import LogOptions
 
 COUNT = 1000
 """Demands in a set by default: enough for a p99 with its interval; a p99.9 comes from several passes."""
+
+
+class Within(NamedTuple):
+    """Demands with the limits of the call that each is made in.
+
+    Attributes
+    ----------
+    taus : (N, k) wrenches [N, N m]
+    f_min, f_max : (N, n) limits [N]
+    """
+
+    taus: FloatArray
+    f_min: FloatArray
+    f_max: FloatArray
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -37,6 +57,8 @@ class DemandSet:
     alpha : (N,) alpha* of each demand
     rate_hz : sampling rate, None where the demands are no sequence in time
     left_out : demands of a file that are beyond the number asked for
+    said : how a file was understood, and what is doubtful about it, one line each
+    f_min, f_max : (N, n) limits of each demand [N]; None where all have the vehicle's
     """
 
     name: str
@@ -46,6 +68,16 @@ class DemandSet:
     alpha: FloatArray
     rate_hz: float | None = None
     left_out: int = 0
+    said: tuple[str, ...] = ()
+    f_min: FloatArray | None = None
+    f_max: FloatArray | None = None
+
+    @property
+    def limits(self) -> tuple[FloatArray, FloatArray]:
+        """f_min and f_max of each demand (N, n), or of all (n,) [N]."""
+        if self.f_min is None or self.f_max is None:
+            return self.vehicle.f_min, self.vehicle.f_max
+        return self.f_min, self.f_max
 
 
 def list_demands() -> tuple[str, ...]:
@@ -53,8 +85,12 @@ def list_demands() -> tuple[str, ...]:
     return tuple(sorted(_modules()))
 
 
-def build_demands(name: str | Path, vehicle: Vehicle, seed: int, n: int | None = None) -> DemandSet:
+def build_demands(
+    name: str | Path, vehicle: Vehicle, seed: int, n: int | None = None, log: "LogOptions | None" = None
+) -> DemandSet:
     """The named set for a vehicle, or the demands in a file; always the same for the same seed.
+
+    ``log`` says what a file does not say itself.
 
     The generator is derived from (seed, vehicle name, set name), so that no set depends on which
     others were made before it. Raises UnknownName; NotApplicable where the vehicle has no such
@@ -63,27 +99,48 @@ def build_demands(name: str | Path, vehicle: Vehicle, seed: int, n: int | None =
     known = _modules()
     if name not in known:  # a set's name means the set, even where the current folder has a file of that name
         if _is_file(name):
-            return _from_file(Path(name), vehicle, n)
-        raise UnknownName(
-            f"no demand set '{name}'; there are {', '.join(list_demands())}, or give a log (.csv, .bag, .ulg)"
-        )
+            return _from_file(Path(name), vehicle, n, log)
+        raise unknown("demand set", str(name), list_demands(), "; or give a log (.csv, .bag, .mcap, .ulg)")
     module = import_module(f"{bench.demands.sets.__name__}.{known[str(name)]}")
     rng = np.random.default_rng(
         [seed, _stable(vehicle.name), _stable(getattr(module, "SEED_NAME", str(name)))]
     )
     count = n if n is not None else getattr(module, "COUNT", COUNT)
-    taus = module.demands(vehicle, rng, count)
     answering = module.answering(vehicle) if hasattr(module, "answering") else vehicle
-    return labelled(str(name), answering, taus, getattr(module, "RATE_HZ", None))
+    rate_hz = getattr(module, "RATE_HZ", None)
+    if hasattr(module, "within"):
+        return labelled(str(name), answering, *module.within(vehicle, rng, count), rate_hz=rate_hz)
+    return labelled(str(name), answering, module.demands(vehicle, rng, count), rate_hz=rate_hz)
 
 
-def labelled(name: str, vehicle: Vehicle, taus: FloatArray, rate_hz: float | None = None) -> DemandSet:
-    """A DemandSet of given demands (N, k), with labels and alpha worked out; the arrays are frozen."""
-    margins = label(vehicle, taus)
-    for array in (taus, margins.label, margins.alpha):
-        array.setflags(write=False)
+def labelled(
+    name: str,
+    vehicle: Vehicle,
+    taus: FloatArray,
+    f_min: FloatArray | None = None,
+    f_max: FloatArray | None = None,
+    *,
+    rate_hz: float | None = None,
+) -> DemandSet:
+    """A DemandSet of given demands (N, k), maybe with limits of each (N, n); labels and alpha are worked out.
+
+    The arrays are frozen.
+    """
+    if f_min is not None or f_max is not None:
+        f_min, f_max = limits_of(vehicle, len(taus), f_min, f_max)
+    margins = label(vehicle, taus, f_min=f_min, f_max=f_max)
+    for array in (taus, margins.label, margins.alpha, f_min, f_max):
+        if array is not None:
+            array.setflags(write=False)
     return DemandSet(
-        name=name, vehicle=vehicle, taus=taus, labels=margins.label, alpha=margins.alpha, rate_hz=rate_hz
+        name=name,
+        vehicle=vehicle,
+        taus=taus,
+        labels=margins.label,
+        alpha=margins.alpha,
+        rate_hz=rate_hz,
+        f_min=f_min,
+        f_max=f_max,
     )
 
 
@@ -94,15 +151,17 @@ def _modules() -> dict[str, str]:
 
 
 def _is_file(name: str | Path) -> bool:
-    return isinstance(name, Path) or "/" in name or bool(Path(name).suffix) or Path(name).is_file()
+    return isinstance(name, Path) or "/" in name or bool(Path(name).suffix) or Path(name).exists()
 
 
-def _from_file(path: Path, vehicle: Vehicle, n: int | None) -> DemandSet:
+def _from_file(path: Path, vehicle: Vehicle, n: int | None, options: "LogOptions | None") -> DemandSet:
+    from bench.demands.doubts import doubts
     from bench.inputs.logs import rate_hz, read_log  # imported only where a file is named, which is rare
 
-    t, taus = read_log(path, vehicle.dof)
-    demands = labelled(path.stem, vehicle, np.array(taus[:n]), rate_hz(t))
-    return replace(demands, left_out=len(taus) - len(demands.taus))
+    t, taus, said = read_log(path, vehicle.dof, options)
+    demands = labelled(path.stem, vehicle, np.array(taus[:n]), rate_hz=rate_hz(t))
+    lines = tuple(filter(None, (said, *doubts(demands))))
+    return replace(demands, left_out=len(taus) - len(demands.taus), said=lines)
 
 
 def _stable(text: str) -> int:
@@ -110,4 +169,4 @@ def _stable(text: str) -> int:
     return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "little")
 
 
-__all__ = ["COUNT", "DemandSet", "build_demands", "labelled", "list_demands"]
+__all__ = ["COUNT", "DemandSet", "Within", "build_demands", "labelled", "list_demands"]
