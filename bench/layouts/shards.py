@@ -88,7 +88,8 @@ def keep(folder: Path, task: ShardTask, data: bytes) -> Path:
         temporary.unlink(missing_ok=True)
         reason = (error.strerror or str(error)).lower()
         raise FileError(
-            f"{path}: can't be written ({reason}); make room and go on with --resume, or give another --out"
+            f"can't be written ({reason}); make room and go on with --resume, or give another --out",
+            path=path,
         ) from None
     return path
 
