@@ -5,13 +5,14 @@ import json
 import os
 import re
 from functools import lru_cache
+from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from alloc import AllocError, FileError
+from alloc import AllocError, FileError, NotInstalled
 from bench.layouts.measure import COUNTS, measure
 from bench.layouts.memory import keep_freed_memory
 from bench.layouts.sampling import ShardTask, values
@@ -58,6 +59,12 @@ def compute(space: LayoutSpace, task: ShardTask, source: str) -> bytes:
     buffer = BytesIO()
     pq.write_table(table, buffer, compression="zstd")
     return buffer.getvalue()
+
+
+def check_installed() -> None:
+    """Raise NotInstalled where the package that writes shards is missing."""
+    if find_spec("pyarrow") is None:
+        raise NotInstalled("pyarrow is not installed; pip install 'thrustbench[layouts]'")
 
 
 @lru_cache(maxsize=1)

@@ -91,8 +91,7 @@ def one_by_one(vehicle: Vehicle, space: LayoutSpace) -> dict[str, float]:
 
 
 def differences(space: LayoutSpace, n: int) -> tuple[dict[str, float], int, int]:
-    """Largest relative difference of each column over n layouts, how many numbers Qhull did not give, and how many layouts
-    keep to the study's constraints."""
+    """Largest relative difference of each column over n layouts; where Qhull gave up; how many there were."""
     parameters = values(space, tasks(0, n, "sobol", 1)[0])[:, :n]
     counted = measure(space, parameters)
     worst: dict[str, float] = {}

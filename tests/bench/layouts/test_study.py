@@ -62,6 +62,11 @@ def checked(folder: Path, text: str) -> None:
         ),
         ("thrusters: [0, 1]", "like: 0, thrusters: [0, 1]", "groups.bow: give either"),
         ("thrusters: [0, 1]", "mirror: [xz], thrusters: [0, 1]", "groups.bow: 'mirror' and 'count' make new"),
+        (
+            "demands: {n: 16}",
+            "  more: {like: 0, count: 40}",
+            "groups: up to 44 thrusters in 3 degrees of freedom",
+        ),
         ("demands: {n: 16}", "demands: {n: 0}", "line 5: demands.n: 0 is out of range"),
         ("demands: {n: 16}", "demands: {set: magic}", "line 5: demands.set: no demand set 'magic'"),
         (
