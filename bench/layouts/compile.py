@@ -58,7 +58,7 @@ def _check_number(document: StudyDocument, groups: tuple[Moving, ...], k: int) -
     if comb(most, k) > TILES:
         raise document.refusal(
             "groups",
-            f"up to {most} thrusters in {k} degrees of freedom have {comb(most, k):,} tiles, more than {TILES:,}"
+            f"up to {most} thrusters in {k} degrees of freedom have {comb(most, k):,} tiles, above {TILES:,}"
             "; take fewer",
         )
 

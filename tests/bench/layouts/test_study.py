@@ -9,6 +9,7 @@ from alloc import AllocError
 from alloc.vehicle.file import build_vehicle
 from alloc.vehicle.read import find_file, read_document
 from bench.layouts.best import vehicle_file
+from bench.layouts.measure import measure
 from bench.layouts.run import check_constraints, number_of
 from bench.layouts.space import poses
 from bench.layouts.spaces import layout_of
@@ -131,6 +132,32 @@ def own_number(keys: object, leader: int, place: int) -> float:
     e = thrusters[leader].direction
     azimuth, cant = np.degrees(np.arctan2(e[1], e[0])), np.degrees(np.arcsin(e[2]))
     return float((*thrusters[leader].position, azimuth, cant)[place])
+
+
+def test_a_thruster_mounted_the_other_way_round_moves_with_its_leader(tmp_path: Path) -> None:
+    """Thruster 1 of this base pushes against the mirror image of thruster 0, and keeps doing so."""
+    reversed_ = find_file("ukwial").read_text(encoding="utf-8").replace("[29, -29,", "[29, 151,")
+    (tmp_path / "reversed.yaml").write_text(reversed_, encoding="utf-8")
+    space, base = compiled(tmp_path, PLANAR.replace("base: ukwial", "base: reversed.yaml"))
+    names = [parameter.name for parameter in space.parameters]
+    values = np.array(
+        [[{"bow.azimuth_deg": 29.0, "stern.azimuth_deg": 151.0}.get(name, 0.3)] for name in names]
+    )
+    (one,) = poses(space, values)
+    np.testing.assert_allclose(one.direction[1, :, 0], -one.direction[0, :, 0] * [1, -1, 1], atol=1e-12)
+    np.testing.assert_allclose(one.layouts(space.dof).T[:2, :2, 0], base.T[:2, :2], atol=1e-9)
+
+
+def test_layouts_that_break_a_constraint_have_no_row_and_are_counted(tmp_path: Path) -> None:
+    space, _ = compiled(tmp_path, PLANAR.replace("demands:", "constraints: {box: {x: [-1, 0.25]}}\ndemands:"))
+    x = np.linspace(0.1, 0.4, 31)
+    values = np.array(
+        [x if p.name == "bow.x" else np.full(31, p.at(np.array(0.5))) for p in space.parameters]
+    )
+    found = measure(space, values)
+    assert found.kept.tolist() == np.flatnonzero(x <= 0.25).tolist()
+    assert found.refused == {"box.x": 31 - len(found.kept)}
+    assert len(found.columns["authority"]) == len(found.kept)
 
 
 def test_a_group_moves_as_mirror_images_and_may_be_absent_or_more(tmp_path: Path) -> None:
