@@ -208,7 +208,7 @@ def test_priority_serves_its_first_level_as_if_the_others_were_not_asked_and_all
 
 
 def test_a_vertical_thruster_held_by_limits_stops_heave_and_one_that_is_off_does_not() -> None:
-    """bluerov2 can't heave by one vertical thruster without rolling; docs/saturation.md says what that means."""
+    """bluerov2 can't heave by one vertical thruster without rolling; docs/saturation.md explains."""
     vehicle = load_vehicle("bluerov2")
     low, high = vehicle.limits(blocked=[5])
     heave = np.array([0.0, 0.0, 20.0, 0.0, 0.0])
