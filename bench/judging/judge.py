@@ -130,7 +130,7 @@ def largest_gap(question: Question, F: FloatArray, status: StatusArray, formulat
         return None
     b, x = posed.scaled(taus[answered], F[:N][answered])
     low, high = (np.broadcast_to(side, F[:N].shape) for side in question.demands.limits)
-    lb, ub = (side[answered][:, posed.working] / posed.f_scale for side in (low, high))
+    lb, ub = (side[answered][:, posed.working] / posed.unit for side in (low, high))
     cost = np.einsum("ij,jk,ik->i", x, posed.qp.H, x) / 2
     try:
         gap = certify_many(posed.qp, b, x, (lb, ub)).gap
