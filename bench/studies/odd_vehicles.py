@@ -11,7 +11,7 @@ MOST_DECADES = 8.0
 
 
 def odd_vehicle(rng: np.random.Generator) -> Vehicle:
-    """A vehicle of 1 to 6 DOF and up to four thrusters more, some of them alike, weakened, stuck or one-sided."""
+    """A vehicle of 1 to 6 DOF and up to four thrusters more, some alike, weakened, stuck or one-sided."""
     k = int(rng.integers(1, 7))
     n = k + int(rng.integers(0, 4 if k > 3 else 5))
     T = rng.normal(size=(k, n)) * 10.0 ** rng.uniform(-1, 1, (k, 1))
@@ -51,7 +51,7 @@ def weighted(vehicle: Vehicle, rng: np.random.Generator, decades: float, full: b
 
 
 def inside(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
-    """Demands (n, k) that random thrusts inside the limits push, some of them with thrusters at their limits."""
+    """Demands (n, k) that random thrusts inside the limits push, some with thrusters at their limits."""
     F = rng.uniform(vehicle.f_min, vehicle.f_max, (n, vehicle.n))
     at_end = rng.random(F.shape) < rng.choice([0.0, 0.3, 0.6], (n, 1))
     F = np.where(at_end, np.where(rng.random(F.shape) < 0.5, vehicle.f_min, vehicle.f_max), F)

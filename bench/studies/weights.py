@@ -1,7 +1,7 @@
 """What uneven weights cost each solver: ``python -m bench.studies.weights``, the table of docs/solvers.md.
 
-Random vehicles, whose H is diagonal or full with weights from 1 up to 1e8 apart, are asked demands that random
-thrusts inside their limits push. Each answer is held against the exact method's.
+Random vehicles, whose H is diagonal or full with weights from 1 up to 1e8 apart, are asked demands that
+random thrusts inside their limits push. Each answer is held against the exact method's.
 """
 
 import click
@@ -21,7 +21,7 @@ SPREADS = (0, 2, 4, 6, 8)
 @click.option("--full", is_flag=True, help="Full H, not diagonal.")
 @click.option("--only", default="", help="Only this method.")
 def main(vehicles: int, demands: int, full: bool, only: str) -> None:
-    """Print for each solver and spread: not solved, called infeasible, farther than promised; the farthest."""
+    """Print by solver and spread: not solved, called infeasible, farther than promised; the farthest."""
     rows = []
     names = [e.name for e in catalogue() if e.family is Family.LIVE and not e.missing]
     for name in [only] if only else names:

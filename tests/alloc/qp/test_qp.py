@@ -124,7 +124,7 @@ def test_limits_become_bounds_in_units_of_at_most_the_largest_limit(posed_vehicl
 
 
 def test_weights_far_apart_become_the_unit_matrix(rng: np.random.Generator) -> None:
-    """A diagonal H is I whatever its weights are, the equations keep orthonormal rows, and a full H has ones."""
+    """A diagonal H is I whatever its weights are, a full H has a unit diagonal, and rows stay orthonormal."""
     v = load_vehicle("bluerov2-heavy")
     far = replace(v, H=np.diag(np.logspace(-4, 4, v.n)))
     qp = pose_hard(far).qp
