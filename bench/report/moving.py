@@ -1,8 +1,8 @@
 """Report section: demands in a row and limits that move; what is lost, and what a start is worth."""
 
 from bench.record import Problem
-from bench.report.lost import largest
 from bench.results.columns import Row
+from bench.results.ranking import largest_loss
 from bench.results.rows import Run
 from bench.results.text import percent, table, three
 
@@ -66,7 +66,7 @@ def _line(row: Row, by_start: dict[str, Row]) -> list[str]:
         *(_ratio(by_start.get(start), row) for start in ("cold", "warm")),
         three(row.call_p99_us),
         percent(row.within_1pct_share),
-        percent(largest(row)),
+        percent(largest_loss(row)),
         percent(row.solved_fraction),
         percent(row.limits_violated_share),
     ]

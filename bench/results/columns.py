@@ -10,6 +10,7 @@ from collections.abc import Callable
 from statistics import median
 
 from bench.record import Cell
+from bench.record.machine import machine_name
 from bench.results.quantiles import interval, merged, quantile, total
 from bench.results.repeats import Repeats, most
 
@@ -135,6 +136,16 @@ class Row(Repeats):
     def disturbed_by(self) -> str:
         """What disturbed the machine where ``quiet`` is no; docs/method.md says what counts."""
         return "; ".join(self.disturbances)
+
+    @property
+    def machine(self) -> str:
+        """Name of the machine: the folder's that `thrustbench run` chooses there."""
+        return machine_name(self.origin.machine)
+
+    @property
+    def commit(self) -> str:
+        """Commit of this project that was measured; ``+changes`` where its files differed from it."""
+        return self.origin.commit
 
     @property
     def level(self) -> str:
