@@ -7,6 +7,7 @@ from typing import get_args
 from alloc.errors import FileError, VehicleError
 from alloc.lint import remarks
 from alloc.lint.report import Facts, Finding, Level, Report
+from alloc.vehicle.condition import condition
 from alloc.vehicle.file import matrices, vehicle_with
 from alloc.vehicle.read import find_file, read_document
 
@@ -38,7 +39,7 @@ def check_vehicle(name: str | Path) -> Report:
             n=vehicle.n,
             rank=vehicle.rank,
             nullity=vehicle.nullity,
-            condition=remarks.condition(vehicle),
+            condition=condition(vehicle),
             worst_case_steps=steps,
         )
     except VehicleError as error:

@@ -9,6 +9,7 @@ from alloc.errors import NotApplicable, VehicleError
 from alloc.lint.report import Level
 from alloc.nullspace.allocator import exact
 from alloc.vehicle import RANK_TOLERANCE, Vehicle
+from alloc.vehicle.condition import condition, wrench_doubt
 from alloc.vehicle.file import VehicleFile
 from alloc.vehicle.geometry import contradictions
 
@@ -76,7 +77,9 @@ def on_reach(keys: VehicleFile, vehicle: Vehicle) -> Iterator[Remark]:
         yield (
             "warning",
             "T",
-            f"close to losing a direction: condition number {c:.0f}, above {CONDITION:g}",
+            f"close to losing a direction: condition number {c:.2g}, above {CONDITION:g}. The weakest takes "
+            f"{c:.2g} times the thrust of the strongest, and rounding alone moves thrusts by up to "
+            f"{wrench_doubt(vehicle):.1g} of the largest limit",
         )
     strongest = np.abs(vehicle.T / vehicle.row_lengths[:, None]).max(axis=0)
     for i in np.flatnonzero(strongest <= RANK_TOLERANCE):  # 0, or rounding such as cos 90 deg
@@ -203,12 +206,6 @@ def _reduced(basis: FloatArray) -> FloatArray:
             if other != i:
                 rows[other] -= rows[other, j] * rows[i]
     return rows
-
-
-def condition(vehicle: Vehicle) -> float:
-    """Condition number of T P over its rank, with rows of unit length [-]."""
-    sigma = np.linalg.svd(vehicle.TP / vehicle.row_lengths[:, None], compute_uv=False)
-    return float(sigma[0] / sigma[vehicle.rank - 1])
 
 
 def _round(value: float) -> bool:
