@@ -6,7 +6,6 @@ from numpy.typing import ArrayLike
 from alloc.allocation import (
     WRENCH_TOLERANCE,
     Allocation,
-    BoolArray,
     FloatArray,
     Status,
     StatusArray,
@@ -44,10 +43,8 @@ class Linear:
         missed = (np.eye(vehicle.k) - vehicle.TP @ G) / vehicle.wrench_scale[:, None]
         met = np.abs(missed * vehicle.wrench_scale).sum(axis=1).max() <= WRENCH_TOLERANCE
         self._missed = None if met else missed
-        # Square of thrusts so large that rounding may miss the wrench; T f - tau in units in which 1 is met.
+        # Square of the largest thrusts of which rounding takes less than SOLVED allows the wrench to miss.
         self._rounded = (vehicle.f_scale * WRENCH_TOLERANCE / wrench_doubt(vehicle)) ** 2
-        self._unit = 1.0 / (WRENCH_TOLERANCE * vehicle.wrench_scale)
-        self._T = vehicle.TP * self._unit[:, None]
 
     def __call__(
         self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
@@ -59,7 +56,7 @@ class Linear:
         f = self.G.dot(wrench)
         if self._missed is not None and np.abs(self._missed.dot(wrench)).max() > TOLERANCE:
             return answer(f, Status.PARTIAL)
-        if not f.dot(f) <= self._rounded and not self._met(f[None], wrench[None])[0]:
+        if not f.dot(f) <= self._rounded:
             return answer(f, Status.PARTIAL)
         return answer(f, Status.SOLVED)
 
@@ -75,10 +72,5 @@ class Linear:
         if self._missed is not None:
             lost = np.abs(wrenches @ self._missed.T).max(axis=1, initial=0.0) > TOLERANCE
             status[lost] = Status.PARTIAL
-        huge = np.flatnonzero(~((F * F).sum(axis=1) <= self._rounded))
-        status[huge[~self._met(F[huge], wrenches[huge])]] = Status.PARTIAL
+        status[~((F * F).sum(axis=1) <= self._rounded)] = Status.PARTIAL
         return F, status
-
-    def _met(self, F: FloatArray, wrenches: FloatArray) -> BoolArray:
-        met: BoolArray = np.abs(F @ self._T.T - wrenches * self._unit).max(axis=1, initial=0.0) <= 1.0
-        return met

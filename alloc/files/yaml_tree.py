@@ -51,19 +51,21 @@ def read_yaml(path: Path) -> YamlTree:
     text = read_text(path, LARGEST_FILE)
     opened = accumulate((c in "[{") - (c in "]}") for c in text)
     if max(opened, default=0) > MOST_BRACKETS:
-        raise FileError(f"{path}: nested too deeply; no more than {DEEPEST} levels are read")
+        raise FileError(f"nested too deeply; no more than {DEEPEST} levels are read", path=path)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")  # as for an anchor used twice: the file is refused
             root = YAML(typ="safe", pure=True).compose(text)
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
-        line = f"line {mark.line + 1}: " if mark else ""
-        raise FileError(f"{path}: {line}not valid YAML ({_brief(error.problem)}); mend that line") from None
+        line = mark.line + 1 if mark else None
+        raise FileError(
+            f"not valid YAML ({_brief(error.problem)}); mend that line", path=path, line=line
+        ) from None
     except RecursionError:
-        raise FileError(f"{path}: nested too deeply; no more than {DEEPEST} levels are read") from None
+        raise FileError(f"nested too deeply; no more than {DEEPEST} levels are read", path=path) from None
     except (YAMLError, YAMLWarning, ValueError) as error:
-        raise FileError(f"{path}: not valid YAML ({_brief(str(error))}); mend the file") from None
+        raise FileError(f"not valid YAML ({_brief(str(error))}); mend the file", path=path) from None
     walk = _Walk(path)
     data = None if root is None else walk.value(root, "", 0)
     return YamlTree(path, data, walk.lines)
@@ -112,7 +114,7 @@ class _Walk:
         return entries
 
     def refused(self, node: Node, why: str) -> FileError:
-        return FileError(f"{self.path}: line {node.start_mark.line + 1}: {why}")
+        return FileError(why, path=self.path, line=node.start_mark.line + 1)
 
 
 def _number(text: str) -> float:

@@ -145,7 +145,10 @@ def write_answers(task: AnswerTask, job: Job) -> None:
     allocator = prepared(job, vehicle)
     many = getattr(allocator, "many", partial(one_by_one, allocator, vehicle))
     answers, statuses = many(taus) if f_min is None else many(taus, f_min, f_max)
-    F, status = real(np.asarray(answers)), np.asarray(statuses, dtype=np.int8)
+    F, given = real(np.asarray(answers)), np.asarray(statuses)
+    if given.dtype.kind not in "iu":
+        raise TypeError(f"many() gave statuses of type {given.dtype}; give values of alloc.Status")
+    status = given.astype(np.int8)
     if F.shape != (len(taus), vehicle.n) or status.shape != (len(taus),):
         raise ValueError(
             f"many() gave thrusts of shape {F.shape} and statuses of shape {status.shape}"

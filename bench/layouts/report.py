@@ -13,7 +13,7 @@ from bench.layouts.pictures import draw_front, draw_matters
 from bench.layouts.run import SHARDS, LayoutError
 from bench.layouts.space import LayoutSpace
 from bench.layouts.summary import COMPARED, OUTCOMES, StudySummary, summarise
-from bench.report.html import html
+from bench.report.document import document
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -44,7 +44,7 @@ def render_study(space: LayoutSpace, base: Columns, folder: Path) -> Path:
     _save(draw_matters(said, space.parameters), folder / "matters.svg")
     text = page(space, base, said, best)
     write_text(folder / "report.md", text)
-    write_text(folder / "report.html", html(text, folder))
+    write_text(folder / "report.html", document(text, folder))
     return folder / "report.md"
 
 
