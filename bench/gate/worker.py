@@ -12,7 +12,7 @@ import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from time import thread_time_ns
+from time import monotonic, thread_time_ns
 from typing import Any
 
 LOOP = range(40)
@@ -82,12 +82,36 @@ class Orders:
         matrix = np.linspace(-1.0, 1.0, 48).reshape(8, 6)
         self.allocators[cell] = matrix.dot if kind == "product" else lambda _: sum(i * i for i in LOOP)
 
-    def answers(self, cell: str, taus: list[list[float]]) -> list[list[Any]]:
-        """[status, f] for each demand, in order."""
+    def answers(
+        self,
+        cell: str,
+        taus: list[list[float]],
+        limits: list[list[list[float]]] | None = None,
+        *,
+        seconds: float,
+    ) -> dict[str, Any]:
+        """Status and f of each demand in order, and whether ``many`` answers as single calls do.
+
+        ``limits`` are f_min and f_max of each demand. No more demands are asked than take ``seconds``.
+        """
         import numpy as np
 
-        answers = [self.allocators[cell](np.array(tau)) for tau in taus]
-        return [[int(answer[1]), answer[0].tolist()] for answer in answers]
+        allocate, demands = self.allocators[cell], np.array(taus)
+        columns = [demands, *(np.array(side) for side in limits or ())]
+        answers: list[Any] = []
+        end = monotonic() + seconds
+        for call in zip(*columns, strict=True):
+            if answers and monotonic() > end:
+                break
+            answers.append(allocate(*call))
+        status, F = [int(answer[1]) for answer in answers], np.array([answer[0] for answer in answers])
+        reply = {"status": status, "F": F.tolist(), "apart": 0.0, "other": None}
+        if many := getattr(allocate, "many", None):  # a user's plug-in may have no such function
+            together, verdicts = many(*(column[: len(answers)] for column in columns))
+            other = np.flatnonzero(np.asarray(verdicts) != status)
+            reply["other"] = int(other[0]) if other.size else None
+            reply["apart"] = float(np.nan_to_num(np.abs(together - F)).max(initial=0.0))
+        return reply
 
     def keep(self, vehicle: str, taus: list[list[float]]) -> None:
         """Keep the demands that ``block`` and ``count`` go through for this vehicle's cells."""
