@@ -20,6 +20,7 @@ from bench.demands.store import VEHICLE_ARRAYS, Case
 from bench.gate.cells import CONTROL_DEMANDS, chosen, controls, names
 from bench.gate.record import CONTROL, GateCell
 from bench.gate.side import Died, Refused, Side, SourceTree
+from bench.gate.worker import packed, unpacked
 from bench.judging.judge import judge
 from bench.judging.question import Answers, Ask, Question, Unanswered, questions
 
@@ -201,9 +202,9 @@ def answered(side: Prober, cell: GateCell, question: Question, seconds: float = 
         raw = side.ask("answers", cell=cell.name, seconds=seconds, **_calls(question.demands))
     except (Died, Refused) as reason:
         return SideAnswers(str(reason), {}, ())
-    answers = [
-        Allocation(np.array(f), Status(status)) for status, f in zip(raw["status"], raw["F"], strict=True)
-    ]
+    # Each f is an array of its own: the judge looks for answers that share memory.
+    thrusts = [f.copy() for f in unpacked(raw["F"])]
+    answers = [Allocation(f, Status(s)) for f, s in zip(thrusts, raw["status"], strict=True)]
     at_odds = ""
     if raw["other"] is not None:
         at_odds = f"many() gives demand {raw['other']} another status than a call of its own"
@@ -214,9 +215,8 @@ def answered(side: Prober, cell: GateCell, question: Question, seconds: float = 
 
 def _calls(demands: DemandSet | Case) -> dict[str, Any]:
     """The demands, with their limits where they have any, as a worker takes them."""
-    if demands.f_min is None or demands.f_max is None:
-        return {"taus": demands.taus.tolist()}
-    return {"taus": demands.taus.tolist(), "limits": [demands.f_min.tolist(), demands.f_max.tolist()]}
+    limits = () if demands.f_min is None or demands.f_max is None else (demands.f_min, demands.f_max)
+    return {"taus": packed(demands.taus), "limits": [packed(side) for side in limits]}
 
 
 def first(question: Question, count: int) -> Question:
@@ -271,11 +271,11 @@ def _ask(side: Prober, method: str, cases: Sequence[Case]) -> list[Answers | Una
     for case in cases:
         try:
             side.ask("build", cell=cell, vehicle=case.vehicle.name, method=method, start="-")
-            raw = side.ask("answers", cell=cell, seconds=NO_HURRY, **_calls(case))
+            raw = side.ask("many", cell=cell, **_calls(case))
         except (Died, Refused) as reason:
             answers.append(Unanswered("failed", str(reason)))
             continue
-        answers.append(Answers(np.array(raw["F"]), np.array(raw["status"], dtype=np.int8)))
+        answers.append(Answers(unpacked(raw["F"]), np.array(raw["status"], dtype=np.int8)))
     return answers
 
 
