@@ -36,7 +36,7 @@ class Stationarity:
         self._newton = 1.0 / np.diag(self._M)
 
     def distance(self, x: FloatArray, b: FloatArray, lb: FloatArray, ub: FloatArray) -> float:
-        """Largest |x_i - x*_i| in the largest unit, x (m,) inside lb and ub (m,); inf if x* is not found."""
+        """Largest |x_i - x*_i| in the largest unit, x (m,) inside lb and ub (m,); inf without x*."""
         M, c = self._M, self._c_of_b.dot(b)
         tiny = ROUNDING * np.abs(c).max()
         aim = x - self._newton * (M.dot(x) - c)
