@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 RUN ?= $(patsubst %/record.jsonl,%,$(wildcard runs/*/record.jsonl))
 
-.PHONY: bench test keep emulate clean
+.PHONY: bench test elsewhere keep emulate clean
 
 bench: .venv/installed
 	$(BIN)/thrustbench run
@@ -14,6 +14,10 @@ test: .venv/installed
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-logo
 	$(BIN)/python -m pytest -n 2
+
+# The tests as somebody else's machine runs them: make elsewhere WHERE="user shuffled"; .ci/elsewhere says what.
+elsewhere: .venv/installed
+	.ci/elsewhere $(WHERE) -- -q
 
 # Puts a run into results/, to be committed: its record packed, its report, and README's table if it has times.
 keep: KEPT = results/$(notdir $(RUN:/=))
