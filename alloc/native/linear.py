@@ -2,29 +2,33 @@
 
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.closed_forms.walsh import walsh_inverse
-from alloc.native.code import Table, Terms, butterflies, product, reached, signed_sum
+from alloc.native.bounds import Bounds
+from alloc.native.code import Table, Terms, butterflies, defined, placed, product, reached, signed_sum
 from alloc.nullspace.structure import decompose
 from alloc.vehicle import Vehicle
 
 
-def pinv(vehicle: Vehicle, c: Table) -> list[str]:
+def pinv(vehicle: Vehicle, _: Bounds, c: Table) -> list[str]:
     """Statements of f = T* tau (eq. 8-10)."""
     lines, rows, _ = product(generalized_inverse(vehicle), "t", c)
-    return lines + _finish(vehicle, rows, c)
+    sums, rows = butterflies(rows, c)
+    return _finish(vehicle, [*lines, *sums], rows, c)
 
 
-def walsh(vehicle: Vehicle, c: Table) -> list[str]:
+def walsh(vehicle: Vehicle, _: Bounds, c: Table) -> list[str]:
     """Statements of f = 1/m W [0; Q^-1 tau] (eq. 25) or, with a thruster off, eq. 27; raises NotApplicable.
 
     They take one multiplication an axis, then additions that rows share: the fast Walsh transform.
     """
     lines, rows, _ = product(walsh_inverse(vehicle), "t", c)
     sums, rows = butterflies(rows, c)
-    return [*lines, *sums, *_finish(vehicle, rows, c)]
+    return _finish(vehicle, [*lines, *sums], rows, c)
 
 
-def _finish(vehicle: Vehicle, rows: list[Terms], c: Table) -> list[str]:
+def _finish(vehicle: Vehicle, products: list[str], rows: list[Terms], c: Table) -> list[str]:
+    read = [defined(f"t{j}", f"tau[{j}]", c) for j in range(vehicle.k)]
     lines = [f"f[{i}] = {signed_sum(row, c.scalar)};" for i, row in enumerate(rows)]
     more, conditions = reached(decompose(vehicle).unreachable, c)
     status = f"({' & '.join(conditions)}) ? SOLVED : PARTIAL" if conditions else "SOLVED"
-    return [*lines, *more, f"return {status};"]
+    # All of tau is read before f is written: they may be the same array.
+    return [*placed(read, [*products, *more, *lines]), f"return {status};"]

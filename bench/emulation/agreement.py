@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from alloc import Label, Status, build
-from alloc.native.selftest import AGREEMENT
+from alloc.native.cases import AGREEMENT
 from bench.demands import DemandSet
 from bench.emulation.count import CallCounts
 from bench.emulation.kernel import Kernel
