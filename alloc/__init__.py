@@ -14,7 +14,6 @@ from alloc.allocation import (
     answer,
     checked,
     checked_many,
-    one_by_one,
 )
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.errors import (
@@ -49,6 +48,7 @@ from alloc.reach.volumes import (
     worst_fault,
 )
 from alloc.vehicle import Vehicle
+from alloc.vehicle.call_limits import at_call, limits_of, one_by_one
 from alloc.vehicle.geometry import DOF, unit
 from alloc.vehicle.read import list_vehicles, load_vehicle
 
@@ -85,6 +85,7 @@ __all__ = [
     "alpha_max_lp",
     "alpha_range",
     "answer",
+    "at_call",
     "attainable_volume",
     "build",
     "catalogue",
@@ -98,6 +99,7 @@ __all__ = [
     "find_formulation",
     "generalized_inverse",
     "label",
+    "limits_of",
     "list_formulations",
     "list_vehicles",
     "load_plugin",

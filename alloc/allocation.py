@@ -1,6 +1,5 @@
 """What an allocator is, and what it answers."""
 
-from collections.abc import Callable
 from enum import IntEnum
 from math import hypot, nan
 from typing import Any, NamedTuple, Protocol, runtime_checkable
@@ -46,12 +45,14 @@ class Allocation(NamedTuple):
     status : what the allocator claims about ``f``
     iterations : the solver's count of iterations, or the method's of steps or passes; 0 without a count
     solver_s : time by the solver's own clock [s], NaN where it has none
+    share : what was delivered of each level of the demand, 0 … 1 [-]; empty for a method without levels
     """
 
     f: FloatArray
     status: Status
     iterations: int = 0
     solver_s: float = nan
+    share: tuple[float, ...] = ()
 
 
 class Allocator(Protocol):
@@ -76,12 +77,20 @@ class Allocator(Protocol):
         """Promised distance to the right answer, relative to the largest limit [-]."""
         ...
 
-    def __call__(self, tau: ArrayLike) -> Allocation:
-        """Allocate one wrench ``tau`` (k,) [N, N m]; raises DemandError for bad shape or values."""
+    def __call__(
+        self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+    ) -> Allocation:
+        """Allocate one wrench ``tau`` (k,) [N, N m] within the limits of this call, (n,) each [N].
+
+        A limit left out is the vehicle's. Where some f_min exceeds f_max there is nothing to allocate: the
+        answer of a method with limits is INFEASIBLE. Raises DemandError for bad shape or values.
+        """
         ...
 
-    def many(self, taus: ArrayLike) -> tuple[FloatArray, StatusArray]:
-        """Allocate ``taus`` (N, k): thrusts (N, n) [N] and statuses (N,)."""
+    def many(
+        self, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+    ) -> tuple[FloatArray, StatusArray]:
+        """Allocate ``taus`` (N, k): thrusts (N, n) [N] and statuses (N,); limits (n,) or (N, n) [N]."""
         ...
 
 
@@ -89,12 +98,14 @@ class Allocator(Protocol):
 class TwoStage(Protocol):
     """An allocator that offers its two stages apart, so that a run can time the solver alone."""
 
-    def pose(self, tau: FloatArray, /) -> FloatArray:
-        """Right-hand side b (p,) of the QP that a wrench ``tau`` (k,) [N, N m] poses."""
+    def pose(
+        self, tau: FloatArray, f_min: FloatArray | None = None, f_max: FloatArray | None = None, /
+    ) -> tuple[FloatArray, ...]:
+        """What a wrench ``tau`` (k,) [N, N m] and limits (n,) [N] change in the QP: what ``solve`` takes."""
         ...
 
-    def solve(self, b: FloatArray, /) -> object:
-        """What the solver's binding returns for b; the method does nothing but that call."""
+    def solve(self, *posed: FloatArray) -> object:
+        """What the solver's binding returns for what ``pose`` made; the method does nothing but that call."""
         ...
 
 
@@ -111,9 +122,15 @@ class BoundedSteps(Protocol):
 _new = tuple.__new__
 
 
-def answer(f: FloatArray, status: Status, iterations: int = 0, solver_s: float = nan) -> Allocation:
+def answer(
+    f: FloatArray,
+    status: Status,
+    iterations: int = 0,
+    solver_s: float = nan,
+    share: tuple[float, ...] = (),
+) -> Allocation:
     """An Allocation, made without NamedTuple's slower Python-level constructor."""
-    return _new(Allocation, (f, status, iterations, solver_s))
+    return _new(Allocation, (f, status, iterations, solver_s, share))
 
 
 def checked(tau: ArrayLike, k: int) -> FloatArray:
@@ -172,15 +189,3 @@ _UNFIT = f"holds NaN, infinity or a number beyond {LARGEST_DEMAND:g}; give N and
 
 def _fits(wrenches: FloatArray) -> BoolArray:
     return np.abs(wrenches) <= LARGEST_DEMAND
-
-
-def one_by_one(
-    allocate: Callable[[FloatArray], Allocation], taus: ArrayLike, k: int, n: int
-) -> tuple[FloatArray, StatusArray]:
-    """``many`` by calling ``allocate`` on each row of ``taus`` (N, k), in order; for n thrusters."""
-    wrenches = checked_many(taus, k)
-    F = np.empty((len(wrenches), n))
-    status = np.empty(len(wrenches), dtype=np.int8)
-    for i, tau in enumerate(wrenches):
-        F[i], status[i], _, _ = allocate(tau)
-    return F, status

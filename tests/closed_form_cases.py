@@ -38,7 +38,7 @@ def by_lagrange(vehicle: Vehicle, tau: FloatArray) -> FloatArray:
 
 def answer(method: str, vehicle: Vehicle, tau: FloatArray) -> FloatArray:
     """The method's thrusts (n,) for a wrench (k,) that it must solve."""
-    f, status, _, _ = build(method, vehicle)(tau)
+    f, status, *_ = build(method, vehicle)(tau)
     assert status is Status.SOLVED
     return f
 

@@ -14,6 +14,7 @@ from alloc.allocation import (
     checked_many,
 )
 from alloc.vehicle import Vehicle
+from alloc.vehicle.call_limits import at_call, limits_of
 
 
 class Linear:
@@ -31,22 +32,32 @@ class Linear:
         """Prepare f = G tau, G (n, k)."""
         self.G = G
         self._k = vehicle.k
+        self._vehicle = vehicle
+        self._limits_of_call = at_call(vehicle)
         # (k, k) map to the scaled part of a demand that G misses; None where it stays within tolerance.
         missed = (np.eye(vehicle.k) - vehicle.TP @ G) / vehicle.wrench_scale[:, None]
         met = np.abs(missed * vehicle.wrench_scale).sum(axis=1).max() <= WRENCH_TOLERANCE
         self._missed = None if met else missed
 
-    def __call__(self, tau: ArrayLike) -> Allocation:
-        """Allocate one wrench (k,) [N, N m]."""
+    def __call__(
+        self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+    ) -> Allocation:
+        """Allocate one wrench (k,) [N, N m]; limits are checked as any method does, and not kept."""
         wrench = checked(tau, self._k)
+        if f_min is not None or f_max is not None:
+            self._limits_of_call(f_min, f_max)
         f = self.G.dot(wrench)
         if self._missed is not None and np.abs(self._missed.dot(wrench)).max() > self.tolerance:
             return answer(f, Status.PARTIAL)
         return answer(f, Status.SOLVED)
 
-    def many(self, taus: ArrayLike) -> tuple[FloatArray, StatusArray]:
+    def many(
+        self, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+    ) -> tuple[FloatArray, StatusArray]:
         """Allocate (N, k) wrenches in one matrix product."""
         wrenches = checked_many(taus, self._k)
+        if f_min is not None or f_max is not None:
+            limits_of(self._vehicle, len(wrenches), f_min, f_max)
         status = np.zeros(len(wrenches), dtype=np.int8)
         if self._missed is not None:
             status[np.abs(wrenches @ self._missed.T).max(axis=1, initial=0.0) > self.tolerance] = (

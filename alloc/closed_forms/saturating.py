@@ -1,6 +1,7 @@
 """The allocator of practical rules: f = T* tau where that lies inside the limits, else a rule mends it."""
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,19 +18,36 @@ from alloc.allocation import (
 )
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.vehicle import Vehicle
+from alloc.vehicle.call_limits import at_call, limits_of
 
-Rule = Callable[[FloatArray, list[float]], tuple[list[float], int]]
-"""(tau, T* tau as a list) -> (thrusts, passes taken). Thrusts left beyond a limit are clipped afterwards."""
 
-RuleMany = Callable[[FloatArray, FloatArray], FloatArray]
-"""A rule for many demands at once: (tau (N, k), T* tau (N, n)) -> thrusts (N, n)."""
+class Bounds(NamedTuple):
+    """The limits of one call: as arrays (n,), and as pairs of floats, which a loop reads faster [N]."""
+
+    low: FloatArray
+    high: FloatArray
+    pairs: list[tuple[float, float]]
+
+
+def bounds(low: FloatArray, high: FloatArray) -> Bounds:
+    """Bounds of two arrays (n,) [N]."""
+    return Bounds(low, high, list(zip(low.tolist(), high.tolist(), strict=True)))
+
+
+Rule = Callable[[FloatArray, list[float], Bounds], tuple[list[float], int]]
+"""(tau, T* tau as a list, limits) -> (thrusts, passes taken). Thrusts left beyond a limit are clipped
+afterwards."""
+
+RuleMany = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
+"""A rule for many demands at once: (tau (N, k), T* tau (N, n), f_min, f_max (N, n)) -> thrusts (N, n)."""
 
 
 class Saturating:
     """The allocator of every practical rule; its formulation is the rule's name.
 
-    The status is SOLVED where the thrusts, mended or not, meet the wrench; else PARTIAL. INFEASIBLE never
-    occurs, since a rule does not know whether other thrusts would have met the wrench.
+    The status is SOLVED where the thrusts, mended or not, meet the wrench; else PARTIAL. INFEASIBLE says that
+    the limits of the call contradict themselves; a rule does not know whether other thrusts than its own
+    would have met the wrench.
     """
 
     limited = True
@@ -41,46 +59,63 @@ class Saturating:
         self.G = generalized_inverse(vehicle)
         self._rule = rule
         self._rule_many = rule_many
+        self._vehicle = vehicle
         self._k = vehicle.k
-        self._f_min, self._f_max = vehicle.f_min, vehicle.f_max
-        self._limits = list(zip(vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True))
+        self._bounds = bounds(vehicle.f_min, vehicle.f_max)
+        self._limits_of_call = at_call(vehicle)
         # (k, n) and (k,): T f - tau in units in which 1 is the largest miss that counts as met.
         self._unit = 1.0 / (WRENCH_TOLERANCE * vehicle.wrench_scale)
         self._T = vehicle.TP * self._unit[:, None]
         self._full_rank = vehicle.rank == vehicle.k
 
-    def __call__(self, tau: ArrayLike) -> Allocation:
+    def __call__(
+        self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+    ) -> Allocation:
         """Allocate one wrench (k,) [N, N m]; ``iterations`` are the passes of the rule."""
         wrench = checked(tau, self._k)
+        limits = self._bounds
+        if f_min is not None or f_max is not None:
+            limits = bounds(*self._limits_of_call(f_min, f_max))
+            for low, high in limits.pairs:
+                if low > high:
+                    return answer(np.full(len(limits.pairs), np.nan), Status.INFEASIBLE)
         f = self.G.dot(wrench)
         thrusts: list[float] = f.tolist()
-        for x, (low, high) in zip(thrusts, self._limits, strict=True):
+        for x, (low, high) in zip(thrusts, limits.pairs, strict=True):
             if not low <= x <= high:
                 break
         else:
             return answer(f, Status.SOLVED if self._full_rank else self._status(f, wrench))
-        thrusts, passes = self._rule(wrench, thrusts)
-        for i, (low, high) in enumerate(self._limits):
+        thrusts, passes = self._rule(wrench, thrusts, limits)
+        for i, (low, high) in enumerate(limits.pairs):
             x = thrusts[i]
             if not low <= x <= high:
                 thrusts[i] = low if x < low else high
         f = np.array(thrusts)
         return answer(f, self._status(f, wrench), passes)
 
-    def many(self, taus: ArrayLike) -> tuple[FloatArray, StatusArray]:
+    def many(
+        self, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+    ) -> tuple[FloatArray, StatusArray]:
         """Allocate (N, k) wrenches: T* tau in one matrix product, then the rule for those beyond a limit."""
         wrenches = checked_many(taus, self._k)
+        low, high = limits_of(self._vehicle, len(wrenches), f_min, f_max)
         F = wrenches @ self.G.T
-        mend = np.flatnonzero(((self._f_min > F) | (self._f_max < F)).any(axis=1))
+        empty = (low > high).any(axis=1)
+        mend = np.flatnonzero(((low > F) | (high < F)).any(axis=1) & ~empty)
         if mend.size:
-            F[mend] = self._mended(wrenches[mend], F[mend]).clip(self._f_min, self._f_max)
+            at, to = low[mend], high[mend]
+            F[mend] = self._mended(wrenches[mend], F[mend], at, to).clip(at, to)
         missed = np.abs(F @ self._T.T - wrenches * self._unit).max(axis=1)
-        return F, np.where(missed <= 1.0, Status.SOLVED, Status.PARTIAL).astype(np.int8)
+        status = np.where(missed <= 1.0, Status.SOLVED, Status.PARTIAL).astype(np.int8)
+        F[empty], status[empty] = np.nan, Status.INFEASIBLE
+        return F, status
 
-    def _mended(self, wrenches: FloatArray, F: FloatArray) -> FloatArray:
+    def _mended(self, wrenches: FloatArray, F: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
         if self._rule_many is not None:
-            return self._rule_many(wrenches, F)
-        return np.array([self._rule(wrench, f.tolist())[0] for wrench, f in zip(wrenches, F, strict=True)])
+            return self._rule_many(wrenches, F, low, high)
+        rows = zip(wrenches, F, low, high, strict=True)
+        return np.array([self._rule(tau, f.tolist(), bounds(a, b))[0] for tau, f, a, b in rows])
 
     def _status(self, f: FloatArray, wrench: FloatArray) -> Status:
         missed = self._T.dot(f) - self._unit * wrench

@@ -31,7 +31,13 @@ EXACT_METHODS = ("nullspace", "qp/daqp", "qp/clarabel")
 """Methods that can give the optimum of eq. 4-5, best first: exact to rounding, active set, interior point."""
 
 
-def as_they_are(vehicle: Vehicle, taus: FloatArray) -> FloatArray:
+ReferenceDemands = Callable[[Vehicle, FloatArray, FloatArray | None, FloatArray | None], FloatArray]
+"""(vehicle, taus (N, k), f_min and f_max of each call (N, n) or None for the vehicle's) -> demands (N, k)."""
+
+
+def as_they_are(
+    vehicle: Vehicle, taus: FloatArray, f_min: FloatArray | None = None, f_max: FloatArray | None = None
+) -> FloatArray:
     """Return the demands themselves."""
     return taus
 
@@ -51,8 +57,8 @@ class Formulation:
     gives_way : whether an attainable wrench may be met in part; SOLVED then says nothing about the wrench
     references : methods that can give the right answers, best first; empty where the only right answers
         known are T* tau, on inactive demands
-    reference_demands : function of (vehicle, taus (N, k)) that returns the demands (N, k) [N, N m] that a
-        reference is asked
+    reference_demands : function of the vehicle, the demands and the limits of each that returns the demands
+        (N, k) [N, N m] that a reference is asked
     pose : function of a vehicle that returns its problem as a QP, whose duality gap certifies an answer;
         None where the formulation is no QP
     """
@@ -65,7 +71,7 @@ class Formulation:
     optimal: bool = False
     gives_way: bool = False
     references: tuple[str, ...] = ()
-    reference_demands: Callable[[Vehicle, FloatArray], FloatArray] = as_they_are
+    reference_demands: ReferenceDemands = as_they_are
     pose: Callable[[Vehicle], Posed] | None = None
 
 

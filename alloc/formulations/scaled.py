@@ -16,12 +16,14 @@ INWARD = 1e-12
 """Share by which a demand is moved inside the attainable set, so that rounding leaves it there [-]."""
 
 
-def attainable_share(vehicle: Vehicle, taus: FloatArray) -> FloatArray:
+def attainable_share(
+    vehicle: Vehicle, taus: FloatArray, f_min: FloatArray | None = None, f_max: FloatArray | None = None
+) -> FloatArray:
     """min(1, alpha*) tau for demands (N, k) [N, N m]; zero where no share is attainable."""
     asked = taus
     if vehicle.rank < vehicle.k:
         asked = taus @ (vehicle.TP @ generalized_inverse(vehicle)).T
-    alpha = alpha_max(vehicle, asked)
+    alpha = alpha_max(vehicle, asked, f_min, f_max)
     reach = np.clip(np.where(np.isfinite(alpha), alpha, 1.0), 0.0, 1.0)
     shrunk: FloatArray = asked * np.where(reach < 1, reach * (1 - INWARD), 1.0)[:, None]
     return shrunk

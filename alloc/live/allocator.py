@@ -11,13 +11,14 @@ from alloc.allocation import (
     StatusArray,
     answer,
     checked,
-    one_by_one,
 )
 from alloc.errors import NotApplicable
 from alloc.formulations import Formulation
 from alloc.qp import Posed
+from alloc.qp.stationarity import Stationarity
 from alloc.solvers import Level, Solve, Start, default_level, default_start, load
 from alloc.vehicle import Vehicle
+from alloc.vehicle.call_limits import at_call, one_by_one
 
 PARTIAL_TOLERANCE = 1e-2
 """Largest miss of a PARTIAL answer, relative to ``vehicle.wrench_scale`` [-]. The loosest of the solvers'
@@ -32,7 +33,7 @@ class Live:
     Attributes
     ----------
     formulation : ``hard`` or ``soft``
-    solve : function b -> Answer that is the binding's call and nothing else
+    solve : function (b, lb, ub) -> Answer that is the binding's call and nothing else
     tolerance : promised distance to the optimum where SOLVED, relative to the largest limit [-]
     """
 
@@ -48,61 +49,88 @@ class Live:
         self._b_of_tau = posed.b_of_tau
         self._unreachable = posed.unreachable
         self._f_scale = posed.f_scale
-        self._shape = vehicle.k, vehicle.n
+        self._vehicle = vehicle
+        self._limits_of_call = at_call(vehicle)
         self._working = posed.working
         self._m = len(posed.working)
-        self._soft = len(posed.qp.g) > self._m
-        self._f_min, self._f_max = vehicle.f_min[posed.working], vehicle.f_max[posed.working]
+        self._soft = Stationarity(posed.qp) if len(posed.qp.g) > self._m else None
+        self._limits = vehicle.f_min[posed.working], vehicle.f_max[posed.working]
+        self._bounds = posed.qp.lb[: self._m], posed.qp.ub[: self._m]
         self._per_axis = 1.0 / vehicle.wrench_scale
         self._T = vehicle.TP[:, posed.working] * self._per_axis[:, None]
 
-    def pose(self, tau: FloatArray) -> FloatArray:
-        """b (p,) of the QP for a wrench (k,) [N, N m]."""
+    def pose(
+        self, tau: FloatArray, f_min: FloatArray | None = None, f_max: FloatArray | None = None
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """b (p,), lb and ub (m,) of the QP for a wrench (k,) [N, N m] and limits (m,) of what works [N]."""
         b: FloatArray = self._b_of_tau.dot(tau)
-        return b
+        if f_min is None or f_max is None:
+            return b, *self._bounds
+        return b, f_min / self._f_scale, f_max / self._f_scale
 
-    def __call__(self, tau: ArrayLike) -> Allocation:
+    def __call__(
+        self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+    ) -> Allocation:
         """Allocate one wrench (k,) [N, N m], and judge the answer by equations.
 
         The solver's x is clipped to the limits; then, with the miss |T P f - tau| relative to
         ``wrench_scale``: SOLVED up to 1e-6; PARTIAL, with f as it is, up to 1e-2 (in the soft
         formulation: up to 1e-2 beyond the slack); NOT_CONVERGED beyond. So no f is SOLVED for a
-        demand further than 1e-6 outside the attainable set. INFEASIBLE is the solver's word, or a
-        demand along a direction that no thruster pushes.
+        demand further than 1e-6 outside the attainable set. Soft thrusts are NOT_CONVERGED too where
+        they are not shown to lie within ``tolerance`` of the optimum. INFEASIBLE is the solver's word,
+        or a demand along a direction that no thruster pushes, or limits that contradict themselves.
         """
-        wrench = checked(tau, self._shape[0])
+        wrench = checked(tau, self._vehicle.k)
+        low, high = self._limits
+        if f_min is None and f_max is None:
+            posed = self.pose(wrench)
+        else:
+            low, high = self._limits_of_call(f_min, f_max)
+            if self._m < self._vehicle.n:
+                low, high = low[self._working], high[self._working]
+            if (low > high).any():
+                return self._unanswered(Status.INFEASIBLE)
+            posed = self.pose(wrench, low, high)
         if len(self._unreachable) and np.abs(self._unreachable.dot(wrench)).max() > UNREACHABLE:
             return self._unanswered(Status.INFEASIBLE)
-        x, status, iterations, solver_s = self.solve(self.pose(wrench))
+        x, status, iterations, solver_s = self.solve(*posed)
         if status != Status.SOLVED:
-            if self._soft:  # every demand has a soft answer, so the solver missed it
+            if self._soft is not None:  # every demand has a soft answer, so the solver missed it
                 status = Status.NOT_CONVERGED
             return self._unanswered(status, iterations, solver_s)
         f = x[: self._m] * self._f_scale
-        np.minimum(f, self._f_max, out=f)
-        np.maximum(f, self._f_min, out=f)
+        np.minimum(f, high, out=f)
+        np.maximum(f, low, out=f)
+        if self._soft is not None and not self._optimal(f, *posed):
+            return self._unanswered(Status.NOT_CONVERGED, iterations, solver_s)
         miss = self._T.dot(f) - self._per_axis * wrench
         # The Euclidean norm is never below the largest entry; its square is one product, and NaN fails it.
         if not (solved := miss.dot(miss) <= WRENCH_TOLERANCE**2):
-            if self._soft:
+            if self._soft is not None:
                 miss -= x[self._m :]
             if not miss.dot(miss) <= PARTIAL_TOLERANCE**2:
                 return self._unanswered(Status.NOT_CONVERGED, iterations, solver_s)
-        if self._m < self._shape[1]:
+        if self._m < self._vehicle.n:
             f = self._scattered(f)
         return answer(f, Status.SOLVED if solved else Status.PARTIAL, iterations, solver_s)
 
-    def many(self, taus: ArrayLike) -> tuple[FloatArray, StatusArray]:
+    def many(
+        self, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+    ) -> tuple[FloatArray, StatusArray]:
         """Allocate (N, k) wrenches, each in turn: a warm start sees them in order."""
-        return one_by_one(self, taus, *self._shape)
+        return one_by_one(self, self._vehicle, taus, f_min, f_max)
+
+    def _optimal(self, f: FloatArray, b: FloatArray, lb: FloatArray, ub: FloatArray) -> bool:
+        assert self._soft is not None
+        return self._soft.distance(f / self._f_scale, b, lb, ub) <= self.tolerance
 
     def _scattered(self, f_working: FloatArray) -> FloatArray:
-        f = np.zeros(self._shape[1])
+        f = np.zeros(self._vehicle.n)
         f[self._working] = f_working
         return f
 
     def _unanswered(self, status: Status, iterations: int = 0, solver_s: float = np.nan) -> Allocation:
-        return answer(np.full(self._shape[1], np.nan), status, iterations, solver_s)
+        return answer(np.full(self._vehicle.n, np.nan), status, iterations, solver_s)
 
 
 def live(

@@ -9,7 +9,7 @@ from alloc.solvers import Answer, Solve
 
 
 def one_shot(qp: QP, solver: str) -> Solve:
-    """Prepare b -> Answer by a call of qpsolvers with the solver's defaults.
+    """Prepare (b, lb, ub) -> Answer by a call of qpsolvers with the solver's defaults.
 
     qpsolvers does not say why there is no solution, so the status is then NOT_CONVERGED, even where the
     solver itself knows the demand to be infeasible. qpsolvers has no iteration count and no clock that all
@@ -27,12 +27,16 @@ def one_shot(qp: QP, solver: str) -> Solve:
     # Sparse-only solvers would convert dense matrices, and warn, at each call.
     H, A = (qp.H, qp.A) if solver in dense_solvers else (csc_matrix(qp.H), csc_matrix(qp.A))
 
-    def solve(b: FloatArray) -> Answer:
+    bounded = qp.bounded
+    low, high = qp.lb.copy(), qp.ub.copy()
+
+    def solve(b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
+        low[bounded], high[bounded] = lb, ub
         with warnings.catch_warnings():
             # Some adapters warn of an infeasible demand, which the status already says.
             warnings.simplefilter("ignore")
             try:
-                solution = solve_problem(Problem(H, qp.g, None, None, A, b, qp.lb, qp.ub), solver)
+                solution = solve_problem(Problem(H, qp.g, None, None, A, b, low, high), solver)
             except (AttributeError, ImportError, TypeError) as error:  # never a demand's fault
                 raise SolverError(
                     f"qpsolvers/{solver}: {type(error).__name__}: {error}; qpsolvers does not fit "

@@ -1,7 +1,7 @@
 """Generalized inverse, then each thrust cut at its limit: what most vehicles do, knowingly or not."""
 
 from alloc.allocation import FloatArray
-from alloc.closed_forms.saturating import Saturating
+from alloc.closed_forms.saturating import Bounds, Saturating
 from alloc.vehicle import Vehicle
 
 FORMULATION = "clip"
@@ -12,9 +12,9 @@ def build(vehicle: Vehicle) -> Saturating:
     return Saturating(vehicle, FORMULATION, _leave, _leave_many)
 
 
-def _leave(tau: FloatArray, f: list[float]) -> tuple[list[float], int]:
+def _leave(tau: FloatArray, f: list[float], limits: Bounds) -> tuple[list[float], int]:
     return f, 1  # Saturating clips the thrusts that are beyond a limit
 
 
-def _leave_many(taus: FloatArray, F: FloatArray) -> FloatArray:
+def _leave_many(taus: FloatArray, F: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
     return F

@@ -2,7 +2,7 @@
 
 from alloc.allocation import FloatArray
 from alloc.closed_forms.inverse import generalized_inverse
-from alloc.closed_forms.saturating import Saturating
+from alloc.closed_forms.saturating import Bounds, Saturating
 from alloc.vehicle import Vehicle
 
 FORMULATION = "desaturate"
@@ -27,15 +27,14 @@ def build(vehicle: Vehicle) -> Saturating:
     G = generalized_inverse(vehicle)
     order = [vehicle.dof.index(axis) for axis in CUT_ORDER if axis in vehicle.dof]
     columns = [(axis, G[:, axis].tolist()) for axis in order]
-    limits = list(zip(vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True))
 
-    def desaturate(tau: FloatArray, f: list[float]) -> tuple[list[float], int]:
+    def desaturate(tau: FloatArray, f: list[float], limits: Bounds) -> tuple[list[float], int]:
         passes = 0
         for axis, column in columns:
             demand = float(tau[axis])
             share = 1.0
             for weight in (1.0, 0.5):
-                step = weight * _step(f, column, limits)
+                step = weight * _step(f, column, limits.pairs)
                 if step == 0.0 or demand == 0.0:
                     break
                 kept = min(max(share + step / demand, 0.0), share)

@@ -4,7 +4,7 @@ import numpy as np
 
 from alloc.allocation import WRENCH_TOLERANCE, FloatArray
 from alloc.closed_forms.inverse import generalized_inverse
-from alloc.closed_forms.saturating import Saturating
+from alloc.closed_forms.saturating import Bounds, Saturating
 from alloc.vehicle import Vehicle
 
 FORMULATION = "fixed-point"
@@ -37,10 +37,10 @@ def build(vehicle: Vehicle) -> Saturating:
     G = generalized_inverse(vehicle)
     step = (1 - EPSILON) * (np.eye(vehicle.n) - G @ vehicle.TP)
     drive = (1 - EPSILON) * G
-    f_min, f_max = vehicle.f_min, vehicle.f_max
     still = STILL * vehicle.f_scale
 
-    def iterate(tau: FloatArray, start: list[float]) -> tuple[list[float], int]:
+    def iterate(tau: FloatArray, start: list[float], limits: Bounds) -> tuple[list[float], int]:
+        f_min, f_max = limits.low, limits.high
         towards = drive.dot(tau)
         f = np.minimum(np.maximum(start, f_min), f_max)
         taken, change = 0, np.inf
@@ -55,12 +55,12 @@ def build(vehicle: Vehicle) -> Saturating:
             taken += 1
         return f.tolist(), taken
 
-    def iterate_many(taus: FloatArray, F: FloatArray) -> FloatArray:
+    def iterate_many(taus: FloatArray, F: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
         towards = taus @ drive.T
-        F = F.clip(f_min, f_max)
+        F = F.clip(low, high)
         moving = np.arange(len(F))
         for _ in range(ITERATIONS):
-            moved = (F[moving] @ step.T + towards[moving]).clip(f_min, f_max)
+            moved = (F[moving] @ step.T + towards[moving]).clip(low[moving], high[moving])
             change = np.abs(moved - F[moving]).max(axis=1, initial=0.0)
             F[moving] = moved
             moving = moving[change > still]

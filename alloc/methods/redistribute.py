@@ -6,7 +6,7 @@ import numpy as np
 
 from alloc.allocation import FloatArray
 from alloc.closed_forms.inverse import inverse_over
-from alloc.closed_forms.saturating import Saturating
+from alloc.closed_forms.saturating import Bounds, Saturating
 from alloc.errors import NotApplicable
 from alloc.vehicle import Vehicle
 
@@ -26,7 +26,6 @@ class Cascade:
     def __init__(self, vehicle: Vehicle) -> None:
         """Prepare the inverses of all patterns, up to TABLE_THRUSTERS."""
         self._vehicle = vehicle
-        self._limits = list(zip(vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True))
         self._bits = 1 << np.arange(vehicle.n)
         self._working = int(self._bits[vehicle.working].sum())
         self._inverses: dict[int, FloatArray] = {}
@@ -42,14 +41,14 @@ class Cascade:
             self._inverses[free] = inverse
         return inverse
 
-    def mend(self, tau: FloatArray, f: list[float]) -> tuple[list[float], int]:
+    def mend(self, tau: FloatArray, f: list[float], limits: Bounds) -> tuple[list[float], int]:
         """Thrusts for one wrench (k,), from f = T* tau as a list, and the passes taken."""
         TP, passes = self._vehicle.TP, 0
         free = self._working
         frozen = np.zeros(len(f))
         while free:
             before = free
-            for i, (x, (low, high)) in enumerate(zip(f, self._limits, strict=True)):
+            for i, (x, (low, high)) in enumerate(zip(f, limits.pairs, strict=True)):
                 if not low <= x <= high and free >> i & 1:
                     frozen[i] = low if x < low else high
                     free ^= 1 << i
@@ -59,13 +58,13 @@ class Cascade:
             passes += 1
         return f, passes
 
-    def mend_many(self, taus: FloatArray, F: FloatArray) -> FloatArray:
+    def mend_many(self, taus: FloatArray, F: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
         """Thrusts for wrenches (N, k), from F = T* tau (N, n); demands of one pattern go together."""
         v = self._vehicle
         free = np.tile(v.readiness > 0, (len(taus), 1))
         F = F.copy()
         while True:
-            clipped = F.clip(v.f_min, v.f_max)
+            clipped = F.clip(low, high)
             beyond = free & (clipped != F)
             rows = np.flatnonzero(beyond.any(axis=1))
             if not rows.size:

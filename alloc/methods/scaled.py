@@ -9,6 +9,7 @@ from alloc.formulations.scaled import INWARD
 from alloc.nullspace.allocator import TOLERANCE, exact
 from alloc.reach.attainable import alpha_max
 from alloc.vehicle import Vehicle
+from alloc.vehicle.call_limits import limits_of
 
 FORMULATION = SCALED.name
 
@@ -32,31 +33,37 @@ class Scaled:
         self._reachable = vehicle.TP @ self._exact.G if vehicle.rank < vehicle.k else None
         alpha_max(vehicle, np.zeros((1, vehicle.k)))  # the facets are made here, not in the first call
 
-    def __call__(self, tau: ArrayLike) -> Allocation:
+    def __call__(
+        self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+    ) -> Allocation:
         """Allocate one wrench (k,) [N, N m]."""
         wrench = checked(tau, self._vehicle.k)
-        whole = self._exact(wrench)
+        whole = self._exact(wrench, f_min, f_max)
         if whole.status is Status.SOLVED:
             return whole
-        share = self._exact(self._shares(wrench[None])[0])
+        share = self._exact(self._shares(wrench[None], f_min, f_max)[0], f_min, f_max)
         status = Status.PARTIAL if share.status is Status.SOLVED else Status.INFEASIBLE
         return answer(share.f, status, whole.iterations + share.iterations)
 
-    def many(self, taus: ArrayLike) -> tuple[FloatArray, StatusArray]:
+    def many(
+        self, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+    ) -> tuple[FloatArray, StatusArray]:
         """Allocate (N, k) wrenches."""
         wrenches = checked_many(taus, self._vehicle.k)
-        F, status = self._exact.many(wrenches)
+        low, high = limits_of(self._vehicle, len(wrenches), f_min, f_max)
+        F, status = self._exact.many(wrenches, low, high)
         rest = np.flatnonzero(status != Status.SOLVED)
         if rest.size:
-            F[rest], of_share = self._exact.many(self._shares(wrenches[rest]))
+            shares = self._shares(wrenches[rest], low[rest], high[rest])
+            F[rest], of_share = self._exact.many(shares, low[rest], high[rest])
             status[rest] = np.where(of_share == Status.SOLVED, Status.PARTIAL, Status.INFEASIBLE)
         return F, status
 
-    def _shares(self, wrenches: FloatArray) -> FloatArray:
+    def _shares(self, wrenches: FloatArray, f_min: ArrayLike | None, f_max: ArrayLike | None) -> FloatArray:
         """(N, k) largest attainable share of each wrench; the wrench itself where no share is attainable."""
         if self._reachable is not None:
             wrenches = wrenches @ self._reachable.T
-        alpha = alpha_max(self._vehicle, wrenches)
+        alpha = alpha_max(self._vehicle, wrenches, f_min, f_max)
         alpha = np.where(alpha < 0, 1.0, np.minimum(alpha * (1 - INWARD), 1.0))
         return wrenches * alpha[:, None]
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from alloc.allocation import FloatArray
-from alloc.closed_forms.saturating import Saturating
+from alloc.closed_forms.saturating import Bounds, Saturating
 from alloc.vehicle import Vehicle
 
 FORMULATION = "shrink"
@@ -21,20 +21,19 @@ def build(vehicle: Vehicle) -> Saturating:
     that can't reverse but is asked to leaves s = 0.
     """
     slack = ROUNDING * vehicle.f_scale
-    limits = list(zip(vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True))
 
-    def shrink(tau: FloatArray, f: list[float]) -> tuple[list[float], int]:
+    def shrink(tau: FloatArray, f: list[float], limits: Bounds) -> tuple[list[float], int]:
         s = 1.0
-        for x, (low, high) in zip(f, limits, strict=True):
+        for x, (low, high) in zip(f, limits.pairs, strict=True):
             if x > high + slack and x > 0.0:
                 s = min(s, max(high, 0.0) / x)
             elif x < low - slack and x < 0.0:
                 s = min(s, min(low, 0.0) / x)
         return [s * x for x in f], 1
 
-    def shrink_many(taus: FloatArray, F: FloatArray) -> FloatArray:
-        far = np.where(F > 0.0, vehicle.f_max.clip(min=0.0), vehicle.f_min.clip(max=0.0))
-        beyond = np.where(F > 0.0, F - vehicle.f_max, vehicle.f_min - F) > slack
+    def shrink_many(taus: FloatArray, F: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+        far = np.where(F > 0.0, high.clip(min=0.0), low.clip(max=0.0))
+        beyond = np.where(F > 0.0, F - high, low - F) > slack
         beyond &= F != 0.0
         s = np.where(beyond, far / np.where(beyond, F, 1.0), 1.0).min(axis=1)
         shrunk: FloatArray = s[:, None] * F

@@ -46,6 +46,7 @@ def bound(kernel: str, vehicle: Vehicle) -> Allocator:
         checked_many=checked_many,
         iterations=0,
         solver_s=nan,
+        share=(),
         formulation=twin.formulation,
         limited=twin.limited,
         tolerance=twin.tolerance,

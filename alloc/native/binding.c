@@ -30,6 +30,7 @@ typedef struct {
     PyObject *checked_many;
     PyObject *iterations;
     PyObject *solver_s;
+    PyObject *share;
     PyObject *formulation;
     PyObject *limited;
     PyObject *tolerance;
@@ -97,7 +98,7 @@ static PyObject *native_call(PyObject *callable, PyObject *const *args, size_t n
     }
     npy_intp n = self->n;
     PyObject *f = PyArray_SimpleNew(1, &n, NPY_DOUBLE);
-    PyObject *answer = f != NULL ? self->allocation->tp_alloc(self->allocation, 4) : NULL;
+    PyObject *answer = f != NULL ? self->allocation->tp_alloc(self->allocation, 5) : NULL;
     if (answer == NULL) {
         Py_XDECREF(f);
         Py_DECREF(tau);
@@ -109,6 +110,7 @@ static PyObject *native_call(PyObject *callable, PyObject *const *args, size_t n
     PyTuple_SET_ITEM(answer, 1, Py_NewRef(self->statuses[status]));
     PyTuple_SET_ITEM(answer, 2, Py_NewRef(self->iterations));
     PyTuple_SET_ITEM(answer, 3, Py_NewRef(self->solver_s));
+    PyTuple_SET_ITEM(answer, 4, Py_NewRef(self->share));
     return answer;
 }
 
@@ -143,14 +145,14 @@ static PyObject *native_many(PyObject *object, PyObject *argument)
 static PyObject *native_new(PyTypeObject *type, PyObject *args, PyObject *names)
 {
     static char *keys[] = {"address", "fault", "k", "n", "allocation", "statuses", "checked",
-                           "checked_many", "iterations", "solver_s", "formulation", "limited", "tolerance",
+                           "checked_many", "iterations", "solver_s", "share", "formulation", "limited", "tolerance",
                            "worst_case_steps", "library", NULL};
     Native *self = (Native *)type->tp_alloc(type, 0);
     PyObject *address, *statuses;
     if (self == NULL || !PyArg_ParseTupleAndKeywords(
-                            args, names, "O!iiiO!O!OOOOOOOOO", keys, &PyLong_Type, &address, &self->fault,
+                            args, names, "O!iiiO!O!OOOOOOOOOO", keys, &PyLong_Type, &address, &self->fault,
                             &self->k, &self->n, &PyType_Type, &self->allocation, &PyTuple_Type, &statuses,
-                            &self->checked, &self->checked_many, &self->iterations, &self->solver_s,
+                            &self->checked, &self->checked_many, &self->iterations, &self->solver_s, &self->share,
                             &self->formulation, &self->limited, &self->tolerance, &self->worst_case_steps,
                             &self->library)) {
         /* The fields are still borrowed references: free the object without releasing them. */
@@ -167,7 +169,7 @@ static PyObject *native_new(PyTypeObject *type, PyObject *args, PyObject *names)
         self->statuses[i] = Py_NewRef(PyTuple_GetItem(statuses, i));
     }
     PyObject *held[] = {(PyObject *)self->allocation, self->checked, self->checked_many, self->iterations,
-                        self->solver_s, self->formulation, self->limited, self->tolerance,
+                        self->solver_s, self->share, self->formulation, self->limited, self->tolerance,
                         self->worst_case_steps, self->library};
     for (size_t i = 0; i < sizeof held / sizeof held[0]; i++) {
         Py_INCREF(held[i]);
@@ -180,7 +182,7 @@ static void native_dealloc(PyObject *object)
     Native *self = (Native *)object;
     PyTypeObject *type = Py_TYPE(object);
     PyObject *held[] = {(PyObject *)self->allocation, self->checked, self->checked_many, self->iterations,
-                        self->solver_s, self->formulation, self->limited, self->tolerance,
+                        self->solver_s, self->share, self->formulation, self->limited, self->tolerance,
                         self->worst_case_steps, self->library};
     for (size_t i = 0; i < sizeof held / sizeof held[0]; i++) {
         Py_DECREF(held[i]);

@@ -21,6 +21,7 @@ from alloc.nullspace.batch import nearest_many
 from alloc.nullspace.region import prepare, steps_bound
 from alloc.nullspace.structure import Structure, decompose
 from alloc.vehicle import Vehicle
+from alloc.vehicle.call_limits import at_call, limits_of
 
 TOLERANCE = 1e-9
 """Excess over a limit that still counts as met, relative to the largest limit [-]: far above rounding (1e-16
@@ -47,7 +48,8 @@ class Nullspace:
         self.G = structure.G
         self._k, self._n = vehicle.k, vehicle.n
         self._unreachable = structure.unreachable if len(structure.unreachable) else None
-        self._f_min, self._f_max = vehicle.f_min, vehicle.f_max
+        self._vehicle = vehicle
+        self._limits_of_call = at_call(vehicle)
         self._slack = TOLERANCE * vehicle.f_scale
         self._limits = list(zip(vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True))
         self._fixed = structure.fixed.tolist()
@@ -57,13 +59,22 @@ class Nullspace:
         ]
         self.worst_case_steps = vehicle.n + sum(region.worst_case_steps for _, _, region in self._blocks)
 
-    def __call__(self, tau: ArrayLike) -> Allocation:
-        """Allocate one wrench (k,) [N, N m]."""
+    def __call__(
+        self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+    ) -> Allocation:
+        """Allocate one wrench (k,) [N, N m] within limits, which stand in right-hand sides only."""
         wrench = checked(tau, self._k)
+        limits = self._limits
+        if f_min is not None or f_max is not None:
+            lows, highs = self._limits_of_call(f_min, f_max)
+            limits = list(zip(lows.tolist(), highs.tolist(), strict=True))
+            for low, high in limits:
+                if low > high:
+                    return self._infeasible(0)
         f = self.G.dot(wrench)
         if self._unreachable is not None and np.abs(self._unreachable.dot(wrench)).max() > TOLERANCE:
             return self._infeasible(0)
-        thrusts, limits = f.tolist(), self._limits
+        thrusts = f.tolist()
         for x, (low, high) in zip(thrusts, limits, strict=True):
             if not low <= x <= high:
                 break
@@ -90,19 +101,23 @@ class Nullspace:
                 thrusts[i] = low if x < low else high
         return answer(np.array(thrusts), Status.SOLVED, steps)
 
-    def many(self, taus: ArrayLike) -> tuple[FloatArray, StatusArray]:
+    def many(
+        self, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+    ) -> tuple[FloatArray, StatusArray]:
         """Allocate (N, k) wrenches, all demands side by side."""
         wrenches = checked_many(taus, self._k)
+        lows, highs = limits_of(self._vehicle, len(wrenches), f_min, f_max)
         f = self.G @ wrenches.T
-        lower, upper = self._f_min[:, None] - f, self._f_max[:, None] - f
-        met = ((lower[self._fixed] <= self._slack) & (upper[self._fixed] >= -self._slack)).all(axis=0)
+        lower, upper = lows.T - f, highs.T - f
+        met = (lows <= highs).all(axis=1)
+        met &= ((lower[self._fixed] <= self._slack) & (upper[self._fixed] >= -self._slack)).all(axis=0)
         if self._unreachable is not None:
             met &= (np.abs(self._unreachable @ wrenches.T) <= TOLERANCE).all(axis=0)
         for rows, N, region in self._blocks:
             z, feasible = nearest_many(region, lower[rows], upper[rows])
             f[rows] += np.asarray(N) @ z
             met &= feasible
-        f = f.T.clip(self._f_min, self._f_max)
+        f = f.T.clip(lows, highs)
         f[~met] = np.nan
         return f, np.where(met, Status.SOLVED, Status.INFEASIBLE).astype(np.int8)
 

@@ -57,22 +57,33 @@ class Certificate(NamedTuple):
     distance: FloatArray
 
 
-def certify(qp: QP, b: ArrayLike, x: ArrayLike) -> Certificate:
-    """The certificate of one x (m,) as an answer to b (p,)."""
-    many = certify_many(qp, np.atleast_2d(b), np.atleast_2d(x))
+Bounds = tuple[FloatArray, FloatArray]
+"""lb and ub of the bounded variables (``QP.bounded``), (q,) for all answers or (N, q)."""
+
+
+def certify(qp: QP, b: ArrayLike, x: ArrayLike, bounds: Bounds | None = None) -> Certificate:
+    """The certificate of one x (m,) as an answer to b (p,); ``bounds`` as in ``certify_many``."""
+    many = certify_many(qp, np.atleast_2d(b), np.atleast_2d(x), bounds)
     return Certificate(*(values[0] for values in many))
 
 
-def certify_many(qp: QP, B: ArrayLike, X: ArrayLike) -> Certificate:
+def certify_many(qp: QP, B: ArrayLike, X: ArrayLike, bounds: Bounds | None = None) -> Certificate:
     """The certificates of X (N, m) as answers to B (N, p), row by row; each entry is (N,).
 
-    Raises NotApplicable for a QP with more than MOST_TRIED multipliers to try.
+    ``bounds`` are those of the calls, where they are not the problem's. Raises NotApplicable for a QP with
+    more than MOST_TRIED multipliers to try.
     """
     x, b = np.asarray(X, dtype=np.float64), np.asarray(B, dtype=np.float64)
     maps = _multipliers(qp)
     rows = max(1, CHUNK // maps.to_r[:, 0].size)
-    parts = [_certify(qp, maps, b[i : i + rows], x[i : i + rows]) for i in range(0, max(1, len(x)), rows)]
+    lb, ub = (np.broadcast_to(side, (len(x), len(maps.bounded))) for side in bounds or _own_bounds(qp))
+    chunks = [slice(i, i + rows) for i in range(0, max(1, len(x)), rows)]
+    parts = [_certify(qp, maps, b[chunk], x[chunk], lb[chunk], ub[chunk]) for chunk in chunks]
     return Certificate(*(np.concatenate(values) for values in zip(*parts, strict=True)))
+
+
+def _own_bounds(qp: QP) -> Bounds:
+    return qp.lb[qp.bounded], qp.ub[qp.bounded]
 
 
 @dataclass(frozen=True)
@@ -129,9 +140,11 @@ def _multipliers(qp: QP) -> _Multipliers:
     return _Multipliers(bounded, np.array(maps_r), np.array(maps_w), float(np.sqrt(max(reach, 0.0))))
 
 
-def _certify(qp: QP, maps: _Multipliers, b: FloatArray, x: FloatArray) -> Certificate:
+def _certify(
+    qp: QP, maps: _Multipliers, b: FloatArray, x: FloatArray, lb: FloatArray, ub: FloatArray
+) -> Certificate:
     S, q, m = maps.to_r.shape
-    lb, ub, inside = qp.lb[maps.bounded], qp.ub[maps.bounded], x[:, maps.bounded]
+    inside = x[:, maps.bounded]
     below, above = np.maximum(inside - lb, 0.0), np.maximum(ub - inside, 0.0)
     r0 = x @ qp.H + qp.g
     r = (r0 @ maps.to_r.reshape(S * q, m).T).reshape(len(x), S, q)

@@ -2,9 +2,9 @@
 
     minimise 1/2 x'H x + g'x   subject to   A x = b,  lb <= x <= ub
 
-Only ``b`` depends on the demand. A problem handed to a solver is non-dimensional: thrusts over the
-vehicle's largest limit, wrench rows turned to orthonormal ones, so a solver's tolerance means the
-same on a 20 N and on a 600 kN vehicle.
+Only ``b`` depends on the demand, and ``lb`` and ``ub`` on the limits of the call. A problem handed to a
+solver is non-dimensional: thrusts over the vehicle's largest limit, wrench rows turned to orthonormal
+ones, so a solver's tolerance means the same on a 20 N and on a 600 kN vehicle.
 """
 
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from alloc.vehicle import Vehicle
 
 @dataclass(frozen=True, eq=False)
 class QP:
-    """The part of the standard form that stays the same from demand to demand.
+    """The part of the standard form that stays the same from demand to demand, with the vehicle's own limits.
 
     Attributes
     ----------

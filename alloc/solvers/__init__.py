@@ -1,9 +1,9 @@
 """QP solvers: each file holds one, as ``prepare(qp, start, level)``, and is found by its file name.
 
-``prepare`` is called once a vehicle and returns ``b -> Answer``, which is called once a demand. A module
-imports its binding in ``prepare`` only. The constants that it states are those of ``Solver``, and STATUS,
-the meaning of each exit flag: a verdict that the solver itself calls inaccurate (almost, close to) means
-NOT_CONVERGED, unless SETTINGS say how close it is.
+``prepare`` is called once a vehicle and returns ``(b, lb, ub) -> Answer``, which is called once a demand. A
+module imports its binding in ``prepare`` only. The constants that it states are those of ``Solver``, and
+STATUS, the meaning of each exit flag: a verdict that the solver itself calls inaccurate (almost, close to)
+means NOT_CONVERGED, unless SETTINGS say how close it is.
 """
 
 import pkgutil
@@ -29,7 +29,7 @@ hang and never decides an answer, which would then depend on the machine."""
 
 
 class Answer(NamedTuple):
-    """A solver's claim about one b, not checked.
+    """A solver's claim about one b and its bounds, not checked.
 
     Attributes
     ----------
@@ -45,8 +45,11 @@ class Answer(NamedTuple):
     solver_s: float = nan
 
 
-Solve = Callable[[FloatArray], Answer]
-"""A prepared problem: function of b (p,) that returns the solver's answer."""
+Solve = Callable[[FloatArray, FloatArray, FloatArray], Answer]
+"""A prepared problem: function of b (p,), lb and ub (q,) that returns the solver's answer.
+
+lb and ub are the bounds of the q variables that have bounds (``QP.bounded``), finite where the problem's are.
+Bounds that are the same arrays as in the last call have not changed, and cost nothing to hand over again."""
 
 
 class Solver(Protocol):
@@ -74,7 +77,7 @@ class Solver(Protocol):
     TOLERANCE: Mapping[str, Mapping[Level, float]]
 
     def prepare(self, qp: QP, start: Start, level: Level) -> Solve:
-        """Everything that does not depend on b."""
+        """Everything that depends neither on b nor on the bounds."""
         ...
 
 

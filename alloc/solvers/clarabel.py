@@ -8,6 +8,7 @@ import numpy as np
 
 from alloc.allocation import FloatArray, Status
 from alloc.qp import QP
+from alloc.qp.sides import OneSided
 from alloc.solvers import TIME_LIMIT_S, Answer, Level, Solve, Start, meaning
 
 REQUIRES = PACKAGE = "clarabel"
@@ -54,18 +55,19 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     p = len(qp.A)
     G, h = qp.one_sided
     P, A = csc_matrix(np.triu(qp.H)), csc_matrix(np.vstack([qp.A, G]))
-    right = np.concatenate([np.zeros(p), h])
+    sides = OneSided(qp)
+    right = sides.right
     cones = [clarabel.ZeroConeT(p), clarabel.NonnegativeConeT(len(h))]
     settings = clarabel.DefaultSettings()
     for key, value in SETTINGS[level].items():
         setattr(settings, key, value)
 
-    def cold(b: FloatArray) -> Answer:
-        right[:p] = b
+    def cold(b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
+        sides.put(b, lb, ub)
         return _solve(clarabel.DefaultSolver(P, qp.g, A, right, cones, settings))
 
-    def reused(model: Any, b: FloatArray) -> Answer:
-        right[:p] = b
+    def reused(model: Any, b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
+        sides.put(b, lb, ub)
         model.update(b=right)
         # Clarabel's clock adds the one set-up to every solve, so it does not time this call.
         return _solve(model)._replace(solver_s=nan)

@@ -6,6 +6,7 @@ import numpy as np
 
 from alloc.allocation import FloatArray, Status
 from alloc.qp import QP
+from alloc.qp.sides import OneSided
 from alloc.solvers import Answer, Level, Solve, Start, meaning
 
 REQUIRES = PACKAGE = "cvxopt"
@@ -29,15 +30,18 @@ STATUS = {"optimal": Status.SOLVED, "unknown": Status.NOT_CONVERGED}
 
 
 def prepare(qp: QP, start: Start, level: Level) -> Solve:
-    """Finite bounds become rows G x <= h. The matrices are made once; only b changes."""
+    """Finite bounds become rows G x <= h. The matrices are made once; only b and h change."""
     from cvxopt import matrix, solvers
 
-    fixed = [matrix(values) for values in (qp.H, qp.g, *qp.one_sided)]
-    A = matrix(qp.A)
+    p = len(qp.A)
+    fixed = [matrix(values) for values in (qp.H, qp.g, qp.one_sided[0])]
+    A, sides = matrix(qp.A), OneSided(qp)
 
-    def solve(b: FloatArray) -> Answer:
+    def solve(b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
+        sides.put(b, lb, ub)
+        h = matrix(sides.right[p:])
         try:
-            result = solvers.coneqp(*fixed, None, A, matrix(b), options=SETTINGS[level])
+            result = solvers.coneqp(*fixed, h, None, A, matrix(b), options=SETTINGS[level])
         except (ArithmeticError, ValueError):  # iterates of an infeasible problem overflow
             return Answer(qp.g, Status.NOT_CONVERGED)
         status = meaning(STATUS, result["status"], "cvxopt")

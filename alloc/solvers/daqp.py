@@ -43,6 +43,8 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     import daqp
 
     p, m = qp.A.shape
+    bounded = qp.bounded
+    held = qp.lb[bounded], qp.ub[bounded]
     H, A = np.ascontiguousarray(qp.H), np.ascontiguousarray(qp.A)
     # Set-up fails where variables with equal bounds contradict the equations: start from equations that hold.
     met = A @ np.clip(0.0, qp.lb, qp.ub)
@@ -56,20 +58,27 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
         flag, _ = model.setup(H, qp.g, A, high, low, sense)
         return model, flag
 
-    def cold(b: FloatArray) -> Answer:
+    def put(b: FloatArray, lb: FloatArray, ub: FloatArray) -> None:
+        nonlocal held
         low[m:] = high[m:] = b
+        if lb is not held[0] or ub is not held[1]:
+            low[bounded], high[bounded] = lb, ub
+            held = lb, ub
+
+    def cold(b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
+        put(b, lb, ub)
         model, flag = set_up()
         if flag < 0:  # set-up failed, so there is nothing to solve
             return Answer(qp.g, meaning(STATUS, flag, "daqp"))
         return _solve(model)
 
-    def reused(model: Any, b: FloatArray) -> Answer:
-        low[m:] = high[m:] = b
+    def reused(model: Any, b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
+        put(b, lb, ub)
         model.update(bupper=high, blower=low, sense=sense)  # giving sense drops the last active set
         return _solve(model)
 
-    def warm(model: Any, b: FloatArray) -> Answer:
-        low[m:] = high[m:] = b
+    def warm(model: Any, b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
+        put(b, lb, ub)
         if model.update(bupper=high, blower=low) < 0:
             # A failed update stops half-way through the active set and would spoil every later answer.
             model.update(bupper=high, blower=low, sense=sense)

@@ -6,6 +6,7 @@ import numpy as np
 
 from alloc.allocation import FloatArray, Status
 from alloc.qp import QP
+from alloc.qp.sides import OneSided
 from alloc.solvers import Answer, Level, Solve, Start, meaning
 
 REQUIRES = PACKAGE = "ecos"
@@ -54,14 +55,17 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     p, m = qp.A.shape
     zero = np.zeros(m)
     last = np.vstack([[*zero, -1.0], np.column_stack([-np.linalg.cholesky(qp.H).T, zero]), [*zero, -1.0]])
-    bounds, right = qp.one_sided
+    bounds = qp.one_sided[0]
+    sides = OneSided(qp)
     G = csc_matrix(np.vstack([np.column_stack([bounds, np.zeros(len(bounds))]), last]))
-    h = np.concatenate([right, [0.5], zero, [-0.5]])
+    tail = np.array([0.5, *zero, -0.5])
     dims = {"l": len(bounds), "q": [m + 2]}
     A = csc_matrix(np.column_stack([qp.A, np.zeros(p)]))
     c = np.append(qp.g, 1.0)
 
-    def solve(b: FloatArray) -> Answer:
+    def solve(b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
+        sides.put(b, lb, ub)
+        h = np.concatenate([sides.right[p:], tail])
         result = ecos.solve(c, G, h, dims, A, b.copy(), **SETTINGS[level])
         info = result["info"]
         status = meaning(STATUS, info["exitFlag"], "ecos")

@@ -42,7 +42,7 @@ STATUS = {
 
 
 def prepare(qp: QP, start: Start, level: Level) -> Solve:
-    """Bounds become column bounds and A x = b row bounds; only the row bounds change."""
+    """Bounds become column bounds and A x = b row bounds; only these change."""
     import highspy
     from scipy.sparse import csc_matrix
 
@@ -52,26 +52,34 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     hessian, lp = problem.hessian_, problem.lp_
     hessian.dim_, hessian.start_, hessian.index_, hessian.value_ = m, lower.indptr, lower.indices, lower.data
     lp.num_col_, lp.num_row_ = m, p
-    lp.col_cost_, lp.col_lower_, lp.col_upper_ = qp.g, qp.lb, qp.ub
+    lp.col_cost_ = qp.g
     matrix = lp.a_matrix_
     matrix.format_, matrix.num_row_, matrix.num_col_ = highspy.MatrixFormat.kColwise, p, m
     matrix.start_, matrix.index_, matrix.value_ = A.indptr, A.indices, A.data
-    rows = np.arange(p, dtype=np.int32)
+    rows, columns = np.arange(p, dtype=np.int32), qp.bounded.astype(np.int32)
+    low, high = qp.lb.copy(), qp.ub.copy()
+    held = qp.lb[columns], qp.ub[columns]
 
     def set_up(b: FloatArray) -> Any:
         lp.row_lower_ = lp.row_upper_ = b
+        lp.col_lower_, lp.col_upper_ = low, high
         model = highspy.Highs()  # type: ignore[no-untyped-call]  # its constructor alone has no types
         for key, value in SETTINGS[level].items():
             model.setOptionValue(key, value)
         model.passModel(problem)
         return model
 
-    def cold(b: FloatArray) -> Answer:
+    def cold(b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
+        low[columns], high[columns] = lb, ub
         return _solve(set_up(b))
 
-    def reused(model: Any, b: FloatArray) -> Answer:
+    def reused(model: Any, b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
+        nonlocal held
         model.clearSolver()  # forgets the last basis and solution
         model.changeRowsBounds(p, rows, b, b)
+        if lb is not held[0] or ub is not held[1]:
+            model.changeColsBounds(len(columns), columns, lb, ub)
+            held = lb, ub
         return _solve(model)
 
     return cold if start == "cold" else partial(reused, set_up(np.zeros(p)))

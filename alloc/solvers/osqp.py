@@ -7,6 +7,7 @@ import numpy as np
 
 from alloc.allocation import FloatArray, Status
 from alloc.qp import QP
+from alloc.qp.sides import TwoSided
 from alloc.solvers import TIME_LIMIT_S, Answer, Level, Solve, Start, meaning
 
 REQUIRES = PACKAGE = "osqp"
@@ -28,7 +29,7 @@ SETTINGS: dict[Level, dict[str, Any]] = {
 }
 TOLERANCE: dict[str, dict[Level, float]] = {
     "hard": {"default": 0.1, "tight": 1e-6},
-    "soft": {"default": 1.1, "tight": 5e-6},  # the default stops anywhere inside the limits
+    "soft": {"default": 0.1, "tight": 5e-6},
 }
 
 STATUS = {
@@ -49,9 +50,8 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     """Bounds become rows: l <= [A; I] x <= u, with the rows of I that bound something."""
     import osqp
 
-    p = len(qp.A)
-    problem = _problem(qp)
-    low, high = problem["l"], problem["u"]
+    sides = TwoSided(qp)
+    problem = _problem(qp) | {"l": sides.low, "u": sides.high}
     # Without warm_starting each solve begins at zero; OSQP carries adaptive rho over in any case.
     settings = SETTINGS[level] | {"warm_starting": start == "warm"}
 
@@ -60,13 +60,13 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
         model.setup(**problem, **settings)
         return model
 
-    def cold(b: FloatArray) -> Answer:
-        low[:p] = high[:p] = b
+    def cold(b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
+        sides.put(b, lb, ub)
         return _solve(set_up())
 
-    def live(model: Any, b: FloatArray) -> Answer:
-        low[:p] = high[:p] = b
-        model.update(l=low, u=high)
+    def live(model: Any, b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
+        sides.put(b, lb, ub)
+        model.update(l=sides.low, u=sides.high)
         return _solve(model)
 
     return cold if start == "cold" else partial(live, set_up())
@@ -75,11 +75,9 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
 def _problem(qp: QP) -> dict[str, Any]:
     from scipy.sparse import csc_matrix, vstack
 
-    p, m = qp.A.shape
-    bounded = qp.bounded
-    rows = vstack([csc_matrix(qp.A), csc_matrix(np.eye(m)[bounded])], format="csc")
-    low, high = (np.concatenate([np.zeros(p), side[bounded]]) for side in (qp.lb, qp.ub))
-    return {"P": csc_matrix(np.triu(qp.H)), "q": qp.g, "A": rows, "l": low, "u": high}
+    sides = TwoSided(qp)
+    rows = vstack([csc_matrix(qp.A), csc_matrix(np.eye(len(qp.g))[qp.bounded])], format="csc")
+    return {"P": csc_matrix(np.triu(qp.H)), "q": qp.g, "A": rows, "l": sides.low, "u": sides.high}
 
 
 def _solve(model: Any) -> Answer:

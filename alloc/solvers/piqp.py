@@ -42,23 +42,33 @@ STATUS = {
 
 
 def prepare(qp: QP, start: Start, level: Level) -> Solve:
-    """The standard form is PIQP's own; only b is updated."""
+    """The standard form is PIQP's own; only b, x_l and x_u are updated."""
     import piqp
 
     H, A = np.asfortranarray(qp.H), np.asfortranarray(qp.A)
+
+    bounded = qp.bounded
+    low, high = qp.lb.copy(), qp.ub.copy()
+    held = qp.lb[bounded], qp.ub[bounded]
 
     def set_up(b: FloatArray) -> Any:
         model = piqp.DenseSolver()
         for key, value in SETTINGS[level].items():
             setattr(model.settings, key, value)
-        model.setup(H, qp.g, A, b, x_l=qp.lb, x_u=qp.ub)
+        model.setup(H, qp.g, A, b, x_l=low, x_u=high)
         return model
 
-    def cold(b: FloatArray) -> Answer:
+    def cold(b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
+        low[bounded], high[bounded] = lb, ub
         return _solve(set_up(b))
 
-    def reused(model: Any, b: FloatArray) -> Answer:
-        model.update(b=b)
+    def reused(model: Any, b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
+        nonlocal held
+        if lb is held[0] and ub is held[1]:
+            model.update(b=b)
+        else:
+            low[bounded], high[bounded] = held = lb, ub
+            model.update(b=b, x_l=low, x_u=high)
         return _solve(model)
 
     return cold if start == "cold" else partial(reused, set_up(np.zeros(len(A))))

@@ -59,7 +59,9 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
         model.init(qp.H, qp.g, qp.A, b, rows, low, high)
         return model
 
-    def cold(b: FloatArray) -> Answer:
+    def cold(b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
+        nonlocal low, high
+        low, high = lb, ub
         model = set_up(b)
         model.solve()
         return _result(model)
@@ -69,14 +71,22 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     model = set_up(np.zeros(p))
     guess = np.zeros(m), np.zeros(p), np.zeros(len(bounded))
 
-    def reused(b: FloatArray) -> Answer:
-        model.update(b=b)
+    def put(b: FloatArray, lb: FloatArray, ub: FloatArray) -> None:
+        nonlocal low, high
+        if lb is low and ub is high:
+            model.update(b=b)
+        else:
+            model.update(b=b, l=lb, u=ub)
+            low, high = lb, ub
+
+    def reused(b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
+        put(b, lb, ub)
         model.solve()
         return _result(model)
 
-    def warm(b: FloatArray) -> Answer:
+    def warm(b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
         nonlocal guess
-        model.update(b=b)
+        put(b, lb, ub)
         model.solve(*guess)
         result = _result(model)
         if result.status == Status.INFEASIBLE:

@@ -7,6 +7,7 @@ import numpy as np
 
 from alloc.allocation import FloatArray, Status
 from alloc.qp import QP
+from alloc.qp.sides import TwoSided
 from alloc.solvers import TIME_LIMIT_S, Answer, Level, Solve, Start, meaning
 
 REQUIRES = PACKAGE = "qpalm"
@@ -41,33 +42,32 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     import qpalm
     from scipy.sparse import csc_matrix
 
-    p, m = qp.A.shape
-    bounded = qp.bounded
-    low, high = (np.concatenate([np.zeros(p), side[bounded]]) for side in (qp.lb, qp.ub))
-    data = qpalm.Data(m, len(low))
+    m = len(qp.g)
+    sides = TwoSided(qp)
+    data = qpalm.Data(m, len(sides.low))
     data.Q, data.q = csc_matrix(qp.H), qp.g
-    data.A = csc_matrix(np.vstack([qp.A, np.eye(m)[bounded]]))
+    data.A = csc_matrix(np.vstack([qp.A, np.eye(m)[qp.bounded]]))
     settings = qpalm.Settings()
     for key, value in SETTINGS[level].items():
         setattr(settings, key, value)
 
     def set_up() -> Any:
-        data.bmin, data.bmax = low, high
+        data.bmin, data.bmax = sides.low, sides.high
         return qpalm.Solver(data, settings)
 
-    def cold(b: FloatArray) -> Answer:
-        low[:p] = high[:p] = b
+    def cold(b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
+        sides.put(b, lb, ub)
         return _solve(set_up())
 
-    def reused(model: Any, b: FloatArray) -> Answer:
-        low[:p] = high[:p] = b
-        model.update_bounds(low, high)
+    def reused(model: Any, b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
+        sides.put(b, lb, ub)
+        model.update_bounds(sides.low, sides.high)
         return _solve(model)
 
-    def warm(model: Any, b: FloatArray) -> Answer:
+    def warm(model: Any, b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
         if model.info.status == "solved":
             model.warm_start(model.solution.x, model.solution.y)
-        return reused(model, b)
+        return reused(model, b, lb, ub)
 
     if start == "cold":
         return cold

@@ -7,6 +7,7 @@ import numpy as np
 from alloc.allocation import FloatArray, Status
 from alloc.errors import SolverError
 from alloc.qp import QP
+from alloc.qp.sides import OneSided
 from alloc.solvers import Answer, Level, Solve, Start
 
 REQUIRES = PACKAGE = "quadprog"
@@ -25,17 +26,18 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     import quadprog
 
     p = len(qp.A)
-    rows, h = qp.one_sided
+    rows, _ = qp.one_sided
+    sides = OneSided(qp)
     C = np.ascontiguousarray(np.vstack([qp.A, -rows]).T)
-    right = np.concatenate([np.zeros(p), -h])
+    sign = np.where(np.arange(p + len(rows)) < p, 1.0, -1.0)
     factorized = start == "reused"
     G = np.linalg.inv(np.linalg.cholesky(qp.H)).T if factorized else qp.H
     G, a = np.ascontiguousarray(G), -qp.g
 
-    def solve(b: FloatArray) -> Answer:
-        right[:p] = b
+    def solve(b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
+        sides.put(b, lb, ub)
         try:
-            x, _, _, iterations, _, _ = quadprog.solve_qp(G, a, C, right, p, factorized)
+            x, _, _, iterations, _, _ = quadprog.solve_qp(G, a, C, sign * sides.right, p, factorized)
         except ValueError as error:
             if str(error) != NO_SOLUTION:
                 raise SolverError(

@@ -7,6 +7,7 @@ import numpy as np
 
 from alloc.allocation import FloatArray, Status
 from alloc.qp import QP
+from alloc.qp.sides import OneSided
 from alloc.solvers import TIME_LIMIT_S, Answer, Level, Solve, Start, meaning
 
 REQUIRES = PACKAGE = "scs"
@@ -22,7 +23,7 @@ SETTINGS: dict[Level, dict[str, Any]] = {
 }
 TOLERANCE: dict[str, dict[Level, float]] = {
     "hard": {"default": 0.02, "tight": 1e-6},
-    "soft": {"default": 1.0, "tight": 1e-5},
+    "soft": {"default": 0.1, "tight": 1e-5},
 }
 
 STATUS = {
@@ -43,16 +44,17 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
 
     p = len(qp.A)
     G, h = qp.one_sided
-    right = np.concatenate([np.zeros(p), h])
+    sides = OneSided(qp)
+    right = sides.right
     data = {"P": csc_matrix(np.triu(qp.H)), "A": csc_matrix(np.vstack([qp.A, G])), "b": right, "c": qp.g}
     cone = {"z": p, "l": len(h)}
 
-    def cold(b: FloatArray) -> Answer:
-        right[:p] = b
+    def cold(b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
+        sides.put(b, lb, ub)
         return _answer(scs.SCS(data, cone, **SETTINGS[level]).solve(warm_start=False))
 
-    def live(model: Any, b: FloatArray) -> Answer:
-        right[:p] = b
+    def live(model: Any, b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
+        sides.put(b, lb, ub)
         model.update(b=right)
         return _answer(model.solve(warm_start=start == "warm"))
 

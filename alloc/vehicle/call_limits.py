@@ -1,36 +1,102 @@
 """Limits that come with each call, checked."""
 
+from collections.abc import Callable
+from math import hypot
+
 import numpy as np
 from numpy.typing import ArrayLike
 
-from alloc.allocation import FloatArray, real
+from alloc.allocation import (
+    LARGEST_DEMAND,
+    Allocation,
+    FloatArray,
+    StatusArray,
+    checked_many,
+    real,
+)
 from alloc.errors import DemandError
 from alloc.vehicle.limits import Interval
 from alloc.vehicle.model import Vehicle
+
+AtCall = Callable[[ArrayLike | None, ArrayLike | None], Interval]
+"""A function of f_min and f_max as a call gives them, None for the vehicle's: both checked, (n,) each [N]."""
+
+_FLOAT64 = np.dtype(np.float64)
+
+
+def at_call(vehicle: Vehicle) -> AtCall:
+    """The function that checks the limits of one call for this vehicle; thrusters that are off stay off.
+
+    f_min may exceed f_max, which leaves nothing to allocate. The function raises DemandError for another
+    shape, and for entries that are no real numbers, NaN, or larger than LARGEST_DEMAND.
+    """
+    n, own_min, own_max = vehicle.n, vehicle.f_min, vehicle.f_max
+    off = vehicle.readiness == 0
+    some_off = bool(off.any())
+
+    def limits(f_min: ArrayLike | None, f_max: ArrayLike | None) -> Interval:
+        low = own_min if f_min is None else _side(f_min, "f_min", n, None)
+        high = own_max if f_max is None else _side(f_max, "f_max", n, None)
+        if some_off:
+            return np.where(off, 0.0, low), np.where(off, 0.0, high)
+        return low, high
+
+    return limits
 
 
 def limits_of(vehicle: Vehicle, count: int, f_min: ArrayLike | None, f_max: ArrayLike | None) -> Interval:
     """f_min and f_max of each of ``count`` calls, (count, n) each [N]; what is left out is the vehicle's.
 
-    Each is (n,) for all calls or (count, n); f_min may exceed f_max, which leaves nothing to allocate.
-    Thrusters that are off stay off. Raises DemandError for another shape, and for what is no finite number.
+    Each is (n,) for all calls or (count, n); otherwise as ``at_call``.
     """
-    low, high = (
-        np.broadcast_to(_side(vehicle, count, key, own if given is None else given), (count, vehicle.n))
-        for key, given, own in (("f_min", f_min, vehicle.f_min), ("f_max", f_max, vehicle.f_max))
-    )
-    off = vehicle.readiness == 0
-    return np.where(off, 0.0, low), np.where(off, 0.0, high)
-
-
-def _side(vehicle: Vehicle, count: int, key: str, given: ArrayLike) -> FloatArray:
     n = vehicle.n
+    low = vehicle.f_min if f_min is None else _side(f_min, "f_min", n, count)
+    high = vehicle.f_max if f_max is None else _side(f_max, "f_max", n, count)
+    off = vehicle.readiness == 0
+    shape = (count, n)
+    return (
+        np.broadcast_to(np.where(off, 0.0, low), shape),
+        np.broadcast_to(np.where(off, 0.0, high), shape),
+    )
+
+
+def one_by_one(
+    allocate: Callable[..., Allocation],
+    vehicle: Vehicle,
+    taus: ArrayLike,
+    f_min: ArrayLike | None = None,
+    f_max: ArrayLike | None = None,
+) -> tuple[FloatArray, StatusArray]:
+    """``many`` by calling ``allocate`` on each row of ``taus`` (N, k) with that row's limits, in order."""
+    wrenches = checked_many(taus, vehicle.k)
+    F = np.empty((len(wrenches), vehicle.n))
+    status = np.empty(len(wrenches), dtype=np.int8)
+    if f_min is None and f_max is None:
+        for i, tau in enumerate(wrenches):
+            F[i], status[i], *_ = allocate(tau)
+        return F, status
+    lows, highs = limits_of(vehicle, len(wrenches), f_min, f_max)
+    for i, (tau, low, high) in enumerate(zip(wrenches, lows, highs, strict=True)):
+        F[i], status[i], *_ = allocate(tau, low, high)
+    return F, status
+
+
+def _side(given: ArrayLike, key: str, n: int, count: int | None) -> FloatArray:
+    """Limits of one side: (n,), or also (count, n) where there is a count; copied only where they must be."""
     try:
-        limits = real(np.asarray(given))
+        limits = np.asarray(given)
+        if limits.dtype is not _FLOAT64:
+            limits = real(limits)
     except (TypeError, ValueError, OverflowError) as error:
         raise DemandError(f"{key} is not an array of numbers ({error}); give n = {n} of them [N]") from None
-    if limits.shape not in ((n,), (count, n)):
-        raise DemandError(f"{key} has shape {limits.shape}; this vehicle takes ({n},), or ({count}, {n}) [N]")
-    if not np.isfinite(limits).all():
-        raise DemandError(f"{key} holds NaN or infinity; give finite limits [N]")
+    if limits.shape != (n,) and (count is None or limits.shape != (count, n)):
+        several = "" if count is None else f", or ({count}, {n})"
+        raise DemandError(f"{key} has shape {limits.shape}; this vehicle takes ({n},){several} [N]")
+    # One call of hypot finds NaN and large entries of one call's limits without a numpy call.
+    if limits.ndim == 1 and hypot(*limits.tolist()) <= LARGEST_DEMAND:
+        return limits
+    if not (np.abs(limits) <= LARGEST_DEMAND).all():
+        raise DemandError(
+            f"{key} holds NaN, infinity or a number beyond {LARGEST_DEMAND:g}; give finite limits [N]"
+        )
     return limits

@@ -26,7 +26,7 @@ def command(log: Path, vehicle: str, topic: str, frame: str | None, scale: str, 
     answering = load_vehicle(vehicle)
     t, taus = read_log(log, answering.dof, topic, frame or "")
     taus = taus * parse_scale(scale, answering.dof)
-    demands = labelled(log.stem, answering, taus, rate_hz(t))
+    demands = labelled(log.stem, answering, taus, rate_hz=rate_hz(t))
     click.echo(as_text(summarise(demands, t), demands))
     if output is not None:
         write_text(output, format_demands(t, taus, answering.dof))

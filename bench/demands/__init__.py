@@ -1,6 +1,7 @@
 """Named, seeded, labelled demand sets. Each file in ``sets`` is one set, named after the file.
 
-Such a file has ``demands(vehicle, rng, n) -> taus (N, k)``, and where they apply:
+Such a file has ``demands(vehicle, rng, n) -> taus (N, k)``, or ``within(vehicle, rng, n) -> Within`` where
+every demand comes with limits of its own; and where they apply:
 
 RATE_HZ : the sampling rate of a sequence in time
 COUNT : how many demands the set has by default; where it is a sequence, also the most it can have
@@ -13,15 +14,30 @@ import pkgutil
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 import bench.demands.sets
-from alloc import FloatArray, UnknownName, Vehicle, label
+from alloc import FloatArray, UnknownName, Vehicle, label, limits_of
 
 COUNT = 1000
 """Demands in a set by default: enough for a p99 with its interval; a p99.9 comes from several passes."""
+
+
+class Within(NamedTuple):
+    """Demands with the limits of the call that each is made in.
+
+    Attributes
+    ----------
+    taus : (N, k) wrenches [N, N m]
+    f_min, f_max : (N, n) limits [N]
+    """
+
+    taus: FloatArray
+    f_min: FloatArray
+    f_max: FloatArray
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -37,6 +53,7 @@ class DemandSet:
     alpha : (N,) alpha* of each demand
     rate_hz : sampling rate, None where the demands are no sequence in time
     left_out : demands of a file that are beyond the number asked for
+    f_min, f_max : (N, n) limits of each demand [N]; None where all have the vehicle's
     """
 
     name: str
@@ -46,6 +63,15 @@ class DemandSet:
     alpha: FloatArray
     rate_hz: float | None = None
     left_out: int = 0
+    f_min: FloatArray | None = None
+    f_max: FloatArray | None = None
+
+    @property
+    def limits(self) -> tuple[FloatArray, FloatArray]:
+        """f_min and f_max of each demand (N, n), or of all (n,) [N]."""
+        if self.f_min is None or self.f_max is None:
+            return self.vehicle.f_min, self.vehicle.f_max
+        return self.f_min, self.f_max
 
 
 def list_demands() -> tuple[str, ...]:
@@ -72,18 +98,41 @@ def build_demands(name: str | Path, vehicle: Vehicle, seed: int, n: int | None =
         [seed, _stable(vehicle.name), _stable(getattr(module, "SEED_NAME", str(name)))]
     )
     count = n if n is not None else getattr(module, "COUNT", COUNT)
-    taus = module.demands(vehicle, rng, count)
     answering = module.answering(vehicle) if hasattr(module, "answering") else vehicle
-    return labelled(str(name), answering, taus, getattr(module, "RATE_HZ", None))
+    rate_hz = getattr(module, "RATE_HZ", None)
+    if hasattr(module, "within"):
+        return labelled(str(name), answering, *module.within(vehicle, rng, count), rate_hz=rate_hz)
+    return labelled(str(name), answering, module.demands(vehicle, rng, count), rate_hz=rate_hz)
 
 
-def labelled(name: str, vehicle: Vehicle, taus: FloatArray, rate_hz: float | None = None) -> DemandSet:
-    """A DemandSet of given demands (N, k), with labels and alpha worked out; the arrays are frozen."""
-    margins = label(vehicle, taus)
-    for array in (taus, margins.label, margins.alpha):
-        array.setflags(write=False)
+def labelled(
+    name: str,
+    vehicle: Vehicle,
+    taus: FloatArray,
+    f_min: FloatArray | None = None,
+    f_max: FloatArray | None = None,
+    *,
+    rate_hz: float | None = None,
+) -> DemandSet:
+    """A DemandSet of given demands (N, k), maybe with limits of each (N, n); labels and alpha are worked out.
+
+    The arrays are frozen.
+    """
+    if f_min is not None or f_max is not None:
+        f_min, f_max = limits_of(vehicle, len(taus), f_min, f_max)
+    margins = label(vehicle, taus, f_min=f_min, f_max=f_max)
+    for array in (taus, margins.label, margins.alpha, f_min, f_max):
+        if array is not None:
+            array.setflags(write=False)
     return DemandSet(
-        name=name, vehicle=vehicle, taus=taus, labels=margins.label, alpha=margins.alpha, rate_hz=rate_hz
+        name=name,
+        vehicle=vehicle,
+        taus=taus,
+        labels=margins.label,
+        alpha=margins.alpha,
+        rate_hz=rate_hz,
+        f_min=f_min,
+        f_max=f_max,
     )
 
 
@@ -101,7 +150,7 @@ def _from_file(path: Path, vehicle: Vehicle, n: int | None) -> DemandSet:
     from bench.inputs.logs import rate_hz, read_log  # imported only where a file is named, which is rare
 
     t, taus = read_log(path, vehicle.dof)
-    demands = labelled(path.stem, vehicle, np.array(taus[:n]), rate_hz(t))
+    demands = labelled(path.stem, vehicle, np.array(taus[:n]), rate_hz=rate_hz(t))
     return replace(demands, left_out=len(taus) - len(demands.taus))
 
 
@@ -110,4 +159,4 @@ def _stable(text: str) -> int:
     return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "little")
 
 
-__all__ = ["COUNT", "DemandSet", "build_demands", "labelled", "list_demands"]
+__all__ = ["COUNT", "DemandSet", "Within", "build_demands", "labelled", "list_demands"]

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,15 +51,31 @@ def save(path: Path, **arrays: NDArray[Any]) -> None:
         raise OSError(error.errno, error.strerror, str(path)) from None
 
 
-def save_case(path: Path, vehicle: Vehicle, taus: FloatArray) -> None:
-    """Write a vehicle and demands (N, k) on it."""
-    save(path, taus=taus, **arrays_of(vehicle))
+class Case(NamedTuple):
+    """Demands on a vehicle.
+
+    Attributes
+    ----------
+    vehicle : that must answer
+    taus : (N, k) demands [N, N m]
+    f_min, f_max : (N, n) limits of each demand [N]; None where all have the vehicle's
+    """
+
+    vehicle: Vehicle
+    taus: FloatArray
+    f_min: FloatArray | None = None
+    f_max: FloatArray | None = None
 
 
-def load_case(path: Path) -> tuple[Vehicle, FloatArray]:
+def save_case(path: Path, case: Case) -> None:
+    """Write a case."""
+    save(path, taus=case.taus, **arrays_of(case.vehicle), **_limits(case.f_min, case.f_max))
+
+
+def load_case(path: Path) -> Case:
     """Read what ``save_case`` wrote."""
     with np.load(path) as arrays:
-        return vehicle_of(arrays), arrays["taus"]
+        return Case(vehicle_of(arrays), arrays["taus"], arrays.get("row f_min"), arrays.get("row f_max"))
 
 
 def arrays_of_demands(demands: DemandSet) -> dict[str, NDArray[Any]]:
@@ -70,6 +86,7 @@ def arrays_of_demands(demands: DemandSet) -> dict[str, NDArray[Any]]:
         "labels": demands.labels,
         "alpha": demands.alpha,
         "rate_hz": np.array(np.nan if demands.rate_hz is None else demands.rate_hz),
+        **_limits(demands.f_min, demands.f_max),
     }
 
 
@@ -83,4 +100,11 @@ def demands_of(arrays: Mapping[str, NDArray[Any]]) -> DemandSet:
         labels=arrays["labels"],
         alpha=arrays["alpha"],
         rate_hz=None if np.isnan(rate_hz) else rate_hz,
+        f_min=arrays.get("row f_min"),
+        f_max=arrays.get("row f_max"),
     )
+
+
+def _limits(f_min: FloatArray | None, f_max: FloatArray | None) -> dict[str, FloatArray]:
+    sides = {"row f_min": f_min, "row f_max": f_max}
+    return {key: side for key, side in sides.items() if side is not None}

@@ -16,12 +16,12 @@ from alloc import (
     Vehicle,
 )
 from bench.demands import DemandSet, build_demands, labelled
-from bench.demands.store import VEHICLE_ARRAYS
+from bench.demands.store import VEHICLE_ARRAYS, Case
 from bench.gate.cells import CONTROL_DEMANDS, chosen, controls, names
 from bench.gate.record import CONTROL, GateCell
 from bench.gate.side import Died, Refused, Side, SourceTree
 from bench.judging.judge import judge
-from bench.judging.question import Answers, Ask, Case, Question, Unanswered, questions
+from bench.judging.question import Answers, Ask, Question, Unanswered, questions
 
 DEMANDS = {"inactive": 15, "active": 15, "infeasible": 10}
 """How many demands of each kind are asked for answers. Only attainable ones are timed: an iterative solver
@@ -197,7 +197,7 @@ def _ask(side: Prober, method: str, cases: Sequence[Case]) -> list[Answers | Una
     # Right answers of both sides come from the base's methods, because the base is the trusted side.
     answers: list[Answers | Unanswered] = []
     cell = f"reference:{method}"
-    for vehicle, taus in cases:
+    for vehicle, taus, _, _ in cases:
         try:
             side.ask("build", cell=cell, vehicle=vehicle.name, method=method, start="-")
             raw = side.ask("answers", cell=cell, taus=taus.tolist())

@@ -6,11 +6,11 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from bench.demands.store import save_case
+from bench.demands.store import Case, save_case
 from bench.harness.job import AnswersWritten, AnswerTask, Failed, Job
 from bench.harness.plan import Contender
 from bench.harness.process import work
-from bench.judging.question import Answers, Ask, Case, Unanswered
+from bench.judging.question import Answers, Ask, Unanswered
 
 
 def asker(
@@ -45,7 +45,7 @@ def asker(
 
 def _task(folder: Path, number: int, case: Case) -> AnswerTask:
     task = AnswerTask(str(folder / f"case-{number}.npz"), str(folder / f"answers-{number}.npz"))
-    save_case(Path(task.case), *case)
+    save_case(Path(task.case), case)
     return task
 
 

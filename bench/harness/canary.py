@@ -14,7 +14,7 @@ def measure() -> CanaryFile:
     median_us = {}
     for name in CANARIES:
         with no_garbage_collection():
-            batches = sample(yardstick(name), [None] * 100, BUDGET_NS, singles=0).batches
+            batches = sample(yardstick(name), [[None] * 100], BUDGET_NS, singles=0).batches
         times = sorted(batch.wall_ns / batch.calls for batch in batches)
         median_us[name] = times[len(times) // 2] / 1000
     return CanaryFile(1, machine.describe(), median_us)

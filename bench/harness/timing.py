@@ -1,4 +1,4 @@
-"""Times calls of any function of one input: batches for the centre, single calls for the tails.
+"""Times calls of any function: batches for the centre, single calls for the tails.
 
 docs/method.md says how and why.
 """
@@ -9,15 +9,17 @@ from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from itertools import islice
 from statistics import median
 from time import perf_counter_ns, thread_time_ns
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from bench.record import Batch
 from bench.record.bins import binned
 
-X = TypeVar("X")
 Y = TypeVar("Y")
+Columns = Sequence[Sequence[Any]]
+"""The arguments of calls, argument by argument: column j holds argument j of every call."""
 
 BATCH_NS = 2_000_000
 """Length of a batch: two clock readings vanish in it, and most batches fit between two timer interrupts."""
@@ -51,15 +53,15 @@ class Samples(Generic[Y]):
     timed_ns: int = 0
 
 
-def sample(call: Callable[[X], Y], inputs: Sequence[X], budget_ns: int, singles: int = SINGLES) -> Samples[Y]:
+def sample(call: Callable[..., Y], inputs: Columns, budget_ns: int, singles: int = SINGLES) -> Samples[Y]:
     """Time ``call`` over ``inputs`` for about ``budget_ns``, in whole passes and in the order of the inputs.
 
     Batches and single calls take turns, so that a slow spell of the machine hits both alike. A call slower
     than SLOW_NS is timed singly only, and each pass counts as a batch. At most about ``singles`` single
     calls are made of a faster one.
     """
-    for x in inputs[:3]:  # the first calls pay for lazy imports and cold caches
-        call(x)
+    for arguments in islice(zip(*inputs, strict=True), 3):  # they pay for lazy imports and cold caches
+        call(*arguments)
     samples: Samples[Y] = Samples()
     end = perf_counter_ns() + budget_ns
     batch = _time_singly(call, inputs, samples)
@@ -70,10 +72,10 @@ def sample(call: Callable[[X], Y], inputs: Sequence[X], budget_ns: int, singles:
             samples.batches.append(_time_singly(call, inputs, samples))
         return samples
     samples.singles.clear()  # the first pass of a fast call ran on cold caches
-    passes = max(1, round(BATCH_NS / (per_call * len(inputs))))
-    warm = inputs[-max(1, WARM_NS // per_call) :]
+    passes = max(1, round(BATCH_NS / (per_call * len(inputs[0]))))
+    warm = [column[-max(1, WARM_NS // per_call) :] for column in inputs]
     while len(samples.batches) < LEAST_BATCHES or perf_counter_ns() < end:
-        deque(map(call, warm), maxlen=0)
+        deque(map(call, *warm), maxlen=0)
         samples.batches.append(_time_batch(call, inputs, passes, samples))
         if len(samples.singles) < singles:
             for _ in range(passes):
@@ -81,27 +83,29 @@ def sample(call: Callable[[X], Y], inputs: Sequence[X], budget_ns: int, singles:
     return samples
 
 
-def _time_batch(call: Callable[[X], Y], inputs: Sequence[X], passes: int, samples: Samples[Y]) -> Batch:
-    todo = list(inputs) * passes
-    last: deque[Y] = deque(maxlen=len(inputs))
+def _time_batch(call: Callable[..., Y], inputs: Columns, passes: int, samples: Samples[Y]) -> Batch:
+    todo = [list(column) * passes for column in inputs]
+    last: deque[Y] = deque(maxlen=len(inputs[0]))
     switches, cpu, wall = _switches(), thread_time_ns(), perf_counter_ns()
     # This loop runs in C and keeps the last pass; it costs 1 % of a 1 us call, as a `for` does.
-    last.extend(map(call, todo))
+    last.extend(map(call, *todo))
     wall, cpu = perf_counter_ns() - wall, thread_time_ns() - cpu
     samples.answers.extend(last)
     samples.timed_ns += wall
-    return Batch(len(todo), wall, cpu, _switches() - switches)
+    return Batch(len(todo[0]), wall, cpu, _switches() - switches)
 
 
-def _time_singly(call: Callable[[X], Y], inputs: Sequence[X], samples: Samples[Y]) -> Batch:
+def _time_singly(call: Callable[..., Y], inputs: Columns, samples: Samples[Y]) -> Batch:
     clock, keep = perf_counter_ns, samples.answers.append
     times: list[int] = []
     switches, cpu = _switches(), thread_time_ns()
-    for x in inputs:
-        start = clock()
-        y = call(x)
+    start = clock()
+    for y in map(
+        call, *inputs
+    ):  # each step is one call, made in C with as many arguments as there are columns
         times.append(clock() - start)
         keep(y)
+        start = clock()
     cpu, switches = thread_time_ns() - cpu, _switches() - switches
     wall = sum(times)
     samples.singles += times

@@ -20,6 +20,7 @@ from alloc import (
     Allocator,
     BoundedSteps,
     Entry,
+    FloatArray,
     NotApplicable,
     NotInstalled,
     TwoStage,
@@ -139,10 +140,10 @@ def write_answers(task: AnswerTask, job: Job) -> None:
 
     Raises ValueError where these are not one a demand, TypeError where thrusts are no real numbers.
     """
-    vehicle, taus = load_case(Path(task.case))
+    vehicle, taus, f_min, f_max = load_case(Path(task.case))
     allocator = prepared(job, vehicle)
-    many = getattr(allocator, "many", partial(one_by_one, allocator, k=vehicle.k, n=vehicle.n))
-    answers, statuses = many(taus)
+    many = getattr(allocator, "many", partial(one_by_one, allocator, vehicle))
+    answers, statuses = many(taus) if f_min is None else many(taus, f_min, f_max)
     F, status = real(np.asarray(answers)), np.asarray(statuses, dtype=np.int8)
     if F.shape != (len(taus), vehicle.n) or status.shape != (len(taus),):
         raise ValueError(
@@ -160,11 +161,10 @@ def measure(task: MeasureTask, question: Question, job: Job, line: Worker) -> Ce
         setup_ns = setup_ns[1:]
     cell = Cell(key=task.key, status="ok", n_demands=len(question.demands.taus), setup_ns=setup_ns)
     core = job.core if job.core is not None else 0
-    # The demands are copied: a method that writes into one must not change what it is judged by.
-    taus = list(question.demands.taus.copy())
+    inputs = arguments(question)
     with no_garbage_collection():
         before = reading(core)
-        samples: Samples[Any] = sample(allocator, taus, job.budget_ns)
+        samples: Samples[Any] = sample(allocator, inputs, job.budget_ns)
         binding = time_binding(allocator, question, job.budget_ns // BINDING_SHARE)
         cell.quiet = between(before, reading(core))
         cell.canary_ns = canary_ns()
@@ -175,6 +175,16 @@ def measure(task: MeasureTask, question: Question, job: Job, line: Worker) -> Ce
         cell.allocator_bytes = reachable_bytes(allocator)
         describe(cell, allocator, samples.answers, question)
     return cell
+
+
+def arguments(question: Question) -> list[list[FloatArray]]:
+    """What each call is given, argument by argument: tau, and f_min and f_max where they move.
+
+    All are copies: a method that writes into one must not change what it is judged by.
+    """
+    demands = question.demands
+    columns = (demands.taus, demands.f_min, demands.f_max)
+    return [list(column.copy()) for column in columns if column is not None]
 
 
 def prepared(job: Job, vehicle: Vehicle) -> Allocator:
@@ -199,11 +209,15 @@ def set_up(build: Callable[[], Any]) -> tuple[Any, list[int]]:
 
 
 def time_binding(allocator: Any, question: Question, budget_ns: int) -> Samples[Any]:
-    """Time the binding of a solver alone, b -> x over prepared b, where the allocator is a TwoStage."""
+    """Time the binding of a solver alone over problems that are posed, where the allocator is a TwoStage."""
     if not isinstance(allocator, TwoStage):
         return Samples()
-    b = [allocator.pose(tau) for tau in question.demands.taus]
-    return sample(allocator.solve, b, budget_ns, singles=0)
+    calls = zip(*arguments(question), strict=True)
+    # Limits that contradict themselves never reach a solver.
+    posed = [
+        allocator.pose(tau, *limits) for tau, *limits in calls if not limits or (limits[0] <= limits[1]).all()
+    ]
+    return sample(allocator.solve, list(zip(*posed, strict=True)), budget_ns, singles=0)
 
 
 def describe(cell: Cell, allocator: Allocator, answers: list[Allocation], question: Question) -> None:
@@ -212,7 +226,7 @@ def describe(cell: Cell, allocator: Allocator, answers: list[Allocation], questi
     cell.worst_case_steps = allocator.worst_case_steps if isinstance(allocator, BoundedSteps) else None
     if not 0 <= allocator.tolerance < inf:  # NaN can't be recorded, and no answer would be within it
         raise ValueError(f"tolerance {allocator.tolerance!r} promises nothing; give a number from 0 on")
-    _, _, iterations, solver_s = zip(*answers, strict=True)
+    _, _, iterations, solver_s, *_ = zip(*answers, strict=True)
     own_clock = np.rint(np.array(solver_s) * 1e9)
     cell.solver_singles = counted(own_clock[np.isfinite(own_clock)].astype(np.int64).tolist())
     cell.iterations_max = max(iterations)

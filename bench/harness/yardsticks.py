@@ -17,23 +17,23 @@ YARDSTICKS = {name: Method(name=name, yardstick=True) for name in (NOOP, *CANARI
 _MATRIX = np.full((48, 48), 0.5)
 
 
-def nothing(_: Any) -> None:
+def nothing(_: Any, f_min: Any = None, f_max: Any = None) -> None:
     """Do nothing: the time of a call is what the timing loop itself costs."""
 
 
-def loop(_: Any) -> None:
+def loop(*_: Any) -> None:
     """Fixed work in Python bytecode, a few us: the spread of its times is the machine's."""
     total = 0
     for i in range(400):
         total += i
 
 
-def product(_: Any) -> None:
+def product(*_: Any) -> None:
     """Fixed work in BLAS, a few us: one matrix product."""
     _MATRIX.dot(_MATRIX)
 
 
-def yardstick(name: str) -> Callable[[Any], None]:
+def yardstick(name: str) -> Callable[..., None]:
     """The yardstick of that name."""
     return {NOOP: nothing, CANARIES[0]: loop, CANARIES[1]: product}[name]
 
@@ -43,6 +43,6 @@ def canary_ns() -> int:
     times = []
     for _ in range(25):
         start = perf_counter_ns()
-        loop(None)
+        loop()
         times.append(perf_counter_ns() - start)
     return int(median(times))

@@ -18,8 +18,9 @@ from alloc import (
     uniform_demands,
     worst_fault,
 )
+from bench.demands.store import Case
 from bench.judging.loss import relative_wrench_error
-from bench.judging.question import Answers, Ask, Case, Unanswered
+from bench.judging.question import Answers, Ask, Unanswered
 from bench.judging.reach import demands_of_growing_size, error_curve, planes
 from bench.record import Authority, Capability, Served, Unserved
 
@@ -75,8 +76,11 @@ def _asked(vehicle: Vehicle, seed: int, n: int) -> Asked:
         worst = worst_fault(vehicle)
         states[worst] = vehicle.with_fault(worst)
     return Asked(
-        [(f, (state, uniform_demands(state, np.random.default_rng(seed), n))) for f, state in states.items()],
-        (vehicle, demands_of_growing_size(vehicle, np.random.default_rng(seed))),
+        [
+            (f, Case(state, uniform_demands(state, np.random.default_rng(seed), n)))
+            for f, state in states.items()
+        ],
+        Case(vehicle, demands_of_growing_size(vehicle, np.random.default_rng(seed))),
     )
 
 
@@ -99,14 +103,14 @@ def _add(capability: Capability, method: str, asked: Asked, answers: list[Answer
         capability.unserved.append(Unserved(method=method, status=first.status, reason=first.reason))
         return
     *of_states, of_growing = answers
-    for (fault, (vehicle, taus)), answer in zip(asked.states, of_states, strict=True):
+    for (fault, case), answer in zip(asked.states, of_states, strict=True):
         if isinstance(answer, Answers):
-            error = relative_wrench_error(vehicle, taus, answer.F)
+            error = relative_wrench_error(case.vehicle, case.taus, answer.F)
             capability.served.append(
                 Served(
                     fault=fault,
                     method=method,
-                    n_demands=len(taus),
+                    n_demands=len(case.taus),
                     within_1pct=int(np.count_nonzero(error <= 0.01)),
                     within_5pct=int(np.count_nonzero(error <= 0.05)),
                 )

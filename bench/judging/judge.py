@@ -45,16 +45,18 @@ def judge(
     """
     demands, vehicle = question.demands, question.demands.vehicle
     definition = find_formulation(formulation)
-    thrusts, statuses, _, _ = zip(*answers, strict=True)
+    thrusts, statuses, *_ = zip(*answers, strict=True)
     F, misshapen = stacked(thrusts, vehicle.n)
     status: StatusArray = np.array(statuses, dtype=np.int8)
     demand = np.arange(len(F)) % len(demands.taus)
     finite: BoolArray = np.logical_and.reduce(np.isfinite(F), axis=1)
     f = np.where(finite[:, None], F, 0.0)
+    right = right_answers(question, formulation)
     error = np.abs(f @ vehicle.TP.T - demands.taus[demand])
     relative = (error / vehicle.wrench_scale).max(axis=1)
-    violation = np.maximum(f - vehicle.f_max, vehicle.f_min - f).max(axis=1).clip(min=0.0)
-    distance = np.abs(f - right_answers(question, formulation)[demand]).max(axis=1)
+    low, high = (np.broadcast_to(side, right.shape)[demand] for side in demands.limits)
+    violation = np.maximum(f - high, low - f).max(axis=1).clip(min=0.0)
+    distance = np.abs(f - right[demand]).max(axis=1)
     compared = finite & np.isfinite(distance)
     farthest = float(distance[compared].max()) if compared.any() else None
 
@@ -123,9 +125,11 @@ def largest_gap(question: Question, F: FloatArray, status: StatusArray, formulat
     if not answered.any():
         return None
     b, x = posed.scaled(taus[answered], F[:N][answered])
+    low, high = (np.broadcast_to(side, F[:N].shape) for side in question.demands.limits)
+    lb, ub = (side[answered][:, posed.working] / posed.f_scale for side in (low, high))
     cost = np.einsum("ij,jk,ik->i", x, posed.qp.H, x) / 2
     try:
-        gap = certify_many(posed.qp, b, x).gap
+        gap = certify_many(posed.qp, b, x, (lb, ub)).gap
     except NotApplicable:
         return None
     return rounded(float((gap / np.maximum(cost, LEAST_COST)).max()))
@@ -134,7 +138,8 @@ def largest_gap(question: Question, F: FloatArray, status: StatusArray, formulat
 def given_away(question: Question, F: FloatArray) -> dict[str, float | None]:
     """``bench.judging.loss.loss`` over the first pass of the demands, against the hard optimum."""
     demands = question.demands
-    numbers = loss(demands.vehicle, demands.taus, F[: len(demands.taus)], question.right[HARD.name])
+    first = F[: len(demands.taus)]
+    numbers = loss(demands.vehicle, demands.taus, first, question.right[HARD.name], demands.limits)
     return {key: None if value is None else rounded(value) for key, value in numbers.items()}
 
 

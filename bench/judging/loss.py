@@ -2,11 +2,14 @@
 
 A thruster can't push beyond its limits whatever it is told, so errors are those of the delivered wrench,
 T P clip(f, f_min, f_max). That is what the vehicle feels, also of a closed form that ignores the limits.
+Limits are a pair f_min, f_max, each (n,) or (N, n) [N]; None stands for the vehicle's.
 """
 
 import numpy as np
 
 from alloc import WRENCH_TOLERANCE, FloatArray, Vehicle, unit
+
+Limits = tuple[FloatArray, FloatArray] | None
 
 FLOOR = 0.01
 """Demands below 1 % of ``wrench_scale`` count as that large, and have no direction: rounding and solver
@@ -17,26 +20,34 @@ AT_LIMIT = 1e-6
 methods meet the wrench within as much."""
 
 
-def delivered(vehicle: Vehicle, F: FloatArray) -> FloatArray:
-    """Wrenches (N, k) that the thrusters push when told F (N, n): T P clip(f, f_min, f_max)."""
-    wrench: FloatArray = np.clip(F, vehicle.f_min, vehicle.f_max) @ vehicle.TP.T
+def delivered(vehicle: Vehicle, F: FloatArray, limits: Limits = None) -> FloatArray:
+    """Wrenches (N, k) that the thrusters push when told F (N, n): T P clip(f, f_min, f_max).
+
+    Where f_min exceeds f_max, f_max counts: a thruster can't push harder than it is able to.
+    """
+    low, high = limits or (vehicle.f_min, vehicle.f_max)
+    wrench: FloatArray = np.clip(F, low, high) @ vehicle.TP.T
     return wrench
 
 
-def relative_wrench_error(vehicle: Vehicle, taus: FloatArray, F: FloatArray) -> FloatArray:
+def relative_wrench_error(
+    vehicle: Vehicle, taus: FloatArray, F: FloatArray, limits: Limits = None
+) -> FloatArray:
     """|T P clip(f) - tau| / |tau| (N,), Euclidean lengths in wrench_scale; NaN where f is NaN."""
-    miss = np.linalg.norm((delivered(vehicle, F) - taus) / vehicle.wrench_scale, axis=1)
+    miss = np.linalg.norm((delivered(vehicle, F, limits) - taus) / vehicle.wrench_scale, axis=1)
     size = np.linalg.norm(taus / vehicle.wrench_scale, axis=1)
     error: FloatArray = miss / np.maximum(size, FLOOR)
     return error
 
 
-def direction_error_deg(vehicle: Vehicle, taus: FloatArray, F: FloatArray) -> FloatArray:
+def direction_error_deg(
+    vehicle: Vehicle, taus: FloatArray, F: FloatArray, limits: Limits = None
+) -> FloatArray:
     """Angle (N,) between delivered and demanded wrench, both in wrench_scale [deg].
 
     NaN where f is NaN, the demand is smaller than FLOOR, or nothing is delivered.
     """
-    a, b = taus / vehicle.wrench_scale, delivered(vehicle, F) / vehicle.wrench_scale
+    a, b = taus / vehicle.wrench_scale, delivered(vehicle, F, limits) / vehicle.wrench_scale
     size_a, size_b = np.linalg.norm(a, axis=1), np.linalg.norm(b, axis=1)
     directed = (size_a >= FLOOR) & (size_b > 0)
     a = a / np.where(directed, size_a, 1.0)[:, None]
@@ -48,7 +59,7 @@ def direction_error_deg(vehicle: Vehicle, taus: FloatArray, F: FloatArray) -> Fl
 
 
 def effort_over_optimum(
-    vehicle: Vehicle, taus: FloatArray, F: FloatArray, reference: FloatArray
+    vehicle: Vehicle, taus: FloatArray, F: FloatArray, reference: FloatArray, limits: Limits = None
 ) -> FloatArray:
     """f'Hf / f*'Hf* - 1 (N,), f* the hard optimum (eq. 4-5) of the same demand [-].
 
@@ -57,12 +68,14 @@ def effort_over_optimum(
     """
     effort, least = (np.einsum("ij,jk,ik->i", f, vehicle.H, f) for f in (F, reference))
     met = (np.abs(F @ vehicle.TP.T - taus) <= WRENCH_TOLERANCE * vehicle.wrench_scale).all(axis=1)
-    counts = met & (_excess(vehicle, F).max(axis=1) <= AT_LIMIT) & (least > 0)
+    counts = met & (_excess(vehicle, F, limits).max(axis=1) <= AT_LIMIT) & (least > 0)
     ratio: FloatArray = np.where(counts, effort, np.nan) / np.where(counts, least, 1.0) - 1
     return ratio
 
 
-def loss(vehicle: Vehicle, taus: FloatArray, F: FloatArray, reference: FloatArray) -> dict[str, float | None]:
+def loss(
+    vehicle: Vehicle, taus: FloatArray, F: FloatArray, reference: FloatArray, limits: Limits = None
+) -> dict[str, float | None]:
     """What a method loses on a set of demands; None for a number that no answer gives.
 
     Parameters
@@ -83,13 +96,16 @@ def loss(vehicle: Vehicle, taus: FloatArray, F: FloatArray, reference: FloatArra
     thrusters_saturated_mean, _max : thrusters at or beyond a limit, of those that can move
     """
     answered = np.isfinite(F).all(axis=1)
+    low, high = (
+        np.broadcast_to(side, F.shape)[answered] for side in limits or (vehicle.f_min, vehicle.f_max)
+    )
     taus_all, taus, F, reference = taus, taus[answered], F[answered], reference[answered]
-    error = relative_wrench_error(vehicle, taus, F)
-    direction = direction_error_deg(vehicle, taus, F)
-    effort = effort_over_optimum(vehicle, taus, F, reference)
-    excess = _excess(vehicle, F)
+    error = relative_wrench_error(vehicle, taus, F, (low, high))
+    direction = direction_error_deg(vehicle, taus, F, (low, high))
+    effort = effort_over_optimum(vehicle, taus, F, reference, (low, high))
+    excess = _excess(vehicle, F, (low, high))
     violated = (excess.max(axis=1) > AT_LIMIT).astype(float)
-    moves = vehicle.f_max > vehicle.f_min
+    moves = high > low
     saturated = (moves & (excess >= -AT_LIMIT)).sum(axis=1).astype(float)
     total = max(len(taus_all), 1)
     numbers = {
@@ -107,15 +123,16 @@ def loss(vehicle: Vehicle, taus: FloatArray, F: FloatArray, reference: FloatArra
         "thrusters_saturated_mean": float(saturated.mean()) if saturated.size else None,
         "thrusters_saturated_max": _quantile(saturated, 1.0),
     }
-    miss = np.abs(delivered(vehicle, F) - taus)
+    miss = np.abs(delivered(vehicle, F, (low, high)) - taus)
     for axis, column in zip(vehicle.dof, miss.T, strict=True):
         numbers[f"wrench_error_{axis}_max_{unit(axis).replace(' ', '')}"] = _quantile(column, 1.0)
     return numbers
 
 
-def _excess(vehicle: Vehicle, F: FloatArray) -> FloatArray:
+def _excess(vehicle: Vehicle, F: FloatArray, limits: Limits) -> FloatArray:
     """How far each thrust (N, n) lies beyond its nearer limit, as a share of f_scale; negative inside [-]."""
-    excess: FloatArray = np.maximum(F - vehicle.f_max, vehicle.f_min - F) / vehicle.f_scale
+    low, high = limits or (vehicle.f_min, vehicle.f_max)
+    excess: FloatArray = np.maximum(F - high, low - F) / vehicle.f_scale
     return excess
 
 

@@ -14,14 +14,13 @@ from alloc import (
     Label,
     Status,
     StatusArray,
-    Vehicle,
     build,
     generalized_inverse,
     list_formulations,
 )
 from alloc.formulations.unlimited import FORMULATION as UNLIMITED
 from bench.demands import DemandSet
-from bench.demands.store import arrays_of_demands, demands_of, save
+from bench.demands.store import Case, arrays_of_demands, demands_of, save
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,8 +77,6 @@ class Unanswered(NamedTuple):
     reason: str
 
 
-Case = tuple[Vehicle, FloatArray]
-"""A vehicle, and demands (N, k) on it."""
 Ask = Callable[[str, Sequence[Case]], list[Answers | Unanswered]]
 """A function of a method's name and cases, which returns what the method answered to each case."""
 
@@ -87,9 +84,9 @@ Ask = Callable[[str, Sequence[Case]], list[Answers | Unanswered]]
 def ask_here(method: str, cases: Sequence[Case]) -> list[Answers | Unanswered]:
     """An ``Ask`` that runs the method in this process; a method that crashes or hangs takes it along."""
     answers: list[Answers | Unanswered] = []
-    for vehicle, taus in cases:
+    for case in cases:
         try:
-            answers.append(Answers(*build(method, vehicle).many(taus)))
+            answers.append(Answers(*build(method, case.vehicle).many(case.taus, case.f_min, case.f_max)))
         except AllocError as error:
             answers.append(Unanswered("refused", str(error)))
     return answers
@@ -114,10 +111,7 @@ def _ask_references(formulation: Formulation, made: list[Question], ask: Ask) ->
     for method in formulation.references:
         if not pending:
             return
-        cases = [
-            (q.demands.vehicle, formulation.reference_demands(q.demands.vehicle, q.demands.taus))
-            for q in pending
-        ]
+        cases = [_reference_case(formulation, question.demands) for question in pending]
         for question, answers in zip(pending, ask(method, cases), strict=True):
             if isinstance(answers, Answers):
                 question.right[name] = _right(formulation, question, answers)
@@ -125,6 +119,11 @@ def _ask_references(formulation: Formulation, made: list[Question], ask: Ask) ->
         pending = [question for question in pending if name not in question.right]
     for question in pending:  # without right answers, judged by limits, wrench and certificates alone
         question.right[name] = np.full_like(question.right[UNLIMITED.name], np.nan)
+
+
+def _reference_case(formulation: Formulation, demands: DemandSet) -> Case:
+    vehicle, low, high = demands.vehicle, demands.f_min, demands.f_max
+    return Case(vehicle, formulation.reference_demands(vehicle, demands.taus, low, high), low, high)
 
 
 def _right(formulation: Formulation, question: Question, answers: Answers) -> FloatArray:

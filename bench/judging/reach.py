@@ -16,8 +16,8 @@ from alloc import (
     uniform_demands,
 )
 from bench.demands import DemandSet, build_demands
+from bench.demands.store import Case
 from bench.judging.loss import relative_wrench_error
-from bench.judging.question import Case
 from bench.record import Curve, Plane
 
 PLANES = (("surge", "sway", "yaw"), ("surge", "yaw", "sway"))
@@ -142,8 +142,7 @@ def demands_of_growing_size(vehicle: Vehicle, rng: np.random.Generator) -> Float
 
 def error_curve(method: str, case: Case, F: FloatArray) -> Curve:
     """Wrench error of a method's thrusts F (N, n) for a case of ``demands_of_growing_size``."""
-    vehicle, taus = case
-    error = relative_wrench_error(vehicle, taus, F).reshape(len(SIZES), DIRECTIONS)
+    error = relative_wrench_error(case.vehicle, case.taus, F).reshape(len(SIZES), DIRECTIONS)
     error = np.where(np.isnan(error), 1.0, error)  # without thrusts nothing is delivered
     return Curve(
         method=method,

@@ -107,7 +107,7 @@ def daqp_ns(vehicle: Vehicle, taus: FloatArray) -> float:
 
 def interleaved(calls: dict[str, Callable[[FloatArray], object]], taus: FloatArray) -> dict[str, float]:
     """CPU time of a call [ns], the least of all batches; the callables take turns in a seeded order."""
-    inputs, order = list(taus), random.Random(0)
+    inputs, order = [list(taus)], random.Random(0)
     batches: dict[str, list[float]] = {name: [] for name in calls}
     with no_garbage_collection():
         for _ in range(ROUNDS):

@@ -5,9 +5,8 @@ row with a reason. ``qp/proxqp`` warm hands over the last point instead (docs/so
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-from alloc import Status, Vehicle, pose_hard
+from alloc import FloatArray, Status, Vehicle, pose_hard
 from alloc.live.allocator import Live
 from alloc.solvers import Answer
 
@@ -25,8 +24,8 @@ def build(vehicle: Vehicle, start: str = "warm") -> Live:
     model.settings.initial_guess = proxqp.InitialGuess.WARM_START_WITH_PREVIOUS_RESULT
     model.init(qp.H, qp.g, qp.A, np.zeros(len(qp.A)), np.eye(m), qp.lb, qp.ub)
 
-    def solve(b: NDArray[np.float64]) -> Answer:
-        model.update(b=b)
+    def solve(b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
+        model.update(b=b, l=lb, u=ub)
         model.solve()
         solved = model.results.info.status == proxqp.QPSolverOutput.PROXQP_SOLVED
         return Answer(model.results.x.copy(), Status.SOLVED if solved else Status.NOT_CONVERGED)

@@ -69,7 +69,7 @@ def ours(method: str, vehicle_name: str) -> float:
         os.sched_setaffinity(0, {core})
     call, taus = prepared(method, vehicle_name)
     with no_garbage_collection():
-        batches = sample(call, taus, BUDGET_NS).batches
+        batches = sample(call, [taus], BUDGET_NS).batches
     undisturbed = [batch for batch in batches if batch.switches == 0] or batches
     return median(batch.wall_ns / batch.calls for batch in undisturbed)
 

@@ -175,7 +175,7 @@ def lies(entry: Entry, case: HardCases, answers: list[Allocation]) -> BoolArray:
     """Which answers are not what their status says."""
     lied = np.zeros(len(answers), dtype=bool)
     v = case.vehicle
-    for i, (tau, (f, status, _, _)) in enumerate(zip(case.taus, answers, strict=True)):
+    for i, (tau, (f, status, *_)) in enumerate(zip(case.taus, answers, strict=True)):
         if status in (Status.INFEASIBLE, Status.NOT_CONVERGED):
             lied[i] = not np.isnan(f).all() or (status == Status.INFEASIBLE and case.attainable[i])
             continue

@@ -16,7 +16,9 @@ from bench.results.text import table, three
 
 N = 50
 ROUNDS = 21
-Call = Callable[[FloatArray], Any]
+Call = Callable[..., Any]
+Calls = dict[str, tuple[Call, list[tuple[FloatArray, ...]]]]
+"""By name, a function and the arguments of each of its calls."""
 
 
 def main(arguments: list[str]) -> None:
@@ -24,14 +26,15 @@ def main(arguments: list[str]) -> None:
     vehicle = load_vehicle(arguments[0] if arguments else "bluerov2-heavy")
     taus = build_demands("active", vehicle, 2004, N).taus
     installed = [name for name in solvers.names() if not solvers.missing(name)]
-    calls: dict[str, tuple[Call, list[FloatArray]]] = {}
+    calls: Calls = {}
+    one_argument: list[tuple[FloatArray, ...]] = [(tau,) for tau in taus]
     live: dict[str, Allocator] = {}
     for name in installed:
         allocator = build(f"qp/{name}", vehicle, level="default")
         assert isinstance(allocator, TwoStage)  # every qp/ method is
         live[name] = allocator
-        calls[f"one-shot {name}"] = build(f"qpsolvers/{name}", vehicle), list(taus)
-        calls[f"live {name}"] = allocator, list(taus)
+        calls[f"one-shot {name}"] = build(f"qpsolvers/{name}", vehicle), one_argument
+        calls[f"live {name}"] = allocator, one_argument
         calls[f"binding {name}"] = allocator.solve, [allocator.pose(tau) for tau in taus]
     time = medians(calls)
     print(
@@ -48,15 +51,15 @@ def main(arguments: list[str]) -> None:
     print(table(("solver", "one-shot", "live", "binding", "solver's own clock", "wrapper's share, %"), rows))
 
 
-def medians(calls: dict[str, tuple[Call, list[FloatArray]]]) -> dict[str, float]:
+def medians(calls: Calls) -> dict[str, float]:
     """Median over rounds of the CPU time of each call [us]; in each round all calls take turns."""
     samples: dict[str, list[float]] = {name: [] for name in calls}
     for _ in range(ROUNDS):
         for name, (call, inputs) in calls.items():
-            call(inputs[0])
+            call(*inputs[0])
             start = thread_time_ns()
-            for value in inputs:
-                call(value)
+            for arguments in inputs:
+                call(*arguments)
             samples[name].append((thread_time_ns() - start) / len(inputs) / 1e3)
     return {name: float(np.median(values)) for name, values in samples.items()}
 

@@ -151,7 +151,7 @@ def test_the_example_solver_is_found_and_solves(tmp_path: Path, monkeypatch: pyt
         names = {entry.name for entry in catalogue()}
         assert {"qp/slsqp", "qp-soft/slsqp"} <= names
         assert "qpsolvers/slsqp" not in names  # qpsolvers has no such adapter
-        f, status, _, _ = build("qp/slsqp", load_vehicle("ukwial"))([300, -50, 10])
+        f, status, *_ = build("qp/slsqp", load_vehicle("ukwial"))([300, -50, 10])
     finally:
         sys.modules.pop("alloc.solvers.slsqp", None)
         monkeypatch.undo()

@@ -94,7 +94,7 @@ def test_a_lost_rank_gives_the_nearest_wrench_and_says_so(method: str) -> None:
     allocate = build(method, degraded)
     reachable = degraded.TP @ np.array([1, -2, 3, 4, 0, 5.0])
     assert allocate(reachable).status is Status.SOLVED
-    f, status, _, _ = allocate(np.array([0, 0, 10.0, 0, 0]))
+    f, status, *_ = allocate(np.array([0, 0, 10.0, 0, 0]))
     assert status is Status.PARTIAL
     scaled = 1 / np.linalg.norm(degraded.T, axis=1)
     nearest, *_ = scipy.linalg.lstsq(scaled[:, None] * degraded.TP, scaled * [0, 0, 10.0, 0, 0])
@@ -110,7 +110,7 @@ def test_a_vehicle_of_lower_rank_without_faults_is_solved_where_it_meets_the_wre
     vehicle = vehicle_of(columns.T)
     assert vehicle.rank == 2
     tau = vehicle.T @ [1.0, -2, 3]
-    f, status, _, _ = build(method, vehicle)(tau)
+    f, status, *_ = build(method, vehicle)(tau)
     assert status is Status.SOLVED
     assert_same(f, scipy.linalg.pinv(vehicle.T, rtol=1e-9) @ tau)
     assert build(method, vehicle)(np.linalg.svd(vehicle.T)[0][:, 2]).status is Status.PARTIAL
@@ -144,7 +144,7 @@ def test_a_thruster_that_pushes_nothing_gets_no_thrust(method: str) -> None:
     H = np.array([[2.9155369, 0.31392192], [0.31392192, 0.62051478]])
     lost = vehicle_of(np.array([[-2.0, 0.0]]), H).with_fault(0)
     assert lost.rank == 0
-    f, status, _, _ = build(method, lost)([100.0])
+    f, status, *_ = build(method, lost)([100.0])
     assert status is Status.PARTIAL
     np.testing.assert_array_equal(f, 0.0)
 
@@ -158,7 +158,7 @@ def test_a_direction_that_only_rounding_pushes_is_lost_and_gets_no_thrust(method
     """After the failures 6e-17 is the largest entry of T P, and relative to itself would count for a rank."""
     lost = SIDEWAYS.with_fault(0).with_fault(2)
     assert lost.rank == 0
-    f, status, _, _ = build(method, lost)([1.0, 0.0])
+    f, status, *_ = build(method, lost)([1.0, 0.0])
     assert status is (Status.INFEASIBLE if method == "nullspace" else Status.PARTIAL)
     assert np.isnan(f).all() or (f == 0.0).all()
 
@@ -171,7 +171,7 @@ def test_a_solved_answer_is_right_where_h_and_t_are_far_from_one(method: str, re
     vehicle = vehicle_of(T, np.diag([1.0, 1.0, 1e11]))
     vehicle = vehicle if readiness == 1.0 else vehicle.with_fault(2, readiness)
     expected = np.array([1.0, 2.0, 3.0])  # n = k: there is no other f
-    f, status, _, _ = build(method, vehicle)(vehicle.TP @ expected)
+    f, status, *_ = build(method, vehicle)(vehicle.TP @ expected)
     assert status is Status.SOLVED
     np.testing.assert_allclose(f, expected, rtol=0, atol=1e-6)
 

@@ -48,8 +48,8 @@ def test_the_status_follows_the_miss_of_the_wrench_and_not_the_solvers_claim(
     allocate = build("qp/daqp", VEHICLE, level="tight")
     honest = allocate.solve  # type: ignore[attr-defined]  # Live's half, not part of the protocol
     error = np.array([miss, 0, 0, 0])
-    allocate.solve = lambda b: Answer(honest(b).x + error, Status.SOLVED)  # type: ignore[attr-defined]
-    f, judged, _, _ = allocate([10.0, 5.0, 1.0])
+    allocate.solve = lambda b, lb, ub: Answer(honest(b, lb, ub).x + error, Status.SOLVED)  # type: ignore[attr-defined]
+    f, judged, *_ = allocate([10.0, 5.0, 1.0])
     assert judged == status
     assert np.isnan(f).all() == (status == Status.NOT_CONVERGED)
 

@@ -51,7 +51,7 @@ def test_every_answer_is_what_its_status_says(
 ) -> None:
     allocate = prepared(entry, case)
     for tau in demands(case, rng, size):
-        f, status, _, _ = allocate(tau)
+        f, status, *_ = allocate(tau)
         assert f.shape == (case.n,)
         assert f.dtype == np.float64
         if status in (Status.INFEASIBLE, Status.NOT_CONVERGED):
@@ -162,7 +162,7 @@ def test_nan_infinity_and_numbers_beyond_1e100_are_refused(
 
 def test_no_method_with_limits_solves_a_demand_of_1e60(entry: Entry, vehicle: Vehicle) -> None:
     allocate = prepared(entry, vehicle)
-    f, status, _, _ = allocate(1e60 * np.resize([1.0, -1.0], vehicle.k))
+    f, status, *_ = allocate(1e60 * np.resize([1.0, -1.0], vehicle.k))
     if allocate.limited:
         assert status is not Status.SOLVED
     assert np.isnan(f).all() if status in (Status.INFEASIBLE, Status.NOT_CONVERGED) else np.isfinite(f).all()
@@ -180,7 +180,7 @@ def test_a_demand_of_the_wrong_shape_is_refused(entry: Entry, vehicle: Vehicle) 
 
 def test_a_zero_demand_is_solved_with_zero_thrust(entry: Entry, vehicle: Vehicle) -> None:
     allocate = prepared(entry, vehicle)
-    f, status, _, _ = allocate(np.zeros(vehicle.k))
+    f, status, *_ = allocate(np.zeros(vehicle.k))
     assert status is Status.SOLVED
     assert np.abs(f).max() <= allocate.tolerance * vehicle.f_scale
 

@@ -34,7 +34,7 @@ def test_the_largest_demand_gets_an_answer_inside_the_limits_or_none(
     for vehicle in (whole, whole.with_fault(0).with_fault(1).with_fault(3)):
         allocate = build(method, vehicle)
         tau = np.array([size, -size])
-        f, status, _, _ = allocate(tau)
+        f, status, *_ = allocate(tau)
         F, statuses = allocate.many([tau])
         assert status == statuses[0] == (Status.INFEASIBLE if method == "nullspace" else Status.PARTIAL)
         if method != "nullspace":
@@ -47,7 +47,7 @@ def test_the_largest_demand_gets_an_answer_inside_the_limits_or_none(
 def test_a_vehicle_made_with_readiness_zero_does_without_that_thruster(method: str) -> None:
     T = [[1.0, 1.0, 0.0], [0.0, 1.0, 1.0]]
     vehicle = made_up(T, [10.0, -5.0, -5.0], [20.0, 5.0, 5.0], readiness=[0.0, 1.0, 1.0])
-    f, status, _, _ = build(method, vehicle)([1.0, 1.0])
+    f, status, *_ = build(method, vehicle)([1.0, 1.0])
     assert status is Status.SOLVED
     assert f[0] == vehicle.f_min[0] == vehicle.f_max[0] == 0.0
     np.testing.assert_allclose(f, [0.0, 1.0, 0.0], rtol=0, atol=1e-8)

@@ -95,7 +95,7 @@ def test_a_demand_beyond_a_lost_rank_gets_the_nearest_wrench(name: str):
     vehicle = load_vehicle("ukwial").with_fault(0).with_fault(1)
     assert vehicle.rank == 2
     tau = 0.2 * vehicle.wrench_scale
-    f, status, _, _ = build(name, vehicle)(tau)
+    f, status, *_ = build(name, vehicle)(tau)
     assert status is Status.PARTIAL
     closed = generalized_inverse(vehicle) @ tau
     assert np.abs(closed).max() < vehicle.f_scale  # T* tau fits, and is what every rule gives
@@ -133,7 +133,7 @@ def test_shrink_stops_everything_for_one_thruster_that_can_not_reverse():
 
 def test_shrink_raises_a_thruster_that_must_always_push():
     pushing = replace(load_vehicle("ukwial"), f_min=[20.0, -250.0, -250.0, -250.0])
-    f, status, _, _ = build("shrink", pushing)([50.0, 0.0, 0.0])
+    f, status, *_ = build("shrink", pushing)([50.0, 0.0, 0.0])
     assert f[0] == 20.0
     assert status is Status.PARTIAL
 
@@ -184,7 +184,7 @@ def test_fixed_point_minimises_wrench_error_and_effort_inside_the_limits():
     for vehicle in WHOLE:
         allocate, G = build("fixed-point", vehicle), generalized_inverse(vehicle)
         for tau in wrenches(vehicle, 1.5, n=20):
-            f, _, iterations, _ = allocate(tau)
+            f, _, iterations, *_ = allocate(tau)
             if iterations in (0, 100):
                 continue  # 0: the closed form; 100: ended before it converged
             # Projected gradient in the metric H: a step from the optimum leads back to it.
@@ -205,7 +205,7 @@ def test_desaturate_gives_up_sway_before_it_touches_roll():
     tau = np.zeros(heavy.k)
     tau[heavy.dof.index("sway")] = 1.5 * reach[heavy.dof.index("sway")]
     tau[heavy.dof.index("roll")] = 0.3 * reach[heavy.dof.index("roll")]
-    f, status, _, _ = build("desaturate", heavy)(tau)
+    f, status, *_ = build("desaturate", heavy)(tau)
     delivered = heavy.T @ f
     assert status is Status.PARTIAL
     assert delivered[heavy.dof.index("roll")] == pytest.approx(tau[heavy.dof.index("roll")], rel=1e-6)
@@ -249,6 +249,6 @@ def test_scaled_costs_no_more_than_any_other_rule_that_delivers_the_same_wrench(
 def test_scaled_says_infeasible_where_thrusters_must_push_and_the_demand_is_too_small():
     limits = {"f_min": [100.0, 100.0, -250.0, -250.0], "f_max": [250, 250, -50, -50]}
     pushing = replace(load_vehicle("ukwial"), **limits)
-    f, status, _, _ = build("scaled", pushing)([1.0, 0.0, 0.0])
+    f, status, *_ = build("scaled", pushing)([1.0, 0.0, 0.0])
     assert status is Status.INFEASIBLE
     assert np.isnan(f).all()

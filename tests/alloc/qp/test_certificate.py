@@ -26,7 +26,7 @@ def random_problem(seed: int, m: int = 6, p: int = 3) -> tuple[QP, np.random.Gen
 
 def optimum(qp: QP, b: FloatArray) -> FloatArray:
     """The optimum by a dual active set method, which uses no certificate."""
-    answer = solvers.load("daqp").prepare(qp, "cold", "tight")(b)
+    answer = solvers.load("daqp").prepare(qp, "cold", "tight")(b, qp.lb, qp.ub)
     assert answer.status == Status.SOLVED
     return answer.x
 

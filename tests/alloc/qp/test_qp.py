@@ -81,7 +81,7 @@ def test_a_demand_along_an_unreachable_direction_reaches_no_solver(posed_vehicle
     allocate.solve = forbidden  # type: ignore[attr-defined]  # an attribute of live methods, not of the protocol
     for direction in posed.unreachable:
         tau = 1e-6 * direction / np.linalg.norm(direction) * v.wrench_scale.max()
-        f, status, _, _ = allocate(tau)
+        f, status, *_ = allocate(tau)
         assert status == Status.INFEASIBLE
         assert np.isnan(f).all()
 

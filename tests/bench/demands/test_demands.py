@@ -9,7 +9,7 @@ import pytest
 from alloc import Label, NotApplicable, UnknownName, Vehicle, alpha_max, list_vehicles, load_vehicle
 from alloc.vehicle.limits import Slew
 from bench.demands import build_demands, list_demands
-from bench.demands.store import load_case, save_case
+from bench.demands.store import Case, load_case, save_case
 
 WHOLE = [load_vehicle(name) for name in list_vehicles()]
 STATES = WHOLE + [v.with_fault(0) for v in WHOLE]
@@ -122,9 +122,10 @@ def test_a_vehicle_survives_the_file_it_is_handed_over_in_with_its_moving_limits
     slow = replace(
         load_vehicle("bluerov2-heavy"), slew=Slew(up=np.full(8, 4.0), down=np.full(8, 9.0))
     ).with_fault(2)
-    save_case(tmp_path / "case.npz", slow, np.ones((2, 6)))
-    again, taus = load_case(tmp_path / "case.npz")
+    save_case(tmp_path / "case.npz", Case(slow, np.ones((2, 6))))
+    again, taus, f_min, f_max = load_case(tmp_path / "case.npz")
     assert (again.name, again.whole, again.dof) == (slow.name, slow.whole, slow.dof)
     assert taus.shape == (2, 6)
+    assert f_min is f_max is None
     moment = {"volts": 13.0, "f_previous": np.ones(8), "dt": 0.1}
     np.testing.assert_array_equal(again.limits(**moment), slow.limits(**moment))

@@ -25,7 +25,7 @@ def build(vehicle):
 """
 OFFERS = {
     "nothing": "",
-    "stages": "self.pose, self.solve = lambda tau: 2 * tau, self.G.dot",
+    "stages": "self.pose, self.solve = lambda tau: (2 * tau,), self.G.dot",
     "half": "self.solve = self.G.dot",
     "bound": "self.worst_case_steps = 7",
     "no_bound": "self.worst_case_steps = None",

@@ -14,7 +14,7 @@ INPUTS = list(range(7))
 
 
 def test_answers_come_in_whole_passes_and_in_order() -> None:
-    samples = sample(lambda x: x, INPUTS, budget_ns=10_000_000)
+    samples = sample(lambda x: x, [INPUTS], budget_ns=10_000_000)
     assert len(samples.answers) % len(INPUTS) == 0
     assert samples.answers == INPUTS * (len(samples.answers) // len(INPUTS))
 
@@ -26,7 +26,7 @@ def test_every_call_outside_warm_up_is_in_a_sample_and_every_batch_is_a_multiple
         nonlocal calls
         calls += 1
 
-    samples = sample(call, INPUTS, budget_ns=10_000_000)
+    samples = sample(call, [INPUTS], budget_ns=10_000_000)
     assert samples.batches
     assert all(batch.calls % len(INPUTS) == 0 for batch in samples.batches)
     assert len({batch.calls for batch in samples.batches}) == 1
@@ -37,7 +37,7 @@ def test_batches_of_a_fast_call_last_about_as_long_as_they_should() -> None:
     def call(_: int) -> int:
         return sum(range(100))  # 1 to 5 us
 
-    samples = sample(call, INPUTS, budget_ns=20_000_000)
+    samples = sample(call, [INPUTS], budget_ns=20_000_000)
     quickest = min(batch.wall_ns for batch in samples.batches)  # a longer one may have been interrupted
     assert BATCH_NS / 4 < quickest < BATCH_NS * 2
 
@@ -46,7 +46,7 @@ def test_a_slow_call_is_timed_singly_and_each_pass_is_a_batch_too() -> None:
     def call(_: int) -> None:
         time.sleep(4 * SLOW_NS / 1e9)
 
-    samples = sample(call, INPUTS, budget_ns=0)
+    samples = sample(call, [INPUTS], budget_ns=0)
     assert len(samples.singles) == len(INPUTS) == samples.batches[0].calls
     assert samples.batches[0].wall_ns == sum(samples.singles) == samples.timed_ns
     assert min(samples.singles) >= 4 * SLOW_NS
@@ -55,7 +55,7 @@ def test_a_slow_call_is_timed_singly_and_each_pass_is_a_batch_too() -> None:
 
 def test_the_budget_is_kept_roughly_and_singles_are_bounded() -> None:
     start = time.perf_counter_ns()
-    samples = sample(lambda _: None, INPUTS, budget_ns=50_000_000, singles=100)
+    samples = sample(lambda _: None, [INPUTS], budget_ns=50_000_000, singles=100)
     assert time.perf_counter_ns() - start < 2_000_000_000  # ample for a busy machine
     assert len(samples.singles) < 100 + BATCH_NS // 10  # one round more, of calls of 10 ns at least
 

@@ -22,8 +22,9 @@ from alloc import (
     single_axis_maxima,
 )
 from bench.demands import build_demands, list_demands
+from bench.demands.store import Case
 from bench.judging.capability import measure_capabilities, remaining_authority
-from bench.judging.question import Answers, Ask, Case, Unanswered, ask_here
+from bench.judging.question import Answers, Ask, Unanswered, ask_here
 from bench.judging.reach import SIZES, corners, planes
 from bench.record import Capability, Served
 

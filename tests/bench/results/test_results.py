@@ -144,7 +144,7 @@ def test_a_call_counts_once_although_a_slow_one_is_stored_in_a_batch_and_singly(
         while perf_counter_ns() < end:
             pass
 
-    samples = sample(call, range(10), budget_ns=20_000_000)
+    samples = sample(call, [range(10)], budget_ns=20_000_000)
     cell = made_up.cell(batches=samples.batches, singles=counted(samples.singles), timed_ns=samples.timed_ns)
     measured = row(tmp_path, cell)
     n = measured.n_calls

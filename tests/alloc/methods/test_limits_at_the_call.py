@@ -1,0 +1,177 @@
+"""What every method promises where each call brings limits of its own."""
+
+import numpy as np
+import pytest
+
+from alloc import (
+    WRENCH_TOLERANCE,
+    Allocator,
+    DemandError,
+    Entry,
+    FloatArray,
+    Label,
+    NotApplicable,
+    Status,
+    Vehicle,
+    build,
+    find_formulation,
+    label,
+    load_vehicle,
+)
+
+N = 10
+WITHOUT_THRUST = (Status.INFEASIBLE, Status.NOT_CONVERGED)
+
+
+def prepared(entry: Entry, vehicle: Vehicle) -> Allocator:
+    if entry.twin:
+        pytest.skip("generated C has the vehicle's limits in it")
+    try:
+        return build(entry.name, vehicle)
+    except NotApplicable as reason:
+        pytest.skip(f"{entry.name} refuses {vehicle.name}: {reason}")
+
+
+def moving(vehicle: Vehicle, rng: np.random.Generator, n: int = N) -> tuple[FloatArray, FloatArray]:
+    """Limits (n, vehicle.n) inside the vehicle's: some of no width, one-sided, or that exclude zero."""
+    ends = rng.uniform(vehicle.f_min, vehicle.f_max, (2, n, vehicle.n))
+    low, high = ends.min(axis=0), ends.max(axis=0)
+    still = rng.random(low.shape) < 0.1
+    low[still] = high[still]
+    one_sided = rng.random(low.shape) < 0.2
+    low[one_sided] = np.minimum(0.0, high[one_sided])
+    return low, high
+
+
+@pytest.fixture(params=["ukwial", "bluerov2-heavy", "supply-vessel"])
+def vehicle(request: pytest.FixtureRequest) -> Vehicle:
+    """Null spaces of dimension 1, 2 in two blocks, and 3 in one."""
+    return load_vehicle(request.param)
+
+
+@pytest.fixture(params=[None, 0], ids=["whole", "thruster 0 off"])
+def case(request: pytest.FixtureRequest, vehicle: Vehicle) -> Vehicle:
+    return vehicle if request.param is None else vehicle.with_fault(request.param)
+
+
+def test_every_answer_keeps_the_limits_of_its_call_and_is_what_its_status_says(
+    entry: Entry, case: Vehicle, rng: np.random.Generator
+) -> None:
+    allocate = prepared(entry, case)
+    low, high = moving(case, rng)
+    inside = rng.uniform(low, high)
+    sizes = np.resize([0.3, 1.0, 3.0], N)[:, None]
+    off = case.readiness == 0
+    for tau, f_min, f_max in zip(sizes * inside @ case.TP.T, low, high, strict=True):
+        f, status, *_ = allocate(tau, f_min, f_max)
+        if status in WITHOUT_THRUST:
+            assert np.isnan(f).all()
+            continue
+        assert np.isfinite(f).all()
+        assert (f[off] == 0.0).all()
+        if allocate.limited:
+            assert (f >= np.where(off, 0.0, f_min)).all()
+            assert (f <= np.where(off, 0.0, f_max)).all()
+        if status is Status.SOLVED and not find_formulation(allocate.formulation).gives_way:
+            assert (np.abs(case.TP @ f - tau) / case.wrench_scale).max() <= WRENCH_TOLERANCE
+
+
+def test_a_demand_that_the_limits_of_its_call_allow_is_never_called_infeasible(
+    entry: Entry, case: Vehicle, rng: np.random.Generator
+) -> None:
+    if entry.solver:
+        pytest.skip("a solver's INFEASIBLE is its own word")
+    allocate = prepared(entry, case)
+    low, high = moving(case, rng)
+    middle = low + (high - low) * rng.uniform(0.05, 0.95, low.shape)
+    taus = middle @ case.TP.T
+    attainable = label(case, taus, f_min=low, f_max=high).label
+    _, status = allocate.many(taus, low, high)
+    assert not (status[np.isin(attainable, (Label.INACTIVE, Label.ACTIVE))] == Status.INFEASIBLE).any()
+
+
+def test_limits_that_cross_leave_nothing_to_a_method_that_keeps_limits(
+    entry: Entry, vehicle: Vehicle, rng: np.random.Generator
+) -> None:
+    allocate = prepared(entry, vehicle)
+    low, high = moving(vehicle, rng, 2)
+    low[1, -1] = high[1, -1] + 1e-3
+    taus = 0.5 * (low + high) @ vehicle.TP.T
+    _, status = allocate.many(taus, low, high)
+    single = allocate(taus[1], low[1], high[1])
+    if allocate.limited:
+        assert status[1] == single.status == Status.INFEASIBLE
+        assert np.isnan(single.f).all()
+    else:  # a closed form ignores them, and says what its thrusts do
+        np.testing.assert_array_equal(single.f, allocate(taus[1]).f)
+
+
+def test_many_gives_the_answers_of_single_calls_with_limits_of_each(
+    entry: Entry, case: Vehicle, rng: np.random.Generator
+) -> None:
+    allocate = prepared(entry, case)
+    low, high = moving(case, rng)
+    taus = np.resize([0.3, 3.0], N)[:, None] * rng.uniform(low, high) @ case.TP.T
+    F, statuses = allocate.many(taus, low, high)
+    fresh = build(entry.name, case)
+    for tau, f_min, f_max, f, status in zip(taus, low, high, F, statuses, strict=True):
+        single = fresh(tau, f_min, f_max)
+        assert single.status == status
+        np.testing.assert_allclose(f, single.f, rtol=0, atol=2 * allocate.tolerance * case.f_scale)
+
+
+def test_the_vehicle_s_own_limits_given_at_the_call_change_nothing(
+    entry: Entry, vehicle: Vehicle, rng: np.random.Generator
+) -> None:
+    allocate = prepared(entry, vehicle)
+    taus = rng.uniform(vehicle.f_min, vehicle.f_max, (3, vehicle.n)) @ vehicle.TP.T
+    own, none = build(entry.name, vehicle), build(entry.name, vehicle)
+    for tau in taus:
+        given, left_out = own(tau, vehicle.f_min, vehicle.f_max), none(tau)
+        assert given.status == left_out.status
+        np.testing.assert_allclose(given.f, left_out.f, rtol=0, atol=2 * allocate.tolerance * vehicle.f_scale)
+
+
+def test_limits_of_one_call_are_forgotten_by_the_next(
+    entry: Entry, vehicle: Vehicle, rng: np.random.Generator
+) -> None:
+    allocate = prepared(entry, vehicle)
+    tau = 0.9 * rng.uniform(vehicle.f_min, vehicle.f_max) @ vehicle.TP.T
+    before = allocate(tau)
+    allocate(tau, vehicle.f_min / 10, vehicle.f_max / 10)
+    after = allocate(tau)
+    assert after.status == before.status
+    np.testing.assert_allclose(after.f, before.f, rtol=0, atol=2 * allocate.tolerance * vehicle.f_scale)
+
+
+def test_one_side_left_out_is_the_vehicle_s(entry: Entry, vehicle: Vehicle, rng: np.random.Generator) -> None:
+    tau = rng.uniform(vehicle.f_min, vehicle.f_max) @ vehicle.TP.T
+    allocate = prepared(entry, vehicle)
+    tolerance = 2 * allocate.tolerance * vehicle.f_scale
+    for given, whole in (
+        ({"f_min": vehicle.f_min / 2}, (vehicle.f_min / 2, vehicle.f_max)),
+        ({"f_max": vehicle.f_max / 2}, (vehicle.f_min, vehicle.f_max / 2)),
+    ):
+        one, both = build(entry.name, vehicle)(tau, **given), build(entry.name, vehicle)(tau, *whole)
+        assert one.status == both.status
+        np.testing.assert_allclose(one.f, both.f, rtol=0, atol=tolerance)
+
+
+def test_limits_that_are_no_n_finite_numbers_are_refused(entry: Entry, vehicle: Vehicle) -> None:
+    allocate = prepared(entry, vehicle)
+    tau, own = np.zeros(vehicle.k), vehicle.f_max
+    for bad in (own[:-1], 5.0, [[*own]], own * np.nan, own + np.inf, ["fast"] * vehicle.n, own + 1j):
+        with pytest.raises(DemandError, match="f_max"):
+            allocate(tau, vehicle.f_min, bad)
+        with pytest.raises(DemandError, match="f_min"):
+            allocate(tau, bad, own)
+    with pytest.raises(DemandError, match=rf"f_min has shape \(3, {vehicle.n}\)"):
+        allocate.many(np.zeros((2, vehicle.k)), np.zeros((3, vehicle.n)), own)
+
+
+def test_a_thruster_that_is_off_stays_off_whatever_its_limits_say(rng: np.random.Generator) -> None:
+    vehicle = load_vehicle("bluerov2-heavy").with_fault(3)
+    tau = 0.3 * rng.uniform(vehicle.f_min, vehicle.f_max) @ vehicle.TP.T
+    for name in ("pinv", "clip", "redistribute", "nullspace", "qp/daqp", "qp-soft/daqp"):
+        f = build(name, vehicle)(tau, np.full(8, 5.0) - 20, np.full(8, 30.0)).f
+        assert f[3] == 0.0
