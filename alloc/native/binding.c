@@ -10,6 +10,7 @@
 #define NPY_NO_DEPRECATED_API NPY_1_7_API_VERSION
 #include <Python.h>
 #include <stddef.h>
+#include <stdint.h>
 #include <structmember.h>
 
 #include <numpy/arrayobject.h>
@@ -56,15 +57,20 @@ static int is_plain(PyObject *object, int ndim, npy_intp last)
            PyArray_DIM(array, ndim - 1) == last;
 }
 
+/* Whether all entries are numbers up to LARGEST_DEMAND: as integers, sizes of doubles have the order of their
+ * values, and infinity and NaN lie above them all. A difference below zero sets the sign, without a branch. */
 static int all_fit(PyObject *array)
 {
-    const double *values = PyArray_DATA((PyArrayObject *)array);
+    const double largest = LARGEST_DEMAND, *values = PyArray_DATA((PyArrayObject *)array);
     const npy_intp count = PyArray_SIZE((PyArrayObject *)array);
-    int fit = 1; /* NaN compares false, so it does not fit */
+    uint64_t most, beyond = 0;
+    memcpy(&most, &largest, sizeof most);
     for (npy_intp i = 0; i < count; i++) {
-        fit &= (values[i] <= LARGEST_DEMAND) & (values[i] >= -LARGEST_DEMAND);
+        uint64_t bits;
+        memcpy(&bits, values + i, sizeof bits);
+        beyond |= most - (bits & (UINT64_MAX >> 1));
     }
-    return fit;
+    return beyond >> 63 == 0;
 }
 
 /* `made` as a contiguous array; takes the reference. */
@@ -91,12 +97,16 @@ static PyArrayObject *demand(PyObject *object, PyObject *check, int ndim, int k)
 static int limits(const Native *self, PyObject *given[2], npy_intp count, PyArrayObject *made[2], npy_intp step[2])
 {
     int plain = 1;
-    for (int side = 0; side < 2; side++) {
+    for (int side = 0; side < 2 && plain; side++) {
         PyObject *array = given[side] != Py_None ? given[side] : self->held[F_MIN + side];
-        const int each = count >= 0 && is_plain(array, 2, self->n) && PyArray_DIM((PyArrayObject *)array, 0) == count;
-        plain = plain && (each || is_plain(array, 1, self->n)) && all_fit(array);
+        step[side] = 0;
+        if (count >= 0 && is_plain(array, 2, self->n) && PyArray_DIM((PyArrayObject *)array, 0) == count) {
+            step[side] = self->n;
+        } else {
+            plain = is_plain(array, 1, self->n);
+        }
+        plain = plain && all_fit(array);
         made[side] = (PyArrayObject *)array;
-        step[side] = each ? self->n : 0;
     }
     if (plain) {
         Py_INCREF(made[0]);
@@ -178,9 +188,6 @@ static int solve(const Native *self, const double *tau, const double *f_min, con
 
 static PyObject *shares(const Native *self, const double *share)
 {
-    if (!self->levels) {
-        return Py_NewRef(self->held[NO_SHARE]);
-    }
     PyObject *made = PyTuple_New(self->levels);
     for (int i = 0; made != NULL && i < self->levels; i++) {
         PyTuple_SET_ITEM(made, i, PyFloat_FromDouble(share[i]));
@@ -188,46 +195,67 @@ static PyObject *shares(const Native *self, const double *share)
     return made;
 }
 
-static PyObject *native_call(PyObject *callable, PyObject *const *args, size_t nargsf, PyObject *names)
+/* The Allocation of one call; limits are NULL where they are the vehicle's. */
+static inline PyObject *answered(const Native *self, const double *tau, const double *f_min, const double *f_max)
 {
-    const Native *self = (const Native *)callable;
-    PyObject *given[3];
-    if (!parsed(args, PyVectorcall_NARGS(nargsf), names, given)) {
+    PyTypeObject *allocation = (PyTypeObject *)self->held[ALLOCATION];
+    npy_intp n = self->n;
+    PyObject *f = PyArray_SimpleNew(1, &n, NPY_DOUBLE);
+    PyObject *answer = f != NULL ? allocation->tp_alloc(allocation, 5) : NULL;
+    if (answer == NULL) {
+        Py_XDECREF(f);
+        return NULL;
+    }
+    double share[MOST_LEVELS];
+    const int status = solve(self, tau, f_min, f_max, PyArray_DATA((PyArrayObject *)f), share);
+    PyTuple_SET_ITEM(answer, 0, f);
+    PyTuple_SET_ITEM(answer, 1, Py_NewRef(PyTuple_GET_ITEM(self->held[STATUSES], status)));
+    PyTuple_SET_ITEM(answer, 2, Py_NewRef(self->held[ITERATIONS]));
+    PyTuple_SET_ITEM(answer, 3, Py_NewRef(self->held[SOLVER_S]));
+    PyObject *delivered = self->levels ? shares(self, share) : Py_NewRef(self->held[NO_SHARE]);
+    PyTuple_SET_ITEM(answer, 4, delivered);
+    if (delivered == NULL) {
+        Py_CLEAR(answer);
+    }
+    return answer;
+}
+
+static __attribute__((noinline)) PyObject *called_with(const Native *self, PyObject *const *args, Py_ssize_t count,
+                                                       PyObject *names)
+{
+    PyObject *given[3], *answer = NULL;
+    PyArrayObject *ends[2];
+    npy_intp step[2];
+    if (!parsed(args, count, names, given)) {
         return NULL;
     }
     PyArrayObject *tau = demand(given[0], self->held[CHECKED], 1, self->k);
-    PyArrayObject *ends[2] = {NULL, NULL};
-    npy_intp step[2], n = self->n;
     if (tau == NULL) {
         return NULL;
     }
-    if ((given[1] != Py_None || given[2] != Py_None) && !limits(self, given + 1, -1, ends, step)) {
-        Py_DECREF(tau);
-        return NULL;
-    }
-    PyTypeObject *allocation = (PyTypeObject *)self->held[ALLOCATION];
-    PyObject *f = PyArray_SimpleNew(1, &n, NPY_DOUBLE);
-    PyObject *answer = f != NULL ? allocation->tp_alloc(allocation, 5) : NULL;
-    if (answer != NULL) {
-        double share[MOST_LEVELS];
-        const int status = solve(self, PyArray_DATA(tau), ends[0] != NULL ? PyArray_DATA(ends[0]) : NULL,
-                                 ends[1] != NULL ? PyArray_DATA(ends[1]) : NULL,
-                                 PyArray_DATA((PyArrayObject *)f), share);
-        PyTuple_SET_ITEM(answer, 0, f);
-        PyTuple_SET_ITEM(answer, 1, Py_NewRef(PyTuple_GET_ITEM(self->held[STATUSES], status)));
-        PyTuple_SET_ITEM(answer, 2, Py_NewRef(self->held[ITERATIONS]));
-        PyTuple_SET_ITEM(answer, 3, Py_NewRef(self->held[SOLVER_S]));
-        PyObject *delivered = shares(self, share);
-        PyTuple_SET_ITEM(answer, 4, delivered);
-        if (delivered == NULL) {
-            Py_CLEAR(answer);
-        }
-    } else {
-        Py_XDECREF(f);
+    if (given[1] == Py_None && given[2] == Py_None) {
+        answer = answered(self, PyArray_DATA(tau), NULL, NULL);
+    } else if (limits(self, given + 1, -1, ends, step)) {
+        answer = answered(self, PyArray_DATA(tau), PyArray_DATA(ends[0]), PyArray_DATA(ends[1]));
+        Py_DECREF(ends[0]);
+        Py_DECREF(ends[1]);
     }
     Py_DECREF(tau);
-    Py_XDECREF(ends[0]);
-    Py_XDECREF(ends[1]);
+    return answer;
+}
+
+static PyObject *native_call(PyObject *callable, PyObject *const *args, size_t nargsf, PyObject *names)
+{
+    const Native *self = (const Native *)callable;
+    if (PyVectorcall_NARGS(nargsf) != 1 || names != NULL) {
+        return called_with(self, args, PyVectorcall_NARGS(nargsf), names);
+    }
+    PyArrayObject *tau = demand(args[0], self->held[CHECKED], 1, self->k);
+    if (tau == NULL) {
+        return NULL;
+    }
+    PyObject *answer = answered(self, PyArray_DATA(tau), NULL, NULL);
+    Py_DECREF(tau);
     return answer;
 }
 
