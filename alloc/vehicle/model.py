@@ -13,6 +13,7 @@ from alloc.allocation import FloatArray, IndexArray, real
 from alloc.errors import DemandError, VehicleError
 from alloc.vehicle.geometry import DOF
 from alloc.vehicle.limits import Interval, Slew, VoltageTable, check_slew, check_table, intersected, thrusts
+from alloc.vehicle.priority import Priority, checked_priority
 
 RANK_TOLERANCE = 1e-9
 """Singular values of T below this count as zero, once its rows have unit length: the largest then lies
@@ -40,6 +41,7 @@ class Vehicle:
     whole : name of the vehicle without its faults; empty for a vehicle without any
     slew : how fast thrusts may change, None where nothing says
     by_volts : limits by the battery's voltage, None where nothing says
+    priority : axes in levels, those that are served first in front; given empty, one level with all axes
     """
 
     name: str
@@ -54,6 +56,7 @@ class Vehicle:
     whole: str = ""
     slew: Slew | None = None
     by_volts: VoltageTable | None = None
+    priority: Priority = ()
 
     def __post_init__(self) -> None:
         """Freeze private copies of the arrays; raise VehicleError where they describe no vehicle."""
@@ -72,6 +75,7 @@ class Vehicle:
                 )
             object.__setattr__(self, key, _frozen(array))
         _check_shapes(self)
+        object.__setattr__(self, "priority", checked_priority(self.priority, self.dof))
         for key in ("f_min", "f_max"):  # a thruster that is off gives 0, however the vehicle was made
             limits = np.where(self.readiness == 0, 0.0, getattr(self, key))
             object.__setattr__(self, key, _frozen(limits))

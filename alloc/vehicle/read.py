@@ -91,7 +91,7 @@ def _explain(message: str, tree: YamlTree) -> str:
         key = f"{key}.{what.split('`')[1]}".lstrip(".")
     line = tree.line(key) if key else None
     named = f"{key}: {what}" if key else what
-    short = "".join(c if c.isprintable() else " " for c in named)[:90]  # a key may be any text
+    short = "".join(c if c.isprintable() else " " for c in named)[:80]  # a key may be any text
     return f"{f'line {line}: ' if line else ''}{short}; {_remedy(what, key)}"
 
 
@@ -101,5 +101,5 @@ def _remedy(what: str, key: str) -> str:
         keys = {"planar": Planar, "thrusters": Thruster}.get(place, VehicleFile).__struct_fields__
         return f"the keys are {', '.join(keys)}"
     if "enum" in what:
-        return f"give one of {', '.join(DOF if place == 'dof' else ('frd', 'flu'))}"
+        return f"give one of {', '.join(('frd', 'flu') if place == 'frame' else DOF)}"
     return "docs/your-vehicle.md shows the form"

@@ -28,8 +28,9 @@ def command(
 ) -> None:
     """Thrusts for the demands in a CSV file: a header with the DOF names, one row a demand.
 
-    Writes status,f0,f1,… with one row a demand, in order, in N. Where a method says that there is no
-    such thrust, its numbers are nan.
+    Writes status,f0,f1,… with one row a demand, in order, in N; then share0,share1,… where a method says
+    what it delivered of each level of the demand. Where a method says that there is no such thrust, its
+    numbers are nan.
     """
     from alloc import UnknownName, find, load_plugin, load_vehicle, prepare
     from alloc.files.textfile import write_text
@@ -45,7 +46,8 @@ def command(
             f"{plugin}: holds method '{entry.name}', not '{method}'; give --method {entry.name}"
         )
     _, taus = read_demands(demands, answering.dof)
-    text = format_thrusts(*prepare(entry, answering, start=start, level=level).many(taus))
+    allocator = prepare(entry, answering, start=start, level=level)
+    text = format_thrusts([allocator(tau) for tau in taus])
     if output is None:
         click.echo(text, nl=False)
     else:

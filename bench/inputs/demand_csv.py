@@ -1,12 +1,12 @@
 """Reads demands from CSV and writes thrusts as CSV, for users' scripts."""
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from alloc import DemandError, FloatArray, Status
+from alloc import Allocation, DemandError, FloatArray, Status
 from alloc.files.textfile import read_text
 from bench.inputs.csv_text import csv_rows, csv_text, is_number, number
 
@@ -70,11 +70,15 @@ def parse_scale(text: str, dof: tuple[str, ...]) -> FloatArray:
     return np.broadcast_to(np.array([float(cell) for cell in cells]), (len(dof),))
 
 
-def format_thrusts(F: FloatArray, statuses: NDArray[np.int8]) -> str:
-    """The CSV of thrusts (N, n) [N] and statuses (N,): a row a demand, ``nan`` where it has no thrusts."""
-    header = ["status", *(f"f{i}" for i in range(F.shape[1]))]
-    answers = zip(F.tolist(), statuses.tolist(), strict=True)
-    return csv_text(header, ([Status(status).name, *f] for f, status in answers))
+def format_thrusts(answers: Sequence[Allocation]) -> str:
+    """The CSV of answers, a row each: status, thrusts [N] (``nan`` where there are none), shares if any."""
+    first = answers[0]
+    header = [
+        "status",
+        *(f"f{i}" for i in range(len(first.f))),
+        *(f"share{i}" for i in range(len(first.share))),
+    ]
+    return csv_text(header, ([Status(a.status).name, *a.f.tolist(), *a.share] for a in answers))
 
 
 def _check_header(place: str, columns: list[str], dof: tuple[str, ...]) -> None:
