@@ -9,19 +9,22 @@ Where = Literal["fixed", "call"]
 """Whether the vehicle's own limits stand in the C, or f_min and f_max are arguments of each call."""
 
 
-def parameters(vehicle: Vehicle, scalar: Scalar, limits: Where, *, fault: bool = True) -> str:
+def parameters(
+    vehicle: Vehicle, scalar: Scalar, limits: Where, levels: int, *, fault: bool = True
+) -> str:
     """The parameters of the C function, or without ``fault`` of the one that answers for one fault."""
     names = [(f"const {scalar} tau", vehicle.k)]
     if limits == "call":
         names += [(f"const {scalar} f_min", vehicle.n), (f"const {scalar} f_max", vehicle.n)]
     arrays = [f"{name}[{size}]" for name, size in names]
-    return ", ".join([*arrays, *["int fault"] * fault, f"{scalar} f[{vehicle.n}]"])
+    shares = [f"{scalar} share[{levels}]"] if levels else []
+    return ", ".join([*arrays, *["int fault"] * fault, f"{scalar} f[{vehicle.n}]", *shares])
 
 
-def arguments(limits: Where, fault: str = "") -> str:
+def arguments(limits: Where, levels: int, fault: str = "") -> str:
     """The arguments of a call, with ``fault`` in its place where one is given."""
     given = ["tau", "f_min", "f_max"] if limits == "call" else ["tau"]
-    return ", ".join([*given, *([fault] if fault else []), "f"])
+    return ", ".join([*given, *([fault] if fault else []), "f", *["share"] * (levels > 0)])
 
 
 class Bounds:

@@ -30,7 +30,9 @@ class Cases:
     f_min, f_max : (N, n) limits of each call [N]
     F : (N, n) thrusts that the twin gives [N]; NaN where f stays as it was
     status : (N,) what it says
-    allowed : (N,) largest difference that rounding explains [N]
+    share : (N, levels) what of each level is delivered [-]; no columns where the method has no levels
+    allowed : (N,) largest difference of a thrust that rounding explains [N]
+    allowed_share : (N,) that of a share [-]
     """
 
     taus: FloatArray
@@ -38,11 +40,13 @@ class Cases:
     f_max: FloatArray
     F: FloatArray
     status: StatusArray
+    share: FloatArray
     allowed: FloatArray
+    allowed_share: FloatArray
 
 
-def cases(vehicle: Vehicle, twin: Allocator, scalar: Scalar, limits: Where) -> Cases:
-    """Seeded calls for one vehicle with its faults.
+def cases(vehicle: Vehicle, twin: Allocator, scalar: Scalar, limits: Where, levels: int) -> Cases:
+    """Seeded calls for one vehicle with its faults, of a method with so many levels.
 
     A kernel rounds: the arguments when it reads them, and sums of products |T*| |tau|. So all thrusts that make
     the demands are moved by that much, and the limits, and the answers say how far rounding may move them. A case
@@ -54,22 +58,33 @@ def cases(vehicle: Vehicle, twin: Allocator, scalar: Scalar, limits: Where) -> C
     terms = np.abs(generalized_inverse(vehicle)) @ np.abs(vehicle.TP @ f.T)
     size = np.maximum(terms.max(axis=0), vehicle.f_scale)[:, None]
 
-    def answers(f: FloatArray, low: FloatArray, high: FloatArray) -> tuple[FloatArray, StatusArray]:
+    def answers(f: FloatArray, low: FloatArray, high: FloatArray) -> tuple[FloatArray, StatusArray, FloatArray]:
         taus = f @ vehicle.TP.T
-        return twin.many(taus, low, high) if limits == "call" else twin.many(taus)
+        given = (low, high) if limits == "call" else ()
+        each = (twin(*one) for one in zip(taus, *given, strict=True)) if levels else ()
+        shares = np.array([one.share for one in each]).reshape(len(taus), levels)
+        return *twin.many(taus, *given), shares
 
-    F, status = answers(f, low, high)
-    moved = np.zeros(PER_FAULT)
+    F, status, share = answers(f, low, high)
+    moved, moved_share = np.zeros(PER_FAULT), np.zeros(PER_FAULT)
     same = np.ones(PER_FAULT, dtype=bool)
     for _ in range(TRIES):
         by = ROUNDING[scalar] * rng.choice([-1.0, 1.0], (3, *f.shape))
         apart = (low != high) * vehicle.f_scale  # zero width stays zero width
-        others, verdict = answers(f + by[0] * size, low + by[1] * apart, high + by[2] * apart)
+        others, verdict, shares = answers(f + by[0] * size, low + by[1] * apart, high + by[2] * apart)
         same &= verdict == status
         moved = np.maximum(moved, np.nan_to_num(np.abs(others - F)).max(axis=1))
-    allowed = AGREEMENT[scalar] * size[:, 0] + 2.0 * moved
-    taus = f @ vehicle.TP.T
-    return Cases(taus[same], low[same], high[same], F[same], status[same], allowed[same])
+        moved_share = np.maximum(moved_share, np.abs(shares - share).max(axis=1, initial=0.0))
+    return Cases(
+        taus=(f @ vehicle.TP.T)[same],
+        f_min=low[same],
+        f_max=high[same],
+        F=F[same],
+        status=status[same],
+        share=share[same],
+        allowed=(AGREEMENT[scalar] * size[:, 0] + 2.0 * moved)[same],
+        allowed_share=(AGREEMENT[scalar] + 2.0 * moved_share)[same],
+    )
 
 
 def _limits(vehicle: Vehicle, limits: Where, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:

@@ -24,12 +24,16 @@ Excess = list[tuple[str, float]]
 """C expressions, each with what it may be at most."""
 
 
-def closed_form(vehicle: Vehicle, G: FloatArray, c: Table) -> list[str]:
-    """Definitions of x = G tau for each working thruster."""
-    lines, rows, _ = product(G, "t", c)
+def read(vehicle: Vehicle, c: Table) -> list[str]:
+    """Definitions of t, the entries of tau."""
+    return [defined(f"t{j}", f"tau[{j}]", c) for j in range(vehicle.k)]
+
+
+def closed_form(vehicle: Vehicle, G: FloatArray, of: str, c: Table) -> list[str]:
+    """Definitions of x = G tau for each working thruster, tau being the variables ``of``0, ``of``1, …"""
+    lines, rows, _ = product(G, of, c)
     sums, rows = butterflies(rows, c)
     return [
-        *(defined(f"t{j}", f"tau[{j}]", c) for j in range(vehicle.k)),
         *lines,
         *sums,
         *(defined(f"x{i}", signed_sum(rows[i], c.scalar), c) for i in vehicle.working.tolist()),
@@ -43,7 +47,7 @@ def entered(
 
     Of ``unseen``, the sums that all of tau must be seen in, those that s holds are taken out.
     """
-    seen = [x for x in unseen if x in [f"x{i}" for i in rows]]
+    seen = [x for x in unseen if x in [f"x{i}" for i in rows] or x.startswith("t")]
     unseen[:] = [x for x in unseen if x not in seen]
     overlaps = [f"o{i}" for i in rows] if bounds.at_call else []
     lines = [defined(f"o{i}", f"l{i} - h{i}", c) for i in rows if overlaps]

@@ -1,11 +1,12 @@
 """C99 of the exact method for one vehicle: the tables of ``alloc.nullspace`` written out as straight code."""
 
+from math import isfinite
 from typing import NamedTuple
 
 from alloc.errors import NotApplicable
 from alloc.native.bounds import Bounds
 from alloc.native.code import TOLERANCE, Table, defined, dot, fold, names, number, placed, signed_sum, term
-from alloc.native.entry import Excess, closed_form, cover, entered, infeasible, inside, lost, refused, written
+from alloc.native.entry import Excess, closed_form, cover, entered, infeasible, inside, lost, read, refused, written
 from alloc.native.steps import Limits, nearest
 from alloc.nullspace.region import Region, prepare
 from alloc.nullspace.structure import Block, Structure, decompose
@@ -38,39 +39,37 @@ def body(vehicle: Vehicle, bounds: Bounds, c: Table) -> list[str]:
     """Statements that turn tau into f[0], f[1], … or return with f untouched."""
     structure = decompose(vehicle)
     definitions, excess = lost(structure, c)
-    definitions += [*closed_form(vehicle, structure.G, c), *bounds.definitions()]
-    pieces = [
-        *(_piece(block, _slack(vehicle, c), f"{i}", bounds, c) for i, block in enumerate(structure.blocks)),
-        *_fixed(vehicle, structure, bounds, c),
-    ]
+    definitions += [*read(vehicle, c), *closed_form(vehicle, structure.G, "t", c), *bounds.definitions()]
+    parts = pieces(vehicle, structure, TOLERANCE[c.scalar] * vehicle.f_scale, bounds, c)
     unseen, lines = cover(vehicle, structure.G), []
-    for i, piece in enumerate(pieces):
+    for i, piece in enumerate(parts):
         crossing, seen = entered(piece.rows, unseen, f"{i}", bounds, c)
         lines += ["fence();"] * (i > 0) + crossing + piece.before
         lines += [] if piece.after else inside(piece.thrusts, bounds, c)
         excess += [*seen, *piece.excess]
-    sums = [*names("s", len(pieces)), *unseen]
+    sums = [*names("s", len(parts)), *unseen]
     lines += refused(sums, excess, infeasible(vehicle, bounds, c), c)
-    for piece in pieces:
+    for piece in parts:
         lines += [*piece.after, *inside(piece.thrusts, bounds, c)] if piece.after else []
     return placed(definitions, [*lines, *written(vehicle, c), "return SOLVED;"])
 
 
-def _fixed(vehicle: Vehicle, structure: Structure, bounds: Bounds, c: Table) -> list[Piece]:
-    """The thrusts that no z moves, if there are any: they lie within their limits and the slack, or none do."""
+def pieces(vehicle: Vehicle, structure: Structure, slack: float, bounds: Bounds, c: Table) -> list[Piece]:
+    """The exact answer from x = G tau on, in pieces; nothing is refused where the slack [N] is infinite."""
+    blocks = [_piece(block, slack, f"{i}", bounds, c) for i, block in enumerate(structure.blocks)]
     rows = [i for i in structure.fixed.tolist() if vehicle.readiness[i]]
     excess: Excess = []
-    for i in rows:
-        low, high = bounds.ends(i, wider=_slack(vehicle, c))
+    for i in rows if isfinite(slack) else []:
+        low, high = bounds.ends(i, wider=slack)
         excess += [(f"{low} - x{i}", 0.0), (f"x{i} - {high}", 0.0)]
-    return [Piece(rows, [], excess, [], {i: f"x{i}" for i in rows})] if rows else []
+    return [*blocks, *([Piece(rows, [], excess, [], {i: f"x{i}" for i in rows})] if rows else [])]
 
 
 def _piece(block: Block, slack: float, name: str, bounds: Bounds, c: Table) -> Piece:
     region = prepare(block.N, slack)
     if region.worst_case_steps > STEPS_LIMIT:
         raise NotApplicable(
-            f"nullspace@native: each step is written out, here {region.worst_case_steps}, "
+            f"generated C: each step is written out, here {region.worst_case_steps}, "
             f"more than {STEPS_LIMIT}; use nullspace, or a qp/ method"
         )
     return (_clamp if region.d == 1 else _steps)(block, region, name, bounds, c)
@@ -98,10 +97,13 @@ def _clamp(block: Block, region: Region, name: str, bounds: Bounds, c: Table) ->
     lines = [
         defined(f"lo{name}", fold("most", lo), c),
         defined(f"hi{name}", fold("least", hi), c),
-        defined(f"gap{name}", f"lo{name} - hi{name}", c),
         defined(f"b{name}", f"most(lo{name}, least(hi{name}, {number(0.0, c.scalar)}))", c),
     ]
-    return Piece(block.rows.tolist(), lines, [(f"gap{name}", slab.slack)], [], thrusts)
+    excess: Excess = []
+    if isfinite(slab.slack):
+        lines.append(defined(f"gap{name}", f"lo{name} - hi{name}", c))
+        excess.append((f"gap{name}", slab.slack))
+    return Piece(block.rows.tolist(), lines, excess, [], thrusts)
 
 
 def _away(minus: bool, limit: str, x: str) -> str:
@@ -118,7 +120,3 @@ def _steps(block: Block, region: Region, name: str, bounds: Bounds, c: Table) ->
     lines = [f"{c.scalar} {declared};", *nearest(region, limits, z, f"{name}_", c)]
     thrusts = {i: f"x{i} + {dot(row, z, c)}" for i, row in zip(rows, block.N.tolist(), strict=True)}
     return Piece(rows, [], [], lines, thrusts)
-
-
-def _slack(vehicle: Vehicle, c: Table) -> float:
-    return TOLERANCE[c.scalar] * vehicle.f_scale

@@ -25,7 +25,9 @@ def generate(
     where the method does not cover the vehicle.
     """
     name = function_name(vehicle, kernel, scalar, limits)
-    program = selftest(vehicle, name, recipe(kernel).twin, scalar, _faults(vehicle, faults), limits)
+    chosen = recipe(kernel)
+    known = _faults(vehicle, faults)
+    program = selftest(vehicle, name, chosen.twin, scalar, known, limits, chosen.levels(vehicle))
     return sources(vehicle, kernel, scalar, faults, limits) | {f"{name}_test.c": program}
 
 
@@ -81,7 +83,7 @@ def _header(
 #ifndef {guard}
 #define {guard}
 
-int {name}({parameters(vehicle, scalar, limits)});
+int {name}({parameters(vehicle, scalar, limits, recipe(kernel).levels(vehicle))});
 
 #endif
 """
@@ -95,7 +97,7 @@ def _source(
     for fault, variant in variants.items():
         suffix = "whole" if fault < 0 else f"fault{fault}"
         parts.append(_variant(variant, kernel, scalar, suffix, limits))
-        cases.append(f"    case {fault}:\n        return {suffix}({arguments(limits)});")
+        cases.append(f"    case {fault}:\n        return {suffix}({arguments(limits, recipe(kernel).levels(vehicle))});")
     functions = recipe(kernel).functions(vehicle, scalar)
     text = "\n".join([*([functions] if functions else []), *parts])
     return f"""\
@@ -105,7 +107,7 @@ def _source(
 enum {{ {", ".join(f"{word} = {value}" for word, value in STATUSES.items() if word in text)} }};
 {helpers(text, scalar)}
 {text}
-int {name}({parameters(vehicle, scalar, limits)})
+int {name}({parameters(vehicle, scalar, limits, recipe(kernel).levels(vehicle))})
 {{
     switch (fault) {{
 {chr(10).join(cases)}
@@ -130,6 +132,6 @@ def _variant(vehicle: Vehicle, kernel: str, scalar: Scalar, suffix: str, limits:
     lines = recipe(kernel).statements(vehicle, bounds, c)
     unread = [name for name in ("f_min", "f_max") if bounds.at_call and f"{name}[" not in "\n".join(lines)]
     lines = [f"(void){name};" for name in unread] + lines
-    head = f"static int {suffix}({parameters(vehicle, scalar, limits, fault=False)})"
+    head = f"static int {suffix}({parameters(vehicle, scalar, limits, recipe(kernel).levels(vehicle), fault=False)})"
     constants = indent(c.define("c"), "    ")
     return f"{head}\n{{\n{constants}" + indent("\n".join(lines), "    ") + "\n}\n"

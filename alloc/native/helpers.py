@@ -80,6 +80,26 @@ static inline double room(double x, double low, double high, double slack)
     return beyond && x != 0.0 ? far / x : 1.0;
 }
 """,
+    "size": """\
+static inline double size(double x)
+{
+    return x < 0.0 ? -x : x;
+}
+""",
+    # What a step takes of the room ahead of it, or behind where it is negative; nothing where it is tiny.
+    "load": """\
+static inline double load(double along, double ahead, double astern, double tiny)
+{
+    return size(along) > tiny ? size(along) / (along > 0.0 ? ahead : astern) : 0.0;
+}
+""",
+    # A share that is 1 but for rounding.
+    "rounded": """\
+static inline double rounded(double share, double nearly)
+{
+    return share < nearly ? share : 1.0;
+}
+""",
     "within": """\
 static inline double within(double x, double low, double high)
 {

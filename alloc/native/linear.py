@@ -3,7 +3,8 @@
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.closed_forms.walsh import walsh_inverse
 from alloc.native.bounds import Bounds
-from alloc.native.code import Table, Terms, butterflies, defined, placed, product, reached, signed_sum
+from alloc.native.code import Table, Terms, butterflies, placed, product, reached, signed_sum
+from alloc.native.entry import read
 from alloc.nullspace.structure import decompose
 from alloc.vehicle import Vehicle
 
@@ -26,9 +27,8 @@ def walsh(vehicle: Vehicle, _: Bounds, c: Table) -> list[str]:
 
 
 def _finish(vehicle: Vehicle, products: list[str], rows: list[Terms], c: Table) -> list[str]:
-    read = [defined(f"t{j}", f"tau[{j}]", c) for j in range(vehicle.k)]
     lines = [f"f[{i}] = {signed_sum(row, c.scalar)};" for i, row in enumerate(rows)]
     more, conditions = reached(decompose(vehicle).unreachable, c)
     status = f"({' & '.join(conditions)}) ? SOLVED : PARTIAL" if conditions else "SOLVED"
     # All of tau is read before f is written: they may be the same array.
-    return [*placed(read, [*products, *more, *lines]), f"return {status};"]
+    return [*placed(read(vehicle, c), [*products, *more, *lines]), f"return {status};"]

@@ -8,16 +8,29 @@ from alloc.closed_forms.inverse import generalized_inverse
 from alloc.closed_forms.linear import Linear
 from alloc.closed_forms.walsh import walsh_inverse
 from alloc.errors import UnknownName
+from alloc.formulations import Formulation
+from alloc.formulations.priority import FORMULATION as PRIORITY
+from alloc.formulations.scaled import FORMULATION as SCALED
 from alloc.native import exact, linear, rules
 from alloc.native.bounds import Bounds
+from alloc.native.by_level import by_level
 from alloc.native.code import Scalar, Table
 from alloc.nullspace.allocator import Nullspace
 from alloc.nullspace.allocator import exact as build_nullspace
+from alloc.nullspace.by_level import ByLevel
 from alloc.vehicle import Vehicle
 
 
 Statements = Callable[[Vehicle, Bounds, Table], list[str]]
 Functions = Callable[[Vehicle, Scalar], str]
+
+
+def _no_functions(vehicle: Vehicle, scalar: Scalar) -> str:
+    return ""
+
+
+def _no_levels(vehicle: Vehicle) -> int:
+    return 0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,6 +41,7 @@ class Recipe:
     ----------
     statements : function of a vehicle with its faults, its limits in C and a table of constants; returns the
         body's statements
+    levels : function of the vehicle; returns how many shares the C function writes behind f
     functions : function of the vehicle and the scalar; returns C functions that the statements call
     twin : the method in Python: the C has its promises and refusals, and must agree with its answers
     formulation : which optimum both answer
@@ -36,7 +50,8 @@ class Recipe:
     """
 
     statements: Statements
-    functions: Functions = lambda vehicle, scalar: ""
+    functions: Functions = _no_functions
+    levels: Callable[[Vehicle], int] = _no_levels
     twin: Callable[[Vehicle], Allocator]
     formulation: str
     summary: str
@@ -74,10 +89,6 @@ def _twin(name):
     return lambda vehicle: importlib.import_module(f"alloc.methods.{name}").build(vehicle)
 
 
-def _no_functions(vehicle: Vehicle, scalar: Scalar) -> str:
-    return ""
-
-
 def _rule(name: str, statements: Statements, functions: Functions = _no_functions) -> Recipe:
     return Recipe(
         statements=statements,
@@ -86,6 +97,23 @@ def _rule(name: str, statements: Statements, functions: Functions = _no_function
         formulation=name,
         summary=f"{name} as C99 generated for the vehicle.",
         meanings=_RULE,
+    )
+
+
+_BY_LEVEL = _RULE | {
+    0: "f makes tau, inside the limits, with the least effort",
+    1: "f lies inside the limits and makes, with the least effort, what share says of tau",
+}
+
+
+def _by_level(formulation: Formulation, levels: Callable[[Vehicle], int]) -> Recipe:
+    return Recipe(
+        statements=by_level(formulation),
+        levels=levels,
+        twin=lambda vehicle: ByLevel(vehicle, formulation),
+        formulation=formulation.name,
+        summary=f"{formulation.name} as C99 generated for the vehicle.",
+        meanings=_BY_LEVEL,
     )
 
 
@@ -114,6 +142,8 @@ RECIPES = {
     "clip": _rule("clip", rules.clip),
     "shrink": _rule("shrink", rules.shrink),
     "redistribute": _rule("redistribute", rules.redistribute, rules.cascade),
+    "scaled": _by_level(SCALED, lambda vehicle: 1),
+    "priority": _by_level(PRIORITY, lambda vehicle: len(vehicle.priority)),
 }
 
 

@@ -9,7 +9,7 @@ from alloc.allocation import WRENCH_TOLERANCE, FloatArray
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.native.bounds import Bounds
 from alloc.native.code import TOLERANCE, Scalar, Table, butterflies, defined, fold, number, placed, product, signed_sum
-from alloc.native.entry import closed_form, cover, crossed, entered, inside, refused, written
+from alloc.native.entry import closed_form, cover, crossed, entered, inside, read, refused, written
 from alloc.vehicle import RANK_TOLERANCE, Vehicle
 
 ROUNDING: dict[Scalar, float] = {"double": 1e-9, "float": TOLERANCE["float"]}
@@ -79,7 +79,7 @@ def _mended(vehicle: Vehicle, rule: list[str], thrusts: dict[int, str], bounds: 
     lines, excess = entered(vehicle.working.tolist(), unseen, "0", bounds, c)
     lines += refused(["s0", *unseen], excess, crossed(bounds, c), c)
     more, met = _met(vehicle, G, c)
-    definitions = [*closed_form(vehicle, G, c), *bounds.definitions(), *more]
+    definitions = [*read(vehicle, c), *closed_form(vehicle, G, "t", c), *bounds.definitions(), *more]
     lines += [*rule, *inside(thrusts, bounds, c), f"const int met = {met};", *written(vehicle, c)]
     return placed(definitions, [*lines, "return met ? SOLVED : PARTIAL;"])
 
