@@ -24,6 +24,7 @@ from alloc.native.code import (
     placed,
     product,
     signed_sum,
+    snapped,
     term,
 )
 from alloc.native.entry import closed_form, crossed, entered, inside, read, refused, written
@@ -65,15 +66,19 @@ class Walk:
         self._c, self._k, self._bounds, self._scale = c, vehicle.k, bounds, found.scale
         self.definitions: list[str] = []
         self.statements: list[str] = []
-        self._normals = found.normals
+        # Normals are stretched until the thruster that pushes most along one does so by one newton a newton: on
+        # many vehicles the room along a facet is then a plain sum.
+        self._longest = snapped(np.abs(found.push).max(axis=1))
+        self._normals = found.normals / self._longest[:, None]
+        self._tiny = names("tiny", len(np.unique(self._longest)))
         maps = step_maps(vehicle, way.levels)
-        begin = way.departure(vehicle.f_min, vehicle.f_max)
         self._rooms: list[tuple[str | float, str | float]] = []
         if bounds.at_call:
-            self._depart(vehicle, facets.room_table(found))
+            self._depart(vehicle, facets.room_table(found) / np.tile(self._longest, 2)[:, None])
         else:
-            half = len(found.normals)
-            self._rooms = list(zip(begin.room[:half].tolist(), begin.room[half:].tolist(), strict=True))
+            begin = way.departure(vehicle.f_min, vehicle.f_max)
+            rooms = begin.room.reshape(2, -1) / self._longest
+            self._rooms = list(zip(*rooms.tolist(), strict=True))
             self._start = [(w < 0, c(abs(w))) if w else None for w in begin.wrench.tolist()]
         ends: list[Terms] = [[each] if each else [] for each in self._start]
         for r, each in enumerate(self._start):
@@ -125,35 +130,42 @@ class Walk:
                 self.definitions.append(defined(f"d{level}_{r}", signed_sum(terms, T), c))
                 steps[r] = f"d{level}_{r}"
         along = self._normals @ D
-        along[np.abs(along) * self._scale <= ROUNDING] = 0.0
+        along[self._sizes(along) <= ROUNDING] = 0.0
         lines, rows, _ = product(along, f"n{level}_", c, f"pa{level}_")
         sums, rows = butterflies(rows, c, f"sa{level}_")
         self.definitions += [*lines, *sums]
         used = [m for m, row in enumerate(rows) if row]
         self.definitions += [defined(f"a{level}_{m}", signed_sum(rows[m], T), c) for m in used]
         sizes = [f"size({c(1.0 / self._scale[r])} * {step})" for r, step in steps.items()]
-        tiny = f"{c(PARALLEL[T])} * {fold('most', sizes)}" if sizes else number(0.0, T)
-        self.definitions.append(defined(f"tiny{level}", tiny, c))
-        loads = [self._load(level, m) for m in used]
-        kept = c(keep)
-        self.statements += [
-            defined(f"load{level}", fold("most", [kept, *loads]), c),
-            defined(f"share{level}", f"rounded({kept} / load{level}, {c(1.0 - EDGE[T])})", c),
-        ]
+        self.definitions.append(defined(f"size{level}", fold("most", sizes) if sizes else number(0.0, T), c))
+        for name, longest in zip(self._tiny, np.unique(self._longest).tolist(), strict=True):
+            self.definitions.append(defined(f"{name}_{level}", f"{c(PARALLEL[T] / longest)} * size{level}", c))
+        kept = most = c(keep)
+        for m in used:
+            # One after the other: all at once would need more registers than a processor has.
+            self.statements.append(defined(f"load{level}_{m}", f"most({self._load(level, m)}, {most})", c))
+            most = f"load{level}_{m}"
+        self.statements.append(defined(f"share{level}", f"rounded({kept} / {most}, {c(1.0 - EDGE[T])})", c))
         if len(later):
-            reach = (np.abs(self._normals @ later) * self._scale).max(axis=(0, 2)) > ROUNDING
+            reach = self._sizes(self._normals @ later).max(axis=(0, 2)) > ROUNDING
             self._leave(level, [m for m in used if reach[m]], steps, np.abs(later).max(axis=(0, 1)) > 0)
         return steps
+
+    def _sizes(self, along: FloatArray) -> FloatArray:
+        """Entries of normals times steps (…, M, k), relative to a normal's length in unit of ``wrench_scale``."""
+        relative: FloatArray = np.abs(along) * self._longest[:, None] * self._scale
+        return relative
 
     def _load(self, level: int, m: int) -> str:
         """What the step takes of the room that it has along a facet's normal, or along its opposite."""
         ahead, astern = self._rooms[m]
         along = f"a{level}_{m}"
-        if isinstance(ahead, float) and isinstance(astern, float) and min(ahead, astern) > ROOMY:
+        if isinstance(ahead, float) and isinstance(astern, float) and min(ahead, astern) * self._longest[m] > ROOMY:
             if ahead == astern:
                 return f"size({along} * {self._c(1.0 / ahead)})"
             return f"most({along} * {self._c(1.0 / ahead)}, -{along} * {self._c(1.0 / astern)})"
-        return f"load({along}, {self._expression(ahead)}, {self._expression(astern)}, tiny{level})"
+        tiny = self._tiny[int(np.searchsorted(np.unique(self._longest), self._longest[m]))]
+        return f"load({along}, {self._expression(ahead)}, {self._expression(astern)}, {tiny}_{level})"
 
     def _leave(self, level: int, left: list[int], steps: dict[int, str], needed: np.ndarray) -> None:
         """Definitions of the rooms and of what is missing after a level."""

@@ -19,7 +19,7 @@ def _in(definition: str, scalar: Scalar) -> str:
     if scalar == "double":
         return definition
     single = definition.replace("double", "float")
-    return re.sub(r"__builtin_(fmin|fmax)\(", r"__builtin_\1f(", single).replace("0.0", "0.0F").replace("1.0", "1.0F")
+    return re.sub(r"__builtin_(fmin|fmax|fabs)\(", r"__builtin_\1f(", single).replace("0.0", "0.0F").replace("1.0", "1.0F")
 
 
 _FPU = """\
@@ -83,7 +83,11 @@ static inline double room(double x, double low, double high, double slack)
     "size": """\
 static inline double size(double x)
 {
+#ifdef __GNUC__
+    return __builtin_fabs(x);
+#else
     return x < 0.0 ? -x : x;
+#endif
 }
 """,
     # What a step takes of the room ahead of it, or behind where it is negative; nothing where it is tiny.

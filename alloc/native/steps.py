@@ -56,9 +56,9 @@ def nearest(region: Region, limits: list[Limits], z: list[str], at: str, c: Tabl
     wide = [
         f"(lo{at}{i} - hi{at}{i} <= {c(slab.slack)})"
         for i, slab in enumerate(region.slabs)
-        if len(slab.members) > 1 or region.d == 1
+        if refusing and (len(slab.members) > 1 or region.d == 1)
     ]
-    lines += _unless(" & ".join(wide)) if wide and refusing else []
+    lines += _unless(" & ".join(wide)) if wide else []
     if region.d == 1:
         if region.slabs:
             base = region.slabs[0].base[0]
