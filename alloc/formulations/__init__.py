@@ -51,15 +51,18 @@ def as_they_are(
 
 
 def end_of(way: Callable[[Vehicle], Way]) -> ReferenceDemands:
-    """The function that returns the wrenches which the way towards each demand reaches."""
+    """The function that returns the wrenches which the way towards each demand reaches.
+
+    It raises NotApplicable where the vehicle has no such way.
+    """
 
     def reached(
         vehicle: Vehicle, taus: FloatArray, f_min: FloatArray | None = None, f_max: FloatArray | None = None
     ) -> FloatArray:
         through = way(vehicle)
-        begin = through.departure(
-            vehicle.f_min if f_min is None else f_min, vehicle.f_max if f_max is None else f_max
-        )
+        low = vehicle.f_min if f_min is None else f_min
+        high = vehicle.f_max if f_max is None else f_max
+        begin = through.departure(low, np.maximum(low, high))  # no answer is right where they contradict
         end, share = through.towards_many(taus, begin)
         stopped = (share < 1).any(axis=1, keepdims=True)
         back: FloatArray = np.where(stopped, end + INWARD * (begin.wrench - end), end)

@@ -100,6 +100,16 @@ class Way:
             ends[chunk] = w + moved * self._scale
         return ends, taken
 
+    def delivered(self, taus: FloatArray, begin: Departure, taken: FloatArray) -> FloatArray:
+        """Wrenches (N, k) that shares ``taken`` (N, L) of the levels deliver of demands (N, k) [N, N m]."""
+        missing = (taus - begin.wrench) / self._scale
+        moved = np.zeros_like(missing)
+        for D, s in zip(self._maps, taken.T, strict=True):
+            step = s[:, None] * (missing @ D.T)
+            moved += step
+            missing -= step
+        return begin.wrench + moved * self._scale
+
     def _if_nothing_stops(self) -> tuple[FloatArray, FloatArray]:
         """Tables for a demand that nothing stops, so that one product tells.
 

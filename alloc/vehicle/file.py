@@ -54,7 +54,7 @@ class Thruster(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     ----------
     position : where the thruster sits [m]
     direction : unit vector along which positive thrust pushes the vehicle [-]
-    name : label for the reader of the file
+    name : what people call it, as ``--fault`` and every table do then
     """
 
     position: tuple[float, float, float]
@@ -85,6 +85,7 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     slew : how fast thrusts may change: one number, one for each thruster, or up and down apart [N/s]
     volts : limits [f_min, f_max] by the battery's voltage [V], each one number or one for each thruster [N]
     priority : the axes in levels, for a demand that can't be met: those of the first level are served first
+    names : what people call each thruster, where ``thrusters`` does not say; "" for one without a name
     rank : intended rank of T where it is below k
     notes : remarks, such as what an import assumed
     """
@@ -105,6 +106,7 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     slew: float | Numbers | Rates | None = None
     volts: dict[str, tuple[float | Numbers, float | Numbers]] | None = None
     priority: list[list[Axis]] = []
+    names: list[str] | None = None
     rank: int | None = None
     notes: list[str] = []
 
@@ -179,7 +181,17 @@ def vehicle_with(keys: VehicleFile, T: FloatArray) -> Vehicle:
         slew=None if keys.slew is None else _slew(keys.slew, n),
         by_volts=None if keys.volts is None else _by_volts(keys.volts, n),
         priority=tuple(map(tuple, keys.priority)),
+        names=_names(keys),
     )
+
+
+def _names(keys: VehicleFile) -> tuple[str, ...]:
+    of_poses = tuple(thruster.name for thruster in keys.thrusters or ())
+    if keys.names is None:
+        return of_poses if any(of_poses) else ()
+    if any(of_poses):
+        raise VehicleError("names: 'thrusters' names them already; keep one of the two", "names")
+    return tuple(keys.names)
 
 
 def _slew(slew: float | Numbers | Rates, n: int) -> Slew:

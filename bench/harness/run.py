@@ -53,7 +53,7 @@ def run(settings: RunSettings, directory: Path, *, resume: bool, watch: Callable
             with machine.set_aside():
                 known = old or Record(header=first)
                 prepare(state, known, taking_part, named, sets, Path(folder))
-                planned = groups(settings, taking_part, state.files)
+                planned = groups(settings, taking_part, state.files, state.sequences)
                 state.total = sum(len(group.keys) for group in planned)
                 for group in planned:
                     measure(group, state)
@@ -89,6 +89,8 @@ def prepare(
         key = (question.demands.vehicle.name, question.demands.name)
         state.files[key] = folder / f"question-{i}.npz"
         question.save(state.files[key])
+        if question.demands.rate_hz is not None:
+            state.sequences.add(key)
         if key not in in_record:
             whole = question.demands.vehicle.whole or key[0]
             state.writer.append(problem(question, "" if whole in ours else state.settings.study))
@@ -129,7 +131,7 @@ def measure(group: Group, state: RunState) -> None:
 def check_same(old: Header, new: Header, path: Path) -> None:
     """Raise RecordError unless a record with the old header can be continued under the new one."""
     facts = [
-        {"commit": header.commit, **header.versions, **header.settings, **header.machine}
+        {"commit": header.commit, **header.versions, **header.settings, **header.machine, **header.files}
         for header in (old, new)
     ]
     for what in facts[0] | facts[1]:  # a package that was installed since is a difference too

@@ -8,6 +8,7 @@ limits [CALLS]`` counts answers that are not finite, or lie beyond a limit by as
 import sys
 from collections.abc import Iterator
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,7 +28,7 @@ from alloc.reach.way import Way
 from bench.results.text import table, three
 
 METHODS = ("scaled", "scaled-by-group", "priority")
-CASES, CALLS, CHUNK = 20_000, 10_000_000, 20_000
+CASES, CALLS, CHUNK = 7_000, 10_000_000, 20_000
 SMALL = 1e-2
 """Steps below this share of wrench_scale are left out: HiGHS knows the wrench to 1e-10 only."""
 
@@ -63,56 +64,53 @@ def way_of(method: str, vehicle: Vehicle) -> Way:
     return way(vehicle)
 
 
-def against_programs(cases: int) -> None:
-    """Print how far shares and thrusts of each method lie from those of programs."""
-    rows = []
-    for method in METHODS:
-        rng = np.random.default_rng(2004)
-        share_off, thrust_off, unsolved, excluding, counted = [], [], 0, 0, 0
-        each = -(-cases // len(METHODS) // len(vehicles()))
-        for vehicle in vehicles():
-            allocate, reference = build(method, vehicle), build("qp/daqp", vehicle)
-            way, maps = way_of(method, vehicle), step_maps(vehicle, way_of(method, vehicle).levels)
-            lows, highs = limits(vehicle, rng, each)
-            taus = (
-                rng.normal(size=(each, vehicle.k))
-                * vehicle.wrench_scale
-                * 10 ** rng.uniform(-1, 1, (each, 1))
-            )
-            for tau, low, high in zip(taus, lows, highs, strict=True):
-                f, _, _, _, share = allocate(tau, low, high)
-                w = vehicle.TP @ start(low, high)
-                for D, keep, taken in zip(maps, way.keep, share, strict=True):
-                    step = D @ (tau - w)
-                    expected = share_by_program(vehicle, w, step, low, high, keep)
-                    if np.abs(step / vehicle.wrench_scale).max() > SMALL:
-                        share_off.append(abs(taken - expected))
-                    w = w + expected * step
-                right = reference(w, low, high)
-                unsolved += right.status != Status.SOLVED
-                if right.status == Status.SOLVED:
-                    thrust_off.append(np.abs(f - right.f).max() / vehicle.f_scale)
-                excluding += bool(((low > 0) | (high < 0)).any())
-                counted += 1
-        rows.append(
-            [method, f"{counted:,}", f"{excluding:,}", f"{len(share_off):,}", three(max(share_off)),
-             f"{len(thrust_off):,}", three(max(thrust_off)), f"{unsolved:,}"]
-        )  # fmt: skip
-    print(
-        table(
-            [
-                "method",
-                "cases",
-                "limits exclude zero",
-                "shares",
-                "farthest share",
-                "thrusts",
-                "farthest thrust",
-                "DAQP gave none",
-            ],
-            rows,
-        )
-    )
+class Programs(NamedTuple):
+    """How far a method's answers lie from those of programs.
+
+    Attributes
+    ----------
+    cases : demands, each with limits of its own
+    excluding : cases whose limits exclude zero thrust
+    shares : shares compared
+    share_off : farthest share [-]
+    thrust_off : farthest thrust, relative to the largest limit [-]
+    unsolved : cases for which DAQP had no answer; their thrusts are not compared
+    """
+
+    cases: int
+    excluding: int
+    shares: int
+    share_off: float
+    thrust_off: float
+    unsolved: int
+
+
+def against_programs(method: str, cases: int) -> Programs:
+    """Compare a method with programs, on at least so many cases."""
+    rng = np.random.default_rng(2004)
+    share_off, thrust_off, unsolved, excluding = [], [], 0, 0
+    each = -(-cases // len(vehicles()))
+    for vehicle in vehicles():
+        allocate, reference, way = build(method, vehicle), build("qp/daqp", vehicle), way_of(method, vehicle)
+        maps = step_maps(vehicle, way.levels)
+        lows, highs = limits(vehicle, rng, each)
+        taus = rng.normal(size=(each, vehicle.k)) * vehicle.wrench_scale * 10 ** rng.uniform(-1, 1, (each, 1))
+        for tau, low, high in zip(taus, lows, highs, strict=True):
+            f, _, _, _, share = allocate(tau, low, high)
+            w = vehicle.TP @ start(low, high)
+            for D, keep, taken in zip(maps, way.keep, share, strict=True):
+                step = D @ (tau - w)
+                expected = share_by_program(vehicle, w, step, low, high, keep)
+                if np.abs(step / vehicle.wrench_scale).max() > SMALL:
+                    share_off.append(abs(taken - expected))
+                w = w + expected * step
+            right = reference(w, low, high)
+            unsolved += right.status != Status.SOLVED
+            if right.status == Status.SOLVED:
+                thrust_off.append(float(np.abs(f - right.f).max() / vehicle.f_scale))
+            excluding += bool(((low > 0) | (high < 0)).any())
+    total = each * len(vehicles())
+    return Programs(total, excluding, len(share_off), max(share_off), max(thrust_off), unsolved)
 
 
 def hard(vehicle: Vehicle, rng: np.random.Generator, n: int) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -141,40 +139,58 @@ def batches(calls: int) -> Iterator[tuple[int, Vehicle]]:
         yield min(CHUNK, calls - i * CHUNK), vehicles()[i % len(vehicles())]
 
 
-def within_limits(calls: int) -> None:
-    """Print how many answers of each method are finite and inside the limits."""
-    rows = []
-    for method in METHODS:
-        rng = np.random.default_rng(2026)
-        good = solved = lies = 0
-        for n, vehicle in batches(calls):
-            taus, low, high = hard(vehicle, rng, n)
-            F, status = build(method, vehicle).many(taus, low, high)
-            off = vehicle.readiness == 0
-            inside = (np.where(off, 0.0, low) <= F) & (np.where(off, 0.0, high) >= F)  # NaN fails both
-            good += int(np.count_nonzero(inside.all(axis=1)))
-            solved += int(np.count_nonzero(status == Status.SOLVED))
-            size = np.maximum(1.0, np.abs(F).max(axis=1) / vehicle.f_scale)  # 1e100 N are known to 1e84 N
-            missed = np.abs((F @ vehicle.TP.T - taus) / vehicle.wrench_scale).max(axis=1)
-            lies += int(np.count_nonzero((status == Status.SOLVED) & ~(missed <= 1e-6 * size)))
-        rows.append([method, f"{calls:,}", f"{good:,}", f"{solved:,}", f"{lies:,}"])
-    print(
-        table(
-            [
-                "method",
-                "calls",
-                "finite and inside the limits",
-                "SOLVED",
-                "SOLVED, but the wrench is not met",
-            ],
-            rows,
-        )
-    )
+class Within(NamedTuple):
+    """What a method answers to hard demands within hard limits.
+
+    Attributes
+    ----------
+    calls : demands, each with limits of its own
+    good : answers that are finite and inside their limits, to the last digit
+    solved : answers that are SOLVED
+    lies : answers that are SOLVED although they miss the wrench
+    """
+
+    calls: int
+    good: int
+    solved: int
+    lies: int
+
+
+def within_limits(method: str, calls: int) -> Within:
+    """Count so many answers of a method, through ``many``."""
+    rng = np.random.default_rng(2026)
+    good = solved = lies = 0
+    for n, vehicle in batches(calls):
+        taus, low, high = hard(vehicle, rng, n)
+        F, status = build(method, vehicle).many(taus, low, high)
+        off = vehicle.readiness == 0
+        inside = (np.where(off, 0.0, low) <= F) & (np.where(off, 0.0, high) >= F)  # NaN fails both
+        good += int(np.count_nonzero(inside.all(axis=1)))
+        solved += int(np.count_nonzero(status == Status.SOLVED))
+        size = np.maximum(1.0, np.abs(F).max(axis=1) / vehicle.f_scale)  # 1e100 N are known to 1e84 N
+        missed = np.abs((F @ vehicle.TP.T - taus) / vehicle.wrench_scale).max(axis=1)
+        lies += int(np.count_nonzero((status == Status.SOLVED) & ~(missed <= 1e-6 * size)))
+    return Within(calls, good, solved, lies)
+
+
+def main(what: str = "limits", count: str = "") -> None:
+    """Print the table of one of the two parts."""
+    if what == "programs":
+        headers = [
+            "cases",
+            "limits exclude zero",
+            "shares",
+            "farthest share",
+            "farthest thrust",
+            "DAQP gave none",
+        ]
+        found: list[NamedTuple] = [against_programs(method, int(count or CASES)) for method in METHODS]
+    else:
+        headers = ["calls", "finite and inside the limits", "SOLVED", "SOLVED, but the wrench is missed"]
+        found = [within_limits(method, int(count or CALLS)) for method in METHODS]
+    cells = [[f"{x:,}" if isinstance(x, int) else three(x) for x in row] for row in found]
+    print(table(["method", *headers], [[method, *row] for method, row in zip(METHODS, cells, strict=True)]))
 
 
 if __name__ == "__main__":
-    what, *counts = sys.argv[1:]
-    if what == "programs":
-        against_programs(int(counts[0]) if counts else CASES)
-    else:
-        within_limits(int(counts[0]) if counts else CALLS)
+    main(*sys.argv[1:])

@@ -6,12 +6,14 @@ thrust, and the same seed gives all of them the same kind of minute. Degrees of 
 does not control are held at zero, so a planar vehicle stays in its plane.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from alloc import (
     DOF,
+    WRENCH_TOLERANCE,
     BoolArray,
     FloatArray,
     Vehicle,
@@ -58,19 +60,38 @@ class Flight:
     ----------
     taus : (N, k) demands [N, N m]
     poses : (N, 6) x, y, z, roll, pitch, yaw [m, rad]
+    setpoints : (N, 6) where the vehicle should be, in the same terms
     """
 
     taus: FloatArray
     poses: FloatArray
+    setpoints: FloatArray
 
 
-def fly(vehicle: Vehicle, degraded: Vehicle, rng: np.random.Generator, n: int = 2 * HALF) -> Flight:
+Act = Callable[[FloatArray], FloatArray]
+"""A function of the autopilot's demand (k,) that returns the wrench (k,) that acts [N, N m]."""
+
+
+def fly(
+    vehicle: Vehicle,
+    degraded: Vehicle,
+    rng: np.random.Generator,
+    n: int = 2 * HALF,
+    failure: int = HALF,
+    act: tuple[Act, Act] | None = None,
+) -> Flight:
     """Simulate the first n demands of the mission; the same for the same generator state.
 
-    The wrench that acts is the largest attainable share of the demand (``alloc.alpha_max``), or of the
-    demand's reachable part where rank is lost: that is exact, and favours no method. The autopilot limits
-    each axis to what that axis reaches alone, as autopilots do, so its demands are often infeasible.
-    After HALF demands ``degraded`` answers. Raises NotApplicable where zero thrust is forbidden.
+    Parameters
+    ----------
+    vehicle, degraded : what answers before and after ``failure`` demands
+    rng : of setpoints, current and noise
+    n : number of demands
+    failure : the demand from which ``degraded`` answers
+    act : what acts before and after the failure; None is ``largest_share``, which favours no method
+
+    The autopilot limits each axis to what that axis reaches alone, as autopilots do, so its demands are
+    often infeasible. Raises NotApplicable where zero thrust is forbidden.
     """
     axes = [DOF.index(axis) for axis in vehicle.dof]
     free = np.isin(np.arange(6), axes)
@@ -79,10 +100,8 @@ def fly(vehicle: Vehicle, degraded: Vehicle, rng: np.random.Generator, n: int = 
     setpoints, current, noise = _surroundings(rng, free)
     taus, poses = np.empty((n, vehicle.k)), np.empty((n, 6))
     pose, v, integral = np.zeros(6), np.zeros(6), np.zeros(6)
-    answering, reachable = vehicle, _onto_reachable(vehicle)
+    before, after = act or (largest_share(vehicle), largest_share(degraded))
     for i in range(n):
-        if i == HALF:
-            answering, reachable = degraded, _onto_reachable(degraded)
         R, g = body.rotation(pose[3:]), body.restoring(pose[3:])
         error = setpoints[i] - pose
         error[3:] = (error[3:] + np.pi) % (2 * np.pi) - np.pi
@@ -90,17 +109,47 @@ def fly(vehicle: Vehicle, degraded: Vehicle, rng: np.random.Generator, n: int = 
         wish = body.M * STIFFNESS * (STIFFNESS * (error + integral) - 2 * DAMPING * (v + noise[i])) + g
         tau = np.clip(wish[axes] / per_newton, backward, forward)
         taus[i], poses[i] = tau, pose
-        acting = reachable @ tau
-        share = min(1.0, max(0.0, float(alpha_max(answering, acting[None])[0])))
+        acting = (before if i < failure else after)(tau)
         wrench = np.zeros(6)
-        wrench[axes] = share * acting * per_newton
-        if share == 1.0:  # anti-windup: no integration while the thrusters saturate
+        wrench[axes] = acting * per_newton
+        # Anti-windup: no integration while the thrusters saturate.
+        if (np.abs(acting - tau) <= WRENCH_TOLERANCE * vehicle.wrench_scale).all():
             integral += INTEGRAL * error / RATE_HZ
         relative = v.copy()
         relative[:3] -= R.T @ current[i]
         v = v + free * (wrench - body.resistance(relative) - g) / body.M / RATE_HZ
         pose = pose + free * np.concatenate([R @ v[:3], body.euler_rates(pose[3:], v[3:])]) / RATE_HZ
-    return Flight(taus, poses)
+    return Flight(taus, poses, setpoints[:n])
+
+
+def largest_share(vehicle: Vehicle) -> Act:
+    """The largest attainable share of a demand (``alloc.alpha_max``), or of its part that can be reached."""
+    reachable = vehicle.TP @ generalized_inverse(vehicle) if vehicle.rank < vehicle.k else np.eye(vehicle.k)
+
+    def act(tau: FloatArray) -> FloatArray:
+        acting: FloatArray = reachable @ tau
+        return min(1.0, max(0.0, float(alpha_max(vehicle, acting[None])[0]))) * acting
+
+    return act
+
+
+def under_way(
+    vehicle: Vehicle,
+    rng: np.random.Generator,
+    n: int,
+    f_min: FloatArray | None = None,
+    f_max: FloatArray | None = None,
+) -> FloatArray:
+    """n consecutive demands (n, k) [N, N m] of the first half.
+
+    Fewer than all are half before, half after the moment at which the vehicle, after its first waypoint, can
+    do what is asked again, within f_min and f_max (n,) [N] if given: all of one kind would say little.
+    """
+    taus = fly(vehicle, vehicle, rng, HALF).taus
+    able = np.flatnonzero(alpha_max(vehicle, taus[STEPS[0] :], f_min, f_max) >= 1)
+    middle = STEPS[0] + (int(able[0]) if able.size else 0)
+    start = max(0, min(middle - n // 2, HALF - n))
+    return taus[start : start + n]
 
 
 def newtons_of_the_body(vehicle: Vehicle) -> FloatArray:
@@ -115,10 +164,6 @@ def _reach(vehicle: Vehicle) -> FloatArray:
     reach: FloatArray = (forward - backward) / 2
     # An axis that can't be pushed alone still needs a scale.
     return np.where(reach > 0, reach, vehicle.wrench_scale)
-
-
-def _onto_reachable(vehicle: Vehicle) -> FloatArray:
-    return vehicle.TP @ generalized_inverse(vehicle) if vehicle.rank < vehicle.k else np.eye(vehicle.k)
 
 
 def _surroundings(rng: np.random.Generator, free: BoolArray) -> tuple[FloatArray, FloatArray, FloatArray]:

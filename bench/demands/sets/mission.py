@@ -3,7 +3,7 @@
 import numpy as np
 
 from alloc import FloatArray, Vehicle
-from bench.demands.mission.simulate import HALF, RATE_HZ, STEPS, fly
+from bench.demands.mission.simulate import HALF, RATE_HZ, under_way
 
 __all__ = ["COUNT", "RATE_HZ", "SEED_NAME", "demands"]
 
@@ -13,5 +13,4 @@ SEED_NAME = "mission"
 
 def demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
     """n consecutive demands (n, k) [N, N m] at RATE_HZ; fewer than all start at the first waypoint."""
-    start = max(0, min(STEPS[0], HALF - n))
-    return fly(vehicle, vehicle, rng, HALF).taus[start : start + n]
+    return under_way(vehicle, rng, n)

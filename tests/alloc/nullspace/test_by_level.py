@@ -165,8 +165,9 @@ def test_scaled_meets_whatever_can_be_met(vehicle: Vehicle, rng: np.random.Gener
     corners = np.where(rng.random((50, vehicle.n)) < 0.5, vehicle.f_min, vehicle.f_max)
     taus = np.vstack([thrusts, corners]) @ vehicle.TP.T  # corners lie on the very edge, or inside
     for method in ("scaled", "scaled-by-group"):
-        assert (build(method, vehicle).many(taus)[1] == Status.SOLVED).all()
-        assert {build(method, vehicle)(tau).share for tau in taus} <= {(1.0,), (1.0, 1.0)}
+        allocate = build(method, vehicle)
+        assert (allocate.many(taus)[1] == Status.SOLVED).all()
+        assert {allocate(tau).share for tau in taus} <= {(1.0,), (1.0, 1.0)}
 
 
 def test_priority_with_one_level_is_scaled(rng: np.random.Generator) -> None:

@@ -79,10 +79,9 @@ def test_a_demand_that_nothing_stops_is_reached_to_the_bit(
 
 def test_a_level_that_others_follow_leaves_a_hundredth_of_its_way_and_the_last_goes_to_the_edge() -> None:
     """A thruster ahead and one across, +-1 N each, push a square; sway alone is not in surge's way."""
-    square = replace(
-        load_vehicle("ukwial"), dof=("surge", "sway"), T=np.eye(2), H=np.eye(2), f_min=-np.ones(2),
-        f_max=np.ones(2), readiness=np.ones(2), slack_weights=np.ones(2), priority=(("surge",), ("sway",)),
-    )  # fmt: skip
+    ends = np.ones(2)
+    square = Vehicle("square", ("surge", "sway"), np.eye(2), np.eye(2), -ends, ends, ends, ends)
+    square = replace(square, priority=(("surge",), ("sway",)))
     through = way(square)
     end, share = through.towards(np.array([4.0, 4.0]), through.departure(square.f_min, square.f_max))
     np.testing.assert_allclose(end, [0.99, 1.0], rtol=1e-12)
