@@ -62,7 +62,10 @@ def bound(kernel: str, vehicle: Vehicle) -> Allocator:
         "worst_case_steps": twin.worst_case_steps if isinstance(twin, BoundedSteps) else None,
         "library": library,
     }
-    return cast(Allocator, _binding().Native(*addresses, vehicle.k, vehicle.n, recipe(kernel).levels(vehicle), objects))
+    return cast(
+        Allocator,
+        _binding().Native(*addresses, vehicle.k, vehicle.n, recipe(kernel).levels(vehicle), objects),
+    )
 
 
 @cache

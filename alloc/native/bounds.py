@@ -9,9 +9,7 @@ Where = Literal["fixed", "call"]
 """Whether the vehicle's own limits stand in the C, or f_min and f_max are arguments of each call."""
 
 
-def parameters(
-    vehicle: Vehicle, scalar: Scalar, limits: Where, levels: int, *, fault: bool = True
-) -> str:
+def parameters(vehicle: Vehicle, scalar: Scalar, limits: Where, levels: int, *, fault: bool = True) -> str:
     """The parameters of the C function, or without ``fault`` of the one that answers for one fault."""
     names = [(f"const {scalar} tau", vehicle.k)]
     if limits == "call":

@@ -5,10 +5,11 @@ What ``alloc.reach.way`` takes out of tables stands here as straight code: each 
 
 from collections.abc import Callable
 from math import inf
+from typing import NamedTuple
 
 import numpy as np
 
-from alloc.allocation import WRENCH_TOLERANCE, FloatArray
+from alloc.allocation import WRENCH_TOLERANCE, BoolArray, FloatArray
 from alloc.errors import NotApplicable
 from alloc.formulations import Formulation
 from alloc.native.bounds import Bounds
@@ -46,6 +47,54 @@ ROOMY = 1e-3
 nothing to it."""
 
 
+Room = str | float
+"""What is left along a facet's normal [N of the thruster that pushes most along it]: C name, or number."""
+
+
+class Departure(NamedTuple):
+    """Where a way begins, in C.
+
+    Attributes
+    ----------
+    definitions : of what the others name
+    wrench : of each axis, the term w = (T P f0) [N, N m]; None where it is zero
+    rooms : of each pair of facets, the room along the normal and along its opposite
+    """
+
+    definitions: list[str]
+    wrench: list[tuple[bool, str] | None]
+    rooms: list[tuple[Room, Room]]
+
+
+def _fixed(way: Way, vehicle: Vehicle, longest: FloatArray, c: Table) -> Departure:
+    """The departure within the vehicle's limits: all of it is known beforehand."""
+    begin = way.departure(vehicle.f_min, vehicle.f_max)
+    rooms = begin.room.reshape(2, -1) / longest
+    wrench = [(w < 0, c(abs(w))) if w else None for w in begin.wrench.tolist()]
+    return Departure([], wrench, list(zip(*rooms.tolist(), strict=True)))
+
+
+def _at_call(vehicle: Vehicle, table: FloatArray, c: Table) -> Departure:
+    """The departure within the limits of the call: f0, then g from there to the limits, w, and the rooms."""
+    zero, inset, n = number(0.0, c.scalar), c(facets.INSET), vehicle.n
+    definitions: list[str] = []
+    for i in vehicle.working.tolist():
+        definitions += [
+            defined(f"in{i}", f"least(-o{i} * {inset}, most(most(l{i}, -h{i}), {zero}))", c),
+            defined(f"f{i}", f"least(most({zero}, l{i} + in{i}), h{i} - in{i})", c),
+            defined(f"g{i}", f"h{i} - f{i}", c),
+            defined(f"g{n + i}", f"f{i} - l{i}", c),
+        ]
+    for matrix, into, name in ((vehicle.TP, "f", "w_"), (table, "g", "room")):
+        lines, rows, _ = product(matrix, into, c, f"p{name}")
+        sums, rows = butterflies(rows, c, f"s{name}")
+        definitions += [*lines, *sums]
+        definitions += [defined(f"{name}{r}", signed_sum(row, c.scalar), c) for r, row in enumerate(rows)]
+    half = len(table) // 2
+    rooms: list[tuple[Room, Room]] = [(f"room{m}", f"room{half + m}") for m in range(half)]
+    return Departure(definitions, [(False, f"w_{r}") for r in range(vehicle.k)], rooms)
+
+
 class Walk:
     """The C of one way, written level by level.
 
@@ -63,27 +112,23 @@ class Walk:
                 f"generated C: each facet is written out, here {len(found.normals)} pairs, more than "
                 f"{FACETS_LIMIT}; use the method in Python"
             )
-        self._c, self._k, self._bounds, self._scale = c, vehicle.k, bounds, found.scale
-        self.definitions: list[str] = []
-        self.statements: list[str] = []
-        # Normals are stretched until the thruster that pushes most along one does so by one newton a newton: on
-        # many vehicles the room along a facet is then a plain sum.
+        self._c, self._k, self._scale = c, vehicle.k, found.scale
+        # Normals are stretched until the thruster that pushes most along one does so by one newton a newton:
+        # on many vehicles the room along a facet is then a plain sum.
         self._longest = snapped(np.abs(found.push).max(axis=1))
         self._normals = found.normals / self._longest[:, None]
-        self._tiny = names("tiny", len(np.unique(self._longest)))
-        maps = step_maps(vehicle, way.levels)
-        self._rooms: list[tuple[str | float, str | float]] = []
         if bounds.at_call:
-            self._depart(vehicle, facets.room_table(found) / np.tile(self._longest, 2)[:, None])
+            begin = _at_call(vehicle, facets.room_table(found) / np.tile(self._longest, 2)[:, None], c)
         else:
-            begin = way.departure(vehicle.f_min, vehicle.f_max)
-            rooms = begin.room.reshape(2, -1) / self._longest
-            self._rooms = list(zip(*rooms.tolist(), strict=True))
-            self._start = [(w < 0, c(abs(w))) if w else None for w in begin.wrench.tolist()]
-        ends: list[Terms] = [[each] if each else [] for each in self._start]
-        for r, each in enumerate(self._start):
-            away: Terms = [(False, f"t{r}"), *([(not each[0], each[1])] if each else [])]
+            begin = _fixed(way, vehicle, self._longest, c)
+        self._rooms = begin.rooms
+        self.definitions = list(begin.definitions)
+        self.statements: list[str] = []
+        ends: list[Terms] = [[w] if w else [] for w in begin.wrench]
+        for r, w in enumerate(begin.wrench):
+            away: Terms = [(False, f"t{r}"), *([(not w[0], w[1])] if w else [])]
             self.definitions.append(defined(f"n0_{r}", signed_sum(away, c.scalar), c))
+        maps = step_maps(vehicle, way.levels)
         for level, (D, keep) in enumerate(zip(maps, way.keep, strict=True)):
             steps = self._step(level, D, keep, maps[level + 1 :])
             for r, step in steps.items():
@@ -91,34 +136,8 @@ class Walk:
         for r, end in enumerate(ends):
             self.definitions.append(defined(f"e{r}", signed_sum(end, c.scalar), c))
 
-    def _depart(self, vehicle: Vehicle, table: FloatArray) -> None:
-        """Definitions of the departure within the limits of the call: f0, g from it to the limits, w, and rooms."""
-        c, zero, inset = self._c, number(0.0, self._c.scalar), self._c(facets.INSET)
-        n, working = vehicle.n, vehicle.working.tolist()
-        for i in working:
-            self.definitions += [
-                defined(f"in{i}", f"least(-o{i} * {inset}, most(most(l{i}, -h{i}), {zero}))", c),
-                defined(f"f{i}", f"least(most({zero}, l{i} + in{i}), h{i} - in{i})", c),
-                defined(f"g{i}", f"h{i} - f{i}", c),
-                defined(f"g{n + i}", f"f{i} - l{i}", c),
-            ]
-        lines, rows, _ = product(vehicle.TP, "f", c, "pw")
-        sums, rows = butterflies(rows, c, "sw")
-        self.definitions += [*lines, *sums]
-        self._start: list[tuple[bool, str] | None] = []
-        for r, row in enumerate(rows):
-            self.definitions.append(defined(f"w{r}_", signed_sum(row, c.scalar), c))
-            self._start.append((False, f"w{r}_"))
-        lines, rows, _ = product(table, "g", c, "pr")
-        sums, rows = butterflies(rows, c, "sr")
-        self.definitions += [*lines, *sums]
-        for m, row in enumerate(rows):
-            self.definitions.append(defined(f"room{m}", signed_sum(row, c.scalar), c))
-        half = len(table) // 2
-        self._rooms = [(f"room{m}", f"room{half + m}") for m in range(half)]
-
     def _step(self, level: int, D: FloatArray, keep: float, later: FloatArray) -> dict[int, str]:
-        """The share of one level, and what is left to later ones; returns the step on each axis that moves."""
+        """The share of one level and what is left to later ones; returns the step on each axis that moves."""
         c, T = self._c, self._c.scalar
         steps: dict[int, str] = {}
         for r, row in enumerate(D):
@@ -138,8 +157,9 @@ class Walk:
         self.definitions += [defined(f"a{level}_{m}", signed_sum(rows[m], T), c) for m in used]
         sizes = [f"size({c(1.0 / self._scale[r])} * {step})" for r, step in steps.items()]
         self.definitions.append(defined(f"size{level}", fold("most", sizes) if sizes else number(0.0, T), c))
-        for name, longest in zip(self._tiny, np.unique(self._longest).tolist(), strict=True):
-            self.definitions.append(defined(f"{name}_{level}", f"{c(PARALLEL[T] / longest)} * size{level}", c))
+        for i, longest in enumerate(np.unique(self._longest).tolist()):
+            tiny = f"{c(PARALLEL[T] / longest)} * size{level}"
+            self.definitions.append(defined(f"tiny{level}_{i}", tiny, c))
         kept = most = c(keep)
         for m in used:
             # One after the other: all at once would need more registers than a processor has.
@@ -152,7 +172,7 @@ class Walk:
         return steps
 
     def _sizes(self, along: FloatArray) -> FloatArray:
-        """Entries of normals times steps (…, M, k), relative to a normal's length in unit of ``wrench_scale``."""
+        """Entries of normals times steps (…, M, k), relative to a normal's length, in ``wrench_scale``."""
         relative: FloatArray = np.abs(along) * self._longest[:, None] * self._scale
         return relative
 
@@ -160,18 +180,21 @@ class Walk:
         """What the step takes of the room that it has along a facet's normal, or along its opposite."""
         ahead, astern = self._rooms[m]
         along = f"a{level}_{m}"
-        if isinstance(ahead, float) and isinstance(astern, float) and min(ahead, astern) * self._longest[m] > ROOMY:
+        if isinstance(ahead, float) and isinstance(astern, float) and self._roomy(m, ahead, astern):
             if ahead == astern:
                 return f"size({along} * {self._c(1.0 / ahead)})"
             return f"most({along} * {self._c(1.0 / ahead)}, -{along} * {self._c(1.0 / astern)})"
-        tiny = self._tiny[int(np.searchsorted(np.unique(self._longest), self._longest[m]))]
-        return f"load({along}, {self._expression(ahead)}, {self._expression(astern)}, {tiny}_{level})"
+        tiny = int(np.searchsorted(np.unique(self._longest), self._longest[m]))
+        return f"load({along}, {self._text(ahead)}, {self._text(astern)}, tiny{level}_{tiny})"
 
-    def _leave(self, level: int, left: list[int], steps: dict[int, str], needed: np.ndarray) -> None:
+    def _roomy(self, m: int, ahead: float, astern: float) -> bool:
+        return min(ahead, astern) * float(self._longest[m]) > ROOMY
+
+    def _leave(self, level: int, left: list[int], steps: dict[int, str], needed: BoolArray) -> None:
         """Definitions of the rooms and of what is missing after a level."""
         c, zero = self._c, number(0.0, self._c.scalar)
         for m in left:
-            ahead, astern = map(self._expression, self._rooms[m])
+            ahead, astern = map(self._text, self._rooms[m])
             taken = f"share{level} * a{level}_{m}"
             self.definitions += [
                 defined(f"ahead{level}_{m}", f"most({ahead} - {taken}, {zero})", c),
@@ -182,7 +205,7 @@ class Walk:
             done = f" - share{level} * {steps[r]}" if r in steps and needed[r] else ""
             self.definitions.append(defined(f"n{level + 1}_{r}", f"n{level}_{r}{done}", c))
 
-    def _expression(self, room: str | float) -> str:
+    def _text(self, room: Room) -> str:
         return self._c(room) if isinstance(room, float) else room
 
 

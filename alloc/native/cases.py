@@ -1,4 +1,4 @@
-"""What a self-test asks a kernel, with the answers of its twin in Python and how far rounding may move them."""
+"""What a self-test asks a kernel, what its twin in Python answers, and how far rounding may move that."""
 
 from dataclasses import dataclass
 
@@ -48,9 +48,9 @@ class Cases:
 def cases(vehicle: Vehicle, twin: Allocator, scalar: Scalar, limits: Where, levels: int) -> Cases:
     """Seeded calls for one vehicle with its faults, of a method with so many levels.
 
-    A kernel rounds: the arguments when it reads them, and sums of products |T*| |tau|. So all thrusts that make
-    the demands are moved by that much, and the limits, and the answers say how far rounding may move them. A case
-    whose status changes is left out: there rounding decides.
+    A kernel rounds its arguments, and sums of products |T*| |tau|. So the thrusts that make the demands are
+    moved by as much, and the limits, and the answers say how far rounding may move them. A case whose status
+    changes is left out: there rounding decides.
     """
     rng = np.random.default_rng(1999)
     low, high = _limits(vehicle, limits, rng)
@@ -58,7 +58,9 @@ def cases(vehicle: Vehicle, twin: Allocator, scalar: Scalar, limits: Where, leve
     terms = np.abs(generalized_inverse(vehicle)) @ np.abs(vehicle.TP @ f.T)
     size = np.maximum(terms.max(axis=0), vehicle.f_scale)[:, None]
 
-    def answers(f: FloatArray, low: FloatArray, high: FloatArray) -> tuple[FloatArray, StatusArray, FloatArray]:
+    def answers(
+        f: FloatArray, low: FloatArray, high: FloatArray
+    ) -> tuple[FloatArray, StatusArray, FloatArray]:
         taus = f @ vehicle.TP.T
         given = (low, high) if limits == "call" else ()
         each = (twin(*one) for one in zip(taus, *given, strict=True)) if levels else ()

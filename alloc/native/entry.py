@@ -30,7 +30,7 @@ def read(vehicle: Vehicle, c: Table) -> list[str]:
 
 
 def closed_form(vehicle: Vehicle, G: FloatArray, of: str, c: Table) -> list[str]:
-    """Definitions of x = G tau for each working thruster, tau being the variables ``of``0, ``of``1, …"""
+    """Definitions of x = G tau for each working thruster, with tau in variables that begin with ``of``."""
     lines, rows, _ = product(G, of, c)
     sums, rows = butterflies(rows, c)
     return [
@@ -43,7 +43,7 @@ def closed_form(vehicle: Vehicle, G: FloatArray, of: str, c: Table) -> list[str]
 def entered(
     rows: list[int], unseen: list[str], name: str, bounds: Bounds, c: Table
 ) -> tuple[list[str], Excess]:
-    """Statements of s, a sum that is not finite where an argument of these thrusters is not; and their crossing.
+    """Statements of s, a sum that is finite only if the arguments of these thrusters are, and their crossing.
 
     Of ``unseen``, the sums that all of tau must be seen in, those that s holds are taken out.
     """
@@ -91,7 +91,9 @@ def infeasible(vehicle: Vehicle, bounds: Bounds, c: Table) -> str:
 
 def crossed(bounds: Bounds, c: Table) -> str:
     """The status of a method that answers every demand it can add up: INFEASIBLE where limits cross."""
-    return f"sum - sum == {number(0.0, c.scalar)} ? INFEASIBLE : NOT_FINITE" if bounds.at_call else "NOT_FINITE"
+    return (
+        f"sum - sum == {number(0.0, c.scalar)} ? INFEASIBLE : NOT_FINITE" if bounds.at_call else "NOT_FINITE"
+    )
 
 
 def lost(structure: Structure, c: Table) -> tuple[list[str], Excess]:
@@ -120,7 +122,7 @@ def written(vehicle: Vehicle, c: Table) -> list[str]:
 def cover(vehicle: Vehicle, G: FloatArray) -> list[str]:
     """Few thrusts (and entries of tau that reach none) in which every entry of tau appears."""
     used = snapped(G) != 0
-    rest, chosen = np.ones(vehicle.k, dtype=bool), []
+    rest, chosen = np.ones(vehicle.k, dtype=bool), list[str]()
     while rest.any():
         gain = (used & rest).sum(axis=1)
         best = int(gain.argmax())

@@ -6,7 +6,18 @@ from typing import NamedTuple
 from alloc.errors import NotApplicable
 from alloc.native.bounds import Bounds
 from alloc.native.code import TOLERANCE, Table, defined, dot, fold, names, number, placed, signed_sum, term
-from alloc.native.entry import Excess, closed_form, cover, entered, infeasible, inside, lost, read, refused, written
+from alloc.native.entry import (
+    Excess,
+    closed_form,
+    cover,
+    entered,
+    infeasible,
+    inside,
+    lost,
+    read,
+    refused,
+    written,
+)
 from alloc.native.steps import Limits, nearest
 from alloc.nullspace.region import Region, prepare
 from alloc.nullspace.structure import Block, Structure, decompose

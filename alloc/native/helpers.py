@@ -19,15 +19,19 @@ def _in(definition: str, scalar: Scalar) -> str:
     if scalar == "double":
         return definition
     single = definition.replace("double", "float")
-    return re.sub(r"__builtin_(fmin|fmax|fabs)\(", r"__builtin_\1f(", single).replace("0.0", "0.0F").replace("1.0", "1.0F")
+    return (
+        re.sub(r"__builtin_(fmin|fmax|fabs)\(", r"__builtin_\1f(", single)
+        .replace("0.0", "0.0F")
+        .replace("1.0", "1.0F")
+    )
 
 
 _FPU = """\
 #if (__ARM_FP & 8) && \\
     (defined __ARM_FEATURE_NUMERIC_MAXMIN || (defined __ARM_ARCH_PROFILE && __ARM_ARCH_PROFILE == 'M'))
 """
-"""Whether the FPU has a minimum and a maximum. GCC says so of a Cortex-A only; a Cortex-M that calculates with
-doubles has an FPv5, which has both. Elsewhere the built-ins are calls of a library."""
+"""Whether the FPU has a minimum and a maximum. GCC says so of a Cortex-A only; a Cortex-M that calculates
+with doubles has an FPv5, which has both. Elsewhere the built-ins are calls of a library."""
 
 
 def _chosen(name: str, builtin: str, sign: str) -> str:
@@ -71,7 +75,7 @@ static int finite(const double *x, int n)
 """,
     "least": _chosen("least", "fmin", "<"),
     "most": _chosen("most", "fmax", ">"),
-    # The factor that brings thrust x to the limit on the far side of zero, where it is beyond by more than the slack.
+    # The factor that brings thrust x to the limit on the far side of zero, where it is beyond it.
     "room": """\
 static inline double room(double x, double low, double high, double slack)
 {

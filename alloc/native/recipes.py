@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from alloc.allocation import Allocator
+from alloc.closed_forms import clip, redistribute, shrink
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.closed_forms.linear import Linear
 from alloc.closed_forms.walsh import walsh_inverse
@@ -19,7 +20,6 @@ from alloc.nullspace.allocator import Nullspace
 from alloc.nullspace.allocator import exact as build_nullspace
 from alloc.nullspace.by_level import ByLevel
 from alloc.vehicle import Vehicle
-
 
 Statements = Callable[[Vehicle, Bounds, Table], list[str]]
 Functions = Callable[[Vehicle, Scalar], str]
@@ -84,18 +84,18 @@ _RULE = (
 )
 
 
-def _twin(name):
-    import importlib
-    return lambda vehicle: importlib.import_module(f"alloc.methods.{name}").build(vehicle)
-
-
-def _rule(name: str, statements: Statements, functions: Functions = _no_functions) -> Recipe:
+def _rule(
+    name: str,
+    twin: Callable[[Vehicle], Allocator],
+    statements: Statements,
+    functions: Functions = _no_functions,
+) -> Recipe:
     return Recipe(
         statements=statements,
         functions=functions,
-        twin=_twin(name),
+        twin=twin,
         formulation=name,
-        summary=f"{name} as C99 generated for the vehicle.",
+        summary=f"{name} as C99 generated for the vehicle; limits of the vehicle, or of each call.",
         meanings=_RULE,
     )
 
@@ -139,9 +139,9 @@ RECIPES = {
         summary="walsh as C99 generated for the vehicle: a few multiplications, then butterflies.",
         meanings=_LINEAR,
     ),
-    "clip": _rule("clip", rules.clip),
-    "shrink": _rule("shrink", rules.shrink),
-    "redistribute": _rule("redistribute", rules.redistribute, rules.cascade),
+    "clip": _rule(clip.NAME, clip.clip, rules.clip),
+    "shrink": _rule(shrink.NAME, shrink.shrink, rules.shrink),
+    "redistribute": _rule(redistribute.NAME, redistribute.redistribute, rules.redistribute, rules.cascade),
     "scaled": _by_level(SCALED, lambda vehicle: 1),
     "priority": _by_level(PRIORITY, lambda vehicle: len(vehicle.priority)),
 }

@@ -1,4 +1,4 @@
-"""C99 of the practical rules: T* tau, mended where it lies beyond limits, and whether it makes tau all the same."""
+"""C99 of the practical rules: T* tau, mended where it lies beyond limits, and whether it makes tau still."""
 
 import re
 from importlib import resources
@@ -8,12 +8,23 @@ import numpy as np
 from alloc.allocation import WRENCH_TOLERANCE, FloatArray
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.native.bounds import Bounds
-from alloc.native.code import TOLERANCE, Scalar, Table, butterflies, defined, fold, number, placed, product, signed_sum
+from alloc.native.code import (
+    TOLERANCE,
+    Scalar,
+    Table,
+    butterflies,
+    defined,
+    fold,
+    number,
+    placed,
+    product,
+    signed_sum,
+)
 from alloc.native.entry import closed_form, cover, crossed, entered, inside, read, refused, written
 from alloc.vehicle import RANK_TOLERANCE, Vehicle
 
 ROUNDING: dict[Scalar, float] = {"double": 1e-9, "float": TOLERANCE["float"]}
-"""``alloc.methods.shrink.ROUNDING``, and where float rounds more than that, what counts as met there."""
+"""``alloc.closed_forms.shrink.ROUNDING``, and where float rounds more than that, what counts as met there."""
 RANK: dict[Scalar, float] = {"double": RANK_TOLERANCE, "float": 1e-5}
 """Length of a row below which it is rounding, relative to the longest [-]."""
 
@@ -33,7 +44,7 @@ def shrink(vehicle: Vehicle, bounds: Bounds, c: Table) -> list[str]:
 
 
 def redistribute(vehicle: Vehicle, bounds: Bounds, c: Table) -> list[str]:
-    """Statements of the cascade: thrusts beyond a limit freeze there, the others share what is left of tau."""
+    """Statements of the cascade: thrusts beyond a limit freeze there, the others share the rest of tau."""
     n, zero = vehicle.n, number(0.0, c.scalar)
     working = vehicle.working.tolist()
     ends = {i: bounds.ends(i) for i in working}
@@ -72,7 +83,9 @@ def _rows(matrix: FloatArray, scalar: Scalar) -> str:
     return "{" + ", ".join(f"{{{row}}}" for row in rows) + "}"
 
 
-def _mended(vehicle: Vehicle, rule: list[str], thrusts: dict[int, str], bounds: Bounds, c: Table) -> list[str]:
+def _mended(
+    vehicle: Vehicle, rule: list[str], thrusts: dict[int, str], bounds: Bounds, c: Table
+) -> list[str]:
     """Statements that give f = T* tau, mended by a rule and cut at the limits, or refuse."""
     G = generalized_inverse(vehicle)
     unseen = cover(vehicle, G)
@@ -85,7 +98,7 @@ def _mended(vehicle: Vehicle, rule: list[str], thrusts: dict[int, str], bounds: 
 
 
 def _met(vehicle: Vehicle, G: FloatArray, c: Table) -> tuple[list[str], str]:
-    """Definitions of what T f misses of tau, in shares of what a met wrench may miss; the condition that it is met.
+    """Definitions of what T f misses of tau, relative to what it may, and the condition that it is met.
 
     T f - tau = T (f - T* tau) - (1 - T T*) tau, of which the last part is rounding where no rank is lost.
     """

@@ -38,7 +38,7 @@ class Limits(NamedTuple):
 
 
 def nearest(region: Region, limits: list[Limits], z: list[str], at: str, c: Table) -> list[str]:
-    """Statements that set the variables ``z``, or return INFEASIBLE unless the region's tolerance is infinite.
+    """Statements that set the variables ``z``; INFEASIBLE is returned unless the tolerance is infinite.
 
     Names of this level end in ``at``.
     """

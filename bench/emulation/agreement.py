@@ -38,7 +38,8 @@ def agreement(kernel: Kernel, demands: DemandSet, counted: CallCounts) -> Agreem
     """
     vehicle = demands.vehicle
     osqp = kernel.solver != ""
-    F, status = build(kernel.twin, vehicle).many(demands.taus)
+    given = (demands.f_min, demands.f_max) if kernel.limits == "call" else (None, None)
+    F, status = build(kernel.twin, vehicle).many(demands.taus, *given)
     verdict = (
         np.where(counted.status == OSQP_SOLVED, Status.SOLVED, Status.INFEASIBLE) if osqp else counted.status
     )
