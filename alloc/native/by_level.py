@@ -31,7 +31,6 @@ from alloc.native.code import (
 from alloc.native.entry import closed_form, crossed, entered, inside, read, refused, written
 from alloc.native.exact import pieces
 from alloc.nullspace.structure import decompose
-from alloc.nullspace.structure import decompose as _decompose
 from alloc.reach import edge as facets
 from alloc.reach.levels import step_maps
 from alloc.reach.way import Way
@@ -239,7 +238,7 @@ def _met(vehicle: Vehicle, levels: list[str], c: Table) -> tuple[list[str], str]
     """Definitions and the condition that all of tau is delivered, also what no thruster pushes."""
     one = number(1.0, c.scalar)
     whole = f"{fold('least', levels)} >= {one}"
-    lost = _decompose(vehicle).unreachable
+    lost = decompose(vehicle).unreachable
     if not len(lost):
         return [], whole
     # In unit of wrench_scale the rows are orthonormal, so their squares add up to that of what is missing.
