@@ -15,14 +15,17 @@ from alloc import (
     UnknownName,
     Vehicle,
 )
+from alloc.plain import ANY_DISTANCE
 from bench.demands import DemandSet, build_demands, labelled
 from bench.demands.store import VEHICLE_ARRAYS, Case
-from bench.gate.cells import CONTROL_DEMANDS, chosen, controls, names
+from bench.gate.cells import CONTROL_DEMANDS, DEFAULT_CELLS, chosen, controls, names
 from bench.gate.record import CONTROL, GateCell
 from bench.gate.side import Died, Refused, Side, SourceTree
 from bench.judging.judge import judge
 from bench.judging.question import Answers, Ask, Question, Unanswered, questions
 
+ROUNDING = 1e-9
+"""Distance of two answers, relative to the largest limit, that rounding in another order may make."""
 DEMANDS = {"inactive": 15, "active": 15, "infeasible": 10}
 """How many demands of each kind are asked for answers. Only attainable ones are timed: an iterative solver
 spends most of its time on infeasible ones, and a slow-down of the rest of a call would not show beside it."""
@@ -63,11 +66,13 @@ class SideAnswers(NamedTuple):
     lacks : why the side has no such cell, empty where it has
     promises : formulation, limited and tolerance, by name
     answers : one for each demand of the question
+    refused : whether the method lacks because it does not cover the vehicle
     """
 
     lacks: str
     promises: dict[str, Any]
     answers: Sequence[Allocation]
+    refused: bool = False
 
 
 class Examined(NamedTuple):
@@ -92,6 +97,9 @@ def examine(base: Prober, head: Prober, patterns: Sequence[str]) -> Examined:
     """
     of_base = {cell.name: cell for cell in chosen(base.cells, patterns)}
     of_head = {cell.name: cell for cell in chosen(head.cells, patterns)}
+    for pattern in patterns:
+        if pattern not in DEFAULT_CELLS and not chosen([*base.cells, *head.cells], [pattern]):
+            raise UnknownName(f"no cell of either side fits {pattern}; write vehicle:method:start")
     if not of_base and not of_head:
         raise UnknownName(f"no cell of either side fits {', '.join(patterns)}; write vehicle:method:start")
     examined = Examined(controls(), {CONTROL: CONTROL_DEMANDS}, [])
@@ -120,23 +128,25 @@ def examine(base: Prober, head: Prober, patterns: Sequence[str]) -> Examined:
             )
         head_question = question if same_numbers else _on_other_numbers(question, _vehicle(head, name))
         for cell in cells:
-            _examine(cell, (base, head), (question, head_question))
+            refused = _examine(cell, (base, head), (question, head_question))
             if not (cell.base_lacks and cell.head_lacks):
                 examined.cells.append(cell)
-            elif not cell.head_lacks.startswith(NotApplicable.__name__):  # as walsh refuses most vehicles
+            elif not refused:  # as walsh refuses most vehicles
                 examined.notes.append(
                     f"fails on both sides, so not compared: `{cell.name}`: {cell.head_lacks}"
                 )
     return examined
 
 
-def _examine(cell: GateCell, sides: tuple[Prober, Prober], asked: tuple[Question, Question]) -> None:
+def _examine(cell: GateCell, sides: tuple[Prober, Prober], asked: tuple[Question, Question]) -> bool:
+    """Judge a cell on both sides; whether the head's method says that it does not cover the vehicle."""
     base, head = (answered(side, cell, question) for side, question in zip(sides, asked, strict=True))
     cell.base_lacks, cell.head_lacks = base.lacks, head.lacks
     cell.base_wrong, cell.head_wrong = wrong(asked[0], base), wrong(asked[1], head)
     comparable = asked[0] is asked[1] and not (base.lacks or head.lacks)
     if comparable and not cell.base_wrong and not cell.head_wrong:
         cell.differ = differ(asked[0].demands.vehicle, base, head)
+    return head.refused
 
 
 def ask_question(vehicle: Vehicle, ask: Ask) -> Question:
@@ -156,7 +166,8 @@ def answered(side: Prober, cell: GateCell, question: Question) -> SideAnswers:
         promises = side.ask("build", cell=cell.name, **names(cell))
         raw = side.ask("answers", cell=cell.name, taus=question.demands.taus.tolist())
     except (Died, Refused) as reason:
-        return SideAnswers(str(reason), {}, ())
+        refused = isinstance(reason, Refused) and reason.kind == NotApplicable.__name__
+        return SideAnswers(str(reason), {}, (), refused)
     return SideAnswers("", promises, [Allocation(np.array(f), Status(status)) for status, f in raw])
 
 
@@ -182,8 +193,10 @@ def differ(vehicle: Vehicle, base: SideAnswers, head: SideAnswers) -> str:
             return f"status {Status(a.status).name} → {Status(b.status).name} for demand {i}"
     F = [np.array([answer.f for answer in side.answers]) for side in (base, head)]
     apart = float(np.nan_to_num(np.abs(F[0] - F[1])).max())
-    # Either side may be as far from the optimum as the base promises, in opposite directions.
-    allowed = 2 * base.promises["tolerance"] * vehicle.f_scale
+    # Either side may be as far from the optimum as the base promises, in opposite directions. A method that
+    # promises no distance is held to what it answered before.
+    tolerance = base.promises["tolerance"]
+    allowed = 2 * (tolerance if tolerance < ANY_DISTANCE else ROUNDING) * vehicle.f_scale
     return f"thrusts differ by up to {apart:.3g} N, {allowed:.3g} N allowed" if apart > allowed else ""
 
 
