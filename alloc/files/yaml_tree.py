@@ -3,7 +3,6 @@
 import warnings
 from dataclasses import dataclass
 from itertools import accumulate
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ LARGEST_FILE = 64_000  # bytes; ruamel reads them in half a second, and a vehicl
 LARGEST_TREE = 20_000  # entries; an alias counts as all that it stands for, so aliases can't multiply unseen
 DEEPEST = 20  # levels of nested lists and maps; a parameter file has five
 MOST_BRACKETS = 100  # open at once, those in quoted text included: ruamel's time grows with their square
+LARGEST_NUMBER = 1e100  # the square of a larger one is none; what a vehicle may hold is far below
 _CORE = "tag:yaml.org,2002:"
 
 
@@ -95,7 +95,9 @@ class _Walk:
             try:
                 return _SCALARS[kind](node.value)
             except (ValueError, OverflowError):
-                raise self.refused(node, f"{_brief(node.value)!r} is not a finite number; mend it") from None
+                raise self.refused(
+                    node, f"{_brief(node.value)!r} is not a finite number, or too large; mend it"
+                ) from None
         raise self.refused(node, f"tag {_brief(str(node.tag))!r} is not read; remove it")
 
     def mapping(self, node: MappingNode, where: str, depth: int) -> dict[str, Any]:
@@ -120,7 +122,7 @@ def _number(text: str) -> float:
         value = float(text)
     except ValueError:
         value = int(text, 0)  # 0x1f, 0o17
-    if not isfinite(value):
+    if not abs(value) <= LARGEST_NUMBER:
         raise ValueError(text)
     return value
 

@@ -62,6 +62,9 @@ class Thruster(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     name: str = ""
 
 
+Axis = Literal["surge", "sway", "heave", "roll", "pitch", "yaw"]
+
+
 class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     """The keys of a vehicle file. T, poses (planar or thrusters), or both in agreement give the geometry.
 
@@ -81,13 +84,14 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     slack_weights : (k,) diagonal of Q for the soft formulation
     slew : how fast thrusts may change: one number, one for each thruster, or up and down apart [N/s]
     volts : limits [f_min, f_max] by the battery's voltage [V], each one number or one for each thruster [N]
+    priority : the axes in levels, for a demand that can't be met: those of the first level are served first
     names : what people call each thruster, where ``thrusters`` does not say; "" for one without a name
     rank : intended rank of T where it is below k
     notes : remarks, such as what an import assumed
     """
 
     name: str
-    dof: list[Literal["surge", "sway", "heave", "roll", "pitch", "yaw"]]
+    dof: list[Axis]
     f_min: float | Numbers
     f_max: float | Numbers
     source: str = ""
@@ -101,6 +105,7 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     slack_weights: Numbers | None = None
     slew: float | Numbers | Rates | None = None
     volts: dict[str, tuple[float | Numbers, float | Numbers]] | None = None
+    priority: list[list[Axis]] = []
     names: list[str] | None = None
     rank: int | None = None
     notes: list[str] = []
@@ -175,6 +180,7 @@ def vehicle_with(keys: VehicleFile, T: FloatArray) -> Vehicle:
         source=keys.source,
         slew=None if keys.slew is None else _slew(keys.slew, n),
         by_volts=None if keys.volts is None else _by_volts(keys.volts, n),
+        priority=tuple(map(tuple, keys.priority)),
         names=_names(keys),
     )
 

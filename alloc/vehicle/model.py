@@ -14,6 +14,7 @@ from alloc.errors import DemandError, VehicleError
 from alloc.vehicle.geometry import DOF
 from alloc.vehicle.limits import Interval, Slew, VoltageTable, check_slew, check_table, intersected, thrusts
 from alloc.vehicle.names import check_names, index_of
+from alloc.vehicle.priority import Priority, checked_priority
 
 RANK_TOLERANCE = 1e-9
 """Singular values of T below this count as zero, once its rows have unit length: the largest then lies
@@ -41,6 +42,7 @@ class Vehicle:
     whole : name of the vehicle without its faults; empty for a vehicle without any
     slew : how fast thrusts may change, None where nothing says
     by_volts : limits by the battery's voltage, None where nothing says
+    priority : axes in levels, those that are served first in front; given empty, one level with all axes
     names : (n,) what people call each thruster, "" for one without a name; empty where none has one
     """
 
@@ -56,6 +58,7 @@ class Vehicle:
     whole: str = ""
     slew: Slew | None = None
     by_volts: VoltageTable | None = None
+    priority: Priority = ()
     names: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -75,6 +78,7 @@ class Vehicle:
                 )
             object.__setattr__(self, key, _frozen(array))
         _check_shapes(self)
+        object.__setattr__(self, "priority", checked_priority(self.priority, self.dof))
         check_names(self.names, self.n)
         for key in ("f_min", "f_max"):  # a thruster that is off gives 0, however the vehicle was made
             limits = np.where(self.readiness == 0, 0.0, getattr(self, key))

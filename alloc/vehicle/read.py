@@ -98,5 +98,5 @@ def _remedy(what: str, key: str) -> str:
         keys = {"planar": Planar, "thrusters": Thruster}.get(place, VehicleFile).__struct_fields__
         return f"the keys are {', '.join(keys)}"
     if "enum" in what:
-        return f"give one of {', '.join(DOF if place == 'dof' else ('frd', 'flu'))}"
+        return f"give one of {', '.join(('frd', 'flu') if place == 'frame' else DOF)}"
     return "docs/your-vehicle.md shows the form"

@@ -39,8 +39,9 @@ def command(
 ) -> None:
     """Thrusts for the demands in a CSV, bag or ULog; a CSV's header names the DOF, each row is a demand.
 
-    Writes status,f0,f1,… with one row a demand, in order, in N. Where a method says that there is no
-    such thrust, its numbers are nan.
+    Writes status,f0,f1,… with one row a demand, in order, in N; then share0,share1,… where a method says
+    what it delivered of each level of the demand. Where a method says that there is no such thrust, its
+    numbers are nan.
     """
     from alloc import UnknownName, find, load_plugin, load_vehicle, prepare
     from alloc.files.textfile import write_text
@@ -61,9 +62,9 @@ def command(
     _, taus, said = read_log(demands, answering.dof, read_options(**options))
     if said:
         click.echo(said, err=True)
-    F, statuses = prepare(entry, answering, start=start, level=level).many(taus)
+    allocator = prepare(entry, answering, start=start, level=level)
     header = [answering.called(i) if names else f"f{i}" for i in range(answering.n)]
-    text = format_thrusts(F, statuses, header)
+    text = format_thrusts([allocator(tau) for tau in taus], header)
     if output is None:
         click.echo(text, nl=False)
     else:

@@ -8,20 +8,26 @@ from bench.commands import PATH
 
 
 @click.command()
-@click.argument("directory", type=PATH)
+@click.argument("directories", type=PATH, nargs=-1, required=True, metavar="DIRECTORY...")
+@click.option("-o", "--out", type=PATH, metavar="OUT", help="Folder of the report [that of the one run].")
 @click.option(
     "--readme",
     type=PATH,
     metavar="FILE",
     help="Also put the result table between the markers of this file.",
 )
-def command(directory: Path, readme: Path | None) -> None:
-    """Render results.csv, report.md and report.html of a run from the record in DIRECTORY."""
+def command(directories: tuple[Path, ...], out: Path | None, readme: Path | None) -> None:
+    """Render results.csv, report.md, details.md and report.html from the record in each DIRECTORY.
+
+    The runs of several machines become one report, in OUT.
+    """
     from bench.report import render
     from bench.report.readme import put, result_table
     from bench.results.rows import read_run
 
-    click.echo(str(render(directory)))
+    if len(directories) > 1 and out is None:
+        raise click.UsageError("several folders make one report: name its folder with -o OUT")
+    click.echo(str(render(*directories, out=out)))
     if readme:
-        put(readme, result_table(read_run(directory)))
+        put(readme, result_table(read_run(directories[0])))
         click.echo(str(readme))

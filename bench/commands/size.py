@@ -8,7 +8,7 @@ from bench.commands import PATH, Finite
 
 
 @click.command()
-@click.argument("directory", type=PATH)
+@click.argument("directories", type=PATH, nargs=-1, required=True, metavar="DIRECTORY...")
 @click.option("--rate", type=Finite(0, min_open=True), required=True, metavar="HZ", help="Of control.")
 @click.option(
     "--budget",
@@ -25,6 +25,8 @@ from bench.commands import PATH, Finite
     help="Time that one call may take, in place of a budget.",
 )
 @click.option("--vehicle", "vehicles", multiple=True, metavar="V", help="Only these of the run's vehicles.")
+@click.option("--machine", "names", multiple=True, metavar="M", help="Only these of several machines.")
+@click.option("--demands", default="", metavar="D", help="Only this demand set; all, if not given.")
 @click.option(
     "--canary",
     type=PATH,
@@ -47,41 +49,68 @@ from bench.commands import PATH, Finite
 )
 @click.option("--all", "every", is_flag=True, help="Every start and level, not only each method's best.")
 def command(
-    directory: Path,
+    directories: tuple[Path, ...],
     rate: float,
     budget: float,
     deadline_us: float | None,
     vehicles: tuple[str, ...],
+    names: tuple[str, ...],
+    demands: str,
     canary: Path | None,
     every: bool,
     clock_MHz: float | None,
     cpi: tuple[float, float] | None,
 ) -> None:
-    """Which method of the run in DIRECTORY fits a control rate; of times, take a vehicle's first row.
+    """Which method of the run in DIRECTORY fits a control rate; a vehicle's first row is the one to take.
 
-    Counts of generated C are sorted by cost alone; the cheapest may know no limits.
+    Given the folders of several machines it says what fits on all of them, then what fits on each.
     """
-    from alloc import UnknownName
     from bench.record.canary import read_canary
     from bench.report import bands
     from bench.report.sizes import page
+    from bench.results.cycles import CPI, Cpi
     from bench.results.fit import Loop
-    from bench.results.rows import read_run
-    from bench.results.sizing import best_of_each, canary_max_us, sizes
+    from bench.results.machines import read_machines, sizes_of
+    from bench.results.sizing import sizes
     from bench.results.transfer import transfer
 
     if cpi is not None and cpi[0] > cpi[1]:
         raise click.UsageError(f"--cpi {cpi[0]:g} {cpi[1]:g}: give the lower number first")
-    run = read_run(directory)
-    known = sorted({*run.vehicles, *(row.vehicle for row in run.record.emulated)})
-    unknown = sorted(set(vehicles) - set(known))
-    if unknown:
-        raise UnknownName(f"{directory}: no vehicle '{unknown[0]}' in this run; it has {', '.join(known)}")
+    if len(directories) > 1 and (canary or demands):
+        raise click.UsageError("--canary and --demands are for one run; give one folder")
+    machines = read_machines(directories)
+    timed = [machine for machine in machines if machine.run.by_vehicle]
+    where = ", ".join(map(str, directories))
+    measured = {name for machine in timed for name in machine.run.by_vehicle}
+    counted = {kernel.vehicle for machine in machines for kernel in machine.run.record.emulated}
+    _known(where, "vehicle", vehicles, measured | counted)
+    sets = {row.demands for machine in timed for rows in machine.run.by_vehicle.values() for row in rows}
+    _known(where, "demand set", (demands,) if demands else (), sets)
     loop = Loop(rate, budget / 100, deadline_us)
-    if run.record.emulated or clock_MHz:
-        click.echo(bands.page(run, loop, clock_MHz, cpi, vehicles))
-    if not run.rows:
-        return
-    moved = transfer(run, read_canary(canary)) if canary else None
-    shown = [size for size in sizes(run, loop, moved) if not vehicles or size.vehicle in vehicles]
-    click.echo(page(shown if every else best_of_each(shown), loop, moved, canary_max_us(run)))
+    moved = None
+    if len(directories) > 1:
+        assumed = CPI if cpi is None else dict.fromkeys(CPI, Cpi(*cpi, "as given"))
+        sized = sizes_of(machines, loop, clock_MHz and clock_MHz * 1e6, assumed)
+        _known(where, "machine", names, set(sized))
+        sized = {name: own for name, own in sized.items() if not names or name in names}
+    else:
+        moved = transfer(timed[0].run, read_canary(canary)) if canary and timed else None
+        sized = {machine.name: sizes(machine.run, loop, moved, demands) for machine in timed}
+    shown = {
+        name: [size for size in own if not vehicles or size.vehicle in vehicles]
+        for name, own in sized.items()
+    }
+    if any(shown.values()):
+        trusted = [machine for machine in timed if machine.name in shown]
+        click.echo(page(trusted, {name: own for name, own in shown.items() if own}, loop, moved, every))
+    for machine in machines:
+        if machine.run.record.emulated or (clock_MHz and not counted):
+            click.echo(bands.page(machine.run, loop, clock_MHz, cpi, vehicles))
+
+
+def _known(where: str, what: str, asked: tuple[str, ...], known: set[str]) -> None:
+    from alloc import UnknownName
+
+    unknown = sorted(set(asked) - known)
+    if unknown:
+        raise UnknownName(f"{where}: no {what} '{unknown[0]}' here; there is {', '.join(sorted(known))}")

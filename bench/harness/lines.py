@@ -77,6 +77,7 @@ def problem(question: Question, study: str = "") -> Problem:
         f_scale=vehicle.f_scale,
         wrench_scale=[float(scale) for scale in vehicle.wrench_scale],
         left_out=demands.left_out,
+        moving=demands.f_min is not None,
         said=list(demands.said),
         names=list(vehicle.names),
     )

@@ -13,6 +13,8 @@ from typing import Any
 
 import psutil
 
+from bench.record.machine import slug
+
 _GOVERNOR = Path("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor")
 _BOARD = Path("/proc/device-tree/model")
 _ROOT = Path(__file__).parents[2]
@@ -20,8 +22,9 @@ _SOURCE = ("alloc", "bench")
 
 
 def describe() -> dict[str, Any]:
-    """CPU, cores, memory, governor, OS and kernel; nothing that names a person or a host."""
+    """Name, CPU, cores, memory, governor, OS and kernel; nothing that names a person or a host."""
     return {
+        "name": name(),
         "cpu": cpu(),
         "cores": psutil.cpu_count(logical=True),
         "memory_GiB": round(psutil.virtual_memory().total / 2**30, 1),
@@ -37,7 +40,7 @@ def name() -> str:
     """A folder name for this machine, e.g. ``amd-epyc-2-cores`` or ``raspberry-pi-4-model-b-rev-1.4``."""
     board = _read(_BOARD)
     text = board or f"{cpu()} {psutil.cpu_count(logical=True)} cores"
-    return re.sub(r"[^a-z0-9.]+", "-", re.sub(r"\((r|tm)\)", "", text.lower())).strip("-.") or "machine"
+    return slug(text)
 
 
 def cpu() -> str:

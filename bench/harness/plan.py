@@ -1,7 +1,7 @@
 """What a run measures, and in which order: pure functions of its settings."""
 
 import random
-from collections.abc import Iterable
+from collections.abc import Container, Iterable
 from fnmatch import fnmatchcase
 from typing import NamedTuple
 
@@ -103,21 +103,28 @@ class Group(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def groups(
-    settings: RunSettings, contenders: Iterable[Contender], asked: Iterable[tuple[str, str]]
+    settings: RunSettings,
+    contenders: Iterable[Contender],
+    asked: Iterable[tuple[str, str]],
+    sequences: Container[tuple[str, str]] = (),
 ) -> list[Group]:
     """The keys of every worker, repeat by repeat, shuffled within each so that drift hits all methods alike.
 
-    ``asked`` are the (vehicle, demand set) pairs of the run. The yardsticks are added to the contenders.
+    ``asked`` are the (vehicle, demand set) pairs of the run, ``sequences`` those whose demands follow each
+    other in time: there every start is measured, since only there a last answer is worth something. The
+    yardsticks are added to the contenders.
     """
     pairs = list(asked)
-    choices = [(c.method, *choice) for c in contenders for choice in chosen(c, settings)]
-    choices += [(yardstick, "-", "-") for yardstick in YARDSTICKS.values()]
+    in_a_row = [pair for pair in pairs if pair in sequences]
+    choices = [(pairs, c.method, *choice) for c in contenders for choice in chosen(c, settings)]
+    choices += [(in_a_row, c.method, *choice) for c in contenders for choice in other_starts(c, settings)]
+    choices += [(pairs, yardstick, "-", "-") for yardstick in YARDSTICKS.values()]
     dice = random.Random(settings.seed)
     planned: list[Group] = []
     for repeat in range(settings.repeats):
         dice.shuffle(choices)
-        for method, start, level in choices:
-            places = [(NO_VEHICLE, "-")] if method.name in CANARIES else dice.sample(pairs, len(pairs))
+        for where, method, start, level in choices:
+            places = [(NO_VEHICLE, "-")] if method.name in CANARIES else dice.sample(where, len(where))
             if repeat > 0:
                 places = [place for place in places if not _once(settings, method, place[1])]
             keys = tuple(Key(v, d, method.name, start=start, level=level, repeat=repeat) for v, d in places)
@@ -150,6 +157,15 @@ def chosen(contender: Contender, settings: RunSettings) -> list[tuple[str, str]]
         for level in levels
         if start in (*some_starts, "-") and level in some_levels
     ]
+
+
+def other_starts(contender: Contender, settings: RunSettings) -> list[tuple[str, str]]:
+    """A solver's starts beside those ``chosen``, at its most accurate level; none where starts are named."""
+    if settings.starts or not contender.method.solver:
+        return []
+    usual = {start for start, _ in chosen(contender, settings)}
+    level = (settings.levels or contender.levels)[-1]
+    return [(start, level) for start in contender.starts if start not in usual and level in contender.levels]
 
 
 def check(settings: RunSettings) -> None:

@@ -53,7 +53,7 @@ def run(settings: RunSettings, directory: Path, *, resume: bool, watch: Callable
             with machine.set_aside():
                 known = old or Record(header=first)
                 prepare(state, known, taking_part, named, sets, Path(folder))
-                planned = groups(settings, taking_part, state.files)
+                planned = groups(settings, taking_part, state.files, state.sequences)
                 state.total = sum(len(group.keys) for group in planned)
                 for group in planned:
                     measure(group, state)
@@ -89,6 +89,8 @@ def prepare(
         key = (question.demands.vehicle.name, question.demands.name)
         state.files[key] = folder / f"question-{i}.npz"
         question.save(state.files[key])
+        if question.demands.rate_hz is not None:
+            state.sequences.add(key)
         if key not in in_record:
             whole = question.demands.vehicle.whole or key[0]
             state.writer.append(problem(question, "" if whole in ours else state.settings.study))

@@ -45,6 +45,7 @@ class RunState:
     began : when the run was started or resumed, on the monotonic clock [s]
     ready : when the first cell could be measured, on the monotonic clock [s]
     files : (vehicle, demand set) to the file of its question
+    sequences : (vehicle, demand set) of demands that follow each other in time
     plugins : method to the file of its plug-in, for methods that are not the catalogue's
     missing : method to what must be installed for it, for methods that lack something
     total : how many cells there will be
@@ -61,6 +62,7 @@ class RunState:
     began: float
     ready: float = 0.0
     files: dict[tuple[str, str], Path] = field(default_factory=dict)
+    sequences: set[tuple[str, str]] = field(default_factory=set)
     plugins: dict[str, str] = field(default_factory=dict)
     missing: dict[str, str] = field(default_factory=dict)
     total: int = 0

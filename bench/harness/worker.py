@@ -30,6 +30,7 @@ from alloc import (
     load_plugin,
     one_by_one,
     prepare,
+    solvers,
 )
 from alloc.allocation import real
 from bench.demands.store import load_case, save
@@ -165,9 +166,11 @@ def measure(task: MeasureTask, question: Question, job: Job, line: Worker) -> Ce
     cell = Cell(key=task.key, status="ok", n_demands=len(question.demands.taus), setup_ns=setup_ns)
     core = job.core if job.core is not None else 0
     inputs = arguments(question)
+    solvers.disbelieved.clear()
     with no_garbage_collection():
         before = reading(core)
         samples: Samples[Any] = sample(allocator, inputs, job.budget_ns)
+        cell.disbelieved = dict(solvers.disbelieved)
         binding = time_binding(allocator, question, job.budget_ns // BINDING_SHARE)
         cell.quiet = between(before, reading(core))
         cell.canary_ns = canary_ns()

@@ -5,9 +5,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from alloc import DemandError, FloatArray, Status
+from alloc import Allocation, DemandError, FloatArray, Status
 from alloc.vehicle import LARGEST
 from bench.inputs.columns import SECONDS, TIME, Column, assign, listed
 from bench.inputs.csv_text import csv_text, is_number
@@ -126,11 +125,14 @@ def parse_scale(text: str) -> tuple[float, ...]:
     return tuple(float(cell) for cell in cells)
 
 
-def format_thrusts(F: FloatArray, statuses: NDArray[np.int8], header: Sequence[str]) -> str:
-    """The CSV of thrusts (N, n) [N] and statuses (N,): a row a demand, ``nan`` where it has no thrusts.
+def format_thrusts(answers: Sequence[Allocation], header: Sequence[str]) -> str:
+    """The CSV of answers, a row each: status, thrusts [N] (``nan`` where there are none), shares if any.
 
     ``header`` names the n columns of thrusts. Numbers have ten significant digits: a nanonewton of a newton.
     """
-    answers = zip(F.tolist(), statuses.tolist(), strict=True)
-    rows = ([Status(status).name, *(f"{thrust + 0.0:.10g}" for thrust in f)] for f, status in answers)
-    return csv_text(["status", *header], rows)
+    shares = [f"share{i}" for i in range(len(answers[0].share))]
+    rows = (
+        [Status(a.status).name, *(f"{number + 0.0:.10g}" for number in (*a.f.tolist(), *a.share))]
+        for a in answers
+    )
+    return csv_text(["status", *header, *shares], rows)

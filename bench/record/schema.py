@@ -82,6 +82,7 @@ class Problem(msgspec.Struct, tag="problem", omit_defaults=True, kw_only=True):
     f_scale : the vehicle's largest limit [N]
     wrench_scale : (k,) size of a wrench on each axis [N, N m]
     left_out : demands of a log that were not asked
+    moving : whether each demand had limits of its own
     said : how a log was understood, and what is doubtful about it
     names : of the vehicle's thrusters, empty where they have none
     """
@@ -102,6 +103,7 @@ class Problem(msgspec.Struct, tag="problem", omit_defaults=True, kw_only=True):
     f_scale: float
     wrench_scale: list[float]
     left_out: int = 0
+    moving: bool = False
     said: list[str] = []
     names: list[str] = []
 

@@ -1,30 +1,46 @@
-"""The files that are rendered from a run's record: results.csv, report.md, report.html and pictures."""
+"""The files that are rendered from records: results.csv, report.md, details.md, report.html and pictures."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
+from bench.report import together
 from bench.report.html import html
-from bench.report.page import page
+from bench.report.page import details, page
 from bench.report.pictures import draw_all
 from bench.results.emulated import COLUMNS, rows
-from bench.results.rows import read_run
+from bench.results.machines import NamedRun, read_machines
 from bench.results.table import columns, write_csv
 
 
-def render(directory: Path) -> Path:
-    """Write results.csv, report.md, report.html and the pictures from ``record.jsonl`` alone.
+def render(*directories: Path, out: Path | None = None) -> Path:
+    """Write the report of one run into its folder, or of one or several into ``out``, from records alone.
 
-    Instructions of emulated processors go to emulation.csv, never beside times. The same record gives the
-    same bytes. Returns the path of report.md; raises RecordError where the
-    folder holds no readable record.
+    Of several runs there is one results.csv and emulation.csv with the rows of all, and one report.html;
+    report.md and details.md put the machines side by side. Instructions of emulated processors never stand
+    beside times. The same records give the same bytes. Returns the path of report.md; raises RecordError
+    where a folder holds no readable record.
     """
-    run = read_run(directory)
-    if run.rows or not run.record.emulated:
-        write_csv(directory / "results.csv", columns(), run.rows)
-    if run.record.emulated:  # a mean count without decimals is written as an integer
-        write_csv(directory / "emulation.csv", COLUMNS, rows(run.record.emulated), pointed=False)
-    drawn = draw_all(run, directory)
+    machines = read_machines(directories)
+    directory = out or directories[0]
+    directory.mkdir(parents=True, exist_ok=True)
+    _tables(machines, directory)
+    if len(machines) == 1:
+        run = machines[0].run
+        drawn = draw_all(run, directory)
+        text, more = page(run, drawn), details(run, drawn)
+    else:
+        text, more = together.page(machines), together.details(machines)
     report = directory / "report.md"
-    text = page(run, drawn)
     report.write_text(text, encoding="utf-8")
-    (directory / "report.html").write_text(html(text, directory), encoding="utf-8")
+    (directory / "details.md").write_text(more, encoding="utf-8")
+    (directory / "report.html").write_text(html(machines, text, more), encoding="utf-8")
     return report
+
+
+def _tables(machines: Sequence[NamedRun], directory: Path) -> None:
+    timed = [row for machine in machines for row in machine.run.rows]
+    emulated = [row for machine in machines for row in rows(machine.run.record.emulated)]
+    if timed or not emulated:
+        write_csv(directory / "results.csv", columns(), timed)
+    if emulated:  # a mean count without decimals is written as an integer
+        write_csv(directory / "emulation.csv", COLUMNS, emulated, pointed=False)

@@ -34,18 +34,32 @@ def page(
         f"Emulated processors at {clock_MHz:g} MHz, {loop.rate_hz:g} Hz. The instructions of the most costly"
         " call are exact; its share of the control period is a band, for instructions are not cycles.\n",
         table(
-            ("vehicle", "target", "method", "scalar", "instructions", "share [%]", "verdict", "answers"),
+            (
+                "vehicle",
+                "target",
+                "method",
+                "scalar",
+                "verdict",
+                "exact",
+                "share [%]",
+                "instructions",
+                "answers",
+            ),
             [_line(band) for band in shown],
         ),
         "Cycles an instruction:\n",
     ]
-    bases = [f"- {target}: {assumed[target]}." for target in dict.fromkeys(band.target for band in shown)]
+    bases = [
+        f"- {target}: {assumed[target]}." for target in dict.fromkeys(band.counted.target for band in shown)
+    ]
     return "\n".join([*parts, *bases, ""])
 
 
 def _line(band: Band) -> list[str]:
+    kernel = band.counted
     shares = f"{three(100 * band.low)} to {three(100 * band.high)}"
-    answers = "right" if band.agrees else "not all right"
-    answers += f"; not counted: {', '.join(band.missed)}" if band.missed else ""
-    count = str(band.instructions)
-    return [band.vehicle, band.target, band.method, band.scalar, count, shares, str(band.fit), answers]
+    answers = "right" if kernel.agrees else "not all right"
+    answers += f"; not counted: {', '.join(kernel.missed)}" if kernel.missed else ""
+    optimum = "yes" if kernel.optimal else "no"
+    names = [kernel.vehicle, kernel.target, kernel.method, kernel.scalar]
+    return [*names, str(band.fit), optimum, shares, str(kernel.instructions), answers]

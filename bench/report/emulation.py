@@ -10,6 +10,31 @@ from bench.results.rows import Run
 from bench.results.text import table, three
 
 
+def summary(run: Run) -> str:
+    """The most costly call of each kernel in double precision, and what failed."""
+    emulated = rows(run.record.emulated)
+    targets = list(dict.fromkeys(r.emulated.target for r in emulated if r.emulated.target != REFERENCE))
+    lines = []
+    for (vehicle, method), group in groupby(emulated, key=lambda r: (r.emulated.vehicle, r.emulated.method)):
+        own = list(group)
+        worst = [_most(own, target) for target in targets]
+        if any(worst):
+            lines.append([vehicle, method, *worst])
+    parts = [
+        "## Instructions on emulated processors\n",
+        "The most that any call took in double precision, a search for it included; counted exactly, and no"
+        " times. `thrustbench size DIR --rate HZ --clock MHZ` makes shares of a control period of them.\n",
+        table(("vehicle", "method", *targets), lines),
+    ]
+    failed = [row for row in emulated if row.emulated.status != "ok" or row.emulated.agrees is False]
+    return "\n".join([*parts, _failures(failed)] if failed else parts)
+
+
+def _most(own: Sequence[EmulatedRow], target: str) -> str:
+    counts = [r.worst for r in own if (r.emulated.target, r.emulated.scalar) == (target, "double")]
+    return str(max((count for count in counts if count is not None), default=""))
+
+
 def section(run: Run, drawn: frozenset[str]) -> str:
     """A table for each processor: mean instructions by class of demand, the worst call, flash and memory."""
     emulated = rows(run.record.emulated)

@@ -1,20 +1,19 @@
-"""Report section: three sentences with numbers, and a table with one line for each vehicle."""
+"""Report section: three sentences with numbers."""
 
 from bench.record import NO_VEHICLE
 from bench.results.columns import Row
 from bench.results.ranking import best, complete, exact, optimal, right
 from bench.results.rows import Run
-from bench.results.text import number_range, percent, table, three
+from bench.results.text import number_range, three
 
-CLOSED_FORMS = {"pinv@native": "T* τ in generated C", "pinv": "T* τ in numpy"}
+CLOSED_FORMS = {"pinv@native": "the time of f = T* τ in generated C", "pinv": "that of f = T* τ in numpy"}
 """What the exact answer is compared with: generated C with C, and what most people call from Python."""
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:
-    """The cost of exactness, the loss without limits, how far to trust both, and the table of vehicles."""
+    """The cost of exactness, the loss without limits, and how far to trust both."""
     sentences = [sentence for sentence in (_cost(run), _loss(run), _trust(run)) if sentence]
-    more = "`thrustbench size DIR --rate HZ` says which of them fits a control rate.\n"
-    return "\n\n".join([" ".join(sentences), _vehicles(run) + "\n" + more]) if run.vehicles else ""
+    return " ".join(sentences) + "\n" if run.vehicles else ""
 
 
 def fastest_exact(rows: list[Row]) -> Row | None:
@@ -48,7 +47,7 @@ def _cost(run: Run) -> str:
         names.append(row.label)
         for method, ratios in over.items():
             ratios += [time / other for other in [_us(named(rows, method))] if other]
-        if solver is not None and solver_us:
+        if solver is not None and solver_us and solver is not row:
             over_solver.append(solver_us / time)
             own_clock += [100 * own / solver_us for own in _numbers(solver.solver_p50_us)]
     if not exact_us:
@@ -60,7 +59,7 @@ def _cost(run: Run) -> str:
     )
     comparisons = [f"{number_range(over[m])} times {words}" for m, words in CLOSED_FORMS.items() if over[m]]
     if comparisons:
-        text += f", {' and '.join(comparisons)} (which knows no limits)"
+        text += f"; that is {' and '.join(comparisons)}, which know no limits"
     if over_solver:
         text += f"; the fastest QP solver that is as exact takes {number_range(over_solver)} times as long,"
         text += " called through Python"
@@ -99,41 +98,16 @@ def _trust(run: Run) -> str:
     # A solver that gives up, or stops early with the status for it, breaks no promise and still serves less
     # than it could.
     short = sum(right(row) and optimal(row) and not complete(row) for row in rows)
-    busy = sum(bool(row.disturbances) for row in rows if not row.failed)
-    return (
-        f"Of {len(rows)} rows {len(rows) - failed - wrong} answered as promised, {short} of those without"
-        f" solving every demand that can be met; {wrong} did not, {failed} could not be measured; the machine"
-        f" was disturbed during {busy}.{_unfinished(run)}"
-    )
+    text = f"Every timed answer was judged. Of {len(rows)} rows {len(rows) - failed - wrong} are right"
+    if short:
+        text += f" ({short} of them by solvers that gave up on some demand that can be met)"
+    return f"{text}, {wrong} wrong, {failed} not measured.{_unfinished(run)}"
 
 
 def _unfinished(run: Run) -> str:
     events = run.record.events
     stopped = events and events[-1].what != "finished"
     return " **This run was stopped before its end**; `thrustbench run --resume` goes on." if stopped else ""
-
-
-def _vehicles(run: Run) -> str:
-    lines = []
-    for vehicle, rows in _typical(run, run.vehicles + run.degraded).items():
-        row, pinv, solver = fastest_exact(rows), named(rows, "pinv"), fastest_solver(rows)
-        lost = pinv.lost_wrench_max if pinv else None
-        lines.append(
-            [
-                vehicle,
-                run.sets(vehicle)[0],
-                *_shown(pinv),
-                *_shown(row),
-                *_shown(solver),
-                percent(lost),
-            ]
-        )
-    headers = ("vehicle", "demands", "no limits", "[µs]", "exact", "[µs]", "exact by a solver", "[µs]")
-    return table((*headers, "wrench lost without limits, worst"), lines)
-
-
-def _shown(row: Row | None) -> tuple[str, str]:
-    return ("", "") if row is None else (row.label, three(_us(row)))
 
 
 def _us(row: Row | None) -> float | None:

@@ -1,41 +1,140 @@
-"""report.html: the report as one file that can be mailed, its pictures inside."""
+"""report.html: an instrument in one file, with everything inside and nothing fetched."""
 
+import json
 import re
-from base64 import b64encode
-from pathlib import Path
-from urllib.parse import unquote
+from collections.abc import Sequence
+from importlib.resources import files
+from string import Template
+from typing import Any
 
-STYLE = """
-:root { color-scheme: light dark; --ink: #1f2328; --paper: #ffffff; --faint: #d8dee4; }
-@media (prefers-color-scheme: dark) { :root { --ink: #e6edf3; --paper: #0d1117; --faint: #30363d; } }
-body { background: var(--paper); color: var(--ink); font: 16px/1.5 system-ui, sans-serif;
-  max-width: 72rem; margin: 2rem auto; padding: 0 1rem; }
-table { border-collapse: collapse; display: block; overflow-x: auto; margin: 1rem 0;
-  font-size: 14px; font-variant-numeric: tabular-nums; }
-th, td { border-bottom: 1px solid var(--faint); padding: 0.15rem 0.7rem; white-space: nowrap; }
-tbody tr:hover { background: color-mix(in srgb, var(--faint) 50%, transparent); }
-td:last-child { white-space: normal; }
-img { max-width: 100%; height: auto; }
-"""
+from bench.report.bundle import vega
+from bench.report.data import data
+from bench.report.pictures.style import BLUE, DARK, FAINT, FAMILIES, GREEN, INK, ORANGE, PAPER, VERMILION
+from bench.results.machines import NamedRun
+
+HERE = files("bench.report") / "instrument"
+COLOURS = {"ink": INK, "paper": PAPER, "faint": FAINT, "focus": BLUE} | {
+    f"family-{i}": colour for i, colour in enumerate(FAMILIES.values())
+}
+PICKS = (VERMILION, BLUE, GREEN, ORANGE)
+"""Colours of methods that are put side by side."""
+SHAPES = ("circle", "square", "diamond", "triangle-up", "cross", "triangle-down")
+"""Marks of the families, for readers who can't tell their colours apart."""
+TIME = {
+    "title": "one call",
+    "values": [digit * 10.0**power for power in range(-3, 8) for digit in (1, 2, 5)],
+    "labelOverlap": True,
+    "labelExpr": "datum.value >= 1e6 ? datum.value / 1e6 + ' s' : datum.value >= 1000 ? datum.value / 1000"
+    " + ' ms' : datum.value >= 1 ? datum.value + ' µs' : round(1000 * datum.value) + ' ns'",
+}
 
 
-def html(markdown: str, directory: Path) -> str:
-    """The report as one HTML page without links to other files, for light and dark settings.
+def html(machines: Sequence[NamedRun], report: str, details: str) -> str:
+    """The page: choices, verdicts, pictures and tables of all machines, then the report's own words.
 
-    Pictures are read from the folder and embedded as data, each a document of its own, so that their ids
-    can't clash.
+    It works without a server and without the network: data, Vega-Lite and what drives both are inside.
+    Names stand in it as data only, so a vehicle may be called anything.
     """
+    title = report.partition("\n")[0].lstrip("# ")
+    read = {name: (HERE / name).read_text(encoding="utf-8") for name in FILES}
+    page = Template(read["page.html"])
+    return page.substitute(
+        title=_text(title),
+        style=_colours() + read["style.css"],
+        report=_prose(report.partition("\n")[2]),
+        details=_prose(details.partition("\n")[2]),
+        data=_json(data(machines)),
+        charts=_json(charts()),
+        sizing=read["sizing.js"],
+        page=read["page.js"],
+        vega=vega().replace("</script", "<\\/script"),
+    )
+
+
+FILES = ("page.html", "style.css", "sizing.js", "page.js", "charts.json")
+
+
+def charts() -> dict[str, Any]:
+    """The four pictures in Vega-Lite's grammar; ``$name`` stands for what several of them share."""
+    legend = {
+        "orient": "bottom",
+        "columns": {"signal": "width < 420 ? 1 : 3"},
+        "title": None,
+        "labelLimit": 320,
+    }
+    shared = {
+        "families": {"domain": list(FAMILIES), "range": [f"var(--family-{i})" for i in range(len(FAMILIES))]},
+        "shapes": {"domain": list(FAMILIES), "range": list(SHAPES[: len(FAMILIES)])},
+        "picks": {"range": [f"var(--pick-{i})" for i in range(len(PICKS))]},
+        "dashes": {"field": "name", "type": "nominal", "legend": None},
+        "legend": legend,
+        "time": TIME,
+    }
+    named = json.loads((HERE / "charts.json").read_text(encoding="utf-8"))
+    return {
+        name: _filled(spec, shared) | {"autosize": AUTOSIZE, "config": CONFIG} for name, spec in named.items()
+    }
+
+
+AUTOSIZE = {"type": "fit-x", "contains": "padding"}
+CONFIG = {
+    "background": "transparent",
+    "font": "system-ui, sans-serif",
+    "view": {"stroke": None},
+    "axis": {
+        "labelColor": "var(--ink)",
+        "titleColor": "var(--ink)",
+        "gridColor": "var(--faint)",
+        "domainColor": "var(--ink)",
+        "tickColor": "var(--ink)",
+        "labelFontSize": 12,
+        "titleFontWeight": "normal",
+    },
+    "legend": {
+        "layout": {"bottom": {"direction": "vertical", "anchor": "start"}},
+        "labelColor": "var(--ink)",
+        "titleColor": "var(--ink)",
+        "labelFontSize": 12,
+    },
+    "rule": {"color": "var(--ink)"},
+}
+
+
+def _filled(spec: Any, shared: dict[str, Any]) -> Any:
+    if isinstance(spec, dict):
+        return {key: _filled(value, shared) for key, value in spec.items()}
+    if isinstance(spec, list):
+        return [_filled(value, shared) for value in spec]
+    if isinstance(spec, str) and spec.startswith("$"):
+        name = spec[1:]
+        return shared.get(name, {"field": name, "title": name.replace("\\", "")})
+    return spec
+
+
+def _colours() -> str:
+    names = COLOURS | {f"pick-{i}": colour for i, colour in enumerate(PICKS)}
+    light = "".join(f"--{name}: {colour};" for name, colour in names.items())
+    dark = "".join(f"--{name}: {DARK[colour]};" for name, colour in names.items())
+    screen = f"@media screen and (prefers-color-scheme: dark) {{ :root {{ {dark} }} }}"
+    return f":root {{ {light} }}\n{screen}\n"
+
+
+def _prose(markdown: str) -> str:
+    """The report's own text; its pictures are left out, since the page draws what they show."""
     from markdown_it import MarkdownIt
 
-    def embedded(image: re.Match[str]) -> str:
-        data = b64encode((directory / unquote(image[1])).read_bytes()).decode("ascii")
-        return f'<img src="data:image/svg+xml;base64,{data}"'
+    words = re.sub(r"^!\[.*\n", "", markdown, flags=re.MULTILINE)
+    made: str = MarkdownIt("commonmark", {"html": False}).enable("table").render(words)
+    return made
 
-    body = MarkdownIt("commonmark", {"html": False}).enable("table").render(markdown)
-    body = re.sub(r'<img src="([^"/]+\.svg)"', embedded, body)
-    title = markdown.partition("\n")[0].lstrip("# ")
-    return (
-        f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{title}</title>\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<style>{STYLE}</style>\n</head>\n<body>\n{body}</body>\n</html>\n"
-    )
+
+def _json(value: Any) -> str:
+    """JSON that no HTML parser reads a tag out of."""
+    text = json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+    return text.replace("<", "\\u003c")
+
+
+def _text(text: str) -> str:
+    from html import escape
+
+    return escape(text)

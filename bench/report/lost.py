@@ -57,13 +57,6 @@ def _vehicle(run: Run, vehicle: str) -> list[str]:
     return [f"### {vehicle}\n", table(headers, body), *([nothing] if keeping else [])]
 
 
-def largest(row: Row) -> float | None:
-    """The largest share of a demand's wrench that is not delivered: 1 where a demand got no thrusts."""
-    answered = row.answered_share
-    lost = row.lost_wrench_max
-    return lost if answered is None or answered == 1.0 else 1.0
-
-
 def _together(rows: list[Row]) -> str:
     """Names of several rows: ``clip, pinv``, or for solvers of one family ``soft QP by daqp, osqp``."""
     solvers, families = [row.described.solver for row in rows], {row.family for row in rows}

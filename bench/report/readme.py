@@ -6,9 +6,8 @@ from pathlib import Path
 from alloc import WRENCH_TOLERANCE, AllocError, Family, find_formulation
 from alloc.formulations import EXACT_METHODS
 from bench.record import RecordError
-from bench.report.lost import largest
 from bench.results.columns import Row
-from bench.results.ranking import best, exact, optimal
+from bench.results.ranking import best, exact, largest_loss, optimal
 from bench.results.rows import Run
 from bench.results.text import percent, table, three
 
@@ -111,6 +110,6 @@ def _median(row: Row | None) -> str:
 def _tail(run: Run, row: Row | None) -> tuple[str, str]:
     if row is None:
         return "", ""
-    lost = largest(row)
+    lost = largest_loss(row)
     met = lost is not None and lost < WRENCH_TOLERANCE
     return three(run.tail_us(row, 0.999)), "0" if met else percent(lost)

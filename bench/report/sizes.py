@@ -1,9 +1,12 @@
-"""The table of ``thrustbench size``, and the sentence in front of it."""
+"""What ``thrustbench size`` prints: what to take, how sure that is, and every method's verdict."""
 
+from collections.abc import Mapping, Sequence
 from itertools import groupby
 
+from bench.report.verdict import sure, verdicts
 from bench.results.fit import Fit, Loop
-from bench.results.sizing import Size
+from bench.results.machines import NamedRun, on_all
+from bench.results.sizing import Size, best_of_each
 from bench.results.text import percent, table, three
 from bench.results.transfer import Transfer
 
@@ -23,20 +26,23 @@ HEADERS = (
 
 
 def page(
-    sizes: list[Size], loop: Loop, transfer: Transfer | None = None, canary_us: float | None = None
+    machines: Sequence[NamedRun],
+    sized: Mapping[str, Sequence[Size]],
+    loop: Loop,
+    transfer: Transfer | None = None,
+    every: bool = False,
 ) -> str:
-    """For each vehicle what to take, every method's shares of the control period, and why some have none."""
-    parts = [
-        f"At {loop.rate_hz:g} Hz one call may take {three(loop.limit_us)} µs,"
-        f" {percent(loop.limit_share)} of the control period. Columns in % are shares of the"
-        " period; late are single calls beyond the time allowed, with the share that their true rate does not"
-        " exceed (95 % confidence, as if calls were independent).\n"
-    ]
-    if canary_us is not None:
-        parts.append(
-            f"The slowest call of the canaries, a few microseconds of fixed work in the same run, took"
-            f" {three(canary_us)} µs: what is late by as much may be the machine's doing, not the method's.\n"
-        )
+    """The verdicts, how sure they are, then for each machine and vehicle a table of every method.
+
+    ``sized`` holds all sizes by machine, in the order in which to take them. With ``every`` each start and
+    level is shown, else the first of each method.
+    """
+    several = len(sized) > 1
+    where = " on every machine" if several else ""
+    chosen = list if every else best_of_each
+    together = chosen(on_all(sized) if several else list(next(iter(sized.values()))))
+    parts = ["\n".join(verdicts(together, loop, where)) + "\n"]
+    parts += [f"{machine.name} was {sure(machine.run)}\n" for machine in machines]
     if transfer:
         parts.append(
             f"ESTIMATE for {transfer.machine}: nothing was run there. By its canaries a call takes"
@@ -44,43 +50,60 @@ def page(
             f" {three(transfer.high)}; times are multiplied by the upper end. Slowest calls are not"
             " transferred.\n"
         )
-    for vehicle, group in groupby(sizes, key=lambda size: size.vehicle):
-        own = list(group)
-        unknown = [f"- {size.label}: {size.reason}" for size in own if size.fit == Fit.UNKNOWN]
-        parts += [
-            f"{vehicle}: {_advice(own[0], loop)}\n",
-            table(HEADERS, [_line(size, loop) for size in own]),
-            *(["Unknown, because:\n", "\n".join(unknown) + "\n"] if unknown else []),
-        ]
+    parts.append(
+        f"One call may take {three(loop.limit_us)} µs, {percent(loop.limit_share)} of the control period."
+        " Columns in % are shares of the period; late are single calls beyond the time allowed, with the"
+        " share that their true rate does not exceed (95 % confidence, as if calls were independent); up to"
+        " is the rate at which the slowest call still keeps the budget, memory the peak of the process.\n"
+    )
+    if several:
+        for vehicle, group in groupby(together, key=lambda size: size.vehicle):
+            parts += [f"{vehicle}, on every machine:\n", _across(vehicle, list(group), sized, loop)]
+    for name, own in sized.items():
+        for vehicle, group in groupby(chosen(list(own)), key=lambda size: size.vehicle):
+            shown = list(group)
+            unknown = [f"- {size.label}: {size.reason}" for size in shown if size.fit == Fit.UNKNOWN]
+            parts += [
+                f"{vehicle}{f' on {name}' if several else ''}:\n",
+                table(HEADERS, [_line(size, loop) for size in shown]),
+                *(["Unknown, because:\n", "\n".join(unknown) + "\n"] if unknown else []),
+            ]
     return "\n".join(parts)
 
 
-def _advice(first: Size, loop: Loop) -> str:
-    if first.fit > Fit.WITHOUT_TAIL:
-        return f"nothing here serves {loop.rate_hz:g} Hz"
-    share = percent(_of(first.p999_us or first.p50_us, loop))
-    what = "p99.9" if first.p999_us else "median"
-    return f"take {first.label} ({first.fit}; {what} is {share} of the period)"
+def _across(vehicle: str, together: Sequence[Size], sized: Mapping[str, Sequence[Size]], loop: Loop) -> str:
+    by_machine = {
+        name: {size.label: size for size in own if size.vehicle == vehicle} for name, own in sized.items()
+    }
+    shown = {name: own for name, own in by_machine.items() if own}
+    lines = []
+    for size in together:
+        line = [size.label, str(size.fit), _exact(size)]
+        for own in shown.values():
+            there = own[size.label]
+            line += [str(there.fit), _share(there.p50_us, loop)]
+        lines.append(line)
+    headers = [part for name in shown for part in (f"{name}: verdict", "median [%]")]
+    return table(("method", "verdict", "exact", *headers), lines)
 
 
 def _line(size: Size, loop: Loop) -> list[str]:
-    shares = [_of(us, loop) for us in (size.p50_us, size.p999_us, size.max_us)]
     return [
         size.label,
         str(size.fit),
         "see below" if size.fit == Fit.UNKNOWN else size.reason,
-        "yes" if size.exact else "no",
-        *(_per_cent(share) for share in shares),
+        _exact(size),
+        *(_share(us, loop) for us in (size.p50_us, size.p999_us, size.max_us)),
         f"{size.late} of {size.calls}" if size.calls else "",
-        _per_cent(size.bound),
+        three(None if size.bound is None else 100 * size.bound),
         three(size.rate_hz),
         three(size.memory_MB),
     ]
 
 
-def _per_cent(share: float | None) -> str:
-    return three(None if share is None else 100 * share)
+def _exact(size: Size) -> str:
+    return "" if size.fit == Fit.UNKNOWN else "yes" if size.exact else "no"
 
 
-def _of(us: float | None, loop: Loop) -> float | None:
-    return None if us is None else us / loop.period_us
+def _share(us: float | None, loop: Loop) -> str:
+    return three(None if us is None else 100 * us / loop.period_us)

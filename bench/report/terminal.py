@@ -1,4 +1,4 @@
-"""The end of a run on the terminal: a line for each method, and what is wrong with which answers."""
+"""The end of a run on the terminal: what to take, a line for each method, and which answers are wrong."""
 
 from collections import Counter
 from collections.abc import Iterable
@@ -10,17 +10,22 @@ from rich.markup import escape
 from rich.table import Table
 
 from alloc import WRENCH_TOLERANCE
+from bench.record.machine import machine_name
 from bench.report.limits import cut_logs
-from bench.report.lost import largest
+from bench.report.moving import of, sequences, title
+from bench.report.verdict import USUAL, sure, verdicts
 from bench.results.columns import Row
+from bench.results.ranking import largest_loss
 from bench.results.repeats import most
 from bench.results.rows import Run, read_run
+from bench.results.sizing import best_of_each, of_all_vehicles, sizes
 from bench.results.text import number_range, three
 
 ATTAINABLE = ("inactive", "active", "uniform")
 """Demand sets that a perfect method serves whole."""
 
-CAPTION = """p50, p99: a call \\[us]; serves: share of what a vehicle can do, within 1 %;
+CAPTION = """p50, p99: a call \\[us]; p99 of all sets, where there are calls enough;
+serves: share of what a vehicle can do, within 1 %;
 misses: share of an attainable wrench that is not delivered.
 Over vehicles and demand sets: p50 least … largest, the others the worst."""
 
@@ -47,14 +52,25 @@ def _two(value: float | None) -> str:
 def show(directory: Path, console: Console) -> bool:
     """Print the summary of the run in ``directory``; True where every answer is good."""
     run = read_run(directory)
-    rows = sorted(run.rows, key=lambda row: row.label)
+    sized = sizes(run, USUAL)
+    for line in [*verdicts([s for s in best_of_each(sized) if s.vehicle in run.vehicles], USUAL), ""]:
+        console.print(line, highlight=False, markup=False, soft_wrap=True)
+    usefulness = {label: i for i, label in enumerate(of_all_vehicles(sized))}
+    rows = sorted(run.rows, key=lambda row: (usefulness.get(row.label, len(usefulness)), row.label))
     table = Table(box=None, pad_edge=False, caption=CAPTION)
     for heading in ("method", "p50", "p99", "serves", "misses", "agrees"):
         table.add_column(heading, no_wrap=True, min_width=len(heading))
     for label, same in groupby(rows, key=lambda row: row.label):
         table.add_row(escape(label), *_method(run, list(same)))
     # A file or a pipe has no edge that lines must fit into, so nothing is cut there.
-    console.print(table, width=None if console.is_terminal else max(console.width, 120))
+    console.print(table, width=None if console.is_terminal else max(console.width, 1000))
+    if run.vehicles:
+        said = f"{machine_name(run.record.header.machine)} was {sure(run)}"
+        console.print(said, highlight=False, markup=False, soft_wrap=True)
+    for problem in sequences(run):
+        if problem.moving:
+            console.print(f"{title(problem)}\n", highlight=False, markup=False, soft_wrap=True)
+            console.print(of(run, problem), highlight=False, markup=False, soft_wrap=True)
     for line in cut_logs(run):
         console.print(line, highlight=False, markup=False, soft_wrap=True)
     wrong = objections(rows)
@@ -66,11 +82,18 @@ def show(directory: Path, console: Console) -> bool:
 def _method(run: Run, rows: list[Row]) -> tuple[str, ...]:
     return (
         number_range((row.call_p50_us for row in rows), "…"),
-        three(most(row.call_p99_us for row in rows)),
+        three(_worst_p99(run, rows)),
         _least(served(run, rows)),
         missed(rows),
         _verdict(rows),
     )
+
+
+def _worst_p99(run: Run, rows: list[Row]) -> float | None:
+    """The largest p99 of all vehicles [us]; None where one has too few calls, or none that the median has."""
+    timed = {row.vehicle: row for row in rows if not row.failed}
+    tails = [run.tail_us(row, 0.99) for row in timed.values()]
+    return None if None in tails else most(tails)
 
 
 def _verdict(rows: list[Row]) -> str:
@@ -104,7 +127,7 @@ def served(run: Run, rows: list[Row]) -> list[float]:
 
 def missed(rows: list[Row]) -> str:
     """The largest share of an attainable wrench that is not delivered, in per cent; empty where not known."""
-    worst = most(largest(row) for row in rows if row.demands in ATTAINABLE)
+    worst = most(largest_loss(row) for row in rows if row.demands in ATTAINABLE)
     if worst is None:
         return ""
     # Two digits; .2g alone would write 100 with an exponent.

@@ -1,11 +1,56 @@
 """Shares of the control period from counts of instructions: bands, because instructions are not cycles."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
+from alloc import catalogue, find_formulation
+from alloc.formulations.hard import FORMULATION as HARD
 from bench.results.cycles import CPI, Cpi, share
 from bench.results.emulated import EmulatedRow
 from bench.results.fit import Fit, Loop
+from bench.results.sizing import Size, ordered
+from bench.results.text import three
+
+USUAL_SCALAR = "double"
+"""Precision that a label leaves out: Python's own."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Counted:
+    """What was counted of one kernel on one processor, all demand sets taken together.
+
+    Attributes
+    ----------
+    vehicle, target, method, scalar : what names the kernel and the processor
+    instructions : count of the most costly call over every demand set, the search for it included
+    agrees : whether all of the kernel's answers were right
+    missed : demand sets whose count failed; any may hold a more costly call, so then nothing is known to fit
+    formulation, family, twin : of the method, as the catalogue describes it; a solver's generated C is posed
+        as the optimum within limits
+    solver : the solver whose own generator wrote the C, empty for this project's
+    """
+
+    vehicle: str
+    target: str
+    method: str
+    scalar: str
+    instructions: int
+    agrees: bool
+    missed: tuple[str, ...] = ()
+    formulation: str = ""
+    family: str = ""
+    twin: str = ""
+    solver: str = ""
+
+    @property
+    def label(self) -> str:
+        """Method, and the precision where it is not Python's own."""
+        return self.method if self.scalar == USUAL_SCALAR else f"{self.method} {self.scalar}"
+
+    @property
+    def optimal(self) -> bool:
+        """Whether the method answers the optimum within limits, eq. 4-5."""
+        return find_formulation(self.formulation).optimal
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -14,61 +59,102 @@ class Band:
 
     Attributes
     ----------
-    vehicle, target, method, scalar : what names the kernel and the processor
-    instructions : count of the most costly call over every demand set, the search for it included
+    counted : the kernel and its count
     low, high : share of the period [-]
     fit : whether that fits the control loop
-    agrees : whether all of the kernel's answers were right
-    missed : demand sets whose count failed; any may hold a more costly call, so then nothing is known to fit
     """
 
-    vehicle: str
-    target: str
-    method: str
-    scalar: str
-    instructions: int
+    counted: Counted
     low: float
     high: float
     fit: Fit
-    agrees: bool
-    missed: tuple[str, ...] = ()
+
+
+def counted(rows: Iterable[EmulatedRow]) -> list[Counted]:
+    """Each kernel that was counted on each processor, by their names."""
+    known = {entry.name: entry for entry in catalogue()}
+    groups: dict[tuple[str, str, str, str], list[EmulatedRow]] = {}
+    for row in rows:
+        key = (row.emulated.vehicle, row.emulated.target, row.emulated.method, row.emulated.scalar)
+        groups.setdefault(key, []).append(row)
+    made = []
+    for (vehicle, target, method, scalar), group in sorted(groups.items()):
+        counts = [row for row in group if row.worst is not None]
+        if not counts:
+            continue
+        entry = known.get(method)
+        formulation = HARD if entry is None else find_formulation(entry.formulation)
+        made.append(
+            Counted(
+                vehicle=vehicle,
+                target=target,
+                method=method,
+                scalar=scalar,
+                instructions=max(row.worst or 0 for row in counts),
+                agrees=all(row.emulated.agrees for row in counts),
+                missed=tuple(row.emulated.demands for row in group if row.worst is None),
+                formulation=formulation.name,
+                family=formulation.family if entry is None else entry.family,
+                twin="" if entry is None else entry.twin,
+                solver=group[0].emulated.solver,
+            )
+        )
+    return made
 
 
 def bands(
     rows: Iterable[EmulatedRow], clock_hz: float, loop: Loop, cpi: Mapping[str, Cpi] = CPI
 ) -> list[Band]:
-    """A band for each kernel and processor that has an assumption on cycles, cheapest first.
+    """A band for each kernel and processor that has an assumption on cycles, the one to take first.
 
-    ``cpi`` holds the assumptions by target.
+    ``cpi`` holds the assumptions by target. As in ``sizing.sizes`` what may fit comes before what does not,
+    right answers before others, the optimum within limits before what knows none, and then the cheaper one.
     """
-    groups: dict[tuple[str, str, str, str], list[EmulatedRow]] = {}
-    for row in rows:
-        if row.emulated.target in cpi:
-            key = (row.emulated.vehicle, row.emulated.target, row.emulated.method, row.emulated.scalar)
-            groups.setdefault(key, []).append(row)
-    made = []
-    for (vehicle, target, method, scalar), group in groups.items():
-        counted = [row for row in group if row.worst is not None]
-        if not counted:
-            continue
-        missed = tuple(row.emulated.demands for row in group if row.worst is None)
-        worst = max(row.worst or 0 for row in counted)
-        low, high = share(worst, clock_hz, loop.rate_hz, cpi[target])
-        limit = loop.limit_share
-        fit = Fit.FITS if high <= limit else Fit.MAY_FIT if low <= limit else Fit.DOES_NOT_FIT
-        if missed and fit != Fit.DOES_NOT_FIT:
-            fit = Fit.UNKNOWN
-        band = Band(
-            vehicle=vehicle,
-            target=target,
-            method=method,
-            scalar=scalar,
-            instructions=worst,
-            low=low,
-            high=high,
-            fit=fit,
-            agrees=all(row.emulated.agrees for row in counted),
-            missed=missed,
-        )
-        made.append(band)
-    return sorted(made, key=lambda band: (band.vehicle, band.target, band.instructions, band.scalar))
+    made = [
+        _band(kernel, clock_hz, loop, cpi[kernel.target]) for kernel in counted(rows) if kernel.target in cpi
+    ]
+    return sorted(made, key=_usefulness)
+
+
+def as_sizes(bands: Sequence[Band], loop: Loop) -> list[Size]:
+    """The bands of one processor as sizes, to stand beside those of machines that were timed.
+
+    In place of a median there is the upper end of the band.
+    """
+    return ordered([_size(band, loop) for band in bands])
+
+
+def _band(kernel: Counted, clock_hz: float, loop: Loop, cpi: Cpi) -> Band:
+    low, high = share(kernel.instructions, clock_hz, loop.rate_hz, cpi)
+    limit = loop.limit_share
+    fit = Fit.FITS if high <= limit else Fit.MAY_FIT if low <= limit else Fit.DOES_NOT_FIT
+    if kernel.missed and fit != Fit.DOES_NOT_FIT:
+        fit = Fit.UNKNOWN
+    return Band(counted=kernel, low=low, high=high, fit=fit)
+
+
+def _size(band: Band, loop: Loop) -> Size:
+    kernel = band.counted
+    reason = f"{three(100 * band.low)} to {three(100 * band.high)} % by its instructions"
+    if kernel.missed:
+        reason = f"not counted: {', '.join(kernel.missed)}"
+    return Size(
+        vehicle=kernel.vehicle,
+        method=kernel.method,
+        label=kernel.label,
+        twin=kernel.twin,
+        family=kernel.family,
+        solver=kernel.solver,
+        formulation=kernel.formulation,
+        fit=band.fit if kernel.agrees else Fit.UNKNOWN,
+        reason=reason if kernel.agrees else "not all answers are right",
+        exact=kernel.optimal and kernel.agrees,
+        p50_us=band.high * loop.period_us,
+        rate_hz=loop.highest_rate_hz(band.high * loop.period_us),
+    )
+
+
+def _usefulness(band: Band) -> tuple[str, str, bool, bool, bool, Fit, int, str]:
+    kernel, late = band.counted, band.fit > Fit.MAY_FIT
+    what = (kernel.vehicle, kernel.target)
+    return *what, late, not kernel.agrees, not kernel.optimal, band.fit, kernel.instructions, kernel.scalar

@@ -5,10 +5,12 @@ A property's name is the column's, with the unit at the end; its docstring is th
 medians or maxima, never means. To add a column, add a property.
 """
 
+from collections import Counter
 from collections.abc import Callable
 from statistics import median
 
 from bench.record import Cell
+from bench.record.machine import machine_name
 from bench.results.quantiles import interval, merged, quantile, total
 from bench.results.repeats import Repeats, most
 
@@ -136,6 +138,16 @@ class Row(Repeats):
         return "; ".join(self.disturbances)
 
     @property
+    def machine(self) -> str:
+        """Name of the machine: the folder's that `thrustbench run` chooses there."""
+        return machine_name(self.origin.machine)
+
+    @property
+    def commit(self) -> str:
+        """Commit of this project that was measured; ``+changes`` where its files differed from it."""
+        return self.origin.commit
+
+    @property
     def level(self) -> str:
         """Accuracy: ``default`` settings of the solver, or ``tight`` (1e-6 of the largest limit)."""
         return self.key.level
@@ -224,6 +236,12 @@ class Row(Repeats):
     def failed_after_failure_share(self) -> float | None:
         """Share (0 to 1) without thrusts, of attainable demands right after an answer without thrusts."""
         return self.worst(lambda j: j.failed_after_failure)
+
+    @property
+    def disbelieved(self) -> str:
+        """What a solver said and was not believed, with calls: false INFEASIBLE, unknown exit flags."""
+        counts = sum((Counter(cell.disbelieved) for cell in self.cells), Counter())
+        return "; ".join(f"{what} ({count:,} of {self.n_calls:,} calls)" for what, count in counts.items())
 
     @property
     def tolerance(self) -> float | None:

@@ -3,6 +3,9 @@
 from dataclasses import dataclass
 from enum import IntEnum
 
+LATE_SHARE = 0.001
+"""Largest share of late calls of a method that fits: one in a thousand, as p99.9 is judged."""
+
 
 class Fit(IntEnum):
     """Whether a method fits the time it may take, best first."""

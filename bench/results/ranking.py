@@ -1,6 +1,9 @@
 """Which start and level represents a method, and which rows are right, complete, optimal and exact."""
 
-from alloc import find_formulation
+from collections.abc import Iterable, Sequence
+
+from alloc import WRENCH_TOLERANCE, Family, find_formulation
+from alloc.formulations.hard import FORMULATION as HARD
 from bench.results.columns import Row
 from bench.results.rows import Run
 
@@ -50,3 +53,74 @@ def best(run: Run, vehicle: str, demands: str) -> list[Row]:
         if row.method not in chosen or rank[:3] < chosen[row.method][:3]:
             chosen[row.method] = rank
     return [row for *_, row in sorted(chosen.values(), key=lambda rank: rank[2])]
+
+
+def front(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """The points that no other point beats in both numbers, sorted by the first."""
+    kept: list[tuple[float, float]] = []
+    for point in sorted(points):
+        if not kept or point[1] < kept[-1][1]:
+            kept.append(point)
+    return kept
+
+
+def on_front(rows: Iterable[Row]) -> list[Row]:
+    """The rows that no other row beats in time and in the wrench that is lost, fastest first."""
+    known = [
+        (time, max(lost, WRENCH_TOLERANCE), row)
+        for row in rows
+        if (time := row.call_p50_us) is not None and (lost := largest_loss(row)) is not None
+    ]
+    kept = set(front([point[:2] for point in known]))
+    return [row for time, lost, row in known if (time, lost) in kept]
+
+
+def largest_loss(row: Row) -> float | None:
+    """The largest share of a demand's wrench that is not delivered: 1 where a demand got no thrusts."""
+    answered = row.answered_share
+    return row.lost_wrench_max if answered is None or answered == 1.0 else 1.0
+
+
+def telling(rows: Sequence[Row], most: int) -> list[Row]:
+    """So many of one vehicle's rows, fastest first: the front, then of each family in turns."""
+    chosen = on_front(rows)[:most]
+    queues: dict[str, list[Row]] = {}
+    for row in rows:
+        if row not in chosen:
+            queues.setdefault(row.family, []).append(row)
+    while len(chosen) < most and any(queues.values()):
+        chosen += [queue.pop(0) for queue in queues.values() if queue][: most - len(chosen)]
+    return [row for row in rows if row in chosen]
+
+
+def representatives(rows: Sequence[Row]) -> dict[str, Row]:
+    """The rows that stand for five ways to allocate, as far as there are, of one vehicle's sorted by time.
+
+    Closed forms take the same time within noise, so among them the name decides and the choice stays.
+    """
+    hard = [row for row in rows if exact(row) and row.formulation == HARD.name]
+    closed = sorted((row for row in rows if row.family == Family.CLOSED_FORM), key=lambda row: row.method)
+    ways = {
+        "without limits, in C": [row for row in closed if row.described.twin],
+        "without limits, in Python": [row for row in closed if not row.described.twin],
+        "exact within limits, in C": [row for row in hard if row.described.twin and not row.described.solver],
+        "exact within limits, in Python": [row for row in hard if not row.described.foreign],
+        "exact, by the fastest solver": [row for row in hard if row.described.solver],
+    }
+    return {way: found[0] for way, found in ways.items() if found}
+
+
+def worth_considering(rows: Sequence[Row]) -> list[Row]:
+    """The few rows that a decision needs, of one vehicle's sorted by time.
+
+    The front of time and loss, the ``representatives``, and the rule of practice that loses least.
+    """
+    rules = [(lost, row) for row in rows if row.family == Family.PRACTICE for lost in _known(row)]
+    rule = [row for _, row in sorted(rules, key=lambda pair: pair[0])[:1]]
+    chosen = [*on_front(rows), *representatives(rows).values(), *rule]
+    return [row for row in rows if row in chosen]
+
+
+def _known(row: Row) -> list[float]:
+    lost = largest_loss(row)
+    return [] if lost is None else [max(lost, WRENCH_TOLERANCE)]

@@ -7,7 +7,7 @@ from statistics import median
 from typing import TypeVar
 
 from alloc import find_formulation
-from bench.record import Batch, Cell, Judged, Key, Method, Worker
+from bench.record import Batch, Cell, Header, Judged, Key, Method, Worker
 from bench.results.quantiles import Histogram, merged
 
 N = TypeVar("N", int, float)
@@ -20,6 +20,7 @@ class Repeats:
     Attributes
     ----------
     key : the row's name, with repeat 0
+    origin : what ran, where and with which versions: the record's header
     described : what the record says of the method itself
     cells : the repeats, each measured by a process of its own
     workers : the processes that measured them
@@ -28,6 +29,7 @@ class Repeats:
     """
 
     key: Key
+    origin: Header
     described: Method
     cells: tuple[Cell, ...]
     workers: tuple[Worker, ...]

@@ -72,9 +72,15 @@ class Run:
         return merged(other.singles for other in self.of(row.vehicle) if other.label == row.label)
 
     def tail_us(self, row: Row, q: float) -> float | None:
-        """Quantile ``q`` of ``singles`` [us], None where there are too few."""
+        """Quantile ``q`` of ``singles`` [us]; None where there are too few, on any set, for it.
+
+        A set on which calls take long has few of them. Where its median lies above the quantile of all, that
+        quantile leaves the set out.
+        """
         tail = quantile(self.singles(row), q)
-        return None if tail is None else tail / 1000
+        rows = [other for other in self.of(row.vehicle) if other.label == row.label]
+        slowest = max((median for other in rows if (median := other.call_p50_us) is not None), default=0.0)
+        return None if tail is None or tail / 1000 < slowest else tail / 1000
 
     def capability(self, vehicle: str) -> Capability | None:
         """The vehicle's capability; None where the record has none, as for a degraded vehicle."""
@@ -113,6 +119,7 @@ def gather(record: Record) -> tuple[Row, ...]:
         rows.append(
             Row(
                 key=key,
+                origin=record.header,
                 described=methods.get(key.method, Method(name=key.method)),
                 cells=repeated,
                 workers=tuple(workers[key.method, key.start, key.level]),

@@ -1,41 +1,53 @@
 """Which method fits a control rate: its times, its late calls, and a verdict."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 
 from bench.record import NO_VEHICLE
 from bench.results.columns import Row
-from bench.results.fit import Fit, Loop
+from bench.results.fit import LATE_SHARE, Fit, Loop
+from bench.results.pauses import Pauses, pauses, whose
 from bench.results.quantiles import Histogram, merged, misses, quantile
 from bench.results.ranking import exact, right
+from bench.results.repeats import most
 from bench.results.rows import Run
 from bench.results.transfer import Transfer
 
-LATE_SHARE = 0.001
-"""Largest share of late calls of a method that fits: one in a thousand, as p99.9 is judged."""
+CLOSE = 1.5
+"""Medians within this factor count as equal: busy machines swap them from run to run. Among equals a method
+whose worst case is known comes first."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Size:
-    """One method, with its start and level, on one vehicle over all its demand sets.
+    """One method, with its start and level, on one vehicle over all its demand sets, or one of them.
 
     Attributes
     ----------
     vehicle, method, label : what was sized; the label is method, start and level
+    twin, family, solver, formulation : of the method, as the record describes it
     fit : the verdict
-    reason : what prevents a better ``fit``, empty where nothing does
+    reason : what prevents a better ``fit``, or why late calls do not; empty where nothing does
     exact : whether it is exact wherever an attainable demand was asked
     p50_us : median on the demand set that takes longest [us], None where there are too few calls
-    p999_us, max_us : p99.9 and the slowest of the single calls on all sets together [us], or None
+    p999_us, max_us : p99.9 and the slowest of the single calls on all sets together [us], or None; a set with
+        so few calls that its median lies above such a p99.9 leaves it unknown
     late, calls : number of late single calls, and of all single calls
     bound : share of late calls that is not exceeded with 95 % confidence [-]
+    machines : whether the late calls were the machine's, not the method's
     rate_hz : highest rate that the slowest call seen allows [Hz]
     memory_MB : peak memory of the method's process [MB]
+    steps : proven bound on the steps of a call, None for none
     """
 
     vehicle: str
     method: str
     label: str
+    twin: str = ""
+    family: str = ""
+    solver: str = ""
+    formulation: str = ""
     fit: Fit
     reason: str
     exact: bool = False
@@ -45,34 +57,44 @@ class Size:
     late: int = 0
     calls: int = 0
     bound: float | None = None
+    machines: bool = False
     rate_hz: float | None = None
     memory_MB: float | None = None
+    steps: int | None = None
 
 
-def sizes(run: Run, loop: Loop, transfer: Transfer | None = None) -> list[Size]:
-    """Every method, start and level of a run, the one to take first.
+def sizes(run: Run, loop: Loop, transfer: Transfer | None = None, demands: str = "") -> list[Size]:
+    """Every method, start and level of a run, the one to take first; on all demand sets, or on one.
 
     Methods are sorted by whether their median fits, then by whether they are exact, then by whether their
-    tail fits too, then by their median. So exactness is given up only where no exact method keeps up, and not
-    for one late call in a million, which may be the machine's.
+    tail fits too, then by their median; of medians that lie CLOSE, one with a known worst case comes first.
+    So exactness is given up only where no exact method keeps up, and not for one late call in a million.
 
     With a ``transfer`` every time is multiplied by the upper end of its band. A slowest call belongs to the
     machine that made it and is not transferred.
     """
     groups: dict[tuple[str, str], list[Row]] = {}
     for row in run.rows:
-        if not row.described.yardstick:
+        measures = row.described.yardstick or row.vehicle == NO_VEHICLE
+        if not measures and demands in ("", row.demands):
             groups.setdefault((row.vehicle, row.label), []).append(row)
-    return sorted(
-        (_size(rows, loop, transfer) for rows in groups.values()),
-        key=lambda s: (s.vehicle, s.fit > Fit.WITHOUT_TAIL, not s.exact, s.fit, s.p50_us or 0.0),
-    )
+    held_up = pauses(run)
+    return ordered([_size(rows, loop, transfer, held_up) for rows in groups.values()])
 
 
-def canary_max_us(run: Run) -> float | None:
-    """The slowest call [us] of the run's canaries: a few microseconds are its work, the rest the machine."""
-    singles = merged(row.singles for row in run.rows if row.vehicle == NO_VEHICLE)
-    return singles[-1][0] / 1000 if singles else None
+def ordered(sizes: Sequence[Size]) -> list[Size]:
+    """Sizes by vehicle, the one to take first: the order that ``sizes`` describes."""
+    classes: dict[tuple[str, bool, bool, Fit], list[Size]] = {}
+    for size in sorted(sizes, key=lambda s: (s.p50_us or 0.0, s.label)):
+        classes.setdefault((size.vehicle, size.fit > Fit.MAY_FIT, not size.exact, size.fit), []).append(size)
+    found = []
+    for _, left in sorted(classes.items()):
+        while left:
+            most = CLOSE * (left[0].p50_us or 0.0)
+            close = [size for size in left if (size.p50_us or 0.0) <= most]
+            found += sorted(close, key=lambda size: size.steps is None)
+            left = left[len(close) :]
+    return found
 
 
 def best_of_each(sizes: list[Size]) -> list[Size]:
@@ -83,40 +105,105 @@ def best_of_each(sizes: list[Size]) -> list[Size]:
     return list(first.values())
 
 
-def _size(rows: list[Row], loop: Loop, transfer: Transfer | None) -> Size:
-    size = partial(Size, vehicle=rows[0].vehicle, method=rows[0].method, label=rows[0].label)
-    for row in rows:
-        if row.failed:
-            reason = f"{row.demands}: {row.failed.status}, {row.failed.reason}"
-            return size(fit=Fit.UNKNOWN, reason=reason)
-    for row in rows:
-        if not right(row):
-            reason = f"{row.demands}: {row.wrong or 'farther from the optimum than promised'}"
-            return size(fit=Fit.UNKNOWN, reason=f"a wrong answer has no time; {reason}")
+def worst(there: Mapping[str, Size]) -> Size:
+    """What one method takes and promises in the worst of several places, by name: machines, or vehicles."""
+    place, size = max(there.items(), key=lambda item: item[1].fit)
+    known = [s.p999_us for s in there.values()]
+    rates = [s.rate_hz for s in there.values() if s.rate_hz is not None]
+    return replace(
+        size,
+        reason=f"{place}: {size.reason}" if size.reason else "",
+        exact=all(s.exact for s in there.values()),
+        p50_us=most(s.p50_us for s in there.values()),
+        p999_us=None if None in known else most(known),
+        max_us=most(s.max_us for s in there.values()),
+        late=sum(s.late for s in there.values()),
+        calls=sum(s.calls for s in there.values()),
+        bound=most(s.bound for s in there.values()),
+        rate_hz=min(rates, default=None),
+        memory_MB=most(s.memory_MB for s in there.values()),
+    )
+
+
+def of_all_vehicles(sizes: Sequence[Size]) -> list[str]:
+    """The labels of all methods by their worst on any vehicle, the most useful first."""
+    by_label: dict[str, dict[str, Size]] = {}
+    for size in sizes:
+        by_label.setdefault(size.label, {})[size.vehicle] = size
+    return [size.label for size in ordered([replace(worst(own), vehicle="") for own in by_label.values()])]
+
+
+def _size(rows: list[Row], loop: Loop, transfer: Transfer | None, held_up: Pauses) -> Size:
+    first = rows[0]
+    size = partial(
+        Size,
+        vehicle=first.vehicle,
+        method=first.method,
+        label=first.label,
+        twin=first.described.twin,
+        family=first.family,
+        solver=first.described.solver,
+        formulation=first.formulation,
+    )
+    if reason := unfit(rows):
+        return size(fit=Fit.UNKNOWN, reason=reason)
     factor = transfer.high if transfer else 1.0
     singles: Histogram = merged(row.singles for row in rows)
-    p50 = _largest([row.call_p50_us for row in rows], factor)
+    medians = [row.call_p50_us for row in rows]
+    p50 = _largest(medians, factor)
     tail = quantile(singles, 0.999)
-    p999 = None if tail is None else tail / 1000 * factor
+    p999 = None if tail is None or p50 is None or tail / 1000 * factor < p50 else tail / 1000 * factor
     slowest = None if transfer or not singles else singles[-1][0] / 1000
     late, calls, bound = misses(singles, loop.limit_us * 1000 / factor) if singles else (0, 0, None)
-    fit, reason = judge(loop, p50, p999, slowest, bound, estimated=transfer is not None)
+    steps = first.worst_case_steps
+    excuse = "" if transfer or p50 is None else whose(singles, late, loop.limit_us, p50, steps, held_up)
+    if excuse:
+        own = misses(singles, singles[-1][0])[2]  # as if none had been late
+        fit, reason = judge(loop, p50, None, None, own)
+    else:
+        fit, reason = judge(loop, p50, p999, slowest, bound, estimated=transfer is not None)
     longest = slowest or p999 or p50
     return size(
-        # On a set without attainable demands an exact method may have no answers to be judged by.
-        exact=all(exact(row) for row in rows if row.attainable or row.agrees != "-")
-        and any(exact(row) for row in rows),
+        exact=exact_everywhere(rows),
         fit=fit,
-        reason=reason,
+        reason=reason or (f"late by the machine: {excuse}" if excuse else ""),
         p50_us=p50,
         p999_us=p999,
         max_us=slowest,
         late=late,
         calls=calls,
         bound=bound,
+        machines=bool(excuse),
         rate_hz=loop.highest_rate_hz(longest) if longest else None,
         memory_MB=_largest([row.peak_rss_MB for row in rows], 1.0),
+        steps=steps,
     )
+
+
+def unfit(rows: Sequence[Row]) -> str:
+    """Why a method on these rows has no time at all: not measured, or wrong; empty where it has one."""
+    for row in rows:
+        if row.failed:
+            return f"{row.demands}: {row.failed.status}, {row.failed.reason}"
+    for row in rows:
+        if reason := wrong(row):
+            return reason
+    return ""
+
+
+def wrong(row: Row) -> str:
+    """Why a row's answers rule out a verdict on its time; empty where they are right, or there are none."""
+    if row.failed or right(row):
+        return ""
+    reason = row.wrong or "farther from the optimum than promised"
+    return f"a wrong answer has no time; {row.demands}: {reason}"
+
+
+def exact_everywhere(rows: Sequence[Row]) -> bool:
+    """Whether a method is exact on all of these rows that ask attainable demands, and there is one."""
+    # On a set without attainable demands an exact method may have no answers to be judged by.
+    asked = [row for row in rows if row.attainable or row.agrees != "-"]
+    return all(exact(row) for row in asked) and any(exact(row) for row in rows)
 
 
 def judge(

@@ -120,6 +120,13 @@ def test_add_a_method_shows_what_its_commands_print(tmp_path: Path) -> None:
     run_consoles("add-a-method.md", tmp_path)
 
 
+def test_saturation_shows_what_its_command_prints_and_its_code_does(tmp_path: Path) -> None:
+    files_of("saturation.md", {"csv": "ask.csv"}, tmp_path)
+    run_consoles("saturation.md", tmp_path)
+    (code,) = blocks(DOCS / "saturation.md", "python")
+    exec(code, {})
+
+
 def test_add_a_formulation_shows_what_its_command_prints(tmp_path: Path) -> None:
     run_consoles("add-a-formulation.md", tmp_path)
 

@@ -25,7 +25,9 @@ def draw_all(run: Run, directory: Path) -> frozenset[str]:
         module = import_module(f"bench.report.pictures.{file.name}")
         pictures: dict[str, tuple[Any, ...]] = {}
         if hasattr(module, "draw"):
-            pictures = {f"{file.name}-{vehicle}.svg": (module.draw, vehicle) for vehicle in run.vehicles}
+            pictures = {
+                file_name(f"{file.name}-{vehicle}.svg"): (module.draw, vehicle) for vehicle in run.vehicles
+            }
         if hasattr(module, "draw_run"):
             pictures[f"{file.name}.svg"] = (module.draw_run,)
         for name, (draw, *vehicle) in pictures.items():
@@ -37,7 +39,13 @@ def draw_all(run: Run, directory: Path) -> frozenset[str]:
     return frozenset(drawn)
 
 
+def file_name(name: str) -> str:
+    """The name without a slash, which a vehicle's may hold and a file's can't."""
+    return name.replace("/", "\N{FRACTION SLASH}")
+
+
 def picture(name: str, alt: str, drawn: frozenset[str]) -> str:
     """A picture in Markdown, empty where it was not drawn; a vehicle's name in it may hold any character."""
     words = re.sub(r"[\[\]\\]", r"\\\g<0>", alt)
-    return f"![{words}]({quote(name)})\n" if name in drawn else ""
+    file = file_name(name)
+    return f"![{words}]({quote(file)})\n" if file in drawn else ""

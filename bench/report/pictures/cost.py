@@ -3,11 +3,15 @@
 from typing import TYPE_CHECKING
 
 from bench.report.pictures.style import colour, legend, time_axis
-from bench.results.ranking import best
+from bench.results.ranking import best, telling
 from bench.results.rows import Run
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+MOST = 12
+"""Most methods in one picture."""
 
 
 def draw(run: Run, vehicle: str) -> "Figure | None":
@@ -15,7 +19,7 @@ def draw(run: Run, vehicle: str) -> "Figure | None":
     from matplotlib.figure import Figure
 
     demands = run.sets(vehicle)[0]
-    rows = best(run, vehicle, demands)[::-1]
+    rows = telling(best(run, vehicle, demands), MOST)[::-1]
     if not rows:
         return None
     figure = Figure((7.5, 1.5 + 0.2 * len(rows)))

@@ -1,30 +1,14 @@
 """Wrench error of each method over the size of the demand, up to twice the edge of the attainable set."""
 
-from collections.abc import Iterable
-from itertools import cycle
 from typing import TYPE_CHECKING
 
 from alloc import WRENCH_TOLERANCE
 from bench.record import Curve
-from bench.report.pictures.style import BLUE, FAINT, GREEN, GREY, INK, ORANGE, PURPLE, VERMILION
+from bench.report.pictures.style import FAINT, FAMILIES, looks
 from bench.results.rows import Run
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-STYLES = (
-    (GREY, "-"),
-    (VERMILION, "-"),
-    (BLUE, "-"),
-    (GREEN, "--"),
-    (ORANGE, "-"),
-    (PURPLE, "--"),
-    (INK, ":"),
-    (BLUE, ":"),
-    (VERMILION, "--"),
-    (GREEN, "-."),
-)
-"""Colour and dash of each method; a colour repeats only with another dash."""
 
 
 def draw(run: Run, vehicle: str) -> "Figure | None":
@@ -36,7 +20,12 @@ def draw(run: Run, vehicle: str) -> "Figure | None":
         return None
     figure = Figure((8.4, 4.6))
     groups = alike(capability.curves)
-    styles = styles_of(curve.method for each in run.record.capabilities for curve in each.curves)
+    families = {row.method: row.family if row.family in FAMILIES else "" for row in run.rows}
+    # Over all vehicles, so that a method looks the same in the pictures of each.
+    measured = {curve.method for each in run.record.capabilities for curve in each.curves}
+    order = [*FAMILIES, ""]
+    drawn = sorted((order.index(families.get(method, "")), method) for method in measured)
+    styles = looks((method, order[family]) for family, method in drawn)
     left, right = figure.subplots(1, 2, sharey=True)
     for axes, title in ((left, "median direction"), (right, "worst direction")):
         axes.axvspan(1.0, max(capability.curves[0].size), facecolor=FAINT, alpha=0.5)
@@ -44,18 +33,13 @@ def draw(run: Run, vehicle: str) -> "Figure | None":
         axes.set_xlabel("demand / edge of the attainable set")
         axes.set_ylim(-0.02, 1.05)
     for methods, curve in groups:
-        colour, dash = styles[min(methods)]
+        colour, dash = styles[min(methods, key=list(styles).index)]  # closed forms lend a group their look
         for axes, error in ((left, curve.error_p50), (right, curve.error_max)):
             axes.plot(curve.size, error, color=colour, linestyle=dash, label=", ".join(methods))
     left.set_ylabel("share of the wrench that is missed")
     figure.suptitle(f"{vehicle}: wrench error over the size of the demand", x=0.01, ha="left", fontsize=10)
     figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return figure
-
-
-def styles_of(methods: Iterable[str]) -> dict[str, tuple[str, str]]:
-    """Colour and dash of each method, the same in the pictures of all vehicles of a run."""
-    return dict(zip(sorted(set(methods)), cycle(STYLES), strict=False))
 
 
 def alike(curves: list[Curve]) -> list[tuple[list[str], Curve]]:

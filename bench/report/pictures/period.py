@@ -3,8 +3,7 @@
 from typing import TYPE_CHECKING
 
 from bench.report.pictures.style import BLUE, GREEN, INK, PAPER, VERMILION
-from bench.results.quantiles import quantile
-from bench.results.ranking import best
+from bench.results.ranking import best, telling
 from bench.results.rows import Run
 
 if TYPE_CHECKING:
@@ -12,6 +11,9 @@ if TYPE_CHECKING:
 
 RATES_HZ = {50: (GREEN, "o"), 100: (BLUE, "s"), 400: (VERMILION, "^")}
 """Colour and mark of each control rate."""
+
+MOST = 12
+"""Most methods in one picture."""
 
 
 def draw(run: Run, vehicle: str) -> "Figure | None":
@@ -25,11 +27,11 @@ def draw(run: Run, vehicle: str) -> "Figure | None":
     from matplotlib.ticker import FuncFormatter, LogLocator
 
     shown: list[tuple[str, float, bool]] = []
-    for row in best(run, vehicle, run.sets(vehicle)[0]):
+    for row in telling(best(run, vehicle, run.sets(vehicle)[0]), MOST):
         singles = run.singles(row)
-        tail = quantile(singles, 0.99)
+        tail = run.tail_us(row, 0.99)
         if singles:
-            shown.append((row.label, tail or singles[-1][0], tail is not None))
+            shown.append((row.label, singles[-1][0] if tail is None else 1000 * tail, tail is not None))
     if not shown:
         return None
     shown.sort(key=lambda item: -item[1])

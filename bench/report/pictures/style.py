@@ -4,6 +4,8 @@ Each colour is a pair, for a light and a dark page. The SVG carries both and its
 the reader's setting, so a picture is legible on any page.
 """
 
+from collections import Counter
+from collections.abc import Iterable
 from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -50,7 +52,9 @@ FAMILIES: dict[str, str] = {
     Family.ONE_SHOT: PURPLE,
     Family.SOFT: GREEN,
 }
-"""Colour of each family of methods; pictures that tell single methods apart have colours of their own."""
+"""Colour of each family of methods, in every picture; dashes tell methods of one family apart."""
+DASHES: tuple[Any, ...] = ("solid", (0, (4, 1.5)), (0, (1, 1)), (0, (5, 1.5, 1, 1.5)), (0, (8, 2)))
+"""Dashes of the methods of one family, in the order in which they are drawn."""
 
 SETTINGS: dict[Any, Any] = {
     "axes.axisbelow": True,
@@ -84,6 +88,16 @@ def colour(row: Row) -> str:
     return FAMILIES.get(row.family, INK)
 
 
+def looks(families: Iterable[tuple[str, str]]) -> dict[str, tuple[str, Any]]:
+    """Colour and dash of each method, from (method, family): the family's colour, a dash of its own in it."""
+    count: Counter[str] = Counter()
+    found = {}
+    for method, family in families:
+        found[method] = FAMILIES.get(family, INK), DASHES[count[family] % len(DASHES)]
+        count[family] += 1
+    return found
+
+
 def legend(drawn: "Figure", rows: list[Row]) -> None:
     """Add a legend of the rows' families at the bottom of the figure."""
     from matplotlib.lines import Line2D
@@ -110,12 +124,16 @@ def time_axis(axis: "Axis", label: str) -> None:
     axis.set_label_text(label)
 
 
-def share_axis(axis: "Axis", label: str) -> None:
-    """Make a log axis of shares [-], with ticks in per cent."""
+def share_axis(axis: "Axis", label: str, floor: float = 0.0) -> None:
+    """Make a log axis of shares [-], with ticks in per cent; what is less than ``floor`` was drawn there."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+    def named(share: float, position: int) -> str:
+        less = " or less" if share <= floor * (1 + 1e-9) else ""
+        return f"{100 * share:g} %{less}"
+
     axis.set_major_locator(LogLocator(numticks=9))
-    axis.set_major_formatter(FuncFormatter(lambda share, _: f"{100 * share:g} %"))
+    axis.set_major_formatter(FuncFormatter(named))
     axis.set_minor_formatter(NullFormatter())
     axis.set_label_text(label)
 

@@ -66,6 +66,26 @@ def test_numbers_read_back_as_the_same_doubles(demands: Path, tmp_path: Path) ->
     np.testing.assert_allclose(F, expected, rtol=1e-9, atol=1e-10)  # ten digits are written
 
 
+def test_a_method_with_levels_says_what_it_delivered_of_each(tmp_path: Path) -> None:
+    """supply-vessel serves yaw first; what is delivered is the share of what is asked, axis by axis."""
+    tau = np.array([1e6, 2e5, 4e7])
+    path = tmp_path / "demands.csv"
+    path.write_text("surge,sway,yaw\n" + ",".join(map(str, tau)) + "\n0,0,0\n")
+    rows = list(
+        csv.DictReader(
+            io.StringIO(allocate("--vehicle", "supply-vessel", "--method", "priority", path).output)
+        )
+    )
+    assert list(rows[0]) == ["status", *(f"f{i}" for i in range(6)), "share0", "share1"]
+    share = [float(rows[0]["share0"]), float(rows[0]["share1"])]
+    assert max(share) < 1
+    f = np.array([float(rows[0][f"f{i}"]) for i in range(6)])
+    np.testing.assert_allclose(
+        load_vehicle("supply-vessel").TP @ f / tau, [share[1], share[1], share[0]], rtol=1e-9
+    )
+    assert (rows[1]["status"], rows[1]["share0"], rows[1]["share1"]) == ("SOLVED", "1.0", "1.0")
+
+
 def test_a_failed_thruster_stays_at_rest(demands: Path) -> None:
     result = allocate("--vehicle", "ukwial", "--method", "svd", "--fault", "1", demands)
     _, F = thrusts(result.output)

@@ -1,6 +1,7 @@
 """A wrong argument or file ends a command soon, with exit code 2 and one line on standard error."""
 
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -242,6 +243,16 @@ def test_output_that_its_reader_closes_early_ends_without_a_traceback_or_a_verdi
             left.stdout.close()
             assert left.stderr.read() == b""
         assert left.returncode == 128 + signal.SIGPIPE  # 1 would say that something got worse
+
+
+@pytest.mark.parametrize(
+    ("line", "code", "lines"),
+    [("list >&-", 0, 0), ("check gone.yaml >&-", 2, 1), ("check gone.yaml <&- >&- 2>&-", 2, 0)],
+)
+def test_a_stream_that_the_caller_closed_drops_what_is_written(line: str, code: int, lines: int) -> None:
+    shell = f"{shlex.quote(sys.executable)} -m bench {line}"
+    done = subprocess.run(["sh", "-c", shell], cwd=ROOT, capture_output=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr.count(b"\n")) == (code, b"", lines), done.stderr
 
 
 def test_a_letter_that_the_terminal_lacks_is_escaped() -> None:

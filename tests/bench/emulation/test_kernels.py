@@ -187,6 +187,7 @@ def test_the_command_writes_counts_beside_those_on_x86_and_never_times(tmp_path:
     result = CliRunner().invoke(cli, ["emulate", *asked, "--out", str(tmp_path)], standalone_mode=False)
     assert result.return_value == 0, result.output
     assert sorted(p.name for p in tmp_path.iterdir() if p.name[0] != ".") == [
+        "details.md",
         "emulation.csv",
         "record.jsonl",
         "report.html",

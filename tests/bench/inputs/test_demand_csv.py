@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from alloc import DemandError, FileError, FloatArray, Status, load_vehicle
+from alloc import DemandError, FileError, FloatArray, Status, answer, load_vehicle
 from alloc.files.textfile import write_text
 from bench.demands import build_demands
 from bench.inputs.columns import parse_columns
@@ -236,7 +236,7 @@ def test_a_scale_is_one_number_or_one_for_each_axis(file: Path) -> None:
 
 def test_thrusts_keep_their_digits_and_say_their_status() -> None:
     F = np.array([[1 / 3, -2e-7], [np.nan, np.nan]])
-    text = format_thrusts(F, np.array([Status.SOLVED, Status.INFEASIBLE], dtype=np.int8), ["f0", "f1"])
+    text = format_thrusts([answer(F[0], Status.SOLVED), answer(F[1], Status.INFEASIBLE)], ["f0", "f1"])
     lines = text.splitlines()
     assert lines[0] == "status,f0,f1"
     assert lines[1].split(",")[0] == "SOLVED"

@@ -10,12 +10,13 @@ from hypothesis.extra.numpy import arrays
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
+from alloc import Family
 from bench.record import Curve
-from bench.report.pictures.error import alike, styles_of
+from bench.report.pictures.error import alike
 from bench.report.pictures.labels import label_points
-from bench.report.pictures.pareto import pareto
-from bench.report.pictures.style import DARK, SETTINGS
-from bench.report.pictures.tails import slower
+from bench.report.pictures.style import DARK, FAMILIES, SETTINGS, looks
+from bench.report.pictures.tails import at_least
+from bench.results.ranking import front
 
 positive = st.floats(1e-3, 1e3)
 points = st.lists(st.tuples(positive, positive), min_size=1, max_size=30)
@@ -25,10 +26,10 @@ points = st.lists(st.tuples(positive, positive), min_size=1, max_size=30)
 def test_the_front_holds_the_points_that_no_other_point_beats_and_no_others(
     drawn: list[tuple[float, float]],
 ) -> None:
-    front = pareto(drawn)
+    kept = front(drawn)
     for point in drawn:
         beaten = any(other[0] <= point[0] and other[1] <= point[1] and other != point for other in drawn)
-        assert (point in front) == (not beaten)
+        assert (point in kept) == (not beaten)
 
 
 @settings(max_examples=8, deadline=None)
@@ -46,11 +47,13 @@ def test_labels_overlap_neither_each_other_nor_the_frame(places: np.ndarray) -> 
     assert all(frame.containsy(b.y0) and frame.containsy(b.y1) for b in boxes)
 
 
-def test_each_method_has_its_own_style_whatever_the_order_of_methods() -> None:
-    methods = ["walsh", "clip", "scaled", "shrink", "pinv"]
-    styles = styles_of(methods)
-    assert len(set(styles.values())) == len(methods)
-    assert styles == styles_of(reversed(methods))
+def test_methods_of_one_family_share_its_colour_and_have_dashes_of_their_own() -> None:
+    families = {"pinv": Family.CLOSED_FORM, "walsh": Family.CLOSED_FORM, "clip": Family.PRACTICE}
+    styles = looks(families.items())
+    assert len(set(styles.values())) == len(families)
+    assert {method: colour for method, (colour, _) in styles.items()} == {
+        method: FAMILIES[family] for method, family in families.items()
+    }
 
 
 def test_curves_that_coincide_stand_by_name_however_their_sums_round() -> None:
@@ -60,10 +63,10 @@ def test_curves_that_coincide_stand_by_name_however_their_sums_round() -> None:
     assert [methods for methods, _ in alike(curves)] == [["clip", "pinv", "walsh"]]
 
 
-def test_a_tail_curve_falls_from_all_calls_to_one() -> None:
-    times, share = slower([(1000, 90), (2000, 9), (5000, 1)])
-    assert times == [1.0, 2.0]
-    assert share == [0.1, 0.01]
+def test_a_tail_curve_falls_from_all_calls_to_the_slowest() -> None:
+    times, share = at_least([(1000, 90), (2000, 9), (5000, 1)])
+    assert times == [1.0, 2.0, 5.0]
+    assert share == [1.0, 0.1, 0.01]
 
 
 def luminance(colour: str) -> float:

@@ -1,0 +1,282 @@
+// The page: choices in, verdict, table and pictures out. What it works out is in sizing.js.
+"use strict";
+
+const by = (id) => document.getElementById(id);
+const element = (name, text, attributes = {}) => Object.assign(document.createElement(name), { textContent: text }, attributes);
+const names = (of) => [...new Set(data.machines.flatMap((machine) => machine.methods.map(of)))];
+const emulated = data.machines.some((machine) => machine.cpi);
+
+const DEFAULTS = { vehicle: names((m) => m.vehicle).sort()[0] ?? "", rate: 100, budget: 10, clock: 216, formulation: "", demands: "", exact: "", every: "", filter: "", sort: "", pick: "", machines: "" };
+const state = { ...DEFAULTS };
+let shown = [];
+
+function choice(select, pairs) {
+  select.replaceChildren(...pairs.map(([value, text]) => element("option", text, { value })));
+}
+
+function build() {
+  choice(by("vehicle"), names((m) => m.vehicle).sort().map((name) => [name, name]));
+  choice(by("formulation"), [["", "any"], ...Object.entries(data.formulations).map(([name, title]) => [name, title === "a rule within limits" ? `${name}: ${title}` : title])]);
+  choice(by("demands"), [["", "all kinds"], ...data.sets.map((name) => [name, name])]);
+  data.machines.forEach((machine, i) => {
+    const label = element("label", "");
+    label.append(element("input", "", { type: "checkbox", value: String(i), name: "machine" }), ` ${machine.name}`);
+    by("machines").append(label);
+  });
+  by("machines").hidden = data.machines.length < 2;
+  by("clock-choice").hidden = !emulated;
+  for (const id of ["vehicle", "formulation", "demands"]) by(id).onchange = () => set({ [id]: by(id).value });
+  for (const id of ["exact", "every"]) by(id).onchange = () => set({ [id]: by(id).checked ? "1" : "" });
+  for (const id of ["rate", "budget"]) {
+    by(id).oninput = () => by(id).value > 0 && set({ [id]: Number(by(id).value) });
+    by(`${id}-slider`).oninput = () => set({ [id]: Number((10 ** by(`${id}-slider`).value).toPrecision(2)) });
+  }
+  by("clock").oninput = () => by("clock").value > 0 && set({ clock: Number(by("clock").value) });
+  by("filter").oninput = () => set({ filter: by("filter").value });
+  by("machines").onchange = () => {
+    const chosen = [...document.querySelectorAll("[name=machine]:checked")].map((box) => box.value);
+    set({ machines: chosen.length === data.machines.length || !chosen.length ? "" : chosen.join(",") });
+  };
+  document.querySelectorAll("form").forEach((form) => (form.onsubmit = (event) => event.preventDefault()));
+  by("copy").onclick = copy;
+  window.onhashchange = read;
+  by("instrument").hidden = false;
+}
+
+// The address keeps what differs from the defaults, so that a link shows what was seen.
+function read() {
+  const asked = Object.fromEntries(new URLSearchParams(location.hash.slice(1)));
+  Object.assign(state, DEFAULTS, Object.fromEntries(Object.entries(asked).filter(([key]) => key in DEFAULTS)));
+  for (const key of ["rate", "budget", "clock"]) state[key] = Number(state[key]) > 0 ? Number(state[key]) : DEFAULTS[key];
+  if (!names((m) => m.vehicle).includes(state.vehicle)) state.vehicle = DEFAULTS.vehicle;
+  update();
+}
+
+function set(changes) {
+  Object.assign(state, changes);
+  const kept = Object.entries(state).filter(([key, value]) => String(value) !== String(DEFAULTS[key]));
+  history.replaceState(null, "", kept.length ? `#${new URLSearchParams(kept)}` : location.pathname + location.search);
+  update();
+}
+
+function update() {
+  for (const id of ["vehicle", "formulation", "demands", "filter"]) by(id).value = state[id];
+  for (const id of ["exact", "every"]) by(id).checked = Boolean(state[id]);
+  for (const id of ["rate", "budget", "clock"]) if (Number(by(id).value) !== state[id]) by(id).value = state[id];
+  for (const id of ["rate", "budget"]) by(`${id}-slider`).value = Math.log10(state[id]);
+  const loop = loopOf();
+  const machines = chosenMachines();
+  document.querySelectorAll("[name=machine]").forEach((box) => (box.checked = machines.includes(data.machines[box.value])));
+  const sizes = machines.map((machine) => machine.methods.filter((m) => m.vehicle === state.vehicle).map((m) => sizeOf(machine, m, loop, state.demands)).filter((size) => machine.cpi || size.data.sets.some((s) => !state.demands || s.name === state.demands)));
+  const every = onAll(sizes);
+  const ranked = state.every ? every : bestOfEach(every);
+  const where = machines.length > 1 ? " on every machine" : "";
+  by("verdict").textContent = verdict(ranked.filter(wanted), state.vehicle, loop, where);
+  by("sure").replaceChildren(...machines.map((machine) => element("li", `${machine.name} ${machine.sure}`)));
+  shown = ranked.filter(wanted).filter((size) => matches(size, state.filter));
+  table(by("table"), columns(machines, loop), shown);
+  const unknown = shown.filter((size) => size.fit === UNKNOWN);
+  by("unknown").replaceChildren(...unknown.map((size) => element("li", `${size.label}: ${size.reason}`)));
+  facts(picked(ranked), loop);
+  if (window.vegaEmbed) draw();
+}
+
+const loopOf = () => ({ rate: state.rate, budget: state.budget / 100, period: 1e6 / state.rate, limit: (state.budget / 100) * (1e6 / state.rate), clock: state.clock * 1e6 });
+const chosenMachines = () => (state.machines ? state.machines.split(",").map((i) => data.machines[i]).filter(Boolean) : data.machines);
+const wanted = (size) => (!state.exact || size.exact) && (!state.formulation || size.formulation === state.formulation);
+const matches = (size, text) => !text || [size.label, size.family, data.fits[size.fit], size.reason].join(" ").toLowerCase().includes(text.toLowerCase());
+
+// Methods side by side: those chosen, else the first and the first that is not exact.
+function picked(ranked) {
+  const labels = state.pick ? state.pick.split("|") : [];
+  const chosen = labels.map((label) => ranked.find((size) => size.label === label)).filter(Boolean);
+  return chosen.length ? chosen : [...new Set([ranked[0], ranked.find((size) => !size.exact && size.fit !== UNKNOWN)])].filter(Boolean);
+}
+
+function pick(label) {
+  const labels = state.pick ? state.pick.split("|") : [];
+  set({ pick: (labels.includes(label) ? labels.filter((other) => other !== label) : [...labels, label].slice(-4)).join("|") });
+}
+
+// A column: its heading, the text of a cell, and the value to sort by where that is not the text.
+function columns(machines, loop) {
+  const share = (us) => three(us === null || us === undefined ? null : (100 * us) / loop.period);
+  const known = (size) => size.fit !== UNKNOWN;
+  const head = [
+    ["method", (s) => s.label],
+    ["verdict", (s) => data.fits[s.fit], (s) => s.fit],
+    ["exact", (s) => (known(s) ? (s.exact ? "yes" : "no") : "")],
+  ];
+  const tail = [
+    ["lost [%]", (s) => three(s.lost === null ? null : s.lost < 1e-6 ? 0 : 100 * s.lost), (s) => s.lost],
+    ["served", (s) => s.served, (s) => parseFloat(s.served)],
+    ["kind", (s) => s.family],
+  ];
+  if (machines.length > 1) {
+    const each = machines.flatMap((machine) => {
+      const own = (s) => s.there.find((size) => size.machine === machine.name);
+      return [[machine.name, (s) => (own(s) ? data.fits[own(s).fit] : ""), (s) => own(s)?.fit], [machine.cpi ? "at most [%]" : "median [%]", (s) => share(own(s)?.p50), (s) => own(s)?.p50]];
+    });
+    return [...head, ...each, ["why", (s) => s.reason], ...tail];
+  }
+  return [
+    ...head.slice(0, 2),
+    ["why", (s) => (known(s) ? s.reason : "see below")],
+    head[2],
+    ["median [%]", (s) => share(s.p50), (s) => s.p50],
+    ["p99.9 [%]", (s) => share(s.p999), (s) => s.p999],
+    ["slowest [%]", (s) => share(s.max), (s) => s.max],
+    ...tail.slice(0, 2),
+    ["late", (s) => (s.calls ? `${s.late} of ${s.calls}` : ""), (s) => s.late],
+    ["late ≤ [%]", (s) => three(s.bound === null ? null : 100 * s.bound), (s) => s.bound],
+    ["up to [Hz]", (s) => three(s.up_to), (s) => s.up_to],
+    ["memory [MB]", (s) => three(known(s) ? s.memory_MB : null), (s) => s.memory_MB],
+    tail[2],
+  ];
+}
+
+const numeric = (name) => name.endsWith("]") || ["late", "served"].includes(name);
+
+function table(target, cols, rows) {
+  const [at, falling] = state.sort ? [Math.abs(state.sort) - 1, state.sort < 0] : [-1, false];
+  if (cols[at]) {
+    const value = cols[at][2] ?? cols[at][1];
+    const empty = (v) => v === null || v === undefined || v === "" || Number.isNaN(v);
+    rows = [...rows].sort((a, b) => {
+      const x = value(a), y = value(b);
+      if (empty(x) || empty(y)) return empty(x) - empty(y);
+      return (x < y ? -1 : x > y ? 1 : 0) * (falling ? -1 : 1);
+    });
+  }
+  shown = rows;
+  const head = element("tr", "");
+  cols.forEach(([name], i) => {
+    const cell = element("th", "", { scope: "col", className: numeric(name) ? "number" : "", ariaSort: at === i ? (falling ? "descending" : "ascending") : "none" });
+    const arrow = at === i ? (falling ? " ▼" : " ▲") : "";
+    cell.append(element("button", name + arrow, { type: "button", title: "Sort", onclick: () => { set({ sort: at !== i ? i + 1 : falling ? "" : -(i + 1) }); by("table").querySelectorAll("th button")[i].focus(); } }));
+    head.append(cell);
+  });
+  target.tHead.replaceChildren(head);
+  const labels = state.pick ? state.pick.split("|") : [];
+  target.tBodies[0].replaceChildren(...rows.map((size) => {
+    const row = element("tr", "", { ariaSelected: String(labels.includes(size.label)) });
+    cols.forEach(([name, text], i) => {
+      const cell = element("td", i ? text(size) : "", { className: numeric(name) ? "number" : "" });
+      if (!i) cell.append(element("button", text(size), { type: "button", title: "Put beside others", ariaPressed: row.ariaSelected, onclick: () => { pick(size.label); focusRow(size.label); } }));
+      row.append(cell);
+    });
+    return row;
+  }));
+}
+
+function focusRow(label) {
+  [...by("table").tBodies[0].querySelectorAll("button")].find((button) => button.textContent === label)?.focus();
+}
+
+async function copy() {
+  const quoted = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+  const cols = columns(chosenMachines(), loopOf());
+  const text = [cols.map(([name]) => name), ...shown.map((size) => cols.map(([, cell]) => String(cell(size))))].map((line) => line.map(quoted).join(",")).join("\n") + "\n";
+  try {
+    await navigator.clipboard.writeText(text);
+    by("copied").textContent = `${shown.length} rows copied`;
+  } catch {
+    const area = element("textarea", text);
+    document.body.append(area);
+    area.select();
+    by("copied").textContent = document.execCommand("copy") ? `${shown.length} rows copied` : "this browser does not let a page copy";
+    area.remove();
+  }
+}
+
+const range = (pair) => (pair && pair[0] !== null ? ` (${three(pair[0])} … ${three(pair[1])})` : "");
+const medianRange = (size) => range(size.data.sets.find((set) => set.p50_us === size.p50)?.p50);
+
+function facts(chosen, loop) {
+  const lines = [
+    ["verdict", (s) => [data.fits[s.fit], s.reason].filter(Boolean).join("; ")],
+    ["machine", (s) => s.machine],
+    ["answers", (s) => data.formulations[s.formulation] ?? s.formulation],
+    ["exact", (s) => (s.exact ? "yes" : "no")],
+    ["kind", (s) => s.family],
+    ["solver", (s) => s.solver],
+    ["median [µs]", (s) => three(s.p50) + medianRange(s)],
+    ["p99.9 [µs]", (s) => three(s.p999) + range(s.intervals?.p999)],
+    ["slowest [µs]", (s) => three(s.max)],
+    ["set-up [µs]", (s) => three(s.data.setup_us)],
+    ["worst case [steps]", (s) => String(s.steps ?? "not known")],
+    ["iterations, most", (s) => String(s.data.iterations ?? "")],
+    ["instructions, most", (s) => String(s.data.instructions ?? "")],
+    ["from the optimum, over the largest limit", (s) => three(s.data.distance)],
+    ["promised", (s) => three(s.data.promise)],
+    ["allocator [kB]", (s) => three(s.data.allocator_kB)],
+    ["process [MB]", (s) => three(s.memory_MB)],
+    ["wrench lost, worst", (s) => percent(s.lost === null ? null : s.lost < 1e-6 ? 0 : s.lost)],
+    ["served", (s) => s.served],
+  ];
+  const sizes = chosen.flatMap((size) => size.there ?? [size]);
+  by("facts").tHead.replaceChildren(rowOf("th", ["", ...sizes.map((size) => size.label)]));
+  by("facts").tBodies[0].replaceChildren(...lines.map(([name, text]) => [name, ...sizes.map(text)]).filter((line) => line.slice(1).some(Boolean)).map((line) => rowOf("td", line)));
+}
+
+function rowOf(kind, texts) {
+  const row = element("tr", "");
+  row.append(...texts.map((text, i) => element(i ? kind : "th", text, { scope: i ? (kind === "th" ? "col" : "") : "row" })));
+  return row;
+}
+
+const views = {};
+const charts = JSON.parse(by("charts").textContent);
+if (data.machines.length < 2) charts.cost.layer.forEach((layer) => delete layer.encoding.shape);
+async function show(id, rows, more = {}) {
+  by(id).hidden = !rows.length; // a logarithmic axis needs a point
+  if (!rows.length) return;
+  views[id] ??= vegaEmbed(by(id), { ...charts[id], datasets: { rows, ...more } }, { actions: false, renderer: "svg", tooltip: { theme: "custom" } }).then(({ view }) => {
+    view.addEventListener("click", (event, item) => item?.datum?.label && pick(item.datum.label));
+    return view;
+  });
+  const view = await views[id];
+  for (const [name, values] of Object.entries({ rows, ...more })) view.data(name, values);
+  await view.resize().runAsync();
+}
+
+const MOST = 16;
+async function draw() {
+  const loop = loopOf(), several = chosenMachines().length > 1;
+  const points = shown.flatMap((size, rank) => (size.there ?? [size]).filter((own) => own.p50).map((own) => ({
+    label: own.label, rank, machine: own.machine, family: own.family, verdict: data.fits[own.fit], p50: own.p50, p999: own.p999, max: own.max, loss: own.lost === null || own.lost === undefined ? null : Math.max(own.lost, 1e-6),
+    "median": `${three(own.p50)} µs${medianRange(own)}`, "p99.9": own.p999 === null ? "too few calls" : `${three(own.p999)} µs${range(own.intervals?.p999)}`, "slowest": own.max === null ? "-" : `${three(own.max)} µs`,
+    "wrench lost, worst": own.lost === null || own.lost === undefined ? "-" : percent(own.lost < 1e-6 ? 0 : own.lost), "served": own.served || "-",
+  })));
+  const chosen = picked(shown);
+  const tails = chosen.flatMap((size) => (size.there ?? [size])).filter((own) => own.data.sets.length).flatMap((own) => tailOf(own, several));
+  const curves = chosen.flatMap((size) => curvesOf(size));
+  by("curves-none").textContent = curves.length ? "" : "No curve was measured for these: an exact solver's is that of nullspace.";
+  await Promise.all([
+    show("cost", points.filter((point) => point.rank < MOST || chosen.some((size) => size.label === point.label)), { limit: [{ limit: loop.limit }] }),
+    show("trade", points.filter((point) => point.loss !== null)),
+    show("tails", tails, { limit: [{ limit: loop.limit }] }),
+    show("curves", curves),
+  ]);
+  document.body.dataset.drawn = String(Number(document.body.dataset.drawn ?? 0) + 1);
+}
+
+function tailOf(own, several) {
+  const { singles, calls } = pool(own.data, state.demands);
+  let left = calls;
+  return singles.map(([ns, count]) => {
+    const share = left / calls;
+    left -= count;
+    return { name: several ? `${own.label}, ${own.machine}` : own.label, label: own.label, us: ns / 1000, share };
+  });
+}
+
+function curvesOf(size) {
+  const all = data.machines.map((machine) => machine.curves?.[size.vehicle] ?? []).find((curves) => curves.length) ?? [];
+  const curve = all.find((own) => own.method === size.method || own.method === size.twin);
+  if (!curve) return [];
+  return curve.size.flatMap((at, i) => [["median direction", curve.p50[i]], ["worst direction", curve.max[i]]].map(([direction, missed]) => ({ name: size.label, label: size.label, size: at, direction, missed })));
+}
+
+build();
+read();

@@ -1,0 +1,22 @@
+"""Report section: what to take, in a sentence a vehicle, and how sure that is."""
+
+from bench.record.machine import machine_name
+from bench.report.pictures import picture
+from bench.report.verdict import USUAL, sure, usual
+from bench.results.rows import Run
+
+
+def section(run: Run, drawn: frozenset[str]) -> str:
+    """The verdicts at the usual control rate, the machine's noise, and the picture of both sides."""
+    said = usual(run)
+    if not said:
+        return ""
+    name = machine_name(run.record.header.machine)
+    return "\n".join(
+        [
+            "\n".join(f"- {sentence}" for sentence in said) + "\n",
+            f"How sure: {name} was {sure(run)} Another rate than {USUAL.rate_hz:g} Hz:"
+            " `thrustbench size DIR --rate HZ`.\n",
+            picture("overview.svg", "what a call costs, and what is lost without limits", drawn),
+        ]
+    )

@@ -1,0 +1,73 @@
+"""Both sides in one picture: what limits cost, and what leaving them out costs, vehicle by vehicle."""
+
+from typing import TYPE_CHECKING
+
+from alloc import Family
+from bench.report.pictures.style import BLUE, FAMILIES, GREY, INK, time_axis
+from bench.results.columns import Row
+from bench.results.ranking import best, largest_loss, representatives
+from bench.results.rows import Run
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+CLOSED, EXACT = FAMILIES[Family.CLOSED_FORM], FAMILIES[Family.EXACT]
+WAYS = {
+    "without limits, in C": (CLOSED, "o", "full"),
+    "without limits, in Python": (CLOSED, "o", "none"),
+    "exact within limits, in C": (EXACT, "D", "full"),
+    "exact within limits, in Python": (EXACT, "D", "none"),
+    "exact, by the fastest solver": (BLUE, "s", "full"),
+}
+"""Colour, mark and filling of each way to allocate."""
+
+
+def draw_run(run: Run) -> "Figure | None":
+    """Left: the median of a call, by five ways. Right: what the way without limits does not deliver."""
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+
+    rows = {v: representatives(best(run, v, run.sets(v)[0])) for v in reversed(run.vehicles)}
+    rows = {vehicle: ways for vehicle, ways in rows.items() if ways}
+    if not rows:
+        return None
+    figure = Figure((9.0, 1.9 + 0.34 * len(rows)))
+    left, right = figure.subplots(1, 2, sharey=True, width_ratios=(3, 2))
+    for y, (vehicle, ways) in enumerate(rows.items()):
+        _times(left, y, ways)
+        _losses(right, y, run, vehicle, ways)
+    left.set_xscale("log")
+    time_axis(left.xaxis, "one call, median")
+    left.set_title("What limits cost")
+    right.set_title("What leaving them out costs")
+    right.set_xlim(0, 100)
+    right.xaxis.set_major_formatter(lambda value, _: f"{value:g} %")
+    right.set_xlabel("not served of what it can do (bar), worst wrench missing (line)", fontsize=8)
+    left.set_yticks(range(len(rows)), list(rows))
+    left.set_ylim(-0.6, len(rows) - 0.4)
+    marks = [
+        Line2D([], [], color=colour, marker=mark, fillstyle=fill, linestyle="")  # type: ignore[arg-type]
+        for colour, mark, fill in WAYS.values()
+    ]
+    figure.legend(marks, list(WAYS), loc="outside lower center", ncols=3)
+    return figure
+
+
+def _times(axes: "Axes", y: int, ways: dict[str, Row]) -> None:
+    times = [time for row in ways.values() if (time := row.call_p50_us) is not None]
+    axes.plot([min(times), max(times)], [y, y], color=GREY, linewidth=0.6)
+    for way, row in ways.items():
+        colour, mark, fill = WAYS[way]
+        axes.plot([row.call_p50_us or 0.0], [y], mark, color=colour, fillstyle=fill, markersize=6)
+
+
+def _losses(axes: "Axes", y: int, run: Run, vehicle: str, ways: dict[str, Row]) -> None:
+    capability = run.capability(vehicle)
+    whole = capability.authority[0].closed_form_share if capability and capability.authority else None
+    if whole is not None:
+        axes.barh([y], [100 * (1 - whole)], height=0.55, color=CLOSED, alpha=0.6)
+    closed = ways.get("without limits, in Python") or ways.get("without limits, in C")
+    lost = largest_loss(closed) if closed else None
+    if lost is not None:
+        axes.plot([100 * lost, 100 * lost], [y - 0.38, y + 0.38], color=INK, linewidth=1.8)

@@ -1,0 +1,130 @@
+"""report.md and details.md of several machines: what fits on all, ratios, and which of them mean anything."""
+
+from collections.abc import Sequence
+from itertools import groupby
+
+from bench.record.machine import machine_name
+from bench.report.page import MORE
+from bench.report.verdict import USUAL, sure, verdicts
+from bench.results.emulated import rows as emulated_rows
+from bench.results.machines import NamedRun, differences, incomparable, medians, on_all, swapped
+from bench.results.sizing import best_of_each, sizes
+from bench.results.text import table, three
+
+MOST = 10
+"""Most methods in a table of report.md; details.md has all."""
+TITLE = "# What thrust allocation costs on several machines\n"
+
+
+def page(machines: Sequence[NamedRun]) -> str:
+    """report.md: what fits on every machine, then each vehicle's fastest methods, machine by machine."""
+    timed = [machine for machine in machines if machine.run.vehicles]
+    parts = [TITLE, *_opening(timed), _comparable(timed)]
+    parts += [part for vehicle in _vehicles(timed) for part in _vehicle(timed, vehicle, MOST)]
+    return "\n".join(part for part in [*parts, _counted(machines), MORE] if part)
+
+
+def details(machines: Sequence[NamedRun]) -> str:
+    """details.md: every method of every vehicle, and the facts of each machine."""
+    timed = [machine for machine in machines if machine.run.vehicles]
+    parts = ["# The details: every method on every machine\n", _facts(machines)]
+    parts += [part for vehicle in _vehicles(timed) for part in _vehicle(timed, vehicle, None)]
+    return "\n".join(part for part in parts if part)
+
+
+def _opening(timed: Sequence[NamedRun]) -> list[str]:
+    if not timed:
+        return []
+    sized = {machine.name: sizes(machine.run, USUAL) for machine in timed}
+    whole = [s for s in best_of_each(on_all(sized)) if any(s.vehicle in m.run.vehicles for m in timed)]
+    where = " on every machine" if len(timed) > 1 else ""
+    said = "\n".join(f"- {sentence}" for sentence in verdicts(whole, USUAL, where)) + "\n"
+    trust = "\n".join(f"- {machine.name} was {sure(machine.run)}" for machine in timed)
+    return [said, f"How sure:\n\n{trust}\n"]
+
+
+def _comparable(timed: Sequence[NamedRun]) -> str:
+    if len(timed) < 2:
+        return ""
+    first, *others = timed
+    lines = []
+    for other in others:
+        said = differences(first.run, other.run)
+        lines.append(f"- {first.name} and {other.name}: {'; '.join(said) if said else 'nothing'}.")
+    return "What else differs than the machine, and so is part of each ratio:\n\n" + "\n".join(lines) + "\n"
+
+
+def _vehicles(timed: Sequence[NamedRun]) -> list[str]:
+    return sorted({vehicle for machine in timed for vehicle in machine.run.vehicles})
+
+
+def _vehicle(timed: Sequence[NamedRun], vehicle: str, most: int | None) -> list[str]:
+    """Medians on each machine that has the vehicle, over those of the first; where their order differs."""
+    here = [machine for machine in timed if vehicle in machine.run.vehicles]
+    demands = here[0].run.sets(vehicle)[0]
+    by_label = medians(here, vehicle, demands)
+    why = {m.name: incomparable(here[0].run, m.run, vehicle, demands) for m in here[1:]}
+    ordered = sorted(by_label.items(), key=lambda item: min(_times(item[1]), default=float("inf")))
+    lines = []
+    for label, rows in ordered[:most]:
+        base = rows[0].call_p50_us if rows[0] else None
+        line = [label, three(base)]
+        for machine, row in zip(here[1:], rows[1:], strict=True):
+            time = row.call_p50_us if row else None
+            ratio = time / base if time and base and not why[machine.name] else None
+            line += [three(time), three(ratio)]
+        lines.append(line)
+    headers = ["method", f"{here[0].name} [µs]"]
+    for machine in here[1:]:
+        headers += [f"{machine.name} [µs]", f"over {here[0].name}"]
+    shown = dict(ordered[:most])
+    parts = [f"## {vehicle}, medians on {demands} demands\n", table(headers, lines)]
+    parts += [f"No ratio for {name}: {reason}.\n" for name, reason in why.items() if reason]
+    for i, machine in enumerate(here[1:], start=1):
+        if pairs := [] if why[machine.name] else swapped(shown, 0, i):
+            said = "; ".join(f"{a} before {b}" for a, b in pairs[:MOST])
+            more = f"; and {len(pairs) - MOST} pairs more" if len(pairs) > MOST else ""
+            parts.append(f"In another order on {here[0].name} than on {machine.name}: {said}{more}.\n")
+    return parts
+
+
+def _counted(machines: Sequence[NamedRun]) -> str:
+    """Instructions of the most costly call, by emulated processor: no times, so in a table of their own."""
+    counted = [
+        row
+        for machine in machines
+        for row in emulated_rows(machine.run.record.emulated)
+        if row.worst is not None and row.emulated.scalar == "double"
+    ]
+    if not counted:
+        return ""
+    targets = list(dict.fromkeys(row.emulated.target for row in counted))
+    lines = []
+    ordered = sorted(counted, key=lambda row: (row.emulated.vehicle, row.emulated.method))
+    for (vehicle, method), group in groupby(ordered, key=lambda r: (r.emulated.vehicle, r.emulated.method)):
+        worst: dict[str, int] = {}
+        for row in group:
+            worst[row.emulated.target] = max(worst.get(row.emulated.target, 0), row.worst or 0)
+        lines.append([vehicle, method, *(str(worst.get(target, "")) for target in targets)])
+    return "## Instructions of the most costly call on emulated processors, double precision\n\n" + table(
+        ("vehicle", "method", *targets), lines
+    )
+
+
+def _facts(machines: Sequence[NamedRun]) -> str:
+    headers = [machine.run.record.header for machine in machines]
+    rows = [
+        ["machine", *(machine_name(header.machine) for header in headers)],
+        ["started", *(header.started for header in headers)],
+        ["commit", *(header.commit or "unknown" for header in headers)],
+        ["seed", *(str(header.seed) for header in headers)],
+    ]
+    facts = dict.fromkeys(key for header in headers for key in header.machine if key != "name")
+    rows += [[key.replace("_", " "), *(str(h.machine.get(key, "")) for h in headers)] for key in facts]
+    packages = sorted({name for header in headers for name in header.versions})
+    rows += [[name, *(h.versions.get(name, "") for h in headers)] for name in packages]
+    return table(("what", *(machine.name for machine in machines)), rows)
+
+
+def _times(rows: Sequence[object]) -> list[float]:
+    return [time for row in rows if (time := getattr(row, "call_p50_us", None)) is not None]

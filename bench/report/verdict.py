@@ -1,0 +1,94 @@
+"""What to take, said as one engineer says it to another, and how sure that is on this machine."""
+
+from collections import Counter
+from collections.abc import Sequence
+from itertools import groupby
+
+from bench.record import NO_VEHICLE
+from bench.results.fit import Fit, Loop
+from bench.results.pauses import pauses
+from bench.results.rows import Run
+from bench.results.sizing import Size, best_of_each, sizes
+from bench.results.text import percent, three
+
+USUAL = Loop(rate_hz=100.0, budget=0.1)
+"""The loop that reports open with: an autopilot's usual rate, a tenth of its period for allocation."""
+NOISY_SHARE = 0.1
+"""Share of disturbed rows above which a machine is called noisy."""
+
+
+def verdicts(sized: Sequence[Size], loop: Loop, where: str = "") -> list[str]:
+    """One sentence for each vehicle: what to take, why, and what would do too.
+
+    ``sized`` has the one to take first, as ``sizes`` sorts it; ``where`` names the machines, if need be.
+    """
+    return [verdict(list(own), loop, where) for _, own in groupby(sized, key=lambda size: size.vehicle)]
+
+
+def verdict(own: Sequence[Size], loop: Loop, where: str = "") -> str:
+    """The sentence for one vehicle."""
+    first = own[0]
+    question = f"{first.vehicle} at {loop.rate_hz:g} Hz{where}"
+    if first.fit > Fit.MAY_FIT:
+        times = [size.p50_us for size in own if size.p50_us is not None and size.fit == Fit.DOES_NOT_FIT]
+        why = (
+            f"the fastest median is {percent(min(times) / loop.period_us)} of the period"
+            if times
+            else "none has a time that counts"
+        )
+        return f"{question}: nothing here fits {percent(loop.limit_share)} of the period; {why}."
+    exactness = "exact" if first.exact else f"not exact ({_why_not_exact(own)})"
+    share = _small((first.p50_us or 0.0) / loop.period_us)
+    text = f"{question}: take {spoken(first)}; {exactness}; {share} of the period"
+    if first.fit == Fit.WITHOUT_TAIL:
+        text += f", its tail not shown to fit ({first.reason})"
+    if first.fit == Fit.MAY_FIT:
+        text += f", which may fit ({first.reason})"
+    other = _other(first, own)
+    return f"{text}; {other} would do too." if other else f"{text}."
+
+
+def spoken(size: Size) -> str:
+    """A method as one says its name: generated C by its twin's."""
+    return f"{size.twin} as generated C" if size.twin else size.label
+
+
+def sure(run: Run) -> str:
+    """How far the machine lets one trust that: how much of the run it disturbed, and how long it paused."""
+    measured = [row for row in run.rows if not row.failed and row.vehicle != NO_VEHICLE]
+    busy = [row for row in measured if row.disturbances]
+    noisy = len(busy) > NOISY_SHARE * len(measured)
+    causes = Counter(what for row in busy for what in row.disturbances)
+    text = (
+        f"noisy: {len(busy)} of {len(measured)} rows disturbed"
+        if noisy
+        else (f"quiet: {len(busy)} of {len(measured)} rows disturbed")
+    )
+    if causes:
+        text += f" ({', '.join(what for what, _ in causes.most_common())})"
+    seen = pauses(run)
+    if seen.excess:
+        longest = three(seen.excess[-1][0] / 1000)
+        text += f"; fixed work paused for up to {longest} µs, so slowest calls within that are the machine's"
+    return f"{text}."
+
+
+def usual(run: Run) -> list[str]:
+    """The verdicts at the usual loop on a run's vehicles, but for those after a failure and of a study."""
+    sized = [size for size in best_of_each(sizes(run, USUAL)) if size.vehicle in run.vehicles]
+    return verdicts(sized, USUAL)
+
+
+def _why_not_exact(own: Sequence[Size]) -> str:
+    late = [size for size in own if size.exact and size.fit == Fit.DOES_NOT_FIT]
+    return f"{late[0].label}, which is, takes too long" if late else "no exact method was measured"
+
+
+def _other(first: Size, own: Sequence[Size]) -> str:
+    """What serves as well by other means: a solver where one does, else the next method, empty for none."""
+    alike = [s for s in own[1:] if s.fit == first.fit and s.exact == first.exact and s.method != first.twin]
+    return next((spoken(size) for size in (*filter(lambda s: s.solver, alike), *alike)), "")
+
+
+def _small(share: float) -> str:
+    return "under 0.01 %" if share < 1e-4 else percent(share)

@@ -1,0 +1,154 @@
+"""Runs of several machines side by side: which is which, what may be compared, and what fits on all."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import isclose
+from pathlib import Path
+
+from bench.record import Problem, RecordError
+from bench.record.machine import machine_name
+from bench.results.bands import as_sizes, bands
+from bench.results.columns import Row
+from bench.results.cycles import CPI, Cpi
+from bench.results.emulated import rows
+from bench.results.fit import Loop
+from bench.results.ranking import best
+from bench.results.rows import Run, read_run
+from bench.results.sizing import Size, ordered, sizes, worst
+
+
+@dataclass(frozen=True)
+class NamedRun:
+    """A run, and the name that its machine has among others.
+
+    Attributes
+    ----------
+    name : the machine's, with the folder's where two runs are of machines that have the same name; that of
+        the folder alone where processors were emulated
+    run : what was measured there
+    """
+
+    name: str
+    run: Run
+
+
+def read_machines(directories: Sequence[Path]) -> list[NamedRun]:
+    """The runs in these folders; raises RecordError for one that is named twice, or holds no record."""
+    resolved = [directory.resolve() for directory in directories]
+    twice = [
+        str(given) for given, real in zip(directories, resolved, strict=True) if resolved.count(real) > 1
+    ]
+    if twice:
+        raise RecordError(f"{twice[0]}: is named twice; give each run once")
+    runs = [read_run(directory) for directory in directories]
+    names = [
+        directory.name if run.record.emulated and not run.rows else machine_name(run.record.header.machine)
+        for run, directory in zip(runs, resolved, strict=True)
+    ]
+    folders = Counter(directory.name for directory in resolved)
+    named = []
+    for name, run, directory in zip(names, runs, resolved, strict=True):
+        folder = directory.name if folders[directory.name] == 1 else str(directory)
+        named.append(NamedRun(name if names.count(name) == 1 else f"{name} ({folder})", run))
+    return named
+
+
+def differences(a: Run, b: Run) -> list[str]:
+    """In what two runs differ besides their machines, in words: a ratio of their times holds that too."""
+    one, two = a.record.header, b.record.header
+    said = []
+    for what, left, right in (("seed", one.seed, two.seed), ("commit", one.commit, two.commit)):
+        if left != right:
+            said.append(f"{what} {left or 'unknown'} and {right or 'unknown'}")
+    for package in sorted(one.versions.keys() | two.versions.keys()):
+        ours, theirs = (header.versions.get(package, "none") for header in (one, two))
+        if ours != theirs:
+            said.append(f"{package} {ours} and {theirs}")
+    return said
+
+
+def incomparable(a: Run, b: Run, vehicle: str, demands: str) -> str:
+    """Why two runs on this vehicle's demand set were not asked the same; empty where they were."""
+    ours, theirs = _problem(a, vehicle, demands), _problem(b, vehicle, demands)
+    if ours is None or theirs is None:
+        return "not asked on both"
+    if ours.rate_hz is None and a.record.header.seed != b.record.header.seed:
+        return "demands of another seed"
+    if ours.n_demands != theirs.n_demands:
+        return f"{ours.n_demands} demands and {theirs.n_demands}"
+    numbers = zip((*ours.wrench_scale, ours.f_scale), (*theirs.wrench_scale, theirs.f_scale), strict=False)
+    alike = (ours.dof, ours.n, ours.rank, ours.faults) == (theirs.dof, theirs.n, theirs.rank, theirs.faults)
+    if not alike or not all(isclose(x, y, rel_tol=1e-9) for x, y in numbers):
+        return "another vehicle of the same name"
+    return ""
+
+
+def medians(machines: Sequence[NamedRun], vehicle: str, demands: str) -> dict[str, list[Row | None]]:
+    """One row a machine by method, start and level: those that represent a method on any of the machines."""
+    shown = [row.label for m in machines for row in best(m.run, vehicle, demands)]
+    measured = [{row.label: row for row in m.run.of(vehicle, demands) if not row.failed} for m in machines]
+    return {label: [by_label.get(label) for by_label in measured] for label in dict.fromkeys(shown)}
+
+
+def swapped(by_label: Mapping[str, Sequence[Row | None]], i: int, j: int) -> list[tuple[str, str]]:
+    """Pairs of methods of which the first is faster on machine ``i``, and the second on machine ``j``.
+
+    Faster is a method whose slowest repeat beats the other's fastest one; what is less is noise.
+    """
+    pairs = []
+    for first, ours in by_label.items():
+        for second, theirs in by_label.items():
+            if _faster(ours[i], theirs[i]) and _faster(theirs[j], ours[j]):
+                pairs.append((first, second))
+    return pairs
+
+
+def sizes_of(
+    machines: Sequence[NamedRun], loop: Loop, clock_hz: float | None = None, cpi: Mapping[str, Cpi] = CPI
+) -> dict[str, list[Size]]:
+    """The sizes on each machine that was timed and, where a clock is given, each processor that was emulated.
+
+    ``cpi`` holds the assumed cycles an instruction by target.
+    """
+    sized = {m.name: sizes(m.run, loop) for m in machines if m.run.by_vehicle}
+    for machine in machines if clock_hz else ():
+        of_all = bands(rows(machine.run.record.emulated), clock_hz or 0.0, loop, cpi)
+        for target in dict.fromkeys(band.counted.target for band in of_all):
+            own = [band for band in of_all if band.counted.target == target]
+            sized[emulated_name(target)] = as_sizes(own, loop)
+    return sized
+
+
+def emulated_name(target: str) -> str:
+    """The name of an emulated processor among machines."""
+    return f"{target} (emulated)"
+
+
+def on_all(sized: Mapping[str, Sequence[Size]]) -> list[Size]:
+    """What fits on every machine that has the vehicle: for each method the worst of its sizes, best first.
+
+    ``sized`` holds the sizes by machine. A method that some machine has not measured is left out.
+    """
+    by_name: dict[tuple[str, str], dict[str, Size]] = {}
+    for machine, own in sized.items():
+        for size in own:
+            by_name.setdefault((size.vehicle, size.label), {})[machine] = size
+    asked = {
+        vehicle: {machine for machine, own in sized.items() if any(s.vehicle == vehicle for s in own)}
+        for vehicle, _ in by_name
+    }
+    whole = [there for (vehicle, _), there in by_name.items() if there.keys() == asked[vehicle]]
+    return ordered([worst(there) for there in whole])
+
+
+def _problem(run: Run, vehicle: str, demands: str) -> Problem | None:
+    asked = (p for p in run.record.problems if (p.vehicle, p.demands) == (vehicle, demands))
+    return next(asked, None)
+
+
+def _faster(a: Row | None, b: Row | None) -> bool:
+    if a is None or b is None:
+        return False
+    slowest, fastest = a.call_p50_high_us, b.call_p50_low_us
+    return slowest is not None and fastest is not None and slowest < fastest

@@ -1,0 +1,68 @@
+"""Whether a late call is the method's or the machine's: fixed work in the same run tells."""
+
+from dataclasses import dataclass
+
+from bench.record import NO_VEHICLE
+from bench.results.fit import LATE_SHARE
+from bench.results.quantiles import Histogram, merged, ranked, total
+from bench.results.rows import Run
+
+CHANCE = 1e-3
+"""Probability below which as many late calls are no chance, were they the machine's. A run sizes hundreds of
+methods, and pauses come in bursts, so one in twenty would blame a method in every run."""
+
+
+@dataclass(frozen=True)
+class Pauses:
+    """By how much fixed work (``noop`` and the canaries) took longer than its own median.
+
+    Attributes
+    ----------
+    excess : [(time beyond the median [ns], how often), …] of all calls beyond it, sorted
+    exposure_ns : time of all calls of fixed work together [ns]
+    """
+
+    excess: Histogram
+    exposure_ns: int
+
+    def longer_than(self, ns: float) -> int:
+        """How many calls of fixed work took longer than their median by more than ``ns``."""
+        return sum(count for excess, count in self.excess if excess > ns)
+
+
+def pauses(run: Run) -> Pauses:
+    """The pauses that a run's yardsticks show."""
+    excess: list[Histogram] = []
+    exposure = 0
+    for row in run.rows:
+        if row.singles and (row.described.yardstick or row.vehicle == NO_VEHICLE):
+            median = ranked(row.singles, total(row.singles) / 2)
+            excess.append([(ns - median, count) for ns, count in row.singles if ns > median])
+            exposure += sum(ns * count for ns, count in row.singles)
+    return Pauses(merged(excess), exposure)
+
+
+def whose(
+    singles: Histogram, late: int, limit_us: float, p50_us: float, steps: int | None, pauses: Pauses
+) -> str:
+    """Why the late calls are the machine's, in words; empty where they may be the method's own.
+
+    They are the machine's where the method's ``steps`` are bounded, and either all of them fit the limit even
+    if each took as long as a median call, or just one call was late: the same demands were asked many times.
+    Else they are the machine's where they are rare, at most LATE_SHARE of all, and fixed work was held up as
+    long, as often in the time that it took: of all pauses that long, binomially as many hit the method as its
+    calls' share of the time, and this many or more have at least the probability CHANCE. Without one such
+    pause of fixed work nothing is excused.
+    """
+    from scipy.stats import binom
+
+    if not late:
+        return ""
+    if steps and (late == 1 or steps * p50_us <= limit_us):
+        return "bounded steps"
+    seen = pauses.longer_than((limit_us - p50_us) * 1000)
+    if not seen or late > LATE_SHARE * total(singles):
+        return ""
+    took = sum(ns * count for ns, count in singles)
+    share = took / (took + pauses.exposure_ns)
+    return "canaries paused too" if binom.sf(late - 1, late + seen, share) >= CHANCE else ""
