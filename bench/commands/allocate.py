@@ -39,6 +39,8 @@ def command(
 ) -> None:
     """Thrusts for the demands in a CSV, bag or ULog; a CSV's header names the DOF, each row is a demand.
 
+    A CSV may say the limits of each demand: columns volts, and f0_min, f0_max, … in N.
+
     Writes status,f0,f1,… with one row a demand, in order, in N; then share0,share1,… where a method says
     what it delivered of each level of the demand. Where a method says that there is no such thrust, its
     numbers are nan.
@@ -47,6 +49,7 @@ def command(
     from alloc.files.textfile import write_text
     from bench.inputs.demand_csv import format_thrusts
     from bench.inputs.faults import EACH, parse_fault, with_fault
+    from bench.inputs.log_limits import limits_in
     from bench.inputs.logs import read_log
 
     answering = load_vehicle(vehicle)
@@ -59,12 +62,17 @@ def command(
         raise UnknownName(
             f"{plugin}: holds method '{entry.name}', not '{method}'; give --method {entry.name}"
         )
-    _, taus, said = read_log(demands, answering.dof, read_options(**options))
+    _, taus, said, columns = read_log(demands, answering.dof, read_options(**options))
+    lows, highs = limits_in(demands, columns, answering)
     if said:
         click.echo(said, err=True)
     allocator = prepare(entry, answering, start=start, level=level)
     header = [answering.called(i) if names else f"f{i}" for i in range(answering.n)]
-    text = format_thrusts([allocator(tau) for tau in taus], header)
+    if lows is None or highs is None:
+        answers = [allocator(tau) for tau in taus]
+    else:
+        answers = list(map(allocator, taus, lows, highs))
+    text = format_thrusts(answers, header)
     if output is None:
         click.echo(text, nl=False)
     else:

@@ -21,14 +21,16 @@ def command(log: Path, vehicle: str, output: Path | None, **options: Any) -> Non
     from bench.demands.doubts import doubts
     from bench.demands.log_summary import as_text, summarise
     from bench.inputs.demand_csv import format_demands
+    from bench.inputs.log_limits import limits_in
     from bench.inputs.logs import rate_hz, read_log
 
     answering = load_vehicle(vehicle)
-    t, taus, said = read_log(log, answering.dof, read_options(**options))
-    demands = labelled(log.stem, answering, taus, rate_hz=rate_hz(t))
+    t, taus, said, columns = read_log(log, answering.dof, read_options(**options))
+    low, high = limits_in(log, columns, answering)
+    demands = labelled(log.stem, answering, taus, low, high, rate_hz=rate_hz(t))
     for line in (said, *(f"warning: {doubt}" for doubt in doubts(demands))):
         if line:
             click.echo(line, err=True)
     click.echo(as_text(summarise(demands, t), demands))
     if output is not None:
-        write_text(output, format_demands(t, taus, answering.dof))
+        write_text(output, format_demands(t, taus, answering.dof, columns))

@@ -156,12 +156,14 @@ def _is_file(name: str | Path) -> bool:
 
 def _from_file(path: Path, vehicle: Vehicle, n: int | None, options: "LogOptions | None") -> DemandSet:
     from bench.demands.doubts import doubts
+    from bench.inputs.log_limits import limits_in
     from bench.inputs.logs import rate_hz, read_log  # imported only where a file is named, which is rare
 
-    t, taus, said = read_log(path, vehicle.dof, options)
-    demands = labelled(path.stem, vehicle, np.array(taus[:n]), rate_hz=rate_hz(t))
-    lines = tuple(filter(None, (said, *doubts(demands))))
-    return replace(demands, left_out=len(taus) - len(demands.taus), said=lines)
+    log = read_log(path, vehicle.dof, options)
+    low, high = limits_in(path, {name: values[:n] for name, values in log.columns.items()}, vehicle)
+    demands = labelled(path.stem, vehicle, np.array(log.taus[:n]), low, high, rate_hz=rate_hz(log.t))
+    lines = tuple(filter(None, (log.said, *doubts(demands))))
+    return replace(demands, left_out=len(log.taus) - len(demands.taus), said=lines)
 
 
 def _stable(text: str) -> int:

@@ -11,6 +11,7 @@ from alloc.vehicle import LARGEST
 from bench.inputs.columns import SECONDS, TIME, Column, assign, listed
 from bench.inputs.csv_text import csv_text, is_number
 from bench.inputs.delimited import NAMES, Cells, read_table
+from bench.inputs.log_limits import limit_columns
 
 LATEST = 1e20
 """Bound on times, in any unit: a date in ns is 1.7e18."""
@@ -26,11 +27,13 @@ class Demanded(NamedTuple):
     t : (N,) [s], never decreasing; None where the log has no times
     taus : (N, k) demands in the order of the vehicle's DOF, z down [N, N m]
     said : how the file was understood, in a line; empty where it is written as this program writes it
+    columns : (N,) columns about limits by name (``bench.inputs.log_limits``), ``volts`` [V], ``f0_min`` [N]
     """
 
     t: FloatArray | None
     taus: FloatArray
     said: str = ""
+    columns: Mapping[str, FloatArray] = {}
 
 
 def read_demands(path: Path, dof: tuple[str, ...], columns: Mapping[str, str] | None = None) -> Demanded:
@@ -39,7 +42,7 @@ def read_demands(path: Path, dof: tuple[str, ...], columns: Mapping[str, str] | 
     Parameters
     ----------
     path : the file: one row a demand; commas, semicolons, tabs or blanks between cells, comments and blank
-        lines anywhere, and further columns, which are left out
+        lines anywhere, limits (``bench.inputs.log_limits``), and further columns, which are left out
     dof : the vehicle's controlled DOF; each needs a column
     columns : names of columns that the header does not tell, by DOF; ``t`` for the time
 
@@ -57,6 +60,8 @@ def read_demands(path: Path, dof: tuple[str, ...], columns: Mapping[str, str] | 
         (quantity, column.place, LATEST if quantity == TIME else LARGEST)
         for quantity, column in found.items()
     ]
+    limits = limit_columns(place, table.header)
+    used += [(name, index, LARGEST) for name, index in limits.items()]
     numbers: list[list[float]] = []
     blank = 0
     for line, row in table.rows:
@@ -72,12 +77,14 @@ def read_demands(path: Path, dof: tuple[str, ...], columns: Mapping[str, str] | 
         raise DemandError(f"{path}: holds no demands; give one row a demand below the header")
     values = np.array(numbers)
     taus = values[:, : len(dof)] * [found[axis].factor for axis in dof]
-    times, unit = (None, "") if TIME not in found else _seconds(values[:, -1], found[TIME])
+    times, unit = (None, "") if TIME not in found else _seconds(values[:, len(dof)], found[TIME])
     if times is not None and (back := np.flatnonzero(np.diff(times) < 0)).size:
         raise DemandError(
             f"{path}: t goes back from {times[back[0]]:g} to {times[back[0] + 1]:g} s; put rows in time order"
         )
-    return Demanded(times, taus, _said(path, table, found, unit, blank))
+    said = _said(path, table, found, unit, blank, set(limits.values()))
+    by_name = {name: values[:, len(found) + i] for i, name in enumerate(limits)}
+    return Demanded(times, taus, said, by_name)
 
 
 def _seconds(values: FloatArray, column: Column) -> tuple[FloatArray, str]:
@@ -90,14 +97,16 @@ def _seconds(values: FloatArray, column: Column) -> tuple[FloatArray, str]:
     return values, "s"
 
 
-def _said(path: Path, table: Cells, found: Mapping[str, Column], unit: str, blank: int) -> str:
+def _said(
+    path: Path, table: Cells, found: Mapping[str, Column], unit: str, blank: int, limits: set[int]
+) -> str:
     """How a table was understood, in a line; empty where nothing had to be."""
     parts = [
         f"{quantity} from '{column.name}'{f', taken for {unit}' if quantity == TIME and unit else ''}"
         for quantity, column in found.items()
         if column.name != quantity
     ]
-    taken = {column.place for column in found.values()}
+    taken = {column.place for column in found.values()} | limits
     others = [name for i, name in enumerate(table.header) if i not in taken]
     if others:
         parts.append(f"left out: {listed(others, SHOWN)}")
@@ -110,11 +119,17 @@ def _said(path: Path, table: Cells, found: Mapping[str, Column], unit: str, blan
     return f"{path.name}: {'; '.join(parts)}" if parts else ""
 
 
-def format_demands(t: FloatArray | None, taus: FloatArray, dof: tuple[str, ...]) -> str:
-    """The CSV of times (N,) [s] or None and demands (N, k), in the form that ``read_demands`` reads."""
-    if t is None:
-        return csv_text(dof, taus.tolist())
-    return csv_text(("t", *dof), np.column_stack([t, taus]).tolist())
+def format_demands(
+    t: FloatArray | None,
+    taus: FloatArray,
+    dof: tuple[str, ...],
+    columns: Mapping[str, FloatArray] | None = None,
+) -> str:
+    """The CSV of times (N,) [s] or None, demands (N, k) and columns about limits, for ``read_demands``."""
+    further = columns or {}
+    header = (*(() if t is None else ("t",)), *dof, *further)
+    table = [*(() if t is None else (t,)), *taus.T, *further.values()]
+    return csv_text(header, np.column_stack(table).tolist())
 
 
 def parse_scale(text: str) -> tuple[float, ...]:
