@@ -7,7 +7,7 @@ import msgspec
 
 from bench.gate.record import GateRecord
 from bench.gate.verdict import Standing, Verdict
-from bench.results.text import table
+from bench.results.text import counted, table
 
 SIGNS = {0: "✅", 1: "❌", 3: "❔"}
 
@@ -29,7 +29,13 @@ def markdown(record: GateRecord, verdict: Verdict) -> str:
     lines += [f"- {note}" for note in notes(record)] + [""] if notes(record) else []
     if verdict.rows:
         cells = _times(verdict.rows)
-        lines += [f"<details><summary>All {len(verdict.rows)} cells</summary>", "", cells, "</details>", ""]
+        lines += [
+            f"<details><summary>All: {counted(len(verdict.rows), 'cell')}</summary>",
+            "",
+            cells,
+            "</details>",
+            "",
+        ]
     if record.commits:
         listed = [f"- {commit}" for commit in record.commits]
         lines += ["<details><summary>Commits</summary>", "", *listed, "", "</details>", ""]
