@@ -55,7 +55,7 @@ def _header(vehicle: Vehicle, name: str, kernel: str, scalar: Scalar, faults: In
  *
  * tau    wanted wrench: {", ".join(vehicle.dof)} [N, N m]
  * fault  {known}
- * f      thrusts [N]
+ * f      thrusts [N]{_named(vehicle)}
  *
  * Returns
 {returns}
@@ -96,6 +96,11 @@ int {name}(const {scalar} tau[{vehicle.k}], int fault, {scalar} f[{vehicle.n}])
     }}
 }}
 """
+
+
+def _named(vehicle: Vehicle) -> str:
+    """The thrusters' names, each on a line of a comment; empty where they have none."""
+    return "".join(f"\n *        f[{i}] {_in_comment(name)}" for i, name in enumerate(vehicle.names) if name)
 
 
 def _in_comment(text: str) -> str:

@@ -83,10 +83,9 @@ def command(
         tell=lambda what: click.echo(what, err=True),
     )
     result = verdict(record)
-    text = render.markdown(record, result)
-    click.echo(text, nl=False)
+    click.echo(render.markdown(record, result, folded=False), nl=False)
     if markdown:
-        write_text(markdown, text)
+        write_text(markdown, render.markdown(record, result))
     if json_file:
         write_text(json_file, render.as_json(record, result))
     return int(result.outcome)
