@@ -1,7 +1,7 @@
 # Two commands: `make bench` and `make test`. Each sets up .venv by itself.
 PYTHON ?= python3
 BIN := .venv/bin
-RUN ?= $(patsubst %/record.jsonl,%,$(wildcard runs/*/record.jsonl))
+RUN ?= $(patsubst %/record.jsonl,%,$(wildcard runs/*/record.jsonl runs/*/*/record.jsonl))
 
 .PHONY: bench test elsewhere keep emulate clean
 
@@ -19,8 +19,8 @@ test: .venv/installed
 elsewhere: .venv/installed
 	.ci/elsewhere $(WHERE) -- -q
 
-# Puts a run into results/, to be committed: its record packed, its report, and README's table if it has times.
-keep: KEPT = results/$(notdir $(RUN:/=))
+# Puts a run, runs/<machine>/<date and time>, into results/<machine>, to be committed: its record packed, its report, and README's table if it has times.
+keep: KEPT = results/$(if $(filter runs/%,$(RUN)),$(word 2,$(subst /, ,$(RUN))),$(notdir $(RUN:/=)))
 keep: .venv/installed
 	$(if $(wildcard $(addsuffix /record.jsonl,$(RUN))),,$(error no run in $(or $(RUN),runs/); `make bench` makes one))
 	$(if $(word 2,$(RUN)),$(error several runs: make keep RUN=... with one of $(RUN)))
