@@ -8,7 +8,7 @@ from bench.record import NO_VEHICLE
 from bench.results.columns import Row
 from bench.results.fit import LATE_SHARE, Fit, Loop
 from bench.results.pauses import Pauses, pauses, whose
-from bench.results.quantiles import Histogram, merged, misses, quantile
+from bench.results.quantiles import Histogram, late_bound, merged, misses, quantile
 from bench.results.ranking import exact, right
 from bench.results.repeats import most
 from bench.results.rows import Run
@@ -158,8 +158,7 @@ def _size(rows: list[Row], loop: Loop, transfer: Transfer | None, held_up: Pause
     steps = first.worst_case_steps
     excuse = "" if transfer or p50 is None else whose(singles, late, loop.limit_us, p50, steps, held_up)
     if excuse:
-        own = misses(singles, singles[-1][0])[2]  # as if none had been late
-        fit, reason = judge(loop, p50, None, None, own)
+        fit, reason = judge(loop, p50, None, None, late_bound(0, calls))  # as if none had been late
     else:
         fit, reason = judge(loop, p50, p999, slowest, bound, estimated=transfer is not None)
     longest = slowest or p999 or p50
