@@ -44,7 +44,7 @@ def result_table(run: Run) -> str:
         "method",
         "what it is",
         *(f"{name} [µs]" for name in shown),
-        "99.9 % of calls take at most [µs]",
+        "one call in 1000 [µs]",
         "worst command, missing",
         "commands served",
     )
@@ -69,6 +69,10 @@ def served(run: Run, vehicle: str, row: Row) -> str:
     return percent(shares.get(EXACT_METHODS[0] if exact(row) else row.described.twin or row.method))
 
 
+class MarkerError(AllocError):
+    """A file has no marks for the table."""
+
+
 def put(path: Path, text: str, start: str = START, end: str = END) -> None:
     """Replace what stands between the two marks of a file; raises MarkerError."""
     try:
@@ -83,12 +87,13 @@ def put(path: Path, text: str, start: str = START, end: str = END) -> None:
 
 
 def _caption(run: Run, shown: list[str]) -> str:
-    machine, versions = run.record.header.machine, run.record.header.versions
+    cpu = run.record.header.machine.get("cpu", "this machine")
+    python = run.record.header.versions.get("python", "Python")
     return (
-        f"Time of one call from Python, half of all calls being faster, on {machine.get('cpu', 'this machine')}"
-        f" with {versions.get('python', 'Python')}, asked for what takes the thrusters to their limits. The last"
-        f" three columns are {shown[-1]}'s: the time that one call in a thousand exceeds, how much of the worst"
-        " command is not delivered, and which share of all that the vehicle can do is delivered within 1 %.\n"
+        f"Time of one call from Python, which half of all calls take at most, on {cpu} with {python}, asked for"
+        " what takes the thrusters to their limits. The last three columns are"
+        f" {shown[-1]}'s: what one call in a thousand exceeds, how much of the worst command is not delivered,"
+        " and which share of all that the vehicle can do is delivered within 1 %.\n"
     )
 
 
