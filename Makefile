@@ -1,9 +1,9 @@
-# Two commands: `make bench` and `make test`. Each sets up .venv by itself.
+# Two commands: `make bench` and `make test`. Each sets up .venv by itself, as do the others.
 PYTHON ?= python3
 BIN := .venv/bin
 RUN ?= $(patsubst %/record.jsonl,%,$(wildcard runs/*/record.jsonl))
 
-.PHONY: bench test keep emulate clean
+.PHONY: bench test docs keep emulate clean
 
 bench: .venv/installed
 	$(BIN)/thrustbench run
@@ -14,6 +14,10 @@ test: .venv/installed
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-logo
 	$(BIN)/python -m pytest -n 2
+
+# The documentation as a site, links checked: build/site/index.html.
+docs: .venv/installed
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
 
 # Puts a run into results/, to be committed: its record packed, its report, and README's table if it has times.
 keep: KEPT = results/$(notdir $(RUN:/=))
