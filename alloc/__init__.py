@@ -22,6 +22,7 @@ from alloc.errors import (
     FileError,
     NotApplicable,
     NotInstalled,
+    PluginError,
     SolverError,
     UnknownName,
     VehicleError,
@@ -47,6 +48,7 @@ from alloc.reach.volumes import (
     uniform_demands,
     worst_fault,
 )
+from alloc.reach.way import Way
 from alloc.vehicle import Vehicle
 from alloc.vehicle.call_limits import at_call, limits_of, one_by_one
 from alloc.vehicle.geometry import DOF, unit
@@ -73,6 +75,7 @@ __all__ = [
     "Margins",
     "NotApplicable",
     "NotInstalled",
+    "PluginError",
     "Posed",
     "SolverError",
     "Status",
@@ -81,6 +84,7 @@ __all__ = [
     "UnknownName",
     "Vehicle",
     "VehicleError",
+    "Way",
     "alpha_max",
     "alpha_max_lp",
     "alpha_range",

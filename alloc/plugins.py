@@ -3,7 +3,7 @@
 import pkgutil
 import sys
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
@@ -13,9 +13,10 @@ from typing import Any, get_args
 
 import alloc.methods
 from alloc.allocation import Allocator
-from alloc.errors import NotInstalled, UnknownName
+from alloc.errors import NotInstalled, PluginError, UnknownName, unknown
 from alloc.formulations import Family, find_formulation
 from alloc.methods import Variant
+from alloc.plain import ANY_DISTANCE, EXACT, Plain
 from alloc.solvers import Level, Start
 from alloc.vehicle import Vehicle
 
@@ -89,14 +90,14 @@ def find(name: str) -> Entry:
     for entry in catalogue():
         if entry.name == name:
             return entry
-    raise UnknownName(f"no method '{name}'; there are {', '.join(entry.name for entry in catalogue())}")
+    raise unknown("method", name, (entry.name for entry in catalogue()))
 
 
 def load_plugin(path: Path) -> Entry:
-    """The method in a Python file, named after the file; ``alloc.methods`` says what the file must hold.
+    """The method in a Python file, named after the file; ``alloc.methods`` says what the file may hold.
 
-    Raises UnknownName where the file can't be imported, has no ``build``, or offers starts or levels that
-    there are not.
+    Its ``build`` returns an allocator, or a plain function tau -> f, whose status ``alloc.plain`` works out.
+    Raises UnknownName where the file can't be imported, has no ``build``, or declares what there is not.
     """
     spec = spec_from_file_location(f"thrustbench_plugin_{path.stem}", path)
     if spec is None or spec.loader is None or not path.is_file():
@@ -115,7 +116,45 @@ def load_plugin(path: Path) -> Entry:
         # A word that no run asks for would leave the method without a row.
         if not isinstance(offered, tuple | list) or not offered or not {*known, "-"}.issuperset(offered):
             raise UnknownName(f"{path}: {constant} = {offered!r}; give a tuple of {', '.join(known)}")
-    return _entry(_hyphened(path.stem), module)
+    for constant, kind, example in DECLARED:
+        value = getattr(module, constant, None)
+        if value is not None and not (isinstance(value, kind) and value == value):
+            raise UnknownName(f"{path}: {constant} = {value!r}; give {example}")
+    if not callable(module.build):
+        raise UnknownName(f"{path}: build is no function; write build(vehicle) that returns an allocator")
+    entry = _entry(_hyphened(path.stem), module)
+    return replace(entry, prepare=partial(_built, path, module))
+
+
+DECLARED: tuple[tuple[str, Any, str], ...] = (
+    ("FORMULATION", str, "a name, such as 'hard' or one of your own"),
+    ("FAMILY", Family, f"an alloc.Family: {', '.join(f'Family.{family.name}' for family in Family)}"),
+    ("FOREIGN", bool, "True or False"),
+    ("SUMMARY", str, "a line of text"),
+    ("LIMITED", bool, "True where every thrust lies inside the limits, else False"),
+    ("TOLERANCE", (float, int), "a distance from the right answer, relative to the largest limit"),
+)
+"""What a plug-in may declare, its type, and what to write."""
+
+
+def _built(path: Path, module: ModuleType, vehicle: Vehicle, **options: Any) -> Allocator:
+    """What a plug-in's build returns, as an allocator; raises PluginError where it is none."""
+    made = module.build(vehicle, **options)
+    if not callable(made):
+        raise PluginError(
+            f"{path}: build(vehicle) gave {type(made).__name__}; return a function tau -> f, or an allocator"
+        )
+    if all(hasattr(made, promise) for promise in ("formulation", "limited", "tolerance")):
+        allocator: Allocator = made
+        return allocator
+    declared = getattr(module, "FORMULATION", "")
+    return Plain(
+        made,
+        vehicle,
+        declared or _hyphened(path.stem),
+        getattr(module, "LIMITED", bool(declared) and find_formulation(declared).limited),
+        float(getattr(module, "TOLERANCE", EXACT if declared else ANY_DISTANCE)),
+    )
 
 
 def _entries(module: ModuleType) -> Iterator[Entry]:

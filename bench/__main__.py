@@ -48,8 +48,25 @@ def cli() -> None:
     """What constrained thrust allocation costs on an onboard computer, and what it buys, measured."""
 
 
+def open_closed_streams() -> None:
+    """Open the null device in place of standard streams that the caller closed, as ``>&-`` does.
+
+    Python has None in their place; and the next file that is opened would get the stream's number, and
+    with it what a library prints.
+    """
+    for number, (name, mode) in enumerate((("stdin", "r"), ("stdout", "w"), ("stderr", "w"))):
+        if getattr(sys, name) is None:
+            null = os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free
+            if null != number:
+                os.dup2(null, number)
+                os.close(null)
+            os.set_inheritable(number, True)  # as a standard stream is
+            setattr(sys, name, os.fdopen(number, mode, closefd=False))
+
+
 def main() -> None:
     """Run the command line; bad input ends with exit code 2 and one line on stderr."""
+    open_closed_streams()
     if isinstance(sys.stdout, TextIOWrapper):  # where a terminal lacks a letter, print its number
         sys.stdout.reconfigure(errors="backslashreplace")
     # sys.exit ends worker processes and removes temporary folders on the way out, as Ctrl-C does.

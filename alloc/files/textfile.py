@@ -16,16 +16,16 @@ def read_text(path: Path, largest: int = LARGEST) -> str:
         with path.open("rb") as file:
             data = file.read(largest + 1)
     except (OSError, ValueError) as error:
-        raise FileError(f"{path}: can't be read ({_reason(error)}); give a readable file") from None
+        raise FileError(f"can't be read ({_reason(error)}); give a readable file", path=path) from None
     if len(data) > largest:
-        raise FileError(f"{path}: is larger than {largest / 1e6:g} MB; give a smaller file")
+        raise FileError(f"is larger than {largest / 1e6:g} MB; give a smaller file", path=path)
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data[: error.start].count(b"\n") + 1
-        raise FileError(f"{path}: line {line}: not UTF-8 text; give a text file saved as UTF-8") from None
+        raise FileError("not UTF-8 text; give a text file saved as UTF-8", path=path, line=line) from None
     if "\0" in text:
-        raise FileError(f"{path}: holds zero bytes; give a text file saved as UTF-8")
+        raise FileError("holds zero bytes; give a text file saved as UTF-8", path=path)
     return text
 
 
@@ -49,7 +49,7 @@ def write_text(path: Path, text: str) -> None:
     except (OSError, ValueError) as error:
         if temporary:
             Path(temporary).unlink(missing_ok=True)
-        raise FileError(f"{path}: can't be written ({_reason(error)}); name a place that can") from None
+        raise FileError(f"can't be written ({_reason(error)}); name a place that can", path=path) from None
 
 
 def _reason(error: OSError | ValueError) -> str:

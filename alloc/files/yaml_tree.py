@@ -3,7 +3,6 @@
 import warnings
 from dataclasses import dataclass
 from itertools import accumulate
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ LARGEST_FILE = 64_000  # bytes; ruamel reads them in half a second, and a vehicl
 LARGEST_TREE = 20_000  # entries; an alias counts as all that it stands for, so aliases can't multiply unseen
 DEEPEST = 20  # levels of nested lists and maps; a parameter file has five
 MOST_BRACKETS = 100  # open at once, those in quoted text included: ruamel's time grows with their square
+LARGEST_NUMBER = 1e100  # the square of a larger one is none; what a vehicle may hold is far below
 _CORE = "tag:yaml.org,2002:"
 
 
@@ -51,19 +51,21 @@ def read_yaml(path: Path) -> YamlTree:
     text = read_text(path, LARGEST_FILE)
     opened = accumulate((c in "[{") - (c in "]}") for c in text)
     if max(opened, default=0) > MOST_BRACKETS:
-        raise FileError(f"{path}: nested too deeply; no more than {DEEPEST} levels are read")
+        raise FileError(f"nested too deeply; no more than {DEEPEST} levels are read", path=path)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")  # as for an anchor used twice: the file is refused
             root = YAML(typ="safe", pure=True).compose(text)
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
-        line = f"line {mark.line + 1}: " if mark else ""
-        raise FileError(f"{path}: {line}not valid YAML ({_brief(error.problem)}); mend that line") from None
+        line = mark.line + 1 if mark else None
+        raise FileError(
+            f"not valid YAML ({_brief(error.problem)}); mend that line", path=path, line=line
+        ) from None
     except RecursionError:
-        raise FileError(f"{path}: nested too deeply; no more than {DEEPEST} levels are read") from None
+        raise FileError(f"nested too deeply; no more than {DEEPEST} levels are read", path=path) from None
     except (YAMLError, YAMLWarning, ValueError) as error:
-        raise FileError(f"{path}: not valid YAML ({_brief(str(error))}); mend the file") from None
+        raise FileError(f"not valid YAML ({_brief(str(error))}); mend the file", path=path) from None
     walk = _Walk(path)
     data = None if root is None else walk.value(root, "", 0)
     return YamlTree(path, data, walk.lines)
@@ -93,7 +95,9 @@ class _Walk:
             try:
                 return _SCALARS[kind](node.value)
             except (ValueError, OverflowError):
-                raise self.refused(node, f"{_brief(node.value)!r} is not a finite number; mend it") from None
+                raise self.refused(
+                    node, f"{_brief(node.value)!r} is not a finite number, or too large; mend it"
+                ) from None
         raise self.refused(node, f"tag {_brief(str(node.tag))!r} is not read; remove it")
 
     def mapping(self, node: MappingNode, where: str, depth: int) -> dict[str, Any]:
@@ -110,7 +114,7 @@ class _Walk:
         return entries
 
     def refused(self, node: Node, why: str) -> FileError:
-        return FileError(f"{self.path}: line {node.start_mark.line + 1}: {why}")
+        return FileError(why, path=self.path, line=node.start_mark.line + 1)
 
 
 def _number(text: str) -> float:
@@ -118,7 +122,7 @@ def _number(text: str) -> float:
         value = float(text)
     except ValueError:
         value = int(text, 0)  # 0x1f, 0o17
-    if not isfinite(value):
+    if not abs(value) <= LARGEST_NUMBER:
         raise ValueError(text)
     return value
 

@@ -1,5 +1,7 @@
 """What a right answer is: each file holds one FORMULATION and is found by its file name.
 
+An underscore in the file's name is a hyphen in the formulation's.
+
 Published allocators mean several different optima by "QP", so a method names the formulation it answers,
 and answers are compared only within one. Judging, drawing and ranking read the formulation's fields.
 """
@@ -11,8 +13,11 @@ from enum import StrEnum
 from functools import cache
 from importlib import import_module
 
+import numpy as np
+
 from alloc.allocation import FloatArray
 from alloc.qp import Posed
+from alloc.reach.way import Way
 from alloc.vehicle import Vehicle
 
 
@@ -31,6 +36,9 @@ EXACT_METHODS = ("nullspace", "qp/daqp", "qp/clarabel")
 """Methods that can give the optimum of eq. 4-5, best first: exact to rounding, active set, interior point."""
 
 
+INWARD = 1e-12
+"""Share by which the end of a way is moved back, so that rounding leaves it attainable [-]."""
+
 ReferenceDemands = Callable[[Vehicle, FloatArray, FloatArray | None, FloatArray | None], FloatArray]
 """(vehicle, taus (N, k), f_min and f_max of each call (N, n) or None for the vehicle's) -> demands (N, k)."""
 
@@ -40,6 +48,27 @@ def as_they_are(
 ) -> FloatArray:
     """Return the demands themselves."""
     return taus
+
+
+def end_of(way: Callable[[Vehicle], Way]) -> ReferenceDemands:
+    """The function that returns the wrenches which the way towards each demand reaches.
+
+    It raises NotApplicable where the vehicle has no such way.
+    """
+
+    def reached(
+        vehicle: Vehicle, taus: FloatArray, f_min: FloatArray | None = None, f_max: FloatArray | None = None
+    ) -> FloatArray:
+        through = way(vehicle)
+        low = vehicle.f_min if f_min is None else f_min
+        high = vehicle.f_max if f_max is None else f_max
+        begin = through.departure(low, np.maximum(low, high))  # no answer is right where they contradict
+        end, share = through.towards_many(taus, begin)
+        stopped = (share < 1).any(axis=1, keepdims=True)
+        back: FloatArray = np.where(stopped, end + INWARD * (begin.wrench - end), end)
+        return back
+
+    return reached
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,6 +88,8 @@ class Formulation:
         known are T* tau, on inactive demands
     reference_demands : function of the vehicle, the demands and the limits of each that returns the demands
         (N, k) [N, N m] that a reference is asked
+    way : function of a vehicle that returns the ``Way`` from thrusts at rest towards a demand, where answers
+        say what share of each of its levels they deliver; None where there are no levels
     pose : function of a vehicle that returns its problem as a QP, whose duality gap certifies an answer;
         None where the formulation is no QP
     """
@@ -72,6 +103,7 @@ class Formulation:
     gives_way: bool = False
     references: tuple[str, ...] = ()
     reference_demands: ReferenceDemands = as_they_are
+    way: Callable[[Vehicle], Way] | None = None
     pose: Callable[[Vehicle], Posed] | None = None
 
 

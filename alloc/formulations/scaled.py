@@ -1,32 +1,18 @@
-"""The least effort for the largest attainable share of the wrench, whose direction is kept.
+"""The least effort for the wrench that the way straight to the demand reaches.
 
-The right answer is the hard optimum of min(1, alpha*) tau. Where no thruster pushes a part of tau, only the
-other part, T P T* tau, is asked.
+From thrusts at rest (alloc.reach.edge.start) the wrench goes straight to the demand, as far as it is
+attainable. Where zero thrust is allowed, that is the largest attainable share of the demand, and its
+direction is kept.
 """
 
-import numpy as np
-
-from alloc.allocation import FloatArray
-from alloc.closed_forms.inverse import generalized_inverse
-from alloc.formulations import EXACT_METHODS, Family, Formulation
-from alloc.reach.attainable import alpha_max
+from alloc.formulations import EXACT_METHODS, Family, Formulation, end_of
+from alloc.reach.way import Way
 from alloc.vehicle import Vehicle
 
-INWARD = 1e-12
-"""Share by which a demand is moved inside the attainable set, so that rounding leaves it there [-]."""
 
-
-def attainable_share(
-    vehicle: Vehicle, taus: FloatArray, f_min: FloatArray | None = None, f_max: FloatArray | None = None
-) -> FloatArray:
-    """min(1, alpha*) tau for demands (N, k) [N, N m]; zero where no share is attainable."""
-    asked = taus
-    if vehicle.rank < vehicle.k:
-        asked = taus @ (vehicle.TP @ generalized_inverse(vehicle)).T
-    alpha = alpha_max(vehicle, asked, f_min, f_max)
-    reach = np.clip(np.where(np.isfinite(alpha), alpha, 1.0), 0.0, 1.0)
-    shrunk: FloatArray = asked * np.where(reach < 1, reach * (1 - INWARD), 1.0)[:, None]
-    return shrunk
+def straight(vehicle: Vehicle) -> Way:
+    """One level with all axes, which goes all the way to the edge."""
+    return Way(vehicle, [vehicle.dof], [1.0])
 
 
 FORMULATION = Formulation(
@@ -37,5 +23,6 @@ FORMULATION = Formulation(
     limited=True,
     optimal=True,
     references=EXACT_METHODS,
-    reference_demands=attainable_share,
+    reference_demands=end_of(straight),
+    way=straight,
 )

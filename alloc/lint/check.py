@@ -1,11 +1,11 @@
 """A vehicle file checked: its remarks with their lines, and the facts that follow."""
 
-import re
 from pathlib import Path
 from typing import get_args
 
 from alloc.errors import FileError, VehicleError
 from alloc.lint import remarks
+from alloc.lint.failures import Failure, condition, failures
 from alloc.lint.report import Facts, Finding, Level, Report
 from alloc.vehicle.file import matrices, vehicle_with
 from alloc.vehicle.read import find_file, read_document
@@ -17,40 +17,39 @@ def check_vehicle(name: str | Path) -> Report:
     try:
         document = read_document(path)
     except (FileError, VehicleError) as error:
-        return Report(path, None, (_unread(path, error),))
+        key = error.key if isinstance(error, VehicleError) else ""
+        return Report(path, None, (Finding("error", key, error.line, error.what),))
     keys, lines = document.keys, document.tree.lines
     collected: list[remarks.Remark] = []
     facts = None
+    lost: tuple[Failure, ...] = ()
     try:
         T, computed = matrices(keys)
         collected += remarks.on_poses(keys, set(lines), T, computed)
+        collected += remarks.on_mirror_images(keys)
         vehicle = vehicle_with(keys, T)
         collected += remarks.on_reach(keys, vehicle)
         collected += remarks.on_limits(vehicle)
+        collected += remarks.on_units(vehicle)
         collected += remarks.on_moving_limits(vehicle)
         collected += remarks.on_weights(vehicle)
-        collected += remarks.on_failures(vehicle)
-        steps, remark = remarks.on_exact_method(vehicle)
-        collected.append(remark)
+        lost = tuple(failures(vehicle))
+        collected += remarks.on_failures(lost, condition(vehicle))
+        steps, remarked = remarks.on_exact_method(vehicle)
+        collected += remarked
         facts = Facts(
             name=vehicle.name,
             k=vehicle.k,
             n=vehicle.n,
             rank=vehicle.rank,
             nullity=vehicle.nullity,
-            condition=remarks.condition(vehicle),
+            condition=condition(vehicle),
             worst_case_steps=steps,
         )
     except VehicleError as error:
-        collected.append(("error", error.key, str(error)))
-    findings = [Finding(level, key, lines.get(key), message) for level, key, message in collected]
+        collected.append(("error", error.key, error.what))
+    findings = [
+        Finding(level, key, lines.get(key) if key else None, message) for level, key, message in collected
+    ]
     findings.sort(key=lambda finding: get_args(Level).index(finding.level))
-    return Report(path, facts, tuple(findings))
-
-
-def _unread(path: Path, error: FileError | VehicleError) -> Finding:
-    # The message of a reader starts with the file and mostly with the line.
-    text = str(error).removeprefix(f"{path}: ")
-    line = re.match(r"line (\d+): ", text)
-    key = getattr(error, "key", "")
-    return Finding("error", key, int(line[1]) if line else None, text[line.end() :] if line else text)
+    return Report(path, facts, tuple(dict.fromkeys(findings)), lost)

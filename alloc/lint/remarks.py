@@ -1,16 +1,17 @@
 """The remarks on a vehicle: what its file contradicts, what looks like a slip, what follows from it."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from alloc.allocation import FloatArray
-from alloc.errors import NotApplicable, VehicleError
+from alloc.errors import NotApplicable
+from alloc.lint.failures import Failure, condition, lost_directions
 from alloc.lint.report import Level
 from alloc.nullspace.allocator import exact
 from alloc.vehicle import RANK_TOLERANCE, Vehicle
 from alloc.vehicle.file import VehicleFile
-from alloc.vehicle.geometry import contradictions
+from alloc.vehicle.geometry import MOMENTS, contradictions
 
 CONDITION = 20.0
 """Condition number, with rows of unit length, above which a direction is nearly lost: a push in the weakest
@@ -18,6 +19,11 @@ direction then takes 20 times the thrust of one in the strongest. Published vehi
 WORSE = 10.0
 """Factor on the condition number by which a failure nearly takes a direction away."""
 FARTHEST_ARM = 100.0  # m; a longer arm is probably written in mm
+SHORTEST_ARM = 2e-3  # m; where no arm is longer, they are probably written in km or the vehicle is a toy
+NORMALISED = 1.0
+"""Largest limit [N] that looks like a share of full throttle, or like kilonewtons: the weakest thrusters sold
+for underwater vehicles give some 5 N."""
+STRONGEST = 1e7  # N; ten times the thrust of a large ship's bow thruster, so probably mN
 WIDEST_WEIGHTS = 1e4  # a wider spread costs an iterative solver half of its digits
 
 Remark = tuple[Level, str, str]
@@ -52,7 +58,7 @@ def on_poses(
     elif np.linalg.norm(np.array(keys.center_of_mass) - middle) > reach:
         yield "warning", "center_of_mass", "lies outside the thrusters; check its unit (m) and its origin"
     if np.abs(positions).max() > FARTHEST_ARM:
-        yield "warning", "thrusters", f"a position is over {FARTHEST_ARM:g} m off; check its unit"
+        yield "warning", "thrusters", f"a position is over {FARTHEST_ARM:g} m off; mm? divide by 1000"
     for i, thruster in enumerate(keys.thrusters):
         if any(
             t.position == thruster.position and t.direction == thruster.direction for t in keys.thrusters[:i]
@@ -60,18 +66,55 @@ def on_poses(
             yield "warning", f"thrusters[{i}]", "the same position and direction as an earlier thruster"
 
 
+def on_mirror_images(keys: VehicleFile) -> Iterator[Remark]:
+    """A remark on each pair, port and starboard, that points against its mirror image where others don't.
+
+    Pairs that push straight to a side say nothing: people have them point the same way or apart.
+    """
+    if keys.thrusters is None:
+        return
+    positions = np.array([thruster.position for thruster in keys.thrusters])
+    directions = np.array([thruster.direction for thruster in keys.thrusters])
+    mirror = np.array([1.0, -1.0, 1.0])
+    middle = np.array([0.0, keys.center_of_mass[1], 0.0])
+    near = 0.02 * np.ptp(positions, axis=0).max() + 1e-9
+    alike, against = [], []
+    for i in range(len(positions)):
+        image = (positions[i] - middle) * mirror + middle
+        for j in np.flatnonzero(np.linalg.norm(positions - image, axis=1) <= near).tolist():
+            if j <= i or np.abs(directions[i] * mirror).dot([1.0, 0.0, 1.0]) < 0.05:
+                continue
+            if np.allclose(directions[j], directions[i] * mirror, atol=0.02):
+                alike.append((i, j))
+            elif np.allclose(directions[j], -directions[i] * mirror, atol=0.02):
+                against.append((i, j))
+    if len(alike) > len(against):
+        for i, j in against:
+            a, b = (keys.thrusters[at].name or f"thruster {at}" for at in (i, j))
+            yield (
+                "warning",
+                f"thrusters[{j}]",
+                f"{a} and {b} are mirror images that push opposite ways, unlike {len(alike)} other"
+                f" {'pair' if len(alike) == 1 else 'pairs'}; is one reversed?",
+            )
+
+
 def on_reach(keys: VehicleFile, vehicle: Vehicle) -> Iterator[Remark]:
     """Remarks on directions that no thruster pushes or nearly none, and on thrusters that push nothing."""
     meant = vehicle.k if keys.rank is None else keys.rank
     if vehicle.rank != meant:
+        missing = (
+            f" (no thruster pushes {'; none '.join(unreachable(vehicle))})" if vehicle.rank < meant else ""
+        )
         yield (
             "error",
             "rank",
-            f"T has rank {vehicle.rank} but {meant} is asked for; leave out of 'dof' what no thruster moves "
-            f"independently, or write 'rank: {vehicle.rank}' if that is meant",
+            f"T has rank {vehicle.rank} but {meant} is asked for{missing}; leave out of 'dof' what no"
+            f" thruster moves independently, or write 'rank: {vehicle.rank}' if that is meant",
         )
-    for direction in unreachable(vehicle):
-        yield "warning", "T", f"no thruster pushes {direction}"
+    else:
+        for direction in unreachable(vehicle):
+            yield "warning", "T", f"no thruster pushes {direction}"
     if (c := condition(vehicle)) > CONDITION:
         yield (
             "warning",
@@ -80,7 +123,8 @@ def on_reach(keys: VehicleFile, vehicle: Vehicle) -> Iterator[Remark]:
         )
     strongest = np.abs(vehicle.T / vehicle.row_lengths[:, None]).max(axis=0)
     for i in np.flatnonzero(strongest <= RANK_TOLERANCE):  # 0, or rounding such as cos 90 deg
-        yield "warning", "T", f"thruster {i} moves no controlled DOF; leave it out, or name the DOF it moves"
+        name = vehicle.called(int(i))
+        yield "warning", "T", f"{name} moves no controlled DOF; leave it out, or name the DOF it moves"
 
 
 def on_limits(vehicle: Vehicle) -> Iterator[Remark]:
@@ -90,10 +134,11 @@ def on_limits(vehicle: Vehicle) -> Iterator[Remark]:
         yield (
             "warning",
             "f_min" if low[i] > 0 else "f_max",
-            f"thruster {i} can't stop: 0 N is outside its limits",
+            f"{vehicle.called(int(i))} can't stop: 0 N is outside its limits",
         )
     for i in np.flatnonzero(low == high):
-        yield "warning", "f_max", f"thruster {i} has f_min = f_max = {low[i]:g} N; it can't be commanded"
+        name = vehicle.called(int(i))
+        yield "warning", "f_max", f"{name} has f_min = f_max = {low[i]:g} N; it can't be commanded"
     one_way = np.flatnonzero(((low == 0) | (high == 0)) & (low != high))
     if one_way.size:
         yield "note", "f_min", f"{one_way.size} of {vehicle.n} thrusters push one way only"
@@ -111,6 +156,27 @@ def on_limits(vehicle: Vehicle) -> Iterator[Remark]:
         )
 
 
+def on_units(vehicle: Vehicle) -> Iterator[Remark]:
+    """Remarks on limits and arms that can't be newtons and metres, with the factor that they are off by."""
+    if vehicle.f_scale <= NORMALISED:
+        yield (
+            "warning",
+            "f_max",
+            f"no thruster gives more than {vehicle.f_scale:g} N: a share of full throttle, as PX4 has it, or"
+            " kN? multiply f_min and f_max by full thrust in N (kN: by 1000)",
+        )
+    if vehicle.f_scale > STRONGEST:
+        yield "warning", "f_max", f"{vehicle.f_scale:g} N is more than any thruster gives; mN? divide by 1000"
+    rows = [row for axis, row in zip(vehicle.dof, vehicle.T, strict=True) if axis in MOMENTS]
+    arms = np.abs(rows)
+    if not arms.size or not arms.any():
+        return
+    if arms.max() > FARTHEST_ARM:
+        yield "warning", "T", f"an arm is {arms.max():g} m long; mm? divide the moment rows by 1000"
+    if arms.max() < SHORTEST_ARM:
+        yield "warning", "T", f"the longest arm is {arms.max():g} m; km? multiply the moment rows by 1000"
+
+
 def on_moving_limits(vehicle: Vehicle) -> Iterator[Remark]:
     """Remarks on what the lowest voltage leaves, and on how long full thrust takes by the slew rates."""
     if (table := vehicle.by_volts) is not None:
@@ -120,14 +186,14 @@ def on_moving_limits(vehicle: Vehicle) -> Iterator[Remark]:
         yield (
             "note",
             "volts",
-            f"at {lowest:g} V thruster {weakest} gives {low[weakest]:g} … {high[weakest]:g} N"
+            f"at {lowest:g} V {vehicle.called(weakest)} gives {low[weakest]:g} … {high[weakest]:g} N"
             f" of {vehicle.f_min[weakest]:g} … {vehicle.f_max[weakest]:g} N",
         )
         for i in np.flatnonzero(table.f_max.max(axis=0) < vehicle.f_max):
             yield (
                 "warning",
                 "f_max",
-                f"thruster {i} gives {table.f_max[:, i].max():g} N at most by 'volts', less than"
+                f"{vehicle.called(int(i))} gives {table.f_max[:, i].max():g} N at most by 'volts', less than"
                 f" f_max = {vehicle.f_max[i]:g} N",
             )
     if vehicle.slew is not None:
@@ -146,33 +212,32 @@ def on_weights(vehicle: Vehicle) -> Iterator[Remark]:
         )
 
 
-def on_failures(vehicle: Vehicle) -> Iterator[Remark]:
-    """Remarks on each loss of one thruster that loses, or nearly loses, a direction."""
-    whole = condition(vehicle)
-    lost: dict[str, list[str]] = {}
-    for i in range(vehicle.n):
-        try:
-            degraded = vehicle.with_fault(i)
-        except VehicleError:
-            lost.setdefault("no thruster is left", []).append(str(i))
-            continue
-        if degraded.rank < vehicle.rank:
-            gone = " and ".join(unreachable(degraded))
-            lost.setdefault(f"nothing pushes {gone}", []).append(str(i))
-        elif (worse := condition(degraded)) > WORSE * whole:
-            lost.setdefault(f"a direction is all but lost (condition {worse:.0f})", []).append(str(i))
-    for what, thrusters in lost.items():
-        yield "warning", "T", f"without thruster {' or '.join(thrusters)}, {what}"
+def on_failures(found: Sequence[Failure], whole: float) -> Iterator[Remark]:
+    """What each loss of one thruster costs; failures that cost the same share a remark.
+
+    ``whole`` is the condition number before them.
+    """
+    alike: dict[tuple[Level, str], list[Failure]] = {}
+    for failure in found:
+        if failure.last or failure.lost:
+            costs: tuple[Level, str] = ("warning", failure.words)
+        elif failure.condition is not None and failure.condition > WORSE * whole:
+            costs = "warning", f"a direction is all but lost (condition {failure.condition:.0f})"
+        else:
+            costs = "note", failure.words
+        alike.setdefault(costs, []).append(failure)
+    for (level, words), same in alike.items():
+        numbers = "" if any(failure.name for failure in same) else "thruster "
+        names = [failure.name or f"{'' if numbers else 'thruster '}{failure.thruster}" for failure in same]
+        yield level, "", f"without {numbers}{_either(names)}: {words}"
 
 
-def on_exact_method(vehicle: Vehicle) -> tuple[int | None, Remark]:
-    """Steps of the exact method at worst, None where it does not apply, and the remark that says so."""
+def on_exact_method(vehicle: Vehicle) -> tuple[int | None, list[Remark]]:
+    """Steps of the exact method at worst; None, and a remark, where it does not apply."""
     try:
-        steps = exact(vehicle).worst_case_steps
+        return exact(vehicle).worst_case_steps, []
     except NotApplicable as reason:
-        return None, ("warning", "T", str(reason))
-    message = f"d = {vehicle.nullity} (thrusters less rank): the exact method takes {steps} steps at worst"
-    return steps, ("note", "T", message)
+        return None, [("warning", "T", str(reason))]
 
 
 def unreachable(vehicle: Vehicle) -> list[str]:
@@ -180,10 +245,8 @@ def unreachable(vehicle: Vehicle) -> list[str]:
 
     There is one direction for each lost rank. Coefficients refer to rows of T scaled to unit length.
     """
-    U = np.linalg.svd(vehicle.TP / vehicle.row_lengths[:, None])[0]
-    directions = U[:, vehicle.rank :].T
     words = []
-    for direction in _reduced(directions):
+    for direction in lost_directions(vehicle):
         terms = [
             f"{'-' if c < 0 else '+'} {'' if abs(abs(c) - 1) < 5e-3 else f'{abs(c):.2g} '}{axis}"
             for c, axis in zip(direction, vehicle.dof, strict=True)
@@ -193,22 +256,8 @@ def unreachable(vehicle: Vehicle) -> list[str]:
     return words
 
 
-def _reduced(basis: FloatArray) -> FloatArray:
-    # Row echelon form with the largest pivots, so that each direction has few axes.
-    rows = basis.copy()
-    for i in range(len(rows)):
-        j = int(np.argmax(np.abs(rows[i])))
-        rows[i] /= rows[i, j]
-        for other in range(len(rows)):
-            if other != i:
-                rows[other] -= rows[other, j] * rows[i]
-    return rows
-
-
-def condition(vehicle: Vehicle) -> float:
-    """Condition number of T P over its rank, with rows of unit length [-]."""
-    sigma = np.linalg.svd(vehicle.TP / vehicle.row_lengths[:, None], compute_uv=False)
-    return float(sigma[0] / sigma[vehicle.rank - 1])
+def _either(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}"
 
 
 def _round(value: float) -> bool:

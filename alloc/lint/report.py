@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, NamedTuple
 
+from alloc.lint.failures import Failure
+
 Level = Literal["error", "warning", "note"]
 """An error makes the file unusable, a warning deserves a second look, a note states an assumption or a
 consequence."""
@@ -58,11 +60,13 @@ class Report:
     path : the file
     facts : what follows from it; None where T, H or the limits are unusable
     findings : the remarks, errors first
+    failures : what each loss of one thruster costs
     """
 
     path: Path
     facts: Facts | None
     findings: tuple[Finding, ...]
+    failures: tuple[Failure, ...] = ()
 
     def count(self, level: Level) -> int:
         """How many findings have that level."""

@@ -7,13 +7,14 @@ from alloc.lint.report import Level, Report
 
 
 def to_json(report: Report) -> str:
-    """One JSON object: file, usable, facts or null, findings."""
+    """One JSON object: file, usable, facts or null, findings, failures."""
     return json.dumps(
         {
             "file": str(report.path),
             "usable": report.count("error") == 0,
             "facts": None if report.facts is None else report.facts._asdict(),
             "findings": [finding._asdict() for finding in report.findings],
+            "failures": [failure._asdict() for failure in report.failures],
         },
         indent=2,
         ensure_ascii=False,

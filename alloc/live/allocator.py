@@ -16,7 +16,8 @@ from alloc.errors import NotApplicable
 from alloc.formulations import Formulation
 from alloc.qp import Posed
 from alloc.qp.stationarity import Stationarity
-from alloc.solvers import Level, Solve, Start, default_level, default_start, load
+from alloc.reach.beyond import beyond
+from alloc.solvers import Level, Solve, Start, default_level, default_start, disbelieved, load
 from alloc.vehicle import Vehicle
 from alloc.vehicle.call_limits import at_call, one_by_one
 
@@ -40,20 +41,28 @@ class Live:
     limited = True
 
     def __init__(
-        self, formulation: str, vehicle: Vehicle, posed: Posed, solve: Solve, tolerance: float
+        self,
+        formulation: str,
+        vehicle: Vehicle,
+        posed: Posed,
+        solve: Solve,
+        tolerance: float,
+        solver: str,
     ) -> None:
         """Keep what every call needs: limits [N], T P and wrench in units of ``wrench_scale``."""
         self.formulation = formulation
         self.tolerance = tolerance
         self.solve = solve
+        self._solver = solver
         self._b_of_tau = posed.b_of_tau
         self._unreachable = posed.unreachable
-        self._f_scale = posed.f_scale
+        self._unit = posed.unit
         self._vehicle = vehicle
         self._limits_of_call = at_call(vehicle)
         self._working = posed.working
         self._m = len(posed.working)
-        self._soft = Stationarity(posed.qp) if len(posed.qp.g) > self._m else None
+        self._soft = Stationarity(posed.qp, posed.unit) if len(posed.qp.g) > self._m else None
+        self._beyond = beyond(vehicle) if self._soft is None else None
         self._limits = vehicle.f_min[posed.working], vehicle.f_max[posed.working]
         self._bounds = posed.qp.lb[: self._m], posed.qp.ub[: self._m]
         self._per_axis = 1.0 / vehicle.wrench_scale
@@ -66,7 +75,7 @@ class Live:
         b: FloatArray = self._b_of_tau.dot(tau)
         if f_min is None or f_max is None:
             return b, *self._bounds
-        return b, f_min / self._f_scale, f_max / self._f_scale
+        return b, f_min / self._unit, f_max / self._unit
 
     def __call__(
         self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
@@ -77,8 +86,9 @@ class Live:
         ``wrench_scale``: SOLVED up to 1e-6; PARTIAL, with f as it is, up to 1e-2 (in the soft
         formulation: up to 1e-2 beyond the slack); NOT_CONVERGED beyond. So no f is SOLVED for a
         demand further than 1e-6 outside the attainable set. Soft thrusts are NOT_CONVERGED too where
-        they are not shown to lie within ``tolerance`` of the optimum. INFEASIBLE is the solver's word,
-        or a demand along a direction that no thruster pushes, or limits that contradict themselves.
+        they are not shown to lie within ``tolerance`` of the optimum. INFEASIBLE are a demand along a
+        direction that no thruster pushes, limits that contradict themselves, and what the solver calls
+        infeasible if that is proven (``alloc.reach.beyond``); where it is not, NOT_CONVERGED.
         """
         wrench = checked(tau, self._vehicle.k)
         low, high = self._limits
@@ -95,10 +105,11 @@ class Live:
             return self._unanswered(Status.INFEASIBLE)
         x, status, iterations, solver_s = self.solve(*posed)
         if status != Status.SOLVED:
-            if self._soft is not None:  # every demand has a soft answer, so the solver missed it
+            if status is Status.INFEASIBLE and not self._infeasible(wrench, f_min, f_max):
+                disbelieved[f"{self._solver}: INFEASIBLE, which is not so"] += 1
                 status = Status.NOT_CONVERGED
             return self._unanswered(status, iterations, solver_s)
-        f = x[: self._m] * self._f_scale
+        f = x[: self._m] * self._unit
         np.minimum(f, high, out=f)
         np.maximum(f, low, out=f)
         if self._soft is not None and not self._optimal(f, *posed):
@@ -120,9 +131,14 @@ class Live:
         """Allocate (N, k) wrenches, each in turn: a warm start sees them in order."""
         return one_by_one(self, self._vehicle, taus, f_min, f_max)
 
+    def _infeasible(self, wrench: FloatArray, f_min: ArrayLike | None, f_max: ArrayLike | None) -> bool:
+        if self._beyond is None:  # every demand has a soft answer
+            return False
+        return self._beyond(wrench, *self._limits_of_call(f_min, f_max))
+
     def _optimal(self, f: FloatArray, b: FloatArray, lb: FloatArray, ub: FloatArray) -> bool:
         assert self._soft is not None
-        return self._soft.distance(f / self._f_scale, b, lb, ub) <= self.tolerance
+        return self._soft.distance(f / self._unit, b, lb, ub) <= self.tolerance
 
     def _scattered(self, f_working: FloatArray) -> FloatArray:
         f = np.zeros(self._vehicle.n)
@@ -151,4 +167,5 @@ def live(
         posed=posed,
         solve=solve,
         tolerance=solver.TOLERANCE[formulation.name][level],
+        solver=name,
     )

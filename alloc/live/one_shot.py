@@ -2,6 +2,8 @@
 
 import warnings
 
+import numpy as np
+
 from alloc.allocation import FloatArray, Status
 from alloc.errors import NotInstalled, SolverError
 from alloc.qp import QP
@@ -48,4 +50,6 @@ def one_shot(qp: QP, solver: str) -> Solve:
             return Answer(qp.g, Status.NOT_CONVERGED)
         return Answer(solution.x, Status.SOLVED)
 
+    # Where qpsolvers does not fit the solver, that shows here, and not in a control loop.
+    solve(np.zeros(len(qp.A)), low[bounded], high[bounded])
     return solve

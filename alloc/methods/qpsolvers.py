@@ -54,4 +54,5 @@ def build(solver: str, vehicle: Vehicle, start: str = "cold", level: str = "defa
         posed=posed,
         solve=one_shot(posed.qp, solver),
         tolerance=solvers.load(solver).TOLERANCE[HARD.name]["default"],
+        solver=solver,
     )

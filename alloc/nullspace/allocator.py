@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from alloc.allocation import (
     Allocation,
+    BoolArray,
     FloatArray,
     Status,
     StatusArray,
@@ -43,14 +44,14 @@ class Nullspace:
     limited = True
     tolerance = TOLERANCE
 
-    def __init__(self, vehicle: Vehicle, structure: Structure) -> None:
+    def __init__(self, vehicle: Vehicle, structure: Structure, tolerance: float) -> None:
         """Precompute all that depends on the vehicle."""
         self.G = structure.G
         self._k, self._n = vehicle.k, vehicle.n
         self._unreachable = structure.unreachable if len(structure.unreachable) else None
         self._vehicle = vehicle
         self._limits_of_call = at_call(vehicle)
-        self._slack = TOLERANCE * vehicle.f_scale
+        self._slack = tolerance * vehicle.f_scale
         self._limits = list(zip(vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True))
         self._fixed = structure.fixed.tolist()
         self._blocks = [
@@ -71,9 +72,13 @@ class Nullspace:
             for low, high in limits:
                 if low > high:
                     return self._infeasible(0)
-        f = self.G.dot(wrench)
         if self._unreachable is not None and np.abs(self._unreachable.dot(wrench)).max() > TOLERANCE:
             return self._infeasible(0)
+        return self.within(wrench, limits)
+
+    def within(self, wrench: FloatArray, limits: list[tuple[float, float]]) -> Allocation:
+        """Allocate one wrench (k,) that the thrusters can push, inside pairs of f_min <= f_max [N]."""
+        f = self.G.dot(wrench)
         thrusts = f.tolist()
         for x, (low, high) in zip(thrusts, limits, strict=True):
             if not low <= x <= high:
@@ -107,19 +112,25 @@ class Nullspace:
         """Allocate (N, k) wrenches, all demands side by side."""
         wrenches = checked_many(taus, self._k)
         lows, highs = limits_of(self._vehicle, len(wrenches), f_min, f_max)
-        f = self.G @ wrenches.T
-        lower, upper = lows.T - f, highs.T - f
-        met = (lows <= highs).all(axis=1)
-        met &= ((lower[self._fixed] <= self._slack) & (upper[self._fixed] >= -self._slack)).all(axis=0)
+        F, met = self.many_within(wrenches, lows, highs)
+        met &= (lows <= highs).all(axis=1)
         if self._unreachable is not None:
             met &= (np.abs(self._unreachable @ wrenches.T) <= TOLERANCE).all(axis=0)
+        F[~met] = np.nan
+        return F, np.where(met, Status.SOLVED, Status.INFEASIBLE).astype(np.int8)
+
+    def many_within(
+        self, wrenches: FloatArray, lows: FloatArray, highs: FloatArray
+    ) -> tuple[FloatArray, BoolArray]:
+        """``within`` for wrenches (N, k) and limits (N, n): F (N, n) [N], and (N,) which are attainable."""
+        f = self.G @ wrenches.T
+        lower, upper = lows.T - f, highs.T - f
+        met = ((lower[self._fixed] <= self._slack) & (upper[self._fixed] >= -self._slack)).all(axis=0)
         for rows, N, region in self._blocks:
             z, feasible = nearest_many(region, lower[rows], upper[rows])
             f[rows] += np.asarray(N) @ z
             met &= feasible
-        f = f.T.clip(lows, highs)
-        f[~met] = np.nan
-        return f, np.where(met, Status.SOLVED, Status.INFEASIBLE).astype(np.int8)
+        return f.T.clip(lows, highs), met
 
     def _infeasible(self, steps: int) -> Allocation:
         return answer(np.full(self._n, nan), Status.INFEASIBLE, steps)
@@ -130,8 +141,11 @@ STEPS_LIMIT = 5000
 a tenth of a second (measured on one x86-64 core, 3 x 11); an active-set solver needs neither."""
 
 
-def exact(vehicle: Vehicle) -> Nullspace:
-    """Prepare the exact answer; raises NotApplicable where a block may take more than STEPS_LIMIT steps."""
+def exact(vehicle: Vehicle, tolerance: float = TOLERANCE) -> Nullspace:
+    """Prepare the exact answer; raises NotApplicable where a block may take more than STEPS_LIMIT steps.
+
+    ``tolerance`` is the excess over a limit that still counts as met, relative to the largest limit [-].
+    """
     structure = decompose(vehicle)
     for block in structure.blocks:
         m, d = block.N.shape
@@ -140,4 +154,4 @@ def exact(vehicle: Vehicle) -> Nullspace:
                 f"nullspace: {m} thrusters share a {d}-dimensional null space, up to {bound} steps a call; "
                 f"more than {STEPS_LIMIT} are refused, use a qp/ method"
             )
-    return Nullspace(vehicle, structure)
+    return Nullspace(vehicle, structure, tolerance)

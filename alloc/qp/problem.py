@@ -4,7 +4,9 @@
 
 Only ``b`` depends on the demand, and ``lb`` and ``ub`` on the limits of the call. A problem handed to a
 solver is non-dimensional: thrusts over the vehicle's largest limit, wrench rows turned to orthonormal
-ones, so a solver's tolerance means the same on a 20 N and on a 600 kN vehicle.
+ones, so a solver's tolerance means the same on a 20 N and on a 600 kN vehicle. A thrust that costs more
+has a smaller unit, so that H has a unit diagonal: among all diagonal scalings that one has nearly the least
+condition (van der Sluis 1969), and a diagonal H becomes I however far its weights are apart.
 """
 
 from dataclasses import dataclass
@@ -54,7 +56,7 @@ class Posed:
     ----------
     qp : the problem
     b_of_tau : (p, k) with b = b_of_tau tau
-    f_scale : unit of x, so that ``f[working] = f_scale * x[:m]`` [N]
+    unit : (m,) units of x, so that ``f[working] = unit * x[:m]`` [N]; the largest is ``vehicle.f_scale``
     working : (m,) thrusters that are not off
     unreachable : (k - p, k) orthonormal directions in scaled wrench that no thruster pushes, so that
         no demand with a part along them can be met
@@ -62,7 +64,7 @@ class Posed:
 
     qp: QP
     b_of_tau: FloatArray
-    f_scale: float
+    unit: FloatArray
     working: IndexArray
     unreachable: FloatArray
 
@@ -72,7 +74,7 @@ class Posed:
         The slack of the soft problem is the scaled T P f - tau, so A x = b holds exactly there.
         """
         B = taus @ self.b_of_tau.T
-        x = F[:, self.working] / self.f_scale
+        x = F[:, self.working] / self.unit
         if len(self.qp.g) == x.shape[1]:
             return B, x
         return B, np.hstack([x, x @ self.qp.A[:, : x.shape[1]].T - B])
@@ -83,28 +85,27 @@ def pose_hard(vehicle: Vehicle, scaled: bool = True) -> Posed:
 
     With ``scaled=False`` the numbers stay in N and N m, to show what scaling changes.
     """
-    f_scale = vehicle.f_scale if scaled else 1.0
-    H, lb, ub, working = _thrusts(vehicle, f_scale, scaled)
-    A, b_of_tau, unreachable = _equality(vehicle, f_scale, scaled)
+    unit, H, lb, ub = _thrusts(vehicle, scaled)
+    A, b_of_tau, unreachable = _equality(vehicle, unit, scaled)
     qp = QP(H=H, g=np.zeros(len(H)), A=A, lb=lb, ub=ub)
-    return Posed(qp=qp, b_of_tau=b_of_tau, f_scale=f_scale, working=working, unreachable=unreachable)
+    return Posed(qp=qp, b_of_tau=b_of_tau, unit=unit, working=vehicle.working, unreachable=unreachable)
 
 
 def pose_soft(vehicle: Vehicle, scaled: bool = True) -> Posed:
     """min 1/2 f'Hf + 1/2 s'Qs s.t. T P f = tau + s, limits (Fossen 2021, eq. 11.38 without its load term).
 
-    x = [f; s] in units of ``f_scale``; s has no bounds, so every demand has an answer.
+    x = [f; s], s in units of ``f_scale`` along rows of T of unit length; s has no bounds, so every demand has
+    an answer.
     """
+    unit, H, lb, ub = _thrusts(vehicle, scaled)
     f_scale = vehicle.f_scale if scaled else 1.0
-    H, lb, ub, working = _thrusts(vehicle, f_scale, scaled)
     k, m = vehicle.k, len(H)
     rows = 1.0 / vehicle.row_lengths if scaled else np.ones(k)
     # s is measured in the same scaled rows as b; Q follows so that the cost is unchanged.
-    weight = np.abs(vehicle.H).max() if scaled else 1.0
-    Q = np.diag(vehicle.slack_weights / rows**2) / weight
+    Q = np.diag(vehicle.slack_weights / rows**2) / _cheapest(vehicle, scaled)
     zero = np.zeros((m, k))
     full_H = np.block([[H, zero], [zero.T, Q]])
-    A = np.hstack([rows[:, None] * vehicle.TP[:, working], -np.eye(k)])
+    A = np.hstack([rows[:, None] * vehicle.TP[:, vehicle.working] * (unit / f_scale), -np.eye(k)])
     free = np.full(k, np.inf)
     qp = QP(
         H=full_H,
@@ -116,23 +117,29 @@ def pose_soft(vehicle: Vehicle, scaled: bool = True) -> Posed:
     return Posed(
         qp=qp,
         b_of_tau=np.diag(rows / f_scale),
-        f_scale=f_scale,
-        working=working,
+        unit=unit,
+        working=vehicle.working,
         unreachable=np.zeros((0, k)),
     )
 
 
-def _thrusts(
-    vehicle: Vehicle, f_scale: float, scaled: bool
-) -> tuple[FloatArray, FloatArray, FloatArray, IndexArray]:
+def _cheapest(vehicle: Vehicle, scaled: bool) -> float:
+    """Cost of the thruster that costs least [1/N^2], the unit of costs; 1 where nothing is scaled."""
+    return float(np.diag(vehicle.H)[vehicle.working].min()) if scaled else 1.0
+
+
+def _thrusts(vehicle: Vehicle, scaled: bool) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Units of x (m,) [N], and in them H (m, m) with a unit diagonal, lb and ub (m,)."""
     on = vehicle.working
     H = vehicle.H[np.ix_(on, on)]
-    if scaled:
-        H = H / np.abs(vehicle.H).max()
-    return H, vehicle.f_min[on] / f_scale, vehicle.f_max[on] / f_scale, on
+    cheapest = _cheapest(vehicle, scaled)
+    share = np.sqrt(cheapest / np.diag(H)) if scaled else np.ones(len(on))
+    unit = share * (vehicle.f_scale if scaled else 1.0)
+    H = share[:, None] * H * share / cheapest
+    return unit, H, vehicle.f_min[on] / unit, vehicle.f_max[on] / unit
 
 
-def _equality(vehicle: Vehicle, f_scale: float, scaled: bool) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _equality(vehicle: Vehicle, unit: FloatArray, scaled: bool) -> tuple[FloatArray, FloatArray, FloatArray]:
     T = vehicle.TP[:, vehicle.working]
     rows = 1.0 / vehicle.row_lengths
     U, sigma, Vt = np.linalg.svd(rows[:, None] * T)
@@ -140,5 +147,10 @@ def _equality(vehicle: Vehicle, f_scale: float, scaled: bool) -> tuple[FloatArra
     unreachable = U[:, r:].T * rows / vehicle.f_scale
     if not scaled and r == vehicle.k:
         return T, np.eye(vehicle.k), unreachable
-    # Rows of Vt are orthonormal, and leave no redundant equation where rank T < k.
-    return Vt[:r], (U[:, :r] / sigma[:r]).T * rows / f_scale, unreachable
+    # Rows of Vt are orthonormal, and leave no redundant equation where rank T < k. Where thrusts have units
+    # of their own, V'unit x = b0 is turned to orthonormal rows again: unit V = Q R, so Q'x = R'^-1 b0.
+    b_of_tau = (U[:, :r] / sigma[:r]).T * rows
+    if (unit == unit[0]).all():
+        return Vt[:r], b_of_tau / unit[0], unreachable
+    Q, R = np.linalg.qr(unit[:, None] * Vt[:r].T)
+    return Q.T, np.linalg.solve(R.T, b_of_tau), unreachable

@@ -18,22 +18,24 @@ STEPS = 20
 """Most guesses of the bounds that hold. Near the optimum the first is right; from anywhere inside the limits
 five were the most that were seen."""
 ROUNDING = 1e-12
-"""How far x may lie beyond a bound, or r push the wrong way, relative to the largest entry [-]."""
+"""How far x may lie beyond a bound, in the largest unit, or r push the wrong way, relative to its largest
+entry [-]."""
 
 
 class Stationarity:
     """The distance to the optimum, for one soft problem."""
 
-    def __init__(self, qp: QP) -> None:
-        """Prepare M; the slacks are the variables of the problem without bounds."""
+    def __init__(self, qp: QP, unit: FloatArray) -> None:
+        """Prepare M for thrusts in units of ``unit`` (m,); the slacks are the variables without bounds."""
         m = len(qp.bounded)
+        self._share = unit / unit.max()
         A, Q = qp.A[:, :m], qp.H[m:, m:]
         self._c_of_b: FloatArray = A.T @ Q
         self._M: FloatArray = qp.H[:m, :m] + self._c_of_b @ A
         self._newton = 1.0 / np.diag(self._M)
 
     def distance(self, x: FloatArray, b: FloatArray, lb: FloatArray, ub: FloatArray) -> float:
-        """Largest |x_i - x*_i|, x (m,) inside the bounds lb and ub (m,); infinite where x* is not found."""
+        """Largest |x_i - x*_i| in the largest unit, x (m,) inside lb and ub (m,); inf if x* is not found."""
         M, c = self._M, self._c_of_b.dot(b)
         tiny = ROUNDING * np.abs(c).max()
         near = x
@@ -47,7 +49,7 @@ class Stationarity:
                 near[free] = 0.0
                 near[free] = np.linalg.solve(M[free[:, None], free], (c - M.dot(near))[free])
             r = M.dot(near) - c
-            inside = (near >= lb - ROUNDING).all() and (near <= ub + ROUNDING).all()
+            inside = (self._share * np.maximum(lb - near, near - ub) <= ROUNDING).all()
             if inside and (r[low] >= -tiny).all() and (r[high] <= tiny).all():
-                return float(np.abs(x - near).max())
+                return float((self._share * np.abs(x - near)).max())
         return inf

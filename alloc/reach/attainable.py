@@ -208,10 +208,15 @@ def label(
 
 
 def alpha_max_lp(
-    vehicle: Vehicle, tau: ArrayLike, f_min: FloatArray | None = None, f_max: FloatArray | None = None
+    vehicle: Vehicle,
+    tau: ArrayLike,
+    f_min: FloatArray | None = None,
+    f_max: FloatArray | None = None,
+    start: ArrayLike | None = None,
 ) -> float:
     """alpha* of one demand (k,) by its definition, a linear program (HiGHS through SciPy).
 
+    With a wrench ``start`` (k,) [N, N m] it is the largest alpha for which start + alpha tau is attainable.
     It shares no facets with ``alpha_max``, which it checks, and is some thousand times slower.
     """
     from scipy.optimize import linprog
@@ -227,7 +232,7 @@ def alpha_max_lp(
     optimum = linprog(
         np.append(np.zeros(vehicle.n), -float(moves)),
         A_eq=A,
-        b_eq=np.zeros(vehicle.k),
+        b_eq=np.zeros(vehicle.k) if start is None else checked(start, vehicle.k) / vehicle.wrench_scale,
         bounds=[*map(tuple, limits), (None, None)],
         method="highs",
         # HiGHS accepts no tighter tolerances.

@@ -7,6 +7,7 @@ means NOT_CONVERGED, unless SETTINGS say how close it is.
 """
 
 import pkgutil
+from collections import Counter
 from collections.abc import Callable, Mapping
 from importlib import import_module
 from importlib.util import find_spec
@@ -14,7 +15,6 @@ from math import nan
 from typing import Any, Literal, NamedTuple, Protocol, TypeVar
 
 from alloc.allocation import FloatArray, Status
-from alloc.errors import SolverError
 from alloc.qp import QP
 
 Flag = TypeVar("Flag", int, str)
@@ -113,11 +113,18 @@ def default_level(solver: Solver) -> Level:
     return list(solver.SETTINGS)[-1]
 
 
+disbelieved: Counter[str] = Counter()
+"""What solvers said in this process and was not believed, and how often: an exit flag that nobody mapped, and
+INFEASIBLE where that is not so. A run's record keeps it."""
+
+
 def meaning(statuses: Mapping[Flag, Status], flag: Flag, solver: str) -> Status:
-    """The status that an exit flag stands for; raises SolverError for a flag missing from ``statuses``."""
+    """The status that an exit flag stands for: NOT_CONVERGED for one missing from ``statuses``, and counted.
+
+    A control loop must not end because a solver got a new flag; alloc/solvers/<solver>.py should map it.
+    """
     try:
         return statuses[flag]
     except KeyError:
-        raise SolverError(
-            f"{solver} ended with exit flag {flag!r}, unknown to alloc/solvers/{solver}.py; map it there"
-        ) from None
+        disbelieved[f"{solver}: exit flag {flag!r}, which is not mapped"] += 1
+        return Status.NOT_CONVERGED

@@ -44,6 +44,8 @@ STATUS = {
     "MaxTime": Status.NOT_CONVERGED,
     "NumericalError": Status.NOT_CONVERGED,
     "InsufficientProgress": Status.NOT_CONVERGED,
+    "CallbackTerminated": Status.NOT_CONVERGED,
+    "Unsolved": Status.NOT_CONVERGED,
 }
 
 

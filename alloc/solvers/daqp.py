@@ -34,6 +34,7 @@ STATUS = {
     -5: Status.NOT_CONVERGED,  # not convex
     -6: Status.INFEASIBLE,  # the equalities alone contradict each other
     -7: Status.NOT_CONVERGED,  # time cap
+    -8: Status.NOT_CONVERGED,  # a problem that it does not take
 }
 INFINITE, EQUALITY = 1e30, 5  # in DAQP's conventions
 

@@ -37,7 +37,14 @@ STATUS = {
     "kIterationLimit": Status.NOT_CONVERGED,
     "kTimeLimit": Status.NOT_CONVERGED,
     "kSolveError": Status.NOT_CONVERGED,
-    "kUnknown": Status.NOT_CONVERGED,
+    **dict.fromkeys(
+        (
+            *("kNotset", "kLoadError", "kModelError", "kPresolveError", "kPostsolveError", "kModelEmpty"),
+            *("kObjectiveBound", "kObjectiveTarget", "kSolutionLimit", "kMemoryLimit", "kUnknown"),
+            *("kInterrupt", "kHighsInterrupt"),
+        ),
+        Status.NOT_CONVERGED,
+    ),
 }
 
 

@@ -42,7 +42,8 @@ STATUS = {
     7: Status.NOT_CONVERGED,  # iteration cap
     8: Status.NOT_CONVERGED,  # time cap
     9: Status.NOT_CONVERGED,  # not convex: impossible too
-    11: Status.NOT_CONVERGED,  # unsolved; 10, an interrupt, is not mapped
+    10: Status.NOT_CONVERGED,  # an interrupt
+    11: Status.NOT_CONVERGED,  # unsolved
 }
 
 

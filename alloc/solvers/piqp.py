@@ -38,6 +38,8 @@ STATUS = {
     -2: Status.INFEASIBLE,
     -3: Status.NOT_CONVERGED,  # dual infeasible: impossible with a positive definite H
     -8: Status.NOT_CONVERGED,  # numerics
+    -9: Status.NOT_CONVERGED,  # unsolved
+    -10: Status.NOT_CONVERGED,  # settings refused
 }
 
 

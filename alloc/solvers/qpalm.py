@@ -27,13 +27,15 @@ TOLERANCE: dict[str, dict[Level, float]] = {
 }
 
 STATUS = {
-    "solved": Status.SOLVED,
-    "dual terminated": Status.NOT_CONVERGED,
-    "maximum iterations reached": Status.NOT_CONVERGED,
-    "run time limit reached": Status.NOT_CONVERGED,
-    "primal infeasible": Status.INFEASIBLE,
-    "dual infeasible": Status.NOT_CONVERGED,  # impossible with a positive definite H
-    "unsolved": Status.NOT_CONVERGED,
+    1: Status.SOLVED,
+    2: Status.NOT_CONVERGED,  # dual terminated
+    -2: Status.NOT_CONVERGED,  # iteration cap
+    -3: Status.INFEASIBLE,
+    -4: Status.NOT_CONVERGED,  # dual infeasible: impossible with a positive definite H
+    -5: Status.NOT_CONVERGED,  # time cap
+    -6: Status.NOT_CONVERGED,  # cancelled
+    -10: Status.NOT_CONVERGED,  # unsolved
+    0: Status.NOT_CONVERGED,  # error
 }
 
 
@@ -77,5 +79,5 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
 def _solve(model: Any) -> Answer:
     model.solve(asynchronous=False)  # True starts a thread for each call, to hear Ctrl-C
     info = model.info
-    status = meaning(STATUS, info.status, "qpalm")
+    status = meaning(STATUS, info.status_val, "qpalm")
     return Answer(np.array(model.solution.x), status, info.iter, info.run_time)

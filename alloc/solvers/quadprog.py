@@ -5,10 +5,9 @@ from typing import Any
 import numpy as np
 
 from alloc.allocation import FloatArray, Status
-from alloc.errors import SolverError
 from alloc.qp import QP
 from alloc.qp.sides import OneSided
-from alloc.solvers import Answer, Level, Solve, Start
+from alloc.solvers import Answer, Level, Solve, Start, meaning
 
 REQUIRES = PACKAGE = "quadprog"
 ALGORITHM = "dual active set (Goldfarb and Idnani)"
@@ -18,7 +17,7 @@ STARTS: tuple[Start, ...] = ("cold", "reused")  # solve_qp is a function: the fa
 SETTINGS: dict[Level, dict[str, Any]] = {"default": {}}  # quadprog has no settings and no caps
 TOLERANCE: dict[str, dict[Level, float]] = {"hard": {"default": 1e-9}, "soft": {"default": 1e-9}}
 
-NO_SOLUTION = "constraints are inconsistent, no solution"
+STATUS = {"constraints are inconsistent, no solution": Status.INFEASIBLE}  # quadprog raises, with these words
 
 
 def prepare(qp: QP, start: Start, level: Level) -> Solve:
@@ -39,11 +38,7 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
         try:
             x, _, _, iterations, _, _ = quadprog.solve_qp(G, a, C, sign * sides.right, p, factorized)
         except ValueError as error:
-            if str(error) != NO_SOLUTION:
-                raise SolverError(
-                    f"quadprog refused with '{error}', unknown to alloc/solvers/quadprog.py; map it there"
-                ) from error
-            return Answer(a, Status.INFEASIBLE)
+            return Answer(a, meaning(STATUS, str(error), "quadprog"))
         return Answer(x, Status.SOLVED, int(iterations[0]))
 
     return solve

@@ -31,9 +31,12 @@ STATUS = {
     2: Status.NOT_CONVERGED,  # solved inaccurate
     -1: Status.NOT_CONVERGED,  # unbounded: impossible with a positive definite H
     -2: Status.INFEASIBLE,
+    -3: Status.NOT_CONVERGED,  # indeterminate
     -4: Status.NOT_CONVERGED,  # failed
+    -5: Status.NOT_CONVERGED,  # an interrupt
     -6: Status.NOT_CONVERGED,  # unbounded inaccurate
     -7: Status.NOT_CONVERGED,  # infeasible inaccurate
+    0: Status.NOT_CONVERGED,  # unfinished
 }
 
 

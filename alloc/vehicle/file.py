@@ -54,12 +54,15 @@ class Thruster(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     ----------
     position : where the thruster sits [m]
     direction : unit vector along which positive thrust pushes the vehicle [-]
-    name : label for the reader of the file
+    name : what people call it, as ``--fault`` and every table do then
     """
 
     position: tuple[float, float, float]
     direction: tuple[float, float, float]
     name: str = ""
+
+
+Axis = Literal["surge", "sway", "heave", "roll", "pitch", "yaw"]
 
 
 class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
@@ -81,12 +84,14 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     slack_weights : (k,) diagonal of Q for the soft formulation
     slew : how fast thrusts may change: one number, one for each thruster, or up and down apart [N/s]
     volts : limits [f_min, f_max] by the battery's voltage [V], each one number or one for each thruster [N]
+    priority : the axes in levels, for a demand that can't be met: those of the first level are served first
+    names : what people call each thruster, where ``thrusters`` does not say; "" for one without a name
     rank : intended rank of T where it is below k
     notes : remarks, such as what an import assumed
     """
 
     name: str
-    dof: list[Literal["surge", "sway", "heave", "roll", "pitch", "yaw"]]
+    dof: list[Axis]
     f_min: float | Numbers
     f_max: float | Numbers
     source: str = ""
@@ -100,6 +105,8 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     slack_weights: Numbers | None = None
     slew: float | Numbers | Rates | None = None
     volts: dict[str, tuple[float | Numbers, float | Numbers]] | None = None
+    priority: list[list[Axis]] = []
+    names: list[str] | None = None
     rank: int | None = None
     notes: list[str] = []
 
@@ -173,7 +180,18 @@ def vehicle_with(keys: VehicleFile, T: FloatArray) -> Vehicle:
         source=keys.source,
         slew=None if keys.slew is None else _slew(keys.slew, n),
         by_volts=None if keys.volts is None else _by_volts(keys.volts, n),
+        priority=tuple(map(tuple, keys.priority)),
+        names=_names(keys),
     )
+
+
+def _names(keys: VehicleFile) -> tuple[str, ...]:
+    of_poses = tuple(thruster.name for thruster in keys.thrusters or ())
+    if keys.names is None:
+        return of_poses if any(of_poses) else ()
+    if any(of_poses):
+        raise VehicleError("names: 'thrusters' names them already; keep one of the two", "names")
+    return tuple(keys.names)
 
 
 def _slew(slew: float | Numbers | Rates, n: int) -> Slew:

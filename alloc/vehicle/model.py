@@ -13,6 +13,8 @@ from alloc.allocation import FloatArray, IndexArray, real
 from alloc.errors import DemandError, VehicleError
 from alloc.vehicle.geometry import DOF
 from alloc.vehicle.limits import Interval, Slew, VoltageTable, check_slew, check_table, intersected, thrusts
+from alloc.vehicle.names import check_names, index_of
+from alloc.vehicle.priority import Priority, checked_priority
 
 RANK_TOLERANCE = 1e-9
 """Singular values of T below this count as zero, once its rows have unit length: the largest then lies
@@ -40,6 +42,8 @@ class Vehicle:
     whole : name of the vehicle without its faults; empty for a vehicle without any
     slew : how fast thrusts may change, None where nothing says
     by_volts : limits by the battery's voltage, None where nothing says
+    priority : axes in levels, those that are served first in front; given empty, one level with all axes
+    names : (n,) what people call each thruster, "" for one without a name; empty where none has one
     """
 
     name: str
@@ -54,6 +58,8 @@ class Vehicle:
     whole: str = ""
     slew: Slew | None = None
     by_volts: VoltageTable | None = None
+    priority: Priority = ()
+    names: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Freeze private copies of the arrays; raise VehicleError where they describe no vehicle."""
@@ -72,6 +78,8 @@ class Vehicle:
                 )
             object.__setattr__(self, key, _frozen(array))
         _check_shapes(self)
+        object.__setattr__(self, "priority", checked_priority(self.priority, self.dof))
+        check_names(self.names, self.n)
         for key in ("f_min", "f_max"):  # a thruster that is off gives 0, however the vehicle was made
             limits = np.where(self.readiness == 0, 0.0, getattr(self, key))
             object.__setattr__(self, key, _frozen(limits))
@@ -90,6 +98,18 @@ class Vehicle:
     def n(self) -> int:
         """Number of thrusters, those that are off included."""
         return len(self.f_min)
+
+    def called(self, thruster: int) -> str:
+        """A thruster in words: its name, or ``thruster 4`` where it has none."""
+        return (self.names and self.names[thruster]) or f"thruster {thruster}"
+
+    def index(self, thruster: int | str) -> int:
+        """Index of a thruster given by index or by name; raises VehicleError where there is none such."""
+        if isinstance(thruster, str):
+            return index_of(thruster, self.names, self.name)
+        if not 0 <= thruster < self.n:
+            raise VehicleError(f"{self.name} has no thruster {thruster}; count from 0 to {self.n - 1}")
+        return thruster
 
     @cached_property
     def working(self) -> IndexArray:
@@ -192,25 +212,25 @@ class Vehicle:
         still[list(blocked)] = True
         return np.where(still, 0.0, low), np.where(still, 0.0, high)
 
-    def with_fault(self, thruster: int, readiness: float = 0.0) -> "Vehicle":
+    def with_fault(self, thruster: int | str, readiness: float = 0.0) -> "Vehicle":
         """This vehicle with one thruster off, or weakened: p_ii = ``readiness`` (eq. 2).
 
-        A thruster that is off has f_i = 0 and limits of 0; switching it off again changes nothing.
-        Raises VehicleError for an index outside 0 … n - 1, a readiness outside [0, 1], and for readiness
+        The thruster is given by its index, counted from 0, or by its name. A thruster that is off has
+        f_i = 0 and limits of 0; switching it off again changes nothing. Raises VehicleError for an index
+        outside 0 … n - 1, an unknown name, a readiness outside [0, 1], and for readiness
         above 0 of a thruster that is off, whose limits are no longer known.
         """
-        if not 0 <= thruster < self.n:
-            raise VehicleError(f"{self.name} has no thruster {thruster}; count from 0 to {self.n - 1}")
-        if self.readiness[thruster] == 0:
+        i = self.index(thruster)
+        if self.readiness[i] == 0:
             if readiness == 0:
                 return self
             raise VehicleError(
-                f"{self.name}: thruster {thruster} is off, and its limits with it; weaken it on the vehicle "
+                f"{self.name}: {self.called(i)} is off, and its limits with it; weaken it on the vehicle "
                 "on which it still works"
             )
         P = self.readiness.copy()
-        P[thruster] = readiness
-        suffix = f"-f{thruster}" if readiness == 0 else f"-f{thruster}@{readiness:g}"
+        P[i] = readiness
+        suffix = f"-f{i}" if readiness == 0 else f"-f{i}@{readiness:g}"
         return replace(self, name=self.name + suffix, readiness=P, whole=self.whole or self.name)
 
 

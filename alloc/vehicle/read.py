@@ -6,7 +6,7 @@ from pathlib import Path
 
 import msgspec
 
-from alloc.errors import UnknownName, VehicleError
+from alloc.errors import VehicleError, unknown
 from alloc.files.yaml_tree import YamlTree, read_yaml
 from alloc.vehicle import Vehicle
 from alloc.vehicle.file import Planar, Thruster, VehicleFile, build_vehicle
@@ -28,9 +28,7 @@ class Document:
 
     def located(self, error: VehicleError) -> VehicleError:
         """``error`` with file and line in front of its message."""
-        line = self.tree.lines.get(error.key)
-        place = f"{self.tree.path}: line {line}" if line else str(self.tree.path)
-        return VehicleError(f"{place}: {error}", error.key)
+        return VehicleError(error.what, error.key, path=self.tree.path, line=self.tree.lines.get(error.key))
 
 
 def list_vehicles() -> tuple[str, ...]:
@@ -60,20 +58,19 @@ def find_file(name: str | Path) -> Path:
     path = Path(text)
     if path.suffix in (".yaml", ".yml") or "/" in text or _exists(path):
         return path
-    raise UnknownName(
-        f"no vehicle '{text}'; shipped ones are {', '.join(list_vehicles())}, or give a path to a .yaml file"
-    )
+    raise unknown("vehicle", text, list_vehicles(), "; or give the path of a .yaml file")
 
 
 def read_document(path: Path) -> Document:
     """Read one vehicle file and check its form; raises FileError or VehicleError."""
     tree = read_yaml(path)
     if not isinstance(tree.data, dict):
-        raise VehicleError(f"{path}: holds no keys; start with 'name:', 'dof:' and a geometry")
+        raise VehicleError("holds no keys; start with 'name:', 'dof:' and a geometry", path=path)
     try:
         return Document(msgspec.convert(tree.data, VehicleFile), tree)
     except msgspec.ValidationError as error:
-        raise VehicleError(f"{path}: {_explain(str(error), tree)}") from None
+        what, line = _explained(str(error), tree)
+        raise VehicleError(what, path=path, line=line) from None
 
 
 def _exists(path: Path) -> bool:
@@ -83,16 +80,16 @@ def _exists(path: Path) -> bool:
         return False
 
 
-def _explain(message: str, tree: YamlTree) -> str:
-    """The message of msgspec, which ends in "- at `$.f_min[2]`", with that entry's line in front."""
+def _explained(message: str, tree: YamlTree) -> tuple[str, int | None]:
+    """The message of msgspec, which ends in "- at `$.f_min[2]`", with its key in front; and that line."""
     what, _, where = message.partition(" - at `$")
     key = where.rstrip("`").lstrip(".")
     if "unknown field" in what:
         key = f"{key}.{what.split('`')[1]}".lstrip(".")
     line = tree.line(key) if key else None
     named = f"{key}: {what}" if key else what
-    short = "".join(c if c.isprintable() else " " for c in named)[:90]  # a key may be any text
-    return f"{f'line {line}: ' if line else ''}{short}; {_remedy(what, key)}"
+    short = "".join(c if c.isprintable() else " " for c in named)[:80]  # a key may be any text
+    return f"{short}; {_remedy(what, key)}", line
 
 
 def _remedy(what: str, key: str) -> str:
@@ -101,5 +98,5 @@ def _remedy(what: str, key: str) -> str:
         keys = {"planar": Planar, "thrusters": Thruster}.get(place, VehicleFile).__struct_fields__
         return f"the keys are {', '.join(keys)}"
     if "enum" in what:
-        return f"give one of {', '.join(DOF if place == 'dof' else ('frd', 'flu'))}"
+        return f"give one of {', '.join(('frd', 'flu') if place == 'frame' else DOF)}"
     return "docs/your-vehicle.md shows the form"

@@ -1,10 +1,14 @@
 """One file, one command: each has ``command``, a click command, and imports what it needs when called."""
 
+from collections.abc import Callable
 from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
+
+if TYPE_CHECKING:
+    from bench.inputs.logs import LogOptions
 
 PATH = click.Path(readable=False, path_type=Path)
 """A path as it was given. It need not be readable, since some files are only written; whoever opens the file
@@ -12,6 +16,29 @@ says what is wrong."""
 
 RUNS = Path("runs")
 """Where runs go unless --out says otherwise. git ignores it; `make keep` packs a run into results/."""
+
+
+def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Options on what a log does not say itself; ``read_options`` makes the LogOptions of their values."""
+    for option in (
+        click.option("--scale", default="", metavar="S,…", help="Factor a DOF, of a log without newtons."),
+        click.option("--columns", default="", metavar="D=C,…", help="Columns of a table: surge=fx,t=stamp."),
+        click.option("--frame", type=click.Choice(["frd", "flu"]), help="Where the log's own is wrong."),
+        click.option("--topic", default="", metavar="T", help="Where a bag has wrenches on several."),
+    ):
+        command = option(command)
+    return command
+
+
+def read_options(topic: str, frame: str | None, columns: str, scale: str) -> "LogOptions":
+    """What a user says about logs, as data."""
+    from bench.inputs.columns import parse_columns
+    from bench.inputs.demand_csv import parse_scale
+    from bench.inputs.logs import LogOptions
+
+    return LogOptions(
+        topic=topic, frame=frame or "", columns=parse_columns(columns), scale=parse_scale(scale)
+    )
 
 
 class Finite(click.FloatRange):

@@ -1,20 +1,29 @@
 """``thrustbench allocate``."""
 
 from pathlib import Path
+from typing import Any
 
 import click
 
-from bench.commands import PATH
+from bench.commands import PATH, log_options, read_options
 
 
 @click.command()
 @click.argument("demands", type=PATH)
 @click.option("--vehicle", required=True, metavar="V", help="A shipped name or a YAML file.")
 @click.option("--method", required=True, metavar="M", help="As `thrustbench list` names it.")
-@click.option("--fault", "faults", multiple=True, metavar="I[@P]", help="Thruster I off, or at readiness P.")
+@click.option(
+    "--fault",
+    "faults",
+    multiple=True,
+    metavar="I[@P]",
+    help="Thruster I, a number or name: off, or at P.",
+)
 @click.option("--start", default="", metavar="S", help="cold, reused or warm.")
 @click.option("--level", default="", metavar="L", help="default or tight.")
 @click.option("--plugin", type=PATH, help="Python file that holds the method.")
+@log_options
+@click.option("--names", is_flag=True, help="Head the thrusts' columns with the thrusters' names.")
 @click.option("-o", "--output", type=PATH, help="Thrust CSV [standard output].")
 def command(
     demands: Path,
@@ -24,28 +33,46 @@ def command(
     start: str,
     level: str,
     plugin: Path | None,
+    names: bool,
     output: Path | None,
+    **options: Any,
 ) -> None:
-    """Thrusts for the demands in a CSV file: a header with the DOF names, one row a demand.
+    """Thrusts for the demands in a CSV, bag or ULog; a CSV's header names the DOF, each row is a demand.
 
-    Writes status,f0,f1,… with one row a demand, in order, in N. Where a method says that there is no
-    such thrust, its numbers are nan.
+    A CSV may say the limits of each demand: columns volts, and f0_min, f0_max, … in N.
+
+    Writes status,f0,f1,… with one row a demand, in order, in N; then share0,share1,… where a method says
+    what it delivered of each level of the demand. Where a method says that there is no such thrust, its
+    numbers are nan.
     """
     from alloc import UnknownName, find, load_plugin, load_vehicle, prepare
     from alloc.files.textfile import write_text
-    from bench.inputs.demand_csv import format_thrusts, read_demands
-    from bench.inputs.faults import with_fault
+    from bench.inputs.demand_csv import format_thrusts
+    from bench.inputs.faults import EACH, parse_fault, with_fault
+    from bench.inputs.log_limits import limits_in
+    from bench.inputs.logs import read_log
 
     answering = load_vehicle(vehicle)
-    for fault in faults:
-        answering = with_fault(answering, fault)
+    for fault in map(parse_fault, faults):
+        if fault == EACH:
+            raise click.UsageError("--fault each: thrusts are of one vehicle; name one thruster")
+        (answering,) = with_fault(answering, fault)
     entry = load_plugin(plugin) if plugin else find(method)
     if entry.name != method:
         raise UnknownName(
             f"{plugin}: holds method '{entry.name}', not '{method}'; give --method {entry.name}"
         )
-    _, taus = read_demands(demands, answering.dof)
-    text = format_thrusts(*prepare(entry, answering, start=start, level=level).many(taus))
+    _, taus, said, columns = read_log(demands, answering.dof, read_options(**options))
+    lows, highs = limits_in(demands, columns, answering)
+    if said:
+        click.echo(said, err=True)
+    allocator = prepare(entry, answering, start=start, level=level)
+    header = [answering.called(i) if names else f"f{i}" for i in range(answering.n)]
+    if lows is None or highs is None:
+        answers = [allocator(tau) for tau in taus]
+    else:
+        answers = list(map(allocator, taus, lows, highs))
+    text = format_thrusts(answers, header)
     if output is None:
         click.echo(text, nl=False)
     else:

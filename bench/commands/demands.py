@@ -1,32 +1,36 @@
 """``thrustbench demands``."""
 
 from pathlib import Path
+from typing import Any
 
 import click
 
-from bench.commands import PATH
+from bench.commands import PATH, log_options, read_options
 
 
 @click.command()
 @click.argument("log", type=PATH)
 @click.option("--vehicle", required=True, metavar="V", help="A shipped name or a YAML file.")
-@click.option("--topic", default="", metavar="T", help="Where a bag has wrenches on several.")
-@click.option("--frame", type=click.Choice(["frd", "flu"]), help="Where the log's own frame is wrong.")
-@click.option("--scale", default="", metavar="S,…", help="Factor a DOF, for normalised setpoints.")
+@log_options
 @click.option("-o", "--output", type=PATH, help="The demands as CSV, z down.")
-def command(log: Path, vehicle: str, topic: str, frame: str | None, scale: str, output: Path | None) -> None:
+def command(log: Path, vehicle: str, output: Path | None, **options: Any) -> None:
     """Summarise a log (CSV, ROS bag, PX4 ULog): rate, gaps, labels, what a closed form could serve."""
     from alloc import load_vehicle
     from alloc.files.textfile import write_text
     from bench.demands import labelled
+    from bench.demands.doubts import doubts
     from bench.demands.log_summary import as_text, summarise
-    from bench.inputs.demand_csv import format_demands, parse_scale
+    from bench.inputs.demand_csv import format_demands
+    from bench.inputs.log_limits import limits_in
     from bench.inputs.logs import rate_hz, read_log
 
     answering = load_vehicle(vehicle)
-    t, taus = read_log(log, answering.dof, topic, frame or "")
-    taus = taus * parse_scale(scale, answering.dof)
-    demands = labelled(log.stem, answering, taus, rate_hz=rate_hz(t))
+    t, taus, said, columns = read_log(log, answering.dof, read_options(**options))
+    low, high = limits_in(log, columns, answering)
+    demands = labelled(log.stem, answering, taus, low, high, rate_hz=rate_hz(t))
+    for line in (said, *(f"warning: {doubt}" for doubt in doubts(demands))):
+        if line:
+            click.echo(line, err=True)
     click.echo(as_text(summarise(demands, t), demands))
     if output is not None:
-        write_text(output, format_demands(t, taus, answering.dof))
+        write_text(output, format_demands(t, taus, answering.dof, columns))

@@ -4,14 +4,20 @@ from pathlib import Path
 
 import click
 
-from bench.commands import PATH, RUNS, Finite
+from bench.commands import PATH, RUNS, Finite, log_options, read_options
 
 
 @click.command()
 @click.option("--vehicle", "vehicles", multiple=True, metavar="V", help="A shipped name or a YAML file.")
 @click.option("--method", "methods", multiple=True, metavar="M", help="As in `thrustbench list`, or qp/*.")
 @click.option("--demands", multiple=True, metavar="D", help="A set's name, a CSV, bag or ULog.")
-@click.option("--fault", "faults", multiple=True, metavar="I[@P]", help="Thruster I off, or at P; or each.")
+@click.option(
+    "--fault",
+    "faults",
+    multiple=True,
+    metavar="I[@P]",
+    help="Thruster I, a number or name: off, or at P; or each.",
+)
 @click.option(
     "--start",
     "starts",
@@ -26,6 +32,7 @@ from bench.commands import PATH, RUNS, Finite
     type=click.Choice(["default", "tight"]),
     help="Default: both of qp/*, tight of others.",
 )
+@log_options
 @click.option("--plugin", "plugins", multiple=True, metavar="FILE", help="Python file with build(vehicle).")
 @click.option("--repeats", type=click.IntRange(1), help="Fresh processes a method [2].")
 @click.option("--seed", type=click.IntRange(0), help="Of demands and order [0].")
@@ -42,7 +49,18 @@ from bench.commands import PATH, RUNS, Finite
     "--resume", is_flag=True, help="Go on with the folder's record, else kept as record.previous.jsonl."
 )
 @click.option("--out", type=PATH, metavar="DIR", help="[runs/<machine>]")
-def command(out: Path | None, preset: str | None, study: str | None, resume: bool, **options: object) -> int:
+def command(
+    out: Path | None,
+    preset: str | None,
+    study: str | None,
+    resume: bool,
+    faults: tuple[str, ...],
+    topic: str,
+    frame: str | None,
+    columns: str,
+    scale: str,
+    **options: object,
+) -> int:
     """Time and judge every method, each in its own process; write the record and the report.
 
     --vehicle, --method, --demands, --fault, --start, --level and --plugin may be repeated.
@@ -54,12 +72,16 @@ def command(out: Path | None, preset: str | None, study: str | None, resume: boo
     from bench.harness import machine, presets
     from bench.harness.progress import bar
     from bench.harness.run import Interrupted, run
+    from bench.inputs.faults import parse_fault
+    from bench.record import read
     from bench.report import render
     from bench.report.terminal import show
 
     if study and preset:
         raise click.UsageError("give one of --study, --quick and --all")
     console = Console()
+    options["faults"] = tuple(map(parse_fault, faults))
+    options["log"] = read_options(topic, frame, columns, scale)
     settings = getattr(presets, study or preset or "default")()
     settings = replace(settings, **{key: value for key, value in options.items() if value not in (None, ())})
     if options["demands"] or options["methods"] or options["repeats"]:
@@ -73,6 +95,8 @@ def command(out: Path | None, preset: str | None, study: str | None, resume: boo
             run(settings, directory, resume=resume, watch=watch)
         except Interrupted:
             interrupted = True
+    for line in dict.fromkeys(line for problem in read(directory).problems for line in problem.said):
+        console.print(line, highlight=False, markup=False, soft_wrap=True)
     good = show(directory, console)
     console.print(f"Report: {render(directory)}", highlight=False, markup=False, soft_wrap=True)
     if interrupted:

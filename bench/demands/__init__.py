@@ -14,13 +14,17 @@ import pkgutil
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 import bench.demands.sets
-from alloc import FloatArray, UnknownName, Vehicle, label, limits_of
+from alloc import FloatArray, Vehicle, label, limits_of
+from alloc.errors import unknown
+
+if TYPE_CHECKING:
+    from bench.inputs.logs import LogOptions
 
 COUNT = 1000
 """Demands in a set by default: enough for a p99 with its interval; a p99.9 comes from several passes."""
@@ -53,6 +57,7 @@ class DemandSet:
     alpha : (N,) alpha* of each demand
     rate_hz : sampling rate, None where the demands are no sequence in time
     left_out : demands of a file that are beyond the number asked for
+    said : how a file was understood, and what is doubtful about it, one line each
     f_min, f_max : (N, n) limits of each demand [N]; None where all have the vehicle's
     """
 
@@ -63,6 +68,7 @@ class DemandSet:
     alpha: FloatArray
     rate_hz: float | None = None
     left_out: int = 0
+    said: tuple[str, ...] = ()
     f_min: FloatArray | None = None
     f_max: FloatArray | None = None
 
@@ -79,8 +85,12 @@ def list_demands() -> tuple[str, ...]:
     return tuple(sorted(_modules()))
 
 
-def build_demands(name: str | Path, vehicle: Vehicle, seed: int, n: int | None = None) -> DemandSet:
+def build_demands(
+    name: str | Path, vehicle: Vehicle, seed: int, n: int | None = None, log: "LogOptions | None" = None
+) -> DemandSet:
     """The named set for a vehicle, or the demands in a file; always the same for the same seed.
+
+    ``log`` says what a file does not say itself.
 
     The generator is derived from (seed, vehicle name, set name), so that no set depends on which
     others were made before it. Raises UnknownName; NotApplicable where the vehicle has no such
@@ -89,10 +99,8 @@ def build_demands(name: str | Path, vehicle: Vehicle, seed: int, n: int | None =
     known = _modules()
     if name not in known:  # a set's name means the set, even where the current folder has a file of that name
         if _is_file(name):
-            return _from_file(Path(name), vehicle, n)
-        raise UnknownName(
-            f"no demand set '{name}'; there are {', '.join(list_demands())}, or give a log (.csv, .bag, .ulg)"
-        )
+            return _from_file(Path(name), vehicle, n, log)
+        raise unknown("demand set", str(name), list_demands(), "; or give a log (.csv, .bag, .mcap, .ulg)")
     module = import_module(f"{bench.demands.sets.__name__}.{known[str(name)]}")
     rng = np.random.default_rng(
         [seed, _stable(vehicle.name), _stable(getattr(module, "SEED_NAME", str(name)))]
@@ -143,15 +151,19 @@ def _modules() -> dict[str, str]:
 
 
 def _is_file(name: str | Path) -> bool:
-    return isinstance(name, Path) or "/" in name or bool(Path(name).suffix) or Path(name).is_file()
+    return isinstance(name, Path) or "/" in name or bool(Path(name).suffix) or Path(name).exists()
 
 
-def _from_file(path: Path, vehicle: Vehicle, n: int | None) -> DemandSet:
+def _from_file(path: Path, vehicle: Vehicle, n: int | None, options: "LogOptions | None") -> DemandSet:
+    from bench.demands.doubts import doubts
+    from bench.inputs.log_limits import limits_in
     from bench.inputs.logs import rate_hz, read_log  # imported only where a file is named, which is rare
 
-    t, taus = read_log(path, vehicle.dof)
-    demands = labelled(path.stem, vehicle, np.array(taus[:n]), rate_hz=rate_hz(t))
-    return replace(demands, left_out=len(taus) - len(demands.taus))
+    log = read_log(path, vehicle.dof, options)
+    low, high = limits_in(path, {name: values[:n] for name, values in log.columns.items()}, vehicle)
+    demands = labelled(path.stem, vehicle, np.array(log.taus[:n]), low, high, rate_hz=rate_hz(log.t))
+    lines = tuple(filter(None, (log.said, *doubts(demands))))
+    return replace(demands, left_out=len(log.taus) - len(demands.taus), said=lines)
 
 
 def _stable(text: str) -> int:

@@ -17,9 +17,8 @@ VEHICLE_ARRAYS = ("T", "H", "f_min", "f_max", "readiness", "slack_weights")
 def arrays_of(vehicle: Vehicle) -> dict[str, NDArray[Any]]:
     """The arrays that a vehicle is made of."""
     names = np.array([vehicle.name, vehicle.source, vehicle.whole])
-    arrays = {"vehicle": names, "dof": np.array(vehicle.dof)} | {
-        k: getattr(vehicle, k) for k in VEHICLE_ARRAYS
-    }
+    arrays = {"vehicle": names, "dof": np.array(vehicle.dof), "thrusters": np.array(vehicle.names, dtype=str)}
+    arrays |= {k: getattr(vehicle, k) for k in VEHICLE_ARRAYS}
     if vehicle.slew is not None:
         arrays |= {"slew up": vehicle.slew.up, "slew down": vehicle.slew.down}
     if (table := vehicle.by_volts) is not None:
@@ -35,7 +34,9 @@ def vehicle_of(arrays: Mapping[str, NDArray[Any]]) -> Vehicle:
         numbers["slew"] = Slew(arrays["slew up"], arrays["slew down"])
     if "volts" in arrays:
         numbers["by_volts"] = VoltageTable(arrays["volts"], arrays["volts f_min"], arrays["volts f_max"])
-    return Vehicle(name=name, source=source, whole=whole, dof=tuple(map(str, arrays["dof"])), **numbers)
+    for key, words in (("dof", "dof"), ("names", "thrusters")):
+        numbers[key] = tuple(map(str, arrays[words]))
+    return Vehicle(name=name, source=source, whole=whole, **numbers)
 
 
 def same_vehicle(a: Vehicle, b: Vehicle) -> bool:

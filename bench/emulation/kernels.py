@@ -63,6 +63,7 @@ def _osqp(vehicle: Vehicle, scalar: Scalar) -> Kernel:
 static const {scalar} b_of_tau[{p}][{vehicle.k}] = {{{", ".join(map(braced, posed.b_of_tau))}}};
 static {scalar} low[{rows}] = {braced(low)}, high[{rows}] = {braced(high)};
 static const int working[{m}] = {{{", ".join(str(i) for i in posed.working)}}};
+static const {scalar} unit[{m}] = {braced(posed.unit)};
 
 {function}
 {{
@@ -75,7 +76,7 @@ static const int working[{m}] = {{{", ".join(str(i) for i in posed.working)}}};
     osqp_update_data_vec(&solver, OSQP_NULL, low, high);
     osqp_solve(&solver);
     for (int i = 0; i < {m}; i++)
-        f[working[i]] = ({scalar}){posed.f_scale!r} * solver.solution->x[i];
+        f[working[i]] = unit[i] * solver.solution->x[i];
     return (int)solver.info->status_val;
 }}
 """

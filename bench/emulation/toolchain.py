@@ -7,7 +7,8 @@ import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
-from alloc import AllocError, UnknownName
+from alloc import AllocError
+from alloc.errors import unknown
 
 
 class ToolError(AllocError):
@@ -90,7 +91,7 @@ def target(name: str) -> Target:
     for known in (*TARGETS, X86):
         if known.name == name:
             return known
-    raise UnknownName(f"no target '{name}'; there are {', '.join(t.name for t in TARGETS)}")
+    raise unknown("target", name, (t.name for t in TARGETS))
 
 
 def missing(target: Target) -> str:

@@ -49,6 +49,14 @@ def _task(folder: Path, number: int, case: Case) -> AnswerTask:
     return task
 
 
+def _read(task: AnswerTask) -> Answers | Unanswered:
+    try:
+        with np.load(task.answers) as arrays:
+            return Answers(arrays["F"], arrays["status"])
+    except (OSError, ValueError, KeyError) as error:  # only a method that writes into the pipe can do this
+        return Unanswered("failed", f"it said that answers are written, and none can be read ({error})"[:200])
+
+
 def _answers(job: Job, tasks: list[AnswerTask], time_limit_s: float) -> list[Answers | Unanswered]:
     """Start as many processes as it takes; after a task that reaches the time limit no other is tried."""
     outcomes: dict[int, Answers | Unanswered] = {}
@@ -56,8 +64,7 @@ def _answers(job: Job, tasks: list[AnswerTask], time_limit_s: float) -> list[Ans
     while pending:
         for message in work(msgspec.structs.replace(job, tasks=[tasks[i] for i in pending]), time_limit_s):
             if isinstance(message, AnswersWritten):
-                with np.load(tasks[pending[message.task]].answers) as arrays:
-                    outcomes[pending[message.task]] = Answers(arrays["F"], arrays["status"])
+                outcomes[pending[message.task]] = _read(tasks[pending[message.task]])
             elif isinstance(message, Failed):
                 failure = Unanswered(message.status, message.reason)
                 outcomes[pending[message.task]] = failure

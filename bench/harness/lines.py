@@ -1,6 +1,8 @@
 """Lines of a record: the header, and one for each method and each question of a run."""
 
+import hashlib
 from datetime import UTC, datetime
+from pathlib import Path
 
 import msgspec
 import numpy as np
@@ -15,6 +17,7 @@ from bench.record import SCHEMA, Header, Method, Problem
 
 def header(settings: RunSettings) -> Header:
     """The first line of a record: settings, machine, versions and source of a run that starts now."""
+    named = (*settings.plugins, *settings.vehicles, *settings.demands)
     return Header(
         schema=SCHEMA,
         started=now(),
@@ -23,7 +26,21 @@ def header(settings: RunSettings) -> Header:
         machine=machine.describe(),
         versions=machine.versions(),
         settings=msgspec.json.decode(msgspec.json.encode(settings)),  # the types that a record read back has
+        files={name: digest for name in named if (digest := _sha256(Path(name)))},
     )
+
+
+def _sha256(path: Path) -> str:
+    """Digests of a file, or of those in a folder; empty where there is neither, as for a set's name."""
+    try:
+        digests = []
+        for part in sorted(path.iterdir()) if path.is_dir() else [path]:
+            if part.is_file():
+                with part.open("rb") as file:
+                    digests.append(hashlib.file_digest(file, "sha256").hexdigest())
+        return " ".join(digests)
+    except (OSError, ValueError):
+        return ""
 
 
 def method_line(entry: Entry) -> Method:
@@ -61,6 +78,8 @@ def problem(question: Question, study: str = "") -> Problem:
         wrench_scale=[float(scale) for scale in vehicle.wrench_scale],
         left_out=demands.left_out,
         moving=demands.f_min is not None,
+        said=list(demands.said),
+        names=list(vehicle.names),
     )
 
 

@@ -9,6 +9,8 @@ import msgspec
 
 from alloc import AllocError, find_formulation
 from bench.harness.yardsticks import CANARIES, YARDSTICKS
+from bench.inputs.faults import Fault
+from bench.inputs.logs import LogOptions
 from bench.record import NO_VEHICLE, Key, Method
 
 OVERHEAD_S = 0.03
@@ -33,8 +35,9 @@ class RunSettings(msgspec.Struct, frozen=True, kw_only=True):
     without : families of methods that are left out
     study : a study out of ``bench.demands.generated``, whose vehicles are measured too
     plugins : files with a method
-    faults : a thruster that is off, ``3``, or weakened, ``3@0.4``; "" is the whole vehicle
+    faults : of each vehicle, one at a time; None is the whole vehicle
     once : patterns of methods, families and demand sets that are measured in the first repeat only
+    log : what logs among the demands do not say themselves
     starts, levels : those to take of what a method offers; empty: see ``chosen``
     repeats : fresh processes of each method
     seed : of demands and order
@@ -51,8 +54,9 @@ class RunSettings(msgspec.Struct, frozen=True, kw_only=True):
     without: tuple[str, ...] = ()
     study: str = ""
     plugins: tuple[str, ...] = ()
-    faults: tuple[str, ...] = ("",)
+    faults: tuple[Fault | None, ...] = (None,)
     once: tuple[str, ...] = ()
+    log: LogOptions = LogOptions()
     starts: tuple[str, ...] = ()
     levels: tuple[str, ...] = ()
     repeats: int = 2

@@ -2,6 +2,7 @@
 
 from alloc import Family, list_vehicles
 from bench.harness.plan import RunSettings
+from bench.inputs.faults import EACH
 
 DEFAULT_DEMANDS = ("inactive", "active", "infeasible")
 
@@ -52,7 +53,7 @@ def full() -> RunSettings:
     return RunSettings(
         vehicles=list_vehicles(),
         demands=list_demands(),
-        faults=("", "each"),
+        faults=(None, EACH),
         starts=("cold", "reused", "warm"),
         levels=("default", "tight"),
         repeats=1,

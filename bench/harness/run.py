@@ -131,7 +131,7 @@ def measure(group: Group, state: RunState) -> None:
 def check_same(old: Header, new: Header, path: Path) -> None:
     """Raise RecordError unless a record with the old header can be continued under the new one."""
     facts = [
-        {"commit": header.commit, **header.versions, **header.settings, **header.machine}
+        {"commit": header.commit, **header.versions, **header.settings, **header.machine, **header.files}
         for header in (old, new)
     ]
     for what in facts[0] | facts[1]:  # a package that was installed since is a difference too

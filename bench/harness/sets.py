@@ -29,7 +29,7 @@ def demand_sets(settings: RunSettings, named: list[Vehicle]) -> list[DemandSet]:
     for vehicle in vehicles_asked:
         for name in settings.demands:
             try:
-                made = build_demands(name, vehicle, settings.seed, settings.n_demands)
+                made = build_demands(name, vehicle, settings.seed, settings.n_demands, settings.log)
             except NotApplicable:
                 continue
             key = (made.vehicle.name, made.name)

@@ -30,6 +30,7 @@ from alloc import (
     load_plugin,
     one_by_one,
     prepare,
+    solvers,
 )
 from alloc.allocation import real
 from bench.demands.store import load_case, save
@@ -144,7 +145,10 @@ def write_answers(task: AnswerTask, job: Job) -> None:
     allocator = prepared(job, vehicle)
     many = getattr(allocator, "many", partial(one_by_one, allocator, vehicle))
     answers, statuses = many(taus) if f_min is None else many(taus, f_min, f_max)
-    F, status = real(np.asarray(answers)), np.asarray(statuses, dtype=np.int8)
+    F, given = real(np.asarray(answers)), np.asarray(statuses)
+    if given.dtype.kind not in "iu":
+        raise TypeError(f"many() gave statuses of type {given.dtype}; give values of alloc.Status")
+    status = given.astype(np.int8)
     if F.shape != (len(taus), vehicle.n) or status.shape != (len(taus),):
         raise ValueError(
             f"many() gave thrusts of shape {F.shape} and statuses of shape {status.shape}"
@@ -162,9 +166,11 @@ def measure(task: MeasureTask, question: Question, job: Job, line: Worker) -> Ce
     cell = Cell(key=task.key, status="ok", n_demands=len(question.demands.taus), setup_ns=setup_ns)
     core = job.core if job.core is not None else 0
     inputs = arguments(question)
+    solvers.disbelieved.clear()
     with no_garbage_collection():
         before = reading(core)
         samples: Samples[Any] = sample(allocator, inputs, job.budget_ns)
+        cell.disbelieved = dict(solvers.disbelieved)
         binding = time_binding(allocator, question, job.budget_ns // BINDING_SHARE)
         cell.quiet = between(before, reading(core))
         cell.canary_ns = canary_ns()

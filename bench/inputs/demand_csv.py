@@ -1,95 +1,153 @@
-"""Reads demands from CSV and writes thrusts as CSV, for users' scripts."""
+"""Reads demands from CSV and writes thrusts as CSV, for users' scripts and from loggers."""
 
-import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from alloc import DemandError, FloatArray, Status
-from alloc.files.textfile import read_text
-from bench.inputs.csv_text import csv_rows, csv_text, is_number, number
+from alloc import Allocation, DemandError, FloatArray, Status
+from alloc.vehicle import LARGEST
+from bench.inputs.columns import SECONDS, TIME, Column, assign, listed
+from bench.inputs.csv_text import csv_text, is_number
+from bench.inputs.delimited import NAMES, Cells, read_table
+from bench.inputs.log_limits import limit_columns
+
+LATEST = 1e20
+"""Bound on times, in any unit: a date in ns is 1.7e18."""
+SHOWN = 6
+"""Most left out columns that are named."""
 
 
-def read_demands(path: Path, dof: tuple[str, ...]) -> tuple[FloatArray | None, FloatArray]:
-    """Demands from a CSV file whose header names the DOF, in any order, and maybe the time.
+class Demanded(NamedTuple):
+    """What a log asks.
+
+    Attributes
+    ----------
+    t : (N,) [s], never decreasing; None where the log has no times
+    taus : (N, k) demands in the order of the vehicle's DOF, z down [N, N m]
+    said : how the file was understood, in a line; empty where it is written as this program writes it
+    columns : (N,) columns about limits by name (``bench.inputs.log_limits``), ``volts`` [V], ``f0_min`` [N]
+    """
+
+    t: FloatArray | None
+    taus: FloatArray
+    said: str = ""
+    columns: Mapping[str, FloatArray] = {}
+
+
+def read_demands(path: Path, dof: tuple[str, ...], columns: Mapping[str, str] | None = None) -> Demanded:
+    """Demands from a table whose header names the DOF, in any order and much as loggers do.
 
     Parameters
     ----------
-    path : the file: one row a demand; a byte order mark, CRLF and blank lines are accepted
-    dof : the vehicle's controlled DOF; each needs a column, and only ``t`` may have one besides
-
-    Returns
-    -------
-    t : (N,) the column ``t`` [s], never decreasing; None where there is no such column
-    taus : (N, k) columns in the order of ``dof`` [N, N m]
+    path : the file: one row a demand; commas, semicolons, tabs or blanks between cells, comments and blank
+        lines anywhere, limits (``bench.inputs.log_limits``), and further columns, which are left out
+    dof : the vehicle's controlled DOF; each needs a column
+    columns : names of columns that the header does not tell, by DOF; ``t`` for the time
 
     Raises
     ------
-    FileError where the file is no CSV of numbers, DemandError where the numbers are no demands of this
+    FileError where the file is no table of numbers, DemandError where the numbers are no demands of this
     vehicle; both name file, line, column and remedy.
     """
-    rows = csv_rows(path, read_text(path))
-    line, header = next(rows, (1, []))
-    columns = [name.strip() for name in header]
-    _check_header(f"{path}: line {line}", columns, dof)
-    table: list[list[float]] = []
-    for line, row in rows:
-        if len(row) != len(columns):
+    table = read_table(path)
+    place = f"{path}: line {table.line}"
+    if not any(table.header):
+        raise DemandError(f"{place}: the file is empty; give a header '{','.join(dof)}' and one row a demand")
+    found = assign(place, table.header, table.units, dof, columns or {})
+    used = [
+        (quantity, column.place, LATEST if quantity == TIME else LARGEST)
+        for quantity, column in found.items()
+    ]
+    limits = limit_columns(place, table.header)
+    used += [(name, index, LARGEST) for name, index in limits.items()]
+    numbers: list[list[float]] = []
+    blank = 0
+    for line, row in table.rows:
+        if len(row) != len(table.header):
             raise DemandError(
-                f"{path}: line {line}: {len(row)} cells under {len(columns)} columns; give one a column"
+                f"{path}: line {line}: {len(row)} cells under {len(table.header)} columns; give one a column"
             )
-        table.append([number(path, line, name, cell) for name, cell in zip(columns, row, strict=True)])
-    if not table:
+        if not any(row[found[axis].place].strip() for axis in dof):  # a line of another sensor
+            blank += 1
+            continue
+        numbers.append([table.number(line, quantity, row[place], most) for quantity, place, most in used])
+    if not numbers:
         raise DemandError(f"{path}: holds no demands; give one row a demand below the header")
-    values = np.array(table)
-    taus = values[:, [columns.index(axis) for axis in dof]]
-    if "t" not in columns:
-        return None, taus
-    t = values[:, columns.index("t")]
-    back = np.flatnonzero(np.diff(t) < 0)
-    if back.size:
+    values = np.array(numbers)
+    taus = values[:, : len(dof)] * [found[axis].factor for axis in dof]
+    times, unit = (None, "") if TIME not in found else _seconds(values[:, len(dof)], found[TIME])
+    if times is not None and (back := np.flatnonzero(np.diff(times) < 0)).size:
         raise DemandError(
-            f"{path}: t goes back from {t[back[0]]:g} to {t[back[0] + 1]:g} s; put rows in time order"
+            f"{path}: t goes back from {times[back[0]]:g} to {times[back[0] + 1]:g} s; put rows in time order"
         )
-    return t, taus
+    said = _said(path, table, found, unit, blank, set(limits.values()))
+    by_name = {name: values[:, len(found) + i] for i, name in enumerate(limits)}
+    return Demanded(times, taus, said, by_name)
 
 
-def format_demands(t: FloatArray | None, taus: FloatArray, dof: tuple[str, ...]) -> str:
-    """The CSV of times (N,) [s] or None and demands (N, k), in the form that ``read_demands`` reads."""
-    if t is None:
-        return csv_text(dof, taus.tolist())
-    return csv_text(("t", *dof), np.column_stack([t, taus]).tolist())
+def _seconds(values: FloatArray, column: Column) -> tuple[FloatArray, str]:
+    """Times [s], and the unit that their size tells where nothing else does: a date in ms is above 1e11."""
+    if column.factor is not None:
+        return values * column.factor, ""
+    for unit, least in (("ns", 1e17), ("us", 1e14), ("ms", 1e11)):
+        if abs(values[0]) > least:
+            return (values - values[0]) * SECONDS[unit], unit
+    return values, "s"
 
 
-def parse_scale(text: str, dof: tuple[str, ...]) -> FloatArray:
-    """Factors (k,) from ``"200"``, one for all DOF, or ``"200,200,50"``, one each; raises DemandError."""
-    cells = text.split(",") if text else ["1"]
-    if not all(map(is_number, cells)) or len(cells) not in (1, len(dof)):
-        raise DemandError(f"--scale {text!r}: give one number, or one for each of {', '.join(dof)}")
-    return np.broadcast_to(np.array([float(cell) for cell in cells]), (len(dof),))
+def _said(
+    path: Path, table: Cells, found: Mapping[str, Column], unit: str, blank: int, limits: set[int]
+) -> str:
+    """How a table was understood, in a line; empty where nothing had to be."""
+    parts = [
+        f"{quantity} from '{column.name}'{f', taken for {unit}' if quantity == TIME and unit else ''}"
+        for quantity, column in found.items()
+        if column.name != quantity
+    ]
+    taken = {column.place for column in found.values()} | limits
+    others = [name for i, name in enumerate(table.header) if i not in taken]
+    if others:
+        parts.append(f"left out: {listed(others, SHOWN)}")
+    if blank:
+        parts.append(f"{blank} rows without a demand")
+    if table.separator != ",":
+        parts.append(NAMES[table.separator])
+    if table.decimal == ",":
+        parts.append("decimal commas")
+    return f"{path.name}: {'; '.join(parts)}" if parts else ""
 
 
-def format_thrusts(F: FloatArray, statuses: NDArray[np.int8]) -> str:
-    """The CSV of thrusts (N, n) [N] and statuses (N,): a row a demand, ``nan`` where it has no thrusts."""
-    header = ["status", *(f"f{i}" for i in range(F.shape[1]))]
-    answers = zip(F.tolist(), statuses.tolist(), strict=True)
-    return csv_text(header, ([Status(status).name, *f] for f, status in answers))
+def format_demands(
+    t: FloatArray | None,
+    taus: FloatArray,
+    dof: tuple[str, ...],
+    columns: Mapping[str, FloatArray] | None = None,
+) -> str:
+    """The CSV of times (N,) [s] or None, demands (N, k) and columns about limits, for ``read_demands``."""
+    further = columns or {}
+    header = (*(() if t is None else ("t",)), *dof, *further)
+    table = [*(() if t is None else (t,)), *taus.T, *further.values()]
+    return csv_text(header, np.column_stack(table).tolist())
 
 
-def _check_header(place: str, columns: list[str], dof: tuple[str, ...]) -> None:
-    wanted = ",".join(dof)
-    if not columns:
-        raise DemandError(f"{place}: the file is empty; give a header '{wanted}' and one row a demand")
-    if len(columns) == 1 and re.search("[;\t]", columns[0]):
-        raise DemandError(
-            f"{place}: cells are separated by semicolons or tabs; use commas and '.' in numbers"
-        )
-    for name in columns:
-        if columns.count(name) > 1:
-            raise DemandError(f"{place}: column {name[:40]!r} appears twice; keep one")
-        if name not in dof and name != "t":
-            raise DemandError(f"{place}: unknown column {name[:40]!r}; the header takes {wanted} and maybe t")
-    missing = [axis for axis in dof if axis not in columns]
-    if missing:
-        raise DemandError(f"{place}: no column {missing[0]!r}; the header takes {wanted} and maybe t")
+def parse_scale(text: str) -> tuple[float, ...]:
+    """Factors from ``"200"``, one for all DOF, or ``"200,200,50"``, one each; raises DemandError."""
+    cells = text.split(",") if text else []
+    if not all(map(is_number, cells)):
+        raise DemandError(f"--scale {text[:60]!r}: give one number, or one for each DOF, as in 200,200,50")
+    return tuple(float(cell) for cell in cells)
+
+
+def format_thrusts(answers: Sequence[Allocation], header: Sequence[str]) -> str:
+    """The CSV of answers, a row each: status, thrusts [N] (``nan`` where there are none), shares if any.
+
+    ``header`` names the n columns of thrusts. Numbers have ten significant digits: a nanonewton of a newton.
+    """
+    shares = [f"share{i}" for i in range(len(answers[0].share))]
+    rows = (
+        [Status(a.status).name, *(f"{number + 0.0:.10g}" for number in (*a.f.tolist(), *a.share))]
+        for a in answers
+    )
+    return csv_text(["status", *header, *shares], rows)

@@ -1,25 +1,51 @@
-"""Reads faults as users write them: ``3`` (thruster 3 off), ``3@0.4`` (weakened to 0.4), ``each``."""
+"""Faults as data, read from how users write them: ``3``, ``vertical starboard``, ``3@0.4``, ``each``."""
 
 from collections.abc import Iterable
+
+import msgspec
 
 from alloc import Vehicle, VehicleError
 
 
-def faulty(vehicle: Vehicle, faults: Iterable[str]) -> list[Vehicle]:
-    """The vehicle with each fault in turn: "" is no fault, "each" is every thruster off, one at a time."""
-    vehicles: list[Vehicle] = []
-    for fault in faults:
-        if fault == "each":
-            vehicles += [vehicle.with_fault(i) for i in range(vehicle.n)]
-        else:
-            vehicles.append(with_fault(vehicle, fault) if fault else vehicle)
-    return vehicles
+class Fault(msgspec.Struct, frozen=True):
+    """A thruster that is off or weakened.
+
+    Attributes
+    ----------
+    thruster : its index or its name; None for every thruster of a vehicle, one at a time
+    readiness : p_ii of eq. 2, 0 for off [-]
+    """
+
+    thruster: int | str | None
+    readiness: float = 0.0
 
 
-def with_fault(vehicle: Vehicle, fault: str) -> Vehicle:
-    """The vehicle with the fault "3" (thruster 3 off) or "3@0.4" (weakened to 0.4); raises VehicleError."""
-    thruster, _, readiness = fault.partition("@")
+EACH = Fault(None)
+
+
+def parse_fault(text: str) -> Fault:
+    """The fault that a user wrote as ``THRUSTER`` or ``THRUSTER@READINESS``; raises VehicleError."""
+    if text == "each":
+        return EACH
+    name, at, readiness = text.partition("@")
     try:
-        return vehicle.with_fault(int(thruster), float(readiness or 0))
+        return Fault(
+            int(name) if name.strip().lstrip("+-").isdecimal() else name, float(readiness if at else 0)
+        )
     except ValueError:
-        raise VehicleError(f"--fault {fault}: write the thruster's number, as in 3, or 3@0.4") from None
+        raise VehicleError(
+            f"--fault {text[:60]!r}: write a thruster's number or name, as in 3, and where it still works its"
+            " share, as in 3@0.4"
+        ) from None
+
+
+def with_fault(vehicle: Vehicle, fault: Fault) -> list[Vehicle]:
+    """The vehicle with that fault; with EACH, one for each working thruster. Raises VehicleError."""
+    if fault.thruster is None:
+        return [vehicle.with_fault(int(i)) for i in vehicle.working]
+    return [vehicle.with_fault(fault.thruster, fault.readiness)]
+
+
+def faulty(vehicle: Vehicle, faults: Iterable[Fault | None]) -> list[Vehicle]:
+    """The vehicle with each fault in turn; None is the whole vehicle."""
+    return [state for f in faults for state in ([vehicle] if f is None else with_fault(vehicle, f))]

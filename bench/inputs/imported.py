@@ -8,7 +8,8 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from alloc import DOF, FloatArray, UnknownName, VehicleError
+from alloc import DOF, FloatArray, VehicleError
+from alloc.errors import unknown
 from alloc.files.textfile import read_text
 from alloc.vehicle.file import VehicleFile, build_vehicle, matrices
 from alloc.vehicle.geometry import contradictions
@@ -51,7 +52,7 @@ def import_vehicle(path: Path, format_name: str = "", options: ImportOptions | N
     """
     options = options or ImportOptions()
     if format_name and format_name not in formats():
-        raise UnknownName(f"no format '{format_name}'; there are {', '.join(formats())}")
+        raise unknown("format", format_name, formats())
     module = formats()[format_name] if format_name else recognised(path, read_text(path))
     draft: Draft = module.read(path)
     keys = _keys(path, draft, options)

@@ -20,6 +20,7 @@ from alloc import (
 from alloc.formulations.hard import FORMULATION as HARD
 from bench.judging.loss import loss
 from bench.judging.question import Question, right_answers
+from bench.judging.shares import misstated
 from bench.record import Judged
 
 COMPARED = 256
@@ -46,6 +47,7 @@ def judge(
     demands, vehicle = question.demands, question.demands.vehicle
     definition = find_formulation(formulation)
     thrusts, statuses, *_ = zip(*answers, strict=True)
+    shares = [answer[4] if len(answer) > 4 else () for answer in answers]
     F, misshapen = stacked(thrusts, vehicle.n)
     status: StatusArray = np.array(statuses, dtype=np.int8)
     demand = np.arange(len(F)) % len(demands.taus)
@@ -80,6 +82,8 @@ def judge(
         & (limited and not definition.gives_way),
         "says INFEASIBLE, but a thrust inside the limits gives this wrench": (status == Status.INFEASIBLE)
         & attainable,
+        "shares of its levels that its thrusts do not deliver": finite
+        & misstated(demands, demand, shares, f, formulation, tolerance),
         "shares memory with another answer: yesterday's changes when today's is made": shared(thrusts),
     }
     return Judged(
@@ -126,7 +130,7 @@ def largest_gap(question: Question, F: FloatArray, status: StatusArray, formulat
         return None
     b, x = posed.scaled(taus[answered], F[:N][answered])
     low, high = (np.broadcast_to(side, F[:N].shape) for side in question.demands.limits)
-    lb, ub = (side[answered][:, posed.working] / posed.f_scale for side in (low, high))
+    lb, ub = (side[answered][:, posed.working] / posed.unit for side in (low, high))
     cost = np.einsum("ij,jk,ik->i", x, posed.qp.H, x) / 2
     try:
         gap = certify_many(posed.qp, b, x, (lb, ub)).gap

@@ -12,6 +12,7 @@ from alloc import (
     FloatArray,
     Formulation,
     Label,
+    NotApplicable,
     Status,
     StatusArray,
     build,
@@ -107,23 +108,28 @@ def questions(sets: Sequence[DemandSet], ask: Ask) -> list[Question]:
 
 def _ask_references(formulation: Formulation, made: list[Question], ask: Ask) -> None:
     """Add the formulation's right answers to each question, from the first reference that answers it."""
-    name, pending = formulation.name, made
+    name = formulation.name
+    pending = [(q, case) for q in made if (case := _reference_case(formulation, q.demands)) is not None]
     for method in formulation.references:
         if not pending:
-            return
-        cases = [_reference_case(formulation, question.demands) for question in pending]
-        for question, answers in zip(pending, ask(method, cases), strict=True):
+            break
+        replies = ask(method, [case for _, case in pending])
+        for (question, _), answers in zip(pending, replies, strict=True):
             if isinstance(answers, Answers):
                 question.right[name] = _right(formulation, question, answers)
                 question.reference[name] = method
-        pending = [question for question in pending if name not in question.right]
-    for question in pending:  # without right answers, judged by limits, wrench and certificates alone
-        question.right[name] = np.full_like(question.right[UNLIMITED.name], np.nan)
+        pending = [(question, case) for question, case in pending if name not in question.right]
+    for question in made:  # without right answers, judged by limits, wrench and certificates alone
+        question.right.setdefault(name, np.full_like(question.right[UNLIMITED.name], np.nan))
 
 
-def _reference_case(formulation: Formulation, demands: DemandSet) -> Case:
+def _reference_case(formulation: Formulation, demands: DemandSet) -> Case | None:
+    """What references are asked; None where the formulation does not say it of this vehicle."""
     vehicle, low, high = demands.vehicle, demands.f_min, demands.f_max
-    return Case(vehicle, formulation.reference_demands(vehicle, demands.taus, low, high), low, high)
+    try:
+        return Case(vehicle, formulation.reference_demands(vehicle, demands.taus, low, high), low, high)
+    except NotApplicable:
+        return None
 
 
 def _right(formulation: Formulation, question: Question, answers: Answers) -> FloatArray:

@@ -112,6 +112,8 @@ class Cell(msgspec.Struct, tag="cell", omit_defaults=True):
     allocator_bytes : see ``bench.harness.memory.reachable_bytes``
     timed_ns : the sum of all timed calls
     canary_ns : time of the canary just after this cell
+    disbelieved : what the solver said in so many of the timed calls and was not believed
+        (``alloc.solvers.disbelieved``)
     judged, quiet : what the equations say of the answers, and what else the machine did
     """
 
@@ -131,5 +133,6 @@ class Cell(msgspec.Struct, tag="cell", omit_defaults=True):
     allocator_bytes: int | None = None
     timed_ns: int = 0
     canary_ns: int | None = None
+    disbelieved: dict[str, int] = {}
     judged: Judged | None = None
     quiet: Quiet | None = None

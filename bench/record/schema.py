@@ -28,6 +28,7 @@ class Header(msgspec.Struct, tag="header", kw_only=True):
     machine : what ``bench.harness.machine`` says of it (CPU, cores, memory, governor, OS, kernel)
     versions : Python and every package that took part
     settings : the run's own options
+    files : SHA-256 of the users' files that took part (plug-ins, vehicles, logs), by path
     """
 
     schema: int
@@ -37,6 +38,7 @@ class Header(msgspec.Struct, tag="header", kw_only=True):
     machine: dict[str, Any]
     versions: dict[str, str]
     settings: dict[str, Any]
+    files: dict[str, str] = {}
 
 
 class Method(msgspec.Struct, tag="method", omit_defaults=True, kw_only=True):
@@ -81,6 +83,8 @@ class Problem(msgspec.Struct, tag="problem", omit_defaults=True, kw_only=True):
     wrench_scale : (k,) size of a wrench on each axis [N, N m]
     left_out : demands of a log that were not asked
     moving : whether each demand had limits of its own
+    said : how a log was understood, and what is doubtful about it
+    names : of the vehicle's thrusters, empty where they have none
     """
 
     vehicle: str
@@ -100,6 +104,8 @@ class Problem(msgspec.Struct, tag="problem", omit_defaults=True, kw_only=True):
     wrench_scale: list[float]
     left_out: int = 0
     moving: bool = False
+    said: list[str] = []
+    names: list[str] = []
 
 
 class Worker(msgspec.Struct, tag="worker", omit_defaults=True, kw_only=True):

@@ -5,6 +5,7 @@ A property's name is the column's, with the unit at the end; its docstring is th
 medians or maxima, never means. To add a column, add a property.
 """
 
+from collections import Counter
 from collections.abc import Callable
 from statistics import median
 
@@ -235,6 +236,12 @@ class Row(Repeats):
     def failed_after_failure_share(self) -> float | None:
         """Share (0 to 1) without thrusts, of attainable demands right after an answer without thrusts."""
         return self.worst(lambda j: j.failed_after_failure)
+
+    @property
+    def disbelieved(self) -> str:
+        """What a solver said and was not believed, with calls: false INFEASIBLE, unknown exit flags."""
+        counts = sum((Counter(cell.disbelieved) for cell in self.cells), Counter())
+        return "; ".join(f"{what} ({count:,} of {self.n_calls:,} calls)" for what, count in counts.items())
 
     @property
     def tolerance(self) -> float | None:

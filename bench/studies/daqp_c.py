@@ -24,6 +24,7 @@ def daqp_kernel(vehicle: Vehicle, csrc: Path) -> Kernel:
 static double H[{m * m}] = {braced(posed.qp.H)}, g[{m}], A[{p * m}] = {braced(posed.qp.A)};
 static const double b_of_tau[{p * vehicle.k}] = {braced(posed.b_of_tau)};
 static double low[{m + p}] = {braced(posed.qp.lb)}, high[{m + p}] = {braced(posed.qp.ub)};
+static const double unit[{m}] = {braced(posed.unit)};
 static double x[{m}], lam[{m + p}];
 static int sense[{m + p}];
 static const int working[{m}] = {{{", ".join(str(i) for i in posed.working)}}};
@@ -53,7 +54,7 @@ static DAQPResult result = {{.x = x, .lam = lam}};
         return flag;
     daqp_solve(&result, &work);
     for (int i = 0; i < {m}; i++)
-        f[working[i]] = {posed.f_scale!r} * x[i];
+        f[working[i]] = unit[i] * x[i];
     return result.exitflag;
 }}
 """

@@ -30,4 +30,4 @@ def build(vehicle: Vehicle, start: str = "warm") -> Live:
         solved = model.results.info.status == proxqp.QPSolverOutput.PROXQP_SOLVED
         return Answer(model.results.x.copy(), Status.SOLVED if solved else Status.NOT_CONVERGED)
 
-    return Live(FORMULATION, vehicle, posed, solve, 1.0)
+    return Live(FORMULATION, vehicle, posed, solve, 1.0, "proxqp")

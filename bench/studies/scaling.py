@@ -35,7 +35,7 @@ def outcome(
     """Share of SOLVED [%], and the largest distance among the finite answers, over the largest limit."""
     posed = pose_hard(vehicle, scaled)
     solve = solvers.load(name).prepare(posed.qp, "cold", "default")
-    F, status = Live("hard", vehicle, posed, solve, 1.0).many(taus)
+    F, status = Live("hard", vehicle, posed, solve, 1.0, name).many(taus)
     distance = np.abs(F - exact).max(axis=1) / vehicle.f_scale
     answered = np.isfinite(distance)
     worst = f"{distance[answered].max():.1g}" if answered.any() else "no answer"

@@ -2,9 +2,11 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from alloc import UnknownName, load_plugin
+from alloc import Allocator, AllocError, PluginError, Status, UnknownName, load_plugin, load_vehicle, prepare
+from alloc.plain import Plain
 
 DATACLASS = '''\
 """Postponed annotations, which dataclasses resolve through the module that a class is in."""
@@ -43,3 +45,122 @@ def test_starts_and_levels_that_no_run_would_ask_for_are_refused(tmp_path: Path,
 def test_starts_may_be_a_list_or_no_choice(tmp_path: Path, line: str, starts: tuple[str, ...]) -> None:
     (tmp_path / "mine.py").write_text(f"from alloc.methods.pinv import build\n{line}\n")
     assert load_plugin(tmp_path / "mine.py").starts == starts
+
+
+CLIPPED = """\
+import numpy as np
+{declared}
+
+def build(vehicle):
+    G = np.linalg.pinv(vehicle.TP)
+    return lambda tau: np.clip(G @ tau, vehicle.f_min, vehicle.f_max)
+"""
+
+
+def plugged(folder: Path, text: str, name: str = "mine.py") -> Allocator:
+    (folder / name).write_text(text, encoding="utf-8")
+    return prepare(load_plugin(folder / name), load_vehicle("ukwial"))
+
+
+def test_a_plain_function_is_enough_and_its_status_follows_from_equations(tmp_path: Path) -> None:
+    """T* tau, clipped, meets what it meets: SOLVED where nothing was cut, PARTIAL where something was."""
+    allocate = plugged(tmp_path, CLIPPED.format(declared="LIMITED = True"))
+    T = load_vehicle("ukwial").TP
+    inside, outside = np.array([300.0, -50.0, 10.0]), np.array([3000.0, 0.0, 0.0])
+    assert allocate(inside).status == Status.SOLVED
+    np.testing.assert_allclose(T @ allocate(inside).f, inside, atol=1e-9)
+    assert allocate(outside).status == Status.PARTIAL
+    F, statuses = allocate.many([inside, outside])
+    np.testing.assert_array_equal(F, [allocate(inside).f, allocate(outside).f])
+    assert statuses.tolist() == [Status.SOLVED, Status.PARTIAL]
+
+
+@pytest.mark.parametrize(
+    ("declared", "promises"),
+    [
+        ("", ("mine", False, 1.0)),
+        ("LIMITED = True\nTOLERANCE = 0.01", ("mine", True, 0.01)),
+        ("FORMULATION = 'clip'", ("clip", True, 1e-6)),
+        ("FORMULATION = 'unlimited'", ("unlimited", False, 1e-6)),
+    ],
+)
+def test_a_plain_function_promises_what_its_module_declares_and_nothing_else(
+    tmp_path: Path, declared: str, promises: tuple[str, bool, float]
+) -> None:
+    allocate = plugged(tmp_path, CLIPPED.format(declared=declared))
+    assert (allocate.formulation, allocate.limited, allocate.tolerance) == promises
+
+
+@pytest.mark.parametrize(
+    ("body", "status"),
+    [
+        ("None", Status.NOT_CONVERGED),
+        ("[float('nan')] * 4", Status.NOT_CONVERGED),
+        ("[float('inf'), 0, 0, 0]", Status.NOT_CONVERGED),
+        ("[0, 0, 0, 0]", Status.PARTIAL),
+    ],
+)
+def test_no_thrusts_are_not_converged_and_wrong_ones_meet_the_wrench_in_part(
+    tmp_path: Path, body: str, status: Status
+) -> None:
+    answer = plugged(tmp_path, f"def build(vehicle):\n    return lambda tau: {body}\n")([300, -50, 10])
+    assert answer.status == status
+    assert np.isnan(answer.f).all() == (status == Status.NOT_CONVERGED)
+
+
+def test_thrusts_beyond_promised_limits_are_never_solved(tmp_path: Path) -> None:
+    text = (
+        "import numpy as np\nLIMITED = True\ndef build(vehicle):\n    return np.linalg.pinv(vehicle.TP).dot\n"
+    )
+    tau = [3000.0, 0.0, 0.0]
+    assert plugged(tmp_path, text)(tau).status == Status.PARTIAL
+    assert plugged(tmp_path, text.replace("True", "False"), "free.py")(tau).status == Status.SOLVED
+
+
+def test_an_answer_is_an_array_of_its_own(tmp_path: Path) -> None:
+    """A function may write each answer into the same array."""
+    text = "import numpy as np\ndef build(vehicle):\n    f = np.zeros(4)\n    def go(tau):\n"
+    text += "        f[:] = tau[0]\n        return f\n    return go\n"
+    allocate = plugged(tmp_path, text)
+    first = allocate([1, 0, 0]).f
+    allocate([2, 0, 0])
+    assert first.tolist() == [1, 1, 1, 1]
+
+
+def test_a_function_that_takes_limits_gets_those_of_the_call(tmp_path: Path) -> None:
+    text = "import numpy as np\nLIMITED = True\ndef build(vehicle):\n    G = np.linalg.pinv(vehicle.TP)\n"
+    text += "    def go(tau, f_min, f_max):\n        return np.clip(G @ tau, f_min, f_max)\n    return go\n"
+    allocate = plugged(tmp_path, text)
+    assert isinstance(allocate, Plain)
+    assert allocate([300, 0, 0]).f.max() > 60
+    assert allocate([300, 0, 0], f_min=[-60] * 4, f_max=[60] * 4).f.max() == 60
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("def build(vehicle):\n    return 3\n", r"mine.py: build\(vehicle\) gave int; return a function"),
+        ("def build(vehicle):\n    pass\n", r"mine.py: build\(vehicle\) gave NoneType; return a function"),
+        ("build = 3\n", "mine.py: build is no function"),
+        (
+            "FAMILY = 'mine'\ndef build(vehicle): pass\n",
+            "FAMILY = 'mine'; give an alloc.Family: ",
+        ),
+        ("FAMILY = 3\ndef build(vehicle): pass\n", "FAMILY = 3; give an alloc.Family"),
+        ("FORMULATION = 3\ndef build(vehicle): pass\n", "FORMULATION = 3; give a name"),
+        ("LIMITED = 'no'\ndef build(vehicle): pass\n", "LIMITED = 'no'; give True"),
+        ("TOLERANCE = float('nan')\ndef build(vehicle): pass\n", "TOLERANCE = nan; give a distance"),
+    ],
+)
+def test_what_is_wrong_with_a_plug_in_is_said_with_the_remedy(tmp_path: Path, text: str, says: str) -> None:
+    with pytest.raises(AllocError, match=says):
+        plugged(tmp_path, text)
+
+
+@pytest.mark.parametrize(
+    ("body", "says"), [("[1, 2]", r"shape \(2,\); return 4 thrusts"), ("'fast'", "no numbers")]
+)
+def test_an_answer_that_is_no_thrusts_is_refused_in_words(tmp_path: Path, body: str, says: str) -> None:
+    allocate = plugged(tmp_path, f"def build(vehicle):\n    return lambda tau: {body}\n")
+    with pytest.raises(PluginError, match=says):
+        allocate([1, 2, 3])

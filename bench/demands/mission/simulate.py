@@ -133,14 +133,20 @@ def largest_share(vehicle: Vehicle) -> Act:
     return act
 
 
-def under_way(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
+def under_way(
+    vehicle: Vehicle,
+    rng: np.random.Generator,
+    n: int,
+    f_min: FloatArray | None = None,
+    f_max: FloatArray | None = None,
+) -> FloatArray:
     """n consecutive demands (n, k) [N, N m] of the first half.
 
     Fewer than all are half before, half after the moment at which the vehicle, after its first waypoint, can
-    do what is asked again: all of one kind would say little.
+    do what is asked again, within f_min and f_max (n,) [N] if given: all of one kind would say little.
     """
     taus = fly(vehicle, vehicle, rng, HALF).taus
-    able = np.flatnonzero(alpha_max(vehicle, taus[STEPS[0] :]) >= 1)
+    able = np.flatnonzero(alpha_max(vehicle, taus[STEPS[0] :], f_min, f_max) >= 1)
     middle = STEPS[0] + (int(able[0]) if able.size else 0)
     start = max(0, min(middle - n // 2, HALF - n))
     return taus[start : start + n]

@@ -30,7 +30,7 @@ def within(vehicle: Vehicle, rng: np.random.Generator, n: int) -> Within:
             f"{vehicle.name}: its table of volts has {table.volts[0]:g} to {table.volts[-1]:g} V, not"
             f" {EMPTY:g} to {FULL:g} V"
         )
-    taus = under_way(vehicle, rng, n)
+    taus = under_way(vehicle, rng, n, *vehicle.limits(volts=EMPTY))
     limits = [vehicle.limits(volts=volts) for volts in np.linspace(FULL, EMPTY, n)]
     lows, highs = map(np.array, zip(*limits, strict=True))
     return Within(taus, lows, highs)

@@ -12,6 +12,7 @@ import numpy as np
 
 from alloc import DOF, VehicleError
 from alloc.files.textfile import read_text
+from alloc.vehicle import LARGEST
 from alloc.vehicle.geometry import pose_matrix
 from bench.inputs.formats import Draft
 
@@ -74,6 +75,8 @@ def _parameters(path: Path) -> dict[str, float]:
                 values[name] = float(text)
             except ValueError:
                 raise VehicleError(f"{path}: line {number}: {name} is {text[:40]!r}; give a number") from None
-            if not np.isfinite(values[name]):
-                raise VehicleError(f"{path}: line {number}: {name} is {text[:40]!r}; give a finite number")
+            if not abs(values[name]) <= LARGEST:
+                raise VehicleError(
+                    f"{path}: line {number}: {name} is {text[:40]!r}, not finite or too large; mend it"
+                )
     return values

@@ -1,6 +1,7 @@
 """Logs of demands. Each module here reads one kind of log.
 
 A module has ``SUFFIXES`` of the files it reads ("/" for a folder) and ``read(path, topic) -> Log``.
+``bench.inputs.demand_csv`` reads tables.
 """
 
 import pkgutil
@@ -9,12 +10,13 @@ from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
 
+import msgspec
 import numpy as np
 
 from alloc import DOF, DemandError, FileError, FloatArray
 from alloc.vehicle import LARGEST
 from alloc.vehicle.geometry import from_flu
-from bench.inputs.demand_csv import read_demands
+from bench.inputs.demand_csv import Demanded, read_demands
 
 
 class Log(NamedTuple):
@@ -32,28 +34,39 @@ class Log(NamedTuple):
     frame: str
 
 
-def read_log(
-    path: Path, dof: tuple[str, ...], topic: str = "", frame: str = ""
-) -> tuple[FloatArray | None, FloatArray]:
+class LogOptions(msgspec.Struct, frozen=True, kw_only=True):
+    """What a user says about a log that it does not say itself; empty where the user does not.
+
+    Attributes
+    ----------
+    topic : of the wrenches, where a bag has several
+    frame : frd or flu, where what the log says of its frame, or nothing, is wrong
+    columns : the column's name of some DOF, and of ``t``, where a table's header does not tell
+    scale : factors of all DOF, or of each [N, N m] over what the log has
+    """
+
+    topic: str = ""
+    frame: str = ""
+    columns: dict[str, str] = {}
+    scale: tuple[float, ...] = ()
+
+
+def read_log(path: Path, dof: tuple[str, ...], options: LogOptions | None = None) -> Demanded:
     """Times and demands in a log.
 
     Parameters
     ----------
     path : the log; ``FILE#TOPIC`` names the topic as well, where no file has that name
     dof : the vehicle's DOF, which become the columns; all others are left out
-    topic : topic of the wrenches, where a bag has several
-    frame : frd or flu, where what the log says of its frame is wrong
-
-    Returns
-    -------
-    t : (N,) [s], never decreasing; None where a CSV has no column ``t``
-    taus : (N, k) [N, N m] in the vehicle's frame, z down
+    options : what the log does not say itself
 
     Raises
     ------
-    FileError where the log can't be read, DemandError where it holds no demands, NotInstalled where its
-    reader is missing; each with the remedy.
+    FileError where the log can't be read, DemandError where it holds no demands or has not what an option is
+    about, NotInstalled where its reader is missing; each with the remedy.
     """
+    options = options or LogOptions()
+    topic = options.topic
     name, mark, fragment = str(path).rpartition("#")
     if mark and not path.exists():
         path, topic = Path(name), topic or fragment
@@ -63,13 +76,20 @@ def read_log(
         kinds.update(dict.fromkeys(module.SUFFIXES, module))
     suffix = "/" if path.is_dir() else path.suffix.lower()
     if suffix in (".csv", ""):  # a pipe, as in <(zcat demands.csv.gz), has no suffix
-        return read_demands(path, dof)
+        if topic:
+            raise DemandError(f"{path}: a table has no topic {topic!r}; --columns says which column is what")
+        table = read_demands(path, dof, options.columns)
+        taus = from_flu(table.taus.T, dof).T if options.frame == "flu" else table.taus
+        return table._replace(taus=_scaled(taus, dof, options.scale))
     if suffix not in kinds:
         known = ", ".join(sorted(set(kinds) - {"/"}))
         raise FileError(f"{path}: can't tell what kind of log this is; give .csv, {known} or a bag's folder")
     if not path.exists():
         raise FileError(f"{path}: can't be read (no such file or directory); give a readable file")
-    return _checked(path, kinds[suffix].read(path, topic), dof, frame)
+    if options.columns:
+        raise DemandError(f"{path}: has no columns; --columns is for tables, leave it out")
+    t, taus = _checked(path, kinds[suffix].read(path, topic), dof, options.frame)
+    return Demanded(t, _scaled(taus, dof, options.scale))
 
 
 def rate_hz(t: FloatArray | None) -> float | None:
@@ -78,6 +98,12 @@ def rate_hz(t: FloatArray | None) -> float | None:
         return None
     step = float(np.median(np.diff(t)))
     return 1 / step if step > 0 else None
+
+
+def _scaled(taus: FloatArray, dof: tuple[str, ...], scale: tuple[float, ...]) -> FloatArray:
+    if len(scale) > 1 and len(scale) != len(dof):
+        raise DemandError(f"--scale has {len(scale)} factors; give one, or one for each of {', '.join(dof)}")
+    return taus * np.array(scale) if scale else taus
 
 
 def brief(error: Exception) -> str:

@@ -28,7 +28,8 @@ def read(path: Path, topic: str) -> Log:
     try:
         with AnyReader([bag], default_typestore=get_typestore(Stores.LATEST)) as reader:
             wrenches = [connection for connection in reader.connections if connection.msgtype in TYPES]
-            chosen = _choose(path, sorted({connection.topic for connection in wrenches}), topic)
+            others = sorted({f"{c.topic} ({c.msgtype})" for c in reader.connections})
+            chosen = _choose(path, sorted({connection.topic for connection in wrenches}), others, topic)
             wanted = [connection for connection in wrenches if connection.topic == chosen]
             messages = [
                 (received, reader.deserialize(raw, connection.msgtype))
@@ -41,14 +42,15 @@ def read(path: Path, topic: str) -> Log:
         raise FileError(f"{path}: not a bag that rosbags can read ({brief(error)})") from None
 
 
-def _choose(path: Path, topics: list[str], topic: str) -> str:
+def _choose(path: Path, topics: list[str], others: list[str], topic: str) -> str:
     if topic and topic not in topics:
         raise DemandError(
             f"{path}: no wrenches on {topic!r}; there are some on {', '.join(topics) or 'none'}"
         )
     if not topics:
         raise DemandError(
-            f"{path}: holds no geometry_msgs/Wrench or WrenchStamped; record the demanded wrench"
+            f"{path}: holds no geometry_msgs/Wrench or WrenchStamped, but {', '.join(others) or 'nothing'};"
+            " record the demanded wrench"
         )
     if not topic and len(topics) > 1:
         raise DemandError(f"{path}: wrenches on {', '.join(topics)}; choose one as {path}#{topics[0]}")

@@ -138,10 +138,14 @@ def share_axis(axis: "Axis", label: str, floor: float = 0.0) -> None:
     axis.set_label_text(label)
 
 
-def save(drawn: "Figure", path: Path) -> None:
-    """Write an SVG that switches between light and dark; the same figure gives the same bytes."""
+def save(drawn: "Figure", path: Path, title: str | None = None) -> None:
+    """Write an SVG that switches between light and dark; the same figure gives the same bytes.
+
+    The title is what programs show for the file's name; readers of the picture don't see it.
+    """
     text = StringIO()
-    drawn.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
+    titled = {} if title is None else {"Title": title}
+    drawn.savefig(text, format="svg", metadata={"Date": None, "Creator": None} | titled)
     path.write_text(_with_dark_mode(text.getvalue()), encoding="utf-8")
 
 

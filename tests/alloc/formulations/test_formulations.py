@@ -25,8 +25,8 @@ EACH = pytest.mark.parametrize("formulation", list_formulations(), ids=lambda fo
 
 
 def test_a_formulation_is_called_as_its_file() -> None:
-    files = sorted(module.name for module in pkgutil.iter_modules(alloc.formulations.__path__))
-    assert [formulation.name for formulation in list_formulations()] == files
+    names = (module.name.replace("_", "-") for module in pkgutil.iter_modules(alloc.formulations.__path__))
+    assert [formulation.name for formulation in list_formulations()] == sorted(names)
 
 
 def test_an_allocator_answers_the_formulation_of_its_entry_and_promises_its_limits(entry: Entry) -> None:
@@ -42,7 +42,7 @@ def test_references_are_methods_whose_answers_to_what_is_asked_are_solved(
     vehicle = load_vehicle("ukwial")
     taus = rng.uniform(vehicle.f_min, vehicle.f_max, (5, vehicle.n)) @ vehicle.TP.T
     for name in formulation.references:
-        _, status = build(name, vehicle).many(formulation.reference_demands(vehicle, 0.9 * taus))
+        _, status = build(name, vehicle).many(formulation.reference_demands(vehicle, 0.9 * taus, None, None))
         assert set(status) <= {Status.SOLVED, Status.PARTIAL if formulation.gives_way else Status.SOLVED}
 
 
@@ -67,7 +67,8 @@ def test_the_share_that_scaled_is_asked_for_is_the_linear_program_s(
 ) -> None:
     vehicle = load_vehicle(name) if fault is None else load_vehicle(name).with_fault(fault)
     taus = 3.0 * rng.uniform(vehicle.f_min, vehicle.f_max, (10, vehicle.n)) @ vehicle.TP.T
-    for tau, asked in zip(taus, find_formulation("scaled").reference_demands(vehicle, taus), strict=True):
+    scaled = find_formulation("scaled").reference_demands(vehicle, taus, None, None)
+    for tau, asked in zip(taus, scaled, strict=True):
         share = min(1.0, alpha_max_lp(vehicle, tau))
         np.testing.assert_allclose(asked, share * tau, atol=1e-8 * np.abs(tau).max())  # HiGHS's tolerance
 

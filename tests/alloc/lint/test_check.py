@@ -25,8 +25,7 @@ DEFECTS = {
     "desistek-saga": [
         "the pitch row has the opposite sign",
         "T has rank 3 but 6",
-        "no thruster pushes sway",
-        "no thruster pushes roll",
+        "no thruster pushes roll; none 0.13 surge - 0.99 heave + pitch; none sway",
     ],
     "bluerov2-vectored6-centralenantes": [
         "T has rank 5 but 6",
@@ -109,11 +108,13 @@ def test_a_shipped_vehicle_has_no_errors(name: str) -> None:
     assert report.facts.condition < 4
 
 
-def test_a_sound_file_gets_only_the_note_on_the_exact_method(file: Path) -> None:
+def test_a_sound_file_gets_only_the_notes_on_what_failures_cost(file: Path) -> None:
+    """Yaw alone takes each pair apart: 2 x 0.5 x 11 N m by thrusters 0 and 1, 2 x 11 N m by 2 and 3."""
     report = checked(file, GOOD)
     assert messages(report, "error") == messages(report, "warning") == []
     assert messages(report, "note") == [
-        "d = 1 (thrusters less rank): the exact method takes 8 steps at worst"
+        "without thruster 0 or 1: surge 50 %, yaw 67 % left",
+        "without thruster 2 or 3: sway 50 %, yaw 33 % left",
     ]
 
 
@@ -121,7 +122,8 @@ def test_a_sound_file_gets_only_the_note_on_the_exact_method(file: Path) -> None
     ("text", "level", "line", "says"),
     [
         (GOOD.replace("[0, 0, 1, 1]", "[0, 0, 0, 0]"), "error", None, "T has rank 2 but 3"),
-        (GOOD.replace("[0, 0, 1, 1]", "[0, 0, 0, 0]"), "warning", 4, "no thruster pushes sway"),
+        (GOOD.replace("[0, 0, 1, 1]", "[0, 0, 0, 0]"), "error", None, "(no thruster pushes sway)"),
+        (GOOD.replace("[0, 0, 1, 1]", "[0, 0, 0, 0]") + "rank: 2\n", "warning", 4, "no thruster pushes sway"),
         (GOOD.replace("[0, 0, 1, 1]", "[1, 1, 0.02, 0]"), "warning", 4, "close to losing a direction"),
         (GOOD.replace("1, 1, 0, 0", "1, 1, 0, 0, 0").replace("1, 1]", "1, 1, 0]"), "error", 4, "rows differ"),
         (
@@ -151,12 +153,12 @@ def test_a_sound_file_gets_only_the_note_on_the_exact_method(file: Path) -> None
         (BOX.replace("0.4", "400"), "warning", 3, "over 100 m off"),
         (BOX.replace("-0.3, 0]", "0.3, 0]"), "warning", 5, "the same position and direction"),
         (BOX.replace("[1, 0, 0]", "[1, 1, 0]"), "error", 4, "length 1.414; give a unit vector"),
-        (BOX.replace("surge, sway", "surge, heave, sway"), "warning", None, "no thruster pushes heave"),
+        (BOX.replace("surge, sway", "surge, heave, sway"), "error", None, "(no thruster pushes heave)"),
         (
             BOX.replace("  - {position: [-0.3, 0.1", "# "),
             "warning",
             None,
-            "without thruster 2, nothing pushes",
+            "without thruster 2: no sway",
         ),
         ("name: x\n", "error", None, "missing required field `dof`"),
         (GOOD + "fmin: 1\n", "error", 7, "fmin: Object contains unknown field"),
@@ -234,3 +236,62 @@ def test_what_the_lowest_voltage_and_slew_rates_leave_is_said(tmp_path: Path) ->
             "f_max",
             f"thruster {i} gives 55 N at most by 'volts', less than f_max = 60 N",
         ) in remarks
+
+
+PAIRS = """\
+name: pairs
+dof: [surge, sway, heave, roll, yaw]
+frame: frd
+thrusters:
+  - {name: bow right, position: [0.2, 0.15, 0], direction: [0.6, -0.8, 0]}
+  - {name: bow left, position: [0.2, -0.15, 0], direction: [0.6, 0.8, 0]}
+  - {name: stern right, position: [-0.2, 0.15, 0], direction: [0.6, 0.8, 0]}
+  - {name: stern left, position: [-0.2, -0.15, 0], direction: [0.6, -0.8, 0]}
+  - {name: down right, position: [0, 0.12, 0], direction: [0, 0, 1]}
+  - {name: down left, position: [0, -0.12, 0], direction: [0, 0, 1]}
+center_of_mass: [0, 0, 0]
+f_min: -41
+f_max: 41
+"""
+
+
+def test_failures_are_told_by_the_thrusters_names_and_each_cost_once(file: Path) -> None:
+    """One vertical thruster can't give heave and roll each by itself; its pair is of one kind with it."""
+    report = checked(file, PAIRS)
+    assert messages(report, "warning") == [
+        "without down right or down left: no heave and roll together",
+    ]
+    assert [failure.lost for failure in report.failures if failure.lost] == [(("heave", "roll"),)] * 2
+    (cost,) = [line for line in messages(report, "note") if line.startswith("without bow right, bow left")]
+    assert cost.endswith("surge 50 %, sway 50 %, yaw 50 % left")
+
+
+def test_a_direction_that_the_whole_vehicle_lacks_is_no_cost_of_a_failure(file: Path) -> None:
+    report = checked(file, PAIRS.replace("roll, yaw]", "roll, pitch, yaw]") + "rank: 5\n")
+    assert {failure.lost for failure in report.failures} == {(), (("heave", "roll"),)}
+
+
+def test_a_thruster_that_points_against_its_mirror_image_is_named(file: Path) -> None:
+    """Thrusters that push straight to a side have no wrong way: there people mirror them, or do not."""
+    for name, reversed_ in (("stern left", "[-0.6, 0.8, 0]"), ("down left", "[0, 0, -1]")):
+        sound = next(line for line in PAIRS.splitlines() if name in line)
+        wrong = sound.partition("direction")[0] + f"direction: {reversed_}}}"
+        found = [f for f in checked(file, PAIRS.replace(sound, wrong)).findings if "reversed?" in f.message]
+        assert [(f.level, f.line) for f in found] == [("warning", PAIRS.splitlines().index(sound) + 1)]
+        assert name in found[0].message
+    assert not any("reversed?" in line for line in messages(checked(file, PAIRS), "warning"))
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (GOOD.replace("11", "0.25"), "multiply f_min and f_max"),
+        (GOOD.replace("11", "1"), "a share of full throttle"),
+        (GOOD.replace("11", "4e7"), "mN? divide by 1000"),
+        (GOOD.replace("[-0.5, 0.5, 1, -1]", "[-500, 500, 1000, -1000]"), "an arm is 1000 m long; mm?"),
+        (GOOD.replace("[-0.5, 0.5, 1, -1]", "[-0.5e-3, 0.5e-3, 1e-3, -1e-3]"), "longest arm is 0.001 m; km?"),
+    ],
+)
+def test_units_that_can_t_be_right_are_said_with_their_factor(file: Path, text: str, says: str) -> None:
+    assert any(says in line for line in messages(checked(file, text), "warning"))
+    assert not any(says in line for line in messages(checked(file, GOOD), "warning"))

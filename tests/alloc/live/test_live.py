@@ -27,7 +27,7 @@ def test_a_solver_that_qpsolvers_can_not_load_is_refused_when_built(
         build("qpsolvers/daqp", VEHICLE)
 
 
-def test_a_wrapper_that_does_not_fit_its_solver_raises_a_solver_error(
+def test_a_wrapper_that_does_not_fit_its_solver_is_refused_when_it_is_built(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     import qpsolvers
@@ -37,7 +37,7 @@ def test_a_wrapper_that_does_not_fit_its_solver_raises_a_solver_error(
 
     monkeypatch.setattr(qpsolvers, "solve_problem", outdated)
     with pytest.raises(SolverError, match=r"qpsolvers/daqp: TypeError: .*update both"):
-        build("qpsolvers/daqp", VEHICLE)([10.0, 5.0, 1.0])
+        build("qpsolvers/daqp", VEHICLE)
 
 
 @pytest.mark.parametrize(("miss", "status"), [(0, 0), (1e-5, 1), (0.1, 3), (np.nan, 3)])

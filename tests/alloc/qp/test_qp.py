@@ -116,11 +116,24 @@ def cost(H: FloatArray, rows: FloatArray) -> FloatArray:
     return value
 
 
-def test_limits_become_bounds_of_at_most_one(posed_vehicle: Vehicle) -> None:
+def test_limits_become_bounds_in_units_of_at_most_the_largest_limit(posed_vehicle: Vehicle) -> None:
     v, posed = posed_vehicle, pose_hard(posed_vehicle)
-    np.testing.assert_allclose(posed.qp.lb * v.f_scale, v.f_min[v.working], rtol=ROUNDING)
-    np.testing.assert_allclose(posed.qp.ub * v.f_scale, v.f_max[v.working], rtol=ROUNDING)
-    assert max(np.abs(posed.qp.lb).max(), np.abs(posed.qp.ub).max()) <= 1
+    np.testing.assert_allclose(posed.qp.lb * posed.unit, v.f_min[v.working], rtol=ROUNDING)
+    np.testing.assert_allclose(posed.qp.ub * posed.unit, v.f_max[v.working], rtol=ROUNDING)
+    assert posed.unit.max() == pytest.approx(v.f_scale)
+
+
+def test_weights_far_apart_become_the_unit_matrix(rng: np.random.Generator) -> None:
+    """A diagonal H is I whatever its weights; the equations keep orthonormal rows, and a full H has ones."""
+    v = load_vehicle("bluerov2-heavy")
+    far = replace(v, H=np.diag(np.logspace(-4, 4, v.n)))
+    qp = pose_hard(far).qp
+    np.testing.assert_allclose(qp.H, np.eye(v.n), rtol=0, atol=ROUNDING)
+    np.testing.assert_allclose(qp.A @ qp.A.T, np.eye(v.rank), rtol=0, atol=ROUNDING)
+    root = rng.normal(size=(v.n, v.n)) * np.logspace(-1.5, 1.5, v.n)
+    full = replace(v, H=root.T @ root + np.diag(np.logspace(-3, 3, v.n)))
+    np.testing.assert_allclose(np.diag(pose_hard(full).qp.H), 1, rtol=ROUNDING)
+    assert np.linalg.cond(pose_hard(full).qp.H) < 1e-3 * np.linalg.cond(full.H)
 
 
 def test_the_same_vehicle_in_kilonewtons_poses_the_same_problem() -> None:

@@ -1,11 +1,12 @@
 """Vehicle files that are accepted: spellings, frames, matrices beside poses, and names."""
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from alloc import list_vehicles, load_vehicle
+from alloc import VehicleError, list_vehicles, load_vehicle
 from alloc.vehicle.geometry import DOF, from_flu, pose_matrix
 from tests.readers import written
 from tests.vehicle_files import GOOD, refusal
@@ -144,3 +145,59 @@ def test_a_shipped_name_wins_over_a_file_of_that_name(
     assert load_vehicle("ukwial").name == "ukwial"
     assert load_vehicle("./ukwial").name == "cross"
     assert "ukwial" in list_vehicles()
+
+
+def test_thrusters_have_the_names_of_their_poses_or_of_the_key_names(file: Path) -> None:
+    named = load_vehicle(written(file, GOOD + "names: [port, starboard, bow, stern]\n"))
+    assert named.names == ("port", "starboard", "bow", "stern")
+    posed = POSES.replace("- {position", "- {name: lift, position", 1)
+    assert load_vehicle(written(file, posed)).names == ("lift", "", "", "", "", "", "")
+    assert load_vehicle(written(file, POSES)).names == ()
+
+
+def test_a_thruster_s_name_is_as_good_as_its_index(file: Path) -> None:
+    vehicle = load_vehicle(written(file, GOOD + "names: [port, starboard, bow thruster, '']\n"))
+    np.testing.assert_array_equal(
+        vehicle.with_fault("bow thruster", 0.4).readiness, vehicle.with_fault(2, 0.4).readiness
+    )
+    assert [vehicle.called(i) for i in range(4)] == ["port", "starboard", "bow thruster", "thruster 3"]
+    assert vehicle.with_fault("port").names == vehicle.names
+
+
+@pytest.mark.parametrize(
+    ("keys", "says"),
+    [
+        ("names: [a, b]", "2 for 4 thrusters"),
+        ("names: [a, a, b, c]", "'a' stands twice"),
+        ("names: ['3', a, b, c]", "'3' can't be typed"),
+        ("names: ['a@1', b, c, d]", "'a@1' can't be typed"),
+        ("names: [each, b, c, d]", "'each' can't be typed"),
+        ("names: [' a', b, c, d]", "' a' can't be typed"),
+        (f"names: [{'a' * 41}, b, c, d]", "up to 40 printable characters"),
+    ],
+)
+def test_names_that_could_not_be_typed_or_told_apart_are_refused(file: Path, keys: str, says: str) -> None:
+    """``--fault`` takes numbers, names, and ``@`` before a readiness; CSV headers hold commas and quotes."""
+    message = refusal(written(file, GOOD + keys + "\n"))
+    assert says in message
+    assert "line 9" in message
+
+
+def test_names_beside_named_poses_are_refused(file: Path) -> None:
+    named = POSES.replace("- {position", "- {name: lift, position", 1)
+    names = ", ".join("abcdefg")
+    assert "keep one of the two" in refusal(written(file, f"{named}names: [{names}]\n"))
+
+
+@pytest.mark.parametrize(
+    ("wanted", "says"),
+    [("bow thrustr", "did you mean bow thruster?"), ("stern", "there are port, starboard, bow thruster")],
+)
+def test_a_name_that_no_thruster_has_is_refused_with_those_there_are(
+    file: Path, wanted: str, says: str
+) -> None:
+    vehicle = load_vehicle(written(file, GOOD + "names: [port, starboard, bow thruster, '']\n"))
+    with pytest.raises(VehicleError, match=re.escape(says)):
+        vehicle.with_fault(wanted)
+    with pytest.raises(VehicleError, match="nor any other; give a number"):
+        load_vehicle(written(file, GOOD)).with_fault(wanted)

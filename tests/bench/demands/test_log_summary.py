@@ -13,7 +13,7 @@ def test_a_summary_counts_time_but_not_that_of_a_gap() -> None:
     """Ten demands a second: for one second attainable, after a gap for two seconds infeasible."""
     t = np.concatenate([np.arange(10) / 10, 10 + np.arange(20) / 10])
     taus = np.array([[50.0, 0, 0]] * 10 + [[5000.0, 0, 0]] * 20)
-    demands = labelled("log", load_vehicle("ukwial"), taus, rate_hz(t))
+    demands = labelled("log", load_vehicle("ukwial"), taus, rate_hz=rate_hz(t))
     summary = summarise(demands, t)
     assert (summary.n, summary.gaps) == (30, 1)
     assert summary.longest_gap_s == pytest.approx(9.1)

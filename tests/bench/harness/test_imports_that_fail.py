@@ -35,7 +35,6 @@ IMPORTS = {
     "segfaults_at_once": "import ctypes; ctypes.string_at(0)",
     "hangs_at_once": "while True: pass",
     "ends_at_once": "import os; os._exit(0)",
-    "has_a_number_for_a_formulation": "from alloc.methods.pinv import build\nFORMULATION = 3",
 }
 MANY = {
     "segfaults_in_many": WITH_MANY.format(body="import ctypes; ctypes.string_at(0)"),
@@ -84,15 +83,6 @@ def test_an_import_that_goes_wrong_is_the_reason_of_the_plug_in_s_rows_and_of_it
     for row in (cell, unserved):
         assert row.status == status
         assert reason in row.reason
-
-
-def test_a_plug_in_that_cannot_be_described_takes_part_under_its_name(
-    outcome: tuple[Result, Record],
-) -> None:
-    name = "has-a-number-for-a-formulation"
-    assert [method.formulation for method in outcome[1].methods if method.name == name] == [""]
-    (cell,) = [cell for cell in outcome[1].cells if cell.key.method == name]
-    assert cell.status == "ok"  # its allocator says which formulation it answers
 
 
 @pytest.mark.parametrize(

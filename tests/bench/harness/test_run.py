@@ -1,6 +1,7 @@
 """A run, end to end, with real worker processes."""
 
 import os
+import re
 import subprocess
 import sys
 from io import StringIO
@@ -17,13 +18,14 @@ from bench.demands import DemandSet
 from bench.harness import machine
 from bench.harness.child import environment
 from bench.harness.contenders import contenders
-from bench.harness.lines import problem
+from bench.harness.lines import header, problem
 from bench.harness.plan import RunSettings
-from bench.harness.run import run
+from bench.harness.run import check_same, run
 from bench.harness.sets import demand_sets, vehicles
 from bench.harness.state import Progress
+from bench.inputs.faults import Fault
 from bench.judging.question import ask_here, questions
-from bench.record import FILE_NAME, read
+from bench.record import FILE_NAME, RecordError, read
 from bench.report import render
 from bench.report.terminal import show
 from tests import made_up
@@ -175,10 +177,13 @@ def test_two_logs_or_vehicles_of_one_name_are_refused_not_dropped(tmp_path: Path
 
 @pytest.mark.parametrize(
     ("name", "faults", "reason"),
-    [("ukwial-f2", ("2",), "two different vehicles are called 'ukwial-f2'"), ("-", ("",), "stands for none")],
+    [
+        ("ukwial-f2", (Fault(2),), "two different vehicles are called 'ukwial-f2'"),
+        ("-", (None,), "stands for none"),
+    ],
 )
 def test_a_vehicle_named_as_another_after_a_failure_or_as_none_is_refused(
-    tmp_path: Path, name: str, faults: tuple[str, ...], reason: str
+    tmp_path: Path, name: str, faults: tuple[Fault | None, ...], reason: str
 ) -> None:
     shipped = (Path(alloc.__file__).parent / "vehicles" / "ukwial.yaml").read_text(encoding="utf-8")
     mine = tmp_path / "mine.yaml"
@@ -186,3 +191,23 @@ def test_a_vehicle_named_as_another_after_a_failure_or_as_none_is_refused(
     settings = RunSettings(vehicles=("ukwial", str(mine)), demands=("inactive",), faults=faults)
     with pytest.raises(DemandError, match=reason):
         demand_sets(settings, vehicles(settings))
+
+
+@pytest.mark.parametrize("changed", ["mine.py", "mine.yaml", "log.csv", "bag/part.db3"])
+def test_a_user_s_file_that_changed_since_keeps_a_record_from_being_continued(
+    tmp_path: Path, changed: str
+) -> None:
+    (tmp_path / "bag").mkdir()
+    files = [tmp_path / name for name in ("mine.py", "mine.yaml", "log.csv", "bag/part.db3")]
+    for file in files:
+        file.write_text("first")
+    plugin, vehicle, log, _ = map(str, files)
+    demands = (log, str(tmp_path / "bag"), "active")
+    settings = RunSettings(demands=demands, vehicles=(vehicle,), plugins=(plugin,))
+    before = header(settings)
+    check_same(before, header(settings), tmp_path)
+    (tmp_path / changed).write_text("second")
+    with pytest.raises(
+        RecordError, match=f"was made with {re.escape(str(tmp_path / changed.split('/')[0]))}"
+    ):
+        check_same(before, header(settings), tmp_path)

@@ -14,8 +14,10 @@ from alloc import DOF, AllocError, DemandError, FileError, FloatArray, load_vehi
 from alloc.vehicle.geometry import from_flu
 from bench.demands import build_demands
 from bench.demands.log_summary import as_text, summarise
+from bench.harness.plan import RunSettings
+from bench.harness.sets import demand_sets, vehicles
 from bench.inputs.demand_csv import read_demands
-from bench.inputs.logs import rate_hz, read_log
+from bench.inputs.logs import LogOptions, rate_hz, read_log
 from tests.log_files import PLANAR, WRITERS, write_bag1, write_bag2, write_ulog
 from tests.places import ROOT
 
@@ -35,7 +37,7 @@ def test_a_log_of_each_kind_is_read_back_as_written(
     kind: str, tmp_path: Path, demands: tuple[FloatArray, FloatArray]
 ) -> None:
     t, taus = demands
-    read_t, read_taus = read_log(WRITERS[kind](tmp_path, t, taus), PLANAR)
+    read_t, read_taus, _ = read_log(WRITERS[kind](tmp_path, t, taus), PLANAR)
     np.testing.assert_allclose(read_taus, taus[:, [0, 1, 5]], rtol=0, atol=0)
     assert read_t is not None
     np.testing.assert_allclose(read_t, t, rtol=0, atol=1e-6)  # a ULog counts microseconds
@@ -51,7 +53,7 @@ def test_a_bag_a_ulog_and_a_csv_with_the_same_demands_give_the_same_table(
         folder = tmp_path / kind.replace(" ", "")
         folder.mkdir()
         file = write(folder, *demands)
-        t, _ = read_log(file, vehicle.dof)
+        t, _, _ = read_log(file, vehicle.dof)
         built = build_demands(file, vehicle, seed=1)
         tables.add(as_text(summarise(built, t), built))
     assert len(tables) == 1
@@ -71,7 +73,9 @@ def test_a_given_frame_overrides_that_of_the_log(
     tmp_path: Path, demands: tuple[FloatArray, FloatArray]
 ) -> None:
     file = write_bag1(tmp_path, *demands)
-    np.testing.assert_array_equal(read_log(file, DOF, frame="frd")[1], from_flu(demands[1].T, DOF).T)
+    np.testing.assert_array_equal(
+        read_log(file, DOF, LogOptions(frame="frd"))[1], from_flu(demands[1].T, DOF).T
+    )
 
 
 def test_a_bag_with_wrenches_on_several_topics_needs_a_topic(
@@ -81,8 +85,8 @@ def test_a_bag_with_wrenches_on_several_topics_needs_a_topic(
     with pytest.raises(DemandError, match=r"wrenches on /a, /b; choose one as .*log\.bag#/a"):
         read_log(file, DOF)
     with pytest.raises(DemandError, match="no wrenches on '/c'"):
-        read_log(file, DOF, topic="/c")
-    np.testing.assert_array_equal(read_log(file, DOF, topic="/b")[1], demands[1])
+        read_log(file, DOF, LogOptions(topic="/c"))
+    np.testing.assert_array_equal(read_log(file, DOF, LogOptions(topic="/b"))[1], demands[1])
     built = build_demands(f"{file}#/a", load_vehicle("ukwial"), seed=0)
     assert len(built.taus) == 100
 
@@ -102,7 +106,7 @@ def test_a_thrust_setpoint_goes_with_the_torque_that_held(
     tmp_path: Path, demands: tuple[FloatArray, FloatArray]
 ) -> None:
     t, taus = demands
-    _, read = read_log(write_ulog(tmp_path, t, taus, torque_delay_us=5000), DOF)
+    _, read, _ = read_log(write_ulog(tmp_path, t, taus, torque_delay_us=5000), DOF)
     np.testing.assert_array_equal(read[:, :3], taus[1:, :3])  # the first has no torque yet
     np.testing.assert_array_equal(read[:, 3:], taus[:-1, 3:])
 
@@ -134,7 +138,7 @@ def test_a_damaged_log_is_read_in_part_or_refused_in_one_line(
     for data in damaged:
         file.write_bytes(data)
         try:
-            _, taus = read_log(log, PLANAR)
+            _, taus, _ = read_log(log, PLANAR)
         except AllocError as error:
             refused += 1
             message = str(error)
@@ -156,13 +160,38 @@ def test_a_file_that_is_no_log_is_refused(tmp_path: Path) -> None:
         read_log(tmp_path / "log.docx", DOF)
 
 
+def test_a_ros_2_bag_s_folder_is_a_demand_set_wherever_one_is_named(
+    tmp_path: Path, demands: tuple[FloatArray, FloatArray], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = write_bag2(tmp_path, *demands)
+    monkeypatch.chdir(tmp_path)
+    assert folder.suffix == ""
+    built = build_demands(folder.name, load_vehicle("ukwial"), seed=0)
+    np.testing.assert_array_equal(built.taus, demands[1][:, [0, 1, 5]])
+
+
+def test_options_on_a_log_hold_in_a_run_too(tmp_path: Path, demands: tuple[FloatArray, FloatArray]) -> None:
+    file = write_bag1(tmp_path, *demands, topics=("/a", "/b"))
+    options = LogOptions(topic="/b", frame="frd", scale=(2.0,))
+    settings = RunSettings(vehicles=("ukwial",), demands=(str(file),), log=options, n_demands=7)
+    (built,) = demand_sets(settings, vehicles(settings))
+    told = read_log(file, PLANAR, options).taus
+    np.testing.assert_array_equal(built.taus, told[:7])
+    np.testing.assert_array_equal(told[:, 1], -2 * demands[1][:, 1])
+
+
+def test_columns_of_a_bag_are_refused(tmp_path: Path, demands: tuple[FloatArray, FloatArray]) -> None:
+    with pytest.raises(DemandError, match="--columns is for tables"):
+        read_log(write_bag1(tmp_path, *demands), DOF, LogOptions(columns={"surge": "fx"}))
+
+
 def test_a_bag_without_wrenches_is_refused(tmp_path: Path) -> None:
     store = get_typestore(Stores.ROS1_NOETIC)
     String = store.types["std_msgs/msg/String"]
     with Writer1(tmp_path / "chatter.bag") as writer:
         connection = writer.add_connection("/chatter", String.__msgtype__, typestore=store)
         writer.write(connection, 1, store.serialize_ros1(String(data="hi"), String.__msgtype__))
-    with pytest.raises(DemandError, match="holds no geometry_msgs/Wrench"):
+    with pytest.raises(DemandError, match=r"but /chatter \(std_msgs/msg/String\)"):
         read_log(tmp_path / "chatter.bag", DOF)
 
 
@@ -175,6 +204,6 @@ def test_the_demands_command_summarises_a_log_and_writes_it_as_csv(
     run = subprocess.run(command, capture_output=True, text=True, timeout=60, cwd=ROOT, check=False)
     assert run.returncode == 0, run.stderr
     assert "50 Hz" in run.stdout
-    t, taus = read_demands(out, PLANAR)
+    t, taus, _ = read_demands(out, PLANAR)
     assert t is not None
     np.testing.assert_array_equal(taus, 2 * demands[1][:, [0, 1, 5]])

@@ -67,7 +67,7 @@ def test_a_params_file_gives_axes_coefficients_and_reversible_rotors(tmp_path: P
     [
         (HEXA.replace("COUNT 6", "COUNT 99"), "CA_ROTOR_COUNT is 99"),
         (HEXA.replace("0.43", "far"), "CA_ROTOR2_PX is 'far'; give a number"),
-        (HEXA.replace("0.43", "1e400"), "line 7: CA_ROTOR2_PX is '1e400'; give a finite number"),
+        (HEXA.replace("0.43", "1e400"), "line 7: CA_ROTOR2_PX is '1e400', not finite or too large; mend it"),
         (HEXA + "param set CA_ROTOR0_AZ 0\n", "CA_ROTOR0_AX, AY, AZ are all 0"),
     ],
 )

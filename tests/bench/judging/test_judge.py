@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from alloc import Allocation, FloatArray, Label, Status, build, load_vehicle
-from bench.demands import build_demands
+from bench.demands import build_demands, labelled
+from bench.demands.generated import growth_vehicle
 from bench.judging.judge import after_failure, judge, shared
-from bench.judging.question import Question, ask_here, questions
+from bench.judging.question import Question, Unanswered, ask_here, questions
 from bench.record import Judged
+from bench.studies.saturation import limits
 
 PROMISES = {"formulation": "hard", "limited": True, "tolerance": 1e-9}
 
@@ -173,6 +175,44 @@ def test_scaled_is_judged_by_what_the_remaining_thrusters_can_push(fault: int) -
     assert judged.agrees
     assert judged.wrong == ""
     assert np.abs(question.right["scaled"]).max() > 1.0
+
+
+@pytest.mark.parametrize("method", ["scaled", "scaled-by-group", "priority"])
+def test_an_answer_within_the_limits_of_each_call_is_judged_by_them(
+    method: str, rng: np.random.Generator
+) -> None:
+    """Right answers come from nullspace, at the wrench that the way towards the demand reaches."""
+    vehicle = load_vehicle("bluerov2-heavy")
+    low, high = limits(vehicle, rng, 20)
+    low[0] = high[0] + 1.0  # nothing is right where limits contradict themselves
+    demands = labelled(
+        "made", vehicle, 2 * rng.normal(size=(20, 6)) * vehicle.wrench_scale, f_min=low, f_max=high
+    )
+    (question,) = questions([demands], ask_here)
+    assert np.isnan(question.right[method][0]).all()
+    allocate = build(method, vehicle)
+    answers = [allocate(tau, *ends) for tau, *ends in zip(demands.taus, low, high, strict=True)]
+    judged = verdict(question, answers, formulation=method)
+    assert judged.wrong == ""
+    assert judged.agrees
+    assert np.isfinite(question.right[method][1:]).all()
+    for share in ((0.5,) * len(answers[1].share), (2.0,) * len(answers[1].share), (1.0,) * 9, (np.nan,)):
+        answers[1] = answers[1]._replace(share=share)
+        judged = verdict(question, answers, formulation=method)
+        assert judged.wrong.startswith(
+            "shares of its levels that its thrusts do not deliver (1 of 20 answers"
+        )
+
+
+def test_where_a_vehicle_has_too_many_facets_nothing_is_known_of_its_right_answers() -> None:
+    vehicle = growth_vehicle(6, 32)
+    tau = np.ones((2, 6))
+    (question,) = questions(
+        [labelled("made", vehicle, tau)], lambda method, cases: [Unanswered("refused", "")] * len(cases)
+    )
+    for name in ("hard", "scaled", "scaled-by-group", "priority"):
+        assert question.right[name].shape == (2, 32)
+        assert np.isnan(question.right[name]).all()
 
 
 def test_a_failure_after_a_failure_is_counted_among_demands_that_can_be_met() -> None:

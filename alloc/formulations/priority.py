@@ -1,0 +1,29 @@
+"""The least effort for the wrench that is reached level by level, the axes that matter most in front.
+
+The axes of the vehicle's first level go towards the demand while the others stay at rest, then those of the
+second level from where the first stopped, and so on. An attainable demand may be met in part: what the axes
+of one level ask for alone can be out of reach although all together are not, and a level that others follow
+leaves one per cent of its way to the edge.
+"""
+
+from alloc.formulations import EXACT_METHODS, Family, Formulation, end_of
+from alloc.reach.levels import KEEP
+from alloc.reach.way import Way
+from alloc.vehicle import Vehicle
+
+
+def by_level(vehicle: Vehicle) -> Way:
+    """The levels of the vehicle; each but the last leaves a little, so that the answer is continuous."""
+    return Way(vehicle, vehicle.priority, [KEEP] * (len(vehicle.priority) - 1) + [1.0])
+
+
+FORMULATION = Formulation(
+    name="priority",
+    title="the optimum, level by level",
+    meaning="serves the axes that matter most first",
+    family=Family.EXACT,
+    limited=True,
+    references=EXACT_METHODS,
+    reference_demands=end_of(by_level),
+    way=by_level,
+)

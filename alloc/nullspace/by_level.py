@@ -1,0 +1,95 @@
+"""The allocator that always answers: as far towards the demand as a way leads, and the least effort there."""
+
+from math import inf, nan
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from alloc.allocation import (
+    WRENCH_TOLERANCE,
+    Allocation,
+    FloatArray,
+    Status,
+    StatusArray,
+    answer,
+    checked,
+    checked_many,
+)
+from alloc.formulations import Formulation
+from alloc.nullspace.allocator import TOLERANCE, exact
+from alloc.vehicle import Vehicle
+from alloc.vehicle.call_limits import at_call, limits_of
+
+
+class ByLevel:
+    """The allocator of a formulation with a way: SOLVED where all of the demand is delivered, else PARTIAL.
+
+    ``Allocation.share`` has what was delivered of each level, 0 … 1. INFEASIBLE says that the limits of the
+    call contradict themselves. Rounding may put the end of a way outside of the attainable set by its last
+    digits, so the exact answer takes it as attainable, and its thrusts are moved onto the limits.
+    """
+
+    limited = True
+    tolerance = TOLERANCE
+
+    def __init__(self, vehicle: Vehicle, formulation: Formulation) -> None:
+        """Prepare way and exact answer; raises NotApplicable where one of them is refused."""
+        assert formulation.way is not None
+        self.formulation = formulation.name
+        self._vehicle = vehicle
+        self._way = way = formulation.way(vehicle)
+        self._exact = exact(vehicle, tolerance=inf)
+        self._limits_of_call = at_call(vehicle)
+        self._own = way.departure(vehicle.f_min, vehicle.f_max)
+        self._limits = list(zip(vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True))
+        self._all, self._nothing = (1.0,) * len(way.keep), (0.0,) * len(way.keep)
+        # (k, n) and (k,): T f - tau in units in which 1 is the largest miss that counts as met.
+        self._unit = 1.0 / (WRENCH_TOLERANCE * vehicle.wrench_scale)
+        self._T = vehicle.TP * self._unit[:, None]
+
+    def __call__(
+        self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+    ) -> Allocation:
+        """Allocate one wrench (k,) [N, N m] within the limits of the call (n,) [N]."""
+        wrench = checked(tau, self._vehicle.k)
+        begin, limits = self._own, self._limits
+        if f_min is not None or f_max is not None:
+            lows, highs = self._limits_of_call(f_min, f_max)
+            if (lows > highs).any():
+                return answer(np.full(self._vehicle.n, nan), Status.INFEASIBLE, share=self._nothing)
+            begin, limits = (
+                self._way.departure(lows, highs),
+                list(zip(lows.tolist(), highs.tolist(), strict=True)),
+            )
+        if self._way.direct:
+            f = self._exact.G.dot(wrench)
+            for x, (low, high) in zip(f.tolist(), limits, strict=True):
+                if not low <= x <= high:
+                    break
+            else:
+                return answer(f, Status.SOLVED, self._vehicle.n, share=self._all)
+        end, share = self._way.towards(wrench, begin)
+        f, _, steps, _, _ = self._exact.within(end, limits)
+        if min(share) == 1.0:
+            missed = self._T.dot(f) - self._unit * wrench
+            if missed.dot(missed) <= 1.0:  # the Euclidean norm is never below the largest entry
+                return answer(f, Status.SOLVED, steps, share=share)
+        return answer(f, Status.PARTIAL, steps, share=share)
+
+    def many(
+        self, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+    ) -> tuple[FloatArray, StatusArray]:
+        """Allocate (N, k) wrenches, all demands side by side; limits (n,) or (N, n) [N]."""
+        wrenches = checked_many(taus, self._vehicle.k)
+        lows, highs = limits_of(self._vehicle, len(wrenches), f_min, f_max)
+        possible = (lows <= highs).all(axis=1)
+        highs = np.maximum(lows, highs)  # where they contradict themselves the answer is NaN anyhow
+        begin = self._own if f_min is None and f_max is None else self._way.departure(lows, highs)
+        ends, shares = self._way.towards_many(wrenches, begin)
+        F, _ = self._exact.many_within(ends, lows, highs)
+        met = (shares == 1.0).all(axis=1)
+        met &= np.linalg.norm(F @ self._T.T - wrenches * self._unit, axis=1) <= 1.0
+        F[~possible] = nan
+        status = np.where(met, Status.SOLVED, Status.PARTIAL)
+        status[~possible] = Status.INFEASIBLE
+        return F, status.astype(np.int8)

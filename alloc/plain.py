@@ -1,0 +1,104 @@
+"""A plain function tau -> f made an allocator: its status is worked out by equations."""
+
+import inspect
+from collections.abc import Callable
+from math import hypot, inf
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from alloc.allocation import (
+    WRENCH_TOLERANCE,
+    Allocation,
+    FloatArray,
+    Status,
+    StatusArray,
+    answer,
+    checked,
+    real,
+)
+from alloc.errors import PluginError
+from alloc.vehicle import Vehicle
+from alloc.vehicle.call_limits import at_call, one_by_one
+
+ANY_DISTANCE = 1.0
+"""Tolerance of a function that declares no formulation: as far from T* tau as the largest limit."""
+_FLOAT64 = np.dtype(np.float64)
+EXACT = 1e-6
+"""Tolerance of a function that declares a formulation and no tolerance."""
+
+
+class Plain:
+    """The allocator of a function tau (k,) [N, N m] -> f (n,) [N].
+
+    Its answer is SOLVED where T P f misses tau by 1e-6 of ``vehicle.wrench_scale`` at most and, where limits
+    are promised, f lies inside them; else PARTIAL. None, and thrusts that are not finite, are NOT_CONVERGED.
+    A function that takes ``f_min`` and ``f_max`` gets those of each call; any other is judged by them
+    all the same.
+    """
+
+    def __init__(
+        self,
+        function: Callable[..., Any],
+        vehicle: Vehicle,
+        formulation: str,
+        limited: bool,
+        tolerance: float,
+    ) -> None:
+        """Wrap the function with what its module declares."""
+        self.formulation, self.limited, self.tolerance = formulation, limited, tolerance
+        self._function, self._vehicle = function, vehicle
+        self._limits = at_call(vehicle)
+        self._takes_limits = _takes_limits(function)
+        self._k, self._n = vehicle.k, vehicle.n
+        self._per_scale = 1 / vehicle.wrench_scale
+        self._scaled = vehicle.TP * self._per_scale[:, None]
+
+    def __call__(
+        self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+    ) -> Allocation:
+        """Allocate one wrench (k,) [N, N m]; raises PluginError where the function gives no n numbers."""
+        wrench = checked(tau, self._k)
+        low, high = self._limits(f_min, f_max)
+        if self._takes_limits:
+            given = self._function(wrench, f_min=low, f_max=high)
+        else:
+            given = self._function(wrench)
+        if given is None:
+            return answer(np.full(self._n, np.nan), Status.NOT_CONVERGED)
+        f = self._fresh(given)
+        # Norms and lists of eight are quicker than numpy's comparisons: this is timed with the function.
+        if not hypot(*f.tolist()) < inf:
+            return answer(np.full(self._n, np.nan), Status.NOT_CONVERGED)
+        met = hypot(*(self._scaled.dot(f) - wrench * self._per_scale).tolist()) <= WRENCH_TOLERANCE
+        inside = not self.limited or (min((f - low).tolist()) >= 0 and min((high - f).tolist()) >= 0)
+        return answer(f, Status.SOLVED if met and inside else Status.PARTIAL)
+
+    def _fresh(self, given: Any) -> FloatArray:
+        """The function's thrusts in an array of their own: the function may keep its."""
+        n = self._n
+        if type(given) is np.ndarray and given.dtype is _FLOAT64:
+            f = given.copy()
+        else:
+            try:
+                f = real(np.asarray(given))
+            except (TypeError, ValueError, OverflowError) as error:
+                raise PluginError(f"the function gave no numbers ({error}); return {n} thrusts") from None
+        if f.shape != (n,):
+            raise PluginError(f"the function gave an array of shape {f.shape}; return {n} thrusts, ({n},)")
+        return f
+
+    def many(
+        self, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
+    ) -> tuple[FloatArray, StatusArray]:
+        """Allocate (N, k) wrenches one after the other, each within its own limits."""
+        return one_by_one(self, self._vehicle, taus, f_min, f_max)
+
+
+def _takes_limits(function: Callable[..., Any]) -> bool:
+    try:
+        names = inspect.signature(function).parameters
+    except (TypeError, ValueError):  # a function written in C may say nothing of its arguments
+        return False
+    return {"f_min", "f_max"} <= set(names)

@@ -1,0 +1,116 @@
+"""How far a step goes inside the attainable set, whatever the limits of the call are.
+
+Which way the facets of {T P f : f_min <= f <= f_max} look depends on the vehicle alone; limits only move
+them. Where limits leave a thruster no choice the set is a limit of sets in which all have one, so the same
+facets bound it, some of them more than once. So with thrusts f0 inside the limits and w = T P f0, the set is
+
+    c'(tau - w) <= room(c) = sum_i max(c'T_i (f_min_i - f0_i), c'T_i (f_max_i - f0_i))
+
+for the normals c of all facets and their opposites. All terms of room are at least 0, so no rounding makes it
+negative, and a step s Delta from w stays inside as long as s c'Delta <= room(c): one minimum over facets.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from math import comb
+
+import numpy as np
+
+from alloc.allocation import FloatArray
+from alloc.errors import NotApplicable
+from alloc.reach.zonotope import ROUNDING, facets
+from alloc.vehicle import Vehicle
+
+FACETS = 50_000
+"""Most candidate facets that are enumerated, within a second."""
+
+PARALLEL = 1e-13
+"""A step that goes along a normal by less than this share of its size runs in the facet: far above the
+rounding of a dozen additions, and the set is left by no more than that."""
+
+EDGE = 1e-12
+"""A demand that lies beyond the edge by this share of the way to it lies on it: what rounding leaves."""
+
+INSET = 1 / 20
+"""Where limits exclude zero, a start lies this share of their width inside, unless zero is nearer."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Edge:
+    """The facets of a vehicle's attainable set, in unit of ``wrench_scale``, for any limits.
+
+    Attributes
+    ----------
+    normals : (M, k) outward normals c' of which each opposite pair is listed once; |c * wrench_scale| = 1
+        [1/N, 1/(N m)]
+    push : (M, n) c'T_i, how far one newton of each thruster goes along each normal [1/N]
+    scale : (k,) the vehicle's ``wrench_scale`` [N, N m]
+    """
+
+    normals: FloatArray
+    push: FloatArray
+    scale: FloatArray
+
+
+@lru_cache(maxsize=256)
+def edge(vehicle: Vehicle) -> Edge:
+    """The facets of this vehicle with its faults; raises NotApplicable for more than FACETS candidates."""
+    if comb(len(vehicle.working), max(vehicle.rank - 1, 0)) > FACETS:
+        raise NotApplicable(
+            f"{vehicle.name}: {len(vehicle.working)} thrusters in {vehicle.rank} dimensions may have more"
+            f" than {FACETS} facets; take a method that needs none, as nullspace or redistribute"
+        )
+    scale = vehicle.wrench_scale
+    found = facets(vehicle, tuple(vehicle.working.tolist()))
+    proper = found.tolerance <= ROUNDING  # the others span what no thruster pushes
+    half = found.half[proper]
+    push = half @ (vehicle.TP / scale[:, None])
+    # Entries that are zero up to rounding belong to thrusters that push along the facet.
+    push[np.abs(push) * vehicle.f_scale <= ROUNDING] = 0.0
+    normals = np.where(np.abs(half) <= ROUNDING, 0.0, half) / scale
+    return Edge(normals=normals, push=push, scale=scale)
+
+
+def start(f_min: FloatArray, f_max: FloatArray) -> FloatArray:
+    """f0 (…, n), zero where the limits (…, n) allow it, else a little inside the end nearest to zero [N].
+
+    f0 = clip(0, f_min + t, f_max - t) with t = min((f_max - f_min) / 20, max(f_min, -f_max, 0)): continuous
+    in the limits, and inside them wherever f_min <= f_max.
+    """
+    inset = np.minimum((f_max - f_min) * INSET, np.maximum(np.maximum(f_min, -f_max), 0.0))
+    inside: FloatArray = np.minimum(np.maximum(0.0, f_min + inset), f_max - inset)
+    return inside
+
+
+def room_table(found: Edge) -> FloatArray:
+    """(2M, 2n) table with room = table [f_max - f0; f0 - f_min], for the normals and then their opposites."""
+    ahead, astern = found.push.clip(min=0.0), (-found.push).clip(min=0.0)
+    return np.block([[ahead, astern], [astern, ahead]])
+
+
+def share(along: FloatArray, room: FloatArray, size: float, keep: float) -> float:
+    """min(1, keep beta) of one step: beta is the least room / along over the facets with along > 0.
+
+    Parameters
+    ----------
+    along : (2M,) c'Delta of the step Delta along each normal and its opposite
+    room : (2M,) what is left along each, at least 0
+    size : largest |Delta| on any axis in unit of ``wrench_scale``
+    keep : 1 to go as far as the set reaches, less to stop before
+    """
+    (tight,) = (along > keep * room).nonzero()
+    beta, least = 1.0 / keep, PARALLEL * size
+    for a, r in zip(along[tight].tolist(), room[tight].tolist(), strict=True):
+        if a > least and r < beta * a:
+            beta = r / a
+    taken = keep * beta
+    return taken if taken < 1.0 - EDGE else 1.0
+
+
+def shares(along: FloatArray, room: FloatArray, size: FloatArray, keep: float) -> FloatArray:
+    """``share`` of N steps: (N,) from along (N, 2M), room (N, 2M) or (2M,), and size (N,)."""
+    tight = (along > keep * room) & (along > (PARALLEL * size)[:, None])
+    beta = np.divide(room, along, out=np.full_like(along, np.inf), where=tight).min(axis=1, initial=np.inf)
+    taken = keep * beta
+    most: FloatArray = np.where(taken < 1.0 - EDGE, taken, 1.0)
+    return most

@@ -1,0 +1,64 @@
+"""The way from thrusts at rest towards a demand, level by level: which step each level takes."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from alloc.allocation import FloatArray
+from alloc.vehicle import RANK_TOLERANCE, Vehicle
+
+Levels = Sequence[Sequence[str]]
+"""Axes, in levels; each axis of the vehicle stands in one of them."""
+
+KEEP = 0.99
+"""A level that others follow stops at this share of the way to the edge of the attainable set. On the very
+edge what is left for later levels would jump between all and nothing with the last bit of a demand."""
+
+
+def step_maps(vehicle: Vehicle, levels: Levels) -> FloatArray:
+    """(L, k, k) matrices D: the step of a level from a wrench w is Delta = D (tau - w).
+
+    Where the thrusters push every direction, D picks the level's axes, and the others stay. Where they don't,
+    Delta is the step that they can push which brings the level's axes nearest to tau (axes in unit of
+    ``row_lengths``), leaves the axes of earlier levels where they are, and moves those of later levels least.
+    With B an orthonormal basis of what they push, N one of those y for which B y moves no earlier axis, and
+    S the rows of the level, that is D = B N (S B N)^+ S.
+    """
+    axes = [[vehicle.dof.index(axis) for axis in level] for level in levels]
+    maps = np.zeros((len(axes), vehicle.k, vehicle.k))
+    if vehicle.rank == vehicle.k:
+        for D, rows in zip(maps, axes, strict=True):
+            D[rows, rows] = 1.0
+        return maps
+    unit = vehicle.row_lengths
+    free = np.linalg.svd(vehicle.TP / unit[:, None])[0][:, : vehicle.rank]
+    for D, rows in zip(maps, axes, strict=True):
+        U, sigma, Vt = np.linalg.svd(free[rows])
+        r = int(np.count_nonzero(sigma > RANK_TOLERANCE))
+        D[:, rows] = free @ (Vt[:r].T / sigma[:r]) @ U[:, :r].T
+        free = free @ Vt[r:].T
+    maps[np.abs(maps) <= RANK_TOLERANCE] = 0.0
+    return maps * (unit[:, None] / unit)
+
+
+def unreachable(vehicle: Vehicle) -> FloatArray:
+    """(k - rank, k) rows u with u'tau = 0 for all wrenches that the thrusters push.
+
+    They are scaled so that |u'tau| is relative to ``wrench_scale``.
+    """
+    scale = 1.0 / vehicle.row_lengths
+    U = np.linalg.svd(scale[:, None] * vehicle.TP)[0]
+    rows: FloatArray = U[:, vehicle.rank :].T * (scale / vehicle.f_scale)
+    return rows
+
+
+def groups(vehicle: Vehicle) -> tuple[tuple[str, ...], ...]:
+    """The axes in groups that share no thruster, in the order of ``vehicle.dof``.
+
+    The attainable set is the product of those of the groups, so no group's demand takes from another's.
+    """
+    moved = np.abs(vehicle.TP) > RANK_TOLERANCE * vehicle.row_lengths[:, None]
+    linked = (moved @ moved.T) | np.eye(vehicle.k, dtype=bool)
+    connected = np.linalg.matrix_power(linked, vehicle.k)
+    names = (tuple(vehicle.dof[i] for i in np.flatnonzero(row)) for row in connected)
+    return tuple(dict.fromkeys(names))

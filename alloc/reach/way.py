@@ -1,0 +1,126 @@
+"""How far the way towards a demand leads, level by level, within the limits of the call."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from alloc.allocation import FloatArray
+from alloc.reach.edge import edge, room_table, share, shares, start
+from alloc.reach.levels import Levels, step_maps
+from alloc.vehicle import Vehicle
+
+CHUNK = 4096
+"""Demands that are taken together: arrays of a few megabytes stay in a processor's cache."""
+
+
+class Departure(NamedTuple):
+    """Where a way begins, for one call or N.
+
+    Attributes
+    ----------
+    wrench : w = T P f0 (…, k) [N, N m]
+    room : (…, 2M) how far the set reaches from w along each facet's normal and its opposite, at least 0
+    """
+
+    wrench: FloatArray
+    room: FloatArray
+
+
+class Way:
+    """The way of one vehicle through given levels: from w = T P f0 towards a demand.
+
+    Attributes
+    ----------
+    levels : the axes of each level
+    keep : of each level, the share of the way to the edge that it may take
+    direct : whether every attainable demand is reached: no direction is lost, and no level stops early
+    """
+
+    def __init__(self, vehicle: Vehicle, levels: Levels, keep: Sequence[float]) -> None:
+        """Prepare facets and steps; raises NotApplicable for a vehicle with too many facets."""
+        self.levels = tuple(map(tuple, levels))
+        self.keep = tuple(keep)
+        found = edge(vehicle)
+        self._scale = found.scale
+        half = found.normals * found.scale
+        self._outward = np.vstack([half, -half])
+        self._room_of = room_table(found)
+        self._TP = vehicle.TP
+        self._maps = step_maps(vehicle, levels) * (found.scale / found.scale[:, None])
+        self._unstopped, self._whole = self._if_nothing_stops()
+        self._straight = vehicle.rank == vehicle.k
+        self.direct = self._straight and min(self.keep) == 1.0
+
+    def departure(self, f_min: FloatArray, f_max: FloatArray) -> Departure:
+        """Where the way begins within limits (n,), or (N, n) of N calls [N]."""
+        f0 = start(f_min, f_max)
+        widths = np.concatenate([f_max - f0, f0 - f_min], axis=-1)
+        return Departure(f0 @ self._TP.T, widths @ self._room_of.T)
+
+    def towards(self, tau: FloatArray, begin: Departure) -> tuple[FloatArray, tuple[float, ...]]:
+        """The wrench reached (k,) on the way to ``tau`` (k,) [N, N m], and the share of each level."""
+        w, room = begin
+        missing = (tau - w) / self._scale
+        if (self._unstopped.dot(missing) <= room).all():
+            end = tau if self._straight else w + self._whole.dot(missing) * self._scale
+            return end, (1.0,) * len(self.keep)
+        taken = []
+        moved = 0.0 * missing
+        for D, keep in zip(self._maps, self.keep, strict=True):
+            step = D.dot(missing)
+            along = self._outward.dot(step)
+            s = share(along, room, max(map(abs, step.tolist())), keep)
+            taken.append(s)
+            moved += s * step
+            if len(taken) < len(self.keep):
+                missing = missing - s * step
+                room = np.maximum(room - s * along, 0.0)
+        return w + moved * self._scale, tuple(taken)
+
+    def towards_many(self, taus: FloatArray, begin: Departure) -> tuple[FloatArray, FloatArray]:
+        """``towards`` for N demands (N, k): the wrenches reached (N, k), and the shares (N, L).
+
+        ``begin`` is one for all demands, or has a row for each.
+        """
+        ends, taken = np.empty(taus.shape), np.empty((len(taus), len(self.keep)))
+        for i in range(0, len(taus), CHUNK):
+            chunk = slice(i, i + CHUNK)
+            w, room = begin if begin.room.ndim == 1 else (begin.wrench[chunk], begin.room[chunk])
+            missing = (taus[chunk] - w) / self._scale
+            moved = np.zeros_like(missing)
+            for j, (D, keep) in enumerate(zip(self._maps, self.keep, strict=True)):
+                step = missing @ D.T
+                along = step @ self._outward.T
+                s = shares(along, room, np.abs(step).max(axis=1), keep)[:, None]
+                taken[chunk, j] = s[:, 0]
+                moved += s * step
+                missing -= s * step
+                room = np.maximum(room - s * along, 0.0)
+            ends[chunk] = w + moved * self._scale
+        return ends, taken
+
+    def delivered(self, taus: FloatArray, begin: Departure, taken: FloatArray) -> FloatArray:
+        """Wrenches (N, k) that shares ``taken`` (N, L) of the levels deliver of demands (N, k) [N, N m]."""
+        missing = (taus - begin.wrench) / self._scale
+        moved = np.zeros_like(missing)
+        for D, s in zip(self._maps, taken.T, strict=True):
+            step = s[:, None] * (missing @ D.T)
+            moved += step
+            missing -= step
+        return begin.wrench + moved * self._scale
+
+    def _if_nothing_stops(self) -> tuple[FloatArray, FloatArray]:
+        """Tables for a demand that nothing stops, so that one product tells.
+
+        With d what is missing at the departure, all shares are 1 where the first table, (L, 2M, k), times d
+        is at most the room; the second, (k, k), times d is the way to where the last level ends.
+        """
+        left, before = np.eye(len(self._scale)), np.zeros_like(self._outward)
+        tables = []
+        for D, keep in zip(self._maps, self.keep, strict=True):
+            along = self._outward @ D @ left
+            tables.append(before + along / keep)
+            before = before + along
+            left = left - D @ left
+        return np.array(tables), np.eye(len(left)) - left

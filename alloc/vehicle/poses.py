@@ -1,0 +1,53 @@
+"""Where thrusters sit and which way they push, out of any geometry that a vehicle file gives."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from alloc.allocation import FloatArray
+from alloc.vehicle.file import VehicleFile
+from alloc.vehicle.geometry import DOF
+
+
+class Poses(NamedTuple):
+    """Poses of n thrusters, x forward, y starboard, z down.
+
+    Attributes
+    ----------
+    positions : (n, 3) from the origin of the file [m]
+    directions : (n, 3) along which positive thrust pushes the vehicle; shorter than 1 where T leaves out a
+        part of it, 0 for a thruster that gives no force [-]
+    center : (3,) the centre of mass [m]
+    measured : whether the file gives positions; else they are the nearest to the centre of mass of all that
+        make the same T
+    """
+
+    positions: FloatArray
+    directions: FloatArray
+    center: FloatArray
+    measured: bool
+
+
+def poses(keys: VehicleFile, T: FloatArray) -> Poses:
+    """The poses of a file's thrusters, with T (k, n) as ``matrices`` makes it of the same file.
+
+    A T without poses tells the line along which a thruster pushes, not where on that line it sits: of
+    force e and moment m, the point of the line that is nearest to the centre of mass is e x m / |e|^2.
+    """
+    turn = np.array([1.0, -1.0, -1.0]) if keys.frame == "flu" else np.ones(3)
+    if keys.thrusters:
+        positions = np.array([thruster.position for thruster in keys.thrusters]) * turn
+        directions = np.array([thruster.direction for thruster in keys.thrusters]) * turn
+        return Poses(positions, directions, np.array(keys.center_of_mass) * turn, True)
+    if keys.planar is not None:
+        alpha, phi = np.radians(keys.planar.alpha_deg), np.radians(keys.planar.phi_deg)
+        zero = np.zeros(len(alpha))
+        positions = np.array(keys.planar.d) * np.array([np.cos(phi), np.sin(phi), zero])
+        directions = np.array([np.cos(alpha), np.sin(alpha), zero])
+        return Poses(positions.T * turn, directions.T * turn, np.zeros(3), True)
+    whole = np.zeros((6, T.shape[1]))
+    whole[[DOF.index(axis) for axis in keys.dof]] = T
+    force, moment = whole[:3].T, whole[3:].T
+    squared = (force**2).sum(axis=1, keepdims=True)
+    nearest = np.cross(force, moment) / np.where(squared > 0, squared, 1.0)
+    return Poses(nearest, force, np.zeros(3), False)

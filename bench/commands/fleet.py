@@ -1,0 +1,61 @@
+"""``thrustbench fleet``."""
+
+from pathlib import Path
+
+import click
+
+from bench.commands import PATH, RUNS, Finite
+
+
+@click.command(context_settings={"ignore_unknown_options": True})
+@click.option("--scheduler", required=True, metavar="ADDRESS", help="As tcp://10.0.0.1:8786.")
+@click.option("--out", type=PATH, default=RUNS, show_default=True, metavar="DIR", help="A folder a machine.")
+@click.option("--limit", type=Finite(1), default=7200.0, show_default=True, metavar="S", help="Of a host.")
+@click.argument("options", nargs=-1, type=click.UNPROCESSED, metavar="[OPTIONS OF RUN]")
+@click.pass_context
+def command(ctx: click.Context, scheduler: str, out: Path, limit: float, options: tuple[str, ...]) -> int:
+    """Let every host that works for a Dask scheduler run `thrustbench run` on itself.
+
+    Each host makes one run at a time. Its record comes back into a folder named after its machine.
+    Files that the options name travel along. Exit code 1 where an answer is wrong, 3 where a host sent no
+    record.
+    """
+    from rich.console import Console
+
+    from bench.fleet.cluster import cluster, wait_for_workers
+    from bench.fleet.lead import folders, hosts, keep, run_fleet
+    from bench.fleet.parcel import pack
+    from bench.report import render
+
+    _check(ctx, options)
+    parcel = pack(options)
+    console = Console()
+    with cluster(scheduler, workers=0) as client:
+        wait_for_workers(client)
+        fleet = hosts(client)
+        console.print(f"{len(fleet)} hosts: {', '.join(host.host for host in fleet)}", highlight=False)
+        with console.status("") as status:
+            back = list(run_fleet(client, fleet, parcel, limit, status.update))
+    back.sort()
+    good = [(host, run) for host, run in back if not run.reason]
+    for (_, run), name in zip(good, folders(good), strict=True):
+        keep(run, out / name)
+        console.print(f"Report: {render(out / name)}", highlight=False, markup=False, soft_wrap=True)
+    for host, run in back:
+        if run.reason:
+            console.print(f"{host.host}: {run.reason}", highlight=False, markup=False, soft_wrap=True)
+    if len(good) < len(back):
+        return 3
+    return max((run.code for _, run in good), default=3)
+
+
+def _check(ctx: click.Context, options: tuple[str, ...]) -> None:
+    """Raise UsageError for options that `run` would refuse, before anything is sent."""
+    group = ctx.parent.command if ctx.parent else None
+    run = group.get_command(ctx, "run") if isinstance(group, click.Group) else None
+    if run is None:
+        return
+    given = run.make_context("thrustbench fleet", list(options), resilient_parsing=False).params
+    for option in ("out", "resume"):
+        if given.get(option):
+            raise click.UsageError(f"--{option} of run is no option of a fleet; each host starts afresh")

@@ -1,0 +1,66 @@
+"""``thrustbench init``."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from alloc.vehicle.file import VehicleFile
+
+
+@click.command()
+@click.argument("name")
+@click.option("--like", default="", metavar="VEHICLE", help="Start from this one; else a few questions.")
+def command(name: str, like: str) -> None:
+    """Write files to start from: NAME.yaml, a vehicle; demands.csv; my_allocator.py, a plug-in."""
+    from alloc import FileError
+    from alloc.files.textfile import write_text
+    from alloc.vehicle.file import build_vehicle
+    from alloc.vehicle.read import find_file, read_document
+    from bench.inputs import starter
+
+    starter.checked_name(name)
+    vehicle_file, demands, plugin = (
+        Path(file) for file in (f"{name}.yaml", "demands.csv", "my_allocator.py")
+    )
+    for file in (vehicle_file, demands, plugin):
+        if file.exists():
+            raise FileError("is there already, and nothing is replaced; go to another folder", path=file)
+    keys = starter.like(name, read_document(find_file(like)).keys, like) if like else _asked(name)
+    text = starter.commented(keys)
+    vehicle = build_vehicle(keys)
+    write_text(vehicle_file, text)
+    write_text(demands, starter.first_demands(vehicle))
+    write_text(plugin, starter.plugin("My allocator"))
+    click.echo(
+        f"{vehicle_file}  the vehicle: put your own numbers in, then  thrustbench check {vehicle_file}\n"
+        f"{demands}  each axis alone, then together:  thrustbench allocate --vehicle {vehicle_file}"
+        f" --method nullspace {demands}\n"
+        f"{plugin}  a method of yours:  thrustbench run --vehicle {vehicle_file} --plugin {plugin}"
+        " --method nullspace --method pinv --quick"
+    )
+
+
+def _asked(name: str) -> "VehicleFile":
+    """The vehicle that a few questions on the terminal describe."""
+    import sys
+
+    from bench.inputs.starter import sketched
+
+    def ask(question: str, default: float) -> float:
+        return float(click.prompt(question, default=default, type=float, err=True))
+
+    try:
+        click.echo("Four horizontal thrusters at the corners; Enter takes what is in brackets.", err=True)
+        length = ask("Between front and rear thrusters [m]", 0.4)
+        width = ask("Between port and starboard thrusters [m]", 0.3)
+        angle = ask("Angle of the horizontal ones from straight ahead; 0 for two that push ahead [deg]", 45)
+        vertical = ask("Vertical thrusters: 0, 1, 2 (port, starboard) or 4 (corners)", 4)
+        ahead = ask("Full thrust of one ahead [N]", 51.5)
+        astern = ask("Full thrust of one astern [N]", 40.2)
+    except click.exceptions.Abort:
+        if sys.stdin.isatty():
+            raise
+        raise click.UsageError("no answers on standard input; give --like VEHICLE") from None
+    return sketched(name, length, width, angle, round(vertical), ahead, astern)

@@ -1,0 +1,126 @@
+"""The caller of a fleet: one run on each host at once, and what comes back of them."""
+
+import gzip
+import re
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from alloc import FileError
+from bench.fleet.host import HostRun, run_here
+from bench.fleet.parcel import Parcel
+from bench.record import FILE_NAME
+from bench.record.writer import PREVIOUS
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
+
+SILENT_S = 120.0
+"""After so long without a sign of life a worker's host counts as hung [s]; workers give one each second."""
+
+GRACE_S = 30.0
+"""How much longer than its limit a host is waited for [s]: it ends its own run, and says so."""
+
+LOOK_EVERY_S = 0.2
+
+
+class Host(NamedTuple):
+    """A host of the fleet, by one of its workers.
+
+    Attributes
+    ----------
+    host : its network address
+    worker : its worker's address
+    name : its worker's name
+    """
+
+    host: str
+    worker: str
+    name: str
+
+
+def hosts(client: "Client") -> list[Host]:
+    """One worker of each host, in the order of their addresses."""
+    workers = client.scheduler_info(n_workers=-1)["workers"]
+    found: dict[str, Host] = {}
+    for address in sorted(workers):
+        facts = workers[address]
+        found.setdefault(facts["host"], Host(facts["host"], address, str(facts["name"])))
+    return [found[host] for host in sorted(found)]
+
+
+def run_fleet(
+    client: "Client", fleet: list[Host], parcel: Parcel, limit_s: float, tell: Callable[[str], None]
+) -> Iterator[tuple[Host, HostRun]]:
+    """Run on all hosts at once, one run on each, and give what each sent back as it comes.
+
+    A host that fails, dies or hangs gives a HostRun with a reason; the others go on.
+    """
+    began = time.monotonic()
+    under_way: dict[Host, Future[HostRun]] = {
+        host: client.submit(run_here, parcel, limit_s, workers=[host.worker], pure=False, retries=0)
+        for host in fleet
+    }
+    while under_way:
+        tell(f"{len(under_way)} of {len(fleet)} hosts under way, {time.monotonic() - began:.0f} s")
+        alive = client.scheduler_info(n_workers=-1)["workers"]
+        for host, future in list(under_way.items()):
+            back = _back(host, future, alive, time.monotonic() - began - limit_s)
+            if back is not None:
+                del under_way[host]
+                future.cancel()
+                yield host, back
+        time.sleep(LOOK_EVERY_S)
+
+
+def _back(
+    host: Host, future: "Future[HostRun]", alive: dict[str, dict[str, float]], over_s: float
+) -> HostRun | None:
+    """What a host sent back, or why it sends nothing; None while it is at work."""
+    if future.status == "finished":
+        back: HostRun = future.result()
+        return back
+    if future.status == "error":
+        error = future.exception()
+        said = (str(error).splitlines() or [""])[0][:160]
+        if isinstance(error, ModuleNotFoundError):
+            return _none(f"lacks a package ({said}); install thrustbench there")
+        return _none(f"{type(error).__name__}: {said}")
+    if host.worker not in alive:
+        return _none("its worker died, or lost the network")
+    silent = time.time() - alive[host.worker]["last_seen"]
+    if silent > SILENT_S:
+        return _none(f"hangs: no sign of life for {silent:.0f} s")
+    if over_s > GRACE_S:
+        return _none("hangs: its run did not end within the limit")
+    return None
+
+
+def _none(reason: str) -> HostRun:
+    return HostRun(machine="", code=2, reason=reason)
+
+
+def folders(back: list[tuple[Host, HostRun]]) -> list[str]:
+    """A folder for each host, named after its machine; of machines alike, with the worker's name too."""
+    names = [run.machine for _, run in back]
+    return [
+        name
+        if names.count(name) == 1
+        else re.sub(r"[^a-z0-9.]+", "-", f"{name}-{host.name}".lower()).strip("-.")
+        for (host, _), name in zip(back, names, strict=True)
+    ]
+
+
+def keep(run: HostRun, folder: Path) -> None:
+    """Put a host's record into a folder; one that is there becomes ``record.previous.jsonl``."""
+    path = folder / FILE_NAME
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if path.exists():
+            path.replace(folder / PREVIOUS)
+        temporary = folder / f".{FILE_NAME}"
+        temporary.write_bytes(gzip.decompress(run.record))
+        temporary.replace(path)
+    except OSError as error:
+        raise FileError(f"{path}: can't be written ({error.strerror}); give another --out") from None

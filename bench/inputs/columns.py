@@ -1,0 +1,159 @@
+"""Which column of a log is what: names as loggers write them, and units."""
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from alloc import DOF, DemandError
+from alloc.vehicle.geometry import MOMENTS
+
+TIME = "t"
+FORCE = {"N": 1.0, "kN": 1e3, "MN": 1e6, "mN": 1e-3, "lbf": 4.4482216152605, "kgf": 9.80665}
+MOMENT = {"Nm": 1.0, "kNm": 1e3, "MNm": 1e6, "mNm": 1e-3}
+SECONDS = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9}
+WORDS: dict[str, tuple[str, ...]] = {
+    "surge": ("surge", "fx", "forcex", "taux"),
+    "sway": ("sway", "fy", "forcey", "tauy"),
+    "heave": ("heave", "fz", "forcez", "tauz"),
+    "roll": ("roll", "mx", "torquex", "momentx", "tauk"),
+    "pitch": ("pitch", "my", "torquey", "momenty", "taum"),
+    "yaw": ("yaw", "mz", "torquez", "momentz", "taun"),
+    TIME: ("t", "time", "timestamp", "stamp", "sec", "secs", "seconds", "elapsed", "millis", "micros"),
+}
+"""Names of each quantity, without case and signs: the last word of a column's name, or its last two."""
+MEANT = {"cmd", "command", "des", "desired", "ref", "reference", "setpoint", "sp", "demand", "demanded", "d"}
+"""Words behind a name that say no more than that it is a demand."""
+SELF_UNIT = {"millis": 1e-3, "micros": 1e-6}
+_UNIT = re.compile(r"(?P<name>.*?)\s*[\[(](?P<unit>[^\])]*)[\])]\s*")
+_SUFFIX = re.compile(r"(?P<name>.+)_(?P<unit>ms|us|ns|s|sec|N|kN|Nm|kNm)")
+
+
+class Column(NamedTuple):
+    """A column of a log and what it holds.
+
+    Attributes
+    ----------
+    place : which one it is, from 0
+    name : its name, as the file writes it
+    factor : from its unit to N, N m or s; None for a time whose unit nothing says
+    """
+
+    place: int
+    name: str
+    factor: float | None
+
+
+def assign(
+    place: str, header: Sequence[str], units: Sequence[str], dof: Sequence[str], given: Mapping[str, str]
+) -> dict[str, Column]:
+    """The column of each DOF, and of the time where there is one.
+
+    Parameters
+    ----------
+    place : file and line, for messages
+    header, units : names of the columns; units from a line of their own, empty without one
+    dof : what needs a column
+    given : the column's name of some quantities, as the user says it
+
+    Raises DemandError where a quantity has no column, or several could be meant.
+    """
+    found: dict[str, Column] = {}
+    for quantity in (*dof, TIME):
+        if quantity in given:
+            found[quantity] = _named(place, header, units, quantity, given[quantity])
+            continue
+        columns = [c for i in range(len(header)) if (c := _meant(header[i], units, i, quantity))]
+        exact = [column for column in columns if column.name == quantity]
+        if len(columns) > 1 and quantity != TIME:
+            several = " and ".join(repr(column.name[:40]) for column in columns[:3])
+            raise DemandError(
+                f"{place}: {quantity} may be {several}; say which, as in --columns '{quantity}=NAME'"
+            )
+        if columns:
+            found[quantity] = (exact or columns)[0]
+        elif quantity != TIME:
+            shown = listed(header)
+            raise DemandError(
+                f"{place}: no column {quantity!r} among {shown}; name it there, or as in"
+                f" --columns {quantity}=NAME"
+            )
+    return found
+
+
+def parse_columns(text: str) -> dict[str, str]:
+    """The mapping of ``--columns``: ``surge=fx,yaw=mz,t=stamp [ms]``; raises DemandError."""
+    given = {}
+    for part in re.split(rf",(?=(?:{'|'.join((*DOF, TIME))})=)", text) if text else ():
+        quantity, equals, name = part.partition("=")
+        if not equals or quantity.strip() not in (*DOF, TIME) or not name.strip():
+            raise DemandError(
+                f"--columns {text[:60]!r}: write DOF=COLUMN, or t=COLUMN, as in surge=fx,t=stamp"
+            )
+        given[quantity.strip()] = name.strip()
+    return given
+
+
+def listed(names: Sequence[str], most: int = 12) -> str:
+    """The first names, in a line that any terminal can show."""
+    shown = ["".join(c if c.isprintable() else repr(c)[1:-1] for c in name[:30]) for name in names[:most]]
+    return ", ".join(shown) + (f" and {len(names) - most} more" if len(names) > most else "")
+
+
+def _named(place: str, header: Sequence[str], units: Sequence[str], quantity: str, wanted: str) -> Column:
+    """The column that --columns names, by its whole name, or by the part before a unit that is said here."""
+    bare = _UNIT.fullmatch(wanted)
+    for i, name in enumerate(header):
+        if name == wanted:
+            factor = _factor(quantity, _unit_of(name, units, i))
+        elif bare and name == bare["name"]:
+            factor = _factor(quantity, bare["unit"])
+        else:
+            continue
+        if factor is None and quantity != TIME:
+            raise DemandError(
+                f"{place}: the unit of {wanted[:40]!r} is none of {', '.join(_known(quantity))}; say it as in"
+                f" --columns '{quantity}=NAME [{next(iter(_known(quantity)))}]'"
+            )
+        return Column(i, name, factor)
+    raise DemandError(
+        f"{place}: no column {wanted[:40]!r} for {quantity}; there are {', '.join(header)[:200]}"
+    )
+
+
+def _meant(name: str, units: Sequence[str], index: int, quantity: str) -> Column | None:
+    """A column whose name and unit say the quantity; None for any other."""
+    for pattern in (_UNIT, _SUFFIX):
+        match = pattern.fullmatch(name)
+        if match and _says(match["name"], quantity):
+            factor = _factor(quantity, match["unit"])
+            return None if factor is None else Column(index, name, factor)
+    if not _says(name, quantity):
+        return None
+    unit = _unit_of(name, units, index)
+    factor = _factor(quantity, unit)
+    if quantity == TIME and not unit:
+        return Column(index, name, SELF_UNIT.get(name.lower(), 1.0 if name == TIME else None))
+    return None if factor is None else Column(index, name, factor)
+
+
+def _says(name: str, quantity: str) -> bool:
+    words = [word for word in re.split(r"[^a-z0-9]+", name.lower()) if word]
+    while len(words) > 1 and words[-1] in MEANT:
+        words.pop()
+    return bool(words) and bool({words[-1], "".join(words[-2:])} & set(WORDS[quantity]))
+
+
+def _unit_of(name: str, units: Sequence[str], index: int) -> str:
+    match = _UNIT.fullmatch(name)
+    return match["unit"] if match else units[index].strip("[]() ") if index < len(units) else ""
+
+
+def _known(quantity: str) -> dict[str, float]:
+    return SECONDS if quantity == TIME else MOMENT if quantity in MOMENTS else FORCE
+
+
+def _factor(quantity: str, unit: str) -> float | None:
+    """From a unit to that of the quantity; None for a unit of something else, 1 without a unit."""
+    if not unit:
+        return None if quantity == TIME else 1.0
+    return _known(quantity).get(re.sub(r"[\s·*.]", "", unit))

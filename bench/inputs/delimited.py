@@ -1,0 +1,134 @@
+"""Tables of numbers as loggers write them: commas, semicolons, tabs or blanks, decimal commas, comments."""
+
+import csv
+import io
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from alloc import FileError
+from alloc.files.textfile import read_text
+from bench.inputs.csv_text import is_number
+
+UNITS = {"N", "kN", "Nm", "N m", "N·m", "N*m", "kNm", "s", "ms", "us", "µs", "ns"}
+"""Units of which a line below the header holds at least one."""
+COMMENT = ("#", "%", "//")
+NAMES = {",": "commas", ";": "semicolons", "\t": "tabs", " ": "blanks"}
+_DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?", re.ASCII)
+
+
+@dataclass
+class Cells:
+    """The cells of a file below its header.
+
+    Attributes
+    ----------
+    path, line : the file, and the line of its header
+    header : the cells of the header, without blanks around them
+    units : the cells of a line of units below the header; empty where there is none
+    separator : what stands between cells
+    decimal : ``.`` or ``,`` once a number has shown which one the file has, else empty
+    rows : the other rows, each with its line
+    """
+
+    path: Path
+    line: int
+    header: list[str]
+    units: list[str]
+    separator: str
+    rows: Iterator[tuple[int, list[str]]] = field(repr=False)
+    decimal: str = ""
+
+    def number(self, line: int, column: str, cell: str, most: float) -> float:
+        """The number in a cell, no larger than ``most``; raises FileError naming file, line and column."""
+        text = cell.strip()
+        comma = self.separator != "," and bool(_DECIMAL_COMMA.fullmatch(text))
+        mark = "," if comma else "." if "." in text else ""
+        if mark and self.decimal and mark != self.decimal:
+            raise self.refused(
+                line,
+                f"{column} is {text[:40]!r}, where numbers above have {self.decimal!r}; keep one",
+            )
+        self.decimal = self.decimal or mark
+        if comma:
+            text = text.replace(",", ".")
+        if not is_number(text):
+            raise self.refused(line, f"{column} is {text[:40]!r}; give a finite number such as -12.5 or 1e-5")
+        value = float(text)
+        if not abs(value) <= most:
+            raise self.refused(line, f"{column} is {text[:40]!r}, too large; check its unit")
+        return value
+
+    def refused(self, line: int, why: str) -> FileError:
+        """The error that names file and line."""
+        return FileError(why, path=self.path, line=line)
+
+
+def read_table(path: Path) -> Cells:
+    """The header of a file and an iterator over its rows; raises FileError where it is no such table.
+
+    Lines that begin with ``#``, ``%`` or ``//`` are comments. The last one is the header where the line below
+    it is of numbers alone, and as long.
+    """
+    lines = list(io.StringIO(read_text(path), newline=""))
+    kept = ["\n" if line.lstrip().startswith(COMMENT) else line for line in lines]
+    first = next((i for i, line in enumerate(kept) if line.strip()), None)
+    if first is None:
+        return Cells(path, 1, [], [], ",", iter(()))
+    below = next((line for line in kept[first + 1 :] if line.strip()), "")
+    separator = _separator(kept[first], below)
+    if all(_numeric(cell) for cell in _cells(kept[first], separator)):
+        above = next((i for i in reversed(range(first)) if lines[i].strip()), None)
+        if above is not None:
+            spoken = lines[above].lstrip().lstrip("#%/ ")
+            mark = _separator(spoken, kept[first])
+            if len(_cells(spoken, mark)) == len(_cells(kept[first], mark)):
+                kept[above], separator = spoken, mark
+    if separator == " ":
+        kept = [" ".join(line.split()) + "\n" for line in kept]
+    rows = _rows(path, kept, separator)
+    line, header = next(rows, (first + 1, []))
+    units: list[str] = []
+    ahead = next(rows, None)
+    if ahead is not None and not any(map(_numeric, ahead[1])):
+        words = [cell.strip("[]() ") for cell in ahead[1]]
+        if UNITS & set(words) and not {"nan", "inf"} & {word.lower().lstrip("+-") for word in words}:
+            units, ahead = words, None
+    return Cells(path, line, [cell.strip() for cell in header], units, separator, _chained(ahead, rows))
+
+
+def _rows(path: Path, lines: list[str], separator: str) -> Iterator[tuple[int, list[str]]]:
+    """The rows that are not blank, each with the line it ends on."""
+    reader = csv.reader(iter(lines), delimiter=separator, strict=True)
+    try:
+        for row in reader:
+            if any(cell.strip() for cell in row):
+                yield reader.line_num, row
+    except csv.Error as error:
+        raise FileError(f"not CSV ({error}); mend that line", path=path, line=reader.line_num) from None
+
+
+def _chained(
+    first: tuple[int, list[str]] | None, rest: Iterator[tuple[int, list[str]]]
+) -> Iterator[tuple[int, list[str]]]:
+    if first is not None:
+        yield first
+    yield from rest
+
+
+def _separator(line: str, below: str) -> str:
+    """What separates the cells of a header; blanks only where the line below has as many of them."""
+    for separator in (";", "\t", ","):
+        if separator in line:
+            return separator
+    words = line.split()
+    return " " if len(words) > 1 and len(words) == len(below.split()) else ","
+
+
+def _cells(line: str, separator: str) -> list[str]:
+    return line.split(None if separator == " " else separator)
+
+
+def _numeric(cell: str) -> bool:
+    return is_number(cell) or bool(_DECIMAL_COMMA.fullmatch(cell.strip()))

@@ -1,0 +1,82 @@
+"""Limits of each demand, from columns of a log: ``volts``, and ``f0_min``, ``f0_max`` and so on."""
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from alloc import DemandError, FloatArray, Vehicle
+from alloc.vehicle.limits import VoltageTable
+
+VOLTS = "volts"
+_LIMIT = re.compile(r"f(?P<thruster>\d+)_(?P<side>min|max)")
+_WITH_UNIT = re.compile(r"(?P<name>\S+)\s*[\[(](?P<unit>[NV])[\])]")
+
+
+def limit_columns(place: str, header: Sequence[str]) -> dict[str, int]:
+    """Which columns hold limits, by name: ``volts`` [V], ``f3_min`` [N]; raises DemandError for one twice."""
+    found: dict[str, int] = {}
+    for i, column in enumerate(header):
+        match = _WITH_UNIT.fullmatch(column.strip())
+        name = match["name"] if match else column.strip()
+        if name != VOLTS and not _LIMIT.fullmatch(name):
+            continue
+        if match and match["unit"] != ("V" if name == VOLTS else "N"):
+            raise DemandError(f"{place}: {column!r} is in {match['unit']}; give volts in V, limits in N")
+        if name in found:
+            raise DemandError(f"{place}: column {name!r} appears twice; keep one")
+        found[name] = i
+    return found
+
+
+def limits_in(
+    path: Path, columns: Mapping[str, FloatArray], vehicle: Vehicle
+) -> tuple[FloatArray, FloatArray] | tuple[None, None]:
+    """f_min and f_max of each demand (N, n) [N]: the vehicle's own, cut by all that the columns say.
+
+    (None, None) without such columns. Raises DemandError for a thruster that the vehicle does not have, for
+    volts where it has no table, and for volts beyond the table; it names the file, the column and the row.
+    """
+    if not columns:
+        return None, None
+    N = len(next(iter(columns.values())))
+    low, high = (np.tile(side, (N, 1)) for side in (vehicle.f_min, vehicle.f_max))
+    if VOLTS in columns:
+        at_least, at_most = _by_volts(path, columns[VOLTS], vehicle)
+        low, high = np.maximum(low, at_least), np.minimum(high, at_most)
+    for name, values in columns.items():
+        if (match := _LIMIT.fullmatch(name)) is None:
+            continue
+        i = int(match["thruster"])
+        if i >= vehicle.n:
+            raise DemandError(
+                f"{path}: column {name!r}: {vehicle.name} has no thruster {i}; count from 0 to"
+                f" {vehicle.n - 1}"
+            )
+        if match["side"] == "min":
+            low[:, i] = np.maximum(low[:, i], values)
+        else:
+            high[:, i] = np.minimum(high[:, i], values)
+    off = vehicle.readiness == 0
+    return np.where(off, 0.0, low), np.where(off, 0.0, high)
+
+
+def _by_volts(path: Path, volts: FloatArray, vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
+    table: VoltageTable | None = vehicle.by_volts
+    if table is None:
+        raise DemandError(
+            f"{path}: column 'volts': {vehicle.name} has no limits by voltage; add 'volts' to its file"
+        )
+    least, most = table.volts[0], table.volts[-1]
+    outside = np.flatnonzero(~((volts >= least) & (volts <= most)))
+    if outside.size:
+        raise DemandError(
+            f"{path}: demand {outside[0]} (counted from 0): {volts[outside[0]]:g} V lies outside of the"
+            f" vehicle's table, {least:g} to {most:g} V; cut the row out, or give more of the table"
+        )
+    low, high = (
+        np.column_stack([np.interp(volts, table.volts, column) for column in side.T])
+        for side in (table.f_min, table.f_max)
+    )
+    return low, high

@@ -1,0 +1,45 @@
+"""Whether the shares that answers say of a demand's levels are what their thrusts deliver."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from alloc import WRENCH_TOLERANCE, BoolArray, FloatArray, IndexArray, NotApplicable, find_formulation
+from bench.demands import DemandSet
+
+
+def misstated(
+    demands: DemandSet,
+    demand: IndexArray,
+    shares: Sequence[Sequence[float]],
+    f: FloatArray,
+    formulation: str,
+    tolerance: float,
+) -> BoolArray:
+    """Which of M answers say shares that their thrusts f (M, n) [N] do not deliver.
+
+    By the formulation's way, the shares of an answer make a wrench of its demand, ``demands.taus[demand]``.
+    It may differ from T P f by WRENCH_TOLERANCE, and by as much as thrusts ``tolerance`` apart, relative to
+    the largest limit, may make. An answer that says nothing misstates nothing.
+    """
+    wrong = np.zeros(len(shares), dtype=bool)
+    said = np.flatnonzero([len(share) > 0 for share in shares])
+    vehicle, find_way = demands.vehicle, find_formulation(formulation).way
+    if find_way is None or not said.size:
+        return wrong
+    try:
+        way = find_way(vehicle)
+    except NotApplicable:
+        return wrong
+    wrong[said] = [len(shares[i]) != len(way.keep) for i in said.tolist()]
+    rows = said[~wrong[said]]
+    taken = np.array([shares[i] for i in rows.tolist()]).reshape(len(rows), len(way.keep))
+    low, high = (
+        np.broadcast_to(side, (len(demands.taus), vehicle.n))[demand[rows]] for side in demands.limits
+    )
+    begin = way.departure(low, np.maximum(low, high))
+    missed = f[rows] @ vehicle.TP.T - way.delivered(demands.taus[demand[rows]], begin, taken)
+    off = np.abs(missed / vehicle.wrench_scale).max(axis=1, initial=0.0)
+    in_range = ((taken >= 0.0) & (taken <= 1.0)).all(axis=1)
+    wrong[rows] = ~((off <= WRENCH_TOLERANCE + vehicle.n * tolerance) & in_range)
+    return wrong

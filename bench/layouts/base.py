@@ -1,0 +1,98 @@
+"""The base of a study: its thrusters' poses, and the vehicle of the degrees of freedom that count."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from alloc import DOF, FileError, FloatArray, UnknownName, Vehicle, VehicleError, list_vehicles
+from alloc.vehicle.file import VehicleFile, vehicle_with
+from alloc.vehicle.geometry import from_flu, pose_matrix
+from alloc.vehicle.read import find_file, read_document
+from bench.layouts.study import StudyDocument
+
+
+@dataclass(frozen=True, eq=False)
+class Base:
+    """A vehicle, and where its thrusters stand, z down.
+
+    Attributes
+    ----------
+    vehicle : T from the poses, in the degrees of freedom that count
+    position, direction : (n, 3) [m], [-]
+    center : (3,) of mass [m]
+    """
+
+    vehicle: Vehicle
+    position: FloatArray
+    direction: FloatArray
+    center: FloatArray
+
+
+def read_base(document: StudyDocument) -> Base:
+    """The base that a study names; raises StudyError where it is none to vary."""
+    name = document.keys.base
+    path = find_file(name) if name in list_vehicles() else document.tree.path.parent / name
+    try:
+        if name not in list_vehicles() and not path.exists():
+            shipped = ", ".join(list_vehicles())
+            raise UnknownName(
+                f"no vehicle '{name}'; shipped ones are {shipped}, or give a file beside the study"
+            )
+        file = read_document(path).keys
+        position, direction, center = _poses(file)
+        dof = tuple(document.keys.dof if document.keys.dof is not None else file.dof)
+        if not dof or not set(dof) <= set(DOF) or len(set(dof)) < len(dof):
+            raise document.refusal("dof", f"give different names out of {', '.join(DOF)}")
+        T = pose_matrix(position, direction, center)[[DOF.index(axis) for axis in dof]]
+        vehicle = vehicle_with(_counted(file, dof), T)
+        _check(vehicle)
+    except (VehicleError, UnknownName, FileError) as error:
+        raise document.refusal("base", str(error)) from None
+    return Base(vehicle, position, direction, center)
+
+
+def _counted(file: VehicleFile, dof: tuple[str, ...]) -> VehicleFile:
+    from msgspec.structs import replace
+
+    kept = None
+    if file.slack_weights is not None:
+        by_axis: dict[str, float] = dict(zip(file.dof, file.slack_weights, strict=False))
+        kept = [by_axis[axis] for axis in dof] if set(dof) <= set(by_axis) else None
+    return replace(file, dof=list(dof), slack_weights=kept, rank=None)
+
+
+def _poses(file: VehicleFile) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Positions and unit directions (n, 3), and the centre of mass (3,), z down."""
+    if file.thrusters:
+        position = np.array([t.position for t in file.thrusters])
+        direction = np.array([t.direction for t in file.thrusters])
+        center = np.array(file.center_of_mass)
+        if file.frame == "flu":
+            axes = ("surge", "sway", "heave")
+            position, direction = from_flu(position.T, axes).T, from_flu(direction.T, axes).T
+            center = from_flu(center[:, None], axes)[:, 0]
+    elif file.planar is not None:
+        alpha, phi = np.radians(file.planar.alpha_deg), np.radians(file.planar.phi_deg)
+        flat, d = np.zeros(len(alpha)), np.array(file.planar.d)
+        sign = -1.0 if file.frame == "flu" else 1.0
+        position = np.array([d * np.cos(phi), sign * d * np.sin(phi), flat]).T
+        direction = np.array([np.cos(alpha), sign * np.sin(alpha), flat]).T
+        center = np.zeros(3)
+    else:
+        raise VehicleError(
+            f"{file.name} has T, but no poses that could vary; give it 'thrusters' or 'planar' too", "T"
+        )
+    return position, direction / np.linalg.norm(direction, axis=1, keepdims=True), center
+
+
+def _check(vehicle: Vehicle) -> None:
+    """Raise VehicleError for a base whose layouts could not be compared."""
+    name = vehicle.name
+    if vehicle.rank < vehicle.k:
+        raise VehicleError(
+            f"{name} pushes {vehicle.rank} of {vehicle.k} degrees of freedom alone; name those under 'dof'"
+        )
+    if (vehicle.f_min > 0).any() or (vehicle.f_max < 0).any() or (vehicle.f_min >= vehicle.f_max).any():
+        raise VehicleError(f"{name} has a thruster that can't rest or can't push; give f_min <= 0 <= f_max")
+    if np.count_nonzero(vehicle.H - np.diag(np.diag(vehicle.H))):
+        raise VehicleError(f"{name} has an H that couples thrusters; layouts take 'weights', one a thruster")

@@ -1,0 +1,200 @@
+"""A study file turned into the space of its layouts, or refused with file, line, key and remedy."""
+
+from pathlib import Path
+
+import numpy as np
+
+from alloc import AllocError, FloatArray, Vehicle
+from bench.demands import build_demands
+from bench.layouts.authority import volumes
+from bench.layouts.base import Base, read_base
+from bench.layouts.space import LayoutSpace, Moving, Parameter, Setting, reflections, turns
+from bench.layouts.spaces import layout_of, spaces
+from bench.layouts.study import Span, StudyDocument, Values, VariedGroup
+
+NEAR = 2e-3
+"""By how much a thruster may stand off the image of its leader [m], [-]: published poses have three."""
+
+POSE = ("x", "y", "z", "azimuth_deg", "cant_deg")
+
+
+def compile_study(document: StudyDocument) -> tuple[LayoutSpace, Vehicle]:
+    """The space of a study's layouts, and its base; raises StudyError."""
+    base = read_base(document)
+    vehicle = base.vehicle
+    parameters: list[Parameter] = []
+    groups = _groups(document, base, parameters)
+    x, y, z = (
+        _setting(
+            document, f"center_of_mass.{axis}", getattr(document.keys.center_of_mass, axis), at, parameters
+        )
+        for axis, at in zip("xyz", base.center.tolist(), strict=True)
+    )
+    if not parameters:
+        raise document.refusal("groups", "nothing varies; give a list, or 'from' and 'to', of something")
+    whole = layout_of(vehicle)
+    space = LayoutSpace(
+        name=vehicle.name,
+        dof=vehicle.dof,
+        parameters=tuple(parameters),
+        groups=groups,
+        center=(x, y, z),
+        constraints=document.keys.constraints,
+        taus=_demands(document, vehicle),
+        scale=np.array(vehicle.row_lengths),
+        volume=float(volumes(whole, spaces(whole)[1]).whole[0]),
+    )
+    return space, vehicle
+
+
+def _demands(document: StudyDocument, vehicle: Vehicle) -> FloatArray:
+    asked = document.keys.demands
+    beside = document.tree.path.parent / asked.source
+    source: str | Path = beside if Path(asked.source).suffix and beside.exists() else asked.source
+    try:
+        return np.array(build_demands(source, vehicle, document.keys.seed, asked.n).taus)
+    except AllocError as error:
+        raise document.refusal("demands.set", str(error)) from None
+
+
+def _groups(document: StudyDocument, base: Base, parameters: list[Parameter]) -> tuple[Moving, ...]:
+    """The groups of the file, then a group of its own for each other thruster of the base."""
+    found, taken = [], set[int]()
+    for name, keys in document.keys.groups.items():
+        where = f"groups.{name}"
+        if (keys.thrusters is None) == (keys.like is None):
+            raise document.refusal(where, "give either 'thrusters' of the base, or 'like' for new ones")
+        members = keys.thrusters if keys.thrusters is not None else [keys.like or 0]
+        for i in members:
+            if not 0 <= i < base.vehicle.n:
+                raise document.refusal(
+                    where, f"the base has no thruster {i}; count from 0 to {base.vehicle.n - 1}"
+                )
+            if keys.thrusters is not None and i in taken:
+                raise document.refusal(
+                    f"{where}.thrusters", f"thruster {i} is named twice; a thruster has one group"
+                )
+            if keys.thrusters is not None:
+                taken.add(i)
+        if not members:
+            raise document.refusal(f"{where}.thrusters", "is empty; name at least one thruster")
+        found.append(_moving(document, base, name, keys, members, parameters))
+    still = VariedGroup(thrusters=[])
+    rest = (i for i in range(base.vehicle.n) if i not in taken)
+    return (*found, *(_moving(document, base, f"thruster {i}", still, [i], parameters) for i in rest))
+
+
+def _moving(
+    document: StudyDocument,
+    base: Base,
+    name: str,
+    keys: VariedGroup,
+    members: list[int],
+    parameters: list[Parameter],
+) -> Moving:
+    where, lead = f"groups.{name}", members[0]
+    count: Setting = float(len(members))
+    if keys.like is None:
+        if keys.mirror or keys.count is not None:
+            raise document.refusal(where, "'mirror' and 'count' make new thrusters; give them with 'like'")
+        images, polarity = _images(document, base, name, members)
+    else:
+        images, polarity, count = _new(document, where, keys, parameters)
+    e = base.direction[lead]
+    azimuth, cant = np.degrees(np.arctan2(e[1], e[0])), np.degrees(np.arcsin(np.clip(e[2], -1, 1)))
+    own = (*base.position[lead].tolist(), float(azimuth), float(cant))
+    x, y, z, turned, canted = (
+        _setting(document, f"{where}.{key}", getattr(keys, key), at, parameters)
+        for key, at in zip(POSE, own, strict=True)
+    )
+    size = _setting(document, f"{where}.size", keys.size, 1.0, parameters)
+    for least in (
+        [size] if isinstance(size, float) else [*size.choices, *(() if size.choices else (size.low,))]
+    ):
+        if not least > 0:
+            raise document.refusal(f"{where}.size", f"{least:g} is no size; give factors above 0")
+    limits = {(base.vehicle.f_min[i], base.vehicle.f_max[i], base.vehicle.H[i, i]) for i in members}
+    if len(limits) > 1:
+        raise document.refusal(
+            f"{where}.thrusters", "have different limits or weights; put them in different groups"
+        )
+    f_min, f_max, weight = map(float, limits.pop())
+    present = [float(p) for p in keys.present] if isinstance(keys.present, list) else float(keys.present)
+    return Moving(
+        name=name,
+        images=images,
+        polarity=polarity,
+        pose=(x, y, z, turned, canted),
+        size=size,
+        present=_setting(document, f"{where}.present", present, 1.0, parameters),
+        count=count,
+        f_min=f_min,
+        f_max=f_max,
+        weight=weight,
+    )
+
+
+def _images(
+    document: StudyDocument, base: Base, name: str, members: list[int]
+) -> tuple[dict[int, FloatArray], dict[int, FloatArray]]:
+    """How each member is an image of the first: mirrored in planes through the origin, or turned about z."""
+    r, e = base.position[members[0]], base.direction[members[0]]
+    matrices, signs = [], []
+    candidates = [(Q, sign) for sign in (1.0, -1.0) for Q in (*reflections(), *turns(len(members))[1:])]
+    for i in members:
+        for Q, sign in candidates:
+            off = max(np.abs(Q @ r - base.position[i]).max(), np.abs(sign * Q @ e - base.direction[i]).max())
+            if off <= NEAR:
+                matrices.append(Q)
+                signs.append(sign)
+                break
+        else:
+            raise document.refusal(
+                f"groups.{name}.thrusters",
+                f"thruster {i} of the base is no mirror image of thruster {members[0]} in the planes xz, yz,"
+                " xy, nor turned from it about the vertical axis; put it in a group of its own",
+            )
+    return {len(members): np.array(matrices)}, {len(members): np.array(signs)}
+
+
+def _new(
+    document: StudyDocument, where: str, keys: VariedGroup, parameters: list[Parameter]
+) -> tuple[dict[int, FloatArray], dict[int, FloatArray], Setting]:
+    """The images of new thrusters: mirrored in the planes that are named, or evenly around the z axis."""
+    if keys.mirror and keys.count is not None:
+        raise document.refusal(where, "give 'mirror' or 'count', not both")
+    if keys.count is None:
+        matrices = np.array(reflections(tuple(keys.mirror)))
+        return {len(matrices): matrices}, {len(matrices): np.ones(len(matrices))}, float(len(matrices))
+    counts = keys.count if isinstance(keys.count, list) else [keys.count]
+    if not counts or min(counts) < 1:
+        raise document.refusal(f"{where}.count", "give numbers of thrusters, 1 or more")
+    setting = _setting(document, f"{where}.count", [float(c) for c in counts], 1.0, parameters)
+    return {c: np.array(turns(c)) for c in counts}, {c: np.ones(c) for c in counts}, setting
+
+
+def _setting(
+    document: StudyDocument, where: str, given: Values | None, own: float, parameters: list[Parameter]
+) -> Setting:
+    """A number that stays, or a parameter, which is added to ``parameters``; raises StudyError for none."""
+    if given is None:
+        return own
+    if isinstance(given, (int, float)):
+        return float(given)
+    name = where.removeprefix("groups.")
+    if isinstance(given, Span):
+        if not given.low < given.high:
+            raise document.refusal(
+                where, f"the span from {given.low:g} to {given.high:g} is empty; give 'from' < 'to'"
+            )
+        if document.keys.sampling == "grid" and not (given.steps or 0) >= 2:
+            raise document.refusal(where, "a grid takes 'steps' of a span, 2 or more")
+        parameter = Parameter(name, low=given.low, high=given.high, steps=given.steps or 0)
+    elif not given:
+        raise document.refusal(where, "the list is empty; give at least one value")
+    elif len(given) == 1:
+        return float(given[0])
+    else:
+        parameter = Parameter(name, choices=tuple(map(float, given)))
+    parameters.append(parameter)
+    return parameter

@@ -1,0 +1,183 @@
+"""The numbers of many layouts, side by side: what stands in the columns of a shard."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from alloc import DOF, FloatArray, NotApplicable, Vehicle, build, unit
+from bench.layouts.authority import reach, safe_shares, volumes, worst_faults
+from bench.layouts.constraints import refused
+from bench.layouts.minors import subsets
+from bench.layouts.section import closed_form_volumes
+from bench.layouts.served import shares
+from bench.layouts.space import LayoutSpace, poses
+from bench.layouts.spaces import Layouts, Spaces, spaces
+
+AT_ONCE = 512
+"""Layouts that are worked on at once: few enough that their arrays stay in the processor's cache."""
+
+Columns = dict[str, NDArray[np.float64] | NDArray[np.int64]]
+
+
+class Counted(NamedTuple):
+    """The numbers of layouts, and how many have none.
+
+    Attributes
+    ----------
+    columns : by name, one entry for each layout that keeps to the constraints and has full rank
+    kept : (M,) which of the layouts those are
+    refused : by constraint, or ``rank``, how many layouts break it first
+    """
+
+    columns: Columns
+    kept: NDArray[np.int64]
+    refused: dict[str, int]
+
+
+def measure(space: LayoutSpace, values: FloatArray) -> Counted:
+    """The numbers of the layouts with parameters ``values`` (P, B)."""
+    parts: list[Columns] = []
+    kept: list[NDArray[np.int64]] = []
+    reasons: dict[str, int] = {}
+    for group in poses(space, values):
+        left = np.ones(len(group.which), dtype=bool)
+        for reason, broken in refused(group, space.constraints).items():
+            reasons[reason] = reasons.get(reason, 0) + int((left & broken).sum())
+            left &= ~broken
+        layouts = group.layouts(space.dof).take(left)
+        places = group.which[left]
+        for first in range(0, len(layouts), AT_ONCE):
+            part = slice(first, first + AT_ONCE)
+            full, columns = numbers(layouts.take(part), space.dof, space.taus, space.scale, space.volume)
+            reasons["rank"] = reasons.get("rank", 0) + int((~full).sum())
+            parts.append(columns)
+            kept.append(places[part][full])
+    names = column_names(space.dof)
+    if not parts:
+        return Counted({name: np.zeros(0) for name in names}, np.zeros(0, dtype=np.int64), reasons)
+    which = np.concatenate(kept)
+    order = np.argsort(which, kind="stable")
+    columns = {name: np.concatenate([part[name] for part in parts])[order] for name in names}
+    return Counted(columns, which[order], {reason: count for reason, count in reasons.items() if count})
+
+
+def numbers(
+    layouts: Layouts, dof: tuple[str, ...], taus: FloatArray, scale: FloatArray, volume: float
+) -> tuple[NDArray[np.bool_], Columns]:
+    """Which layouts have full rank (B,), and the columns of those; ``volume`` is what authority 1 means."""
+    full, found = spaces(layouts)
+    layouts = layouts.take(full)
+    n, count = layouts.weights.shape
+    if not count:
+        return full, {name: np.zeros(0) for name in column_names(dof)}
+    sizes = volumes(layouts, found)
+    one, two = worst_faults(layouts, found, sizes)
+    far = reach(layouts, found, scale)
+    served = shares(layouts, found, taus)
+    none = np.full(count, np.nan)
+    pair = subsets(n, 2)[two.which].T if two is not None else np.full((2, count), -1)
+    columns: Columns = {
+        "thrusters": np.full(count, n),
+        "nullity": np.full(count, found.d),
+        "worst_case_steps": _steps(layouts, found),
+        "authority": sizes.whole / volume,
+        "authority_after_one": one.volume / volume,
+        "authority_after_two": two.volume / volume if two is not None else np.zeros(count),
+        "worst_thruster": one.which,
+        "worst_pair_a": pair[0],
+        "worst_pair_b": pair[1],
+        "rank_after_one": one.rank,
+        "rank_after_two": two.rank if two is not None else np.zeros(count, dtype=np.int64),
+        "condition": found.sigma[0] / found.sigma[-1],
+        "condition_after_one": one.condition,
+        "condition_after_two": two.condition if two is not None else none,
+        "any_direction_N": far.any_direction,
+        "safe_share": safe_shares(layouts, found),
+        "closed_form_volume_share": closed_form_volumes(layouts, found) / sizes.whole,
+        "closed_form_served_share": served.closed_form,
+        "exact_served_share": served.exact,
+        "closed_form_effort_N2": served.closed_form_effort,
+        "exact_effort_N2": served.exact_effort,
+    }
+    for row, axis in enumerate(dof):
+        columns[f"{axis}_min_{_unit(axis)}"] = far.axis_min[row]
+        columns[f"{axis}_max_{_unit(axis)}"] = far.axis_max[row]
+    return full, columns
+
+
+COUNTS = (
+    "thrusters",
+    "nullity",
+    "worst_thruster",
+    "worst_pair_a",
+    "worst_pair_b",
+    "rank_after_one",
+    "rank_after_two",
+)
+"""Columns of whole numbers."""
+
+NUMBERS = (
+    "thrusters",
+    "nullity",
+    "worst_case_steps",
+    "authority",
+    "authority_after_one",
+    "authority_after_two",
+    "worst_thruster",
+    "worst_pair_a",
+    "worst_pair_b",
+    "rank_after_one",
+    "rank_after_two",
+    "condition",
+    "condition_after_one",
+    "condition_after_two",
+    "any_direction_N",
+    "safe_share",
+    "closed_form_volume_share",
+    "closed_form_served_share",
+    "exact_served_share",
+    "closed_form_effort_N2",
+    "exact_effort_N2",
+)
+"""Columns of every study; the largest wrenches along each axis follow them."""
+
+
+def column_names(dof: tuple[str, ...]) -> tuple[str, ...]:
+    """The names of all columns of numbers, in order."""
+    axes = (f"{axis}_{end}_{_unit(axis)}" for axis in dof for end in ("min", "max"))
+    return (*NUMBERS, *axes)
+
+
+def _unit(axis: str) -> str:
+    return unit(axis).replace(" ", "")
+
+
+def _steps(layouts: Layouts, found: Spaces) -> FloatArray:
+    """Worst-case steps of the exact method (B,), NaN where it does not take the layout.
+
+    They depend on which thrusters the null space ties together, and so on which minors of its basis are zero:
+    of all layouts with the same zeros, one is asked.
+    """
+    zeros = np.packbits(np.abs(found.minors) > 1e-9 * np.abs(found.minors).max(axis=0), axis=0)
+    _, first, of = np.unique(zeros, axis=1, return_index=True, return_inverse=True)
+    return np.array([_steps_of(layouts.take(slice(i, i + 1))) for i in first])[of.ravel()]
+
+
+def _steps_of(layout: Layouts) -> float:
+    k, n, _ = layout.T.shape
+    vehicle = Vehicle(
+        name="layout",
+        dof=DOF[:k],
+        T=layout.T[..., 0],
+        H=np.diag(layout.weights[:, 0]),
+        f_min=layout.f_min[:, 0],
+        f_max=layout.f_max[:, 0],
+        readiness=np.ones(n),
+        slack_weights=np.ones(k),
+    )
+    try:
+        allocate = build("nullspace", vehicle)
+    except NotApplicable:
+        return float("nan")
+    return float(getattr(allocate, "worst_case_steps", np.nan))

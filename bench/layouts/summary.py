@@ -1,0 +1,144 @@
+"""What all shards of a study say, read one after the other: the front, the base's place, what matters."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from alloc import FloatArray
+from bench.layouts.front import losses, merged
+from bench.layouts.measure import Columns
+from bench.layouts.shards import facts_of, read_shard, whole_shards
+from bench.layouts.space import LayoutSpace, Parameter
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+OUTCOMES = ("authority", "authority_after_one", "any_direction_N", "closed_form_volume_share")
+"""Numbers of a layout of which it is said what matters for them."""
+
+COMPARED = (
+    "authority",
+    "authority_after_one",
+    "authority_after_two",
+    "any_direction_N",
+    "safe_share",
+    "closed_form_volume_share",
+    "closed_form_served_share",
+    "exact_served_share",
+)
+"""Numbers in which the base is put beside all layouts; more is better."""
+
+BINS = 20
+"""Parts into which each span is cut to see what matters."""
+
+DRAWN = 4000
+"""Layouts that are drawn, evenly out of all: more would cover each other."""
+
+EQUAL = 1e-9
+"""Shares by which numbers may differ and count as equal."""
+
+
+@dataclass(kw_only=True)
+class StudySummary:
+    """All shards of a study, in numbers that do not grow with them.
+
+    Attributes
+    ----------
+    asked : layouts drawn
+    measured : of them that keep to the constraints and have full rank
+    refused : the others, by what refused them first
+    better : by column of COMPARED, how many layouts are better than the base
+    at_least_as_good : layouts that beat the base in something that counts, and lose in nothing
+    best : by column of COMPARED, the largest number of any layout
+    front : the Pareto front
+    drawn : (M, 2) authority whole and after the worst failure of layouts to draw
+    bins : outcome, parameter, part of its span: count, sum and sum of squares of the outcome
+    """
+
+    asked: int = 0
+    measured: int = 0
+    refused: dict[str, int] = field(default_factory=dict)
+    better: dict[str, int] = field(default_factory=lambda: dict.fromkeys(COMPARED, 0))
+    at_least_as_good: int = 0
+    best: dict[str, float] = field(default_factory=lambda: dict.fromkeys(COMPARED, float("-inf")))
+    front: "pa.Table | None" = None
+    drawn: list[FloatArray] = field(default_factory=list)
+    bins: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+    def matters(self) -> FloatArray:
+        """(outcomes, parameters) share of an outcome's variance that each parameter alone explains.
+
+        The variance of the means over the parts of a span, over that of all layouts (the first-order index of
+        Sobol' 1993), less what that many parts explain by chance. What is left is due to parameters together.
+        """
+        count, total, squares = np.moveaxis(self.bins, -1, 0)
+        n = np.maximum(count.sum(axis=-1), 1)
+        mean = total.sum(axis=-1) / n
+        within = (squares - np.divide(total**2, count, out=np.zeros_like(total), where=count > 0)).sum(
+            axis=-1
+        )
+        whole = squares.sum(axis=-1) - n * mean**2
+        parts = (count > 0).sum(axis=-1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            explained = 1 - (within / np.maximum(n - parts, 1)) / (whole / np.maximum(n - 1, 1))
+        found: FloatArray = np.clip(np.nan_to_num(explained), 0.0, 1.0)
+        return found
+
+
+def summarise(space: LayoutSpace, shards: Path, base: Columns) -> StudySummary:
+    """Read all shards of a folder, one at a time."""
+    said = StudySummary(bins=np.zeros((len(OUTCOMES), len(space.parameters), BINS, 3)))
+    paths = [path for _, path in sorted(whole_shards(shards).items())]
+    facts = [facts_of(path) for path in paths]
+    said.asked = sum(fact.asked for fact in facts)
+    stride = max(said.asked // DRAWN, 1)
+    own = _losses_of(base)
+    for path, fact in zip(paths, facts, strict=True):
+        for reason, count in fact.refused.items():
+            said.refused[reason] = said.refused.get(reason, 0) + count
+        table = read_shard(path)
+        said.measured += table.num_rows
+        if table.num_rows:
+            _add(said, space.parameters, table, base, own, stride)
+    return said
+
+
+def _losses_of(base: Columns) -> FloatArray:
+    import pyarrow as pa
+
+    found: FloatArray = losses(pa.table({name: np.asarray(column) for name, column in base.items()}))[0]
+    return found
+
+
+def _add(
+    said: StudySummary,
+    parameters: Sequence[Parameter],
+    table: "pa.Table",
+    base: Columns,
+    own: FloatArray,
+    stride: int,
+) -> None:
+    said.front = merged(said.front, table)
+    for name in COMPARED:
+        column, least = table[name].to_numpy(), float(base[name][0])
+        said.better[name] += int((column > least + EQUAL * abs(least)).sum())
+        said.best[name] = float(np.fmax(said.best[name], np.fmax.reduce(column)))
+    points, room = losses(table), EQUAL * np.abs(own)
+    beats = (points <= own + room).all(axis=1) & (points < own - room).any(axis=1)
+    said.at_least_as_good += int(beats.sum())
+    chosen = table["layout"].to_numpy() % stride == 0
+    said.drawn.append(
+        np.array([table["authority"].to_numpy()[chosen], table["authority_after_one"].to_numpy()[chosen]]).T
+    )
+    drawn_evenly = table["round"].to_numpy() == 0  # rounds of refinement are crowded around the best
+    for p, parameter in enumerate(parameters):
+        share = parameter.share(table[parameter.name].to_numpy().astype(float))
+        part = np.minimum((share * BINS).astype(int), BINS - 1)
+        for o, outcome in enumerate(OUTCOMES):
+            y = table[outcome].to_numpy()
+            known = drawn_evenly & ~np.isnan(y)
+            for power in range(3):
+                said.bins[o, p, :, power] += np.bincount(part[known], y[known] ** power, minlength=BINS)

@@ -1,0 +1,142 @@
+"""A drawing of a vehicle: top, side and front view, arrows along positive thrust, names and limits."""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from alloc import FloatArray, Vehicle
+from alloc.vehicle.poses import Poses
+from bench.report.pictures.style import BLUE, FAINT, GREY, INK, PAPER, VERMILION
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+LONG_ARROW = 0.28
+"""Length of an arrow in the plane of the page, over the vehicle's largest extent."""
+STRAIGHT = 0.15
+"""A direction whose part in the plane is shorter than this points out of the page or into it."""
+
+
+class View(NamedTuple):
+    """One of the views.
+
+    Attributes
+    ----------
+    title : what it shows
+    right, up : the body axis (0, 1, 2) that points right or up on the page, and its sign
+    towards : the body axis that points at the reader, and its sign
+    sides : words at the left, right, lower and upper edge
+    """
+
+    title: str
+    right: tuple[int, int]
+    up: tuple[int, int]
+    towards: tuple[int, int]
+    sides: tuple[str, str, str, str]
+
+
+VIEWS = (
+    View("from above", (1, 1), (0, 1), (2, -1), ("port", "starboard", "aft", "ahead")),
+    View("from ahead", (1, -1), (2, -1), (0, 1), ("starboard", "port", "down", "up")),
+    View("from starboard", (0, 1), (2, -1), (1, 1), ("aft", "ahead", "down", "up")),
+)
+
+
+def sketch(vehicle: Vehicle, poses: Poses) -> "Figure":
+    """The figure of a vehicle, to be made and saved within the settings of ``style``."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9, 8.2))
+    grid = figure.subplots(2, 2)
+    extent = float(np.ptp(np.vstack([poses.positions, poses.center]), axis=0).max()) or 1.0
+    for axes, view in zip((grid[0, 0], grid[0, 1], grid[1, 0]), VIEWS, strict=True):
+        _draw(axes, view, poses, extent)
+    for name, point in zip(vehicle.names, _seen(VIEWS[0], poses.positions), strict=bool(vehicle.names)):
+        offset = {"xytext": (0, -13), "textcoords": "offset points"}
+        grid[0, 0].annotate(name, point, ha="center", va="top", fontsize=6.5, color=GREY, **offset)
+    _listing(grid[1, 1], vehicle, poses)
+    figure.suptitle(f"{vehicle.name}: arrows show which way positive thrust pushes the vehicle", fontsize=10)
+    return figure
+
+
+def _draw(axes: "Axes", view: View, poses: Poses, extent: float) -> None:
+    points, arrows = _seen(view, poses.positions), _seen(view, poses.directions)
+    facing = view.towards[1] * poses.directions[:, view.towards[0]]
+    arrow = {"arrowstyle": "-|>,head_width=0.25,head_length=0.5", "color": BLUE, "linewidth": 1.6}
+    for point, along, out in zip(points, arrows, facing, strict=True):
+        length = float(np.hypot(*along))
+        if length > STRAIGHT:
+            tip = point + LONG_ARROW * extent * along
+            axes.annotate("", tuple(tip), tuple(point), arrowprops=arrow)
+        elif abs(out) > STRAIGHT:  # an arrow's tip, or its feathers
+            axes.plot(*point, "o", markersize=21, markerfacecolor="none", markeredgecolor=BLUE)
+            if out < 0:
+                axes.plot(*point, "x", markersize=15, color=BLUE)
+    for point, numbers in _together(points, 0.02 * extent):
+        axes.plot(*point, "o", markersize=14, markerfacecolor=PAPER, markeredgecolor=INK, zorder=3)
+        text, size = " ".join(map(str, numbers)), 7 if len(numbers) < 3 else 5
+        axes.text(point[0], point[1], text, ha="center", va="center", fontsize=size, zorder=4)
+    axes.plot(*_seen(view, poses.center[None])[0], "P", color=VERMILION, markersize=7, zorder=4)
+    _frame(axes, view, points, extent)
+
+
+def _frame(axes: "Axes", view: View, points: FloatArray, extent: float) -> None:
+    """Room for the arrows, words at the edges, and metres."""
+    middle = (points.max(axis=0) + points.min(axis=0)) / 2
+    half = extent * (0.5 + 1.35 * LONG_ARROW)
+    axes.set_xlim(middle[0] - half, middle[0] + half)
+    axes.set_ylim(middle[1] - half, middle[1] + half)
+    axes.set_aspect("equal")
+    left, right, low, high = view.sides
+    names = [f"{'-' if sign < 0 else ''}{'xyz'[axis]}" for axis, sign in (view.right, view.up)]
+    axes.set_title(f"seen {view.title}")
+    axes.set_xlabel(f"{left}  ←  {names[0]} [m]  →  {right}")
+    axes.set_ylabel(f"{low}  ←  {names[1]} [m]  →  {high}")
+    axes.axhline(0, color=FAINT, linewidth=1.2)
+    axes.axvline(0, color=FAINT, linewidth=1.2)
+
+
+def _listing(axes: "Axes", vehicle: Vehicle, poses: Poses) -> None:
+    """Names and limits of the thrusters, and what the signs mean."""
+    axes.axis("off")
+    axes.set_xlim(0, 1)
+    axes.set_ylim(0, 1)
+    size = min(8.5, 150 / (vehicle.n + 6))
+    step = 1 / (vehicle.n + 6)
+    rows = [("", "thruster", "limits [N]")]
+    for i in range(vehicle.n):
+        limits = f"{vehicle.f_min[i]:.4g} … {vehicle.f_max[i]:.4g}"
+        rows.append((str(i), (vehicle.names and vehicle.names[i]) or "", limits))
+    for line, (number, name, limits) in enumerate(rows):
+        y = 1 - (line + 0.5) * step
+        for x, text, side in ((0.05, number, "right"), (0.1, name, "left"), (1.0, limits, "right")):
+            axes.text(x, y, text, ha=side, va="center", fontsize=size, color=INK if line else GREY)
+    remarks = [
+        "+ centre of mass; frame: x ahead, y to starboard, z down",
+        "ring: pushes towards you; ring with a cross: away from you",
+    ]
+    if not poses.measured:
+        remarks.append("the file gives T alone: each thruster stands where its")
+        remarks.append("line of thrust is nearest to the centre of mass")
+    for line, text in enumerate(remarks):
+        axes.text(0, (len(remarks) - line - 0.5) * 0.045, text, va="center", fontsize=7.5, color=GREY)
+
+
+def _seen(view: View, points: FloatArray) -> FloatArray:
+    """(n, 2) of points or directions (n, 3) on the page of a view."""
+    (right, right_sign), (up, up_sign) = view.right, view.up
+    return np.stack([right_sign * points[:, right], up_sign * points[:, up]], axis=1)
+
+
+def _together(points: FloatArray, near: float) -> list[tuple[FloatArray, list[int]]]:
+    """Points (n, 2) that fall on each other in a view, with the thrusters that sit there."""
+    groups: list[tuple[FloatArray, list[int]]] = []
+    for i, point in enumerate(points):
+        for other, numbers in groups:
+            if np.hypot(*(point - other)) <= near:
+                numbers.append(i)
+                break
+        else:
+            groups.append((point, [i]))
+    return groups

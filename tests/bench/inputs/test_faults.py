@@ -1,0 +1,40 @@
+"""Faults as users write them, and the vehicles that have them."""
+
+import pytest
+
+from alloc import VehicleError, load_vehicle
+from bench.inputs.faults import EACH, Fault, faulty, parse_fault, with_fault
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        ("3", Fault(3)),
+        ("3@0.4", Fault(3, 0.4)),
+        ("vertical starboard", Fault("vertical starboard")),
+        ("vertical starboard@0.4", Fault("vertical starboard", 0.4)),
+        ("-1", Fault(-1)),
+        ("each", EACH),
+    ],
+)
+def test_a_fault_is_a_thruster_and_what_is_left_of_it(text: str, fault: Fault) -> None:
+    assert parse_fault(text) == fault
+
+
+@pytest.mark.parametrize("text", ["3@", "3@x", "bow@@1"])
+def test_a_readiness_that_is_no_number_is_refused(text: str) -> None:
+    with pytest.raises(VehicleError, match=r"as in 3@0\.4"):
+        parse_fault(text)
+
+
+def test_each_is_every_working_thruster_off_in_turn() -> None:
+    vehicle = load_vehicle("ukwial")
+    assert [v.name for v in with_fault(vehicle, EACH)] == [f"ukwial-f{i}" for i in range(4)]
+    assert [v.name for v in with_fault(vehicle.with_fault(1), EACH)] == [f"ukwial-f1-f{i}" for i in (0, 2, 3)]
+    assert [v.name for v in faulty(vehicle, [None, Fault(2, 0.5)])] == ["ukwial", "ukwial-f2@0.5"]
+
+
+def test_a_thruster_that_the_vehicle_lacks_is_refused() -> None:
+    for fault in (Fault(-1), Fault(4), Fault("bow")):
+        with pytest.raises(VehicleError):
+            with_fault(load_vehicle("ukwial"), fault)

@@ -1,0 +1,112 @@
+"""Limits that a demand CSV brings for each row: what they become, and what is refused."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from alloc import DemandError, FloatArray, Vehicle, load_vehicle
+from bench.demands import build_demands
+from bench.inputs.demand_csv import format_demands, read_demands
+from bench.inputs.log_limits import limits_in
+from tests.readers import refused
+
+HEAVY = load_vehicle("bluerov2-heavy")
+AXES = ",".join(HEAVY.dof)
+
+
+def written(folder: Path, *lines: str) -> Path:
+    path = folder / "log.csv"
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def limits(path: Path, vehicle: Vehicle = HEAVY) -> tuple[FloatArray, FloatArray]:
+    low, high = limits_in(path, read_demands(path, vehicle.dof).columns, vehicle)
+    assert low is not None
+    assert high is not None
+    return low, high
+
+
+def test_columns_cut_the_vehicle_s_limits_row_by_row(tmp_path: Path) -> None:
+    path = written(
+        tmp_path,
+        f"t,{AXES},f0_max,f3_min [N],f5_min,f5_max",
+        "0,1,0,0,0,0,0,12.5,-7,0,0",
+        "1,1,0,0,0,0,0,1000,-7,5,3",
+    )
+    low, high = limits(path)
+    assert high[:, 0].tolist() == [12.5, 60.0]  # no limit is wider than the vehicle's
+    assert low[:, 3].tolist() == [-7, -7]
+    assert (low[1, 5], high[1, 5]) == (5, 3)  # limits may cross, as they do at sea
+    untouched = [1, 2, 4, 6, 7]
+    assert (low[:, untouched] == HEAVY.f_min[untouched]).all()
+
+
+def test_volts_give_what_the_vehicle_gives_at_that_voltage(tmp_path: Path) -> None:
+    path = written(tmp_path, f"{AXES},volts", "1,0,0,0,0,0,16.8", "1,0,0,0,0,0,13")
+    low, high = limits(path)
+    for row, volts in enumerate((16.8, 13.0)):
+        f_min, f_max = HEAVY.limits(volts=volts)
+        np.testing.assert_allclose(low[row], f_min, rtol=1e-15)
+        np.testing.assert_allclose(high[row], f_max, rtol=1e-15)
+
+
+def test_a_thruster_that_is_off_stays_off(tmp_path: Path) -> None:
+    path = written(tmp_path, f"{AXES},f2_min,f2_max", "1,0,0,0,0,0,5,9")
+    low, high = limits(path, HEAVY.with_fault(2))
+    assert low[0, 2] == high[0, 2] == 0
+
+
+def test_a_log_without_such_columns_has_the_vehicle_s_limits(tmp_path: Path) -> None:
+    path = written(tmp_path, AXES, "1,0,0,0,0,0")
+    assert limits_in(path, read_demands(path, HEAVY.dof).columns, HEAVY) == (None, None)
+    assert build_demands(path, HEAVY, 0).f_min is None
+
+
+def test_a_demand_set_from_a_file_is_labelled_within_the_limits_of_each_row(tmp_path: Path) -> None:
+    narrow = ",".join(f"f{i}_min,f{i}_max" for i in range(HEAVY.n))
+    path = written(
+        tmp_path, f"{AXES},{narrow}", "50,0,0,0,0,0" + ",-40,60" * HEAVY.n, "50,0,0,0,0,0" + ",-1,1" * HEAVY.n
+    )
+    demands = build_demands(path, HEAVY, 0)
+    assert demands.alpha[0] > 1 > demands.alpha[1]
+    assert demands.alpha[1] == pytest.approx(4 * 0.707 / 50)  # four thrusters of 1 N at 45 degrees
+    assert demands.f_min is not None
+
+
+def test_what_is_written_is_read_again(tmp_path: Path) -> None:
+    path = written(tmp_path, f"t,{AXES},volts,f0_min", "0,1,2,3,4,5,6,14,-3", "1,1,2,3,4,5,6,13,-2")
+    first = read_demands(path, HEAVY.dof)
+    again = read_demands(
+        written(tmp_path, format_demands(first.t, first.taus, HEAVY.dof, first.columns)), HEAVY.dof
+    )
+    np.testing.assert_array_equal(again.taus, first.taus)
+    assert {name: values.tolist() for name, values in again.columns.items()} == {
+        "volts": [14, 13],
+        "f0_min": [-3, -2],
+    }
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "message"),
+    [
+        ("f8_min", "0", "column 'f8_min': bluerov2-heavy has no thruster 8; count from 0 to 7"),
+        ("volts", "22", r"demand 0 .*22 V lies outside of the vehicle's table, 10 to 20 V"),
+        ("f0_max", "many", "f0_max"),
+        ("f0_max [V]", "1", "is in V; give volts in V, limits in N"),
+        ("f0_max,f0_max", "1,1", "'f0_max' appears twice"),
+    ],
+)
+def test_limits_that_can_not_be_are_refused_with_their_place(
+    tmp_path: Path, column: str, value: str, message: str
+) -> None:
+    path = written(tmp_path, f"{AXES},{column}", f"1,0,0,0,0,0,{value}")
+    assert re.search(message, refused(lambda: limits(path), path))
+
+
+def test_volts_for_a_vehicle_without_a_table_are_refused(tmp_path: Path) -> None:
+    path = written(tmp_path, "surge,sway,yaw,volts", "1,0,0,14")
+    with pytest.raises(DemandError, match="ukwial has no limits by voltage; add 'volts' to its file"):
+        limits(path, load_vehicle("ukwial"))

@@ -1,0 +1,155 @@
+"""The numbers of layouts side by side against the library's functions for one vehicle at a time."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from alloc import (
+    DOF,
+    FloatArray,
+    Vehicle,
+    attainable_volume,
+    build,
+    closed_form_volume,
+    load_vehicle,
+    safe_share,
+    single_axis_maxima,
+    uniform_demands,
+    worst_fault,
+)
+from alloc.reach.zonotope import zonotope
+from bench.judging.loss import loss
+from bench.layouts.authority import volumes
+from bench.layouts.measure import Columns, numbers
+from bench.layouts.section import closed_form_volumes
+from bench.layouts.spaces import Layouts, layout_of, spaces
+
+COUNT = 5
+"""Layouts of each kind: one by one they take most of the time."""
+
+
+def some_layouts(k: int, n: int, kind: str, rng: np.random.Generator) -> Layouts:
+    """COUNT layouts: of random columns, in two blocks that share nothing, or with different weights."""
+    T = rng.normal(size=(k, n, COUNT))
+    if kind == "blocks":
+        T[: k // 2, n // 2 :] = T[k // 2 :, : n // 2] = 0.0
+    return Layouts(
+        T=T,
+        weights=rng.uniform(0.5, 2.0, (n, COUNT)) if kind == "weights" else np.ones((n, COUNT)),
+        f_min=-rng.uniform(10.0, 30.0, (n, COUNT)),
+        f_max=rng.uniform(20.0, 40.0, (n, COUNT)),
+    )
+
+
+def vehicle_of(layouts: Layouts, i: int) -> Vehicle:
+    """One layout as a vehicle."""
+    k, n, _ = layouts.T.shape
+    return Vehicle(
+        name="layout",
+        dof=DOF[:k],
+        T=layouts.T[..., i],
+        H=np.diag(layouts.weights[:, i]),
+        f_min=layouts.f_min[:, i],
+        f_max=layouts.f_max[:, i],
+        readiness=np.ones(n),
+        slack_weights=np.ones(k),
+    )
+
+
+def pairs_left(vehicle: Vehicle) -> list[tuple[int, float]]:
+    """Rank and volume after the failure of each pair of thrusters; volume 0 where rank is lost."""
+    left = [vehicle.with_fault(i).with_fault(j) for i, j in combinations(range(vehicle.n), 2)]
+    return [(v.rank, attainable_volume(v) if v.rank == vehicle.k else 0.0) for v in left]
+
+
+@pytest.mark.parametrize(
+    ("k", "n", "kind"),
+    [(6, 8, ""), (6, 8, "blocks"), (6, 8, "weights"), (3, 4, ""), (3, 6, "weights"), (5, 5, ""), (1, 3, "")],
+)
+def test_numbers_side_by_side_are_those_of_each_vehicle_alone(
+    k: int, n: int, kind: str, rng: np.random.Generator
+) -> None:
+    layouts = some_layouts(k, n, kind, rng)
+    taus = uniform_demands(vehicle_of(layouts, 0), rng, 24)
+    full, columns = numbers(layouts, DOF[:k], taus, np.ones(k), 1.0)
+    assert full.all()
+    for i in range(COUNT):
+        check_one(vehicle_of(layouts, i), {name: column[i : i + 1] for name, column in columns.items()}, taus)
+
+
+def check_one(vehicle: Vehicle, numbers: Columns, taus: FloatArray) -> None:
+    """Every number of a layout is the library's; 1e-9 is far above the rounding of both, 1e-12."""
+    unit = vehicle.row_lengths.prod()  # the library's volumes are over the vehicle's own row lengths
+    worst = vehicle.with_fault(worst_fault(vehicle))
+    ranks, sizes = zip(*pairs_left(vehicle), strict=True)
+    z = zonotope(vehicle)
+    closed, exact = build("pinv", vehicle), build("nullspace", vehicle)
+    F, best = closed.many(taus)[0], exact.many(taus)[0]
+    backward, forward = single_axis_maxima(vehicle)
+    effort = np.einsum("ij,jk,ik->i", best, vehicle.H, best)
+    expected = {
+        "authority": attainable_volume(vehicle) * unit,
+        "authority_after_one": attainable_volume(worst) * unit if worst.rank == vehicle.k else 0.0,
+        "rank_after_one": worst.rank,
+        "rank_after_two": min(ranks),
+        "authority_after_two": min(zip(ranks, sizes, strict=True))[1] * unit,
+        "safe_share": safe_share(vehicle),
+        "any_direction_N": (z.support / np.linalg.norm(z.facets / z.scale, axis=1)).min(),
+        "closed_form_served_share": loss(vehicle, taus, F, best)["within_1pct_share"],
+        "exact_served_share": np.isfinite(best).all(axis=1).mean(),
+        "exact_effort_N2": np.nanmean(effort) if np.isfinite(effort).any() else np.nan,
+        "worst_case_steps": getattr(exact, "worst_case_steps", np.nan),
+    }
+    for row, axis in enumerate(vehicle.dof):
+        of_axis = "Nm" if axis in DOF[3:] else "N"
+        expected |= {f"{axis}_min_{of_axis}": backward[row], f"{axis}_max_{of_axis}": forward[row]}
+    for name, value in expected.items():
+        np.testing.assert_allclose(numbers[name][0], value, rtol=1e-9, err_msg=name)
+
+
+@pytest.mark.parametrize(
+    ("k", "n", "kind"), [(3, 4, "weights"), (3, 5, ""), (5, 7, "weights"), (6, 8, "blocks")]
+)
+def test_a_closed_form_s_volume_is_that_of_its_vertices_hull(
+    k: int, n: int, kind: str, rng: np.random.Generator
+) -> None:
+    layouts = some_layouts(k, n, kind, rng)
+    found = closed_form_volumes(layouts, spaces(layouts)[1])
+    for i in range(2):  # Qhull is slow
+        vehicle = vehicle_of(layouts, i)
+        expected = closed_form_volume(vehicle) * vehicle.row_lengths.prod()
+        np.testing.assert_allclose(found[i], expected, rtol=1e-9)
+
+
+def test_a_symmetric_vehicle_s_closed_form_has_the_volume_that_its_two_halves_make() -> None:
+    """Faces that only touch the section, as symmetry makes them, count neither twice nor not at all.
+
+    The BlueROV2 Heavy is two vehicles of four thrusters that share nothing, so their shares multiply.
+    """
+    heavy = load_vehicle("bluerov2-heavy")
+    whole = layout_of(heavy)
+    halves = []
+    for rows, columns in (([0, 1, 5], [0, 1, 2, 3]), ([2, 3, 4], [4, 5, 6, 7])):
+        half = Layouts(
+            T=whole.T[np.ix_(rows, columns)],
+            weights=whole.weights[columns],
+            f_min=whole.f_min[columns],
+            f_max=whole.f_max[columns],
+        )
+        found = spaces(half)[1]
+        halves.append(closed_form_volumes(half, found)[0] / volumes(half, found).whole[0])
+    found = spaces(whole)[1]
+    share = closed_form_volumes(whole, found)[0] / volumes(whole, found).whole[0]
+    assert share == pytest.approx(halves[0] * halves[1], rel=1e-10)
+    assert share == pytest.approx(closed_form_volume(heavy) / attainable_volume(heavy), rel=1e-9)
+
+
+def test_layouts_that_do_not_push_every_axis_have_no_numbers(rng: np.random.Generator) -> None:
+    layouts = some_layouts(3, 4, "", rng)
+    layouts.T[2, :, 1] = layouts.T[1, :, 1]  # two axes that only move together
+    full, columns = numbers(layouts, DOF[:3], np.ones((4, 3)), np.ones(3), 1.0)
+    assert full.tolist() == [True, False, True, True, True]
+    assert len(columns["authority"]) == COUNT - 1
+    few = some_layouts(3, 2, "", rng)
+    assert not numbers(few, DOF[:3], np.ones((4, 3)), np.ones(3), 1.0)[0].any()

@@ -1,0 +1,175 @@
+"""A study file makes the layouts it says, or is refused with one line that names file, line and key."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from alloc import AllocError
+from alloc.vehicle.file import build_vehicle
+from alloc.vehicle.read import find_file, read_document
+from bench.layouts.best import vehicle_file
+from bench.layouts.run import check_constraints, number_of
+from bench.layouts.space import poses
+from bench.layouts.spaces import layout_of
+from bench.layouts.study import read_study
+from tests.layout_studies import HEAVY, PLANAR, compiled
+from tests.vehicle_files import GOOD
+
+
+def refusal(folder: Path, text: str) -> str:
+    """The one line with which a study is refused."""
+    path = folder / "study.yaml"
+    with pytest.raises(AllocError) as refused:
+        checked(folder, text)
+    message = str(refused.value)
+    assert "\n" not in message
+    return message.removeprefix(f"{path}: ")
+
+
+def checked(folder: Path, text: str) -> None:
+    """Read a study and try its constraints."""
+    space, _ = compiled(folder, text)
+    check_constraints(space, read_study(folder / "study.yaml").keys, 4096)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        (
+            "azimuth_deg: {from: 10",
+            "azimut_deg: {from: 10",
+            "line 3: groups: unknown key 'azimut_deg'; the keys are",
+        ),
+        ("from: 10, to: 80", "from: 10, till: 80", "unknown key 'till'; the keys are from, to, steps"),
+        ("demands:", "demand:", "line 5: unknown key 'demand'; the keys are base, groups"),
+        ("base: ukwial\n", "", "key 'base' is missing"),
+        (
+            "from: 10, to: 80",
+            "from: 80, to: 10",
+            "line 3: groups.bow.azimuth_deg: the span from 80 to 10 is empty",
+        ),
+        ("[0.5, 1, 2]", "[]", "line 4: groups.stern.size: the list is empty"),
+        ("[0.5, 1, 2]", "[0, 1, 2]", "line 4: groups.stern.size: 0 is no size"),
+        ("[0.5, 1, 2]", "large", "groups.size: Expected"),
+        ("base: ukwial", "base: yellow", "line 1: base: no vehicle 'yellow'; shipped ones are bluerov2"),
+        ("base: ukwial", "base: cross.yaml", "line 1: base: cross has T, but no poses that could vary"),
+        ("thrusters: [0, 1]", "thrusters: [0, 7]", "line 3: groups.bow: the base has no thruster 7"),
+        (
+            "thrusters: [2, 3]",
+            "thrusters: [1, 3]",
+            "line 4: groups.stern.thrusters: thruster 1 is named twice",
+        ),
+        ("thrusters: [0, 1]", "like: 0, thrusters: [0, 1]", "groups.bow: give either"),
+        ("thrusters: [0, 1]", "mirror: [xz], thrusters: [0, 1]", "groups.bow: 'mirror' and 'count' make new"),
+        ("demands: {n: 16}", "demands: {n: 0}", "line 5: demands.n: 0 is out of range"),
+        ("demands: {n: 16}", "demands: {set: magic}", "line 5: demands.set: no demand set 'magic'"),
+        (
+            "demands: {n: 16}",
+            "dof: [surge, sway, yaw, heave]",
+            "base: ukwial pushes 3 of 4 degrees of freedom",
+        ),
+        ("demands: {n: 16}", "dof: [up]", "dof: give different names out of surge"),
+        ("demands: {n: 16}", "sampling: grid", "groups.bow.x: a grid takes 'steps' of a span"),
+        ("demands: {n: 16}", "constraints: {box: {x: [1, 0]}}", "constraints.box.x: is empty"),
+        (
+            "demands: {n: 16}",
+            "constraints: {box: {x: [0.5, 0.6]}}",
+            "constraints.box.x: none of the first 4,096 layouts is left (box.x 4,096); loosen",
+        ),
+        (
+            "demands: {n: 16}",
+            "constraints: {distance: 2}",
+            "constraints.distance: none of the first 4,096 layouts is left",
+        ),
+    ],
+)
+def test_a_study_that_makes_no_sense_is_refused_with_its_key(
+    old: str, new: str, says: str, tmp_path: Path
+) -> None:
+    assert old in PLANAR
+    (tmp_path / "cross.yaml").write_text(GOOD)
+    assert says in refusal(tmp_path, PLANAR.replace(old, new))
+
+
+def test_a_thruster_that_is_no_image_of_its_leader_is_refused(tmp_path: Path) -> None:
+    crooked = find_file("ukwial").read_text(encoding="utf-8").replace("-29, 151", "-35, 151")
+    (tmp_path / "crooked.yaml").write_text(crooked, encoding="utf-8")
+    message = refusal(tmp_path, PLANAR.replace("base: ukwial", "base: crooked.yaml"))
+    assert "groups.bow.thrusters: thruster 1 of the base is no mirror image of thruster 0" in message
+
+
+@pytest.mark.parametrize("text", [PLANAR, HEAVY])
+def test_with_the_base_s_own_numbers_a_layout_is_the_base(text: str, tmp_path: Path) -> None:
+    space, base = compiled(tmp_path, text)
+    own = {"x": 0, "y": 1, "z": 2, "azimuth_deg": 3, "cant_deg": 4}
+    (keys,) = (read_document(find_file(space.name)).keys,)
+    values = []
+    for parameter in space.parameters:
+        group, _, key = parameter.name.partition(".")
+        leader = {"bow": 0, "stern": 2, "across": 0, "upright": 4}.get(group)
+        values.append(own_number(keys, leader, own[key]) if key in own and leader is not None else 1.0)
+        if group == "center_of_mass":
+            values[-1] = 0.0
+    (one,) = poses(space, np.array(values)[:, None])
+    np.testing.assert_allclose(one.layouts(space.dof).T, layout_of(base).T, atol=1e-9)
+    np.testing.assert_array_equal(one.f_max[:, 0], base.f_max)
+
+
+def own_number(keys: object, leader: int, place: int) -> float:
+    """x, y, z, azimuth or cant of a thruster as the vehicle file has it, planar or not."""
+    planar, thrusters = getattr(keys, "planar", None), getattr(keys, "thrusters", None)
+    if planar is not None:
+        phi = np.radians(planar.phi_deg[leader])
+        x, y = planar.d[leader] * np.cos(phi), planar.d[leader] * np.sin(phi)
+        return float((x, y, 0.0, planar.alpha_deg[leader], 0.0)[place])
+    e = thrusters[leader].direction
+    azimuth, cant = np.degrees(np.arctan2(e[1], e[0])), np.degrees(np.arcsin(e[2]))
+    return float((*thrusters[leader].position, azimuth, cant)[place])
+
+
+def test_a_group_moves_as_mirror_images_and_may_be_absent_or_more(tmp_path: Path) -> None:
+    text = """\
+base: ukwial
+groups:
+  bow: {thrusters: [0, 1], azimuth_deg: [20, 40], present: [true, false]}
+  ring: {like: 0, count: [3, 4], x: 0.5, y: 0, azimuth_deg: 90}
+  pair: {like: 2, mirror: [xz], size: 2}
+sampling: grid
+demands: {n: 4}
+"""
+    space, base = compiled(tmp_path, text)
+    assert [p.name for p in space.parameters] == ["bow.azimuth_deg", "bow.present", "ring.count"]
+    found = {len(group.position): group for group in poses(space, np.array([[40.0] * 2, [1, 0], [3, 4]]))}
+    assert sorted(found) == [2 + 4 + 2, 2 + 3 + 2 + 2]
+    whole = found[9]
+    bow = whole.direction[:2, :, 0]
+    np.testing.assert_allclose(bow[0], [np.cos(np.radians(40)), np.sin(np.radians(40)), 0])
+    np.testing.assert_allclose(bow[1], bow[0] * [1, -1, 1])
+    np.testing.assert_allclose(whole.position[1, :, 0], whole.position[0, :, 0] * [1, -1, 1])
+    ring, pushing = whole.position[2:5, :, 0], whole.direction[2:5, :, 0]
+    np.testing.assert_allclose(np.linalg.norm(ring, axis=1), 0.5)
+    np.testing.assert_allclose(ring.sum(axis=0), 0.0, atol=1e-12)
+    np.testing.assert_allclose(np.cross(ring, pushing)[:, 2], 0.5)  # each pushes along the circle
+    np.testing.assert_allclose(whole.f_max[5:7, 0], 2 * base.f_max[2])
+
+
+def test_a_layout_s_vehicle_file_makes_the_layout(tmp_path: Path) -> None:
+    space, _ = compiled(tmp_path, HEAVY)
+    values = np.array([[120.0], [-10.0], [30.0], [75.0], [0.01]])
+    row = {p.name: float(v) for p, v in zip(space.parameters, values[:, 0], strict=True)}
+    told = {"round": 0, "layout": 7, "authority": 1.0, "authority_after_one": 0.2, "worst_thruster": 3}
+    keys = vehicle_file(space, {**row, **told})
+    (one,) = poses(space, values)
+    np.testing.assert_allclose(build_vehicle(keys).T, one.layouts(space.dof).T[..., 0], atol=1e-15)
+    assert keys.name == "bluerov2-heavy-0-7"
+
+
+def test_a_grid_has_its_own_number(tmp_path: Path) -> None:
+    text = PLANAR.replace("to: 80", "to: 80, steps: 3").replace("to: 0.4", "to: 0.4, steps: 4")
+    text = text.replace("to: 170", "to: 170, steps: 2") + "sampling: grid\n"
+    space, _ = compiled(tmp_path, text)
+    document = read_study(tmp_path / "study.yaml")
+    assert number_of(document, space, None) == 3 * 4 * 2 * 3
+    with pytest.raises(AllocError, match="--n 5: a grid has all its 72 layouts"):
+        number_of(document, space, 5)
