@@ -1,5 +1,7 @@
 """An allocator around a prepared QP: it poses a demand, asks the solver, and judges the answer."""
 
+from operator import le
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -98,7 +100,7 @@ class Live:
             low, high = self._limits_of_call(f_min, f_max)
             if self._m < self._vehicle.n:
                 low, high = low[self._working], high[self._working]
-            if (low > high).any():
+            if not all(map(le, low.tolist(), high.tolist())):
                 return self._unanswered(Status.INFEASIBLE)
             posed = self.pose(wrench, low, high)
         if len(self._unreachable) and np.abs(self._unreachable.dot(wrench)).max() > UNREACHABLE:

@@ -1,6 +1,7 @@
 """The allocator that always answers: as far towards the demand as a way leads, and the least effort there."""
 
 from math import inf, nan
+from operator import le
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -55,7 +56,7 @@ class ByLevel:
         begin, limits = self._own, self._limits
         if f_min is not None or f_max is not None:
             lows, highs = self._limits_of_call(f_min, f_max)
-            if (lows > highs).any():
+            if not all(map(le, lows.tolist(), highs.tolist())):
                 return answer(np.full(self._vehicle.n, nan), Status.INFEASIBLE, share=self._nothing)
             begin, limits = (
                 self._way.departure(lows, highs),

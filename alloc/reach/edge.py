@@ -18,11 +18,9 @@ import numpy as np
 
 from alloc.allocation import FloatArray
 from alloc.errors import NotApplicable
+from alloc.reach.attainable import FACETS
 from alloc.reach.zonotope import ROUNDING, facets
 from alloc.vehicle import Vehicle
-
-FACETS = 50_000
-"""Most candidate facets that are enumerated, within a second."""
 
 PARALLEL = 1e-13
 """A step that goes along a normal by less than this share of its size runs in the facet: far above the

@@ -41,17 +41,6 @@ def step_maps(vehicle: Vehicle, levels: Levels) -> FloatArray:
     return maps * (unit[:, None] / unit)
 
 
-def unreachable(vehicle: Vehicle) -> FloatArray:
-    """(k - rank, k) rows u with u'tau = 0 for all wrenches that the thrusters push.
-
-    They are scaled so that |u'tau| is relative to ``wrench_scale``.
-    """
-    scale = 1.0 / vehicle.row_lengths
-    U = np.linalg.svd(scale[:, None] * vehicle.TP)[0]
-    rows: FloatArray = U[:, vehicle.rank :].T * (scale / vehicle.f_scale)
-    return rows
-
-
 def groups(vehicle: Vehicle) -> tuple[tuple[str, ...], ...]:
     """The axes in groups that share no thruster, in the order of ``vehicle.dof``.
 

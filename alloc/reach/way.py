@@ -47,6 +47,7 @@ class Way:
         self._outward = np.vstack([half, -half])
         self._room_of = room_table(found)
         self._TP = vehicle.TP
+        self._rest = np.zeros(vehicle.k)
         self._maps = step_maps(vehicle, levels) * (found.scale / found.scale[:, None])
         self._unstopped, self._whole = self._if_nothing_stops()
         self._straight = vehicle.rank == vehicle.k
@@ -54,8 +55,10 @@ class Way:
 
     def departure(self, f_min: FloatArray, f_max: FloatArray) -> Departure:
         """Where the way begins within limits (n,), or (N, n) of N calls [N]."""
+        if f_min.ndim == 1 and max(f_min.tolist()) <= 0.0 <= min(f_max.tolist()):  # the usual case, quickly
+            return Departure(self._rest, self._room_of.dot(np.concatenate((f_max, -f_min))))
         f0 = start(f_min, f_max)
-        widths = np.concatenate([f_max - f0, f0 - f_min], axis=-1)
+        widths = np.concatenate((f_max - f0, f0 - f_min), axis=-1)
         return Departure(f0 @ self._TP.T, widths @ self._room_of.T)
 
     def towards(self, tau: FloatArray, begin: Departure) -> tuple[FloatArray, tuple[float, ...]]:

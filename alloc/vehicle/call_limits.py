@@ -34,9 +34,21 @@ def at_call(vehicle: Vehicle) -> AtCall:
     off = vehicle.readiness == 0
     some_off = bool(off.any())
 
+    shape = (n,)
+
     def limits(f_min: ArrayLike | None, f_max: ArrayLike | None) -> Interval:
-        low = own_min if f_min is None else _side(f_min, "f_min", n, None)
-        high = own_max if f_max is None else _side(f_max, "f_max", n, None)
+        low = own_min if f_min is None else f_min
+        high = own_max if f_max is None else f_max
+        # A control loop hands over plain arrays; one call of hypot finds NaN and large entries in them.
+        if not (
+            type(low) is np.ndarray
+            and type(high) is np.ndarray
+            and low.dtype is _FLOAT64
+            and high.dtype is _FLOAT64
+            and low.shape == high.shape == shape
+            and hypot(*low.tolist(), *high.tolist()) <= LARGEST_DEMAND
+        ):
+            low, high = _side(low, "f_min", n, None), _side(high, "f_max", n, None)
         if some_off:
             return np.where(off, 0.0, low), np.where(off, 0.0, high)
         return low, high
@@ -92,9 +104,6 @@ def _side(given: ArrayLike, key: str, n: int, count: int | None) -> FloatArray:
     if limits.shape != (n,) and (count is None or limits.shape != (count, n)):
         several = "" if count is None else f", or ({count}, {n})"
         raise DemandError(f"{key} has shape {limits.shape}; this vehicle takes ({n},){several} [N]")
-    # One call of hypot finds NaN and large entries of one call's limits without a numpy call.
-    if limits.ndim == 1 and hypot(*limits.tolist()) <= LARGEST_DEMAND:
-        return limits
     if not (np.abs(limits) <= LARGEST_DEMAND).all():
         raise DemandError(
             f"{key} holds NaN, infinity or a number beyond {LARGEST_DEMAND:g}; give finite limits [N]"

@@ -94,24 +94,26 @@ def count(entry: Entry, case: Asked, said: Counter[str]) -> float:
     except NotApplicable:
         said["refused"] += len(taus)
         return 0.0
-    answered = np.isfinite(F).all(axis=1)
+    answered: BoolArray = np.logical_and.reduce(np.isfinite(F), axis=1)
     said["answers"] += len(taus)
     said["not converged"] += int((status == Status.NOT_CONVERGED).sum())
-    outside: BoolArray = np.logical_or(low > F, high < F).any(axis=1)
-    said["broken limits"] += int((outside & answered).sum())
+    outside: FloatArray = np.maximum(low - F, F - high).max(axis=1)
+    said["broken limits"] += int((outside[answered] > 0).sum())
     said["NaN"] += int((answered == np.isin(status, GAVE_UP)).sum())
     sure: BoolArray = np.not_equal(kind, Label.BOUNDARY)
-    missed = np.abs(np.where(answered[:, None], F, 0.0) @ vehicle.TP.T - taus) / vehicle.wrench_scale
-    met: BoolArray = np.less_equal(missed.max(axis=1), WRENCH_TOLERANCE)
-    solved: BoolArray = np.equal(status, Status.SOLVED)
-    said["false SOLVED"] += int((solved & ~met).sum())
+    missed: FloatArray = (
+        np.abs(np.where(answered[:, None], F, 0.0) @ vehicle.TP.T - taus) / vehicle.wrench_scale
+    )
+    met: BoolArray = np.array(missed.max(axis=1) <= WRENCH_TOLERANCE)
+    solved = np.flatnonzero(np.equal(status, Status.SOLVED))
+    said["false SOLVED"] += int((~met[solved]).sum())
     said["false INFEASIBLE"] += int(
-        (sure & (status == Status.INFEASIBLE) & np.not_equal(kind, Label.INFEASIBLE)).sum()
+        (sure & np.equal(status, Status.INFEASIBLE) & np.not_equal(kind, Label.INFEASIBLE)).sum()
     )
     distance: FloatArray = np.abs(F - best).max(axis=1) / vehicle.f_scale
     if entry.formulation not in ("hard", "scaled"):
         return 0.0
-    return float(distance[solved & np.isfinite(distance)].max(initial=0.0))
+    return float(np.nan_to_num(distance[solved]).max(initial=0.0))
 
 
 def main(arguments: list[str]) -> int:

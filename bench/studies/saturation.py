@@ -16,6 +16,7 @@ from alloc import (
     FloatArray,
     Status,
     Vehicle,
+    Way,
     alpha_max_lp,
     build,
     find_formulation,
@@ -24,7 +25,6 @@ from alloc import (
 )
 from alloc.reach.edge import start
 from alloc.reach.levels import step_maps
-from alloc.reach.way import Way
 from bench.results.text import table, three
 
 METHODS = ("scaled", "scaled-by-group", "priority")

@@ -207,6 +207,18 @@ def test_priority_serves_its_first_level_as_if_the_others_were_not_asked_and_all
             np.testing.assert_allclose((vehicle.TP @ f)[level], delivered * tau[level], atol=1e-9)
 
 
+def test_a_vertical_thruster_held_by_limits_stops_heave_and_one_that_is_off_does_not() -> None:
+    """bluerov2 can't heave by one vertical thruster without rolling; docs/saturation.md explains."""
+    vehicle = load_vehicle("bluerov2")
+    low, high = vehicle.limits(blocked=[5])
+    heave = np.array([0.0, 0.0, 20.0, 0.0, 0.0])
+    held, off = build("priority", vehicle)(heave, low, high), build("priority", vehicle.with_fault(5))(heave)
+    np.testing.assert_allclose(held.share, [0.0, 1.0, 1.0], atol=1e-12)
+    assert set(off.share) == {1.0}
+    assert off.status is Status.PARTIAL  # it heaves and holds its roll, at the price of sway
+    np.testing.assert_allclose((vehicle.TP @ off.f)[[0, 2, 3, 4]], heave[[0, 2, 3, 4]], atol=1e-9)
+
+
 @pytest.mark.parametrize("shape", SHAPES)
 @methods
 def test_it_holds_for_any_vehicle(method: str, shape: tuple[int, int], rng: np.random.Generator) -> None:

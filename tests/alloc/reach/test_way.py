@@ -8,8 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from alloc import NotApplicable, Vehicle, alpha_max, load_vehicle
+from alloc.nullspace.structure import decompose
 from alloc.reach.edge import start
-from alloc.reach.levels import KEEP, groups, step_maps, unreachable
+from alloc.reach.levels import KEEP, groups, step_maps
 from alloc.reach.way import Way
 from bench.demands.generated import growth_vehicle
 from bench.studies.saturation import limits, share_by_program, vehicles
@@ -125,7 +126,7 @@ def test_where_a_direction_is_lost_a_step_comes_as_near_as_it_can_and_leaves_ear
         for level, D in zip(levels, step_maps(vehicle, levels), strict=True):
             rows = [vehicle.dof.index(axis) for axis in level]
             moves = D * unit / unit[:, None]  # both sides in unit of row_lengths
-            np.testing.assert_allclose(unreachable(vehicle) @ D * vehicle.f_scale, 0.0, atol=1e-9)
+            np.testing.assert_allclose(decompose(vehicle).unreachable @ D * vehicle.f_scale, 0.0, atol=1e-9)
             np.testing.assert_allclose(moves[before], 0.0, atol=1e-9)
             _, sigma, Vt = np.linalg.svd(scaled[before])
             free = scaled @ Vt[np.count_nonzero(sigma > 1e-9) :].T  # wrenches that move no earlier axis
