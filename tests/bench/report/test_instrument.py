@@ -96,7 +96,7 @@ def cell(
         Key(vehicle, demands, method, start),
         "ok",
         formulation=formulation,
-        batches=[Batch(100, round(100_000 * median_us), round(100_000 * median_us), 0)],
+        batches=[Batch(100, round(100_000 * median_us), round(rng.uniform(2e4, 1e5) * median_us), 0)],
         singles=sorted(singles.items()),
         worst_case_steps=steps,
         judged=judged if formulation else None,

@@ -104,6 +104,16 @@ def test_of_medians_that_are_close_the_one_with_a_known_worst_case_comes_first(
     assert found[0].label == first
 
 
+def test_methods_are_ranked_by_their_own_cpu_time_and_not_by_what_else_the_machine_did(
+    tmp_path: Path,
+) -> None:
+    """The faster method's batches were held up in each repeat: 90 µs by the wall, 2 µs of its own."""
+    held_up = replace(steady("fast", 90, exact=True), batches=[Batch(100, 9_000_000, 200_000, 40)])
+    run = read_run(made_up.record(tmp_path, made_up.header(), held_up, steady("slow", 50, exact=True)))
+    first, second = sizes(run, Loop(100))
+    assert (first.label, first.p50_us, second.label) == ("fast", 90.0, "slow")
+
+
 def test_no_p999_stands_below_the_median_of_a_set_that_it_leaves_out(tmp_path: Path) -> None:
     """A slow set with ten calls among 20,000 quick ones is not in their p99.9: then there is none."""
     slow = Cell(
