@@ -71,7 +71,7 @@ def sizes(run: Run, loop: Loop, transfer: Transfer | None = None, demands: str =
 
     Methods are sorted by whether their median fits, then by whether they are exact, then by whether their
     tail fits too, then by their median CPU time; of those that lie CLOSE, one with a known worst case is
-    first. So exactness is given up only where no exact method keeps up, and not for one late call in a million.
+    first. So exactness is given up only where no exact method keeps up, not for one late call in a million.
 
     With a ``transfer`` every time is multiplied by the upper end of its band. A slowest call belongs to the
     machine that made it and is not transferred.
