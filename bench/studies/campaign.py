@@ -2,8 +2,8 @@
 
 Each vehicle has something odd (``odd_vehicles``), and its demands lie inside, on the edge of and beyond what
 it can do, within its own limits or within others. Of every answer is asked: is SOLVED met inside the limits,
-is INFEASIBLE true, did nothing raise or warn, and has one call the status that ``many`` has? Generated C, which
-has to be compiled for each vehicle, is left out unless it is named.
+is INFEASIBLE true, did nothing raise or warn, and has one call the status that ``many`` has? Generated C,
+which has to be compiled for each vehicle, is left out unless it is named.
 """
 
 import json
