@@ -71,7 +71,7 @@ def _header(
  *
  * tau    wanted wrench: {", ".join(vehicle.dof)} [N, N m]{ends}
  * fault  {known}
- * f      thrusts [N]
+ * f      thrusts [N]{_named(vehicle)}
  *
  * Returns
 {returns}
@@ -117,6 +117,11 @@ int {name}({parameters(vehicle, scalar, limits, levels)})
     }}
 }}
 """
+
+
+def _named(vehicle: Vehicle) -> str:
+    """The thrusters' names, each on a line of a comment; empty where they have none."""
+    return "".join(f"\n *        f[{i}] {_in_comment(name)}" for i, name in enumerate(vehicle.names) if name)
 
 
 def _in_comment(text: str) -> str:
