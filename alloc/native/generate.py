@@ -4,7 +4,7 @@ import re
 from textwrap import indent
 
 from alloc.allocation import IndexArray
-from alloc.native.bounds import Bounds, Where, arguments, parameters
+from alloc.native.bounds import CLimits, Where, arguments, parameters
 from alloc.native.code import Scalar, Table
 from alloc.native.helpers import helpers
 from alloc.native.recipes import recipe
@@ -129,7 +129,7 @@ STATUSES = {"SOLVED": 0, "PARTIAL": 1, "INFEASIBLE": 2, "NOT_FINITE": -2}
 
 def _body(vehicle: Vehicle, kernel: str, scalar: Scalar, limits: Where) -> str:
     c = Table(scalar)
-    lines = recipe(kernel).statements(vehicle, Bounds(vehicle, limits, c), c)
+    lines = recipe(kernel).statements(vehicle, CLimits(vehicle, limits, c), c)
     text = "\n".join(lines)
     unread = [name for name in ("f_min", "f_max") if limits == "call" and f"{name}[" not in text]
     return indent("\n".join([c.define("c"), *(f"(void){name};" for name in unread), text]), "    ") + "\n"
