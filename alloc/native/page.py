@@ -14,7 +14,7 @@ def page(vehicle: Vehicle, kernel: str, scalar: Scalar = "double", limits: Where
     name = function_name(vehicle, kernel, scalar, limits)
     axes = "\n".join(f"| `tau[{i}]` | {axis} | {unit(axis)} |" for i, axis in enumerate(vehicle.dof))
     own = "\n".join(
-        f"| `f[{i}]` | {low:g} | {high:g} |"
+        f"| `f[{i}]`{f' {vehicle.names[i]}' if vehicle.names else ''} | {low:g} | {high:g} |"
         for i, (low, high) in enumerate(zip(vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True))
     )
     levels = recipe(kernel).levels(vehicle)

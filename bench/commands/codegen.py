@@ -24,12 +24,14 @@ def command(vehicle: str, method: str, single: bool, limits: Literal["fixed", "c
     """C99 of one method for one vehicle: header, source, self-test, and a page on how to call it."""
     from alloc import AllocError, catalogue, load_vehicle
     from alloc.native import generate, page
+    from alloc.native.generate import function_name
 
     loaded = load_vehicle(vehicle)
     kernel = {entry.name: entry.twin for entry in catalogue() if entry.twin}.get(method, method)
     scalar: Literal["double", "float"] = "float" if single else "double"
+    called = f"{function_name(loaded, kernel, scalar, limits)}.md"  # several functions may share a folder
     files = generate(loaded, kernel, scalar, limits=limits)
-    files["README.md"] = page(loaded, kernel, scalar, limits)
+    files[called] = page(loaded, kernel, scalar, limits)
     try:
         out.mkdir(parents=True, exist_ok=True)
         for name, text in files.items():

@@ -47,12 +47,12 @@ def command(
     """Count instructions, flash and memory of the generated C on processors that are not on the desk.
 
     Beside each count stands callgrind's of the same C on x86-64. Exit code 1 where this
-    project's C does not answer as Python does; what OSQP's does is in the report. `make emulate`
-    installs what this needs.
+    project's C does not answer as Python does (what OSQP's does is in the report), 2 where a --target
+    lacks its tools. `make emulate` installs what this needs.
     """
     from rich.console import Console
 
-    from alloc import list_vehicles, load_vehicle
+    from alloc import NotInstalled, list_vehicles, load_vehicle
     from bench.emulation.kernels import METHODS
     from bench.emulation.record import write
     from bench.emulation.study import CLASSES, Plan
@@ -71,7 +71,9 @@ def command(
     )
     console = Console(highlight=False, markup=False, soft_wrap=True)
     good = True
+    rows = []
     for row in write(plan, out, add=add):
+        rows.append(row)
         answered = row.agrees is not False or row.solver != ""
         good = good and answered and row.status in ("ok", "missing", "refused")
         worst = f"{row.instructions[-1][0]} instructions at most" if row.instructions else row.reason
@@ -79,4 +81,8 @@ def command(
             row.vehicle, row.target, row.method, row.scalar, row.limits, row.demands, row.status, worst
         )
     console.print(f"Report: {render(out)}")
+    for name in targets:
+        own = [row for row in rows if row.target == name]
+        if own and all(row.status == "missing" for row in own):
+            raise NotInstalled(f"nothing was counted on {name}: {own[0].reason}")
     return 0 if good else 1

@@ -152,6 +152,7 @@ def _size(band: Band, loop: Loop) -> Size:
         reason=reason if kernel.agrees else "not all answers are right",
         exact=kernel.optimal and kernel.agrees,
         p50_us=band.high * loop.period_us,
+        cpu_us=band.high * loop.period_us,
         rate_hz=loop.highest_rate_hz(band.high * loop.period_us),
     )
 
