@@ -1,9 +1,10 @@
 """Every kernel's self-test, compiled by GCC and Clang with sanitizers: all shipped vehicles and random ones.
 
 ``python -m bench.studies.native_selftests [--random 40] [--vehicle V …]`` generates each kernel with fixed
-limits and with limits of the call, in double and in float, compiles it with its self-test, every warning an
-error, AddressSanitizer and UBSan watching, and runs it. It prints what fails, and at the end how many programs
-ran and how far the worst answer lay from Python's, relative to the largest limit. Exit code 1 where one failed.
+limits and with limits of the call, in double and in float, compiles it with its self-test, every warning
+an error, AddressSanitizer and UBSan watching, and runs it. It prints what fails, and at the end how many
+programs ran and how far the worst answer lay from Python's, relative to the largest limit. Exit code 1 where
+one failed.
 """
 
 import argparse
