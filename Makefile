@@ -1,7 +1,7 @@
 # Two commands: `make bench` and `make test`. Each sets up .venv by itself, as do the others.
 PYTHON ?= python3
 BIN := .venv/bin
-RUN ?= $(patsubst %/record.jsonl,%,$(wildcard runs/*/record.jsonl))
+RUN ?= $(patsubst %/record.jsonl,%,$(wildcard runs/*/record.jsonl runs/*/*/record.jsonl))
 
 <<<<<<< HEAD
 .PHONY: bench test docs keep emulate clean
@@ -29,8 +29,8 @@ elsewhere: .venv/installed
 	.ci/elsewhere $(WHERE) -- -q
 >>>>>>> 2791243f9806d1ae01ab525c1424dce1cd27ee4c
 
-# Puts a run into results/, to be committed: its record packed, its report, and README's table if it has times.
-keep: KEPT = results/$(notdir $(RUN:/=))
+# Puts a run, runs/<machine>/<date and time>, into results/<machine>, to be committed: its record packed, its report, and README's table if it has times.
+keep: KEPT = results/$(if $(filter runs/%,$(RUN)),$(word 2,$(subst /, ,$(RUN))),$(notdir $(RUN:/=)))
 keep: .venv/installed
 	$(if $(wildcard $(addsuffix /record.jsonl,$(RUN))),,$(error no run in $(or $(RUN),runs/); `make bench` makes one))
 	$(if $(word 2,$(RUN)),$(error several runs: make keep RUN=... with one of $(RUN)))

@@ -9,8 +9,8 @@ from alloc.vehicle.file import VehicleFile
 from alloc.vehicle.geometry import DOF
 
 
-class Poses(NamedTuple):
-    """Poses of n thrusters, x forward, y starboard, z down.
+class Mounting(NamedTuple):
+    """Mounting of n thrusters, x forward, y starboard, z down.
 
     Attributes
     ----------
@@ -28,7 +28,7 @@ class Poses(NamedTuple):
     measured: bool
 
 
-def poses(keys: VehicleFile, T: FloatArray) -> Poses:
+def poses(keys: VehicleFile, T: FloatArray) -> Mounting:
     """The poses of a file's thrusters, with T (k, n) as ``matrices`` makes it of the same file.
 
     A T without poses tells the line along which a thruster pushes, not where on that line it sits: of
@@ -38,16 +38,16 @@ def poses(keys: VehicleFile, T: FloatArray) -> Poses:
     if keys.thrusters:
         positions = np.array([thruster.position for thruster in keys.thrusters]) * turn
         directions = np.array([thruster.direction for thruster in keys.thrusters]) * turn
-        return Poses(positions, directions, np.array(keys.center_of_mass) * turn, True)
+        return Mounting(positions, directions, np.array(keys.center_of_mass) * turn, True)
     if keys.planar is not None:
         alpha, phi = np.radians(keys.planar.alpha_deg), np.radians(keys.planar.phi_deg)
         zero = np.zeros(len(alpha))
         positions = np.array(keys.planar.d) * np.array([np.cos(phi), np.sin(phi), zero])
         directions = np.array([np.cos(alpha), np.sin(alpha), zero])
-        return Poses(positions.T * turn, directions.T * turn, np.zeros(3), True)
+        return Mounting(positions.T * turn, directions.T * turn, np.zeros(3), True)
     whole = np.zeros((6, T.shape[1]))
     whole[[DOF.index(axis) for axis in keys.dof]] = T
     force, moment = whole[:3].T, whole[3:].T
     squared = (force**2).sum(axis=1, keepdims=True)
     nearest = np.cross(force, moment) / np.where(squared > 0, squared, 1.0)
-    return Poses(nearest, force, np.zeros(3), False)
+    return Mounting(nearest, force, np.zeros(3), False)

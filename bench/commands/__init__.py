@@ -15,7 +15,18 @@ PATH = click.Path(readable=False, path_type=Path)
 says what is wrong."""
 
 RUNS = Path("runs")
-"""Where runs go unless --out says otherwise. git ignores it; `make keep` packs a run into results/."""
+"""Where runs go unless --out says otherwise, each into a folder of its own: ``<machine>/<date and time>``.
+git ignores it; `make keep` packs a run into results/."""
+
+
+def latest_run(within: Path = RUNS) -> Path:
+    """The folder whose record was written last; raises RecordError where there is none."""
+    from bench.record import FILE_NAME, RecordError
+
+    records = sorted(within.rglob(FILE_NAME), key=lambda path: (path.stat().st_mtime_ns, str(path)))
+    if not records:
+        raise RecordError(f"{within}: holds no run; `thrustbench run` makes one, or give a run's folder")
+    return records[-1].parent
 
 
 def log_options(command: Callable[..., Any]) -> Callable[..., Any]:

@@ -7,7 +7,6 @@ import click
 from bench.commands import PATH, Finite
 
 FOLDER = click.Path(exists=True, file_okay=False, path_type=Path)
-FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 
 
 @click.command()
@@ -20,7 +19,8 @@ FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 @click.option("--threshold", type=Finite(min=1), default=3.0, show_default=True, help="Per cent.")
 @click.option("--pairs", type=click.IntRange(min=2), default=10, show_default=True, help="Of processes.")
 @click.option("--budget", type=Finite(min=1), default=120.0, show_default=True, help="Seconds.")
-@click.option("--plugin", "plugins", type=FILE, multiple=True, help="Python file with build(vehicle).")
+@click.option("--plugin", "plugins", type=PATH, multiple=True, help="Your method, as each side has it.")
+@click.option("--vehicle", "vehicles", multiple=True, metavar="V", help="A shipped name or a YAML file.")
 @click.option("--instructions/--no-instructions", default=True, help="Count them where valgrind is there.")
 @click.option("--always", is_flag=True, help="Measure even where nothing that can matter differs.")
 @click.option("--markdown", type=PATH, help="Write the report into this file too.")
@@ -36,6 +36,7 @@ def command(
     pairs: int,
     budget: float,
     plugins: tuple[Path, ...],
+    vehicles: tuple[str, ...],
     instructions: bool,
     always: bool,
     markdown: Path | None,
@@ -43,12 +44,15 @@ def command(
 ) -> int:
     """Did HEAD get slower than BASE, or wrong? Exit code 1 says yes.
 
-    BASE and HEAD are git revisions; HEAD is the current commit unless given. Exit codes: 0 pass,
-    1 regression, 2 bad usage, 3 inconclusive.
+    BASE and HEAD are git revisions; HEAD is the current commit unless given. In a repository of your own,
+    --plugin names the file of your method in it. Exit codes: 0 pass, 1 regression, 2 bad usage,
+    3 inconclusive.
     """
+    from alloc import list_vehicles
     from alloc.files.textfile import write_text
+    from alloc.vehicle.read import find_file
     from bench.gate import render, trees
-    from bench.gate.cells import DEFAULT_CELLS, VEHICLES
+    from bench.gate.cells import DEFAULT_CELLS, METHODS, VEHICLES
     from bench.gate.record import GateSettings
     from bench.gate.run import gate
     from bench.gate.verdict import verdict
@@ -59,22 +63,29 @@ def command(
         raise click.UsageError("give HEAD or --head-path, not both")
     if base_path and not head and not head_path:
         raise click.UsageError("--base-path needs HEAD or --head-path beside it")
-    methods = [plugin.stem.replace("_", "-") for plugin in plugins]  # as the catalogue names a file's method
-    record = gate(
+    sides = (
         trees.folder(base_path) if base_path else trees.revision(repo, str(base)),
         trees.folder(head_path) if head_path else trees.revision(repo, head or "HEAD"),
+    )
+    asked = vehicles or VEHICLES
+    methods = [plugin.stem.replace("_", "-") for plugin in plugins]  # as the catalogue names a file's method
+    patterns = [f"{vehicle}:{method}" for vehicle in asked for method in methods]
+    if not all(map(trees.is_own, sides)):
+        patterns += [f"{v}:{method}" for v in asked for method in METHODS]
+    record = gate(
+        *sides,
         GateSettings(threshold=threshold / 100, pairs=pairs, budget_s=budget),
-        patterns=cells or (*DEFAULT_CELLS, *(f"{v}:{m}" for v in VEHICLES for m in methods)),
+        patterns=cells or patterns or DEFAULT_CELLS,
         plugins=plugins,
+        vehicles={v: str(find_file(v).resolve()) for v in vehicles if v not in list_vehicles()},
         always=always,
         count=instructions,
         tell=lambda what: click.echo(what, err=True),
     )
     result = verdict(record)
-    text = render.markdown(record, result)
-    click.echo(text, nl=False)
+    click.echo(render.markdown(record, result, folded=False), nl=False)
     if markdown:
-        write_text(markdown, text)
+        write_text(markdown, render.markdown(record, result))
     if json_file:
         write_text(json_file, render.as_json(record, result))
     return int(result.outcome)

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import click
 
-from bench.commands import PATH
+from bench.commands import PATH, latest_run
 
 
 @click.command()
-@click.argument("directories", type=PATH, nargs=-1, required=True, metavar="DIRECTORY...")
+@click.argument("directories", type=PATH, nargs=-1, metavar="[DIRECTORY]...")
 @click.option("-o", "--out", type=PATH, metavar="OUT", help="Folder of the report [that of the one run].")
 @click.option(
     "--readme",
@@ -19,12 +19,14 @@ from bench.commands import PATH
 def command(directories: tuple[Path, ...], out: Path | None, readme: Path | None) -> None:
     """Render results.csv, report.md, details.md and report.html from the record in each DIRECTORY.
 
-    The runs of several machines become one report, in OUT.
+    Without a DIRECTORY it is the latest run under runs/. The runs of several machines become one report, in
+    OUT.
     """
     from bench.report import render
     from bench.report.readme import put, result_table
     from bench.results.rows import read_run
 
+    directories = directories or (latest_run(),)
     if len(directories) > 1 and out is None:
         raise click.UsageError("several folders make one report: name its folder with -o OUT")
     click.echo(str(render(*directories, out=out)))

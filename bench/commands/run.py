@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from bench.commands import PATH, RUNS, Finite, log_options, read_options
+from bench.commands import PATH, RUNS, Finite, latest_run, log_options, read_options
 
 
 @click.command()
@@ -45,10 +45,8 @@ from bench.commands import PATH, RUNS, Finite, log_options, read_options
 @click.option("--quick", "preset", flag_value="quick", help="Two vehicles, or yours, once, no soft QPs.")
 @click.option("--all", "preset", flag_value="full", help="The full matrix: about an hour, resumable.")
 @click.option("--study", type=click.Choice(["growth"]), help="growth: 4 to 64 thrusters, fitted exponents.")
-@click.option(
-    "--resume", is_flag=True, help="Go on with the folder's record, else kept as record.previous.jsonl."
-)
-@click.option("--out", type=PATH, metavar="DIR", help="[runs/<machine>]")
+@click.option("--resume", is_flag=True, help="Go on with the record in --out, or with this machine's latest.")
+@click.option("--out", type=PATH, metavar="DIR", help="[runs/<machine>/<date and time>]")
 def command(
     out: Path | None,
     preset: str | None,
@@ -73,7 +71,7 @@ def command(
     from bench.harness.progress import bar
     from bench.harness.run import Interrupted, run
     from bench.inputs.faults import parse_fault
-    from bench.record import read
+    from bench.record import FILE_NAME, read
     from bench.report import render
     from bench.report.terminal import show
 
@@ -88,7 +86,9 @@ def command(
         settings = replace(settings, once=())  # what a user names is repeated
     if options["vehicles"] and options["demands"] and not options["starts"]:
         settings = replace(settings, starts=("cold", "reused", "warm"))  # there is time for all
-    directory = out or RUNS / "-".join(filter(None, (machine.name(), study)))
+    directory = out or _folder(RUNS / machine.name(), study or "", resume)
+    if not resume and (directory / FILE_NAME).exists():
+        console.print(f"{directory}: the earlier run's record is kept beside the new one", highlight=False)
     interrupted = False
     with bar(console) as watch:
         try:
@@ -103,3 +103,15 @@ def command(
         console.print("Interrupted; `--resume` goes on where it stopped.", highlight=False)
         return 130
     return 0 if good else 1
+
+
+def _folder(machine: Path, study: str, resume: bool) -> Path:
+    """This machine's latest run, to be resumed; else a new folder named after the moment, and the study."""
+    from itertools import chain
+    from time import strftime
+
+    if resume and any(machine.rglob("record.jsonl")):
+        return latest_run(machine)
+    stamp = "-".join(filter(None, (strftime("%Y-%m-%d-%H%M%S"), study)))
+    again = (machine / f"{stamp}-{i}" for i in range(2, 1000))  # several in a second, as from scripts
+    return next(folder for folder in chain([machine / stamp], again) if not folder.exists())

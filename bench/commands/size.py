@@ -4,11 +4,11 @@ from pathlib import Path
 
 import click
 
-from bench.commands import PATH, Finite
+from bench.commands import PATH, Finite, latest_run
 
 
 @click.command()
-@click.argument("directories", type=PATH, nargs=-1, required=True, metavar="DIRECTORY...")
+@click.argument("directories", type=PATH, nargs=-1, metavar="[DIRECTORY]...")
 @click.option("--rate", type=Finite(0, min_open=True), required=True, metavar="HZ", help="Of control.")
 @click.option(
     "--budget",
@@ -63,6 +63,7 @@ def command(
 ) -> None:
     """Which method of the run in DIRECTORY fits a control rate; a vehicle's first row is the one to take.
 
+    Without a DIRECTORY it is the latest run under runs/.
     Given the folders of several machines it says what fits on all of them, then what fits on each.
     """
     from bench.record.canary import read_canary
@@ -76,6 +77,7 @@ def command(
 
     if cpi is not None and cpi[0] > cpi[1]:
         raise click.UsageError(f"--cpi {cpi[0]:g} {cpi[1]:g}: give the lower number first")
+    directories = directories or (latest_run(),)
     if len(directories) > 1 and (canary or demands):
         raise click.UsageError("--canary and --demands are for one run; give one folder")
     machines = read_machines(directories)

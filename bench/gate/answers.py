@@ -15,9 +15,10 @@ from alloc import (
     UnknownName,
     Vehicle,
 )
+from alloc.plain import ANY_DISTANCE
 from bench.demands import DemandSet, build_demands, labelled
 from bench.demands.store import VEHICLE_ARRAYS, Case
-from bench.gate.cells import CONTROL_DEMANDS, chosen, controls, names
+from bench.gate.cells import CONTROL_DEMANDS, DEFAULT_CELLS, chosen, controls, names
 from bench.gate.record import CONTROL, GateCell
 from bench.gate.side import Died, Refused, Side, SourceTree
 from bench.gate.worker import packed, unpacked
@@ -42,6 +43,9 @@ NO_HURRY = 1e9
 """Seconds for a side that must answer what the other one did."""
 
 SEED = 2004
+
+ROUNDING = 1e-9
+"""Distance of two answers, relative to the largest limit, that rounding in another order may make."""
 
 EDGE = 1e-6
 """|alpha* - 1| within which a status may differ between the sides: there rounding decides it."""
@@ -83,12 +87,14 @@ class SideAnswers(NamedTuple):
     promises : formulation, limited and tolerance, by name
     answers : one for each of the first demands of the question
     at_odds : how ``many`` answers differ from those of single calls, empty where they don't
+    refused : whether the method lacks because it does not cover the vehicle
     """
 
     lacks: str
     promises: dict[str, Any]
     answers: Sequence[Allocation]
     at_odds: str = ""
+    refused: bool = False
 
 
 class Examined(NamedTuple):
@@ -113,6 +119,9 @@ def examine(base: Prober, head: Prober, patterns: Sequence[str]) -> Examined:
     """
     of_base = {cell.name: cell for cell in chosen(base.cells, patterns)}
     of_head = {cell.name: cell for cell in chosen(head.cells, patterns)}
+    for pattern in patterns:
+        if pattern not in DEFAULT_CELLS and not chosen([*base.cells, *head.cells], [pattern]):
+            raise UnknownName(f"no cell of either side fits {pattern}; write vehicle:method:start")
     if not of_base and not of_head:
         raise UnknownName(f"no cell of either side fits {', '.join(patterns)}; write vehicle:method:start")
     examined = Examined(controls(), {CONTROL: CONTROL_DEMANDS}, [])
@@ -141,10 +150,11 @@ def examine(base: Prober, head: Prober, patterns: Sequence[str]) -> Examined:
             )
         theirs = asked if same_numbers else [_on_other_numbers(q, _vehicle(head, name)) for q in asked]
         for cell in cells:
-            examined.notes.extend(_examine(cell, (base, head), asked, theirs))
+            remarks, refused = _examine(cell, (base, head), asked, theirs)
+            examined.notes.extend(remarks)
             if not (cell.base_lacks and cell.head_lacks):
                 examined.cells.append(cell)
-            elif not cell.head_lacks.startswith(NotApplicable.__name__):  # as walsh refuses most vehicles
+            elif not refused:  # as walsh refuses most vehicles
                 examined.notes.append(
                     f"fails on both sides, so not compared: `{cell.name}`: {cell.head_lacks}"
                 )
@@ -153,9 +163,14 @@ def examine(base: Prober, head: Prober, patterns: Sequence[str]) -> Examined:
 
 def _examine(
     cell: GateCell, sides: tuple[Prober, Prober], asked: Sequence[Question], theirs: Sequence[Question]
-) -> list[str]:
-    """Put into the cell what its sides answer to each question; returns remarks that change no verdict."""
-    remarks = []
+) -> tuple[list[str], bool]:
+    """Put into the cell what its sides answer to each question.
+
+    Returns remarks that change no verdict, and whether the head's method says that it does not cover the
+    vehicle.
+    """
+    remarks: list[str] = []
+    refused = False
     for of_base, of_head in zip(asked, theirs, strict=True):
         base = answered(sides[0], cell, of_base, SECONDS)
         count = len(base.answers) or len(of_base.demands.taus)
@@ -165,6 +180,7 @@ def _examine(
                 remarks.append(f"limits of each call are new: `{cell.name}`")
             continue
         cell.base_lacks, cell.head_lacks = base.lacks or cell.base_lacks, head.lacks or cell.head_lacks
+        refused |= head.refused
         if base.lacks or head.lacks:
             break
         if count < len(of_base.demands.taus):
@@ -174,7 +190,7 @@ def _examine(
         cell.head_wrong = cell.head_wrong or wrong(of_head, head)
         if asked is theirs and not (cell.base_wrong or cell.head_wrong or cell.differ):
             cell.differ = differ(of_base, base, head)
-    return remarks
+    return remarks, refused
 
 
 def demand_sets(vehicle: Vehicle) -> list[DemandSet]:
@@ -201,7 +217,8 @@ def answered(side: Prober, cell: GateCell, question: Question, seconds: float = 
         promises = side.ask("build", cell=cell.name, **names(cell))
         raw = side.ask("answers", cell=cell.name, seconds=seconds, **_calls(question.demands))
     except (Died, Refused) as reason:
-        return SideAnswers(str(reason), {}, ())
+        refused = isinstance(reason, Refused) and reason.kind == NotApplicable.__name__
+        return SideAnswers(str(reason), {}, (), refused=refused)
     # Each f is an array of its own: the judge looks for answers that share memory.
     thrusts = [f.copy() for f in unpacked(raw["F"])]
     answers = [Allocation(f, Status(s)) for f, s in zip(thrusts, raw["status"], strict=True)]
@@ -253,8 +270,10 @@ def differ(question: Question, base: SideAnswers, head: SideAnswers) -> str:
             return f"status {Status(a.status).name} → {Status(b.status).name} for demand {i}"
     F = [np.array([answer.f for answer in side.answers]) for side in (base, head)]
     apart = float(np.nan_to_num(np.abs(F[0] - F[1])).max())
-    # Either side may be as far from the optimum as the base promises, in opposite directions.
-    allowed = 2 * base.promises["tolerance"] * vehicle.f_scale
+    # Either side may be as far from the optimum as the base promises, in opposite directions. A method that
+    # promises no distance is held to what it answered before.
+    tolerance = base.promises["tolerance"]
+    allowed = 2 * (tolerance if tolerance < ANY_DISTANCE else ROUNDING) * vehicle.f_scale
     return f"thrusts differ by up to {apart:.3g} N, {allowed:.3g} N allowed" if apart > allowed else ""
 
 

@@ -11,14 +11,11 @@ from bench.gate.side import Side
 
 VEHICLES = ("ukwial", "bluerov2-heavy")
 
-DEFAULT_CELLS = tuple(
-    f"{vehicle}:{method}"
-    for vehicle in VEHICLES
-    for method in (
-        *("pinv", "svd", "walsh", "nullspace", "nullspace@native"),
-        *("clip", "shrink", "redistribute", "qp/daqp:reused", "qp/piqp:reused"),
-    )
+METHODS = (
+    *("pinv", "svd", "walsh", "nullspace", "nullspace@native"),
+    *("clip", "shrink", "redistribute", "qp/daqp:reused", "qp/piqp:reused"),
 )
+DEFAULT_CELLS = tuple(f"{vehicle}:{method}" for vehicle in VEHICLES for method in METHODS)
 """Closed forms, the exact method, practical rules and QP paths, on four thrusters and on eight."""
 
 Demands = Mapping[str, list[list[float]]]

@@ -7,13 +7,22 @@ import msgspec
 
 from bench.gate.record import GateRecord
 from bench.gate.verdict import Standing, Verdict
-from bench.results.text import table
+from bench.results.text import counted, table
 
 SIGNS = {0: "✅", 1: "❌", 3: "❔"}
 
 
-def markdown(record: GateRecord, verdict: Verdict) -> str:
-    """The verdict as a reviewer wants to read it: findings first, details folded away."""
+def markdown(record: GateRecord, verdict: Verdict, *, folded: bool = True) -> str:
+    """The verdict as a reviewer wants to read it: findings first, details folded away.
+
+    Folding takes HTML, so a terminal gets the details as they are.
+    """
+
+    def details(title: str, text: str) -> list[str]:
+        if folded:
+            return [f"<details><summary>{title}</summary>", "", text, "</details>", ""]
+        return [f"**{title}**", "", text]
+
     lines = [
         f"## {SIGNS[verdict.outcome]} Gate: {verdict.summary}",
         "",
@@ -28,11 +37,9 @@ def markdown(record: GateRecord, verdict: Verdict) -> str:
         lines += [f"**{title}**", "", _times(rows)] if rows else []
     lines += [f"- {note}" for note in notes(record)] + [""] if notes(record) else []
     if verdict.rows:
-        cells = _times(verdict.rows)
-        lines += [f"<details><summary>All {len(verdict.rows)} cells</summary>", "", cells, "</details>", ""]
+        lines += details(f"All: {counted(len(verdict.rows), 'cell')}", _times(verdict.rows))
     if record.commits:
-        listed = [f"- {commit}" for commit in record.commits]
-        lines += ["<details><summary>Commits</summary>", "", *listed, "", "</details>", ""]
+        lines += details("Commits", "\n".join(f"- {commit}" for commit in record.commits) + "\n")
     where = f" on {record.machine['cpu']}" if "cpu" in record.machine else ""
     seconds = ", ".join(f"{stage} {s:.0f} s" for stage, s in record.seconds.items() if stage != "all")
     lines.append(f"{seconds}; {record.seconds.get('all', 0):.0f} s in all{where}." if seconds else "")

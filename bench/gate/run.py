@@ -2,10 +2,11 @@
 
 import random
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from time import monotonic
+from types import MappingProxyType
 
 from bench.gate import instructions, pairs, trees
 from bench.gate.answers import Prober, examine
@@ -15,6 +16,7 @@ from bench.gate.side import Died, Refused, SourceTree
 from bench.gate.trees import BASE, HEAD, BadTree, Source
 from bench.gate.verdict import Outcome, in_both, is_suspect, trips, verdict
 from bench.harness import machine
+from bench.results.text import counted
 
 Tell = Callable[[str], None]
 
@@ -26,12 +28,16 @@ def gate(
     *,
     patterns: Sequence[str] = DEFAULT_CELLS,
     plugins: tuple[Path, ...] = (),
+    vehicles: Mapping[str, str] = MappingProxyType({}),
     always: bool = False,
     count: bool = True,
     tell: Tell = lambda _: None,
 ) -> GateRecord:
     """Compare two trees; the record holds all that ``verdict`` needs.
 
+    ``plugins`` are users' methods, each taken as base and head have it, or as it lies where neither has it.
+    Where neither side is a tree of this project, its plug-ins are measured with the installed ``alloc``.
+    ``vehicles`` are files of users' vehicles, by what their cells are called.
     ``always`` measures although nothing that can matter differs; ``count`` allows instruction
     counts; ``tell`` is called with a line about each stage. Raises BadTree for a side that can't be measured.
     """
@@ -39,18 +45,26 @@ def gate(
     record = GateRecord(base=base.label, head=head.label, settings=settings, machine=machine.describe())
     with tempfile.TemporaryDirectory(prefix="thrustbench-gate-") as folder:
         base_tree, head_tree = (Path(folder) / name for name in (BASE, HEAD))
-        trees.unpack(base, base_tree)
-        trees.unpack(head, head_tree)
+        users = bool(plugins) and trees.is_own(base) and trees.is_own(head)
+        unpack = trees.own if users else trees.unpack
+        unpack(base, base_tree, plugins)
+        unpack(head, head_tree, plugins)
+        files = trees.of_each_side(((base, base_tree), (head, head_tree)), plugins)
+        both = (
+            SourceTree(base_tree, plugins=files[0], vehicles=vehicles),
+            SourceTree(head_tree, plugins=files[1], vehicles=vehicles),
+        )
         record.commits = trees.commits(base, head)
-        record.unchanged = "" if always else trees.unchanged(base_tree, head_tree)
+        record.unchanged = "" if always else trees.unchanged(*both, everything=users)
         if not record.unchanged:
-            if trees.requirements(base_tree) != trees.requirements(head_tree):
+            if not users and trees.requirements(base_tree) != trees.requirements(head_tree):
                 tell("environments: the requirements differ, so each side gets its own")
                 record.notes.append(
                     "the requirements differ: each side was measured in an environment of its own"
                 )
-            with _stage(record, "prepare"):
-                both = trees.prepare(base_tree, head_tree, Path(folder) / "environments", plugins)
+            if not users:
+                with _stage(record, "prepare"):
+                    both = trees.prepare(*both, Path(folder) / "environments")
             compare(record, both, patterns, count=count, tell=tell)
     record.seconds["all"] = monotonic() - started
     return record
@@ -74,10 +88,10 @@ def compare(
     cells = [cell for cell in record.cells if in_both(cell)]
     try:
         if count:
-            tell(f"instructions: {len(cells)} cells, both sides at once")
+            tell(f"instructions: {counted(len(cells), 'cell')}, both sides at once")
             with _stage(record, "instructions"):
                 _instructions(record, cells, both, demands)
-        tell(f"time: {record.settings.pairs} pairs of processes, {len(cells)} cells")
+        tell(f"time: {record.settings.pairs} pairs of processes, {counted(len(cells), 'cell')}")
         with _stage(record, "time"):
             _time(record, cells, both, demands, deadline, tell)
     except Died as reason:

@@ -4,11 +4,11 @@ import json
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from threading import Timer
-from types import TracebackType
+from types import MappingProxyType, TracebackType
 from typing import Any, NamedTuple, Self
 
 from alloc import AllocError
@@ -23,7 +23,17 @@ machine."""
 
 
 class Refused(AllocError):
-    """The process replied with an exception; it is still alive."""
+    """The process replied with an exception; it is still alive.
+
+    Attributes
+    ----------
+    kind : name of the exception's class there
+    """
+
+    def __init__(self, why: str, kind: str = "") -> None:
+        """Take the reason and the class from the reply."""
+        super().__init__(why)
+        self.kind = kind
 
 
 class Died(AllocError):
@@ -47,12 +57,14 @@ class SourceTree(NamedTuple):
     ----------
     path : the folder that holds ``alloc``
     python : the interpreter that runs it
-    plugins : files with users' own methods
+    plugins : files with users' own methods, as this side has them
+    vehicles : files of users' own vehicles, by what their cells are called; the same on both sides
     """
 
     path: Path
     python: str = sys.executable
     plugins: tuple[Path, ...] = ()
+    vehicles: Mapping[str, str] = MappingProxyType({})
 
 
 class Side:
@@ -93,7 +105,7 @@ class Side:
             if started is not None:
                 started.append(self)
             try:
-                self.ask("load", tree=str(tree.path), plugins=plugins)
+                self.ask("load", tree=str(tree.path), plugins=plugins, vehicles=dict(tree.vehicles))
             except (Refused, Died):
                 self.close()
                 raise
@@ -121,7 +133,7 @@ class Side:
             raise Died(self._name, self._why(timeout, in_time))
         reply = json.loads(line)
         if "error" in reply:
-            raise Refused(reply["error"])
+            raise Refused(reply["error"], reply["kind"])
         return reply["value"]
 
     def _why(self, timeout: float, in_time: bool) -> str:

@@ -6,13 +6,17 @@ import shutil
 import subprocess
 import sys
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 from zipfile import ZipFile
 
+import alloc
 from alloc import AllocError
 from bench.gate.side import SourceTree
 
+COMPILED = shutil.ignore_patterns("__pycache__", "*.pyc")
+"""What is not copied of a package."""
 BASE, HEAD = "base", "head"
 """The folders' names: equally long, because a path's length shifts a process's memory layout."""
 
@@ -47,21 +51,80 @@ def folder(path: Path) -> Source:
     return Source(str(path), path)
 
 
-def unpack(source: Source, into: Path) -> None:
-    """Put ``alloc`` and what it requires into the new folder ``into``; raises BadTree."""
+def is_own(source: Source) -> bool:
+    """Whether a side holds no ``alloc``: a repository of the user's own, whose plug-ins are measured."""
+    if not source.commit:
+        return not (source.path / "alloc").is_dir()
+    command = ["git", "cat-file", "-e", f"{source.commit}:./alloc/__init__.py"]
+    return subprocess.run(command, cwd=source.path, capture_output=True).returncode != 0
+
+
+def own(source: Source, into: Path, files: Sequence[Path]) -> None:
+    """Put a user's files and the installed ``alloc`` into the new folder ``into``; raises BadTree."""
     into.mkdir(parents=True)
     if source.commit:
-        # The archive is a zip, because Debian 12's Python 3.11.2 knows no safe way to unpack a tar.
-        command = ["git", "archive", "--format=zip", source.commit]
-        packed = subprocess.run(command, cwd=source.path, capture_output=True, check=True)
-        with ZipFile(io.BytesIO(packed.stdout)) as archive:
-            archive.extractall(into)
+        _extract(source, into)
+    for file in files if not source.commit else ():
+        if (within := _inside(source, file)) and (source.path / within).is_file():
+            (into / within).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(source.path / within, into / within)
+    if (into / "alloc").exists():
+        raise BadTree(f"{source.label}: has an 'alloc' that is none of this project's; rename it")
+    shutil.copytree(Path(alloc.__file__).parent, into / "alloc", ignore=COMPILED)
+
+
+def of_each_side(
+    sides: Sequence[tuple[Source, Path]], files: Sequence[Path]
+) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
+    """Users' files as base and head have them, or as they lie where neither side holds them.
+
+    ``sides`` are each side's source and the folder that it is unpacked in. A file that only one side holds is
+    left out of the other. Raises BadTree for a file that is nowhere.
+    """
+    found: tuple[list[Path], list[Path]] = [], []
+    for file in files:
+        places = [tree / within for source, tree in sides if (within := _inside(source, file))]
+        if any(place.is_file() for place in places):
+            for mine, place in zip(found, places, strict=True):
+                mine += [place] if place.is_file() else []
+        elif file.is_file():
+            for mine in found:
+                mine.append(file)
+        else:
+            raise BadTree(f"{file}: is neither here nor in one of the two sides; give a plug-in's file")
+    return tuple(found[0]), tuple(found[1])
+
+
+def _inside(source: Source, file: Path) -> str:
+    """Path of a file within a side, empty for one elsewhere; a relative path is one of a folder's."""
+    if not source.commit and not file.is_absolute():
+        return file.as_posix()
+    try:
+        return file.resolve().relative_to(source.path.resolve()).as_posix()
+    except ValueError:
+        return ""
+
+
+def _extract(source: Source, into: Path) -> None:
+    # The archive is a zip, because Debian 12's Python 3.11.2 knows no safe way to unpack a tar.
+    command = ["git", "archive", "--format=zip", source.commit]
+    packed = subprocess.run(command, cwd=source.path, capture_output=True, check=True)
+    with ZipFile(io.BytesIO(packed.stdout)) as archive:
+        archive.extractall(into)
+
+
+def unpack(source: Source, into: Path, files: Sequence[Path] = ()) -> None:
+    """Put ``alloc``, what it requires and users' ``files`` into the new folder ``into``; raises BadTree."""
+    into.mkdir(parents=True)
+    if source.commit:
+        _extract(source, into)
     elif (source.path / "alloc").is_dir():
-        skip = shutil.ignore_patterns("__pycache__", "*.pyc")
-        shutil.copytree(source.path / "alloc", into / "alloc", ignore=skip)
-        for name in ("pyproject.toml", "constraints.txt"):
+        shutil.copytree(source.path / "alloc", into / "alloc", ignore=COMPILED)
+        within = [name for file in files if (name := _inside(source, file))]
+        for name in ("pyproject.toml", "constraints.txt", *within):
             if (source.path / name).is_file():
-                shutil.copy(source.path / name, into)
+                (into / name).parent.mkdir(parents=True, exist_ok=True)
+                shutil.copy(source.path / name, into / name)
     if not (into / "alloc" / "__init__.py").is_file():
         raise BadTree(f"{source.label}: holds no package 'alloc'; give the root of a tree that has it")
 
@@ -74,14 +137,17 @@ def commits(base: Source, head: Source) -> list[str]:
     return _git(head.path, "log", "--oneline", "--no-decorate", span).splitlines()
 
 
-def influences(tree: Path) -> dict[str, str]:
-    """Everything in a tree that can influence measured code: digests by file, and the requirements."""
-    digests = {
-        str(path.relative_to(tree)): hashlib.sha256(path.read_bytes()).hexdigest()
-        for path in sorted((tree / "alloc").rglob("*"))
+def influences(tree: Path, files: Sequence[Path] = (), everything: bool = False) -> dict[str, str]:
+    """Everything in a tree that can influence measured code: digests by file, and the requirements.
+
+    That is ``alloc`` and users' ``files`` there, or every file but documents where a plug-in may import any.
+    """
+    mine = [file for file in files if file.is_relative_to(tree)]
+    return {
+        path.relative_to(tree).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted({*(tree if everything else tree / "alloc").rglob("*"), *mine})
         if path.is_file() and "__pycache__" not in path.parts and path.suffix != ".md"
-    }
-    return digests | {"requirements": "\n".join(requirements(tree))}
+    } | ({} if everything else {"requirements": "\n".join(requirements(tree))})
 
 
 def requirements(tree: Path) -> list[str]:
@@ -98,22 +164,23 @@ def requirements(tree: Path) -> list[str]:
     return required
 
 
-def unchanged(base: Path, head: Path) -> str:
-    """Why nothing needs to be measured; empty where something does."""
-    if influences(base) != influences(head):
+def unchanged(base: SourceTree, head: SourceTree, everything: bool = False) -> str:
+    """Why nothing needs to be measured; empty where something does. ``everything`` as in ``influences``."""
+    of_base, of_head = (influences(side.path, side.plugins, everything) for side in (base, head))
+    if of_base != of_head:
         return ""
-    return "alloc/ and the requirements are the same on both sides: nothing that differs can be measured"
+    same = "all files but documents" if everything else "alloc/ and the requirements"
+    return f"{same} are the same on both sides: nothing that differs can be measured"
 
 
-def prepare(
-    base: Path, head: Path, environments: Path, plugins: tuple[Path, ...]
-) -> tuple[SourceTree, SourceTree]:
+def prepare(base: SourceTree, head: SourceTree, environments: Path) -> tuple[SourceTree, SourceTree]:
     """Both sides ready to run: compiled, each with an interpreter that has the tree's requirements."""
     ready = []
-    for path, python in zip((base, head), interpreters(base, head, environments), strict=True):
-        command = [python, "-m", "compileall", "-q", str(path / "alloc")]
+    pythons = interpreters(base.path, head.path, environments)
+    for side, python in zip((base, head), pythons, strict=True):
+        command = [python, "-m", "compileall", "-q", str(side.path / "alloc")]
         subprocess.run(command, capture_output=True, check=False)  # a syntax error shows when it is imported
-        ready.append(SourceTree(path, python, plugins))
+        ready.append(side._replace(python=python))
     return ready[0], ready[1]
 
 

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from bench.gate.record import GateCell, GateRecord, GateSettings
 from bench.gate.statistics import Ratio, medians_us, ratio
+from bench.results.text import counted
 
 CERTAIN = 1.01
 """A cell fails only where the whole interval of its ratio lies above this."""
@@ -108,7 +109,8 @@ def verdict(record: GateRecord) -> Verdict:
         return ended(outcome=Outcome.INCONCLUSIVE, summary=summary)
     if slower:
         return ended(outcome=Outcome.REGRESSION, summary="regression: slower")
-    return ended(outcome=Outcome.PASS, summary=f"pass: {len(rows)} cells, none slower than its threshold")
+    summary = f"pass: {counted(len(rows), 'cell')}, none slower than its threshold"
+    return ended(outcome=Outcome.PASS, summary=summary)
 
 
 def in_both(cell: GateCell) -> bool:

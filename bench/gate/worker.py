@@ -44,6 +44,7 @@ class Orders:
     ----------
     alloc : the library of the measured tree
     plugins, vehicles : what was loaded, by name
+    files : of vehicles that are not the tree's, by name
     allocators : by cell
     demands : by vehicle, the demands that its cells are timed with
     """
@@ -52,12 +53,17 @@ class Orders:
         """Start with nothing imported or built."""
         self.alloc: Any = None
         self.plugins: dict[str, Any] = {}
+        self.files: dict[str, str] = {}
         self.vehicles: dict[str, Any] = {}
         self.allocators: dict[str, Any] = {}
         self.demands: dict[str, list[Any]] = {}
 
-    def load(self, tree: str, plugins: list[str]) -> None:
-        """Import ``alloc`` from ``tree`` and nowhere else; ``plugins`` are files with users' methods."""
+    def load(self, tree: str, plugins: list[str], vehicles: dict[str, str]) -> None:
+        """Import ``alloc`` from ``tree`` and nowhere else.
+
+        ``plugins`` are files with users' methods, ``vehicles`` files of users' vehicles by the cells' names.
+        """
+        self.files = vehicles
         sys.path.insert(0, tree)
         self.alloc = importlib.import_module("alloc")
         if not Path(self.alloc.__file__).is_relative_to(tree):
@@ -69,19 +75,19 @@ class Orders:
         """Every (vehicle, method, start) of the tree that is installed here, built or not."""
         entries = [entry for entry in self.alloc.catalogue() if not entry.missing]
         entries += self.plugins.values()
-        names = self.alloc.list_vehicles()
+        names = [*self.alloc.list_vehicles(), *self.files]
         return [[name, entry.name, start] for name in names for entry in entries for start in entry.starts]
 
     def vehicle(self, name: str) -> dict[str, Any]:
         """The numbers of a vehicle that its equations need."""
-        v = self.alloc.load_vehicle(name)
+        v = self.alloc.load_vehicle(self.files.get(name, name))
         arrays = {key: getattr(v, key).tolist() for key in ARRAYS}
         return {"dof": list(v.dof), **arrays}
 
     def build(self, cell: str, vehicle: str, method: str, start: str) -> dict[str, Any]:
         """Prepare a cell's allocator; returns what it promises."""
         if vehicle not in self.vehicles:  # parsing YAML takes longer than building most allocators
-            self.vehicles[vehicle] = self.alloc.load_vehicle(vehicle)
+            self.vehicles[vehicle] = self.alloc.load_vehicle(self.files.get(vehicle, vehicle))
         loaded = self.vehicles[vehicle]
         if method in self.plugins:
             allocate = self.alloc.prepare(self.plugins[method], loaded, start=start)
@@ -175,7 +181,7 @@ def main() -> None:
         try:
             reply = {"value": getattr(orders, order.pop("do"))(**order)}
         except Exception as error:
-            reply = {"error": f"{type(error).__name__}: {error}"}
+            reply = {"error": f"{type(error).__name__}: {error}", "kind": type(error).__name__}
         replies.write(json.dumps(reply) + "\n")
         replies.flush()
 

@@ -9,7 +9,7 @@ import msgspec
 
 from alloc import AllocError, find_formulation
 from bench.harness.yardsticks import CANARIES, YARDSTICKS
-from bench.inputs.faults import Fault
+from bench.inputs.faults import GivenFault
 from bench.inputs.logs import LogOptions
 from bench.record import NO_VEHICLE, Key, Method
 
@@ -54,7 +54,7 @@ class RunSettings(msgspec.Struct, frozen=True, kw_only=True):
     without: tuple[str, ...] = ()
     study: str = ""
     plugins: tuple[str, ...] = ()
-    faults: tuple[Fault | None, ...] = (None,)
+    faults: tuple[GivenFault | None, ...] = (None,)
     once: tuple[str, ...] = ()
     log: LogOptions = LogOptions()
     starts: tuple[str, ...] = ()

@@ -7,7 +7,7 @@ import msgspec
 from alloc import Vehicle, VehicleError
 
 
-class Fault(msgspec.Struct, frozen=True):
+class GivenFault(msgspec.Struct, frozen=True):
     """A thruster that is off or weakened.
 
     Attributes
@@ -20,16 +20,16 @@ class Fault(msgspec.Struct, frozen=True):
     readiness: float = 0.0
 
 
-EACH = Fault(None)
+EACH = GivenFault(None)
 
 
-def parse_fault(text: str) -> Fault:
+def parse_fault(text: str) -> GivenFault:
     """The fault that a user wrote as ``THRUSTER`` or ``THRUSTER@READINESS``; raises VehicleError."""
     if text == "each":
         return EACH
     name, at, readiness = text.partition("@")
     try:
-        return Fault(
+        return GivenFault(
             int(name) if name.strip().lstrip("+-").isdecimal() else name, float(readiness if at else 0)
         )
     except ValueError:
@@ -39,13 +39,13 @@ def parse_fault(text: str) -> Fault:
         ) from None
 
 
-def with_fault(vehicle: Vehicle, fault: Fault) -> list[Vehicle]:
+def with_fault(vehicle: Vehicle, fault: GivenFault) -> list[Vehicle]:
     """The vehicle with that fault; with EACH, one for each working thruster. Raises VehicleError."""
     if fault.thruster is None:
         return [vehicle.with_fault(int(i)) for i in vehicle.working]
     return [vehicle.with_fault(fault.thruster, fault.readiness)]
 
 
-def faulty(vehicle: Vehicle, faults: Iterable[Fault | None]) -> list[Vehicle]:
+def faulty(vehicle: Vehicle, faults: Iterable[GivenFault | None]) -> list[Vehicle]:
     """The vehicle with each fault in turn; None is the whole vehicle."""
     return [state for f in faults for state in ([vehicle] if f is None else with_fault(vehicle, f))]

@@ -18,7 +18,7 @@ from alloc import (
     find_formulation,
 )
 from alloc.formulations.hard import FORMULATION as HARD
-from bench.judging.loss import loss
+from bench.judging.loss import loss, relative_wrench_error
 from bench.judging.question import Question, right_answers
 from bench.judging.shares import misstated
 from bench.record import Judged
@@ -99,6 +99,7 @@ def judge(
         agrees=None if farthest is None else farthest <= tolerance * vehicle.f_scale,
         failed_after_failure=after_failure(gave_up, within),
         loss=given_away(question, F) if thorough else {},
+        missed_max=largest_miss(question, F) if thorough else None,
         wrong="; ".join(_counted(what, mask, demand) for what, mask in wrong.items() if mask.any()),
     )
 
@@ -145,6 +146,14 @@ def given_away(question: Question, F: FloatArray) -> dict[str, float | None]:
     first = F[: len(demands.taus)]
     numbers = loss(demands.vehicle, demands.taus, first, question.right[HARD.name], demands.limits)
     return {key: None if value is None else rounded(value) for key, value in numbers.items()}
+
+
+def largest_miss(question: Question, F: FloatArray) -> float | None:
+    """The largest share of an attainable demand's wrench that is not delivered, over the first pass [-]."""
+    demands = question.demands
+    error = relative_wrench_error(demands.vehicle, demands.taus, F[: len(demands.taus)], demands.limits)
+    attainable = np.isin(demands.labels, (Label.INACTIVE, Label.ACTIVE))
+    return rounded(float(np.nan_to_num(error[attainable], nan=1.0).max())) if attainable.any() else None
 
 
 def stacked(thrusts: Sequence[FloatArray], n: int) -> tuple[FloatArray, BoolArray]:

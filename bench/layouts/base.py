@@ -8,7 +8,7 @@ from alloc import DOF, FileError, FloatArray, UnknownName, Vehicle, VehicleError
 from alloc.errors import unknown
 from alloc.vehicle.file import VehicleFile, matrices, vehicle_with
 from alloc.vehicle.geometry import pose_matrix
-from alloc.vehicle.poses import Poses, poses
+from alloc.vehicle.poses import Mounting, poses
 from alloc.vehicle.read import find_file, read_document
 from bench.layouts.study import StudyDocument
 
@@ -62,7 +62,7 @@ def _counted(file: VehicleFile, dof: tuple[str, ...]) -> VehicleFile:
     return replace(file, dof=list(dof), slack_weights=kept, rank=None)
 
 
-def _poses(file: VehicleFile) -> Poses:
+def _poses(file: VehicleFile) -> Mounting:
     """Where the thrusters stand; raises VehicleError for a file that has T alone, which does not say."""
     found = poses(file, matrices(file)[0])
     if not found.measured:

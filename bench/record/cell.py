@@ -58,6 +58,8 @@ class Judged(msgspec.Struct, omit_defaults=True, kw_only=True):
     agrees : whether the distance is within the promise; None where no right answer is known
     wrong : which answers are wrong, such as SOLVED with a violated limit; empty where none is
     loss : ``bench.judging.loss.loss``, what the answers give away against the exact ones
+    missed_max : largest share of an attainable demand's wrench that is not delivered, 1 where there are no
+        thrusts; None where no demand is inactive or active, and in records from before it was worked out
     """
 
     answers: int
@@ -73,6 +75,7 @@ class Judged(msgspec.Struct, omit_defaults=True, kw_only=True):
     agrees: bool | None = None
     wrong: str = ""
     loss: dict[str, float | None] = {}
+    missed_max: float | None = None
 
 
 class Quiet(msgspec.Struct, omit_defaults=True):

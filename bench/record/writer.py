@@ -4,6 +4,7 @@ import errno
 import os
 import time
 from collections.abc import Iterable
+from itertools import count
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -14,7 +15,8 @@ from filelock import FileLock, Timeout
 from bench.record import FILE_NAME, PACKED, Header, Line, Record, RecordError, parse
 
 PREVIOUS = "record.previous.jsonl"
-"""Name that an older record gets where a new one is written: an hour's run is not lost to a short one."""
+"""Name that an older record gets where a new one is written: an hour's run is not lost to a short one. Still
+older ones are ``record.previous-2.jsonl`` and so on."""
 SYNC_EVERY_S = 2.0
 """A power cut loses the lines of at most this time; syncing each line would disturb the measurement [s]."""
 
@@ -37,9 +39,13 @@ class Writer:
         self._synced = time.monotonic()
 
     def create(self, header: Header) -> None:
-        """Start a new record; an older one is kept as PREVIOUS."""
+        """Start a new record; older ones are kept, see PREVIOUS."""
         if self._has_lines():
-            self.path.replace(self.path.with_name(PREVIOUS))
+            last = self.path.with_name(PREVIOUS)
+            if last.exists():
+                older = (last.with_name(PREVIOUS.replace(".jsonl", f"-{i}.jsonl")) for i in count(2))
+                last.replace(next(path for path in older if not path.exists()))
+            self.path.replace(last)
         self._open(os.O_TRUNC)
         self.append(header)
 

@@ -134,7 +134,9 @@ def served(run: Run, rows: list[Row]) -> list[float]:
 
 def missed(rows: list[Row]) -> str:
     """The largest share of an attainable wrench that is not delivered, in per cent; empty where not known."""
-    worst = most(largest_loss(row) for row in rows if row.demands in ATTAINABLE)
+    known = [judged.missed_max for row in rows for judged in row.judged]
+    older = [row for row in rows if all(judged.missed_max is None for judged in row.judged)]
+    worst = most([*known, *(largest_loss(row) for row in older if row.demands in ATTAINABLE)])
     if worst is None:
         return ""
     # Two digits; .2g alone would write 100 with an exponent.

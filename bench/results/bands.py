@@ -75,6 +75,8 @@ def counted(rows: Iterable[EmulatedRow]) -> list[Counted]:
     known = {entry.name: entry for entry in catalogue()}
     groups: dict[tuple[str, str, str, str], list[EmulatedRow]] = {}
     for row in rows:
+        if row.emulated.limits != "fixed":  # a size is asked for the C that knows its vehicle
+            continue
         key = (row.emulated.vehicle, row.emulated.target, row.emulated.method, row.emulated.scalar)
         groups.setdefault(key, []).append(row)
     made = []

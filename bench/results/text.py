@@ -36,6 +36,11 @@ def number_range(values: Iterable[float | None], to: str = " to ") -> str:
     return low if low == high else f"{low}{to}{high}"
 
 
+def counted(n: int, what: str) -> str:
+    """``1 cell``, ``20 cells``."""
+    return f"{n} {what}{'' if n == 1 else 's'}"
+
+
 def table(headers: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """A Markdown table that also reads well in a terminal: first column left, numbers right."""
     body = [[_cell(text) for text in row] for row in rows]

@@ -41,6 +41,15 @@ def question(vehicle: Vehicle, label: str) -> Question:
     return questions([demands], ask_here)[0]
 
 
+def of_one(benchmark: BenchmarkFixture, calls: int) -> None:
+    """Have every table and file show the time of one call, where a round made ``calls`` of them."""
+    if benchmark.stats is None:  # timing is switched off
+        return
+    stats = benchmark.stats
+    stats.stats.data[:] = [seconds / calls for seconds in stats.stats.data]
+    stats.iterations *= calls
+
+
 def tell(
     benchmark: BenchmarkFixture,
     asked: Question,

@@ -1,4 +1,7 @@
-"""The suite's methods x vehicles x starts x labels, chosen on pytest's command line."""
+"""The suite's methods x vehicles x starts x labels, chosen on pytest's command line.
+
+By default: what one compares, in two minutes. ``--all`` adds the rest.
+"""
 
 from pathlib import Path
 
@@ -8,6 +11,7 @@ from alloc import (
     Allocator,
     AllocError,
     Entry,
+    Family,
     NotApplicable,
     NotInstalled,
     Vehicle,
@@ -22,14 +26,20 @@ from bench.suite.answers import LABELS, question
 
 VEHICLES = ("ukwial", "bluerov2-heavy")
 """Four thrusters in the plane, eight in 6 DOF; all vehicles would take an hour."""
+COMPARED = (Family.CLOSED_FORM, Family.EXACT, Family.LIVE)
+"""Families whose methods are timed by default: the paper's question is between them."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """``--vehicle``, ``--method`` and ``--plugin``, each as often as wanted."""
+    """``--vehicle``, ``--method`` and ``--plugin``, each as often as wanted, and ``--all``."""
     group = parser.getgroup("thrustbench")
     group.addoption("--vehicle", action="append", metavar="NAME", help=f"default: {', '.join(VEHICLES)}")
-    group.addoption("--method", action="append", metavar="NAME", help="default: all that are installed")
+    group.addoption(
+        "--method", action="append", metavar="NAME", help="default: closed forms, exact methods, live solvers"
+    )
     group.addoption("--plugin", action="append", metavar="FILE", default=[], help="a method of your own")
+    text = "every method with every start, and set-up and many() too: some twenty minutes"
+    group.addoption("--all", action="store_true", help=text)
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -46,6 +56,15 @@ def pytest_configure(config: pytest.Config) -> None:
         raise pytest.UsageError(str(error)) from None
 
 
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave out set-up and ``many`` unless all is asked for, or a file is named."""
+    named = any(argument.partition("::")[0].endswith(".py") for argument in config.args)
+    if not config.getoption("all") and not named:
+        left_out = [item for item in items if not item.name.startswith("test_call[")]
+        config.hook.pytest_deselected(items=left_out)
+        items[:] = [item for item in items if item.name.startswith("test_call[")]
+
+
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     """Cross the fixtures that a test takes: ``vehicle``, ``label``, ``entry`` (a method), its ``start``."""
     option = metafunc.config.getoption
@@ -56,14 +75,21 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
         metafunc.parametrize("label", LABELS if metafunc.function.__name__ == "test_call" else LABELS[:1])
     if "entry" in metafunc.fixturenames:
         plugged = [load_plugin(Path(file)) for file in option("plugin")]
-        wanted = option("method") or [e.name for e in catalogue()] * (not plugged)
+        every = option("all")
+        usual = [] if plugged else [e.name for e in catalogue() if every or e.family in COMPARED]
+        wanted = option("method") or usual
         entries = [e for e in catalogue() if not e.missing and e.name in wanted] + plugged
         if "start" in metafunc.fixturenames:
-            rows = [(e, start) for e in entries for start in e.starts]
+            rows = [(e, start) for e in entries for start in (e.starts if every else _best(e.starts))]
             ids = [f"{e.name} {start}".rstrip(" -") for e, start in rows]
             metafunc.parametrize(("entry", "start"), rows, ids=ids)
         else:
             metafunc.parametrize("entry", entries, ids=[e.name for e in entries])
+
+
+def _best(starts: tuple[str, ...]) -> tuple[str, ...]:
+    """The start that a vehicle would run a method with."""
+    return ("reused",) if "reused" in starts else starts[:1]
 
 
 @pytest.fixture

@@ -28,20 +28,13 @@ from alloc.plugins import prepare
 from bench.demands import build_demands
 from bench.judging.judge import judge
 from bench.judging.question import ask_here, questions
-from tests.pages import FENCE, PAGES, blocks
+from tests.pages import FENCE, PAGES, blocks, saved
 from tests.places import DOCS, ROOT
 
 EXPORTED = {"alloc", "bench"} | {
     f"{package.__name__}.{n}" for package in (alloc, bench) for n in package.__all__
 }
 NUMBER = re.compile(r"-?\d+(\.\d+)?(e-?\d+)?")
-
-
-def files_of(document: str, names: dict[str, str], folder: Path) -> None:
-    """Write the first block of each kind under the name that the document gives it."""
-    for kind, name in names.items():
-        assert f"`{name}`" in (DOCS / document).read_text(encoding="utf-8")
-        (folder / name).write_text(blocks(DOCS / document, kind)[0])
 
 
 def assert_same(printed: str, shown: str) -> None:
@@ -67,7 +60,7 @@ def run_consoles(document: str, folder: Path) -> None:
             check=False,
         )
         assert run.returncode == 0, run.stderr
-        assert_same(run.stdout, shown)
+        assert_same(run.stderr + run.stdout, shown)
 
 
 def hidden(page: Path) -> list[str]:
@@ -111,17 +104,17 @@ def test_hidden_names_what_a_page_imports_that_is_not_public(
 
 
 def test_your_vehicle_shows_what_its_commands_print(tmp_path: Path) -> None:
-    files_of("your-vehicle.md", {"yaml": "my-rov.yaml", "csv": "ask.csv"}, tmp_path)
+    saved(DOCS / "your-vehicle.md", tmp_path)
     run_consoles("your-vehicle.md", tmp_path)
 
 
 def test_add_a_method_shows_what_its_commands_print(tmp_path: Path) -> None:
-    files_of("add-a-method.md", {"python": "damped.py", "csv": "demands.csv"}, tmp_path)
+    saved(DOCS / "add-a-method.md", tmp_path)
     run_consoles("add-a-method.md", tmp_path)
 
 
 def test_saturation_shows_what_its_command_prints_and_its_code_does(tmp_path: Path) -> None:
-    files_of("saturation.md", {"csv": "ask.csv"}, tmp_path)
+    saved(DOCS / "saturation.md", tmp_path)
     run_consoles("saturation.md", tmp_path)
     (code,) = blocks(DOCS / "saturation.md", "python")
     exec(code, {})
@@ -140,7 +133,7 @@ def test_add_a_method_names_all_that_an_allocator_has_or_may_have(protocol: type
 
 
 def test_the_example_method_keeps_its_promise(tmp_path: Path, rng: np.random.Generator) -> None:
-    files_of("add-a-method.md", {"python": "damped.py"}, tmp_path)
+    saved(DOCS / "add-a-method.md", tmp_path)
     entry = load_plugin(tmp_path / "damped.py")
     for name in list_vehicles():
         vehicle = load_vehicle(name)

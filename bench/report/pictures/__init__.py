@@ -15,27 +15,32 @@ from bench.results.rows import Run
 
 
 def draw_all(run: Run, directory: Path) -> frozenset[str]:
-    """Save every picture of a run into the folder; returns the names of the files."""
+    """Save every picture of a run into the folder, and remove an earlier run's; returns the files' names."""
     import matplotlib as mpl
 
     from bench.report.pictures.style import SETTINGS, save
 
     drawn = set()
-    for file in pkgutil.iter_modules(__path__):
-        module = import_module(f"bench.report.pictures.{file.name}")
+    kinds = [file.name for file in pkgutil.iter_modules(__path__)]
+    for kind in kinds:
+        module = import_module(f"bench.report.pictures.{kind}")
         pictures: dict[str, tuple[Any, ...]] = {}
         if hasattr(module, "draw"):
             pictures = {
-                file_name(f"{file.name}-{vehicle}.svg"): (module.draw, vehicle) for vehicle in run.vehicles
+                file_name(f"{kind}-{vehicle}.svg"): (module.draw, vehicle) for vehicle in run.vehicles
             }
         if hasattr(module, "draw_run"):
-            pictures[f"{file.name}.svg"] = (module.draw_run,)
+            pictures[f"{kind}.svg"] = (module.draw_run,)
         for name, (draw, *vehicle) in pictures.items():
             with mpl.rc_context(SETTINGS):
                 figure = draw(run, *vehicle)
                 if figure is not None:
                     save(figure, directory / name)
                     drawn.add(name)
+    for kind in kinds:
+        for old in (*directory.glob(f"{kind}-*.svg"), *directory.glob(f"{kind}.svg")):
+            if old.name not in drawn:
+                old.unlink()
     return frozenset(drawn)
 
 

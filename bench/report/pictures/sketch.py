@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from alloc import FloatArray, Vehicle
-from alloc.vehicle.poses import Poses
+from alloc.vehicle.poses import Mounting
 from bench.report.pictures.style import BLUE, FAINT, GREY, INK, PAPER, VERMILION
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ VIEWS = (
 )
 
 
-def sketch(vehicle: Vehicle, poses: Poses) -> "Figure":
+def sketch(vehicle: Vehicle, poses: Mounting) -> "Figure":
     """The figure of a vehicle, to be made and saved within the settings of ``style``."""
     from matplotlib.figure import Figure
 
@@ -60,7 +60,7 @@ def sketch(vehicle: Vehicle, poses: Poses) -> "Figure":
     return figure
 
 
-def _draw(axes: "Axes", view: View, poses: Poses, extent: float) -> None:
+def _draw(axes: "Axes", view: View, poses: Mounting, extent: float) -> None:
     points, arrows = _seen(view, poses.positions), _seen(view, poses.directions)
     facing = view.towards[1] * poses.directions[:, view.towards[0]]
     arrow = {"arrowstyle": "-|>,head_width=0.25,head_length=0.5", "color": BLUE, "linewidth": 1.6}
@@ -97,7 +97,7 @@ def _frame(axes: "Axes", view: View, points: FloatArray, extent: float) -> None:
     axes.axvline(0, color=FAINT, linewidth=1.2)
 
 
-def _listing(axes: "Axes", vehicle: Vehicle, poses: Poses) -> None:
+def _listing(axes: "Axes", vehicle: Vehicle, poses: Mounting) -> None:
     """Names and limits of the thrusters, and what the signs mean."""
     axes.axis("off")
     axes.set_xlim(0, 1)

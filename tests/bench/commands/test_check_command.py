@@ -10,7 +10,7 @@ from click.testing import CliRunner, Result
 from matplotlib.text import Annotation
 
 from alloc import load_vehicle
-from alloc.vehicle.poses import Poses
+from alloc.vehicle.poses import Mounting
 from bench.__main__ import cli
 from bench.report.pictures.sketch import sketch
 from bench.report.pictures.style import SETTINGS
@@ -68,7 +68,7 @@ def test_an_arrow_points_along_positive_thrust_in_every_view(
     directions = np.zeros((vehicle.n, 3))
     directions[0] = push
     with mpl.rc_context(SETTINGS):
-        figure = sketch(vehicle, Poses(np.eye(4, 3), directions, np.zeros(3), True))
+        figure = sketch(vehicle, Mounting(np.eye(4, 3), directions, np.zeros(3), True))
     for axes in figure.axes[:3]:
         arrows = [text for text in axes.texts if isinstance(text, Annotation) and text.arrow_patch]
         expected = next(way for title, way in shown.items() if axes.get_title("left").endswith(title))

@@ -25,7 +25,8 @@ def test_the_commands_and_the_example_on_the_page_compile_and_pass(tmp_path: Pat
         "--vehicle", "ukwial", "--method", "nullspace", "--out", str(tmp_path), *["--float"] * single
     )
     assert {file.suffix for file in files} == {".h", ".c", ".md"}
-    page = (tmp_path / "README.md").read_text()
+    (written,) = (file for file in files if file.suffix == ".md")
+    page = written.read_text()
     line = next(line for line in page.splitlines() if line.startswith("    cc "))
     done = subprocess.run(
         line.replace("cc", compiled.compiler()[0], 1),
@@ -52,8 +53,23 @@ def test_the_commands_and_the_example_on_the_page_compile_and_pass(tmp_path: Pat
 def test_the_page_warns_of_a_kernel_that_knows_no_limits(tmp_path: Path) -> None:
     for method in ("pinv", "nullspace"):
         codegen("--vehicle", "ukwial", "--method", method, "--out", str(tmp_path))
-        page = (tmp_path / "README.md").read_text()
+        page = (tmp_path / f"ukwial_{method}.md").read_text()
         assert ("may lie beyond these limits" in page) == (method == "pinv")
+
+
+def test_a_second_method_in_the_same_folder_replaces_nothing_of_the_first(tmp_path: Path) -> None:
+    first = codegen("--vehicle", "ukwial", "--method", "pinv", "--out", str(tmp_path))
+    before = [file.read_bytes() for file in first]
+    codegen("--vehicle", "ukwial", "--method", "nullspace", "--out", str(tmp_path))
+    codegen("--vehicle", "ukwial", "--method", "pinv", "--float", "--out", str(tmp_path))
+    assert [file.read_bytes() for file in first] == before
+
+
+def test_names_of_thrusters_stand_in_header_and_page(tmp_path: Path) -> None:
+    files = codegen("--vehicle", "subjugator8", "--method", "pinv", "--out", str(tmp_path))
+    texts = {file.suffix: file.read_text() for file in files if not file.stem.endswith("_test")}
+    assert " *        f[7] BRV\n" in texts[".h"]
+    assert "| `f[7]` BRV |" in texts[".md"]
 
 
 @pytest.mark.parametrize(

@@ -169,3 +169,73 @@ def test_cell_patterns_that_fit_nothing_are_bad_usage(repository: Path) -> None:
     arguments = ["HEAD", "--repo", str(repository), "--always", "--cells", "ukwial:nix"]
     result = CliRunner().invoke(command, arguments, standalone_mode=False)
     assert "no cell of either side fits ukwial:nix" in str(result.exception)
+
+
+PLUGIN = """\
+import numpy as np
+
+LIMITED = True
+
+
+def build(vehicle):
+    G = np.linalg.pinv(vehicle.TP)
+    return lambda tau: np.clip(G @ tau, vehicle.f_min, vehicle.f_max)
+"""
+
+
+@pytest.fixture
+def own(tmp_path: Path) -> Path:
+    """A repository of a user's own: a plug-in in a folder, no ``alloc``, one commit."""
+    tree = tmp_path / "own"
+    (tree / "control").mkdir(parents=True)
+    (tree / "control" / "mine.py").write_text(PLUGIN)
+    gate_check.git(tree, "init", "--quiet")
+    gate_check.commit(tree, "base")
+    return tree
+
+
+def gate_own(own: Path, text: str, *options: str) -> Result:
+    """What the gate says in the user's repository of a commit that gives the plug-in that text."""
+    (own / "control" / "mine.py").write_text(text)
+    (own / "notes.txt").write_text("so that there is something to commit")
+    gate_check.commit(own, "head")
+    few = ("--pairs", "2", "--no-instructions", "--vehicle", "ukwial", *options)
+    plugin = ("--plugin", str(own / "control" / "mine.py"))
+    return CliRunner().invoke(
+        command, ["HEAD~1", "HEAD", "--repo", str(own), *plugin, *few], standalone_mode=False
+    )
+
+
+def test_a_user_s_plug_in_is_taken_from_each_side_of_the_user_s_repository(own: Path) -> None:
+    """The working copy has the head's file only, so a difference shows that base has its own."""
+    result = gate_own(own, PLUGIN.replace("G @ tau", "0.9 * G @ tau"))
+    assert result.return_value == 1, result.output
+    assert "| `ukwial:mine:-` | another answer: status SOLVED → PARTIAL" in result.stdout
+    assert "pinv" not in result.stdout
+
+
+def test_a_plug_in_that_the_head_lost_is_gone(own: Path) -> None:
+    (own / "control" / "mine.py").rename(own / "control" / "other.py")
+    gate_check.commit(own, "head")
+    options = ("--repo", str(own), "--plugin", str(own / "control" / "mine.py"), "--no-instructions")
+    result = CliRunner().invoke(command, ["HEAD~1", "HEAD", *options], standalone_mode=False)
+    assert result.return_value == 1, result.output
+    assert "| `ukwial:mine:-` " in result.stdout
+    assert "head has no such method, vehicle or start" in result.stdout
+
+
+def test_a_repository_without_a_library_needs_a_plug_in(own: Path) -> None:
+    result = CliRunner().invoke(command, ["HEAD", "HEAD", "--repo", str(own)], standalone_mode=False)
+    assert "holds no package 'alloc'" in str(result.exception)
+
+
+def test_a_pattern_that_fits_no_cell_is_named_among_others_that_do(repository: Path) -> None:
+    result = gate(repository, lambda _: None, "--always", "--cells", "ukwial:pinvv")
+    assert "no cell of either side fits ukwial:pinvv" in str(result.exception)
+
+
+def test_the_terminal_gets_no_html_and_a_file_gets_it_folded(repository: Path, tmp_path: Path) -> None:
+    out = tmp_path / "gate.md"
+    result = gate(repository, lambda tree: delete_method(tree, "svd"), "--markdown", str(out))
+    assert "<" not in result.stdout
+    assert "<details><summary>Commits</summary>" in out.read_text()

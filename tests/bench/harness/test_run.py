@@ -23,7 +23,7 @@ from bench.harness.plan import RunSettings
 from bench.harness.run import check_same, run
 from bench.harness.sets import demand_sets, vehicles
 from bench.harness.state import Progress
-from bench.inputs.faults import Fault
+from bench.inputs.faults import GivenFault
 from bench.judging.question import ask_here, questions
 from bench.record import FILE_NAME, RecordError, read
 from bench.report import render
@@ -41,7 +41,7 @@ def test_a_run_measures_and_judges_every_cell_once_and_writes_a_report_under_run
     monkeypatch.chdir(tmp_path)
     result = CliRunner().invoke(cli, TINY, standalone_mode=False)
     assert result.return_value == 0, result.output
-    folder = tmp_path / "runs" / machine.name()
+    (folder,) = (tmp_path / "runs" / machine.name()).iterdir()
     assert (folder / "results.csv").is_file()
     cells = [cell for cell in read(folder).cells if cell.key.method == "pinv"]
     keys = [(cell.key.demands, cell.key.repeat) for cell in cells]
@@ -178,12 +178,12 @@ def test_two_logs_or_vehicles_of_one_name_are_refused_not_dropped(tmp_path: Path
 @pytest.mark.parametrize(
     ("name", "faults", "reason"),
     [
-        ("ukwial-f2", (Fault(2),), "two different vehicles are called 'ukwial-f2'"),
+        ("ukwial-f2", (GivenFault(2),), "two different vehicles are called 'ukwial-f2'"),
         ("-", (None,), "stands for none"),
     ],
 )
 def test_a_vehicle_named_as_another_after_a_failure_or_as_none_is_refused(
-    tmp_path: Path, name: str, faults: tuple[Fault | None, ...], reason: str
+    tmp_path: Path, name: str, faults: tuple[GivenFault | None, ...], reason: str
 ) -> None:
     shipped = (Path(alloc.__file__).parent / "vehicles" / "ukwial.yaml").read_text(encoding="utf-8")
     mine = tmp_path / "mine.yaml"

@@ -24,7 +24,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The file that a short run of the suite leaves behind."""
     path = tmp_path_factory.mktemp("suite") / "a.json"
     options = ["--benchmark-only", "--benchmark-max-time=0.001", "--benchmark-min-rounds=1"]
-    options += ["--benchmark-warmup=off", f"--benchmark-json={path}", "--vehicle=ukwial"]
+    options += ["--benchmark-warmup=off", f"--benchmark-json={path}", "--vehicle=ukwial", "--all"]
     mine = path.with_name("mine.py")
     mine.write_text('"""Mine."""\nfrom alloc.methods.pinv import FORMULATION, build\n')
     options += ["--method=pinv", "--method=nullspace", f"--plugin={mine}"]
@@ -54,6 +54,36 @@ def test_every_benchmark_says_what_it_timed_and_how_right_it_was(written: Path) 
         formulations = {"pinv": "unlimited", "nullspace": "hard", "mine": "unlimited"}
         assert info["formulation"] == formulations[info["method"]]
         assert info["certificate"]["wrench_error_rel_max"] < 1e-12
+
+
+def test_times_are_those_of_one_call(written: Path) -> None:
+    """A call of pinv takes a microsecond or two, a set-up less than 10 ms, on any machine of today."""
+    for benchmark in json.loads(written.read_text())["benchmarks"]:
+        calls = 1 if benchmark["name"].startswith("test_setup") else 1000
+        assert benchmark["stats"]["iterations"] % calls == 0
+        assert benchmark["stats"]["median"] < (5e-4 if calls == 1000 else 0.5)
+        assert "calls" not in benchmark["extra_info"]
+
+
+def collected(*options: str) -> list[str]:
+    alone = {key: value for key, value in os.environ.items() if not key.startswith("PYTEST_")}
+    pytest_run = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--co", "bench/suite"]
+    done = subprocess.run([*pytest_run, *options], cwd=ROOT, env=alone, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return [line.partition("::")[2] for line in done.stdout.splitlines() if "::" in line]
+
+
+def test_the_default_is_what_one_compares_and_all_is_the_rest() -> None:
+    """Closed forms, exact methods and live solvers with the start a vehicle would run: two minutes."""
+    usual, every = collected(), collected("--all")
+    assert {name.partition("[")[0] for name in usual} == {"test_call"}
+    for kind in ("pinv", "svd", "nullspace", "qp/daqp reused"):
+        for vehicle in ("ukwial", "bluerov2-heavy"):
+            for label in ("active", "inactive"):
+                assert f"test_call[{vehicle}-{label}-{kind}]" in usual
+    assert not [name for name in usual if "cold" in name and "reused" in name]
+    assert len(usual) <= 110 < 400 < len(every)
+    assert set(usual) < set(every)
 
 
 def test_answers_inside_the_limits_are_certified_without_a_reference(written: Path) -> None:

@@ -1,0 +1,147 @@
+"""Every command of README and docs is typed, page by page in one empty folder, as a newcomer would."""
+
+import re
+import shlex
+from collections.abc import Iterator
+from importlib.util import find_spec
+from pathlib import Path
+
+import click
+import pytest
+from click.testing import CliRunner
+
+import bench.__main__
+from tests.pages import FENCE, saved
+from tests.places import DOCS, ROOT
+
+PAGES = ("README.md", *sorted(f"docs/{page.name}" for page in DOCS.glob("*.md")))
+SHELL = ("", "sh", "console")
+GIVEN = ("dive.bag", "A", "B", "qp/slsqp")
+"""What a reader has and no page writes: a log of a dive, two folders with trees; and the solver that a page
+adds to the tree, whose command tests/project/test_documents.py runs."""
+SHORT = ("--method=pinv", "--n=4", "--budget-ms=0", "--repeats=1", "--demands=inactive")
+"""What makes a run take a second; the command's own options stand before it."""
+
+FOREIGN = {
+    "nautilus.yaml": "thrusters: {num: 2}\nconfiguration_matrix: [1, 1, -0.5, 0.5]\n"
+    "which: {surge: true, yaw: true}\n"
+    "min_force: -20\nmax_force: 20\n",
+    "TAM.yaml": "tam: [[1, 1], [0, 0], [0, 0], [0, 0], [0, 0], [-1, 1]]\n",
+    "vehicle.params": "".join(
+        f"CA_ROTOR{i}_{key} {value}\n"
+        for i, values in enumerate(((0.2, 0.2, 6), (-0.2, 0.2, 6), (0.2, -0.2, 6), (-0.2, -0.2, 6)))
+        for key, value in zip(("PX", "PY", "CT"), values, strict=True)
+    ),
+    "T.csv": "1,1,0\n0,0,1\n-0.5,0.5,0.1\n",
+}
+"""Vehicle files of other projects, under the names that docs/your-vehicle.md gives them."""
+
+LONG = {
+    "gate": "measures for half a minute, and needs two commits",
+    "emulate": "needs compilers and an emulator, and takes minutes",
+    "compare": "needs two files of pytest-benchmark, which tests/bench/suite makes and compares",
+    "canary": "measures for seconds; its file is read in tests/bench/results",
+    "board": "needs a board's compiler",
+    "prove": "takes minutes",
+    "layouts": "takes minutes",
+    "fleet": "needs a scheduler",
+    "run": "measures for half a minute: only README's first is typed, with less to measure",
+}
+"""Commands that are parsed only (options, arguments, files), and why."""
+
+
+def commands(page: str) -> Iterator[tuple[int, str]]:
+    """The commands of a page, each with the place in it, without remarks behind them."""
+    text = (ROOT / page).read_text(encoding="utf-8")
+    for block in FENCE.finditer(text):
+        if block[1] in SHELL:
+            for line in re.sub(r"\\\n\s*", "", block[2]).splitlines():
+                typed = re.sub(r"(\s+#.*|\s{3,}\S.*)$", "", line.removeprefix("$ ").strip())
+                if re.match(r"(thrustbench|pytest|python -m|make)\b", typed):
+                    yield block.start(), typed
+
+
+def parsed(words: list[str]) -> tuple[click.Command, click.Context]:
+    """The command of the program and its arguments, parsed; raises a usage error as the program would."""
+    group = bench.__main__.cli
+    command = group.get_command(click.Context(group), words[0])
+    assert command is not None, f"no command {words[0]}"
+    return command, command.make_context(words[0], list(words[1:]))
+
+
+def type_it(words: list[str], folder: Path) -> str:
+    """Type a command of the program; the reason where it is parsed only."""
+    _, context = parsed(words)
+    for name in ("vehicle", "vehicles", "plugins", "plugin", "demands", "log", "file", "directories"):
+        value = context.params.get(name)
+        for given in value if isinstance(value, tuple) else (value,):
+            text = str(given or "")
+            if Path(text).suffix in (".yaml", ".csv", ".py", ".bag", ".params") and text not in GIVEN:
+                assert (folder / text).exists() or (ROOT / text).exists(), f"{text}: nobody has that file"
+    if words[0] == "run" and words == ["run", "--vehicle", "my-rov.yaml", "--quick"]:
+        words = [*words, *SHORT]
+    elif words[0] in LONG or any(name in words for name in GIVEN) or "results/emulated" in words:
+        return LONG.get(words[0], "needs what no page writes")
+    done = CliRunner().invoke(bench.__main__.cli, words, catch_exceptions=False, standalone_mode=False)
+    assert done.return_value in (0, None), done.output
+    return ""
+
+
+def check_other(typed: str) -> None:
+    """A command of another program names what is there: a target, a file, a module."""
+    words = shlex.split(typed)
+    if words[0] == "make":
+        targets = re.findall(r"^([\w-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
+        assert words[1] in targets
+    elif words[:2] == ["python", "-m"] and words[2] != "pytest":
+        assert find_spec(words[2]) is not None
+    else:
+        for word in words[1:]:
+            if "/" in word and not word.startswith("-") and "pictures" not in word:
+                assert (ROOT / word).exists(), word
+
+
+@pytest.fixture(scope="module")
+def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The one folder that everything is typed in; it begins with files of other projects only."""
+    folder = tmp_path_factory.mktemp("desk")
+    for tree in ("A", "B"):
+        (folder / tree).mkdir()
+    for name, text in FOREIGN.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    return folder
+
+
+def test_every_command_of_every_page_can_be_typed_in_order(
+    desk: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(desk)
+    typed_in_full = 0
+    for page in PAGES:
+        saved(ROOT / page, desk)
+        for _, typed in commands(page):
+            words = shlex.split(typed)
+            try:
+                if words[0] != "thrustbench":
+                    check_other(typed)
+                elif not type_it(words[1:], desk):
+                    typed_in_full += 1
+            except (AssertionError, click.ClickException) as wrong:
+                raise AssertionError(f"{page}: {typed}: {wrong}") from wrong
+    assert typed_in_full >= 15
+
+
+@pytest.mark.parametrize(
+    ("stale", "says"),
+    [
+        ("check gone.yaml", "nobody has that file"),
+        ("fly", "no command fly"),
+        ("run --vehicle ukwial --quik", "No such option"),
+        ("size --rate fast", "not a valid float"),
+    ],
+)
+def test_a_command_that_went_stale_is_found(stale: str, says: str, tmp_path: Path) -> None:
+    with pytest.raises((AssertionError, click.ClickException)) as wrong:
+        type_it(shlex.split(stale), tmp_path)
+    error = wrong.value
+    assert says in (error.format_message() if isinstance(error, click.ClickException) else str(error))
