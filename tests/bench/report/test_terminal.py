@@ -115,3 +115,11 @@ def test_the_longest_names_and_numbers_and_a_failure_fit_on_a_line_of_a_terminal
     [line] = [line for line in console.export_text().splitlines() if "clarabel" in line]
     assert line.startswith("qp/clarabel reused tight")
     assert "1 crashed" in line
+
+
+def test_a_log_s_misses_are_shown_although_it_asks_too_much_as_well(tmp_path: Path) -> None:
+    log = on("dive", "clip", 0.9, 0.1)
+    assert log.judged is not None
+    judged = msgspec.structs.replace(log.judged, missed_max=0.19)
+    run = read_run(record(tmp_path, header(), msgspec.structs.replace(log, judged=judged)))
+    assert missed(list(run.rows)) == "19%"
