@@ -15,22 +15,27 @@ from alloc.allocation import (
 )
 from alloc.vehicle import Vehicle
 from alloc.vehicle.call_limits import at_call, limits_of
+from alloc.vehicle.condition import promised, wrench_doubt
+
+TOLERANCE = 1e-9
+"""Promised distance to T* tau, relative to the largest limit, unless rounding takes more [-]."""
 
 
 class Linear:
     """The allocator f = G tau of any closed form without limits.
 
     The status is SOLVED where T P G tau = tau. It is PARTIAL, with the nearest f, where a lost rank prevents
-    that, or where T and H cost G so many digits that it misses a wrench by more than SOLVED allows.
+    that, or where T and H, or a demand far beyond any vehicle, cost so many digits that it misses a wrench by
+    more than SOLVED allows.
     """
 
     formulation = "unlimited"
     limited = False
-    tolerance = 1e-9  # a product of well-conditioned matrices: rounding times cond(T) < 1e3
 
     def __init__(self, vehicle: Vehicle, G: FloatArray) -> None:
         """Prepare f = G tau, G (n, k)."""
         self.G = G
+        self.tolerance = promised(vehicle, TOLERANCE)
         self._k = vehicle.k
         self._vehicle = vehicle
         self._limits_of_call = at_call(vehicle)
@@ -38,6 +43,8 @@ class Linear:
         missed = (np.eye(vehicle.k) - vehicle.TP @ G) / vehicle.wrench_scale[:, None]
         met = np.abs(missed * vehicle.wrench_scale).sum(axis=1).max() <= WRENCH_TOLERANCE
         self._missed = None if met else missed
+        # Square of the largest thrusts of which rounding takes less than SOLVED allows the wrench to miss.
+        self._rounded = (vehicle.f_scale * WRENCH_TOLERANCE / wrench_doubt(vehicle)) ** 2
 
     def __call__(
         self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
@@ -47,7 +54,9 @@ class Linear:
         if f_min is not None or f_max is not None:
             self._limits_of_call(f_min, f_max)
         f = self.G.dot(wrench)
-        if self._missed is not None and np.abs(self._missed.dot(wrench)).max() > self.tolerance:
+        if self._missed is not None and np.abs(self._missed.dot(wrench)).max() > TOLERANCE:
+            return answer(f, Status.PARTIAL)
+        if not f.dot(f) <= self._rounded:
             return answer(f, Status.PARTIAL)
         return answer(f, Status.SOLVED)
 
@@ -58,9 +67,10 @@ class Linear:
         wrenches = checked_many(taus, self._k)
         if f_min is not None or f_max is not None:
             limits_of(self._vehicle, len(wrenches), f_min, f_max)
+        F = wrenches @ self.G.T
         status = np.zeros(len(wrenches), dtype=np.int8)
         if self._missed is not None:
-            status[np.abs(wrenches @ self._missed.T).max(axis=1, initial=0.0) > self.tolerance] = (
-                Status.PARTIAL
-            )
-        return wrenches @ self.G.T, status
+            lost = np.abs(wrenches @ self._missed.T).max(axis=1, initial=0.0) > TOLERANCE
+            status[lost] = Status.PARTIAL
+        status[~((F * F).sum(axis=1) <= self._rounded)] = Status.PARTIAL
+        return F, status

@@ -17,8 +17,10 @@ from alloc.allocation import (
     checked_many,
 )
 from alloc.closed_forms.inverse import generalized_inverse
+from alloc.closed_forms.linear import TOLERANCE
 from alloc.vehicle import Vehicle
 from alloc.vehicle.call_limits import at_call, limits_of
+from alloc.vehicle.condition import promised
 
 
 class Bounds(NamedTuple):
@@ -51,11 +53,11 @@ class Saturating:
     """
 
     limited = True
-    tolerance = 1e-9  # its own rule's arithmetic: rounding times a condition number below 1e3
 
     def __init__(self, vehicle: Vehicle, name: str, rule: Rule, rule_many: RuleMany | None = None) -> None:
         """Prepare T* and the rule; without ``rule_many``, ``many`` mends row by row."""
         self.formulation = name
+        self.tolerance = promised(vehicle, TOLERANCE)
         self.G = generalized_inverse(vehicle)
         self._rule = rule
         self._rule_many = rule_many

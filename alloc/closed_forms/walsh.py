@@ -8,7 +8,7 @@ whose horizontal and vertical four each look like the paper's (section 2) meets 
 import numpy as np
 
 from alloc.allocation import FloatArray
-from alloc.closed_forms.linear import Linear
+from alloc.closed_forms.linear import TOLERANCE
 from alloc.errors import NotApplicable
 from alloc.vehicle import RANK_TOLERANCE, Vehicle
 
@@ -47,11 +47,11 @@ def factor(vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
     for i, row in enumerate(T):
         axis = vehicle.dof[i]
         # The tolerance is the promise of the closed forms: larger differences in a row would show in f.
-        used = np.flatnonzero(np.abs(row) > Linear.tolerance * np.abs(row).max())
+        used = np.flatnonzero(np.abs(row) > TOLERANCE * np.abs(row).max())
         if not used.size:
             raise NotApplicable(f"walsh: {name}: no thruster moves {axis}, so Q is singular (eq. 21)")
         q[i] = row[used[0]]
-        if np.abs(np.abs(row[used] / q[i]) - 1).max() > Linear.tolerance:
+        if np.abs(np.abs(row[used] / q[i]) - 1).max() > TOLERANCE:
             raise NotApplicable(f"walsh: {name}: the entries of {axis} in T are not +-equal (eq. 18)")
         if used.size & (used.size - 1):
             raise NotApplicable(f"walsh: {name}: {used.size} thrusters move {axis}; it takes a power of two")

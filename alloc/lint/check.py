@@ -5,8 +5,9 @@ from typing import get_args
 
 from alloc.errors import FileError, VehicleError
 from alloc.lint import remarks
-from alloc.lint.failures import Failure, condition, failures
+from alloc.lint.failures import Failure, failures
 from alloc.lint.report import Facts, Finding, Level, Report
+from alloc.vehicle.condition import condition
 from alloc.vehicle.file import matrices, vehicle_with
 from alloc.vehicle.read import find_file, read_document
 

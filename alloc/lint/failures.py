@@ -11,6 +11,7 @@ from alloc.allocation import FloatArray
 from alloc.errors import VehicleError
 from alloc.reach.attainable import FACETS, alpha_range
 from alloc.vehicle import Vehicle
+from alloc.vehicle.condition import condition
 
 INVOLVED = 0.3
 """Share of a lost direction's largest coefficient from which an axis is named, with rows of unit length."""
@@ -104,12 +105,6 @@ def lost_directions(vehicle: Vehicle, before: Vehicle | None = None) -> FloatArr
 def _unpushed(vehicle: Vehicle) -> FloatArray:
     U = np.linalg.svd(vehicle.TP / vehicle.row_lengths[:, None])[0]
     return U[:, vehicle.rank :].T.copy()
-
-
-def condition(vehicle: Vehicle) -> float:
-    """Condition number of T P over its rank, with rows of unit length [-]."""
-    sigma = np.linalg.svd(vehicle.TP / vehicle.row_lengths[:, None], compute_uv=False)
-    return float(sigma[0] / sigma[vehicle.rank - 1])
 
 
 def _ranges(vehicle: Vehicle, axes: FloatArray) -> FloatArray:

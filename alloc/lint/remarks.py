@@ -6,10 +6,11 @@ import numpy as np
 
 from alloc.allocation import FloatArray
 from alloc.errors import NotApplicable
-from alloc.lint.failures import Failure, condition, lost_directions
+from alloc.lint.failures import Failure, lost_directions
 from alloc.lint.report import Level
 from alloc.nullspace.allocator import exact
 from alloc.vehicle import RANK_TOLERANCE, Vehicle
+from alloc.vehicle.condition import condition, wrench_doubt
 from alloc.vehicle.file import VehicleFile
 from alloc.vehicle.geometry import MOMENTS, contradictions
 
@@ -119,7 +120,9 @@ def on_reach(keys: VehicleFile, vehicle: Vehicle) -> Iterator[Remark]:
         yield (
             "warning",
             "T",
-            f"close to losing a direction: condition number {c:.0f}, above {CONDITION:g}",
+            f"close to losing a direction: condition number {c:.2g}, above {CONDITION:g}. The weakest takes "
+            f"{c:.2g} times the thrust of the strongest, and rounding alone moves thrusts by up to "
+            f"{wrench_doubt(vehicle):.1g} of the largest limit",
         )
     strongest = np.abs(vehicle.T / vehicle.row_lengths[:, None]).max(axis=0)
     for i in np.flatnonzero(strongest <= RANK_TOLERANCE):  # 0, or rounding such as cos 90 deg

@@ -22,6 +22,7 @@ from alloc.reach.beyond import beyond
 from alloc.solvers import Level, Solve, Start, default_level, default_start, disbelieved, load
 from alloc.vehicle import Vehicle
 from alloc.vehicle.call_limits import at_call, one_by_one
+from alloc.vehicle.condition import promised
 
 PARTIAL_TOLERANCE = 1e-2
 """Largest miss of a PARTIAL answer, relative to ``vehicle.wrench_scale`` [-]. The loosest of the solvers'
@@ -53,7 +54,7 @@ class Live:
     ) -> None:
         """Keep what every call needs: limits [N], T P and wrench in units of ``wrench_scale``."""
         self.formulation = formulation
-        self.tolerance = tolerance
+        self.tolerance = promised(vehicle, tolerance)
         self.solve = solve
         self._solver = solver
         self._b_of_tau = posed.b_of_tau

@@ -1,92 +1,12 @@
 """Cascaded generalized inverse: freeze what saturates at its limit, solve the rest again, until none does."""
 
-from itertools import product
-
-import numpy as np
-
-from alloc.allocation import FloatArray
-from alloc.closed_forms.inverse import inverse_over
-from alloc.closed_forms.saturating import Bounds, Saturating
-from alloc.errors import NotApplicable
+from alloc.closed_forms.redistribute import NAME, redistribute
+from alloc.closed_forms.saturating import Saturating
 from alloc.vehicle import Vehicle
 
-FORMULATION = "redistribute"
-
-TABLE_THRUSTERS = 8
-"""Up to this many working thrusters ``build`` makes the inverses of all patterns of frozen thrusters (256).
-For more thrusters an inverse is made at its first use, so that a first call may cost tens of later ones."""
-
-MOST_THRUSTERS = 62
-"""Patterns of frozen thrusters are bits of signed 64-bit integers."""
-
-
-class Cascade:
-    """The passes: frozen thrusters stay at their limits, the others share what is left of the wrench."""
-
-    def __init__(self, vehicle: Vehicle) -> None:
-        """Prepare the inverses of all patterns, up to TABLE_THRUSTERS."""
-        self._vehicle = vehicle
-        self._bits = 1 << np.arange(vehicle.n)
-        self._working = int(self._bits[vehicle.working].sum())
-        self._inverses: dict[int, FloatArray] = {}
-        if len(vehicle.working) <= TABLE_THRUSTERS:
-            for chosen in product([0, 1], repeat=len(vehicle.working)):
-                self._inverse(int(np.dot(chosen, self._bits[vehicle.working])))
-
-    def _inverse(self, free: int) -> FloatArray:
-        """(n, k) generalized inverse over the thrusters whose bits are set in ``free``."""
-        inverse = self._inverses.get(free)
-        if inverse is None:
-            inverse = inverse_over(self._vehicle, np.flatnonzero(free & self._bits))
-            self._inverses[free] = inverse
-        return inverse
-
-    def mend(self, tau: FloatArray, f: list[float], limits: Bounds) -> tuple[list[float], int]:
-        """Thrusts for one wrench (k,), from f = T* tau as a list, and the passes taken."""
-        TP, passes = self._vehicle.TP, 0
-        free = self._working
-        frozen = np.zeros(len(f))
-        while free:
-            before = free
-            for i, (x, (low, high)) in enumerate(zip(f, limits.pairs, strict=True)):
-                if not low <= x <= high and free >> i & 1:
-                    frozen[i] = low if x < low else high
-                    free ^= 1 << i
-            if free == before:
-                break
-            f = (frozen + self._inverse(free).dot(tau - TP.dot(frozen))).tolist()
-            passes += 1
-        return f, passes
-
-    def mend_many(self, taus: FloatArray, F: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-        """Thrusts for wrenches (N, k), from F = T* tau (N, n); demands of one pattern go together."""
-        v = self._vehicle
-        free = np.tile(v.readiness > 0, (len(taus), 1))
-        F = F.copy()
-        while True:
-            clipped = F.clip(low, high)
-            beyond = free & (clipped != F)
-            rows = np.flatnonzero(beyond.any(axis=1))
-            if not rows.size:
-                return F
-            free &= ~beyond
-            F[rows] = np.where(free[rows], 0.0, clipped[rows])
-            missing = taus[rows] - F[rows] @ v.TP.T
-            patterns, which = np.unique(free[rows] @ self._bits, return_inverse=True)
-            for i, pattern in enumerate(patterns):
-                members = which == i
-                F[rows[members]] += missing[members] @ self._inverse(int(pattern)).T
+FORMULATION = NAME
 
 
 def build(vehicle: Vehicle) -> Saturating:
-    """Prepare the cascade (Bordignon & Durham 1995, J. Guidance, Control, Dyn. 18(5); QCAT's cgi_alloc).
-
-    Each pass freezes at least one thruster, so there are at most n. A frozen thruster is never freed,
-    which is why the cascade may miss a wrench that could be met.
-    """
-    if vehicle.n > MOST_THRUSTERS:
-        raise NotApplicable(
-            f"redistribute covers up to {MOST_THRUSTERS} thrusters; {vehicle.name} has {vehicle.n}"
-        )
-    cascade = Cascade(vehicle)
-    return Saturating(vehicle, FORMULATION, cascade.mend, cascade.mend_many)
+    """Prepare the rule, which ``alloc.closed_forms.redistribute`` has."""
+    return redistribute(vehicle)

@@ -3,7 +3,7 @@
 import ctypes
 import importlib.util
 import sysconfig
-from functools import cache
+from functools import cache, partial
 from importlib import resources
 from importlib.machinery import ExtensionFileLoader
 from math import nan
@@ -24,36 +24,48 @@ from alloc.native.compiled import shared_library, unloadable
 from alloc.native.generate import function_name, sources
 from alloc.native.recipes import recipe
 from alloc.vehicle import Vehicle
+from alloc.vehicle.call_limits import at_call, limits_of
 
 
 def bound(kernel: str, vehicle: Vehicle) -> Allocator:
-    """The kernel of that name for this vehicle as an allocator; raises NotApplicable or NotInstalled."""
+    """The kernel of that name for this vehicle as an allocator; raises NotApplicable or NotInstalled.
+
+    Calls that give no limits are answered by the kernel that holds the vehicle's as constants, others by the
+    kernel that takes them; one library has both.
+    """
     twin = recipe(kernel).twin(vehicle)  # states the promises, and refuses what the C would not cover
-    path = shared_library(kernel, sources(vehicle, kernel, faults=False))
+    both = [sources(vehicle, kernel, faults=False, limits=limits) for limits in ("fixed", "call")]
+    path = shared_library(kernel, both[0] | both[1])
     try:
         library = ctypes.CDLL(str(path))
     except OSError as error:
         raise unloadable(path, error) from None
-    address = ctypes.cast(library[function_name(vehicle, kernel)], ctypes.c_void_p).value
-    allocator = _binding().Native(
-        address=address,
-        fault=-1,
-        k=vehicle.k,
-        n=vehicle.n,
-        allocation=Allocation,
-        statuses=tuple(Status),
-        checked=checked,
-        checked_many=checked_many,
-        iterations=0,
-        solver_s=nan,
-        share=(),
-        formulation=twin.formulation,
-        limited=twin.limited,
-        tolerance=twin.tolerance,
-        worst_case_steps=twin.worst_case_steps if isinstance(twin, BoundedSteps) else None,
-        library=library,
+    addresses = [
+        ctypes.cast(library[function_name(vehicle, kernel, limits=limits)], ctypes.c_void_p).value
+        for limits in ("fixed", "call")
+    ]
+    objects = {
+        "allocation": Allocation,
+        "checked": checked,
+        "checked_many": checked_many,
+        "limits": at_call(vehicle),
+        "limits_many": partial(limits_of, vehicle),
+        "f_min": vehicle.f_min,
+        "f_max": vehicle.f_max,
+        "statuses": tuple(Status),
+        "iterations": 0,
+        "solver_s": nan,
+        "no_share": (),
+        "formulation": twin.formulation,
+        "limited": twin.limited,
+        "tolerance": twin.tolerance,
+        "worst_case_steps": twin.worst_case_steps if isinstance(twin, BoundedSteps) else None,
+        "library": library,
+    }
+    return cast(
+        Allocator,
+        _binding().Native(*addresses, vehicle.k, vehicle.n, recipe(kernel).levels(vehicle), objects),
     )
-    return cast(Allocator, allocator)
 
 
 @cache
@@ -61,7 +73,7 @@ def _binding() -> Any:
     """The extension module of ``binding.c``, compiled for this Python and this numpy."""
     text = (resources.files("alloc.native") / "binding.c").read_text(encoding="utf-8")
     includes = [f"-I{folder}" for folder in (sysconfig.get_path("include"), np.get_include())]
-    flags = [*includes, f"-DLARGEST_DEMAND={LARGEST_DEMAND!r}"]
+    flags = [*includes, "-O3", f"-DLARGEST_DEMAND={LARGEST_DEMAND!r}"]
     suffix = f"-numpy{np.__version__}{sysconfig.get_config_var('EXT_SUFFIX')}"
     path = shared_library("thrustbench_binding", {"binding.c": text}, flags, suffix)
     loader = ExtensionFileLoader("thrustbench_binding", str(path))

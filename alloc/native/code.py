@@ -1,5 +1,6 @@
 """Pieces of C99 for one set of constants: a table without repeats, and matrix products without zeros."""
 
+import re
 from collections import Counter
 from itertools import combinations
 from typing import Literal
@@ -15,7 +16,7 @@ Terms = list[tuple[bool, str]]
 TOLERANCE: dict[Scalar, float] = {"double": nullspace.TOLERANCE, "float": 4e-6}
 """Excess over a limit that still counts as met, relative to the largest limit [-]. Float rounds at 6e-8; some
 70 times that is left for the sums."""
-SAME = 4 * np.finfo(float).eps
+SAME = 64 * np.finfo(float).eps
 """Entries of a matrix this close, relative to the larger, differ by rounding only."""
 
 
@@ -58,7 +59,9 @@ def snapped(matrix: FloatArray) -> FloatArray:
     return result
 
 
-def product(matrix: FloatArray, into: str, c: Table) -> tuple[list[str], list[Terms], list[str]]:
+def product(
+    matrix: FloatArray, into: str, c: Table, prefix: str = "p"
+) -> tuple[list[str], list[Terms], list[str]]:
     """C of matrix times [into0, into1, …]: lines, each row's terms, and each column's largest product.
 
     Equal sizes in a column are multiplied once, so a symmetric vehicle needs few multiplications.
@@ -71,8 +74,8 @@ def product(matrix: FloatArray, into: str, c: Table) -> tuple[list[str], list[Te
         sizes = Counter(float(size) for size in np.abs(M[:, j]) if size)
         for size in sorted(sizes, reverse=True):
             if sizes[size] > 1 or size == max(sizes):
-                named[size, j] = f"p{len(named)}"
-                lines.append(f"const {c.scalar} {named[size, j]} = {c(size)} * {into}{j};")
+                named[size, j] = f"{prefix}{len(named)}"
+                lines.append(defined(named[size, j], f"{c(size)} * {into}{j}", c))
         largest.append(named[max(sizes), j] if sizes else f"{into}{j}")
     rows = [
         [
@@ -85,7 +88,7 @@ def product(matrix: FloatArray, into: str, c: Table) -> tuple[list[str], list[Te
     return lines, rows, largest
 
 
-def butterflies(rows: list[Terms], c: Table) -> tuple[list[str], list[Terms]]:
+def butterflies(rows: list[Terms], c: Table, prefix: str = "w") -> tuple[list[str], list[Terms]]:
     """Take each sum of two terms that several rows share once: lines of C, and the shortened rows.
 
     The most frequent pair goes first (Paar's greedy rule); on Walsh's +-1 that makes the fast transform.
@@ -97,8 +100,8 @@ def butterflies(rows: list[Terms], c: Table) -> tuple[list[str], list[Terms]]:
         (a, b, opposite), count = max(pairs.items(), key=lambda item: item[1], default=(("", "", False), 0))
         if count < 2:
             return lines, [[(minus, name) for name, minus in row.items()] for row in rest]
-        name = f"w{len(lines)}"
-        lines.append(f"const {c.scalar} {name} = {a} {'-' if opposite else '+'} {b};")
+        name = f"{prefix}{len(lines)}"
+        lines.append(defined(name, f"{a} {'-' if opposite else '+'} {b}", c))
         for row in rest:
             if a in row and b in row and (row[a] != row[b]) == opposite:
                 row[name] = row.pop(a)
@@ -106,15 +109,14 @@ def butterflies(rows: list[Terms], c: Table) -> tuple[list[str], list[Terms]]:
 
 
 def signed_sum(terms: Terms, scalar: Scalar) -> str:
-    """``a - b + …``, with the sign of the first term taken out of the whole sum.
-
-    Rows that differ only in sign then share their sub-expressions, and a compiler sees that.
-    """
+    """``a - b + …``, a term that is added first; a sign before the whole sum costs an instruction more."""
     if not terms:
         return number(0.0, scalar)
-    flip = terms[0][0]
-    body = terms[0][1] + "".join(f" {'-' if minus != flip else '+'} {text}" for minus, text in terms[1:])
-    return f"-({body})" if flip else body
+    if all(minus for minus, _ in terms):
+        return f"-({' + '.join(text for _, text in terms)})"
+    first = next(i for i, (minus, _) in enumerate(terms) if not minus)
+    rest = terms[:first] + terms[first + 1 :]
+    return terms[first][1] + "".join(f" {'-' if minus else '+'} {text}" for minus, text in rest)
 
 
 def dot(values: list[float], names: list[str], c: Table) -> str:
@@ -136,19 +138,38 @@ def fold(function: str, terms: list[str]) -> str:
     return f"{function}({fold(function, terms[:half])}, {fold(function, terms[half:])})"
 
 
-def between(name: str, low: float, high: float, c: Table) -> str:
-    """C condition low <= name <= high, false for NaN; joined by ``&`` it has no branch to mispredict."""
-    return f"({name} >= {c(low)}) & ({name} <= {c(high)})"
-
-
 def reached(unreachable: FloatArray, c: Table) -> tuple[list[str], list[str]]:
     """Lines of C, and conditions that tau has no part along ``unreachable`` (see ``Structure``)."""
     lines, conditions = [], []
     for i, row in enumerate(unreachable):
         text = dot(row.tolist(), names("t", len(row)), c)
-        lines.append(f"const {c.scalar} lost{i} = {text};")
-        conditions.append(between(f"lost{i}", -TOLERANCE[c.scalar], TOLERANCE[c.scalar], c))
+        lines.append(defined(f"lost{i}", text, c))
+        conditions.append(f"(lost{i} >= {c(-TOLERANCE[c.scalar])}) & (lost{i} <= {c(TOLERANCE[c.scalar])})")
     return lines, conditions
+
+
+def defined(name: str, value: str, c: Table) -> str:
+    """The C statement that defines a constant of the scalar type."""
+    return f"const {c.scalar} {name} = {value};"
+
+
+def placed(definitions: list[str], statements: list[str]) -> list[str]:
+    """The statements, each definition before the first of them that needs it; those that none needs left out.
+
+    So few numbers are alive at a time, and fit a processor's registers.
+    """
+    waiting = {re.split(r"[ =]+", line)[2]: line for line in definitions}
+    lines: list[str] = []
+
+    def place(line: str) -> None:
+        for word in re.findall(r"\b[a-z]\w*\b", line):
+            if (needed := waiting.pop(word, None)) is not None:
+                place(needed)
+        lines.append(line)
+
+    for statement in statements:
+        place(statement)
+    return lines
 
 
 def names(prefix: str, count: int) -> list[str]:

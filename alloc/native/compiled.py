@@ -72,7 +72,7 @@ def shared_library(
                 (Path(folder) / file).write_text(text, encoding="utf-8")
             units = [file for file in sources if file.endswith(".c")]
             compilation = subprocess.run(
-                [*command, *flags, "-O2", "-fPIC", "-shared", *units, "-o", "library"],
+                [*command, "-O2", *flags, "-fPIC", "-shared", *units, "-o", "library"],
                 cwd=folder, capture_output=True, text=True, check=False,
             )  # fmt: skip
             if compilation.returncode:

@@ -1,20 +1,22 @@
 """C99 of the exact method for one vehicle: the tables of ``alloc.nullspace`` written out as straight code."""
 
+from math import isfinite
 from typing import NamedTuple
 
 from alloc.errors import NotApplicable
-from alloc.native.code import (
-    TOLERANCE,
-    Table,
-    between,
-    dot,
-    fold,
-    names,
-    number,
-    product,
-    reached,
-    signed_sum,
-    term,
+from alloc.native.bounds import Bounds
+from alloc.native.code import TOLERANCE, Table, defined, dot, fold, names, number, placed, signed_sum, term
+from alloc.native.entry import (
+    Excess,
+    closed_form,
+    cover,
+    entered,
+    infeasible,
+    inside,
+    lost,
+    read,
+    refused,
+    written,
 )
 from alloc.native.steps import Limits, nearest
 from alloc.nullspace.region import Region, prepare
@@ -26,102 +28,106 @@ STEPS_LIMIT = 500
 
 
 class Piece(NamedTuple):
-    """What one block of the null space adds to the kernel.
+    """What one part of the thrusters adds to the kernel: a block of the null space, or those that no z moves.
 
     Attributes
     ----------
-    before : statements that the conditions need
-    conditions : C conditions that hold unless the demand is infeasible
-    after : statements for when the conditions of all blocks hold
-    thrusts : C expression of the thrust of each thruster in the block
+    rows : the thrusters
+    before : statements that what may be exceeded needs
+    excess : what must not be exceeded, or the demand is infeasible
+    after : statements for a demand that exceeds nothing in any block
+    thrusts : C expression of the thrust of each thruster
     """
 
+    rows: list[int]
     before: list[str]
-    conditions: list[str]
+    excess: Excess
     after: list[str]
     thrusts: dict[int, str]
 
 
-def body(vehicle: Vehicle, c: Table) -> list[str]:
-    """Statements that turn t0, t1, … into f[0], f[1], … or return INFEASIBLE with f untouched."""
+def body(vehicle: Vehicle, bounds: Bounds, c: Table) -> list[str]:
+    """Statements that turn tau into f[0], f[1], … or return with f untouched."""
     structure = decompose(vehicle)
-    lines, conditions = _closed_form(vehicle, structure, c)
-    pieces = [_piece(vehicle, block, f"{i}", c) for i, block in enumerate(structure.blocks)]
-    thrusts = {i: f"x{i}" for i in vehicle.working.tolist()}
-    for piece in pieces:
-        lines += piece.before
-        conditions += piece.conditions
-        thrusts |= piece.thrusts
-    lines += [f"if (!({' & '.join(conditions)})) {{", "    return INFEASIBLE;", "}"]
-    for piece in pieces:
-        lines += piece.after
-    for i, (low, high) in enumerate(zip(vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True)):
-        value = f"within({thrusts[i]}, {c(low)}, {c(high)})" if i in thrusts else number(0.0, c.scalar)
-        lines.append(f"f[{i}] = {value};")
-    return [*lines, "return SOLVED;"]
+    definitions, excess = lost(structure, c)
+    definitions += [*read(vehicle, c), *closed_form(vehicle, structure.G, "t", c), *bounds.definitions()]
+    parts = pieces(vehicle, structure, TOLERANCE[c.scalar] * vehicle.f_scale, bounds, c)
+    unseen, lines = cover(vehicle, structure.G), []
+    for i, piece in enumerate(parts):
+        crossing, seen = entered(piece.rows, unseen, f"{i}", bounds, c)
+        lines += ["fence();"] * (i > 0) + crossing + piece.before
+        lines += [] if piece.after else inside(piece.thrusts, bounds, c)
+        excess += [*seen, *piece.excess]
+    sums = [*names("s", len(parts)), *unseen]
+    lines += refused(sums, excess, infeasible(vehicle, bounds, c), c)
+    for piece in parts:
+        lines += [*piece.after, *inside(piece.thrusts, bounds, c)] if piece.after else []
+    return placed(definitions, [*lines, *written(vehicle, c), "return SOLVED;"])
 
 
-def _closed_form(vehicle: Vehicle, structure: Structure, c: Table) -> tuple[list[str], list[str]]:
-    """Statements of x = G tau for working thrusters, and conditions on tau and on thrusts that no z moves."""
-    lines, rows, largest = product(structure.G, "t", c)
-    lines += [f"const {c.scalar} x{i} = {signed_sum(rows[i], c.scalar)};" for i in vehicle.working.tolist()]
-    # NaN, infinity or overflow in any column makes sum - sum NaN.
-    lines.append(f"const {c.scalar} sum = {' + '.join(largest)};")
-    more, conditions = reached(structure.unreachable, c)
-    slack = _slack(vehicle, c)
-    for i in structure.fixed.tolist():
-        if vehicle.readiness[i]:
-            low, high = float(vehicle.f_min[i] - slack), float(vehicle.f_max[i] + slack)
-            conditions.append(between(f"x{i}", low, high, c))
-    return lines + more, [f"(sum - sum == {number(0.0, c.scalar)})", *conditions]
+def pieces(vehicle: Vehicle, structure: Structure, slack: float, bounds: Bounds, c: Table) -> list[Piece]:
+    """The exact answer from x = G tau on, in pieces; nothing is refused where the slack [N] is infinite."""
+    blocks = [_piece(block, slack, f"{i}", bounds, c) for i, block in enumerate(structure.blocks)]
+    rows = [i for i in structure.fixed.tolist() if vehicle.readiness[i]]
+    excess: Excess = []
+    for i in rows if isfinite(slack) else []:
+        low, high = bounds.ends(i, wider=slack)
+        excess += [(f"{low} - x{i}", 0.0), (f"x{i} - {high}", 0.0)]
+    return [*blocks, *([Piece(rows, [], excess, [], {i: f"x{i}" for i in rows})] if rows else [])]
 
 
-def _piece(vehicle: Vehicle, block: Block, name: str, c: Table) -> Piece:
-    region = prepare(block.N, _slack(vehicle, c))
+def _piece(block: Block, slack: float, name: str, bounds: Bounds, c: Table) -> Piece:
+    region = prepare(block.N, slack)
     if region.worst_case_steps > STEPS_LIMIT:
         raise NotApplicable(
-            f"nullspace@native: each step is written out, here {region.worst_case_steps}, "
+            f"generated C: each step is written out, here {region.worst_case_steps}, "
             f"more than {STEPS_LIMIT}; use nullspace, or a qp/ method"
         )
-    return (_clamp if region.d == 1 else _steps)(vehicle, block, region, name, c)
+    return (_clamp if region.d == 1 else _steps)(block, region, name, bounds, c)
 
 
-def _clamp(vehicle: Vehicle, block: Block, region: Region, name: str, c: Table) -> Piece:
+def _clamp(block: Block, region: Region, name: str, bounds: Bounds, c: Table) -> Piece:
     """C of a block of one dimension, without a branch: the slab's lo and hi, and its point nearest to zero.
 
-    Rows with equal scaled limits share the subtraction: lo = limit - (least of their x).
+    Rows with equal scaled limits share the subtraction: lo = limit - (least of their x). Of a row with a
+    negative scale the limits change places: lo = (most of their x) - limit.
     """
     (slab,) = region.slabs
-    lows: dict[float, list[str]] = {}
-    highs: dict[float, list[str]] = {}
+    lows: dict[tuple[bool, str], list[str]] = {}
+    highs: dict[tuple[bool, str], list[str]] = {}
     thrusts = {}
     for row, scale in slab.members:
-        i = int(block.rows[row])
-        low, high = sorted((float(vehicle.f_min[i]) * scale, float(vehicle.f_max[i]) * scale))
-        x = dot([scale], [f"x{i}"], c)
-        lows.setdefault(low, []).append(x)
-        highs.setdefault(high, []).append(x)
+        i, minus = int(block.rows[row]), scale < 0
+        low, high = bounds.ends(i, abs(scale))[:: -1 if minus else 1]
+        x = dot([abs(scale)], [f"x{i}"], c)
+        lows.setdefault((minus, low), []).append(x)
+        highs.setdefault((minus, high), []).append(x)
         thrusts[i] = signed_sum([(False, f"x{i}"), term(1.0 / scale, f"b{name}", c)], c.scalar)
-    lo = [f"{c(low)} - {fold('least', xs)}" for low, xs in lows.items()]
-    hi = [f"{c(high)} - {fold('most', xs)}" for high, xs in highs.items()]
+    lo = [_away(minus, low, fold("most" if minus else "least", xs)) for (minus, low), xs in lows.items()]
+    hi = [_away(minus, high, fold("least" if minus else "most", xs)) for (minus, high), xs in highs.items()]
     lines = [
-        f"const {c.scalar} lo{name} = {fold('most', lo)};",
-        f"const {c.scalar} hi{name} = {fold('least', hi)};",
-        f"const {c.scalar} b{name} = most(lo{name}, least(hi{name}, {number(0.0, c.scalar)}));",
+        defined(f"lo{name}", fold("most", lo), c),
+        defined(f"hi{name}", fold("least", hi), c),
+        defined(f"b{name}", f"most(lo{name}, least(hi{name}, {number(0.0, c.scalar)}))", c),
     ]
-    return Piece(lines, [f"(lo{name} - hi{name} <= {c(slab.slack)})"], [], thrusts)
+    excess: Excess = []
+    if isfinite(slab.slack):
+        lines.append(defined(f"gap{name}", f"lo{name} - hi{name}", c))
+        excess.append((f"gap{name}", slab.slack))
+    return Piece(block.rows.tolist(), lines, excess, [], thrusts)
 
 
-def _steps(vehicle: Vehicle, block: Block, region: Region, name: str, c: Table) -> Piece:
+def _away(minus: bool, limit: str, x: str) -> str:
+    """limit - x, or with ``minus`` the opposite; a sum in x stands in brackets."""
+    return f"{x} - {limit}" if minus else f"{limit} - {x}"
+
+
+def _steps(block: Block, region: Region, name: str, bounds: Bounds, c: Table) -> Piece:
     """C of a block of more dimensions: z by Seidel's steps, then the block's thrusts as sums with z."""
     rows = block.rows.tolist()
-    limits = [Limits(c(float(vehicle.f_min[i])), c(float(vehicle.f_max[i])), f"x{i}") for i in rows]
+    limits = [Limits(*bounds.ends(i), f"x{i}") for i in rows]
     z = names(f"z{name}_", region.d)
     declared = ", ".join(f"{e} = {number(0.0, c.scalar)}" for e in z)
     lines = [f"{c.scalar} {declared};", *nearest(region, limits, z, f"{name}_", c)]
     thrusts = {i: f"x{i} + {dot(row, z, c)}" for i, row in zip(rows, block.N.tolist(), strict=True)}
-    return Piece([], [], lines, thrusts)
-
-
-def _slack(vehicle: Vehicle, c: Table) -> float:
-    return TOLERANCE[c.scalar] * vehicle.f_scale
+    return Piece(rows, [], [], lines, thrusts)

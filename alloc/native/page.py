@@ -1,6 +1,7 @@
 """A page on how to call generated C, for whoever puts it on a vehicle."""
 
 from alloc.allocation import BoundedSteps
+from alloc.native.bounds import Where, arguments, parameters
 from alloc.native.code import TOLERANCE, Scalar
 from alloc.native.generate import function_name
 from alloc.native.recipes import recipe
@@ -8,13 +9,26 @@ from alloc.vehicle import Vehicle
 from alloc.vehicle.geometry import unit
 
 
-def page(vehicle: Vehicle, kernel: str, scalar: Scalar = "double") -> str:
+def page(vehicle: Vehicle, kernel: str, scalar: Scalar = "double", limits: Where = "fixed") -> str:
     """Markdown: the files, the call, what comes back, what it costs, how to check it."""
-    name = function_name(vehicle, kernel, scalar)
+    name = function_name(vehicle, kernel, scalar, limits)
     axes = "\n".join(f"| `tau[{i}]` | {axis} | {unit(axis)} |" for i, axis in enumerate(vehicle.dof))
-    limits = "\n".join(
+    own = "\n".join(
         f"| `f[{i}]`{f' {vehicle.names[i]}' if vehicle.names else ''} | {low:g} | {high:g} |"
         for i, (low, high) in enumerate(zip(vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True))
+    )
+    levels = recipe(kernel).levels(vehicle)
+    given = parameters(vehicle, scalar, limits, levels, fault=False)
+    shares = (
+        f"\n`share[i]` is what of level i was delivered, 0 … 1: {_levels(vehicle, levels)}.\n"
+        if levels
+        else ""
+    )
+    moving = (
+        "\n`f_min` and `f_max` are the limits of this call; those of a thruster that is off are not looked"
+        " at. The table has the vehicle's own.\n"
+        if limits == "call"
+        else ""
     )
     allocator = recipe(kernel).twin(vehicle)
     steps = allocator.worst_case_steps if isinstance(allocator, BoundedSteps) else None
@@ -34,12 +48,12 @@ time{bound}.
 ```c
 #include "{name}.h"
 
-int allocate(const {scalar} tau[{vehicle.k}], {scalar} f[{vehicle.n}]);
+int allocate({given});
 
-int allocate(const {scalar} tau[{vehicle.k}], {scalar} f[{vehicle.n}])
+int allocate({given})
 {{
     const int failed = -1; /* or the index of the thruster that is off */
-    return {name}(tau, failed, f);
+    return {name}({arguments(limits, levels, "failed")});
 }}
 ```
 
@@ -55,8 +69,8 @@ A demand counts as met within {TOLERANCE[scalar]:g} of the largest limit ({vehic
 
 | out | lower limit [N] | upper limit [N] |
 |---|---|---|
-{limits}
-{warning}
+{own}
+{moving}{shares}{warning}
 ## Check it where it will run
 
 `{name}_test.c` holds demands for the whole vehicle and for every failed thruster, with the
@@ -66,3 +80,8 @@ answers the Python method gives. It prints the largest difference and exits with
 
 Compile without `-ffast-math` (and what implies it): NaN would pass unseen.
 """
+
+
+def _levels(vehicle: Vehicle, levels: int) -> str:
+    named = vehicle.priority if levels == len(vehicle.priority) > 1 else (vehicle.dof,)
+    return "; ".join(", ".join(axes) for axes in named)

@@ -1,5 +1,6 @@
 """C99 of ``Region.nearest``: Seidel's steps on the tables of one block, written out."""
 
+from math import isfinite
 from typing import NamedTuple
 
 from alloc.native.code import Table, dot, fold, names, number, term
@@ -37,9 +38,13 @@ class Limits(NamedTuple):
 
 
 def nearest(region: Region, limits: list[Limits], z: list[str], at: str, c: Table) -> list[str]:
-    """Statements that set the variables ``z`` or return INFEASIBLE; names of this level end in ``at``."""
+    """Statements that set the variables ``z``; INFEASIBLE is returned unless the tolerance is infinite.
+
+    Names of this level end in ``at``.
+    """
     zero, lines = number(0.0, c.scalar), []
-    if region.checks:
+    refusing = isfinite(region.tolerance)
+    if region.checks and refusing:
         held = [f"({limits[row].ends[0]} <= {c(region.tolerance)})" for row in region.checks]
         held += [f"({limits[row].ends[1]} >= {c(-region.tolerance)})" for row in region.checks]
         lines += _unless(" & ".join(held))
@@ -51,7 +56,7 @@ def nearest(region: Region, limits: list[Limits], z: list[str], at: str, c: Tabl
     wide = [
         f"(lo{at}{i} - hi{at}{i} <= {c(slab.slack)})"
         for i, slab in enumerate(region.slabs)
-        if len(slab.members) > 1 or region.d == 1
+        if refusing and (len(slab.members) > 1 or region.d == 1)
     ]
     lines += _unless(" & ".join(wide)) if wide else []
     if region.d == 1:

@@ -1,14 +1,14 @@
 """The allocator f = G tau + N z with the shortest z that respects the limits (eq. 4-5)."""
 
-from math import nan
+from math import inf, nan
 from operator import mul
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from alloc.allocation import (
+    WRENCH_TOLERANCE,
     Allocation,
-    BoolArray,
     FloatArray,
     Status,
     StatusArray,
@@ -23,13 +23,20 @@ from alloc.nullspace.region import prepare, steps_bound
 from alloc.nullspace.structure import Structure, decompose
 from alloc.vehicle import Vehicle
 from alloc.vehicle.call_limits import at_call, limits_of
+from alloc.vehicle.condition import condition, promised, wrench_doubt
 
 TOLERANCE = 1e-9
-"""Excess over a limit that still counts as met, relative to the largest limit [-]: far above rounding (1e-16
-times a condition number below 1e3), far below anything a thruster resolves. A demand outside the attainable
-set by less is SOLVED: its thrusts are moved onto the limits, and the wrench errs by that much. Where the
-null space moves one thruster of a block 1e6 times less than another, rounding weighs 1e6 times more, and a
-demand this close to the edge may be called infeasible; in shipped vehicles that ratio stays below 4."""
+"""Excess over a limit that still counts as met, relative to the largest limit [-]: far below anything a
+thruster resolves, and above rounding unless T nearly loses rank, where it is what rounding leaves
+(``alloc.vehicle.condition``). A demand outside the attainable set by less is SOLVED: its thrusts are moved
+onto the limits, and the wrench errs by that much."""
+
+LARGEST_DOUBT = WRENCH_TOLERANCE / 4
+"""Largest excess that may count as met [-]: thrusts off by it, n up to 16, still meet a wrench."""
+
+NEAR_EDGE = (1e-3, 1e3)
+"""Excesses over a limit, in units of the one that counts as met, within which rounding might decide a
+verdict: ``many`` then takes the verdict of a single call."""
 
 
 class Nullspace:
@@ -42,10 +49,10 @@ class Nullspace:
 
     formulation = HARD.name
     limited = True
-    tolerance = TOLERANCE
 
     def __init__(self, vehicle: Vehicle, structure: Structure, tolerance: float) -> None:
         """Precompute all that depends on the vehicle."""
+        self.tolerance = promised(vehicle, TOLERANCE)
         self.G = structure.G
         self._k, self._n = vehicle.k, vehicle.n
         self._unreachable = structure.unreachable if len(structure.unreachable) else None
@@ -109,28 +116,35 @@ class Nullspace:
     def many(
         self, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
     ) -> tuple[FloatArray, StatusArray]:
-        """Allocate (N, k) wrenches, all demands side by side."""
+        """Allocate (N, k) wrenches, all demands side by side; a verdict is always that of a single call."""
         wrenches = checked_many(taus, self._k)
         lows, highs = limits_of(self._vehicle, len(wrenches), f_min, f_max)
-        F, met = self.many_within(wrenches, lows, highs)
-        met &= (lows <= highs).all(axis=1)
+        F, excess = self.many_within(wrenches, lows, highs)
         if self._unreachable is not None:
-            met &= (np.abs(self._unreachable @ wrenches.T) <= TOLERANCE).all(axis=0)
-        F[~met] = np.nan
-        return F, np.where(met, Status.SOLVED, Status.INFEASIBLE).astype(np.int8)
+            excess = np.maximum(excess, np.abs(self._unreachable @ wrenches.T).max(axis=0) / TOLERANCE)
+        excess[(lows > highs).any(axis=1)] = inf
+        status = np.where(excess <= 1.0, Status.SOLVED, Status.INFEASIBLE).astype(np.int8)
+        F[excess > 1.0] = np.nan
+        for i in np.flatnonzero((excess > NEAR_EDGE[0]) & (excess < NEAR_EDGE[1])):
+            F[i], status[i], *_ = self(wrenches[i], lows[i], highs[i])
+        return F, status
 
     def many_within(
         self, wrenches: FloatArray, lows: FloatArray, highs: FloatArray
-    ) -> tuple[FloatArray, BoolArray]:
-        """``within`` for wrenches (N, k) and limits (N, n): F (N, n) [N], and (N,) which are attainable."""
+    ) -> tuple[FloatArray, FloatArray]:
+        """``within`` for wrenches (N, k) and limits (N, n): F (N, n) [N], and the excess over limits (N,).
+
+        The excess is in units of what counts as met: up to 1 a wrench is attainable.
+        """
         f = self.G @ wrenches.T
         lower, upper = lows.T - f, highs.T - f
-        met = ((lower[self._fixed] <= self._slack) & (upper[self._fixed] >= -self._slack)).all(axis=0)
+        fixed = np.maximum(lower[self._fixed], -upper[self._fixed])
+        excess = fixed.max(axis=0, initial=0.0) / self._slack
         for rows, N, region in self._blocks:
-            z, feasible = nearest_many(region, lower[rows], upper[rows])
+            z, beyond = nearest_many(region, lower[rows], upper[rows])
             f[rows] += np.asarray(N) @ z
-            met &= feasible
-        return f.T.clip(lows, highs), met
+            excess = np.maximum(excess, beyond)
+        return f.T.clip(lows, highs), excess
 
     def _infeasible(self, steps: int) -> Allocation:
         return answer(np.full(self._n, nan), Status.INFEASIBLE, steps)
@@ -142,10 +156,17 @@ a tenth of a second (measured on one x86-64 core, 3 x 11); an active-set solver 
 
 
 def exact(vehicle: Vehicle, tolerance: float = TOLERANCE) -> Nullspace:
-    """Prepare the exact answer; raises NotApplicable where a block may take more than STEPS_LIMIT steps.
+    """Prepare the exact answer.
 
-    ``tolerance`` is the excess over a limit that still counts as met, relative to the largest limit [-].
+    ``tolerance`` is the excess over a limit that still counts as met, relative to the largest limit [-], or
+    what rounding leaves of it. Raises NotApplicable where that is too much for SOLVED to mean anything, and
+    where a block may take more than STEPS_LIMIT steps.
     """
+    if (doubt := wrench_doubt(vehicle)) > LARGEST_DOUBT:
+        raise NotApplicable(
+            f"{vehicle.name}: T nearly loses rank, condition {condition(vehicle):.2g}, so rounding alone "
+            f"moves thrusts by {doubt:.1g} of the largest limit; leave out the weakest DOF, or use qp/daqp"
+        )
     structure = decompose(vehicle)
     for block in structure.blocks:
         m, d = block.N.shape
@@ -154,4 +175,4 @@ def exact(vehicle: Vehicle, tolerance: float = TOLERANCE) -> Nullspace:
                 f"nullspace: {m} thrusters share a {d}-dimensional null space, up to {bound} steps a call; "
                 f"more than {STEPS_LIMIT} are refused, use a qp/ method"
             )
-    return Nullspace(vehicle, structure, tolerance)
+    return Nullspace(vehicle, structure, max(tolerance, doubt))

@@ -17,7 +17,7 @@ from alloc.allocation import (
     checked_many,
 )
 from alloc.formulations import Formulation
-from alloc.nullspace.allocator import TOLERANCE, exact
+from alloc.nullspace.allocator import exact
 from alloc.vehicle import Vehicle
 from alloc.vehicle.call_limits import at_call, limits_of
 
@@ -31,7 +31,6 @@ class ByLevel:
     """
 
     limited = True
-    tolerance = TOLERANCE
 
     def __init__(self, vehicle: Vehicle, formulation: Formulation) -> None:
         """Prepare way and exact answer; raises NotApplicable where one of them is refused."""
@@ -40,6 +39,7 @@ class ByLevel:
         self._vehicle = vehicle
         self._way = way = formulation.way(vehicle)
         self._exact = exact(vehicle, tolerance=inf)
+        self.tolerance = self._exact.tolerance
         self._limits_of_call = at_call(vehicle)
         self._own = way.departure(vehicle.f_min, vehicle.f_max)
         self._limits = list(zip(vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True))

@@ -5,8 +5,7 @@
 Only ``b`` depends on the demand, and ``lb`` and ``ub`` on the limits of the call. A problem handed to a
 solver is non-dimensional: thrusts over the vehicle's largest limit, wrench rows turned to orthonormal
 ones, so a solver's tolerance means the same on a 20 N and on a 600 kN vehicle. A thrust that costs more
-has a smaller unit, so that H has a unit diagonal: among all diagonal scalings that one has nearly the least
-condition (van der Sluis 1969), and a diagonal H becomes I however far its weights are apart.
+has a smaller unit, which evens the weights of H out and takes the limits apart.
 """
 
 from dataclasses import dataclass
@@ -15,6 +14,11 @@ import numpy as np
 
 from alloc.allocation import FloatArray, IndexArray
 from alloc.vehicle import Vehicle
+
+SHARED = 1 / 3
+"""Power of a weight by which the unit of its thrust is smaller [-]. Weights r apart leave r^(1 - 2 SHARED) in
+H and r^SHARED in limits: with a third both are r^(1/3), so 1e8 become 500. With a half H would be even, and
+limits 1e4 apart, which absolute tolerances of solvers do not reach; docs/solvers.md has what each costs."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,11 +133,11 @@ def _cheapest(vehicle: Vehicle, scaled: bool) -> float:
 
 
 def _thrusts(vehicle: Vehicle, scaled: bool) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Units of x (m,) [N], and in them H (m, m) with a unit diagonal, lb and ub (m,)."""
+    """Units of x (m,) [N], and in them H (m, m), lb and ub (m,)."""
     on = vehicle.working
     H = vehicle.H[np.ix_(on, on)]
     cheapest = _cheapest(vehicle, scaled)
-    share = np.sqrt(cheapest / np.diag(H)) if scaled else np.ones(len(on))
+    share = (cheapest / np.diag(H)) ** SHARED if scaled else np.ones(len(on))
     unit = share * (vehicle.f_scale if scaled else 1.0)
     H = share[:, None] * H * share / cheapest
     return unit, H, vehicle.f_min[on] / unit, vehicle.f_max[on] / unit

@@ -10,10 +10,17 @@ from bench.commands import PATH
 
 @click.command()
 @click.option("--vehicle", required=True, metavar="V", help="A shipped name or a YAML file.")
-@click.option("--method", required=True, metavar="M", help="pinv, walsh or nullspace.")
+@click.option("--method", required=True, metavar="M", help="A method that can be C.")
 @click.option("--float", "single", is_flag=True, help="Single precision; else double.")
+@click.option(
+    "--limits",
+    type=click.Choice(["fixed", "call"]),
+    default="fixed",
+    show_default=True,
+    help="The vehicle's, in the C; or f_min and f_max, arguments of each call.",
+)
 @click.option("--out", required=True, type=PATH, metavar="DIR", help="Made if missing.")
-def command(vehicle: str, method: str, single: bool, out: Path) -> None:
+def command(vehicle: str, method: str, single: bool, limits: Literal["fixed", "call"], out: Path) -> None:
     """C99 of one method for one vehicle: header, source, self-test, and a page on how to call it."""
     from alloc import AllocError, catalogue, load_vehicle
     from alloc.native import generate, page
@@ -22,8 +29,9 @@ def command(vehicle: str, method: str, single: bool, out: Path) -> None:
     loaded = load_vehicle(vehicle)
     kernel = {entry.name: entry.twin for entry in catalogue() if entry.twin}.get(method, method)
     scalar: Literal["double", "float"] = "float" if single else "double"
-    called = f"{function_name(loaded, kernel, scalar)}.md"  # several functions may share a folder
-    files = generate(loaded, kernel, scalar) | {called: page(loaded, kernel, scalar)}
+    called = f"{function_name(loaded, kernel, scalar, limits)}.md"  # several functions may share a folder
+    files = generate(loaded, kernel, scalar, limits=limits)
+    files[called] = page(loaded, kernel, scalar, limits)
     try:
         out.mkdir(parents=True, exist_ok=True)
         for name, text in files.items():

@@ -1,6 +1,7 @@
 """``thrustbench emulate``."""
 
 from pathlib import Path
+from typing import Literal
 
 import click
 
@@ -18,6 +19,9 @@ from bench.commands import PATH, RUNS
 @click.option("--demands", multiple=True, metavar="D", help="A demand set's name [one a class, a mission].")
 @click.option("--double", "scalars", flag_value="double", help="Double precision only.")
 @click.option("--float", "scalars", flag_value="float", help="Single precision only.")
+@click.option(
+    "--limits", type=click.Choice(["fixed", "call"]), multiple=True, help="In the C, or of each call [both]."
+)
 @click.option("--n", type=click.IntRange(1), default=200, show_default=True, help="Demands of each set.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of demands and search.")
 @click.option("--add", is_flag=True, help="Put the rows into the record in the folder, not a new one.")
@@ -34,6 +38,7 @@ def command(
     methods: tuple[str, ...],
     demands: tuple[str, ...],
     scalars: str | None,
+    limits: tuple[Literal["fixed", "call"], ...],
     n: int,
     seed: int,
     add: bool,
@@ -59,6 +64,7 @@ def command(
         targets=(*((target(name) for name in targets) if targets else TARGETS), X86),
         methods=methods or METHODS,
         scalars=("double", "float") if scalars is None else ("float",) if scalars == "float" else ("double",),
+        limits=limits or ("fixed", "call"),
         demands=demands or CLASSES,
         seed=seed,
         n=n,
@@ -71,7 +77,9 @@ def command(
         answered = row.agrees is not False or row.solver != ""
         good = good and answered and row.status in ("ok", "missing", "refused")
         worst = f"{row.instructions[-1][0]} instructions at most" if row.instructions else row.reason
-        console.print(row.vehicle, row.target, row.method, row.scalar, row.demands, row.status, worst)
+        console.print(
+            row.vehicle, row.target, row.method, row.scalar, row.limits, row.demands, row.status, worst
+        )
     console.print(f"Report: {render(out)}")
     for name in targets:
         own = [row for row in rows if row.target == name]

@@ -38,9 +38,13 @@ def command(ctx: click.Context, scheduler: str, out: Path, limit: float, options
             back = list(run_fleet(client, fleet, parcel, limit, status.update))
     back.sort()
     good = [(host, run) for host, run in back if not run.reason]
-    for (_, run), name in zip(good, folders(good), strict=True):
-        keep(run, out / name)
-        console.print(f"Report: {render(out / name)}", highlight=False, markup=False, soft_wrap=True)
+    kept = [out / name for name in folders(good)]
+    for (_, run), folder in zip(good, kept, strict=True):
+        keep(run, folder)
+        console.print(f"Report: {render(folder)}", highlight=False, markup=False, soft_wrap=True)
+    if len(kept) > 1:
+        together = render(*kept, out=out / "fleet")
+        console.print(f"Side by side: {together}", highlight=False, markup=False, soft_wrap=True)
     for host, run in back:
         if run.reason:
             console.print(f"{host.host}: {run.reason}", highlight=False, markup=False, soft_wrap=True)

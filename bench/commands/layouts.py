@@ -32,12 +32,13 @@ def command(
     from bench.layouts.progress import bar
     from bench.layouts.report import render_study
     from bench.layouts.run import check_constraints, check_folder, number_of, run_study
-    from bench.layouts.shards import compute, source_digest
+    from bench.layouts.shards import check_installed, compute, source_digest
     from bench.layouts.spaces import layout_of
     from bench.layouts.study import read_study
 
     if scheduler is not None and workers is not None:
         raise click.UsageError("--workers is of this machine; with --scheduler, start workers there")
+    check_installed()
     document = read_study(study)
     space, base = compile_study(document)
     count = number_of(document, space, n)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from alloc import Label, Status, build
-from alloc.native.selftest import AGREEMENT
+from alloc.native.cases import AGREEMENT
 from bench.demands import DemandSet
 from bench.emulation.count import CallCounts
 from bench.emulation.kernel import Kernel
@@ -38,7 +38,8 @@ def agreement(kernel: Kernel, demands: DemandSet, counted: CallCounts) -> Agreem
     """
     vehicle = demands.vehicle
     osqp = kernel.solver != ""
-    F, status = build(kernel.twin, vehicle).many(demands.taus)
+    given = (demands.f_min, demands.f_max) if kernel.limits == "call" else (None, None)
+    F, status = build(kernel.twin, vehicle).many(demands.taus, *given)
     verdict = (
         np.where(counted.status == OSQP_SOLVED, Status.SOLVED, Status.INFEASIBLE) if osqp else counted.status
     )

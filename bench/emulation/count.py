@@ -38,17 +38,17 @@ class CallCounts:
     stack_bytes: IndexArray
 
 
-def count(image: Image, taus: FloatArray) -> CallCounts:
-    """Count the calls that answer demands (N, k), one call a demand, in this order."""
+def count(image: Image, calls: FloatArray) -> CallCounts:
+    """Count calls (N, width), each a demand with its limits where the kernel takes them, in this order."""
     folder = image.path.parent
     if image.target == X86:
-        answers = _answers(image, image.path, taus, 1, _callgrind(image))
+        answers = _answers(image, image.path, calls, 1, _callgrind(image))
         instructions = np.array(totals(folder / PROFILE), dtype=np.intp)
     else:
-        answers = _answers(image, image.path, taus, 1, _plugged(image))
+        answers = _answers(image, image.path, calls, 1, _plugged(image))
         instructions = np.loadtxt(folder / "counts.txt", dtype=np.intp, ndmin=1)
-    if len(instructions) != len(taus):
-        raise ToolError(f"{image.target.name}: {len(instructions)} calls counted, {len(taus)} made")
+    if len(instructions) != len(calls):
+        raise ToolError(f"{image.target.name}: {len(instructions)} calls counted, {len(calls)} made")
     return CallCounts(
         answers["f"].astype(np.float64),
         answers["status"].astype(np.intp),

@@ -1,10 +1,14 @@
 """The C that is counted: one function that answers the demands of one vehicle, and the files it needs."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from alloc import FloatArray
+from alloc.native.bounds import Where
 from alloc.native.code import Scalar
 
 SCALARS: dict[Scalar, str] = {"double": "<f8", "float": "<f4"}
@@ -22,9 +26,10 @@ class Kernel:
     solver : whose C it is, empty for this project's own
     scalar : ``double`` or ``float``
     k, n : length of tau and of f
+    limits : whether the limits stand in the C, or f_min and f_max are arguments of each call
     entry : the function's name
     declaration : C text that declares it
-    arguments : how it is called, with ``tau`` and ``f`` in it, e.g. ``tau, f``
+    arguments : how it is called, with ``tau``, ``f_min``, ``f_max`` and ``f`` in it, e.g. ``tau, f``
     sources : text by file name; every .c is compiled, other files are included by these
     """
 
@@ -38,17 +43,31 @@ class Kernel:
     arguments: str
     sources: Mapping[str, str]
     solver: str = ""
+    limits: Where = "fixed"
+
+    @property
+    def width(self) -> int:
+        """How many numbers a call takes: tau, and f_min and f_max where they are arguments."""
+        return self.k + 2 * self.n if self.limits == "call" else self.k
+
+    def calls(self, taus: FloatArray, f_min: FloatArray, f_max: FloatArray) -> FloatArray:
+        """(N, width) what is given to each call: demands (N, k), with limits where they are arguments."""
+        if self.limits == "fixed":
+            return taus
+        return np.hstack([taus, *(np.broadcast_to(side, (len(taus), self.n)) for side in (f_min, f_max))])
 
     @property
     def header(self) -> str:
-        """kernel.h as the driver (firmware/measure.c) includes it."""
+        """kernel.h as the driver (firmware/measure.c) includes it; behind tau stand f_min and f_max."""
+        places = {"f_min": f"tau + {self.k}", "f_max": f"tau + {self.k + self.n}"}
+        arguments = re.sub("f_min|f_max", lambda name: places[name[0]], self.arguments)
         return (
             f"{self.declaration}\n"
             f"#define KERNEL {self.entry}\n"
             f"#define SCALAR {self.scalar}\n"
-            f"#define K {self.k}\n"
+            f"#define WIDTH {self.width}\n"
             f"#define N {self.n}\n"
-            f"#define ANSWER(tau, f) measured_call({self.arguments})\n"
+            f"#define ANSWER(tau, f) measured_call({arguments})\n"
         )
 
     def write(self, folder: Path) -> list[Path]:

@@ -4,7 +4,8 @@ import numpy as np
 
 from alloc import NotApplicable, UnknownName, Vehicle, catalogue, pose_hard
 from alloc.formulations import EXACT_METHODS
-from alloc.native import function_name, sources
+from alloc.native import RECIPES, function_name, sources
+from alloc.native.bounds import Where, arguments
 from alloc.native.code import Scalar
 from alloc.solvers import osqp
 from bench.emulation.kernel import Kernel, braced
@@ -15,12 +16,14 @@ OWN = {entry.name: entry.twin for entry in catalogue() if entry.twin}
 METHODS = (*OWN, OSQP)
 
 
-def build_kernel(method: str, vehicle: Vehicle, scalar: Scalar) -> Kernel:
+def build_kernel(method: str, vehicle: Vehicle, scalar: Scalar, limits: Where = "fixed") -> Kernel:
     """The C of that method for a vehicle; raises UnknownName, or NotApplicable with the reason."""
     check(method)
     if method == OSQP:
+        if limits == "call":
+            raise NotApplicable(f"{OSQP}: only the demand is new at each call of this C")
         return _osqp(vehicle, scalar)
-    return _native(method, vehicle, scalar)
+    return _native(method, vehicle, scalar, limits)
 
 
 def check(method: str) -> None:
@@ -29,9 +32,11 @@ def check(method: str) -> None:
         raise UnknownName(f"no C is generated for method '{method}'; there is {', '.join(METHODS)}")
 
 
-def _native(method: str, vehicle: Vehicle, scalar: Scalar) -> Kernel:
+def _native(method: str, vehicle: Vehicle, scalar: Scalar, limits: Where) -> Kernel:
     kernel = OWN[method]
-    name = function_name(vehicle, kernel, scalar)
+    name = function_name(vehicle, kernel, scalar, limits)
+    levels = RECIPES[kernel].levels(vehicle)
+    shares = f"\nstatic {scalar} share[{levels}];" if levels else ""
     return Kernel(
         method=method,
         twin=kernel,
@@ -39,9 +44,10 @@ def _native(method: str, vehicle: Vehicle, scalar: Scalar) -> Kernel:
         k=vehicle.k,
         n=vehicle.n,
         entry=name,
-        declaration=f'#include "{name}.h"',
-        arguments="tau, -1, f",
-        sources=sources(vehicle, kernel, scalar),
+        declaration=f'#include "{name}.h"{shares}',
+        arguments=arguments(limits, levels, "-1"),
+        sources=sources(vehicle, kernel, scalar, limits=limits),
+        limits=limits,
     )
 
 

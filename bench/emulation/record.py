@@ -38,6 +38,7 @@ def _header(plan: Plan) -> Header:
             "targets": [target.name for target in plan.targets],
             "methods": list(plan.methods),
             "scalars": list(plan.scalars),
+            "limits": list(plan.limits),
             "demands": list(plan.demands),
             "n_demands": plan.n,
         },

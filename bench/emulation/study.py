@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 
 from alloc import FloatArray, IndexArray, NotApplicable, Vehicle
+from alloc.native.bounds import Where
 from alloc.native.code import Scalar
 from bench.demands import DemandSet, build_demands, labelled
 from bench.emulation import search
@@ -22,7 +23,7 @@ from bench.emulation.toolchain import Target, ToolError, missing, versions
 from bench.harness import machine
 from bench.record import Emulated
 
-CLASSES = ("inactive", "active", "boundary", "infeasible", "mission")
+CLASSES = ("inactive", "active", "boundary", "infeasible", "mission", "jolts")
 SEARCH = "search"
 OSQP_SHARE = 0.1
 """Share of a drawn set that OSQP's C is asked: an iterative solver takes a thousand times the instructions.
@@ -35,7 +36,7 @@ class Plan:
 
     Attributes
     ----------
-    vehicles, targets, methods, scalars : what is combined; methods by name
+    vehicles, targets, methods, scalars, limits : what is combined; methods by name
     demands : names of the sets that every vehicle is asked, before the search for the most costly demand
     seed : of demands and search
     n : demands of each set
@@ -45,6 +46,7 @@ class Plan:
     targets: tuple[Target, ...]
     methods: tuple[str, ...]
     scalars: tuple[Scalar, ...]
+    limits: tuple[Where, ...] = ("fixed",)
     demands: tuple[str, ...]
     seed: int
     n: int
@@ -64,14 +66,22 @@ def _rows(plan: Plan, asked: list[tuple[Vehicle, list[DemandSet]]]) -> Iterator[
     reasons = {target: missing(target) for target in plan.targets}
     source = {"thrustbench": machine.commit()}  # rows in one record may come from different commits
     tools = {target: versions(target) | source for target, reason in reasons.items() if not reason}
-    for (vehicle, sets), method, scalar, target in product(asked, plan.methods, plan.scalars, plan.targets):
-        row = Emulated(vehicle=vehicle.name, target=target.name, method=method, scalar=scalar, seed=plan.seed)
+    combined = product(asked, plan.methods, plan.scalars, plan.limits, plan.targets)
+    for (vehicle, sets), method, scalar, limits, target in combined:
+        row = Emulated(
+            vehicle=vehicle.name,
+            target=target.name,
+            method=method,
+            scalar=scalar,
+            limits=limits,
+            seed=plan.seed,
+        )
         if target not in tools:
             yield msgspec.structs.replace(row, status="missing", reason=reasons[target])
             continue
         row = msgspec.structs.replace(row, tools=tools[target])
         try:
-            yield from _kernel_rows(row, build_kernel(method, vehicle, scalar), target, sets)
+            yield from _kernel_rows(row, build_kernel(method, vehicle, scalar, limits), target, sets)
         except NotApplicable as refusal:
             yield msgspec.structs.replace(row, status="refused", reason=str(refusal))
         except ToolError as failure:
@@ -84,15 +94,21 @@ def _kernel_rows(row: Emulated, kernel: Kernel, target: Target, sets: list[Deman
         row = msgspec.structs.replace(
             row, solver=kernel.solver, flash_bytes=image.flash_bytes, ram_static_bytes=image.ram_static_bytes
         )
+        # Limits of each call mean nothing to a kernel that has the vehicle's in it.
+        sets = [demands for demands in sets if kernel.limits == "call" or demands.f_min is None]
         for demands in sets:
             drawn = demands.rate_hz is None
             some = _first(demands, OSQP_SHARE) if drawn and kernel.solver else demands
-            yield _counted(row, some, kernel, count(image, some.taus))
+            yield _counted(row, some, kernel, _answers(image, some))
         if not kernel.solver and sets:
             tried = _search(image, sets, row.seed)
-            row = _counted(row, tried, kernel, count(image, tried.taus))
+            row = _counted(row, tried, kernel, _answers(image, tried))
             # Only the largest count is kept: the others depend on how the search went.
             yield msgspec.structs.replace(row, tried=len(tried.taus), instructions=row.instructions[-1:])
+
+
+def _answers(image: Image, demands: DemandSet) -> CallCounts:
+    return count(image, image.kernel.calls(demands.taus, *demands.limits))
 
 
 def _sets(vehicle: Vehicle, plan: Plan) -> list[DemandSet]:
@@ -114,7 +130,7 @@ def _search(image: Image, sets: list[DemandSet], seed: int) -> DemandSet:
     vehicle = sets[0].vehicle
 
     def cost(taus: FloatArray) -> IndexArray:
-        return count(image, taus).instructions
+        return count(image, image.kernel.calls(taus, vehicle.f_min, vehicle.f_max)).instructions
 
     start = np.concatenate([demands.taus[: search.SIZE // len(sets)] for demands in sets])
     taus, _ = search.climb(cost, start, vehicle.wrench_scale, np.random.default_rng(seed))

@@ -33,7 +33,7 @@ def cluster(scheduler: str | None, workers: int) -> "Iterator[Client]":
         import dask
         from distributed import Client, LocalCluster
     except ImportError:
-        raise NotInstalled("Dask is not installed; pip install 'thrustbench[layouts]'") from None
+        raise NotInstalled("Dask is not installed; pip install 'thrustbench[fleet]'") from None
 
     quiet = {
         "distributed.comm.timeouts.connect": f"{CONNECT_S} s",

@@ -56,7 +56,7 @@ def run_here(parcel: Parcel, limit_s: float) -> HostRun:
 def _run(name: str, parcel: Parcel, folder: Path, limit_s: float) -> HostRun:
     unpack(parcel, folder)
     out = folder / "out"
-    process = subprocess.Popen(
+    with subprocess.Popen(
         [sys.executable, "-m", "bench", "run", *parcel.arguments, "--out", str(out)],
         cwd=folder,
         env=environment(),
@@ -64,15 +64,14 @@ def _run(name: str, parcel: Parcel, folder: Path, limit_s: float) -> HostRun:
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         start_new_session=True,  # so that its workers end with it
-    )
-    try:
-        _, said = process.communicate(timeout=limit_s)
-    except subprocess.TimeoutExpired:
-        return HostRun(machine=name, reason=f"its run took longer than {limit_s:g} s, and was ended")
-    finally:
-        with suppress(ProcessLookupError):
-            os.killpg(process.pid, signal.SIGKILL)
-        process.wait()
+    ) as process:
+        try:
+            _, said = process.communicate(timeout=limit_s)
+        except subprocess.TimeoutExpired:
+            return HostRun(machine=name, reason=f"its run took longer than {limit_s:g} s, and was ended")
+        finally:
+            with suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
     record = out / FILE_NAME
     if process.returncode not in GOOD or not record.is_file():
         return HostRun(machine=name, code=process.returncode, reason=cause(process.returncode, said))

@@ -123,4 +123,4 @@ def keep(run: HostRun, folder: Path) -> None:
         temporary.write_bytes(gzip.decompress(run.record))
         temporary.replace(path)
     except OSError as error:
-        raise FileError(f"{path}: can't be written ({error.strerror}); give another --out") from None
+        raise FileError(f"can't be written ({error.strerror}); give another --out", path=path) from None

@@ -51,7 +51,7 @@ def volumes(layouts: Layouts, found: Spaces) -> Volumes:
     return Volumes(tiles.sum(axis=0), other @ tiles, (other[pairs[:, 0]] * other[pairs[:, 1]]) @ tiles)
 
 
-class Fault(NamedTuple):
+class WorstFailure(NamedTuple):
     """The worst failure of one thruster, or of two.
 
     Attributes
@@ -68,7 +68,7 @@ class Fault(NamedTuple):
     condition: FloatArray
 
 
-def worst_faults(layouts: Layouts, found: Spaces, after: Volumes) -> tuple[Fault, Fault | None]:
+def worst_faults(layouts: Layouts, found: Spaces, after: Volumes) -> tuple[WorstFailure, WorstFailure | None]:
     """The worst single failure and the worst double one: the lowest rank first, then the least volume.
 
     Without thrusters S the rank is k - |S| + rank N_S, N the null-space basis: what a thruster adds is lost
@@ -90,7 +90,7 @@ def worst_faults(layouts: Layouts, found: Spaces, after: Volumes) -> tuple[Fault
 
 def _worst(
     layouts: Layouts, failures: IndexArray, ranks: IndexArray, left: FloatArray, whole: FloatArray
-) -> Fault:
+) -> WorstFailure:
     share = (left / whole).round(TIE)
     which = np.argmin(ranks + share / 2, axis=0)  # a share is at most 1, a rank at least 1 apart
     columns = np.arange(len(layouts))
@@ -101,7 +101,7 @@ def _worst(
     full = rank == len(layouts.T)
     sigma = layouts.singular_values(off)
     condition = np.where(full, sigma[0] / np.where(full, sigma[-1], 1.0), np.nan)
-    return Fault(which, rank, np.where(full, left[which, columns], 0.0), condition)
+    return WorstFailure(which, rank, np.where(full, left[which, columns], 0.0), condition)
 
 
 class Reach(NamedTuple):

@@ -5,8 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from alloc import DOF, FileError, FloatArray, UnknownName, Vehicle, VehicleError, list_vehicles
-from alloc.vehicle.file import VehicleFile, vehicle_with
-from alloc.vehicle.geometry import from_flu, pose_matrix
+from alloc.errors import unknown
+from alloc.vehicle.file import VehicleFile, matrices, vehicle_with
+from alloc.vehicle.geometry import pose_matrix
+from alloc.vehicle.poses import Mounting, poses
 from alloc.vehicle.read import find_file, read_document
 from bench.layouts.study import StudyDocument
 
@@ -34,12 +36,11 @@ def read_base(document: StudyDocument) -> Base:
     path = find_file(name) if name in list_vehicles() else document.tree.path.parent / name
     try:
         if name not in list_vehicles() and not path.exists():
-            shipped = ", ".join(list_vehicles())
-            raise UnknownName(
-                f"no vehicle '{name}'; shipped ones are {shipped}, or give a file beside the study"
-            )
+            raise unknown("vehicle", name, list_vehicles(), ", or a file beside the study")
         file = read_document(path).keys
-        position, direction, center = _poses(file)
+        stands = _poses(file)
+        position, center = stands.positions, stands.center
+        direction = stands.directions / np.linalg.norm(stands.directions, axis=1, keepdims=True)
         dof = tuple(document.keys.dof if document.keys.dof is not None else file.dof)
         if not dof or not set(dof) <= set(DOF) or len(set(dof)) < len(dof):
             raise document.refusal("dof", f"give different names out of {', '.join(DOF)}")
@@ -61,28 +62,14 @@ def _counted(file: VehicleFile, dof: tuple[str, ...]) -> VehicleFile:
     return replace(file, dof=list(dof), slack_weights=kept, rank=None)
 
 
-def _poses(file: VehicleFile) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Positions and unit directions (n, 3), and the centre of mass (3,), z down."""
-    if file.thrusters:
-        position = np.array([t.position for t in file.thrusters])
-        direction = np.array([t.direction for t in file.thrusters])
-        center = np.array(file.center_of_mass)
-        if file.frame == "flu":
-            axes = ("surge", "sway", "heave")
-            position, direction = from_flu(position.T, axes).T, from_flu(direction.T, axes).T
-            center = from_flu(center[:, None], axes)[:, 0]
-    elif file.planar is not None:
-        alpha, phi = np.radians(file.planar.alpha_deg), np.radians(file.planar.phi_deg)
-        flat, d = np.zeros(len(alpha)), np.array(file.planar.d)
-        sign = -1.0 if file.frame == "flu" else 1.0
-        position = np.array([d * np.cos(phi), sign * d * np.sin(phi), flat]).T
-        direction = np.array([np.cos(alpha), sign * np.sin(alpha), flat]).T
-        center = np.zeros(3)
-    else:
+def _poses(file: VehicleFile) -> Mounting:
+    """Where the thrusters stand; raises VehicleError for a file that has T alone, which does not say."""
+    found = poses(file, matrices(file)[0])
+    if not found.measured:
         raise VehicleError(
             f"{file.name} has T, but no poses that could vary; give it 'thrusters' or 'planar' too", "T"
         )
-    return position, direction / np.linalg.norm(direction, axis=1, keepdims=True), center
+    return found
 
 
 def _check(vehicle: Vehicle) -> None:

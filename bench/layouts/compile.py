@@ -1,5 +1,6 @@
 """A study file turned into the space of its layouts, or refused with file, line, key and remedy."""
 
+from math import comb
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,9 @@ from bench.layouts.study import Span, StudyDocument, Values, VariedGroup
 
 NEAR = 2e-3
 """By how much a thruster may stand off the image of its leader [m], [-]: published poses have three."""
+
+TILES = 5_000
+"""Most tiles, and so about as many facets, of a layout: 14 thrusters in 6 DOF have 3,003."""
 
 POSE = ("x", "y", "z", "azimuth_deg", "cant_deg")
 
@@ -32,6 +36,7 @@ def compile_study(document: StudyDocument) -> tuple[LayoutSpace, Vehicle]:
     )
     if not parameters:
         raise document.refusal("groups", "nothing varies; give a list, or 'from' and 'to', of something")
+    _check_number(document, groups, vehicle.k)
     whole = layout_of(vehicle)
     space = LayoutSpace(
         name=vehicle.name,
@@ -45,6 +50,17 @@ def compile_study(document: StudyDocument) -> tuple[LayoutSpace, Vehicle]:
         volume=float(volumes(whole, spaces(whole)[1]).whole[0]),
     )
     return space, vehicle
+
+
+def _check_number(document: StudyDocument, groups: tuple[Moving, ...], k: int) -> None:
+    """Raise StudyError where layouts may have so many thrusters that their arrays outgrow memory."""
+    most = sum(max(group.images) for group in groups)
+    if comb(most, k) > TILES:
+        raise document.refusal(
+            "groups",
+            f"up to {most} thrusters in {k} degrees of freedom have {comb(most, k):,} tiles, above {TILES:,}"
+            "; take fewer",
+        )
 
 
 def _demands(document: StudyDocument, vehicle: Vehicle) -> FloatArray:

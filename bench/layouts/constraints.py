@@ -3,11 +3,11 @@
 import numpy as np
 
 from alloc import BoolArray
-from bench.layouts.space import Poses
+from bench.layouts.space import PlacedThrusters
 from bench.layouts.study import Constraints, Wake
 
 
-def refused(poses: Poses, constraints: Constraints) -> dict[str, BoolArray]:
+def refused(poses: PlacedThrusters, constraints: Constraints) -> dict[str, BoolArray]:
     """For each constraint, by its key in the file, which layouts (B,) break it."""
     position = poses.position
     broken: dict[str, BoolArray] = {}
@@ -28,7 +28,7 @@ ROUNDING = 1e-12
 """Metres that do not count: an end of the box is inside."""
 
 
-def _in_a_wake(poses: Poses, wake: Wake) -> BoolArray:
+def _in_a_wake(poses: PlacedThrusters, wake: Wake) -> BoolArray:
     """Whether a thruster sits in another one's jet, which leaves against the thrust, also in reverse."""
     n, _, count = poses.position.shape
     hit = np.zeros(count, dtype=bool)

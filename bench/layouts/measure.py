@@ -20,7 +20,7 @@ AT_ONCE = 512
 Columns = dict[str, NDArray[np.float64] | NDArray[np.int64]]
 
 
-class Counted(NamedTuple):
+class Measurements(NamedTuple):
     """The numbers of layouts, and how many have none.
 
     Attributes
@@ -35,7 +35,7 @@ class Counted(NamedTuple):
     refused: dict[str, int]
 
 
-def measure(space: LayoutSpace, values: FloatArray) -> Counted:
+def measure(space: LayoutSpace, values: FloatArray) -> Measurements:
     """The numbers of the layouts with parameters ``values`` (P, B)."""
     parts: list[Columns] = []
     kept: list[NDArray[np.int64]] = []
@@ -55,11 +55,11 @@ def measure(space: LayoutSpace, values: FloatArray) -> Counted:
             kept.append(places[part][full])
     names = column_names(space.dof)
     if not parts:
-        return Counted({name: np.zeros(0) for name in names}, np.zeros(0, dtype=np.int64), reasons)
+        return Measurements({name: np.zeros(0) for name in names}, np.zeros(0, dtype=np.int64), reasons)
     which = np.concatenate(kept)
     order = np.argsort(which, kind="stable")
     columns = {name: np.concatenate([part[name] for part in parts])[order] for name in names}
-    return Counted(columns, which[order], {reason: count for reason, count in reasons.items() if count})
+    return Measurements(columns, which[order], {reason: count for reason, count in reasons.items() if count})
 
 
 def numbers(

@@ -67,6 +67,8 @@ def number_of(document: StudyDocument, space: LayoutSpace, n: int | None) -> int
 
 def check_folder(folder: Path, space: LayoutSpace, keys: StudyFile, n: int, *, resume: bool) -> None:
     """Raise LayoutError where a folder holds another study, or this one and ``resume`` is not given."""
+    if folder.exists() and not folder.is_dir():
+        raise FileError("can't be written (not a directory); give another --out", path=folder)
     path, shards = folder / IDENTITY, folder / SHARDS
     started = shards.is_dir() and any(shards.iterdir())
     if path.is_file():
@@ -101,7 +103,7 @@ def run_study(
     except Timeout:
         raise LayoutError(f"{folder}: another study writes here; wait for it or give another --out") from None
     except OSError as error:
-        raise FileError(f"{folder}: can't be written ({error.strerror}); give another --out") from None
+        raise FileError(f"can't be written ({error.strerror}); give another --out", path=folder) from None
     with lock:
         check_folder(folder, space, keys, n, resume=resume)
         write_text(folder / IDENTITY, identity(space, keys, n))

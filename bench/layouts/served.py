@@ -4,8 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from alloc import BoolArray, FloatArray
+from alloc import BoolArray, FloatArray, IndexArray
+from alloc.nullspace.allocator import STEPS_LIMIT
+from alloc.nullspace.region import steps_bound
 from bench.judging.loss import FLOOR
+from bench.layouts.minors import subsets
 from bench.layouts.nearest import nearest
 from bench.layouts.spaces import Layouts, Spaces
 
@@ -45,11 +48,12 @@ def shares(layouts: Layouts, found: Spaces, taus: FloatArray) -> Shares:
     parts = []
     for first in range(0, len(layouts), step):
         part = slice(first, first + step)
-        parts.append(_shares(layouts.take(part), found.G[..., part], found.N[..., part], taus))
+        spaces = found.G[..., part], found.N[..., part], found.dependencies[..., part]
+        parts.append(_shares(layouts.take(part), *spaces, taus))
     return Shares(*(np.concatenate(numbers) for numbers in zip(*parts, strict=True)))
 
 
-def _shares(layouts: Layouts, G: FloatArray, N: FloatArray, taus: FloatArray) -> Shares:
+def _shares(layouts: Layouts, G: FloatArray, N: FloatArray, y: FloatArray, taus: FloatArray) -> Shares:
     k, n, count = layouts.T.shape
     demands = len(taus)
     F = (G.transpose(0, 2, 1).reshape(n * count, k) @ taus.T).reshape(n, count, demands)
@@ -66,15 +70,35 @@ def _shares(layouts: Layouts, G: FloatArray, N: FloatArray, taus: FloatArray) ->
     asked = np.flatnonzero(~inside)
     slack = SLACK * np.maximum(-layouts.f_min, layouts.f_max).max(axis=0)
     of = np.arange(count).repeat(demands)[asked]
-    z, met = nearest(
-        N, lower.reshape(n, -1).take(asked, axis=1), upper.reshape(n, -1).take(asked, axis=1), slack, of
-    )
+    low, high = lower.reshape(n, -1).take(asked, axis=1), upper.reshape(n, -1).take(asked, axis=1)
     attainable = inside
-    attainable.reshape(-1)[asked] = met
-    effort.reshape(-1)[asked] += (z**2).sum(axis=0)
+    if steps_bound(n, n - k) <= STEPS_LIMIT:
+        z, attainable.reshape(-1)[asked] = nearest(N, low, high, slack, of)
+        effort.reshape(-1)[asked] += (z**2).sum(axis=0)
+    else:  # the exact method does not take such a layout, so it has no effort
+        attainable.reshape(-1)[asked] = _inside_facets(y, low, high, slack, of)
+        effort[:] = np.nan
     return Shares(
         by_form.mean(axis=1), attainable.mean(axis=1), _mean(clipped, by_form), _mean(effort, attainable)
     )
+
+
+def _inside_facets(
+    y: FloatArray, lower: FloatArray, upper: FloatArray, slack: FloatArray, layout: IndexArray
+) -> BoolArray:
+    """Whether some z has lower <= N z <= upper: for no y with y N = 0 do the limits exclude y N z = 0."""
+    n, size = len(lower), y.shape[1]
+    met = np.ones(len(layout), dtype=bool)
+    for rows, facet in zip(subsets(n, size), y, strict=True):
+        least, largest, room = np.zeros(len(layout)), np.zeros(len(layout)), np.zeros(len(layout))
+        for row, of_layout in zip(rows, facet, strict=True):
+            weight = of_layout[layout]
+            ends = weight * lower[row], weight * upper[row]
+            least += np.minimum(*ends)
+            largest += np.maximum(*ends)
+            room += np.abs(weight) * slack[layout]
+        met &= (least <= room) & (largest >= -room)
+    return met
 
 
 def _mean(values: FloatArray, chosen: BoolArray) -> FloatArray:

@@ -5,13 +5,14 @@ import json
 import os
 import re
 from functools import lru_cache
+from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from alloc import AllocError, FileError
+from alloc import AllocError, FileError, NotInstalled
 from bench.layouts.measure import COUNTS, measure
 from bench.layouts.memory import keep_freed_memory
 from bench.layouts.sampling import ShardTask, values
@@ -60,6 +61,12 @@ def compute(space: LayoutSpace, task: ShardTask, source: str) -> bytes:
     return buffer.getvalue()
 
 
+def check_installed() -> None:
+    """Raise NotInstalled where the package that writes shards is missing."""
+    if find_spec("pyarrow") is None:
+        raise NotInstalled("pyarrow is not installed; pip install 'thrustbench[layouts]'")
+
+
 @lru_cache(maxsize=1)
 def source_digest() -> str:
     """A name for the code that makes the numbers: equal where it is equal."""
@@ -88,7 +95,8 @@ def keep(folder: Path, task: ShardTask, data: bytes) -> Path:
         temporary.unlink(missing_ok=True)
         reason = (error.strerror or str(error)).lower()
         raise FileError(
-            f"{path}: can't be written ({reason}); make room and go on with --resume, or give another --out"
+            f"can't be written ({reason}); make room and go on with --resume, or give another --out",
+            path=path,
         ) from None
     return path
 

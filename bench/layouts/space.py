@@ -117,7 +117,7 @@ class LayoutSpace:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Poses:
+class PlacedThrusters:
     """Thrusters of B layouts that have equally many.
 
     Attributes
@@ -144,7 +144,7 @@ class Poses:
         return Layouts(T=T, weights=self.weights, f_min=self.f_min, f_max=self.f_max)
 
 
-def poses(space: LayoutSpace, values: FloatArray) -> Iterator[Poses]:
+def poses(space: LayoutSpace, values: FloatArray) -> Iterator[PlacedThrusters]:
     """The thrusters of layouts with parameters ``values`` (P, B), those of equally built layouts together."""
     built = [
         np.where(space.values(group.present, values) > 0, space.values(group.count, values), 0).astype(int)
@@ -157,7 +157,7 @@ def poses(space: LayoutSpace, values: FloatArray) -> Iterator[Poses]:
             yield _poses(space, values[:, which], which, numbers)
 
 
-def _poses(space: LayoutSpace, values: FloatArray, which: IndexArray, counts: list[int]) -> Poses:
+def _poses(space: LayoutSpace, values: FloatArray, which: IndexArray, counts: list[int]) -> PlacedThrusters:
     position, direction, limits = [], [], []
     for group, count in zip(space.groups, counts, strict=True):
         if not count:
@@ -173,7 +173,7 @@ def _poses(space: LayoutSpace, values: FloatArray, which: IndexArray, counts: li
         numbers = np.array([group.f_min * size, group.f_max * size, np.full(len(size), group.weight)])
         limits.append(np.repeat(numbers[:, None], count, axis=1))
     f_min, f_max, weights = np.concatenate(limits, axis=1)
-    return Poses(
+    return PlacedThrusters(
         which=which,
         position=np.concatenate(position),
         direction=np.concatenate(direction),

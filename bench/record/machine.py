@@ -9,7 +9,8 @@ def machine_name(facts: Mapping[str, Any]) -> str:
     """A name such as ``amd-epyc-2-cores``: what the facts call ``name``, else made of processor and cores."""
     if name := facts.get("name"):
         return str(name)
-    return slug(f"{facts.get('cpu') or ''} {facts.get('cores') or ''} cores")
+    cores = facts.get("cores")
+    return slug(f"{facts.get('cpu') or ''} {f'{cores} cores' if cores else ''}")
 
 
 def slug(text: str) -> str:

@@ -139,6 +139,7 @@ class Emulated(msgspec.Struct, tag="emulated", omit_defaults=True):
     Attributes
     ----------
     vehicle, target, method, scalar : what ran on which processor, in which precision
+    limits : fixed where they stand in the C, call where each call gives them
     demands : a set's name; ``search`` for the most costly demand that a search tried; "-" where nothing
         was counted
     solver : the solver whose own generator wrote the C, empty for this project's generator
@@ -160,6 +161,7 @@ class Emulated(msgspec.Struct, tag="emulated", omit_defaults=True):
     target: str
     method: str
     scalar: str
+    limits: str = "fixed"
     demands: str = "-"
     solver: str = ""
     status: str = "ok"

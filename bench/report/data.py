@@ -124,6 +124,7 @@ def _set(row: Row, place: dict[int, int]) -> dict[str, Any]:
         "asked": bool(row.attainable) or row.agrees != "-",
         "attainable": row.attainable >= ATTAINED,
         "p50_us": row.call_p50_us,
+        "cpu_us": row.call_cpu_p50_us,
         "p50": [_shown(row.call_p50_low_us), _shown(row.call_p50_high_us)],
         "p999": _interval(row.singles),
         "lost": _shown(largest_loss(row)),

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from itertools import groupby
 
+from bench.record import Emulated
 from bench.report.goals import goals
 from bench.results.cycles import CPI
 from bench.results.emulated import REFERENCE, EmulatedRow, rows
@@ -63,29 +64,32 @@ def section(run: Run, drawn: frozenset[str]) -> str:
 def _target(counted: Sequence[EmulatedRow]) -> str:
     classes = list(dict.fromkeys(row.emulated.demands for row in counted if row.emulated.demands != "search"))
     headers = (
-        *("vehicle", "method", "scalar"),
+        *("vehicle", "method", "scalar", "limits"),
         *classes,
         *("worst", "over x86", "flash [B]", "RAM [B]", "stack [B]"),
     )
     lines = []
-    for (vehicle, method, scalar), group in groupby(
-        counted, key=lambda row: (row.emulated.vehicle, row.emulated.method, row.emulated.scalar)
-    ):
+    for names, group in groupby(counted, key=lambda row: _names(row.emulated)):
         by_class = {row.emulated.demands: row for row in group}
         worst = max(by_class.values(), key=lambda row: row.worst or 0)
         means = [three(by_class[name].mean) if name in by_class else "" for name in classes]
         sizes = (worst.emulated.flash_bytes, worst.emulated.ram_static_bytes)
         stack = max(row.emulated.stack_bytes or 0 for row in by_class.values())
         ratio = three(worst.worst_over_x86)
-        lines.append([vehicle, method, scalar, *means, str(worst.worst), ratio, *map(str, sizes), str(stack)])
+        lines.append([*names, *means, str(worst.worst), ratio, *map(str, sizes), str(stack)])
     return table(headers, lines)
+
+
+def _names(row: Emulated) -> tuple[str, ...]:
+    return row.vehicle, row.method, row.scalar, row.limits
 
 
 def _failures(failed: Sequence[EmulatedRow]) -> str:
     # A kernel that fails on one processor mostly fails on all, so rows with the same reason share a line.
     alike: dict[tuple[str, ...], list[EmulatedRow]] = {}
     for row in failed:
-        key = (row.emulated.vehicle, row.emulated.method, row.emulated.demands, _why(row))
+        limits = "" if row.emulated.limits == "fixed" else ", limits of each call"
+        key = (row.emulated.vehicle, f"{row.emulated.method}{limits}", row.emulated.demands, _why(row))
         alike.setdefault(key, []).append(row)
     lines = []
     for (vehicle, method, demands, why), group in alike.items():

@@ -12,6 +12,8 @@ def goals(rows: Sequence[EmulatedRow]) -> str:
     by_kernel: dict[tuple[str, ...], list[EmulatedRow]] = {}
     for row in rows:
         kernel = row.emulated
+        if kernel.limits != "fixed":
+            continue
         key = (kernel.vehicle, kernel.method, kernel.target, kernel.scalar)
         by_kernel.setdefault(key, []).append(row)
     lines = []

@@ -8,7 +8,8 @@ TEXT = """## Limits
   transfer it with `thrustbench size --canary` and take the band seriously.
 - A slowest call is the slowest of those made, on a machine that does other things too; it is no bound.
 - Demand sets are drawn, not flown. Give your own log as a demand set before you decide.
-- Static allocation only: no thruster dynamics, no rate limits, no power model.
+- Static allocation: no thruster dynamics, no power model. Slew rates and voltage act in `slew`, in `sag`
+  and in logs that bring limits; other sets have fixed limits.
 """
 VIRTUAL = """- This was a virtual machine: p99.9 and slowest calls include what its host did.
 """

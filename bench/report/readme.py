@@ -1,64 +1,60 @@
 """The result table of README.md, between two marks."""
 
-from collections import Counter
 from pathlib import Path
 
-from alloc import WRENCH_TOLERANCE, AllocError, Family, find_formulation
+from alloc import WRENCH_TOLERANCE, AllocError
 from alloc.formulations import EXACT_METHODS
 from bench.record import RecordError
 from bench.results.columns import Row
-from bench.results.ranking import best, exact, largest_loss, optimal
+from bench.results.ranking import best, exact, largest_loss, representatives, worth_considering
 from bench.results.rows import Run
 from bench.results.text import percent, table, three
 
 START, END = "<!-- results:start -->", "<!-- results:end -->"
 VEHICLES = ("ukwial", "bluerov2-heavy")
 """The paper's vehicle, and the commonest one with eight thrusters. A run without them shows its first two."""
-MOST: dict[str, int] = {Family.ONE_SHOT: 1, Family.SOFT: 1}
-"""How many methods of a family are shown, the fastest ones; other families are shown whole."""
-
-
-class MarkerError(AllocError):
-    """A file has no marks for the table."""
+MOST = 10
+"""Most lines of the table."""
 
 
 def result_table(run: Run) -> str:
-    """One line for each method: its median on each vehicle, and its tail and loss on the last vehicle.
+    """A line for each method worth considering: its median on each vehicle; tail and loss on the last one.
 
     Raises RecordError for a run without times, such as one of emulated processors.
     """
     shown = [name for name in VEHICLES if name in run.vehicles] or run.vehicles[:2]
     if not shown:
         raise RecordError("this run holds no times of any vehicle, so no result table; give one that does")
-    by_vehicle = {name: {row.method: row for row in best(run, name, run.sets(name)[0])} for name in shown}
-    last = by_vehicle[shown[-1]]
-    methods = dict.fromkeys(method for rows in reversed(by_vehicle.values()) for method in rows)
-    count: Counter[str] = Counter()
-    lines = []
-    for method in methods:
-        row = last.get(method) or next(rows[method] for rows in by_vehicle.values() if method in rows)
-        kind = row.family
-        count[kind] += 1
-        if count[kind] <= MOST.get(kind, len(methods)):
-            medians = [_median(rows.get(method)) for rows in by_vehicle.values()]
-            lines.append(
-                [
-                    f"`{row.label}`",
-                    _answers(row),
-                    *medians,
-                    *_tail(run, last.get(method)),
-                    served(run, shown[-1], row),
-                ]
-            )
+    by_vehicle = {name: best(run, name, run.sets(name)[0]) for name in shown}
+    medians = {name: {row.method: row for row in rows} for name, rows in by_vehicle.items()}
+    rows = worth_considering(by_vehicle[shown[-1]])[:MOST]
+    ways = {row.label: way for way, row in representatives(by_vehicle[shown[-1]]).items()}
+    lines = [
+        [
+            f"`{row.label}`",
+            ways.get(row.label, row.family),
+            *(_median(medians[name].get(row.method)) for name in shown),
+            three(run.tail_us(row, 0.999)),
+            lost(row),
+            served(run, shown[-1], row),
+        ]
+        for row in rows
+    ]
     headers = (
         "method",
-        "answers",
+        "what it is",
         *(f"{name} [µs]" for name in shown),
-        "p99.9 [µs]",
-        "wrench lost, worst",
-        "served",
+        "one call in 1000 [µs]",
+        "worst command, missing",
+        "commands served",
     )
     return _caption(run, shown) + "\n" + table(headers, lines)
+
+
+def lost(row: Row | None) -> str:
+    """The largest share of a demand's wrench that a row loses; 0 where each is met."""
+    worst = None if row is None else largest_loss(row)
+    return "0" if worst is not None and worst < WRENCH_TOLERANCE else percent(worst)
 
 
 def served(run: Run, vehicle: str, row: Row) -> str:
@@ -71,6 +67,10 @@ def served(run: Run, vehicle: str, row: Row) -> str:
     served = [s for s in capability.served if s.fault is None] if capability else []
     shares = {s.method: s.within_1pct / s.n_demands for s in served}
     return percent(shares.get(EXACT_METHODS[0] if exact(row) else row.described.twin or row.method))
+
+
+class MarkerError(AllocError):
+    """A file has no marks for the table."""
 
 
 def put(path: Path, text: str, start: str = START, end: str = END) -> None:
@@ -87,29 +87,15 @@ def put(path: Path, text: str, start: str = START, end: str = END) -> None:
 
 
 def _caption(run: Run, shown: list[str]) -> str:
-    machine, versions = run.record.header.machine, run.record.header.versions
-    sets = ", ".join(sorted({run.sets(name)[0] for name in shown}))
+    cpu = run.record.header.machine.get("cpu", "this machine")
+    python = run.record.header.versions.get("python", "Python")
     return (
-        f"Median time of a call from Python, over batches of calls, on {sets} demands,"
-        f" {machine.get('cpu', 'this machine')}, {versions.get('python', 'Python')}; of each method the"
-        " fastest start and level that is right everywhere, exact ones before others. The last three columns"
-        f" are {shown[-1]}'s: p99.9 of single calls on all its demand sets; *served* is the share of its"
-        " attainable set that is delivered within 1 %.\n"
+        f"Time of one call from Python, which half of all calls take at most, on {cpu} with {python}, asked"
+        " for what takes the thrusters to their limits. The last three columns are"
+        f" {shown[-1]}'s: what one call in a thousand exceeds, how much of the worst command is not"
+        " delivered, and which share of all that the vehicle can do is delivered within 1 %.\n"
     )
-
-
-def _answers(row: Row) -> str:
-    title = find_formulation(row.formulation).title
-    return f"near {title}" if optimal(row) and not exact(row) else title
 
 
 def _median(row: Row | None) -> str:
     return three(row.call_p50_us) if row else ""
-
-
-def _tail(run: Run, row: Row | None) -> tuple[str, str]:
-    if row is None:
-        return "", ""
-    lost = largest_loss(row)
-    met = lost is not None and lost < WRENCH_TOLERANCE
-    return three(run.tail_us(row, 0.999)), "0" if met else percent(lost)

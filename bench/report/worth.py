@@ -1,11 +1,11 @@
 """Report section: for each vehicle the few methods worth considering."""
 
-from alloc import WRENCH_TOLERANCE, find_formulation
-from bench.report.readme import served
+from alloc import find_formulation
+from bench.report.readme import lost, served
 from bench.results.columns import Row
-from bench.results.ranking import best, exact, largest_loss, optimal, worth_considering
+from bench.results.ranking import best, exact, optimal, worth_considering
 from bench.results.rows import Run
-from bench.results.text import percent, table, three
+from bench.results.text import table, three
 
 HEADERS = ("method", "answers", "median [µs]", "p99.9 [µs]", "wrench lost, worst", "served", "memory [MB]")
 
@@ -38,12 +38,6 @@ def answers(row: Row) -> str:
     """What a row's answers are, in words; near an optimum, where a solver's tolerance misses it."""
     title = find_formulation(row.formulation).title
     return f"near {title}" if optimal(row) and not exact(row) else title
-
-
-def lost(row: Row | None) -> str:
-    """The largest share of a demand's wrench that a row loses; 0 where each is met."""
-    worst = None if row is None else largest_loss(row)
-    return "0" if worst is not None and worst < WRENCH_TOLERANCE else percent(worst)
 
 
 def _line(run: Run, row: Row) -> list[str]:

@@ -75,6 +75,8 @@ def counted(rows: Iterable[EmulatedRow]) -> list[Counted]:
     known = {entry.name: entry for entry in catalogue()}
     groups: dict[tuple[str, str, str, str], list[EmulatedRow]] = {}
     for row in rows:
+        if row.emulated.limits != "fixed":  # a size is asked for the C that knows its vehicle
+            continue
         key = (row.emulated.vehicle, row.emulated.target, row.emulated.method, row.emulated.scalar)
         groups.setdefault(key, []).append(row)
     made = []
@@ -150,6 +152,7 @@ def _size(band: Band, loop: Loop) -> Size:
         reason=reason if kernel.agrees else "not all answers are right",
         exact=kernel.optimal and kernel.agrees,
         p50_us=band.high * loop.period_us,
+        cpu_us=band.high * loop.period_us,
         rate_hz=loop.highest_rate_hz(band.high * loop.period_us),
     )
 

@@ -53,6 +53,7 @@ COLUMNS: dict[str, Callable[[EmulatedRow], Value]] = {
     "target": lambda row: row.emulated.target,
     "method": lambda row: row.emulated.method,
     "scalar": lambda row: row.emulated.scalar,
+    "limits": lambda row: row.emulated.limits,
     "demands": lambda row: row.emulated.demands,
     "status": lambda row: row.emulated.status,
     "reason": lambda row: row.emulated.reason,
@@ -73,7 +74,7 @@ COLUMNS: dict[str, Callable[[EmulatedRow], Value]] = {
 
 def rows(emulated: Iterable[Emulated]) -> list[EmulatedRow]:
     """Rows in the order of their names; where two have the same names, the later one counts."""
-    latest = {(r.vehicle, r.method, r.scalar, r.demands, r.target): r for r in emulated}
+    latest = {(r.vehicle, r.method, r.scalar, r.limits, r.demands, r.target): r for r in emulated}
     return [EmulatedRow(latest[key], latest.get((*key[:-1], REFERENCE))) for key in sorted(latest)]
 
 

@@ -96,12 +96,21 @@ def swapped(by_label: Mapping[str, Sequence[Row | None]], i: int, j: int) -> lis
 
     Faster is a method whose slowest repeat beats the other's fastest one; what is less is noise.
     """
-    pairs = []
-    for first, ours in by_label.items():
-        for second, theirs in by_label.items():
-            if _faster(ours[i], theirs[i]) and _faster(theirs[j], ours[j]):
-                pairs.append((first, second))
-    return pairs
+    here, there = (
+        {
+            label: (row.call_p50_low_us, row.call_p50_high_us)
+            for label, rows in by_label.items()
+            if (row := rows[k])
+        }
+        for k in (i, j)
+    )
+    both = [label for label in by_label if label in here and label in there]
+    return [
+        (first, second)
+        for first in both
+        for second in both
+        if _before(here[first], here[second]) and _before(there[second], there[first])
+    ]
 
 
 def sizes_of(
@@ -147,8 +156,6 @@ def _problem(run: Run, vehicle: str, demands: str) -> Problem | None:
     return next(asked, None)
 
 
-def _faster(a: Row | None, b: Row | None) -> bool:
-    if a is None or b is None:
-        return False
-    slowest, fastest = a.call_p50_high_us, b.call_p50_low_us
+def _before(one: tuple[float | None, float | None], other: tuple[float | None, float | None]) -> bool:
+    slowest, fastest = one[1], other[0]
     return slowest is not None and fastest is not None and slowest < fastest

@@ -54,7 +54,7 @@ def whose(
     calls' share of the time, and this many or more have at least the probability CHANCE. Without one such
     pause of fixed work nothing is excused.
     """
-    from scipy.stats import binom
+    from scipy.special import betainc
 
     if not late:
         return ""
@@ -65,4 +65,4 @@ def whose(
         return ""
     took = sum(ns * count for ns, count in singles)
     share = took / (took + pauses.exposure_ns)
-    return "canaries paused too" if binom.sf(late - 1, late + seen, share) >= CHANCE else ""
+    return "canaries paused too" if betainc(late, seen + 1, share) >= CHANCE else ""

@@ -1,7 +1,9 @@
 """Statistics of counted times: quantiles, intervals, bounds."""
 
 from collections.abc import Iterable
+from functools import cache
 from itertools import chain
+from operator import itemgetter
 
 Histogram = list[tuple[int, int]]
 """A multiset of times: [(time [ns], how often), …], sorted."""
@@ -22,7 +24,7 @@ def merged(counted: Iterable[Histogram]) -> Histogram:
 
 def total(counted: Histogram) -> int:
     """Number of times in the multiset."""
-    return sum(count for _, count in counted)
+    return sum(map(itemgetter(1), counted))
 
 
 def quantile(counted: Histogram, q: float) -> int | None:
@@ -39,13 +41,20 @@ def interval(counted: Histogram, q: float) -> tuple[int, int] | None:
     are independent. They are not, and processes differ: ``bench.report.tails.unmet`` counts how often that
     shows.
     """
-    from scipy.stats import binom
-
     n = total(counted)
     if quantile(counted, q) is None:
         return None
-    low, high = (float(binom.ppf(p, n, q)) for p in ((1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2))
+    low, high = _ranks(n, q)
     return ranked(counted, low), ranked(counted, min(high + 1, n))
+
+
+@cache
+def _ranks(n: int, q: float) -> tuple[float, float]:
+    """Ends of the interval of a binomial (n, q) count; few different n are asked for, many times."""
+    from scipy.stats import binom
+
+    low, high = (float(binom.ppf(p, n, q)) for p in ((1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2))
+    return low, high
 
 
 def ranked(counted: Histogram, rank: float) -> int:
@@ -64,12 +73,17 @@ def misses(counted: Histogram, deadline_ns: float) -> tuple[int, int, float]:
     The bound is Clopper and Pearson's (1934), one-sided, with CONFIDENCE, as if calls were independent;
     without a late call it is about 3 / n.
     """
-    from scipy.stats import binomtest
-
     n = total(counted)
     late = sum(count for ns, count in counted if ns > deadline_ns)
-    bound = binomtest(late, n, alternative="less").proportion_ci(CONFIDENCE, method="exact").high
-    return late, n, float(bound)
+    return late, n, late_bound(late, n)
+
+
+@cache
+def late_bound(late: int, n: int) -> float:
+    """The bound of ``misses``: the share at which so few of n calls are late with 1 - CONFIDENCE."""
+    from scipy.special import betaincinv
+
+    return 1.0 if late == n else float(betaincinv(late + 1, n - late, CONFIDENCE))
 
 
 def share(hits: int, n: int) -> tuple[float, float, float]:

@@ -99,7 +99,8 @@ def representatives(rows: Sequence[Row]) -> dict[str, Row]:
     Closed forms take the same time within noise, so among them the name decides and the choice stays.
     """
     hard = [row for row in rows if exact(row) and row.formulation == HARD.name]
-    closed = sorted((row for row in rows if row.family == Family.CLOSED_FORM), key=lambda row: row.method)
+    known = [row for row in rows if row.family == Family.CLOSED_FORM and right(row)]
+    closed = sorted(known, key=lambda row: row.method)
     ways = {
         "without limits, in C": [row for row in closed if row.described.twin],
         "without limits, in Python": [row for row in closed if not row.described.twin],
@@ -113,8 +114,10 @@ def representatives(rows: Sequence[Row]) -> dict[str, Row]:
 def worth_considering(rows: Sequence[Row]) -> list[Row]:
     """The few rows that a decision needs, of one vehicle's sorted by time.
 
-    The front of time and loss, the ``representatives``, and the rule of practice that loses least.
+    The front of time and loss, the ``representatives``, and the rule of practice that loses least. A method
+    with a wrong answer is none of them.
     """
+    rows = [row for row in rows if right(row)]
     rules = [(lost, row) for row in rows if row.family == Family.PRACTICE for lost in _known(row)]
     rule = [row for _, row in sorted(rules, key=lambda pair: pair[0])[:1]]
     chosen = [*on_front(rows), *representatives(rows).values(), *rule]

@@ -8,14 +8,14 @@ from bench.record import NO_VEHICLE
 from bench.results.columns import Row
 from bench.results.fit import LATE_SHARE, Fit, Loop
 from bench.results.pauses import Pauses, pauses, whose
-from bench.results.quantiles import Histogram, merged, misses, quantile
+from bench.results.quantiles import Histogram, late_bound, merged, misses, quantile
 from bench.results.ranking import exact, right
 from bench.results.repeats import most
 from bench.results.rows import Run
 from bench.results.transfer import Transfer
 
 CLOSE = 1.5
-"""Medians within this factor count as equal: busy machines swap them from run to run. Among equals a method
+"""Median CPU times within this factor count as equal: noise swaps them from run to run. Among equals a method
 whose worst case is known comes first."""
 
 
@@ -36,6 +36,7 @@ class Size:
     late, calls : number of late single calls, and of all single calls
     bound : share of late calls that is not exceeded with 95 % confidence [-]
     machines : whether the late calls were the machine's, not the method's
+    cpu_us : like ``p50_us`` on the clock of the thread's own CPU time, which a busy machine disturbs less [us]
     rate_hz : highest rate that the slowest call seen allows [Hz]
     memory_MB : peak memory of the method's process [MB]
     steps : proven bound on the steps of a call, None for none
@@ -58,6 +59,7 @@ class Size:
     calls: int = 0
     bound: float | None = None
     machines: bool = False
+    cpu_us: float | None = None
     rate_hz: float | None = None
     memory_MB: float | None = None
     steps: int | None = None
@@ -67,7 +69,7 @@ def sizes(run: Run, loop: Loop, transfer: Transfer | None = None, demands: str =
     """Every method, start and level of a run, the one to take first; on all demand sets, or on one.
 
     Methods are sorted by whether their median fits, then by whether they are exact, then by whether their
-    tail fits too, then by their median; of medians that lie CLOSE, one with a known worst case comes first.
+    tail fits too, then by their median CPU time; of those that lie CLOSE, one with a known worst case is first.
     So exactness is given up only where no exact method keeps up, and not for one late call in a million.
 
     With a ``transfer`` every time is multiplied by the upper end of its band. A slowest call belongs to the
@@ -85,16 +87,19 @@ def sizes(run: Run, loop: Loop, transfer: Transfer | None = None, demands: str =
 def ordered(sizes: Sequence[Size]) -> list[Size]:
     """Sizes by vehicle, the one to take first: the order that ``sizes`` describes."""
     classes: dict[tuple[str, bool, bool, Fit], list[Size]] = {}
-    for size in sorted(sizes, key=lambda s: (s.p50_us or 0.0, s.label)):
+    for size in sorted(sizes, key=lambda s: (_median(s), s.label)):
         classes.setdefault((size.vehicle, size.fit > Fit.MAY_FIT, not size.exact, size.fit), []).append(size)
     found = []
     for _, left in sorted(classes.items()):
         while left:
-            most = CLOSE * (left[0].p50_us or 0.0)
-            close = [size for size in left if (size.p50_us or 0.0) <= most]
+            close = [size for size in left if _median(size) <= CLOSE * _median(left[0])]
             found += sorted(close, key=lambda size: size.steps is None)
             left = left[len(close) :]
     return found
+
+
+def _median(size: Size) -> float:
+    return size.p50_us or 0.0 if size.cpu_us is None else size.cpu_us
 
 
 def best_of_each(sizes: list[Size]) -> list[Size]:
@@ -117,6 +122,7 @@ def worst(there: Mapping[str, Size]) -> Size:
         p50_us=most(s.p50_us for s in there.values()),
         p999_us=None if None in known else most(known),
         max_us=most(s.max_us for s in there.values()),
+        cpu_us=most(s.cpu_us for s in there.values()),
         late=sum(s.late for s in there.values()),
         calls=sum(s.calls for s in there.values()),
         bound=most(s.bound for s in there.values()),
@@ -158,8 +164,7 @@ def _size(rows: list[Row], loop: Loop, transfer: Transfer | None, held_up: Pause
     steps = first.worst_case_steps
     excuse = "" if transfer or p50 is None else whose(singles, late, loop.limit_us, p50, steps, held_up)
     if excuse:
-        own = misses(singles, singles[-1][0])[2]  # as if none had been late
-        fit, reason = judge(loop, p50, None, None, own)
+        fit, reason = judge(loop, p50, None, None, late_bound(0, calls))  # as if none had been late
     else:
         fit, reason = judge(loop, p50, p999, slowest, bound, estimated=transfer is not None)
     longest = slowest or p999 or p50
@@ -174,6 +179,7 @@ def _size(rows: list[Row], loop: Loop, transfer: Transfer | None, held_up: Pause
         calls=calls,
         bound=bound,
         machines=bool(excuse),
+        cpu_us=_largest([row.call_cpu_p50_us for row in rows], factor),
         rate_hz=loop.highest_rate_hz(longest) if longest else None,
         memory_MB=_largest([row.peak_rss_MB for row in rows], 1.0),
         steps=steps,

@@ -38,6 +38,7 @@ from bench.layouts.authority import reach, safe_shares, volumes, worst_faults
 from bench.layouts.best import vehicle_file
 from bench.layouts.compile import compile_study
 from bench.layouts.measure import measure
+from bench.layouts.memory import keep_freed_memory
 from bench.layouts.sampling import tasks, values
 from bench.layouts.section import closed_form_volumes
 from bench.layouts.served import shares
@@ -89,8 +90,8 @@ def one_by_one(vehicle: Vehicle, space: LayoutSpace) -> dict[str, float]:
     return numbers
 
 
-def differences(space: LayoutSpace, n: int) -> tuple[dict[str, float], int]:
-    """Largest relative difference of each column over n layouts, and how many numbers Qhull did not give."""
+def differences(space: LayoutSpace, n: int) -> tuple[dict[str, float], int, int]:
+    """Largest relative difference of each column over n layouts; where Qhull gave up; how many there were."""
     parameters = values(space, tasks(0, n, "sobol", 1)[0])[:, :n]
     counted = measure(space, parameters)
     worst: dict[str, float] = {}
@@ -111,7 +112,7 @@ def differences(space: LayoutSpace, n: int) -> tuple[dict[str, float], int]:
                     continue
                 off = abs(numbers[name] - alone) / max(abs(alone), 1e-300) if numbers[name] != alone else 0.0
                 worst[name] = max(worst.get(name, 0.0), off)
-    return worst, lost
+    return worst, lost, len(counted.kept)
 
 
 def times(space: LayoutSpace, n: int = 2048, passes: int = 7) -> dict[str, float]:
@@ -154,10 +155,9 @@ def main() -> None:
     asked = parser.parse_args()
     for path in asked.studies:
         space, _ = compile_study(read_study(path))
-        worst, lost = differences(space, asked.n)
-        print(
-            f"\n{path}: {asked.n} layouts, largest relative difference from one by one ({lost} without Qhull)"
-        )
+        keep_freed_memory()
+        worst, lost, kept = differences(space, asked.n)
+        print(f"\n{path}: {kept} layouts, largest relative difference from one by one ({lost} without Qhull)")
         for name, off in worst.items():
             print(f"  {name:28s} {off:.1e}")
         print(f"{path}: CPU time [µs a layout]")

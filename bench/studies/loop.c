@@ -1,6 +1,6 @@
 /* Times a kernel, or walks through it once for callgrind: loop DEMANDS ROUNDS REPEATS.
  *
- * DEMANDS holds K scalars a demand. Each repeat goes ROUNDS times round all demands and prints ns of
+ * DEMANDS holds WIDTH scalars a call. Each repeat goes ROUNDS times round all demands and prints ns of
  * CPU time per call; ROUNDS 0 makes each call once and prints nothing.
  */
 #define _POSIX_C_SOURCE 199309L
@@ -11,7 +11,7 @@
 #define measured_call KERNEL
 #include "kernel.h"
 
-static SCALAR demands[100000][K];
+static SCALAR demands[100000][WIDTH];
 
 static double now(void)
 {

@@ -11,7 +11,7 @@ MOST_DECADES = 8.0
 
 
 def odd_vehicle(rng: np.random.Generator) -> Vehicle:
-    """A vehicle of 1 to 6 DOF and up to four thrusters more: alike, weakened, stuck or one-sided ones too."""
+    """A vehicle of 1 to 6 DOF and up to four thrusters more, some alike, weakened, stuck or one-sided."""
     k = int(rng.integers(1, 7))
     n = k + int(rng.integers(0, 4 if k > 3 else 5))
     T = rng.normal(size=(k, n)) * 10.0 ** rng.uniform(-1, 1, (k, 1))

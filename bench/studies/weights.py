@@ -1,7 +1,7 @@
 """What uneven weights cost each solver: ``python -m bench.studies.weights``, the table of docs/solvers.md.
 
-Random vehicles, whose H is diagonal or full with weights up to 1e8 apart, are asked demands that random
-thrusts inside their limits push. Each answer is held against the exact method's.
+Random vehicles, whose H is diagonal or full with weights from 1 up to 1e8 apart, are asked demands that
+random thrusts inside their limits push. Each answer is held against the exact method's.
 """
 
 import click
@@ -9,6 +9,7 @@ import numpy as np
 from tabulate import tabulate
 
 from alloc import Family, Status, build, catalogue, solvers
+from alloc.qp import problem
 from bench.studies.odd_vehicles import inside, odd_vehicle, weighted
 
 SPREADS = (0, 2, 4, 6, 8)
@@ -20,8 +21,12 @@ SPREADS = (0, 2, 4, 6, 8)
 @click.option("--demands", default=100, show_default=True)
 @click.option("--full", is_flag=True, help="Full H, not diagonal.")
 @click.option("--only", default="", help="Only this method.")
-def main(vehicles: int, demands: int, full: bool, only: str) -> None:
+@click.option(
+    "--shared", default=problem.SHARED, show_default=True, help="In place of alloc.qp.problem.SHARED."
+)
+def main(vehicles: int, demands: int, full: bool, only: str, shared: float) -> None:
     """Print by solver and spread: not solved, called infeasible, farther than promised; the farthest."""
+    problem.SHARED = shared
     rows = []
     names = [e.name for e in catalogue() if e.family is Family.LIVE and not e.missing]
     for name in [only] if only else names:

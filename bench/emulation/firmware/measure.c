@@ -1,6 +1,6 @@
 /* Reads demands, calls the kernel on each, writes what it answered: on a bare Cortex-M and under Linux alike.
  *
- * demands.bin: the number of demands and of repeats (int32 each), then K scalars a demand.
+ * demands.bin: the number of demands and of repeats (int32 each), then WIDTH scalars a call: tau, and f_min and f_max where they are arguments.
  * answers.bin: per demand N scalars, then status, stack bytes and SysTick ticks (int32 each).
  * Files and not the image hold the demands, so the image that is measured is the image for all of them.
  */
@@ -8,7 +8,7 @@
 #include <stdint.h>
 #include <unistd.h>
 
-#include "kernel.h" /* declares KERNEL, and says SCALAR, K, N and ANSWER(tau, f) */
+#include "kernel.h" /* declares KERNEL, and says SCALAR, WIDTH, N and ANSWER(tau, f) */
 
 #define DEPTH 1024 /* stack that is watched [words of 4 bytes]; a kernel that uses more reports this much */
 #define PAINT(i) (0xA5C3965Au ^ (uint32_t)(i)) /* no two alike: a saved register must not pass for paint */
@@ -63,7 +63,7 @@ static void __attribute__((noinline)) map_stack(void)
 
 int main(void)
 {
-    static SCALAR tau[K], f[N];
+    static SCALAR tau[WIDTH], f[N];
     int32_t head[2], tail[3];
     int in = open("demands.bin", O_RDONLY);
     int out = open("answers.bin", O_WRONLY | O_CREAT | O_TRUNC, 0644);

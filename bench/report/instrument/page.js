@@ -72,6 +72,8 @@ function update() {
   const ranked = state.every ? every : bestOfEach(every);
   const where = machines.length > 1 ? " on every machine" : "";
   by("verdict").textContent = verdict(ranked.filter(wanted), state.vehicle, loop, where);
+  const kind = state.formulation ? data.formulations[state.formulation] : "any";
+  by("asked").textContent = `A call may take ${three(loop.limit)} µs, ${percent(loop.limit / loop.period)} of the period. Answers: ${kind}${state.exact ? ", exact ones only" : ""}; demands: ${state.demands || "all kinds"}.`;
   by("sure").replaceChildren(...machines.map((machine) => element("li", `${machine.name} ${machine.sure}`)));
   shown = ranked.filter(wanted).filter((size) => matches(size, state.filter));
   table(by("table"), columns(machines, loop), shown);

@@ -99,7 +99,7 @@ function judge(limit, p50, p999, slowest, bound) {
 
 // loop: {rate [Hz], budget [-], period and limit [us], clock [Hz]}
 function sizeOf(machine, method, loop, demands) {
-  const size = { ...method, data: method, machine: machine.name, fit: UNKNOWN, reason: "", exact: false, p50: null, p999: null, max: null, late: 0, calls: 0, bound: null, up_to: null, lost: null };
+  const size = { ...method, data: method, machine: machine.name, fit: UNKNOWN, reason: "", exact: false, p50: null, cpu: null, p999: null, max: null, late: 0, calls: 0, bound: null, up_to: null, lost: null };
   if (machine.cpi) return counted(machine, size, loop);
   const pooled = pool(method, demands);
   const barred = pooled.sets.find((set) => set.failed) ?? pooled.sets.find((set) => set.wrong);
@@ -107,6 +107,8 @@ function sizeOf(machine, method, loop, demands) {
   if (barred) return { ...size, reason: barred.failed || barred.wrong };
   const medians = pooled.sets.map((set) => set.p50_us);
   size.p50 = medians.length && !medians.includes(null) ? Math.max(...medians) : null;
+  const cpu = pooled.sets.map((set) => set.cpu_us);
+  size.cpu = cpu.length && !cpu.includes(null) ? Math.max(...cpu) : null;
   size.p999 = pooled.tail === null || size.p50 === null || pooled.tail / 1000 < size.p50 ? null : pooled.tail / 1000;
   size.max = pooled.calls ? pooled.singles.at(-1)[0] / 1000 : null;
   size.calls = pooled.calls;
@@ -129,15 +131,17 @@ function counted(machine, size, loop) {
   size.fit = size.data.wrong || (size.missed && fit !== DOES_NOT_FIT) ? UNKNOWN : fit;
   size.reason = size.data.wrong || (size.missed ? `not counted: ${size.missed}` : `${three(100 * low)} to ${three(100 * high)} % by its instructions`);
   size.exact = size.data.exact && !size.data.wrong;
-  size.p50 = high * loop.period;
+  size.p50 = size.cpu = high * loop.period;
   size.up_to = (loop.budget * 1e6) / size.p50;
   return size;
 }
 
+const median = (size) => size.cpu ?? size.p50 ?? 0;
+
 function ordered(sizes) {
   const byText = (a, b) => (a < b ? -1 : a > b ? 1 : 0);
   const classes = new Map();
-  for (const size of [...sizes].sort((a, b) => (a.p50 ?? 0) - (b.p50 ?? 0) || byText(a.label, b.label))) {
+  for (const size of [...sizes].sort((a, b) => median(a) - median(b) || byText(a.label, b.label))) {
     const key = `${+(size.fit > MAY_FIT)}${+!size.exact}${size.fit}`;
     if (!classes.has(key)) classes.set(key, []);
     classes.get(key).push(size);
@@ -146,7 +150,7 @@ function ordered(sizes) {
   for (const key of [...classes.keys()].sort()) {
     let left = classes.get(key);
     while (left.length) {
-      const alike = left.filter((size) => (size.p50 ?? 0) <= close * (left[0].p50 ?? 0));
+      const alike = left.filter((size) => median(size) <= close * median(left[0]));
       const group = alike.length ? alike : [left[0]];
       found.push(...group.filter((size) => size.steps !== null), ...group.filter((size) => size.steps === null));
       left = left.slice(group.length);
@@ -173,7 +177,7 @@ function onAll(byMachine) {
     const worstOf = (key) => most(there.map((size) => size[key]));
     found.push({
       ...worst, there, reason: worst.reason ? `${worst.machine}: ${worst.reason}` : "", exact: there.every((size) => size.exact),
-      p50: worstOf("p50"), p999: tails.includes(null) ? null : most(tails), max: worstOf("max"), late: sum(there.map((size) => size.late)), calls: sum(there.map((size) => size.calls)),
+      p50: worstOf("p50"), cpu: worstOf("cpu"), p999: tails.includes(null) ? null : most(tails), max: worstOf("max"), late: sum(there.map((size) => size.late)), calls: sum(there.map((size) => size.calls)),
       bound: worstOf("bound"), up_to: rates.length ? Math.min(...rates) : null, memory_MB: worstOf("memory_MB"), lost: worstOf("lost"), served: there.map((size) => size.served).find(Boolean) ?? "",
     });
   }

@@ -70,7 +70,8 @@ def test_a_failing_compiler_and_an_unusable_cache_folder_are_named(monkeypatch, 
 def test_a_library_that_cannot_be_loaded_is_named_with_the_remedy(tmp_path, monkeypatch) -> None:
     monkeypatch.setenv("THRUSTBENCH_CACHE", str(tmp_path))
     vehicle = load_vehicle("ukwial")
-    library = compiled.shared_library("nullspace", sources(vehicle, "nullspace", faults=False))
+    fixed, call = (sources(vehicle, "nullspace", faults=False, limits=at) for at in ("fixed", "call"))
+    library = compiled.shared_library("nullspace", fixed | call)
     library.write_bytes(b"")
     with pytest.raises(NotInstalled, match="THRUSTBENCH_CACHE"):
         build("nullspace@native", vehicle)

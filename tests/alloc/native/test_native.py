@@ -1,7 +1,9 @@
 """Generated C, compiled and run as it would be on a vehicle, and as an allocator in Python."""
 
 import ctypes
+import re
 import shutil
+import struct
 import subprocess
 import sys
 from dataclasses import replace
@@ -11,6 +13,7 @@ import numpy as np
 import pytest
 
 from alloc import (
+    DemandError,
     NotApplicable,
     Status,
     UnknownName,
@@ -19,7 +22,10 @@ from alloc import (
     list_vehicles,
     load_vehicle,
 )
-from alloc.native import RECIPES, compiled, function_name, generate, missing
+from alloc.native import RECIPES, compiled, function_name, generate, missing, sources
+from alloc.native.bounds import Where
+from alloc.native.code import Scalar
+from bench.demands import build_demands
 from tests.nullspace_cases import SHAPES, demands_of_known_verdict, random_vehicle
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "-")
@@ -28,13 +34,10 @@ STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic
 SANITIZE = ["-fsanitize=undefined", "-fno-sanitize-recover=all"]
 REFUSED = 2
 UNKNOWN_FAULT = -1
-
-
-def files_of(vehicle: Vehicle, kernel: str, scalar: str) -> dict[str, str]:
-    try:
-        return generate(vehicle, kernel, scalar)
-    except NotApplicable as reason:
-        pytest.skip(f"{kernel} refuses {vehicle.name}: {reason}")
+NOT_FINITE = -2
+EVERYWHERE = ("nullspace", "priority")
+"""Kernels that are compiled for every vehicle here; ``bench.studies.native_selftests`` does so with all."""
+SMALL = "ukwial"
 
 
 def compile_in(folder: Path, files: dict[str, str], *flags: str) -> Path:
@@ -52,20 +55,40 @@ def run(program: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run([str(program)], capture_output=True, text=True, check=False)
 
 
+def check_itself(vehicle: Vehicle, kernel: str, scalar: Scalar, limits: Where, folder: Path) -> None:
+    """Compile the kernel with its self-test, UBSan watching; run it, and see that it asked enough."""
+    done = run(compile_in(folder, generate(vehicle, kernel, scalar, limits=limits), *SANITIZE))
+    assert done.returncode == 0, done.stdout + done.stderr
+    asked = re.search(r"(\d+) cases, 0 wrong", done.stdout)
+    assert asked
+    # Of 24 cases a fault, those are left out in which rounding decides.
+    assert int(asked[1]) > 20 * (vehicle.n + 1)
+
+
+@pytest.mark.parametrize("limits", ["fixed", "call"])
 @pytest.mark.parametrize("scalar", ["double", "float"])
 @pytest.mark.parametrize("kernel", RECIPES)
 def test_generated_c_is_clean_and_agrees_with_python_for_every_fault(
-    vehicle, kernel, scalar, tmp_path
+    kernel, scalar, limits, tmp_path
 ) -> None:
-    """The self-test holds double to 1e-12 and float to 1e-5 of the largest limit; UBSan watches."""
-    files = files_of(vehicle, kernel, scalar)
-    done = run(compile_in(tmp_path, files, *SANITIZE))
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert f"{24 * (vehicle.n + 1)} cases, 0 wrong" in done.stdout
+    """The self-test holds double to 1e-12 and float to 1e-5 of the largest limit, and what rounding adds."""
+    check_itself(load_vehicle(SMALL), kernel, scalar, limits, tmp_path)
+
+
+@pytest.mark.parametrize("kernel", EVERYWHERE)
+def test_every_vehicle_s_c_with_limits_of_the_call_agrees_with_python(vehicle, kernel, tmp_path) -> None:
+    check_itself(vehicle, kernel, "double", "call", tmp_path)
+
+
+@pytest.mark.parametrize("kernel", ["nullspace", "redistribute", "scaled"])
+def test_the_c_of_a_random_vehicle_with_full_h_agrees_with_python(kernel, tmp_path) -> None:
+    """Generic T, so nothing is zero or shared; one block of two dimensions; a thruster that always pushes."""
+    vehicle = random_vehicle(2, 4, np.random.default_rng(8), diagonal=False)
+    check_itself(vehicle, kernel, "double", "call", tmp_path)
 
 
 def test_the_self_test_notices_a_wrong_constant(tmp_path) -> None:
-    files = files_of(load_vehicle("ukwial"), "nullspace", "double")
+    files = generate(load_vehicle(SMALL), "nullspace")
     source = files["ukwial_nullspace.c"]
     line = next(line for line in source.splitlines() if "= c[0] * t0" in line)
     files["ukwial_nullspace.c"] = source.replace(line, line.replace("c[0] *", "1.0000001 * c[0] *"), 1)
@@ -78,7 +101,7 @@ def test_the_self_test_notices_a_wrong_constant(tmp_path) -> None:
 @pytest.mark.parametrize("kernel", RECIPES)
 def test_generated_code_calls_no_library_and_keeps_no_state(kernel, tmp_path) -> None:
     """No undefined symbol: no library, no heap. No writable symbol: no state between calls."""
-    files = files_of(load_vehicle("bluerov2-heavy"), kernel, "double")
+    files = generate(load_vehicle(SMALL), kernel, limits="call")
     kept = {name: text for name, text in files.items() if not name.endswith("_test.c")}
     made = compile_in(tmp_path, kept, "-O2", "-c")
     symbols = subprocess.run(["nm", str(made)], capture_output=True, text=True, check=True).stdout.split("\n")
@@ -86,17 +109,25 @@ def test_generated_code_calls_no_library_and_keeps_no_state(kernel, tmp_path) ->
     assert kinds <= {"T", "t", "r"}  # code and constants
 
 
-def kernel_of(vehicle: Vehicle, folder: Path, scalar: str = "double"):
-    """The compiled nullspace kernel as a Python function (tau, fault) -> (status, f)."""
-    files = generate(vehicle, "nullspace", scalar)
-    kept = {name: text for name, text in files.items() if not name.endswith("_test.c")}
-    library = ctypes.CDLL(str(compile_in(folder, kept, "-O2", "-fPIC", "-shared")))
-    solve = library[function_name(vehicle, "nullspace", scalar)]
+def kernel_of(
+    vehicle: Vehicle,
+    folder: Path,
+    kernel: str = "nullspace",
+    scalar: Scalar = "double",
+    limits: Where = "fixed",
+):
+    """The compiled kernel as a Python function (arrays…, fault) -> (status, f), f filled with 7 before."""
+    made = sources(vehicle, kernel, scalar, limits=limits)
+    library = ctypes.CDLL(str(compile_in(folder, made, "-O2", "-fPIC", "-shared")))
+    solve = library[function_name(vehicle, kernel, scalar, limits)]
     dtype = np.float64 if scalar == "double" else np.float32
 
-    def call(tau: np.ndarray, fault: int = -1) -> tuple[int, np.ndarray]:
-        given, f = np.asarray(tau, dtype), np.full(vehicle.n, 7.0, dtype)
-        status = solve(given.ctypes.data_as(ctypes.c_void_p), fault, f.ctypes.data_as(ctypes.c_void_p))
+    def call(*given: np.ndarray, fault: int = -1) -> tuple[int, np.ndarray]:
+        arrays = [np.ascontiguousarray(each, dtype) for each in given]
+        f, share = np.full(vehicle.n, 7.0, dtype), np.full(vehicle.k, 7.0, dtype)
+        pointers = [each.ctypes.data_as(ctypes.c_void_p) for each in (*arrays, f, share)]
+        status = solve(*pointers[: len(arrays)], fault, *pointers[len(arrays) :])
+        assert status in (Status.SOLVED, Status.PARTIAL) or (share == 7.0).all()
         return status, f
 
     return call
@@ -110,7 +141,7 @@ def test_the_kernel_answers_for_the_failed_thruster_that_is_its_argument(tmp_pat
         degraded = vehicle.with_fault(fault)
         allocate = build("nullspace", degraded)
         for f in rng.uniform(degraded.f_min, degraded.f_max, (50, vehicle.n)):
-            status, f_native = solve(degraded.T @ f, fault)
+            status, f_native = solve(degraded.T @ f, fault=fault)
             assert status == Status.SOLVED
             assert f_native[fault] == 0.0
             expected = allocate(degraded.T @ f).f
@@ -119,18 +150,69 @@ def test_the_kernel_answers_for_the_failed_thruster_that_is_its_argument(tmp_pat
 
 def test_a_refused_demand_or_fault_leaves_f_alone(vehicle: Vehicle, tmp_path) -> None:
     solve = kernel_of(vehicle, tmp_path)
+    for axis in range(vehicle.k):
+        tau = np.zeros(vehicle.k)
+        tau[axis] = 1e300
+        status, f = solve(tau)
+        assert status == REFUSED
+        assert (f == 7.0).all()
     huge = 1.7e308 * np.where(np.arange(vehicle.k) % 2, 1.0, -1.0)
-    for value in (np.nan, np.inf, -np.inf, 1e300):
-        for axis in range(vehicle.k):
-            tau = np.zeros(vehicle.k)
-            tau[axis] = value
-            status, f = solve(tau)
-            assert status == REFUSED
-            assert (f == 7.0).all()
-    assert solve(huge)[0] == REFUSED
+    assert solve(huge)[0] == REFUSED  # though sums of it overflow
     for fault in (-2, vehicle.n, 1000):
-        status, f = solve(np.zeros(vehicle.k), fault)
+        status, f = solve(np.zeros(vehicle.k), fault=fault)
         assert status == UNKNOWN_FAULT
+        assert (f == 7.0).all()
+
+
+DOUBLES = {
+    "zero": (0x0, 0x0),
+    "subnormal": (0x1, 0xFFFFFFFFFFFFF),
+    "normal": (0x10000000000000, 0x4030000000000000),
+    "infinity": (0x7FF0000000000000, 0x7FF0000000000000),
+    "signalling NaN": (0x7FF0000000000001, 0x7FF7FFFFFFFFFFFF),
+    "quiet NaN": (0x7FF8000000000000, 0x7FFFFFFFFFFFFFFF),
+}
+"""Least and greatest bit pattern of each class of doubles, normal ones up to 16; the sign is one bit more."""
+
+
+@pytest.mark.parametrize("limits", ["fixed", "call"])
+@pytest.mark.parametrize("kernel", [name for name in RECIPES if name not in ("pinv", "walsh")])
+def test_a_bit_pattern_that_is_no_finite_number_has_a_status_of_its_own(kernel, limits, tmp_path) -> None:
+    """In any argument of a thruster that works; every pattern that is a number is answered or infeasible."""
+    vehicle = load_vehicle(SMALL)
+    solve = kernel_of(vehicle, tmp_path, kernel, limits=limits)
+    rng = np.random.default_rng(4)
+    usual = [np.zeros(vehicle.k), *((vehicle.f_min, vehicle.f_max) if limits == "call" else ())]
+    for name, (least, greatest) in DOUBLES.items():
+        patterns = [least, greatest, *rng.integers(least, greatest, 10, endpoint=True).tolist()]
+        for bits in [sign << 63 | pattern for pattern in patterns for sign in (0, 1)]:
+            (value,) = struct.unpack("d", struct.pack("Q", bits))
+            for i, array in enumerate(usual):
+                for entry in range(len(array)):
+                    given = [each.copy() for each in usual]
+                    given[i].view(np.uint64)[entry] = bits
+                    status, f = solve(*given)
+                    assert (status == NOT_FINITE) == (not np.isfinite(value)), (name, hex(bits), i)
+                    if status not in (Status.SOLVED, Status.PARTIAL):
+                        assert (f == 7.0).all()
+                    if i > 0:  # the limits of a thruster that is off are not looked at
+                        status, f = solve(*given, fault=entry)
+                        assert status == Status.SOLVED
+                        assert f[entry] == 0.0
+
+
+@pytest.mark.parametrize("kernel", [name for name in RECIPES if name not in ("pinv", "walsh")])
+def test_limits_that_cross_by_one_ulp_are_infeasible_and_leave_f_alone(kernel, tmp_path) -> None:
+    vehicle = load_vehicle(SMALL)
+    solve = kernel_of(vehicle, tmp_path, kernel, limits="call")
+    tau = vehicle.T @ np.full(vehicle.n, 10.0)
+    for i in range(vehicle.n):
+        f_min, f_max = vehicle.f_min.copy(), vehicle.f_max.copy()
+        f_min[i] = f_max[i] = 10.0
+        assert solve(tau, f_min, f_max)[0] in (Status.SOLVED, Status.PARTIAL)
+        f_min[i] = np.nextafter(10.0, 11.0)
+        status, f = solve(tau, f_min, f_max)
+        assert status == REFUSED
         assert (f == 7.0).all()
 
 
@@ -150,6 +232,39 @@ def test_native_and_python_agree_on_random_vehicles_of_every_nullity(shape) -> N
         assert not (native_F > vehicle.f_max).any()
 
 
+@pytest.mark.parametrize("kernel", RECIPES)
+def test_limits_of_the_call_are_taken_as_every_method_takes_them(kernel) -> None:
+    """One by one, all at once, one side alone, for all calls or for each: the same answers as in Python."""
+    vehicle = load_vehicle("bluerov2-heavy")
+    python, native = build(kernel, vehicle), build(f"{kernel}@native", vehicle)
+    demands = build_demands("jolts", vehicle, 3, 60)
+    low, high = demands.limits
+    close = {"rtol": 0, "atol": 1e-11 * vehicle.f_scale}
+    for given in ((low, high), (low, None), (None, high), (low[0], high[0]), (None, None)):
+        F, status = python.many(demands.taus, *given)
+        native_F, native_status = native.many(demands.taus, f_min=given[0], f_max=given[1])
+        np.testing.assert_array_equal(native_status, status)
+        np.testing.assert_allclose(native_F, F, **close)
+    for tau, f_min, f_max in zip(demands.taus, low, high, strict=True):
+        expected, answer = python(tau, f_min, f_max), native(tau.tolist(), f_max=f_max, f_min=f_min)
+        assert answer.status == expected.status
+        np.testing.assert_allclose(answer.f, expected.f, **close)
+        if answer.status in (Status.SOLVED, Status.PARTIAL):
+            np.testing.assert_allclose(answer.share, expected.share, rtol=0, atol=1e-11)
+            assert not native.limited or ((f_min <= answer.f) & (answer.f <= f_max)).all()
+
+
+@pytest.mark.parametrize(
+    ("f_min", "says"), [([0.0] * 3, "shape"), ([np.nan] * 4, "NaN"), (["a"] * 4, "f_min"), (1.0, "shape")]
+)
+def test_limits_that_are_none_are_refused_as_every_method_refuses_them(f_min, says) -> None:
+    allocate = build("nullspace@native", load_vehicle(SMALL))
+    with pytest.raises(DemandError, match=says):
+        allocate(np.zeros(3), f_min=f_min)
+    with pytest.raises(DemandError, match=says):
+        allocate.many(np.zeros((2, 3)), f_min=f_min)
+
+
 def test_a_bound_kernel_promises_what_python_promises() -> None:
     vehicle = load_vehicle("supply-vessel")
     for kernel in ("pinv", "nullspace"):
@@ -163,15 +278,17 @@ def test_the_binding_keeps_no_reference_to_its_arguments() -> None:
     vehicle = load_vehicle("ukwial")
     allocate = build("nullspace@native", vehicle)
     tau, listed = np.zeros(3), [0.0, 0.0, 0.0]
-    before = sys.getrefcount(tau), sys.getrefcount(listed), sys.getrefcount(Status.SOLVED)
+    low, high = vehicle.f_min.copy(), vehicle.f_max.tolist()
+    held = (tau, listed, low, high, Status.SOLVED)
+    before = [sys.getrefcount(each) for each in held]
     for _ in range(1000):
         allocate(tau)
         allocate(listed)
         allocate.many([tau])
-        with pytest.raises(TypeError, match="one argument"):
-            allocate(tau, tau)
-    after = sys.getrefcount(tau), sys.getrefcount(listed), sys.getrefcount(Status.SOLVED)
-    assert after == before
+        allocate(tau, low, f_max=high)
+        with pytest.raises(TypeError, match="takes tau"):
+            allocate(tau, low, high, tau)
+    assert [sys.getrefcount(each) for each in held] == before
 
 
 def test_an_unknown_kernel_is_refused_with_the_names_of_all_kernels() -> None:

@@ -123,17 +123,13 @@ def test_limits_become_bounds_in_units_of_at_most_the_largest_limit(posed_vehicl
     assert posed.unit.max() == pytest.approx(v.f_scale)
 
 
-def test_weights_far_apart_become_the_unit_matrix(rng: np.random.Generator) -> None:
-    """A diagonal H is I whatever its weights; the equations keep orthonormal rows, and a full H has ones."""
+def test_weights_far_apart_are_shared_between_the_cost_and_the_limits() -> None:
+    """Weights 1e9 apart leave both 1e3 apart, and the equations keep orthonormal rows."""
     v = load_vehicle("bluerov2-heavy")
-    far = replace(v, H=np.diag(np.logspace(-4, 4, v.n)))
-    qp = pose_hard(far).qp
-    np.testing.assert_allclose(qp.H, np.eye(v.n), rtol=0, atol=ROUNDING)
+    qp = pose_hard(replace(v, H=np.diag(np.logspace(-4, 5, v.n)))).qp
+    assert np.linalg.cond(qp.H) == pytest.approx(1e3)
+    assert qp.ub.max() / qp.ub.min() == pytest.approx(1e3)
     np.testing.assert_allclose(qp.A @ qp.A.T, np.eye(v.rank), rtol=0, atol=ROUNDING)
-    root = rng.normal(size=(v.n, v.n)) * np.logspace(-1.5, 1.5, v.n)
-    full = replace(v, H=root.T @ root + np.diag(np.logspace(-3, 3, v.n)))
-    np.testing.assert_allclose(np.diag(pose_hard(full).qp.H), 1, rtol=ROUNDING)
-    assert np.linalg.cond(pose_hard(full).qp.H) < 1e-3 * np.linalg.cond(full.H)
 
 
 def test_the_same_vehicle_in_kilonewtons_poses_the_same_problem() -> None:

@@ -43,6 +43,10 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ("zero.json", b'"fullname": "a", "stats": {"min": 0, "median": 1}'),
     ):
         (tmp_path / name).write_bytes(b'{"machine_info": {}, "benchmarks": [{' + benchmark + b"}]}")
+    (tmp_path / "study.yaml").write_text(
+        "base: ukwial\ngroups: {bow: {thrusters: [0, 1], azimuth_deg: [9, 5]}}\n"
+    )
+    (tmp_path / "misspelt.yaml").write_text("base: ukwial\ngroups: {bow: {thruster: [0, 1]}}\n")
     (tmp_path / "folder").mkdir()
     (tmp_path / "blocked" / "results.csv").mkdir(parents=True)
     record(tmp_path / "blocked", header(), cell())
@@ -166,6 +170,15 @@ def refusal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
         ("run|--time-limit|inf", "inf is not a finite number"),
         ("run|--memory|99999999999", "is not in the range"),
         ("gate|HEAD|--threshold|nan", "nan is not a finite number"),
+        ("layouts|gone.yaml|--out|out", "gone.yaml: can't be read (no such file"),
+        ("layouts|misspelt.yaml|--out|out", "misspelt.yaml: line 2: groups: unknown key 'thruster'"),
+        ("layouts|study.yaml|--out|good.csv", "good.csv: can't be written (not a directory)"),
+        ("layouts|study.yaml", "Missing option '--out'"),
+        ("layouts|study.yaml|--out|out|--n|0", "0 is not in the range"),
+        ("layouts|study.yaml|--out|out|--workers|2|--scheduler|tcp://a:1", "--workers is of this machine"),
+        ("fleet|--vehicle|ukwial", "Missing option '--scheduler'"),
+        ("fleet|--scheduler|tcp://127.0.0.1:9|--speed|3", "No such option '--speed'"),
+        ("fleet|--scheduler|tcp://127.0.0.1:9|--resume", "--resume of run is no option of a fleet"),
         ("compare|gone.json|gone.json", "gone.json"),
         ("compare|binary.csv|binary.csv", "binary.csv"),
         ("compare|latin.json|latin.json", "latin.json: "),

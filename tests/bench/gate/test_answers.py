@@ -5,8 +5,16 @@ import pytest
 
 from alloc import Allocation, Label, Status, Vehicle, build, load_vehicle
 from alloc.allocation import FloatArray
-from bench.gate.answers import DEMANDS, SideAnswers, ask_question, differ, wrong
-from bench.judging.question import Question, ask_here
+from bench.gate.answers import (
+    LOOKED_AT,
+    MOVING,
+    SideAnswers,
+    demand_sets,
+    differ,
+    first,
+    wrong,
+)
+from bench.judging.question import Question, ask_here, questions
 
 PROMISES = {"formulation": "hard", "limited": True, "tolerance": 1e-6}
 
@@ -17,8 +25,14 @@ def vehicle() -> Vehicle:
 
 
 @pytest.fixture(scope="module")
-def question(vehicle: Vehicle) -> Question:
-    return ask_question(vehicle, ask_here)
+def whole(vehicle: Vehicle) -> Question:
+    return questions(demand_sets(vehicle)[:1], ask_here)[0]
+
+
+@pytest.fixture(scope="module")
+def question(whole: Question) -> Question:
+    """The first hundred demands, all kinds mixed."""
+    return first(whole, 100)
 
 
 @pytest.fixture
@@ -27,17 +41,48 @@ def right(vehicle: Vehicle, question: Question) -> list[Allocation]:
     return [allocate(tau) for tau in question.demands.taus]
 
 
+def at(question: Question, label: Label) -> int:
+    """The first demand with that label."""
+    return int(np.flatnonzero(question.demands.labels == label)[0])
+
+
 def changed(answers: list[Allocation], i: int, f: FloatArray, status: Status = Status.SOLVED) -> SideAnswers:
     return SideAnswers("", PROMISES, [*answers[:i], Allocation(f, status), *answers[i + 1 :]])
 
 
-def test_demands_of_each_kind_are_asked(question: Question) -> None:
-    assert [int(n) for n in np.bincount(question.demands.labels, minlength=4)] == [
-        DEMANDS["inactive"],
-        DEMANDS["active"],
-        0,
-        DEMANDS["infeasible"],
-    ]
+def test_demands_of_each_kind_are_asked_and_with_limits_of_their_own(vehicle: Vehicle) -> None:
+    mixed, moving = demand_sets(vehicle)
+    counts = np.bincount(mixed.labels, minlength=4)
+    assert len(mixed.taus) == sum(LOOKED_AT.values())
+    assert counts[Label.ACTIVE] == LOOKED_AT["active"]
+    assert counts[Label.BOUNDARY] == LOOKED_AT["boundary"]
+    assert moving.f_min is not None
+    assert len(moving.f_min) == MOVING["jolts"]
+
+
+@pytest.mark.parametrize("hit", ["all", "active"])
+def test_what_is_wrong_in_one_demand_of_a_thousand_is_found(
+    vehicle: Vehicle, whole: Question, hit: str
+) -> None:
+    """Each trial spoils an answer with probability 1/1000, of all demands or of the active ones."""
+    F, status = build("nullspace", vehicle).many(whole.demands.taus)
+    exact = [Allocation(f, Status(s)) for f, s in zip(F, status, strict=True)]
+    spoilt = [Allocation(1.001 * f, Status.SOLVED) for f in F]
+    candidates = np.isfinite(F).all(axis=1)
+    if hit == "active":
+        candidates &= whole.demands.labels == Label.ACTIVE
+    found = 0
+    for trial in range(20):
+        chosen = candidates & (np.random.default_rng(trial).random(len(F)) < 1e-3)
+        answers = [bad if c else good for c, good, bad in zip(chosen, exact, spoilt, strict=True)]
+        found += bool(wrong(whole, SideAnswers("", PROMISES, answers)))
+    assert found >= 19
+
+
+def test_an_allocator_whose_many_is_at_odds_with_its_calls_is_wrong(
+    question: Question, right: list[Allocation]
+) -> None:
+    assert wrong(question, SideAnswers("", PROMISES, right, "many() differs")) == "many() differs"
 
 
 def test_the_exact_answers_are_right(question: Question, right: list[Allocation]) -> None:
@@ -45,13 +90,14 @@ def test_the_exact_answers_are_right(question: Question, right: list[Allocation]
 
 
 def test_an_answer_off_by_a_thousandth_is_wrong(question: Question, right: list[Allocation]) -> None:
-    assert "the wrench is not met" in wrong(question, changed(right, 3, 1.001 * right[3].f))
+    i = at(question, Label.ACTIVE)
+    assert "the wrench is not met" in wrong(question, changed(right, i, 1.001 * right[i].f))
 
 
 def test_thrusts_that_meet_the_wrench_with_more_effort_than_needed_are_wrong(
     vehicle: Vehicle, question: Question, right: list[Allocation]
 ) -> None:
-    inactive = int(np.flatnonzero(question.demands.labels == Label.INACTIVE)[0])
+    inactive = at(question, Label.INACTIVE)
     idle = np.linalg.svd(vehicle.T)[2][-1]  # pushes nothing: T idle = 0
     message = wrong(question, changed(right, inactive, right[inactive].f + idle))
     assert "from the optimum, beyond its promise" in message
@@ -60,44 +106,45 @@ def test_thrusts_that_meet_the_wrench_with_more_effort_than_needed_are_wrong(
 def test_the_status_infeasible_for_an_attainable_demand_is_wrong(
     question: Question, right: list[Allocation]
 ) -> None:
-    nothing = np.full(4, np.nan)
-    assert "says INFEASIBLE" in wrong(question, changed(right, 0, nothing, Status.INFEASIBLE))
+    i, nothing = at(question, Label.ACTIVE), np.full(4, np.nan)
+    assert "says INFEASIBLE" in wrong(question, changed(right, i, nothing, Status.INFEASIBLE))
 
 
 def test_the_status_solved_for_an_infeasible_demand_is_wrong(
     question: Question, right: list[Allocation]
 ) -> None:
-    last = len(right) - 1
-    assert question.demands.labels[last] == Label.INFEASIBLE
-    assert wrong(question, changed(right, last, np.zeros(4)))
+    assert wrong(question, changed(right, at(question, Label.INFEASIBLE), np.zeros(4)))
 
 
-def test_equal_answers_do_not_differ(vehicle: Vehicle, right: list[Allocation]) -> None:
+def test_equal_answers_do_not_differ(question: Question, right: list[Allocation]) -> None:
     side = SideAnswers("", PROMISES, right)
-    assert differ(vehicle, side, side) == ""
+    assert differ(question, side, side) == ""
 
 
 @pytest.mark.parametrize(("share", "differs"), [(1.9, False), (2.1, True)])
 def test_answers_may_differ_by_twice_what_the_base_promises(
-    vehicle: Vehicle, right: list[Allocation], share: float, differs: bool
+    vehicle: Vehicle, question: Question, right: list[Allocation], share: float, differs: bool
 ) -> None:
-    moved = right[0].f + share * PROMISES["tolerance"] * vehicle.f_scale  # type: ignore[operator]
-    message = differ(vehicle, SideAnswers("", PROMISES, right), changed(right, 0, moved))
+    i = at(question, Label.ACTIVE)
+    moved = right[i].f + share * PROMISES["tolerance"] * vehicle.f_scale  # type: ignore[operator]
+    message = differ(question, SideAnswers("", PROMISES, right), changed(right, i, moved))
     assert bool(message) == differs
 
 
-def test_answers_with_different_statuses_differ(vehicle: Vehicle, right: list[Allocation]) -> None:
-    other = changed(right, 2, right[2].f, Status.PARTIAL)
-    assert differ(vehicle, SideAnswers("", PROMISES, right), other) == "status SOLVED → PARTIAL for demand 2"
+def test_answers_with_different_statuses_differ(question: Question, right: list[Allocation]) -> None:
+    i = at(question, Label.ACTIVE)
+    other = changed(right, i, right[i].f, Status.PARTIAL)
+    differing = differ(question, SideAnswers("", PROMISES, right), other)
+    assert differing == f"status SOLVED → PARTIAL for demand {i}"
 
 
-def test_answers_to_different_formulations_differ(vehicle: Vehicle, right: list[Allocation]) -> None:
+def test_answers_to_different_formulations_differ(question: Question, right: list[Allocation]) -> None:
     soft = SideAnswers("", {**PROMISES, "formulation": "soft"}, right)
-    assert differ(vehicle, SideAnswers("", PROMISES, right), soft) == "formulation hard → soft"
+    assert differ(question, SideAnswers("", PROMISES, right), soft) == "formulation hard → soft"
 
 
 def test_answers_differ_where_only_one_side_promises_limits(
-    vehicle: Vehicle, right: list[Allocation]
+    question: Question, right: list[Allocation]
 ) -> None:
     free = SideAnswers("", {**PROMISES, "limited": False}, right)
-    assert differ(vehicle, SideAnswers("", PROMISES, right), free) == "limited True → False"
+    assert differ(question, SideAnswers("", PROMISES, right), free) == "limited True → False"

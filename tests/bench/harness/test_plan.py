@@ -18,6 +18,7 @@ def contender(
 
 CLOSED = contender("pinv", formulation="unlimited")
 LIVE = contender("qp/some", ("cold", "reused", "warm"), ("default", "tight"))
+LIVE_SOLVER = contender("qp/some", ("cold", "reused", "warm"), ("default", "tight"), solver="some")
 SOFT = contender("qp-soft/some", ("cold", "reused"), ("default", "tight"), formulation="soft")
 ONE_SHOT = contender("qpsolvers/some", ("cold",), ("default",), family=Family.ONE_SHOT)
 SETTINGS = RunSettings(vehicles=("one", "two"), demands=("inactive", "uniform"), repeats=3)
@@ -84,3 +85,23 @@ def test_a_cell_s_budget_follows_the_time_that_is_left_within_bounds() -> None:
     assert budget_ns(SETTINGS, left_s=1e6, cells=1, overhead_s=0.04) == MOST_MS * 1e6
     fixed = RunSettings(vehicles=(), demands=(), budget_ms=7)
     assert budget_ns(fixed, left_s=100, cells=1, overhead_s=0) == 7_000_000
+
+
+def test_every_start_is_measured_only_where_demands_follow_each_other() -> None:
+    """Elsewhere a last answer is worth nothing, and the usual start stands for all."""
+    settings = RunSettings(vehicles=("one", "two"), demands=("inactive", "uniform"), repeats=1)
+    planned = groups(settings, [LIVE_SOLVER], PAIRS, sequences={("one", "uniform")})
+    places = {
+        (key.start, key.vehicle, key.demands)
+        for group in planned
+        for key in group.keys
+        if key.method == "qp/some"
+    }
+    assert {place for place in places if place[0] != "reused"} == {
+        ("cold", "one", "uniform"),
+        ("warm", "one", "uniform"),
+    }
+    assert len([place for place in places if place[0] == "reused"]) == len(PAIRS)
+    named = RunSettings(vehicles=("one",), demands=("uniform",), starts=("cold",), repeats=1)
+    keys = [key for group in groups(named, [LIVE_SOLVER], PAIRS, PAIRS) for key in group.keys]
+    assert {key.start for key in keys if key.method == "qp/some"} == {"cold"}

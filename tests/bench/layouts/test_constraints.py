@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from bench.layouts.constraints import refused
-from bench.layouts.space import Poses
+from bench.layouts.space import PlacedThrusters
 from bench.layouts.study import Constraints, MountingBox, Wake
 
 
-def two(second: list[float], f_min: float = -10.0) -> Poses:
+def two(second: list[float], f_min: float = -10.0) -> PlacedThrusters:
     """A thruster at the origin that pushes ahead, and another one to port of it, or where it is said."""
-    return Poses(
+    return PlacedThrusters(
         which=np.arange(1),
         position=np.array([[0.0, 0.0, 0.0], second])[..., None],
         direction=np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])[..., None],
@@ -21,7 +21,7 @@ def two(second: list[float], f_min: float = -10.0) -> Poses:
     )
 
 
-def broken(poses: Poses, constraints: Constraints) -> list[str]:
+def broken(poses: PlacedThrusters, constraints: Constraints) -> list[str]:
     """The constraints that the only layout breaks."""
     return [reason for reason, which in refused(poses, constraints).items() if which.all()]
 

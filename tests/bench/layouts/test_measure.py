@@ -9,6 +9,7 @@ from alloc import (
     DOF,
     FloatArray,
     Vehicle,
+    alpha_max,
     attainable_volume,
     build,
     closed_form_volume,
@@ -143,6 +144,20 @@ def test_a_symmetric_vehicle_s_closed_form_has_the_volume_that_its_two_halves_ma
     share = closed_form_volumes(whole, found)[0] / volumes(whole, found).whole[0]
     assert share == pytest.approx(halves[0] * halves[1], rel=1e-10)
     assert share == pytest.approx(closed_form_volume(heavy) / attainable_volume(heavy), rel=1e-9)
+
+
+def test_where_the_exact_method_takes_too_many_steps_facets_say_what_is_attainable(
+    rng: np.random.Generator,
+) -> None:
+    layouts = some_layouts(3, 13, "", rng)
+    taus = 1.3 * uniform_demands(vehicle_of(layouts, 0), rng, 40)
+    _, columns = numbers(layouts, DOF[:3], taus, np.ones(3), 1.0)
+    for i in range(COUNT):
+        expected = (alpha_max(vehicle_of(layouts, i), taus) >= 1).mean()
+        assert columns["exact_served_share"][i] == pytest.approx(expected)
+    assert 0 < columns["exact_served_share"].min() < 1
+    for empty in ("worst_case_steps", "exact_effort_N2"):
+        assert np.isnan(columns[empty]).all()
 
 
 def test_layouts_that_do_not_push_every_axis_have_no_numbers(rng: np.random.Generator) -> None:

@@ -9,6 +9,7 @@ from alloc import AllocError
 from alloc.vehicle.file import build_vehicle
 from alloc.vehicle.read import find_file, read_document
 from bench.layouts.best import vehicle_file
+from bench.layouts.measure import measure
 from bench.layouts.run import check_constraints, number_of
 from bench.layouts.space import poses
 from bench.layouts.spaces import layout_of
@@ -52,7 +53,7 @@ def checked(folder: Path, text: str) -> None:
         ("[0.5, 1, 2]", "[]", "line 4: groups.stern.size: the list is empty"),
         ("[0.5, 1, 2]", "[0, 1, 2]", "line 4: groups.stern.size: 0 is no size"),
         ("[0.5, 1, 2]", "large", "groups.size: Expected"),
-        ("base: ukwial", "base: yellow", "line 1: base: no vehicle 'yellow'; shipped ones are bluerov2"),
+        ("base: ukwial", "base: yellow", "line 1: base: no vehicle 'yellow'; there are bluerov2"),
         ("base: ukwial", "base: cross.yaml", "line 1: base: cross has T, but no poses that could vary"),
         ("thrusters: [0, 1]", "thrusters: [0, 7]", "line 3: groups.bow: the base has no thruster 7"),
         (
@@ -62,6 +63,11 @@ def checked(folder: Path, text: str) -> None:
         ),
         ("thrusters: [0, 1]", "like: 0, thrusters: [0, 1]", "groups.bow: give either"),
         ("thrusters: [0, 1]", "mirror: [xz], thrusters: [0, 1]", "groups.bow: 'mirror' and 'count' make new"),
+        (
+            "demands: {n: 16}",
+            "  more: {like: 0, count: 40}",
+            "groups: up to 44 thrusters in 3 degrees of freedom",
+        ),
         ("demands: {n: 16}", "demands: {n: 0}", "line 5: demands.n: 0 is out of range"),
         ("demands: {n: 16}", "demands: {set: magic}", "line 5: demands.set: no demand set 'magic'"),
         (
@@ -126,6 +132,32 @@ def own_number(keys: object, leader: int, place: int) -> float:
     e = thrusters[leader].direction
     azimuth, cant = np.degrees(np.arctan2(e[1], e[0])), np.degrees(np.arcsin(e[2]))
     return float((*thrusters[leader].position, azimuth, cant)[place])
+
+
+def test_a_thruster_mounted_the_other_way_round_moves_with_its_leader(tmp_path: Path) -> None:
+    """Thruster 1 of this base pushes against the mirror image of thruster 0, and keeps doing so."""
+    reversed_ = find_file("ukwial").read_text(encoding="utf-8").replace("[29, -29,", "[29, 151,")
+    (tmp_path / "reversed.yaml").write_text(reversed_, encoding="utf-8")
+    space, base = compiled(tmp_path, PLANAR.replace("base: ukwial", "base: reversed.yaml"))
+    names = [parameter.name for parameter in space.parameters]
+    values = np.array(
+        [[{"bow.azimuth_deg": 29.0, "stern.azimuth_deg": 151.0}.get(name, 0.3)] for name in names]
+    )
+    (one,) = poses(space, values)
+    np.testing.assert_allclose(one.direction[1, :, 0], -one.direction[0, :, 0] * [1, -1, 1], atol=1e-12)
+    np.testing.assert_allclose(one.layouts(space.dof).T[:2, :2, 0], base.T[:2, :2], atol=1e-9)
+
+
+def test_layouts_that_break_a_constraint_have_no_row_and_are_counted(tmp_path: Path) -> None:
+    space, _ = compiled(tmp_path, PLANAR.replace("demands:", "constraints: {box: {x: [-1, 0.25]}}\ndemands:"))
+    x = np.linspace(0.1, 0.4, 31)
+    values = np.array(
+        [x if p.name == "bow.x" else np.full(31, p.at(np.array(0.5))) for p in space.parameters]
+    )
+    found = measure(space, values)
+    assert found.kept.tolist() == np.flatnonzero(x <= 0.25).tolist()
+    assert found.refused == {"box.x": 31 - len(found.kept)}
+    assert len(found.columns["authority"]) == len(found.kept)
 
 
 def test_a_group_moves_as_mirror_images_and_may_be_absent_or_more(tmp_path: Path) -> None:

@@ -32,6 +32,9 @@ METHODS = {
     "qp/slow": ("hard", "cold", None),
     "rule": ("clip", "-", None),
 }
+"""Formulation, start and steps of methods on every set, each six times as slow as the one before."""
+ONCE = {"qp/late": ("hard", "reused", None), "long": ("hard", "-", 10_000), "noop": ("", "-", None)}
+"""Methods on one set: one that is late rather often for the machine's doing, one whose steps may be late."""
 PAUSES = (0, 2, 1, 0, 2, 0)
 """How many calls of each method on each set the machine held up."""
 
@@ -47,6 +50,8 @@ def lines(seed: int, slower: float) -> list[Line]:
             made.append(cell(rng, vehicle, demands, "noop", 0.05 * slower, pauses=3))
             for i, (method, (_, start, _)) in enumerate(METHODS.items()):
                 made.append(cell(rng, vehicle, demands, method, slower * 0.3 * 6.0**i, start, PAUSES[i]))
+        late = cell(rng, vehicle, "active", "qp/late", 0.5 * slower, "reused", 10, 3 * 10**5, 30_000)
+        made += [late, cell(rng, vehicle, "active", "long", 20.0 * slower, pauses=1, calls=5000)]
         made.append(cell(rng, vehicle, "active", "qp/slow", 200.0, "warm", pauses=0))
     gone = Cell(Key("ukwial", "active", "gone"), "crashed", reason="signal 11, <b>bold</b>")
     off = made_up.cell("off", key=Key("ukwial", "active", "off"))
@@ -67,13 +72,15 @@ def cell(
     median_us: float,
     start: str = "-",
     pauses: int = 0,
+    longest_ns: int = 10**7,
+    calls: int = 0,
 ) -> Cell:
     """Some thousand calls spread around a median, and pauses of up to ten milliseconds."""
-    calls = 1000 if start == "warm" else rng.integers(2500, 7000)
-    formulation, _, steps = METHODS.get(method, ("", "-", None))
+    calls = calls or (1000 if start == "warm" else int(rng.integers(2500, 7000)))
+    formulation, _, steps = (METHODS | ONCE)[method]
     times = (1000 * median_us * rng.lognormal(0.0, 0.3, calls)).round(-1).astype(int) + 10
     singles = dict(zip(*(values.tolist() for values in np.unique(times, return_counts=True)), strict=True))
-    for ns in rng.integers(10**5, 10**7, pauses).tolist():
+    for ns in rng.integers(10**5, longest_ns, pauses).tolist():
         singles[ns] = 1
     exact = formulation == "hard"
     share = 0.0 if exact else float(rng.random())
@@ -89,7 +96,7 @@ def cell(
         Key(vehicle, demands, method, start),
         "ok",
         formulation=formulation,
-        batches=[Batch(100, round(100_000 * median_us), round(100_000 * median_us), 0)],
+        batches=[Batch(100, round(100_000 * median_us), round(rng.uniform(2e4, 1e5) * median_us), 0)],
         singles=sorted(singles.items()),
         worst_case_steps=steps,
         judged=judged if formulation else None,

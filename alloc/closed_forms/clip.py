@@ -1,0 +1,20 @@
+"""Generalized inverse, then each thrust cut at its limit: what most vehicles do, knowingly or not."""
+
+from alloc.allocation import FloatArray
+from alloc.closed_forms.saturating import Bounds, Saturating
+from alloc.vehicle import Vehicle
+
+NAME = "clip"
+
+
+def clip(vehicle: Vehicle) -> Saturating:
+    """Prepare f = clip(T* tau, f_min, f_max), T* of eq. 9."""
+    return Saturating(vehicle, NAME, _leave, _leave_many)
+
+
+def _leave(tau: FloatArray, f: list[float], limits: Bounds) -> tuple[list[float], int]:
+    return f, 1  # Saturating clips the thrusts that are beyond a limit
+
+
+def _leave_many(taus: FloatArray, F: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    return F

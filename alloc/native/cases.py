@@ -1,0 +1,117 @@
+"""What a self-test asks a kernel, what its twin in Python answers, and how far rounding may move that."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from alloc.allocation import Allocator, FloatArray, StatusArray
+from alloc.closed_forms.inverse import generalized_inverse
+from alloc.native.bounds import Where
+from alloc.native.code import Scalar
+from alloc.vehicle import Vehicle
+
+AGREEMENT: dict[Scalar, float] = {"double": 1e-12, "float": 1e-5}
+"""|f - expected| that every case may have, relative to the largest limit: rounding of a few dozen terms."""
+ROUNDING: dict[Scalar, float] = {"double": 2e-15, "float": 1e-6}
+"""What sums of a few dozen terms lose in the scalar, relative to the largest term [-]."""
+TRIES = 8
+"""Times that all arguments of a case are moved by ROUNDING, to see what that does to the answer."""
+PER_FAULT = 24
+"""Cases for the whole vehicle, and for each fault; fewer where rounding decides what the answer is."""
+
+
+@dataclass(frozen=True, eq=False)
+class Cases:
+    """N calls and their answers.
+
+    Attributes
+    ----------
+    taus : (N, k) wrenches [N, N m]
+    f_min, f_max : (N, n) limits of each call [N]
+    F : (N, n) thrusts that the twin gives [N]; NaN where f stays as it was
+    status : (N,) what it says
+    share : (N, levels) what of each level is delivered [-]; no columns where the method has no levels
+    allowed : (N,) largest difference of a thrust that rounding explains [N]
+    allowed_share : (N,) that of a share [-]
+    """
+
+    taus: FloatArray
+    f_min: FloatArray
+    f_max: FloatArray
+    F: FloatArray
+    status: StatusArray
+    share: FloatArray
+    allowed: FloatArray
+    allowed_share: FloatArray
+
+
+def cases(vehicle: Vehicle, twin: Allocator, scalar: Scalar, limits: Where, levels: int) -> Cases:
+    """Seeded calls for one vehicle with its faults, of a method with so many levels.
+
+    A kernel rounds its arguments, and sums of products |T*| |tau|. So the thrusts that make the demands are
+    moved by as much, and the limits, and the answers say how far rounding may move them. A case whose status
+    changes is left out: there rounding decides.
+    """
+    rng = np.random.default_rng(1999)
+    low, high = _limits(vehicle, limits, rng)
+    f = _thrusts(vehicle, low, np.maximum(low, high), rng)
+    terms = np.abs(generalized_inverse(vehicle)) @ np.abs(vehicle.TP @ f.T)
+    size = np.maximum(terms.max(axis=0), vehicle.f_scale)[:, None]
+
+    def answers(
+        f: FloatArray, low: FloatArray, high: FloatArray
+    ) -> tuple[FloatArray, StatusArray, FloatArray]:
+        taus = f @ vehicle.TP.T
+        given = (low, high) if limits == "call" else ()
+        each = (twin(*one) for one in zip(taus, *given, strict=True)) if levels else ()
+        shares = np.array([one.share for one in each]).reshape(len(taus), levels)
+        return *twin.many(taus, *given), shares
+
+    F, status, share = answers(f, low, high)
+    moved, moved_share = np.zeros(PER_FAULT), np.zeros(PER_FAULT)
+    same = np.ones(PER_FAULT, dtype=bool)
+    for _ in range(TRIES):
+        by = ROUNDING[scalar] * rng.choice([-1.0, 1.0], (3, *f.shape))
+        apart = (low != high) * vehicle.f_scale  # zero width stays zero width
+        others, verdict, shares = answers(f + by[0] * size, low + by[1] * apart, high + by[2] * apart)
+        same &= verdict == status
+        moved = np.maximum(moved, np.nan_to_num(np.abs(others - F)).max(axis=1))
+        moved_share = np.maximum(moved_share, np.abs(shares - share).max(axis=1, initial=0.0))
+    return Cases(
+        taus=(f @ vehicle.TP.T)[same],
+        f_min=low[same],
+        f_max=high[same],
+        F=F[same],
+        status=status[same],
+        share=share[same],
+        allowed=(AGREEMENT[scalar] * size[:, 0] + 2.0 * moved)[same],
+        allowed_share=(AGREEMENT[scalar] + 2.0 * moved_share)[same],
+    )
+
+
+def _limits(vehicle: Vehicle, limits: Where, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+    """(PER_FAULT, n) limits: the vehicle's, narrower ones, of zero width, that exclude zero, that cross."""
+    shape = (PER_FAULT, vehicle.n)
+    low, high = (np.broadcast_to(side, shape).copy() for side in (vehicle.f_min, vehicle.f_max))
+    if limits == "fixed":
+        return low, high
+    ends = np.sort(rng.uniform(low, high, (2, *shape)), axis=0)
+    narrow = np.arange(PER_FAULT) % 3 > 0
+    low[narrow], high[narrow] = ends[0, narrow], ends[1, narrow]
+    closed = np.arange(PER_FAULT) % 6 == 4
+    one = rng.integers(vehicle.n, size=PER_FAULT)
+    high[closed, one[closed]] = low[closed, one[closed]]
+    crossing = np.arange(PER_FAULT) % 12 == 11
+    low[crossing, one[crossing]] = high[crossing, one[crossing]] + 0.01 * vehicle.f_scale
+    return low, high
+
+
+def _thrusts(vehicle: Vehicle, low: FloatArray, high: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """(PER_FAULT, n) thrusts to make wrenches of: zero, inside the limits, near them, and beyond."""
+    f = rng.uniform(low, high)
+    f[1::4] *= 3.0
+    corners = np.where(rng.random(f[2::4].shape) < 0.5, low[2::4], high[2::4])
+    middle = 0.5 * (low[2::4] + high[2::4])
+    f[2::4] = middle + 0.999 * (corners - middle)
+    f[0] = 0.0
+    return f

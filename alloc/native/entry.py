@@ -1,0 +1,133 @@
+"""What every kernel that knows limits begins with: T* tau, and what is refused before a thrust is written."""
+
+import numpy as np
+
+from alloc.allocation import FloatArray
+from alloc.native.bounds import Bounds
+from alloc.native.code import (
+    TOLERANCE,
+    Table,
+    butterflies,
+    defined,
+    dot,
+    fold,
+    names,
+    number,
+    product,
+    signed_sum,
+    snapped,
+)
+from alloc.nullspace.structure import Structure
+from alloc.vehicle import Vehicle
+
+Excess = list[tuple[str, float]]
+"""C expressions, each with what it may be at most."""
+
+
+def read(vehicle: Vehicle, c: Table) -> list[str]:
+    """Definitions of t, the entries of tau."""
+    return [defined(f"t{j}", f"tau[{j}]", c) for j in range(vehicle.k)]
+
+
+def closed_form(vehicle: Vehicle, G: FloatArray, of: str, c: Table) -> list[str]:
+    """Definitions of x = G tau for each working thruster, with tau in variables that begin with ``of``."""
+    lines, rows, _ = product(G, of, c)
+    sums, rows = butterflies(rows, c)
+    return [
+        *lines,
+        *sums,
+        *(defined(f"x{i}", signed_sum(rows[i], c.scalar), c) for i in vehicle.working.tolist()),
+    ]
+
+
+def entered(
+    rows: list[int], unseen: list[str], name: str, bounds: Bounds, c: Table
+) -> tuple[list[str], Excess]:
+    """Statements of s, a sum that is finite only if the arguments of these thrusters are, and their crossing.
+
+    Of ``unseen``, the sums that all of tau must be seen in, those that s holds are taken out.
+    """
+    seen = [x for x in unseen if x in [f"x{i}" for i in rows] or x.startswith("t")]
+    unseen[:] = [x for x in unseen if x not in seen]
+    overlaps = [f"o{i}" for i in rows] if bounds.at_call else []
+    lines = [defined(f"o{i}", f"l{i} - h{i}", c) for i in rows if overlaps]
+    lines.append(defined(f"s{name}", " + ".join([*seen, *overlaps]) or number(0.0, c.scalar), c))
+    if not overlaps:
+        return lines, []
+    return [*lines, defined(f"m{name}", fold("most", overlaps), c)], [(f"m{name}", 0.0)]
+
+
+def refused(sums: list[str], excess: Excess, why: str, c: Table) -> list[str]:
+    """Statements that return where an argument is not finite, or something is exceeded.
+
+    One comparison decides for all calls that are answered: whatever is NaN or infinite makes a sum so, its
+    difference to itself NaN, and no comparison with NaN holds. ``why``, the C expression of the status, finds
+    out which of the reasons it was, where that no longer costs a call that is answered.
+    """
+    zero = number(0.0, c.scalar)
+    by_most: dict[float, list[str]] = {}
+    for expression, most in excess:
+        by_most.setdefault(most, []).append(expression)
+    lines = [defined("sum", " + ".join(sums), c)]
+    worst, at_most = "(sum - sum)", zero
+    if len(by_most) == 1:
+        ((most, expressions),) = by_most.items()
+        worst, at_most = f"{fold('most', expressions)} + {worst}", c(most) if most else zero
+    elif by_most:
+        sides = [
+            fold("most", expressions) + (f" - {c(most)}" if most else "")
+            for most, expressions in by_most.items()
+        ]
+        worst = f"{fold('most', sides)} + {worst}"
+    return [*lines, f"if (unlikely(!({worst} <= {at_most}))) {{", f"    return {why};", "}"]
+
+
+def infeasible(vehicle: Vehicle, bounds: Bounds, c: Table) -> str:
+    """The status of an exact method that refuses: a sum that is not finite may have overflowed."""
+    given = [("tau", 0, vehicle.k), *bounds.runs()]
+    finite = " && ".join(f"finite({array}{f' + {start}' if start else ''}, {n})" for array, start, n in given)
+    return f"sum - sum == {number(0.0, c.scalar)} || ({finite}) ? INFEASIBLE : NOT_FINITE"
+
+
+def crossed(bounds: Bounds, c: Table) -> str:
+    """The status of a method that answers every demand it can add up: INFEASIBLE where limits cross."""
+    return (
+        f"sum - sum == {number(0.0, c.scalar)} ? INFEASIBLE : NOT_FINITE" if bounds.at_call else "NOT_FINITE"
+    )
+
+
+def lost(structure: Structure, c: Table) -> tuple[list[str], Excess]:
+    """Definitions, and the bound on the part of tau along directions that no thruster pushes."""
+    lines: list[str] = []
+    excess: Excess = []
+    for i, row in enumerate(structure.unreachable):
+        lines.append(defined(f"lost{i}", dot(row.tolist(), names("t", len(row)), c), c))
+        excess += [(f"lost{i}", TOLERANCE[c.scalar]), (f"-lost{i}", TOLERANCE[c.scalar])]
+    return lines, excess
+
+
+def inside(thrusts: dict[int, str], bounds: Bounds, c: Table) -> list[str]:
+    """Statements of y, the thrusts moved onto the limits that rounding or the slack took them across."""
+    return [
+        defined(f"y{i}", f"within({thrust}, {', '.join(bounds.ends(i))})", c) for i, thrust in thrusts.items()
+    ]
+
+
+def written(vehicle: Vehicle, c: Table) -> list[str]:
+    """Statements that put each y into f; a thruster that is off gets zero."""
+    values = [f"y{i}" if ready else number(0.0, c.scalar) for i, ready in enumerate(vehicle.readiness)]
+    return [f"f[{i}] = {value};" for i, value in enumerate(values)]
+
+
+def cover(vehicle: Vehicle, G: FloatArray) -> list[str]:
+    """Few thrusts (and entries of tau that reach none) in which every entry of tau appears."""
+    used = snapped(G) != 0
+    rest, chosen = np.ones(vehicle.k, dtype=bool), list[str]()
+    while rest.any():
+        gain = (used & rest).sum(axis=1)
+        best = int(gain.argmax())
+        if not gain[best]:
+            return [*chosen, *(f"t{j}" for j in np.flatnonzero(rest))]
+        chosen.append(f"x{best}")
+        rest &= ~used[best]
+    return chosen

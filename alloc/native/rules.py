@@ -1,0 +1,117 @@
+"""C99 of the practical rules: T* tau, mended where it lies beyond limits, and whether it makes tau still."""
+
+import re
+from importlib import resources
+
+import numpy as np
+
+from alloc.allocation import WRENCH_TOLERANCE, FloatArray
+from alloc.closed_forms.inverse import generalized_inverse
+from alloc.native.bounds import Bounds
+from alloc.native.code import (
+    TOLERANCE,
+    Scalar,
+    Table,
+    butterflies,
+    defined,
+    fold,
+    number,
+    placed,
+    product,
+    signed_sum,
+)
+from alloc.native.entry import closed_form, cover, crossed, entered, inside, read, refused, written
+from alloc.vehicle import RANK_TOLERANCE, Vehicle
+
+ROUNDING: dict[Scalar, float] = {"double": 1e-9, "float": TOLERANCE["float"]}
+"""``alloc.closed_forms.shrink.ROUNDING``, and where float rounds more than that, what counts as met there."""
+RANK: dict[Scalar, float] = {"double": RANK_TOLERANCE, "float": 1e-5}
+"""Length of a row below which it is rounding, relative to the longest [-]."""
+
+
+def clip(vehicle: Vehicle, bounds: Bounds, c: Table) -> list[str]:
+    """Statements of f = T* tau, each thrust cut at its limit."""
+    return _mended(vehicle, [], {i: f"x{i}" for i in vehicle.working.tolist()}, bounds, c)
+
+
+def shrink(vehicle: Vehicle, bounds: Bounds, c: Table) -> list[str]:
+    """Statements of f = s T* tau with the largest s in 0 … 1 that brings every excess to its limit."""
+    slack = c(ROUNDING[c.scalar] * vehicle.f_scale)
+    working = vehicle.working.tolist()
+    shares = [f"room(x{i}, {', '.join(bounds.ends(i))}, {slack})" for i in working]
+    share = defined("share", fold("least", shares), c)
+    return _mended(vehicle, [share], {i: f"share * x{i}" for i in working}, bounds, c)
+
+
+def redistribute(vehicle: Vehicle, bounds: Bounds, c: Table) -> list[str]:
+    """Statements of the cascade: thrusts beyond a limit freeze there, the others share the rest of tau."""
+    n, zero = vehicle.n, number(0.0, c.scalar)
+    working = vehicle.working.tolist()
+    ends = {i: bounds.ends(i) for i in working}
+    arrays = {
+        "low": [ends[i][0] if i in ends else zero for i in range(n)],
+        "high": [ends[i][1] if i in ends else zero for i in range(n)],
+        "g": [f"x{i}" if i in ends else zero for i in range(n)],
+    }
+    lines = [
+        f"static const int working[{n}] = {{{', '.join(str(int(i in ends)) for i in range(n))}}};",
+        *(f"{c.scalar} {name}[{n}] = {{{', '.join(values)}}};" for name, values in arrays.items()),
+        "cascade(tau, low, high, working, g);",
+    ]
+    return _mended(vehicle, lines, {i: f"g[{i}]" for i in working}, bounds, c)
+
+
+def cascade(vehicle: Vehicle, scalar: Scalar) -> str:
+    """The functions that ``redistribute`` calls, with this vehicle's numbers in them."""
+    text = (resources.files("alloc.native") / "cascade.c").read_text(encoding="utf-8")
+    words = {
+        "SCALAR": scalar,
+        "K": str(vehicle.k),
+        "N": str(vehicle.n),
+        "ZERO": number(0.0, scalar),
+        "ONE": number(1.0, scalar),
+        "RANK": number(RANK[scalar] ** 2, scalar),
+        "TP": _rows(vehicle.TP / vehicle.row_lengths[:, None], scalar),
+        "HESSIAN": _rows(vehicle.H, scalar),
+        "UNITS": _rows(1.0 / vehicle.row_lengths[None, :], scalar)[1:-1],
+    }
+    return re.sub(rf"\b({'|'.join(words)})\b", lambda word: words[word[0]], text)
+
+
+def _rows(matrix: FloatArray, scalar: Scalar) -> str:
+    rows = (", ".join(number(value, scalar) for value in row) for row in matrix.tolist())
+    return "{" + ", ".join(f"{{{row}}}" for row in rows) + "}"
+
+
+def _mended(
+    vehicle: Vehicle, rule: list[str], thrusts: dict[int, str], bounds: Bounds, c: Table
+) -> list[str]:
+    """Statements that give f = T* tau, mended by a rule and cut at the limits, or refuse."""
+    G = generalized_inverse(vehicle)
+    unseen = cover(vehicle, G)
+    lines, excess = entered(vehicle.working.tolist(), unseen, "0", bounds, c)
+    lines += refused(["s0", *unseen], excess, crossed(bounds, c), c)
+    more, met = _met(vehicle, G, c)
+    definitions = [*read(vehicle, c), *closed_form(vehicle, G, "t", c), *bounds.definitions(), *more]
+    lines += [*rule, *inside(thrusts, bounds, c), f"const int met = {met};", *written(vehicle, c)]
+    return placed(definitions, [*lines, "return met ? SOLVED : PARTIAL;"])
+
+
+def _met(vehicle: Vehicle, G: FloatArray, c: Table) -> tuple[list[str], str]:
+    """Definitions of what T f misses of tau, relative to what it may, and the condition that it is met.
+
+    T f - tau = T (f - T* tau) - (1 - T T*) tau, of which the last part is rounding where no rank is lost.
+    """
+    share = 1.0 / (WRENCH_TOLERANCE * vehicle.wrench_scale)[:, None]
+    lines, rows, _ = product(share * vehicle.TP, "d", c, "q")
+    sums, rows = butterflies(rows, c, "v")
+    moved = [defined(f"d{i}", f"y{i} - x{i}", c) for i in vehicle.working.tolist()]
+    if vehicle.rank < vehicle.k:
+        more, lost, _ = product(share * (vehicle.TP @ G - np.eye(vehicle.k)), "t", c, "u")
+        lines += more
+        rows = [of_f + of_tau for of_f, of_tau in zip(rows, lost, strict=True)]
+    missed = [defined(f"missed{r}", signed_sum(row, c.scalar), c) for r, row in enumerate(rows) if row]
+    each = [f"missed{r}" for r, row in enumerate(rows) if row]
+    one = number(1.0, c.scalar)
+    condition = f"most({fold('most', each)}, -{fold('least', each)}) <= {one}" if each else "1"
+    return [*moved, *lines, *sums, *missed], condition

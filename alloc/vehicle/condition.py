@@ -1,0 +1,39 @@
+"""What rounding costs on a vehicle: promises of exactness as a function of the conditions of T and H."""
+
+import numpy as np
+
+from alloc.vehicle.model import Vehicle
+
+ROUNDING = 8 * float(np.finfo(np.float64).eps)
+"""Share that rounding takes of a thrust, for each thruster and unit of condition [-]."""
+
+
+def condition(vehicle: Vehicle) -> float:
+    """Largest over smallest singular value of T P over its rank, with rows of unit length [-].
+
+    So many times the thrust is needed along the weakest direction as along the strongest.
+    """
+    sigma = np.linalg.svd(vehicle.TP / vehicle.row_lengths[:, None], compute_uv=False)
+    return float(sigma[0] / sigma[vehicle.rank - 1]) if vehicle.rank else 1.0
+
+
+def unevenness(vehicle: Vehicle) -> float:
+    """Condition of H over the working thrusters, in units of thrust that make its diagonal 1."""
+    on = vehicle.working
+    H = vehicle.H[np.ix_(on, on)]
+    units = 1.0 / np.sqrt(np.diag(H))
+    return float(np.linalg.cond(units[:, None] * H * units))
+
+
+def wrench_doubt(vehicle: Vehicle) -> float:
+    """How far rounding may move thrusts that meet a wrench, over the largest limit [-].
+
+    A wrench is known to eps of its size, and T P f = tau turns this into eps cond(T P) of the thrusts; each
+    of the n products of a sum adds as much.
+    """
+    return ROUNDING * vehicle.n * condition(vehicle)
+
+
+def promised(vehicle: Vehicle, tolerance: float) -> float:
+    """``tolerance`` [-], or what rounding leaves of it on this vehicle: ROUNDING n (cond(T P) + cond(H))."""
+    return max(tolerance, wrench_doubt(vehicle) + ROUNDING * vehicle.n * unevenness(vehicle))

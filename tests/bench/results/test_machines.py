@@ -1,0 +1,153 @@
+"""Runs of several machines: their names, what may be compared, where orders differ, what fits on all."""
+
+from pathlib import Path
+
+import pytest
+from msgspec.structs import replace
+
+from bench.record import Batch, Cell, Emulated, Key, Problem, RecordError
+from bench.record.machine import machine_name
+from bench.results.fit import Fit, Loop
+from bench.results.machines import (
+    NamedRun,
+    differences,
+    incomparable,
+    medians,
+    on_all,
+    read_machines,
+    sizes_of,
+    swapped,
+)
+from bench.results.sizing import Size, sizes
+from tests import made_up
+from tests.bench.results.test_sizing import steady
+
+LOOP = Loop(100)
+
+
+def folder(
+    place: Path, name: str, *cells: Cell | Problem | Emulated, cpu: str = "Example", **header: object
+) -> Path:
+    """A run of a machine with this processor, in a folder of this name."""
+    (place / name).mkdir(parents=True)
+    machine = {"cpu": cpu, "cores": 2}
+    return made_up.record(place / name, made_up.header(machine=machine, **header), *cells)
+
+
+def test_a_machine_is_called_by_its_own_name_or_by_processor_and_cores() -> None:
+    assert machine_name({"name": "pi", "cpu": "x"}) == "pi"
+    assert machine_name({"cpu": "Intel(R) Core(TM) i5", "cores": 4}) == "intel-core-i5-4-cores"
+    assert machine_name({}) == "machine"
+
+
+def test_runs_of_machines_that_share_a_name_have_their_folders_with_it(tmp_path: Path) -> None:
+    folders = [
+        folder(tmp_path, "a", steady("m", 1, exact=True)),
+        folder(tmp_path, "b", steady("m", 1, exact=True)),
+        folder(tmp_path, "c", steady("m", 1, exact=True), cpu="Other"),
+        folder(tmp_path / "d", "a", steady("m", 1, exact=True), cpu="Other"),
+    ]
+    names = [machine.name for machine in read_machines(folders)]
+    assert names[1:3] == ["example-2-cores (b)", "other-2-cores (c)"]
+    assert len(set(names)) == 4
+
+
+def test_a_run_that_is_named_twice_is_refused(tmp_path: Path) -> None:
+    one = folder(tmp_path, "a", steady("m", 1, exact=True))
+    with pytest.raises(RecordError, match="named twice"):
+        read_machines([one, tmp_path / "a" / ".." / "a"])
+
+
+def test_what_differs_between_two_runs_is_said(tmp_path: Path) -> None:
+    versions = {"python": "3.11.7", "daqp": "0.7"}
+    folders = [
+        folder(tmp_path, "a", commit="one", versions=versions),
+        folder(tmp_path, "b", commit="two", versions=versions | {"daqp": "0.8"}),
+    ]
+    a, b = (machine.run for machine in read_machines(folders))
+    assert differences(a, a) == []
+    assert differences(a, b) == ["commit one and two", "daqp 0.7 and 0.8"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "seed", "reason"),
+    [
+        ({}, 1, ""),
+        ({}, 2, "demands of another seed"),
+        ({"n_demands": 11}, 1, "10 demands and 11"),
+        ({"f_scale": 51.0}, 1, "another vehicle of the same name"),
+        ({"wrench_scale": [100.0, 100.0, 51.0]}, 1, "another vehicle of the same name"),
+        ({"demands": "other"}, 1, "not asked on both"),
+    ],
+)
+def test_times_are_compared_only_where_the_same_was_asked(
+    changes: dict[str, object], seed: int, reason: str, tmp_path: Path
+) -> None:
+    problem = made_up.problem("ukwial")
+    folders = [folder(tmp_path, "a", problem), folder(tmp_path, "b", replace(problem, **changes), seed=seed)]
+    a, b = (machine.run for machine in read_machines(folders))
+    assert incomparable(a, b, "ukwial", "active") == reason
+
+
+def repeated(method: str, *us: float) -> list[Cell]:
+    """A method measured afresh as often as times are given."""
+    cell = steady(method, 1, exact=True)
+    return [
+        replace(
+            cell,
+            key=Key("ukwial", "active", method, repeat=i),
+            batches=[Batch(1, round(1000 * t), round(1000 * t), 0)],
+        )
+        for i, t in enumerate(us)
+    ]
+
+
+def test_methods_change_places_only_where_all_repeats_say_so(tmp_path: Path) -> None:
+    """On one machine a is before b and c; on the other behind both, but one repeat of c leaves that open."""
+    folders = [
+        folder(tmp_path, "a", *repeated("a", 1, 2), *repeated("b", 3, 4), *repeated("c", 3, 4)),
+        folder(tmp_path, "b", *repeated("a", 5, 6), *repeated("b", 1, 2), *repeated("c", 1, 5.5)),
+    ]
+    rows = medians(read_machines(folders), "ukwial", "active")
+    assert swapped(rows, 0, 1) == [("a", "b")]
+
+
+def test_what_fits_on_all_machines_is_the_worst_of_them_and_asked_of_all(tmp_path: Path) -> None:
+    quick, slow, only = (
+        steady(name, us, exact=True) for name, us in (("quick", 1), ("slow", 500), ("only", 2))
+    )
+    folders = [
+        folder(tmp_path, "a", quick, slow, only),
+        folder(tmp_path, "b", steady("quick", 3, exact=True), steady("slow", 1500, exact=True), cpu="Slow"),
+    ]
+    sized = {machine.name: sizes(machine.run, LOOP) for machine in read_machines(folders)}
+    together = on_all(sized)
+    assert [(size.label, size.fit, size.p50_us) for size in together] == [
+        ("quick", Fit.FITS, 3.0),
+        ("slow", Fit.DOES_NOT_FIT, 1500.0),
+    ]
+    assert together[1].reason == "slow-2-cores: median"
+    for size in together:  # no promise is better than that of any machine
+        for own in sized.values():
+            (there,) = [other for other in own if other.label == size.label]
+            assert size.fit >= there.fit
+            assert (size.rate_hz or 0) <= (there.rate_hz or 0)
+
+
+def test_an_emulated_processor_stands_among_machines_at_its_clock(tmp_path: Path) -> None:
+    """150 instructions of 0.5 to 4 cycles at 6 MHz take 12.5 to 100 µs."""
+    counted = Emulated(
+        "ukwial", "cortex-m7", "nullspace@native", "double", "active", instructions=[(150, 9)], agrees=True
+    )
+    timed = steady("nullspace@native", 1, exact=True)
+    machines: list[NamedRun] = read_machines([folder(tmp_path, "a", timed), folder(tmp_path, "c", counted)])
+
+    def fits(loop: Loop) -> Size:
+        (size,) = on_all(sizes_of(machines, loop, 6e6))
+        return size
+
+    assert fits(Loop(1000, 0.1)).fit == Fit.FITS
+    assert fits(Loop(1001, 0.1)).fit == Fit.MAY_FIT
+    assert fits(Loop(8001, 0.1)).fit == Fit.DOES_NOT_FIT
+    assert fits(LOOP).exact
+    assert list(sizes_of(machines, LOOP)) == ["example-2-cores"]  # without a clock there are no times of it
