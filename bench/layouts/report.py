@@ -69,7 +69,7 @@ def page(space: LayoutSpace, base: Columns, said: StudySummary, best: "pa.Table"
             _words(name),
             f"{float(base[name][0]):.4g}",
             f"{said.best[name]:.4g}",
-            f"{100 * said.better[name] / said.measured:.2f} %",
+            f"{100 * said.better[name] / max(said.even, 1):.2f} %",
         )
         for name in COMPARED
     ]
@@ -87,6 +87,7 @@ Authority is the volume of what can be pushed, over {space.name}'s. A failure ta
 
 {_table(place, ("number", space.name, "best of all", "layouts that are better"))}
 
+The last column counts the study's own {said.even:,} layouts, not those around the best.
 {said.at_least_as_good:,} layouts are better in something that counts and worse in nothing: authority,
 authority after the worst failure, steps of the exact method, thrusters.
 

@@ -50,7 +50,8 @@ class StudySummary:
     asked : layouts drawn
     measured : of them that keep to the constraints and have full rank
     refused : the others, by what refused them first
-    better : by column of COMPARED, how many layouts are better than the base
+    even : layouts of the study's own round, which are spread evenly; those of refinement crowd around the best
+    better : by column of COMPARED, how many of the even ones are better than the base
     at_least_as_good : layouts that beat the base in something that counts, and lose in nothing
     best : by column of COMPARED, the largest number of any layout
     front : the Pareto front
@@ -61,6 +62,7 @@ class StudySummary:
     asked: int = 0
     measured: int = 0
     refused: dict[str, int] = field(default_factory=dict)
+    even: int = 0
     better: dict[str, int] = field(default_factory=lambda: dict.fromkeys(COMPARED, 0))
     at_least_as_good: int = 0
     best: dict[str, float] = field(default_factory=lambda: dict.fromkeys(COMPARED, float("-inf")))
@@ -122,9 +124,11 @@ def _add(
     stride: int,
 ) -> None:
     said.front = merged(said.front, table)
+    drawn_evenly = table["round"].to_numpy() == 0
+    said.even += int(drawn_evenly.sum())
     for name in COMPARED:
         column, least = table[name].to_numpy(), float(base[name][0])
-        said.better[name] += int((column > least + EQUAL * abs(least)).sum())
+        said.better[name] += int((drawn_evenly & (column > least + EQUAL * abs(least))).sum())
         said.best[name] = float(np.fmax(said.best[name], np.fmax.reduce(column)))
     points, room = losses(table), EQUAL * np.abs(own)
     beats = (points <= own + room).all(axis=1) & (points < own - room).any(axis=1)
@@ -133,7 +137,6 @@ def _add(
     said.drawn.append(
         np.array([table["authority"].to_numpy()[chosen], table["authority_after_one"].to_numpy()[chosen]]).T
     )
-    drawn_evenly = table["round"].to_numpy() == 0  # rounds of refinement are crowded around the best
     for p, parameter in enumerate(parameters):
         share = parameter.share(table[parameter.name].to_numpy().astype(float))
         part = np.minimum((share * BINS).astype(int), BINS - 1)

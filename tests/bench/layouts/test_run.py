@@ -179,6 +179,9 @@ def test_a_report_says_the_same_of_the_same_shards(
     text = report.read_text(encoding="utf-8")
     assert f"{N + 100:,} layouts were drawn" in text
     assert "bow.azimuth_deg" in text
+    even = [read_shard(path) for (round_, _), path in whole_shards(folder / "shards").items() if round_ == 0]
+    authority = np.concatenate([table["authority"].to_numpy() for table in even])
+    assert f"| {100 * (authority > 1 + 1e-9).mean():.2f} % " in text
     assert f"No other layout beats {front_of(folder / 'shards').num_rows:,} of them" in text
     pictures = {name: (folder / name).read_bytes() for name in ("front.svg", "matters.svg", "front.parquet")}
     assert render_study(space, own, folder).read_text(encoding="utf-8") == text
