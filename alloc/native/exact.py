@@ -22,6 +22,7 @@ from alloc.native.steps import Limits, nearest
 from alloc.nullspace.region import Region, prepare
 from alloc.nullspace.structure import Block, Structure, decompose
 from alloc.vehicle import Vehicle
+from alloc.vehicle.condition import wrench_doubt
 
 STEPS_LIMIT = 500
 """Most steps of a block: each is written out, and more would fill a microcontroller's flash."""
@@ -51,7 +52,9 @@ def body(vehicle: Vehicle, bounds: CLimits, c: Table) -> list[str]:
     structure = decompose(vehicle)
     definitions, excess = lost(structure, c)
     definitions += [*read(vehicle, c), *closed_form(vehicle, structure.G, "t", c), *bounds.definitions()]
-    parts = pieces(vehicle, structure, TOLERANCE[c.scalar] * vehicle.f_scale, bounds, c)
+    parts = pieces(
+        vehicle, structure, max(TOLERANCE[c.scalar], wrench_doubt(vehicle)) * vehicle.f_scale, bounds, c
+    )
     unseen, lines = cover(vehicle, structure.G), []
     for i, piece in enumerate(parts):
         crossing, seen = entered(piece.rows, unseen, f"{i}", bounds, c)
