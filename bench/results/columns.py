@@ -9,6 +9,8 @@ from collections import Counter
 from collections.abc import Callable
 from statistics import median
 
+from alloc import DOF
+from alloc.vehicle.geometry import MOMENTS
 from bench.record import Cell
 from bench.record.machine import machine_name
 from bench.results.quantiles import interval, merged, quantile, total
@@ -71,13 +73,13 @@ class Row(Repeats):
 
     @property
     def call_p99_us(self) -> float | None:
-        """Time that 99 % of single calls did not exceed; empty below 1,000 calls."""
-        return _us(quantile(self.singles, 0.99))
+        """Time that 99 % of single calls did not exceed; empty below 1,000 calls, or below the median."""
+        return _us(_tail(self, 0.99))
 
     @property
     def call_p999_us(self) -> float | None:
-        """Time that 99.9 % of single calls did not exceed; empty below 10,000 calls."""
-        return _us(quantile(self.singles, 0.999))
+        """Time that 99.9 % of single calls did not exceed; empty below 10,000 calls, or below the median."""
+        return _us(_tail(self, 0.999))
 
     @property
     def call_max_us(self) -> float | None:
@@ -271,12 +273,12 @@ class Row(Repeats):
     @property
     def lost_force_max_N(self) -> float | None:
         """Largest |delivered - tau| on any force axis."""
-        return _worst_axis(self, "_max_N")
+        return _worst_axis(self, moments=False)
 
     @property
     def lost_moment_max_Nm(self) -> float | None:
         """Largest |delivered - tau| on any moment axis."""
-        return _worst_axis(self, "_max_Nm")
+        return _worst_axis(self, moments=True)
 
     @property
     def answered_share(self) -> float | None:
@@ -339,13 +341,20 @@ def _loss(row: Repeats, key: str, worst: Callable[[list[float]], float] = max) -
     return worst(values) if values else None
 
 
-def _worst_axis(row: Repeats, suffix: str) -> float | None:
-    axes = {key for j in row.judged for key in j.loss if key.endswith(suffix)}
-    return most(_loss(row, key) for key in axes if key.startswith("wrench"))
+def _worst_axis(row: Repeats, moments: bool) -> float | None:
+    suffix = "max_Nm" if moments else "max_N"
+    axes = [axis for axis in DOF if (axis in MOMENTS) == moments]
+    return most(_loss(row, f"wrench_error_{axis}_{suffix}") for axis in axes)
+
+
+def _tail(row: Repeats, q: float) -> int | None:
+    """Quantile of single calls [ns]; None where batches took longer: then the machine was not the same."""
+    tail, median_ns = quantile(row.singles, q), _median(row.centre(lambda cell: cell.batches))
+    return None if tail is None or (median_ns is not None and tail < median_ns) else tail
 
 
 def _end(row: Repeats, q: float, end: int) -> int | None:
-    bounds = interval(row.singles, q)
+    bounds = None if _tail(row, q) is None else interval(row.singles, q)
     return None if bounds is None else bounds[end]
 
 
