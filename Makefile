@@ -17,7 +17,8 @@ test: .venv/installed
 
 .PHONY: bench test docs elsewhere keep emulate clean
 
-# Puts a run, runs/<machine>/<date and time>, into results/<machine>, to be committed: its record packed, its report, and README's table if it has times.
+# Puts a run, runs/<machine>/<date and time>, into results/<machine>, to be committed: its record packed, its
+# report, and README's table if it has times.
 keep: KEPT = results/$(if $(filter runs/%,$(RUN)),$(word 2,$(subst /, ,$(RUN))),$(notdir $(RUN:/=)))
 keep: .venv/installed
 	$(if $(wildcard $(addsuffix /record.jsonl,$(RUN))),,$(error no run in $(or $(RUN),runs/); `make bench` makes one))

@@ -1,4 +1,4 @@
-"""One measured process, seen from the driver: start it, give it orders, end it."""
+"""One measured process, seen from the gate: start it, give it orders, end it."""
 
 import json
 import subprocess

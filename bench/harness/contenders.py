@@ -3,13 +3,18 @@
 from collections.abc import Iterable
 from fnmatch import fnmatchcase
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
-from alloc import UnknownName, catalogue, find, find_formulation
+import numpy as np
+
+from alloc import UnknownName, catalogue, find, find_formulation, list_vehicles, load_vehicle
 from alloc.formulations import EXACT_METHODS
-from bench.harness.job import Described, DescribeTask, Failed, Job
+from bench.demands.store import Case, save_case
+from bench.harness.job import AnswerTask, Described, DescribeTask, Failed, Job
 from bench.harness.lines import method_line
 from bench.harness.plan import Contender, RunSettings
 from bench.harness.process import work
+from bench.harness.sets import vehicles
 from bench.harness.yardsticks import YARDSTICKS
 from bench.record import Method
 
@@ -55,6 +60,26 @@ def described(path: str, settings: RunSettings) -> Contender:
         if isinstance(message, Failed) and message.status == "refused":
             raise UnknownName(message.reason)
     return Contender(method=Method(name=name), plugin=path)
+
+
+def troubles(settings: RunSettings) -> list[str]:
+    """What goes wrong when each plug-in is built for the run's first vehicle and asked twice; a line each.
+
+    The run measures such a plug-in all the same, and its rows say why it has no times; its author should
+    not have to wait for that.
+    """
+    lines = []
+    vehicle = (vehicles(settings) or [load_vehicle(list_vehicles()[0])])[0]
+    taus = np.array([np.zeros(vehicle.k), 0.1 * vehicle.TP @ (vehicle.f_min + vehicle.f_max)])
+    with TemporaryDirectory(prefix="thrustbench-") as folder:
+        task = AnswerTask(str(Path(folder) / "case.npz"), str(Path(folder) / "answers.npz"))
+        save_case(Path(task.case), Case(vehicle, taus))
+        for path in dict.fromkeys(settings.plugins):
+            job = Job(method=path, plugin=path, tasks=[task], memory_bytes=settings.memory_MB << 20)
+            for message in work(job, settings.time_limit_s):
+                if isinstance(message, Failed):
+                    lines.append(f"{path}, on {vehicle.name}: {message.status}: {message.reason}")
+    return lines
 
 
 def sampled(taking_part: Iterable[Contender]) -> list[str]:

@@ -6,6 +6,7 @@ Solvers print on stdout and stderr, so the pipe is a file of its own: ``python -
 import os
 import sys
 import time
+import traceback
 from collections.abc import Callable
 from functools import cache, partial
 from math import inf
@@ -95,9 +96,16 @@ def main() -> None:
             os._exit(0)  # memory that leaked would fail the next task too; the parent starts a new process
         except (Exception, SystemExit) as error:
             one_line = " ".join(str(error).split())
-            send(Failed(number, "failed", f"{type(error).__name__}: {one_line}"[:300]))
+            place = line_of(error, job.plugin)
+            send(Failed(number, "failed", f"{place}{type(error).__name__}: {one_line}"[:300]))
     line.peak_rss_bytes = peak_rss_bytes()
     send(line)
+
+
+def line_of(error: BaseException, plugin: str | None) -> str:
+    """``line 12: ``, where the plug-in's own code was when it went wrong; empty elsewhere."""
+    frames = [f for f in traceback.extract_tb(error.__traceback__) if plugin and f.filename == plugin]
+    return f"line {frames[-1].lineno}: " if frames else ""
 
 
 def do(task: Task, number: int, job: Job, line: Worker) -> Message:

@@ -96,10 +96,8 @@ def _completed(path: Path, draft: Draft, options: ImportOptions) -> Draft:
             )
         if not options.dof:
             notes.append(f"The rows of T have no names: {', '.join(dof)} is taken.")
-    if options.frame:
-        notes = [note for note in notes if "frame" not in note.lower()] + [
-            f"The frame is {options.frame}, as told."
-        ]
+    frame_note = f"The frame is {options.frame}, as told." if options.frame else draft.frame_assumed
+    notes += [frame_note] if frame_note else []
     for key in ("f_min", "f_max"):
         if getattr(options, key) is not None:
             notes.append(f"{key} is as told, not from the file.")

@@ -92,6 +92,7 @@ def _without_methods(vehicle: Vehicle, seed: int) -> Capability:
         served=[],
         curves=[],
         planes=planes(vehicle, seed),
+        names=list(vehicle.names),
     )
 
 

@@ -109,6 +109,7 @@ class Capability(msgspec.Struct, tag="capability", kw_only=True, omit_defaults=T
     Attributes
     ----------
     vehicle, dof : which vehicle, and its axes
+    names : of its thrusters, empty where they have none
     authority : of the whole vehicle, then with each working thruster off
     served, unserved : what each method serves, or why its answers could not be had
     curves : wrench error over the size of the demand
@@ -122,6 +123,7 @@ class Capability(msgspec.Struct, tag="capability", kw_only=True, omit_defaults=T
     unserved: list[Unserved] = []
     curves: list[Curve]
     planes: list[Plane]
+    names: list[str] = []
 
     def __post_init__(self) -> None:
         """Raise ValueError, which the reader names with its line, where an axis lacks its ends."""

@@ -48,14 +48,17 @@ def _authority(capability: Capability) -> str:
     """Table of authority; failures that leave the same share a line."""
     lines: dict[tuple[str, ...], list[str]] = {}
     for a in capability.authority:
-        lines.setdefault(_state(a), []).append(_off(a))
+        lines.setdefault(_state(a), []).append(_off(capability, a.fault))
     units = [f"{axis} [{unit(axis)}]" for axis in capability.dof]
     headers = ("off", "rank", "volume left", "closed form", "safe up to", "condition", *units)
     return table(headers, [[", ".join(names), *cells] for cells, names in lines.items()])
 
 
-def _off(a: Authority) -> str:
-    return "none" if a.fault is None else str(a.fault)
+def _off(capability: Capability, fault: int | None) -> str:
+    """The thruster that is off, by its name where it has one."""
+    if fault is None:
+        return "none"
+    return (capability.names[fault] if fault < len(capability.names) else "") or str(fault)
 
 
 def _state(a: Authority) -> tuple[str, ...]:
@@ -72,8 +75,8 @@ def _state(a: Authority) -> tuple[str, ...]:
 
 def _warnings(capability: Capability) -> list[str]:
     rank = max((a.rank for a in capability.authority), default=0)  # the whole vehicle's
-    lost = [_off(a) for a in capability.authority if a.rank < rank]
-    weak = [_off(a) for a in capability.authority if (a.condition or 0.0) > NEARLY_SINGULAR]
+    lost = [_off(capability, a.fault) for a in capability.authority if a.rank < rank]
+    weak = [_off(capability, a.fault) for a in capability.authority if (a.condition or 0.0) > NEARLY_SINGULAR]
     warnings = []
     if lost:
         warnings.append(
@@ -99,7 +102,7 @@ def _served(capability: Capability) -> str:
         lines.setdefault(cells, []).append(method)
     headers = ["method"]
     for fault in states:
-        where = "all thrusters" if fault is None else f"{fault} off"
+        where = "all thrusters" if fault is None else f"{_off(capability, fault)} off"
         headers += [f"served within 1 %, {where}", f"within 5 %, {where}"]
     return table(headers, [[", ".join(names), *cells] for cells, names in lines.items()])
 

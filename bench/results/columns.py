@@ -9,6 +9,8 @@ from collections import Counter
 from collections.abc import Callable
 from statistics import median
 
+from alloc import DOF
+from alloc.vehicle.geometry import MOMENTS
 from bench.record import Cell
 from bench.record.machine import machine_name
 from bench.results.quantiles import interval, merged, quantile, total
@@ -271,12 +273,12 @@ class Row(Repeats):
     @property
     def lost_force_max_N(self) -> float | None:
         """Largest |delivered - tau| on any force axis."""
-        return _worst_axis(self, "_max_N")
+        return _worst_axis(self, moments=False)
 
     @property
     def lost_moment_max_Nm(self) -> float | None:
         """Largest |delivered - tau| on any moment axis."""
-        return _worst_axis(self, "_max_Nm")
+        return _worst_axis(self, moments=True)
 
     @property
     def answered_share(self) -> float | None:
@@ -339,9 +341,10 @@ def _loss(row: Repeats, key: str, worst: Callable[[list[float]], float] = max) -
     return worst(values) if values else None
 
 
-def _worst_axis(row: Repeats, suffix: str) -> float | None:
-    axes = {key for j in row.judged for key in j.loss if key.endswith(suffix)}
-    return most(_loss(row, key) for key in axes if key.startswith("wrench"))
+def _worst_axis(row: Repeats, moments: bool) -> float | None:
+    suffix = "max_Nm" if moments else "max_N"
+    axes = [axis for axis in DOF if (axis in MOMENTS) == moments]
+    return most(_loss(row, f"wrench_error_{axis}_{suffix}") for axis in axes)
 
 
 def _tail(row: Repeats, q: float) -> int | None:

@@ -28,7 +28,8 @@ class Draft:
     f_min, f_max : one limit for all thrusters, or one each [N]
     weights, slack_weights : (n,) and (k,) diagonals of H and Q
     frame : frd or flu
-    assumptions : what the file does not say and is assumed, one sentence each
+    frame_assumed : why that frame is taken, in a sentence; empty where the file or its format says it
+    assumptions : what else the file does not say and is assumed, one sentence each
     """
 
     source: str
@@ -42,6 +43,7 @@ class Draft:
     weights: Numbers | None = None
     slack_weights: Numbers | None = None
     frame: str = "frd"
+    frame_assumed: str = ""
     assumptions: list[str] = field(default_factory=list)
 
 

@@ -31,7 +31,7 @@ def read(path: Path) -> Draft:
         for line, row in table
     ]
     draft = Draft(source=f"{path.name}, CSV of T", dof=dof, T=T)
-    draft.assumptions.append("The frame is x forward, y starboard, z down.")
+    draft.frame_assumed = "The frame is x forward, y starboard, z down."
     return draft
 
 

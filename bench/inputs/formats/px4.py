@@ -54,7 +54,8 @@ def _limits(draft: Draft, given: dict[str, float], count: int) -> None:
     if any(c is None for c in coefficients):
         high = [1.0] * count
         draft.assumptions.append(
-            "CT is not set for every rotor: thrusts are normalised to 1 at full throttle."
+            "CT is not set for every rotor: limits are shares of full throttle, no newtons; multiply f_min"
+            " and f_max by full thrust, or give --f-min and --f-max [N]."
         )
     else:
         high = [abs(float(c or 0.0)) for c in coefficients]

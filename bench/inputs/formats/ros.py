@@ -49,7 +49,7 @@ def read(path: Path) -> Draft:
     for key, name in (("weights", "input_matrix_weights"), ("slack_weights", "slack_matrix_weights")):
         if (value := find(tree, name)) is not None:
             setattr(draft, key, numbers(tree, name, value))
-    draft.assumptions.append("The file does not name its frame: x forward, y starboard, z down is taken.")
+    draft.frame_assumed = "The file does not name its frame: x forward, y starboard, z down is taken."
     return draft
 
 

@@ -80,7 +80,7 @@ def messages(report: Report, level: Level) -> list[str]:
 
 
 def thrustbench(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "bench", *map(str, arguments)]
+    command = [sys.executable, "-m", "bench", *map(str, arguments), "--no-picture"]
     return subprocess.run(command, capture_output=True, text=True, timeout=30, cwd=ROOT)
 
 

@@ -1,9 +1,13 @@
 """What a plug-in may offer beyond the contract (two stages, a bound on steps) is recorded where it has it."""
 
+from pathlib import Path
+
 import pytest
 from click.testing import CliRunner
 
 from bench.__main__ import cli
+from bench.harness.contenders import troubles
+from bench.harness.plan import RunSettings
 from bench.record import Cell, read
 
 PLUGIN = """
@@ -56,3 +60,14 @@ def test_the_second_stage_is_timed_alone_where_a_method_has_both_stages(
 @pytest.mark.parametrize("name", OFFERS)
 def test_a_bound_on_steps_is_recorded_where_a_method_has_one(cells: dict[str, Cell], name: str) -> None:
     assert cells[name].worst_case_steps == (7 if name == "bound" else None)
+
+
+def test_what_goes_wrong_with_a_plug_in_is_said_as_a_run_begins_with_its_line(tmp_path: Path) -> None:
+    """The run goes on: other methods are measured, and the plug-in's own rows say the same."""
+    (tmp_path / "sound.py").write_text("def build(vehicle):\n    return lambda tau: vehicle.f_max\n")
+    (tmp_path / "breaks.py").write_text("def build(vehicle):\n\n    return lambda tau: vehicle.thrust\n")
+    (tmp_path / "short.py").write_text("def build(vehicle):\n    return lambda tau: [1, 2]\n")
+    plugins = tuple(str(tmp_path / f"{name}.py") for name in ("sound", "breaks", "short"))
+    breaks, short = troubles(RunSettings(demands=(), vehicles=("ukwial",), plugins=plugins))
+    assert "breaks.py, on ukwial: failed: line 3: AttributeError: 'Vehicle' object has no attr" in breaks
+    assert "short.py, on ukwial: failed: PluginError: the function gave an array of shape (2,)" in short

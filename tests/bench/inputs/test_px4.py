@@ -42,7 +42,7 @@ def test_unset_parameters_take_the_defaults_of_px4(tmp_path: Path) -> None:
     np.testing.assert_allclose(vehicle.T, expected, atol=1e-15)
     assert (vehicle.f_min.tolist(), vehicle.f_max.tolist()) == ([0] * 6, [1] * 6)
     assert any("PX4's default" in note for note in keys.notes)
-    assert any("normalised" in note for note in keys.notes)
+    assert any("shares of full throttle, no newtons" in note for note in keys.notes)
 
 
 def test_a_params_file_gives_axes_coefficients_and_reversible_rotors(tmp_path: Path) -> None:

@@ -221,3 +221,18 @@ def test_a_failure_after_a_failure_is_counted_among_demands_that_can_be_met() ->
     # Demands 1, 2 and 5 are attainable and follow a failure; of these only demand 2 got thrusts.
     assert after_failure(gave_up, attainable) == pytest.approx(2 / 3)
     assert after_failure(~gave_up[:2], attainable[:2]) is None
+
+
+def test_what_a_mixed_log_misses_is_counted_on_the_demands_that_can_be_met() -> None:
+    """A tenth less thrust on one attainable demand misses a tenth of it; infeasible ones don't count."""
+    vehicle = load_vehicle("ukwial")
+    sets = [build_demands(name, vehicle, seed=1, n=4).taus for name in ("inactive", "active", "infeasible")]
+    (question,) = questions([labelled("dive", vehicle, np.concatenate(sets))], ask_here)
+    right = exact(question)
+    assert verdict(question, right).missed_max == pytest.approx(0.0, abs=1e-9)
+    weak = [right[0]._replace(f=0.9 * right[0].f, status=Status.PARTIAL), *right[1:]]
+    assert verdict(question, weak).missed_max == pytest.approx(0.1)
+    silent = [right[0], Allocation(np.full(vehicle.n, np.nan), Status.NOT_CONVERGED), *right[2:]]
+    assert verdict(question, silent).missed_max == 1.0
+    (beyond,) = questions([build_demands("infeasible", vehicle, seed=1, n=4)], ask_here)
+    assert verdict(beyond, exact(beyond)).missed_max is None

@@ -88,8 +88,8 @@ def test_a_scheduler_that_is_not_there_is_one_line_within_ten_seconds(tmp_path: 
         timeout=60,
         check=False,
     )
-    # Waiting is bounded by 4 s; the rest is starting Python, which a busy machine stretches.
-    assert time.monotonic() - began < 20
+    # Waiting is bounded by 6 s; the rest is starting Python, a second or two, which a busy machine stretches.
+    assert time.monotonic() - began < 40
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1, done.stderr
     assert "--scheduler tcp://127.0.0.1:9: no scheduler answers there" in done.stderr
@@ -135,6 +135,6 @@ def test_a_best_layout_s_numbers_are_met_by_a_run_on_its_file(disturbed: Path, t
 
 def test_best_layouts_are_vehicle_files_that_check_and_codegen_take(disturbed: Path, tmp_path: Path) -> None:
     file = sorted((disturbed / "best").glob("*.yaml"))[0]
-    assert "0 errors" in ended(started("-m", "bench", "check", str(file)))
+    assert "0 errors" in ended(started("-m", "bench", "check", str(file), "--no-picture"))
     codegen = ("codegen", "--vehicle", str(file), "--method", "nullspace", "--out", str(tmp_path / "c"))
     assert ".c" in ended(started("-m", "bench", *codegen))

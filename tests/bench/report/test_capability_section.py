@@ -86,6 +86,13 @@ def test_failures_that_lose_rank_or_leave_a_nearly_singular_vehicle_are_pointed_
     assert "**Nearly singular** with thruster 0 off" in text
 
 
+def test_a_thruster_goes_by_its_name_where_it_has_one(tmp_path: Path) -> None:
+    named = msgspec.structs.replace(CAPABILITY, names=["bow", "stern"])
+    text = section(run_with(tmp_path, named), frozenset())
+    assert "**Lost rank**: without thruster stern" in text
+    assert "**Nearly singular** with thruster bow off" in text
+
+
 def test_methods_that_serve_the_same_share_a_line_and_the_best_comes_first(tmp_path: Path) -> None:
     lines = section(run_with(tmp_path, CAPABILITY), frozenset()).splitlines()
     served = [line.split("|")[1].strip() for line in lines if line.startswith("|")]

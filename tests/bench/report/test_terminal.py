@@ -150,3 +150,11 @@ def test_no_row_shows_a_p99_below_its_p50(tmp_path: Path) -> None:
     (row,) = read_run(record(tmp_path, header(), held_up)).rows
     assert run.rows[0].call_p99_us is not None
     assert (row.call_p50_us, row.call_p99_us, row.call_p99_high_us) == (50.0, None, None)
+
+
+def test_a_log_s_misses_are_shown_although_it_asks_too_much_as_well(tmp_path: Path) -> None:
+    log = on("dive", "clip", 0.9, 0.1)
+    assert log.judged is not None
+    judged = msgspec.structs.replace(log.judged, missed_max=0.19)
+    run = read_run(record(tmp_path, header(), msgspec.structs.replace(log, judged=judged)))
+    assert missed(list(run.rows)) == "19%"
