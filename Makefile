@@ -15,7 +15,13 @@ test: .venv/installed
 	$(BIN)/lint-imports --no-logo
 	$(BIN)/python -m pytest -n 2
 
-.PHONY: bench test docs elsewhere keep emulate clean
+# The documentation as a site, links checked: build/site/index.html.
+docs: .venv/installed
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
+
+# The tests as somebody else's machine runs them: make elsewhere WHERE="user shuffled"; .ci/elsewhere says what.
+elsewhere: .venv/installed
+	.ci/elsewhere $(WHERE) -- -q
 
 # Puts a run, runs/<machine>/<date and time>, into results/<machine>, to be committed: its record packed, its
 # report, and README's table if it has times.
