@@ -3,11 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 RUN ?= $(patsubst %/record.jsonl,%,$(wildcard runs/*/record.jsonl runs/*/*/record.jsonl))
 
-<<<<<<< HEAD
-.PHONY: bench test docs keep emulate clean
-=======
-.PHONY: bench test elsewhere keep emulate clean
->>>>>>> 2791243f9806d1ae01ab525c1424dce1cd27ee4c
+.PHONY: bench test docs elsewhere keep emulate clean
 
 bench: .venv/installed
 	$(BIN)/thrustbench run
@@ -19,17 +15,16 @@ test: .venv/installed
 	$(BIN)/lint-imports --no-logo
 	$(BIN)/python -m pytest -n 2
 
-<<<<<<< HEAD
 # The documentation as a site, links checked: build/site/index.html.
 docs: .venv/installed
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
-=======
+
 # The tests as somebody else's machine runs them: make elsewhere WHERE="user shuffled"; .ci/elsewhere says what.
 elsewhere: .venv/installed
 	.ci/elsewhere $(WHERE) -- -q
->>>>>>> 2791243f9806d1ae01ab525c1424dce1cd27ee4c
 
-# Puts a run, runs/<machine>/<date and time>, into results/<machine>, to be committed: its record packed, its report, and README's table if it has times.
+# Puts a run, runs/<machine>/<date and time>, into results/<machine>, to be committed: its record packed, its
+# report, and README's table if it has times.
 keep: KEPT = results/$(if $(filter runs/%,$(RUN)),$(word 2,$(subst /, ,$(RUN))),$(notdir $(RUN:/=)))
 keep: .venv/installed
 	$(if $(wildcard $(addsuffix /record.jsonl,$(RUN))),,$(error no run in $(or $(RUN),runs/); `make bench` makes one))

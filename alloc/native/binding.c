@@ -22,7 +22,7 @@ typedef int (*call_levels)(const double *tau, const double *f_min, const double 
                            double *share);
 
 enum { WHOLE = -1 }; /* the fault of a vehicle as it is: its own faults are in the C */
-enum { FIRST_WITHOUT_THRUST = 2, LAST_STATUS = 3, MOST_LEVELS = 16 };
+enum { FIRST_WITHOUT_THRUST = 2, LAST_STATUS = 3, MOST_LEVELS = 16, CHUNK = 256 };
 
 /* Python objects that an allocator holds, in the order of `fields`. */
 enum {
@@ -59,10 +59,9 @@ static int is_plain(PyObject *object, int ndim, npy_intp last)
 
 /* Whether all entries are numbers up to LARGEST_DEMAND: as integers, sizes of doubles have the order of their
  * values, and infinity and NaN lie above them all. A difference below zero sets the sign, without a branch. */
-static int all_fit(PyObject *array)
+static int fit(const double *values, npy_intp count)
 {
-    const double largest = LARGEST_DEMAND, *values = PyArray_DATA((PyArrayObject *)array);
-    const npy_intp count = PyArray_SIZE((PyArrayObject *)array);
+    const double largest = LARGEST_DEMAND;
     uint64_t most, beyond = 0;
     memcpy(&most, &largest, sizeof most);
     for (npy_intp i = 0; i < count; i++) {
@@ -71,6 +70,11 @@ static int all_fit(PyObject *array)
         beyond |= most - (bits & (UINT64_MAX >> 1));
     }
     return beyond >> 63 == 0;
+}
+
+static int all_fit(PyObject *array)
+{
+    return fit(PyArray_DATA((PyArrayObject *)array), PyArray_SIZE((PyArrayObject *)array));
 }
 
 /* `made` as a contiguous array; takes the reference. */
@@ -181,7 +185,7 @@ static int solve(const Native *self, const double *tau, const double *f_min, con
         f[i] = Py_NAN;
     }
     for (int i = 0; i < self->levels; i++) {
-        share[i] = Py_NAN;
+        share[i] = 0.0;
     }
     return status < 0 ? LAST_STATUS : status; /* arguments are checked before, so none is negative */
 }
@@ -266,9 +270,12 @@ static PyObject *native_many(PyObject *object, PyObject *const *args, Py_ssize_t
     if (!parsed(args, count, names, given)) {
         return NULL;
     }
-    PyArrayObject *taus = demand(given[0], self->held[CHECKED_MANY], 2, self->k);
     PyArrayObject *ends[2] = {NULL, NULL};
     npy_intp step[2] = {0, 0};
+    /* A plain array is looked through in chunks just before they are answered, while they are in the cache. */
+    PyArrayObject *taus = is_plain(given[0], 2, self->k) ? (PyArrayObject *)Py_NewRef(given[0])
+                                                         : demand(given[0], self->held[CHECKED_MANY], 2, self->k);
+    int good = 1;
     if (taus == NULL) {
         return NULL;
     }
@@ -286,17 +293,24 @@ static PyObject *native_many(PyObject *object, PyObject *const *args, Py_ssize_t
         double *f = PyArray_DATA((PyArrayObject *)F), share[MOST_LEVELS];
         npy_int8 *status = PyArray_DATA((PyArrayObject *)statuses);
         Py_BEGIN_ALLOW_THREADS
-        for (npy_intp i = 0; i < shape[0]; i++) {
+        for (npy_intp i = 0; i < shape[0] && good; i++) {
+            if (i % CHUNK == 0) {
+                const npy_intp left = shape[0] - i;
+                good = fit(tau + i * self->k, (left < CHUNK ? left : CHUNK) * self->k);
+            }
             status[i] = (npy_int8)solve(self, tau + i * self->k, low, high, f + i * self->n, share);
             low = low != NULL ? low + step[0] : NULL;
             high = high != NULL ? high + step[1] : NULL;
         }
         Py_END_ALLOW_THREADS
     }
+    if (!good) { /* says which row it is that does not fit */
+        Py_XDECREF(PyObject_CallFunction(self->held[CHECKED_MANY], "Oi", taus, self->k));
+    }
     Py_DECREF(taus);
     Py_XDECREF(ends[0]);
     Py_XDECREF(ends[1]);
-    if (F == NULL || statuses == NULL) {
+    if (F == NULL || statuses == NULL || !good) {
         Py_XDECREF(F);
         Py_XDECREF(statuses);
         return NULL;

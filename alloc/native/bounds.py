@@ -25,7 +25,7 @@ def arguments(limits: Where, levels: int, fault: str = "") -> str:
     return ", ".join([*given, *([fault] if fault else []), "f", *["share"] * (levels > 0)])
 
 
-class Bounds:
+class CLimits:
     """The limits of one kernel; a thruster that is off has none, whatever the arguments hold for it.
 
     Attributes

@@ -12,7 +12,7 @@ import numpy as np
 from alloc.allocation import WRENCH_TOLERANCE, BoolArray, FloatArray
 from alloc.errors import NotApplicable
 from alloc.formulations import Formulation
-from alloc.native.bounds import Bounds
+from alloc.native.bounds import CLimits
 from alloc.native.code import (
     Scalar,
     Table,
@@ -51,7 +51,7 @@ Room = str | float
 """What is left along a facet's normal [N of the thruster that pushes most along it]: C name, or number."""
 
 
-class Departure(NamedTuple):
+class CDeparture(NamedTuple):
     """Where a way begins, in C.
 
     Attributes
@@ -66,15 +66,15 @@ class Departure(NamedTuple):
     rooms: list[tuple[Room, Room]]
 
 
-def _fixed(way: Way, vehicle: Vehicle, longest: FloatArray, c: Table) -> Departure:
+def _fixed(way: Way, vehicle: Vehicle, longest: FloatArray, c: Table) -> CDeparture:
     """The departure within the vehicle's limits: all of it is known beforehand."""
     begin = way.departure(vehicle.f_min, vehicle.f_max)
     rooms = begin.room.reshape(2, -1) / longest
     wrench = [(w < 0, c(abs(w))) if w else None for w in begin.wrench.tolist()]
-    return Departure([], wrench, list(zip(*rooms.tolist(), strict=True)))
+    return CDeparture([], wrench, list(zip(*rooms.tolist(), strict=True)))
 
 
-def _at_call(vehicle: Vehicle, table: FloatArray, c: Table) -> Departure:
+def _at_call(vehicle: Vehicle, table: FloatArray, c: Table) -> CDeparture:
     """The departure within the limits of the call: f0, then g from there to the limits, w, and the rooms."""
     zero, inset, n = number(0.0, c.scalar), c(facets.INSET), vehicle.n
     definitions: list[str] = []
@@ -92,7 +92,7 @@ def _at_call(vehicle: Vehicle, table: FloatArray, c: Table) -> Departure:
         definitions += [defined(f"{name}{r}", signed_sum(row, c.scalar), c) for r, row in enumerate(rows)]
     half = len(table) // 2
     rooms: list[tuple[Room, Room]] = [(f"room{m}", f"room{half + m}") for m in range(half)]
-    return Departure(definitions, [(False, f"w_{r}") for r in range(vehicle.k)], rooms)
+    return CDeparture(definitions, [(False, f"w_{r}") for r in range(vehicle.k)], rooms)
 
 
 class Walk:
@@ -104,7 +104,7 @@ class Walk:
     statements : the share of each level, and what it leaves
     """
 
-    def __init__(self, vehicle: Vehicle, way: Way, bounds: Bounds, c: Table) -> None:
+    def __init__(self, vehicle: Vehicle, way: Way, bounds: CLimits, c: Table) -> None:
         """Write the way; raises NotApplicable where there are too many facets to write them out."""
         found = facets.edge(vehicle)
         if len(found.normals) > FACETS_LIMIT:
@@ -209,12 +209,12 @@ class Walk:
         return self._c(room) if isinstance(room, float) else room
 
 
-def by_level(formulation: Formulation) -> Callable[[Vehicle, Bounds, Table], list[str]]:
+def by_level(formulation: Formulation) -> Callable[[Vehicle, CLimits, Table], list[str]]:
     """The statements of the method that answers this formulation."""
     assert formulation.way is not None
     way_of = formulation.way
 
-    def statements(vehicle: Vehicle, bounds: Bounds, c: Table) -> list[str]:
+    def statements(vehicle: Vehicle, bounds: CLimits, c: Table) -> list[str]:
         way, structure = way_of(vehicle), decompose(vehicle)
         walk = Walk(vehicle, way, bounds, c)
         definitions = [*read(vehicle, c), *bounds.definitions(), *walk.definitions]
@@ -228,17 +228,16 @@ def by_level(formulation: Formulation) -> Callable[[Vehicle, Bounds, Table], lis
         lines += written(vehicle, c)
         levels = names("share", len(way.keep))
         lines += [f"share[{i}] = {name};" for i, name in enumerate(levels)]
-        more, met = _met(vehicle, levels, c)
+        more, met = _met(structure.unreachable, levels, c)
         return placed([*definitions, *more], [*lines, f"return {met} ? SOLVED : PARTIAL;"])
 
     return statements
 
 
-def _met(vehicle: Vehicle, levels: list[str], c: Table) -> tuple[list[str], str]:
+def _met(lost: FloatArray, levels: list[str], c: Table) -> tuple[list[str], str]:
     """Definitions and the condition that all of tau is delivered, also what no thruster pushes."""
     one = number(1.0, c.scalar)
     whole = f"{fold('least', levels)} >= {one}"
-    lost = decompose(vehicle).unreachable
     if not len(lost):
         return [], whole
     # In unit of wrench_scale the rows are orthonormal, so their squares add up to that of what is missing.

@@ -3,7 +3,7 @@
 import numpy as np
 
 from alloc.allocation import FloatArray
-from alloc.native.bounds import Bounds
+from alloc.native.bounds import CLimits
 from alloc.native.code import (
     TOLERANCE,
     Table,
@@ -41,7 +41,7 @@ def closed_form(vehicle: Vehicle, G: FloatArray, of: str, c: Table) -> list[str]
 
 
 def entered(
-    rows: list[int], unseen: list[str], name: str, bounds: Bounds, c: Table
+    rows: list[int], unseen: list[str], name: str, bounds: CLimits, c: Table
 ) -> tuple[list[str], Excess]:
     """Statements of s, a sum that is finite only if the arguments of these thrusters are, and their crossing.
 
@@ -82,14 +82,14 @@ def refused(sums: list[str], excess: Excess, why: str, c: Table) -> list[str]:
     return [*lines, f"if (unlikely(!({worst} <= {at_most}))) {{", f"    return {why};", "}"]
 
 
-def infeasible(vehicle: Vehicle, bounds: Bounds, c: Table) -> str:
+def infeasible(vehicle: Vehicle, bounds: CLimits, c: Table) -> str:
     """The status of an exact method that refuses: a sum that is not finite may have overflowed."""
     given = [("tau", 0, vehicle.k), *bounds.runs()]
     finite = " && ".join(f"finite({array}{f' + {start}' if start else ''}, {n})" for array, start, n in given)
     return f"sum - sum == {number(0.0, c.scalar)} || ({finite}) ? INFEASIBLE : NOT_FINITE"
 
 
-def crossed(bounds: Bounds, c: Table) -> str:
+def crossed(bounds: CLimits, c: Table) -> str:
     """The status of a method that answers every demand it can add up: INFEASIBLE where limits cross."""
     return (
         f"sum - sum == {number(0.0, c.scalar)} ? INFEASIBLE : NOT_FINITE" if bounds.at_call else "NOT_FINITE"
@@ -106,7 +106,7 @@ def lost(structure: Structure, c: Table) -> tuple[list[str], Excess]:
     return lines, excess
 
 
-def inside(thrusts: dict[int, str], bounds: Bounds, c: Table) -> list[str]:
+def inside(thrusts: dict[int, str], bounds: CLimits, c: Table) -> list[str]:
     """Statements of y, the thrusts moved onto the limits that rounding or the slack took them across."""
     return [
         defined(f"y{i}", f"within({thrust}, {', '.join(bounds.ends(i))})", c) for i, thrust in thrusts.items()

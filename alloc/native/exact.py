@@ -4,7 +4,7 @@ from math import isfinite
 from typing import NamedTuple
 
 from alloc.errors import NotApplicable
-from alloc.native.bounds import Bounds
+from alloc.native.bounds import CLimits
 from alloc.native.code import TOLERANCE, Table, defined, dot, fold, names, number, placed, signed_sum, term
 from alloc.native.entry import (
     Excess,
@@ -22,6 +22,7 @@ from alloc.native.steps import Limits, nearest
 from alloc.nullspace.region import Region, prepare
 from alloc.nullspace.structure import Block, Structure, decompose
 from alloc.vehicle import Vehicle
+from alloc.vehicle.condition import wrench_doubt
 
 STEPS_LIMIT = 500
 """Most steps of a block: each is written out, and more would fill a microcontroller's flash."""
@@ -46,12 +47,14 @@ class Piece(NamedTuple):
     thrusts: dict[int, str]
 
 
-def body(vehicle: Vehicle, bounds: Bounds, c: Table) -> list[str]:
+def body(vehicle: Vehicle, bounds: CLimits, c: Table) -> list[str]:
     """Statements that turn tau into f[0], f[1], … or return with f untouched."""
     structure = decompose(vehicle)
     definitions, excess = lost(structure, c)
     definitions += [*read(vehicle, c), *closed_form(vehicle, structure.G, "t", c), *bounds.definitions()]
-    parts = pieces(vehicle, structure, TOLERANCE[c.scalar] * vehicle.f_scale, bounds, c)
+    parts = pieces(
+        vehicle, structure, max(TOLERANCE[c.scalar], wrench_doubt(vehicle)) * vehicle.f_scale, bounds, c
+    )
     unseen, lines = cover(vehicle, structure.G), []
     for i, piece in enumerate(parts):
         crossing, seen = entered(piece.rows, unseen, f"{i}", bounds, c)
@@ -65,7 +68,7 @@ def body(vehicle: Vehicle, bounds: Bounds, c: Table) -> list[str]:
     return placed(definitions, [*lines, *written(vehicle, c), "return SOLVED;"])
 
 
-def pieces(vehicle: Vehicle, structure: Structure, slack: float, bounds: Bounds, c: Table) -> list[Piece]:
+def pieces(vehicle: Vehicle, structure: Structure, slack: float, bounds: CLimits, c: Table) -> list[Piece]:
     """The exact answer from x = G tau on, in pieces; nothing is refused where the slack [N] is infinite."""
     blocks = [_piece(block, slack, f"{i}", bounds, c) for i, block in enumerate(structure.blocks)]
     rows = [i for i in structure.fixed.tolist() if vehicle.readiness[i]]
@@ -76,7 +79,7 @@ def pieces(vehicle: Vehicle, structure: Structure, slack: float, bounds: Bounds,
     return [*blocks, *([Piece(rows, [], excess, [], {i: f"x{i}" for i in rows})] if rows else [])]
 
 
-def _piece(block: Block, slack: float, name: str, bounds: Bounds, c: Table) -> Piece:
+def _piece(block: Block, slack: float, name: str, bounds: CLimits, c: Table) -> Piece:
     region = prepare(block.N, slack)
     if region.worst_case_steps > STEPS_LIMIT:
         raise NotApplicable(
@@ -86,7 +89,7 @@ def _piece(block: Block, slack: float, name: str, bounds: Bounds, c: Table) -> P
     return (_clamp if region.d == 1 else _steps)(block, region, name, bounds, c)
 
 
-def _clamp(block: Block, region: Region, name: str, bounds: Bounds, c: Table) -> Piece:
+def _clamp(block: Block, region: Region, name: str, bounds: CLimits, c: Table) -> Piece:
     """C of a block of one dimension, without a branch: the slab's lo and hi, and its point nearest to zero.
 
     Rows with equal scaled limits share the subtraction: lo = limit - (least of their x). Of a row with a
@@ -122,7 +125,7 @@ def _away(minus: bool, limit: str, x: str) -> str:
     return f"{x} - {limit}" if minus else f"{limit} - {x}"
 
 
-def _steps(block: Block, region: Region, name: str, bounds: Bounds, c: Table) -> Piece:
+def _steps(block: Block, region: Region, name: str, bounds: CLimits, c: Table) -> Piece:
     """C of a block of more dimensions: z by Seidel's steps, then the block's thrusts as sums with z."""
     rows = block.rows.tolist()
     limits = [Limits(*bounds.ends(i), f"x{i}") for i in rows]

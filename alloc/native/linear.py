@@ -3,19 +3,19 @@
 from alloc.allocation import FloatArray
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.closed_forms.walsh import walsh_inverse
-from alloc.native.bounds import Bounds
+from alloc.native.bounds import CLimits
 from alloc.native.code import Table, butterflies, placed, product, reached, signed_sum
 from alloc.native.entry import read
 from alloc.nullspace.structure import decompose
 from alloc.vehicle import Vehicle
 
 
-def pinv(vehicle: Vehicle, bounds: Bounds, c: Table) -> list[str]:
+def pinv(vehicle: Vehicle, bounds: CLimits, c: Table) -> list[str]:
     """Statements of f = T* tau (eq. 8-10); limits are not looked at."""
     return _product(vehicle, generalized_inverse(vehicle), c)
 
 
-def walsh(vehicle: Vehicle, bounds: Bounds, c: Table) -> list[str]:
+def walsh(vehicle: Vehicle, bounds: CLimits, c: Table) -> list[str]:
     """Statements of f = 1/m W [0; Q^-1 tau] (eq. 25) or, with a thruster off, eq. 27; raises NotApplicable.
 
     They take one multiplication an axis, then additions that rows share: the fast Walsh transform. Limits are

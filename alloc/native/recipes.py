@@ -13,7 +13,7 @@ from alloc.formulations import Formulation
 from alloc.formulations.priority import FORMULATION as PRIORITY
 from alloc.formulations.scaled import FORMULATION as SCALED
 from alloc.native import exact, linear, rules
-from alloc.native.bounds import Bounds
+from alloc.native.bounds import CLimits
 from alloc.native.by_level import by_level
 from alloc.native.code import Scalar, Table
 from alloc.nullspace.allocator import Nullspace
@@ -21,7 +21,7 @@ from alloc.nullspace.allocator import exact as build_nullspace
 from alloc.nullspace.by_level import ByLevel
 from alloc.vehicle import Vehicle
 
-Statements = Callable[[Vehicle, Bounds, Table], list[str]]
+Statements = Callable[[Vehicle, CLimits, Table], list[str]]
 Functions = Callable[[Vehicle, Scalar], str]
 
 

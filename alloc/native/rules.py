@@ -7,7 +7,7 @@ import numpy as np
 
 from alloc.allocation import WRENCH_TOLERANCE, FloatArray
 from alloc.closed_forms.inverse import generalized_inverse
-from alloc.native.bounds import Bounds
+from alloc.native.bounds import CLimits
 from alloc.native.code import (
     TOLERANCE,
     Scalar,
@@ -29,12 +29,12 @@ RANK: dict[Scalar, float] = {"double": RANK_TOLERANCE, "float": 1e-5}
 """Length of a row below which it is rounding, relative to the longest [-]."""
 
 
-def clip(vehicle: Vehicle, bounds: Bounds, c: Table) -> list[str]:
+def clip(vehicle: Vehicle, bounds: CLimits, c: Table) -> list[str]:
     """Statements of f = T* tau, each thrust cut at its limit."""
     return _mended(vehicle, [], {i: f"x{i}" for i in vehicle.working.tolist()}, bounds, c)
 
 
-def shrink(vehicle: Vehicle, bounds: Bounds, c: Table) -> list[str]:
+def shrink(vehicle: Vehicle, bounds: CLimits, c: Table) -> list[str]:
     """Statements of f = s T* tau with the largest s in 0 … 1 that brings every excess to its limit."""
     slack = c(ROUNDING[c.scalar] * vehicle.f_scale)
     working = vehicle.working.tolist()
@@ -43,7 +43,7 @@ def shrink(vehicle: Vehicle, bounds: Bounds, c: Table) -> list[str]:
     return _mended(vehicle, [share], {i: f"share * x{i}" for i in working}, bounds, c)
 
 
-def redistribute(vehicle: Vehicle, bounds: Bounds, c: Table) -> list[str]:
+def redistribute(vehicle: Vehicle, bounds: CLimits, c: Table) -> list[str]:
     """Statements of the cascade: thrusts beyond a limit freeze there, the others share the rest of tau."""
     n, zero = vehicle.n, number(0.0, c.scalar)
     working = vehicle.working.tolist()
@@ -84,7 +84,7 @@ def _rows(matrix: FloatArray, scalar: Scalar) -> str:
 
 
 def _mended(
-    vehicle: Vehicle, rule: list[str], thrusts: dict[int, str], bounds: Bounds, c: Table
+    vehicle: Vehicle, rule: list[str], thrusts: dict[int, str], bounds: CLimits, c: Table
 ) -> list[str]:
     """Statements that give f = T* tau, mended by a rule and cut at the limits, or refuse."""
     G = generalized_inverse(vehicle)

@@ -3,7 +3,7 @@
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from alloc import AllocError, NotInstalled
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-CONNECT_S = 4.0
+CONNECT_S = 6.0
 """How long a scheduler has to answer [s]."""
 
 JOIN_S = 60.0
@@ -79,6 +79,17 @@ def wait_for_workers(client: "Client") -> int:
 def threads(client: "Client") -> int:
     """How many threads work for the scheduler now."""
     return sum(client.nthreads().values())
+
+
+def workers_of(client: "Client") -> dict[str, dict[str, Any]]:
+    """What the scheduler knows of its workers, by their addresses.
+
+    It is asked itself, since what ``scheduler_info`` gives may come of a refresh in the background, which
+    names no workers at all.
+    """
+    assert client.scheduler is not None, "the client is connected"
+    identity: dict[str, dict[str, dict[str, Any]]] = client.sync(client.scheduler.identity, n_workers=-1)
+    return identity["workers"]
 
 
 def run_all(

@@ -5,9 +5,10 @@ import re
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from alloc import FileError
+from bench.fleet.cluster import workers_of
 from bench.fleet.host import HostRun, run_here
 from bench.fleet.parcel import Parcel
 from bench.record import FILE_NAME
@@ -42,7 +43,7 @@ class Host(NamedTuple):
 
 def hosts(client: "Client") -> list[Host]:
     """One worker of each host, in the order of their addresses."""
-    workers = client.scheduler_info(n_workers=-1)["workers"]
+    workers = workers_of(client)
     found: dict[str, Host] = {}
     for address in sorted(workers):
         facts = workers[address]
@@ -64,7 +65,7 @@ def run_fleet(
     }
     while under_way:
         tell(f"{len(under_way)} of {len(fleet)} hosts under way, {time.monotonic() - began:.0f} s")
-        alive = client.scheduler_info(n_workers=-1)["workers"]
+        alive = workers_of(client)
         for host, future in list(under_way.items()):
             back = _back(host, future, alive, time.monotonic() - began - limit_s)
             if back is not None:
@@ -75,7 +76,7 @@ def run_fleet(
 
 
 def _back(
-    host: Host, future: "Future[HostRun]", alive: dict[str, dict[str, float]], over_s: float
+    host: Host, future: "Future[HostRun]", alive: dict[str, dict[str, Any]], over_s: float
 ) -> HostRun | None:
     """What a host sent back, or why it sends nothing; None while it is at work."""
     if future.status == "finished":

@@ -14,10 +14,10 @@ from bench.layouts.run import SHARDS, LayoutError
 from bench.layouts.space import LayoutSpace
 from bench.layouts.summary import COMPARED, OUTCOMES, StudySummary, summarise
 from bench.report.document import document
+from bench.report.pictures.style import SETTINGS, save
 
 if TYPE_CHECKING:
     import pyarrow as pa
-    from matplotlib.figure import Figure
 
 BEST = 12
 """Vehicle files that are written, evenly along the front."""
@@ -28,6 +28,7 @@ def render_study(space: LayoutSpace, base: Columns, folder: Path) -> Path:
 
     Raises LayoutError where no layout keeps to the constraints.
     """
+    import matplotlib as mpl
     import pyarrow.parquet as pq
 
     said = summarise(space, folder / SHARDS, base)
@@ -40,21 +41,13 @@ def render_study(space: LayoutSpace, base: Columns, folder: Path) -> Path:
     pq.write_table(said.front, folder / "front.parquet")
     write_text(folder / "demands.csv", format_demands(None, space.taus, space.dof))
     own = (float(base["authority"][0]), float(base["authority_after_one"][0]))
-    _save(draw_front(said, own, space.name), folder / "front.svg")
-    _save(draw_matters(said, space.parameters), folder / "matters.svg")
+    with mpl.rc_context(SETTINGS):
+        save(draw_front(said, own, space.name), folder / "front.svg")
+        save(draw_matters(said, space.parameters), folder / "matters.svg")
     text = page(space, base, said, best)
     write_text(folder / "report.md", text)
     write_text(folder / "report.html", document(text, folder))
     return folder / "report.md"
-
-
-def _save(figure: "Figure", path: Path) -> None:
-    import matplotlib as mpl
-
-    from bench.report.pictures.style import SETTINGS, save
-
-    with mpl.rc_context(SETTINGS):
-        save(figure, path)
 
 
 def _ahead(front: "pa.Table", base: Columns) -> "pa.Table":

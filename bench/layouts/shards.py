@@ -62,9 +62,10 @@ def compute(space: LayoutSpace, task: ShardTask, source: str) -> bytes:
 
 
 def check_installed() -> None:
-    """Raise NotInstalled where the package that writes shards is missing."""
-    if find_spec("pyarrow") is None:
-        raise NotInstalled("pyarrow is not installed; pip install 'thrustbench[layouts]'")
+    """Raise NotInstalled where a package that makes shards is missing."""
+    for package in ("pyarrow", "distributed"):
+        if find_spec(package) is None:
+            raise NotInstalled(f"{package} is not installed; pip install 'thrustbench[layouts]'")
 
 
 @lru_cache(maxsize=1)

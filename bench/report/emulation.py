@@ -16,16 +16,18 @@ def summary(run: Run) -> str:
     emulated = rows(run.record.emulated)
     targets = list(dict.fromkeys(r.emulated.target for r in emulated if r.emulated.target != REFERENCE))
     lines = []
-    for (vehicle, method), group in groupby(emulated, key=lambda r: (r.emulated.vehicle, r.emulated.method)):
+    # Rows come by scalar, then by limits; here scalars don't matter.
+    by_kernel = sorted(emulated, key=lambda r: _names(r.emulated, without_scalar=True))
+    for names, group in groupby(by_kernel, key=lambda r: _names(r.emulated, without_scalar=True)):
         own = list(group)
         worst = [_most(own, target) for target in targets]
         if any(worst):
-            lines.append([vehicle, method, *worst])
+            lines.append([*names, *worst])
     parts = [
         "## Instructions on emulated processors\n",
         "The most that any call took in double precision, a search for it included; counted exactly, and no"
         " times. `thrustbench size DIR --rate HZ --clock MHZ` makes shares of a control period of them.\n",
-        table(("vehicle", "method", *targets), lines),
+        table(("vehicle", "method", "limits", *targets), lines),
     ]
     failed = [row for row in emulated if row.emulated.status != "ok" or row.emulated.agrees is False]
     return "\n".join([*parts, _failures(failed)] if failed else parts)
@@ -80,8 +82,9 @@ def _target(counted: Sequence[EmulatedRow]) -> str:
     return table(headers, lines)
 
 
-def _names(row: Emulated) -> tuple[str, ...]:
-    return row.vehicle, row.method, row.scalar, row.limits
+def _names(row: Emulated, *, without_scalar: bool = False) -> tuple[str, ...]:
+    scalar = () if without_scalar else (row.scalar,)
+    return row.vehicle, row.method, *scalar, row.limits
 
 
 def _failures(failed: Sequence[EmulatedRow]) -> str:

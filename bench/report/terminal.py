@@ -30,6 +30,10 @@ misses: share of an attainable wrench that is not delivered.
 Over vehicles and demand sets: p50 least … largest, the others the worst."""
 
 
+WIDE = 1000
+"""Width for tables that go to a file or a pipe."""
+
+
 def objections(rows: Iterable[Row]) -> list[str]:
     """One line for each row whose answers are wrong or disagree with the reference, with the row's name."""
     lines = []
@@ -63,7 +67,10 @@ def show(directory: Path, console: Console) -> bool:
     for label, same in groupby(rows, key=lambda row: row.label):
         table.add_row(escape(label), *_method(run, list(same)))
     # A file or a pipe has no edge that lines must fit into, so nothing is cut there.
-    console.print(table, width=None if console.is_terminal else max(console.width, 1000))
+    width = console.width
+    console.width = width if console.is_terminal else max(width, WIDE)
+    console.print(table)
+    console.width = width
     if run.vehicles:
         said = f"{machine_name(run.record.header.machine)} was {sure(run)}"
         console.print(said, highlight=False, markup=False, soft_wrap=True)

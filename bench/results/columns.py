@@ -73,13 +73,13 @@ class Row(Repeats):
 
     @property
     def call_p99_us(self) -> float | None:
-        """Time that 99 % of single calls did not exceed; empty below 1,000 calls."""
-        return _us(quantile(self.singles, 0.99))
+        """Time that 99 % of single calls did not exceed; empty below 1,000 calls, or below the median."""
+        return _us(_tail(self, 0.99))
 
     @property
     def call_p999_us(self) -> float | None:
-        """Time that 99.9 % of single calls did not exceed; empty below 10,000 calls."""
-        return _us(quantile(self.singles, 0.999))
+        """Time that 99.9 % of single calls did not exceed; empty below 10,000 calls, or below the median."""
+        return _us(_tail(self, 0.999))
 
     @property
     def call_max_us(self) -> float | None:
@@ -347,8 +347,14 @@ def _worst_axis(row: Repeats, moments: bool) -> float | None:
     return most(_loss(row, f"wrench_error_{axis}_{suffix}") for axis in axes)
 
 
+def _tail(row: Repeats, q: float) -> int | None:
+    """Quantile of single calls [ns]; None where batches took longer: then the machine was not the same."""
+    tail, median_ns = quantile(row.singles, q), _median(row.centre(lambda cell: cell.batches))
+    return None if tail is None or (median_ns is not None and tail < median_ns) else tail
+
+
 def _end(row: Repeats, q: float, end: int) -> int | None:
-    bounds = interval(row.singles, q)
+    bounds = None if _tail(row, q) is None else interval(row.singles, q)
     return None if bounds is None else bounds[end]
 
 

@@ -36,7 +36,7 @@ class Size:
     late, calls : number of late single calls, and of all single calls
     bound : share of late calls that is not exceeded with 95 % confidence [-]
     machines : whether the late calls were the machine's, not the method's
-    cpu_us : like ``p50_us`` on the clock of the thread's own CPU time, which a busy machine disturbs less [us]
+    cpu_us : like ``p50_us`` in the thread's own CPU time, which a busy machine disturbs less [us]
     rate_hz : highest rate that the slowest call seen allows [Hz]
     memory_MB : peak memory of the method's process [MB]
     steps : proven bound on the steps of a call, None for none
@@ -69,7 +69,7 @@ def sizes(run: Run, loop: Loop, transfer: Transfer | None = None, demands: str =
     """Every method, start and level of a run, the one to take first; on all demand sets, or on one.
 
     Methods are sorted by whether their median fits, then by whether they are exact, then by whether their
-    tail fits too, then by their median CPU time; of those that lie CLOSE, one with a known worst case is first.
+    tail fits too, then by their median CPU time; of what lies CLOSE, one with a known worst case is first.
     So exactness is given up only where no exact method keeps up, and not for one late call in a million.
 
     With a ``transfer`` every time is multiplied by the upper end of its band. A slowest call belongs to the

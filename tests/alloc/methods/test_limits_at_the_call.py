@@ -8,6 +8,7 @@ from alloc import (
     Allocator,
     DemandError,
     Entry,
+    Family,
     FloatArray,
     Label,
     NotApplicable,
@@ -24,8 +25,10 @@ WITHOUT_THRUST = (Status.INFEASIBLE, Status.NOT_CONVERGED)
 
 
 def prepared(entry: Entry, vehicle: Vehicle) -> Allocator:
-    if entry.twin:
-        pytest.skip("generated C has the vehicle's limits in it")
+    if entry.family is Family.ONE_SHOT and entry.solver not in ("daqp", "quadprog"):
+        pytest.skip(
+            "without caps: where a thruster has one thrust left, ProxQP's own let a solve run for 17 s"
+        )
     try:
         return build(entry.name, vehicle)
     except NotApplicable as reason:
@@ -79,8 +82,6 @@ def test_every_answer_keeps_the_limits_of_its_call_and_is_what_its_status_says(
 def test_a_demand_that_the_limits_of_its_call_allow_is_never_called_infeasible(
     entry: Entry, case: Vehicle, rng: np.random.Generator
 ) -> None:
-    if entry.solver:
-        pytest.skip("a solver's INFEASIBLE is its own word")
     allocate = prepared(entry, case)
     low, high = moving(case, rng)
     middle = low + (high - low) * rng.uniform(0.05, 0.95, low.shape)

@@ -19,9 +19,10 @@ import numpy as np
 import pytest
 from rosbags.rosbag2 import StoragePlugin
 
-from alloc import list_vehicles
+from alloc import list_vehicles, load_vehicle
 from alloc.vehicle.read import find_file
 from bench.__main__ import main
+from bench.inputs.demand_csv import format_demands
 from tests.bench.inputs.test_import import MAELSTROM, MANTA, NAUTILUS
 from tests.log_files import write_bag1, write_bag2, write_ulog
 from tests.mutations import damaged, damaged_json
@@ -30,7 +31,7 @@ from tests.places import ROOT
 MANY = int(os.environ.get("THRUSTBENCH_FUZZ", "100"))
 """Damaged files of each kind; CI takes 1000."""
 PICTURES = 100
-"""One report in so many is drawn with its pictures."""
+"""One of so many is drawn with its pictures, which take half a second."""
 
 
 class Kind(NamedTuple):
@@ -40,7 +41,7 @@ class Kind(NamedTuple):
     ----------
     good : function of a folder that writes undamaged files into it and returns them
     harm : function of a file's bytes and a generator that returns the damaged bytes
-    commands : command lines that read the file ``{file}`` in the folder ``{folder}``
+    commands : command lines that read ``{file}``, named ``{stem}``, in ``{folder}``; ``{run}`` holds a run
     """
 
     good: Callable[[Path], list[Path]]
@@ -61,6 +62,9 @@ def texts(**files: str) -> Callable[[Path], list[Path]]:
 
 
 def vehicles(folder: Path) -> list[Path]:
+    for name in list_vehicles():
+        vehicle = load_vehicle(name)
+        (folder / f"{name}.csv").write_text(format_demands(None, np.eye(vehicle.k), vehicle.dof))
     return [Path(shutil.copy(find_file(name), folder)) for name in list_vehicles()]
 
 
@@ -152,7 +156,9 @@ IMPORT = ("import|{file}|--f-min|-20|--f-max|20|-o|{folder}/made.yaml",)
 RUN = ("report|{folder}", "size|{folder}|--rate|50|--all")
 KINDS = {
     "vehicle": Kind(
-        vehicles, damaged, ("check|{file}", "allocate|/dev/null|--vehicle|{file}|--method|nullspace")
+        vehicles,
+        damaged,
+        ("check|{file}|--no-picture", "allocate|/dev/null|--vehicle|{file}|--method|nullspace"),
     ),
     "demand csv": Kind(
         texts(a_csv=CSV, b_csv=TIMED), damaged, (*DEMANDS, "allocate|{file}|--vehicle|ukwial|--method|pinv")
@@ -208,9 +214,11 @@ def test_a_damaged_file_is_read_or_refused_with_one_line(
         file = good[which]
         file.write_bytes(kind.harm(whole[which], rng))
         for command in kind.commands:
-            line = command.format(file=file, folder=folder, run=run)
+            line = command.format(file=file, stem=file.stem, folder=folder, run=run)
+            if i % PICTURES == 0:
+                line = line.replace("--no-picture", f"--picture|{folder}/drawn.svg")
             with monkeypatch.context() as patch:
-                if i % PICTURES:  # drawing takes half a second
+                if i % PICTURES:
                     patch.setattr("bench.report.draw_all", lambda *_: frozenset())
                 try:
                     code, _, err = outcome(line)

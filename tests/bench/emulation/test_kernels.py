@@ -10,6 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 from alloc import AllocError, Label, UnknownName, load_vehicle
+from alloc.native.bounds import Where
 from alloc.native.code import Scalar
 from bench.__main__ import cli
 from bench.demands import build_demands
@@ -70,6 +71,41 @@ def test_worst_counts_stack_and_ram_keep_within_the_goals(
     assert counted.instructions.max() <= factor * most
     assert image.ram_static_bytes == 0
     assert counted.stack_bytes.max() <= STACK_BYTES
+
+
+SETS = ("inactive", "active", "infeasible")
+
+
+def worst_of_each_set(method: str, vehicle: str, limits: Where, folder: Path) -> list[tuple[int, float]]:
+    """The most instructions of a call on a Cortex-M7, and their mean, for each set of demands."""
+    loaded = load_vehicle(vehicle)
+    image = link(build_kernel(method, loaded, "double", limits), available("cortex-m7"), folder)
+    sets = [build_demands(name, loaded, 1, 12).taus for name in SETS]
+    counts = [
+        count(image, image.kernel.calls(taus, loaded.f_min, loaded.f_max)).instructions for taus in sets
+    ]
+    return [(int(each.max()), float(each.mean())) for each in counts]
+
+
+@pytest.mark.parametrize("limits", ["fixed", "call"])
+@pytest.mark.parametrize(("vehicle", "most"), [("ukwial", 75), ("bluerov2-heavy", 140)])
+def test_blocks_of_one_dimension_have_no_worst_case(
+    vehicle: str, most: int, limits: Where, tmp_path: Path
+) -> None:
+    """Without branches all demands that are answered cost the same; one that is refused is not written."""
+    inactive, active, infeasible = worst_of_each_set("nullspace@native", vehicle, limits, tmp_path)
+    assert inactive == active
+    assert inactive[0] == inactive[1]
+    assert infeasible[0] <= inactive[0]
+    assert limits == "call" or inactive[0] <= most
+
+
+@pytest.mark.parametrize("method", ["scaled@native", "priority@native"])
+def test_an_answer_to_every_demand_costs_less_than_three_exact_ones(method: str, tmp_path: Path) -> None:
+    (tmp_path / "exact").mkdir()
+    exact = worst_of_each_set("nullspace@native", "bluerov2-heavy", "fixed", tmp_path / "exact")
+    answered = worst_of_each_set(method, "bluerov2-heavy", "fixed", tmp_path)
+    assert max(answered)[0] <= 3 * max(exact)[0]
 
 
 @pytest.mark.parametrize("name", ["cortex-m7", "aarch64"])
@@ -194,12 +230,16 @@ def test_the_command_writes_counts_beside_those_on_x86_and_never_times(tmp_path:
         "report.md",
     ]
     with (tmp_path / "emulation.csv").open(newline="") as file:
-        lines = {(row["target"], row["demands"]): row for row in csv.DictReader(file)}
+        rows = list(csv.DictReader(file))
+    lines = {(row["target"], row["demands"]): row for row in rows if row["limits"] == "fixed"}
+    given = [row["demands"] for row in rows if row["limits"] == "call"]
+    assert {"active", "jolts", "search"} <= set(given)
+    assert "jolts" not in [demands for _, demands in lines]
     board, x86 = lines["cortex-m7", "active"], lines["x86-64", "active"]
     ratio = int(board["instructions_worst"]) / int(x86["instructions_worst"])
     assert float(board["worst_over_x86"]) == pytest.approx(ratio, rel=1e-5)
     assert not [name for name in board if "us" in name.split("_") or "ns" in name.split("_")]
-    assert "| ukwial" in (tmp_path / "report.md").read_text(encoding="utf-8")
+    assert "| ukwial" in (tmp_path / "details.md").read_text(encoding="utf-8")
 
 
 def test_the_goals_in_the_docs_are_what_the_committed_record_gives() -> None:

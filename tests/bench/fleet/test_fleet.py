@@ -47,8 +47,13 @@ class Cluster:
 
     def __init__(self, seen: dict[str, float], futures: dict[str, Finished]) -> None:
         self.seen, self.futures = seen, futures
+        self.scheduler = self
 
-    def scheduler_info(self, n_workers: int) -> dict[str, Any]:
+    def sync(self, question: Callable[..., Any], **arguments: Any) -> Any:
+        """The answer to a question that a scheduler is asked."""
+        return question(**arguments)
+
+    def identity(self, n_workers: int) -> dict[str, Any]:
         """What a scheduler says of its workers."""
         described = {
             address: {"host": address.split("//")[1].split(":")[0], "name": address, "last_seen": at}

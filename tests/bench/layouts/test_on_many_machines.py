@@ -88,8 +88,8 @@ def test_a_scheduler_that_is_not_there_is_one_line_within_ten_seconds(tmp_path: 
         timeout=60,
         check=False,
     )
-    # Waiting is bounded by 4 s; the rest is starting Python, which a busy machine stretches.
-    assert time.monotonic() - began < 20
+    # Waiting is bounded by 6 s; the rest is starting Python, a second or two, which a busy machine stretches.
+    assert time.monotonic() - began < 40
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1, done.stderr
     assert "--scheduler tcp://127.0.0.1:9: no scheduler answers there" in done.stderr

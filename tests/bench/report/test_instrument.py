@@ -251,7 +251,9 @@ def test_two_choices_and_one_look_answer_which_method_fits(runs: list[Path], ope
     open_report(opened, runs[0])
     opened.select_option("#vehicle", ODD)
     opened.fill("#rate", "400")
-    assert opened.inner_text("#verdict").startswith(f"{ODD} at 400 Hz: take bounded; exact;")
+    first = dict(zip(*shown(opened)[:2], strict=True))
+    assert (first["verdict"], first["exact"]) == ("fits", "yes")
+    assert opened.inner_text("#verdict").startswith(f"{ODD} at 400 Hz: take {first['method']}; exact;")
     times = opened.evaluate(
         """[2, 2.3, 2.7, 3, 3.4].map(power => { const slider = document.getElementById("rate-slider");
         const start = performance.now(); slider.value = power; slider.dispatchEvent(new Event("input"));

@@ -9,7 +9,7 @@ from rich.console import Console
 from bench.record import Capability, Cell, Judged, Key, Served
 from bench.report.terminal import missed, objections, served, show
 from bench.results.rows import read_run
-from tests.made_up import cell, header, record
+from tests.made_up import cell, exact_cell, header, record
 
 
 def judged(lost: float, share: float) -> Judged:
@@ -115,6 +115,41 @@ def test_the_longest_names_and_numbers_and_a_failure_fit_on_a_line_of_a_terminal
     [line] = [line for line in console.export_text().splitlines() if "clarabel" in line]
     assert line.startswith("qp/clarabel reused tight")
     assert "1 crashed" in line
+
+
+def test_no_label_is_cut_short_in_a_file_however_narrow_the_terminal_was(tmp_path: Path) -> None:
+    label = "a-method-with-a-name-that-is-rather-long/and-a-solver-with-another"
+    record(tmp_path, header(), cell(label, key=Key("ukwial", "active", label, "reused", "tight")))
+    text = StringIO()
+    show(tmp_path, Console(file=text, width=40))
+    assert f"{label} reused tight" in text.getvalue()
+
+
+def test_a_run_s_end_opens_with_what_to_take_and_lists_the_most_useful_first(tmp_path: Path) -> None:
+    cells = [exact_cell("ukwial", "b-exact", 2.0), exact_cell("ukwial", "z-exact", 1.0)]
+    cells.append(msgspec.structs.replace(exact_cell("ukwial", "a-rule", 0.1), formulation="clip"))
+    record(tmp_path, header(), *cells)
+    text = StringIO()
+    show(tmp_path, Console(file=text))
+    lines = text.getvalue().splitlines()
+    assert lines[0].startswith("ukwial at 100 Hz: take z-exact; exact;")
+    assert [line.split()[0] for line in lines[3:6]] == ["z-exact", "b-exact", "a-rule"]
+
+
+def test_no_row_shows_a_p99_below_its_p50(tmp_path: Path) -> None:
+    """A slow set with few calls has no p99: then the method has none, though its other sets have."""
+    quick = cell("m", key=Key("ukwial", "active", "m"))
+    slow = cell("m", us=500, key=Key("ukwial", "infeasible", "m"), singles=[(500_000, 20)])
+    run = read_run(record(tmp_path, header(), quick, slow))
+    text = StringIO()
+    show(tmp_path, Console(file=text))
+    (line,) = [line for line in text.getvalue().splitlines() if line.startswith("m ")]
+    assert line.split()[:3] == ["m", "1.00…500", "yes"]
+    # Batches that took longer than single calls did were measured on a machine that did something else.
+    held_up = cell("m", us=50)
+    (row,) = read_run(record(tmp_path, header(), held_up)).rows
+    assert run.rows[0].call_p99_us is not None
+    assert (row.call_p50_us, row.call_p99_us, row.call_p99_high_us) == (50.0, None, None)
 
 
 def test_a_log_s_misses_are_shown_although_it_asks_too_much_as_well(tmp_path: Path) -> None:
