@@ -41,7 +41,7 @@ DECADES = 2.0
 GAVE_UP = (Status.INFEASIBLE, Status.NOT_CONVERGED)
 
 
-class Asked(NamedTuple):
+class Jolted(NamedTuple):
     """Demands within limits of their own, and what is known of them.
 
     Attributes
@@ -72,7 +72,7 @@ def limits(vehicle: Vehicle, rng: np.random.Generator, n: int) -> tuple[FloatArr
     return np.where(off, 0.0, low), np.where(off, 0.0, high)
 
 
-def asked(rng: np.random.Generator, vehicles: int, demands: int) -> Iterator[Asked]:
+def asked(rng: np.random.Generator, vehicles: int, demands: int) -> Iterator[Jolted]:
     """What each of the vehicles is asked."""
     for _ in range(vehicles):
         plain = odd_vehicle(rng)
@@ -83,10 +83,10 @@ def asked(rng: np.random.Generator, vehicles: int, demands: int) -> Iterator[Ask
         kind = label(vehicle, taus, BAND, low, high).label
         one, other = (build(name, vehicle).many(taus, low, high)[0] for name in ("qp/daqp", "qp/quadprog"))
         agreed = np.abs(one - other).max(axis=1) <= 1e-9 * vehicle.f_scale
-        yield Asked(vehicle, taus, low, high, kind, np.where(agreed[:, None], one, np.nan))
+        yield Jolted(vehicle, taus, low, high, kind, np.where(agreed[:, None], one, np.nan))
 
 
-def count(entry: Entry, case: Asked, said: Counter[str]) -> float:
+def count(entry: Entry, case: Jolted, said: Counter[str]) -> float:
     """Add to ``said`` what is wrong with a method's answers; the largest distance of exact ones."""
     vehicle, taus, low, high, kind, best = case
     try:
@@ -120,9 +120,7 @@ def main(arguments: list[str]) -> int:
     """Print a line for each method; 1 where an answer is wrong."""
     vehicles = int(arguments[0]) if arguments else VEHICLES
     entries = [
-        e
-        for e in catalogue()
-        if not e.missing and not e.twin and e.family not in (Family.ONE_SHOT, Family.CLOSED_FORM)
+        e for e in catalogue() if not e.missing and e.family not in (Family.ONE_SHOT, Family.CLOSED_FORM)
     ]
     said: dict[str, Counter[str]] = {entry.name: Counter() for entry in entries}
     distance = dict.fromkeys(said, 0.0)

@@ -133,12 +133,10 @@ def main(problems: int, seed: int) -> None:
             continue
         tau = inside(vehicle, rng, 1)[0]
         least, most = alpha_range(vehicle, tau[None])
-        guess = build("nullspace", vehicle)(tau) if least[0] <= 1 - 1e-6 and most[0] >= 1 + 1e-6 else None
-        f = (
-            None
-            if guess is None or guess.status is not Status.SOLVED
-            else exact_optimum(vehicle, tau, guess.f)
-        )
+        inner = least[0] <= 1 - 1e-6 and most[0] >= 1 + 1e-6
+        guess = build("qp/daqp", vehicle)(tau)
+        known = inner and guess.status is Status.SOLVED
+        f = exact_optimum(vehicle, tau, guess.f) if known else None
         if f is None:
             skipped += 1
             continue

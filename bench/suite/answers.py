@@ -30,12 +30,25 @@ LABELS = ("inactive", "active")
 """T* tau meets inactive demands inside the limits; only a constrained method meets active demands there."""
 
 
+MOVING = "moving"
+"""The inactive demands, with limits that are new at each call: what new bounds cost."""
+
+LEAST = 0.7
+"""Share of the vehicle's limits that is always left of them; the path takes 60 %."""
+
+
 @cache
 def question(vehicle: Vehicle, label: str) -> Question:
     """A path of demands of one label, with the right answers of each formulation.
 
     Raises NotApplicable where the vehicle has no such demands.
     """
+    if label == MOVING:
+        left = LEAST + (1 - LEAST) * np.linspace(1.0, 0.0, N_DEMANDS)[:, None]
+        return questions(
+            [labelled(label, vehicle, _inactive(vehicle), left * vehicle.f_min, left * vehicle.f_max)],
+            ask_here,
+        )[0]
     demands = labelled(label, vehicle, {"inactive": _inactive, "active": _active}[label](vehicle))
     assert set(demands.labels) == {Label[label.upper()]}
     return questions([demands], ask_here)[0]

@@ -22,7 +22,7 @@ from alloc import (
     prepare,
 )
 from bench.judging.question import Question
-from bench.suite.answers import LABELS, question
+from bench.suite.answers import LABELS, MOVING, question
 
 VEHICLES = ("ukwial", "bluerov2-heavy")
 """Four thrusters in the plane, eight in 6 DOF; all vehicles would take an hour."""
@@ -38,7 +38,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--method", action="append", metavar="NAME", help="default: closed forms, exact methods, live solvers"
     )
     group.addoption("--plugin", action="append", metavar="FILE", default=[], help="a method of your own")
-    text = "every method with every start, and set-up and many() too: some twenty minutes"
+    text = "every method with every start, limits that move, set-up and many(): some twenty minutes"
     group.addoption("--all", action="store_true", help=text)
 
 
@@ -72,7 +72,8 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
         vehicles = [load_vehicle(name) for name in option("vehicle") or VEHICLES]
         metafunc.parametrize("vehicle", vehicles, ids=[v.name for v in vehicles], scope="session")
     if "label" in metafunc.fixturenames:
-        metafunc.parametrize("label", LABELS if metafunc.function.__name__ == "test_call" else LABELS[:1])
+        of_calls = (*LABELS, MOVING) if option("all") else LABELS
+        metafunc.parametrize("label", of_calls if metafunc.function.__name__ == "test_call" else LABELS[:1])
     if "entry" in metafunc.fixturenames:
         plugged = [load_plugin(Path(file)) for file in option("plugin")]
         every = option("all")

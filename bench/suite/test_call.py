@@ -13,14 +13,15 @@ def test_call(
     benchmark: BenchmarkFixture, entry: Entry, start: str, asked: Question, allocator: Allocator
 ) -> None:
     """Allocate a path of demands again and again; judge the answers of the last pass."""
-    rows = list(asked.demands.taus)
+    demands = asked.demands
+    rows = [list(side) for side in (demands.taus, demands.f_min, demands.f_max) if side is not None]
 
     def calls() -> list[Allocation]:
         for _ in range(CALLS // N_DEMANDS):
-            answers = [allocator(tau) for tau in rows]
+            answers = list(map(allocator, *rows))
         return answers
 
-    benchmark.group = f"{asked.demands.vehicle.name}: one call, {asked.demands.name} demands"
+    benchmark.group = f"{demands.vehicle.name}: one call, {demands.name} demands"
     answers = benchmark(calls)
     of_one(benchmark, CALLS)
     tell(benchmark, asked, entry, allocator, answers, start=start)

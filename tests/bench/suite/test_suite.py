@@ -47,7 +47,7 @@ def altered(path: Path, change: Any) -> Path:
 def test_every_benchmark_says_what_it_timed_and_how_right_it_was(written: Path) -> None:
     benchmarks = json.loads(written.read_text())["benchmarks"]
     assert {b["name"].partition("[")[0] for b in benchmarks} == {"test_call", "test_many", "test_setup"}
-    assert {b["extra_info"]["label"] for b in benchmarks} == {"inactive", "active"}
+    assert {b["extra_info"]["label"] for b in benchmarks} == {"inactive", "active", "moving"}
     for benchmark in benchmarks:
         info = benchmark["extra_info"]
         assert info["vehicle"] == "ukwial"
