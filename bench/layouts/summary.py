@@ -50,7 +50,7 @@ class StudySummary:
     asked : layouts drawn
     measured : of them that keep to the constraints and have full rank
     refused : the others, by what refused them first
-    even : layouts of the study's own round, which are spread evenly; those of refinement crowd around the best
+    even : layouts of the study's own round, spread evenly; those of refinement crowd around the best
     better : by column of COMPARED, how many of the even ones are better than the base
     at_least_as_good : layouts that beat the base in something that counts, and lose in nothing
     best : by column of COMPARED, the largest number of any layout
