@@ -26,10 +26,11 @@ def generate(
     the method does not cover the vehicle.
     """
     name = function_name(vehicle, kernel, scalar, limits)
+    made = sources(vehicle, kernel, scalar, faults, limits)  # refuses what C can't cover, and quickly
     chosen = recipe(kernel)
     known = _faults(vehicle, faults)
     program = selftest(vehicle, name, chosen.twin, scalar, known, limits, chosen.levels(vehicle))
-    return sources(vehicle, kernel, scalar, faults, limits) | {f"{name}_test.c": program}
+    return made | {f"{name}_test.c": program}
 
 
 def sources(

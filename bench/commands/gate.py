@@ -8,6 +8,8 @@ from bench.commands import PATH, Finite
 
 FOLDER = click.Path(exists=True, file_okay=False, path_type=Path)
 
+FILE = click.Path(dir_okay=False, path_type=Path)  # it may be in the two sides and not here
+
 
 @click.command()
 @click.argument("base", required=False)
@@ -19,7 +21,7 @@ FOLDER = click.Path(exists=True, file_okay=False, path_type=Path)
 @click.option("--threshold", type=Finite(min=1), default=3.0, show_default=True, help="Per cent.")
 @click.option("--pairs", type=click.IntRange(min=2), default=10, show_default=True, help="Of processes.")
 @click.option("--budget", type=Finite(min=1), default=120.0, show_default=True, help="Seconds.")
-@click.option("--plugin", "plugins", type=PATH, multiple=True, help="Your method, as each side has it.")
+@click.option("--plugin", "plugins", type=FILE, multiple=True, help="Your method, as each side has it.")
 @click.option("--vehicle", "vehicles", multiple=True, metavar="V", help="A shipped name or a YAML file.")
 @click.option("--instructions/--no-instructions", default=True, help="Count them where valgrind is there.")
 @click.option("--always", is_flag=True, help="Measure even where nothing that can matter differs.")

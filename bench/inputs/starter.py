@@ -22,6 +22,7 @@ COMMENTS = {
     "center_of_mass": "[m], from the same point as the positions",
     "f_min": "[N] astern; one number, or a list with one a thruster",
     "f_max": "[N] ahead",
+    "priority": "levels for the method `priority`: what must hold, first",
     "weights": "effort of each thruster, the diagonal of H",
     "volts": "V: [f_min, f_max]; limits by the battery's voltage, linear between",
     "slew": "[N/s], how fast thrusts may change",

@@ -63,7 +63,7 @@ class Crew:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class Flown:
     """One mission with one method.
 
     Attributes
@@ -80,14 +80,14 @@ class Outcome:
     recovery_s: float
 
 
-def mission(method: str, vehicle: Vehicle, seed: int) -> Outcome:
+def mission(method: str, vehicle: Vehicle, seed: int) -> Flown:
     """Fly one mission; raises NotApplicable where the method or the mission does not cover the vehicle."""
     degraded = vehicle.with_fault(worst_fault(vehicle, keep_rank=True))
     crew = Crew(np.clip(0.0, vehicle.f_min, vehicle.f_max))
     acts = crew.act(method, vehicle), crew.act(method, degraded)
     flight = fly(vehicle, degraded, np.random.default_rng(seed), 2 * HALF, FAILURE, acts)
     metres, degrees = errors(flight)
-    return Outcome(
+    return Flown(
         mean=float(np.mean(crew.missed)),
         worst=float(np.max(crew.missed)),
         off_m=float(np.sqrt(np.mean(metres**2))),

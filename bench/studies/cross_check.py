@@ -16,7 +16,7 @@ from qpbenchmark.run import run
 from alloc import Allocator, NotInstalled, Status, build
 from bench.results.ranking import EXACT_WITHIN
 from bench.results.text import table, three
-from bench.studies.thrust_allocation import Case, ThrustAllocation
+from bench.studies.thrust_allocation import AllocationCase, ThrustAllocation
 
 CALLS = 20
 """Calls of a batch on the CPU clock: a single call of microseconds would measure the clock."""
@@ -44,7 +44,7 @@ def theirs(problems: ThrustAllocation, settings: tuple[str, ...], solver: str | 
     return results
 
 
-def ours(method: str, cases: list[Case]) -> Ours:
+def ours(method: str, cases: list[AllocationCase]) -> Ours:
     """One method on the same problems, judged by its distance to the exact answer."""
     allocators: dict[str, tuple[Allocator, Allocator]] = {}
     right, times = 0, []

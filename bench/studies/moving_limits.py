@@ -41,7 +41,7 @@ DECADES = 2.0
 GAVE_UP = (Status.INFEASIBLE, Status.NOT_CONVERGED)
 
 
-class Asked(NamedTuple):
+class Jolted(NamedTuple):
     """Demands within limits of their own, and what is known of them.
 
     Attributes
@@ -72,7 +72,7 @@ def limits(vehicle: Vehicle, rng: np.random.Generator, n: int) -> tuple[FloatArr
     return np.where(off, 0.0, low), np.where(off, 0.0, high)
 
 
-def asked(rng: np.random.Generator, vehicles: int, demands: int) -> Iterator[Asked]:
+def asked(rng: np.random.Generator, vehicles: int, demands: int) -> Iterator[Jolted]:
     """What each of the vehicles is asked."""
     for _ in range(vehicles):
         plain = odd_vehicle(rng)
@@ -83,10 +83,10 @@ def asked(rng: np.random.Generator, vehicles: int, demands: int) -> Iterator[Ask
         kind = label(vehicle, taus, BAND, low, high).label
         one, other = (build(name, vehicle).many(taus, low, high)[0] for name in ("qp/daqp", "qp/quadprog"))
         agreed = np.abs(one - other).max(axis=1) <= 1e-9 * vehicle.f_scale
-        yield Asked(vehicle, taus, low, high, kind, np.where(agreed[:, None], one, np.nan))
+        yield Jolted(vehicle, taus, low, high, kind, np.where(agreed[:, None], one, np.nan))
 
 
-def count(entry: Entry, case: Asked, said: Counter[str]) -> float:
+def count(entry: Entry, case: Jolted, said: Counter[str]) -> float:
     """Add to ``said`` what is wrong with a method's answers; the largest distance of exact ones."""
     vehicle, taus, low, high, kind, best = case
     try:

@@ -139,7 +139,7 @@ def batches(calls: int) -> Iterator[tuple[int, Vehicle]]:
         yield min(CHUNK, calls - i * CHUNK), vehicles()[i % len(vehicles())]
 
 
-class Within(NamedTuple):
+class WithinLimits(NamedTuple):
     """What a method answers to hard demands within hard limits.
 
     Attributes
@@ -156,7 +156,7 @@ class Within(NamedTuple):
     lies: int
 
 
-def within_limits(method: str, calls: int) -> Within:
+def within_limits(method: str, calls: int) -> WithinLimits:
     """Count so many answers of a method, through ``many``."""
     rng = np.random.default_rng(2026)
     good = solved = lies = 0
@@ -170,7 +170,7 @@ def within_limits(method: str, calls: int) -> Within:
         size = np.maximum(1.0, np.abs(F).max(axis=1) / vehicle.f_scale)  # 1e100 N are known to 1e84 N
         missed = np.abs((F @ vehicle.TP.T - taus) / vehicle.wrench_scale).max(axis=1)
         lies += int(np.count_nonzero((status == Status.SOLVED) & ~(missed <= 1e-6 * size)))
-    return Within(calls, good, solved, lies)
+    return WithinLimits(calls, good, solved, lies)
 
 
 def main(what: str = "limits", count: str = "") -> None:

@@ -18,7 +18,7 @@ REGIMES = ("inactive", "active")
 SEED = 2004
 
 
-class Case(NamedTuple):
+class AllocationCase(NamedTuple):
     """One problem before it is posed.
 
     Attributes
@@ -33,7 +33,7 @@ class Case(NamedTuple):
     tau: FloatArray
 
 
-def cases(vehicles: tuple[str, ...] = (), each: int = 5) -> list[Case]:
+def cases(vehicles: tuple[str, ...] = (), each: int = 5) -> list[AllocationCase]:
     """``each`` demands of either regime for each of the vehicles, or of all shipped ones."""
     made = []
     for name in vehicles or list_vehicles():
@@ -43,7 +43,7 @@ def cases(vehicles: tuple[str, ...] = (), each: int = 5) -> list[Case]:
                 taus = build_demands(regime, vehicle, SEED, each).taus
             except NotApplicable:  # without redundancy no demand is active
                 continue
-            made += [Case(f"{name}-{regime}-{i}", vehicle, tau) for i, tau in enumerate(taus)]
+            made += [AllocationCase(f"{name}-{regime}-{i}", vehicle, tau) for i, tau in enumerate(taus)]
     return made
 
 

@@ -54,10 +54,10 @@ def read(path: Path) -> Draft:
 
 
 def write(keys: VehicleFile, vehicle: Vehicle) -> str:
-    """The vehicle as a ROS 2 parameter file, with poses where the vehicle file has them, else with T."""
+    """The vehicle as a ROS 2 parameter file: poses where the vehicle file has nothing else, else T."""
     if np.count_nonzero(vehicle.H - np.diag(vehicle.H.diagonal())):
         raise VehicleError(f"{keys.name}: H is not diagonal, which ROS parameters can't say; export csv")
-    if keys.thrusters is None:
+    if keys.thrusters is None or keys.T is not None:  # of both, T is what the vehicle allocates by
         geometry = [f"        configuration_matrix: {_array(vehicle.T.ravel())}  # rows, one after the other"]
         center = ""
     else:

@@ -200,7 +200,7 @@ def test_a_solved_answer_meets_the_wrench_where_digits_run_out(method: str) -> N
         assert not (status == Status.INFEASIBLE).any()
         missed = np.abs(F @ T.T - taus) / vehicle.wrench_scale
         assert (missed[status == Status.SOLVED] <= WRENCH_TOLERANCE).all()
-        assert method == "svd" or (status == Status.SOLVED).all()
+        assert method != "nullspace" or (status == Status.SOLVED).all()  # a closed form may say PARTIAL
     assert refused < (100 if method == "nullspace" else 1)
 
 

@@ -83,7 +83,7 @@ def test_a_thruster_that_is_off_stays_off_whatever_limits_are_given() -> None:
     [
         (np.zeros(3), r"f_min has shape \(3,\); this vehicle takes \(4,\), or \(2, 4\)"),
         (np.zeros((3, 4)), "f_min has shape"),
-        ([0, 0, 0, np.nan], "NaN or infinity"),
+        ([0, 0, 0, np.nan], "NaN, infinity"),
         (["a"] * 4, "not an array of numbers"),
     ],
 )

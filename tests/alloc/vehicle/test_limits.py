@@ -130,10 +130,10 @@ def test_what_can_not_be_at_a_call_is_a_demand_error(given_: dict[str, object], 
     assert says in str(refused.value)
 
 
-@pytest.mark.parametrize("given_", [{"volts": 12.0}, {"f_previous": np.zeros(4), "dt": 0.1}])
+@pytest.mark.parametrize("given_", [{"volts": 12.0}, {"f_previous": np.zeros(6), "dt": 0.1}])
 def test_a_vehicle_without_table_or_rates_says_which_key_to_add(given_: dict[str, object]) -> None:
     with pytest.raises(VehicleError, match=r"add '(volts|slew)'"):
-        load_vehicle("ukwial").limits(**given_)
+        load_vehicle("supply-vessel").limits(**given_)
 
 
 def test_a_table_is_interpolated_as_numpy_does_thruster_by_thruster() -> None:

@@ -30,7 +30,7 @@ def refusal(path: Path) -> str:
 
 
 def test_columns_are_found_by_name_and_time_is_kept(file: Path) -> None:
-    t, taus, _ = read_demands(written(file, "yaw,t,surge,sway\n10,0.5,300,-50\n11,0.75,301,-51\n"), DOF)
+    t, taus, *_ = read_demands(written(file, "yaw,t,surge,sway\n10,0.5,300,-50\n11,0.75,301,-51\n"), DOF)
     np.testing.assert_array_equal(taus, [[300, -50, 10], [301, -51, 11]])
     assert t is not None
     np.testing.assert_array_equal(t, [0.5, 0.75])
@@ -48,7 +48,7 @@ def test_columns_are_found_by_name_and_time_is_kept(file: Path) -> None:
     ids=["plain", "byte order mark and CRLF", "blanks", "quotes and no last line end", "blank lines"],
 )
 def test_spellings_of_one_csv_give_the_same_demand(file: Path, text: str) -> None:
-    t, taus, _ = read_demands(written(file, text), DOF)
+    t, taus, *_ = read_demands(written(file, text), DOF)
     assert t is None
     np.testing.assert_array_equal(taus, [[1, 2, 1e-5]])
 
@@ -119,7 +119,7 @@ def test_a_log_is_read_as_its_logger_wrote_it(kind: str, file: Path) -> None:
 
 def test_what_was_understood_is_said_in_one_line(file: Path) -> None:
     written(file, "timestamp [ms];Fx;Fy;Mz;mode\n0;1,5;2;3;A\n20;1,5;2;3;A\n")
-    t, _, said = read_demands(file, DOF)
+    t, _, said, _ = read_demands(file, DOF)
     assert t is not None
     np.testing.assert_allclose(t, [0, 0.02])
     assert said == (
@@ -155,7 +155,7 @@ def test_times_are_seconds_whatever_their_unit(
 def test_columns_that_can_t_be_guessed_are_named_by_the_user(file: Path) -> None:
     written(file, "when,a,b,c [kNm],t\n0,1,2,3,9\n20,1,2,3,8\n")
     columns = parse_columns("surge=a,sway=b [kN],yaw=c [kNm],t=when [ms]")
-    t, taus, _ = read_demands(file, DOF, columns)
+    t, taus, *_ = read_demands(file, DOF, columns)
     np.testing.assert_allclose(taus[0], [1, 2000, 3000])
     assert t is not None
     np.testing.assert_allclose(t, [0, 0.02])

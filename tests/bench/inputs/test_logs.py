@@ -37,7 +37,7 @@ def test_a_log_of_each_kind_is_read_back_as_written(
     kind: str, tmp_path: Path, demands: tuple[FloatArray, FloatArray]
 ) -> None:
     t, taus = demands
-    read_t, read_taus, _ = read_log(WRITERS[kind](tmp_path, t, taus), PLANAR)
+    read_t, read_taus, *_ = read_log(WRITERS[kind](tmp_path, t, taus), PLANAR)
     np.testing.assert_allclose(read_taus, taus[:, [0, 1, 5]], rtol=0, atol=0)
     assert read_t is not None
     np.testing.assert_allclose(read_t, t, rtol=0, atol=1e-6)  # a ULog counts microseconds
@@ -53,7 +53,7 @@ def test_a_bag_a_ulog_and_a_csv_with_the_same_demands_give_the_same_table(
         folder = tmp_path / kind.replace(" ", "")
         folder.mkdir()
         file = write(folder, *demands)
-        t, _, _ = read_log(file, vehicle.dof)
+        t, *_ = read_log(file, vehicle.dof)
         built = build_demands(file, vehicle, seed=1)
         tables.add(as_text(summarise(built, t), built))
     assert len(tables) == 1
@@ -106,7 +106,7 @@ def test_a_thrust_setpoint_goes_with_the_torque_that_held(
     tmp_path: Path, demands: tuple[FloatArray, FloatArray]
 ) -> None:
     t, taus = demands
-    _, read, _ = read_log(write_ulog(tmp_path, t, taus, torque_delay_us=5000), DOF)
+    _, read, *_ = read_log(write_ulog(tmp_path, t, taus, torque_delay_us=5000), DOF)
     np.testing.assert_array_equal(read[:, :3], taus[1:, :3])  # the first has no torque yet
     np.testing.assert_array_equal(read[:, 3:], taus[:-1, 3:])
 
@@ -138,7 +138,7 @@ def test_a_damaged_log_is_read_in_part_or_refused_in_one_line(
     for data in damaged:
         file.write_bytes(data)
         try:
-            _, taus, _ = read_log(log, PLANAR)
+            _, taus, *_ = read_log(log, PLANAR)
         except AllocError as error:
             refused += 1
             message = str(error)
@@ -204,6 +204,6 @@ def test_the_demands_command_summarises_a_log_and_writes_it_as_csv(
     run = subprocess.run(command, capture_output=True, text=True, timeout=60, cwd=ROOT, check=False)
     assert run.returncode == 0, run.stderr
     assert "50 Hz" in run.stdout
-    t, taus, _ = read_demands(out, PLANAR)
+    t, taus, *_ = read_demands(out, PLANAR)
     assert t is not None
     np.testing.assert_array_equal(taus, 2 * demands[1][:, [0, 1, 5]])

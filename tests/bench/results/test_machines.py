@@ -137,7 +137,13 @@ def test_what_fits_on_all_machines_is_the_worst_of_them_and_asked_of_all(tmp_pat
 def test_an_emulated_processor_stands_among_machines_at_its_clock(tmp_path: Path) -> None:
     """150 instructions of 0.5 to 4 cycles at 6 MHz take 12.5 to 100 µs."""
     counted = Emulated(
-        "ukwial", "cortex-m7", "nullspace@native", "double", "active", instructions=[(150, 9)], agrees=True
+        "ukwial",
+        "cortex-m7",
+        "nullspace@native",
+        "double",
+        demands="active",
+        instructions=[(150, 9)],
+        agrees=True,
     )
     timed = steady("nullspace@native", 1, exact=True)
     machines: list[NamedRun] = read_machines([folder(tmp_path, "a", timed), folder(tmp_path, "c", counted)])
