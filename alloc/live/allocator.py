@@ -106,7 +106,11 @@ class Live:
             posed = self.pose(wrench, low, high)
         if len(self._unreachable) and np.abs(self._unreachable.dot(wrench)).max() > UNREACHABLE:
             return self._unanswered(Status.INFEASIBLE)
-        x, status, iterations, solver_s = self.solve(*posed)
+        try:
+            x, status, iterations, solver_s = self.solve(*posed)
+        except RuntimeError as error:  # a binding's word for what it can't do must not end a control loop
+            disbelieved[f"{self._solver}: RuntimeError: {str(error)[:60]}"] += 1
+            return self._unanswered(Status.NOT_CONVERGED)
         if status != Status.SOLVED:
             if status is Status.INFEASIBLE and not self._infeasible(wrench, f_min, f_max):
                 disbelieved[f"{self._solver}: INFEASIBLE, which is not so"] += 1

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from alloc.allocation import FloatArray, Status
+from alloc.errors import NotApplicable
 from alloc.qp import QP
 from alloc.solvers import TIME_LIMIT_S, Answer, Level, Solve, Start, meaning
 
@@ -89,7 +90,13 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
 
     if start == "cold":
         return cold
-    return partial(warm if start == "warm" else reused, set_up()[0])
+    model, flag = set_up()
+    if flag < 0:
+        raise NotApplicable(
+            f"DAQP can't set this problem up, exit flag {flag}: T or H is too close to singular; "
+            "use another solver"
+        )
+    return partial(warm if start == "warm" else reused, model)
 
 
 def _solve(model: Any) -> Answer:

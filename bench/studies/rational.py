@@ -134,7 +134,7 @@ def main(problems: int, seed: int) -> None:
         tau = inside(vehicle, rng, 1)[0]
         least, most = alpha_range(vehicle, tau[None])
         inner = least[0] <= 1 - 1e-6 and most[0] >= 1 + 1e-6
-        guess = build("qp/daqp", vehicle)(tau)
+        guess = build("qp/highs", vehicle)(tau)
         known = inner and guess.status is Status.SOLVED
         f = exact_optimum(vehicle, tau, guess.f) if known else None
         if f is None:

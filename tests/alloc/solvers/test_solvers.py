@@ -140,6 +140,17 @@ def test_an_exit_flag_that_nobody_mapped_ends_no_control_loop_and_is_counted(
     assert count == 1
 
 
+def test_a_binding_that_raises_ends_no_control_loop_and_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object) -> solvers.Answer:
+        raise RuntimeError("Model has not been set up")
+
+    allocate = build("qp/daqp", VEHICLE)
+    monkeypatch.setattr(allocate, "solve", broken)
+    monkeypatch.setattr("alloc.live.allocator.disbelieved", counted := Counter[str]())
+    assert allocate([10.0, 5.0, 1.0]).status is Status.NOT_CONVERGED
+    assert counted == {"daqp: RuntimeError: Model has not been set up": 1}
+
+
 @pytest.mark.parametrize("name", INSTALLED)
 def test_a_solver_that_calls_an_attainable_demand_infeasible_is_not_believed(
     name: str, monkeypatch: pytest.MonkeyPatch
