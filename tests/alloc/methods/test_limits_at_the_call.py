@@ -46,9 +46,9 @@ def moving(vehicle: Vehicle, rng: np.random.Generator, n: int = N) -> tuple[Floa
     return low, high
 
 
-@pytest.fixture(params=["ukwial", "bluerov2-heavy", "supply-vessel"])
+@pytest.fixture(params=["bluerov2-heavy", "supply-vessel"])
 def vehicle(request: pytest.FixtureRequest) -> Vehicle:
-    """Null spaces of dimension 1, 2 in two blocks, and 3 in one."""
+    """Null spaces of two blocks of one dimension, and of one block of three."""
     return load_vehicle(request.param)
 
 

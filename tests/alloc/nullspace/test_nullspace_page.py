@@ -65,4 +65,4 @@ def test_instruction_counts_repeat_exactly_and_differ_between_demands() -> None:
     first, again = (c_loop.instructions(kernel(), taus) for _ in range(2))
     np.testing.assert_array_equal(first, again)
     assert len(first) == 3
-    assert first[1] < first[0]  # refused before anything is written
+    assert first[1] != first[0]  # what is no number is answered by another way out

@@ -154,7 +154,8 @@ def test_demands_of_a_log_that_were_not_asked_are_counted_and_reported(tmp_path:
         directory = made_up.record(tmp_path, made_up.header(), asked, made_up.cell())
         output = StringIO()
         show(directory, Console(file=output))
-        for text in (output.getvalue(), render(directory).read_text(encoding="utf-8")):
+        details = render(directory).with_name("details.md")
+        for text in (output.getvalue(), details.read_text(encoding="utf-8")):
             assert ("Of dive's 9 demands only the first 4 were asked; `--n` asks more." in text) == (n == 4)
 
 
