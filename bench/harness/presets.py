@@ -67,7 +67,7 @@ def growth() -> RunSettings:
         study="growth",
         demands=("active",),
         methods=GROWTH_METHODS,
-        levels=("tight",),  # at its defaults Clarabel misses its 1e-4 by up to 2.5 times with 48 thrusters and more
+        levels=("tight",),  # at its defaults Clarabel misses its promise 2.5 times at 64
         repeats=1,
         n_demands=50,
     )
