@@ -19,6 +19,10 @@ def arrays_of(vehicle: Vehicle) -> dict[str, NDArray[Any]]:
     names = np.array([vehicle.name, vehicle.source, vehicle.whole])
     arrays = {"vehicle": names, "dof": np.array(vehicle.dof), "thrusters": np.array(vehicle.names, dtype=str)}
     arrays |= {k: getattr(vehicle, k) for k in VEHICLE_ARRAYS}
+    arrays |= {
+        "priority": np.array([",".join(level) for level in vehicle.priority]),
+        "names": np.array(vehicle.names, dtype=np.str_),
+    }
     if vehicle.slew is not None:
         arrays |= {"slew up": vehicle.slew.up, "slew down": vehicle.slew.down}
     if (table := vehicle.by_volts) is not None:
@@ -41,7 +45,8 @@ def vehicle_of(arrays: Mapping[str, NDArray[Any]]) -> Vehicle:
 
 def same_vehicle(a: Vehicle, b: Vehicle) -> bool:
     """Whether two vehicles have the same numbers."""
-    return all(np.array_equal(getattr(a, key), getattr(b, key)) for key in VEHICLE_ARRAYS)
+    same = all(np.array_equal(getattr(a, key), getattr(b, key)) for key in VEHICLE_ARRAYS)
+    return same and a.priority == b.priority
 
 
 def save(path: Path, **arrays: NDArray[Any]) -> None:

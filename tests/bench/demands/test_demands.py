@@ -125,6 +125,8 @@ def test_a_vehicle_survives_the_file_it_is_handed_over_in_with_its_moving_limits
     save_case(tmp_path / "case.npz", Case(slow, np.ones((2, 6))))
     again, taus, f_min, f_max = load_case(tmp_path / "case.npz")
     assert (again.name, again.whole, again.dof) == (slow.name, slow.whole, slow.dof)
+    assert (again.priority, again.names) == (slow.priority, slow.names)
+    assert len(again.priority) == 3
     assert taus.shape == (2, 6)
     assert f_min is f_max is None
     moment = {"volts": 13.0, "f_previous": np.ones(8), "dt": 0.1}
