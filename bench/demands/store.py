@@ -19,10 +19,7 @@ def arrays_of(vehicle: Vehicle) -> dict[str, NDArray[Any]]:
     names = np.array([vehicle.name, vehicle.source, vehicle.whole])
     arrays = {"vehicle": names, "dof": np.array(vehicle.dof), "thrusters": np.array(vehicle.names, dtype=str)}
     arrays |= {k: getattr(vehicle, k) for k in VEHICLE_ARRAYS}
-    arrays |= {
-        "priority": np.array([",".join(level) for level in vehicle.priority]),
-        "names": np.array(vehicle.names, dtype=np.str_),
-    }
+    arrays["priority"] = np.array([",".join(level) for level in vehicle.priority])
     if vehicle.slew is not None:
         arrays |= {"slew up": vehicle.slew.up, "slew down": vehicle.slew.down}
     if (table := vehicle.by_volts) is not None:
@@ -40,6 +37,7 @@ def vehicle_of(arrays: Mapping[str, NDArray[Any]]) -> Vehicle:
         numbers["by_volts"] = VoltageTable(arrays["volts"], arrays["volts f_min"], arrays["volts f_max"])
     for key, words in (("dof", "dof"), ("names", "thrusters")):
         numbers[key] = tuple(map(str, arrays[words]))
+    numbers["priority"] = tuple(tuple(str(level).split(",")) for level in arrays["priority"])
     return Vehicle(name=name, source=source, whole=whole, **numbers)
 
 
