@@ -1,9 +1,12 @@
 """f = G tau: the allocator of every closed form without limits."""
 
+from math import hypot
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from alloc.allocation import (
+    LARGEST_DEMAND,
     WRENCH_TOLERANCE,
     Allocation,
     FloatArray,
@@ -19,6 +22,10 @@ from alloc.vehicle.condition import promised, wrench_doubt
 
 TOLERANCE = 1e-9
 """Promised distance to T* tau, relative to the largest limit, unless rounding takes more [-]."""
+TINY = 1e-300
+"""In place of the size of an inverse that is zero."""
+
+_FLOAT64 = np.dtype(np.float64)
 
 
 class Linear:
@@ -45,18 +52,29 @@ class Linear:
         self._missed = None if met else missed
         # Square of the largest thrusts of which rounding takes less than SOLVED allows the wrench to miss.
         self._rounded = (vehicle.f_scale * WRENCH_TOLERANCE / wrench_doubt(vehicle)) ** 2
+        # No demand of this length or less asks for larger thrusts, so its thrusts need not be looked at.
+        reach = float(np.sqrt(self._rounded)) / max(float(np.linalg.norm(G, 2)), TINY)
+        self._usual = min(LARGEST_DEMAND, reach)
+        self._shape = (vehicle.k,)
 
     def __call__(
         self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
     ) -> Allocation:
         """Allocate one wrench (k,) [N, N m]; limits are checked as any method does, and not kept."""
-        wrench = checked(tau, self._k)
+        if type(tau) is np.ndarray and tau.dtype is _FLOAT64 and tau.shape == self._shape:
+            wrench = tau
+        else:
+            wrench = checked(tau, self._k)
+        # The length also finds NaN and what is too large; ``checked`` then says which.
+        usual = hypot(*wrench.tolist()) <= self._usual
+        if not usual:
+            wrench = checked(wrench, self._k)
         if f_min is not None or f_max is not None:
             self._limits_of_call(f_min, f_max)
         f = self.G.dot(wrench)
         if self._missed is not None and np.abs(self._missed.dot(wrench)).max() > TOLERANCE:
             return answer(f, Status.PARTIAL)
-        if not f.dot(f) <= self._rounded:
+        if not usual and not f.dot(f) <= self._rounded:
             return answer(f, Status.PARTIAL)
         return answer(f, Status.SOLVED)
 

@@ -67,7 +67,7 @@ class Live:
         self._soft = Stationarity(posed.qp, posed.unit) if len(posed.qp.g) > self._m else None
         self._beyond = beyond(vehicle) if self._soft is None else None
         self._limits = vehicle.f_min[posed.working], vehicle.f_max[posed.working]
-        self._bounds = posed.qp.lb[: self._m], posed.qp.ub[: self._m]
+        self._lb, self._ub = posed.qp.lb[: self._m], posed.qp.ub[: self._m]
         self._per_axis = 1.0 / vehicle.wrench_scale
         self._T = vehicle.TP[:, posed.working] * self._per_axis[:, None]
 
@@ -77,7 +77,7 @@ class Live:
         """b (p,), lb and ub (m,) of the QP for a wrench (k,) [N, N m] and limits (m,) of what works [N]."""
         b: FloatArray = self._b_of_tau.dot(tau)
         if f_min is None or f_max is None:
-            return b, *self._bounds
+            return b, self._lb, self._ub
         return b, f_min / self._unit, f_max / self._unit
 
     def __call__(

@@ -77,7 +77,10 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
         return _solve(model)
 
     def reused(model: Any, b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
-        put(b, lb, ub)
+        if lb is held[0] and ub is held[1]:
+            low[m:] = high[m:] = b
+        else:
+            put(b, lb, ub)
         model.update(bupper=high, blower=low, sense=sense)  # giving sense drops the last active set
         return _solve(model)
 
