@@ -141,7 +141,7 @@ def checked(tau: ArrayLike, k: int) -> FloatArray:
     """
     try:
         wrench = np.asarray(tau)
-        if wrench.dtype is not _FLOAT64:
+        if wrench.dtype is not FLOAT64:
             wrench = real(wrench)
     except (TypeError, ValueError, OverflowError) as error:
         raise DemandError(f"tau is not an array of numbers ({error}); give k = {k} of them") from None
@@ -156,7 +156,7 @@ def checked_many(taus: ArrayLike, k: int) -> FloatArray:
     """``taus`` as a float64 array of shape (N, k); raises DemandError as ``checked`` does."""
     try:
         wrenches = np.asarray(taus)
-        if wrenches.dtype is not _FLOAT64:
+        if wrenches.dtype is not FLOAT64:
             wrenches = real(wrenches)
     except (TypeError, ValueError, OverflowError) as error:
         raise DemandError(f"taus is not an array of numbers ({error}); give shape (N, {k})") from None
@@ -168,7 +168,8 @@ def checked_many(taus: ArrayLike, k: int) -> FloatArray:
     return wrenches
 
 
-_FLOAT64 = np.dtype(np.float64)
+FLOAT64 = np.dtype(np.float64)
+"""The type of every array of numbers; numpy keeps one object of it, so ``is`` tells it."""
 
 
 def real(values: NDArray[Any]) -> FloatArray:

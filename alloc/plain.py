@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from alloc.allocation import (
+    FLOAT64,
     WRENCH_TOLERANCE,
     Allocation,
     FloatArray,
@@ -24,7 +25,6 @@ from alloc.vehicle.call_limits import at_call, one_by_one
 
 ANY_DISTANCE = 1.0
 """Tolerance of a function that declares no formulation: as far from T* tau as the largest limit."""
-_FLOAT64 = np.dtype(np.float64)
 EXACT = 1e-6
 """Tolerance of a function that declares a formulation and no tolerance."""
 
@@ -78,7 +78,7 @@ class Plain:
     def _fresh(self, given: Any) -> FloatArray:
         """The function's thrusts in an array of their own: the function may keep its."""
         n = self._n
-        if type(given) is np.ndarray and given.dtype is _FLOAT64:
+        if type(given) is np.ndarray and given.dtype is FLOAT64:
             f = given.copy()
         else:
             try:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from alloc.allocation import (
+    FLOAT64,
     LARGEST_DEMAND,
     WRENCH_TOLERANCE,
     Allocation,
@@ -24,8 +25,6 @@ TOLERANCE = 1e-9
 """Promised distance to T* tau, relative to the largest limit, unless rounding takes more [-]."""
 TINY = 1e-300
 """In place of the size of an inverse that is zero."""
-
-_FLOAT64 = np.dtype(np.float64)
 
 
 class Linear:
@@ -61,14 +60,15 @@ class Linear:
         self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
     ) -> Allocation:
         """Allocate one wrench (k,) [N, N m]; limits are checked as any method does, and not kept."""
-        if type(tau) is np.ndarray and tau.dtype is _FLOAT64 and tau.shape == self._shape:
-            wrench = tau
+        if (
+            type(tau) is np.ndarray
+            and tau.dtype is FLOAT64
+            and tau.shape == self._shape
+            and hypot(*tau.tolist()) <= self._usual  # false for NaN too
+        ):
+            wrench, usual = tau, True
         else:
-            wrench = checked(tau, self._k)
-        # The length also finds NaN and what is too large; ``checked`` then says which.
-        usual = hypot(*wrench.tolist()) <= self._usual
-        if not usual:
-            wrench = checked(wrench, self._k)
+            wrench, usual = checked(tau, self._k), False
         if f_min is not None or f_max is not None:
             self._limits_of_call(f_min, f_max)
         f = self.G.dot(wrench)

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from alloc.allocation import (
+    FLOAT64,
     LARGEST_DEMAND,
     Allocation,
     FloatArray,
@@ -20,8 +21,6 @@ from alloc.vehicle.model import Vehicle
 
 AtCall = Callable[[ArrayLike | None, ArrayLike | None], Interval]
 """A function of f_min and f_max as a call gives them, None for the vehicle's: both checked, (n,) each [N]."""
-
-_FLOAT64 = np.dtype(np.float64)
 
 
 def at_call(vehicle: Vehicle) -> AtCall:
@@ -43,8 +42,8 @@ def at_call(vehicle: Vehicle) -> AtCall:
         if not (
             type(low) is np.ndarray
             and type(high) is np.ndarray
-            and low.dtype is _FLOAT64
-            and high.dtype is _FLOAT64
+            and low.dtype is FLOAT64
+            and high.dtype is FLOAT64
             and low.shape == high.shape == shape
             and hypot(*low.tolist(), *high.tolist()) <= LARGEST_DEMAND
         ):
@@ -97,7 +96,7 @@ def _side(given: ArrayLike, key: str, n: int, count: int | None) -> FloatArray:
     """Limits of one side: (n,), or also (count, n) where there is a count; copied only where they must be."""
     try:
         limits = np.asarray(given)
-        if limits.dtype is not _FLOAT64:
+        if limits.dtype is not FLOAT64:
             limits = real(limits)
     except (TypeError, ValueError, OverflowError) as error:
         raise DemandError(f"{key} is not an array of numbers ({error}); give n = {n} of them [N]") from None
