@@ -3,9 +3,11 @@
 from math import isfinite
 from typing import NamedTuple
 
+import numpy as np
+
 from alloc.errors import NotApplicable
 from alloc.native.bounds import CLimits
-from alloc.native.code import TOLERANCE, Table, defined, dot, fold, names, number, placed, signed_sum, term
+from alloc.native.code import TOLERANCE, Table, defined, dot, fold, names, number, placed, signed_sum, snapped, term
 from alloc.native.entry import (
     Excess,
     closed_form,
@@ -18,7 +20,7 @@ from alloc.native.entry import (
     refused,
     written,
 )
-from alloc.native.steps import Limits, nearest
+from alloc.native.steps import Row, joined, nearest
 from alloc.nullspace.region import Region, prepare
 from alloc.nullspace.structure import Block, Structure, decompose
 from alloc.vehicle import Vehicle
@@ -126,11 +128,22 @@ def _away(minus: bool, limit: str, x: str) -> str:
 
 
 def _steps(block: Block, region: Region, name: str, bounds: CLimits, c: Table) -> Piece:
-    """C of a block of more dimensions: z by Seidel's steps, then the block's thrusts as sums with z."""
-    rows = block.rows.tolist()
-    limits = [Limits(*bounds.ends(i), f"x{i}") for i in rows]
-    z = names(f"z{name}_", region.d)
-    declared = ", ".join(f"{e} = {number(0.0, c.scalar)}" for e in z)
-    lines = [f"{c.scalar} {declared};", *nearest(region, limits, z, f"{name}_", c)]
-    thrusts = {i: f"x{i} + {dot(row, z, c)}" for i, row in zip(rows, block.N.tolist(), strict=True)}
-    return Piece(rows, [], [], lines, thrusts)
+    """C of a block of more dimensions: some of its thrusts by Seidel's steps, the others as sums with those."""
+    indices = block.rows.tolist()
+    rows = [
+        Row(f"v{i}", normal, f"x{i}", *bounds.ends(i)) for i, normal in zip(indices, block.N, strict=True)
+    ]
+    lines = [f"{c.scalar} {row.name} = {row.start};" for row in rows]
+    more, slabs = joined(region, rows, f"{name}_", c)
+    kept = slabs[-region.d:]
+    lines += more + nearest(region, slabs, kept, f"{name}_", c)
+    moved = names(f"d{name}_", region.d)
+    lines += [
+        defined(d, f"{row.name} - {row.start}" if row.start else row.name, c)
+        for d, row in zip(moved, kept, strict=True)
+    ]
+    shares = snapped(block.N @ np.linalg.inv(np.array([row.normal for row in kept])))
+    thrusts = {}
+    for i, row, share in zip(indices, rows, shares.tolist(), strict=True):
+        thrusts[i] = row.name if row in kept else f"x{i} + {dot(share, moved, c)}"
+    return Piece(indices, [], [], lines, thrusts)
