@@ -3,6 +3,7 @@
 import re
 from collections import Counter
 from itertools import combinations
+from math import copysign
 from typing import Literal
 
 import numpy as np
@@ -32,11 +33,21 @@ class Table:
         """An empty table of that type."""
         self.scalar = scalar
         self._index: dict[str, int] = {}
+        self._ratios = [1.0]
 
     def __call__(self, value: float) -> str:
         """The C expression for a constant; its sign stands in front, so that +-x share an entry."""
         entry = self._index.setdefault(number(abs(value), self.scalar), len(self._index))
         return f"{'-' if value < 0 else ''}c[{entry}]"
+
+    def ratio(self, value: float) -> float:
+        """The value, or one given here before that differs by rounding only; rounding itself is zero."""
+        size = abs(value)
+        if size <= 1e-14:
+            return 0.0
+        same = [known for known in self._ratios if abs(known - size) <= SAME * size]
+        self._ratios += [] if same else [size]
+        return copysign(same[0] if same else size, value)
 
     def define(self, name: str) -> str:
         """The table as a C definition."""

@@ -1,13 +1,26 @@
 """C99 of the exact method for one vehicle: the tables of ``alloc.nullspace`` written out as straight code."""
 
-from math import isfinite
+from itertools import combinations
+from math import inf, isfinite
 from typing import NamedTuple
 
 import numpy as np
 
+from alloc.allocation import FloatArray
 from alloc.errors import NotApplicable
 from alloc.native.bounds import CLimits
-from alloc.native.code import TOLERANCE, Table, defined, dot, fold, names, number, placed, signed_sum, snapped, term
+from alloc.native.code import (
+    TOLERANCE,
+    Table,
+    defined,
+    dot,
+    fold,
+    names,
+    number,
+    placed,
+    signed_sum,
+    term,
+)
 from alloc.native.entry import (
     Excess,
     closed_form,
@@ -28,6 +41,10 @@ from alloc.vehicle.condition import wrench_doubt
 
 STEPS_LIMIT = 500
 """Most steps of a block: each is written out, and more would fill a microcontroller's flash."""
+
+
+LARGEST_FACTOR = 4.0
+"""Most that a thrust which follows from others may move by where one of them moves by one."""
 
 
 class Piece(NamedTuple):
@@ -128,22 +145,46 @@ def _away(minus: bool, limit: str, x: str) -> str:
 
 
 def _steps(block: Block, region: Region, name: str, bounds: CLimits, c: Table) -> Piece:
-    """C of a block of more dimensions: some of its thrusts by Seidel's steps, the others as sums with those."""
+    """C of a block of more dimensions: some thrusts by Seidel's steps, the others as sums with those."""
     indices = block.rows.tolist()
     rows = [
         Row(f"v{i}", normal, f"x{i}", *bounds.ends(i)) for i, normal in zip(indices, block.N, strict=True)
     ]
-    lines = [f"{c.scalar} {row.name} = {row.start};" for row in rows]
-    more, slabs = joined(region, rows, f"{name}_", c)
-    kept = slabs[-region.d:]
-    lines += more + nearest(region, slabs, kept, f"{name}_", c)
+    lines, slabs = joined(region, rows, f"{name}_", c)
+    lines += [f"{c.scalar} {slab.name} = {slab.start};" for slab in slabs if slab.start]
+    kept = [slabs[i] for i in _late(np.array([slab.normal for slab in slabs]))]
+    lines += nearest(region, slabs, kept, f"{name}_", c)
     moved = names(f"d{name}_", region.d)
     lines += [
         defined(d, f"{row.name} - {row.start}" if row.start else row.name, c)
         for d, row in zip(moved, kept, strict=True)
     ]
-    shares = snapped(block.N @ np.linalg.inv(np.array([row.normal for row in kept])))
+    asked = {row.name for row in kept}
+    shares = block.N @ np.linalg.inv(np.array([row.normal for row in kept]))
     thrusts = {}
     for i, row, share in zip(indices, rows, shares.tolist(), strict=True):
-        thrusts[i] = row.name if row in kept else f"x{i} + {dot(share, moved, c)}"
+        terms = [
+            (False, f"x{i}"),
+            *(term(c.ratio(x), d, c) for x, d in zip(share, moved, strict=True) if c.ratio(x)),
+        ]
+        thrusts[i] = row.name if row.name in asked else signed_sum(terms, c.scalar)
     return Piece(indices, [], [], lines, thrusts)
+
+
+def _late(normals: FloatArray) -> list[int]:
+    """d slabs (m, d) as late as can be, of which all others are sums without large factors.
+
+    What is late is asked for by the steps anyhow.
+    """
+    m, d = normals.shape
+    choices = [list(choice) for choice in combinations(reversed(range(m)), d)]
+    factors = [_largest(normals, choice) for choice in choices]
+    good = [choice for choice, factor in zip(choices, factors, strict=True) if factor <= LARGEST_FACTOR]
+    return good[0] if good else choices[int(np.argmin(factors))]
+
+
+def _largest(normals: FloatArray, choice: list[int]) -> float:
+    chosen = normals[choice]
+    if np.linalg.matrix_rank(chosen) < len(choice):
+        return inf
+    return float(np.abs(normals @ np.linalg.inv(chosen)).max())

@@ -46,8 +46,8 @@ class Row(NamedTuple):
 def nearest(region: Region, slabs: list[Row], kept: list[Row], at: str, c: Table) -> list[str]:
     """Statements that set the variables of ``kept``; INFEASIBLE is returned unless the tolerance is infinite.
 
-    ``slabs`` are the region's as ``joined`` gives them, ``kept`` is what is asked for afterwards; a row may be
-    in both. The variable of each holds its start already. Names of this level end in ``at``.
+    ``slabs`` are the region's as ``joined`` gives them, ``kept`` is what is asked for afterwards; a row may
+    be in both. The variable of each holds its start already. Names of this level end in ``at``.
     """
     lines = list[str]()
     if region.d > 1:
@@ -57,7 +57,7 @@ def nearest(region: Region, slabs: list[Row], kept: list[Row], at: str, c: Table
         (one,) = slabs
         w = f"w{at}"
         lines.append(defined(w, f"most({one.low}, least({one.high}, {number(0.0, c.scalar)}))", c))
-        lines += [f"{row.name} = {row.moved(_ratio(row, one), w, c)};" for row in kept]
+        lines += [f"{row.name} = {row.moved(_ratio(row, one, c), w, c)};" for row in kept]
     return lines
 
 
@@ -98,21 +98,21 @@ def _common(slab: Slab, rows: list[Row], at: str, c: Table) -> tuple[list[str], 
 
 
 def _held(slab: Slab, slabs: list[Row], kept: list[Row], at: str, c: Table) -> list[str]:
-    """Statements that, where the slab is left, hold its row at that limit and solve the earlier ones there."""
+    """Statements that, where the slab is left, hold it at that limit and solve the earlier ones there."""
     assert slab.plane is not None
     i = len(slab.shift)
     row, earlier, later = slabs[i], slabs[:i], slabs[i + 1 :]
     names = {each.name for each in later}
     asked = later + [each for each in kept if each.name not in names]
     bound, b = f"e{at}", f"b{at}" if row.start else f"e{at}"
-    inside = [defined(bound, f"{row.name} < {row.low} ? {row.low} : {row.high}", c)]
+    inside = []
     if row.start:
         inside.append(defined(b, f"{bound} - {row.start}", c))
     moved: dict[str, Row] = {}
     for each in (*earlier, *(each for each in asked if each.name != row.name)):
         if each.name in moved:
             continue
-        value = each.moved(_ratio(each, row), b, c)
+        value = each.moved(_ratio(each, row, c), b, c)
         start = f"u{at}_{len(moved)}"
         along = np.asarray(slab.along).T @ each.normal
         if slab.plane.slabs:
@@ -129,16 +129,16 @@ def _held(slab: Slab, slabs: list[Row], kept: list[Row], at: str, c: Table) -> l
     asked_below = [moved[each.name] for each in asked if each.name != row.name]
     inside += statements + nearest(slab.plane, below, asked_below, f"{at}_", c)
     return [
-        f"if ({row.name} < {row.low} || {row.name} > {row.high}) {{",
+        defined(bound, f"within({row.name}, {row.low}, {row.high})", c),
+        f"if ({bound} != {row.name}) {{",
         *(f"    {line}" for line in inside),
         "}",
     ]
 
 
-def _ratio(row: Row, held: Row) -> float:
+def _ratio(row: Row, held: Row, c: Table) -> float:
     """By how much a row's value moves to the nearest point where that of ``held`` moved by one."""
-    ratio = float(row.normal @ held.normal) / float(held.normal @ held.normal)
-    return ratio if abs(ratio) > 1e-14 else 0.0
+    return c.ratio(float(row.normal @ held.normal) / float(held.normal @ held.normal))
 
 
 def _plus(start: str, by: float, b: str, c: Table) -> str:
