@@ -20,6 +20,7 @@ from alloc.native.code import (
     butterflies,
     defined,
     fold,
+    gathered,
     names,
     number,
     placed,
@@ -80,16 +81,18 @@ def _at_call(vehicle: Vehicle, table: FloatArray, c: Table) -> CDeparture:
     definitions: list[str] = []
     for i in vehicle.working.tolist():
         definitions += [
-            defined(f"in{i}", f"least(-o{i} * {inset}, most(most(l{i}, -h{i}), {zero}))", c),
-            defined(f"f{i}", f"least(most({zero}, l{i} + in{i}), h{i} - in{i})", c),
+            defined(f"near{i}", f"within({zero}, l{i}, h{i})", c),
+            defined(f"in{i}", f"o{i} * {inset}", c),
+            defined(f"f{i}", f"near{i} + within(near{i}, in{i}, -in{i})", c),
             defined(f"g{i}", f"h{i} - f{i}", c),
             defined(f"g{n + i}", f"f{i} - l{i}", c),
         ]
-    for matrix, into, name in ((vehicle.TP, "f", "w_"), (table, "g", "room")):
-        lines, rows, _ = product(matrix, into, c, f"p{name}")
-        sums, rows = butterflies(rows, c, f"s{name}")
-        definitions += [*lines, *sums]
-        definitions += [defined(f"{name}{r}", signed_sum(row, c.scalar), c) for r, row in enumerate(rows)]
+    lines, rows, _ = product(table, "g", c, "proom")
+    sums, rows = butterflies(rows, c, "sroom")
+    more, wrench = gathered(vehicle.TP, "f", c, "sw_")
+    definitions += [*lines, *sums, *more]
+    for name, each in (("room", rows), ("w_", wrench)):
+        definitions += [defined(f"{name}{r}", signed_sum(row, c.scalar), c) for r, row in enumerate(each)]
     half = len(table) // 2
     rooms: list[tuple[Room, Room]] = [(f"room{m}", f"room{half + m}") for m in range(half)]
     return CDeparture(definitions, [(False, f"w_{r}") for r in range(vehicle.k)], rooms)

@@ -99,6 +99,30 @@ def product(
     return lines, rows, largest
 
 
+def gathered(matrix: FloatArray, into: str, c: Table, prefix: str) -> tuple[list[str], list[Terms]]:
+    """C of matrix times [into0, into1, …] where rows are few: lines, and each row's terms.
+
+    Of equal sizes in a row the sum is multiplied, once; sums that rows share are taken once.
+    """
+    M = snapped(matrix)
+    sums = {
+        (r, size): [(bool(row[j] < 0), f"{into}{j}") for j in np.flatnonzero(np.abs(row) == size)]
+        for r, row in enumerate(M)
+        for size in np.unique(np.abs(row[row != 0])).tolist()
+    }
+    lines, short = butterflies(list(sums.values()), c, prefix)
+    rows: list[Terms] = [[] for _ in M]
+    for (r, size), terms in zip(sums, short, strict=True):
+        # The sign of a sum's first term stands before the product.
+        minus = terms[0][0]
+        text = signed_sum([(sign != minus, name) for sign, name in terms], c.scalar)
+        if len(terms) > 1:
+            lines.append(defined(f"{prefix}{r}_{len(rows[r])}", text, c))
+            text = f"{prefix}{r}_{len(rows[r])}"
+        rows[r].append(term(-size if minus else size, text, c))
+    return lines, rows
+
+
 def butterflies(rows: list[Terms], c: Table, prefix: str = "w") -> tuple[list[str], list[Terms]]:
     """Take each sum of two terms that several rows share once: lines of C, and the shortened rows.
 

@@ -94,11 +94,12 @@ static inline double size(double x)
 #endif
 }
 """,
-    # What a step takes of the room ahead of it, or behind where it is negative; nothing where it is tiny.
+    # What a step takes of the room ahead of it, or behind where it is negative; nothing where it is tiny, be it
+    # as NaN where there is no room either, which compares and the FPU's maximum drop alike.
     "load": """\
 static inline double load(double along, double ahead, double astern, double tiny)
 {
-    return size(along) > tiny ? size(along) / (along > 0.0 ? ahead : astern) : 0.0;
+    return (size(along) > tiny ? size(along) : 0.0) / (along > 0.0 ? ahead : astern);
 }
 """,
     # A share that is 1 but for rounding.
