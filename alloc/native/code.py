@@ -65,7 +65,7 @@ def snapped(matrix: FloatArray) -> FloatArray:
         if sizes[at] <= 1e-14 * sizes.max():  # far below the tolerance of any method
             continue
         if sizes[at] - last > SAME * sizes[at]:
-            last = float(sizes[at])
+            last = 1.0 if abs(sizes[at] - 1.0) <= SAME else float(sizes[at])
         result[at] = np.copysign(last, matrix[at])
     return result
 
