@@ -42,11 +42,14 @@ class CLimits:
         self._c = c
 
     def definitions(self) -> list[str]:
-        """Statements that read the arguments."""
+        """Statements that read the arguments, and how far limits cross."""
         if not self.at_call:
             return []
-        sides = ((f"l{self._mark}", "f_min"), (f"h{self._mark}", "f_max"))
-        return [defined(f"{side}{i}", f"{a}[{i}]", self._c) for i in self._working for side, a in sides]
+        low, high = f"l{self._mark}", f"h{self._mark}"
+        crossing = [defined(f"o{self._mark}{i}", f"{low}{i} - {high}{i}", self._c) for i in self._working]
+        sides = ((low, "f_min"), (high, "f_max"))
+        read = [defined(f"{side}{i}", f"{a}[{i}]", self._c) for i in self._working for side, a in sides]
+        return [*read, *crossing]
 
     def again(self, mark: str) -> "CLimits":
         """The same limits, read again behind a fence, so that they hold no register until then."""

@@ -28,7 +28,7 @@ from alloc.native.code import (
     snapped,
     term,
 )
-from alloc.native.entry import crossed, entered, inside, read, refused, written
+from alloc.native.entry import Excess, cover, crossed, entered, inside, read, refused
 from alloc.native.exact import pieces
 from alloc.nullspace.structure import Structure, decompose
 from alloc.reach import edge as facets
@@ -43,8 +43,8 @@ PARALLEL: dict[Scalar, float] = {"double": facets.PARALLEL, "float": 2e-6}
 EDGE: dict[Scalar, float] = {"double": facets.EDGE, "float": 4e-6}
 """What ``alloc.reach.edge`` has for double, and what rounding makes of it in float."""
 ROOMY = 1e-3
-"""Where a facet leaves more room than this in unit of ``wrench_scale``, rounding of a step along it is
-nothing to it."""
+"""Where a facet leaves more room than this share of the largest limit, rounding of a step along it is nothing
+to it."""
 
 
 Value = str | float
@@ -54,14 +54,16 @@ Value = str | float
 class Walk:
     """The C of one way, written level by level, in thrusts.
 
-    Thrusts f that are nearer to the limits than they may be are no harm on the way: only the wrench T f counts,
-    so a step of the wrench is any d with T d that step, and the room along a facet is a sum over thrusters of
-    what lies between f and a limit. At the end what f has in the null space is taken out.
+    On the way only the wrench T f counts, so f may lie beyond limits: a step of the wrench is any d with T d
+    that step, and the room along a facet is a sum over thrusters of what lies between f and a limit. At the
+    end what f has in the null space is taken out.
 
     Attributes
     ----------
     definitions : of all that statements may need; at the end x, what G makes of the wrench that is reached
     statements : the share of each level
+    resting : whether the way begins without thrust
+    sums, excess : what is finite, and what at most zero, only if the arguments are good
     """
 
     def __init__(self, vehicle: Vehicle, way: Way, structure: Structure, bounds: CLimits, c: Table) -> None:
@@ -82,15 +84,36 @@ class Walk:
         self._scale = found.scale
         self._rooms: dict[int, tuple[Value, Value]] = {}
         self._last = -1
+        self.sums: list[str] = []
+        self.excess: Excess = []
+        self._unseen = cover(vehicle, structure.G, "d0_") if len(way.keep) == 1 else names("t", vehicle.k)
         self.definitions: list[str] = []
         self.statements: list[str] = []
         self._f: list[Value] = self._start()
+        self.resting = all(f == 0.0 for f in self._f)
         maps = step_maps(vehicle, way.levels)
         for level, (D, keep) in enumerate(zip(maps, way.keep, strict=True)):
             moved = self._step(level, D, last=level + 1 == len(maps))
             self._stop(level, D, keep, moved)
             self._move(level, moved)
         self._end(structure)
+        for j in range(len(self._parts)):
+            self._arrive(j)
+        self.sums += self._unseen
+
+    def _arrive(self, j: int) -> None:
+        """Statements where facets of part j come: the first time, that its arguments enter."""
+        if j == self._last:
+            return
+        if self._last >= 0 and self._bounds.at_call:
+            self.statements.append("fence();")
+        self._last = j
+        if f"s{j}" not in self.sums:
+            rows = np.flatnonzero(self._push[self._parts[j]].any(axis=0)).tolist()
+            lines, excess = entered(rows, self._unseen, f"{j}", self._bounds, self._c, "d0_")
+            self.statements += lines
+            self.excess += excess
+            self.sums.append(f"s{j}")
 
     def _start(self) -> list[Value]:
         """Thrusts f0: zero where the limits allow it, else a little inside the end nearest to it."""
@@ -101,7 +124,7 @@ class Walk:
             low, high = self._bounds.ends(i)
             self.definitions += [
                 defined(f"near{i}", f"within({zero}, {low}, {high})", c),
-                defined(f"in{i}", f"({low} - {high}) * {c(facets.INSET)}", c),
+                defined(f"in{i}", f"o{i} * {c(facets.INSET)}", c),
                 defined(f"f{i}", f"near{i} + within(near{i}, in{i}, -in{i})", c),
             ]
         return [f"f{i}" if ready else 0.0 for i, ready in enumerate(vehicle.readiness)]
@@ -121,13 +144,19 @@ class Walk:
                 terms = [term(float(row[j]), f"n{level}_{j}", c) for j in np.flatnonzero(row)]
                 self.definitions.append(defined(f"m{level}_{r}", signed_sum(terms, T), c))
                 if not last:
-                    rest = f"n{level}_{r}" + (f" - share{level} * m{level}_{r}" if terms else "")
+                    rest = f"n{level}_{r}" + (f" - part{level} * m{level}_{r}" if terms else "")
                     self.definitions.append(defined(f"n{level + 1}_{r}", rest, c))
             matrix = np.where(D.any(axis=1), matrix, 0.0)
-        lines, rows, _ = product(matrix, into, c, f"pd{level}_")
+        lines, rows, largest = product(matrix, into, c, f"pd{level}_")
         sums, rows = butterflies(rows, c, f"sd{level}_")
         self.definitions += [*lines, *sums]
         moved = [i for i in vehicle.working.tolist() if rows[i]]
+        for j, part in enumerate(self._parts):
+            pushing = self._push[part].any(axis=0)
+            sizes = [f"size({largest[r]})" for r in np.flatnonzero(snapped(matrix)[pushing].any(axis=0))]
+            if sizes:
+                tiny = f"{c(PARALLEL[T])} * {fold('most', sizes)}"
+                self.definitions.append(defined(f"tiny{level}_{j}", tiny, c))
         for i in moved:
             away: Terms = [(True, self._text(taken[i]))] if taken[i] != 0.0 else []
             self.definitions.append(defined(f"d{level}_{i}", signed_sum([*rows[i], *away], T), c))
@@ -148,9 +177,7 @@ class Walk:
         """Statements of the level's share: the least that a facet's room leaves of the step."""
         c, T = self._c, self._c.scalar
         along = np.abs(self._normals @ (D * (self._scale / self._scale[:, None])))
-        used = [
-            m for part in self._parts for m in part.tolist() if along[m].max() > ROUNDING
-        ]
+        used = [m for part in self._parts for m in part.tolist() if along[m].max() > ROUNDING]
         # A facet that the step runs in leaves rounding only of thrusts that push along it.
         push = np.zeros_like(self._push[used])
         push[:, moved] = self._push[np.ix_(used, moved)]
@@ -158,17 +185,10 @@ class Walk:
         sums, rows = butterflies(rows, c, f"sa{level}_")
         self.definitions += [*lines, *sums]
         self._measure(level, used)
-        for j, part in enumerate(self._parts):
-            sizes = [f"size(d{level}_{i})" for i in moved if self._push[part, i].any()]
-            if sizes:
-                tiny = f"{c(PARALLEL[T])} * {fold('most', sizes)}"
-                self.definitions.append(defined(f"tiny{level}_{j}", tiny, c))
         kept = most = c(keep)
         place = {m: j for j, part in enumerate(self._parts) for m in part.tolist()}
         for m, row in zip(used, rows, strict=True):
-            if self._bounds.at_call and self._last not in (-1, place[m]):
-                self.statements.append("fence();")
-            self._last = place[m]
+            self._arrive(place[m])
             back = all(minus for minus, _ in row)
             ahead, astern = self._rooms[m][:: -1 if back else 1]
             terms = [(minus != back, text) for minus, text in row]
@@ -177,7 +197,10 @@ class Walk:
             # One after the other: all at once would need more registers than a processor has.
             self.statements.append(defined(f"load{level}_{m}", f"most({load}, {most})", c))
             most = f"load{level}_{m}"
-        self.statements.append(defined(f"share{level}", f"rounded({kept} / {most}, {c(1.0 - EDGE[T])})", c))
+        # What is reported is rounded and what is moved is not, so that no branch is needed in between.
+        self.statements.append(defined(f"part{level}", f"{kept} / {most}", c))
+        rounded = f"rounded(part{level}, {c(1.0 - EDGE[T])})"
+        self.definitions.append(defined(f"share{level}", rounded, c))
 
     def _measure(self, level: int, used: list[int]) -> None:
         """Definitions of the rooms of these facets, where they are not known from the level before."""
@@ -214,11 +237,11 @@ class Walk:
 
     def _load(self, along: str, ahead: Value, astern: Value, tiny: str) -> str:
         """What the step takes of the room that it has along a facet's normal, or along its opposite."""
-        if isinstance(ahead, float) and isinstance(astern, float):
-            if min(ahead, astern) > ROOMY * self._vehicle.f_scale:
-                if ahead == astern:
-                    return f"size({along} * {self._c(1.0 / ahead)})"
-                return f"most({along} * {self._c(1.0 / ahead)}, -{along} * {self._c(1.0 / astern)})"
+        roomy = ROOMY * self._vehicle.f_scale
+        if isinstance(ahead, float) and isinstance(astern, float) and min(ahead, astern) > roomy:
+            if ahead == astern:
+                return f"size({along} * {self._c(1.0 / ahead)})"
+            return f"most({along} * {self._c(1.0 / ahead)}, -{along} * {self._c(1.0 / astern)})"
         return f"load({along}, {self._text(ahead)}, {self._text(astern)}, {tiny})"
 
     def _move(self, level: int, moved: list[int]) -> None:
@@ -226,34 +249,37 @@ class Walk:
         for i in moved:
             before = f"{self._text(self._f[i])} + " if self._f[i] != 0.0 else ""
             name = f"f{level + 1}_{i}"
-            self.definitions.append(defined(name, f"{before}share{level} * d{level}_{i}", self._c))
+            self.definitions.append(defined(name, f"{before}part{level} * d{level}_{i}", self._c))
             self._f[i] = name
-        touched = self._push[:, moved].any(axis=1)
-        self._rooms = {m: room for m, room in self._rooms.items() if not touched[m]}
+        touched = np.flatnonzero(np.abs(self._push[:, moved]).sum(axis=1))
+        self._rooms = {m: room for m, room in self._rooms.items() if m not in touched}
 
     def _end(self, structure: Structure) -> None:
-        """Definitions of x, the thrusts f without what they have in the null space."""
-        c = self._c
-        working = self._vehicle.working.tolist()
-        resting = not self._bounds.at_call and not np.any(
-            facets.start(self._vehicle.f_min, self._vehicle.f_max)
-        )
-        rows: dict[int, Terms] = {i: [] for i in working}
-        for b, block in enumerate(structure.blocks if not resting else ()):
-            H = self._vehicle.H[np.ix_(block.rows, block.rows)]
-            size = np.abs(block.N).max(axis=0)
-            wide = np.zeros((block.N.shape[1], self._vehicle.n))
-            wide[:, block.rows] = (block.N * size).T @ H
-            lines, inner = gathered(wide, "r", c, f"sq{b}_")
+        """Definitions of x, thrusts f without what they have in the null space, or for one dimension of z.
+
+        There x is f, and z says where it would be without.
+        """
+        vehicle, c = self._vehicle, self._c
+        rows: dict[int, Terms] = {i: [] for i in vehicle.working.tolist()}
+        for b, block in enumerate(() if self.resting else structure.blocks):
+            # N in unit of its first row, so that zero entries stay zero and equal sizes become one.
+            N = block.N / (block.N[0] if block.N.shape[1] == 1 else np.abs(block.N).max(axis=0))
+            H = vehicle.H[np.ix_(block.rows, block.rows)]
+            wide = np.zeros((N.shape[1], vehicle.n))
+            wide[:, block.rows] = -np.linalg.solve(N.T @ H @ N, N.T @ H)
+            lines, inner = gathered(wide, "r", c, f"sz{b}_")
             self.definitions += lines
+            z = names(f"z{b}_", N.shape[1]) if N.shape[1] > 1 else [f"z{b}"]
             self.definitions += [
-                defined(f"q{b}_{j}", signed_sum(row, c.scalar), c) for j, row in enumerate(inner)
+                defined(name, signed_sum(row, c.scalar), c) for name, row in zip(z, inner, strict=True)
             ]
-            lines, outer, _ = product(block.N / size, f"q{b}_", c, f"pq{b}_")
+            if N.shape[1] == 1:
+                continue
+            lines, outer, _ = product(N, f"z{b}_", c, f"pz{b}_")
             self.definitions += lines
             for i, row in zip(block.rows.tolist(), outer, strict=True):
-                rows[i] = [(not minus, text) for minus, text in row]
-        for i in working:
+                rows[i] = row
+        for i in vehicle.working.tolist():
             self.definitions += [
                 defined(f"r{i}", self._text(self._f[i]), c),
                 defined(f"x{i}", signed_sum([(False, f"r{i}"), *rows[i]], c.scalar), c),
@@ -278,15 +304,12 @@ def by_level(formulation: Formulation) -> Callable[[Vehicle, CLimits, Table], li
 
     def statements(vehicle: Vehicle, bounds: CLimits, c: Table) -> list[str]:
         way, structure = way_of(vehicle), decompose(vehicle)
-        later = bounds.again("e")
-        first = bounds.again("w")
-        walk = Walk(vehicle, way, structure, first, c)
-        definitions = [*read(vehicle, c), *bounds.definitions(), *first.definitions(), *later.definitions(), *walk.definitions]
-        working = vehicle.working.tolist() if bounds.at_call else []
-        lines, excess = entered(working, names("t", vehicle.k), "0", bounds, c)
-        lines += refused(["s0"], excess, crossed(bounds, c), c)
-        lines += walk.statements
-        for piece in pieces(vehicle, structure, inf, later, c):
+        walk, later = Walk(vehicle, way, structure, bounds, c), bounds.again("e")
+        read_in = [*read(vehicle, c), *bounds.definitions(), *later.definitions()]
+        definitions = [*read_in, *walk.definitions]
+        lines = [*walk.statements, *refused(walk.sums, walk.excess, crossed(bounds, c), c)]
+        zero = "" if walk.resting else "z"
+        for piece in pieces(vehicle, structure, inf, later, c, zero):
             lines += ["fence();"] * bounds.at_call
             lines += [*piece.before, *piece.after, *inside(piece.thrusts, later, c)]
             lines += [f"f[{i}] = y{i};" for i in piece.thrusts]

@@ -87,9 +87,18 @@ def body(vehicle: Vehicle, bounds: CLimits, c: Table) -> list[str]:
     return placed(definitions, [*lines, *written(vehicle, c), "return SOLVED;"])
 
 
-def pieces(vehicle: Vehicle, structure: Structure, slack: float, bounds: CLimits, c: Table) -> list[Piece]:
-    """The exact answer from x = G tau on, in pieces; nothing is refused where the slack [N] is infinite."""
-    blocks = [_piece(block, slack, f"{i}", bounds, c) for i, block in enumerate(structure.blocks)]
+def pieces(
+    vehicle: Vehicle, structure: Structure, slack: float, bounds: CLimits, c: Table, zero: str = ""
+) -> list[Piece]:
+    """The exact answer from x = G tau on, in pieces; nothing is refused where the slack [N] is infinite.
+
+    ``zero`` begins the names of where z is zero, of each block of one dimension, if x is not G tau but any
+    thrusts that make tau.
+    """
+    blocks = [
+        _piece(block, slack, f"{i}", bounds, c, zero and f"{zero}{i}")
+        for i, block in enumerate(structure.blocks)
+    ]
     rows = [i for i in structure.fixed.tolist() if vehicle.readiness[i]]
     excess: Excess = []
     for i in rows if isfinite(slack) else []:
@@ -98,17 +107,19 @@ def pieces(vehicle: Vehicle, structure: Structure, slack: float, bounds: CLimits
     return [*blocks, *([Piece(rows, [], excess, [], {i: f"x{i}" for i in rows})] if rows else [])]
 
 
-def _piece(block: Block, slack: float, name: str, bounds: CLimits, c: Table) -> Piece:
+def _piece(block: Block, slack: float, name: str, bounds: CLimits, c: Table, zero: str) -> Piece:
     region = prepare(block.N, slack)
     if region.worst_case_steps > STEPS_LIMIT:
         raise NotApplicable(
             f"generated C: each step is written out, here {region.worst_case_steps}, "
             f"more than {STEPS_LIMIT}; use nullspace, or a qp/ method"
         )
-    return (_clamp if region.d == 1 else _steps)(block, region, name, bounds, c)
+    if region.d == 1:
+        return _clamp(block, region, name, bounds, c, zero or number(0.0, c.scalar))
+    return _steps(block, region, name, bounds, c)
 
 
-def _clamp(block: Block, region: Region, name: str, bounds: CLimits, c: Table) -> Piece:
+def _clamp(block: Block, region: Region, name: str, bounds: CLimits, c: Table, zero: str) -> Piece:
     """C of a block of one dimension, without a branch: the slab's lo and hi, and its point nearest to zero.
 
     Rows with equal scaled limits share the subtraction: lo = limit - (least of their x). Of a row with a
@@ -130,7 +141,7 @@ def _clamp(block: Block, region: Region, name: str, bounds: CLimits, c: Table) -
     lines = [
         defined(f"lo{name}", fold("most", lo), c),
         defined(f"hi{name}", fold("least", hi), c),
-        defined(f"b{name}", f"most(lo{name}, least(hi{name}, {number(0.0, c.scalar)}))", c),
+        defined(f"b{name}", f"most(lo{name}, least(hi{name}, {zero}))", c),
     ]
     excess: Excess = []
     if isfinite(slab.slack):
@@ -154,7 +165,7 @@ def _steps(block: Block, region: Region, name: str, bounds: CLimits, c: Table) -
     lines += [f"{c.scalar} {slab.name} = {slab.start};" for slab in slabs if slab.start]
     kept = [slabs[i] for i in _late(np.array([slab.normal for slab in slabs]))]
     lines += nearest(region, slabs, kept, f"{name}_", c)
-    moved = names(f"d{name}_", region.d)
+    moved = names(f"by{name}_", region.d)
     lines += [
         defined(d, f"{row.name} - {row.start}" if row.start else row.name, c)
         for d, row in zip(moved, kept, strict=True)

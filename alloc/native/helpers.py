@@ -94,8 +94,8 @@ static inline double size(double x)
 #endif
 }
 """,
-    # What a step takes of the room ahead of it, or behind where it is negative; nothing where it is tiny, be it
-    # as NaN where there is no room either, which compares and the FPU's maximum drop alike.
+    # What a step takes of the room ahead of it, or behind where it is negative; nothing where it is tiny.
+    # Nothing of no room is NaN, which compares and the FPU's maximum drop alike.
     "load": """\
 static inline double load(double along, double ahead, double astern, double tiny)
 {
