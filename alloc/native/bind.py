@@ -20,7 +20,8 @@ from alloc.allocation import (
     checked,
     checked_many,
 )
-from alloc.native.compiled import shared_library, unloadable
+from alloc.native.abreast import COUNT, FLAGS, abreast
+from alloc.native.compiled import processor, shared_library, unloadable
 from alloc.native.generate import function_name, sources
 from alloc.native.recipes import recipe
 from alloc.vehicle import Vehicle
@@ -40,9 +41,12 @@ def bound(kernel: str, vehicle: Vehicle) -> Allocator:
         library = ctypes.CDLL(str(path))
     except OSError as error:
         raise unloadable(path, error) from None
-    addresses = [
-        ctypes.cast(library[function_name(vehicle, kernel, limits=limits)], ctypes.c_void_p).value
-        for limits in ("fixed", "call")
+    names = [function_name(vehicle, kernel, limits=limits) for limits in ("fixed", "call")]
+    addresses = [ctypes.cast(library[name], ctypes.c_void_p).value for name in names]
+    side_by_side = _abreast(vehicle, kernel)
+    addresses += [
+        ctypes.cast(side_by_side[f"{name}_abreast"], ctypes.c_void_p).value if side_by_side else 0
+        for name in names
     ]
     objects = {
         "allocation": Allocation,
@@ -60,7 +64,7 @@ def bound(kernel: str, vehicle: Vehicle) -> Allocator:
         "limited": twin.limited,
         "tolerance": twin.tolerance,
         "worst_case_steps": twin.worst_case_steps if isinstance(twin, BoundedSteps) else None,
-        "library": library,
+        "library": (library, side_by_side),
     }
     return cast(
         Allocator,
@@ -68,14 +72,28 @@ def bound(kernel: str, vehicle: Vehicle) -> Allocator:
     )
 
 
+def _abreast(vehicle: Vehicle, kernel: str) -> ctypes.CDLL | None:
+    """The library that answers demands side by side; None where there is none for this kernel or compiler."""
+    sources = abreast(vehicle, kernel, "fixed") | abreast(vehicle, kernel, "call")
+    if len(sources) < 2 or not (built_for := processor()):
+        return None
+    path = shared_library(f"{kernel}_abreast", sources, FLAGS, made_for=built_for)
+    try:
+        return ctypes.CDLL(str(path))
+    except OSError as error:
+        raise unloadable(path, error) from None
+
+
 @cache
 def _binding() -> Any:
     """The extension module of ``binding.c``, compiled for this Python and this numpy."""
     text = (resources.files("alloc.native") / "binding.c").read_text(encoding="utf-8")
     includes = [f"-I{folder}" for folder in (sysconfig.get_path("include"), np.get_include())]
-    flags = [*includes, "-O3", f"-DLARGEST_DEMAND={LARGEST_DEMAND!r}"]
+    built_for = processor()
+    flags = [*includes, "-O3", f"-DLARGEST_DEMAND={LARGEST_DEMAND!r}", f"-DABREAST={COUNT}"]
+    flags += ["-march=native"] if built_for else []
     suffix = f"-numpy{np.__version__}{sysconfig.get_config_var('EXT_SUFFIX')}"
-    path = shared_library("thrustbench_binding", {"binding.c": text}, flags, suffix)
+    path = shared_library("thrustbench_binding", {"binding.c": text}, flags, suffix, built_for)
     loader = ExtensionFileLoader("thrustbench_binding", str(path))
     spec = importlib.util.spec_from_loader("thrustbench_binding", loader)
     assert spec is not None  # a loader was given

@@ -15,8 +15,8 @@ from platform import machine
 from alloc.errors import NotInstalled
 
 REMEDY = "install a C compiler and Python's headers (Debian: apt install gcc python3-dev)"
-STANDARD = ("-std=c99",)
-"""ISO C, which also keeps compilers from fusing a * b + c, so that every machine rounds as Python does."""
+STANDARD = ("-std=c99", "-ffp-contract=off")
+"""ISO C, and a * b + c never fused, so that every machine rounds as Python does."""
 
 
 def compiler() -> list[str]:
@@ -51,17 +51,23 @@ def cache_folder() -> Path:
 
 
 def shared_library(
-    name: str, sources: Mapping[str, str], flags: Sequence[str] = STANDARD, suffix: str = ".so"
+    name: str,
+    sources: Mapping[str, str],
+    flags: Sequence[str] = STANDARD,
+    suffix: str = ".so",
+    made_for: str = "",
 ) -> Path:
     """The shared library made of these sources ({file name: text}), from the cache if it is there.
 
-    The file's name carries a hash of all that its content depends on. The file is moved into place whole, so
-    processes that compile at the same time, or are killed meanwhile, leave no torn file. Raises NotInstalled.
+    The file's name carries a hash of all that its content depends on, ``made_for`` among it. The file is
+    moved into place whole, so processes that compile at the same time, or are killed meanwhile, leave no torn
+    file. Raises NotInstalled.
     """
     command = compiler()
     if not command:
         raise NotInstalled(f"{name}: needs a C compiler; {REMEDY}")
-    content = repr([machine(), command, _version(tuple(command)), list(flags), sorted(sources.items())])
+    tools = [machine(), command, _version(tuple(command)), list(flags), made_for]
+    content = repr([*tools, sorted(sources.items())])
     target = cache_folder() / f"{name}-{hashlib.sha256(content.encode()).hexdigest()[:24]}{suffix}"
     if target.exists():
         return target
@@ -85,6 +91,14 @@ def shared_library(
             "folder that can be written"
         ) from None
     return target
+
+
+@cache
+def processor() -> str:
+    """What the compiler knows of this processor with ``-march=native``; empty where it does not take that."""
+    command = [*compiler(), "-march=native", "-dM", "-E", "-x", "c", os.devnull]
+    known = subprocess.run(command, capture_output=True, text=True, check=False)
+    return "" if known.returncode else known.stdout
 
 
 def unloadable(path: Path, error: Exception) -> NotInstalled:
