@@ -8,6 +8,7 @@ header's block.
 
 import re
 import zlib
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -160,3 +161,14 @@ def answered(block: Block, n: int, scalar: np.dtype[Any]) -> tuple[FloatArray, I
         raise LogError(f"{' '.join(block.words)}: lines of another driver; take the project's own")
     status = counted[:, 0].astype(np.uint32).astype(np.int32)  # two's complement
     return F.astype(np.float64), status.astype(np.intp), counted[:, 1], counted[:, 2]
+
+
+def seen(block: Block, kind: str) -> list[tuple[int, int]]:
+    """Ticks and how often they were seen, of a block's lines of that kind, sorted."""
+    times: Counter[int] = Counter()
+    for line in block.lines:
+        if line.kind == kind:
+            numbers = [int(word) for word in line.words]
+            for ticks, often in zip(numbers[::2], numbers[1::2], strict=True):
+                times[ticks] += often
+    return sorted(times.items())

@@ -12,8 +12,10 @@
 #ifndef BOARD_FLAGS
 #define BOARD_FLAGS "not said"
 #endif
-#ifdef __VERSION__
-#define COMPILER __VERSION__
+#ifdef __clang__
+#define COMPILER __VERSION__ /* has the name in it */
+#elif defined __GNUC__
+#define COMPILER "GCC " __VERSION__
 #else
 #define COMPILER "not said"
 #endif
