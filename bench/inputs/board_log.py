@@ -20,7 +20,7 @@ from alloc import AllocError, FloatArray, IndexArray
 
 LARGEST = 1 << 30
 """Bytes of a log that are read at most."""
-_LINE = re.compile(rb"(tb (\d{1,10}) ([a-z]+)((?: [ -~]*?)?)) ([0-9a-f]{8})(?=[\r\n]|$)")
+_LINE = re.compile(rb"(tb (\d{1,10}) ([a-z_]+)((?: [ -~]*?)?)) ([0-9a-f]{8})(?=[\r\n]|$)")
 _BEGINS = ("board", "demands", "ask")
 
 
