@@ -11,18 +11,17 @@ PLUGIN_API := $(if $(shell $(QEMU) --version | grep -E "version [1-8]\."),1,2)
 $(PRODUCT): $(CALLS)
 $(CALLS): $(BUILD)/call_%.o: call.S
 	@mkdir -p $(@D)
-	$(CC) $(TARGET) -DCALLED=$* -DMEASURED=measured_$* -DLEFT=left_$* -c $< -o $@
+	@$(CC) $(TARGET) -DCALLED=$* -DMEASURED=measured_$* -DLEFT=left_$* -c $< -o $@
 
 $(BUILD)/count.so: count.c
-	gcc -O2 -shared -fPIC -DAPI=$(PLUGIN_API) $< -o $@
+	@gcc -O2 -shared -fPIC -DAPI=$(PLUGIN_API) $< -o $@
 
-# Where each kernel begins, and where its caller goes on: the last bit of an address only says that it is Thumb code.
-place = $$((0x$$(arm-none-eabi-nm $(PRODUCT) | sed -n 's/ [A-Za-z] $(1)$$//p') & ~1))
-marks = $(foreach kernel,$(KERNELS),,entry=$(call place,$(kernel)),leave=$(call place,left_$(kernel)))
-nothing :=
-space := $(nothing) $(nothing)
-
+# The plugin is told where each kernel begins, and where its caller goes on; bit 0 only says that it is Thumb code.
 log: $(PRODUCT) $(BUILD)/count.so
-	cd $(BUILD) && rm -f LOG && $(QEMU) -display none -monitor none -serial file:LOG \
-	    -semihosting-config enable=on,target=native \
-	    -plugin ./count.so$(subst $(space),,$(subst PRODUCT,board.elf,$(marks))),ticks=ticks -kernel board.elf
+	@cd $(BUILD) && rm -f LOG && marks= && for kernel in $(KERNELS); do \
+	    for mark in entry=$$kernel leave=left_$$kernel; do \
+	        address=$$(arm-none-eabi-nm board.elf | sed -n "s/ [A-Za-z] $${mark#*=}\$$//p"); \
+	        marks=$$marks,$${mark%%=*}=$$((0x$$address & ~1)); \
+	    done; \
+	done && $(QEMU) -display none -monitor none -serial file:LOG -semihosting-config enable=on,target=native \
+	    -plugin ./count.so$$marks,ticks=ticks -kernel board.elf

@@ -3,4 +3,4 @@ PRODUCT := $(BUILD)/board
 FINISH = $(CC) $(CFLAGS) $(2) -lm -o $(1)
 
 log: $(PRODUCT)
-	./$(PRODUCT) > $(BUILD)/LOG
+	@./$(PRODUCT) > $(BUILD)/LOG
