@@ -123,9 +123,10 @@ def _cell(heard: Heard, question: Question, method: str, repeat: int, run: Asked
 
 def _judged(question: Question, kernel: Kernel, promised: Promise, run: Asked, thorough: bool) -> Judged:
     F, status = _claimed(kernel, run.F, run.status)
+    known = {int(value) for value in Status}
     judged = judge(
         question,
-        [Allocation(f, Status(s) if s in set(Status) else s) for f, s in zip(F, status.tolist(), strict=True)],
+        [Allocation(f, Status(s) if s in known else s) for f, s in zip(F, status.tolist(), strict=True)],
         formulation=promised.formulation,
         limited=promised.limited,
         tolerance=promised.tolerance,

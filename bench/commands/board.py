@@ -39,9 +39,9 @@ def command(
 ) -> int:
     """A C99 project that measures methods on a board, or, with --read, a record of what the board printed.
 
-    `make` in DIR builds it for this computer; its Makefile says what else. A record is rendered at once:
-    `thrustbench report` and `size` take it like any other run. Exit code 1 where an answer of this project's C
-    is wrong, 2 where nothing in LOG can be used.
+    `make` in DIR builds it for this computer; its Makefile says what else. A record is rendered at once, and
+    `thrustbench report` and `size` take it like any other run. Exit code 1 where an answer of this project's
+    C is wrong, 2 where nothing in LOG can be used.
     """
     if (vehicle is None) == (log is None):
         raise click.UsageError("give --vehicle V to write a project, or --read LOG to make a record of a log")

@@ -76,7 +76,7 @@ def count_by_systick(image: Image, taus: FloatArray) -> FloatArray:
     command = (emulator, "-icount", "shift=0", *rest)
     with_kernel = _answers(timed, timed.path, taus, command).instructions
     without = _answers(timed, without_kernel(timed), taus, command).instructions
-    difference: FloatArray = (with_kernel - without) * (SYSTICK_NS / REPEATS) + 1.0
+    difference: FloatArray = (with_kernel - without).astype(np.float64) * (SYSTICK_NS / REPEATS) + 1.0
     return difference
 
 

@@ -91,7 +91,8 @@ def _project(kernel: Kernel) -> str:
 int ask_{kernel.entry}(const scalar *tau, scalar *f);
 const struct board_method project_methods[] = {{{{ "{METHOD}", ask_{kernel.entry} }}}};
 const char *const project_facts[] = {{ "-" }};
-const uint32_t project_method_count = 1, project_fact_count = 0, project_demands_count = 1, project_passes = 0;
+const uint32_t project_method_count = 1, project_fact_count = 0, project_demands_count = 1;
+const uint32_t project_passes = 0;
 uint32_t board_stack_bytes;
 """
 

@@ -58,7 +58,7 @@ class Kernel:
 
     @property
     def adapter(self) -> str:
-        """C of ``ask_<entry>``, which the driver calls (firmware/driver.c); behind tau lie f_min and f_max."""
+        """C of ``ask_<entry>``, which the driver calls; behind tau lie f_min and f_max."""
         places = {"f_min": f"(tau + {self.k})", "f_max": f"(tau + {self.k + self.n})"}
         arguments = re.sub("f_min|f_max", lambda name: places[name[0]], self.arguments)
         return (

@@ -1,9 +1,9 @@
 """Reads what the driver of ``thrustbench board`` printed: the blocks that arrived whole, and what did not.
 
-A line is ``tb <number> <kind> … <CRC-32>``, the CRC over what stands before it. A block is kept where every line from its
-first to its ``end`` is there, numbered without a gap, each with the right CRC, and the text of all of them
-has the CRC that the ``end`` holds. Its first line names the header that it belongs to, by the CRC of the
-header's block.
+A line is ``tb <number> <kind> … <CRC-32>``, the CRC over what stands before it. A block is kept where every
+line from its first to its ``end`` is there, numbered without a gap, each with the right CRC, and the text of
+all of them has the CRC that the ``end`` holds. Its first line names the header that it belongs to, by the CRC
+of the header's block. The driver is bench/emulation/firmware/driver.c.
 """
 
 import re
@@ -88,7 +88,9 @@ def read_board_log(path: Path) -> Log:
         raise LogError(f"{path}: can't be read ({error.strerror}); give what a board printed") from None
     log = parse(text)
     if not log.blocks and not log.broken and not log.damaged:
-        raise LogError(f"{path}: holds no line of the driver that `thrustbench board` writes; give its output")
+        raise LogError(
+            f"{path}: holds no line of the driver that `thrustbench board` writes; give its output"
+        )
     return log
 
 
@@ -143,24 +145,37 @@ def _lines(text: bytes, log: Log) -> Iterator[tuple[Line, bytes]]:
     log.damaged = max(0, begun - whole)
 
 
-def answered(block: Block, n: int, scalar: np.dtype[Any]) -> tuple[FloatArray, IndexArray, IndexArray, IndexArray]:
-    """Of a block of kind ask: thrusts (N, n) [N], status, ticks of the first pass, and stack [bytes] (N,).
+class Answered(NamedTuple):
+    """The answers of a block of kind ask, N of them.
 
-    Stack is 0 where the driver was not built to look at it. Raises LogError where a line holds something else.
+    Attributes
+    ----------
+    F : (N, n) thrusts as the kernel left them [N]
+    status : (N,) what it returned
+    ticks : (N,) of the first pass
+    stack_bytes : (N,) that the kernel wrote to, 0 where the driver was not built to look at it
     """
-    words = [line.words for line in block.lines if line.kind == "f"]
-    size = 2 * scalar.itemsize
+
+    F: FloatArray
+    status: IndexArray
+    ticks: IndexArray
+    stack_bytes: IndexArray
+
+
+def answered(block: Block, n: int, scalar: np.dtype[Any]) -> Answered:
+    """The answers of a block of kind ask, of n thrusters; raises LogError where its lines hold others."""
+    rows = [line.words for line in block.lines if line.kind == "f"]
     try:
-        indices = [int(line[0]) for line in words]
-        counted = np.array([[int(line[1]), int(line[2]), int(line[3 + n]) if len(line) > 3 + n else 0] for line in words])
-        bits = "".join("".join(line[3 : 3 + n]) for line in words)
-        F = np.frombuffer(bytes.fromhex(bits), scalar.newbyteorder(">")).reshape(len(words), n)
-    except (ValueError, IndexError):
-        indices, bits = [-1], ""
-    if indices != list(range(len(words))) or len(bits) != size * n * len(words):
+        counted = np.array([[int(row[i]) for i in range(3)] for row in rows]).reshape(-1, 3)
+        stack = np.array([int(row[3 + n]) if len(row) > 3 + n else 0 for row in rows])
+        bits = bytes.fromhex("".join("".join(row[3 : 3 + n]) for row in rows))
+        F = np.frombuffer(bits, scalar.newbyteorder(">")).reshape(len(rows), n).astype(np.float64)
+    except (ValueError, IndexError, OverflowError):
+        counted, F = np.full((1, 3), -1), np.empty((0, n))
+    if not np.array_equal(counted[:, 0], np.arange(len(F))):
         raise LogError(f"{' '.join(block.words)}: lines of another driver; take the project's own")
-    status = counted[:, 0].astype(np.uint32).astype(np.int32)  # two's complement
-    return F.astype(np.float64), status.astype(np.intp), counted[:, 1], counted[:, 2]
+    status = counted[:, 1].astype(np.uint32).astype(np.int32)  # two's complement
+    return Answered(F, status.astype(np.intp), counted[:, 2], stack)
 
 
 def seen(block: Block, kind: str) -> list[tuple[int, int]]:

@@ -42,9 +42,9 @@ def judge(
 ) -> Judged:
     """Judge ``answers`` to the demands of ``question``, one a demand in order, and over again from the first.
 
-    ``wrench_tolerance`` is how far a SOLVED wrench may be off, relative to the vehicle's wrench scale: more for
-    answers in single precision. ``thorough`` adds duality gaps and what is lost, which cost most and are the same in each repeat.
-    Every comparison is written so that NaN fails it.
+    ``wrench_tolerance`` is how far a SOLVED wrench may be off, relative to the vehicle's wrench scale: more
+    for answers in single precision. ``thorough`` adds duality gaps and what is lost, which cost most and are
+    the same in each repeat. Every comparison is written so that NaN fails it.
     """
     demands, vehicle = question.demands, question.demands.vehicle
     definition = find_formulation(formulation)
