@@ -5,7 +5,7 @@ import binascii
 import json
 import zlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
 from pathlib import Path
@@ -45,6 +45,11 @@ class Board:
     vehicle: Vehicle
     kernels: dict[str, Kernel]
     rates: dict[str, float | None]
+
+    @property
+    def processor(self) -> str:
+        """What the port calls its processor."""
+        return self.facts.get("processor", "")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -173,8 +178,6 @@ def _heard(board: Board, blocks: Sequence[Block]) -> Heard:
 
 def _rounded(vehicle: Vehicle, scalar: np.dtype[Any]) -> Vehicle:
     """The vehicle with its limits as the board has them: a thrust at a limit must not count as beyond it."""
-    from dataclasses import replace
-
     low, high = (side.astype(scalar).astype(np.float64) for side in (vehicle.f_min, vehicle.f_max))
     return replace(vehicle, f_min=low, f_max=high)
 

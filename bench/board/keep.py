@@ -10,7 +10,6 @@ from bench.inputs.board_log import Log, LogError, read_board_log
 from bench.record import Cell, Emulated, Header
 from bench.record.machine import slug
 from bench.record.writer import Writer
-from bench.report import render
 
 SHOWN = 6
 """Most lost blocks that are named."""
@@ -22,10 +21,12 @@ class Kept(NamedTuple):
     Attributes
     ----------
     said : lines for whoever reads the log
+    folders : of the records
     good : whether every answer of this project's C is right
     """
 
     said: list[str]
+    folders: list[Path]
     good: bool
 
 
@@ -41,11 +42,14 @@ def keep(path: Path, out: Path, name: str = "") -> Kept:
         raise LogError(f"{path}: {_nothing(log)}; run the board again, to the line `done`")
     said, good = _lost(log), True
     started = datetime.fromtimestamp(path.stat().st_mtime, UTC).isoformat(timespec="seconds")
-    for i, heard in enumerate(useful):
-        called = name or heard.board.facts.get("processor", "")
-        folder = out if len(useful) == 1 else out / f"{i + 1}-{slug(called)}"
-        good = _record(heard, called, started, folder, said) and good
-    return Kept(said, good)
+    folders = [out]
+    if len(useful) > 1:
+        folders = [
+            out / f"{i}-{slug(name or heard.board.processor)}" for i, heard in enumerate(useful, start=1)
+        ]
+    for heard, folder in zip(useful, folders, strict=True):
+        good = _record(heard, name or heard.board.processor, started, folder, said) and good
+    return Kept(said, folders, good)
 
 
 def _record(heard: Heard, name: str, started: str, folder: Path, said: list[str]) -> bool:
@@ -72,7 +76,7 @@ def _record(heard: Heard, name: str, started: str, folder: Path, said: list[str]
         more = f" and {len(heard.missing) - SHOWN} more" if len(heard.missing) > SHOWN else ""
         said.append(f"{name}: not whole, so left out: {', '.join(heard.missing[:SHOWN])}{more}")
     blocks = sum(len(runs) for (method, _), runs in heard.asked.items() if method != NOOP)
-    said.append(f"{name}: {blocks} blocks, {calls} calls. Report: {render(folder)}")
+    said.append(f"{name}: {blocks} blocks, {calls} calls")
     return good
 
 

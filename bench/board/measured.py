@@ -83,7 +83,7 @@ def _header(heard: Heard, name: str, started: str) -> Header:
         started=started,
         commit=facts.get("commit", "").replace("-", ""),
         seed=int(facts.get("seed", 0)),
-        machine={"name": slug(name), "cpu": facts.get("processor", ""), **said, **clock},
+        machine={"name": slug(name), "cpu": heard.board.processor, **said, **clock},
         versions={"compiler": facts.get("compiler", "")},
         settings={
             "vehicles": [heard.board.vehicle.name],
@@ -155,7 +155,7 @@ def _counts(heard: Heard) -> Iterator[Emulated]:
         values, calls = np.unique(run.ticks, return_counts=True)
         yield Emulated(
             vehicle=heard.board.vehicle.name,
-            target=facts["processor"],
+            target=heard.board.processor,
             method=method,
             scalar=kernel.scalar,
             limits=kernel.limits,

@@ -77,8 +77,11 @@ def _write(
 
 def _read(log: Path, out: Path, name: str) -> int:
     from bench.board.keep import keep
+    from bench.report import render
 
     kept = keep(log, out, name)
     for line in kept.said:
         click.echo(line)
+    for folder in kept.folders:
+        click.echo(f"Report: {render(folder)}")
     return 0 if kept.good else 1
