@@ -189,3 +189,16 @@ def test_the_interval_of_a_share_is_clopper_and_pearson_s(hits: int, n: int) -> 
     assert middle == hits / n
     assert low == 0.0 if hits == 0 else binom.sf(hits - 1, n, low) == pytest.approx(0.025)
     assert high == 1.0 if hits == n else binom.cdf(hits, n, high) == pytest.approx(0.025)
+
+
+def test_shares_stand_level_by_level_and_the_least_of_all_repeats_counts(tmp_path: Path) -> None:
+    judged = [
+        Judged(answers=2, counts={}, share_p50=[1.0, 0.5], share_min=least)
+        for least in ([1.0, 0.25], [0.5, 0.5])
+    ]
+    cells = [
+        made_up.cell(key=Key("ukwial", "inactive", "priority", repeat=i), judged=j)
+        for i, j in enumerate(judged)
+    ]
+    made = row(tmp_path, *cells)
+    assert (made.share_p50, made.share_min) == ("1 0.5", "0.5 0.25")
