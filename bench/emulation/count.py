@@ -44,17 +44,20 @@ class CallCounts:
     stack_bytes: IndexArray
 
 
-def count(image: Image, calls: FloatArray) -> CallCounts:
-    """Count calls (N, width), each a demand with its limits where the kernel takes them, in this order."""
+def count(image: Image, calls: FloatArray, trace: str = "") -> CallCounts:
+    """Count calls (N, width), each a demand with its limits where the kernel takes them, in this order.
+
+    ``trace`` names a file beside the image for the addresses of all instructions (firmware/count.c).
+    """
     most = max(1, ROOM // (image.kernel.width * np.dtype(SCALARS[image.kernel.scalar]).itemsize))
-    parts = [_count(image, calls[start : start + most]) for start in range(0, len(calls), most)]
+    parts = [_count(image, calls[start : start + most], trace) for start in range(0, len(calls), most)]
     columns = zip(*((c.F, c.status, c.instructions, c.stack_bytes) for c in parts), strict=True)
     return CallCounts(*(np.concatenate(column) for column in columns))
 
 
-def _count(image: Image, calls: FloatArray) -> CallCounts:
+def _count(image: Image, calls: FloatArray, trace: str) -> CallCounts:
     if image.target != X86:
-        return _answers(image, image.path, calls, _plugged(image))
+        return _answers(image, image.path, calls, _plugged(image, trace))
     counted = _answers(image, image.path, calls, _callgrind(image))
     instructions = np.array(totals(image.path.parent / PROFILE), dtype=np.intp)
     if len(instructions) != len(calls):
@@ -97,7 +100,7 @@ def _answers(image: Image, path: Path, calls: FloatArray, command: Sequence[str]
     return CallCounts(*answered(asked[0], kernel.n, scalar))
 
 
-def _plugged(image: Image) -> tuple[str, ...]:
+def _plugged(image: Image, trace: str) -> tuple[str, ...]:
     plugin = image.path.with_name("count.so")
     if not plugin.exists():
         # QEMU asks which version of its interface is meant; the functions used here are the same in each.
@@ -105,6 +108,7 @@ def _plugged(image: Image) -> tuple[str, ...]:
         api = 1 if version and int(version[1]) < 9 else 2
         run(["gcc", "-O2", "-shared", "-fPIC", f"-DAPI={api}", str(FIRMWARE / "count.c"), "-o", str(plugin)])
     options = f"{plugin},entry={image.entry:#x},leave={image.leave:#x},ticks=ticks"
+    options += f",trace={trace}" if trace else ""
     emulator, *rest = image.target.emulator
     return (emulator, "-plugin", options, *rest)
 

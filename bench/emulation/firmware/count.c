@@ -3,7 +3,8 @@
  * Loaded with -plugin count.so,entry=ADDRESS,leave=ADDRESS,…,ticks=FILE. QEMU calls it before each instruction.
  * A call's count goes from the instruction at `entry`, its first, to before the one at the `leave` behind it, where its
  * caller goes on: callees and the return are in it. After each call FILE holds the sum of all calls so far (32 bits,
- * little-endian), which the driver's port reads as its ticks; with out=FILE each call's count is a line there.
+ * little-endian), which the driver's port reads as its ticks. With out=FILE each call's count is a line there; with trace=FILE the address
+ * of each instruction of a kernel (32 bits) is, and all ones after each call.
  *
  * Not by blocks, though that is faster: QEMU 7.2 now and then counts the instruction after a block to it.
  * Debian packages QEMU with the interface but without its header, so the six functions used are declared
@@ -36,21 +37,22 @@ static int known;
 static uint64_t count;
 static uint32_t ticks;
 static int inside, ticks_file = -1;
-static FILE *out;
+static FILE *out, *trace;
 
-static void on_any(unsigned int cpu, void *nothing)
+static void on_any(unsigned int cpu, void *address)
 {
     (void)cpu;
-    (void)nothing;
     count++;
+    if (trace && inside)
+        fwrite(&(uint32_t){ (uint32_t)(uintptr_t)address }, 4, 1, trace);
 }
 
-static void on_entry(unsigned int cpu, void *nothing)
+static void on_entry(unsigned int cpu, void *address)
 {
     if (!inside) /* a loop may lead back to the first instruction */
         count = 0;
     inside = 1;
-    on_any(cpu, nothing);
+    on_any(cpu, address);
 }
 
 static void publish(void)
@@ -66,6 +68,8 @@ static void on_leave(unsigned int cpu, void *nothing)
     inside = 0;
     ticks += (uint32_t)count;
     publish();
+    if (trace)
+        fwrite(&(uint32_t){ UINT32_MAX }, 4, 1, trace);
     if (out)
         fprintf(out, "%" PRIu64 "\n", count);
 }
@@ -80,7 +84,7 @@ static void at_translation(uint64_t id, struct qemu_plugin_tb *block)
         executed call = on_any;
         for (int j = 0; j < known; j++)
             call = address == kernels[j].entry ? on_entry : address == kernels[j].leave ? on_leave : call;
-        qemu_plugin_register_vcpu_insn_exec_cb(one, call, 0, NULL);
+        qemu_plugin_register_vcpu_insn_exec_cb(one, call, 0, (void *)(uintptr_t)address);
     }
 }
 
@@ -90,6 +94,8 @@ static void at_exit(uint64_t id, void *nothing)
     (void)nothing;
     if (out)
         fclose(out);
+    if (trace)
+        fclose(trace);
 }
 
 int qemu_plugin_install(uint64_t id, const void *info, int argc, char **argv)
@@ -107,6 +113,8 @@ int qemu_plugin_install(uint64_t id, const void *info, int argc, char **argv)
             ticks_file = open(value, O_WRONLY | O_CREAT | O_TRUNC, 0644);
         else if (strncmp(argv[i], "out=", 4) == 0)
             out = fopen(value, "w");
+        else if (strncmp(argv[i], "trace=", 6) == 0)
+            trace = fopen(value, "wb");
     }
     if (!known || ticks_file < 0)
         return 1;
