@@ -1,18 +1,19 @@
 """Cycles of traced calls on a Cortex-M4F, as an interval: each instruction against Arm's published timing.
 
-Arm's Cortex-M4 technical reference manual (DDI 0439) has a table of instructions (3-1), one of the FPU's (7-1) and
-rules for loads and stores (3.3); Texas Instruments reprints them in SWCU192 (tables 3-25 and 3-27) and SWCU185. They
-hold at zero wait states. What they leave open makes the interval as wide as it is:
+Arm's Cortex-M4 technical reference manual (DDI 0439) has a table of instructions (3-1), one of the FPU's (7-1)
+and rules for loads and stores (3.3); Texas Instruments reprints them in SWCU192 (tables 3-25 and 3-27) and
+SWCU185. They hold at zero wait states. What they leave open makes the interval as wide as it is:
 
 - P, the cycles to refill the pipeline after a branch that is taken: 1 to 3.
-- A load or store behind a load takes 1, but boards show 2 where its 4 bytes don't begin at a word. A load of a
-  literal may meet the fetch unit: 1 more. Nobody says how the FPU's loads and stores overlap: 1 or 2.
+- A load or store behind a load takes 1, but boards show 2 where its 4 bytes don't begin at a word. A load of
+  a literal may meet the fetch unit: 1 more. Nobody says how the FPU's loads and stores overlap: 1 or 2.
 - An instruction whose condition may be false takes its own time or 1. IT and NOP may vanish behind 2 bytes.
 - A division or square root takes 14, or less where no instruction of the FPU follows.
 - Moving one word between core and FPU is 1 in one print of the table and 2 in the other.
 """
 
 import re
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -24,7 +25,23 @@ P = (1, 3)
 """Cycles to refill the pipeline."""
 ONE = {
     *("mov", "movw", "movt", "mvn", "add", "addw", "adc", "adr", "sub", "subw", "sbc", "rsb", "cmp", "cmn"),
-    *("tst", "teq", "and", "orr", "orn", "eor", "bic", "lsl", "lsr", "asr", "ror", "rrx", "clz", "rbit", "rev"),
+    *(
+        "tst",
+        "teq",
+        "and",
+        "orr",
+        "orn",
+        "eor",
+        "bic",
+        "lsl",
+        "lsr",
+        "asr",
+        "ror",
+        "rrx",
+        "clz",
+        "rbit",
+        "rev",
+    ),
     *("rev16", "revsh", "uxtb", "uxth", "sxtb", "sxth", "ubfx", "sbfx", "bfi", "bfc", "ssat", "usat", "mul"),
     *("smull", "umull", "smlal", "umlal", "umaal", "uxtab", "uxtah", "pkhbt", "pkhtb"),
     *("neg", "vabs", "vneg", "vcmp", "vcmpe", "vmrs", "vmsr"),
@@ -35,7 +52,22 @@ MACS = ("vmla", "vmls", "vnmla", "vnmls", "vfma", "vfms", "vfnma", "vfnms")
 ARITHMETIC = dict.fromkeys(SUMS, 1) | dict.fromkeys(MACS, 3) | {"vdiv": 14, "vsqrt": 14}
 """Cycles of what takes one longer where the next instruction reads its result."""
 WORDS = {"ldr", "ldrb", "ldrh", "ldrsb", "ldrsh", "str", "strb", "strh", "vldr", "vstr"}
-MANY = {"push", "pop", "ldm", "ldmia", "ldmdb", "stm", "stmia", "stmdb", "vpush", "vpop", "vldmia", "vldmdb", "vstmia", "vstmdb"}
+MANY = {
+    "push",
+    "pop",
+    "ldm",
+    "ldmia",
+    "ldmdb",
+    "stm",
+    "stmia",
+    "stmdb",
+    "vpush",
+    "vpop",
+    "vldmia",
+    "vldmdb",
+    "vstmia",
+    "vstmdb",
+}
 BRANCHES = {"b", "bl", "bx", "blx", "cbz", "cbnz"}
 CORE = {*(f"r{i}" for i in range(13)), "ip", "lr", "sl", "fp", "sp"}
 
@@ -57,14 +89,16 @@ def cortex_m4f(trace: Trace) -> list[Span]:
 
 
 def _summed(known: list[Instruction], call: IndexArray) -> Span:
-    # What an instruction takes depends on the one before and the one behind it, so equal triples are taken once.
+    # What one takes depends on the one before and the one behind it, so equal triples are looked at once.
     base = len(known) + 1
     keys = (np.r_[base - 1, call[:-1]] * base + call) * base + np.r_[call[1:], base - 1]
     low = high = 0
     for key, times in zip(*(part.tolist() for part in np.unique(keys, return_counts=True)), strict=True):
         before, one, after = key // base // base, key // base % base, key % base
         span = _cycles(
-            known[before] if before < base - 1 else None, known[one], known[after] if after < base - 1 else None
+            known[before] if before < base - 1 else None,
+            known[one],
+            known[after] if after < base - 1 else None,
         )
         low, high = low + times * span.low, high + times * span.high
     return Span(low, high)
@@ -144,4 +178,11 @@ def _read(one: Instruction) -> set[str]:
 def _listed(one: Instruction) -> int:
     """How many words a register list holds: {r4-r7, lr} holds 5, {d8-d9} 4."""
     listed = re.findall(r"([a-z]+)(\d*)(?:-[a-z](\d+))?", one.operands[-1])
-    return sum((int(last) - int(first) + 1 if last else 1) * (2 if kind == "d" else 1) for kind, first, last in listed)
+    return sum(
+        (int(last) - int(first) + 1 if last else 1) * (2 if kind == "d" else 1)
+        for kind, first, last in listed
+    )
+
+
+MODELS: dict[str, Callable[[Trace], list[Span]]] = {"cortex-m4f": cortex_m4f}
+"""Whose cycles are known, by target."""

@@ -1,4 +1,4 @@
-"""Which instructions a call executed: from the addresses that the plugin wrote and the image's disassembly."""
+"""Which instructions calls executed: from the plugin's addresses and the image's disassembly."""
 
 import re
 from dataclasses import dataclass
@@ -17,7 +17,22 @@ MOST = 10_000_000
 _LINE = re.compile(r"^ *([0-9a-f]+):\t(\S+)(?:\t([^;@<\n]*))?", re.M)
 _REGISTER = re.compile(r"\b(?:[rsd]\d+|sp|lr|pc|ip|fp|sl)\b")
 _CONDITION = re.compile(r"it[te]{0,3}")
-_READ_FIRST = ("str", "vstr", "stm", "vstm", "cmp", "cmn", "tst", "teq", "vcmp", "b", "cb", "tb", "push", "vpush")
+_READ_FIRST = (
+    "str",
+    "vstr",
+    "stm",
+    "vstm",
+    "cmp",
+    "cmn",
+    "tst",
+    "teq",
+    "vcmp",
+    "b",
+    "cb",
+    "tb",
+    "push",
+    "vpush",
+)
 """What reads its first operand and writes none."""
 
 
@@ -29,7 +44,7 @@ class Instruction:
     ----------
     address : where it lies
     following : address of the next one, where execution goes on unless it branches
-    name : mnemonic without its type, its width and a condition out of an IT block, such as ``vadd`` or ``bls``
+    name : mnemonic without its type, its width and a condition out of an IT block: ``vadd``, ``bls``
     operands : as the disassembly has them
     conditional : whether it stands in an IT block, so that it may do nothing
     """
