@@ -20,7 +20,7 @@ from alloc import (
 from alloc.formulations.hard import FORMULATION as HARD
 from bench.judging.loss import loss, relative_wrench_error
 from bench.judging.question import Question, right_answers
-from bench.judging.shares import misstated
+from bench.judging.shares import by_level, misstated
 from bench.record import Judged
 
 COMPARED = 256
@@ -100,6 +100,8 @@ def judge(
         failed_after_failure=after_failure(gave_up, within),
         loss=given_away(question, F) if thorough else {},
         missed_max=largest_miss(question, F) if thorough else None,
+        share_p50=[rounded(share) for share in by_level(shares, 0.5)],
+        share_min=[rounded(share) for share in by_level(shares, 0.0)],
         wrong="; ".join(_counted(what, mask, demand) for what, mask in wrong.items() if mask.any()),
     )
 
