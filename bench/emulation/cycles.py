@@ -1,8 +1,8 @@
 """Cycles of traced calls on a Cortex-M4F, as an interval: each instruction against Arm's published timing.
 
-Arm's Cortex-M4 technical reference manual (DDI 0439) has a table of instructions (3-1), one of the FPU's (7-1)
-and rules for loads and stores (3.3); Texas Instruments reprints them in SWCU192 (tables 3-25 and 3-27) and
-SWCU185. They hold at zero wait states. What they leave open makes the interval as wide as it is:
+Arm's Cortex-M4 technical reference manual (DDI 0439) has a table of instructions (3-1), one of the FPU's
+(7-1) and rules for loads and stores (3.3); Texas Instruments reprints them in SWCU192 (tables 3-25 and 3-27)
+and SWCU185. They hold at zero wait states. What they leave open makes the interval as wide as it is:
 
 - P, the cycles to refill the pipeline after a branch that is taken: 1 to 3.
 - A load or store behind a load takes 1, but boards show 2 where its 4 bytes don't begin at a word. A load of
