@@ -10,6 +10,11 @@ from alloc.qp import QP
 from alloc.solvers import Answer, Solve
 
 
+CAPS: dict[str, dict[str, int]] = {"proxqp": {"max_iter": 200}}
+"""By solver, what its defaults lack: ProxQP has no time cap, and its 10,000 iterations take up to 20 s for demands
+just beyond the edge."""
+
+
 def one_shot(qp: QP, solver: str) -> Solve:
     """Prepare (b, lb, ub) -> Answer by a call of qpsolvers with the solver's defaults.
 
@@ -38,7 +43,8 @@ def one_shot(qp: QP, solver: str) -> Solve:
             # Some adapters warn of an infeasible demand, which the status already says.
             warnings.simplefilter("ignore")
             try:
-                solution = solve_problem(Problem(H, qp.g, None, None, A, b, low, high), solver)
+                problem = Problem(H, qp.g, None, None, A, b, low, high)
+                solution = solve_problem(problem, solver, **CAPS.get(solver, {}))
             except (AttributeError, ImportError, TypeError) as error:  # never a demand's fault
                 raise SolverError(
                     f"qpsolvers/{solver}: {type(error).__name__}: {error}; qpsolvers does not fit "
