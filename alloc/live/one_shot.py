@@ -1,6 +1,7 @@
 """The one-shot route to any solver: qpsolvers sets the whole problem up at each call."""
 
 import warnings
+from typing import Any
 
 import numpy as np
 
@@ -9,10 +10,8 @@ from alloc.errors import NotInstalled, SolverError
 from alloc.qp import QP
 from alloc.solvers import Answer, Solve
 
-
-CAPS: dict[str, dict[str, int]] = {"proxqp": {"max_iter": 200}}
-"""By solver, what its defaults lack: ProxQP has no time cap, and its 10,000 iterations take up to 20 s for demands
-just beyond the edge."""
+CAPS: dict[str, dict[str, Any]] = {"proxqp": {"max_iter": 200}}
+"""By solver, the cap that its defaults lack: ProxQP's 10,000 iterations take 20 s for infeasible demands."""
 
 
 def one_shot(qp: QP, solver: str) -> Solve:

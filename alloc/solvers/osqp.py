@@ -57,7 +57,7 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
 
     sides = TwoSided(qp)
     problem = _problem(qp) | {"l": sides.low, "u": sides.high}
-    # Without warm_starting each solve begins at zero, but the step size rho stays what the last solve made of it.
+    # Without warm_starting each solve begins at zero, but rho stays what the last solve made of it.
     settings = SETTINGS[level] | {"warm_starting": start == "warm"}
 
     def set_up() -> Any:

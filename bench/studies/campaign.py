@@ -1,12 +1,12 @@
 """Every method over random vehicles: ``python -m bench.studies.campaign FILE --vehicles 10000``.
 
-Each vehicle has something odd (``odd_vehicles``), in every fourth a thruster is off, and its demands lie inside,
-on the edge of and beyond what it can do, within its own limits or within others. Of every answer is asked: is
-SOLVED met inside the limits, is INFEASIBLE true, did nothing raise or warn, is SOLVED as near to the exact
-optimum as promised, and have calls the status that ``many`` has? A demand counts as attainable where it was made
-of thrusts inside the limits, or where the facets say so. Some calls are made again after all others: some solvers
-then give another status. Each vehicle is seeded, and FILE takes a line for each lot of vehicles, so that a study
-that was stopped goes on where FILE ends.
+Each vehicle has something odd (``odd_vehicles``), in every fourth a thruster is off, and its demands lie
+inside, on the edge of and beyond what it can do, within its own limits or within others. Of every answer is
+asked: is SOLVED met inside the limits, is INFEASIBLE true, did nothing raise or warn, is SOLVED as near to
+the exact optimum as promised, and have calls the status that ``many`` has? A demand counts as attainable
+where it was made of thrusts inside the limits, or where the facets say so. Some calls are made again after
+all others: some solvers then give another status. Each vehicle is seeded, and FILE takes a line for each lot
+of vehicles, so that a study that was stopped goes on where FILE ends.
 """
 
 import json
@@ -112,12 +112,13 @@ def asked(vehicle: Vehicle, rng: np.random.Generator) -> list[Asked]:
 
 
 def judged(vehicle: Vehicle, name: str, sets: list[Asked], count: int) -> dict[str, int]:
-    """What is wrong with a method's answers to the first ``count`` demands of each set, and how many there are."""
+    """What is wrong with answers to the first ``count`` demands of each set, and how many there are."""
     found = Counter[str]()
     try:
-        allocate, single = build(name, vehicle), build(name, vehicle)
+        allocate = build(name, vehicle)
     except NotApplicable:
         return {"refused": 1}
+    single = build(name, vehicle) if hasattr(allocate, "solve") else allocate
     hard = allocate.formulation == "hard"
     for of in sets:
         limits = of.limits(count)
