@@ -52,5 +52,10 @@ def magnified(vehicle: Vehicle) -> float:
 
 
 def promised(vehicle: Vehicle, tolerance: float) -> float:
-    """``tolerance`` [-], or what rounding leaves of it on this vehicle: ROUNDING n (cond(T P) + cond(H))."""
-    return max(tolerance, wrench_doubt(vehicle) + ROUNDING * vehicle.n * unevenness(vehicle))
+    """``tolerance`` [-], or what rounding leaves of it on this vehicle.
+
+    Rounding moves a wrench, and the weakest thruster may have to make up for it: ROUNDING n times
+    cond(T P) ``magnified`` + the condition of H in even units.
+    """
+    doubt = wrench_doubt(vehicle) * magnified(vehicle) + ROUNDING * vehicle.n * unevenness(vehicle)
+    return max(tolerance, doubt)
