@@ -118,9 +118,10 @@ def judged(vehicle: Vehicle, name: str, sets: list[Asked], count: int) -> dict[s
         allocate = build(name, vehicle)
     except NotApplicable:
         return {"refused": 1}
-    single = build(name, vehicle) if hasattr(allocate, "solve") else allocate
-    hard = allocate.formulation == "hard"
+    single, hard = allocate, allocate.formulation == "hard"
     for of in sets:
+        if hasattr(allocate, "solve"):  # a solver may carry something over: calls and many begin alike
+            allocate, single = build(name, vehicle), build(name, vehicle)
         limits = of.limits(count)
         taus, low, high = of.taus[:count], of.low[:count], of.high[:count]
         F, status = allocate.many(taus, *limits)
