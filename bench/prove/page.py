@@ -5,7 +5,6 @@ from collections.abc import Iterable
 from bench.prove.certificate import Certificate, Rounding, WorstPath
 from bench.results.text import table, three
 
-
 LIMITS = {"call": "of the call", "fixed": "fixed"}
 
 
