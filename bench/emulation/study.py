@@ -9,7 +9,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from alloc import FloatArray, IndexArray, NotApplicable, Vehicle
+from alloc import FloatArray, IndexArray, NotApplicable, NotInstalled, Vehicle
 from alloc.native.bounds import Where
 from alloc.native.code import Scalar
 from bench.demands import DemandSet, build_demands, labelled
@@ -26,8 +26,8 @@ from bench.record import Emulated
 
 CLASSES = ("inactive", "active", "boundary", "infeasible", "mission", "jolts")
 SEARCH = "search"
-OSQP_SHARE = 0.1
-"""Share of a drawn set that OSQP's C is asked: an iterative solver takes a thousand times the instructions.
+RIVALS_SHARE = 0.1
+"""Share of a drawn set that a solver's C is asked: it takes up to a hundred thousand times the instructions.
 Its most costly demand is not searched for either."""
 
 
@@ -83,6 +83,8 @@ def _rows(plan: Plan, asked: list[tuple[Vehicle, list[DemandSet]]]) -> Iterator[
         row = msgspec.structs.replace(row, tools=tools[target])
         try:
             yield from _kernel_rows(row, build_kernel(method, vehicle, scalar, limits), target, sets)
+        except NotInstalled as lacking:
+            yield msgspec.structs.replace(row, status="missing", reason=str(lacking))
         except NotApplicable as refusal:
             yield msgspec.structs.replace(row, status="refused", reason=str(refusal))
         except ToolError as failure:
@@ -99,7 +101,7 @@ def _kernel_rows(row: Emulated, kernel: Kernel, target: Target, sets: list[Deman
         sets = [demands for demands in sets if kernel.limits == "call" or demands.f_min is None]
         for demands in sets:
             drawn = demands.rate_hz is None
-            some = _first(demands, OSQP_SHARE) if drawn and kernel.solver else demands
+            some = _first(demands, RIVALS_SHARE) if drawn and kernel.solver else demands
             yield _counted(row, some, image, _answers(image, some))
         if not kernel.solver and sets:
             tried = _search(image, sets, row.seed)
