@@ -17,7 +17,7 @@ import re
 import numpy as np
 
 from alloc import IndexArray
-from bench.emulation.span import Span, Unknown
+from bench.emulation.interval import Cycles, Unpublished
 from bench.emulation.trace import Instruction, Trace
 
 P = (1, 3)
@@ -71,12 +71,12 @@ BRANCHES = {"b", "bl", "bx", "blx", "cbz", "cbnz"}
 CORE = {*(f"r{i}" for i in range(13)), "ip", "lr", "sl", "fp", "sp"}
 
 
-def cortex_m4f(trace: Trace) -> list[Span]:
-    """Cycles of each call, its return included; raises Unknown for what is not in the tables."""
+def cortex_m4f(trace: Trace) -> list[Cycles]:
+    """Cycles of each call, its return included; raises Unpublished for what is not in the tables."""
     return [_summed(trace.known, call) for call in trace.calls]
 
 
-def _summed(known: list[Instruction], call: IndexArray) -> Span:
+def _summed(known: list[Instruction], call: IndexArray) -> Cycles:
     # What one takes depends on the one before and the one behind it, so equal triples are looked at once.
     base = len(known) + 1
     keys = (np.r_[base - 1, call[:-1]] * base + call) * base + np.r_[call[1:], base - 1]
@@ -89,7 +89,7 @@ def _summed(known: list[Instruction], call: IndexArray) -> Span:
             known[after] if after < base - 1 else None,
         )
         low, high = low + times * span.low, high + times * span.high
-    return Span(low, high)
+    return Cycles(low, high)
 
 
 def plain(one: Instruction) -> str:
@@ -97,55 +97,55 @@ def plain(one: Instruction) -> str:
     return one.name[:-1] if one.name.endswith("s") and one.name[:-1] in ONE else one.name
 
 
-def _cycles(before: Instruction | None, one: Instruction, after: Instruction | None) -> Span:
+def _cycles(before: Instruction | None, one: Instruction, after: Instruction | None) -> Cycles:
     span = _executed(before, one, after)
-    return Span(min(span.low, 1), span.high) if one.conditional else span
+    return Cycles(min(span.low, 1), span.high) if one.conditional else span
 
 
-def _executed(before: Instruction | None, one: Instruction, after: Instruction | None) -> Span:
+def _executed(before: Instruction | None, one: Instruction, after: Instruction | None) -> Cycles:
     name = plain(one)
-    refill = Span(*P) if after is None or after.address != one.following else Span(0, 0)
+    refill = Cycles(*P) if after is None or after.address != one.following else Cycles(0, 0)
     if name in ("tbb", "tbh"):
-        return Span(2 + P[0], 6)
+        return Cycles(2 + P[0], 6)
     if name == "nop" or re.fullmatch("it[te]{0,3}", name):
-        return Span(0 if _narrow(before) else 1, 1)
+        return Cycles(0 if _narrow(before) else 1, 1)
     if name in WORDS:
         span = _word(before, one, after)
-        return Span(span.low + refill.low, span.high + refill.high)
+        return Cycles(span.low + refill.low, span.high + refill.high)
     if name in MANY:
         words = 1 + listed(one)
-        return Span(words + refill.low, words + refill.high)
+        return Cycles(words + refill.low, words + refill.high)
     if name in ("ldrd", "strd"):
-        return Span(3, 3)
+        return Cycles(3, 3)
     if name in ARITHMETIC:
         whole = ARITHMETIC[name] + (after is not None and bool(one.written & _read(after)))
-        return Span(1 if name in ("vdiv", "vsqrt") else whole, whole)
+        return Cycles(1 if name in ("vdiv", "vsqrt") else whole, whole)
     if name in ("mla", "mls"):
-        return Span(2, 2)
+        return Cycles(2, 2)
     if name in ("sdiv", "udiv"):
-        return Span(2, 12)
+        return Cycles(2, 12)
     if name == "vmov":
-        return (Span(1, 1), Span(1, 2), Span(2, 2))[sum(operand in CORE for operand in one.operands)]
+        return (Cycles(1, 1), Cycles(1, 2), Cycles(2, 2))[sum(operand in CORE for operand in one.operands)]
     if name in ONE or name in BRANCHES or (name[0] == "b" and len(name) == 3):
-        return Span(1 + refill.low, 1 + refill.high)
-    raise Unknown(one.name)
+        return Cycles(1 + refill.low, 1 + refill.high)
+    raise Unpublished(one.name)
 
 
-def _word(before: Instruction | None, one: Instruction, after: Instruction | None) -> Span:
+def _word(before: Instruction | None, one: Instruction, after: Instruction | None) -> Cycles:
     """Cycles of a load or store of one word; one of a double is never pipelined."""
     if one.operands[0][0] == "d":
-        return Span(3, 3)
+        return Cycles(3, 3)
     name, address = plain(one), one.registers(of=slice(1, None))
     ours = 2 if "ldr" in name else 1  # STR leaves its data to the cycle of whatever follows
     theirs = ours if name == "ldr" else 2 if name == "vstr" or _is_word(after) else ours
     waits = before is not None and bool(address & before.written)  # there is no forwarding to an address
     literal = int("pc" in address)
     if before is None or not _is_word(before) or "ldr" not in before.name:
-        return Span(ours + waits, max(ours, theirs) + waits + literal)
+        return Cycles(ours + waits, max(ours, theirs) + waits + literal)
     if waits:  # the address comes out of the load before
-        return Span(2, 3)
+        return Cycles(2, 3)
     sure = name[0] != "v" and before.name[0] != "v" and (_narrow(one) or one.address % 4 == 0)
-    return Span(1, 1 + literal if sure else 2 + literal)
+    return Cycles(1, 1 + literal if sure else 2 + literal)
 
 
 def _is_word(one: Instruction | None) -> bool:

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from alloc import IndexArray
 from bench.emulation.cortex_m4f import BRANCHES, MANY, ONE, WORDS, listed, plain
-from bench.emulation.span import Span, Unknown
+from bench.emulation.interval import Cycles, Unpublished
 from bench.emulation.trace import Instruction, Trace
 
 LONGEST = 200_000
@@ -54,18 +54,18 @@ NOWHERE = {"vminnm", "vmaxnm", "vcmp", "vcmpe", "vabs", "vneg", "vmov", "vcvt", 
 NOWHERE |= {f"vsel{condition}" for condition in ("eq", "ge", "gt", "vs")}
 
 
-def cortex_m7(trace: Trace) -> list[Span]:
-    """Cycles of each call; raises Unknown for an instruction nobody measured, or a call that is too long."""
+def cortex_m7(trace: Trace) -> list[Cycles]:
+    """Cycles of each call; raises Unpublished for what nobody measured, or a call that is too long."""
     return [_call([trace.known[i] for i in _checked(call).tolist()]) for call in trace.calls]
 
 
 def _checked(call: IndexArray) -> IndexArray:
     if len(call) > LONGEST:
-        raise Unknown(f"{len(call)} instructions are too many to follow")
+        raise Unpublished(f"{len(call)} instructions are too many to follow")
     return call
 
 
-def _call(call: list[Instruction]) -> Span:
+def _call(call: list[Instruction]) -> Cycles:
     others = fpu = alone = 0.0
     now, ready = 0, dict[str, int]()
     for one, after in zip(call, [*call[1:], None], strict=True):
@@ -77,7 +77,7 @@ def _call(call: list[Instruction]) -> Span:
         now = max([now, *(ready.get(register, 0) for register in _halves(one.registers()))])
         ready |= dict.fromkeys(_halves(one.written), now + cost.latency)
         now += cost.most + (MISSED if _branches(one, after) else 0)
-    return Span(int(alone + max(others / 2, fpu)), now)
+    return Cycles(int(alone + max(others / 2, fpu)), now)
 
 
 def _cost(one: Instruction) -> Cost:
@@ -100,7 +100,7 @@ def _cost(one: Instruction) -> Cost:
     integer = name in ONE or name in BRANCHES or name in ("mla", "mls", "tbb", "tbh", "nop")
     if integer or re.fullmatch("it[te]{0,3}", name) or (name[0] == "b" and len(name) == 3):
         return INTEGER
-    raise Unknown(one.name)
+    raise Unpublished(one.name)
 
 
 def _branches(one: Instruction, after: Instruction | None) -> bool:

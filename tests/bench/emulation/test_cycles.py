@@ -12,8 +12,8 @@ from bench.emulation.cortex_m7 import cortex_m7
 from bench.emulation.count import count
 from bench.emulation.cycles import cycles
 from bench.emulation.image import link
+from bench.emulation.interval import Cycles, Unpublished
 from bench.emulation.kernels import build_kernel
-from bench.emulation.span import Span, Unknown
 from bench.emulation.trace import Instruction, Trace, disassembly, trace
 from tests.emulators import available
 
@@ -28,10 +28,10 @@ def run(*lines: str, size: int = 2) -> Trace:
     return Trace(known, [np.arange(len(known))])
 
 
-def m4f(*lines: str, size: int = 2) -> Span:
+def m4f(*lines: str, size: int = 2) -> Cycles:
     """Cycles without the return, which takes 1 and 1 to 3 to refill the pipeline."""
     (span,) = cortex_m4f(run(*lines, size=size))
-    return Span(span.low - 2, span.high - 4)
+    return Cycles(span.low - 2, span.high - 4)
 
 
 @pytest.mark.parametrize(
@@ -85,7 +85,7 @@ def test_a_branch_that_is_taken_refills_the_pipeline_in_one_to_three_cycles() ->
 
 def test_an_instruction_in_no_table_is_unknown_and_not_guessed() -> None:
     for model in (cortex_m4f, cortex_m7):
-        with pytest.raises(Unknown, match="frobnicate"):
+        with pytest.raises(Unpublished, match="frobnicate"):
             model(run("frobnicate r0, r1"))
 
 

@@ -3,12 +3,12 @@
 from typing import NamedTuple
 
 
-class Span(NamedTuple):
+class Cycles(NamedTuple):
     """At least and at most so many cycles."""
 
     low: int
     high: int
 
 
-class Unknown(Exception):
+class Unpublished(Exception):
     """Nobody has published what this takes."""
