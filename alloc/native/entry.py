@@ -41,17 +41,17 @@ def closed_form(vehicle: Vehicle, G: FloatArray, of: str, c: Table) -> list[str]
 
 
 def entered(
-    rows: list[int], unseen: list[str], name: str, bounds: CLimits, c: Table
+    rows: list[int], unseen: list[str], name: str, bounds: CLimits, c: Table, of: str = "x"
 ) -> tuple[list[str], Excess]:
     """Statements of s, a sum that is finite only if the arguments of these thrusters are, and their crossing.
 
-    Of ``unseen``, the sums that all of tau must be seen in, those that s holds are taken out.
+    Of ``unseen``, the sums that all of tau must be seen in, those that s holds are taken out; what
+    begins with ``of`` belongs to a thruster.
     """
-    seen = [x for x in unseen if x in [f"x{i}" for i in rows] or x.startswith("t")]
+    seen = [x for x in unseen if x in [f"{of}{i}" for i in rows] or x.startswith("t")]
     unseen[:] = [x for x in unseen if x not in seen]
     overlaps = [f"o{i}" for i in rows] if bounds.at_call else []
-    lines = [defined(f"o{i}", f"l{i} - h{i}", c) for i in rows if overlaps]
-    lines.append(defined(f"s{name}", " + ".join([*seen, *overlaps]) or number(0.0, c.scalar), c))
+    lines = [defined(f"s{name}", " + ".join([*seen, *overlaps]) or number(0.0, c.scalar), c)]
     if not overlaps:
         return lines, []
     return [*lines, defined(f"m{name}", fold("most", overlaps), c)], [(f"m{name}", 0.0)]
@@ -65,21 +65,25 @@ def refused(sums: list[str], excess: Excess, why: str, c: Table) -> list[str]:
     out which of the reasons it was, where that no longer costs a call that is answered.
     """
     zero = number(0.0, c.scalar)
+    # Whether limits cross stands outermost: a NaN beside it, of a demand that overflows, can't hide it there.
+    crossing = [expression for expression, _ in excess if expression.startswith("m")]
     by_most: dict[float, list[str]] = {}
     for expression, most in excess:
-        by_most.setdefault(most, []).append(expression)
+        if expression not in crossing:
+            by_most.setdefault(most, []).append(expression)
     lines = [defined("sum", " + ".join(sums), c)]
-    worst, at_most = "(sum - sum)", zero
-    if len(by_most) == 1:
+    worst, at_most = [fold("most", crossing)] if crossing else [], zero
+    if len(by_most) == 1 and not crossing:
         ((most, expressions),) = by_most.items()
-        worst, at_most = f"{fold('most', expressions)} + {worst}", c(most) if most else zero
+        worst, at_most = [fold("most", expressions)], c(most) if most else zero
     elif by_most:
         sides = [
             fold("most", expressions) + (f" - {c(most)}" if most else "")
             for most, expressions in by_most.items()
         ]
-        worst = f"{fold('most', sides)} + {worst}"
-    return [*lines, f"if (unlikely(!({worst} <= {at_most}))) {{", f"    return {why};", "}"]
+        worst.append(fold("most", sides))
+    compared = " + ".join([*([fold("most", worst)] if worst else []), "(sum - sum)"])
+    return [*lines, f"if (unlikely(!({compared} <= {at_most}))) {{", f"    return {why};", "}"]
 
 
 def infeasible(vehicle: Vehicle, bounds: CLimits, c: Table) -> str:
@@ -119,7 +123,7 @@ def written(vehicle: Vehicle, c: Table) -> list[str]:
     return [f"f[{i}] = {value};" for i, value in enumerate(values)]
 
 
-def cover(vehicle: Vehicle, G: FloatArray) -> list[str]:
+def cover(vehicle: Vehicle, G: FloatArray, of: str = "x") -> list[str]:
     """Few thrusts (and entries of tau that reach none) in which every entry of tau appears."""
     used = snapped(G) != 0
     rest, chosen = np.ones(vehicle.k, dtype=bool), list[str]()
@@ -128,6 +132,6 @@ def cover(vehicle: Vehicle, G: FloatArray) -> list[str]:
         best = int(gain.argmax())
         if not gain[best]:
             return [*chosen, *(f"t{j}" for j in np.flatnonzero(rest))]
-        chosen.append(f"x{best}")
+        chosen.append(f"{of}{best}")
         rest &= ~used[best]
     return chosen

@@ -47,13 +47,17 @@ STATUS = {
 }
 
 
+RHO = 0.1
+"""OSQP's step size as shipped. An infeasible demand drives it far away, where the next solve fails."""
+
+
 def prepare(qp: QP, start: Start, level: Level) -> Solve:
     """Bounds become rows: l <= [A; I] x <= u, with the rows of I that bound something."""
     import osqp
 
     sides = TwoSided(qp)
     posed = problem(qp) | {"l": sides.low, "u": sides.high}
-    # Without warm_starting each solve begins at zero; OSQP carries adaptive rho over in any case.
+    # Without warm_starting each solve begins at zero, but rho stays what the last solve made of it.
     settings = SETTINGS[level] | {"warm_starting": start == "warm"}
 
     def set_up() -> Any:
@@ -63,14 +67,25 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
 
     def cold(b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
         sides.put(b, lb, ub)
-        return _solve(set_up())
+        return _answer(set_up().solve(raise_error=False))
 
-    def live(model: Any, b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
+    def warm(model: Any, b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
         sides.put(b, lb, ub)
         model.update(l=sides.low, u=sides.high)
-        return _solve(model)
+        return _answer(model.solve(raise_error=False))
 
-    return cold if start == "cold" else partial(live, set_up())
+    def reused(model: Any, b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
+        sides.put(b, lb, ub)
+        model.update(l=sides.low, u=sides.high)
+        result = model.solve(raise_error=False)
+        answer = _answer(result)
+        if result.info.rho_updates:
+            model.update_settings(rho=RHO)
+        return answer
+
+    if start == "cold":
+        return cold
+    return partial(warm if start == "warm" else reused, set_up())
 
 
 def problem(qp: QP) -> dict[str, Any]:
@@ -82,8 +97,7 @@ def problem(qp: QP) -> dict[str, Any]:
     return {"P": csc_matrix(np.triu(qp.H)), "q": qp.g, "A": rows, "l": sides.low, "u": sides.high}
 
 
-def _solve(model: Any) -> Answer:
-    result = model.solve(raise_error=False)
+def _answer(result: Any) -> Answer:
     info = result.info
     status = meaning(STATUS, info.status_val, "osqp")
     return Answer(result.x, status, info.iter, info.run_time)

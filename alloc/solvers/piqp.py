@@ -25,6 +25,9 @@ SETTINGS: dict[Level, dict[str, Any]] = {
         "eps_rel": 1e-11,
         "eps_duality_gap_abs": 1e-13,
         "eps_duality_gap_rel": 1e-15,
+        # PIQP scales its data in place, and back before each update: rounding adds up from call to call, and
+        # now and then decides the status. A problem that is posed here is scaled already.
+        "preconditioner_iter": 0,
     },
 }
 TOLERANCE: dict[str, dict[Level, float]] = {

@@ -16,15 +16,19 @@ from bench.demands import DemandSet, build_demands, labelled
 from bench.emulation import search
 from bench.emulation.agreement import agreement
 from bench.emulation.count import CallCounts, count
+from bench.emulation.cycles import MODELS, Unknown
 from bench.emulation.image import Image, link
 from bench.emulation.kernel import Kernel
 from bench.emulation.kernels import build_kernel, check
 from bench.emulation.toolchain import Target, ToolError, missing, versions
+from bench.emulation.trace import trace
 from bench.harness import machine
 from bench.record import Emulated
 
 CLASSES = ("inactive", "active", "boundary", "infeasible", "mission", "jolts")
 SEARCH = "search"
+TRACED = 20
+"""Calls of each set whose cycles are worked out: those that take most instructions."""
 RIVALS_SHARE = 0.1
 """Share of a drawn set that a solver's C is asked: it takes up to a hundred thousand times the instructions.
 Its most costly demand is not searched for either."""
@@ -101,12 +105,26 @@ def _kernel_rows(row: Emulated, kernel: Kernel, target: Target, sets: list[Deman
         for demands in sets:
             drawn = demands.rate_hz is None
             some = _first(demands, RIVALS_SHARE) if drawn and kernel.solver else demands
-            yield _counted(row, some, kernel, _answers(image, some))
+            yield _counted(row, some, image, _answers(image, some))
         if not kernel.solver and sets:
             tried = _search(image, sets, row.seed)
-            row = _counted(row, tried, kernel, _answers(image, tried))
+            row = _counted(row, tried, image, _answers(image, tried))
             # Only the largest count is kept: the others depend on how the search went.
             yield msgspec.structs.replace(row, tried=len(tried.taus), instructions=row.instructions[-1:])
+
+
+def _cycles(image: Image, demands: DemandSet, counted: CallCounts) -> list[int]:
+    """At least and at most so many cycles of the costliest call; empty where no timing is published."""
+    model = MODELS.get(image.target.name)
+    if model is None:
+        return []
+    some = np.argsort(-counted.instructions, kind="stable")[:TRACED]
+    calls = image.kernel.calls(demands.taus, *demands.limits)[some]
+    try:
+        spans = model(trace(image, calls, counted.instructions[some]))
+    except Unknown:
+        return []
+    return [max(span.low for span in spans), max(span.high for span in spans)] if spans else []
 
 
 def _answers(image: Image, demands: DemandSet) -> CallCounts:
@@ -139,13 +157,14 @@ def _search(image: Image, sets: list[DemandSet], seed: int) -> DemandSet:
     return labelled(SEARCH, vehicle, taus)
 
 
-def _counted(row: Emulated, demands: DemandSet, kernel: Kernel, counted: CallCounts) -> Emulated:
-    agreed = agreement(kernel, demands, counted)
+def _counted(row: Emulated, demands: DemandSet, image: Image, counted: CallCounts) -> Emulated:
+    agreed = agreement(image.kernel, demands, counted)
     values, calls = np.unique(counted.instructions, return_counts=True)
     return msgspec.structs.replace(
         row,
         demands=demands.name,
         instructions=list(zip(values.tolist(), calls.tolist(), strict=True)),
+        cycles=_cycles(image, demands, counted),
         worst=demands.taus[int(counted.instructions.argmax())].tolist(),
         stack_bytes=int(counted.stack_bytes.max()),
         agrees=agreed.agrees,

@@ -37,12 +37,14 @@ def judge(
     formulation: str,
     limited: bool,
     tolerance: float,
+    wrench_tolerance: float = WRENCH_TOLERANCE,
     thorough: bool = True,
 ) -> Judged:
     """Judge ``answers`` to the demands of ``question``, one a demand in order, and over again from the first.
 
-    ``thorough`` adds duality gaps and what is lost, which cost most and are the same in each repeat.
-    Every comparison is written so that NaN fails it.
+    ``wrench_tolerance`` is how far a SOLVED wrench may be off, relative to the vehicle's wrench scale: more
+    for answers in single precision. ``thorough`` adds duality gaps and what is lost, which cost most and are
+    the same in each repeat. Every comparison is written so that NaN fails it.
     """
     demands, vehicle = question.demands, question.demands.vehicle
     definition = find_formulation(formulation)
@@ -69,7 +71,7 @@ def judge(
     # The labels active and inactive leave out the boundary, where failures happen, so alpha* is used. But
     # alpha* does not tell where a vehicle that must always thrust gets too small a demand; the label does.
     within = (demands.alpha[demand] > 1 + WRENCH_TOLERANCE) & (label != Label.INFEASIBLE)
-    met = relative <= WRENCH_TOLERANCE
+    met = relative <= wrench_tolerance
     wrong: dict[str, BoolArray] = {
         "not an array of n thrusts": misshapen,
         "a status that is none": ~np.isin(status, [s.value for s in Status]),

@@ -121,6 +121,7 @@ class Cell(msgspec.Struct, tag="cell", omit_defaults=True):
     canary_ns : time of the canary just after this cell
     disbelieved : what the solver said in so many of the timed calls and was not believed
         (``alloc.solvers.disbelieved``)
+    worst : (k,) the demand of the slowest call, where it is known, as on a board [N, N m]
     judged, quiet : what the equations say of the answers, and what else the machine did
     """
 
@@ -141,5 +142,6 @@ class Cell(msgspec.Struct, tag="cell", omit_defaults=True):
     timed_ns: int = 0
     canary_ns: int | None = None
     disbelieved: dict[str, int] = {}
+    worst: list[float] = []
     judged: Judged | None = None
     quiet: Quiet | None = None

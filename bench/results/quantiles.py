@@ -91,9 +91,12 @@ def late_bound(late: int, n: int) -> float:
     return 1.0 if late == n else float(betaincinv(late + 1, n - late, CONFIDENCE))
 
 
+@cache
 def share(hits: int, n: int) -> tuple[float, float, float]:
     """hits / n with its CONFIDENCE interval (Clopper & Pearson 1934): (share, low, high)."""
-    from scipy.stats import binomtest
+    from scipy.special import betaincinv
 
-    ends = binomtest(hits, n).proportion_ci(CONFIDENCE, method="exact")
-    return hits / n, float(ends.low), float(ends.high)
+    tail = (1 - CONFIDENCE) / 2
+    low = 0.0 if hits == 0 else float(betaincinv(hits, n - hits + 1, tail))
+    high = 1.0 if hits == n else float(betaincinv(hits + 1, n - hits, 1 - tail))
+    return hits / n, low, high
