@@ -1,9 +1,9 @@
 """Whether the gate sees answers that became wrong in one demand of a thousand.
 
-``python -m bench.studies.gate_answers``: each trial spoils every method of a copy of the tree, in other demands,
-and asks for the verdict on each of the gate's default cells from answers alone, nothing is timed. A thrust is
-off by a hundredth of the largest limit, in single calls and in ``many`` alike. Beside them identical trees
-are compared, which must not raise an alarm.
+``python -m bench.studies.gate_answers``: each trial spoils every method of a copy of the tree, in other
+demands, and asks for the verdict on each of the gate's default cells from answers alone, nothing is timed. A
+thrust is off by a hundredth of the largest limit, in single calls and in ``many`` alike. Beside them
+identical trees are compared, which must not raise an alarm.
 """
 
 import shutil
