@@ -6,6 +6,7 @@ from textwrap import indent
 from alloc.allocation import Status
 from alloc.native.bounds import CLimits, Where
 from alloc.native.code import Table
+from alloc.native.compiled import NATIVE
 from alloc.native.generate import function_name
 from alloc.native.helpers import helpers
 from alloc.native.recipes import recipe
@@ -15,7 +16,7 @@ COUNT = 64
 """Demands that a call answers: what it keeps of them stays in the nearest cache."""
 AGAIN = -1
 """Status of a demand that the kernel for one demand must answer: what it sums up is not finite."""
-FLAGS = ("-std=c99", "-ffp-contract=off", "-O3", "-march=native")
+FLAGS = ("-std=c99", "-ffp-contract=off", "-O3", NATIVE)
 """For this processor alone; with the same rounding as the kernel for one demand has."""
 
 

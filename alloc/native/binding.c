@@ -45,6 +45,7 @@ typedef struct {
     int k;
     int n;
     int levels;
+    int state;
     PyObject *held[HELD];
 } Native;
 
@@ -316,7 +317,8 @@ static PyObject *native_many(PyObject *object, PyObject *const *args, Py_ssize_t
         const double *high = ends[1] != NULL ? PyArray_DATA(ends[1]) : NULL;
         double *f = PyArray_DATA((PyArrayObject *)F);
         npy_int8 *status = PyArray_DATA((PyArrayObject *)statuses);
-        Py_BEGIN_ALLOW_THREADS
+        /* A library that keeps something between its calls must not be called by two threads at a time. */
+        PyThreadState *const free_for_others = self->state ? NULL : PyEval_SaveThread();
         for (npy_intp i = 0, done; i < shape[0] && good; i += done) {
             const npy_intp left = shape[0] - i;
             if (i % CHUNK == 0) {
@@ -326,7 +328,9 @@ static PyObject *native_many(PyObject *object, PyObject *const *args, Py_ssize_t
             low = low != NULL ? low + done * step[0] : NULL;
             high = high != NULL ? high + done * step[1] : NULL;
         }
-        Py_END_ALLOW_THREADS
+        if (free_for_others != NULL) {
+            PyEval_RestoreThread(free_for_others);
+        }
     }
     if (!good) { /* says which row it is that does not fit */
         Py_XDECREF(PyObject_CallFunction(self->held[CHECKED_MANY], "Oi", taus, self->k));
@@ -342,15 +346,15 @@ static PyObject *native_many(PyObject *object, PyObject *const *args, Py_ssize_t
     return Py_BuildValue("NN", F, statuses);
 }
 
-/* Native(fixed, call, fixed and call side by side, k, n, levels, {field: object}): addresses of the kernels, sizes,
- * and what `fields` names. An address of zero stands for code that there is not. */
+/* Native(fixed, call, fixed and call side by side, k, n, levels, state, {field: object}): addresses of the kernels,
+ * zero where there is none, sizes, whether calls change data of the library, and what `fields` names. */
 static PyObject *native_new(PyTypeObject *type, PyObject *args, PyObject *names)
 {
     PyObject *fixed, *call, *together[2], *objects;
-    int k, n, levels;
-    if (names != NULL || !PyArg_ParseTuple(args, "O!O!O!O!iiiO!", &PyLong_Type, &fixed, &PyLong_Type, &call,
+    int k, n, levels, state;
+    if (names != NULL || !PyArg_ParseTuple(args, "O!O!O!O!iiipO!", &PyLong_Type, &fixed, &PyLong_Type, &call,
                                            &PyLong_Type, &together[0], &PyLong_Type, &together[1], &k, &n, &levels,
-                                           &PyDict_Type, &objects)) {
+                                           &state, &PyDict_Type, &objects)) {
         return NULL;
     }
     if (levels > MOST_LEVELS) {
@@ -375,6 +379,7 @@ static PyObject *native_new(PyTypeObject *type, PyObject *args, PyObject *names)
         self->k = k;
         self->n = n;
         self->levels = levels;
+        self->state = state;
     }
     return (PyObject *)self;
 }

@@ -17,6 +17,8 @@ from alloc.errors import NotInstalled
 REMEDY = "install a C compiler and Python's headers (Debian: apt install gcc python3-dev)"
 STANDARD = ("-std=c99", "-ffp-contract=off")
 """ISO C, and a * b + c never fused, so that every machine rounds as Python does."""
+NATIVE = "-march=native"
+"""What makes a compiler use all instructions of the processor that it runs on."""
 
 
 def compiler() -> list[str]:
@@ -55,17 +57,30 @@ def shared_library(
     sources: Mapping[str, str],
     flags: Sequence[str] = STANDARD,
     suffix: str = ".so",
-    made_for: str = "",
+    shared: Mapping[str, str] | None = None,
 ) -> Path:
     """The shared library made of these sources ({file name: text}), from the cache if it is there.
 
-    The file's name carries a hash of all that its content depends on, ``made_for`` among it. The file is
-    moved into place whole, so processes that compile at the same time, or are killed meanwhile, leave no torn
-    file. Raises NotInstalled.
+    What several libraries share is compiled once, and its headers are there for the others. Raises
+    NotInstalled.
+    """
+    if not shared:
+        return _compiled(name, sources, [*flags, "-fPIC", "-shared"], suffix)
+    common = _compiled("shared", shared, [*flags, "-fPIC", "-nostdlib", "-r"], ".o")
+    headers = {file: text for file, text in shared.items() if not file.endswith(".c")}
+    return _compiled(name, {**headers, **sources}, [*flags, "-fPIC", "-shared", str(common)], suffix)
+
+
+def _compiled(name: str, sources: Mapping[str, str], flags: Sequence[str], suffix: str) -> Path:
+    """What the compiler makes of these sources with these flags.
+
+    The file's name carries a hash of all that its content depends on. The file is moved into place whole, so
+    processes that compile at the same time, or are killed meanwhile, leave no torn file.
     """
     command = compiler()
     if not command:
         raise NotInstalled(f"{name}: needs a C compiler; {REMEDY}")
+    made_for = processor() if NATIVE in flags else ""
     tools = [machine(), command, _version(tuple(command)), list(flags), made_for]
     content = repr([*tools, sorted(sources.items())])
     target = cache_folder() / f"{name}-{hashlib.sha256(content.encode()).hexdigest()[:24]}{suffix}"
@@ -78,7 +93,7 @@ def shared_library(
                 (Path(folder) / file).write_text(text, encoding="utf-8")
             units = [file for file in sources if file.endswith(".c")]
             compilation = subprocess.run(
-                [*command, "-O2", *flags, "-fPIC", "-shared", *units, "-o", "library"],
+                [*command, "-O2", *flags, *units, "-o", "library"],
                 cwd=folder, capture_output=True, text=True, check=False,
             )  # fmt: skip
             if compilation.returncode:
@@ -95,8 +110,8 @@ def shared_library(
 
 @cache
 def processor() -> str:
-    """What the compiler knows of this processor with ``-march=native``; empty where it does not take that."""
-    command = [*compiler(), "-march=native", "-dM", "-E", "-x", "c", os.devnull]
+    """What the compiler knows of this processor under NATIVE; empty where it does not take that."""
+    command = [*compiler(), NATIVE, "-dM", "-E", "-x", "c", os.devnull]
     known = subprocess.run(command, capture_output=True, text=True, check=False)
     return "" if known.returncode else known.stdout
 
