@@ -1,6 +1,7 @@
 """Times of a C function in a C loop, and its instructions call by call, both without Python."""
 
 import os
+import re
 import subprocess
 import tempfile
 from collections.abc import Iterator
@@ -26,6 +27,7 @@ def program(kernel: Kernel, taus: FloatArray) -> Iterator[list[str]]:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         units = kernel.write(folder)
+        (folder / "kernel.h").write_text(_header(kernel), encoding="utf-8")
         includes = sorted({f"-I{path.parent}" for path in folder.rglob("*.h")})
         made, demands = folder / "loop", folder / "demands.bin"
         np.ascontiguousarray(taus, dtype=SCALARS[kernel.scalar]).tofile(demands)
@@ -35,6 +37,19 @@ def program(kernel: Kernel, taus: FloatArray) -> Iterator[list[str]]:
             [*compiler(), *STANDARD, "-O2", "-w", *includes, *sources, "-lm", "-o", str(made)], check=True
         )
         yield [str(made), str(demands)]
+
+
+def _header(kernel: Kernel) -> str:
+    """What the loop must know of a kernel; behind tau lie f_min and f_max."""
+    places = {"f_min": f"tau + {kernel.k}", "f_max": f"tau + {kernel.k + kernel.n}"}
+    arguments = re.sub("f_min|f_max", lambda name: places[name[0]], kernel.arguments)
+    return (
+        f"{kernel.declaration}\n"
+        f"#define SCALAR {kernel.scalar}\n"
+        f"#define WIDTH {kernel.width}\n"
+        f"#define N {kernel.n}\n"
+        f"#define ANSWER(tau, f) {kernel.entry}({arguments})\n"
+    )
 
 
 def nanoseconds(kernel: Kernel, taus: FloatArray, repeats: int = 15) -> FloatArray:
