@@ -37,7 +37,7 @@ def command(
     folder each, and proofs.md has a line of each. Exit code 3 where an error or a thrust outside the limits
     can't be excluded. `make prove` installs what this needs, and proves all.
     """
-    from concurrent.futures import ThreadPoolExecutor
+    from concurrent.futures import ProcessPoolExecutor
     from os import cpu_count
 
     import click
@@ -58,7 +58,7 @@ def command(
                     raise
                 click.echo(str(refusal))
     several = len(subjects) > 1
-    with ThreadPoolExecutor(cpu_count()) as pool:
+    with ProcessPoolExecutor(cpu_count()) as pool:
         proofs = []
         for of, proof in zip(subjects, pool.map(prove, subjects), strict=True):
             proofs.append(proof)

@@ -22,6 +22,7 @@ TABLE = {"tbb", "tbh", "br", "notrack"}
 CALLS = {"bl", "blx", "blr", "call", "callq"}
 CONDITION = r"(eq|ne|cs|cc|hs|lo|mi|pl|vs|vc|hi|ls|ge|lt|gt|le)"
 SOME = re.compile(rf"b\.?{CONDITION}(\.[nw])?$|cbn?z$|tbn?z$|j\w+$")
+JUMP = re.compile(r"\t([bj][\w.]*|cbn?z|tbn?z|callq?)\s")
 CONDITIONAL_RETURN = re.compile(rf"(bx|pop|ldmia){CONDITION}(\.w)?$")
 
 
@@ -38,9 +39,28 @@ class Unbounded(Exception):
     """A loop or a call whose length is not known; the message names it."""
 
 
-def longest(image: Image, rounds: int) -> int:
-    """Most instructions of any call, if no loop goes round more often than ``rounds``; raises Unbounded."""
-    code = _code(run([f"{image.target.tools}objdump", "-d", "--no-show-raw-insn", str(image.path)]))
+def disassembled(image: Image) -> str:
+    """What objdump prints of a kernel, and of all functions that it calls or jumps into."""
+    printed: dict[str, str] = {}
+    waiting = [image.kernel.entry]
+    command = [f"{image.target.tools}objdump", "-d", "--no-show-raw-insn"]
+    while waiting:
+        name = waiting.pop()
+        if name not in printed:
+            printed[name] = run([*command, f"--disassemble={name}", str(image.path)])
+            lines = (line for line in printed[name].splitlines() if JUMP.search(line))
+            waiting += {
+                found for line in lines for found in re.findall(r"<([^>+]+)(?:\+0x[0-9a-f]+)?>$", line)
+            }
+    return "\n".join(printed.values())
+
+
+def longest(disassembly: str, entry: int, rounds: int) -> int:
+    """Most instructions of any call to ``entry``, if no loop goes round more often than ``rounds``.
+
+    Raises Unbounded where a call's length is not known.
+    """
+    code = _code(disassembly)
     lengths: dict[int, int] = {}
 
     def length(entry: int) -> int:
@@ -53,7 +73,7 @@ def longest(image: Image, rounds: int) -> int:
             raise Unbounded(f"{code[entry].function} calls itself")
         return lengths[entry]
 
-    return length(image.entry)
+    return length(entry)
 
 
 def _code(printed: str) -> dict[int, Instruction]:

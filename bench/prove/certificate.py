@@ -24,6 +24,11 @@ class Claim(msgspec.Struct, frozen=True, kw_only=True):
     words: list[str] = []
 
 
+def not_shown(claim: str, words: list[str]) -> Claim:
+    """A claim that stands as not shown, with the reason."""
+    return Claim(claim=claim, verdict="not shown", by="", words=words)
+
+
 class Rounding(msgspec.Struct, frozen=True, kw_only=True):
     """How far rounding takes thrusts from the kernel's answer in real numbers.
 

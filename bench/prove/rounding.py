@@ -81,7 +81,7 @@ class Errors:
     def _value(self, node: Node, operation: Operation) -> Value | None:
         match operation:
             case ("const", value):
-                exact = float(self._exact.get(node, value))
+                exact = self._exact.get(node, float(value))
                 return Value(exact, exact, abs(value - exact), {})
             case ("input", "tau", j):
                 return self._linear({(-1, j): 1.0}, 0.0)

@@ -11,7 +11,7 @@ from bench.emulation.count import count
 from bench.emulation.image import link
 from bench.emulation.kernel import Kernel
 from bench.emulation.toolchain import Target, versions
-from bench.prove.binary import Unbounded, longest
+from bench.prove.binary import Unbounded, disassembled, longest
 from bench.prove.certificate import WorstPath
 from bench.prove.harness import Subject
 
@@ -28,7 +28,7 @@ def worst_path(of: Subject, on: Target) -> WorstPath:
         image = link(_kernel(of), on, Path(folder))
         reason = ""
         try:
-            at_most = longest(image, _rounds(of))
+            at_most = longest(disassembled(image), image.entry, _rounds(of))
         except Unbounded as unbounded:
             at_most, reason = None, str(unbounded)
         counted = count(image, calls)
