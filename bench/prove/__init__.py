@@ -6,9 +6,9 @@ See docs/proof.md.
 """
 
 from bench.prove.certificate import Certificate
+from bench.prove.certify import prove
 from bench.prove.harness import Subject, subject
 from bench.prove.page import summary
-from bench.prove.prove import prove
 from bench.prove.write import write
 
 __all__ = ["Certificate", "Subject", "prove", "subject", "summary", "write"]

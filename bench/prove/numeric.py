@@ -36,7 +36,8 @@ def answers(
     outputs: dict[str, list[Any]] = {}
     for (name, _), node in sorted(program.outputs.items()):
         outputs.setdefault(name, []).append(np.broadcast_to(made[node], count))
-    status = np.broadcast_to(made[program.status], count).astype(int)
+    with np.errstate(all="ignore"):
+        status = np.broadcast_to(made[program.status], count).astype(int)
     for condition, returned in reversed(program.exits):
         status = np.where(made[condition], returned, status)
     return Answers({name: np.array(rows) for name, rows in outputs.items()}, status)
