@@ -40,10 +40,8 @@ def command(
     from concurrent.futures import ProcessPoolExecutor
     from os import cpu_count
 
-    import click
-
-    from alloc import NotApplicable, catalogue, list_vehicles, load_vehicle
-    from bench.prove import prove, subject, summary, write
+    from alloc import AllocError, NotApplicable, catalogue, list_vehicles, load_vehicle
+    from bench.prove import prove, subject, summary, tools, write
 
     kernels = {entry.name: entry.twin for entry in catalogue() if entry.twin}
     loaded = [load_vehicle(name) for name in vehicles or list_vehicles()]
@@ -57,6 +55,11 @@ def command(
                 if methods and len(loaded) == 1:
                     raise
                 click.echo(str(refusal))
+    tools.need("frama-c")
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise AllocError(f"{out}: can't be written ({error.strerror}); give another --out") from None
     several = len(subjects) > 1
     with ProcessPoolExecutor(cpu_count()) as pool:
         proofs = []

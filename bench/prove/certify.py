@@ -11,9 +11,9 @@ from alloc.vehicle.condition import wrench_doubt
 from bench.emulation.toolchain import ToolError, missing, target
 from bench.harness import machine
 from bench.prove import misra, safety, tools
-from bench.prove.certificate import ASSUMPTIONS, Certificate, Claim, Rounding, WorstPath, not_shown
 from bench.prove.gappa import before_limits
 from bench.prove.harness import Subject, subject
+from bench.prove.proof import ASSUMPTIONS, Claim, Proof, Rounding, WorstPath, not_shown
 from bench.prove.rounding import Errors, verdict_band
 from bench.prove.seen import made, seen
 from bench.prove.symbolic import Node, NotRead, programs
@@ -29,8 +29,8 @@ ALIKE = 2.0**-23
 BOUNDED = "Rounding moves no thrust of an attainable demand by more than the bound below."
 
 
-def prove(of: Subject) -> Certificate:
-    """The certificate of a kernel; raises NotInstalled where Frama-C is missing."""
+def prove(of: Subject) -> Proof:
+    """The proof of a kernel; raises NotInstalled where Frama-C is missing."""
     begin = time.perf_counter()
     with tempfile.TemporaryDirectory(prefix="thrustbench-") as folder:
         claims = safety.claims(of, Path(folder))
@@ -39,7 +39,7 @@ def prove(of: Subject) -> Certificate:
     paths, lacking = _paths(of)
     if rules is None:
         lacking.append(not_shown("MISRA C:2012", ["needs cppcheck: " + tools.remedy(["cppcheck"])]))
-    return Certificate(
+    return Proof(
         vehicle=of.vehicle.name,
         method=of.kernel,
         scalar=of.scalar,

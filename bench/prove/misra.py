@@ -5,8 +5,8 @@ from collections import Counter
 from pathlib import Path
 
 from bench.prove import tools
-from bench.prove.certificate import Broken
 from bench.prove.harness import Subject
+from bench.prove.proof import Broken
 
 REASONS = {
     "2.4": "Advisory. The enumeration of status values has no name, and needs none: its constants are used.",

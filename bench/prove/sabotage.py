@@ -1,4 +1,4 @@
-"""Ways to break generated C: each must cost it its certificate, or the proof proves nothing."""
+"""Ways to break generated C: a proof that misses one proves nothing."""
 
 import re
 from dataclasses import replace

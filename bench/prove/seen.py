@@ -7,9 +7,9 @@ import numpy as np
 from alloc import FloatArray, Vehicle
 from alloc.native.code import Scalar
 from bench.emulation.toolchain import ToolError
-from bench.prove.certificate import Claim, not_shown
 from bench.prove.harness import Subject
 from bench.prove.numeric import answers
+from bench.prove.proof import Claim, not_shown
 from bench.prove.symbolic import Node, NotRead, Program, programs
 
 CHUNK = 10_000

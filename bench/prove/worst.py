@@ -12,8 +12,8 @@ from bench.emulation.image import link
 from bench.emulation.kernel import Kernel
 from bench.emulation.toolchain import Target, versions
 from bench.prove.binary import Unbounded, disassembled, longest
-from bench.prove.certificate import WorstPath
 from bench.prove.harness import Subject
+from bench.prove.proof import WorstPath
 
 TARGETS = {"double": ("cortex-m7", "aarch64"), "float": ("cortex-m4f", "aarch64")}
 """Where each scalar is counted: on a Cortex-M4F double is software, whose length depends on the numbers."""

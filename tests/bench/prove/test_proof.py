@@ -11,7 +11,7 @@ from alloc import load_vehicle
 from alloc.native import digest, generate
 from alloc.native.compiled import compiler
 from bench.commands.prove import command
-from bench.prove import Certificate, safety, subject, tools
+from bench.prove import Proof, safety, subject, tools
 from bench.prove.sabotage import SABOTAGES, Sabotage, noticed, sabotaged
 
 UKWIAL = load_vehicle("ukwial")
@@ -28,7 +28,7 @@ QUICK = {
     "another thruster is taken for the failed one",
     "a share is above one",
 }
-"""What is broken here; test_symbolic.py breaks C with limits of the call, ``make prove`` all that there is."""
+"""What is broken here; test_symbolic.py breaks C with limits of the call, ``make prove`` all there is."""
 
 
 @pytest.fixture(autouse=True)
@@ -57,7 +57,7 @@ def test_a_kernel_is_free_of_errors_and_keeps_limits(kernel: str, limits: str, t
     ids=lambda each: each.name,
 )
 def test_a_proof_finds_sabotage(sabotage: Sabotage, tmp_path: Path) -> None:
-    """The same C, broken in one place, loses its certificate, and the words say why."""
+    """The same C, broken in one place, is not shown, and the words say why."""
     whole = subject(UKWIAL, sabotage.kernel, "double", sabotage.limits)
     assert noticed(sabotaged(whole, sabotage), tmp_path)
 
@@ -89,7 +89,7 @@ def test_the_command_writes_proof_page_and_the_c_they_speak_of(
         catch_exceptions=False,
     )
     assert done.return_value == 0, done.output
-    proof = msgspec.json.decode((out / "proof.json").read_bytes(), type=Certificate)
+    proof = msgspec.json.decode((out / "proof.json").read_bytes(), type=Proof)
     files = {path.name: path.read_text() for path in out.glob(f"{proof.function}.[ch]")}
     assert proof.sha256 == digest(proof.function, files)
     assert proof.sha256 in generate(UKWIAL, "nullspace")[f"{proof.function}_test.c"]
@@ -99,7 +99,7 @@ def test_the_command_writes_proof_page_and_the_c_they_speak_of(
     assert json.loads((out / "proof.json").read_text())["claims"][0]["verdict"] == "shown"
 
 
-def test_a_certificate_says_which_rules_of_misra_are_broken_and_why(tmp_path: Path) -> None:
+def test_a_proof_says_which_rules_of_misra_are_broken_and_why(tmp_path: Path) -> None:
     """Every rule that the add-on names has a reason here."""
     from bench.prove.misra import broken
 

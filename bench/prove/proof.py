@@ -8,7 +8,7 @@ Verdict = Literal["shown", "tested", "not shown", "does not apply"]
 
 
 class Claim(msgspec.Struct, frozen=True, kw_only=True):
-    """One thing that a certificate speaks of.
+    """One thing that a proof speaks of.
 
     Attributes
     ----------
@@ -90,7 +90,7 @@ class Broken(msgspec.Struct, frozen=True, kw_only=True):
     reason: str
 
 
-class Certificate(msgspec.Struct, frozen=True, kw_only=True):
+class Proof(msgspec.Struct, frozen=True, kw_only=True):
     """proof.json.
 
     Attributes
