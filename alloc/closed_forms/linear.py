@@ -27,6 +27,16 @@ TINY = 1e-300
 """In place of the size of an inverse that is zero."""
 
 
+def exactly(vehicle: Vehicle) -> float:
+    """Length of the largest thrusts of which rounding takes less than SOLVED lets a wrench miss [N]."""
+    return float(vehicle.f_scale * WRENCH_TOLERANCE / wrench_doubt(vehicle))
+
+
+def usual(vehicle: Vehicle, G: FloatArray) -> float:
+    """Length up to which no demand asks G (n, k) for larger thrusts than ``exactly``, in N and N m alike."""
+    return min(LARGEST_DEMAND, exactly(vehicle) / max(float(np.linalg.norm(G, 2)), TINY))
+
+
 class Linear:
     """The allocator f = G tau of any closed form without limits.
 
@@ -50,10 +60,8 @@ class Linear:
         met = np.abs(missed * vehicle.wrench_scale).sum(axis=1).max() <= WRENCH_TOLERANCE
         self._missed = None if met else missed
         # Square of the largest thrusts of which rounding takes less than SOLVED allows the wrench to miss.
-        self._rounded = (vehicle.f_scale * WRENCH_TOLERANCE / wrench_doubt(vehicle)) ** 2
-        # No demand of this length or less asks for larger thrusts, so its thrusts need not be looked at.
-        reach = float(np.sqrt(self._rounded)) / max(float(np.linalg.norm(G, 2)), TINY)
-        self._usual = min(LARGEST_DEMAND, reach)
+        self._rounded = exactly(vehicle) ** 2
+        self._usual = usual(vehicle, G)
         self._shape = (vehicle.k,)
 
     def __call__(
@@ -66,15 +74,15 @@ class Linear:
             and tau.shape == self._shape
             and hypot(*tau.tolist()) <= self._usual  # false for NaN too
         ):
-            wrench, usual = tau, True
+            wrench, is_usual = tau, True
         else:
-            wrench, usual = checked(tau, self._k), False
+            wrench, is_usual = checked(tau, self._k), False
         if f_min is not None or f_max is not None:
             self._limits_of_call(f_min, f_max)
         f = self.G.dot(wrench)
         if self._missed is not None and np.abs(self._missed.dot(wrench)).max() > TOLERANCE:
             return answer(f, Status.PARTIAL)
-        if not usual and not f.dot(f) <= self._rounded:
+        if not is_usual and not f.dot(f) <= self._rounded:
             return answer(f, Status.PARTIAL)
         return answer(f, Status.SOLVED)
 

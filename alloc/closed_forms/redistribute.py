@@ -16,6 +16,9 @@ TABLE_THRUSTERS = 8
 """Up to this many working thrusters ``build`` makes the inverses of all patterns of frozen thrusters (256).
 For more thrusters an inverse is made at its first use, so that a first call may cost tens of later ones."""
 
+AT_LIMIT = 1e-12
+"""A thrust so near to a limit lies at it but for rounding, relative to the largest limit [-]."""
+
 MOST_THRUSTERS = 62
 """Patterns of frozen thrusters are bits of signed 64-bit integers."""
 
@@ -59,14 +62,21 @@ class Cascade:
         return f, passes
 
     def mend_many(self, taus: FloatArray, F: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-        """Thrusts for wrenches (N, k), from F = T* tau (N, n); demands of one pattern go together."""
+        """Thrusts for wrenches (N, k), from F = T* tau (N, n); demands of one pattern go together.
+
+        NaN where a thrust lies so near a limit that rounding decides whether it freezes.
+        """
         v = self._vehicle
         free = np.tile(v.readiness > 0, (len(taus), 1))
         F = F.copy()
+        open_, doubt = np.ones(len(taus), dtype=bool), AT_LIMIT * v.f_scale
         while True:
             clipped = F.clip(low, high)
-            beyond = free & (clipped != F)
-            rows = np.flatnonzero(beyond.any(axis=1))
+            near = free & (np.minimum(np.abs(F - low), np.abs(F - high)) <= doubt)
+            F[open_ & near.any(axis=1)] = np.nan
+            beyond = free & (clipped != F) & ~np.isnan(F)
+            open_ = beyond.any(axis=1)
+            rows = np.flatnonzero(open_)
             if not rows.size:
                 return F
             free &= ~beyond

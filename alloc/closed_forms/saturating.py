@@ -41,7 +41,11 @@ Rule = Callable[[FloatArray, list[float], Bounds], tuple[list[float], int]]
 afterwards."""
 
 RuleMany = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
-"""A rule for many demands at once: (tau (N, k), T* tau (N, n), f_min, f_max (N, n)) -> thrusts (N, n)."""
+"""A rule for many demands at once: (tau (N, k), T* tau (N, n), f_min, f_max (N, n)) -> thrusts (N, n), NaN
+where rounding would decide: a single call then does."""
+
+ON_THE_LINE = 1e-6
+"""Share by which a miss may differ from what counts as met for rounding to decide [-]."""
 
 
 class Saturating:
@@ -110,6 +114,8 @@ class Saturating:
             F[mend] = self._mended(wrenches[mend], F[mend], at, to).clip(at, to)
         missed = np.abs(F @ self._T.T - wrenches * self._unit).max(axis=1)
         status = np.where(missed <= 1.0, Status.SOLVED, Status.PARTIAL).astype(np.int8)
+        for i in np.flatnonzero(~(np.abs(missed - 1.0) > ON_THE_LINE)):
+            F[i], status[i], *_ = self(wrenches[i], low[i], high[i])
         F[empty], status[empty] = np.nan, Status.INFEASIBLE
         return F, status
 

@@ -19,10 +19,10 @@ from alloc.formulations import Formulation
 from alloc.qp import Posed
 from alloc.qp.stationarity import Stationarity
 from alloc.reach.beyond import beyond
-from alloc.solvers import Level, Solve, Start, default_level, default_start, disbelieved, load
+from alloc.solvers import Level, Solve, Start, default_level, default_start, disbelieved, load, shared
 from alloc.vehicle import Vehicle
 from alloc.vehicle.call_limits import at_call, one_by_one
-from alloc.vehicle.condition import promised
+from alloc.vehicle.condition import magnified, promised
 
 PARTIAL_TOLERANCE = 1e-2
 """Largest miss of a PARTIAL answer, relative to ``vehicle.wrench_scale`` [-]. The loosest of the solvers'
@@ -54,7 +54,9 @@ class Live:
     ) -> None:
         """Keep what every call needs: limits [N], T P and wrench in units of ``wrench_scale``."""
         self.formulation = formulation
-        self.tolerance = promised(vehicle, tolerance)
+        soft = len(posed.qp.g) > len(posed.working)
+        # A soft answer is held to the promise in the call itself, whatever the vehicle.
+        self.tolerance = promised(vehicle, tolerance if soft else tolerance * magnified(vehicle))
         self.solve = solve
         self._solver = solver
         self._b_of_tau = posed.b_of_tau
@@ -64,7 +66,7 @@ class Live:
         self._limits_of_call = at_call(vehicle)
         self._working = posed.working
         self._m = len(posed.working)
-        self._soft = Stationarity(posed.qp, posed.unit) if len(posed.qp.g) > self._m else None
+        self._soft = Stationarity(posed.qp, posed.unit) if soft else None
         self._beyond = beyond(vehicle) if self._soft is None else None
         self._limits = vehicle.f_min[posed.working], vehicle.f_max[posed.working]
         self._lb, self._ub = posed.qp.lb[: self._m], posed.qp.ub[: self._m]
@@ -165,7 +167,7 @@ def live(
     """
     if formulation.pose is None:
         raise NotApplicable(f"{formulation.name}: is no quadratic program; a solver can't answer it")
-    posed, solver = formulation.pose(vehicle), load(name)
+    posed, solver = formulation.pose(vehicle, shared=shared(name)), load(name)
     level = level or default_level(solver)
     solve = solver.prepare(posed.qp, start or default_start(solver), level)
     return Live(

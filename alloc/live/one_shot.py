@@ -1,6 +1,7 @@
 """The one-shot route to any solver: qpsolvers sets the whole problem up at each call."""
 
 import warnings
+from typing import Any
 
 import numpy as np
 
@@ -8,6 +9,9 @@ from alloc.allocation import FloatArray, Status
 from alloc.errors import NotInstalled, SolverError
 from alloc.qp import QP
 from alloc.solvers import Answer, Solve
+
+CAPS: dict[str, dict[str, Any]] = {"proxqp": {"max_iter": 200}}
+"""By solver, the cap that its defaults lack: ProxQP's 10,000 iterations take 20 s for infeasible demands."""
 
 
 def one_shot(qp: QP, solver: str) -> Solve:
@@ -38,7 +42,8 @@ def one_shot(qp: QP, solver: str) -> Solve:
             # Some adapters warn of an infeasible demand, which the status already says.
             warnings.simplefilter("ignore")
             try:
-                solution = solve_problem(Problem(H, qp.g, None, None, A, b, low, high), solver)
+                problem = Problem(H, qp.g, None, None, A, b, low, high)
+                solution = solve_problem(problem, solver, **CAPS.get(solver, {}))
             except (AttributeError, ImportError, TypeError) as error:  # never a demand's fault
                 raise SolverError(
                     f"qpsolvers/{solver}: {type(error).__name__}: {error}; qpsolvers does not fit "

@@ -33,19 +33,27 @@ class CLimits:
     at_call : whether they are arguments
     """
 
-    def __init__(self, vehicle: Vehicle, where: Where, c: Table) -> None:
-        """Limits of the working thrusters, with their constants in table ``c``."""
+    def __init__(self, vehicle: Vehicle, where: Where, c: Table, mark: str = "") -> None:
+        """Limits of the working thrusters, with their constants in table ``c`` and a mark in their names."""
+        self._mark, self._vehicle = mark, vehicle
         self.at_call = where == "call"
         self._f_min, self._f_max = vehicle.f_min.tolist(), vehicle.f_max.tolist()
         self._working = vehicle.working.tolist()
         self._c = c
 
     def definitions(self) -> list[str]:
-        """Statements that read the arguments."""
+        """Statements that read the arguments, and how far limits cross."""
         if not self.at_call:
             return []
-        sides = (("l", "f_min"), ("h", "f_max"))
-        return [defined(f"{side}{i}", f"{a}[{i}]", self._c) for i in self._working for side, a in sides]
+        low, high = f"l{self._mark}", f"h{self._mark}"
+        crossing = [defined(f"o{self._mark}{i}", f"{low}{i} - {high}{i}", self._c) for i in self._working]
+        sides = ((low, "f_min"), (high, "f_max"))
+        read = [defined(f"{side}{i}", f"{a}[{i}]", self._c) for i in self._working for side, a in sides]
+        return [*read, *crossing]
+
+    def again(self, mark: str) -> "CLimits":
+        """The same limits, read again behind a fence, so that they hold no register until then."""
+        return CLimits(self._vehicle, "call" if self.at_call else "fixed", self._c, mark)
 
     def runs(self) -> list[tuple[str, int, int]]:
         """(array, first index, count) of all stretches of the arguments that belong to working thrusters."""
@@ -61,5 +69,5 @@ class CLimits:
         """Limits of ``scale`` (above zero) times thrust i, moved apart by ``wider`` on either side."""
         if not self.at_call:
             return self._c(scale * self._f_min[i] - wider), self._c(scale * self._f_max[i] + wider)
-        (_, low), (_, high) = (term(scale, f"{side}{i}", self._c) for side in "lh")
+        (_, low), (_, high) = (term(scale, f"{side}{self._mark}{i}", self._c) for side in "lh")
         return (f"({low} - {self._c(wider)})", f"({high} + {self._c(wider)})") if wider else (low, high)

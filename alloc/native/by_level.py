@@ -5,11 +5,10 @@ What ``alloc.reach.way`` takes out of tables stands here as straight code: each 
 
 from collections.abc import Callable
 from math import inf
-from typing import NamedTuple
 
 import numpy as np
 
-from alloc.allocation import WRENCH_TOLERANCE, BoolArray, FloatArray
+from alloc.allocation import WRENCH_TOLERANCE, BoolArray, FloatArray, IndexArray
 from alloc.errors import NotApplicable
 from alloc.formulations import Formulation
 from alloc.native.bounds import CLimits
@@ -20,6 +19,7 @@ from alloc.native.code import (
     butterflies,
     defined,
     fold,
+    gathered,
     names,
     number,
     placed,
@@ -28,9 +28,9 @@ from alloc.native.code import (
     snapped,
     term,
 )
-from alloc.native.entry import closed_form, crossed, entered, inside, read, refused, written
+from alloc.native.entry import Excess, cover, crossed, entered, inside, read, refused
 from alloc.native.exact import pieces
-from alloc.nullspace.structure import decompose
+from alloc.nullspace.structure import Structure, decompose
 from alloc.reach import edge as facets
 from alloc.reach.levels import step_maps
 from alloc.reach.way import Way
@@ -43,68 +43,30 @@ PARALLEL: dict[Scalar, float] = {"double": facets.PARALLEL, "float": 2e-6}
 EDGE: dict[Scalar, float] = {"double": facets.EDGE, "float": 4e-6}
 """What ``alloc.reach.edge`` has for double, and what rounding makes of it in float."""
 ROOMY = 1e-3
-"""Where a facet leaves more room than this in unit of ``wrench_scale``, rounding of a step along it is
-nothing to it."""
+"""Where a facet leaves more room than this share of the largest limit, rounding of a step along it is nothing
+to it."""
 
 
-Room = str | float
-"""What is left along a facet's normal [N of the thruster that pushes most along it]: C name, or number."""
-
-
-class CDeparture(NamedTuple):
-    """Where a way begins, in C.
-
-    Attributes
-    ----------
-    definitions : of what the others name
-    wrench : of each axis, the term w = (T P f0) [N, N m]; None where it is zero
-    rooms : of each pair of facets, the room along the normal and along its opposite
-    """
-
-    definitions: list[str]
-    wrench: list[tuple[bool, str] | None]
-    rooms: list[tuple[Room, Room]]
-
-
-def _fixed(way: Way, vehicle: Vehicle, longest: FloatArray, c: Table) -> CDeparture:
-    """The departure within the vehicle's limits: all of it is known beforehand."""
-    begin = way.departure(vehicle.f_min, vehicle.f_max)
-    rooms = begin.room.reshape(2, -1) / longest
-    wrench = [(w < 0, c(abs(w))) if w else None for w in begin.wrench.tolist()]
-    return CDeparture([], wrench, list(zip(*rooms.tolist(), strict=True)))
-
-
-def _at_call(vehicle: Vehicle, table: FloatArray, c: Table) -> CDeparture:
-    """The departure within the limits of the call: f0, then g from there to the limits, w, and the rooms."""
-    zero, inset, n = number(0.0, c.scalar), c(facets.INSET), vehicle.n
-    definitions: list[str] = []
-    for i in vehicle.working.tolist():
-        definitions += [
-            defined(f"in{i}", f"least(-o{i} * {inset}, most(most(l{i}, -h{i}), {zero}))", c),
-            defined(f"f{i}", f"least(most({zero}, l{i} + in{i}), h{i} - in{i})", c),
-            defined(f"g{i}", f"h{i} - f{i}", c),
-            defined(f"g{n + i}", f"f{i} - l{i}", c),
-        ]
-    for matrix, into, name in ((vehicle.TP, "f", "w_"), (table, "g", "room")):
-        lines, rows, _ = product(matrix, into, c, f"p{name}")
-        sums, rows = butterflies(rows, c, f"s{name}")
-        definitions += [*lines, *sums]
-        definitions += [defined(f"{name}{r}", signed_sum(row, c.scalar), c) for r, row in enumerate(rows)]
-    half = len(table) // 2
-    rooms: list[tuple[Room, Room]] = [(f"room{m}", f"room{half + m}") for m in range(half)]
-    return CDeparture(definitions, [(False, f"w_{r}") for r in range(vehicle.k)], rooms)
+Value = str | float
+"""A C name, or a number that is known beforehand."""
 
 
 class Walk:
-    """The C of one way, written level by level.
+    """The C of one way, written level by level, in thrusts.
+
+    On the way only the wrench T f counts, so f may lie beyond limits: a step of the wrench is any d with T d
+    that step, and the room along a facet is a sum over thrusters of what lies between f and a limit. At the
+    end what f has in the null space is taken out.
 
     Attributes
     ----------
-    definitions : of all that statements may need
-    statements : the share of each level, and what it leaves
+    definitions : of all that statements may need; at the end x, what G makes of the wrench that is reached
+    statements : the share of each level
+    resting : whether the way begins without thrust
+    sums, excess : what is finite, and what at most zero, only if the arguments are good
     """
 
-    def __init__(self, vehicle: Vehicle, way: Way, bounds: CLimits, c: Table) -> None:
+    def __init__(self, vehicle: Vehicle, way: Way, structure: Structure, bounds: CLimits, c: Table) -> None:
         """Write the way; raises NotApplicable where there are too many facets to write them out."""
         found = facets.edge(vehicle)
         if len(found.normals) > FACETS_LIMIT:
@@ -112,101 +74,251 @@ class Walk:
                 f"generated C: each facet is written out, here {len(found.normals)} pairs, more than "
                 f"{FACETS_LIMIT}; use the method in Python"
             )
-        self._c, self._k, self._scale = c, vehicle.k, found.scale
+        self._vehicle, self._bounds, self._c = vehicle, bounds, c
+        self._G = structure.G
         # Normals are stretched until the thruster that pushes most along one does so by one newton a newton:
         # on many vehicles the room along a facet is then a plain sum.
-        self._longest = snapped(np.abs(found.push).max(axis=1))
-        self._normals = found.normals / self._longest[:, None]
-        if bounds.at_call:
-            begin = _at_call(vehicle, facets.room_table(found) / np.tile(self._longest, 2)[:, None], c)
-        else:
-            begin = _fixed(way, vehicle, self._longest, c)
-        self._rooms = begin.rooms
-        self.definitions = list(begin.definitions)
+        self._push = snapped(found.push / np.abs(found.push).max(axis=1)[:, None])
+        self._parts = components(self._push != 0)
+        self._normals = found.normals * found.scale
+        self._scale = found.scale
+        self._rooms: dict[int, tuple[Value, Value]] = {}
+        self._last = -1
+        self.sums: list[str] = []
+        self._entered: set[int] = set()
+        self.excess: Excess = []
+        self._unseen = cover(vehicle, structure.G, "d0_") if len(way.keep) == 1 else names("t", vehicle.k)
+        self.definitions: list[str] = []
         self.statements: list[str] = []
-        ends: list[Terms] = [[w] if w else [] for w in begin.wrench]
-        for r, w in enumerate(begin.wrench):
-            away: Terms = [(False, f"t{r}"), *([(not w[0], w[1])] if w else [])]
-            self.definitions.append(defined(f"n0_{r}", signed_sum(away, c.scalar), c))
-        maps = step_maps(vehicle, way.levels)
-        for level, (D, keep) in enumerate(zip(maps, way.keep, strict=True)):
-            steps = self._step(level, D, keep, maps[level + 1 :])
-            for r, step in steps.items():
-                ends[r].append((False, f"share{level} * {step}"))
-        for r, end in enumerate(ends):
-            self.definitions.append(defined(f"e{r}", signed_sum(end, c.scalar), c))
+        self._f: list[Value] = self._start()
+        self.resting = all(f == 0.0 for f in self._f)
+        self._maps = step_maps(vehicle, way.levels)
+        for level, (D, keep) in enumerate(zip(self._maps, way.keep, strict=True)):
+            moved = self._step(level, D, last=level + 1 == len(self._maps))
+            self._stop(level, D, keep, moved)
+            self._move(level, moved)
+        self._end(structure)
+        self._enter(sorted(set(vehicle.working.tolist()) - self._entered), "left")
+        self.sums += self._unseen
 
-    def _step(self, level: int, D: FloatArray, keep: float, later: FloatArray) -> dict[int, str]:
-        """The share of one level and what is left to later ones; returns the step on each axis that moves."""
+    def _arrive(self, j: int) -> None:
+        """Statements where facets of part j come: the first time, that its arguments enter."""
+        if j == self._last:
+            return
+        if self._last >= 0 and self._bounds.at_call:
+            self.statements.append("fence();")
+        self._last = j
+        rows = np.flatnonzero(self._push[self._parts[j]].any(axis=0)).tolist()
+        if not self._entered.issuperset(rows):
+            self._enter(rows, f"{j}")
+
+    def _enter(self, rows: list[int], name: str) -> None:
+        if not rows:
+            return
+        lines, excess = entered(rows, self._unseen, name, self._bounds, self._c, "d0_")
+        self.statements += lines
+        self.excess += excess
+        self.sums.append(f"s{name}")
+        self._entered |= set(rows)
+
+    def _start(self) -> list[Value]:
+        """Thrusts f0: zero where the limits allow it, else a little inside the end nearest to it."""
+        vehicle, c, zero = self._vehicle, self._c, number(0.0, self._c.scalar)
+        if not self._bounds.at_call:
+            return list(np.where(vehicle.readiness > 0, facets.start(vehicle.f_min, vehicle.f_max), 0.0))
+        for i in vehicle.working.tolist():
+            low, high = self._bounds.ends(i)
+            self.definitions += [
+                defined(f"near{i}", f"within({zero}, {low}, {high})", c),
+                defined(f"in{i}", f"o{i} * {c(facets.INSET)}", c),
+                defined(f"f{i}", f"near{i} + within(near{i}, in{i}, -in{i})", c),
+            ]
+        return [f"f{i}" if ready else 0.0 for i, ready in enumerate(vehicle.readiness)]
+
+    def _step(self, level: int, D: FloatArray, *, last: bool) -> list[int]:
+        """Definitions of d, thrusts that make the level's step; returns the thrusters that it moves."""
+        c, T, vehicle = self._c, self._c.scalar, self._vehicle
+        into, matrix = f"m{level}_", self._G
+        if last and not level:
+            # One level goes all the way: d = G tau - f0 makes the same step as D (tau - T f0).
+            into, taken = "t", self._f
+        else:
+            taken = [0.0] * vehicle.n
+            if not level:
+                self._missing()
+            for r, row in enumerate(D):
+                terms = [term(float(row[j]), f"n{level}_{j}", c) for j in np.flatnonzero(row)]
+                self.definitions.append(defined(f"m{level}_{r}", signed_sum(terms, T), c))
+                if not last:
+                    rest = f"n{level}_{r}" + (f" - part{level} * m{level}_{r}" if terms else "")
+                    self.definitions.append(defined(f"n{level + 1}_{r}", rest, c))
+            matrix = np.where(D.any(axis=1), matrix, 0.0)
+        lines, rows, largest = product(matrix, into, c, f"pd{level}_")
+        sums, rows = butterflies(rows, c, f"sd{level}_")
+        self.definitions += [*lines, *sums]
+        moved = [i for i in vehicle.working.tolist() if rows[i]]
+        for j, part in enumerate(self._parts):
+            pushing = self._push[part].any(axis=0)
+            sizes = [f"size({largest[r]})" for r in np.flatnonzero(snapped(matrix)[pushing].any(axis=0))]
+            if sizes:
+                tiny = f"{c(PARALLEL[T])} * {fold('most', sizes)}"
+                self.definitions.append(defined(f"tiny{level}_{j}", tiny, c))
+        for i in moved:
+            away: Terms = [(True, self._text(taken[i]))] if taken[i] != 0.0 else []
+            self.definitions.append(defined(f"d{level}_{i}", signed_sum([*rows[i], *away], T), c))
+        return moved
+
+    def _missing(self) -> None:
+        """Definitions of n = tau - T f0."""
+        c = self._c
+        f0 = self._vehicle.TP @ [f if isinstance(f, float) else 0.0 for f in self._f]
+        lines, rows = gathered(self._vehicle.TP, "f", c, "w") if self._bounds.at_call else ([], [])
+        self.definitions += lines
+        for r, known in enumerate(f0.tolist()):
+            away = [(known < 0, c(abs(known)))] if known else []
+            terms = [(False, f"t{r}"), *((not minus, text) for minus, text in (rows[r] if rows else away))]
+            self.definitions.append(defined(f"n0_{r}", signed_sum(terms, c.scalar), c))
+
+    def _stop(self, level: int, D: FloatArray, keep: float, moved: list[int]) -> None:
+        """Statements of the level's share: the least that a facet's room leaves of the step."""
         c, T = self._c, self._c.scalar
-        steps: dict[int, str] = {}
-        for r, row in enumerate(D):
-            moving = np.flatnonzero(row)
-            if len(moving) == 1 and row[moving[0]] == 1.0:
-                steps[r] = f"n{level}_{moving[0]}"
-            elif len(moving):
-                terms = [term(float(row[j]), f"n{level}_{j}", c) for j in moving]
-                self.definitions.append(defined(f"d{level}_{r}", signed_sum(terms, T), c))
-                steps[r] = f"d{level}_{r}"
-        along = self._normals @ D
-        along[self._sizes(along) <= ROUNDING] = 0.0
-        lines, rows, _ = product(along, f"n{level}_", c, f"pa{level}_")
+        along = np.abs(self._normals @ (D * (self._scale / self._scale[:, None])))
+        used = [m for part in self._parts for m in part.tolist() if along[m].max() > ROUNDING]
+        # A facet that the step runs in leaves rounding only of thrusts that push along it.
+        push = np.zeros_like(self._push[used])
+        push[:, moved] = self._push[np.ix_(used, moved)]
+        lines, rows, _ = product(push, f"d{level}_", c, f"pa{level}_")
         sums, rows = butterflies(rows, c, f"sa{level}_")
         self.definitions += [*lines, *sums]
-        used = [m for m, row in enumerate(rows) if row]
-        self.definitions += [defined(f"a{level}_{m}", signed_sum(rows[m], T), c) for m in used]
-        sizes = [f"size({c(1.0 / self._scale[r])} * {step})" for r, step in steps.items()]
-        self.definitions.append(defined(f"size{level}", fold("most", sizes) if sizes else number(0.0, T), c))
-        for i, longest in enumerate(np.unique(self._longest).tolist()):
-            tiny = f"{c(PARALLEL[T] / longest)} * size{level}"
-            self.definitions.append(defined(f"tiny{level}_{i}", tiny, c))
+        self._measure(level, used)
         kept = most = c(keep)
-        for m in used:
+        place = {m: j for j, part in enumerate(self._parts) for m in part.tolist()}
+        terms = dict(zip(used, rows, strict=True))
+        G = np.where(D.any(axis=1), self._G, 0.0)
+        for same in _alike(used, push @ G if len(self._maps) > 1 else np.eye(len(used))):
+            (m, first), back = same[0], all(minus for minus, _ in terms[same[0][0]])
+            self._arrive(place[m])
+            row = [(minus != back, text) for minus, text in terms[m]]
+            self.definitions.append(defined(f"a{level}_{m}", signed_sum(row, T), c))
+            rooms = [self._rooms[each][:: -1 if back != (turned != first) else 1] for each, turned in same]
+            ahead, astern = (self._least(list(side)) for side in zip(*rooms, strict=True))
+            load = self._load(f"a{level}_{m}", ahead, astern, f"tiny{level}_{place[m]}")
             # One after the other: all at once would need more registers than a processor has.
-            self.statements.append(defined(f"load{level}_{m}", f"most({self._load(level, m)}, {most})", c))
+            self.statements.append(defined(f"load{level}_{m}", f"most({load}, {most})", c))
             most = f"load{level}_{m}"
-        self.statements.append(defined(f"share{level}", f"rounded({kept} / {most}, {c(1.0 - EDGE[T])})", c))
-        if len(later):
-            reach = self._sizes(self._normals @ later).max(axis=(0, 2)) > ROUNDING
-            self._leave(level, [m for m in used if reach[m]], steps, np.abs(later).max(axis=(0, 1)) > 0)
-        return steps
+        # What is reported is rounded and what is moved is not, so that no branch is needed in between.
+        self.statements.append(defined(f"part{level}", f"{kept} / {most}", c))
+        rounded = f"rounded(part{level}, {c(1.0 - EDGE[T])})"
+        self.definitions.append(defined(f"share{level}", rounded, c))
 
-    def _sizes(self, along: FloatArray) -> FloatArray:
-        """Entries of normals times steps (…, M, k), relative to a normal's length, in ``wrench_scale``."""
-        relative: FloatArray = np.abs(along) * self._longest[:, None] * self._scale
-        return relative
+    def _measure(self, level: int, used: list[int]) -> None:
+        """Definitions of the rooms of these facets, where they are not known from the level before."""
+        c, n = self._c, self._vehicle.n
+        asked = [m for m in used if m not in self._rooms]
+        push = self._push[asked]
+        table = np.block([[push.clip(0.0), -push.clip(max=0.0)], [-push.clip(max=0.0), push.clip(0.0)]])
+        widths = np.zeros(2 * n)
+        for i in np.flatnonzero(push.any(axis=0)).tolist():
+            low, high, f = *self._bounds.ends(i), self._f[i]
+            if isinstance(f, float) and not self._bounds.at_call:
+                widths[[i, n + i]] = self._vehicle.f_max[i] - f, f - self._vehicle.f_min[i]
+            self.definitions += [
+                defined(f"g{level}_{i}", f"{high} - {self._text(f)}", c),
+                defined(f"g{level}_{n + i}", f"{self._text(f)} - {low}", c),
+            ]
+        lines, rows, _ = product(table, f"g{level}_", c, f"pg{level}_")
+        sums, rows = butterflies(rows, c, f"sg{level}_")
+        self.definitions += [*lines, *sums]
+        half = len(asked)
+        known = [
+            not self._bounds.at_call and all(isinstance(self._f[i], float) for i in np.flatnonzero(row))
+            for row in push
+        ]
+        rooms = (table @ widths).tolist()
+        for j, m in enumerate(asked):
+            if known[j]:
+                self._rooms[m] = (rooms[j], rooms[half + j])
+                continue
+            names = f"room{level}_{m}", f"back{level}_{m}"
+            for name, row in zip(names, (rows[j], rows[half + j]), strict=True):
+                self.definitions.append(defined(name, signed_sum(row, c.scalar), c))
+            self._rooms[m] = names
 
-    def _load(self, level: int, m: int) -> str:
+    def _load(self, along: str, ahead: Value, astern: Value, tiny: str) -> str:
         """What the step takes of the room that it has along a facet's normal, or along its opposite."""
-        ahead, astern = self._rooms[m]
-        along = f"a{level}_{m}"
-        if isinstance(ahead, float) and isinstance(astern, float) and self._roomy(m, ahead, astern):
+        roomy = ROOMY * self._vehicle.f_scale
+        if isinstance(ahead, float) and isinstance(astern, float) and min(ahead, astern) > roomy:
             if ahead == astern:
                 return f"size({along} * {self._c(1.0 / ahead)})"
             return f"most({along} * {self._c(1.0 / ahead)}, -{along} * {self._c(1.0 / astern)})"
-        tiny = int(np.searchsorted(np.unique(self._longest), self._longest[m]))
-        return f"load({along}, {self._text(ahead)}, {self._text(astern)}, tiny{level}_{tiny})"
+        return f"load({along}, {self._text(ahead)}, {self._text(astern)}, {tiny})"
 
-    def _roomy(self, m: int, ahead: float, astern: float) -> bool:
-        return min(ahead, astern) * float(self._longest[m]) > ROOMY
+    def _least(self, rooms: list[Value]) -> Value:
+        known = [room for room in rooms if isinstance(room, float)]
+        if len(known) == len(rooms):
+            return min(known)
+        return fold("least", [self._text(room) for room in rooms])
 
-    def _leave(self, level: int, left: list[int], steps: dict[int, str], needed: BoolArray) -> None:
-        """Definitions of the rooms and of what is missing after a level."""
-        c, zero = self._c, number(0.0, self._c.scalar)
-        for m in left:
-            ahead, astern = map(self._text, self._rooms[m])
-            taken = f"share{level} * a{level}_{m}"
+    def _move(self, level: int, moved: list[int]) -> None:
+        """Definitions of f after a level."""
+        for i in moved:
+            before = f"{self._text(self._f[i])} + " if self._f[i] != 0.0 else ""
+            name = f"f{level + 1}_{i}"
+            self.definitions.append(defined(name, f"{before}part{level} * d{level}_{i}", self._c))
+            self._f[i] = name
+        touched = np.flatnonzero(np.abs(self._push[:, moved]).sum(axis=1))
+        self._rooms = {m: room for m, room in self._rooms.items() if m not in touched}
+
+    def _end(self, structure: Structure) -> None:
+        """Definitions of x, thrusts f without what they have in the null space, or for one dimension of z.
+
+        There x is f, and z says where it would be without.
+        """
+        vehicle, c = self._vehicle, self._c
+        rows: dict[int, Terms] = {i: [] for i in vehicle.working.tolist()}
+        for b, block in enumerate(() if self.resting else structure.blocks):
+            # N in unit of its first row, so that zero entries stay zero and equal sizes become one.
+            N = block.N / (block.N[0] if block.N.shape[1] == 1 else np.abs(block.N).max(axis=0))
+            H = vehicle.H[np.ix_(block.rows, block.rows)]
+            wide = np.zeros((N.shape[1], vehicle.n))
+            wide[:, block.rows] = -np.linalg.solve(N.T @ H @ N, N.T @ H)
+            lines, inner = gathered(wide, "r", c, f"sz{b}_")
+            self.definitions += lines
+            z = names(f"z{b}_", N.shape[1]) if N.shape[1] > 1 else [f"z{b}"]
             self.definitions += [
-                defined(f"ahead{level}_{m}", f"most({ahead} - {taken}, {zero})", c),
-                defined(f"astern{level}_{m}", f"most({astern} + {taken}, {zero})", c),
+                defined(name, signed_sum(row, c.scalar), c) for name, row in zip(z, inner, strict=True)
             ]
-            self._rooms[m] = (f"ahead{level}_{m}", f"astern{level}_{m}")
-        for r in range(self._k):
-            done = f" - share{level} * {steps[r]}" if r in steps and needed[r] else ""
-            self.definitions.append(defined(f"n{level + 1}_{r}", f"n{level}_{r}{done}", c))
+            if N.shape[1] == 1:
+                continue
+            lines, outer, _ = product(N, f"z{b}_", c, f"pz{b}_")
+            self.definitions += lines
+            for i, row in zip(block.rows.tolist(), outer, strict=True):
+                rows[i] = row
+        for i in vehicle.working.tolist():
+            self.definitions += [
+                defined(f"r{i}", self._text(self._f[i]), c),
+                defined(f"x{i}", signed_sum([(False, f"r{i}"), *rows[i]], c.scalar), c),
+            ]
 
-    def _text(self, room: Room) -> str:
-        return self._c(room) if isinstance(room, float) else room
+    def _text(self, value: Value) -> str:
+        return self._c(value) if isinstance(value, float) else value
+
+
+def _alike(used: list[int], along: FloatArray) -> list[list[tuple[int, bool]]]:
+    """Facets that every step goes along alike, each with whether it does so backwards; along (M, k)."""
+    groups: dict[tuple[float, ...], list[tuple[int, bool]]] = {}
+    for m, row in zip(used, snapped(along) if along.size else along, strict=True):
+        turned = bool(row[np.flatnonzero(row)[:1]].sum() < 0)
+        groups.setdefault(tuple((-row if turned else row).tolist()), []).append((m, turned))
+    return list(groups.values())
+
+
+def components(linked: BoolArray) -> list[IndexArray]:
+    """The rows of (M, n) in parts that share no column."""
+    near = linked @ linked.T
+    for _ in range(linked.shape[1].bit_length()):  # each product doubles the way that is gone
+        near = near @ near
+    return [np.flatnonzero(row) for row in np.unique(near, axis=0)[::-1]]
 
 
 def by_level(formulation: Formulation) -> Callable[[Vehicle, CLimits, Table], list[str]]:
@@ -216,16 +328,16 @@ def by_level(formulation: Formulation) -> Callable[[Vehicle, CLimits, Table], li
 
     def statements(vehicle: Vehicle, bounds: CLimits, c: Table) -> list[str]:
         way, structure = way_of(vehicle), decompose(vehicle)
-        walk = Walk(vehicle, way, bounds, c)
-        definitions = [*read(vehicle, c), *bounds.definitions(), *walk.definitions]
-        definitions += closed_form(vehicle, structure.G, "e", c)
-        working = vehicle.working.tolist() if bounds.at_call else []
-        lines, excess = entered(working, names("t", vehicle.k), "0", bounds, c)
-        lines += refused(["s0"], excess, crossed(bounds, c), c)
-        lines += walk.statements
-        for piece in pieces(vehicle, structure, inf, bounds, c):
-            lines += [*piece.before, *piece.after, *inside(piece.thrusts, bounds, c)]
-        lines += written(vehicle, c)
+        walk, later = Walk(vehicle, way, structure, bounds, c), bounds.again("e")
+        read_in = [*read(vehicle, c), *bounds.definitions(), *later.definitions()]
+        definitions = [*read_in, *walk.definitions]
+        lines = [*walk.statements, *refused(walk.sums, walk.excess, crossed(bounds, c), c)]
+        zero = "" if walk.resting else "z"
+        for piece in pieces(vehicle, structure, inf, later, c, zero):
+            lines += ["fence();"] * bounds.at_call
+            lines += [*piece.before, *piece.after, *inside(piece.thrusts, later, c)]
+            lines += [f"f[{i}] = y{i};" for i in piece.thrusts]
+        lines += [f"f[{i}] = {number(0.0, c.scalar)};" for i in np.flatnonzero(vehicle.readiness == 0)]
         levels = names("share", len(way.keep))
         lines += [f"share[{i}] = {name};" for i, name in enumerate(levels)]
         more, met = _met(structure.unreachable, levels, c)

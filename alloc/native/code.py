@@ -3,6 +3,7 @@
 import re
 from collections import Counter
 from itertools import combinations
+from math import copysign
 from typing import Literal
 
 import numpy as np
@@ -32,11 +33,21 @@ class Table:
         """An empty table of that type."""
         self.scalar = scalar
         self._index: dict[str, int] = {}
+        self._ratios = [1.0]
 
     def __call__(self, value: float) -> str:
         """The C expression for a constant; its sign stands in front, so that +-x share an entry."""
         entry = self._index.setdefault(number(abs(value), self.scalar), len(self._index))
         return f"{'-' if value < 0 else ''}c[{entry}]"
+
+    def ratio(self, value: float) -> float:
+        """The value, or one given here before that differs by rounding only; rounding itself is zero."""
+        size = abs(value)
+        if size <= 1e-14:
+            return 0.0
+        same = [known for known in self._ratios if abs(known - size) <= SAME * size]
+        self._ratios += [] if same else [size]
+        return copysign(same[0] if same else size, value)
 
     def define(self, name: str) -> str:
         """The table as a C definition."""
@@ -54,7 +65,7 @@ def snapped(matrix: FloatArray) -> FloatArray:
         if sizes[at] <= 1e-14 * sizes.max():  # far below the tolerance of any method
             continue
         if sizes[at] - last > SAME * sizes[at]:
-            last = float(sizes[at])
+            last = 1.0 if abs(sizes[at] - 1.0) <= SAME else float(sizes[at])
         result[at] = np.copysign(last, matrix[at])
     return result
 
@@ -86,6 +97,30 @@ def product(
         for row in M.tolist()
     ]
     return lines, rows, largest
+
+
+def gathered(matrix: FloatArray, into: str, c: Table, prefix: str) -> tuple[list[str], list[Terms]]:
+    """C of matrix times [into0, into1, …] where rows are few: lines, and each row's terms.
+
+    Of equal sizes in a row the sum is multiplied, once; sums that rows share are taken once.
+    """
+    M = snapped(matrix)
+    sums = {
+        (r, size): [(bool(row[j] < 0), f"{into}{j}") for j in np.flatnonzero(np.abs(row) == size)]
+        for r, row in enumerate(M)
+        for size in np.unique(np.abs(row[row != 0])).tolist()
+    }
+    lines, short = butterflies(list(sums.values()), c, prefix)
+    rows: list[Terms] = [[] for _ in M]
+    for (r, size), terms in zip(sums, short, strict=True):
+        # The sign of a sum's first term stands before the product.
+        minus = terms[0][0]
+        text = signed_sum([(sign != minus, name) for sign, name in terms], c.scalar)
+        if len(terms) > 1:
+            lines.append(defined(f"{prefix}{r}_{len(rows[r])}", text, c))
+            text = f"{prefix}{r}_{len(rows[r])}"
+        rows[r].append(term(-size if minus else size, text, c))
+    return lines, rows
 
 
 def butterflies(rows: list[Terms], c: Table, prefix: str = "w") -> tuple[list[str], list[Terms]]:

@@ -41,17 +41,17 @@ def closed_form(vehicle: Vehicle, G: FloatArray, of: str, c: Table) -> list[str]
 
 
 def entered(
-    rows: list[int], unseen: list[str], name: str, bounds: CLimits, c: Table
+    rows: list[int], unseen: list[str], name: str, bounds: CLimits, c: Table, of: str = "x"
 ) -> tuple[list[str], Excess]:
     """Statements of s, a sum that is finite only if the arguments of these thrusters are, and their crossing.
 
-    Of ``unseen``, the sums that all of tau must be seen in, those that s holds are taken out.
+    Of ``unseen``, the sums that all of tau must be seen in, those that s holds are taken out; what
+    begins with ``of`` belongs to a thruster.
     """
-    seen = [x for x in unseen if x in [f"x{i}" for i in rows] or x.startswith("t")]
+    seen = [x for x in unseen if x in [f"{of}{i}" for i in rows] or x.startswith("t")]
     unseen[:] = [x for x in unseen if x not in seen]
     overlaps = [f"o{i}" for i in rows] if bounds.at_call else []
-    lines = [defined(f"o{i}", f"l{i} - h{i}", c) for i in rows if overlaps]
-    lines.append(defined(f"s{name}", " + ".join([*seen, *overlaps]) or number(0.0, c.scalar), c))
+    lines = [defined(f"s{name}", " + ".join([*seen, *overlaps]) or number(0.0, c.scalar), c)]
     if not overlaps:
         return lines, []
     return [*lines, defined(f"m{name}", fold("most", overlaps), c)], [(f"m{name}", 0.0)]
@@ -123,7 +123,7 @@ def written(vehicle: Vehicle, c: Table) -> list[str]:
     return [f"f[{i}] = {value};" for i, value in enumerate(values)]
 
 
-def cover(vehicle: Vehicle, G: FloatArray) -> list[str]:
+def cover(vehicle: Vehicle, G: FloatArray, of: str = "x") -> list[str]:
     """Few thrusts (and entries of tau that reach none) in which every entry of tau appears."""
     used = snapped(G) != 0
     rest, chosen = np.ones(vehicle.k, dtype=bool), list[str]()
@@ -132,6 +132,6 @@ def cover(vehicle: Vehicle, G: FloatArray) -> list[str]:
         best = int(gain.argmax())
         if not gain[best]:
             return [*chosen, *(f"t{j}" for j in np.flatnonzero(rest))]
-        chosen.append(f"x{best}")
+        chosen.append(f"{of}{best}")
         rest &= ~used[best]
     return chosen

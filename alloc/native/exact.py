@@ -1,11 +1,26 @@
 """C99 of the exact method for one vehicle: the tables of ``alloc.nullspace`` written out as straight code."""
 
-from math import isfinite
+from itertools import combinations
+from math import inf, isfinite
 from typing import NamedTuple
 
+import numpy as np
+
+from alloc.allocation import FloatArray
 from alloc.errors import NotApplicable
 from alloc.native.bounds import CLimits
-from alloc.native.code import TOLERANCE, Table, defined, dot, fold, names, number, placed, signed_sum, term
+from alloc.native.code import (
+    TOLERANCE,
+    Table,
+    defined,
+    dot,
+    fold,
+    names,
+    number,
+    placed,
+    signed_sum,
+    term,
+)
 from alloc.native.entry import (
     Excess,
     closed_form,
@@ -18,7 +33,7 @@ from alloc.native.entry import (
     refused,
     written,
 )
-from alloc.native.steps import Limits, nearest
+from alloc.native.steps import Row, joined, nearest
 from alloc.nullspace.region import Region, prepare
 from alloc.nullspace.structure import Block, Structure, decompose
 from alloc.vehicle import Vehicle
@@ -26,6 +41,10 @@ from alloc.vehicle.condition import wrench_doubt
 
 STEPS_LIMIT = 500
 """Most steps of a block: each is written out, and more would fill a microcontroller's flash."""
+
+
+LARGEST_FACTOR = 4.0
+"""Most that a thrust which follows from others may move by where one of them moves by one."""
 
 
 class Piece(NamedTuple):
@@ -68,9 +87,18 @@ def body(vehicle: Vehicle, bounds: CLimits, c: Table) -> list[str]:
     return placed(definitions, [*lines, *written(vehicle, c), "return SOLVED;"])
 
 
-def pieces(vehicle: Vehicle, structure: Structure, slack: float, bounds: CLimits, c: Table) -> list[Piece]:
-    """The exact answer from x = G tau on, in pieces; nothing is refused where the slack [N] is infinite."""
-    blocks = [_piece(block, slack, f"{i}", bounds, c) for i, block in enumerate(structure.blocks)]
+def pieces(
+    vehicle: Vehicle, structure: Structure, slack: float, bounds: CLimits, c: Table, zero: str = ""
+) -> list[Piece]:
+    """The exact answer from x = G tau on, in pieces; nothing is refused where the slack [N] is infinite.
+
+    ``zero`` begins the names of where z is zero, of each block of one dimension, if x is not G tau but any
+    thrusts that make tau.
+    """
+    blocks = [
+        _piece(block, slack, f"{i}", bounds, c, zero and f"{zero}{i}")
+        for i, block in enumerate(structure.blocks)
+    ]
     rows = [i for i in structure.fixed.tolist() if vehicle.readiness[i]]
     excess: Excess = []
     for i in rows if isfinite(slack) else []:
@@ -79,17 +107,19 @@ def pieces(vehicle: Vehicle, structure: Structure, slack: float, bounds: CLimits
     return [*blocks, *([Piece(rows, [], excess, [], {i: f"x{i}" for i in rows})] if rows else [])]
 
 
-def _piece(block: Block, slack: float, name: str, bounds: CLimits, c: Table) -> Piece:
+def _piece(block: Block, slack: float, name: str, bounds: CLimits, c: Table, zero: str) -> Piece:
     region = prepare(block.N, slack)
     if region.worst_case_steps > STEPS_LIMIT:
         raise NotApplicable(
             f"generated C: each step is written out, here {region.worst_case_steps}, "
             f"more than {STEPS_LIMIT}; use nullspace, or a qp/ method"
         )
-    return (_clamp if region.d == 1 else _steps)(block, region, name, bounds, c)
+    if region.d == 1:
+        return _clamp(block, region, name, bounds, c, zero or number(0.0, c.scalar))
+    return _steps(block, region, name, bounds, c)
 
 
-def _clamp(block: Block, region: Region, name: str, bounds: CLimits, c: Table) -> Piece:
+def _clamp(block: Block, region: Region, name: str, bounds: CLimits, c: Table, zero: str) -> Piece:
     """C of a block of one dimension, without a branch: the slab's lo and hi, and its point nearest to zero.
 
     Rows with equal scaled limits share the subtraction: lo = limit - (least of their x). Of a row with a
@@ -111,7 +141,7 @@ def _clamp(block: Block, region: Region, name: str, bounds: CLimits, c: Table) -
     lines = [
         defined(f"lo{name}", fold("most", lo), c),
         defined(f"hi{name}", fold("least", hi), c),
-        defined(f"b{name}", f"most(lo{name}, least(hi{name}, {number(0.0, c.scalar)}))", c),
+        defined(f"b{name}", f"most(lo{name}, least(hi{name}, {zero}))", c),
     ]
     excess: Excess = []
     if isfinite(slab.slack):
@@ -126,11 +156,46 @@ def _away(minus: bool, limit: str, x: str) -> str:
 
 
 def _steps(block: Block, region: Region, name: str, bounds: CLimits, c: Table) -> Piece:
-    """C of a block of more dimensions: z by Seidel's steps, then the block's thrusts as sums with z."""
-    rows = block.rows.tolist()
-    limits = [Limits(*bounds.ends(i), f"x{i}") for i in rows]
-    z = names(f"z{name}_", region.d)
-    declared = ", ".join(f"{e} = {number(0.0, c.scalar)}" for e in z)
-    lines = [f"{c.scalar} {declared};", *nearest(region, limits, z, f"{name}_", c)]
-    thrusts = {i: f"x{i} + {dot(row, z, c)}" for i, row in zip(rows, block.N.tolist(), strict=True)}
-    return Piece(rows, [], [], lines, thrusts)
+    """C of a block of more dimensions: some thrusts by Seidel's steps, the others as sums with those."""
+    indices = block.rows.tolist()
+    rows = [
+        Row(f"v{i}", normal, f"x{i}", *bounds.ends(i)) for i, normal in zip(indices, block.N, strict=True)
+    ]
+    lines, slabs = joined(region, rows, f"{name}_", c)
+    lines += [f"{c.scalar} {slab.name} = {slab.start};" for slab in slabs if slab.start]
+    kept = [slabs[i] for i in _late(np.array([slab.normal for slab in slabs]))]
+    lines += nearest(region, slabs, kept, f"{name}_", c)
+    moved = names(f"by{name}_", region.d)
+    lines += [
+        defined(d, f"{row.name} - {row.start}" if row.start else row.name, c)
+        for d, row in zip(moved, kept, strict=True)
+    ]
+    asked = {row.name for row in kept}
+    shares = block.N @ np.linalg.inv(np.array([row.normal for row in kept]))
+    thrusts = {}
+    for i, row, share in zip(indices, rows, shares.tolist(), strict=True):
+        terms = [
+            (False, f"x{i}"),
+            *(term(c.ratio(x), d, c) for x, d in zip(share, moved, strict=True) if c.ratio(x)),
+        ]
+        thrusts[i] = row.name if row.name in asked else signed_sum(terms, c.scalar)
+    return Piece(indices, [], [], lines, thrusts)
+
+
+def _late(normals: FloatArray) -> list[int]:
+    """d slabs (m, d) as late as can be, of which all others are sums without large factors.
+
+    What is late is asked for by the steps anyhow.
+    """
+    m, d = normals.shape
+    choices = [list(choice) for choice in combinations(reversed(range(m)), d)]
+    factors = [_largest(normals, choice) for choice in choices]
+    good = [choice for choice, factor in zip(choices, factors, strict=True) if factor <= LARGEST_FACTOR]
+    return good[0] if good else choices[int(np.argmin(factors))]
+
+
+def _largest(normals: FloatArray, choice: list[int]) -> float:
+    chosen = normals[choice]
+    if np.linalg.matrix_rank(chosen) < len(choice):
+        return inf
+    return float(np.abs(normals @ np.linalg.inv(chosen)).max())

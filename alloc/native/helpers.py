@@ -95,10 +95,11 @@ static inline double size(double x)
 }
 """,
     # What a step takes of the room ahead of it, or behind where it is negative; nothing where it is tiny.
+    # Nothing of no room is NaN, which compares and the FPU's maximum drop alike.
     "load": """\
 static inline double load(double along, double ahead, double astern, double tiny)
 {
-    return size(along) > tiny ? size(along) / (along > 0.0 ? ahead : astern) : 0.0;
+    return (size(along) > tiny ? size(along) : 0.0) / (along > 0.0 ? ahead : astern);
 }
 """,
     # A share that is 1 but for rounding.

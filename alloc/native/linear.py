@@ -2,6 +2,7 @@
 
 from alloc.allocation import FloatArray
 from alloc.closed_forms.inverse import generalized_inverse
+from alloc.closed_forms.linear import usual
 from alloc.closed_forms.walsh import walsh_inverse
 from alloc.native.bounds import CLimits
 from alloc.native.code import Table, butterflies, placed, product, reached, signed_sum
@@ -29,6 +30,9 @@ def _product(vehicle: Vehicle, G: FloatArray, c: Table) -> list[str]:
     sums, rows = butterflies(rows, c)
     lines = [f"f[{i}] = {signed_sum(row, c.scalar)};" for i, row in enumerate(rows)]
     more, conditions = reached(decompose(vehicle).unreachable, c)
+    if c.scalar == "double":  # float promises no wrench to 1e-6
+        length = " + ".join(f"t{r} * t{r}" for r in range(vehicle.k))
+        conditions.append(f"({length} <= {c(usual(vehicle, G) ** 2)})")
     status = f"({' & '.join(conditions)}) ? SOLVED : PARTIAL" if conditions else "SOLVED"
     # All of tau is read before f is written: they may be the same array.
     return [*placed(read(vehicle, c), [*products, *sums, *more, *lines]), f"return {status};"]

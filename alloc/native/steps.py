@@ -1,116 +1,151 @@
-"""C99 of ``Region.nearest``: Seidel's steps on the tables of one block, written out."""
+"""C99 of ``Region.nearest`` for one block, written out in thrusts: Seidel's steps without coordinates.
+
+A step holds a thruster at its limit. Of all points on that plane the nearest to the origin is where each
+other thrust has moved by a constant times what the held one did, so a thrust takes one product a held
+thruster, and only the thrusts that are still asked for are moved.
+"""
 
 from math import isfinite
 from typing import NamedTuple
 
-from alloc.native.code import Table, dot, fold, names, number, term
+import numpy as np
+
+from alloc.allocation import FloatArray
+from alloc.native.code import Table, defined, dot, fold, number, term
 from alloc.nullspace.region import Region, Slab
 
 
-class Limits(NamedTuple):
-    """Limits low <= offset + a'z <= high of one row a, as C expressions.
-
-    The offset stands alone so that low and high stay constants: two differences for each row, low - offset
-    and high - offset, would need twice the registers and stack.
+class Row(NamedTuple):
+    """One row a of A in low <= start + a'z <= high, with z in coordinates of the plane that steps are on.
 
     Attributes
     ----------
-    low, high : constants, unless rows were merged into one slab
-    offset : the part of the row that is known before z; empty where it is zero
+    name : C variable of start + a'z, which steps assign
+    normal : a
+    start : C expression of the value where z is zero; empty where that is zero
+    low, high : C expressions of its limits
     """
 
+    name: str
+    normal: FloatArray
+    start: str
     low: str
     high: str
-    offset: str
 
     @property
     def ends(self) -> tuple[str, str]:
         """The two expressions that a'z must lie between."""
-        away = f" - {self.offset}" if self.offset else ""
+        away = f" - {self.start}" if self.start else ""
         return f"({self.low}{away})", f"({self.high}{away})"
 
-    def moved(self, shift: float, b: str, c: Table) -> "Limits":
-        """The limits after a step that adds shift * b to a'z."""
-        if not shift:
-            return self
-        sign, text = term(shift, b, c)
-        return self._replace(offset=f"({self.offset} {'-' if sign else '+'} {text})")
+    def moved(self, by: float, b: str, c: Table) -> str:
+        """The expression of the value where a'z is ``by`` times b."""
+        return _plus(self.start, by, b, c)
 
 
-def nearest(region: Region, limits: list[Limits], z: list[str], at: str, c: Table) -> list[str]:
-    """Statements that set the variables ``z``; INFEASIBLE is returned unless the tolerance is infinite.
+def nearest(region: Region, slabs: list[Row], kept: list[Row], at: str, c: Table) -> list[str]:
+    """Statements that set the variables of ``kept``; INFEASIBLE is returned unless the tolerance is infinite.
 
-    Names of this level end in ``at``.
+    ``slabs`` are the region's as ``joined`` gives them, ``kept`` is what is asked for afterwards; a row may
+    be in both. The variable of each holds its start already. Names of this level end in ``at``.
     """
-    zero, lines = number(0.0, c.scalar), []
-    refusing = isfinite(region.tolerance)
-    if region.checks and refusing:
-        held = [f"({limits[row].ends[0]} <= {c(region.tolerance)})" for row in region.checks]
-        held += [f"({limits[row].ends[1]} >= {c(-region.tolerance)})" for row in region.checks]
-        lines += _unless(" & ".join(held))
-    slab_limits = []
-    for i, slab in enumerate(region.slabs):
-        statements, merged = _merged(slab, limits, f"{at}{i}", region.d == 1, c)
-        lines += statements
-        slab_limits.append(merged)
-    wide = [
-        f"(lo{at}{i} - hi{at}{i} <= {c(slab.slack)})"
-        for i, slab in enumerate(region.slabs)
-        if refusing and (len(slab.members) > 1 or region.d == 1)
-    ]
-    lines += _unless(" & ".join(wide)) if wide else []
-    if region.d == 1:
-        if region.slabs:
-            base = region.slabs[0].base[0]
-            lines.append(f"{z[0]} = {dot([base], [f'most(lo{at}0, least(hi{at}0, {zero}))'], c)};")
-        return lines
-    for i, slab in enumerate(region.slabs):
-        lines += _slab(slab, slab_limits[: i + 1], z, at, c)
+    lines = list[str]()
+    if region.d > 1:
+        for i, slab in enumerate(region.slabs):
+            lines += _held(slab, slabs, kept, f"{at}{i}", c)
+    elif slabs:
+        (one,) = slabs
+        w = f"w{at}"
+        lines.append(defined(w, f"most({one.low}, least({one.high}, {number(0.0, c.scalar)}))", c))
+        lines += [f"{row.name} = {row.moved(_ratio(row, one, c), w, c)};" for row in kept]
     return lines
 
 
-def _merged(slab: Slab, limits: list[Limits], at: str, always: bool, c: Table) -> tuple[list[str], Limits]:
-    """Statements, and the common limits of a slab's members; a single one keeps its own unless ``always``."""
-    if len(slab.members) == 1 and not always:
-        limit = limits[slab.members[0][0]]  # a single member is the slab's normal, so its scale is 1
-        if not limit.offset:
-            return [], limit
-        return [f"const {c.scalar} u{at} = {limit.offset};"], limit._replace(offset=f"u{at}")
+def joined(region: Region, rows: list[Row], at: str, c: Table) -> tuple[list[str], list[Row]]:
+    """Statements, and the region's slabs out of its rows; what can't be met is refused.
+
+    Parallel rows, and the rows of a line, start at zero, in unit of the first of them.
+    """
+    refusing, lines = isfinite(region.tolerance), list[str]()
+    if region.checks and refusing:
+        held = [f"({rows[row].ends[0]} <= {c(region.tolerance)})" for row in region.checks]
+        held += [f"({rows[row].ends[1]} >= {c(-region.tolerance)})" for row in region.checks]
+        lines += _unless(" & ".join(held))
+    slabs = []
+    for i, slab in enumerate(region.slabs):
+        if len(slab.members) == 1 and region.d > 1:
+            slabs.append(rows[slab.members[0][0]])
+            continue
+        statements, common = _common(slab, rows, f"{at}{i}", c)
+        lines += [*statements, *[f"{c.scalar} {common.name} = {number(0.0, c.scalar)};"] * (region.d > 1)]
+        slabs.append(common)
+    wide = [
+        f"({common.low} - {common.high} <= {c(slab.slack)})"
+        for slab, common in zip(region.slabs, slabs, strict=True)
+        if refusing and not common.start
+    ]
+    return lines + (_unless(" & ".join(wide)) if wide else []), slabs
+
+
+def _common(slab: Slab, rows: list[Row], at: str, c: Table) -> tuple[list[str], Row]:
     lows, highs = [], []
     for row, scale in slab.members:
-        low, high = limits[row].ends[:: 1 if scale > 0 else -1]
+        low, high = rows[row].ends[:: 1 if scale > 0 else -1]
         lows.append(dot([scale], [low], c))
         highs.append(dot([scale], [high], c))
-    lines = [
-        f"const {c.scalar} lo{at} = {fold('most', lows)};",
-        f"const {c.scalar} hi{at} = {fold('least', highs)};",
-    ]
-    return lines, Limits(f"lo{at}", f"hi{at}", "")
+    lines = [defined(f"lo{at}", fold("most", lows), c), defined(f"hi{at}", fold("least", highs), c)]
+    return lines, Row(f"v{at}", rows[slab.members[0][0]].normal, "", f"lo{at}", f"hi{at}")
 
 
-def _slab(slab: Slab, limits: list[Limits], z: list[str], at: str, c: Table) -> list[str]:
-    """Statements that keep z if it lies in the last slab, else move to the violated plane and solve there."""
-    *earlier, (low, high, offset) = limits
-    T, zero, at = c.scalar, number(0.0, c.scalar), f"{at}{len(earlier)}"
-    b, y = f"b{at}", names(f"y{at}_", len(z) - 1)
-    # Before the first slab z is zero.
-    sums = [text for text in (offset, dot(slab.normal, z, c) if earlier else "") if text] or [zero]
-    away = f" - {offset}" if offset else ""
-    inside = [f"const {T} {b} = (s{at} < {low} ? {low} : {high}){away};"]
-    if earlier:
-        assert slab.plane is not None
-        inside.append(f"{T} {', '.join(f'{e} = {zero}' for e in y)};")
-        moved = [limit.moved(shift, b, c) for limit, shift in zip(earlier, slab.shift, strict=True)]
-        inside += nearest(slab.plane, moved, y, f"{at}_", c)
-    for name, base, row in zip(z, slab.base, slab.along, strict=True):
-        # Without earlier slabs y is zero.
-        inside.append(f"{name} = {dot([base, *row], [b, *y], c) if earlier else dot([base], [b], c)};")
+def _held(slab: Slab, slabs: list[Row], kept: list[Row], at: str, c: Table) -> list[str]:
+    """Statements that, where the slab is left, hold it at that limit and solve the earlier ones there."""
+    assert slab.plane is not None
+    i = len(slab.shift)
+    row, earlier, later = slabs[i], slabs[:i], slabs[i + 1 :]
+    names = {each.name for each in later}
+    asked = later + [each for each in kept if each.name not in names]
+    bound, b = f"e{at}", f"b{at}" if row.start else f"e{at}"
+    inside = []
+    if row.start:
+        inside.append(defined(b, f"{bound} - {row.start}", c))
+    moved: dict[str, Row] = {}
+    for each in (*earlier, *(each for each in asked if each.name != row.name)):
+        if each.name in moved:
+            continue
+        value = each.moved(_ratio(each, row, c), b, c)
+        start = f"u{at}_{len(moved)}"
+        along = np.asarray(slab.along).T @ each.normal
+        if slab.plane.slabs:
+            inside.append(defined(start, value, c))
+            moved[each.name] = each._replace(start=start, normal=along)
+            if slab.plane.d > 1 or each.name not in {one.name for one in earlier}:
+                inside.append(f"{each.name} = {start};")
+        else:
+            moved[each.name] = each
+            inside.append(f"{each.name} = {value};")
+    if any(each.name == row.name for each in asked):
+        inside.append(f"{row.name} = {bound};")
+    statements, below = joined(slab.plane, [moved[each.name] for each in earlier], f"{at}_", c)
+    asked_below = [moved[each.name] for each in asked if each.name != row.name]
+    inside += statements + nearest(slab.plane, below, asked_below, f"{at}_", c)
     return [
-        f"const {T} s{at} = {' + '.join(sums)};",
-        f"if (s{at} < {low} || s{at} > {high}) {{",
+        defined(bound, f"within({row.name}, {row.low}, {row.high})", c),
+        f"if ({bound} != {row.name}) {{",
         *(f"    {line}" for line in inside),
         "}",
     ]
+
+
+def _ratio(row: Row, held: Row, c: Table) -> float:
+    """By how much a row's value moves to the nearest point where that of ``held`` moved by one."""
+    return c.ratio(float(row.normal @ held.normal) / float(held.normal @ held.normal))
+
+
+def _plus(start: str, by: float, b: str, c: Table) -> str:
+    if not by:
+        return start or number(0.0, c.scalar)
+    sign, text = term(by, b, c)
+    return f"{start} {'-' if sign else '+'} {text}" if start else f"{'-' * sign}{text}"
 
 
 def _unless(condition: str) -> list[str]:

@@ -19,7 +19,7 @@ class Block:
 
     Attributes
     ----------
-    rows : (m,) thrusters that it moves
+    rows : (m,) thrusters that it moves, in the order in which steps take them
     N : (m, d) its basis, N'HN = I [sqrt(1/H)]
     """
 
@@ -81,8 +81,26 @@ def split(N: FloatArray, H: FloatArray) -> list[Block]:
         rows = np.flatnonzero(B[:, columns].any(axis=1))
         part = B[np.ix_(rows, columns)]
         L = np.linalg.cholesky(metric[np.ix_(columns, columns)])
-        blocks.append(Block(rows, np.linalg.solve(L, part.T).T))
+        basis = np.linalg.solve(L, part.T).T
+        order = _apart(basis)
+        blocks.append(Block(rows[order], basis[order]))
     return blocks
+
+
+def _apart(N: FloatArray) -> IndexArray:
+    """The rows of N (m, d), first d of them that stand apart, each the longest that the earlier ones leave.
+
+    Steps that begin with those rarely have to begin again. The others follow in their order, and one
+    dimension needs none.
+    """
+    m, d = N.shape
+    rest, first = N.copy(), list[int]()
+    for _ in range(d if d > 1 else 0):
+        sizes = np.linalg.norm(rest, axis=1)
+        first.append(int(np.argmax(sizes > sizes.max() - ZERO)))
+        along = rest[first[-1]] / sizes[first[-1]]
+        rest = rest - np.outer(rest @ along, along)
+    return np.array([*first, *(i for i in range(m) if i not in first)], dtype=np.intp)
 
 
 def _echelon(N: FloatArray) -> FloatArray:

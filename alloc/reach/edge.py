@@ -96,6 +96,8 @@ def share(along: FloatArray, room: FloatArray, size: float, keep: float) -> floa
     size : largest |Delta| on any axis in unit of ``wrench_scale``
     keep : 1 to go as far as the set reaches, less to stop before
     """
+    if size <= PARALLEL:  # rounding is all that is missing, which may be zero by other sums
+        return 1.0
     (tight,) = (along > keep * room).nonzero()
     beta, least = 1.0 / keep, PARALLEL * size
     for a, r in zip(along[tight].tolist(), room[tight].tolist(), strict=True):
@@ -110,5 +112,5 @@ def shares(along: FloatArray, room: FloatArray, size: FloatArray, keep: float) -
     tight = (along > keep * room) & (along > (PARALLEL * size)[:, None])
     beta = np.divide(room, along, out=np.full_like(along, np.inf), where=tight).min(axis=1, initial=np.inf)
     taken = keep * beta
-    most: FloatArray = np.where(taken < 1.0 - EDGE, taken, 1.0)
+    most: FloatArray = np.where((taken < 1.0 - EDGE) & (size > PARALLEL), taken, 1.0)
     return most

@@ -32,6 +32,8 @@ TOLERANCE: dict[str, dict[Level, float]] = {
     "soft": {"default": 0.1, "tight": 5e-6},
 }
 
+SHARED = 0.0  # OSQP equilibrates by itself, better than units of ours do
+
 STATUS = {
     1: Status.SOLVED,
     2: Status.NOT_CONVERGED,  # solved inaccurate
@@ -47,33 +49,49 @@ STATUS = {
 }
 
 
+RHO = 0.1
+"""OSQP's step size as shipped. An infeasible demand drives it far away, where the next solve fails."""
+
+
 def prepare(qp: QP, start: Start, level: Level) -> Solve:
     """Bounds become rows: l <= [A; I] x <= u, with the rows of I that bound something."""
     import osqp
 
     sides = TwoSided(qp)
-    problem = _problem(qp) | {"l": sides.low, "u": sides.high}
-    # Without warm_starting each solve begins at zero; OSQP carries adaptive rho over in any case.
+    posed = problem(qp) | {"l": sides.low, "u": sides.high}
+    # Without warm_starting each solve begins at zero, but rho stays what the last solve made of it.
     settings = SETTINGS[level] | {"warm_starting": start == "warm"}
 
     def set_up() -> Any:
         model = osqp.OSQP()
-        model.setup(**problem, **settings)
+        model.setup(**posed, **settings)
         return model
 
     def cold(b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
         sides.put(b, lb, ub)
-        return _solve(set_up())
+        return _answer(set_up().solve(raise_error=False))
 
-    def live(model: Any, b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
+    def warm(model: Any, b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
         sides.put(b, lb, ub)
         model.update(l=sides.low, u=sides.high)
-        return _solve(model)
+        return _answer(model.solve(raise_error=False))
 
-    return cold if start == "cold" else partial(live, set_up())
+    def reused(model: Any, b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
+        sides.put(b, lb, ub)
+        model.update(l=sides.low, u=sides.high)
+        result = model.solve(raise_error=False)
+        answer = _answer(result)
+        if result.info.rho_updates:
+            model.update_settings(rho=RHO)
+        return answer
+
+    if start == "cold":
+        return cold
+    return partial(warm if start == "warm" else reused, set_up())
 
 
-def _problem(qp: QP) -> dict[str, Any]:
+def problem(qp: QP) -> dict[str, Any]:
+    """What OSQP's setup takes: rows [A; I], l = u = 0 in those of A, the problem's bounds in those of I."""
     from scipy.sparse import csc_matrix, vstack
 
     sides = TwoSided(qp)
@@ -81,27 +99,7 @@ def _problem(qp: QP) -> dict[str, Any]:
     return {"P": csc_matrix(np.triu(qp.H)), "q": qp.g, "A": rows, "l": sides.low, "u": sides.high}
 
 
-def _solve(model: Any) -> Answer:
-    result = model.solve(raise_error=False)
+def _answer(result: Any) -> Answer:
     info = result.info
     status = meaning(STATUS, info.status_val, "osqp")
     return Answer(result.x, status, info.iter, info.run_time)
-
-
-def generate(qp: QP, use_float: bool = False) -> dict[str, str]:
-    """OSQP's own C for this problem as {file name: text}: only l and u change, nothing is allocated.
-
-    The code has OSQP's default settings, but no time limit, clock or printing. ``workspace.h`` declares
-    ``solver``, for ``osqp_update_data_vec`` and ``osqp_solve``; rows are [A; I], and l = u = 0 in those of A.
-    """
-    import tempfile
-    from pathlib import Path
-
-    import osqp
-
-    model = osqp.OSQP()
-    model.setup(**_problem(qp), **SETTINGS["default"])
-    with tempfile.TemporaryDirectory() as folder:
-        model.codegen(folder, parameters="vectors", use_float=use_float, force_rewrite=True)
-        files = (path for path in sorted(Path(folder).rglob("*.[ch]")) if path.name != "emosqp.c")
-        return {str(path.relative_to(folder)): path.read_text(encoding="utf-8") for path in files}

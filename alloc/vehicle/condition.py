@@ -34,6 +34,28 @@ def wrench_doubt(vehicle: Vehicle) -> float:
     return ROUNDING * vehicle.n * condition(vehicle)
 
 
+def magnified(vehicle: Vehicle) -> float:
+    """How much farther from the optimum a solver may stop than on a vehicle whose thrusters are alike [-].
+
+    A gap that is a share of the cost lets thrusts err by sqrt(cond H) of the share's root, because
+    1/2 |f - f*|^2_H <= gap, and what a wrench misses is made of the weakest thruster's thrust:
+
+        sqrt(cond H) max |T_i| / min |T_i|
+
+    over the working thrusters, with the columns T_i in unit of ``wrench_scale``.
+    """
+    on = vehicle.working
+    columns = np.linalg.norm(vehicle.TP[:, on] / vehicle.wrench_scale[:, None], axis=0)
+    pushing = columns[columns > 0]
+    uneven = float(pushing.max() / pushing.min()) if pushing.size else 1.0
+    return uneven * float(np.sqrt(np.linalg.cond(vehicle.H[np.ix_(on, on)])))
+
+
 def promised(vehicle: Vehicle, tolerance: float) -> float:
-    """``tolerance`` [-], or what rounding leaves of it on this vehicle: ROUNDING n (cond(T P) + cond(H))."""
-    return max(tolerance, wrench_doubt(vehicle) + ROUNDING * vehicle.n * unevenness(vehicle))
+    """``tolerance`` [-], or what rounding leaves of it on this vehicle.
+
+    Rounding moves a wrench, and the weakest thruster may have to make up for it: ROUNDING n times
+    cond(T P) ``magnified`` + the condition of H in even units.
+    """
+    doubt = wrench_doubt(vehicle) * magnified(vehicle) + ROUNDING * vehicle.n * unevenness(vehicle)
+    return max(tolerance, doubt)

@@ -14,13 +14,12 @@ KERNEL = ("-std=c99",)  # as generated C is compiled for its self-test and for P
 SIZES = ("-fno-asynchronous-unwind-tables", "-Wl,--sort-section=alignment")
 """Leave out tables that only debuggers and C++ read, and gaps in which a few bytes more would vanish."""
 
+DRIVER = ("driver.c", "ports/from_file.c")
+_BARE = ("-nostartfiles", "--specs=nosys.specs", f"-T{FIRMWARE / 'ports/mps2.ld'}")
 EMPTY = "empty_kernel.elf"
-_BARE = (
-    str(FIRMWARE / "startup.c"),
-    "-nostartfiles",
-    "--specs=rdimon.specs",  # newlib with files through the debugger
-    f"-T{FIRMWARE / 'cortex-m.ld'}",
-)
+STACK = ("-DBOARD_STACK",)
+METHOD = "kernel"
+"""What the driver of an image calls its only method."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -46,17 +45,28 @@ class Image:
     ram_static_bytes: int
 
 
-def link(kernel: Kernel, target: Target, folder: Path) -> Image:
-    """Compile and link into ``folder``; raises ToolError with the compiler's words where that fails."""
+def link(kernel: Kernel, target: Target, folder: Path, options: tuple[str, ...] = STACK) -> Image:
+    """Compile and link into ``folder``; raises ToolError with the compiler's words where that fails.
+
+    ``options`` say how the driver calls the kernel (firmware/call.h).
+    """
     sources = kernel.write(folder)
     compiler = [f"{target.tools}gcc", *target.flags, *FLAGS, *SIZES]
     places = {folder, *((folder / name).parent for name in kernel.sources)}
     includes = [f"-I{place}" for place in sorted(places)]
     run([*compiler, *KERNEL, *includes, "-c", *(str(source) for source in sources)], folder)
     objects = [str(folder / f"{source.stem}.o") for source in sources]
-    driver = [str(FIRMWARE / name) for name in ("measure.c", "call.S")]
+    port = "ports/mps2.c" if target.bare_metal else "ports/linux.c"
+    driver = [str(FIRMWARE / name) for name in (*DRIVER, port)]
+    (folder / "project.h").write_text(kernel.shapes, encoding="utf-8")
+    for name, text in (("adapter.c", kernel.adapter), ("project.c", _project(kernel))):
+        (folder / name).write_text(text, encoding="utf-8")
+        driver.append(str(folder / name))
+    marks = f"-DMEASURED=measured_{kernel.entry}", f"-DLEFT=left_{kernel.entry}"
+    facts = *options, f'-DBOARD_PROCESSOR="{target.name}"'
     bare = _BARE if target.bare_metal else ()
-    command = [*compiler, *includes, *objects, *driver, *bare, "-lm"]
+    command = [*compiler, *includes, f"-I{FIRMWARE}", *marks, *facts, *objects, *driver]
+    command += [str(FIRMWARE / "call.S"), *bare, "-lm"]
     path, empty = folder / "kernel.elf", folder / EMPTY
     run([*command, f"-DCALLED={kernel.entry}", "-o", str(path)])
     run([*command, "-DCALLED=empty_kernel", "-o", str(empty)])
@@ -67,10 +77,24 @@ def link(kernel: Kernel, target: Target, folder: Path) -> Image:
         target=target,
         path=path,
         entry=symbols[kernel.entry] & ~thumb,
-        leave=symbols["kernel_left"] & ~thumb,
+        leave=symbols[f"left_{kernel.entry}"] & ~thumb,
         flash_bytes=sizes.text + sizes.data - without.text - without.data,
         ram_static_bytes=sizes.data + sizes.zeroed - without.data - without.zeroed,
     )
+
+
+def _project(kernel: Kernel) -> str:
+    """project.c of one kernel whose demands come from a file, which are asked once and not timed."""
+    return f"""\
+#include "board.h"
+
+int ask_{kernel.entry}(const scalar *tau, scalar *f);
+const struct board_method project_methods[] = {{{{ "{METHOD}", ask_{kernel.entry} }}}};
+const char *const project_facts[] = {{ "-" }};
+const uint32_t project_method_count = 1, project_fact_count = 0, project_demands_count = 1;
+const uint32_t project_passes = 0;
+uint32_t board_stack_bytes;
+"""
 
 
 def without_kernel(image: Image) -> Path:

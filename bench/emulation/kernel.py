@@ -57,22 +57,29 @@ class Kernel:
         return np.hstack([taus, *(np.broadcast_to(side, (len(taus), self.n)) for side in (f_min, f_max))])
 
     @property
-    def header(self) -> str:
-        """kernel.h as the driver (firmware/measure.c) includes it; behind tau stand f_min and f_max."""
-        places = {"f_min": f"tau + {self.k}", "f_max": f"tau + {self.k + self.n}"}
+    def adapter(self) -> str:
+        """C of ``ask_<entry>``, which the driver calls; behind tau lie f_min and f_max."""
+        places = {"f_min": f"(tau + {self.k})", "f_max": f"(tau + {self.k + self.n})"}
         arguments = re.sub("f_min|f_max", lambda name: places[name[0]], self.arguments)
         return (
-            f"{self.declaration}\n"
-            f"#define KERNEL {self.entry}\n"
-            f"#define SCALAR {self.scalar}\n"
-            f"#define WIDTH {self.width}\n"
-            f"#define N {self.n}\n"
-            f"#define ANSWER(tau, f) measured_call({arguments})\n"
+            f'#include "board.h"\n#include "call.h"\n{self.declaration}\n\n'
+            f"int ask_{self.entry}(const scalar *tau, scalar *f);\n"
+            f"int ask_{self.entry}(const scalar *tau, scalar *f)\n"
+            f"{{\n    CALL({self.entry}, ({arguments}));\n}}\n"
+        )
+
+    @property
+    def shapes(self) -> str:
+        """project.h, which tells the driver what a call takes and answers."""
+        bits = {"double": "uint64_t", "float": "uint32_t"}[self.scalar]
+        return (
+            f"typedef {self.scalar} scalar;\ntypedef {bits} scalar_bits;\n"
+            f"enum {{ BOARD_WIDTH = {self.width}, BOARD_N = {self.n} }};\n"
         )
 
     def write(self, folder: Path) -> list[Path]:
-        """Write sources and header into ``folder``; returns the files to compile."""
-        for name, text in {**self.sources, "kernel.h": self.header}.items():
+        """Write the kernel's own sources into ``folder``; returns those to compile."""
+        for name, text in self.sources.items():
             path = folder / name
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(text, encoding="utf-8")

@@ -9,13 +9,14 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from alloc import FloatArray, IndexArray, NotApplicable, Vehicle
+from alloc import FloatArray, IndexArray, NotApplicable, NotInstalled, Vehicle
 from alloc.native.bounds import Where
 from alloc.native.code import Scalar
 from bench.demands import DemandSet, build_demands, labelled
 from bench.emulation import search
 from bench.emulation.agreement import agreement
 from bench.emulation.count import CallCounts, count
+from bench.emulation.cycles import cycles
 from bench.emulation.image import Image, link
 from bench.emulation.kernel import Kernel
 from bench.emulation.kernels import build_kernel, check
@@ -25,8 +26,8 @@ from bench.record import Emulated
 
 CLASSES = ("inactive", "active", "boundary", "infeasible", "mission", "jolts")
 SEARCH = "search"
-OSQP_SHARE = 0.1
-"""Share of a drawn set that OSQP's C is asked: an iterative solver takes a thousand times the instructions.
+RIVALS_SHARE = 0.1
+"""Share of a drawn set that a solver's C is asked: it takes up to a hundred thousand times the instructions.
 Its most costly demand is not searched for either."""
 
 
@@ -82,6 +83,8 @@ def _rows(plan: Plan, asked: list[tuple[Vehicle, list[DemandSet]]]) -> Iterator[
         row = msgspec.structs.replace(row, tools=tools[target])
         try:
             yield from _kernel_rows(row, build_kernel(method, vehicle, scalar, limits), target, sets)
+        except NotInstalled as lacking:
+            yield msgspec.structs.replace(row, status="missing", reason=str(lacking))
         except NotApplicable as refusal:
             yield msgspec.structs.replace(row, status="refused", reason=str(refusal))
         except ToolError as failure:
@@ -98,11 +101,11 @@ def _kernel_rows(row: Emulated, kernel: Kernel, target: Target, sets: list[Deman
         sets = [demands for demands in sets if kernel.limits == "call" or demands.f_min is None]
         for demands in sets:
             drawn = demands.rate_hz is None
-            some = _first(demands, OSQP_SHARE) if drawn and kernel.solver else demands
-            yield _counted(row, some, kernel, _answers(image, some))
+            some = _first(demands, RIVALS_SHARE) if drawn and kernel.solver else demands
+            yield _counted(row, some, image, _answers(image, some))
         if not kernel.solver and sets:
             tried = _search(image, sets, row.seed)
-            row = _counted(row, tried, kernel, _answers(image, tried))
+            row = _counted(row, tried, image, _answers(image, tried))
             # Only the largest count is kept: the others depend on how the search went.
             yield msgspec.structs.replace(row, tried=len(tried.taus), instructions=row.instructions[-1:])
 
@@ -137,13 +140,14 @@ def _search(image: Image, sets: list[DemandSet], seed: int) -> DemandSet:
     return labelled(SEARCH, vehicle, taus)
 
 
-def _counted(row: Emulated, demands: DemandSet, kernel: Kernel, counted: CallCounts) -> Emulated:
-    agreed = agreement(kernel, demands, counted)
+def _counted(row: Emulated, demands: DemandSet, image: Image, counted: CallCounts) -> Emulated:
+    agreed = agreement(image.kernel, demands, counted)
     values, calls = np.unique(counted.instructions, return_counts=True)
     return msgspec.structs.replace(
         row,
         demands=demands.name,
         instructions=list(zip(values.tolist(), calls.tolist(), strict=True)),
+        cycles=list(cycles(image, image.kernel.calls(demands.taus, *demands.limits), counted) or ()),
         worst=demands.taus[int(counted.instructions.argmax())].tolist(),
         stack_bytes=int(counted.stack_bytes.max()),
         agrees=agreed.agrees,

@@ -41,7 +41,7 @@ class Target:
 
 
 def _board(machine: str) -> tuple[str, ...]:
-    quiet = ("-display", "none", "-monitor", "none", "-serial", "none")
+    quiet = ("-display", "none", "-monitor", "none", "-serial", "file:line.txt")
     files = ("-semihosting-config", "enable=on,target=native")
     return ("qemu-system-arm", "-machine", machine, *quiet, *files, "-kernel")
 

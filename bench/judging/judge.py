@@ -20,7 +20,7 @@ from alloc import (
 from alloc.formulations.hard import FORMULATION as HARD
 from bench.judging.loss import loss, relative_wrench_error
 from bench.judging.question import Question, right_answers
-from bench.judging.shares import misstated
+from bench.judging.shares import by_level, misstated
 from bench.record import Judged
 
 COMPARED = 256
@@ -37,12 +37,14 @@ def judge(
     formulation: str,
     limited: bool,
     tolerance: float,
+    wrench_tolerance: float = WRENCH_TOLERANCE,
     thorough: bool = True,
 ) -> Judged:
     """Judge ``answers`` to the demands of ``question``, one a demand in order, and over again from the first.
 
-    ``thorough`` adds duality gaps and what is lost, which cost most and are the same in each repeat.
-    Every comparison is written so that NaN fails it.
+    ``wrench_tolerance`` is how far a SOLVED wrench may be off, relative to the vehicle's wrench scale: more
+    for answers in single precision. ``thorough`` adds duality gaps and what is lost, which cost most and are
+    the same in each repeat. Every comparison is written so that NaN fails it.
     """
     demands, vehicle = question.demands, question.demands.vehicle
     definition = find_formulation(formulation)
@@ -69,7 +71,7 @@ def judge(
     # The labels active and inactive leave out the boundary, where failures happen, so alpha* is used. But
     # alpha* does not tell where a vehicle that must always thrust gets too small a demand; the label does.
     within = (demands.alpha[demand] > 1 + WRENCH_TOLERANCE) & (label != Label.INFEASIBLE)
-    met = relative <= WRENCH_TOLERANCE
+    met = relative <= wrench_tolerance
     wrong: dict[str, BoolArray] = {
         "not an array of n thrusts": misshapen,
         "a status that is none": ~np.isin(status, [s.value for s in Status]),
@@ -100,6 +102,8 @@ def judge(
         failed_after_failure=after_failure(gave_up, within),
         loss=given_away(question, F) if thorough else {},
         missed_max=largest_miss(question, F) if thorough else None,
+        share_p50=[rounded(share) for share in by_level(shares, 0.5)],
+        share_min=[rounded(share) for share in by_level(shares, 0.0)],
         wrong="; ".join(_counted(what, mask, demand) for what, mask in wrong.items() if mask.any()),
     )
 

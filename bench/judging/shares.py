@@ -1,4 +1,4 @@
-"""Whether the shares that answers say of a demand's levels are what their thrusts deliver."""
+"""The shares that answers say of a demand's levels, and whether their thrusts deliver them."""
 
 from collections.abc import Sequence
 
@@ -43,3 +43,12 @@ def misstated(
     in_range = ((taken >= 0.0) & (taken <= 1.0)).all(axis=1)
     wrong[rows] = ~((off <= WRENCH_TOLERANCE + vehicle.n * tolerance) & in_range)
     return wrong
+
+
+def by_level(shares: Sequence[Sequence[float]], q: float) -> list[float]:
+    """Quantile ``q`` of what was delivered of each level, over the answers that say it; empty without any."""
+    said = [share for share in shares if len(share) > 0 and np.isfinite(share).all()]
+    if len({len(share) for share in said}) != 1:  # a method of one's own may say anything
+        return []
+    levels: list[float] = np.quantile(said, q, axis=0).tolist()
+    return levels

@@ -26,7 +26,7 @@ JUMP = re.compile(r"\t([bj][\w.]*|cbn?z|tbn?z|callq?)\s")
 CONDITIONAL_RETURN = re.compile(rf"(bx|pop|ldmia){CONDITION}(\.w)?$")
 
 
-class Instruction(NamedTuple):
+class Disassembled(NamedTuple):
     """One instruction: the function it stands in, mnemonic and operands, and whether data stand behind it."""
 
     function: str
@@ -76,8 +76,8 @@ def longest(disassembly: str, entry: int, rounds: int) -> int:
     return length(entry)
 
 
-def _code(printed: str) -> dict[int, Instruction]:
-    code: dict[int, Instruction] = {}
+def _code(printed: str) -> dict[int, Disassembled]:
+    code: dict[int, Disassembled] = {}
     function, before = "", -1
     for line in printed.splitlines():
         if named := NAME.match(line):
@@ -91,11 +91,11 @@ def _code(printed: str) -> dict[int, Instruction]:
             mnemonic, operands = found[2], re.sub(r"\s*[@;/].*", "", found[3] or "")
             if mnemonic in ("notrack", "bnd", "repz"):
                 mnemonic, _, operands = operands.partition(" ")
-            code[before] = Instruction(function, mnemonic, operands.strip())
+            code[before] = Disassembled(function, mnemonic, operands.strip())
     return code
 
 
-def _successors(code: dict[int, Instruction], entry: int) -> dict[int, list[int]]:
+def _successors(code: dict[int, Disassembled], entry: int) -> dict[int, list[int]]:
     """All instructions that follow each one that the entry leads to; none behind a return."""
     addresses = sorted(code)
     following = dict(pairwise(addresses))
@@ -114,7 +114,7 @@ def _successors(code: dict[int, Instruction], entry: int) -> dict[int, list[int]
     return reached
 
 
-def _next(instruction: Instruction, following: int | None) -> list[int] | None:
+def _next(instruction: Disassembled, following: int | None) -> list[int] | None:
     """Where an instruction leads; None for a jump by a table."""
     mnemonic, operands = instruction.mnemonic, instruction.operands
     after = [] if following is None or instruction.last else [following]
@@ -133,7 +133,7 @@ def _next(instruction: Instruction, following: int | None) -> list[int] | None:
 
 
 def _table_targets(
-    code: dict[int, Instruction], direct: dict[int, list[int] | None], function: str
+    code: dict[int, Disassembled], direct: dict[int, list[int] | None], function: str
 ) -> list[int]:
     """Where a table may lead: what nothing else in the function leads to; what follows that is shorter."""
     own = {at for at, instruction in code.items() if instruction.function == function}
@@ -142,7 +142,7 @@ def _table_targets(
     return sorted(own - led - padding - {min(own)})
 
 
-def _longest(code: dict[int, Instruction], entry: int, rounds: int, length: Callable[[int], int]) -> int:
+def _longest(code: dict[int, Disassembled], entry: int, rounds: int, length: Callable[[int], int]) -> int:
     graph = _successors(code, entry)
 
     def cost(at: int) -> int:

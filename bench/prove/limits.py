@@ -16,7 +16,7 @@ SUMS = ("add", "sub")
 
 def within(program: Program, fault: int, n: int) -> list[str]:
     """The thrusts that aren't shown to lie within f_min and f_max wherever they are written, in words."""
-    facts = Facts(program)
+    facts = Known(program)
     for condition, _ in program.exits:
         facts.fails(condition)
     reasons = []
@@ -30,7 +30,7 @@ def within(program: Program, fault: int, n: int) -> list[str]:
     return reasons
 
 
-class Facts:
+class Known:
     """What is known where a call is answered."""
 
     def __init__(self, program: Program) -> None:

@@ -11,7 +11,7 @@ from bench.prove.symbolic import NotRead, Program
 Array = NDArray[Any]
 
 
-class Answers(NamedTuple):
+class Calculated(NamedTuple):
     """What a program answers to N calls.
 
     Attributes
@@ -26,7 +26,7 @@ class Answers(NamedTuple):
 
 def answers(
     program: Program, inputs: Mapping[str, Array], scalar: Any, constants: Mapping[int, float] | None = None
-) -> Answers:
+) -> Calculated:
     """Calculate a program for inputs (size, N), each operation rounded to ``scalar`` (a numpy type).
 
     ``constants`` replaces those at some nodes. Raises NotRead where something is unknown.
@@ -40,7 +40,7 @@ def answers(
         status = np.broadcast_to(made[program.status], count).astype(int)
     for condition, returned in reversed(program.exits):
         status = np.where(made[condition], returned, status)
-    return Answers({name: np.array(rows) for name, rows in outputs.items()}, status)
+    return Calculated({name: np.array(rows) for name, rows in outputs.items()}, status)
 
 
 def values(

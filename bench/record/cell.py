@@ -60,6 +60,8 @@ class Judged(msgspec.Struct, omit_defaults=True, kw_only=True):
     loss : ``bench.judging.loss.loss``, what the answers give away against the exact ones
     missed_max : largest share of an attainable demand's wrench that is not delivered, 1 where there are no
         thrusts; None where no demand is inactive or active, and in records from before it was worked out
+    share_p50, share_min : median and least of what was delivered of each level of a demand, as the answers
+        say; empty for a method that says nothing of shares, and in records from before they were kept
     """
 
     answers: int
@@ -76,6 +78,8 @@ class Judged(msgspec.Struct, omit_defaults=True, kw_only=True):
     wrong: str = ""
     loss: dict[str, float | None] = {}
     missed_max: float | None = None
+    share_p50: list[float] = []
+    share_min: list[float] = []
 
 
 class Quiet(msgspec.Struct, omit_defaults=True):
@@ -117,6 +121,7 @@ class Cell(msgspec.Struct, tag="cell", omit_defaults=True):
     canary_ns : time of the canary just after this cell
     disbelieved : what the solver said in so many of the timed calls and was not believed
         (``alloc.solvers.disbelieved``)
+    worst : (k,) the demand of the slowest call, where it is known, as on a board [N, N m]
     judged, quiet : what the equations say of the answers, and what else the machine did
     """
 
@@ -137,5 +142,6 @@ class Cell(msgspec.Struct, tag="cell", omit_defaults=True):
     timed_ns: int = 0
     canary_ns: int | None = None
     disbelieved: dict[str, int] = {}
+    worst: list[float] = []
     judged: Judged | None = None
     quiet: Quiet | None = None

@@ -146,6 +146,8 @@ class Emulated(msgspec.Struct, tag="emulated", omit_defaults=True):
     status : ok, or missing, refused, failed
     reason : why not ok, in words
     instructions : of single calls, [[count, calls], …], sorted
+    cycles : of the costliest call, at least and at most, by published timings at zero wait states; empty
+        where none are known
     worst : (k,) the demand that took most instructions [N, N m]
     flash_bytes, ram_static_bytes : by how much the kernel makes the linked image grow
     stack_bytes : depth of the stack that any call wrote to
@@ -167,6 +169,7 @@ class Emulated(msgspec.Struct, tag="emulated", omit_defaults=True):
     status: str = "ok"
     reason: str = ""
     instructions: list[tuple[int, int]] = []
+    cycles: list[int] = []
     worst: list[float] = []
     flash_bytes: int | None = None
     ram_static_bytes: int | None = None

@@ -3,7 +3,7 @@
 from collections.abc import Collection
 
 from bench.results.bands import Band, bands
-from bench.results.cycles import CPI, Cpi
+from bench.results.cycles import CPI, PUBLISHED, Cpi
 from bench.results.emulated import rows
 from bench.results.fit import Loop
 from bench.results.rows import Run
@@ -29,7 +29,7 @@ def page(
         return "This record holds instructions of emulated processors; give --clock MHZ to size with them.\n"
     assumed = CPI if cpi is None else dict.fromkeys(CPI, Cpi(*cpi, "as given"))
     counted = [row for row in rows(run.record.emulated) if not vehicles or row.emulated.vehicle in vehicles]
-    shown = bands(counted, clock_MHz * 1e6, loop, assumed)
+    shown = bands(counted, clock_MHz * 1e6, loop, assumed if cpi else CPI)
     parts = [
         f"Emulated processors at {clock_MHz:g} MHz, {loop.rate_hz:g} Hz. The instructions of the most costly"
         " call are exact; its share of the control period is a band, for instructions are not cycles.\n",
@@ -43,11 +43,12 @@ def page(
                 "exact",
                 "share [%]",
                 "instructions",
+                "cycles",
                 "answers",
             ),
             [_line(band) for band in shown],
         ),
-        "Cycles an instruction:\n",
+        f"Cycles are {PUBLISHED}. Where there are none, or others are given, cycles an instruction are:\n",
     ]
     bases = [
         f"- {target}: {assumed[target]}." for target in dict.fromkeys(band.counted.target for band in shown)
@@ -62,4 +63,5 @@ def _line(band: Band) -> list[str]:
     answers += f"; not counted: {', '.join(kernel.missed)}" if kernel.missed else ""
     optimum = "yes" if kernel.optimal else "no"
     names = [kernel.vehicle, kernel.target, kernel.method, kernel.scalar]
-    return [*names, str(band.fit), optimum, shares, str(kernel.instructions), answers]
+    cycles = "" if kernel.cycles is None else f"{kernel.cycles[0]} to {kernel.cycles[1]}"
+    return [*names, str(band.fit), optimum, shares, str(kernel.instructions), cycles, answers]

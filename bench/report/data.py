@@ -81,7 +81,8 @@ def _machine(machine: NamedRun, place: dict[int, int]) -> list[dict[str, Any]]:
         found.append(
             {
                 "name": emulated_name(target),
-                "sure": f"is counted exactly; {cpi.low:g} to {cpi.high:g} cycles an instruction are assumed.",
+                "sure": f"is counted exactly; {cpi.low:g} to {cpi.high:g} cycles an instruction are assumed"
+                " where no timing is published.",
                 "cpi": [cpi.low, cpi.high],
                 "methods": [_kernel(kernel) for kernel in kernels if kernel.target == target],
             }
@@ -143,6 +144,7 @@ def _kernel(kernel: Counted) -> dict[str, Any]:
         "formulation": kernel.formulation,
         "exact": kernel.optimal,
         "instructions": kernel.instructions,
+        "cpi": None if kernel.cycles is None else [cycles / kernel.instructions for cycles in kernel.cycles],
         "wrong": "" if kernel.agrees else "not all answers are right",
         "missed": ", ".join(kernel.missed),
         "steps": None,

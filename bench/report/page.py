@@ -14,13 +14,14 @@ from bench.report import (
     method,
     mission,
     moving,
+    onboard,
     opening,
     tails,
     worth,
 )
 from bench.results.rows import Run
 
-FIRST = (opening, headline, growth, worth)
+FIRST = (opening, onboard, headline, growth, worth)
 REST = (cost, lost, moving, mission, capability, failures, tails, memory, emulation, machine, method, limits)
 TITLE = "# What thrust allocation costs, and what it buys\n"
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from alloc import catalogue, find_formulation
 from alloc.formulations.hard import FORMULATION as HARD
-from bench.results.cycles import CPI, Cpi, share
+from bench.results.cycles import CPI, PUBLISHED, Cpi, share
 from bench.results.emulated import EmulatedRow
 from bench.results.fit import Fit, Loop
 from bench.results.sizing import Size, ordered
@@ -23,6 +23,7 @@ class Counted:
     ----------
     vehicle, target, method, scalar : what names the kernel and the processor
     instructions : count of the most costly call over every demand set, the search for it included
+    cycles : of the most costly call, at least and at most, by published timings; None where none are known
     agrees : whether all of the kernel's answers were right
     missed : demand sets whose count failed; any may hold a more costly call, so then nothing is known to fit
     formulation, family, twin : of the method, as the catalogue describes it; a solver's generated C is posed
@@ -35,6 +36,7 @@ class Counted:
     method: str
     scalar: str
     instructions: int
+    cycles: tuple[int, int] | None = None
     agrees: bool
     missed: tuple[str, ...] = ()
     formulation: str = ""
@@ -46,6 +48,13 @@ class Counted:
     def label(self) -> str:
         """Method, and the precision where it is not Python's own."""
         return self.method if self.scalar == USUAL_SCALAR else f"{self.method} {self.scalar}"
+
+    def cpi(self, assumed: Cpi) -> Cpi:
+        """Cycles an instruction of the most costly call: by published timings, else as assumed."""
+        if self.cycles is None:
+            return assumed
+        low, high = (cycles / self.instructions for cycles in self.cycles)
+        return Cpi(low, high, PUBLISHED)
 
     @property
     def optimal(self) -> bool:
@@ -93,6 +102,7 @@ def counted(rows: Iterable[EmulatedRow]) -> list[Counted]:
                 method=method,
                 scalar=scalar,
                 instructions=max(row.worst or 0 for row in counts),
+                cycles=_cycles(counts),
                 agrees=all(row.emulated.agrees for row in counts),
                 missed=tuple(row.emulated.demands for row in group if row.worst is None),
                 formulation=formulation.name,
@@ -109,13 +119,23 @@ def bands(
 ) -> list[Band]:
     """A band for each kernel and processor that has an assumption on cycles, the one to take first.
 
-    ``cpi`` holds the assumptions by target. As in ``sizing.sizes`` what may fit comes before what does not,
-    right answers before others, the optimum within limits before what knows none, and then the cheaper one.
+    ``cpi`` holds the assumptions by target; published timings go before those that nobody gave. As in
+    ``sizing.sizes`` what may fit comes before what does not, right answers before others, the optimum within
+    limits before what knows none, and then the cheaper one.
     """
     made = [
-        _band(kernel, clock_hz, loop, cpi[kernel.target]) for kernel in counted(rows) if kernel.target in cpi
+        _band(kernel, clock_hz, loop, kernel.cpi(cpi[kernel.target]) if cpi is CPI else cpi[kernel.target])
+        for kernel in counted(rows)
+        if kernel.target in cpi
     ]
     return sorted(made, key=_usefulness)
+
+
+def _cycles(rows: Sequence[EmulatedRow]) -> tuple[int, int] | None:
+    if not all(row.emulated.cycles for row in rows):
+        return None
+    low, high = (max(row.emulated.cycles[i] for row in rows) for i in (0, 1))
+    return low, high
 
 
 def as_sizes(bands: Sequence[Band], loop: Loop) -> list[Size]:

@@ -1,4 +1,4 @@
-"""The columns of results.csv, in order: each property of ``Row`` is one.
+"""The columns of results.csv, in order: each property of ``Row`` is one, then each of ``Given``.
 
 A property's name is the column's, with the unit at the end; its docstring is the column's documentation
 (``docs/results.md``). A column that does not apply to a row is empty in the file and None here. Times are
@@ -6,18 +6,16 @@ medians or maxima, never means. To add a column, add a property.
 """
 
 from collections import Counter
-from collections.abc import Callable
 from statistics import median
 
-from alloc import DOF
-from alloc.vehicle.geometry import MOMENTS
 from bench.record import Cell
 from bench.record.machine import machine_name
+from bench.results.given import Given
 from bench.results.quantiles import interval, merged, quantile, total
 from bench.results.repeats import Repeats, most
 
 
-class Row(Repeats):
+class Row(Given):
     """One line of results.csv: a method with its start and level on one vehicle's demand set."""
 
     @property
@@ -255,76 +253,6 @@ class Row(Repeats):
         """Why an answer is wrong; empty where none is."""
         return next((j.wrong for j in self.judged if j.wrong), "")
 
-    @property
-    def lost_wrench_p50(self) -> float | None:
-        """Median of |delivered - tau| / |tau|, delivered being what thrusts clipped to their limits push."""
-        return _loss(self, "wrench_error_rel_p50")
-
-    @property
-    def lost_wrench_p99(self) -> float | None:
-        """99 % of demands lose no more of their wrench than this share."""
-        return _loss(self, "wrench_error_rel_p99")
-
-    @property
-    def lost_wrench_max(self) -> float | None:
-        """Largest share of any demand's wrench that is not delivered."""
-        return _loss(self, "wrench_error_rel_max")
-
-    @property
-    def lost_force_max_N(self) -> float | None:
-        """Largest |delivered - tau| on any force axis."""
-        return _worst_axis(self, moments=False)
-
-    @property
-    def lost_moment_max_Nm(self) -> float | None:
-        """Largest |delivered - tau| on any moment axis."""
-        return _worst_axis(self, moments=True)
-
-    @property
-    def answered_share(self) -> float | None:
-        """Share of demands (0 to 1) that got a finite f; losses are of these."""
-        return _loss(self, "answered_share", min)
-
-    @property
-    def within_1pct_share(self) -> float | None:
-        """Share of demands (0 to 1) whose wrench is delivered within 1 %."""
-        return _loss(self, "within_1pct_share", min)
-
-    @property
-    def within_5pct_share(self) -> float | None:
-        """Share of demands (0 to 1) whose wrench is delivered within 5 %."""
-        return _loss(self, "within_5pct_share", min)
-
-    @property
-    def direction_error_p50_deg(self) -> float | None:
-        """Median angle between delivered and demanded wrench."""
-        return _loss(self, "direction_error_p50_deg")
-
-    @property
-    def direction_error_max_deg(self) -> float | None:
-        """Largest angle between delivered and demanded wrench."""
-        return _loss(self, "direction_error_max_deg")
-
-    @property
-    def effort_over_optimum_p50(self) -> float | None:
-        """Median of f'Hf / f*'Hf* - 1 where f meets the demand, f* the optimum of eq. 4-5."""
-        return _loss(self, "effort_over_optimum_p50")
-
-    @property
-    def effort_over_optimum_max(self) -> float | None:
-        """Largest f'Hf / f*'Hf* - 1."""
-        return _loss(self, "effort_over_optimum_max")
-
-    @property
-    def limits_violated_share(self) -> float | None:
-        """Share of answers (0 to 1) with a thrust beyond a limit, before clipping."""
-        return _loss(self, "limits_violated_share")
-
-    @property
-    def thrusters_saturated_mean(self) -> float | None:
-        """Mean number of thrusters at or beyond a limit."""
-        return _loss(self, "thrusters_saturated_mean")
-
 
 def _calls(cell: Cell) -> int:
     batched, singly = sum(batch.calls for batch in cell.batches), total(cell.singles)
@@ -334,17 +262,6 @@ def _calls(cell: Cell) -> int:
     singles_ns = sum(ns * count for ns, count in cell.singles)
     twice = batched == singly and cell.timed_ns < batches_ns + 0.98 * singles_ns
     return batched if twice else batched + singly
-
-
-def _loss(row: Repeats, key: str, worst: Callable[[list[float]], float] = max) -> float | None:
-    values = [value for j in row.judged if (value := j.loss.get(key)) is not None]
-    return worst(values) if values else None
-
-
-def _worst_axis(row: Repeats, moments: bool) -> float | None:
-    suffix = "max_Nm" if moments else "max_N"
-    axes = [axis for axis in DOF if (axis in MOMENTS) == moments]
-    return most(_loss(row, f"wrench_error_{axis}_{suffix}") for axis in axes)
 
 
 def _tail(row: Repeats, q: float) -> int | None:

@@ -1,4 +1,7 @@
-"""Time from counts of instructions: a band, because instructions are not cycles and no cycle was measured."""
+"""Time from counts of instructions: a band, because instructions are not cycles and no cycle was measured.
+
+Where a record has cycles of a call by published timings, those are the band (``Counted.cpi``).
+"""
 
 from dataclasses import dataclass
 
@@ -21,6 +24,9 @@ class Cpi:
         """The band and its basis, as reports show them."""
         return f"{self.low:g} to {self.high:g}; {self.basis}"
 
+
+PUBLISHED = "by published timings at zero wait states (docs/embedded.md)"
+"""Basis of a band whose cycles come out of the record."""
 
 CPI = {
     "cortex-m4f": Cpi(

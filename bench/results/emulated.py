@@ -38,6 +38,16 @@ class EmulatedRow:
         return _worst(self.emulated)
 
     @property
+    def cycles_low(self) -> int | None:
+        """Least cycles of the costliest call, None where no timing is published."""
+        return self.emulated.cycles[0] if self.emulated.cycles else None
+
+    @property
+    def cycles_high(self) -> int | None:
+        """Most cycles of the costliest call."""
+        return self.emulated.cycles[1] if self.emulated.cycles else None
+
+    @property
     def mean_over_x86(self) -> float | None:
         """Ratio of the means [-]."""
         return _ratio(self.mean, _mean(self.x86))
@@ -60,6 +70,8 @@ COLUMNS: dict[str, Callable[[EmulatedRow], Value]] = {
     "n_calls": lambda row: row.calls,
     "instructions_mean": lambda row: row.mean,
     "instructions_worst": lambda row: row.worst,
+    "cycles_low": lambda row: row.cycles_low,
+    "cycles_high": lambda row: row.cycles_high,
     "mean_over_x86": lambda row: row.mean_over_x86,
     "worst_over_x86": lambda row: row.worst_over_x86,
     "flash_bytes": lambda row: row.emulated.flash_bytes,

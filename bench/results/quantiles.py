@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from functools import cache
 from itertools import chain
+from math import ceil
 from operator import itemgetter
 
 Histogram = list[tuple[int, int]]
@@ -51,10 +52,14 @@ def interval(counted: Histogram, q: float) -> tuple[int, int] | None:
 @cache
 def _ranks(n: int, q: float) -> tuple[float, float]:
     """Ends of the interval of a binomial (n, q) count; few different n are asked for, many times."""
-    from scipy.stats import binom
+    # scipy.stats has this as binom.ppf, and takes longer to import than a report's tables to work out.
+    from scipy.special import bdtr, bdtrik
 
-    low, high = (float(binom.ppf(p, n, q)) for p in ((1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2))
-    return low, high
+    def least(p: float) -> float:  # the least count that is not exceeded with probability p
+        rank = float(ceil(bdtrik(p, n, q)))
+        return rank - 1 if rank >= 1 and bdtr(rank - 1, n, q) >= p else rank  # bdtrik rounds
+
+    return least((1 - CONFIDENCE) / 2), least((1 + CONFIDENCE) / 2)
 
 
 def ranked(counted: Histogram, rank: float) -> int:
@@ -86,9 +91,12 @@ def late_bound(late: int, n: int) -> float:
     return 1.0 if late == n else float(betaincinv(late + 1, n - late, CONFIDENCE))
 
 
+@cache
 def share(hits: int, n: int) -> tuple[float, float, float]:
     """hits / n with its CONFIDENCE interval (Clopper & Pearson 1934): (share, low, high)."""
-    from scipy.stats import binomtest
+    from scipy.special import betaincinv
 
-    ends = binomtest(hits, n).proportion_ci(CONFIDENCE, method="exact")
-    return hits / n, float(ends.low), float(ends.high)
+    tail = (1 - CONFIDENCE) / 2
+    low = 0.0 if hits == 0 else float(betaincinv(hits, n - hits + 1, tail))
+    high = 1.0 if hits == n else float(betaincinv(hits + 1, n - hits, 1 - tail))
+    return hits / n, low, high

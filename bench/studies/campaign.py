@@ -1,16 +1,20 @@
-"""Every method over random vehicles: ``python -m bench.studies.campaign --minutes 10``.
+"""Every method over random vehicles: ``python -m bench.studies.campaign FILE --vehicles 10000``.
 
-Each vehicle has something odd (``odd_vehicles``), and its demands lie inside, on the edge of and beyond what
-it can do, within its own limits or within others. Of every answer is asked: is SOLVED met inside the limits,
-is INFEASIBLE true, did nothing raise or warn, and has one call the status that ``many`` has? Generated C,
-which has to be compiled for each vehicle, is left out unless it is named.
+Each vehicle has something odd (``odd_vehicles``), in every fourth a thruster is off, and its demands lie
+inside, on the edge of and beyond what it can do, within its own limits or within others. Of every answer is
+asked: is SOLVED met inside the limits, is INFEASIBLE true, did nothing raise or warn, is SOLVED as near to
+the exact optimum as promised, and have calls the status that ``many`` has? A demand counts as attainable
+where it was made of thrusts inside the limits, or where the facets say so. Some calls are made again after
+all others: some solvers then give another status. Each vehicle is seeded, and FILE takes a line for each lot
+of vehicles, so that a study that was stopped goes on where FILE ends.
 """
 
 import json
 import warnings
 from collections import Counter
-from itertools import count
-from time import monotonic
+from contextlib import suppress
+from pathlib import Path
+from typing import NamedTuple
 
 import click
 import numpy as np
@@ -18,10 +22,14 @@ from tabulate import tabulate
 
 from alloc import (
     WRENCH_TOLERANCE,
+    BoolArray,
+    Entry,
+    Family,
     FloatArray,
     NotApplicable,
     Status,
     Vehicle,
+    VehicleError,
     alpha_range,
     build,
     catalogue,
@@ -30,76 +38,194 @@ from alloc import (
 from bench.demands.sets.jolts import within
 from bench.studies.odd_vehicles import inside, odd_vehicle
 
-SINGLE = 20
-"""Demands of a vehicle that are asked in single calls too."""
+LOT = 50
+"""Vehicles of one line; generated C, which has to be compiled, is asked on the first of each lot."""
+DEMANDS = 50
+"""Demands of a vehicle within its own limits, and as many within others; solvers get the first of them."""
+QUICK, SLOW, ONE_SHOT = 10, 3, 1
+"""Demands that are asked of a quick solver, of a slow one, and of one that is built anew for each."""
+SLOW_SOLVERS = ("cvxopt", "highs", "osqp", "scs")
+"""These take a millisecond and more where they run to their caps."""
+SPARE = 5
+"""Slow solvers, and those that are built anew for each call, are asked on one vehicle of so many."""
+SINGLE = 3
+"""Demands that are asked in single calls too."""
 EDGE = 1e-6
-"""Share by which a demand must lie inside the edge to count as attainable."""
+"""Share by which a demand must lie inside the edge to count as attainable, by the facets alone."""
+FACTORS = (1.0, 1.0, 1 - 1e-5, 0.5, 1 + 1e-5, 2.0)
+"""What demands that thrusts inside the limits push are multiplied by."""
+HARMLESS = ("answers", "refused", "not converged, attainable", "another status after other calls")
+"""What is counted and not wrong."""
 
-Limits = tuple[FloatArray, FloatArray] | None
+
+class Asked(NamedTuple):
+    """Demands of one vehicle within limits of one kind, and what is known of them.
+
+    Attributes
+    ----------
+    taus : (N, k) [N, N m]
+    low, high : (N, n) limits of each [N]
+    own : whether these are the vehicle's
+    attainable : (N,) whether some thrusts inside the limits push the demand, beyond doubt
+    optimum : (N, n) the exact method's answer [N], NaN where there is none
+    doubt : what that method promises, relative to the largest limit [-]
+    """
+
+    taus: FloatArray
+    low: FloatArray
+    high: FloatArray
+    own: bool
+    attainable: BoolArray
+    optimum: FloatArray
+    doubt: float
+
+    def limits(self, count: int) -> tuple[FloatArray, ...]:
+        """f_min and f_max of the first demands, nothing where they are the vehicle's."""
+        return () if self.own else (self.low[:count], self.high[:count])
 
 
-def judged(vehicle: Vehicle, name: str, taus: FloatArray, limits: Limits) -> Counter[str]:
-    """What is wrong with a method's answers, and how many there are."""
-    allocate, found = build(name, vehicle), Counter[str]()
-    low, high = (vehicle.f_min, vehicle.f_max) if limits is None else limits
-    F, status = allocate.many(taus, *(limits or ()))
-    found["answers"] = len(taus)
-    finite = np.isfinite(F).all(axis=1)
-    met = (np.abs(F @ vehicle.TP.T - taus) <= WRENCH_TOLERANCE * 1.01 * vehicle.wrench_scale).all(axis=1)
-    kept = ((low <= F) & (high >= F)).all(axis=1)
-    solved = status == Status.SOLVED
-    found["SOLVED, not met"] = int((solved & ~met).sum()) if allocate.formulation != "soft" else 0
-    found["outside limits"] = int((finite & ~kept).sum()) if allocate.limited else 0
-    least, most = alpha_range(vehicle, taus, *(limits or ()))
-    attainable = (least <= 1 - EDGE) & (most >= 1 + EDGE)
-    found["false INFEASIBLE"] = int(((status == Status.INFEASIBLE) & attainable).sum())
-    found["not converged, attainable"] = int(((status == Status.NOT_CONVERGED) & attainable).sum())
-    for i in range(min(SINGLE, len(taus))):
-        answer = allocate(taus[i], *((low[i], high[i]) if limits else ()))
-        found["one call, not many"] += int(answer.status != status[i])
-    return found
+def asked(vehicle: Vehicle, rng: np.random.Generator) -> list[Asked]:
+    """Demands within the vehicle's own limits, and within limits that jump."""
+    factors = rng.choice(FACTORS, DEMANDS)
+    taus = inside(vehicle, rng, DEMANDS) * factors[:, None]
+    shape = (DEMANDS, vehicle.n)
+    own = (taus, np.broadcast_to(vehicle.f_min, shape), np.broadcast_to(vehicle.f_max, shape))
+    moved, low, high = within(vehicle, rng, DEMANDS)
+    pushed = (low <= high).all(axis=1) & (rng.random(DEMANDS) < 0.5)
+    moved[pushed] = rng.uniform(low[pushed], high[pushed]) @ vehicle.TP.T
+    sets = []
+    for (demands, lows, highs), made in ((own, factors == 1.0), ((moved, low, high), pushed)):
+        is_own = made is not pushed
+        limits = () if is_own else (lows, highs)
+        least, most = alpha_range(vehicle, demands, *limits)
+        attainable = made | ((least <= 1 - EDGE) & (most >= 1 + EDGE))
+        optimum, doubt = np.full(shape, np.nan), np.inf
+        try:
+            exact = build("nullspace", vehicle)
+        except NotApplicable:
+            pass
+        else:
+            F, status = exact.many(demands, *limits)
+            optimum, doubt = np.where((status == Status.SOLVED)[:, None], F, np.nan), exact.tolerance
+        sets.append(Asked(demands, lows, highs, is_own, attainable, optimum, doubt))
+    return sets
+
+
+def judged(vehicle: Vehicle, name: str, sets: list[Asked], count: int) -> dict[str, int]:
+    """What is wrong with answers to the first ``count`` demands of each set, and how many there are."""
+    found = Counter[str]()
+    try:
+        allocate = build(name, vehicle)
+    except NotApplicable:
+        return {"refused": 1}
+    single, hard = allocate, allocate.formulation == "hard"
+    for of in sets:
+        if hasattr(allocate, "solve"):  # a solver may carry something over: calls and many begin alike
+            allocate, single = build(name, vehicle), build(name, vehicle)
+        limits = of.limits(count)
+        taus, low, high = of.taus[:count], of.low[:count], of.high[:count]
+        F, status = allocate.many(taus, *limits)
+        found["answers"] += len(taus)
+        finite = np.isfinite(F).all(axis=1)
+        miss = np.abs(F @ vehicle.TP.T - taus)
+        met = (miss <= WRENCH_TOLERANCE * 1.01 * vehicle.wrench_scale).all(axis=1)
+        kept = ((low <= F) & (high >= F)).all(axis=1)
+        solved, attainable = status == Status.SOLVED, of.attainable[:count]
+        answered = solved | (status == Status.PARTIAL)
+        found["SOLVED, not met"] += int((solved & ~met).sum())
+        found["finite or not, against its status"] += int((finite != answered).sum())
+        found["outside limits"] += int((finite & ~kept).sum()) if allocate.limited else 0
+        found["false INFEASIBLE"] += int(((status == Status.INFEASIBLE) & attainable).sum())
+        found["not converged, attainable"] += int(((status == Status.NOT_CONVERGED) & attainable).sum())
+        if hard:
+            distance = np.abs(F - of.optimum[:count]).max(axis=1) / vehicle.f_scale
+            found["farther than promised"] += int((solved & (distance > allocate.tolerance + of.doubt)).sum())
+        for i in range(min(SINGLE, count)):
+            call = taus[i], *(side[i] for side in limits)
+            found["one call, not many"] += int(single(*call).status != status[i])
+            found["another status after other calls"] += int(allocate(*call).status != status[i])
+    return {what: number for what, number in found.items() if number}
+
+
+def demands_of(entry: Entry, number: int) -> int:
+    """How many demands of each set a method is asked on the vehicle of that number."""
+    if entry.twin and number % LOT:
+        return 0
+    if not entry.solver:
+        return DEMANDS
+    slow = entry.solver in SLOW_SOLVERS
+    if (slow or entry.family is Family.ONE_SHOT) and number % SPARE:
+        return 0
+    return ONE_SHOT if entry.family is Family.ONE_SHOT else SLOW if slow else QUICK
+
+
+def vehicle_of(number: int) -> tuple[Vehicle, np.random.Generator]:
+    """A numbered vehicle of this study, and what its demands are drawn from."""
+    rng = np.random.default_rng([2004, number])
+    vehicle = odd_vehicle(rng)
+    if number % 4 == 0:
+        with suppress(VehicleError):  # where no other thruster pushes
+            return vehicle.with_fault(number % vehicle.n), rng
+    return vehicle, rng
+
+
+def lot(numbers: range, entries: list[Entry]) -> dict[str, object]:
+    """What methods do on the vehicles of these numbers, as a line of the file."""
+    total: dict[str, Counter[str]] = {}
+    first: dict[str, str] = {}
+    solvers.disbelieved.clear()
+    for number in numbers:
+        vehicle, rng = vehicle_of(number)
+        sets = asked(vehicle, rng)
+        for entry in entries:
+            if not (count := demands_of(entry, number)):
+                continue
+            try:
+                found = judged(vehicle, entry.name, sets, count)
+            except Exception as error:
+                found = {f"{type(error).__name__}: {str(error)[:60]}": 1}
+            total.setdefault(entry.name, Counter()).update(found)
+            for what in set(found) - set(HARMLESS):
+                first.setdefault(f"{entry.name}: {what}", f"vehicle {number}")
+    return {
+        "vehicles": [numbers.start, numbers.stop],
+        "found": total,
+        "first": first,
+        "disbelieved": solvers.disbelieved,
+    }
 
 
 @click.command()
-@click.option("--minutes", default=10.0, show_default=True)
-@click.option("--demands", default=100, show_default=True, help="Of each vehicle.")
-@click.option("--seed", default=0, show_default=True, help="Of the first vehicle.")
+@click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
+@click.option("--vehicles", default=10_000, show_default=True)
 @click.option("--method", "only", multiple=True, help="Only these.")
-def main(minutes: float, demands: int, seed: int, only: tuple[str, ...]) -> None:
-    """Print what is wrong by method, and the first vehicle on which it is."""
+def main(file: Path, vehicles: int, only: tuple[str, ...]) -> None:
+    """Append to FILE what is wrong, lot by lot; then print all of FILE by method."""
     warnings.simplefilter("error")
-    names = [e.name for e in catalogue() if not e.missing and (e.name in only if only else not e.twin)]
-    total: dict[str, Counter[str]] = {name: Counter() for name in names}
-    first: dict[str, str] = {}
-    end, vehicles = monotonic() + 60 * minutes, 0
-    for number in count(seed):
-        if monotonic() > end:
-            break
-        rng = np.random.default_rng([2004, number])
-        vehicle = odd_vehicle(rng)
-        vehicles += 1
-        taus = inside(vehicle, rng, demands) * rng.choice([1.0, 1 - 1e-5, 0.5, 1 + 1e-5, 2.0], (demands, 1))
-        moving = within(vehicle, rng, demands)
-        for name in names:
-            for kind, (asked, limits) in {"own": (taus, None), "moving": (moving[0], moving[1:])}.items():
-                try:
-                    found = judged(vehicle, name, asked, limits)
-                except NotApplicable:
-                    found = Counter({"refused": 1})
-                except Exception as error:
-                    found = Counter({f"{type(error).__name__}: {str(error)[:60]}": 1})
-                total[name] += found
-                for what in set(found) - {"answers", "refused", "not converged, attainable"}:
-                    if found[what]:
-                        first.setdefault(f"{name}: {what}", f"vehicle {number}, {kind} limits")
-    wrongs = sorted({what for found in total.values() for what in found if found[what]} - {"answers"})
+    entries = [e for e in catalogue() if not e.missing and (not only or e.name in only)]
+    lines = (
+        [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()] if file.exists() else []
+    )
+    for start in range(lines[-1]["vehicles"][1] if lines else 0, vehicles, LOT):
+        line = lot(range(start, min(start + LOT, vehicles)), entries)
+        with file.open("a", encoding="utf-8") as out:
+            out.write(json.dumps(line) + "\n")
+        lines.append(json.loads(json.dumps(line)))
+    total: dict[str, Counter[str]] = {}
+    disbelieved, first = Counter[str](), dict[str, str]()
+    for line in lines:
+        for name, found in line["found"].items():
+            total.setdefault(name, Counter()).update(found)
+        disbelieved.update(line["disbelieved"])
+        first = line["first"] | first
+    wrongs = sorted({what for found in total.values() for what in found} - {"answers"})
     rows = [
         [name, f"{found['answers']:,}", *(found[what] for what in wrongs)] for name, found in total.items()
     ]
     click.echo(tabulate(rows, ["method", "answers", *wrongs], tablefmt="github"))
-    click.echo(f"{vehicles:,} vehicles, {sum(found['answers'] for found in total.values()):,} answers")
-    click.echo(json.dumps(first, indent=1))
-    click.echo(json.dumps(solvers.disbelieved, indent=1))
+    answers = sum(found["answers"] for found in total.values())
+    click.echo(f"{lines[-1]['vehicles'][1]:,} vehicles, {answers:,} answers")
+    click.echo(json.dumps({"first": first, "disbelieved": disbelieved}, indent=1))
 
 
 if __name__ == "__main__":

@@ -20,6 +20,8 @@ def odd_vehicle(rng: np.random.Generator) -> Vehicle:
         T[:, :k] += np.eye(k)
     if n > k and rng.integers(4) == 0:
         T[:, -1] = T[:, 0] * rng.choice([1.0, -1.0, 0.5])  # two thrusters in one line
+    if not T.any():
+        T[0, 0] = 1.0
     high = 10.0 ** rng.uniform(0, 3) * rng.uniform(0.5, 2, n)
     low = -high * rng.choice([1.0, 0.6, 0.0, -0.05], n, p=[0.5, 0.2, 0.2, 0.1])
     if rng.integers(4) == 0:

@@ -1,21 +1,22 @@
-/* measured_call(…): calls CALLED with whatever arguments it was given, and returns what CALLED returns.
+/* MEASURED(…): calls CALLED with whatever arguments it was given, and returns what CALLED returns.
  *
- * Instructions are counted from CALLED's first to before `kernel_left`. stack_pointer() is where CALLED's
- * own stack begins, called from the same frame. empty_kernel returns in one instruction: called in place of
- * the kernel it shows what the driver alone takes.
+ * Instructions are counted from CALLED's first to before LEFT. stack_pointer() is where CALLED's own stack begins,
+ * called from the same frame. empty_kernel returns in one instruction: called in place of the kernel it shows
+ * what the driver alone takes.
  */
     .text
-    .global measured_call, kernel_left, stack_pointer, empty_kernel
+    .global MEASURED, LEFT
+    .weak stack_pointer, empty_kernel /* one of each, however many kernels there are */
 
 #if defined __arm__
     .syntax unified
     .thumb
     .thumb_func
-measured_call: /* arguments beyond the fourth lie on the stack, so nothing may be pushed above them */
+MEASURED: /* arguments beyond the fourth lie on the stack, so nothing may be pushed above them */
     ldr r12, =caller
     str lr, [r12]
     bl CALLED
-kernel_left:
+LEFT:
     ldr r12, =caller
     ldr pc, [r12]
     .thumb_func
@@ -28,10 +29,10 @@ empty_kernel:
     .lcomm caller, 4
 
 #elif defined __aarch64__
-measured_call:
+MEASURED:
     stp x29, x30, [sp, #-16]!
     bl CALLED
-kernel_left:
+LEFT:
     ldp x29, x30, [sp], #16
     ret
 stack_pointer:
@@ -41,10 +42,10 @@ empty_kernel:
     ret
 
 #elif defined __x86_64__
-measured_call:
+MEASURED:
     sub $8, %rsp
     call CALLED
-kernel_left:
+LEFT:
     add $8, %rsp
     ret
 stack_pointer:

@@ -1,17 +1,21 @@
-/* Counts instructions of each call, exactly: a plugin for QEMU's TCG interface (qemu-plugin.h).
+/* Counts instructions of kernels, exactly: a plugin for QEMU's TCG interface (qemu-plugin.h).
  *
- * Loaded with -plugin count.so,entry=ADDRESS,leave=ADDRESS,out=FILE. QEMU calls it before each instruction.
- * A call's count goes from the instruction at `entry`, its first, to before the one at `leave`, where its
- * caller goes on: callees and the return are in it. One line a call goes to FILE.
+ * Loaded with -plugin count.so,entry=ADDRESS,leave=ADDRESS,…,ticks=FILE. QEMU calls it before each instruction.
+ * A call's count goes from the instruction at `entry`, its first, to before the one at the `leave` behind it, where its
+ * caller goes on: callees and the return are in it. After each call FILE holds the sum of all calls so far (32 bits,
+ * little-endian), which the driver's port reads as its ticks. With out=FILE each call's count is a line there; with trace=FILE the address
+ * of each instruction of a kernel (32 bits) is, and all ones after each call.
  *
  * Not by blocks, though that is faster: QEMU 7.2 now and then counts the instruction after a block to it.
  * Debian packages QEMU with the interface but without its header, so the six functions used are declared
  * here, as the interface documents them.
  */
+#include <fcntl.h>
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 struct qemu_plugin_tb;
 struct qemu_plugin_insn;
@@ -27,23 +31,34 @@ uint64_t qemu_plugin_insn_vaddr(const struct qemu_plugin_insn *one);
 
 int qemu_plugin_version = API;
 
-static uint64_t entry, leave, count;
-static int inside;
-static FILE *out;
+enum { MOST = 64 }; /* kernels in one image */
+static struct { uint64_t entry, leave; } kernels[MOST];
+static int known;
+static uint64_t count;
+static uint32_t ticks;
+static int inside, ticks_file = -1;
+static FILE *out, *trace;
 
-static void on_any(unsigned int cpu, void *nothing)
+static void on_any(unsigned int cpu, void *address)
 {
     (void)cpu;
-    (void)nothing;
     count++;
+    if (trace && inside)
+        fwrite(&(uint32_t){ (uint32_t)(uintptr_t)address }, 4, 1, trace);
 }
 
-static void on_entry(unsigned int cpu, void *nothing)
+static void on_entry(unsigned int cpu, void *address)
 {
     if (!inside) /* a loop may lead back to the first instruction */
         count = 0;
     inside = 1;
-    on_any(cpu, nothing);
+    on_any(cpu, address);
+}
+
+static void publish(void)
+{
+    if (pwrite(ticks_file, &ticks, sizeof ticks, 0) != (ssize_t)sizeof ticks)
+        abort();
 }
 
 static void on_leave(unsigned int cpu, void *nothing)
@@ -51,7 +66,12 @@ static void on_leave(unsigned int cpu, void *nothing)
     (void)cpu;
     (void)nothing;
     inside = 0;
-    fprintf(out, "%" PRIu64 "\n", count);
+    ticks += (uint32_t)count;
+    publish();
+    if (trace)
+        fwrite(&(uint32_t){ UINT32_MAX }, 4, 1, trace);
+    if (out)
+        fprintf(out, "%" PRIu64 "\n", count);
 }
 
 static void at_translation(uint64_t id, struct qemu_plugin_tb *block)
@@ -61,8 +81,10 @@ static void at_translation(uint64_t id, struct qemu_plugin_tb *block)
     for (size_t i = 0; i < instructions; i++) {
         struct qemu_plugin_insn *one = qemu_plugin_tb_get_insn(block, i);
         uint64_t address = qemu_plugin_insn_vaddr(one);
-        executed call = address == entry ? on_entry : address == leave ? on_leave : on_any;
-        qemu_plugin_register_vcpu_insn_exec_cb(one, call, 0, NULL);
+        executed call = on_any;
+        for (int j = 0; j < known; j++)
+            call = address == kernels[j].entry ? on_entry : address == kernels[j].leave ? on_leave : call;
+        qemu_plugin_register_vcpu_insn_exec_cb(one, call, 0, (void *)(uintptr_t)address);
     }
 }
 
@@ -70,22 +92,33 @@ static void at_exit(uint64_t id, void *nothing)
 {
     (void)id;
     (void)nothing;
-    fclose(out);
+    if (out)
+        fclose(out);
+    if (trace)
+        fclose(trace);
 }
 
 int qemu_plugin_install(uint64_t id, const void *info, int argc, char **argv)
 {
     (void)info;
     for (int i = 0; i < argc; i++) {
-        if (strncmp(argv[i], "entry=", 6) == 0)
-            entry = strtoull(argv[i] + 6, NULL, 0);
-        else if (strncmp(argv[i], "leave=", 6) == 0)
-            leave = strtoull(argv[i] + 6, NULL, 0);
+        const char *value = strchr(argv[i], '=');
+        if (!value++)
+            return 1;
+        if (strncmp(argv[i], "entry=", 6) == 0 && known < MOST)
+            kernels[known].entry = strtoull(value, NULL, 0);
+        else if (strncmp(argv[i], "leave=", 6) == 0 && known < MOST)
+            kernels[known++].leave = strtoull(value, NULL, 0);
+        else if (strncmp(argv[i], "ticks=", 6) == 0)
+            ticks_file = open(value, O_WRONLY | O_CREAT | O_TRUNC, 0644);
         else if (strncmp(argv[i], "out=", 4) == 0)
-            out = fopen(argv[i] + 4, "w");
+            out = fopen(value, "w");
+        else if (strncmp(argv[i], "trace=", 6) == 0)
+            trace = fopen(value, "wb");
     }
-    if (!entry || !leave || !out)
+    if (!known || ticks_file < 0)
         return 1;
+    publish();
     qemu_plugin_register_vcpu_tb_trans_cb(id, at_translation);
     qemu_plugin_register_atexit_cb(id, at_exit, NULL);
     return 0;

@@ -126,7 +126,7 @@ function sizeOf(machine, method, loop, demands) {
 }
 
 function counted(machine, size, loop) {
-  const [low, high] = machine.cpi.map((cycles) => ((size.instructions * cycles) / loop.clock) * loop.rate);
+  const [low, high] = (size.data.cpi ?? machine.cpi).map((cycles) => ((size.instructions * cycles) / loop.clock) * loop.rate);
   const fit = high <= loop.budget ? FITS : low <= loop.budget ? MAY_FIT : DOES_NOT_FIT;
   size.fit = size.data.wrong || (size.missed && fit !== DOES_NOT_FIT) ? UNKNOWN : fit;
   size.reason = size.data.wrong || (size.missed ? `not counted: ${size.missed}` : `${three(100 * low)} to ${three(100 * high)} % by its instructions`);

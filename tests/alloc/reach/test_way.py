@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from alloc import NotApplicable, Vehicle, alpha_max, load_vehicle
+from alloc import NotApplicable, Status, Vehicle, alpha_max, build, load_vehicle
 from alloc.nullspace.structure import decompose
 from alloc.reach.edge import start
 from alloc.reach.levels import KEEP, groups, step_maps
@@ -65,6 +65,16 @@ def test_one_demand_and_many_give_the_same(rng: np.random.Generator) -> None:
             end, share = through.towards(tau, through.departure(low[i], high[i]))
             np.testing.assert_allclose((end - ends[i]) / vehicle.wrench_scale, 0.0, atol=1e-12)
             np.testing.assert_allclose(share, shares[i], atol=1e-9)  # of a step 1e-3 as large as the set
+
+
+def test_where_only_rounding_is_missing_all_is_delivered(rng: np.random.Generator) -> None:
+    """Every thruster is stuck, and what they push is asked for: a sum in another order must not miss it."""
+    vehicle = load_vehicle("bluerov2-heavy")
+    stuck = rng.uniform(vehicle.f_min, vehicle.f_max, (200, vehicle.n))
+    taus = np.array([vehicle.TP.dot(f) for f in stuck])
+    allocate = build("scaled", vehicle)
+    assert (allocate.many(taus, stuck, stuck)[1] == Status.SOLVED).all()
+    assert {allocate(tau, f, f).status for tau, f in zip(taus, stuck, strict=True)} == {Status.SOLVED}
 
 
 def test_a_demand_that_nothing_stops_is_reached_to_the_bit(

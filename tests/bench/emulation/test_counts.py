@@ -85,6 +85,7 @@ def test_the_plugin_and_a_single_step_log_agree_on_aarch64(linked: Linked) -> No
     image = linked(kernel(CLIPPED), "aarch64")
     counted = count(image, TAUS).instructions
     folder = image.path.parent
+    (folder / "ticks").unlink()  # nobody counts ticks here, and the driver tells a counter that stands still
     size = 4 * 64  # more than the whole kernel; the driver's next function is not called between its calls
     log = ["-singlestep", "-d", "exec,nochain", "-dfilter", f"{image.entry:#x}+{size:#x}", "-D", "log.txt"]
     subprocess.run(["qemu-aarch64", *log, image.path], cwd=folder, check=True, timeout=60)

@@ -196,6 +196,9 @@ def test_an_answer_within_the_limits_of_each_call_is_judged_by_them(
     assert judged.wrong == ""
     assert judged.agrees
     assert np.isfinite(question.right[method][1:]).all()
+    said = np.array([answer.share for answer in answers if answer.share])
+    assert judged.share_min == pytest.approx(said.min(axis=0), rel=1e-5)  # records keep six digits
+    assert judged.share_p50 == pytest.approx(np.median(said, axis=0), rel=1e-5)
     for share in ((0.5,) * len(answers[1].share), (2.0,) * len(answers[1].share), (1.0,) * 9, (np.nan,)):
         answers[1] = answers[1]._replace(share=share)
         judged = verdict(question, answers, formulation=method)

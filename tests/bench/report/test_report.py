@@ -12,6 +12,7 @@ import pytest
 from bench.__main__ import main
 from bench.record import Batch, Cell, Event, Judged, Key
 from bench.report import cost, render
+from bench.report.page import details, page
 from bench.report.tails import unmet
 from bench.results.rows import read_run
 from bench.results.text import number_range, table, three
@@ -27,9 +28,13 @@ def rendered(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def detailed(directory: Path) -> str:
-    """details.md of the run in a folder."""
-    render(directory)
-    return (directory / "details.md").read_text(encoding="utf-8")
+    """details.md of the run in a folder, without pictures."""
+    return details(read_run(directory), frozenset())
+
+
+def opening(directory: Path) -> str:
+    """report.md of the run in a folder, without pictures."""
+    return page(read_run(directory), frozenset())
 
 
 def test_the_same_record_gives_the_same_bytes(rendered: Path, tmp_path: Path) -> None:
@@ -67,9 +72,7 @@ def test_the_headline_counts_solvers_that_give_up_although_they_keep_their_promi
         )
 
     cells = [counts("qp/a", SOLVED=10), counts("qp/b", SOLVED=8, NOT_CONVERGED=2), counts("qp/c", PARTIAL=10)]
-    text = render(made_up.record(tmp_path, made_up.header(), made_up.problem("ukwial", 4), *cells)).read_text(
-        encoding="utf-8"
-    )
+    text = opening(made_up.record(tmp_path, made_up.header(), made_up.problem("ukwial", 4), *cells))
     assert "Of 3 rows 3 are right (2 of them by solvers that gave up on some demand that can be met)" in text
 
 
@@ -82,7 +85,7 @@ def test_the_headline_compares_generated_c_with_c_and_a_solver_s_call_with_its_o
     solver = msgspec.structs.replace(made_up.exact_cell("ukwial", "qp/daqp", 6.0), solver_singles=[(300, 99)])
     cells = [made_up.solver("qp/daqp"), made_up.exact_cell("ukwial", "nullspace@native", 0.1), solver]
     cells += [without_limits("pinv@native", 0.08), without_limits("pinv", 1.0)]
-    text = render(made_up.record(tmp_path, made_up.header(), *cells)).read_text(encoding="utf-8")
+    text = opening(made_up.record(tmp_path, made_up.header(), *cells))
     assert (
         "that is 1.25 times the time of f = T* τ in generated C and 0.100 times that of f = T* τ in numpy"
         in text
@@ -112,8 +115,7 @@ def test_repeats_whose_intervals_of_p99_do_not_meet_are_counted(
     once = made_up.cell(key=Key("ukwial", "inactive", "pinv"))
     run = read_run(made_up.record(tmp_path, made_up.header(), *repeats, once))
     assert unmet(run.rows) == (apart, 1)
-    render(tmp_path)
-    assert f"in {apart} of 1 rows" in (tmp_path / "details.md").read_text(encoding="utf-8")
+    assert f"in {apart} of 1 rows" in detailed(tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -214,9 +216,7 @@ def test_the_report_of_a_run_that_did_not_end_says_so(tmp_path: Path, last: str,
         Event(what="began", at="2026-01-01T00:00:00Z"),
         Event(what=last, at="2026-01-01T00:01:00Z", wall_s=60.0, timed_s=40.0),
     ]
-    text = render(made_up.record(tmp_path, made_up.header(), made_up.cell(), *events)).read_text(
-        encoding="utf-8"
-    )
+    text = opening(made_up.record(tmp_path, made_up.header(), made_up.cell(), *events))
     assert ("stopped before its end" in text) == stopped
 
 

@@ -10,7 +10,7 @@ from scipy.stats import binom
 from bench.harness.timing import SLOW_NS, counted, sample
 from bench.record import Batch, Judged, Key, Worker
 from bench.results.columns import Row
-from bench.results.quantiles import share
+from bench.results.quantiles import interval, share
 from bench.results.rows import read_run
 from bench.results.table import columns as all_columns
 from bench.results.table import write_csv
@@ -189,3 +189,25 @@ def test_the_interval_of_a_share_is_clopper_and_pearson_s(hits: int, n: int) -> 
     assert middle == hits / n
     assert low == 0.0 if hits == 0 else binom.sf(hits - 1, n, low) == pytest.approx(0.025)
     assert high == 1.0 if hits == n else binom.cdf(hits, n, high) == pytest.approx(0.025)
+
+
+@pytest.mark.parametrize("q", [0.5, 0.99, 0.999])
+@pytest.mark.parametrize("n", [20_000, 123_457])
+def test_the_interval_of_a_quantile_has_binomial_ranks(n: int, q: float) -> None:
+    """Of n calls, as many as the low rank lie below the quantile with 2.5 %, and fewer with less."""
+    low, high = interval([(ns, 1) for ns in range(1, n + 1)], q) or (0, 0)
+    for rank, p in ((low, 0.025), (high - 1, 0.975)):
+        assert binom.cdf(rank - 1, n, q) < p <= binom.cdf(rank, n, q)
+
+
+def test_shares_stand_level_by_level_and_the_least_of_all_repeats_counts(tmp_path: Path) -> None:
+    judged = [
+        Judged(answers=2, counts={}, share_p50=[1.0, 0.5], share_min=least)
+        for least in ([1.0, 0.25], [0.5, 0.5])
+    ]
+    cells = [
+        made_up.cell(key=Key("ukwial", "inactive", "priority", repeat=i), judged=j)
+        for i, j in enumerate(judged)
+    ]
+    made = row(tmp_path, *cells)
+    assert (made.share_p50, made.share_min) == ("1 0.5", "0.5 0.25")

@@ -1,0 +1,87 @@
+"""``thrustbench board``."""
+
+from pathlib import Path
+from typing import Literal
+
+import click
+
+from bench.commands import PATH
+
+
+@click.command()
+@click.option("--vehicle", metavar="V", help="A shipped name or a YAML file.")
+@click.option("--method", "methods", multiple=True, metavar="M", help="A method that has C [all].")
+@click.option("--demands", multiple=True, metavar="D", help="A demand set's name [one a class, a mission].")
+@click.option("--float", "single", is_flag=True, help="Single precision; else double.")
+@click.option(
+    "--limits",
+    type=click.Choice(["fixed", "call"]),
+    default="fixed",
+    show_default=True,
+    help="The vehicle's, in the C; or f_min and f_max, arguments of each call.",
+)
+@click.option("--n", type=click.IntRange(1), default=200, show_default=True, help="Demands of each set.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the demands.")
+@click.option("--read", "log", type=PATH, metavar="LOG", help="Make a record of what a board printed.")
+@click.option("--name", default="", help="Of the board, with --read [its processor's].")
+@click.option("--out", required=True, type=PATH, metavar="DIR", help="Made if missing.")
+def command(
+    vehicle: str | None,
+    methods: tuple[str, ...],
+    demands: tuple[str, ...],
+    single: bool,
+    limits: Literal["fixed", "call"],
+    n: int,
+    seed: int,
+    log: Path | None,
+    name: str,
+    out: Path,
+) -> int:
+    """A C99 project that measures methods on a board, or, with --read, a record of what the board printed.
+
+    `make` in DIR builds it for this computer; its Makefile says what else. A record is rendered at once, and
+    `thrustbench report` and `size` take it like any other run. Exit code 1 where an answer of this project's
+    C is wrong, 2 where nothing in LOG can be used.
+    """
+    if (vehicle is None) == (log is None):
+        raise click.UsageError("give --vehicle V to write a project, or --read LOG to make a record of a log")
+    if log is not None:
+        return _read(log, out, name)
+    assert vehicle is not None
+    return _write(vehicle, methods, demands, single, limits, n, seed, out)
+
+
+def _write(
+    vehicle: str,
+    methods: tuple[str, ...],
+    demands: tuple[str, ...],
+    single: bool,
+    limits: Literal["fixed", "call"],
+    n: int,
+    seed: int,
+    out: Path,
+) -> int:
+    from alloc import load_vehicle
+    from bench.board.project import plan, write
+    from bench.emulation.kernels import METHODS
+    from bench.emulation.study import CLASSES
+
+    scalar: Literal["double", "float"] = "float" if single else "double"
+    project = plan(load_vehicle(vehicle), methods or METHODS, demands or CLASSES, scalar, limits, n, seed)
+    write(project, out)
+    for reason in project.left_out:
+        click.echo(f"left out: {reason}")
+    click.echo(f"{out}: {len(project.kernels)} methods, {len(project.sets)} demand sets; `make` builds it")
+    return 0
+
+
+def _read(log: Path, out: Path, name: str) -> int:
+    from bench.board.keep import keep
+    from bench.report import render
+
+    kept = keep(log, out, name)
+    for line in kept.said:
+        click.echo(line)
+    for folder in kept.folders:
+        click.echo(f"Report: {render(folder)}")
+    return 0 if kept.good else 1

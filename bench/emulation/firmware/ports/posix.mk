@@ -1,0 +1,6 @@
+SOURCES += ports/posix.c
+PRODUCT := $(BUILD)/board
+FINISH = $(CC) $(CFLAGS) $(2) -lm -o $(1)
+
+log: $(PRODUCT)
+	@./$(PRODUCT) > $(BUILD)/LOG
