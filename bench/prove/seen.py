@@ -15,9 +15,8 @@ from bench.prove.symbolic import Node, NotRead, Program, programs
 CHUNK = 10_000
 """Demands at a time: so many values of every operation fit a processor's cache."""
 CORNERS = 0.3
-"""Share of the thrusts that make demands which stand at a limit: rounding is largest there."""
-INSIDE = 0.999
-"""Demands are made this much smaller than attainable, so that rounding decides no verdict."""
+"""Share of the thrusts that make demands which stand at a limit, and of demands that are as large as a
+vehicle can make them in some direction: rounding is largest there."""
 KINDS = {"double": (np.float64, np.longdouble), "float": (np.float32, np.float64)}
 """The scalar, and what the formula is calculated in beside it."""
 MET: dict[Scalar, float] = {"double": 1e-6, "float": 1e-4}
@@ -62,7 +61,7 @@ def seen(
     limits = (("f_min", vehicle.f_min), ("f_max", vehicle.f_max))
     for begin in range(0, demands, CHUNK):
         count = min(CHUNK, demands - begin)
-        tau = (INSIDE * (vehicle.TP @ _thrusts(vehicle, rng, count))).astype(narrow)
+        tau = (vehicle.TP @ _thrusts(vehicle, rng, count)).astype(narrow)
         ends = {side: np.repeat(each[:, None], count, axis=1) for side, each in limits}
         got = answers(program, {"tau": tau, **ends}, narrow)
         writes, meets = (got.status == 0) | (got.status == 1), got.status == 0
@@ -99,4 +98,7 @@ def _thrusts(vehicle: Vehicle, rng: np.random.Generator, count: int) -> FloatArr
     low, high = vehicle.f_min[:, None], vehicle.f_max[:, None]
     shape = (vehicle.n, count)
     ends = np.where(rng.random(shape) < 0.5, low, high)
-    return np.where(rng.random(shape) < CORNERS, ends, rng.uniform(low, high, shape))
+    some = np.where(rng.random(shape) < CORNERS, ends, rng.uniform(low, high, shape))
+    towards = rng.standard_normal((vehicle.k, count)) / vehicle.wrench_scale[:, None]
+    largest = np.where(vehicle.TP.T @ towards > 0, high, low)
+    return np.where(rng.random(count) < CORNERS, largest, some)

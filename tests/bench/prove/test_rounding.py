@@ -19,7 +19,7 @@ pytestmark = pytest.mark.skipif(not compiler(), reason="needs a C compiler")
 
 
 @pytest.mark.parametrize("scalar", ["double", "float"])
-@pytest.mark.parametrize(("name", "kernel"), [("ukwial", "nullspace"), ("bluerov2-heavy", "scaled")])
+@pytest.mark.parametrize(("name", "kernel"), [("ukwial", "scaled"), ("bluerov2-heavy", "nullspace")])
 def test_the_bound_holds_and_is_not_far_off(name: str, kernel: str, scalar: str) -> None:
     """The largest of 20,000 errors is between a tenth of the bound and all of it, whole and with a fault.
 
@@ -55,9 +55,11 @@ def test_the_bound_holds_against_fractions() -> None:
                     exact.append(Fraction(float(tau[operands[1]])))
                 case "neg":
                     exact.append(-values[0])
-                case _:
+                case "add" | "sub" | "mul":
                     a, b = values
                     exact.append({"add": a + b, "sub": a - b, "mul": a * b}[operation])
+                case _:  # of the status
+                    exact.append(Fraction(0))
         for (_, i), node in program.outputs.items():
             assert abs(Fraction(float(got[i])) - exact[node]) <= Fraction(errors.error(node))
 
