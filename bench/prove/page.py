@@ -79,13 +79,14 @@ def _worst_paths(paths: Iterable[WorstPath]) -> str:
             "not known" if each.at_most is None else str(each.at_most),
             "exact" if each.at_most == each.attained else each.reason or "an interval",
             f"{each.calls:,}",
+            ", ".join(f"{status}: {most}" for status, most in each.by_status.items()),
         ]
         for each in paths
     ]
     if not rows:
         return ""
     return "\n## The worst path, in instructions\n\n" + table(
-        ["target", "attained", "at most", "", "calls run"], rows
+        ["target", "attained", "at most", "", "calls run", "attained by status"], rows
     )
 
 

@@ -61,6 +61,7 @@ class WorstPath(msgspec.Struct, frozen=True, kw_only=True):
         it whose rounds are not known
     attained : instructions of the most costly call that was run; all faults, NaN and infinity among them
     calls : how many were run
+    by_status : of each status that was returned, the most instructions
     tau, fault : the demand of ``attained`` [N, N m], NaN and infinity as text, and the thruster that is off
     reason : why ``at_most`` is not known
     """
@@ -70,6 +71,7 @@ class WorstPath(msgspec.Struct, frozen=True, kw_only=True):
     at_most: int | None
     attained: int
     calls: int
+    by_status: dict[str, int]
     tau: list[float | str]
     fault: int
     reason: str = ""

@@ -40,6 +40,10 @@ def worst_path(of: Subject, on: Target) -> WorstPath:
         at_most=at_most,
         attained=int(counted.instructions[worst]),
         calls=len(calls),
+        by_status={
+            str(status): int(counted.instructions[counted.status == status].max())
+            for status in sorted(set(counted.status.tolist()))
+        },
         tau=[each if np.isfinite(each) else str(each) for each in calls[worst, :k].tolist()],
         fault=int(calls[worst, k]),
         reason=reason,

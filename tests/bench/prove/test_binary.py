@@ -55,3 +55,4 @@ def test_the_worst_call_is_the_longest_way_on_a_cortex_m7(kernel: str) -> None:
     worst = worst_path(subject(load_vehicle("ukwial"), kernel, "double", "fixed"), target)
     assert worst.at_most == worst.attained > 0
     assert worst.calls > 100
+    assert max(worst.by_status.values()) == worst.attained
