@@ -15,7 +15,7 @@ from bench.emulation.toolchain import run
 
 LINE = re.compile(r"^ *([0-9a-f]+):\t(\S+)(?:\s+(.*))?$")
 NAME = re.compile(r"^([0-9a-f]+) <([^>]+)>:$")
-RETURNS = re.compile(r"ret\w* |bx lr|(pop|ldmia)(\.w)? .*\bpc\}|ldr(\.w)? pc, ")
+RETURNS = re.compile(r"ret\w* |bx lr|(pop|ldmia)(\.w)? .*\bpc\}|ldr(\.w)? pc, \[sp\]")
 """Of mnemonic and operands; loading the program counter is Thumb's other way to return."""
 ALWAYS = {"b", "b.n", "b.w", "jmp"}
 TABLE = {"tbb", "tbh", "br", "notrack"}
@@ -123,6 +123,8 @@ def _next(instruction: Disassembled, following: int | None) -> list[int] | None:
         return None
     if mnemonic in ALWAYS and target:
         return [int(target[1], 16)]
+    if re.match(r"(bx r|\w+(\.w)? pc,)", f"{mnemonic} {operands}") and "[sp]" not in operands:
+        return None
     if CONDITIONAL_RETURN.match(mnemonic):
         return after
     if RETURNS.match(f"{mnemonic} {operands}"):

@@ -8,6 +8,7 @@ import pytest
 from alloc import load_vehicle
 from alloc.native.compiled import compiler, shared_library
 from bench.prove import subject
+from bench.prove.harness import spelled_out
 from bench.prove.limits import within
 from bench.prove.numeric import answers
 from bench.prove.sabotage import SABOTAGES, Sabotage, sabotaged
@@ -61,6 +62,34 @@ def test_limits_of_the_call_follow_from_the_comparison_that_answers(kernel: str)
 def test_they_do_not_where_the_comparison_or_the_cut_is_broken(sabotage: Sabotage) -> None:
     of = sabotaged(subject(UKWIAL, sabotage.kernel, "double", "call"), sabotage)
     assert within(programs(of)[-1], -1, of.vehicle.n)
+
+
+ODD = (np.nan, -np.inf, np.inf, 0.0, -0.0, 1.0, -2.0, 5e-324, -1.7e308)
+
+
+def test_minimum_and_maximum_for_the_analyser_cover_both_forms() -> None:
+    """With ``either`` 0 it is the C's own, with 1 IEEE 754's minNum and maxNum, zeros' signs apart.
+
+    So whatever the analyser shows of its copy holds of comparisons and of the FPU's instructions.
+    """
+    source = subject(UKWIAL, "nullspace", "double", "fixed").source
+    helpers = source[source.index("static inline double least") : source.index("static inline double within")]
+    called = "".join(
+        f"double call_{f}(double a, double b) {{ return {f}(a, b); }}\n" for f in ("least", "most")
+    )
+    own = ctypes.CDLL(str(shared_library("own", {"own.c": helpers + called})))
+    text = "volatile int either;\n" + spelled_out(helpers) + called
+    copy = ctypes.CDLL(str(shared_library("copy", {"copy.c": text})))
+    either = ctypes.c_int.in_dll(copy, "either")
+    for name, ieee in (("least", np.fmin), ("most", np.fmax)):
+        ours, theirs = (getattr(library, f"call_{name}") for library in (own, copy))
+        ours.restype = theirs.restype = ctypes.c_double
+        for a in map(ctypes.c_double, ODD):
+            for b in map(ctypes.c_double, ODD):
+                either.value = 0
+                np.testing.assert_equal(theirs(a, b), ours(a, b))
+                either.value = 1
+                np.testing.assert_array_equal(theirs(a, b), ieee(a.value, b.value))
 
 
 def test_what_is_not_straight_code_is_refused() -> None:
