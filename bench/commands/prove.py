@@ -39,6 +39,7 @@ def command(
     """
     from concurrent.futures import ProcessPoolExecutor
     from os import cpu_count
+    from signal import SIG_DFL, SIGTERM, signal
 
     from alloc import AllocError, NotApplicable, catalogue, list_vehicles, load_vehicle
     from bench.prove import prove, subject, summary, tools, write
@@ -61,15 +62,17 @@ def command(
     except OSError as error:
         raise AllocError(f"{out}: can't be written ({error.strerror}); give another --out") from None
     several = len(subjects) > 1
-    with ProcessPoolExecutor(cpu_count()) as pool:
-        proofs = []
+    proofs = []
+    pool = ProcessPoolExecutor(cpu_count(), initializer=signal, initargs=(SIGTERM, SIG_DFL))
+    try:
         for of, proof in zip(subjects, pool.map(prove, subjects), strict=True):
             proofs.append(proof)
             folder = out / of.name if several else out
             write(of, proof, folder)
-            click.echo(
-                f"{folder / 'proof.md'}: {'shown' if proof.safe else 'not shown'}, {proof.seconds:.0f} s"
-            )
+            shown = "shown" if proof.safe else "not shown"
+            click.echo(f"{folder / 'proof.md'}: {shown}, {proof.seconds:.0f} s")
+    finally:  # who ends the command ends what has not begun
+        pool.shutdown(cancel_futures=True)
     if several:
         (out / "proofs.md").write_text(summary(proofs), encoding="utf-8")
         click.echo(out / "proofs.md")
