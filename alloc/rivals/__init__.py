@@ -55,11 +55,12 @@ class Generator(Protocol):
 
 
 def names() -> tuple[str, ...]:
-    """Names of the solvers that have a generator, sorted, whether what it needs is there or not."""
-    return tuple(sorted(module.name for module in pkgutil.iter_modules(generators.__path__)))
+    """Names of the generators, sorted, whether what they need is there or not; underscores are hyphens."""
+    files = (module.name for module in pkgutil.iter_modules(generators.__path__))
+    return tuple(sorted(name.replace("_", "-") for name in files))
 
 
 def load(name: str) -> Generator:
     """The module of the generator of that name; imports no solver."""
-    module: Generator = import_module(f"{generators.__name__}.{name}")
+    module: Generator = import_module(f"{generators.__name__}.{name.replace('-', '_')}")
     return module

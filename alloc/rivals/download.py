@@ -44,9 +44,9 @@ class SourcePackage(NamedTuple):
         return {name: text for name, text in _texts(self.path, folder).items() if name in names}
 
 
-SOURCES = (
-    SourcePackage("daqp", "0.11.0", "2f27baf18d2acca14186498e651b34e0bed455627e777d3fd8ba655e7e40f920"),
-)
+DAQP = "2f27baf18d2acca14186498e651b34e0bed455627e777d3fd8ba655e7e40f920"
+SOURCES = (SourcePackage("daqp", "0.11.0", DAQP),)
+"""All there are; the version is that of the installed package in constraints.txt."""
 
 
 def source(package: str) -> SourcePackage:

@@ -81,7 +81,7 @@ def _header(solver: str, scalar: Scalar) -> str:
 /* What a solver offers: x within lb and ub with A x = b, least 1/2 x'Hx + g'x. It returns 0 where it claims
  * x, 2 where it claims that there is none, 3 where it gives up, with its multipliers y of the equations. */
 typedef {scalar} real;
-#define rival_solve {solver}_rival_solve /* an image may hold several solvers */
+#define rival_solve {solver.replace("-", "_")}_rival_solve /* an image may hold several solvers */
 
 int rival_solve(const real *b, const real *lb, const real *ub, real *x, real *y);
 """

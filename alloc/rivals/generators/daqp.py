@@ -5,20 +5,14 @@ import numpy as np
 from alloc.native.code import Scalar
 from alloc.qp import QP
 from alloc.rivals import Files
-from alloc.rivals.c import array, single
+from alloc.rivals.c import array
+from alloc.rivals.daqp_core import core
 from alloc.rivals.download import source
 
 ALGORITHM = "dual active set"
 LICENCE = "MIT"
-CAP = 100
 TOLERANCE: dict[Scalar, float] = {"double": 1e-5, "float": 1e-5}
-
-PRIMAL_TOL: dict[Scalar, float] = {"double": 1e-6, "float": 1e-6}
-"""A limit violated by less counts as kept, in the units of the problem; DAQP's default."""
-
-_HEADERS = ("types.h", "constants.h", "auxiliary.h", "factorization.h", "daqp.h")
-_CORE = ("daqp.c", "auxiliary.c", "factorization.c")
-"""The method itself; the rest of DAQP sets problems up, on a heap, or solves others."""
+"""A limit violated by up to 1e-6 counts as kept, DAQP's default."""
 
 
 def missing() -> str:
@@ -39,7 +33,6 @@ def generate(qp: QP, scalar: Scalar) -> Files:
     M = qp.A @ R_inv
     lengths = np.linalg.norm(np.vstack([R_inv, M]), axis=1)
     tables = [array("M_rows", M / lengths[m:, None], scalar), array("scaling", 1.0 / lengths, scalar)]
-    factor = "NULL"
     if not even:
         packed = (R_inv / lengths[:m, None])[np.triu_indices(m)]
         tables.append(array("R_inv", packed, scalar))
@@ -52,35 +45,22 @@ def generate(qp: QP, scalar: Scalar) -> Files:
     text = _TEXT % {
         "m": m,
         "p": p,
-        "cap": CAP,
-        "primal_tol": PRIMAL_TOL[scalar],
         "tables": "\n".join(tables),
         "factor": factor,
     }
-    daqp = source("daqp")
-    core = daqp.read("csrc/include", _HEADERS) | daqp.read("csrc/src", _CORE)
-    core["constants.h"] = f"#define DAQP_NO_SOFT_WEIGHTS\n{core['constants.h']}"  # no constraint is soft here
-    if scalar == "float":
-        text, core = single(text), {name: single(content) for name, content in core.items()}
-    return Files({"rival_daqp.c": text}, core)
+    return Files({"rival_daqp.c": text}, core(scalar))
 
 
 _TEXT = """\
 #include "daqp.h"
 #include "rival.h"
+#include "settings.h"
 
 enum { VARIABLES = %(m)d, EQUATIONS = %(p)d, ROWS = VARIABLES + EQUATIONS, MOST = VARIABLES + 1 };
 %(tables)s
 static real u[VARIABLES], low[ROWS], high[ROWS], lam[MOST], lam_star[MOST];
 static real L[MOST * (MOST + 1) / 2], D[MOST], xldl[MOST], zldl[MOST];
 static int sense[ROWS], active[MOST];
-static DAQPSettings settings = {
-    .primal_tol = %(primal_tol)r, .dual_tol = DAQP_DEFAULT_DUAL_TOL, .zero_tol = DAQP_DEFAULT_ZERO_TOL,
-    .pivot_tol = DAQP_DEFAULT_PIVOT_TOL, .progress_tol = DAQP_DEFAULT_PROG_TOL,
-    .cycle_tol = DAQP_DEFAULT_CYCLE_TOL, .iter_limit = %(cap)d, .fval_bound = DAQP_INF,
-    .rho_soft = DAQP_DEFAULT_RHO_SOFT, .sing_tol = DAQP_DEFAULT_SING_TOL,
-    .refactor_tol = DAQP_DEFAULT_REFACTOR_TOL,
-};
 static DAQPWorkspace work = {
     .n = VARIABLES, .m = ROWS, .ms = VARIABLES, .M = (real *)M_rows, .dupper = high, .dlower = low,
     .sense = sense, .scaling = (real *)scaling, .x = u, .u = u, .lam = lam, .lam_star = lam_star,

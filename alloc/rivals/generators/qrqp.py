@@ -13,7 +13,7 @@ from alloc.rivals.c import array, single
 ALGORITHM = "primal-dual active set, sparse QR"
 LICENCE = "LGPL-3.0; what it generates is MIT-0"
 CAP = 100
-TOLERANCE: dict[Scalar, float] = {"double": 1e-6, "float": 1e-5}
+TOLERANCE: dict[Scalar, float] = {"double": 1e-9, "float": 1e-5}
 
 SETTINGS: dict[Scalar, dict[str, Any]] = {
     "double": {"max_iter": CAP},
