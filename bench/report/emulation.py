@@ -6,7 +6,7 @@ from itertools import groupby
 from bench.record import Emulated
 from bench.report.goals import goals
 from bench.report.microcontroller import microcontroller
-from bench.results.cycles import CPI
+from bench.results.cycles import CPI, PUBLISHED
 from bench.results.emulated import REFERENCE, EmulatedRow, rows
 from bench.results.rows import Run
 from bench.results.text import table, three
@@ -54,8 +54,11 @@ def section(run: Run, drawn: frozenset[str]) -> str:
     ]
     counted = [row for row in emulated if row.emulated.instructions and row.emulated.target != REFERENCE]
     for target in dict.fromkeys(row.emulated.target for row in counted):
-        parts += [f"### {target}\n", _target([row for row in counted if row.emulated.target == target])]
-        if target in CPI:
+        own = [row for row in counted if row.emulated.target == target]
+        parts += [f"### {target}\n", _target(own)]
+        if any(row.emulated.cycles for row in own):
+            parts.append(f"Cycles are {PUBLISHED}.\n")
+        if target in CPI and not all(row.emulated.cycles for row in own):
             parts.append(f"Cycles an instruction: {CPI[target]}.\n")
     if beside := microcontroller(counted):
         parts.append(beside)
