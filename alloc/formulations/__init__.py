@@ -91,8 +91,8 @@ class Formulation:
         (N, k) [N, N m] that a reference is asked
     way : function of a vehicle that returns the ``Way`` from thrusts at rest towards a demand, where answers
         say what share of each of its levels they deliver; None where there are no levels
-    pose : function of a vehicle that returns its problem as a QP, whose duality gap certifies an answer;
-        None where the formulation is no QP
+    pose : function of a vehicle that returns its problem as a QP, whose duality gap certifies an answer, and
+        takes ``shared`` where solvers answer it (``alloc.qp.problem``); None where the formulation is no QP
     """
 
     name: str
@@ -105,7 +105,7 @@ class Formulation:
     references: tuple[str, ...] = ()
     reference_demands: ReferenceDemands = as_they_are
     way: Callable[[Vehicle], Way] | None = None
-    pose: Callable[[Vehicle], Posed] | None = None
+    pose: Callable[..., Posed] | None = None
 
 
 @cache

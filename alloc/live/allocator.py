@@ -19,7 +19,7 @@ from alloc.formulations import Formulation
 from alloc.qp import Posed
 from alloc.qp.stationarity import Stationarity
 from alloc.reach.beyond import beyond
-from alloc.solvers import Level, Solve, Start, default_level, default_start, disbelieved, load
+from alloc.solvers import Level, Solve, Start, default_level, default_start, disbelieved, load, shared
 from alloc.vehicle import Vehicle
 from alloc.vehicle.call_limits import at_call, one_by_one
 from alloc.vehicle.condition import magnified, promised
@@ -167,7 +167,7 @@ def live(
     """
     if formulation.pose is None:
         raise NotApplicable(f"{formulation.name}: is no quadratic program; a solver can't answer it")
-    posed, solver = formulation.pose(vehicle), load(name)
+    posed, solver = formulation.pose(vehicle, shared=shared(name)), load(name)
     level = level or default_level(solver)
     solve = solver.prepare(posed.qp, start or default_start(solver), level)
     return Live(

@@ -47,7 +47,7 @@ def _wrapped() -> set[str] | None:
 
 def build(solver: str, vehicle: Vehicle, start: str = "cold", level: str = "default") -> Live:
     """Prepare ``qpsolvers/<solver>``: only the scaled matrices are kept from call to call."""
-    posed = pose_hard(vehicle)
+    posed = pose_hard(vehicle, shared=solvers.shared(solver))
     return Live(
         formulation=HARD.name,
         vehicle=vehicle,

@@ -84,24 +84,25 @@ class Posed:
         return B, np.hstack([x, x @ self.qp.A[:, : x.shape[1]].T - B])
 
 
-def pose_hard(vehicle: Vehicle, scaled: bool = True) -> Posed:
+def pose_hard(vehicle: Vehicle, scaled: bool = True, shared: float = SHARED) -> Posed:
     """min 1/2 f'Hf s.t. T P f = tau, f_min <= f <= f_max (eq. 4-5).
 
-    With ``scaled=False`` the numbers stay in N and N m, to show what scaling changes.
+    With ``scaled=False`` the numbers stay in N and N m, to show what scaling changes. ``shared`` is the power
+    of a weight by which the unit of its thrust is smaller.
     """
-    unit, H, lb, ub = _thrusts(vehicle, scaled)
+    unit, H, lb, ub = _thrusts(vehicle, scaled, shared)
     A, b_of_tau, unreachable = _equality(vehicle, unit, scaled)
     qp = QP(H=H, g=np.zeros(len(H)), A=A, lb=lb, ub=ub)
     return Posed(qp=qp, b_of_tau=b_of_tau, unit=unit, working=vehicle.working, unreachable=unreachable)
 
 
-def pose_soft(vehicle: Vehicle, scaled: bool = True) -> Posed:
+def pose_soft(vehicle: Vehicle, scaled: bool = True, shared: float = SHARED) -> Posed:
     """min 1/2 f'Hf + 1/2 s'Qs s.t. T P f = tau + s, limits (Fossen 2021, eq. 11.38 without its load term).
 
     x = [f; s], s in units of ``f_scale`` along rows of T of unit length; s has no bounds, so every demand has
     an answer.
     """
-    unit, H, lb, ub = _thrusts(vehicle, scaled)
+    unit, H, lb, ub = _thrusts(vehicle, scaled, shared)
     f_scale = vehicle.f_scale if scaled else 1.0
     k, m = vehicle.k, len(H)
     rows = 1.0 / vehicle.row_lengths if scaled else np.ones(k)
@@ -132,12 +133,14 @@ def _cheapest(vehicle: Vehicle, scaled: bool) -> float:
     return float(np.diag(vehicle.H)[vehicle.working].min()) if scaled else 1.0
 
 
-def _thrusts(vehicle: Vehicle, scaled: bool) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+def _thrusts(
+    vehicle: Vehicle, scaled: bool, shared: float
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Units of x (m,) [N], and in them H (m, m), lb and ub (m,)."""
     on = vehicle.working
     H = vehicle.H[np.ix_(on, on)]
     cheapest = _cheapest(vehicle, scaled)
-    share = (cheapest / np.diag(H)) ** SHARED if scaled else np.ones(len(on))
+    share = (cheapest / np.diag(H)) ** shared if scaled else np.ones(len(on))
     unit = share * (vehicle.f_scale if scaled else 1.0)
     H = share[:, None] * H * share / cheapest
     return unit, H, vehicle.f_min[on] / unit, vehicle.f_max[on] / unit

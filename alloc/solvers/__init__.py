@@ -3,7 +3,8 @@
 ``prepare`` is called once a vehicle and returns ``(b, lb, ub) -> Answer``, which is called once a demand. A
 module imports its binding in ``prepare`` only. The constants that it states are those of ``Solver``, and
 STATUS, the meaning of each exit flag: a verdict that the solver itself calls inaccurate (almost, close to)
-means NOT_CONVERGED, unless SETTINGS say how close it is.
+means NOT_CONVERGED, unless SETTINGS say how close it is. SHARED, where it states one, is the power of a
+weight by which thrusts get smaller units (``alloc.qp.problem``).
 """
 
 import pkgutil
@@ -16,6 +17,7 @@ from typing import Any, Literal, NamedTuple, Protocol, TypeVar
 
 from alloc.allocation import FloatArray, Status
 from alloc.qp import QP
+from alloc.qp.problem import SHARED
 
 Flag = TypeVar("Flag", int, str)
 Start = Literal["cold", "reused", "warm"]
@@ -90,6 +92,11 @@ def load(name: str) -> Solver:
     """The module of the solver of that name; imports no binding."""
     module: Solver = import_module(f"alloc.solvers.{name}")
     return module
+
+
+def shared(name: str) -> float:
+    """SHARED of the solver of that name, or the usual one; what ``pose`` takes by that name."""
+    return float(getattr(load(name), "SHARED", SHARED))
 
 
 def all_solvers() -> dict[str, Solver]:

@@ -32,6 +32,8 @@ TOLERANCE: dict[str, dict[Level, float]] = {
     "soft": {"default": 0.1, "tight": 5e-6},
 }
 
+SHARED = 0.0  # OSQP equilibrates by itself, better than units of ours do
+
 STATUS = {
     1: Status.SOLVED,
     2: Status.NOT_CONVERGED,  # solved inaccurate

@@ -35,6 +35,8 @@ TOLERANCE: dict[str, dict[Level, float]] = {
     "soft": {"default": 1e-3, "tight": 1e-6},
 }
 
+SHARED = 0.0  # where weights are 1e6 apart units of our own cost it four times the failures
+
 STATUS = {
     1: Status.SOLVED,
     -1: Status.NOT_CONVERGED,  # iteration cap

@@ -26,6 +26,8 @@ TOLERANCE: dict[str, dict[Level, float]] = {
     "soft": {"default": 0.02, "tight": 2e-5},
 }
 
+SHARED = 0.0  # QPALM equilibrates by itself, better than units of ours do
+
 STATUS = {
     1: Status.SOLVED,
     2: Status.NOT_CONVERGED,  # dual terminated

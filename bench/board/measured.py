@@ -9,7 +9,7 @@ from alloc import WRENCH_TOLERANCE, Allocation, Status, build
 from alloc.formulations.hard import FORMULATION as HARD
 from alloc.native.cases import AGREEMENT
 from alloc.rivals import load
-from bench.board.heard import NOOP, Asked, Heard
+from bench.board.heard import NOOP, Heard, TimedCalls
 from bench.demands import DemandSet
 from bench.emulation.agreement import agreement
 from bench.emulation.count import CallCounts
@@ -95,7 +95,7 @@ def _header(heard: Heard, name: str, started: str) -> Header:
     )
 
 
-def _cell(heard: Heard, question: Question, method: str, repeat: int, run: Asked) -> Cell:
+def _cell(heard: Heard, question: Question, method: str, repeat: int, run: TimedCalls) -> Cell:
     demands, hz = question.demands, heard.board.ticks_per_s
 
     def ns(ticks: int) -> int:
@@ -122,7 +122,7 @@ def _cell(heard: Heard, question: Question, method: str, repeat: int, run: Asked
     return cell
 
 
-def _judged(question: Question, kernel: Kernel, promised: Promise, run: Asked, thorough: bool) -> Judged:
+def _judged(question: Question, kernel: Kernel, promised: Promise, run: TimedCalls, thorough: bool) -> Judged:
     known = {int(value) for value in Status}
     judged = judge(
         question,
@@ -167,6 +167,6 @@ def _counts(heard: Heard) -> Iterator[Emulated]:
         )
 
 
-def _worst(demands: DemandSet, run: Asked) -> list[float]:
+def _worst(demands: DemandSet, run: TimedCalls) -> list[float]:
     worst: list[float] = demands.taus[int(run.ticks.argmax())].tolist()
     return worst

@@ -16,19 +16,16 @@ from bench.demands import DemandSet, build_demands, labelled
 from bench.emulation import search
 from bench.emulation.agreement import agreement
 from bench.emulation.count import CallCounts, count
-from bench.emulation.cycles import MODELS, Unknown
+from bench.emulation.cycles import cycles
 from bench.emulation.image import Image, link
 from bench.emulation.kernel import Kernel
 from bench.emulation.kernels import build_kernel, check
 from bench.emulation.toolchain import Target, ToolError, missing, versions
-from bench.emulation.trace import trace
 from bench.harness import machine
 from bench.record import Emulated
 
 CLASSES = ("inactive", "active", "boundary", "infeasible", "mission", "jolts")
 SEARCH = "search"
-TRACED = 20
-"""Calls of each set whose cycles are worked out: those that take most instructions."""
 RIVALS_SHARE = 0.1
 """Share of a drawn set that a solver's C is asked: it takes up to a hundred thousand times the instructions.
 Its most costly demand is not searched for either."""
@@ -113,20 +110,6 @@ def _kernel_rows(row: Emulated, kernel: Kernel, target: Target, sets: list[Deman
             yield msgspec.structs.replace(row, tried=len(tried.taus), instructions=row.instructions[-1:])
 
 
-def _cycles(image: Image, demands: DemandSet, counted: CallCounts) -> list[int]:
-    """At least and at most so many cycles of the costliest call; empty where no timing is published."""
-    model = MODELS.get(image.target.name)
-    if model is None:
-        return []
-    some = np.argsort(-counted.instructions, kind="stable")[:TRACED]
-    calls = image.kernel.calls(demands.taus, *demands.limits)[some]
-    try:
-        spans = model(trace(image, calls, counted.instructions[some]))
-    except Unknown:
-        return []
-    return [max(span.low for span in spans), max(span.high for span in spans)] if spans else []
-
-
 def _answers(image: Image, demands: DemandSet) -> CallCounts:
     return count(image, image.kernel.calls(demands.taus, *demands.limits))
 
@@ -164,7 +147,7 @@ def _counted(row: Emulated, demands: DemandSet, image: Image, counted: CallCount
         row,
         demands=demands.name,
         instructions=list(zip(values.tolist(), calls.tolist(), strict=True)),
-        cycles=_cycles(image, demands, counted),
+        cycles=list(cycles(image, image.kernel.calls(demands.taus, *demands.limits), counted) or ()),
         worst=demands.taus[int(counted.instructions.argmax())].tolist(),
         stack_bytes=int(counted.stack_bytes.max()),
         agrees=agreed.agrees,

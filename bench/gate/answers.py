@@ -1,6 +1,7 @@
 """The answers of both sides, judged before anything is timed: a fast wrong answer is a regression."""
 
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -39,9 +40,6 @@ MOVING = {"jolts": 3000}
 SECONDS = 2.0
 """Longest time that one cell takes to answer demands of either sort; it looks at fewer where it is slow."""
 
-NO_HURRY = 1e9
-"""Seconds for a side that must answer what the other one did."""
-
 SEED = 2004
 
 ROUNDING = 1e-9
@@ -72,6 +70,10 @@ class Prober:
             self._side.close()
             self._side = Side(self._tree)
             raise
+
+    def kill(self) -> None:
+        """End the process now, whatever it is asked."""
+        self._side.kill()
 
     def close(self) -> None:
         """End the process."""
@@ -172,9 +174,8 @@ def _examine(
     remarks: list[str] = []
     refused = False
     for of_base, of_head in zip(asked, theirs, strict=True):
-        base = answered(sides[0], cell, of_base, SECONDS)
-        count = len(base.answers) or len(of_base.demands.taus)
-        head = answered(sides[1], cell, first(of_head, count))
+        base, head = _at_once(sides, cell, (of_base, of_head))
+        count = min(len(side.answers) or len(of_base.demands.taus) for side in (base, head))
         if base.lacks and of_base.demands.f_min is not None:
             if not head.lacks:
                 remarks.append(f"limits of each call are new: `{cell.name}`")
@@ -185,12 +186,26 @@ def _examine(
             break
         if count < len(of_base.demands.taus):
             of_base, of_head = first(of_base, count), first(of_head, count)
+            base, head = (side._replace(answers=side.answers[:count]) for side in (base, head))
             remarks.append(f"only {count:,} demands were looked at: `{cell.name}`")
         cell.base_wrong = cell.base_wrong or wrong(of_base, base)
         cell.head_wrong = cell.head_wrong or wrong(of_head, head)
         if asked is theirs and not (cell.base_wrong or cell.head_wrong or cell.differ):
             cell.differ = differ(of_base, base, head)
     return remarks, refused
+
+
+def _at_once(
+    sides: tuple[Prober, Prober], cell: GateCell, questions: tuple[Question, Question]
+) -> list[SideAnswers]:
+    """Both sides' answers, asked for side by side, since each takes a core for seconds."""
+    with ThreadPoolExecutor(2) as pool:
+        try:
+            return list(pool.map(answered, sides, (cell, cell), questions))
+        except BaseException:  # Ctrl-C: nobody waits for the replies any more
+            for side in sides:
+                side.kill()
+            raise
 
 
 def demand_sets(vehicle: Vehicle) -> list[DemandSet]:
@@ -211,11 +226,11 @@ def _of_kinds(vehicle: Vehicle, kinds: Mapping[str, int]) -> FloatArray:
     return np.concatenate(sets)
 
 
-def answered(side: Prober, cell: GateCell, question: Question, seconds: float = NO_HURRY) -> SideAnswers:
-    """Ask one side for its answers to the question's demands, as many as it gives in ``seconds``."""
+def answered(side: Prober, cell: GateCell, question: Question) -> SideAnswers:
+    """Ask one side for its answers to the question's demands, as many as it gives in SECONDS."""
     try:
         promises = side.ask("build", cell=cell.name, **names(cell))
-        raw = side.ask("answers", cell=cell.name, seconds=seconds, **_calls(question.demands))
+        raw = side.ask("answers", cell=cell.name, seconds=SECONDS, **_calls(question.demands))
     except (Died, Refused) as reason:
         refused = isinstance(reason, Refused) and reason.kind == NotApplicable.__name__
         return SideAnswers(str(reason), {}, (), refused=refused)

@@ -4,7 +4,7 @@ from typing import Literal
 
 import msgspec
 
-Verdict = Literal["shown", "not shown", "does not apply"]
+Verdict = Literal["shown", "tested", "not shown", "does not apply"]
 
 
 class Claim(msgspec.Struct, frozen=True, kw_only=True):
@@ -54,22 +54,20 @@ class WorstPath(msgspec.Struct, frozen=True, kw_only=True):
     target, compiler : the processor, and what compiled for it
     at_most : instructions on the longest way through the binary, calls included; None where a loop stands in
         it whose rounds are not known
-    attained : instructions of the most costly call that was run
-    paths : feasible paths through the C, each run with a demand that takes it
-    infeasible : paths that no demand takes, by linear programming
-    undecided : paths on whose conditions rounding decides, or that were not looked at
-    tau, fault : the demand of ``attained`` [N, N m], and the thruster that is off
+    attained : instructions of the most costly call that was run; all faults, NaN and infinity among them
+    calls : how many were run
+    tau, fault : the demand of ``attained`` [N, N m], NaN and infinity as text, and the thruster that is off
+    reason : why ``at_most`` is not known
     """
 
     target: str
     compiler: str
     at_most: int | None
     attained: int
-    paths: int = 0
-    infeasible: int = 0
-    undecided: int = 0
-    tau: list[float] = []
-    fault: int = -1
+    calls: int
+    tau: list[float | str]
+    fault: int
+    reason: str = ""
 
 
 class Broken(msgspec.Struct, frozen=True, kw_only=True):
@@ -98,7 +96,9 @@ class Certificate(msgspec.Struct, frozen=True, kw_only=True):
     thrustbench : this program's commit
     tools : version of each tool
     assumptions : what the claims rest on
-    claims, rounding, worst_paths, misra : what was shown
+    claims : about memory, status and limits
+    numbers : about rounding, and what could not be looked at for want of a tool
+    rounding, worst_paths, misra : the numbers themselves
     seconds : how long it took [s]
     """
 
@@ -112,6 +112,7 @@ class Certificate(msgspec.Struct, frozen=True, kw_only=True):
     tools: dict[str, str]
     assumptions: list[str]
     claims: list[Claim]
+    numbers: list[Claim] = []
     rounding: list[Rounding] = []
     worst_paths: list[WorstPath] = []
     misra: list[Broken] = []

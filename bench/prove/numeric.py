@@ -31,25 +31,33 @@ def answers(
 
     ``constants`` replaces those at some nodes. Raises NotRead where something is unknown.
     """
-    values: list[Any] = []
-    with np.errstate(all="ignore"):
-        for at, (operation, *operands) in enumerate(program.nodes):
-            if operation == "const":
-                values.append(scalar(constants.get(at, operands[0]) if constants else operands[0]))
-            elif operation == "input":
-                values.append(inputs[operands[0]][operands[1]].astype(scalar))
-            elif operation == "unknown":
-                raise NotRead("a loop")
-            else:
-                values.append(_OPERATIONS[operation](*(values[each] for each in operands)))
+    made = values(program, inputs, scalar, constants)
     count = len(next(iter(inputs.values()))[0])
     outputs: dict[str, list[Any]] = {}
     for (name, _), node in sorted(program.outputs.items()):
-        outputs.setdefault(name, []).append(np.broadcast_to(values[node], count))
-    status = np.broadcast_to(values[program.status], count).astype(int)
+        outputs.setdefault(name, []).append(np.broadcast_to(made[node], count))
+    status = np.broadcast_to(made[program.status], count).astype(int)
     for condition, returned in reversed(program.exits):
-        status = np.where(values[condition], returned, status)
+        status = np.where(made[condition], returned, status)
     return Answers({name: np.array(rows) for name, rows in outputs.items()}, status)
+
+
+def values(
+    program: Program, inputs: Mapping[str, Array], scalar: Any, constants: Mapping[int, float] | None = None
+) -> list[Any]:
+    """What every node of a program is, as in ``answers``."""
+    made: list[Any] = []
+    with np.errstate(all="ignore"):
+        for at, (operation, *operands) in enumerate(program.nodes):
+            if operation == "const":
+                made.append(scalar(constants.get(at, operands[0]) if constants else operands[0]))
+            elif operation == "input":
+                made.append(inputs[operands[0]][operands[1]].astype(scalar))
+            elif operation == "unknown":
+                raise NotRead("a loop")
+            else:
+                made.append(_OPERATIONS[operation](*(made[each] for each in operands)))
+    return made
 
 
 _OPERATIONS: dict[str, Any] = {

@@ -13,7 +13,10 @@ def page(proof: Certificate) -> str:
     named = ", ".join(f"{name} {version}" for name, version in proof.tools.items() if version)
     claims = table(
         ["claim", "", "by", "in the tool's words"],
-        ((each.claim, each.verdict, each.by, "; ".join(each.words[:6])) for each in proof.claims),
+        (
+            (each.claim, each.verdict, each.by, "; ".join(each.words[:6]))
+            for each in [*proof.claims, *proof.numbers]
+        ),
     )
     assumptions = "\n".join(f"- {each}" for each in proof.assumptions)
     return f"""\
@@ -26,7 +29,7 @@ This page speaks of the header and the source for which
 
 prints `{proof.sha256}`; the self-test prints the same number.
 
-## Errors, status, limits
+## What is shown
 
 {claims}
 {_rounding(proof)}{_worst_paths(proof.worst_paths)}{_misra(proof)}
@@ -74,15 +77,15 @@ def _worst_paths(paths: Iterable[WorstPath]) -> str:
             each.target,
             str(each.attained),
             "not known" if each.at_most is None else str(each.at_most),
-            "exact" if each.at_most == each.attained else "an interval",
-            f"{each.paths} / {each.infeasible} / {each.undecided}",
+            "exact" if each.at_most == each.attained else each.reason or "an interval",
+            f"{each.calls:,}",
         ]
         for each in paths
     ]
     if not rows:
         return ""
     return "\n## The worst path, in instructions\n\n" + table(
-        ["target", "attained", "at most", "", "paths taken / infeasible / undecided"], rows
+        ["target", "attained", "at most", "", "calls run"], rows
     )
 
 

@@ -157,6 +157,8 @@ class _Reader:
         if isinstance(statement.type, c_ast.ArrayDecl):
             if statement.init is None:
                 return [None] * int(_literal(statement.type.dim))
+            if "const" in statement.type.type.quals:  # a table: each use is a node of its own
+                return tuple(_literal(each) for each in statement.init.exprs)
             return [self.value(each, names) for each in statement.init.exprs]
         return None if statement.init is None else self.value(statement.init, names)
 
@@ -228,6 +230,8 @@ class _Reader:
                 return names[node.name]
             case c_ast.ArrayRef():
                 found = names[node.name.name][self.constant(node.subscript, names)]
+                if isinstance(found, float):
+                    return self.const(found)
                 if found is None:
                     raise NotRead(f"{node.name.name}[…] is read and was never written")
                 return found

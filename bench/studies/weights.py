@@ -9,7 +9,6 @@ import numpy as np
 from tabulate import tabulate
 
 from alloc import Family, Status, build, catalogue, solvers
-from alloc.qp import problem
 from bench.studies.odd_vehicles import inside, odd_vehicle, weighted
 
 SPREADS = (0, 2, 4, 6, 8)
@@ -21,12 +20,12 @@ SPREADS = (0, 2, 4, 6, 8)
 @click.option("--demands", default=100, show_default=True)
 @click.option("--full", is_flag=True, help="Full H, not diagonal.")
 @click.option("--only", default="", help="Only this method.")
-@click.option(
-    "--shared", default=problem.SHARED, show_default=True, help="In place of alloc.qp.problem.SHARED."
-)
-def main(vehicles: int, demands: int, full: bool, only: str, shared: float) -> None:
+@click.option("--shared", type=float, help="In place of SHARED, for all solvers.")
+def main(vehicles: int, demands: int, full: bool, only: str, shared: float | None) -> None:
     """Print by solver and spread: not solved, called infeasible, farther than promised; the farthest."""
-    problem.SHARED = shared
+    if shared is not None:
+        for solver in solvers.all_solvers().values():
+            setattr(solver, "SHARED", shared)  # noqa: B010 - most solvers state none
     rows = []
     names = [e.name for e in catalogue() if e.family is Family.LIVE and not e.missing]
     for name in [only] if only else names:
