@@ -1,62 +1,127 @@
-"""Report section: each method as C on a microcontroller, solvers' own C among them, in one table."""
+"""Report section: the price of each method as C, and what it delivers of demands that can be met or not."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable
+from typing import NamedTuple
 
-from bench.results.emulated import EmulatedRow
-from bench.results.text import table, three
+from alloc import WRENCH_TOLERANCE, find_formulation
+from bench.results.columns import Row
+from bench.results.ranking import best, largest_loss, right
+from bench.results.rows import Run
+from bench.results.text import counted, number_range, percent, table, three
 
-BOARDS = (("cortex-m4f", "float"), ("cortex-m7", "double"))
-"""Processors and precisions that are shown: each FPU's own."""
-SEARCH, BOUNDARY = "search", "boundary"
+MET, BEYOND, MIXED = "attainable", "not attainable", "some attainable"
+CLIP = "clip"
+"""What practice does anyway: a method that delivers less than this is named with the number."""
+
+INTRODUCTION = """## On board: the price in C, and what is delivered
+
+Over {vehicles}; demands {sets}. Times are medians of a call of the
+generated C from Python. *Delivered* is the share of the demanded wrench that the thrusters push, each clipped
+to its limits: what half of the demands get at least, and what all get. *Turned* is the largest angle between
+the two. *Below clip*: by how much a method delivers less than `clip`, at most, in the median, at 99 % and at
+worst.
+"""
 
 
-def onboard(rows: Sequence[EmulatedRow]) -> str:
-    """Tables of what each method costs at worst and how often it is wrong; empty where no solver was counted.
+class Priced(NamedTuple):
+    """A row, the kind of its demands, and the row of ``clip`` on the same demands, if there is one."""
 
-    The most that any call took on each vehicle, a search included for this project's C; flash, RAM and stack
-    of the vehicle that takes most; wrong verdicts and the largest distance over all vehicles.
-    """
-    parts = []
-    for target, scalar in BOARDS:
-        own = [row for row in rows if _of(row) == (target, scalar, "fixed") and row.emulated.instructions]
-        if any(row.emulated.solver for row in own):
-            parts += [f"### {target}, {scalar}: the most instructions of a call\n", _table(own)]
-    if not parts:
+    kind: str
+    row: Row
+    clip: Row | None
+
+
+def section(run: Run, drawn: frozenset[str]) -> str:
+    """A line for each method that is C, over all vehicles; empty where nothing was compiled."""
+    priced = [one for vehicle in run.vehicles for one in _priced(run, vehicle)]
+    kinds = [kind for kind in (MET, BEYOND, MIXED) if any(one.kind == kind for one in priced)]
+    methods = list(dict.fromkeys(one.row.method for one in sorted(priced, key=_by_time)))
+    if not methods:
         return ""
-    note = (
-        "A verdict is wrong where it is not that of the same method in Python off the boundary of what can be"
-        " met; for a solver's C, where a demand can be met and got no thrusts, or can't be met and was called"
-        " met. Farthest is the largest distance from the same method in Python, for a solver the optimum,"
-        " over the largest limit. `pinv` knows no limits. Flash of this project's C has the tables for every"
-        " single failed thruster; a solver's C knows no failure. docs/rivals.md says more.\n"
-    )
-    return "\n".join(["## Which method on a microcontroller\n", note, *parts])
-
-
-def _of(row: EmulatedRow) -> tuple[str, str, str]:
-    return row.emulated.target, row.emulated.scalar, row.emulated.limits
-
-
-def _table(rows: Sequence[EmulatedRow]) -> str:
-    vehicles = list(dict.fromkeys(row.emulated.vehicle for row in rows))
-    by_method: dict[str, list[EmulatedRow]] = {}
-    for row in rows:
-        by_method.setdefault(row.emulated.method, []).append(row)
+    headers = ["method", "answers"]
+    for kind in kinds:
+        headers += [f"{kind} [µs]", "delivered, half", "delivered, all"]
+        headers += [] if kind == MET else ["turned [°]"]
     lines = []
-    for method, own in sorted(by_method.items(), key=lambda item: _most(item[1])):
-        worst = [_most([row for row in own if row.emulated.vehicle == name]) for name in vehicles]
-        sizes = [max(getattr(row.emulated, name) or 0 for row in own) for name in _SIZES]
-        asked = [row for row in own if row.emulated.demands not in (SEARCH, BOUNDARY)]
-        wrong = sum(row.emulated.other_verdicts for row in asked)
-        farthest = max(row.emulated.distance_rel_max or 0.0 for row in own)
-        verdicts = f"{wrong} of {sum(row.calls for row in asked)}"
-        lines.append([method, *(str(each or "") for each in (*worst, *sizes)), verdicts, three(farthest)])
-    headers = ("method", *vehicles, "flash [B]", "RAM [B]", "stack [B]", "wrong verdicts", "farthest")
-    return table(headers, lines)
+    for method in methods:
+        own = [one for one in priced if one.row.method == method]
+        cells = [cell for kind in kinds for cell in _cells([one for one in own if one.kind == kind], kind)]
+        lines.append([method, find_formulation(own[0].row.formulation).title, *cells, _below_clip(own)])
+    vehicles = counted(len({one.row.vehicle for one in priced}), "vehicle")
+    sets = ", ".join(f"{kind}: {_names(priced, kind)}" for kind in kinds)
+    return INTRODUCTION.format(vehicles=vehicles, sets=sets) + "\n" + table([*headers, "below clip"], lines)
 
 
-_SIZES = ("flash_bytes", "ram_static_bytes", "stack_bytes")
+def kind_of(run: Run, vehicle: str, demands: str) -> str:
+    """Whether all, none or some of a set's demands can be met; empty where the record does not say."""
+    problem = next((p for p in run.record.problems if (p.vehicle, p.demands) == (vehicle, demands)), None)
+    if problem is None or not problem.labels:
+        return ""
+    beyond = problem.labels.get("infeasible", 0)
+    return BEYOND if beyond == problem.n_demands else MIXED if beyond else MET
 
 
-def _most(rows: Sequence[EmulatedRow]) -> int:
-    return max((row.worst or 0 for row in rows), default=0)
+def _priced(run: Run, vehicle: str) -> Iterable[Priced]:
+    """The rows of C on the vehicle's first set of each kind, those with a wrong answer left out."""
+    shown: set[str] = set()
+    for demands in run.sets(vehicle):
+        kind = kind_of(run, vehicle, demands)
+        rows = best(run, vehicle, demands)
+        if not kind or kind in shown or not rows:
+            continue
+        shown.add(kind)
+        clip = next((row for row in rows if CLIP in (row.method, row.described.twin)), None)
+        yield from (Priced(kind, row, clip) for row in rows if row.described.twin and right(row))
+
+
+def _cells(own: list[Priced], kind: str) -> list[str]:
+    """Of one method on all sets of one kind: time, least share that half of the demands and all get, turn."""
+    rows = [one.row for one in own]
+    cells = [number_range(row.call_p50_us for row in rows)]
+    if rows and not any(row.answered_share for row in rows):
+        cells += ["refused", ""]
+    else:
+        halves = [row.lost_wrench_p50 for row in rows if row.answered_share == 1.0]
+        cells += [_left(halves if len(halves) == len(rows) else []), _left(map(largest_loss, rows))]
+    turned = [angle for row in rows if (angle := row.direction_error_max_deg) is not None]
+    return cells if kind == MET else [*cells, _angle(turned)]
+
+
+def _angle(turned: list[float]) -> str:
+    # An angle as small as the wrench that SOLVED may miss is rounding.
+    return three(max(turned) if max(turned) > WRENCH_TOLERANCE else 0.0) if turned else ""
+
+
+def _left(losses: Iterable[float | None]) -> str:
+    known = [loss for loss in losses if loss is not None]
+    if not known:
+        return ""
+    lost = max(known)
+    shown = percent(1 - lost)
+    return "> 99.9 %" if lost > WRENCH_TOLERANCE and shown == percent(1.0) else shown
+
+
+def _below_clip(own: list[Priced]) -> str:
+    below = [
+        mine - clips
+        for one in own
+        if one.clip is not None and one.row.answered_share == 1.0
+        for quantile in QUANTILES
+        if (mine := quantile(one.row)) is not None and (clips := quantile(one.clip)) is not None
+    ]
+    return percent(max(below)) if below and max(below) > WRENCH_TOLERANCE else ""
+
+
+QUANTILES: tuple[Callable[[Row], float | None], ...] = (
+    lambda row: row.lost_wrench_p50,
+    lambda row: row.lost_wrench_p99,
+    lambda row: row.lost_wrench_max,
+)
+
+
+def _by_time(one: Priced) -> float:
+    return one.row.call_p50_us or 0.0
+
+
+def _names(priced: list[Priced], kind: str) -> str:
+    return " and ".join(sorted({one.row.demands for one in priced if one.kind == kind}))

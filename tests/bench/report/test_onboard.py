@@ -1,56 +1,98 @@
-"""The table of methods on a microcontroller: what stands in it, from made-up counts."""
+"""The first table: what each method costs as C, and what it delivers of demands that can be met or not."""
 
-from bench.record import Emulated
-from bench.report.onboard import onboard
-from bench.results.emulated import rows
+from pathlib import Path
+
+from msgspec.structs import replace
+
+from bench.record import Batch, Cell, Judged, Key, Line, Method
+from bench.report.onboard import section
+from bench.results.rows import read_run
+from tests import made_up
+
+FORMULATIONS = {"nullspace": "hard", "clip": "limited", "shrink": "limited"}
+DEMANDS = [
+    made_up.problem("ukwial"),
+    replace(made_up.problem("ukwial"), demands="infeasible", labels={"infeasible": 10}),
+    replace(made_up.problem("ukwial"), demands="dive", labels={"active": 7, "infeasible": 3}),
+]
 
 
-def counted(
-    method: str, demands: str, most: int, *, vehicle: str = "ukwial", solver: str = "", wrong: int = 0
-) -> Emulated:
-    return Emulated(
-        vehicle=vehicle,
-        target="cortex-m4f",
-        method=method,
-        scalar="float",
-        demands=demands,
-        solver=solver,
-        instructions=[(10, 19), (most, 1)],
-        flash_bytes=most,
-        ram_static_bytes=4,
-        stack_bytes=8,
-        distance_rel_max=most / 1e6,
-        other_verdicts=wrong,
+def asked(
+    twin: str, demands: str, us: float, *, half: float = 0.0, most: float = 0.0, turn: float = 0.0
+) -> Cell:
+    """A cell of the twin's C that loses so much of half of its demands and at most, and turns by ``turn``."""
+    ns = round(us * 1000)
+    loss = {
+        "answered_share": 1.0,
+        "wrench_error_rel_p50": half,
+        "wrench_error_rel_p99": most,
+        "wrench_error_rel_max": most,
+        "direction_error_max_deg": turn,
+    }
+    return Cell(
+        key=Key("ukwial", demands, f"{twin}@native"),
+        status="ok",
+        formulation=FORMULATIONS[twin],
+        batches=[Batch(100, 100 * ns, 100 * ns, 0)],
+        judged=Judged(answers=10, counts={}, agrees=True, loss=loss),
     )
 
 
-def cells(text: str, method: str) -> list[str]:
-    """A method's line, from its name on."""
-    (line,) = (line for line in text.splitlines() if line.startswith(f"| {method} "))
-    return [cell.strip() for cell in line.strip("|").split("|")]
+def table(directory: Path, *cells: Cell) -> tuple[list[str], dict[str, list[str]]]:
+    """The table's header and its lines by method, of a record of these cells."""
+    methods = [Method(name=f"{twin}@native", twin=twin, foreign=True) for twin in FORMULATIONS]
+    lines: list[Line] = [*methods, *DEMANDS, *cells]
+    text = section(read_run(made_up.record(directory, made_up.header(), *lines)), frozenset())
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in text.splitlines() if line[:1] == "|"]
+    return rows[0], {row[0]: row[2:] for row in rows[2:]}
 
 
-def test_the_most_of_all_demands_and_all_wrong_verdicts_stand_in_one_line_a_method() -> None:
-    solver = {"method": "qp/daqp@generated", "solver": "daqp"}
-    text = onboard(
-        rows(
-            [
-                counted(**solver, demands="active", most=2000),
-                counted(**solver, demands="infeasible", most=3000, wrong=2),
-                counted(**solver, demands="boundary", most=4000),
-                counted(**solver, demands="active", most=9000, vehicle="box8", wrong=1),
-                counted("nullspace@native", "active", 100),
-                counted("nullspace@native", "search", 120),
-            ]
-        )
-    )
-    assert cells(text, "qp/daqp@generated") == [
-        *("qp/daqp@generated", "9000", "4000", "9000", "4", "8", "3 of 60", "0.00900")
+def test_each_kind_of_demand_has_its_price_and_what_is_delivered(tmp_path: Path) -> None:
+    cells = [
+        asked("clip", "active", 0.1, half=0.04, most=0.2),
+        asked("clip", "infeasible", 0.2, half=0.3, most=0.5, turn=20.0),
+        asked("clip", "dive", 0.15, half=0.1, most=0.4, turn=10.0),
     ]
-    # A search asks again what was asked before, so its verdicts are not counted.
-    assert cells(text, "nullspace@native")[-2] == "0 of 20"
-    assert text.index("nullspace") < text.index("qp/daqp")
+    header, lines = table(tmp_path, *cells)
+    assert [name for name in header if "[µs]" in name] == [
+        "attainable [µs]",
+        "not attainable [µs]",
+        "some attainable [µs]",
+    ]
+    met, beyond, mixed = (
+        ["0.100", "96.0 %", "80.0 %"],
+        ["0.200", "70.0 %", "50.0 %", "20.0"],
+        ["0.150", "90.0 %", "60.0 %", "10.0"],
+    )
+    assert lines == {"clip@native": [*met, *beyond, *mixed, ""]}
 
 
-def test_without_a_solver_s_c_there_is_nothing_to_compare() -> None:
-    assert onboard(rows([counted("nullspace@native", "active", 100)])) == ""
+def test_a_method_that_delivers_less_than_clip_is_there_with_the_number(tmp_path: Path) -> None:
+    cells = [
+        asked("clip", "active", 0.1, half=0.04, most=0.2),
+        asked("shrink", "active", 0.1, half=0.09, most=0.21),
+    ]
+    _, lines = table(tmp_path, *cells)
+    assert lines["shrink@native"][-1] == "5.00 %"  # in the median: 9 % lost in place of 4 %
+    assert lines["clip@native"][-1] == ""
+
+
+def test_a_method_that_gives_no_thrusts_beyond_the_limits_refuses(tmp_path: Path) -> None:
+    refused = replace(
+        asked("nullspace", "infeasible", 0.1),
+        judged=Judged(answers=10, counts={"INFEASIBLE": 10}, loss={"answered_share": 0.0}),
+    )
+    _, lines = table(tmp_path, asked("nullspace", "active", 0.1), refused)
+    assert lines["nullspace@native"] == ["0.100", "100 %", "100 %", "0.100", "refused", "", "", ""]
+
+
+def test_what_is_nearly_met_is_not_said_to_be_met(tmp_path: Path) -> None:
+    _, lines = table(tmp_path, asked("shrink", "active", 0.1, most=1e-4))
+    assert lines["shrink@native"][:3] == ["0.100", "100 %", "> 99.9 %"]
+
+
+def test_without_generated_c_there_is_no_table(tmp_path: Path) -> None:
+    run = read_run(
+        made_up.record(tmp_path, made_up.header(), DEMANDS[0], made_up.exact_cell("ukwial", "nullspace", 5))
+    )
+    assert section(run, frozenset()) == ""
