@@ -37,6 +37,8 @@ keep: .venv/installed
 # Counts instructions of the generated C on processors that are not here: runs/emulated.
 emulate: .venv/installed
 	$(BIN)/python -m bench.emulation.install
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[rivals]'
+	$(BIN)/python -m alloc.rivals.download
 	$(BIN)/thrustbench emulate
 	$(BIN)/thrustbench emulate --add --vehicle docs/vehicles/box8.yaml
 
