@@ -4,7 +4,6 @@ from typing import Annotated
 
 import msgspec
 
-
 Count = Annotated[int, msgspec.Meta(ge=0, le=2**53)]
 """A number of calls, up to where doubles count one by one; a larger one is no count but a damaged file."""
 
