@@ -28,6 +28,7 @@ class Family(StrEnum):
     PRACTICE = "practice behind a closed form"
     EXACT = "exact closed form"
     LIVE = "QP solver, live"
+    GENERATED = "QP solver, its C"
     ONE_SHOT = "QP solver, one shot"
     SOFT = "soft QP"
 

@@ -2,8 +2,8 @@
 
 from alloc.native.bind import bound
 from alloc.native.compiled import missing
-from alloc.native.generate import function_name, generate, sources
+from alloc.native.generate import digest, function_name, generate, sources
 from alloc.native.page import page
 from alloc.native.recipes import RECIPES
 
-__all__ = ["RECIPES", "bound", "function_name", "generate", "missing", "page", "sources"]
+__all__ = ["RECIPES", "bound", "digest", "function_name", "generate", "missing", "page", "sources"]

@@ -7,6 +7,7 @@ from functools import cache, partial
 from importlib import resources
 from importlib.machinery import ExtensionFileLoader
 from math import nan
+from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
@@ -35,15 +36,47 @@ def bound(kernel: str, vehicle: Vehicle) -> Allocator:
     """
     twin = recipe(kernel).twin(vehicle)  # states the promises, and refuses what the C would not cover
     both = [sources(vehicle, kernel, faults=False, limits=limits) for limits in ("fixed", "call")]
-    path = shared_library(kernel, both[0] | both[1])
+    return native(
+        shared_library(kernel, both[0] | both[1]),
+        (function_name(vehicle, kernel), function_name(vehicle, kernel, limits="call")),
+        vehicle,
+        formulation=twin.formulation,
+        limited=twin.limited,
+        tolerance=twin.tolerance,
+        worst_case_steps=twin.worst_case_steps if isinstance(twin, BoundedSteps) else None,
+        levels=recipe(kernel).levels(vehicle),
+    )
+
+
+def native(
+    path: Path,
+    functions: tuple[str, str],
+    vehicle: Vehicle,
+    *,
+    formulation: str,
+    limited: bool,
+    tolerance: float,
+    worst_case_steps: int | None = None,
+    levels: int = 0,
+    state: bool = False,
+) -> Allocator:
+    """An allocator that a compiled library answers; raises NotInstalled where that can't be loaded.
+
+    Parameters
+    ----------
+    path : the library
+    functions : names of its functions that answer within the vehicle's limits, and within those of the call,
+        which take the arguments of a kernel for double precision
+    vehicle : whose demands they answer
+    formulation, limited, tolerance, worst_case_steps : the allocator's promises
+    levels : how many shares the functions write behind f
+    state : whether a call changes data of the library, so that only one may run at a time
+    """
     try:
         library = ctypes.CDLL(str(path))
     except OSError as error:
         raise unloadable(path, error) from None
-    addresses = [
-        ctypes.cast(library[function_name(vehicle, kernel, limits=limits)], ctypes.c_void_p).value
-        for limits in ("fixed", "call")
-    ]
+    addresses = [ctypes.cast(library[name], ctypes.c_void_p).value for name in functions]
     objects = {
         "allocation": Allocation,
         "checked": checked,
@@ -56,16 +89,13 @@ def bound(kernel: str, vehicle: Vehicle) -> Allocator:
         "iterations": 0,
         "solver_s": nan,
         "no_share": (),
-        "formulation": twin.formulation,
-        "limited": twin.limited,
-        "tolerance": twin.tolerance,
-        "worst_case_steps": twin.worst_case_steps if isinstance(twin, BoundedSteps) else None,
+        "formulation": formulation,
+        "limited": limited,
+        "tolerance": tolerance,
+        "worst_case_steps": worst_case_steps,
         "library": library,
     }
-    return cast(
-        Allocator,
-        _binding().Native(*addresses, vehicle.k, vehicle.n, recipe(kernel).levels(vehicle), objects),
-    )
+    return cast(Allocator, _binding().Native(*addresses, vehicle.k, vehicle.n, levels, state, objects))
 
 
 @cache

@@ -42,6 +42,7 @@ typedef struct {
     int k;
     int n;
     int levels;
+    int state;
     PyObject *held[HELD];
 } Native;
 
@@ -292,7 +293,8 @@ static PyObject *native_many(PyObject *object, PyObject *const *args, Py_ssize_t
         const double *high = ends[1] != NULL ? PyArray_DATA(ends[1]) : NULL;
         double *f = PyArray_DATA((PyArrayObject *)F), share[MOST_LEVELS];
         npy_int8 *status = PyArray_DATA((PyArrayObject *)statuses);
-        Py_BEGIN_ALLOW_THREADS
+        /* A library that keeps something between its calls must not be called by two threads at a time. */
+        PyThreadState *const free_for_others = self->state ? NULL : PyEval_SaveThread();
         for (npy_intp i = 0; i < shape[0] && good; i++) {
             if (i % CHUNK == 0) {
                 const npy_intp left = shape[0] - i;
@@ -302,7 +304,9 @@ static PyObject *native_many(PyObject *object, PyObject *const *args, Py_ssize_t
             low = low != NULL ? low + step[0] : NULL;
             high = high != NULL ? high + step[1] : NULL;
         }
-        Py_END_ALLOW_THREADS
+        if (free_for_others != NULL) {
+            PyEval_RestoreThread(free_for_others);
+        }
     }
     if (!good) { /* says which row it is that does not fit */
         Py_XDECREF(PyObject_CallFunction(self->held[CHECKED_MANY], "Oi", taus, self->k));
@@ -318,13 +322,14 @@ static PyObject *native_many(PyObject *object, PyObject *const *args, Py_ssize_t
     return Py_BuildValue("NN", F, statuses);
 }
 
-/* Native(fixed, call, k, n, levels, {field: object}): addresses of the kernels, sizes, and what `fields` names. */
+/* Native(fixed, call, k, n, levels, state, {field: object}): addresses of the kernels, sizes, whether calls change
+ * data of the library, and what `fields` names. */
 static PyObject *native_new(PyTypeObject *type, PyObject *args, PyObject *names)
 {
     PyObject *fixed, *call, *objects;
-    int k, n, levels;
-    if (names != NULL || !PyArg_ParseTuple(args, "O!O!iiiO!", &PyLong_Type, &fixed, &PyLong_Type, &call, &k, &n,
-                                           &levels, &PyDict_Type, &objects)) {
+    int k, n, levels, state;
+    if (names != NULL || !PyArg_ParseTuple(args, "O!O!iiipO!", &PyLong_Type, &fixed, &PyLong_Type, &call, &k,
+                                           &n, &levels, &state, &PyDict_Type, &objects)) {
         return NULL;
     }
     if (levels > MOST_LEVELS) {
@@ -347,6 +352,7 @@ static PyObject *native_new(PyTypeObject *type, PyObject *args, PyObject *names)
         self->k = k;
         self->n = n;
         self->levels = levels;
+        self->state = state;
     }
     return (PyObject *)self;
 }

@@ -85,20 +85,20 @@ class Walk:
         self._rooms: dict[int, tuple[Value, Value]] = {}
         self._last = -1
         self.sums: list[str] = []
+        self._entered: set[int] = set()
         self.excess: Excess = []
         self._unseen = cover(vehicle, structure.G, "d0_") if len(way.keep) == 1 else names("t", vehicle.k)
         self.definitions: list[str] = []
         self.statements: list[str] = []
         self._f: list[Value] = self._start()
         self.resting = all(f == 0.0 for f in self._f)
-        maps = step_maps(vehicle, way.levels)
-        for level, (D, keep) in enumerate(zip(maps, way.keep, strict=True)):
-            moved = self._step(level, D, last=level + 1 == len(maps))
+        self._maps = step_maps(vehicle, way.levels)
+        for level, (D, keep) in enumerate(zip(self._maps, way.keep, strict=True)):
+            moved = self._step(level, D, last=level + 1 == len(self._maps))
             self._stop(level, D, keep, moved)
             self._move(level, moved)
         self._end(structure)
-        for j in range(len(self._parts)):
-            self._arrive(j)
+        self._enter(sorted(set(vehicle.working.tolist()) - self._entered), "left")
         self.sums += self._unseen
 
     def _arrive(self, j: int) -> None:
@@ -108,12 +108,18 @@ class Walk:
         if self._last >= 0 and self._bounds.at_call:
             self.statements.append("fence();")
         self._last = j
-        if f"s{j}" not in self.sums:
-            rows = np.flatnonzero(self._push[self._parts[j]].any(axis=0)).tolist()
-            lines, excess = entered(rows, self._unseen, f"{j}", self._bounds, self._c, "d0_")
-            self.statements += lines
-            self.excess += excess
-            self.sums.append(f"s{j}")
+        rows = np.flatnonzero(self._push[self._parts[j]].any(axis=0)).tolist()
+        if not self._entered.issuperset(rows):
+            self._enter(rows, f"{j}")
+
+    def _enter(self, rows: list[int], name: str) -> None:
+        if not rows:
+            return
+        lines, excess = entered(rows, self._unseen, name, self._bounds, self._c, "d0_")
+        self.statements += lines
+        self.excess += excess
+        self.sums.append(f"s{name}")
+        self._entered |= set(rows)
 
     def _start(self) -> list[Value]:
         """Thrusts f0: zero where the limits allow it, else a little inside the end nearest to it."""
@@ -187,12 +193,15 @@ class Walk:
         self._measure(level, used)
         kept = most = c(keep)
         place = {m: j for j, part in enumerate(self._parts) for m in part.tolist()}
-        for m, row in zip(used, rows, strict=True):
+        terms = dict(zip(used, rows, strict=True))
+        G = np.where(D.any(axis=1), self._G, 0.0)
+        for same in _alike(used, push @ G if len(self._maps) > 1 else np.eye(len(used))):
+            (m, first), back = same[0], all(minus for minus, _ in terms[same[0][0]])
             self._arrive(place[m])
-            back = all(minus for minus, _ in row)
-            ahead, astern = self._rooms[m][:: -1 if back else 1]
-            terms = [(minus != back, text) for minus, text in row]
-            self.definitions.append(defined(f"a{level}_{m}", signed_sum(terms, T), c))
+            row = [(minus != back, text) for minus, text in terms[m]]
+            self.definitions.append(defined(f"a{level}_{m}", signed_sum(row, T), c))
+            rooms = [self._rooms[each][:: -1 if back != (turned != first) else 1] for each, turned in same]
+            ahead, astern = (self._least(list(side)) for side in zip(*rooms, strict=True))
             load = self._load(f"a{level}_{m}", ahead, astern, f"tiny{level}_{place[m]}")
             # One after the other: all at once would need more registers than a processor has.
             self.statements.append(defined(f"load{level}_{m}", f"most({load}, {most})", c))
@@ -244,6 +253,12 @@ class Walk:
             return f"most({along} * {self._c(1.0 / ahead)}, -{along} * {self._c(1.0 / astern)})"
         return f"load({along}, {self._text(ahead)}, {self._text(astern)}, {tiny})"
 
+    def _least(self, rooms: list[Value]) -> Value:
+        known = [room for room in rooms if isinstance(room, float)]
+        if len(known) == len(rooms):
+            return min(known)
+        return fold("least", [self._text(room) for room in rooms])
+
     def _move(self, level: int, moved: list[int]) -> None:
         """Definitions of f after a level."""
         for i in moved:
@@ -287,6 +302,15 @@ class Walk:
 
     def _text(self, value: Value) -> str:
         return self._c(value) if isinstance(value, float) else value
+
+
+def _alike(used: list[int], along: FloatArray) -> list[list[tuple[int, bool]]]:
+    """Facets that every step goes along alike, each with whether it does so backwards; along (M, k)."""
+    groups: dict[tuple[float, ...], list[tuple[int, bool]]] = {}
+    for m, row in zip(used, snapped(along) if along.size else along, strict=True):
+        turned = bool(row[np.flatnonzero(row)[:1]].sum() < 0)
+        groups.setdefault(tuple((-row if turned else row).tolist()), []).append((m, turned))
+    return list(groups.values())
 
 
 def components(linked: BoolArray) -> list[IndexArray]:

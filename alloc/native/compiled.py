@@ -51,12 +51,29 @@ def cache_folder() -> Path:
 
 
 def shared_library(
-    name: str, sources: Mapping[str, str], flags: Sequence[str] = STANDARD, suffix: str = ".so"
+    name: str,
+    sources: Mapping[str, str],
+    flags: Sequence[str] = STANDARD,
+    suffix: str = ".so",
+    shared: Mapping[str, str] | None = None,
 ) -> Path:
     """The shared library made of these sources ({file name: text}), from the cache if it is there.
 
+    What several libraries share is compiled once, and its headers are there for the others. Raises
+    NotInstalled.
+    """
+    if not shared:
+        return _compiled(name, sources, [*flags, "-fPIC", "-shared"], suffix)
+    common = _compiled("shared", shared, [*flags, "-fPIC", "-nostdlib", "-r"], ".o")
+    headers = {file: text for file, text in shared.items() if not file.endswith(".c")}
+    return _compiled(name, {**headers, **sources}, [*flags, "-fPIC", "-shared", str(common)], suffix)
+
+
+def _compiled(name: str, sources: Mapping[str, str], flags: Sequence[str], suffix: str) -> Path:
+    """What the compiler makes of these sources with these flags.
+
     The file's name carries a hash of all that its content depends on. The file is moved into place whole, so
-    processes that compile at the same time, or are killed meanwhile, leave no torn file. Raises NotInstalled.
+    processes that compile at the same time, or are killed meanwhile, leave no torn file.
     """
     command = compiler()
     if not command:
@@ -72,7 +89,7 @@ def shared_library(
                 (Path(folder) / file).write_text(text, encoding="utf-8")
             units = [file for file in sources if file.endswith(".c")]
             compilation = subprocess.run(
-                [*command, "-O2", *flags, "-fPIC", "-shared", *units, "-o", "library"],
+                [*command, "-O2", *flags, *units, "-o", "library"],
                 cwd=folder, capture_output=True, text=True, check=False,
             )  # fmt: skip
             if compilation.returncode:

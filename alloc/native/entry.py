@@ -65,21 +65,25 @@ def refused(sums: list[str], excess: Excess, why: str, c: Table) -> list[str]:
     out which of the reasons it was, where that no longer costs a call that is answered.
     """
     zero = number(0.0, c.scalar)
+    # Whether limits cross stands outermost: a NaN beside it, of a demand that overflows, can't hide it there.
+    crossing = [expression for expression, _ in excess if expression.startswith("m")]
     by_most: dict[float, list[str]] = {}
     for expression, most in excess:
-        by_most.setdefault(most, []).append(expression)
+        if expression not in crossing:
+            by_most.setdefault(most, []).append(expression)
     lines = [defined("sum", " + ".join(sums), c)]
-    worst, at_most = "(sum - sum)", zero
-    if len(by_most) == 1:
+    worst, at_most = [fold("most", crossing)] if crossing else [], zero
+    if len(by_most) == 1 and not crossing:
         ((most, expressions),) = by_most.items()
-        worst, at_most = f"{fold('most', expressions)} + {worst}", c(most) if most else zero
+        worst, at_most = [fold("most", expressions)], c(most) if most else zero
     elif by_most:
         sides = [
             fold("most", expressions) + (f" - {c(most)}" if most else "")
             for most, expressions in by_most.items()
         ]
-        worst = f"{fold('most', sides)} + {worst}"
-    return [*lines, f"if (unlikely(!({worst} <= {at_most}))) {{", f"    return {why};", "}"]
+        worst.append(fold("most", sides))
+    compared = " + ".join([*([fold("most", worst)] if worst else []), "(sum - sum)"])
+    return [*lines, f"if (unlikely(!({compared} <= {at_most}))) {{", f"    return {why};", "}"]
 
 
 def infeasible(vehicle: Vehicle, bounds: CLimits, c: Table) -> str:

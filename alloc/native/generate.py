@@ -1,6 +1,8 @@
 """C99 for one vehicle and one method: header, source, self-test."""
 
 import re
+from collections.abc import Mapping
+from hashlib import sha256
 from textwrap import indent
 
 from alloc.allocation import IndexArray
@@ -29,8 +31,15 @@ def generate(
     made = sources(vehicle, kernel, scalar, faults, limits)  # refuses what C can't cover, and quickly
     chosen = recipe(kernel)
     known = _faults(vehicle, faults)
-    program = selftest(vehicle, name, chosen.twin, scalar, known, limits, chosen.levels(vehicle))
+    program = selftest(
+        vehicle, name, chosen.twin, scalar, known, limits, chosen.levels(vehicle), digest(name, made)
+    )
     return made | {f"{name}_test.c": program}
+
+
+def digest(name: str, files: Mapping[str, str]) -> str:
+    """SHA-256 of header and source, hexadecimal, as ``cat <name>.h <name>.c | sha256sum`` prints it."""
+    return sha256((files[f"{name}.h"] + files[f"{name}.c"]).encode()).hexdigest()
 
 
 def sources(

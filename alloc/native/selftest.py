@@ -24,10 +24,12 @@ def selftest(
     faults: IndexArray,
     limits: Where,
     levels: int,
+    digest: str,
 ) -> str:
     """C program that compares the function ``name`` with the answers of its ``twin`` in Python.
 
-    The program exits with 0 where all answers agree, else with 1, and prints the largest error.
+    The program exits with 0 where all answers agree, else with 1, and prints the largest error. It prints
+    the ``digest`` of header and source too, which a proof of them names.
     """
     rows: list[str] = []
     for fault in [-1, *faults.tolist()]:
@@ -75,6 +77,7 @@ int main(void)
     }}
     printf("{name}: %lu cases, %d wrong, largest error %.3g N\\n", (unsigned long)count, wrong,
            (double)worst);
+    printf("SHA-256 of {name}.h and {name}.c: {digest}\\n");
     return wrong != 0;
 }}
 """

@@ -58,13 +58,13 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     import osqp
 
     sides = TwoSided(qp)
-    problem = _problem(qp) | {"l": sides.low, "u": sides.high}
+    posed = problem(qp) | {"l": sides.low, "u": sides.high}
     # Without warm_starting each solve begins at zero, but rho stays what the last solve made of it.
     settings = SETTINGS[level] | {"warm_starting": start == "warm"}
 
     def set_up() -> Any:
         model = osqp.OSQP()
-        model.setup(**problem, **settings)
+        model.setup(**posed, **settings)
         return model
 
     def cold(b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
@@ -90,7 +90,8 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     return partial(warm if start == "warm" else reused, set_up())
 
 
-def _problem(qp: QP) -> dict[str, Any]:
+def problem(qp: QP) -> dict[str, Any]:
+    """What OSQP's setup takes: rows [A; I], l = u = 0 in those of A, the problem's bounds in those of I."""
     from scipy.sparse import csc_matrix, vstack
 
     sides = TwoSided(qp)
@@ -102,22 +103,3 @@ def _answer(result: Any) -> Answer:
     info = result.info
     status = meaning(STATUS, info.status_val, "osqp")
     return Answer(result.x, status, info.iter, info.run_time)
-
-
-def generate(qp: QP, use_float: bool = False) -> dict[str, str]:
-    """OSQP's own C for this problem as {file name: text}: only l and u change, nothing is allocated.
-
-    The code has OSQP's default settings, but no time limit, clock or printing. ``workspace.h`` declares
-    ``solver``, for ``osqp_update_data_vec`` and ``osqp_solve``; rows are [A; I], and l = u = 0 in those of A.
-    """
-    import tempfile
-    from pathlib import Path
-
-    import osqp
-
-    model = osqp.OSQP()
-    model.setup(**_problem(qp), **SETTINGS["default"])
-    with tempfile.TemporaryDirectory() as folder:
-        model.codegen(folder, parameters="vectors", use_float=use_float, force_rewrite=True)
-        files = (path for path in sorted(Path(folder).rglob("*.[ch]")) if path.name != "emosqp.c")
-        return {str(path.relative_to(folder)): path.read_text(encoding="utf-8") for path in files}

@@ -19,7 +19,7 @@ from alloc.native.code import Scalar
 from bench.demands import DemandSet, labelled
 from bench.demands.store import vehicle_of
 from bench.emulation.kernel import SCALARS, Kernel
-from bench.inputs.board_log import Block, Log, LogError, answered, seen
+from bench.inputs.board_log import BoardLog, LogBlock, LogError, answered, seen
 
 NOOP = "noop"
 """The driver's own method, which does nothing: what timing a call costs by itself."""
@@ -53,7 +53,7 @@ class Board:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Asked:
+class TimedCalls:
     """One method on one demand set, once through.
 
     Attributes
@@ -93,7 +93,7 @@ class Heard:
 
     board: Board
     demands: dict[str, DemandSet]
-    asked: dict[tuple[str, str], list[Asked]]
+    asked: dict[tuple[str, str], list[TimedCalls]]
     missing: list[str]
 
     @cached_property
@@ -102,7 +102,7 @@ class Heard:
         return next(iter(self.demands.values())).vehicle
 
 
-def boards(path: Path, log: Log) -> list[Heard]:
+def boards(path: Path, log: BoardLog) -> list[Heard]:
     """Each board that printed a whole header, in the order of the file; raises LogError where none did."""
     headers = {block.header: block for block in log.blocks if block.kind == "board"}
     if not headers:
@@ -119,7 +119,7 @@ def boards(path: Path, log: Log) -> list[Heard]:
     return heard
 
 
-def _board(block: Block) -> Board:
+def _board(block: LogBlock) -> Board:
     facts: dict[str, str] = {}
     several: dict[str, list[list[str]]] = {"method": [], "demands": [], "vehicle": []}
     ticks_per_s = 0
@@ -157,7 +157,7 @@ def _board(block: Block) -> Board:
     return Board(facts=facts, ticks_per_s=ticks_per_s, vehicle=vehicle, kernels=kernels, rates=rates)
 
 
-def _heard(board: Board, blocks: Sequence[Block]) -> Heard:
+def _heard(board: Board, blocks: Sequence[LogBlock]) -> Heard:
     kernel = next(iter(board.kernels.values()))
     scalar = np.dtype(SCALARS[kernel.scalar])
     vehicle = _rounded(board.vehicle, scalar)
@@ -165,7 +165,7 @@ def _heard(board: Board, blocks: Sequence[Block]) -> Heard:
     for block in blocks:
         if block.kind == "demands" and block.words[0] not in demands:
             demands[block.words[0]] = _demands(block, vehicle, kernel, scalar, board.rates[block.words[0]])
-    asked: dict[tuple[str, str], list[Asked]] = {}
+    asked: dict[tuple[str, str], list[TimedCalls]] = {}
     missing = [f"the demands of {name}" for name in board.rates if name not in demands]
     for block in blocks:
         if block.kind == "ask" and block.words[1] in demands:
@@ -183,7 +183,7 @@ def _rounded(vehicle: Vehicle, scalar: np.dtype[Any]) -> Vehicle:
 
 
 def _demands(
-    block: Block, vehicle: Vehicle, kernel: Kernel, scalar: np.dtype[Any], rate_hz: float | None
+    block: LogBlock, vehicle: Vehicle, kernel: Kernel, scalar: np.dtype[Any], rate_hz: float | None
 ) -> DemandSet:
     name, count = block.words[0], int(block.words[1])
     rows = [line.words for line in block.lines if line.kind == "tau"]
@@ -194,7 +194,7 @@ def _demands(
     return labelled(name, vehicle, calls[:, :k].copy(), *sides, rate_hz=rate_hz)
 
 
-def _asked(block: Block, n: int, scalar: np.dtype[Any], count: int) -> Asked:
+def _asked(block: LogBlock, n: int, scalar: np.dtype[Any], count: int) -> TimedCalls:
     F, status, ticks, stack = answered(block, n, scalar)
     (worst,) = [line.words for line in block.lines if line.kind == "worst"]
     demand, worst_ticks, other = map(int, worst)
@@ -203,7 +203,7 @@ def _asked(block: Block, n: int, scalar: np.dtype[Any], count: int) -> Asked:
     whole = len(F) == told == count and sum(times for _, times in ones) == repeated * told
     if not whole or sum(times for _, times in passes) != repeated or not 0 <= demand < told:
         raise ValueError(f"{' '.join(block.words)}: numbers that contradict each other")
-    return Asked(
+    return TimedCalls(
         F=F,
         status=status,
         ticks=ticks,

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from bench.board.heard import NOOP, Heard, boards
 from bench.board.measured import lines
-from bench.inputs.board_log import Log, LogError, read_board_log
+from bench.inputs.board_log import BoardLog, LogError, read_board_log
 from bench.record import Cell, Emulated, Header
 from bench.record.machine import slug
 from bench.record.writer import Writer
@@ -80,7 +80,7 @@ def _record(heard: Heard, name: str, started: str, folder: Path, said: list[str]
     return good
 
 
-def _lost(log: Log) -> list[str]:
+def _lost(log: BoardLog) -> list[str]:
     said = []
     if log.damaged or log.lost:
         said.append(f"{log.damaged} lines are damaged and {log.lost} are missing")
@@ -91,7 +91,7 @@ def _lost(log: Log) -> list[str]:
     return said + [f"the driver said: {words}" for words in log.nonsense]
 
 
-def _nothing(log: Log) -> str:
+def _nothing(log: BoardLog) -> str:
     if log.nonsense:
         return f"its driver said: {log.nonsense[0]}"
     return f"no method on any demand set arrived whole ({log.damaged} lines are damaged, {log.lost} missing)"

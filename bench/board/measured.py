@@ -5,12 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from alloc import WRENCH_TOLERANCE, Allocation, FloatArray, IndexArray, Status, build
+from alloc import WRENCH_TOLERANCE, Allocation, Status, build
 from alloc.formulations.hard import FORMULATION as HARD
 from alloc.native.cases import AGREEMENT
-from bench.board.heard import NOOP, Asked, Heard
+from alloc.rivals import load
+from bench.board.heard import NOOP, Heard, TimedCalls
 from bench.demands import DemandSet
-from bench.emulation.agreement import OSQP_SOLVED, OSQP_TOLERANCE, agreement
+from bench.emulation.agreement import agreement
 from bench.emulation.count import CallCounts
 from bench.emulation.kernel import Kernel
 from bench.harness.lines import problem
@@ -69,7 +70,7 @@ def lines(heard: Heard, name: str, started: str) -> Iterator[Line]:
 def promise(kernel: Kernel, heard: Heard) -> Promise:
     """What a kernel promises: its twin's, as far as its scalar can hold that."""
     if kernel.solver:
-        return Promise(HARD.name, limited=False, tolerance=OSQP_TOLERANCE)
+        return Promise(HARD.name, limited=True, tolerance=load(kernel.solver).TOLERANCE[kernel.scalar])
     twin = build(kernel.twin, heard.board.vehicle)
     return Promise(twin.formulation, twin.limited, max(twin.tolerance, AGREEMENT[kernel.scalar]))
 
@@ -94,7 +95,7 @@ def _header(heard: Heard, name: str, started: str) -> Header:
     )
 
 
-def _cell(heard: Heard, question: Question, method: str, repeat: int, run: Asked) -> Cell:
+def _cell(heard: Heard, question: Question, method: str, repeat: int, run: TimedCalls) -> Cell:
     demands, hz = question.demands, heard.board.ticks_per_s
 
     def ns(ticks: int) -> int:
@@ -121,12 +122,14 @@ def _cell(heard: Heard, question: Question, method: str, repeat: int, run: Asked
     return cell
 
 
-def _judged(question: Question, kernel: Kernel, promised: Promise, run: Asked, thorough: bool) -> Judged:
-    F, status = _claimed(kernel, run.F, run.status)
+def _judged(question: Question, kernel: Kernel, promised: Promise, run: TimedCalls, thorough: bool) -> Judged:
     known = {int(value) for value in Status}
     judged = judge(
         question,
-        [Allocation(f, Status(s) if s in known else s) for f, s in zip(F, status.tolist(), strict=True)],
+        [
+            Allocation(f, Status(s) if s in known else s)
+            for f, s in zip(run.F, run.status.tolist(), strict=True)
+        ],
         formulation=promised.formulation,
         limited=promised.limited,
         tolerance=promised.tolerance,
@@ -137,14 +140,6 @@ def _judged(question: Question, kernel: Kernel, promised: Promise, run: Asked, t
         said = f"answers of {run.other_answers} passes differ from those of the first"
         judged.wrong = "; ".join(filter(None, (judged.wrong, said)))
     return judged
-
-
-def _claimed(kernel: Kernel, F: FloatArray, status: IndexArray) -> tuple[FloatArray, IndexArray]:
-    """Thrusts, and what the kernel says of them in this project's words."""
-    if kernel.solver != "osqp":
-        return F, status
-    solved = status == OSQP_SOLVED
-    return np.where(solved[:, None], F, np.nan), np.where(solved, Status.SOLVED, Status.NOT_CONVERGED)
 
 
 def _counts(heard: Heard) -> Iterator[Emulated]:
@@ -172,6 +167,6 @@ def _counts(heard: Heard) -> Iterator[Emulated]:
         )
 
 
-def _worst(demands: DemandSet, run: Asked) -> list[float]:
+def _worst(demands: DemandSet, run: TimedCalls) -> list[float]:
     worst: list[float] = demands.taus[int(run.ticks.argmax())].tolist()
     return worst

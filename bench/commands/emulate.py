@@ -47,7 +47,7 @@ def command(
     """Count instructions, flash and memory of the generated C on processors that are not on the desk.
 
     Beside each count stands callgrind's of the same C on x86-64. Exit code 1 where this
-    project's C does not answer as Python does (what OSQP's does is in the report), 2 where a --target
+    project's C does not answer as Python does (what solvers' does is in the report), 2 where a --target
     lacks its tools. `make emulate` installs what this needs.
     """
     from rich.console import Console

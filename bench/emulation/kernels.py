@@ -1,29 +1,24 @@
-"""The C of each method for a vehicle: what this project generates, and OSQP's own to compare with."""
+"""The C of each method for a vehicle: what this project generates, and solvers' own to compare with."""
 
-import numpy as np
-
-from alloc import NotApplicable, UnknownName, Vehicle, catalogue, pose_hard
+from alloc import Family, UnknownName, Vehicle, catalogue
 from alloc.formulations import EXACT_METHODS
 from alloc.native import RECIPES, function_name, sources
 from alloc.native.bounds import Where, arguments
 from alloc.native.code import Scalar
-from alloc.solvers import osqp
-from bench.emulation.kernel import Kernel, braced
+from alloc.rivals.wrapper import rival
+from bench.emulation.kernel import Kernel
 
-OSQP = "qp/osqp@generated"
 OWN = {entry.name: entry.twin for entry in catalogue() if entry.twin}
 """Methods that this project generates C for, each to its twin in Python."""
-METHODS = (*OWN, OSQP)
+RIVALS = {entry.name: entry.solver for entry in catalogue() if entry.family is Family.GENERATED}
+"""Methods whose C a solver's authors wrote or generate, each to the solver."""
+METHODS = (*OWN, *RIVALS)
 
 
 def build_kernel(method: str, vehicle: Vehicle, scalar: Scalar, limits: Where = "fixed") -> Kernel:
-    """The C of that method for a vehicle; raises UnknownName, or NotApplicable with the reason."""
+    """The C of that method for a vehicle; raises UnknownName, NotInstalled or NotApplicable."""
     check(method)
-    if method == OSQP:
-        if limits == "call":
-            raise NotApplicable(f"{OSQP}: only the demand is new at each call of this C")
-        return _osqp(vehicle, scalar)
-    return _native(method, vehicle, scalar, limits)
+    return (_rival if method in RIVALS else _native)(method, vehicle, scalar, limits)
 
 
 def check(method: str) -> None:
@@ -51,51 +46,25 @@ def _native(method: str, vehicle: Vehicle, scalar: Scalar, limits: Where) -> Ker
     )
 
 
-def _osqp(vehicle: Vehicle, scalar: Scalar) -> Kernel:
-    """OSQP's files, and around them the same maps to and from its variables as ``qp/osqp`` has in Python."""
-    posed = pose_hard(vehicle)
-    if len(posed.unreachable):
-        raise NotApplicable(
-            f"{vehicle.name}: some wrenches no thruster makes; OSQP's C has no equation for them"
-        )
-    p, m = posed.qp.A.shape
-    rows, equal = p + m, np.zeros(p)
-    low, high = (np.concatenate([equal, limits]) for limits in (posed.qp.lb, posed.qp.ub))
-    function = f"int osqp_allocate(const {scalar} *tau, {scalar} *f)"
-    adapter = f"""\
-#include "osqp.h"
-#include "workspace.h"
-
-static const {scalar} b_of_tau[{p}][{vehicle.k}] = {{{", ".join(map(braced, posed.b_of_tau))}}};
-static {scalar} low[{rows}] = {braced(low)}, high[{rows}] = {braced(high)};
-static const int working[{m}] = {{{", ".join(str(i) for i in posed.working)}}};
-static const {scalar} unit[{m}] = {braced(posed.unit)};
-
-{function}
-{{
-    for (int i = 0; i < {p}; i++) {{
-        low[i] = 0;
-        for (int j = 0; j < {vehicle.k}; j++)
-            low[i] += b_of_tau[i][j] * tau[j];
-        high[i] = low[i];
-    }}
-    osqp_update_data_vec(&solver, OSQP_NULL, low, high);
-    osqp_solve(&solver);
-    for (int i = 0; i < {m}; i++)
-        f[working[i]] = unit[i] * solver.solution->x[i];
-    return (int)solver.info->status_val;
-}}
-"""
-    files = osqp.generate(posed.qp, use_float=scalar == "float")
+def _rival(method: str, vehicle: Vehicle, scalar: Scalar, limits: Where, *, checked: bool = True) -> Kernel:
+    """A solver's C as ``alloc.rivals.wrapper`` calls and checks it, or as it is."""
+    solver = RIVALS[method]
+    made = rival(solver, vehicle, scalar, limits, checked=checked)
     return Kernel(
-        method=OSQP,
+        method=method,
         twin=EXACT_METHODS[0],
-        solver="osqp",
+        solver=solver,
         scalar=scalar,
         k=vehicle.k,
         n=vehicle.n,
-        entry="osqp_allocate",
-        declaration=f"{function};",
-        arguments="tau, f",
-        sources=files | {"osqp_allocate.c": adapter},
+        entry=made.entry,
+        declaration=made.declaration,
+        arguments=arguments(limits, 0),
+        sources=made.shared | made.own,
+        limits=limits,
     )
+
+
+def unchecked(method: str, vehicle: Vehicle, scalar: Scalar, limits: Where = "fixed") -> Kernel:
+    """The C of a rival that returns what its solver says, to show what the check costs and is worth."""
+    return _rival(method, vehicle, scalar, limits, checked=False)

@@ -9,28 +9,25 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from alloc import FloatArray, IndexArray, NotApplicable, Vehicle
+from alloc import FloatArray, IndexArray, NotApplicable, NotInstalled, Vehicle
 from alloc.native.bounds import Where
 from alloc.native.code import Scalar
 from bench.demands import DemandSet, build_demands, labelled
 from bench.emulation import search
 from bench.emulation.agreement import agreement
 from bench.emulation.count import CallCounts, count
-from bench.emulation.cycles import MODELS, Unknown
+from bench.emulation.cycles import cycles
 from bench.emulation.image import Image, link
 from bench.emulation.kernel import Kernel
 from bench.emulation.kernels import build_kernel, check
 from bench.emulation.toolchain import Target, ToolError, missing, versions
-from bench.emulation.trace import trace
 from bench.harness import machine
 from bench.record import Emulated
 
 CLASSES = ("inactive", "active", "boundary", "infeasible", "mission", "jolts")
 SEARCH = "search"
-TRACED = 20
-"""Calls of each set whose cycles are worked out: those that take most instructions."""
-OSQP_SHARE = 0.1
-"""Share of a drawn set that OSQP's C is asked: an iterative solver takes a thousand times the instructions.
+RIVALS_SHARE = 0.1
+"""Share of a drawn set that a solver's C is asked: it takes up to a hundred thousand times the instructions.
 Its most costly demand is not searched for either."""
 
 
@@ -86,6 +83,8 @@ def _rows(plan: Plan, asked: list[tuple[Vehicle, list[DemandSet]]]) -> Iterator[
         row = msgspec.structs.replace(row, tools=tools[target])
         try:
             yield from _kernel_rows(row, build_kernel(method, vehicle, scalar, limits), target, sets)
+        except NotInstalled as lacking:
+            yield msgspec.structs.replace(row, status="missing", reason=str(lacking))
         except NotApplicable as refusal:
             yield msgspec.structs.replace(row, status="refused", reason=str(refusal))
         except ToolError as failure:
@@ -102,27 +101,13 @@ def _kernel_rows(row: Emulated, kernel: Kernel, target: Target, sets: list[Deman
         sets = [demands for demands in sets if kernel.limits == "call" or demands.f_min is None]
         for demands in sets:
             drawn = demands.rate_hz is None
-            some = _first(demands, OSQP_SHARE) if drawn and kernel.solver else demands
+            some = _first(demands, RIVALS_SHARE) if drawn and kernel.solver else demands
             yield _counted(row, some, image, _answers(image, some))
         if not kernel.solver and sets:
             tried = _search(image, sets, row.seed)
             row = _counted(row, tried, image, _answers(image, tried))
             # Only the largest count is kept: the others depend on how the search went.
             yield msgspec.structs.replace(row, tried=len(tried.taus), instructions=row.instructions[-1:])
-
-
-def _cycles(image: Image, demands: DemandSet, counted: CallCounts) -> list[int]:
-    """At least and at most so many cycles of the costliest call; empty where no timing is published."""
-    model = MODELS.get(image.target.name)
-    if model is None:
-        return []
-    some = np.argsort(-counted.instructions, kind="stable")[:TRACED]
-    calls = image.kernel.calls(demands.taus, *demands.limits)[some]
-    try:
-        spans = model(trace(image, calls, counted.instructions[some]))
-    except Unknown:
-        return []
-    return [max(span.low for span in spans), max(span.high for span in spans)] if spans else []
 
 
 def _answers(image: Image, demands: DemandSet) -> CallCounts:
@@ -162,7 +147,7 @@ def _counted(row: Emulated, demands: DemandSet, image: Image, counted: CallCount
         row,
         demands=demands.name,
         instructions=list(zip(values.tolist(), calls.tolist(), strict=True)),
-        cycles=_cycles(image, demands, counted),
+        cycles=list(cycles(image, image.kernel.calls(demands.taus, *demands.limits), counted) or ()),
         worst=demands.taus[int(counted.instructions.argmax())].tolist(),
         stack_bytes=int(counted.stack_bytes.max()),
         agrees=agreed.agrees,

@@ -37,7 +37,7 @@ class Line(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Block:
+class LogBlock:
     """Lines that belong together, whole.
 
     Attributes
@@ -55,7 +55,7 @@ class Block:
 
 
 @dataclass
-class Log:
+class BoardLog:
     """What arrived.
 
     Attributes
@@ -69,7 +69,7 @@ class Log:
     nonsense : what a driver said of its port's ticks
     """
 
-    blocks: list[Block] = field(default_factory=list)
+    blocks: list[LogBlock] = field(default_factory=list)
     starts: int = 0
     finished: int = 0
     damaged: int = 0
@@ -78,7 +78,7 @@ class Log:
     nonsense: list[str] = field(default_factory=list)
 
 
-def read_board_log(path: Path) -> Log:
+def read_board_log(path: Path) -> BoardLog:
     """The log in a file; raises LogError where it can't be read or holds no line of a driver."""
     try:
         if path.stat().st_size > LARGEST:
@@ -94,9 +94,9 @@ def read_board_log(path: Path) -> Log:
     return log
 
 
-def parse(text: bytes) -> Log:
+def parse(text: bytes) -> BoardLog:
     """The blocks in a text, whatever stands between them."""
-    log = Log()
+    log = BoardLog()
     opened: Line | None = None
     inside: list[Line] = []
     crc, expected = 0, 0
@@ -121,7 +121,7 @@ def parse(text: bytes) -> Log:
             crc = zlib.crc32(b"tb %d end" % line.number, crc)
             if line.words == [f"{crc:08x}"] and opened.words:
                 header = line.words[0] if opened.kind == "board" else opened.words[0]
-                log.blocks.append(Block(opened.kind, header, opened.words[1:], inside))
+                log.blocks.append(LogBlock(opened.kind, header, opened.words[1:], inside))
             else:
                 log.broken.append(" ".join(opened.words[1:]) or "header")
             opened = None
@@ -133,7 +133,7 @@ def parse(text: bytes) -> Log:
     return log
 
 
-def _lines(text: bytes, log: Log) -> Iterator[tuple[Line, bytes]]:
+def _lines(text: bytes, log: BoardLog) -> Iterator[tuple[Line, bytes]]:
     """Each whole line, with its text as the block's CRC has it."""
     begun = text.count(b"tb ")
     whole = 0
@@ -162,7 +162,7 @@ class Answered(NamedTuple):
     stack_bytes: IndexArray
 
 
-def answered(block: Block, n: int, scalar: np.dtype[Any]) -> Answered:
+def answered(block: LogBlock, n: int, scalar: np.dtype[Any]) -> Answered:
     """The answers of a block of kind ask, of n thrusters; raises LogError where its lines hold others."""
     rows = [line.words for line in block.lines if line.kind == "f"]
     try:
@@ -178,7 +178,7 @@ def answered(block: Block, n: int, scalar: np.dtype[Any]) -> Answered:
     return Answered(F, status.astype(np.intp), counted[:, 2], stack)
 
 
-def seen(block: Block, kind: str) -> list[tuple[int, int]]:
+def seen(block: LogBlock, kind: str) -> list[tuple[int, int]]:
     """Ticks and how often they were seen, of a block's lines of that kind, sorted."""
     times: Counter[int] = Counter()
     for line in block.lines:

@@ -5,6 +5,7 @@ from itertools import groupby
 
 from bench.record import Emulated
 from bench.report.goals import goals
+from bench.report.microcontroller import microcontroller
 from bench.results.cycles import CPI
 from bench.results.emulated import REFERENCE, EmulatedRow, rows
 from bench.results.rows import Run
@@ -29,6 +30,7 @@ def summary(run: Run) -> str:
         " times. `thrustbench size DIR --rate HZ --clock MHZ` makes shares of a control period of them.\n",
         table(("vehicle", "method", "limits", *targets), lines),
     ]
+    parts = [*filter(None, [microcontroller(emulated)]), *parts]
     failed = [row for row in emulated if row.emulated.status != "ok" or row.emulated.agrees is False]
     return "\n".join([*parts, _failures(failed)] if failed else parts)
 
@@ -55,6 +57,8 @@ def section(run: Run, drawn: frozenset[str]) -> str:
         parts += [f"### {target}\n", _target([row for row in counted if row.emulated.target == target])]
         if target in CPI:
             parts.append(f"Cycles an instruction: {CPI[target]}.\n")
+    if beside := microcontroller(counted):
+        parts.append(beside)
     if reached := goals(counted):
         parts += ["### What was asked for, and what was found\n", reached]
     tools = {f"{name} {version}" for row in counted for name, version in row.emulated.tools.items()}

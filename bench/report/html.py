@@ -18,7 +18,7 @@ COLOURS = {"ink": INK, "paper": PAPER, "faint": FAINT, "focus": BLUE} | {
 }
 PICKS = (VERMILION, BLUE, GREEN, ORANGE)
 """Colours of methods that are put side by side."""
-SHAPES = ("circle", "square", "diamond", "triangle-up", "cross", "triangle-down")
+SHAPES = ("circle", "square", "diamond", "triangle-up", "cross", "triangle-down", "triangle-right")
 """Marks of the families, for readers who can't tell their colours apart."""
 TIME = {
     "title": "one call",

@@ -120,6 +120,7 @@ AGAINST = {
     "bench/results/quantiles.py": "def f():\n    from bench.harness import timing",
     "alloc/methods/clip.py": "from alloc.methods import pinv",
     "alloc/solvers/daqp.py": "from alloc.solvers import osqp",
+    "alloc/rivals/generators/daqp.py": "from alloc.rivals.generators import qoco",
     "alloc/formulations/hard.py": "from alloc.formulations import soft",
     "bench/commands/check.py": "from bench.commands import report",
     "bench/demands/sets/box.py": "from bench.demands.sets import axes",

@@ -22,13 +22,14 @@ INK, FAINT, PAPER = "#1f2328", "#d8dee4", "#ffffff"
 
 # These are Okabe and Ito's colours (2008), which readers with any common colour blindness can tell apart.
 # Their yellow and sky blue are too pale for lines on white and are left out.
-BLUE, VERMILION, GREEN, PURPLE, ORANGE, GREY = (
+BLUE, VERMILION, GREEN, PURPLE, ORANGE, GREY, BROWN = (
     "#0072b2",
     "#d55e00",
     "#009e73",
     "#aa4499",
     "#b87a00",
     "#6e7781",
+    "#7d4e24",
 )
 
 DARK = {
@@ -41,6 +42,7 @@ DARK = {
     PURPLE: "#dd88cc",
     ORANGE: "#f0c542",
     GREY: "#8b949e",
+    BROWN: "#c69c6d",
 }
 """What each colour becomes on a dark page."""
 
@@ -49,6 +51,7 @@ FAMILIES: dict[str, str] = {
     Family.PRACTICE: ORANGE,
     Family.EXACT: VERMILION,
     Family.LIVE: BLUE,
+    Family.GENERATED: BROWN,
     Family.ONE_SHOT: PURPLE,
     Family.SOFT: GREEN,
 }

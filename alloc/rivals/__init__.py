@@ -1,0 +1,66 @@
+"""QP solvers as C for one vehicle: each file in ``generators`` holds one, and is found by its file name.
+
+A generator turns a posed QP into C99 that solves it for any b and any bounds, without a heap. ``wrapper``
+puts around it what a vehicle needs: the maps from a wrench and to thrusts, clipping, and a check by
+equations. The C itself is not part of this project: it is taken from installed packages, or from a source
+package that pip downloaded.
+"""
+
+import pkgutil
+from collections.abc import Mapping
+from importlib import import_module
+from typing import NamedTuple, Protocol
+
+from alloc.native.code import Scalar
+from alloc.qp import QP
+from alloc.rivals import generators
+
+
+class Files(NamedTuple):
+    """C of one solver for one problem, {file name: text} each; names have no folder, headers are among them.
+
+    Attributes
+    ----------
+    own : what depends on the problem; among it the function ``rival_solve`` that ``wrapper`` declares
+    shared : what is the same for every problem, compiled once
+    """
+
+    own: Mapping[str, str]
+    shared: Mapping[str, str]
+
+
+class Generator(Protocol):
+    """What a module in ``generators`` offers.
+
+    Attributes
+    ----------
+    ALGORITHM, LICENCE : as the solver's authors state them
+    CAP : iterations after which a call ends
+    TOLERANCE : by scalar, promised distance of x to the optimum, relative to the largest limit [-]: three
+        times the worst that ``bench.studies.rivals`` found, rounded up
+    """
+
+    ALGORITHM: str
+    LICENCE: str
+    CAP: int
+    TOLERANCE: Mapping[Scalar, float]
+
+    def missing(self) -> str:
+        """Empty where C can be generated here, else how to get what that needs; imports nothing native."""
+        ...
+
+    def generate(self, qp: QP, scalar: Scalar) -> Files:
+        """The C that solves this problem in that precision, each call from the same state."""
+        ...
+
+
+def names() -> tuple[str, ...]:
+    """Names of the generators, sorted, whether what they need is there or not; underscores are hyphens."""
+    files = (module.name for module in pkgutil.iter_modules(generators.__path__))
+    return tuple(sorted(name.replace("_", "-") for name in files))
+
+
+def load(name: str) -> Generator:
+    """The module of the generator of that name; imports no solver."""
+    module: Generator = import_module(f"{generators.__name__}.{name.replace('-', '_')}")
+    return module

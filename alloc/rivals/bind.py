@@ -1,0 +1,46 @@
+"""A solver's C for one vehicle as an allocator: compiled, loaded, called as this project's own C is."""
+
+from alloc.allocation import Allocator
+from alloc.formulations.hard import FORMULATION as HARD
+from alloc.native.bind import native
+from alloc.native.compiled import shared_library
+from alloc.rivals import load
+from alloc.rivals.wrapper import rival
+from alloc.vehicle import Vehicle
+from alloc.vehicle.condition import promised
+
+
+def bound(solver: str, vehicle: Vehicle) -> Allocator:
+    """That solver's C in double precision as an allocator; raises NotApplicable or NotInstalled.
+
+    Each call begins from the same state, so the same demand gets the same answer.
+    """
+    fixed, call = (rival(solver, vehicle, "double", limits) for limits in ("fixed", "call"))
+    entries = _ENTRIES.format(
+        declared=f"{fixed.declaration}\n{call.declaration}", fixed=fixed.entry, call=call.entry
+    )
+    return native(
+        shared_library(solver, {**fixed.own, **call.own, "entries.c": entries}, shared=fixed.shared),
+        ("answer_fixed", "answer_call"),
+        vehicle,
+        formulation=HARD.name,
+        limited=HARD.limited,
+        tolerance=promised(vehicle, load(solver).TOLERANCE["double"]),
+        state=True,
+    )
+
+
+_ENTRIES = """\
+{declared}
+int answer_fixed(const double *tau, int fault, double *f)
+{{
+    (void)fault;
+    return {fixed}(tau, f);
+}}
+int answer_call(const double *tau, const double *f_min, const double *f_max, int fault, double *f)
+{{
+    (void)fault;
+    return {call}(tau, f_min, f_max, f);
+}}
+"""
+"""Kernels of this project are told which thruster is off; a solver's C is made for one fault."""

@@ -1,0 +1,32 @@
+"""DAQP's own C and settings, which two generators lay problems out for."""
+
+from alloc.native.code import Scalar
+from alloc.rivals.c import single
+from alloc.rivals.download import source
+
+CAP = 100
+"""Iterations of a call at most; DAQP's own cap is 10,000."""
+
+_HEADERS = ("types.h", "constants.h", "auxiliary.h", "factorization.h", "daqp.h")
+_CORE = ("daqp.c", "auxiliary.c", "factorization.c")
+"""The method itself; the rest of DAQP sets problems up, on a heap, or solves others."""
+
+
+def core(scalar: Scalar) -> dict[str, str]:
+    """The files that are the same for every problem; ``settings.h`` has DAQP's defaults and the cap."""
+    daqp = source("daqp")
+    texts = daqp.read("csrc/include", _HEADERS) | daqp.read("csrc/src", _CORE)
+    texts["constants.h"] = f"#define DAQP_NO_SOFT_WEIGHTS\n{texts['constants.h']}"  # nothing is soft here
+    texts["settings.h"] = _SETTINGS % CAP
+    return {name: single(text) for name, text in texts.items()} if scalar == "float" else texts
+
+
+_SETTINGS = """\
+static DAQPSettings settings = {
+    .primal_tol = DAQP_DEFAULT_PRIM_TOL, .dual_tol = DAQP_DEFAULT_DUAL_TOL, .zero_tol = DAQP_DEFAULT_ZERO_TOL,
+    .pivot_tol = DAQP_DEFAULT_PIVOT_TOL, .progress_tol = DAQP_DEFAULT_PROG_TOL,
+    .cycle_tol = DAQP_DEFAULT_CYCLE_TOL, .iter_limit = %d, .fval_bound = DAQP_INF,
+    .rho_soft = DAQP_DEFAULT_RHO_SOFT, .sing_tol = DAQP_DEFAULT_SING_TOL,
+    .refactor_tol = DAQP_DEFAULT_REFACTOR_TOL,
+};
+"""

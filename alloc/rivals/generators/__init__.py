@@ -1,0 +1,1 @@
+"""One file, one generator of C; ``alloc.rivals`` says what it offers."""

@@ -1,0 +1,107 @@
+"""The C around a rival, ``wrapper.c``, with one vehicle's numbers: from a wrench to checked thrusts.
+
+It does in C what ``alloc.live`` does in Python. What it costs is part of what a solver costs on a vehicle.
+"""
+
+from importlib import resources
+from typing import NamedTuple
+
+from alloc.allocation import WRENCH_TOLERANCE
+from alloc.errors import NotApplicable, NotInstalled
+from alloc.live.allocator import PARTIAL_TOLERANCE, UNREACHABLE
+from alloc.native import function_name
+from alloc.native.bounds import Where
+from alloc.native.code import TOLERANCE, Scalar, number
+from alloc.qp import Posed, pose_hard
+from alloc.rivals import load
+from alloc.rivals.c import array, indices
+from alloc.vehicle import Vehicle
+
+MET: dict[Scalar, float] = {"double": WRENCH_TOLERANCE, "float": 1e-5}
+"""Largest |T P f - tau| of a SOLVED answer, relative to ``vehicle.wrench_scale`` [-]; in single precision
+some hundred roundings."""
+DOUBT: dict[Scalar, float] = {"double": 1e-13, "float": 2e-6}
+"""Share of the terms in a proof of infeasibility that rounding may have made [-]."""
+MEANINGS = {
+    0: "f makes tau, inside the limits",
+    1: f"f lies inside the limits and misses tau by up to {PARTIAL_TOLERANCE:g}",
+    2: "no f inside the limits makes tau, which is proven; f is left alone",
+    3: "the solver has no answer that holds; f is left alone",
+    -2: "tau or a limit is NaN or infinite; f is left alone",
+}
+"""What the C returns. Without the check 0, 2 and 3 are the solver's own claim, and f is what it left."""
+
+
+class Rival(NamedTuple):
+    """A solver's C for one vehicle.
+
+    Attributes
+    ----------
+    entry : name of the function ``int entry(const real *tau, real *f)``; with ``f_min`` and ``f_max`` behind
+        tau where limits are arguments
+    declaration : C text that declares it
+    own : {file name: text} that depends on the vehicle
+    shared : {file name: text} that is the same for every vehicle
+    """
+
+    entry: str
+    declaration: str
+    own: dict[str, str]
+    shared: dict[str, str]
+
+
+def rival(
+    solver: str, vehicle: Vehicle, scalar: Scalar = "double", limits: Where = "fixed", *, checked: bool = True
+) -> Rival:
+    """The C of that solver for a vehicle; raises NotApplicable, or NotInstalled with the remedy.
+
+    Without ``checked`` thrusts and status are the solver's own: what the check costs, and what it is worth.
+    """
+    generator = load(solver)
+    if missing := generator.missing():
+        raise NotInstalled(f"{solver}: {missing}")
+    posed = pose_hard(vehicle)
+    if not posed.qp.A.size:
+        raise NotApplicable(f"{vehicle.name}: no thruster pushes anything; there is nothing to solve")
+    files = generator.generate(posed.qp, scalar)
+    entry = function_name(vehicle, solver, scalar, limits)
+    at_call = f"const {scalar} *f_min, const {scalar} *f_max, " if limits == "call" else ""
+    text = (resources.files("alloc.rivals") / "wrapper.c").read_text(encoding="utf-8")
+    own = {
+        "rival.h": _header(solver, scalar),
+        f"{entry}.h": _tables(vehicle, posed, entry, scalar, limits, checked),
+        f"{entry}.c": text.replace('"tables.h"', f'"{entry}.h"'),
+    }
+    declaration = f"int {entry}(const {scalar} *tau, {at_call}{scalar} *f);"
+    return Rival(entry, declaration, own | dict(files.own), dict(files.shared))
+
+
+def _header(solver: str, scalar: Scalar) -> str:
+    return f"""\
+/* What a solver offers: x within lb and ub with A x = b, least 1/2 x'Hx + g'x. It returns 0 where it claims
+ * x, 2 where it claims that there is none, 3 where it gives up, with its multipliers y of the equations. */
+typedef {scalar} real;
+#define rival_solve {solver.replace("-", "_")}_rival_solve /* an image may hold several solvers */
+
+int rival_solve(const real *b, const real *lb, const real *ub, real *x, real *y);
+"""
+
+
+def _tables(vehicle: Vehicle, posed: Posed, entry: str, scalar: Scalar, limits: Where, checked: bool) -> str:
+    p, m = posed.qp.A.shape
+    sizes = {"K": vehicle.k, "N": vehicle.n, "M": m, "P": p, "LOST": len(posed.unreachable)}
+    sizes |= {"AT_CALL": int(limits == "call"), "CHECKED": int(checked)}
+    doubts = {"MET": MET[scalar], "PART": PARTIAL_TOLERANCE, "DOUBT": DOUBT[scalar]}
+    doubts |= {"UNREACHABLE": max(UNREACHABLE, TOLERANCE[scalar])}
+    lines = [f"#define ENTRY {entry}", *(f"#define {name} {value}" for name, value in sizes.items())]
+    lines += [f"#define {name} {number(value, scalar)}" for name, value in doubts.items()]
+    arrays = {"b_of_tau": posed.b_of_tau, "unit": posed.unit, "unreachable": posed.unreachable}
+    if limits == "call":
+        arrays |= {"per_unit": 1.0 / posed.unit}
+    else:
+        arrays |= {"lb": posed.qp.lb, "ub": posed.qp.ub, "f_min": vehicle.f_min, "f_max": vehicle.f_max}
+    per_axis = 1.0 / vehicle.wrench_scale
+    T = vehicle.TP[:, posed.working] * per_axis[:, None]
+    arrays |= {"T": T, "per_axis": per_axis, "A": posed.qp.A}
+    lines += [array(name, values, scalar) for name, values in arrays.items() if values.size]
+    return "\n".join([*lines, indices("working", posed.working), ""])

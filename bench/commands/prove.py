@@ -1,0 +1,73 @@
+"""``thrustbench prove``."""
+
+from pathlib import Path
+from typing import Literal
+
+import click
+
+from bench.commands import PATH, RUNS
+
+
+@click.command()
+@click.option(
+    "--vehicle", "vehicles", multiple=True, metavar="V", help="A shipped name or a YAML file [all]."
+)
+@click.option("--method", "methods", multiple=True, metavar="M", help="A method that can be C [all].")
+@click.option("--float", "single", is_flag=True, help="Single precision; else double.")
+@click.option(
+    "--limits",
+    type=click.Choice(["fixed", "call"]),
+    default="fixed",
+    show_default=True,
+    help="The vehicle's, in the C; or f_min and f_max, arguments of each call.",
+)
+@click.option(
+    "--out", type=PATH, default=RUNS / "proof", show_default=True, metavar="DIR", help="Made if missing."
+)
+def command(
+    vehicles: tuple[str, ...],
+    methods: tuple[str, ...],
+    single: bool,
+    limits: Literal["fixed", "call"],
+    out: Path,
+) -> int:
+    """Prove what generated C does with any arguments: proof.json and a page beside the C.
+
+    No run-time error, thrusts inside the limits, rounding, the worst path, MISRA rules. Several kernels get a
+    folder each, and proofs.md has a line of each. Exit code 3 where an error or a thrust outside the limits
+    can't be excluded. `make prove` installs what this needs, and proves all.
+    """
+    from concurrent.futures import ThreadPoolExecutor
+    from os import cpu_count
+
+    import click
+
+    from alloc import NotApplicable, catalogue, list_vehicles, load_vehicle
+    from bench.prove import prove, subject, summary, write
+
+    kernels = {entry.name: entry.twin for entry in catalogue() if entry.twin}
+    loaded = [load_vehicle(name) for name in vehicles or list_vehicles()]
+    wanted = [kernels.get(name, name) for name in methods or kernels]
+    subjects = []
+    for vehicle in loaded:
+        for kernel in wanted:
+            try:
+                subjects.append(subject(vehicle, kernel, "float" if single else "double", limits))
+            except NotApplicable as refusal:
+                if methods and len(loaded) == 1:
+                    raise
+                click.echo(str(refusal))
+    several = len(subjects) > 1
+    with ThreadPoolExecutor(cpu_count()) as pool:
+        proofs = []
+        for of, proof in zip(subjects, pool.map(prove, subjects), strict=True):
+            proofs.append(proof)
+            folder = out / of.name if several else out
+            write(of, proof, folder)
+            click.echo(
+                f"{folder / 'proof.md'}: {'shown' if proof.safe else 'not shown'}, {proof.seconds:.0f} s"
+            )
+    if several:
+        (out / "proofs.md").write_text(summary(proofs), encoding="utf-8")
+        click.echo(out / "proofs.md")
+    return 0 if all(proof.safe for proof in proofs) else 3

@@ -1,0 +1,14 @@
+"""An interval of cycles, and what stands in the way of one."""
+
+from typing import NamedTuple
+
+
+class Cycles(NamedTuple):
+    """At least and at most so many cycles."""
+
+    low: int
+    high: int
+
+
+class Unpublished(Exception):
+    """Nobody has published what this takes."""

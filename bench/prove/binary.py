@@ -1,0 +1,174 @@
+"""The longest way through a compiled kernel: no call takes more instructions.
+
+A disassembly is a graph: an instruction leads to the next one, to where it jumps, or out. Straight code has
+no cycle, so its longest way is found in one pass; a loop counts all its instructions as often as it may go
+round. Where a way through the graph can't be taken this is too much; never too little.
+"""
+
+import re
+from collections.abc import Callable
+from itertools import pairwise
+from typing import NamedTuple
+
+from bench.emulation.image import Image
+from bench.emulation.toolchain import run
+
+LINE = re.compile(r"^ *([0-9a-f]+):\t(\S+)(?:\s+(.*))?$")
+NAME = re.compile(r"^([0-9a-f]+) <([^>]+)>:$")
+RETURNS = re.compile(r"ret\w* |bx lr|(pop|ldmia)(\.w)? .*\bpc\}|ldr(\.w)? pc, ")
+"""Of mnemonic and operands; loading the program counter is Thumb's other way to return."""
+ALWAYS = {"b", "b.n", "b.w", "jmp"}
+TABLE = {"tbb", "tbh", "br", "notrack"}
+CALLS = {"bl", "blx", "blr", "call", "callq"}
+CONDITION = r"(eq|ne|cs|cc|hs|lo|mi|pl|vs|vc|hi|ls|ge|lt|gt|le)"
+SOME = re.compile(rf"b\.?{CONDITION}(\.[nw])?$|cbn?z$|tbn?z$|j\w+$")
+CONDITIONAL_RETURN = re.compile(rf"(bx|pop|ldmia){CONDITION}(\.w)?$")
+
+
+class Instruction(NamedTuple):
+    """One instruction: the function it stands in, mnemonic and operands, and whether data stand behind it."""
+
+    function: str
+    mnemonic: str
+    operands: str
+    last: bool = False
+
+
+class Unbounded(Exception):
+    """A loop or a call whose length is not known; the message names it."""
+
+
+def longest(image: Image, rounds: int) -> int:
+    """Most instructions of any call, if no loop goes round more often than ``rounds``; raises Unbounded."""
+    code = _code(run([f"{image.target.tools}objdump", "-d", "--no-show-raw-insn", str(image.path)]))
+    lengths: dict[int, int] = {}
+
+    def length(entry: int) -> int:
+        if entry not in lengths:
+            if entry not in code:
+                raise Unbounded(f"a call to {entry:#x}, where no code is")
+            lengths[entry] = -1
+            lengths[entry] = _longest(code, entry, rounds, length)
+        if lengths[entry] < 0:
+            raise Unbounded(f"{code[entry].function} calls itself")
+        return lengths[entry]
+
+    return length(image.entry)
+
+
+def _code(printed: str) -> dict[int, Instruction]:
+    code: dict[int, Instruction] = {}
+    function, before = "", -1
+    for line in printed.splitlines():
+        if named := NAME.match(line):
+            function = named[2]
+        found = LINE.match(line)
+        if named or (found and found[2].startswith(".")):
+            if before in code:
+                code[before] = code[before]._replace(last=True)
+        elif found:
+            before = int(found[1], 16)
+            mnemonic, operands = found[2], re.sub(r"\s*[@;/].*", "", found[3] or "")
+            if mnemonic in ("notrack", "bnd", "repz"):
+                mnemonic, _, operands = operands.partition(" ")
+            code[before] = Instruction(function, mnemonic, operands.strip())
+    return code
+
+
+def _successors(code: dict[int, Instruction], entry: int) -> dict[int, list[int]]:
+    """All instructions that follow each one that the entry leads to; none behind a return."""
+    addresses = sorted(code)
+    following = dict(pairwise(addresses))
+    direct: dict[int, list[int] | None] = {}
+    for at in addresses:
+        direct[at] = _next(code[at], following.get(at))
+    reached: dict[int, list[int]] = {}
+    waiting = [entry]
+    while waiting:
+        at = waiting.pop()
+        if at in reached or at not in code:
+            continue
+        leads = direct[at]
+        reached[at] = _table_targets(code, direct, code[at].function) if leads is None else leads
+        waiting += reached[at]
+    return reached
+
+
+def _next(instruction: Instruction, following: int | None) -> list[int] | None:
+    """Where an instruction leads; None for a jump by a table."""
+    mnemonic, operands = instruction.mnemonic, instruction.operands
+    after = [] if following is None or instruction.last else [following]
+    target = re.search(r"([0-9a-f]+) <", operands) or re.search(r"(?:^|, )([0-9a-f]+)$", operands)
+    if mnemonic in TABLE or (mnemonic == "jmp" and "*" in operands):
+        return None
+    if mnemonic in ALWAYS and target:
+        return [int(target[1], 16)]
+    if CONDITIONAL_RETURN.match(mnemonic):
+        return after
+    if RETURNS.match(f"{mnemonic} {operands}"):
+        return []
+    if SOME.match(mnemonic) and target:
+        return [*after, int(target[1], 16)]
+    return after
+
+
+def _table_targets(
+    code: dict[int, Instruction], direct: dict[int, list[int] | None], function: str
+) -> list[int]:
+    """Where a table may lead: what nothing else in the function leads to; what follows that is shorter."""
+    own = {at for at, instruction in code.items() if instruction.function == function}
+    padding = {at for at in own if code[at].mnemonic.startswith("nop")}
+    led = {to for at, leads in direct.items() for to in leads or [] if at not in padding}
+    return sorted(own - led - padding - {min(own)})
+
+
+def _longest(code: dict[int, Instruction], entry: int, rounds: int, length: Callable[[int], int]) -> int:
+    graph = _successors(code, entry)
+
+    def cost(at: int) -> int:
+        if code[at].mnemonic not in CALLS:
+            return 1
+        target = re.search(r"([0-9a-f]+) <", code[at].operands)
+        if not target:
+            raise Unbounded(f"a call by pointer in {code[at].function}")
+        return 1 + length(int(target[1], 16))
+
+    best: dict[int, int] = {}
+    for component in _components(graph, entry):  # what a component leads to comes before it
+        inside = set(component)
+        out = max(
+            (best[to] for at in component for to in graph[at] if to in best and to not in inside), default=0
+        )
+        loop = len(component) > 1 or component[0] in graph[component[0]]
+        total = sum(map(cost, component)) * (rounds if loop else 1) + out
+        best |= dict.fromkeys(component, total)
+    return best[entry]
+
+
+def _components(graph: dict[int, list[int]], entry: int) -> list[list[int]]:
+    """Strongly connected components that the entry leads to, each after all it leads to (Tarjan)."""
+    index: dict[int, int] = {}
+    low: dict[int, int] = {}
+    stack: list[int] = []
+    found: list[list[int]] = []
+    work: list[tuple[int, int]] = [(entry, 0)]
+    while work:
+        at, child = work.pop()
+        if child == 0:
+            index[at] = low[at] = len(index)
+            stack.append(at)
+        leads = [to for to in graph[at] if to in graph]
+        if child > 0:
+            low[at] = min(low[at], low[leads[child - 1]] if leads[child - 1] in stack else low[at])
+        while child < len(leads) and leads[child] in index:
+            if leads[child] in stack:
+                low[at] = min(low[at], index[leads[child]])
+            child += 1
+        if child < len(leads):
+            work += [(at, child + 1), (leads[child], 0)]
+            continue
+        if low[at] == index[at]:
+            place = stack.index(at)
+            found.append(stack[place:])
+            del stack[place:]
+    return found

@@ -1,0 +1,136 @@
+"""What proof.json holds: what was shown of one kernel, by what, and what was not."""
+
+from typing import Literal
+
+import msgspec
+
+Verdict = Literal["shown", "tested", "not shown", "does not apply"]
+
+
+class Claim(msgspec.Struct, frozen=True, kw_only=True):
+    """One thing that a certificate speaks of.
+
+    Attributes
+    ----------
+    claim : the sentence that is shown or not
+    verdict : whether it is
+    by : what shows it
+    words : the tool's own where it does not, else what it counted
+    """
+
+    claim: str
+    verdict: Verdict
+    by: str
+    words: list[str] = []
+
+
+class Rounding(msgspec.Struct, frozen=True, kw_only=True):
+    """How far rounding takes thrusts from the kernel's answer in real numbers.
+
+    Attributes
+    ----------
+    fault : the thruster that is off, -1 for none
+    bound_n : no thrust of any attainable demand is off by more [N]
+    observed_n : the largest error seen [N]
+    demands : in how many demands it was seen
+    gappa_n : Gappa's bound on f before it is cut at the limits [N]; None where it was not asked
+    verdict_band : 1 - alpha* of the least attainable demand that may still be SOLVED [-]; None where the
+        method refuses none
+    """
+
+    fault: int
+    bound_n: float
+    observed_n: float
+    demands: int
+    gappa_n: float | None = None
+    verdict_band: float | None = None
+
+
+class WorstPath(msgspec.Struct, frozen=True, kw_only=True):
+    """The most instructions of any call on one target.
+
+    Attributes
+    ----------
+    target, compiler : the processor, and what compiled for it
+    at_most : instructions on the longest way through the binary, calls included; None where a loop stands in
+        it whose rounds are not known
+    attained : instructions of the most costly call that was run; all faults, NaN and infinity among them
+    calls : how many were run
+    tau, fault : the demand of ``attained`` [N, N m], NaN and infinity as text, and the thruster that is off
+    reason : why ``at_most`` is not known
+    """
+
+    target: str
+    compiler: str
+    at_most: int | None
+    attained: int
+    calls: int
+    tau: list[float | str]
+    fault: int
+    reason: str = ""
+
+
+class Broken(msgspec.Struct, frozen=True, kw_only=True):
+    """A rule of MISRA C:2012 that the C breaks.
+
+    Attributes
+    ----------
+    rule : its number
+    places : how often
+    reason : why the C does so; empty where nobody has given one
+    """
+
+    rule: str
+    places: int
+    reason: str
+
+
+class Certificate(msgspec.Struct, frozen=True, kw_only=True):
+    """proof.json.
+
+    Attributes
+    ----------
+    vehicle, method, scalar, limits, function : the kernel
+    sha256 : of the header and then the source, as ``cat NAME.h NAME.c | sha256sum`` prints it; the self-test
+        prints the same
+    thrustbench : this program's commit
+    tools : version of each tool
+    assumptions : what the claims rest on
+    claims : about memory, status and limits
+    numbers : about rounding, and what could not be looked at for want of a tool
+    rounding, worst_paths, misra : the numbers themselves
+    seconds : how long it took [s]
+    """
+
+    vehicle: str
+    method: str
+    scalar: str
+    limits: str
+    function: str
+    sha256: str
+    thrustbench: str
+    tools: dict[str, str]
+    assumptions: list[str]
+    claims: list[Claim]
+    numbers: list[Claim] = []
+    rounding: list[Rounding] = []
+    worst_paths: list[WorstPath] = []
+    misra: list[Broken] = []
+    seconds: float = 0.0
+
+    @property
+    def safe(self) -> bool:
+        """Whether all that concerns memory, status and limits is shown."""
+        return all(claim.verdict != "not shown" for claim in self.claims)
+
+
+ASSUMPTIONS = [
+    "The compiler is right, and keeps to IEEE 754 for each single operation, to the nearest: no -ffast-math,"
+    " and no contraction of a * b + c, which -std=c99 forbids GCC and Clang.",
+    "An int has 32 bits; double and float are binary64 and binary32, subnormal numbers included:"
+    " flush-to-zero is off.",
+    "The caller passes arrays as long as the header says; f and share overlap no other.",
+    "Minimum and maximum are C's comparisons, or the FPU's minNum and maxNum of IEEE 754-2008.",
+    "Compiler hints (__builtin_expect, an empty asm, __builtin_fabs) mean what GCC says they mean; the"
+    " analyser reads the C without them.",
+]

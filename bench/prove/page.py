@@ -1,0 +1,131 @@
+"""A certificate as a page, and several as a table."""
+
+from collections.abc import Iterable
+
+from bench.prove.certificate import Certificate, Rounding, WorstPath
+from bench.results.text import table, three
+
+LIMITS = {"call": "of the call", "fixed": "fixed"}
+
+
+def page(proof: Certificate) -> str:
+    """Markdown: what was shown, what was not, and what it rests on."""
+    named = ", ".join(f"{name} {version}" for name, version in proof.tools.items() if version)
+    claims = table(
+        ["claim", "", "by", "in the tool's words"],
+        (
+            (each.claim, each.verdict, each.by, "; ".join(each.words[:6]))
+            for each in [*proof.claims, *proof.numbers]
+        ),
+    )
+    assumptions = "\n".join(f"- {each}" for each in proof.assumptions)
+    return f"""\
+# Proof of {proof.function}
+
+{proof.method} for {proof.vehicle}, {proof.scalar}, limits {LIMITS[proof.limits]}.
+This page speaks of the header and the source for which
+
+    cat {proof.function}.h {proof.function}.c | sha256sum
+
+prints `{proof.sha256}`; the self-test prints the same number.
+
+## What is shown
+
+{claims}
+{_rounding(proof)}{_worst_paths(proof.worst_paths)}{_misra(proof)}
+## What this rests on
+
+{assumptions}
+
+Made by thrustbench {proof.thrustbench} with {named} in {proof.seconds:.0f} s.
+`docs/proof.md` says what each of these is worth.
+"""
+
+
+def _rounding(proof: Certificate) -> str:
+    if not proof.rounding:
+        return ""
+    return "\n## Rounding\n\n" + table(
+        [
+            "thruster off",
+            "bound [N]",
+            "largest seen [N]",
+            "ratio",
+            "of demands",
+            "Gappa, before limits [N]",
+            "1 - α*",
+        ],
+        (_rounding_row(each) for each in proof.rounding),
+    )
+
+
+def _rounding_row(each: Rounding) -> list[str]:
+    return [
+        "-" if each.fault < 0 else str(each.fault),
+        three(each.bound_n),
+        three(each.observed_n),
+        three(each.bound_n / each.observed_n) if each.observed_n else "-",
+        f"{each.demands:,}",
+        three(each.gappa_n) if each.gappa_n is not None else "-",
+        three(each.verdict_band) if each.verdict_band is not None else "-",
+    ]
+
+
+def _worst_paths(paths: Iterable[WorstPath]) -> str:
+    rows = [
+        [
+            each.target,
+            str(each.attained),
+            "not known" if each.at_most is None else str(each.at_most),
+            "exact" if each.at_most == each.attained else each.reason or "an interval",
+            f"{each.calls:,}",
+        ]
+        for each in paths
+    ]
+    if not rows:
+        return ""
+    return "\n## The worst path, in instructions\n\n" + table(
+        ["target", "attained", "at most", "", "calls run"], rows
+    )
+
+
+def _misra(proof: Certificate) -> str:
+    if not proof.misra:
+        return ""
+    return "\n## MISRA C:2012 rules that are broken\n\n" + table(
+        ["rule", "places", "why"], ([each.rule, str(each.places), each.reason] for each in proof.misra)
+    )
+
+
+def summary(proofs: Iterable[Certificate]) -> str:
+    """Markdown: one line a kernel."""
+    return "# Proofs\n\n" + table(
+        [
+            "kernel",
+            *("errors", "status", "limits"),
+            "rounding / seen",
+            "worst path",
+            "MISRA without a reason",
+            "s",
+        ],
+        (_line(proof) for proof in proofs),
+    )
+
+
+def _line(proof: Certificate) -> list[str]:
+    verdicts = [each.verdict.replace("does not apply", "-") for each in proof.claims[:3]]
+    ratios = [each.bound_n / each.observed_n for each in proof.rounding if each.observed_n]
+    exact = [f"{each.target} {each.attained}" for each in proof.worst_paths if each.at_most == each.attained]
+    wide = [
+        f"{each.target} {each.attained}…{each.at_most}"
+        for each in proof.worst_paths
+        if each.at_most != each.attained
+    ]
+    return [
+        proof.function,
+        *verdicts,
+        three(max(ratios)) if ratios else "-",
+        ", ".join([*exact, *wide]) or "-",
+        str(sum(not each.reason for each in proof.misra)),
+        f"{proof.seconds:.0f}",
+    ]

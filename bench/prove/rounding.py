@@ -1,0 +1,247 @@
+"""How far rounding takes thrusts from what the kernel's own formula gives in real numbers: a bound.
+
+Every operation is followed with the range of its exact value over all attainable demands, tau = T P f within
+the limits, and a bound on how far the calculated value is from it. A linear value has the range of the
+attainable set along its direction, without loss; minimum and maximum move by no more than their operands do.
+"""
+
+from dataclasses import dataclass
+from math import floor, inf, log2
+
+import numpy as np
+
+from alloc import FloatArray, Vehicle
+from alloc.native.code import Scalar
+from bench.prove.numeric import values
+from bench.prove.symbolic import Node, NotRead, Operation, Program
+
+DIGITS: dict[Scalar, int] = {"double": 53, "float": 24}
+TINIEST: dict[Scalar, float] = {"double": 2.0**-1075, "float": 2.0**-150}
+"""Half of the smallest subnormal number, which a product may lose."""
+WIDER: dict[Scalar, float] = {"double": 1e-13, "float": 1e-6}
+"""By how much ranges are widened, relative to their size: for demands that rounding takes out of the
+attainable set, and for rounding in this analysis itself."""
+
+Atom = tuple[Node, int]
+"""What a value is linear in: an entry of tau, times a share where the node is not -1."""
+
+
+@dataclass(frozen=True)
+class Value:
+    """One value of a program.
+
+    Attributes
+    ----------
+    low, high : range of the exact value
+    error : how far the calculated value may be from it
+    form : factors of the atoms it is a sum of; None where it is no such sum
+    """
+
+    low: float
+    high: float
+    error: float
+    form: dict[Atom, float] | None = None
+
+    @property
+    def size(self) -> float:
+        """Largest size of the exact value."""
+        return max(abs(self.low), abs(self.high))
+
+
+class Errors:
+    """The values of a program, each with its range and error.
+
+    ``exact`` gives constants before they were rounded to the scalar, by node.
+    """
+
+    def __init__(
+        self, program: Program, vehicle: Vehicle, scalar: Scalar, exact: dict[Node, float] | None = None
+    ) -> None:
+        """Follow the errors; values that can't be followed are missing, and so are all made of them."""
+        self._nodes, self._vehicle, self._scalar, self._exact = program.nodes, vehicle, scalar, exact or {}
+        self.values: dict[Node, Value] = {}
+        self.reasons: dict[Node, str] = {}
+        for node, operation in enumerate(program.nodes):
+            lost = [each for each in _operands(operation) if each in self.reasons]
+            if lost:
+                self.reasons[node] = self.reasons[lost[0]]
+                continue
+            try:
+                if (value := self._value(node, operation)) is not None:
+                    self.values[node] = value
+            except NotRead as reason:
+                self.reasons[node] = str(reason)
+
+    def error(self, node: Node) -> float:
+        """The bound on a node's error; raises NotRead where there is none."""
+        if node not in self.values:
+            raise NotRead(self.reasons.get(node, "no number"))
+        return self.values[node].error
+
+    def _value(self, node: Node, operation: Operation) -> Value | None:
+        match operation:
+            case ("const", value):
+                exact = float(self._exact.get(node, value))
+                return Value(exact, exact, abs(value - exact), {})
+            case ("input", "tau", j):
+                return self._linear({(-1, j): 1.0}, 0.0)
+            case ("input", name, _):
+                raise NotRead(f"{name} is an argument")
+            case ("unknown",):
+                raise NotRead("loops that data end")
+            case ("choose", condition, then, other):
+                return self._chosen(self._nodes[condition], condition, then, other)
+        operands = [self.values.get(each) for each in operation[1:]]
+        if any(each is None for each in operands):
+            return None  # of conditions
+        known = [each for each in operands if each is not None]
+        combine = getattr(self, f"_{operation[0]}", None)
+        if combine is None:
+            return None
+        made: Value = combine(*known, *operation[1:]) if operation[0] == "mul" else combine(*known)
+        return made
+
+    def _chosen(self, condition: Operation, at: Node, then: Node, other: Node) -> Value:
+        if at in self.reasons or then not in self.values or other not in self.values:
+            raise NotRead(self.reasons.get(at, "a choice between what is no number"))
+        a, b = self.values[then], self.values[other]
+        match condition:
+            case ("lt", x, bound) if x == then and b.low == b.high and bound in self.values:
+                # x below the bound, else a constant: on the wrong side x is within its error of the bound.
+                limit = self.values[bound]
+                if a.low - a.error >= limit.high + limit.error:
+                    return b
+                jump = abs(limit.low - b.low)
+                return Value(min(a.low, b.low), max(min(a.high, b.high), b.high), a.error + jump)
+        raise NotRead("a branch between values that differ")
+
+    def _linear(self, form: dict[Atom, float], error: float) -> Value:
+        low = high = 0.0
+        for share in {node for node, _ in form}:
+            along = np.array([form.get((share, j), 0.0) for j in range(self._vehicle.k)])
+            ends = _support(self._vehicle, along)
+            low += ends[0] if share < 0 else min(ends[0], 0.0)
+            high += ends[1] if share < 0 else max(ends[1], 0.0)
+        wider = WIDER[self._scalar] * max(abs(low), abs(high))
+        return Value(low - wider, high + wider, error, form)
+
+    def _rounded(self, value: Value) -> Value:
+        most = value.size + value.error
+        half = 2.0 ** (floor(log2(most)) - DIGITS[self._scalar]) if most > 0 else 0.0
+        return Value(value.low, value.high, value.error + half + TINIEST[self._scalar], value.form)
+
+    def _sum(self, a: Value, b: Value, sign: float) -> Value:
+        error = a.error + b.error
+        ends = sorted((sign * b.low, sign * b.high))
+        form = None
+        if a.form and b.form:
+            form = dict(a.form)
+            for atom, factor in b.form.items():
+                form[atom] = form.get(atom, 0.0) + sign * factor
+        total = self._linear(form, error) if form else Value(a.low + ends[0], a.high + ends[1], error)
+        exact = (a.low == a.high == 0.0 and not a.error) or (b.low == b.high == 0.0 and not b.error)
+        return total if exact else self._rounded(total)
+
+    def _add(self, a: Value, b: Value) -> Value:
+        return self._sum(a, b, 1.0)
+
+    def _sub(self, a: Value, b: Value) -> Value:
+        return self._sum(a, b, -1.0)
+
+    def _neg(self, a: Value) -> Value:
+        form = {atom: -factor for atom, factor in a.form.items()} if a.form else None
+        return Value(-a.high, -a.low, a.error, form)
+
+    def _abs(self, a: Value) -> Value:
+        return Value(0.0 if a.low <= 0 <= a.high else min(abs(a.low), abs(a.high)), a.size, a.error)
+
+    def _min(self, a: Value, b: Value) -> Value:
+        return Value(min(a.low, b.low), min(a.high, b.high), max(a.error, b.error))
+
+    def _max(self, a: Value, b: Value) -> Value:
+        return Value(max(a.low, b.low), max(a.high, b.high), max(a.error, b.error))
+
+    def _mul(self, a: Value, b: Value, left: Node, right: Node) -> Value:
+        error = a.error * b.size + b.error * a.size + a.error * b.error
+        corners = [x * y for x in (a.low, a.high) for y in (b.low, b.high)]
+        value = Value(min(corners), max(corners), error)
+        for factor, other in ((a, b), (b, a)):
+            if factor.low == factor.high and other.form:
+                value = self._linear({atom: factor.low * each for atom, each in other.form.items()}, error)
+        for node, share, other in ((left, a, b), (right, b, a)):
+            is_share = share.form is None and share.low >= 0.0 and share.high <= 1.0
+            if is_share and other.form and all(atom[0] < 0 for atom in other.form):
+                value = self._linear({(node, j): each for (_, j), each in other.form.items()}, error)
+        return self._rounded(value)
+
+    def _div(self, a: Value, b: Value) -> Value:
+        least = min(abs(b.low), abs(b.high)) if b.low > 0 or b.high < 0 else 0.0
+        if least <= b.error:
+            raise NotRead("a division by what may be zero")
+        corners = [x / y for x in (a.low, a.high) for y in (b.low, b.high)]
+        size = max(abs(each) for each in corners)
+        return self._rounded(
+            Value(min(corners), max(corners), (a.error + size * b.error) / (least - b.error))
+        )
+
+
+def _operands(operation: Operation) -> tuple[Node, ...]:
+    return () if operation[0] in ("const", "input", "unknown") else operation[1:]
+
+
+def _support(vehicle: Vehicle, along: FloatArray) -> tuple[float, float]:
+    """Least and largest along . tau over all attainable tau."""
+    push = along @ vehicle.TP
+    ends = np.sort([push * vehicle.f_min, push * vehicle.f_max], axis=0)
+    return float(ends[0].sum()), float(ends[1].sum())
+
+
+def verdict_band(program: Program, errors: Errors, slack: float) -> float | None:
+    """1 - alpha* of the least attainable demand that may be SOLVED still [-]; None where none is refused.
+
+    An excess g over the limits is convex along the ray to a demand, -w at its begin and 0 at alpha*. A
+    demand is answered where g is at most slack + e, e its rounding error, so that
+    alpha* >= 1 / (1 + (slack + e) / w). Raises NotRead where an excess can't be followed.
+    """
+    at_rest = _at_rest(program)
+    band = None
+    for condition, _ in program.exits:
+        for term, bound in _compared(program.nodes, condition):
+            if term not in errors.values or bound not in errors.values:
+                raise NotRead(errors.reasons.get(term, "no number"))
+            value = errors.values[term]
+            if value.form and value.size <= errors.values[bound].high:
+                continue  # of an attainable demand this is zero: a direction that no thruster pushes
+            width = errors.values[bound].low - at_rest[term] - slack
+            beyond = slack + value.error
+            band = max(band or 0.0, 1.0 - 1.0 / (1.0 + beyond / width) if width > 0 else inf)
+    return band
+
+
+def _at_rest(program: Program) -> list[float]:
+    """What every node is where tau is zero."""
+    named = {operation[1]: operation[2] for operation in program.nodes if operation[0] == "input"}
+    inputs = {name: np.zeros((last + 1, 1)) for name, last in named.items()}
+    return [float(np.asarray(each).ravel()[0]) for each in values(program, inputs, np.float64)]
+
+
+def _compared(nodes: list[Operation], condition: Node) -> list[tuple[Node, Node]]:
+    """Pairs (what must not exceed, what it may be) that a refusal compares; each maximum taken apart."""
+    match nodes[condition]:
+        case ("not", inner) if nodes[inner][0] == "le":
+            _, left, bound = nodes[inner]
+            return [(term, bound) for term in _maxima(nodes, left)]
+        case ("and", a, b):
+            return _compared(nodes, a) + _compared(nodes, b)
+    return []
+
+
+def _maxima(nodes: list[Operation], node: Node) -> list[Node]:
+    match nodes[node]:
+        case ("max", a, b):
+            return _maxima(nodes, a) + _maxima(nodes, b)
+        case ("add", a, b) if nodes[b][0] == "sub" and nodes[b][1] == nodes[b][2]:
+            return _maxima(nodes, a)
+        case ("sub", a, b) if a == b:
+            return []
+    return [node]

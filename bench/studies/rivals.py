@@ -1,0 +1,128 @@
+"""Answers of solvers' own C, checked and unchecked: ``python -m bench.studies.rivals [N] [VEHICLE]…``.
+
+N demands a class (1,000) on each shipped vehicle, double and float, in C compiled for this machine. Beside
+the answers that the check lets through stand the solver's own claims about the same demands, and thrusts as
+it left them. ``thrustbench emulate`` counts instructions. The study prints two tables of docs/rivals.md.
+"""
+
+import ctypes
+import sys
+from typing import NamedTuple
+
+import numpy as np
+
+from alloc import FloatArray, IndexArray, Label, Status, Vehicle, build, list_vehicles, load_vehicle, rivals
+from alloc.native.code import Scalar
+from alloc.native.compiled import shared_library
+from alloc.rivals.wrapper import rival
+from bench.demands import build_demands
+from bench.emulation.kernel import SCALARS
+from bench.results.text import table, three
+
+SETS = ("inactive", "active", "infeasible")
+SEED = 16
+FAR = 1e-2
+"""Distance from the optimum beyond which an answer is a wrong one, relative to the largest limit [-]."""
+OUTSIDE = 1e-4
+"""Excess over a limit that counts, relative to the largest limit [-]: a thousand roundings of a float."""
+
+
+class Tally(NamedTuple):
+    """What became of demands off the boundary of the attainable set.
+
+    Attributes
+    ----------
+    asked : demands
+    unanswered : that can be met and get no thrusts
+    met : that can't be met and are called met
+    outside : answered with a thrust outside the limits, or one that is not finite
+    far : other answers further than FAR from the optimum
+    distance : largest distance of the rest from the optimum, relative to the largest limit [-]
+    refused : that can't be met and are called infeasible; the others of these get no verdict
+    """
+
+    asked: int
+    unanswered: int
+    met: int
+    outside: int
+    far: int
+    distance: float
+    refused: int
+
+
+def answers(
+    solver: str, vehicle: Vehicle, scalar: Scalar, taus: FloatArray, *, checked: bool
+) -> tuple[FloatArray, IndexArray]:
+    """Thrusts (N, n) and statuses (N,) of a solver's C for demands (N, k), compiled for this machine."""
+    made = rival(solver, vehicle, scalar, checked=checked)
+    loop = f"""\
+{made.declaration}
+void ask(const {scalar} *taus, {scalar} *F, int *status, long count);
+void ask(const {scalar} *taus, {scalar} *F, int *status, long count)
+{{
+    for (long i = 0; i < count; i++)
+        status[i] = {made.entry}(taus + i * {vehicle.k}, F + i * {vehicle.n});
+}}
+"""
+    library = ctypes.CDLL(str(shared_library(solver, made.own | {"ask.c": loop}, shared=made.shared)))
+    given = np.ascontiguousarray(taus, dtype=SCALARS[scalar])
+    F = np.full((len(taus), vehicle.n), np.nan, dtype=given.dtype)
+    status = np.empty(len(taus), dtype=np.intc)
+    pointers = (array.ctypes.data_as(ctypes.c_void_p) for array in (given, F, status))
+    library["ask"](*pointers, ctypes.c_long(len(taus)))
+    return F.astype(np.float64), status.astype(np.intp)
+
+
+def tally(solver: str, vehicle: Vehicle, scalar: Scalar, n: int, *, checked: bool) -> Tally:
+    """Ask n demands of each class, and hold the answers to the exact ones."""
+    sets = [build_demands(name, vehicle, SEED, n) for name in SETS if name != "active" or vehicle.nullity]
+    taus = np.concatenate([demands.taus for demands in sets])
+    able = np.concatenate([demands.labels for demands in sets]) != Label.INFEASIBLE
+    F, status = answers(solver, vehicle, scalar, taus, checked=checked)
+    exact, _ = build("nullspace", vehicle).many(taus)
+    answered = np.isin(status, (Status.SOLVED, Status.PARTIAL))
+    beyond = np.maximum(F - vehicle.f_max, vehicle.f_min - F).max(axis=1) / vehicle.f_scale
+    inside = beyond <= OUTSIDE  # NaN is not
+    distance = np.abs(F - exact).max(axis=1) / vehicle.f_scale
+    compared = answered & able & inside
+    near = distance <= FAR
+    return Tally(
+        asked=len(taus),
+        unanswered=int((able & ~answered).sum()),
+        met=int((~able & (status == Status.SOLVED)).sum()),
+        outside=int((answered & ~inside).sum()),
+        far=int((compared & ~near).sum()),
+        distance=float(distance[compared & near].max(initial=0.0)),
+        refused=int((~able & (status == Status.INFEASIBLE)).sum()),
+    )
+
+
+def main(arguments: list[str]) -> None:
+    """Print a table of answers that were checked, and one of what the solvers claim."""
+    n = int(arguments[0]) if arguments else 1000
+    vehicles = [load_vehicle(name) for name in arguments[1:] or list_vehicles()]
+    there = [name for name in rivals.names() if not rivals.load(name).missing()]
+    scalars: tuple[Scalar, ...] = ("double", "float")
+    for checked in (True, False):
+        print("\nChecked:\n" if checked else "\nAs the solver claims:\n")
+        lines = []
+        for solver in there:
+            for scalar in scalars:
+                own = [tally(solver, vehicle, scalar, n, checked=checked) for vehicle in vehicles]
+                *numbers, distance, refused = zip(*own, strict=True)
+                lines.append(
+                    [
+                        solver,
+                        scalar,
+                        *(str(sum(each)) for each in numbers),
+                        three(max(distance)),
+                        str(sum(refused)),
+                    ]
+                )
+                worst = vehicles[int(np.argmax(distance))].name
+                lines[-1].append(worst)
+        print(table(("solver", "scalar", *Tally._fields, "farthest on"), lines), flush=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,155 @@
+"""Solvers' own C, and the check around it: what it lets through, and what it is built of."""
+
+import ctypes
+import re
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from alloc import FloatArray, NotInstalled, Status, Vehicle, build, load_vehicle
+from alloc.native import missing
+from alloc.native.compiled import shared_library
+from alloc.rivals import Files, download, load, names, wrapper
+from alloc.rivals.bind import bound
+from alloc.rivals.c import single
+
+UNTOUCHED = 12345.0
+FULL_AHEAD = np.array([250.0, 250.0, -250.0, -250.0])
+"""Ukwial's thrusts for most surge [N]: each at a limit."""
+
+needs_compiler = pytest.mark.skipif(bool(missing()), reason=missing())
+Answered = Callable[[FloatArray], tuple[int, FloatArray]]
+
+
+def claimed(monkeypatch: pytest.MonkeyPatch, body: str, vehicle: Vehicle) -> Answered:
+    """The wrapper around C that claims whatever ``body`` writes into x and y and returns."""
+    text = (
+        '#include "rival.h"\n'
+        "int rival_solve(const real *b, const real *lb, const real *ub, real *x, real *y)\n"
+        f"{{\n    (void)b, (void)lb, (void)ub;\n    {body}\n}}\n"
+    )
+    fake = SimpleNamespace(missing=lambda: "", generate=lambda qp, scalar: Files({"fake.c": text}, {}))
+    monkeypatch.setattr(wrapper, "load", lambda name: fake)
+    made = wrapper.rival("fake", vehicle)
+    function = ctypes.CDLL(str(shared_library("fake", made.own)))[made.entry]
+
+    def answered(tau: FloatArray) -> tuple[int, FloatArray]:
+        f = np.full(vehicle.n, UNTOUCHED)
+        pointers = (array.ctypes.data_as(ctypes.c_void_p) for array in (tau, f))
+        return function(*pointers), f
+
+    return answered
+
+
+@pytest.fixture
+def vehicle() -> Vehicle:
+    return load_vehicle("ukwial")
+
+
+@pytest.fixture
+def attainable(vehicle: Vehicle) -> FloatArray:
+    """Half of the most surge."""
+    tau: FloatArray = vehicle.TP @ (FULL_AHEAD / 2)
+    return tau
+
+
+@needs_compiler
+@pytest.mark.parametrize("value", ["0.0", "-1e300", "0.0 / 0.0", "1.0 / 0.0"])
+def test_thrusts_that_do_not_make_the_wrench_are_no_answer_whatever_a_solver_claims(
+    value: str, vehicle: Vehicle, attainable: FloatArray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    body = f"for (int i = 0; i < 4; i++) x[i] = {value}; y[0] = y[1] = y[2] = 0; return 0;"
+    status, f = claimed(monkeypatch, body, vehicle)(attainable)
+    assert status == Status.NOT_CONVERGED
+    assert (f == UNTOUCHED).all()
+
+
+@needs_compiler
+def test_thrusts_beyond_the_limits_are_clipped(vehicle: Vehicle, monkeypatch: pytest.MonkeyPatch) -> None:
+    """x beyond the limits by 0.005 in their unit: once clipped, the thrusts make the demand of most surge."""
+    body = "for (int i = 0; i < 4; i++) x[i] = i < 2 ? 1.005 : -1.005; return 2;"
+    status, f = claimed(monkeypatch, body, vehicle)(vehicle.TP @ FULL_AHEAD)
+    assert status == Status.SOLVED
+    np.testing.assert_array_equal(f, FULL_AHEAD)
+
+
+@needs_compiler
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_infeasible_is_said_where_the_multipliers_prove_it_and_only_there(
+    sign: float, vehicle: Vehicle, attainable: FloatArray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """y = b, or -b, separates a demand of three times the most surge from all that is attainable."""
+    body = f"for (int i = 0; i < 4; i++) x[i] = 0;for (int i = 0; i < 3; i++) y[i] = {sign} * b[i]; return 0;"
+    answered = claimed(monkeypatch, body, vehicle)
+    assert answered(6.0 * attainable)[0] == Status.INFEASIBLE
+    assert answered(attainable)[0] == Status.NOT_CONVERGED
+
+
+@needs_compiler
+def test_a_demand_that_is_not_finite_is_told_before_the_solver_sees_it(
+    vehicle: Vehicle, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    answered = claimed(monkeypatch, "__builtin_trap();", vehicle)
+    for odd in (np.nan, np.inf, -np.inf):
+        assert answered(np.array([0.0, odd, 0.0]))[0] == -2
+
+
+@needs_compiler
+@pytest.mark.parametrize("name", names())
+@pytest.mark.parametrize("fault", [None, 0])
+def test_every_rival_finds_the_optimum_where_efforts_differ_and_belong_together(
+    name: str, fault: int | None
+) -> None:
+    """H with all entries, limits that are not alike; with a thruster off T has a rank to spare no more."""
+    if reason := load(name).missing():
+        pytest.skip(reason)
+    rng = np.random.default_rng(16)
+    made = rng.standard_normal((5, 5))
+    whole = Vehicle(
+        name="five",
+        dof=("surge", "sway", "yaw"),
+        T=rng.standard_normal((3, 5)),
+        H=np.diag([1.0, 2.0, 3.0, 4.0, 5.0]) + 0.1 * made @ made.T,
+        f_min=np.array([-1.0, -2.0, -3.0, -1.0, -2.0]),
+        f_max=np.array([2.0, 1.0, 2.0, 3.0, 1.0]),
+        readiness=np.ones(5),
+        slack_weights=np.ones(3),
+    )
+    vehicle = whole if fault is None else whole.with_fault(fault)
+    taus = 0.8 * rng.uniform(vehicle.f_min, vehicle.f_max, (30, 5)) @ vehicle.TP.T
+    exact, right = build("nullspace", vehicle).many(taus)
+    allocate = bound(name, vehicle)
+    F, status = allocate.many(taus)
+    assert (right == Status.SOLVED).all()
+    assert np.isin(status, (Status.SOLVED, Status.PARTIAL)).all()
+    assert np.abs(F - exact).max() <= allocate.tolerance * vehicle.f_scale
+
+
+def test_double_precision_becomes_single_in_types_constants_and_functions() -> None:
+    text = "double a = sqrt(1e-8 * x[10]) + 0.5 - 3; float b = 2.f; int i = 0x10; /* v1.2 */"
+    assert single(text) == (
+        "float a = sqrtf(1e-8F * x[10]) + 0.5F - 3; float b = 2.f; int i = 0x10; /* v1.2 */"
+    )
+
+
+def test_a_constant_that_single_precision_cannot_hold_becomes_the_nearest_it_can() -> None:
+    """Zero would be another thing: CasADi marks a bound as active by the smallest number above zero."""
+    smallest, largest = (float(literal[:-1]) for literal in single("2.2e-308, 1.7e308").split(", "))
+    assert 0 < np.float32(smallest) < 1.2e-38
+    assert np.isfinite(np.float32(largest))
+    assert largest > 3.4e38
+
+
+def test_c_that_is_not_there_or_was_changed_is_told_with_the_remedy(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("THRUSTBENCH_CACHE", str(tmp_path))
+    daqp = download.source("daqp")
+    assert daqp.missing().endswith("python -m alloc.rivals.download")
+    with pytest.raises(NotInstalled, match=re.escape(download.REMEDY)):
+        bound("daqp", load_vehicle("ukwial"))
+    daqp.path.write_bytes(b"something else")
+    assert "is not the file that was asked for" in daqp.missing()

@@ -1,0 +1,119 @@
+"""Cycles of a call are what Arm's manual says of it: its examples, and what each rule adds to both ends."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from alloc import load_vehicle
+from bench.demands import build_demands
+from bench.emulation.cortex_m4f import cortex_m4f
+from bench.emulation.cortex_m7 import cortex_m7
+from bench.emulation.count import count
+from bench.emulation.cycles import cycles
+from bench.emulation.image import link
+from bench.emulation.interval import Cycles, Unpublished
+from bench.emulation.kernels import build_kernel
+from bench.emulation.trace import Instruction, Trace, disassembly, trace
+from tests.emulators import available
+
+
+def run(*lines: str, size: int = 2) -> Trace:
+    """A call that executes these lines in order, and then returns."""
+    known = []
+    for i, line in enumerate([*lines, "bx lr"]):
+        name, _, rest = line.partition(" ")
+        operands = tuple(part.strip().replace(";", ",") for part in rest.split(",") if part)
+        known.append(Instruction(size * i, size * (i + 1), name, operands, conditional=False))
+    return Trace(known, [np.arange(len(known))])
+
+
+def m4f(*lines: str, size: int = 2) -> Cycles:
+    """Cycles without the return, which takes 1 and 1 to 3 to refill the pipeline."""
+    (span,) = cortex_m4f(run(*lines, size=size))
+    return Cycles(span.low - 2, span.high - 4)
+
+
+@pytest.mark.parametrize(
+    ("lines", "cycles"),
+    [
+        (("ldr r0, [r1]", "ldr r1, [r2]"), 3),
+        (("ldr r0, [r1; r5]", "ldr r1, [r2]", "ldr r2, [r3; #4]"), 4),
+        (("ldr r0, [r1; r2]", "str r0, [r3; #20]"), 3),
+        (("add r0, r1, r2", "str r3, [r5; #4]", "mov r0, r1"), 3),
+        (("push {r4-r7; lr}",), 6),
+        (("vldr d0, [r0]",), 3),
+        (("vpush {d8-d9}",), 5),
+        (("ldrd r0, r1, [r2]",), 3),
+        (("mla r0, r1, r2, r3",), 2),
+        (("vmla s0, s1, s2",), 3),
+    ],
+)
+def test_the_manual_s_examples_have_the_manual_s_cycles(lines: tuple[str, ...], cycles: int) -> None:
+    """DDI 0439, section 3.3.2 and tables 3-1 and 7-1: examples of loads and stores with their totals."""
+    assert m4f(*lines) == (cycles, cycles)
+
+
+def test_a_result_that_the_next_instruction_reads_costs_one_more() -> None:
+    apart = ("vmul s0, s1, s2", "vadd s3, s4, s5")
+    assert m4f(*apart) == (2, 2)
+    assert m4f("vmul s0, s1, s2", "vadd s3, s0, s5") == (3, 3)
+    assert m4f("vmul s0, s1, s2", "vadd s0, s4, s5") == (2, 2)  # written, not read
+
+
+def test_an_address_that_was_just_calculated_costs_one_more() -> None:
+    assert m4f("add r1, r2, r3", "ldr r0, [r1]") == (4, 4)
+    assert m4f("add r4, r2, r3", "ldr r0, [r1]") == (3, 3)
+
+
+def test_loads_of_four_bytes_may_fail_to_overlap_where_they_begin_between_words() -> None:
+    """Seen on a board, so both are in the interval; at word boundaries they overlap."""
+    aligned = m4f("ldr r0, [r1]", "ldr r4, [r2]", size=4)
+    assert aligned == (3, 3)
+    shifted = run("ldr r0, [r1]", "ldr r4, [r2]", size=4)
+    moved = [Instruction(o.address + 2, o.following + 2, o.name, o.operands, False) for o in shifted.known]
+    (span,) = cortex_m4f(Trace(moved, shifted.calls))
+    assert (span.low - 2, span.high - 4) == (3, 4)
+
+
+def test_a_branch_that_is_taken_refills_the_pipeline_in_one_to_three_cycles() -> None:
+    stays = run("cmp r0, #1", "ble 100", "mov r1, r2")
+    goes = Trace(stays.known, [np.array([0, 1, 3])])  # over the mov
+    assert cortex_m4f(stays) == [(2 + 1 + 2, 2 + 1 + 4)]
+    assert cortex_m4f(goes) == [(1 + 2 + 2, 1 + 4 + 4)]
+
+
+def test_an_instruction_in_no_table_is_unknown_and_not_guessed() -> None:
+    for model in (cortex_m4f, cortex_m7):
+        with pytest.raises(Unpublished, match="frobnicate"):
+            model(run("frobnicate r0, r1"))
+
+
+def test_on_a_cortex_m7_two_integer_instructions_share_a_cycle_at_best_and_doubles_never_do() -> None:
+    (many,) = cortex_m7(run(*["add r0, r1, r2", "add r3, r4, r5"] * 10))
+    assert many.low == 21 // 2
+    (sums,) = cortex_m7(run(*[f"vadd d{i}, d14, d15" for i in range(10)]))
+    assert sums.low == 10
+    assert sums.high >= 30
+    (chain,) = cortex_m7(run(*["vadd s0, s0, s1"] * 10))
+    assert chain.high - 8 >= 28  # each waits three cycles for the one before
+
+
+@pytest.mark.parametrize(
+    ("name", "scalar", "ratio"), [("cortex-m4f", "float", 1.5), ("cortex-m7", "double", 4.0)]
+)
+def test_a_kernel_s_interval_holds_its_instructions_and_is_narrow(
+    name: str, scalar: str, ratio: float, tmp_path: Path
+) -> None:
+    """A Cortex-M4F starts at most one instruction a cycle, an M7 two."""
+    vehicle = load_vehicle("bluerov2-heavy")
+    image = link(build_kernel("nullspace@native", vehicle, scalar), available(name), tmp_path)  # type: ignore[arg-type]
+    taus = build_demands("active", vehicle, 0, 10).taus
+    counted = count(image, taus)
+    span = cycles(image, taus, counted)
+    assert span is not None
+    assert span.high <= ratio * span.low
+    assert span.low >= counted.instructions.max() * (0.9 if name == "cortex-m4f" else 0.5)
+    traced = trace(image, taus, counted.instructions)
+    assert sorted(map(len, traced.calls)) == sorted(counted.instructions.tolist())
+    assert {one.address for one in disassembly(image.path, image.target.tools)} >= {image.entry}

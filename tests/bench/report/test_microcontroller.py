@@ -1,0 +1,56 @@
+"""The table of methods on a microcontroller: what stands in it, from made-up counts."""
+
+from bench.record import Emulated
+from bench.report.microcontroller import microcontroller
+from bench.results.emulated import rows
+
+
+def counted(
+    method: str, demands: str, most: int, *, vehicle: str = "ukwial", solver: str = "", wrong: int = 0
+) -> Emulated:
+    return Emulated(
+        vehicle=vehicle,
+        target="cortex-m4f",
+        method=method,
+        scalar="float",
+        demands=demands,
+        solver=solver,
+        instructions=[(10, 19), (most, 1)],
+        flash_bytes=most,
+        ram_static_bytes=4,
+        stack_bytes=8,
+        distance_rel_max=most / 1e6,
+        other_verdicts=wrong,
+    )
+
+
+def cells(text: str, method: str) -> list[str]:
+    """A method's line, from its name on."""
+    (line,) = (line for line in text.splitlines() if line.startswith(f"| {method} "))
+    return [cell.strip() for cell in line.strip("|").split("|")]
+
+
+def test_the_most_of_all_demands_and_all_wrong_verdicts_stand_in_one_line_a_method() -> None:
+    solver = {"method": "qp/daqp@generated", "solver": "daqp"}
+    text = microcontroller(
+        rows(
+            [
+                counted(**solver, demands="active", most=2000),
+                counted(**solver, demands="infeasible", most=3000, wrong=2),
+                counted(**solver, demands="boundary", most=4000),
+                counted(**solver, demands="active", most=9000, vehicle="box8", wrong=1),
+                counted("nullspace@native", "active", 100),
+                counted("nullspace@native", "search", 120),
+            ]
+        )
+    )
+    assert cells(text, "qp/daqp@generated") == [
+        *("qp/daqp@generated", "9000", "4000", "9000", "4", "8", "3 of 60", "0.00900")
+    ]
+    # A search asks again what was asked before, so its verdicts are not counted.
+    assert cells(text, "nullspace@native")[-2] == "0 of 20"
+    assert text.index("nullspace") < text.index("qp/daqp")
+
+
+def test_without_a_solver_s_c_there_is_nothing_to_compare() -> None:
+    assert microcontroller(rows([counted("nullspace@native", "active", 100)])) == ""
