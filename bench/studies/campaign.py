@@ -149,7 +149,7 @@ def judged(vehicle: Vehicle, name: str, sets: list[DemandsAsked], count: int) ->
 
 def demands_of(entry: Entry, number: int) -> int:
     """How many demands of each set a method is asked on the vehicle of that number."""
-    if entry.twin and number % LOT:
+    if (entry.twin or entry.family is Family.GENERATED) and number % LOT:
         return 0
     if not entry.solver:
         return DEMANDS
