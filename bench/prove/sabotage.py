@@ -120,8 +120,8 @@ SABOTAGES = (
         "NaN stands in a share",
         "scaled",
         "fixed",
-        r"share0 = rounded\((.*) / (\w+), (.*)\);",
-        r"share0 = rounded(\2 / \2, \3);",
+        r"share0 = rounded\((\w+), .*\);",
+        r"share0 = \1 * t0;",
     ),
     Sabotage(
         "a row is taken that there is not",

@@ -25,6 +25,8 @@ def test_the_bound_holds_and_is_not_far_off(name: str, kernel: str, scalar: str)
 
     A million demands come nearer to the bound; their numbers stand in docs/proof.md.
     """
+    if scalar == "double" and np.finfo(np.longdouble).nmant <= 52:
+        pytest.skip("numpy has nothing wider than double here to compare with")
     of = subject(load_vehicle(name), kernel, scalar, "fixed")  # type: ignore[arg-type]
     for fault in (-1, 2):
         vehicle = of.vehicle if fault < 0 else of.vehicle.with_fault(fault)
