@@ -8,9 +8,10 @@ def section(run: Run, drawn: frozenset[str]) -> str:
     """A table of the slowest call of each method on each demand set, and what was asked in it."""
     lines = []
     for row in run.rows:
-        worst = next((cell.worst for cell in row.cells if cell.worst), None)
-        if worst is not None:
-            demand = ", ".join(three(value) for value in worst)
+        known = [cell for cell in row.cells if cell.worst and cell.singles]
+        if known:
+            slowest = max(known, key=lambda cell: cell.singles[-1][0])
+            demand = ", ".join(three(value) for value in slowest.worst)
             lines.append([row.vehicle, row.demands, row.method, three(row.call_max_us), demand])
     if not lines:
         return ""
