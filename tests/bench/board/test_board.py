@@ -19,6 +19,7 @@ from bench.emulation.count import count
 from bench.emulation.image import link
 from bench.inputs.board_log import LogError, answered, parse, read_board_log, seen
 from bench.record import read
+from bench.report import slowest
 from bench.results.fit import Fit, Loop
 from bench.results.machines import read_machines
 from bench.results.sizing import sizes
@@ -104,6 +105,7 @@ def test_a_log_becomes_a_run_like_any_other(log: bytes, tmp_path: Path) -> None:
             assert len(cell.worst) == 3
     assert cells["nullspace@native", "active"].judged.agrees  # type: ignore[union-attr]
     assert cells["nullspace@native", "infeasible"].judged.counts == {"INFEASIBLE": 20}  # type: ignore[union-attr]
+    assert slowest.section(machine.run, frozenset()).count("nullspace@native") == 3
     sized = sizes(machine.run, Loop(rate_hz=10.0))
     assert {size.method: size.fit for size in sized if size.exact}["nullspace@native"] <= Fit.WITHOUT_TAIL
 
@@ -119,7 +121,7 @@ def test_demands_and_vehicle_come_back_to_the_last_bit(log: bytes, hear: Hear) -
 
 
 def test_with_one_byte_in_a_hundred_changed_no_wrong_number_is_kept(log: bytes, hear: Hear) -> None:
-    """Also with so few that blocks survive beside damaged ones, and with digits that become others."""
+    """Also with so few changed that blocks survive beside damaged ones; digits become other digits."""
     whole = numbers(hear(log)[0])
     rng = np.random.default_rng(16)
     digits = np.frombuffer(b"0123456789abcdef", np.uint8)
