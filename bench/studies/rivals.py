@@ -35,7 +35,7 @@ OUTSIDE = 1e-4
 """Excess over a limit that counts, relative to the largest limit [-]: a thousand roundings of a float."""
 
 
-class Verdicts(NamedTuple):
+class Outcomes(NamedTuple):
     """What became of demands off the boundary of the attainable set.
 
     Attributes
@@ -81,7 +81,7 @@ void ask(const {scalar} *taus, {scalar} *F, int *status, long count)
     return F.astype(np.float64), status.astype(np.intp)
 
 
-def tally(solver: str, vehicle: Vehicle, scalar: Scalar, n: int, *, checked: bool) -> Verdicts:
+def tally(solver: str, vehicle: Vehicle, scalar: Scalar, n: int, *, checked: bool) -> Outcomes:
     """Ask n demands of each class, and hold the answers to the exact ones."""
     sets = [build_demands(name, vehicle, SEED, n) for name in SETS if name != "active" or vehicle.nullity]
     taus = np.concatenate([demands.taus for demands in sets])
@@ -94,7 +94,7 @@ def tally(solver: str, vehicle: Vehicle, scalar: Scalar, n: int, *, checked: boo
     distance = np.abs(F - exact).max(axis=1) / vehicle.f_scale
     compared = answered & able & inside
     near = distance <= FAR
-    return Verdicts(
+    return Outcomes(
         asked=len(taus),
         unanswered=int((able & ~answered).sum()),
         met=int((~able & (status == Status.SOLVED)).sum()),
@@ -135,7 +135,7 @@ def main(arguments: list[str]) -> None:
             sums = [str(sum(each)) for each in (*numbers, refused)]
             worst = int(np.argmax(distance))
             lines.append([solver, scalar, *sums, three(distance[worst]), vehicles[worst].name])
-        *fields, distance_field, refused_field = Verdicts._fields
+        *fields, distance_field, refused_field = Outcomes._fields
         headers = ("solver", "scalar", *fields, refused_field, distance_field, "on")
         print(table(headers, lines), flush=True)
     board = target("cortex-m7")

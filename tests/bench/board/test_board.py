@@ -119,7 +119,7 @@ def test_demands_and_vehicle_come_back_to_the_last_bit(log: bytes, hear: Hear) -
 
 
 def test_with_one_byte_in_a_hundred_changed_no_wrong_number_is_kept(log: bytes, hear: Hear) -> None:
-    """Also with so few changed that blocks survive beside damaged ones, and with digits that become others."""
+    """Also with so few that blocks survive beside damaged ones, and with digits that become others."""
     whole = numbers(hear(log)[0])
     rng = np.random.default_rng(16)
     digits = np.frombuffer(b"0123456789abcdef", np.uint8)
