@@ -21,7 +21,8 @@ from alloc.allocation import (
     checked,
     checked_many,
 )
-from alloc.native.compiled import shared_library, unloadable
+from alloc.native.abreast import COUNT, FLAGS, abreast
+from alloc.native.compiled import NATIVE, processor, shared_library, unloadable
 from alloc.native.generate import function_name, sources
 from alloc.native.recipes import recipe
 from alloc.vehicle import Vehicle
@@ -45,6 +46,7 @@ def bound(kernel: str, vehicle: Vehicle) -> Allocator:
         tolerance=twin.tolerance,
         worst_case_steps=twin.worst_case_steps if isinstance(twin, BoundedSteps) else None,
         levels=recipe(kernel).levels(vehicle),
+        side_by_side=_abreast(vehicle, kernel),
     )
 
 
@@ -59,6 +61,7 @@ def native(
     worst_case_steps: int | None = None,
     levels: int = 0,
     state: bool = False,
+    side_by_side: Path | None = None,
 ) -> Allocator:
     """An allocator that a compiled library answers; raises NotInstalled where that can't be loaded.
 
@@ -71,12 +74,15 @@ def native(
     formulation, limited, tolerance, worst_case_steps : the allocator's promises
     levels : how many shares the functions write behind f
     state : whether a call changes data of the library, so that only one may run at a time
+    side_by_side : the library whose functions of these names with ``_abreast`` answer many demands
     """
-    try:
-        library = ctypes.CDLL(str(path))
-    except OSError as error:
-        raise unloadable(path, error) from None
+    library = _loaded(path)
     addresses = [ctypes.cast(library[name], ctypes.c_void_p).value for name in functions]
+    together = side_by_side and _loaded(side_by_side)
+    addresses += [
+        ctypes.cast(together[f"{name}_abreast"], ctypes.c_void_p).value if together else 0
+        for name in functions
+    ]
     objects = {
         "allocation": Allocation,
         "checked": checked,
@@ -93,9 +99,22 @@ def native(
         "limited": limited,
         "tolerance": tolerance,
         "worst_case_steps": worst_case_steps,
-        "library": library,
+        "library": (library, together),
     }
     return cast(Allocator, _binding().Native(*addresses, vehicle.k, vehicle.n, levels, state, objects))
+
+
+def _loaded(path: Path) -> ctypes.CDLL:
+    try:
+        return ctypes.CDLL(str(path))
+    except OSError as error:
+        raise unloadable(path, error) from None
+
+
+def _abreast(vehicle: Vehicle, kernel: str) -> Path | None:
+    """The library that answers demands side by side; None where there is none for this kernel or compiler."""
+    made = abreast(vehicle, kernel, "fixed") | abreast(vehicle, kernel, "call")
+    return shared_library(f"{kernel}_abreast", made, FLAGS) if made and processor() else None
 
 
 @cache
@@ -103,7 +122,8 @@ def _binding() -> Any:
     """The extension module of ``binding.c``, compiled for this Python and this numpy."""
     text = (resources.files("alloc.native") / "binding.c").read_text(encoding="utf-8")
     includes = [f"-I{folder}" for folder in (sysconfig.get_path("include"), np.get_include())]
-    flags = [*includes, "-O3", f"-DLARGEST_DEMAND={LARGEST_DEMAND!r}"]
+    flags = [*includes, "-O3", f"-DLARGEST_DEMAND={LARGEST_DEMAND!r}", f"-DABREAST={COUNT}"]
+    flags += [NATIVE] if processor() else []
     suffix = f"-numpy{np.__version__}{sysconfig.get_config_var('EXT_SUFFIX')}"
     path = shared_library("thrustbench_binding", {"binding.c": text}, flags, suffix)
     loader = ExtensionFileLoader("thrustbench_binding", str(path))

@@ -20,6 +20,8 @@ typedef int (*call_kernel)(const double *tau, const double *f_min, const double 
 typedef int (*fixed_levels)(const double *tau, int fault, double *f, double *share);
 typedef int (*call_levels)(const double *tau, const double *f_min, const double *f_max, int fault, double *f,
                            double *share);
+typedef void (*abreast)(const double *tau, const double *f_min, const double *f_max, long step, double *f,
+                        signed char *status);
 
 enum { WHOLE = -1 }; /* the fault of a vehicle as it is: its own faults are in the C */
 enum { FIRST_WITHOUT_THRUST = 2, LAST_STATUS = 3, MOST_LEVELS = 16, CHUNK = 256 };
@@ -39,6 +41,7 @@ typedef struct {
     vectorcallfunc vectorcall;
     void *fixed;
     void *call;
+    void *side_by_side[2]; /* the same for ABREAST demands, where there is code for that */
     int k;
     int n;
     int levels;
@@ -191,6 +194,27 @@ static int solve(const Native *self, const double *tau, const double *f_min, con
     return status < 0 ? LAST_STATUS : status; /* arguments are checked before, so none is negative */
 }
 
+/* Row `from` and those behind it, as many as are answered at once; returns how many. */
+static npy_intp solve_some(const Native *self, const double *tau, const double *f_min, const double *f_max,
+                           const npy_intp step[2], npy_intp left, double *f, npy_int8 *status)
+{
+    double share[MOST_LEVELS];
+    const abreast many = (abreast)self->side_by_side[f_min != NULL];
+    if (many == NULL || left < ABREAST || step[0] != step[1]) {
+        *status = (npy_int8)solve(self, tau, f_min, f_max, f, share);
+        return 1;
+    }
+    many(tau, f_min, f_max, (long)step[0], f, status);
+    for (npy_intp i = 0; i < ABREAST; i++) {
+        if (status[i] < 0) { /* what it sums up is not finite */
+            const double *low = f_min != NULL ? f_min + i * step[0] : NULL;
+            const double *high = f_max != NULL ? f_max + i * step[1] : NULL;
+            status[i] = (npy_int8)solve(self, tau + i * self->k, low, high, f + i * self->n, share);
+        }
+    }
+    return ABREAST;
+}
+
 static PyObject *shares(const Native *self, const double *share)
 {
     PyObject *made = PyTuple_New(self->levels);
@@ -291,18 +315,18 @@ static PyObject *native_many(PyObject *object, PyObject *const *args, Py_ssize_t
         const double *tau = PyArray_DATA(taus);
         const double *low = ends[0] != NULL ? PyArray_DATA(ends[0]) : NULL;
         const double *high = ends[1] != NULL ? PyArray_DATA(ends[1]) : NULL;
-        double *f = PyArray_DATA((PyArrayObject *)F), share[MOST_LEVELS];
+        double *f = PyArray_DATA((PyArrayObject *)F);
         npy_int8 *status = PyArray_DATA((PyArrayObject *)statuses);
         /* A library that keeps something between its calls must not be called by two threads at a time. */
         PyThreadState *const free_for_others = self->state ? NULL : PyEval_SaveThread();
-        for (npy_intp i = 0; i < shape[0] && good; i++) {
+        for (npy_intp i = 0, done; i < shape[0] && good; i += done) {
+            const npy_intp left = shape[0] - i;
             if (i % CHUNK == 0) {
-                const npy_intp left = shape[0] - i;
                 good = fit(tau + i * self->k, (left < CHUNK ? left : CHUNK) * self->k);
             }
-            status[i] = (npy_int8)solve(self, tau + i * self->k, low, high, f + i * self->n, share);
-            low = low != NULL ? low + step[0] : NULL;
-            high = high != NULL ? high + step[1] : NULL;
+            done = solve_some(self, tau + i * self->k, low, high, step, left, f + i * self->n, status + i);
+            low = low != NULL ? low + done * step[0] : NULL;
+            high = high != NULL ? high + done * step[1] : NULL;
         }
         if (free_for_others != NULL) {
             PyEval_RestoreThread(free_for_others);
@@ -322,14 +346,15 @@ static PyObject *native_many(PyObject *object, PyObject *const *args, Py_ssize_t
     return Py_BuildValue("NN", F, statuses);
 }
 
-/* Native(fixed, call, k, n, levels, state, {field: object}): addresses of the kernels, sizes, whether calls change
- * data of the library, and what `fields` names. */
+/* Native(fixed, call, fixed and call side by side, k, n, levels, state, {field: object}): addresses of the kernels,
+ * zero where there is none, sizes, whether calls change data of the library, and what `fields` names. */
 static PyObject *native_new(PyTypeObject *type, PyObject *args, PyObject *names)
 {
-    PyObject *fixed, *call, *objects;
+    PyObject *fixed, *call, *together[2], *objects;
     int k, n, levels, state;
-    if (names != NULL || !PyArg_ParseTuple(args, "O!O!iiipO!", &PyLong_Type, &fixed, &PyLong_Type, &call, &k,
-                                           &n, &levels, &state, &PyDict_Type, &objects)) {
+    if (names != NULL || !PyArg_ParseTuple(args, "O!O!O!O!iiipO!", &PyLong_Type, &fixed, &PyLong_Type, &call,
+                                           &PyLong_Type, &together[0], &PyLong_Type, &together[1], &k, &n, &levels,
+                                           &state, &PyDict_Type, &objects)) {
         return NULL;
     }
     if (levels > MOST_LEVELS) {
@@ -348,6 +373,8 @@ static PyObject *native_new(PyTypeObject *type, PyObject *args, PyObject *names)
     if (self != NULL) {
         self->fixed = PyLong_AsVoidPtr(fixed);
         self->call = PyLong_AsVoidPtr(call);
+        self->side_by_side[0] = PyLong_AsVoidPtr(together[0]);
+        self->side_by_side[1] = PyLong_AsVoidPtr(together[1]);
         self->vectorcall = native_call;
         self->k = k;
         self->n = n;

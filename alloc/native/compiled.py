@@ -15,8 +15,10 @@ from platform import machine
 from alloc.errors import NotInstalled
 
 REMEDY = "install a C compiler and Python's headers (Debian: apt install gcc python3-dev)"
-STANDARD = ("-std=c99",)
-"""ISO C, which also keeps compilers from fusing a * b + c, so that every machine rounds as Python does."""
+STANDARD = ("-std=c99", "-ffp-contract=off")
+"""ISO C, and a * b + c never fused, so that every machine rounds as Python does."""
+NATIVE = "-march=native"
+"""What makes a compiler use all instructions of the processor that it runs on."""
 
 
 def compiler() -> list[str]:
@@ -78,7 +80,9 @@ def _compiled(name: str, sources: Mapping[str, str], flags: Sequence[str], suffi
     command = compiler()
     if not command:
         raise NotInstalled(f"{name}: needs a C compiler; {REMEDY}")
-    content = repr([machine(), command, _version(tuple(command)), list(flags), sorted(sources.items())])
+    made_for = processor() if NATIVE in flags else ""
+    tools = [machine(), command, _version(tuple(command)), list(flags), made_for]
+    content = repr([*tools, sorted(sources.items())])
     target = cache_folder() / f"{name}-{hashlib.sha256(content.encode()).hexdigest()[:24]}{suffix}"
     if target.exists():
         return target
@@ -102,6 +106,14 @@ def _compiled(name: str, sources: Mapping[str, str], flags: Sequence[str], suffi
             "folder that can be written"
         ) from None
     return target
+
+
+@cache
+def processor() -> str:
+    """What the compiler knows of this processor under NATIVE; empty where it does not take that."""
+    command = [*compiler(), NATIVE, "-dM", "-E", "-x", "c", os.devnull]
+    known = subprocess.run(command, capture_output=True, text=True, check=False)
+    return "" if known.returncode else known.stdout
 
 
 def unloadable(path: Path, error: Exception) -> NotInstalled:

@@ -33,7 +33,7 @@ from alloc.native.entry import (
     refused,
     written,
 )
-from alloc.native.steps import Row, joined, nearest
+from alloc.native.steps import Strip, joined, nearest
 from alloc.nullspace.region import Region, prepare
 from alloc.nullspace.structure import Block, Structure, decompose
 from alloc.vehicle import Vehicle
@@ -159,7 +159,7 @@ def _steps(block: Block, region: Region, name: str, bounds: CLimits, c: Table) -
     """C of a block of more dimensions: some thrusts by Seidel's steps, the others as sums with those."""
     indices = block.rows.tolist()
     rows = [
-        Row(f"v{i}", normal, f"x{i}", *bounds.ends(i)) for i, normal in zip(indices, block.N, strict=True)
+        Strip(f"v{i}", normal, f"x{i}", *bounds.ends(i)) for i, normal in zip(indices, block.N, strict=True)
     ]
     lines, slabs = joined(region, rows, f"{name}_", c)
     lines += [f"{c.scalar} {slab.name} = {slab.start};" for slab in slabs if slab.start]

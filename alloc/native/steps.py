@@ -15,8 +15,8 @@ from alloc.native.code import Table, defined, dot, fold, number, term
 from alloc.nullspace.region import Region, Slab
 
 
-class Row(NamedTuple):
-    """One row a of A in low <= start + a'z <= high, with z in coordinates of the plane that steps are on.
+class Strip(NamedTuple):
+    """One row a of A, low <= start + a'z <= high, with z in coordinates of the plane that steps are on.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class Row(NamedTuple):
         return _plus(self.start, by, b, c)
 
 
-def nearest(region: Region, slabs: list[Row], kept: list[Row], at: str, c: Table) -> list[str]:
+def nearest(region: Region, slabs: list[Strip], kept: list[Strip], at: str, c: Table) -> list[str]:
     """Statements that set the variables of ``kept``; INFEASIBLE is returned unless the tolerance is infinite.
 
     ``slabs`` are the region's as ``joined`` gives them, ``kept`` is what is asked for afterwards; a row may
@@ -61,7 +61,7 @@ def nearest(region: Region, slabs: list[Row], kept: list[Row], at: str, c: Table
     return lines
 
 
-def joined(region: Region, rows: list[Row], at: str, c: Table) -> tuple[list[str], list[Row]]:
+def joined(region: Region, rows: list[Strip], at: str, c: Table) -> tuple[list[str], list[Strip]]:
     """Statements, and the region's slabs out of its rows; what can't be met is refused.
 
     Parallel rows, and the rows of a line, start at zero, in unit of the first of them.
@@ -87,17 +87,17 @@ def joined(region: Region, rows: list[Row], at: str, c: Table) -> tuple[list[str
     return lines + (_unless(" & ".join(wide)) if wide else []), slabs
 
 
-def _common(slab: Slab, rows: list[Row], at: str, c: Table) -> tuple[list[str], Row]:
+def _common(slab: Slab, rows: list[Strip], at: str, c: Table) -> tuple[list[str], Strip]:
     lows, highs = [], []
     for row, scale in slab.members:
         low, high = rows[row].ends[:: 1 if scale > 0 else -1]
         lows.append(dot([scale], [low], c))
         highs.append(dot([scale], [high], c))
     lines = [defined(f"lo{at}", fold("most", lows), c), defined(f"hi{at}", fold("least", highs), c)]
-    return lines, Row(f"v{at}", rows[slab.members[0][0]].normal, "", f"lo{at}", f"hi{at}")
+    return lines, Strip(f"v{at}", rows[slab.members[0][0]].normal, "", f"lo{at}", f"hi{at}")
 
 
-def _held(slab: Slab, slabs: list[Row], kept: list[Row], at: str, c: Table) -> list[str]:
+def _held(slab: Slab, slabs: list[Strip], kept: list[Strip], at: str, c: Table) -> list[str]:
     """Statements that, where the slab is left, hold it at that limit and solve the earlier ones there."""
     assert slab.plane is not None
     i = len(slab.shift)
@@ -108,7 +108,7 @@ def _held(slab: Slab, slabs: list[Row], kept: list[Row], at: str, c: Table) -> l
     inside = []
     if row.start:
         inside.append(defined(b, f"{bound} - {row.start}", c))
-    moved: dict[str, Row] = {}
+    moved: dict[str, Strip] = {}
     for each in (*earlier, *(each for each in asked if each.name != row.name)):
         if each.name in moved:
             continue
@@ -136,7 +136,7 @@ def _held(slab: Slab, slabs: list[Row], kept: list[Row], at: str, c: Table) -> l
     ]
 
 
-def _ratio(row: Row, held: Row, c: Table) -> float:
+def _ratio(row: Strip, held: Strip, c: Table) -> float:
     """By how much a row's value moves to the nearest point where that of ``held`` moved by one."""
     return c.ratio(float(row.normal @ held.normal) / float(held.normal @ held.normal))
 

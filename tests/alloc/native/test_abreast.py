@@ -1,0 +1,43 @@
+"""Demands that generated C answers side by side: the same bits as one call after the other."""
+
+import numpy as np
+import pytest
+
+from alloc import Status, build, load_vehicle
+from alloc.native import RECIPES, missing
+from alloc.native.abreast import COUNT, abreast
+from alloc.native.bounds import Where
+
+needs_compiler = pytest.mark.skipif(bool(missing()), reason=missing())
+
+
+@pytest.mark.parametrize("limits", ["fixed", "call"])
+def test_kernels_without_a_branch_have_a_form_for_demands_side_by_side(limits: Where) -> None:
+    vehicle = load_vehicle("bluerov2-heavy")
+    straight = {kernel for kernel in RECIPES if abreast(vehicle, kernel, limits)}
+    assert set(RECIPES) - straight <= {"redistribute", "walsh"}  # loops; and it doesn't cover this vehicle
+    assert not abreast(load_vehicle("supply-vessel"), "nullspace", limits)
+
+
+@needs_compiler
+@pytest.mark.parametrize("kernel", ["nullspace", "clip", "scaled", "pinv"])
+def test_many_demands_get_the_bits_of_one_call_each(kernel: str, rng: np.random.Generator) -> None:
+    """Attainable demands and others, limits that exclude zero or cross, and a rest that fills no block."""
+    vehicle = load_vehicle("ukwial")
+    allocate = build(f"{kernel}@native", vehicle)
+    taus = rng.normal(size=(2 * COUNT + 5, vehicle.k)) * vehicle.wrench_scale
+    ends = np.sort(rng.uniform(vehicle.f_min, vehicle.f_max, (2, len(taus), vehicle.n)), axis=0)
+    ends[:, ::9] = ends[::-1, ::9]
+    for low, high in [(None, None), (ends[0, 0] - 100.0, ends[1, 0] + 100.0), tuple(ends)]:
+        F, status = allocate.many(taus, low, high)
+        rows = [(None, None)] * len(taus) if low is None else np.broadcast_arrays(low, high, F)[:2]
+        single = [
+            allocate(tau, *limits)
+            for tau, limits in zip(taus, rows if low is None else zip(*rows, strict=True), strict=True)
+        ]
+        np.testing.assert_array_equal(status, [int(one.status) for one in single])
+        expected = np.array([one.f for one in single])
+        np.testing.assert_array_equal(F.view(np.int64)[status < 2], expected.view(np.int64)[status < 2])
+        assert np.isnan(F[status == Status.INFEASIBLE]).all()
+    if kernel != "pinv":
+        assert set(status.tolist()) >= {int(Status.INFEASIBLE)}
