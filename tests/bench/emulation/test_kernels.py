@@ -103,6 +103,18 @@ def test_blocks_of_one_dimension_have_no_worst_case(
     assert limits == "call" or inactive[0] <= most
 
 
+def test_three_dimensions_take_a_few_steps(tmp_path: Path) -> None:
+    worst = worst_of_each_set("nullspace@native", "supply-vessel", "fixed", tmp_path)
+    assert max(worst)[0] <= 420
+
+
+def test_scaled_within_limits_of_the_call_costs_less_than_three_exact_answers(tmp_path: Path) -> None:
+    (tmp_path / "exact").mkdir()
+    exact = worst_of_each_set("nullspace@native", "ukwial", "call", tmp_path / "exact")
+    answered = worst_of_each_set("scaled@native", "ukwial", "call", tmp_path)
+    assert max(answered)[0] <= 3 * max(exact)[0]
+
+
 @pytest.mark.parametrize("method", ["scaled@native", "priority@native"])
 def test_an_answer_to_every_demand_costs_less_than_three_exact_ones(method: str, tmp_path: Path) -> None:
     (tmp_path / "exact").mkdir()
