@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 RUN ?= $(patsubst %/record.jsonl,%,$(wildcard runs/*/record.jsonl runs/*/*/record.jsonl))
 
-.PHONY: bench test docs elsewhere keep emulate clean
+.PHONY: bench test docs elsewhere keep emulate prove clean
 
 bench: .venv/installed
 	$(BIN)/thrustbench run
@@ -37,8 +37,18 @@ keep: .venv/installed
 # Counts instructions of the generated C on processors that are not here: runs/emulated.
 emulate: .venv/installed
 	$(BIN)/python -m bench.emulation.install
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[rivals]'
+	$(BIN)/python -m alloc.rivals.download
 	$(BIN)/thrustbench emulate
 	$(BIN)/thrustbench emulate --add --vehicle docs/vehicles/box8.yaml
+
+# Proves all generated C, and that each way to break it is found (docs/proof.md): runs/proof.
+prove: .venv/installed
+	$(BIN)/python -m bench.emulation.install
+	$(BIN)/python -m bench.prove.install
+	$(BIN)/thrustbench prove --out runs/proof/double
+	$(BIN)/thrustbench prove --float --out runs/proof/float
+	$(BIN)/python -m bench.studies.sabotage
 
 .venv/installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv

@@ -17,7 +17,16 @@ MOVED = {"README.md": "index.md", "CONTRIBUTING.md": "contributing.md", "CHANGEL
 REPORT = "results/amd-epyc-2-cores"
 """The committed run whose report is shown."""
 GROUPS = {
-    "Use": ("your-vehicle.md", "results.md", "scripts.md", "embedded.md", "rivals.md", "gate.md", "suite.md"),
+    "Use": (
+        "your-vehicle.md",
+        "results.md",
+        "scripts.md",
+        "embedded.md",
+        "board-*.md",
+        "rivals.md",
+        "gate.md",
+        "suite.md",
+    ),
     "Understand": (
         "exact.md",
         "loss.md",

@@ -19,11 +19,12 @@ def variants() -> dict[str, Variant]:
     return {
         f"qp/{name}@generated": Variant(
             key=name,
-            summary=f"eq. 4-5 in C for the vehicle, its answers checked, by {rivals.load(name).ALGORITHM}",
-            missing=missing() or rivals.load(name).missing(),
+            summary=f"eq. 4-5 in C for the vehicle, its answers checked, by {generator.ALGORITHM};"
+            f" {generator.CAP} iterations at most",
+            missing=missing() or generator.missing(),
             solver=name,
         )
-        for name in rivals.names()
+        for name, generator in ((name, rivals.load(name)) for name in rivals.names())
     }
 
 

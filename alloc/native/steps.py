@@ -16,7 +16,7 @@ from alloc.nullspace.region import Region, Slab
 
 
 class Strip(NamedTuple):
-    """One row a of A in low <= start + a'z <= high, with z in coordinates of the plane that steps are on.
+    """One row a of A, low <= start + a'z <= high, with z in coordinates of the plane that steps are on.
 
     Attributes
     ----------

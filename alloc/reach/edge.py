@@ -26,8 +26,9 @@ PARALLEL = 1e-13
 """A step that goes along a normal by less than this share of its size runs in the facet: far above the
 rounding of a dozen additions, and the set is left by no more than that."""
 
-EDGE = 1e-12
-"""A demand that lies beyond the edge by this share of the way to it lies on it: what rounding leaves."""
+EDGE = 1e-10
+"""A demand that lies beyond the edge by this share of the way to it lies on it. Rounding leaves up to 1e-12,
+and must not decide of a demand that is made to lie on the edge."""
 
 INSET = 1 / 20
 """Where limits exclude zero, a start lies this share of their width inside, unless zero is nearer."""

@@ -1,5 +1,7 @@
 """A solver's C for one vehicle as an allocator: compiled, loaded, called as this project's own C is."""
 
+from pathlib import Path
+
 from alloc.allocation import Allocator
 from alloc.formulations.hard import FORMULATION as HARD
 from alloc.native.bind import native
@@ -15,12 +17,8 @@ def bound(solver: str, vehicle: Vehicle) -> Allocator:
 
     Each call begins from the same state, so the same demand gets the same answer.
     """
-    fixed, call = (rival(solver, vehicle, "double", limits) for limits in ("fixed", "call"))
-    entries = _ENTRIES.format(
-        declared=f"{fixed.declaration}\n{call.declaration}", fixed=fixed.entry, call=call.entry
-    )
     return native(
-        shared_library(solver, {**fixed.own, **call.own, "entries.c": entries}, shared=fixed.shared),
+        library(solver, vehicle),
         ("answer_fixed", "answer_call"),
         vehicle,
         formulation=HARD.name,
@@ -28,6 +26,15 @@ def bound(solver: str, vehicle: Vehicle) -> Allocator:
         tolerance=promised(vehicle, load(solver).TOLERANCE["double"]),
         state=True,
     )
+
+
+def library(solver: str, vehicle: Vehicle) -> Path:
+    """That solver's C in double precision, compiled: ``answer_fixed`` and ``answer_call`` answer."""
+    fixed, call = (rival(solver, vehicle, "double", limits) for limits in ("fixed", "call"))
+    entries = _ENTRIES.format(
+        declared=f"{fixed.declaration}\n{call.declaration}", fixed=fixed.entry, call=call.entry
+    )
+    return shared_library(solver, {**fixed.own, **call.own, "entries.c": entries}, shared=fixed.shared)
 
 
 _ENTRIES = """\

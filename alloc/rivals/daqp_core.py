@@ -1,6 +1,9 @@
 """DAQP's own C and settings, which two generators lay problems out for."""
 
+import re
+
 from alloc.native.code import Scalar
+from alloc.rivals import Files
 from alloc.rivals.c import single
 from alloc.rivals.download import source
 
@@ -12,8 +15,20 @@ _CORE = ("daqp.c", "auxiliary.c", "factorization.c")
 """The method itself; the rest of DAQP sets problems up, on a heap, or solves others."""
 
 
-def core(scalar: Scalar) -> dict[str, str]:
-    """The files that are the same for every problem; ``settings.h`` has DAQP's defaults and the cap."""
+_FUNCTION = re.compile(r"\b(?=(?:daqp_\w+|ldp2qp_solution|reset_daqp_workspace)\b)")
+
+
+def files(name: str, text: str, scalar: Scalar) -> Files:
+    """The C around DAQP's own, in file ``<name>.c``, and what is the same for every problem.
+
+    ``settings.h`` has DAQP's defaults and the cap. All functions have names of their own, so that an image
+    may hold DAQP twice.
+    """
+    shared = {file: _FUNCTION.sub(f"{name}_", each) for file, each in _core(scalar).items()}
+    return Files({f"{name}.c": _FUNCTION.sub(f"{name}_", text)}, shared)
+
+
+def _core(scalar: Scalar) -> dict[str, str]:
     daqp = source("daqp")
     texts = daqp.read("csrc/include", _HEADERS) | daqp.read("csrc/src", _CORE)
     texts["constants.h"] = f"#define DAQP_NO_SOFT_WEIGHTS\n{texts['constants.h']}"  # nothing is soft here

@@ -6,6 +6,7 @@ It does in C what ``alloc.live`` does in Python. What it costs is part of what a
 from importlib import resources
 from typing import NamedTuple
 
+from alloc import solvers
 from alloc.allocation import WRENCH_TOLERANCE
 from alloc.errors import NotApplicable, NotInstalled
 from alloc.live.allocator import PARTIAL_TOLERANCE, UNREACHABLE
@@ -13,6 +14,7 @@ from alloc.native import function_name
 from alloc.native.bounds import Where
 from alloc.native.code import TOLERANCE, Scalar, number
 from alloc.qp import Posed, pose_hard
+from alloc.qp.problem import SHARED
 from alloc.rivals import load
 from alloc.rivals.c import array, indices
 from alloc.vehicle import Vehicle
@@ -60,7 +62,8 @@ def rival(
     generator = load(solver)
     if missing := generator.missing():
         raise NotInstalled(f"{solver}: {missing}")
-    posed = pose_hard(vehicle)
+    # In the units that the solver gets in Python, if it is called from there at all.
+    posed = pose_hard(vehicle, shared=solvers.shared(solver) if solver in solvers.names() else SHARED)
     if not posed.qp.A.size:
         raise NotApplicable(f"{vehicle.name}: no thruster pushes anything; there is nothing to solve")
     files = generator.generate(posed.qp, scalar)

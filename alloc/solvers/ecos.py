@@ -26,7 +26,7 @@ SETTINGS: dict[Level, dict[str, Any]] = {
     "tight": _QUIET | {"abstol": 1e-11, "abstol_inacc": 1e-10, "reltol": 1e-13, "reltol_inacc": 1e-13},
 }
 TOLERANCE: dict[str, dict[Level, float]] = {
-    "hard": {"default": 2e-4, "tight": 3e-6},
+    "hard": {"default": 2e-4, "tight": 2e-5},
     "soft": {"default": 5e-3, "tight": 6e-4},
 }
 

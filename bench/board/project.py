@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from alloc import AllocError, NotApplicable, Vehicle
+from alloc import AllocError, NotApplicable, NotInstalled, Vehicle
 from alloc.native.bounds import Where
 from alloc.native.code import Scalar, number
 from bench.demands import DemandSet, build_demands
@@ -60,7 +60,7 @@ def plan(
     for method in methods:
         try:
             kernels.append(build_kernel(method, vehicle, scalar, limits))
-        except NotApplicable as refusal:
+        except (NotApplicable, NotInstalled) as refusal:
             left_out.append(f"{method}: {refusal}")
     for name in sets:
         try:

@@ -37,13 +37,12 @@ def command(
     folder each, and proofs.md has a line of each. Exit code 3 where an error or a thrust outside the limits
     can't be excluded. `make prove` installs what this needs, and proves all.
     """
-    from concurrent.futures import ThreadPoolExecutor
+    from concurrent.futures import ProcessPoolExecutor
     from os import cpu_count
+    from signal import SIG_DFL, SIGTERM, signal
 
-    import click
-
-    from alloc import NotApplicable, catalogue, list_vehicles, load_vehicle
-    from bench.prove import prove, subject, summary, write
+    from alloc import AllocError, NotApplicable, catalogue, list_vehicles, load_vehicle
+    from bench.prove import prove, subject, summary, tools, write
 
     kernels = {entry.name: entry.twin for entry in catalogue() if entry.twin}
     loaded = [load_vehicle(name) for name in vehicles or list_vehicles()]
@@ -57,16 +56,23 @@ def command(
                 if methods and len(loaded) == 1:
                     raise
                 click.echo(str(refusal))
+    tools.need("frama-c")
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise AllocError(f"{out}: can't be written ({error.strerror}); give another --out") from None
     several = len(subjects) > 1
-    with ThreadPoolExecutor(cpu_count()) as pool:
-        proofs = []
+    proofs = []
+    pool = ProcessPoolExecutor(cpu_count(), initializer=signal, initargs=(SIGTERM, SIG_DFL))
+    try:
         for of, proof in zip(subjects, pool.map(prove, subjects), strict=True):
             proofs.append(proof)
             folder = out / of.name if several else out
             write(of, proof, folder)
-            click.echo(
-                f"{folder / 'proof.md'}: {'shown' if proof.safe else 'not shown'}, {proof.seconds:.0f} s"
-            )
+            shown = "shown" if proof.safe else "not shown"
+            click.echo(f"{folder / 'proof.md'}: {shown}, {proof.seconds:.0f} s")
+    finally:  # who ends the command ends what has not begun
+        pool.shutdown(cancel_futures=True)
     if several:
         (out / "proofs.md").write_text(summary(proofs), encoding="utf-8")
         click.echo(out / "proofs.md")

@@ -18,7 +18,7 @@ import numpy as np
 
 from alloc import IndexArray
 from bench.emulation.interval import Cycles, Unpublished
-from bench.emulation.trace import Instruction, Trace
+from bench.emulation.trace import Executed, Trace
 
 P = (1, 3)
 """Cycles to refill the pipeline."""
@@ -76,7 +76,7 @@ def cortex_m4f(trace: Trace) -> list[Cycles]:
     return [_summed(trace.known, call) for call in trace.calls]
 
 
-def _summed(known: list[Instruction], call: IndexArray) -> Cycles:
+def _summed(known: list[Executed], call: IndexArray) -> Cycles:
     # What one takes depends on the one before and the one behind it, so equal triples are looked at once.
     base = len(known) + 1
     keys = (np.r_[base - 1, call[:-1]] * base + call) * base + np.r_[call[1:], base - 1]
@@ -92,17 +92,17 @@ def _summed(known: list[Instruction], call: IndexArray) -> Cycles:
     return Cycles(low, high)
 
 
-def plain(one: Instruction) -> str:
+def plain(one: Executed) -> str:
     """The mnemonic without the s that sets flags."""
     return one.name[:-1] if one.name.endswith("s") and one.name[:-1] in ONE else one.name
 
 
-def _cycles(before: Instruction | None, one: Instruction, after: Instruction | None) -> Cycles:
+def _cycles(before: Executed | None, one: Executed, after: Executed | None) -> Cycles:
     span = _executed(before, one, after)
     return Cycles(min(span.low, 1), span.high) if one.conditional else span
 
 
-def _executed(before: Instruction | None, one: Instruction, after: Instruction | None) -> Cycles:
+def _executed(before: Executed | None, one: Executed, after: Executed | None) -> Cycles:
     name = plain(one)
     refill = Cycles(*P) if after is None or after.address != one.following else Cycles(0, 0)
     if name in ("tbb", "tbh"):
@@ -131,7 +131,7 @@ def _executed(before: Instruction | None, one: Instruction, after: Instruction |
     raise Unpublished(one.name)
 
 
-def _word(before: Instruction | None, one: Instruction, after: Instruction | None) -> Cycles:
+def _word(before: Executed | None, one: Executed, after: Executed | None) -> Cycles:
     """Cycles of a load or store of one word; one of a double is never pipelined."""
     if one.operands[0][0] == "d":
         return Cycles(3, 3)
@@ -148,22 +148,22 @@ def _word(before: Instruction | None, one: Instruction, after: Instruction | Non
     return Cycles(1, 1 + literal if sure else 2 + literal)
 
 
-def _is_word(one: Instruction | None) -> bool:
+def _is_word(one: Executed | None) -> bool:
     return one is not None and one.name in WORDS and one.operands[0][0] != "d"
 
 
-def _narrow(one: Instruction | None) -> bool:
+def _narrow(one: Executed | None) -> bool:
     """Whether an instruction has 2 bytes."""
     return one is not None and one.following - one.address == 2
 
 
-def _read(one: Instruction) -> set[str]:
+def _read(one: Executed) -> set[str]:
     """Registers that an instruction of the FPU waits for."""
     first = 0 if not one.written or ARITHMETIC.get(one.name) == 3 else 1
     return one.registers(of=slice(first, None))
 
 
-def listed(one: Instruction) -> int:
+def listed(one: Executed) -> int:
     """How many words a register list holds: {r4-r7, lr} holds 5, {d8-d9} 4."""
     listed = re.findall(r"([a-z]+)(\d*)(?:-[a-z](\d+))?", one.operands[-1])
     return sum(

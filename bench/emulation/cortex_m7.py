@@ -17,7 +17,7 @@ from typing import NamedTuple
 from alloc import IndexArray
 from bench.emulation.cortex_m4f import BRANCHES, MANY, ONE, WORDS, listed, plain
 from bench.emulation.interval import Cycles, Unpublished
-from bench.emulation.trace import Instruction, Trace
+from bench.emulation.trace import Executed, Trace
 
 LONGEST = 200_000
 """Instructions of a call that is followed at most: OSQP's C takes a hundred times as many."""
@@ -65,7 +65,7 @@ def _checked(call: IndexArray) -> IndexArray:
     return call
 
 
-def _call(call: list[Instruction]) -> Cycles:
+def _call(call: list[Executed]) -> Cycles:
     others = fpu = alone = 0.0
     now, ready = 0, dict[str, int]()
     for one, after in zip(call, [*call[1:], None], strict=True):
@@ -80,7 +80,7 @@ def _call(call: list[Instruction]) -> Cycles:
     return Cycles(int(alone + max(others / 2, fpu)), now)
 
 
-def _cost(one: Instruction) -> Cost:
+def _cost(one: Executed) -> Cost:
     name = plain(one)
     double = bool(one.operands) and one.operands[0].startswith("d")
     known = (DOUBLE if double else SINGLE).get(name)
@@ -103,7 +103,7 @@ def _cost(one: Instruction) -> Cost:
     raise Unpublished(one.name)
 
 
-def _branches(one: Instruction, after: Instruction | None) -> bool:
+def _branches(one: Executed, after: Executed | None) -> bool:
     """Whether one may go elsewhere than foreseen: it branches under a condition, or to a register."""
     elsewhere = after is None or after.address != one.following
     conditional = one.name[0] == "b" and len(one.name) == 3 and one.name not in ONE

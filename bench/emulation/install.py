@@ -13,12 +13,15 @@ _TIME_LIMIT_S = 600  # half a gigabyte over a slow line
 
 def install() -> str:
     """Try to install what is missing; one line that names what is missing still, empty where nothing is."""
-    if needed := packages():
-        for step in (("update",), ("install", "--yes", "--no-install-recommends", *needed)):
-            if not _apt(*step):
-                break
+    apt_install(packages())
     still = packages()
     return f"emulation lacks {' '.join(still)}: apt-get install them as root" if still else ""
+
+
+def apt_install(needed: list[str]) -> None:
+    """Try to install these packages of Debian's; nothing is said where that fails."""
+    if needed and _apt("update"):
+        _apt("install", "--yes", "--no-install-recommends", *needed)
 
 
 def packages() -> list[str]:

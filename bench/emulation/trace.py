@@ -37,7 +37,7 @@ _READ_FIRST = (
 
 
 @dataclass(frozen=True)
-class Instruction:
+class Executed:
     """One line of a disassembly.
 
     Attributes
@@ -76,7 +76,7 @@ class Trace:
     calls : for each call the indices in ``known`` of what it executed, in order
     """
 
-    known: list[Instruction]
+    known: list[Executed]
     calls: list[IndexArray]
 
 
@@ -100,7 +100,7 @@ def trace(image: Image, calls: FloatArray, instructions: IndexArray) -> Trace:
 
 
 @cache
-def disassembly(path: Path, tools: str) -> list[Instruction]:
+def disassembly(path: Path, tools: str) -> list[Executed]:
     """Every instruction of an image, by address."""
     lines = _LINE.findall(run([f"{tools}objdump", "-d", "--no-show-raw-insn", str(path)]))
     places = [int(address, 16) for address, _, _ in lines]
@@ -108,8 +108,6 @@ def disassembly(path: Path, tools: str) -> list[Instruction]:
     for (_, mnemonic, text), address, after in zip(lines, places, [*places[1:], -1], strict=True):
         name = mnemonic.partition(".")[0]
         operands = tuple(part.strip() for part in re.split(r",\s*(?![^\[{]*[\]}])", text.strip()) if part)
-        found.append(
-            Instruction(address, after, name[:-2] if conditional else name, operands, conditional > 0)
-        )
+        found.append(Executed(address, after, name[:-2] if conditional else name, operands, conditional > 0))
         conditional = len(name) - 1 if _CONDITION.fullmatch(name) else max(0, conditional - 1)
     return sorted(found, key=lambda one: one.address)

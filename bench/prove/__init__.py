@@ -1,14 +1,14 @@
-"""What can be known of generated C for every input: a certificate with each file.
+"""What can be known of generated C for every input: a proof with each file.
 
 ``harness`` makes the call that is analysed, ``eva`` has Frama-C read it, ``symbolic`` reads the C itself
-into a list of operations, ``limits`` follows limits through it, ``certificate`` says what proof.json holds.
+into a list of operations, ``limits`` follows limits through it, ``proof`` says what proof.json holds.
 See docs/proof.md.
 """
 
-from bench.prove.certificate import Certificate
+from bench.prove.certify import prove
 from bench.prove.harness import Subject, subject
 from bench.prove.page import summary
-from bench.prove.prove import prove
+from bench.prove.proof import Proof
 from bench.prove.write import write
 
-__all__ = ["Certificate", "Subject", "prove", "subject", "summary", "write"]
+__all__ = ["Proof", "Subject", "prove", "subject", "summary", "write"]

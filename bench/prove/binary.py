@@ -15,17 +15,18 @@ from bench.emulation.toolchain import run
 
 LINE = re.compile(r"^ *([0-9a-f]+):\t(\S+)(?:\s+(.*))?$")
 NAME = re.compile(r"^([0-9a-f]+) <([^>]+)>:$")
-RETURNS = re.compile(r"ret\w* |bx lr|(pop|ldmia)(\.w)? .*\bpc\}|ldr(\.w)? pc, ")
+RETURNS = re.compile(r"ret\w* |bx lr|(pop|ldmia)(\.w)? .*\bpc\}|ldr(\.w)? pc, \[sp\]")
 """Of mnemonic and operands; loading the program counter is Thumb's other way to return."""
 ALWAYS = {"b", "b.n", "b.w", "jmp"}
 TABLE = {"tbb", "tbh", "br", "notrack"}
 CALLS = {"bl", "blx", "blr", "call", "callq"}
 CONDITION = r"(eq|ne|cs|cc|hs|lo|mi|pl|vs|vc|hi|ls|ge|lt|gt|le)"
 SOME = re.compile(rf"b\.?{CONDITION}(\.[nw])?$|cbn?z$|tbn?z$|j\w+$")
+JUMP = re.compile(r"\t([bj][\w.]*|cbn?z|tbn?z|callq?)\s")
 CONDITIONAL_RETURN = re.compile(rf"(bx|pop|ldmia){CONDITION}(\.w)?$")
 
 
-class Instruction(NamedTuple):
+class Disassembled(NamedTuple):
     """One instruction: the function it stands in, mnemonic and operands, and whether data stand behind it."""
 
     function: str
@@ -38,9 +39,28 @@ class Unbounded(Exception):
     """A loop or a call whose length is not known; the message names it."""
 
 
-def longest(image: Image, rounds: int) -> int:
-    """Most instructions of any call, if no loop goes round more often than ``rounds``; raises Unbounded."""
-    code = _code(run([f"{image.target.tools}objdump", "-d", "--no-show-raw-insn", str(image.path)]))
+def disassembled(image: Image) -> str:
+    """What objdump prints of a kernel, and of all functions that it calls or jumps into."""
+    printed: dict[str, str] = {}
+    waiting = [image.kernel.entry]
+    command = [f"{image.target.tools}objdump", "-d", "--no-show-raw-insn"]
+    while waiting:
+        name = waiting.pop()
+        if name not in printed:
+            printed[name] = run([*command, f"--disassemble={name}", str(image.path)])
+            lines = (line for line in printed[name].splitlines() if JUMP.search(line))
+            waiting += {
+                found for line in lines for found in re.findall(r"<([^>+]+)(?:\+0x[0-9a-f]+)?>$", line)
+            }
+    return "\n".join(printed.values())
+
+
+def longest(disassembly: str, entry: int, rounds: int) -> int:
+    """Most instructions of any call to ``entry``, if no loop goes round more often than ``rounds``.
+
+    Raises Unbounded where a call's length is not known.
+    """
+    code = _code(disassembly)
     lengths: dict[int, int] = {}
 
     def length(entry: int) -> int:
@@ -53,11 +73,11 @@ def longest(image: Image, rounds: int) -> int:
             raise Unbounded(f"{code[entry].function} calls itself")
         return lengths[entry]
 
-    return length(image.entry)
+    return length(entry)
 
 
-def _code(printed: str) -> dict[int, Instruction]:
-    code: dict[int, Instruction] = {}
+def _code(printed: str) -> dict[int, Disassembled]:
+    code: dict[int, Disassembled] = {}
     function, before = "", -1
     for line in printed.splitlines():
         if named := NAME.match(line):
@@ -71,11 +91,11 @@ def _code(printed: str) -> dict[int, Instruction]:
             mnemonic, operands = found[2], re.sub(r"\s*[@;/].*", "", found[3] or "")
             if mnemonic in ("notrack", "bnd", "repz"):
                 mnemonic, _, operands = operands.partition(" ")
-            code[before] = Instruction(function, mnemonic, operands.strip())
+            code[before] = Disassembled(function, mnemonic, operands.strip())
     return code
 
 
-def _successors(code: dict[int, Instruction], entry: int) -> dict[int, list[int]]:
+def _successors(code: dict[int, Disassembled], entry: int) -> dict[int, list[int]]:
     """All instructions that follow each one that the entry leads to; none behind a return."""
     addresses = sorted(code)
     following = dict(pairwise(addresses))
@@ -94,7 +114,7 @@ def _successors(code: dict[int, Instruction], entry: int) -> dict[int, list[int]
     return reached
 
 
-def _next(instruction: Instruction, following: int | None) -> list[int] | None:
+def _next(instruction: Disassembled, following: int | None) -> list[int] | None:
     """Where an instruction leads; None for a jump by a table."""
     mnemonic, operands = instruction.mnemonic, instruction.operands
     after = [] if following is None or instruction.last else [following]
@@ -103,6 +123,8 @@ def _next(instruction: Instruction, following: int | None) -> list[int] | None:
         return None
     if mnemonic in ALWAYS and target:
         return [int(target[1], 16)]
+    if re.match(r"(bx r|\w+(\.w)? pc,)", f"{mnemonic} {operands}") and "[sp]" not in operands:
+        return None
     if CONDITIONAL_RETURN.match(mnemonic):
         return after
     if RETURNS.match(f"{mnemonic} {operands}"):
@@ -113,7 +135,7 @@ def _next(instruction: Instruction, following: int | None) -> list[int] | None:
 
 
 def _table_targets(
-    code: dict[int, Instruction], direct: dict[int, list[int] | None], function: str
+    code: dict[int, Disassembled], direct: dict[int, list[int] | None], function: str
 ) -> list[int]:
     """Where a table may lead: what nothing else in the function leads to; what follows that is shorter."""
     own = {at for at, instruction in code.items() if instruction.function == function}
@@ -122,7 +144,7 @@ def _table_targets(
     return sorted(own - led - padding - {min(own)})
 
 
-def _longest(code: dict[int, Instruction], entry: int, rounds: int, length: Callable[[int], int]) -> int:
+def _longest(code: dict[int, Disassembled], entry: int, rounds: int, length: Callable[[int], int]) -> int:
     graph = _successors(code, entry)
 
     def cost(at: int) -> int:

@@ -79,7 +79,7 @@ def _read(printed: str, folder: Path, harness: list[str]) -> Analysis:
         )
     ]
     if not table.exists():
-        return Analysis([], False, words or ["no analysis"])
+        return Analysis([], False, words or [" ".join(printed.split())[:500]])
     properties = []
     for row in csv.DictReader(
         table.read_text(encoding="utf-8").splitlines(), delimiter="\t", quoting=csv.QUOTE_NONE

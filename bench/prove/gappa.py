@@ -11,6 +11,7 @@ from bench.prove.symbolic import Node, Program
 
 FORMATS: dict[Scalar, str] = {"double": "ieee_64", "float": "ieee_32"}
 SIGNS = {"add": "+", "sub": "-", "mul": "*"}
+KNOWN = {*SIGNS, "neg", "const", "input"}
 
 
 def before_limits(program: Program, errors: Errors, vehicle: Vehicle, scalar: Scalar) -> float | None:
@@ -27,7 +28,10 @@ def before_limits(program: Program, errors: Errors, vehicle: Vehicle, scalar: Sc
     lines = [f"@rnd = float<{FORMATS[scalar]}, ne>;"]
     for j in range(vehicle.k):
         lines.append(f"t{j} = rnd(T{j});")
-    for node in _cone(program, wanted):
+    cone = _cone(program, wanted)
+    if any(program.nodes[node][0] not in KNOWN for node in cone):
+        return None
+    for node in cone:
         lines += _defined(program, node)
     goals = " /\\ ".join(f"n{node} - m{node} in ?" for node in wanted)
     given = " /\\ ".join(f"T{j} in [-{size!r}, {size!r}]" for j, size in enumerate(_reach(vehicle)))

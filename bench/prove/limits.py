@@ -9,6 +9,7 @@ whatever x is, NaN too.
 
 from math import isfinite
 
+from bench.prove.harness import ANSWERED
 from bench.prove.symbolic import Node, Program
 
 SUMS = ("add", "sub")
@@ -16,10 +17,12 @@ SUMS = ("add", "sub")
 
 def within(program: Program, fault: int, n: int) -> list[str]:
     """The thrusts that aren't shown to lie within f_min and f_max wherever they are written, in words."""
-    facts = Facts(program)
+    facts = Known(program)
     for condition, _ in program.exits:
         facts.fails(condition)
-    reasons = []
+    reasons = [
+        f"fault {fault}: an answer is returned early" for _, status in program.exits if status in ANSWERED
+    ]
     for i in range(n):
         value = program.outputs["f", i]
         if fault == i:
@@ -30,7 +33,7 @@ def within(program: Program, fault: int, n: int) -> list[str]:
     return reasons
 
 
-class Facts:
+class Known:
     """What is known where a call is answered."""
 
     def __init__(self, program: Program) -> None:

@@ -11,7 +11,7 @@ from bench.prove.symbolic import NotRead, Program
 Array = NDArray[Any]
 
 
-class Answers(NamedTuple):
+class Calculated(NamedTuple):
     """What a program answers to N calls.
 
     Attributes
@@ -26,7 +26,7 @@ class Answers(NamedTuple):
 
 def answers(
     program: Program, inputs: Mapping[str, Array], scalar: Any, constants: Mapping[int, float] | None = None
-) -> Answers:
+) -> Calculated:
     """Calculate a program for inputs (size, N), each operation rounded to ``scalar`` (a numpy type).
 
     ``constants`` replaces those at some nodes. Raises NotRead where something is unknown.
@@ -36,10 +36,11 @@ def answers(
     outputs: dict[str, list[Any]] = {}
     for (name, _), node in sorted(program.outputs.items()):
         outputs.setdefault(name, []).append(np.broadcast_to(made[node], count))
-    status = np.broadcast_to(made[program.status], count).astype(int)
+    with np.errstate(all="ignore"):
+        status = np.broadcast_to(made[program.status], count).astype(int)
     for condition, returned in reversed(program.exits):
         status = np.where(made[condition], returned, status)
-    return Answers({name: np.array(rows) for name, rows in outputs.items()}, status)
+    return Calculated({name: np.array(rows) for name, rows in outputs.items()}, status)
 
 
 def values(

@@ -1,14 +1,14 @@
-"""A certificate as a page, and several as a table."""
+"""A proof as a page, and several as a table."""
 
 from collections.abc import Iterable
 
-from bench.prove.certificate import Certificate, Rounding, WorstPath
+from bench.prove.proof import Proof, Rounding, WorstPath
 from bench.results.text import table, three
 
 LIMITS = {"call": "of the call", "fixed": "fixed"}
 
 
-def page(proof: Certificate) -> str:
+def page(proof: Proof) -> str:
     """Markdown: what was shown, what was not, and what it rests on."""
     named = ", ".join(f"{name} {version}" for name, version in proof.tools.items() if version)
     claims = table(
@@ -42,7 +42,7 @@ Made by thrustbench {proof.thrustbench} with {named} in {proof.seconds:.0f} s.
 """
 
 
-def _rounding(proof: Certificate) -> str:
+def _rounding(proof: Proof) -> str:
     if not proof.rounding:
         return ""
     return "\n## Rounding\n\n" + table(
@@ -79,17 +79,18 @@ def _worst_paths(paths: Iterable[WorstPath]) -> str:
             "not known" if each.at_most is None else str(each.at_most),
             "exact" if each.at_most == each.attained else each.reason or "an interval",
             f"{each.calls:,}",
+            ", ".join(f"{status}: {most}" for status, most in each.by_status.items()),
         ]
         for each in paths
     ]
     if not rows:
         return ""
     return "\n## The worst path, in instructions\n\n" + table(
-        ["target", "attained", "at most", "", "calls run"], rows
+        ["target", "attained", "at most", "", "calls run", "attained by status"], rows
     )
 
 
-def _misra(proof: Certificate) -> str:
+def _misra(proof: Proof) -> str:
     if not proof.misra:
         return ""
     return "\n## MISRA C:2012 rules that are broken\n\n" + table(
@@ -97,7 +98,7 @@ def _misra(proof: Certificate) -> str:
     )
 
 
-def summary(proofs: Iterable[Certificate]) -> str:
+def summary(proofs: Iterable[Proof]) -> str:
     """Markdown: one line a kernel."""
     return "# Proofs\n\n" + table(
         [
@@ -112,7 +113,7 @@ def summary(proofs: Iterable[Certificate]) -> str:
     )
 
 
-def _line(proof: Certificate) -> list[str]:
+def _line(proof: Proof) -> list[str]:
     verdicts = [each.verdict.replace("does not apply", "-") for each in proof.claims[:3]]
     ratios = [each.bound_n / each.observed_n for each in proof.rounding if each.observed_n]
     exact = [f"{each.target} {each.attained}" for each in proof.worst_paths if each.at_most == each.attained]

@@ -6,7 +6,7 @@ attainable set along its direction, without loss; minimum and maximum move by no
 """
 
 from dataclasses import dataclass
-from math import floor, inf, log2
+from math import floor, frexp, inf, log2
 
 import numpy as np
 
@@ -81,7 +81,7 @@ class Errors:
     def _value(self, node: Node, operation: Operation) -> Value | None:
         match operation:
             case ("const", value):
-                exact = float(self._exact.get(node, value))
+                exact = self._exact.get(node, float(value))
                 return Value(exact, exact, abs(value - exact), {})
             case ("input", "tau", j):
                 return self._linear({(-1, j): 1.0}, 0.0)
@@ -172,7 +172,8 @@ class Errors:
             is_share = share.form is None and share.low >= 0.0 and share.high <= 1.0
             if is_share and other.form and all(atom[0] < 0 for atom in other.form):
                 value = self._linear({(node, j): each for (_, j), each in other.form.items()}, error)
-        return self._rounded(value)
+        doubled = any(each.low == each.high and abs(frexp(each.low)[0]) == 0.5 for each in (a, b))
+        return value if doubled else self._rounded(value)  # a power of two rounds nothing but what is tiny
 
     def _div(self, a: Value, b: Value) -> Value:
         least = min(abs(b.low), abs(b.high)) if b.low > 0 or b.high < 0 else 0.0

@@ -1,10 +1,14 @@
-"""Ways to break generated C: each must cost it its certificate, or the proof proves nothing."""
+"""Ways to break generated C: a proof that misses one proves nothing."""
 
 import re
 from dataclasses import replace
+from pathlib import Path
 from typing import NamedTuple
 
+from alloc.native.bounds import Where
+from bench.prove import safety
 from bench.prove.harness import Subject
+from bench.prove.seen import made
 
 
 class Sabotage(NamedTuple):
@@ -19,7 +23,7 @@ class Sabotage(NamedTuple):
 
     name: str
     kernel: str
-    limits: str
+    limits: Where
     pattern: str
     instead: str
 
@@ -116,8 +120,8 @@ SABOTAGES = (
         "NaN stands in a share",
         "scaled",
         "fixed",
-        r"share0 = rounded\((.*) / (\w+), (.*)\);",
-        r"share0 = rounded(\2 / \2, \3);",
+        r"share0 = rounded\((\w+), .*\);",
+        r"share0 = \1 * t0;",
     ),
     Sabotage(
         "a row is taken that there is not",
@@ -135,6 +139,12 @@ SABOTAGES = (
     ),
     Sabotage("a sum begins with what the stack held", "redistribute", "fixed", r"rest\[r\] = tau.*;", ";"),
 )
+
+
+def noticed(of: Subject, folder: Path) -> list[str]:
+    """What a proof does not show of this C, in words; empty where it shows all."""
+    claims = [*safety.claims(of, folder), made(of)]
+    return [text for claim in claims if claim.verdict == "not shown" for text in claim.words]
 
 
 def sabotaged(of: Subject, sabotage: Sabotage) -> Subject:

@@ -4,8 +4,8 @@ from pathlib import Path
 
 from bench.emulation.toolchain import ToolError
 from bench.prove import eva, limits, tools
-from bench.prove.certificate import Claim
 from bench.prove.harness import Subject, harness
+from bench.prove.proof import Claim
 from bench.prove.symbolic import NotRead, programs
 
 EVA = "Frama-C EVA"

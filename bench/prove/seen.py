@@ -6,19 +6,26 @@ import numpy as np
 
 from alloc import FloatArray, Vehicle
 from alloc.native.code import Scalar
+from bench.emulation.toolchain import ToolError
+from bench.prove.harness import Subject
 from bench.prove.numeric import answers
-from bench.prove.symbolic import Node, Program
+from bench.prove.proof import Claim, not_shown
+from bench.prove.symbolic import Node, NotRead, Program, programs
 
 CHUNK = 10_000
 """Demands at a time: so many values of every operation fit a processor's cache."""
 CORNERS = 0.3
-"""Share of the thrusts that make demands which stand at a limit: rounding is largest there."""
-INSIDE = 0.999
-"""Demands are made this much smaller than attainable, so that rounding decides no verdict."""
+"""Share of the thrusts that make demands which stand at a limit, and of demands that are as large as a
+vehicle can make them in some direction: rounding is largest there."""
 KINDS = {"double": (np.float64, np.longdouble), "float": (np.float32, np.float64)}
 """The scalar, and what the formula is calculated in beside it."""
 MET: dict[Scalar, float] = {"double": 1e-6, "float": 1e-4}
 """|T f - tau| of a demand that counts as met, relative to ``wrench_scale`` [-]."""
+
+
+MADE = "An attainable demand that is SOLVED is made: T f = tau. Tested, not proven."
+DEMANDS = 10_000
+"""Of each fault, to test that."""
 
 
 class Seen(NamedTuple):
@@ -51,24 +58,47 @@ def seen(
     narrow, wide = KINDS[scalar]
     error = missed = 0.0
     answered = solved = 0
+    limits = (("f_min", vehicle.f_min), ("f_max", vehicle.f_max))
     for begin in range(0, demands, CHUNK):
         count = min(CHUNK, demands - begin)
-        tau = (INSIDE * (vehicle.TP @ _thrusts(vehicle, rng, count))).astype(narrow)
-        got = answers(program, {"tau": tau}, narrow)
+        tau = (vehicle.TP @ _thrusts(vehicle, rng, count)).astype(narrow)
+        ends = {side: np.repeat(each[:, None], count, axis=1) for side, each in limits}
+        got = answers(program, {"tau": tau, **ends}, narrow)
         writes, meets = (got.status == 0) | (got.status == 1), got.status == 0
         f = got.outputs["f"].astype(float)
         answered, solved = answered + int(writes.sum()), solved + int(meets.sum())
         miss = np.abs(vehicle.TP @ f - tau) / vehicle.wrench_scale[:, None]
         missed = max(missed, float(miss[:, meets].max(initial=0.0)))
         if wider:
-            true = answers(program, {"tau": tau}, wide, exact).outputs["f"]
+            true = answers(program, {"tau": tau, **ends}, wide, exact).outputs["f"]
             difference = np.abs(got.outputs["f"] - true)
             error = max(error, float(difference[:, writes].max(initial=0.0)))
     return Seen(error, missed, answered, solved, demands)
+
+
+def made(of: Subject) -> Claim:
+    """Whether all that was SOLVED of many attainable demands is made, for every fault."""
+    words: list[str] = []
+    solved = 0
+    try:
+        for fault, program in programs(of).items():
+            vehicle = of.vehicle if fault < 0 else of.vehicle.with_fault(fault)
+            sample = seen(program, vehicle, of.scalar, {}, DEMANDS, wider=False)
+            solved += sample.solved
+            if not sample.missed <= MET[of.scalar]:
+                words.append(f"fault {fault}: T f misses tau by {sample.missed:.2g} of the wrench's scale")
+    except (NotRead, ToolError) as reason:
+        words.append(str(reason))
+    if words:
+        return not_shown(MADE, words)
+    return Claim(claim=MADE, verdict="tested", by="seeded demands", words=[f"{solved:,} SOLVED"])
 
 
 def _thrusts(vehicle: Vehicle, rng: np.random.Generator, count: int) -> FloatArray:
     low, high = vehicle.f_min[:, None], vehicle.f_max[:, None]
     shape = (vehicle.n, count)
     ends = np.where(rng.random(shape) < 0.5, low, high)
-    return np.where(rng.random(shape) < CORNERS, ends, rng.uniform(low, high, shape))
+    some = np.where(rng.random(shape) < CORNERS, ends, rng.uniform(low, high, shape))
+    towards = rng.standard_normal((vehicle.k, count)) / vehicle.wrench_scale[:, None]
+    largest = np.where(vehicle.TP.T @ towards > 0, high, low)
+    return np.where(rng.random(count) < CORNERS, largest, some)

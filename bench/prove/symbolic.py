@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from pycparser import c_ast, c_parser
+from pycparser.c_parser import ParseError
 
 from alloc.native.compiled import compiler
 from bench.emulation.toolchain import ToolError
@@ -76,7 +77,11 @@ def _parsed(of: Subject) -> c_ast.FileAST:
         for name, text in of.files.items():
             (Path(place) / name).write_text(text, encoding="utf-8")
         flags = ["-E", "-P", "-std=c99", "-U__GNUC__", "-U__ARM_FP"]
-        return c_parser.CParser().parse(tools.run([*compiler(), *flags, f"{of.name}.c"], Path(place)))
+        text = tools.run([*compiler(), *flags, f"{of.name}.c"], Path(place))
+    try:
+        return c_parser.CParser().parse(text)
+    except ParseError as error:
+        raise NotRead(f"no C: {error}") from None
 
 
 def _literal(node: Any) -> float:
@@ -180,7 +185,10 @@ class _Reader:
         if isinstance(place, c_ast.ID):
             names[place.name] = value
         elif isinstance(place, c_ast.ArrayRef):
-            names[place.name.name][self.constant(place.subscript, names)] = value
+            array, index = names[place.name.name], self.constant(place.subscript, names)
+            if not 0 <= index < len(array):
+                raise NotRead(f"{place.name.name}[{index}] lies behind the array's end")
+            array[index] = value
         else:
             raise NotRead(f"an assignment to {type(place).__name__}")
 
@@ -229,7 +237,10 @@ class _Reader:
                     raise NotRead(f"{node.name} is read and was never written")
                 return names[node.name]
             case c_ast.ArrayRef():
-                found = names[node.name.name][self.constant(node.subscript, names)]
+                array, index = names[node.name.name], self.constant(node.subscript, names)
+                if not 0 <= index < len(array):
+                    raise NotRead(f"{node.name.name}[{index}] lies behind the array's end")
+                found = array[index]
                 if isinstance(found, float):
                     return self.const(found)
                 if found is None:

@@ -11,9 +11,9 @@ from bench.emulation.count import count
 from bench.emulation.image import link
 from bench.emulation.kernel import Kernel
 from bench.emulation.toolchain import Target, versions
-from bench.prove.binary import Unbounded, longest
-from bench.prove.certificate import WorstPath
+from bench.prove.binary import Unbounded, disassembled, longest
 from bench.prove.harness import Subject
+from bench.prove.proof import WorstPath
 
 TARGETS = {"double": ("cortex-m7", "aarch64"), "float": ("cortex-m4f", "aarch64")}
 """Where each scalar is counted: on a Cortex-M4F double is software, whose length depends on the numbers."""
@@ -28,7 +28,7 @@ def worst_path(of: Subject, on: Target) -> WorstPath:
         image = link(_kernel(of), on, Path(folder))
         reason = ""
         try:
-            at_most = longest(image, _rounds(of))
+            at_most = longest(disassembled(image), image.entry, _rounds(of))
         except Unbounded as unbounded:
             at_most, reason = None, str(unbounded)
         counted = count(image, calls)
@@ -40,6 +40,10 @@ def worst_path(of: Subject, on: Target) -> WorstPath:
         at_most=at_most,
         attained=int(counted.instructions[worst]),
         calls=len(calls),
+        by_status={
+            str(status): int(counted.instructions[counted.status == status].max())
+            for status in sorted(set(counted.status.tolist()))
+        },
         tau=[each if np.isfinite(each) else str(each) for each in calls[worst, :k].tolist()],
         fault=int(calls[worst, k]),
         reason=reason,

@@ -5,13 +5,13 @@ from pathlib import Path
 import msgspec
 
 from alloc import AllocError
-from bench.prove.certificate import Certificate
 from bench.prove.harness import Subject
 from bench.prove.page import page
+from bench.prove.proof import Proof
 from bench.report.document import document
 
 
-def write(of: Subject, proof: Certificate, folder: Path) -> None:
+def write(of: Subject, proof: Proof, folder: Path) -> None:
     """Write the C with its proof into ``folder``, made if missing; raises AllocError where that fails."""
     text = page(proof)
     files = {

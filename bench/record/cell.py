@@ -4,6 +4,9 @@ from typing import Annotated
 
 import msgspec
 
+Count = Annotated[int, msgspec.Meta(ge=0, le=2**53)]
+"""A number of calls, up to where doubles count one by one; a larger one is no count but a damaged file."""
+
 
 class Key(msgspec.Struct, frozen=True, order=True):
     """The name of a cell: results.csv's key columns and the repeat.
@@ -134,8 +137,8 @@ class Cell(msgspec.Struct, tag="cell", omit_defaults=True):
     setup_ns: list[int] = []
     batches: list[Batch] = []
     binding_batches: list[Batch] = []
-    singles: list[tuple[int, int]] = []
-    solver_singles: list[tuple[int, int]] = []
+    singles: list[tuple[int, Count]] = []
+    solver_singles: list[tuple[int, Count]] = []
     iterations_max: int | None = None
     worst_case_steps: int | None = None
     allocator_bytes: int | None = None

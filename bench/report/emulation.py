@@ -6,7 +6,7 @@ from itertools import groupby
 from bench.record import Emulated
 from bench.report.goals import goals
 from bench.report.microcontroller import microcontroller
-from bench.results.cycles import CPI
+from bench.results.cycles import CPI, PUBLISHED
 from bench.results.emulated import REFERENCE, EmulatedRow, rows
 from bench.results.rows import Run
 from bench.results.text import table, three
@@ -54,8 +54,11 @@ def section(run: Run, drawn: frozenset[str]) -> str:
     ]
     counted = [row for row in emulated if row.emulated.instructions and row.emulated.target != REFERENCE]
     for target in dict.fromkeys(row.emulated.target for row in counted):
-        parts += [f"### {target}\n", _target([row for row in counted if row.emulated.target == target])]
-        if target in CPI:
+        own = [row for row in counted if row.emulated.target == target]
+        parts += [f"### {target}\n", _target(own)]
+        if any(row.emulated.cycles for row in own):
+            parts.append(f"Cycles are {PUBLISHED}.\n")
+        if target in CPI and not all(row.emulated.cycles for row in own):
             parts.append(f"Cycles an instruction: {CPI[target]}.\n")
     if beside := microcontroller(counted):
         parts.append(beside)
@@ -69,10 +72,11 @@ def section(run: Run, drawn: frozenset[str]) -> str:
 
 def _target(counted: Sequence[EmulatedRow]) -> str:
     classes = list(dict.fromkeys(row.emulated.demands for row in counted if row.emulated.demands != "search"))
+    published = ("cycles",) if any(row.emulated.cycles for row in counted) else ()
     headers = (
         *("vehicle", "method", "scalar", "limits"),
         *classes,
-        *("worst", "over x86", "flash [B]", "RAM [B]", "stack [B]"),
+        *("worst", *published, "over x86", "flash [B]", "RAM [B]", "stack [B]"),
     )
     lines = []
     for names, group in groupby(counted, key=lambda row: _names(row.emulated)):
@@ -82,8 +86,15 @@ def _target(counted: Sequence[EmulatedRow]) -> str:
         sizes = (worst.emulated.flash_bytes, worst.emulated.ram_static_bytes)
         stack = max(row.emulated.stack_bytes or 0 for row in by_class.values())
         ratio = three(worst.worst_over_x86)
-        lines.append([*names, *means, str(worst.worst), ratio, *map(str, sizes), str(stack)])
+        cycles = [_cycles(list(by_class.values()))] if published else []
+        lines.append([*names, *means, str(worst.worst), *cycles, ratio, *map(str, sizes), str(stack)])
     return table(headers, lines)
+
+
+def _cycles(rows: Sequence[EmulatedRow]) -> str:
+    """Cycles of the costliest call of a kernel, empty where no timing is published for what it executes."""
+    known = [row.emulated.cycles for row in rows if row.emulated.cycles]
+    return f"{max(low for low, _ in known)} to {max(high for _, high in known)}" if known else ""
 
 
 def _names(row: Emulated, *, without_scalar: bool = False) -> tuple[str, ...]:

@@ -50,7 +50,8 @@ def _table(rows: Sequence[EmulatedRow]) -> str:
         wrong = sum(row.emulated.other_verdicts for row in asked)
         farthest = max(row.emulated.distance_rel_max or 0.0 for row in own)
         verdicts = f"{wrong} of {sum(row.calls for row in asked)}"
-        lines.append([method, *(str(each or "") for each in (*worst, *sizes)), verdicts, three(farthest)])
+        counts = [*(str(each or "") for each in worst), *map(str, sizes)]
+        lines.append([method, *counts, verdicts, three(farthest)])
     headers = ("method", *vehicles, "flash [B]", "RAM [B]", "stack [B]", "wrong verdicts", "farthest")
     return table(headers, lines)
 

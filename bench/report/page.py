@@ -16,13 +16,28 @@ from bench.report import (
     moving,
     onboard,
     opening,
+    slowest,
     tails,
     worth,
 )
 from bench.results.rows import Run
 
 FIRST = (opening, onboard, headline, growth, worth)
-REST = (cost, lost, moving, mission, capability, failures, tails, memory, emulation, machine, method, limits)
+REST = (
+    cost,
+    lost,
+    moving,
+    mission,
+    capability,
+    failures,
+    tails,
+    slowest,
+    memory,
+    emulation,
+    machine,
+    method,
+    limits,
+)
 TITLE = "# What thrust allocation costs, and what it buys\n"
 
 

@@ -58,7 +58,7 @@ HARMLESS = ("answers", "refused", "not converged, attainable", "another status a
 """What is counted and not wrong."""
 
 
-class Asked(NamedTuple):
+class DemandsAsked(NamedTuple):
     """Demands of one vehicle within limits of one kind, and what is known of them.
 
     Attributes
@@ -84,7 +84,7 @@ class Asked(NamedTuple):
         return () if self.own else (self.low[:count], self.high[:count])
 
 
-def asked(vehicle: Vehicle, rng: np.random.Generator) -> list[Asked]:
+def asked(vehicle: Vehicle, rng: np.random.Generator) -> list[DemandsAsked]:
     """Demands within the vehicle's own limits, and within limits that jump."""
     factors = rng.choice(FACTORS, DEMANDS)
     taus = inside(vehicle, rng, DEMANDS) * factors[:, None]
@@ -107,11 +107,11 @@ def asked(vehicle: Vehicle, rng: np.random.Generator) -> list[Asked]:
         else:
             F, status = exact.many(demands, *limits)
             optimum, doubt = np.where((status == Status.SOLVED)[:, None], F, np.nan), exact.tolerance
-        sets.append(Asked(demands, lows, highs, is_own, attainable, optimum, doubt))
+        sets.append(DemandsAsked(demands, lows, highs, is_own, attainable, optimum, doubt))
     return sets
 
 
-def judged(vehicle: Vehicle, name: str, sets: list[Asked], count: int) -> dict[str, int]:
+def judged(vehicle: Vehicle, name: str, sets: list[DemandsAsked], count: int) -> dict[str, int]:
     """What is wrong with answers to the first ``count`` demands of each set, and how many there are."""
     found = Counter[str]()
     try:
@@ -149,7 +149,7 @@ def judged(vehicle: Vehicle, name: str, sets: list[Asked], count: int) -> dict[s
 
 def demands_of(entry: Entry, number: int) -> int:
     """How many demands of each set a method is asked on the vehicle of that number."""
-    if entry.twin and number % LOT:
+    if (entry.twin or entry.family is Family.GENERATED) and number % LOT:
         return 0
     if not entry.solver:
         return DEMANDS

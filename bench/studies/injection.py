@@ -69,7 +69,8 @@ class _Spoilt:
 
     def _spoil(self, tau, f, low, high):
         drawn = _zlib.crc32(tau.tobytes(), SEED) % ONE_IN == 0
-        at_limit = _np.isfinite(f).all() and ((f <= low) | (f >= high)).any()
+        near = 1e-9 * self._vehicle.f_scale
+        at_limit = _np.isfinite(f).all() and ((f <= low + near) | (f >= high - near)).any()
         if drawn and (at_limit or not ACTIVE):
             i = int(_np.argmax(_np.abs(f - low)))  # so that the wrong thrust keeps its limits
             f[i] -= SHIFT * self._vehicle.f_scale

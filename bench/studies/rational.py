@@ -45,7 +45,7 @@ CHOICE = 20
 FAMILIES = (Family.EXACT, Family.LIVE, Family.ONE_SHOT, Family.SOFT, Family.CLOSED_FORM)
 
 
-class Problem(NamedTuple):
+class ExactProblem(NamedTuple):
     """min 1/2 x'H x with A x = b and low <= x <= high, in fractions; None is no limit."""
 
     A: Rows
@@ -60,7 +60,7 @@ def fractions(array: FloatArray) -> Rows:
     return [[Fraction(x) for x in row] for row in array.tolist()]
 
 
-def problems(vehicle: Vehicle, tau: FloatArray) -> dict[str, Problem]:
+def problems(vehicle: Vehicle, tau: FloatArray) -> dict[str, ExactProblem]:
     """By formulation, the problem that the vehicle's numbers pose."""
     A, H, (b,) = fractions(vehicle.TP), fractions(vehicle.H), fractions(tau[None])
     (low,), (high,) = fractions(vehicle.f_min[None]), fractions(vehicle.f_max[None])
@@ -69,13 +69,13 @@ def problems(vehicle: Vehicle, tau: FloatArray) -> dict[str, Problem]:
     zero = np.zeros((vehicle.n, vehicle.k))
     cost = np.block([[vehicle.H, zero], [zero.T, np.diag(vehicle.slack_weights)]])
     return {
-        "hard": Problem(A, H, b, [*low], [*high]),
-        "soft": Problem(fractions(slack), fractions(cost), b, [*low, *free], [*high, *free]),
-        "unlimited": Problem(A, H, b, [None] * vehicle.n, [None] * vehicle.n),
+        "hard": ExactProblem(A, H, b, [*low], [*high]),
+        "soft": ExactProblem(fractions(slack), fractions(cost), b, [*low, *free], [*high, *free]),
+        "unlimited": ExactProblem(A, H, b, [None] * vehicle.n, [None] * vehicle.n),
     }
 
 
-def exact_optimum(problem: Problem, guess: Sequence[float], near: float) -> list[Fraction] | None:
+def exact_optimum(problem: ExactProblem, guess: Sequence[float], near: float) -> list[Fraction] | None:
     """x of the problem's optimum, exactly; None where none is found from the guess."""
     A, H, b, low, high = problem
     at: dict[int, Fraction] = {}

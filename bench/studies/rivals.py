@@ -2,11 +2,15 @@
 
 N demands a class (1,000) on each shipped vehicle, double and float, in C compiled for this machine. Beside
 the answers that the check lets through stand the solver's own claims about the same demands, and thrusts as
-it left them. ``thrustbench emulate`` counts instructions. The study prints two tables of docs/rivals.md.
+it left them. Last comes what the check costs on a Cortex-M7, counted; ``thrustbench emulate`` counts the
+rest. The study prints three tables of docs/rivals.md.
 """
 
 import ctypes
 import sys
+import tempfile
+from itertools import product
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +20,11 @@ from alloc.native.code import Scalar
 from alloc.native.compiled import shared_library
 from alloc.rivals.wrapper import rival
 from bench.demands import build_demands
+from bench.emulation.count import count
+from bench.emulation.image import link
 from bench.emulation.kernel import SCALARS
+from bench.emulation.kernels import build_kernel, unchecked
+from bench.emulation.toolchain import Target, missing, target
 from bench.results.text import table, three
 
 SETS = ("inactive", "active", "infeasible")
@@ -27,7 +35,7 @@ OUTSIDE = 1e-4
 """Excess over a limit that counts, relative to the largest limit [-]: a thousand roundings of a float."""
 
 
-class Tally(NamedTuple):
+class Outcomes(NamedTuple):
     """What became of demands off the boundary of the attainable set.
 
     Attributes
@@ -73,7 +81,7 @@ void ask(const {scalar} *taus, {scalar} *F, int *status, long count)
     return F.astype(np.float64), status.astype(np.intp)
 
 
-def tally(solver: str, vehicle: Vehicle, scalar: Scalar, n: int, *, checked: bool) -> Tally:
+def tally(solver: str, vehicle: Vehicle, scalar: Scalar, n: int, *, checked: bool) -> Outcomes:
     """Ask n demands of each class, and hold the answers to the exact ones."""
     sets = [build_demands(name, vehicle, SEED, n) for name in SETS if name != "active" or vehicle.nullity]
     taus = np.concatenate([demands.taus for demands in sets])
@@ -86,7 +94,7 @@ def tally(solver: str, vehicle: Vehicle, scalar: Scalar, n: int, *, checked: boo
     distance = np.abs(F - exact).max(axis=1) / vehicle.f_scale
     compared = answered & able & inside
     near = distance <= FAR
-    return Tally(
+    return Outcomes(
         asked=len(taus),
         unanswered=int((able & ~answered).sum()),
         met=int((~able & (status == Status.SOLVED)).sum()),
@@ -97,8 +105,23 @@ def tally(solver: str, vehicle: Vehicle, scalar: Scalar, n: int, *, checked: boo
     )
 
 
+def price(method: str, vehicle: Vehicle, board: Target, scalar: Scalar) -> list[str]:
+    """What the check adds: instructions of a call that is answered and of one that is not, flash, stack."""
+    sets = [build_demands(name, vehicle, SEED, 20) for name in ("active", "infeasible")]
+    sizes: list[FloatArray] = []
+    for kernel in (build_kernel(method, vehicle, scalar), unchecked(method, vehicle, scalar)):
+        with tempfile.TemporaryDirectory(prefix="thrustbench-") as folder:
+            image = link(kernel, board, Path(folder))
+            counts = [count(image, demands.taus) for demands in sets]
+            means = [float(counted.instructions.mean()) for counted in counts]
+            stack = max(int(counted.stack_bytes.max()) for counted in counts)
+            sizes.append(np.array([*means, image.flash_bytes, stack]))
+    checked, claimed = sizes
+    return [three(size) for size in (checked - claimed).tolist()]
+
+
 def main(arguments: list[str]) -> None:
-    """Print a table of answers that were checked, and one of what the solvers claim."""
+    """Print a table of answers that were checked, one of what the solvers claim, and one of the price."""
     n = int(arguments[0]) if arguments else 1000
     vehicles = [load_vehicle(name) for name in arguments[1:] or list_vehicles()]
     there = [name for name in rivals.names() if not rivals.load(name).missing()]
@@ -106,22 +129,24 @@ def main(arguments: list[str]) -> None:
     for checked in (True, False):
         print("\nChecked:\n" if checked else "\nAs the solver claims:\n")
         lines = []
-        for solver in there:
-            for scalar in scalars:
-                own = [tally(solver, vehicle, scalar, n, checked=checked) for vehicle in vehicles]
-                *numbers, distance, refused = zip(*own, strict=True)
-                lines.append(
-                    [
-                        solver,
-                        scalar,
-                        *(str(sum(each)) for each in numbers),
-                        three(max(distance)),
-                        str(sum(refused)),
-                    ]
-                )
-                worst = vehicles[int(np.argmax(distance))].name
-                lines[-1].append(worst)
-        print(table(("solver", "scalar", *Tally._fields, "farthest on"), lines), flush=True)
+        for solver, scalar in product(there, scalars):
+            own = [tally(solver, vehicle, scalar, n, checked=checked) for vehicle in vehicles]
+            *numbers, distance, refused = zip(*own, strict=True)
+            sums = [str(sum(each)) for each in (*numbers, refused)]
+            worst = int(np.argmax(distance))
+            lines.append([solver, scalar, *sums, three(distance[worst]), vehicles[worst].name])
+        *fields, distance_field, refused_field = Outcomes._fields
+        headers = ("solver", "scalar", *fields, refused_field, distance_field, "on")
+        print(table(headers, lines), flush=True)
+    board = target("cortex-m7")
+    if missing(board):
+        return
+    headers = ("vehicle", "scalar", "answered", "refused", "flash [B]", "stack [B]")
+    lines = [
+        [vehicle.name, scalar, *price("qp/daqp@generated", vehicle, board, scalar)]
+        for vehicle, scalar in product(vehicles, scalars)
+    ]
+    print(f"\nWhat the check around DAQP adds to a call on a {board.name}:\n\n{table(headers, lines)}")
 
 
 if __name__ == "__main__":

@@ -4,13 +4,13 @@ import numpy as np
 
 from alloc.native.code import Scalar
 from alloc.qp import QP
-from alloc.rivals import Files
+from alloc.rivals import Files, daqp_core
 from alloc.rivals.c import array
-from alloc.rivals.daqp_core import core
 from alloc.rivals.download import source
 
 ALGORITHM = "dual active set"
 LICENCE = "MIT"
+CAP = daqp_core.CAP
 TOLERANCE: dict[Scalar, float] = {"double": 1e-5, "float": 1e-5}
 """A limit violated by up to 1e-6 counts as kept, DAQP's default."""
 
@@ -48,7 +48,7 @@ def generate(qp: QP, scalar: Scalar) -> Files:
         "tables": "\n".join(tables),
         "factor": factor,
     }
-    return Files({"rival_daqp.c": text}, core(scalar))
+    return daqp_core.files("rival_daqp", text, scalar)
 
 
 _TEXT = """\

@@ -4,14 +4,13 @@ import numpy as np
 
 from alloc.native.code import Scalar
 from alloc.qp import QP
-from alloc.rivals import Files
+from alloc.rivals import Files, daqp_core
 from alloc.rivals.c import array, indices
-from alloc.rivals.daqp_core import CAP as CAP
-from alloc.rivals.daqp_core import core
 from alloc.rivals.download import source
 
 ALGORITHM = "dual active set, equations eliminated beforehand"
 LICENCE = "MIT"
+CAP = daqp_core.CAP
 TOLERANCE: dict[Scalar, float] = {"double": 1e-5, "float": 1e-5}
 
 STILL = 1e-9
@@ -45,7 +44,7 @@ def generate(qp: QP, scalar: Scalar) -> Files:
         tables += [array("scaling", 1.0 / sizes, scalar), indices("moving", moving)]
     sizes_of = {"d": max(m - p, 1), "rows": len(moving), "still": len(still), "m": m, "p": p}
     text = (_HEAD + (_TEXT if len(moving) else _SOLVED)) % {**sizes_of, "tables": "\n".join(tables)}
-    return Files({"rival_daqp_reduced.c": text}, core(scalar))
+    return daqp_core.files("rival_daqp_reduced", text, scalar)
 
 
 _HEAD = """\

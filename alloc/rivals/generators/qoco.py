@@ -20,6 +20,9 @@ CAP = 50
 TOLERANCE: dict[Scalar, float] = {"double": 1e-3, "float": 1e-3}
 
 
+_DEFINED = re.compile(r"^(?:void|double|int|unsigned char) (\w+)\(", re.MULTILINE)
+
+
 def missing() -> str:
     """How to install the generator."""
     return "" if find_spec("qocogen") else "not installed; pip install qocogen"
@@ -43,6 +46,10 @@ def generate(qp: QP, scalar: Scalar) -> Files:
     texts["utils.h"] = printing.sub(r"\1", texts["utils.h"])
     texts["utils.c"] = f"#define DISABLE_PRINTING\n{texts['utils.c']}"
     texts["rival_qoco.c"] = _TEXT % {"m": m, "p": p, "cap": CAP}
+    # Names such as ldl and Gx are anybody's; an image may hold other solvers.
+    names = {name for text in texts.values() for name in _DEFINED.findall(text) if "qoco" not in name}
+    anybodys = re.compile(rf"\b(?=(?:{'|'.join(sorted(names))})\()")
+    texts = {file: anybodys.sub("qoco_", text) for file, text in texts.items()}
     return Files({name: single(text) for name, text in texts.items()} if scalar == "float" else texts, {})
 
 

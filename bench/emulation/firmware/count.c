@@ -3,15 +3,15 @@
  * Loaded with -plugin count.so,entry=ADDRESS,leave=ADDRESS,…,ticks=FILE. QEMU calls it before each instruction.
  * A call's count goes from the instruction at `entry`, its first, to before the one at the `leave` behind it, where its
  * caller goes on: callees and the return are in it. After each call FILE holds the sum of all calls so far (32 bits,
- * little-endian), which the driver's port reads as its ticks. With out=FILE each call's count is a line there; with trace=FILE the address
- * of each instruction of a kernel (32 bits) is, and all ones after each call.
+ * little-endian), which the driver's port reads as its ticks. With trace=FILE the address of each instruction of a kernel (32 bits) goes
+ * there, and all ones after each call.
  *
  * Not by blocks, though that is faster: QEMU 7.2 now and then counts the instruction after a block to it.
  * Debian packages QEMU with the interface but without its header, so the six functions used are declared
  * here, as the interface documents them.
  */
 #include <fcntl.h>
-#include <inttypes.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -37,7 +37,7 @@ static int known;
 static uint64_t count;
 static uint32_t ticks;
 static int inside, ticks_file = -1;
-static FILE *out, *trace;
+static FILE *trace;
 
 static void on_any(unsigned int cpu, void *address)
 {
@@ -70,8 +70,6 @@ static void on_leave(unsigned int cpu, void *nothing)
     publish();
     if (trace)
         fwrite(&(uint32_t){ UINT32_MAX }, 4, 1, trace);
-    if (out)
-        fprintf(out, "%" PRIu64 "\n", count);
 }
 
 static void at_translation(uint64_t id, struct qemu_plugin_tb *block)
@@ -92,8 +90,6 @@ static void at_exit(uint64_t id, void *nothing)
 {
     (void)id;
     (void)nothing;
-    if (out)
-        fclose(out);
     if (trace)
         fclose(trace);
 }
@@ -111,8 +107,6 @@ int qemu_plugin_install(uint64_t id, const void *info, int argc, char **argv)
             kernels[known++].leave = strtoull(value, NULL, 0);
         else if (strncmp(argv[i], "ticks=", 6) == 0)
             ticks_file = open(value, O_WRONLY | O_CREAT | O_TRUNC, 0644);
-        else if (strncmp(argv[i], "out=", 4) == 0)
-            out = fopen(value, "w");
         else if (strncmp(argv[i], "trace=", 6) == 0)
             trace = fopen(value, "wb");
     }

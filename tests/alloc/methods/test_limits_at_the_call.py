@@ -25,7 +25,7 @@ WITHOUT_THRUST = (Status.INFEASIBLE, Status.NOT_CONVERGED)
 
 
 def prepared(entry: Entry, vehicle: Vehicle) -> Allocator:
-    if entry.family is Family.GENERATED and vehicle.name != "supply-vessel":
+    if entry.family is Family.GENERATED and (vehicle.name, vehicle.readiness[0]) != ("supply-vessel", 1.0):
         pytest.skip("each vehicle takes a second to compile")
     if entry.family is Family.ONE_SHOT and entry.solver not in ("daqp", "quadprog"):
         pytest.skip(

@@ -23,6 +23,8 @@ from alloc import (
     solvers,
 )
 from alloc.allocation import FloatArray
+from bench.studies.campaign import vehicle_of
+from bench.studies.odd_vehicles import inside
 
 VEHICLE = load_vehicle("ukwial")
 OFFERS = [
@@ -220,6 +222,20 @@ def test_an_answer_does_not_change_when_the_next_is_made(name: str) -> None:
         kept = x.copy()
         solve(other, posed.qp.lb / 2, posed.qp.ub / 2)
         assert np.array_equal(x, kept)
+
+
+@pytest.mark.parametrize(("name", "number"), [("osqp", 1), ("piqp", 7)])
+def test_a_reused_object_answers_as_a_new_one_does(name: str, number: int) -> None:
+    """To the bit, also after infeasible demands, which drive OSQP's step size far away."""
+    vehicle, rng = vehicle_of(number)
+    posed, solver = pose_hard(vehicle), solvers.load(name)
+    taus = inside(vehicle, rng, 24) * rng.choice([1.0, 1.0, 2.0], (24, 1))
+    reused = solver.prepare(posed.qp, "reused", "tight")
+    for tau in taus:
+        call = posed.b_of_tau @ tau, posed.qp.lb, posed.qp.ub
+        again, new = reused(*call), solver.prepare(posed.qp, "reused", "tight")(*call)
+        assert again.status == new.status
+        assert again.status != Status.SOLVED or np.array_equal(again.x, new.x)
 
 
 def test_the_time_cap_of_highs_holds_for_each_call_and_not_for_all_together(

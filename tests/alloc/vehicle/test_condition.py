@@ -7,7 +7,7 @@ import pytest
 
 from alloc import NotApplicable, Status, Vehicle, build, load_vehicle
 from alloc.allocation import FloatArray
-from alloc.vehicle.condition import condition, promised, unevenness
+from alloc.vehicle.condition import condition, magnified, promised, unevenness
 
 
 def nearly_singular(vehicle: Vehicle, ratio: float) -> Vehicle:
@@ -26,6 +26,16 @@ def test_shipped_vehicles_keep_the_promise_of_1e_minus_9(vehicle: Vehicle) -> No
 def test_weights_alone_are_even_in_the_right_units() -> None:
     vehicle = replace(load_vehicle("ukwial"), H=np.diag([1e-4, 1.0, 1e2, 1e4]))
     assert unevenness(vehicle) == pytest.approx(1.0)
+
+
+def test_a_solver_s_promise_follows_weights_and_the_weakest_thruster() -> None:
+    """sqrt(cond H) times the longest over the shortest column of T P; 1 where thrusters are alike."""
+    ukwial = load_vehicle("ukwial")
+    assert magnified(ukwial) == pytest.approx(1.0)
+    uneven = replace(ukwial.with_fault(1, readiness=0.05), H=np.diag([1.0, 1.0, 1.0, 1e4]))
+    assert magnified(uneven) == pytest.approx(20.0 * 100.0)
+    even = build("qp/clarabel", ukwial).tolerance
+    assert build("qp/clarabel", uneven).tolerance == pytest.approx(2000.0 * even)
 
 
 @pytest.mark.parametrize("method", ["nullspace", "scaled"])

@@ -14,7 +14,7 @@ from bench.emulation.cycles import cycles
 from bench.emulation.image import link
 from bench.emulation.interval import Cycles, Unpublished
 from bench.emulation.kernels import build_kernel
-from bench.emulation.trace import Instruction, Trace, disassembly, trace
+from bench.emulation.trace import Executed, Trace, disassembly, trace
 from tests.emulators import available
 
 
@@ -24,7 +24,7 @@ def run(*lines: str, size: int = 2) -> Trace:
     for i, line in enumerate([*lines, "bx lr"]):
         name, _, rest = line.partition(" ")
         operands = tuple(part.strip().replace(";", ",") for part in rest.split(",") if part)
-        known.append(Instruction(size * i, size * (i + 1), name, operands, conditional=False))
+        known.append(Executed(size * i, size * (i + 1), name, operands, conditional=False))
     return Trace(known, [np.arange(len(known))])
 
 
@@ -71,7 +71,7 @@ def test_loads_of_four_bytes_may_fail_to_overlap_where_they_begin_between_words(
     aligned = m4f("ldr r0, [r1]", "ldr r4, [r2]", size=4)
     assert aligned == (3, 3)
     shifted = run("ldr r0, [r1]", "ldr r4, [r2]", size=4)
-    moved = [Instruction(o.address + 2, o.following + 2, o.name, o.operands, False) for o in shifted.known]
+    moved = [Executed(o.address + 2, o.following + 2, o.name, o.operands, False) for o in shifted.known]
     (span,) = cortex_m4f(Trace(moved, shifted.calls))
     assert (span.low - 2, span.high - 4) == (3, 4)
 

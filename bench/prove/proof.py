@@ -8,7 +8,7 @@ Verdict = Literal["shown", "tested", "not shown", "does not apply"]
 
 
 class Claim(msgspec.Struct, frozen=True, kw_only=True):
-    """One thing that a certificate speaks of.
+    """One thing that a proof speaks of.
 
     Attributes
     ----------
@@ -22,6 +22,11 @@ class Claim(msgspec.Struct, frozen=True, kw_only=True):
     verdict: Verdict
     by: str
     words: list[str] = []
+
+
+def not_shown(claim: str, words: list[str]) -> Claim:
+    """A claim that stands as not shown, with the reason."""
+    return Claim(claim=claim, verdict="not shown", by="", words=words)
 
 
 class Rounding(msgspec.Struct, frozen=True, kw_only=True):
@@ -56,6 +61,7 @@ class WorstPath(msgspec.Struct, frozen=True, kw_only=True):
         it whose rounds are not known
     attained : instructions of the most costly call that was run; all faults, NaN and infinity among them
     calls : how many were run
+    by_status : of each status that was returned, the most instructions
     tau, fault : the demand of ``attained`` [N, N m], NaN and infinity as text, and the thruster that is off
     reason : why ``at_most`` is not known
     """
@@ -65,6 +71,7 @@ class WorstPath(msgspec.Struct, frozen=True, kw_only=True):
     at_most: int | None
     attained: int
     calls: int
+    by_status: dict[str, int]
     tau: list[float | str]
     fault: int
     reason: str = ""
@@ -85,7 +92,7 @@ class Broken(msgspec.Struct, frozen=True, kw_only=True):
     reason: str
 
 
-class Certificate(msgspec.Struct, frozen=True, kw_only=True):
+class Proof(msgspec.Struct, frozen=True, kw_only=True):
     """proof.json.
 
     Attributes

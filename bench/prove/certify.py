@@ -3,7 +3,6 @@
 import tempfile
 import time
 from pathlib import Path
-from typing import NamedTuple
 
 from alloc import NotApplicable
 from alloc.native import digest
@@ -12,43 +11,35 @@ from alloc.vehicle.condition import wrench_doubt
 from bench.emulation.toolchain import ToolError, missing, target
 from bench.harness import machine
 from bench.prove import misra, safety, tools
-from bench.prove.certificate import ASSUMPTIONS, Certificate, Claim, Rounding, WorstPath
 from bench.prove.gappa import before_limits
 from bench.prove.harness import Subject, subject
+from bench.prove.proof import ASSUMPTIONS, Claim, Proof, Rounding, WorstPath, not_shown
 from bench.prove.rounding import Errors, verdict_band
-from bench.prove.seen import MET, seen
-from bench.prove.symbolic import Node, NotRead, Program, programs
+from bench.prove.seen import made, seen
+from bench.prove.symbolic import Node, NotRead, programs
 from bench.prove.worst import TARGETS, worst_path
 
 DEMANDS = 1_000_000
 """Demands of the whole vehicle beside whose largest error the bound stands."""
 DEMANDS_FAULT = 10_000
-"""Of each fault, and where there is no bound."""
+"""Of each fault."""
 ALIKE = 2.0**-23
 """Constants this close are one number, in double and rounded to float."""
 
 BOUNDED = "Rounding moves no thrust of an attainable demand by more than the bound below."
-MADE = "An attainable demand that is SOLVED is made: T f = tau. Tested, not proven."
 
 
-class Studied(NamedTuple):
-    """What was found about numbers: claims, and a row for each fault."""
-
-    claims: list[Claim]
-    rounding: list[Rounding]
-
-
-def prove(of: Subject) -> Certificate:
-    """The certificate of a kernel; raises NotInstalled where Frama-C is missing."""
+def prove(of: Subject) -> Proof:
+    """The proof of a kernel; raises NotInstalled where Frama-C is missing."""
     begin = time.perf_counter()
     with tempfile.TemporaryDirectory(prefix="thrustbench-") as folder:
         claims = safety.claims(of, Path(folder))
         rules = misra.broken(of, Path(folder))
-    studied = _numbers(of)
+    bounded, rounding = _bounded(of)
     paths, lacking = _paths(of)
     if rules is None:
-        lacking.append(_not_shown("MISRA C:2012", ["needs cppcheck: " + tools.remedy(["cppcheck"])]))
-    return Certificate(
+        lacking.append(not_shown("MISRA C:2012", ["needs cppcheck: " + tools.remedy(["cppcheck"])]))
+    return Proof(
         vehicle=of.vehicle.name,
         method=of.kernel,
         scalar=of.scalar,
@@ -59,69 +50,51 @@ def prove(of: Subject) -> Certificate:
         tools={name: tools.version(name) for name in tools.PACKAGES},
         assumptions=ASSUMPTIONS,
         claims=claims,
-        numbers=[*studied.claims, *lacking],
-        rounding=studied.rounding,
+        numbers=[bounded, made(of), *lacking],
+        rounding=rounding,
         worst_paths=paths,
         misra=rules or [],
         seconds=round(time.perf_counter() - begin, 1),
     )
 
 
-def _numbers(of: Subject) -> Studied:
+def _bounded(of: Subject) -> tuple[Claim, list[Rounding]]:
     if of.limits == "call":
-        reason = "limits of the call: ranges are known for the vehicle's own limits only"
-        return Studied([_not_shown(BOUNDED, [reason])], [])
+        return not_shown(BOUNDED, ["limits of the call: ranges are known for the vehicle's own only"]), []
     try:
         found, exact = programs(of), _exact(of)
     except (NotRead, ToolError) as error:
-        return Studied([_not_shown(BOUNDED, [str(error)]), _not_shown(MADE, [str(error)])], [])
+        return not_shown(BOUNDED, [str(error)]), []
     rows: list[Rounding] = []
     words: list[str] = []
-    missed: list[str] = []
-    solved = 0
     for fault, program in found.items():
         vehicle = of.vehicle if fault < 0 else of.vehicle.with_fault(fault)
         errors = Errors(program, vehicle, of.scalar, exact.get(fault))
+        slack = max(TOLERANCE[of.scalar], wrench_doubt(vehicle)) * vehicle.f_scale
+        demands = DEMANDS if fault < 0 else DEMANDS_FAULT
         try:
             bound = max(errors.error(node) for (name, _), node in program.outputs.items() if name == "f")
-            slack = max(TOLERANCE[of.scalar], wrench_doubt(vehicle)) * vehicle.f_scale
             band = verdict_band(program, errors, slack)
+            sample = seen(program, vehicle, of.scalar, exact.get(fault, {}), demands)
         except NotRead as reason:
-            bound, band = None, None
             words.append(f"fault {fault}: {reason}")
-        demands = DEMANDS if fault < 0 and bound is not None else DEMANDS_FAULT
-        try:
-            sample = seen(program, vehicle, of.scalar, exact.get(fault, {}), demands, bound is not None)
-        except NotRead as reason:
-            missed.append(f"fault {fault}: {reason}")
             continue
-        solved += sample.solved
-        if not sample.missed <= MET[of.scalar]:
-            missed.append(f"fault {fault}: T f misses tau by {sample.missed:.2g} of the wrench scale")
-        if bound is not None:
-            row = Rounding(
-                fault=fault, bound_n=bound, observed_n=sample.error, demands=demands, verdict_band=band
+        gappa = before_limits(program, errors, vehicle, of.scalar) if fault < 0 else None
+        rows.append(
+            Rounding(
+                fault=fault,
+                bound_n=bound,
+                observed_n=sample.error,
+                demands=demands,
+                gappa_n=gappa,
+                verdict_band=band,
             )
-            rows.append(row if fault >= 0 else _with_gappa(row, program, errors, of))
-            if not sample.error <= bound:
-                words.append(f"fault {fault}: an error of {sample.error:.3g} N was seen, above the bound")
-    made = Claim(claim=MADE, verdict="tested", by="seeded demands", words=[f"{solved:,} SOLVED"])
-    shown = Claim(claim=BOUNDED, verdict="shown", by="ranges and errors, operation by operation")
-    return Studied(
-        [_not_shown(BOUNDED, words) if words else shown, _not_shown(MADE, missed) if missed else made], rows
-    )
-
-
-def _with_gappa(row: Rounding, program: Program, errors: Errors, of: Subject) -> Rounding:
-    bound = before_limits(program, errors, of.vehicle, of.scalar)
-    return Rounding(
-        fault=row.fault,
-        bound_n=row.bound_n,
-        observed_n=row.observed_n,
-        demands=row.demands,
-        gappa_n=bound,
-        verdict_band=row.verdict_band,
-    )
+        )
+        if not sample.error <= bound:
+            words.append(f"fault {fault}: an error of {sample.error:.3g} N was seen, above the bound")
+    if words:
+        return not_shown(BOUNDED, words), rows
+    return Claim(claim=BOUNDED, verdict="shown", by="ranges and errors, operation by operation"), rows
 
 
 def _exact(of: Subject) -> dict[int, dict[Node, float]]:
@@ -160,9 +133,5 @@ def _paths(of: Subject) -> tuple[list[WorstPath], list[Claim]]:
         except ToolError as error:
             words = str(error)
         if words:
-            lacking.append(_not_shown(f"The worst path on {name}.", [words]))
+            lacking.append(not_shown(f"The worst path on {name}.", [words]))
     return paths, lacking
-
-
-def _not_shown(claim: str, words: list[str]) -> Claim:
-    return Claim(claim=claim, verdict="not shown", by="", words=words)
