@@ -8,11 +8,12 @@ from math import inf
 
 import numpy as np
 
-from alloc.allocation import WRENCH_TOLERANCE, BoolArray, FloatArray, IndexArray
+from alloc.allocation import BoolArray, FloatArray, IndexArray
 from alloc.errors import NotApplicable
 from alloc.formulations import Formulation
 from alloc.native.bounds import CLimits
 from alloc.native.code import (
+    MET,
     Scalar,
     Table,
     Terms,
@@ -353,7 +354,7 @@ def _met(lost: FloatArray, levels: list[str], c: Table) -> tuple[list[str], str]
     if not len(lost):
         return [], whole
     # In unit of wrench_scale the rows are orthonormal, so their squares add up to that of what is missing.
-    lines, rows, _ = product(lost / WRENCH_TOLERANCE, "t", c, "pm")
+    lines, rows, _ = product(lost / MET[c.scalar], "t", c, "pm")
     missed = [defined(f"missed{i}", signed_sum(row, c.scalar), c) for i, row in enumerate(rows)]
     squares = " + ".join(f"missed{i} * missed{i}" for i in range(len(rows)))
     return [*lines, *missed], f"{whole} && {squares} <= {one}"

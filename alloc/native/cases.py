@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from alloc.allocation import Allocator, FloatArray, StatusArray
+from alloc.allocation import Allocator, FloatArray, Status, StatusArray
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.native.bounds import Where
-from alloc.native.code import Scalar
+from alloc.native.code import MET, Scalar
 from alloc.vehicle import Vehicle
 
 AGREEMENT: dict[Scalar, float] = {"double": 1e-12, "float": 1e-5}
@@ -30,6 +30,8 @@ class Cases:
     f_min, f_max : (N, n) limits of each call [N]
     F : (N, n) thrusts that the twin gives [N]; NaN where f stays as it was
     status : (N,) what it says
+    other : (N,) what a kernel may say in its place: where rounding may move the thrusts by more than a SOLVED
+        wrench may miss, SOLVED and PARTIAL are both right; else the status itself
     share : (N, levels) what of each level is delivered [-]; no columns where the method has no levels
     allowed : (N,) largest difference of a thrust that rounding explains [N]
     allowed_share : (N,) that of a share [-]
@@ -40,6 +42,7 @@ class Cases:
     f_max: FloatArray
     F: FloatArray
     status: StatusArray
+    other: StatusArray
     share: FloatArray
     allowed: FloatArray
     allowed_share: FloatArray
@@ -77,16 +80,36 @@ def cases(vehicle: Vehicle, twin: Allocator, scalar: Scalar, limits: Where, leve
         same &= verdict == status
         moved = np.maximum(moved, np.nan_to_num(np.abs(others - F)).max(axis=1))
         moved_share = np.maximum(moved_share, np.abs(shares - share).max(axis=1, initial=0.0))
+    allowed = AGREEMENT[scalar] * size[:, 0] + 2.0 * moved
+    other = status if levels else _either(vehicle, f @ vehicle.TP.T, F, status, allowed, scalar)
     return Cases(
         taus=(f @ vehicle.TP.T)[same],
         f_min=low[same],
         f_max=high[same],
         F=F[same],
         status=status[same],
+        other=other[same],
         share=share[same],
-        allowed=(AGREEMENT[scalar] * size[:, 0] + 2.0 * moved)[same],
+        allowed=allowed[same],
         allowed_share=(AGREEMENT[scalar] + 2.0 * moved_share)[same],
     )
+
+
+def _either(
+    vehicle: Vehicle,
+    taus: FloatArray,
+    F: FloatArray,
+    status: StatusArray,
+    allowed: FloatArray,
+    scalar: Scalar,
+) -> StatusArray:
+    """The other one of SOLVED and PARTIAL where thrusts ``allowed`` apart may decide between them."""
+    unit = 1.0 / vehicle.wrench_scale
+    missed = np.abs((F @ vehicle.TP.T - taus) * unit).max(axis=1)
+    moved = allowed * (np.abs(vehicle.TP) * unit[:, None]).sum(axis=1).max()
+    decided = np.isin(status, (Status.SOLVED, Status.PARTIAL)) & (np.abs(missed - MET[scalar]) <= moved)
+    other: StatusArray = np.where(decided, Status.SOLVED + Status.PARTIAL - status, status).astype(np.int8)
+    return other
 
 
 def _limits(vehicle: Vehicle, limits: Where, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:

@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from alloc.allocation import FloatArray
+from alloc.allocation import WRENCH_TOLERANCE, FloatArray
 from alloc.nullspace import allocator as nullspace
 
 Scalar = Literal["double", "float"]
@@ -17,6 +17,9 @@ Terms = list[tuple[bool, str]]
 TOLERANCE: dict[Scalar, float] = {"double": nullspace.TOLERANCE, "float": 4e-6}
 """Excess over a limit that still counts as met, relative to the largest limit [-]. Float rounds at 6e-8; some
 70 times that is left for the sums."""
+MET: dict[Scalar, float] = {"double": WRENCH_TOLERANCE, "float": 1e-5}
+"""What a SOLVED wrench may miss, relative to ``wrench_scale`` [-]; in single precision some hundred
+roundings."""
 SAME = 64 * np.finfo(float).eps
 """Entries of a matrix this close, relative to the larger, differ by rounding only."""
 

@@ -5,10 +5,11 @@ from importlib import resources
 
 import numpy as np
 
-from alloc.allocation import WRENCH_TOLERANCE, FloatArray
+from alloc.allocation import FloatArray
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.native.bounds import CLimits
 from alloc.native.code import (
+    MET,
     TOLERANCE,
     Scalar,
     Table,
@@ -102,7 +103,7 @@ def _met(vehicle: Vehicle, G: FloatArray, c: Table) -> tuple[list[str], str]:
 
     T f - tau = T (f - T* tau) - (1 - T T*) tau, of which the last part is rounding where no rank is lost.
     """
-    share = 1.0 / (WRENCH_TOLERANCE * vehicle.wrench_scale)[:, None]
+    share = 1.0 / (MET[c.scalar] * vehicle.wrench_scale)[:, None]
     lines, rows, _ = product(share * vehicle.TP, "d", c, "q")
     sums, rows = butterflies(rows, c, "v")
     moved = [defined(f"d{i}", f"y{i} - x{i}", c) for i in vehicle.working.tolist()]

@@ -7,21 +7,17 @@ from importlib import resources
 from typing import NamedTuple
 
 from alloc import solvers
-from alloc.allocation import WRENCH_TOLERANCE
 from alloc.errors import NotApplicable, NotInstalled
 from alloc.live.allocator import PARTIAL_TOLERANCE, UNREACHABLE
 from alloc.native import function_name
 from alloc.native.bounds import Where
-from alloc.native.code import TOLERANCE, Scalar, number
+from alloc.native.code import MET, TOLERANCE, Scalar, number
 from alloc.qp import Posed, pose_hard
 from alloc.qp.problem import SHARED
 from alloc.rivals import load
 from alloc.rivals.c import array, indices
 from alloc.vehicle import Vehicle
 
-MET: dict[Scalar, float] = {"double": WRENCH_TOLERANCE, "float": 1e-5}
-"""Largest |T P f - tau| of a SOLVED answer, relative to ``vehicle.wrench_scale`` [-]; in single precision
-some hundred roundings."""
 DOUBT: dict[Scalar, float] = {"double": 1e-13, "float": 2e-6}
 """Share of the terms in a proof of infeasibility that rounding may have made [-]."""
 MEANINGS = {

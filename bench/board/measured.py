@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from alloc import WRENCH_TOLERANCE, Allocation, Status, build
+from alloc import Allocation, Status, build
 from alloc.formulations.hard import FORMULATION as HARD
 from alloc.native.cases import AGREEMENT
+from alloc.native.code import MET
 from alloc.rivals import load
 from bench.board.heard import NOOP, Heard, TimedCalls
 from bench.demands import DemandSet
@@ -133,7 +134,7 @@ def _judged(question: Question, kernel: Kernel, promised: Promise, run: TimedCal
         formulation=promised.formulation,
         limited=promised.limited,
         tolerance=promised.tolerance,
-        wrench_tolerance=max(WRENCH_TOLERANCE, AGREEMENT[kernel.scalar]),
+        wrench_tolerance=MET[kernel.scalar],
         thorough=thorough,
     )
     if run.other_answers and not kernel.solver:  # this project's C keeps nothing between calls
