@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from alloc import Family
-from bench.report.pictures.style import BLUE, FAMILIES, GREY, INK, time_axis
+from bench.report.pictures.style import BLUE, BROWN, FAMILIES, GREY, INK, time_axis
 from bench.results.columns import Row
 from bench.results.ranking import best, largest_loss, representatives
 from bench.results.rows import Run
@@ -18,13 +18,14 @@ WAYS = {
     "without limits, in Python": (CLOSED, "o", "none"),
     "exact within limits, in C": (EXACT, "D", "full"),
     "exact within limits, in Python": (EXACT, "D", "none"),
+    "exact, by a solver's own C": (BROWN, "s", "full"),
     "exact, by the fastest solver": (BLUE, "s", "full"),
 }
 """Colour, mark and filling of each way to allocate."""
 
 
 def draw_run(run: Run) -> "Figure | None":
-    """Left: the median of a call, by five ways. Right: what the way without limits does not deliver."""
+    """Left: the median of a call, by six ways. Right: what the way without limits does not deliver."""
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
