@@ -47,11 +47,12 @@ def draw_run(run: Run) -> "Figure | None":
     right.set_xlabel("not served of what it can do (bar), worst wrench missing (line)", fontsize=8)
     left.set_yticks(range(len(rows)), list(rows))
     left.set_ylim(-0.6, len(rows) - 0.4)
+    shown = [way for way in WAYS if any(way in ways for ways in rows.values())]
     marks = [
         Line2D([], [], color=colour, marker=mark, fillstyle=fill, linestyle="")  # type: ignore[arg-type]
-        for colour, mark, fill in WAYS.values()
+        for colour, mark, fill in (WAYS[way] for way in shown)
     ]
-    figure.legend(marks, list(WAYS), loc="outside lower center", ncols=3)
+    figure.legend(marks, shown, loc="outside lower center", ncols=3)
     return figure
 
 
