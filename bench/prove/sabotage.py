@@ -36,8 +36,8 @@ SABOTAGES = (
         "a thrust is not cut at its limits",
         "nullspace",
         "fixed",
-        r"y0 = within\((.*), \S+, \S+\);",
-        r"y0 = \1;",
+        r"(y\d+) = within\((\w+ [-+] .*), \S+, \S+\);",  # steps have cut the others before
+        r"\1 = \2;",
     ),
     Sabotage(
         "a lower limit stands for the upper",
