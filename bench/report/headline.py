@@ -1,5 +1,6 @@
 """Report section: three sentences with numbers."""
 
+from alloc import Family
 from bench.record import NO_VEHICLE
 from bench.results.columns import Row
 from bench.results.ranking import best, complete, exact, optimal, right
@@ -21,9 +22,10 @@ def fastest_exact(rows: list[Row]) -> Row | None:
     return next((row for row in rows if exact(row)), None)
 
 
-def fastest_solver(rows: list[Row]) -> Row | None:
-    """The first exact row that calls a QP solver, of rows sorted by time."""
-    return next((row for row in rows if exact(row) and row.described.solver), None)
+def fastest_solver(rows: list[Row], *, as_c: bool = False) -> Row | None:
+    """The first exact row that calls a QP solver, by its binding or as its own C, of rows sorted by time."""
+    called = (row for row in rows if row.described.solver and (row.family == Family.GENERATED) == as_c)
+    return next((row for row in called if exact(row)), None)
 
 
 def named(rows: list[Row], method: str) -> Row | None:
@@ -36,7 +38,7 @@ def _typical(run: Run, vehicles: list[str]) -> dict[str, list[Row]]:
 
 
 def _cost(run: Run) -> str:
-    exact_us, over_solver, own_clock, names = [], [], [], []
+    exact_us, over_solver, over_c, own_clock, names = [], [], [], [], []
     over: dict[str, list[float]] = {method: [] for method in CLOSED_FORMS}
     for rows in _typical(run, run.vehicles).values():
         row, solver = fastest_exact(rows), fastest_solver(rows)
@@ -47,6 +49,7 @@ def _cost(run: Run) -> str:
         names.append(row.label)
         for method, ratios in over.items():
             ratios += [time / other for other in [_us(named(rows, method))] if other]
+        over_c += [other / time for other in [_us(fastest_solver(rows, as_c=True))] if other]
         if solver is not None and solver_us and solver is not row:
             over_solver.append(solver_us / time)
             own_clock += [100 * own / solver_us for own in _numbers(solver.solver_p50_us)]
@@ -65,6 +68,8 @@ def _cost(run: Run) -> str:
         text += " called through Python"
     if own_clock:
         text += f" ({number_range(own_clock)} % of it by its own clock)"
+    if over_c:
+        text += f"; a solver's own C that is as exact takes {number_range(over_c)} times as long"
     return text + "."
 
 

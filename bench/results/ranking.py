@@ -94,7 +94,7 @@ def telling(rows: Sequence[Row], most: int) -> list[Row]:
 
 
 def representatives(rows: Sequence[Row]) -> dict[str, Row]:
-    """The rows that stand for five ways to allocate, as far as there are, of one vehicle's sorted by time.
+    """The rows that stand for six ways to allocate, as far as there are, of one vehicle's sorted by time.
 
     Closed forms take the same time within noise, so among them the name decides and the choice stays.
     """
@@ -106,7 +106,10 @@ def representatives(rows: Sequence[Row]) -> dict[str, Row]:
         "without limits, in Python": [row for row in closed if not row.described.twin],
         "exact within limits, in C": [row for row in hard if row.described.twin and not row.described.solver],
         "exact within limits, in Python": [row for row in hard if not row.described.foreign],
-        "exact, by the fastest solver": [row for row in hard if row.described.solver],
+        "exact, by a solver's own C": [row for row in hard if row.family == Family.GENERATED],
+        "exact, by the fastest solver": [
+            row for row in hard if row.described.solver and row.family != Family.GENERATED
+        ],
     }
     return {way: found[0] for way, found in ways.items() if found}
 

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from alloc import Family
-from bench.report.pictures.style import BLUE, FAMILIES, GREY, INK, time_axis
+from bench.report.pictures.style import BLUE, BROWN, FAMILIES, GREY, INK, time_axis
 from bench.results.columns import Row
 from bench.results.ranking import best, largest_loss, representatives
 from bench.results.rows import Run
@@ -18,13 +18,14 @@ WAYS = {
     "without limits, in Python": (CLOSED, "o", "none"),
     "exact within limits, in C": (EXACT, "D", "full"),
     "exact within limits, in Python": (EXACT, "D", "none"),
+    "exact, by a solver's own C": (BROWN, "s", "full"),
     "exact, by the fastest solver": (BLUE, "s", "full"),
 }
 """Colour, mark and filling of each way to allocate."""
 
 
 def draw_run(run: Run) -> "Figure | None":
-    """Left: the median of a call, by five ways. Right: what the way without limits does not deliver."""
+    """Left: the median of a call, by six ways. Right: what the way without limits does not deliver."""
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
@@ -46,11 +47,12 @@ def draw_run(run: Run) -> "Figure | None":
     right.set_xlabel("not served of what it can do (bar), worst wrench missing (line)", fontsize=8)
     left.set_yticks(range(len(rows)), list(rows))
     left.set_ylim(-0.6, len(rows) - 0.4)
+    shown = [way for way in WAYS if any(way in ways for ways in rows.values())]
     marks = [
         Line2D([], [], color=colour, marker=mark, fillstyle=fill, linestyle="")  # type: ignore[arg-type]
-        for colour, mark, fill in WAYS.values()
+        for colour, mark, fill in (WAYS[way] for way in shown)
     ]
-    figure.legend(marks, list(WAYS), loc="outside lower center", ncols=3)
+    figure.legend(marks, shown, loc="outside lower center", ncols=3)
     return figure
 
 
