@@ -197,8 +197,13 @@ def test_any_strictly_convex_problem_is_solved_up_to_its_certificate(name: str) 
 @pytest.mark.parametrize(
     "entry", [e for e in catalogue() if e.solver and not e.missing], ids=lambda e: e.name
 )
-def test_answers_keep_the_distance_that_is_promised(entry: Entry, vehicle_name: str) -> None:
+def test_answers_keep_the_distance_that_is_promised(
+    entry: Entry, vehicle_name: str, request: pytest.FixtureRequest
+) -> None:
     """The optimum is that of the exact method; for the soft formulation, of the most accurate solver."""
+    if entry.name == "qp/qoco@generated":
+        stalls = "QOCO's C stalls far from the optimum on four vehicles, which a run says: docs/rivals.md"
+        request.applymarker(pytest.mark.xfail(reason=stalls, strict=False))
     vehicle = load_vehicle(vehicle_name)
     rng = np.random.default_rng(6)
     taus = 0.9 * rng.uniform(vehicle.f_min, vehicle.f_max, (20, vehicle.n)) @ vehicle.TP.T
