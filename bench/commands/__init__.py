@@ -14,6 +14,16 @@ PATH = click.Path(readable=False, path_type=Path)
 """A path as it was given. It need not be readable, since some files are only written; whoever opens the file
 says what is wrong."""
 
+SINGLE = click.option("--float", "single", is_flag=True, help="Single precision; else double.")
+LIMITS = click.option(
+    "--limits",
+    type=click.Choice(["fixed", "call"]),
+    default="fixed",
+    show_default=True,
+    help="The vehicle's, in the C; or f_min and f_max, arguments of each call.",
+)
+"""The options of every command that writes C."""
+
 RUNS = Path("runs")
 """Where runs go unless --out says otherwise, each into a folder of its own: ``<machine>/<date and time>``.
 git ignores it; `make keep` packs a run into results/."""

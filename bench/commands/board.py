@@ -5,21 +5,15 @@ from typing import Literal
 
 import click
 
-from bench.commands import PATH
+from bench.commands import LIMITS, PATH, SINGLE
 
 
 @click.command()
 @click.option("--vehicle", metavar="V", help="A shipped name or a YAML file.")
 @click.option("--method", "methods", multiple=True, metavar="M", help="A method that has C [all].")
 @click.option("--demands", multiple=True, metavar="D", help="A demand set's name [one a class, a mission].")
-@click.option("--float", "single", is_flag=True, help="Single precision; else double.")
-@click.option(
-    "--limits",
-    type=click.Choice(["fixed", "call"]),
-    default="fixed",
-    show_default=True,
-    help="The vehicle's, in the C; or f_min and f_max, arguments of each call.",
-)
+@SINGLE
+@LIMITS
 @click.option("--n", type=click.IntRange(1), default=200, show_default=True, help="Demands of each set.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the demands.")
 @click.option("--read", "log", type=PATH, metavar="LOG", help="Make a record of what a board printed.")

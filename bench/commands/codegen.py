@@ -5,20 +5,14 @@ from typing import Literal
 
 import click
 
-from bench.commands import PATH
+from bench.commands import LIMITS, PATH, SINGLE
 
 
 @click.command()
 @click.option("--vehicle", required=True, metavar="V", help="A shipped name or a YAML file.")
 @click.option("--method", required=True, metavar="M", help="A method that can be C.")
-@click.option("--float", "single", is_flag=True, help="Single precision; else double.")
-@click.option(
-    "--limits",
-    type=click.Choice(["fixed", "call"]),
-    default="fixed",
-    show_default=True,
-    help="The vehicle's, in the C; or f_min and f_max, arguments of each call.",
-)
+@SINGLE
+@LIMITS
 @click.option("--out", required=True, type=PATH, metavar="DIR", help="Made if missing.")
 def command(vehicle: str, method: str, single: bool, limits: Literal["fixed", "call"], out: Path) -> None:
     """C99 of one method for one vehicle: header, source, self-test, and a page on how to call it."""

@@ -5,7 +5,7 @@ from typing import Literal
 
 import click
 
-from bench.commands import PATH, RUNS
+from bench.commands import LIMITS, PATH, RUNS, SINGLE
 
 
 @click.command()
@@ -13,14 +13,8 @@ from bench.commands import PATH, RUNS
     "--vehicle", "vehicles", multiple=True, metavar="V", help="A shipped name or a YAML file [all]."
 )
 @click.option("--method", "methods", multiple=True, metavar="M", help="A method that can be C [all].")
-@click.option("--float", "single", is_flag=True, help="Single precision; else double.")
-@click.option(
-    "--limits",
-    type=click.Choice(["fixed", "call"]),
-    default="fixed",
-    show_default=True,
-    help="The vehicle's, in the C; or f_min and f_max, arguments of each call.",
-)
+@SINGLE
+@LIMITS
 @click.option(
     "--out", type=PATH, default=RUNS / "proof", show_default=True, metavar="DIR", help="Made if missing."
 )
