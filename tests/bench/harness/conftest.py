@@ -12,7 +12,7 @@ def _none(run: Run, directory: Path) -> frozenset[str]:
     return frozenset()
 
 
-@pytest.fixture(autouse=True, scope="package")
+@pytest.fixture(autouse=True, scope="module")  # as wide as the widest fixture here that makes a run
 def without_pictures() -> Iterator[None]:
     """Reports of runs made within this process have no pictures; those of other processes have theirs."""
     with pytest.MonkeyPatch.context() as patch:
