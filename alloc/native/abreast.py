@@ -16,7 +16,7 @@ COUNT = 64
 """Demands that a call answers: what it keeps of them stays in the nearest cache."""
 AGAIN = -1
 """Status of a demand that the kernel for one demand must answer: what it sums up is not finite."""
-FLAGS = ("-std=c99", "-ffp-contract=off", "-O3", NATIVE)
+FLAGS = ("-std=c99", "-ffp-contract=off", "-O3", *NATIVE)
 """For this processor alone; with the same rounding as the kernel for one demand has."""
 
 
