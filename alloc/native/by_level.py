@@ -100,6 +100,7 @@ class Walk:
             moved = self._step(level, D, last=level + 1 == len(self._maps))
             self._stop(level, D, keep, moved)
             self._move(level, moved)
+        self._leave()
         self._end(structure)
         self._enter(sorted(set(vehicle.working.tolist()) - self._entered), "left")
         self.sums += self._unseen
@@ -108,12 +109,17 @@ class Walk:
         """Statements where facets of part j come: the first time, that its arguments enter."""
         if j == self._last:
             return
+        self._leave()
         if self._last >= 0 and self._bounds.at_call:
             self.statements.append("fence();")
         self._last = j
-        rows = np.flatnonzero(self._push[self._parts[j]].any(axis=0)).tolist()
+
+    def _leave(self) -> None:
+        if self._last < 0:
+            return
+        rows = np.flatnonzero(self._push[self._parts[self._last]].any(axis=0)).tolist()
         if not self._entered.issuperset(rows):
-            self._enter(rows, f"{j}")
+            self._enter(rows, f"{self._last}")
 
     def _enter(self, rows: list[int], name: str) -> None:
         if not rows:
