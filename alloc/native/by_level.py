@@ -85,6 +85,7 @@ class Walk:
         self._scale = found.scale
         self._rooms: dict[int, tuple[Value, Value]] = {}
         self._sums: dict[str, list[str]] = {}
+        self._tiny: dict[tuple[int, int], str] = {}
         self._last = -1
         self.sums: list[str] = []
         self._entered: set[int] = set()
@@ -165,17 +166,21 @@ class Walk:
                 self.definitions.append(defined(f"n{level + 1}_{r}", rest, c))
         matrix = np.where(D.any(axis=1) | whole, self._G, 0.0)
         lines, rows, largest = product(matrix, f"m{level}_", c, f"pd{level}_")
+        self._products = rows
         sums, rows = butterflies(rows, c, f"sd{level}_")
         self.definitions += [*lines, *sums]
         moved = [i for i in vehicle.working.tolist() if rows[i]]
         for j, part in enumerate(self._parts):
             pushing = self._push[part].any(axis=0)
             sizes = [f"size({largest[r]})" for r in np.flatnonzero(snapped(matrix)[pushing].any(axis=0))]
-            if sizes:
+            # What goes along one product alone is never tiny beside it.
+            if len(sizes) > 1:
+                self._tiny[level, j] = f"tiny{level}_{j}"
                 tiny = f"{c(PARALLEL[T])} * {fold('most', sizes)}"
                 self.definitions.append(defined(f"tiny{level}_{j}", tiny, c))
         for i in moved:
             away: Terms = [(True, self._text(taken[i]))] if taken[i] != 0.0 else []
+            self._products[i] = [] if away else self._products[i]
             self.definitions.append(defined(f"d{level}_{i}", signed_sum([*rows[i], *away], T), c))
         return moved
 
@@ -198,11 +203,9 @@ class Walk:
         # A facet that the step runs in leaves rounding only of thrusts that push along it.
         push = np.zeros_like(self._push[used])
         push[:, moved] = self._push[np.ix_(used, moved)]
-        lines, rows, _ = product(push, f"d{level}_", c, f"pa{level}_")
-        sums, rows = butterflies(rows, c, f"sa{level}_")
-        self.definitions += [*lines, *sums]
+        rows = self._along(level, push)
         self._measure(level, used)
-        kept = most = c(keep)
+        kept, most, zero = c(keep), c(keep), number(0.0, T)
         place = {m: j for j, part in enumerate(self._parts) for m in part.tolist()}
         terms = dict(zip(used, rows, strict=True))
         G = np.where(D.any(axis=1), self._G, 0.0)
@@ -213,7 +216,8 @@ class Walk:
             self.definitions.append(defined(f"a{level}_{m}", signed_sum(row, T), c))
             rooms = [self._rooms[each][:: -1 if back != (turned != first) else 1] for each, turned in same]
             ahead, astern = (self._least(list(side)) for side in zip(*rooms, strict=True))
-            load = self._load(f"a{level}_{m}", ahead, astern, f"tiny{level}_{place[m]}")
+            tiny = self._tiny.get((level, place[m]), zero)
+            load = self._load(f"a{level}_{m}", ahead, astern, tiny)
             # One after the other: all at once would need more registers than a processor has.
             self.statements.append(defined(f"load{level}_{m}", f"most({load}, {most})", c))
             most = f"load{level}_{m}"
@@ -221,6 +225,27 @@ class Walk:
         self.statements.append(defined(f"part{level}", f"{kept} / {most}", c))
         rounded = f"rounded(part{level}, {c(1.0 - EDGE[T])})"
         self.definitions.append(defined(f"share{level}", rounded, c))
+
+    def _along(self, level: int, push: FloatArray) -> list[Terms]:
+        """The sums push d, out of d or of the products that d is a sum of, whichever are fewer terms."""
+        c = self._c
+        lines, rows, _ = product(push, f"d{level}_", c, f"pa{level}_")
+        sums, rows = butterflies(rows, c, f"sa{level}_")
+        used = np.flatnonzero(push.any(axis=0)).tolist()
+        texts = list(dict.fromkeys(text for i in used for _, text in self._products[i]))
+        if all(self._products[i] for i in used):
+            spread = np.zeros((push.shape[1], len(texts)))
+            for i in used:
+                for minus, text in self._products[i]:
+                    spread[i, texts.index(text)] = -1.0 if minus else 1.0
+            more, fewer, _ = product(push @ spread, f"go{level}_", c, f"pgo{level}_")
+            added, fewer = butterflies(fewer, c, f"sgo{level}_")
+            if sum(map(len, fewer)) + len(added) < sum(map(len, rows)) + len(sums):
+                alias = [defined(f"go{level}_{j}", text, c) for j, text in enumerate(texts)]
+                self.definitions += [*alias, *more, *added]
+                return fewer
+        self.definitions += [*lines, *sums]
+        return rows
 
     def _measure(self, level: int, used: list[int]) -> None:
         """Definitions of the rooms of these facets, where they are not known from the level before."""
