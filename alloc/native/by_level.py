@@ -86,6 +86,7 @@ class Walk:
         self._rooms: dict[int, tuple[Value, Value]] = {}
         self._sums: dict[str, list[str]] = {}
         self._tiny: dict[tuple[int, int], str] = {}
+        self._gaps: dict[int, tuple[str, str]] = {}
         self._last = -1
         self.sums: list[str] = []
         self._entered: set[int] = set()
@@ -258,10 +259,13 @@ class Walk:
             low, high, f = *self._bounds.ends(i), self._f[i]
             if isinstance(f, float) and not self._bounds.at_call:
                 widths[[i, n + i]] = self._vehicle.f_max[i] - f, f - self._vehicle.f_min[i]
+            up, down = self._gaps.get(i, (f"{high} - {self._text(f)}", f"{self._text(f)} - {low}"))
             self.definitions += [
-                defined(f"g{level}_{i}", f"{high} - {self._text(f)}", c),
-                defined(f"g{level}_{n + i}", f"{self._text(f)} - {low}", c),
+                defined(f"g{level}_{i}", up, c),
+                defined(f"g{level}_{n + i}", down, c),
             ]
+            if self._bounds.at_call:
+                self._gaps[i] = (f"g{level}_{i}", f"g{level}_{n + i}")
         lines, rows, _ = product(table, f"g{level}_", c, f"pg{level}_")
         sums, rows = butterflies(rows, c, f"sg{level}_")
         self.definitions += [*lines, *sums]
@@ -311,6 +315,10 @@ class Walk:
             name = f"f{level + 1}_{i}"
             self.definitions.append(defined(name, f"{before}part{level} * d{level}_{i}", self._c))
             self._f[i] = name
+            if i in self._gaps:  # so that limits need not be kept, nor read again
+                up, down = self._gaps[i]
+                step = f"part{level} * d{level}_{i}"
+                self._gaps[i] = (f"{up} - {step}", f"{down} + {step}")
         touched = np.flatnonzero(np.abs(self._push[:, moved]).sum(axis=1))
         self._rooms = {m: room for m, room in self._rooms.items() if m not in touched}
 
