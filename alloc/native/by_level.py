@@ -92,13 +92,14 @@ class Walk:
         self._entered: set[int] = set()
         self.excess: Excess = []
         self._whole = _whole(vehicle, way)
-        self._unseen = cover(vehicle, np.where(self._whole[0], structure.G, 0.0), "d0_")
+        self._maps = step_maps(vehicle, way.levels)
+        self._unseen = self._cover()
         self.definitions: list[str] = []
         self.statements: list[str] = []
         self._f: list[Value] = self._start()
         self.resting = all(f == 0.0 for f in self._f)
-        self._maps = step_maps(vehicle, way.levels)
         for level, (D, keep) in enumerate(zip(self._maps, way.keep, strict=True)):
+            self._level = level
             moved = self._step(level, D, last=level + 1 == len(self._maps))
             self._stop(level, D, keep, moved)
             self._move(level, moved)
@@ -106,6 +107,15 @@ class Walk:
         self._end(structure)
         self._enter(sorted(set(vehicle.working.tolist()) - self._entered), "left")
         self.sums += self._unseen
+
+    def _cover(self) -> list[str]:
+        """Few steps of thrusts, of any level, and entries of tau, in which every entry of tau appears."""
+        found, rest = list[str](), np.ones(self._vehicle.k, dtype=bool)
+        for level, D in enumerate(self._maps):
+            into = self._G @ D if len(self._maps) > 1 else self._G
+            found += [x for x in cover(self._vehicle, into * rest, f"d{level}_") if x.startswith("d")]
+            rest &= ~snapped(into).any(axis=0)
+        return [*found, *(f"t{j}" for j in np.flatnonzero(rest))]
 
     def _arrive(self, j: int) -> None:
         """Statements where facets of part j come: the first time, that its arguments enter."""
@@ -126,10 +136,8 @@ class Walk:
     def _enter(self, rows: list[int], name: str) -> None:
         if not rows:
             return
-        theirs = {*(f"d0_{i}" for i in rows), *(f"t{j}" for j in np.flatnonzero(self._G[rows].any(axis=0)))}
-        seen = [x for x in self._unseen if x in theirs]
-        self._unseen = [x for x in self._unseen if x not in theirs]
-        lines, excess = entered(rows, seen, name, self._bounds, self._c, "d0_")
+        steps = [f"d{level}_" for level in range(self._level + 1)]
+        lines, excess = entered(rows, self._unseen, name, self._bounds, self._c, steps)
         self.statements += lines
         self.excess += excess
         self.sums.append(f"s{name}")
