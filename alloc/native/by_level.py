@@ -88,6 +88,7 @@ class Walk:
         self._tiny: dict[tuple[int, int], str] = {}
         self._gaps: dict[int, tuple[str, str]] = {}
         self._last = -1
+        self.ends: list[tuple[int, list[int]]] = []
         self.sums: list[str] = []
         self._entered: set[int] = set()
         self.excess: Excess = []
@@ -103,10 +104,16 @@ class Walk:
             moved = self._step(level, D, last=level + 1 == len(self._maps))
             self._stop(level, D, keep, moved)
             self._move(level, moved)
-        self._leave()
+            self._leave()
+            self.ends.append((len(self.statements), moved))
         self._end(structure)
         self._enter(sorted(set(vehicle.working.tolist()) - self._entered), "left")
         self.sums += self._unseen
+
+    def arrived(self, rows: list[int]) -> int:
+        """Behind how many statements these thrusters move no more."""
+        ends = [end for end, moved in self.ends if not {*rows}.isdisjoint(moved)]
+        return ends[-1] if ends else self.ends[-1][0]
 
     def _cover(self) -> list[str]:
         """Few steps of thrusts, of any level, and entries of tau, in which every entry of tau appears."""
@@ -413,12 +420,24 @@ def by_level(formulation: Formulation) -> Callable[[Vehicle, CLimits, Table], li
         walk, later = Walk(vehicle, way, structure, bounds, c), bounds.again("e")
         read_in = [*read(vehicle, c), *bounds.definitions(), *later.definitions()]
         definitions = [*read_in, *walk.definitions]
-        lines = [*walk.statements, *refused(walk.sums, walk.excess, crossed(bounds, c), c)]
+        lines = refused(walk.sums, walk.excess, crossed(bounds, c), c)
+        early: list[str] = []
+        at = 0
         zero = "" if walk.resting else "z"
-        for piece in pieces(vehicle, structure, inf, later, c, zero):
-            lines += ["fence();"] * bounds.at_call
-            lines += [*piece.before, *piece.after, *inside(piece.thrusts, later, c)]
-            lines += [f"f[{i}] = y{i};" for i in piece.thrusts]
+        ready = pieces(vehicle, structure, inf, later, c, zero)
+        for end, _ in walk.ends:
+            early += walk.statements[at:end]
+            at = end
+            for piece in [piece for piece in ready if walk.arrived(piece.rows) == end]:
+                answer = ["fence();"] * bounds.at_call
+                answer += [*piece.before, *piece.after, *inside(piece.thrusts, later, c)]
+                written = [f"f[{i}] = y{i};" for i in piece.thrusts]
+                if end == walk.ends[-1][0]:
+                    lines += [*answer, *written]
+                else:
+                    early += answer
+                    lines += written
+        lines = [*early, *walk.statements[at:], *lines]
         lines += [f"f[{i}] = {number(0.0, c.scalar)};" for i in np.flatnonzero(vehicle.readiness == 0)]
         levels = names("share", len(way.keep))
         lines += [f"share[{i}] = {name};" for i, name in enumerate(levels)]
