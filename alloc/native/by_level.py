@@ -40,7 +40,8 @@ from alloc.vehicle import Vehicle
 
 FACETS_LIMIT = 300
 """Most pairs of facets: each is written out, and more would fill a microcontroller's flash."""
-PARALLEL: dict[Scalar, float] = {"double": facets.PARALLEL, "float": 2e-6}
+PARALLEL: dict[Scalar, float] = {"double": 1e-14, "float": 2e-6}
+"""Along a facet steps this small are rounding, relative to the products that they are summed of."""
 EDGE: dict[Scalar, float] = {"double": facets.EDGE, "float": 4e-6}
 """What ``alloc.reach.edge`` has for double, and what rounding makes of it in float."""
 ROOMY = 1e-3
@@ -190,7 +191,7 @@ class Walk:
             pushing = self._push[part].any(axis=0)
             sizes = [f"size({largest[r]})" for r in np.flatnonzero(snapped(matrix)[pushing].any(axis=0))]
             # What goes along one product alone is never tiny beside it.
-            if len(sizes) > 1:
+            if len(sizes) > 1 or any(taken[i] != 0.0 for i in np.flatnonzero(pushing)):
                 self._tiny[level, j] = f"tiny{level}_{j}"
                 tiny = f"{c(PARALLEL[T])} * {fold('most', sizes)}"
                 self.definitions.append(defined(f"tiny{level}_{j}", tiny, c))
@@ -307,7 +308,9 @@ class Walk:
             if ahead == astern:
                 return f"size({along} * {self._c(1.0 / ahead)})"
             return f"most({along} * {self._c(1.0 / ahead)}, -{along} * {self._c(1.0 / astern)})"
-        return f"load({along}, {self._text(ahead)}, {self._text(astern)}, {tiny})"
+        # Taking it off is quicker than a comparison, and in double nothing to any answer.
+        taken = f"size({along}) - {tiny}" if self._c.scalar == "double" else f"notable(size({along}), {tiny})"
+        return f"load({along}, {taken}, {self._text(ahead)}, {self._text(astern)})"
 
     def _least(self, rooms: list[Value]) -> Value:
         known = [room for room in rooms if isinstance(room, float)]
