@@ -92,6 +92,12 @@ class Walk:
         self.definitions: list[str] = []
         self.statements: list[str] = []
         self._f: list[Value] = self._start()
+        # Of the thrusts that the way begins with; several levels take them through T and G.
+        known = [abs(f) for f in self._f if isinstance(f, float)]
+        through = (
+            float((np.abs(structure.G) @ np.abs(vehicle.TP)).sum(axis=1).max()) if way.levels[1:] else 1.0
+        )
+        self._size = max(1.0, through) * (vehicle.f_scale if bounds.at_call else max(known))
         self.resting = all(f == 0.0 for f in self._f)
         self._maps = step_maps(vehicle, way.levels)
         for level, (D, keep) in enumerate(zip(self._maps, way.keep, strict=True)):
@@ -162,6 +168,7 @@ class Walk:
             pushing = self._push[part].any(axis=0)
             sizes = [f"size({largest[r]})" for r in np.flatnonzero(snapped(matrix)[pushing].any(axis=0))]
             if sizes:
+                sizes += [c(self._size)] if self._size else []
                 tiny = f"{c(PARALLEL[T])} * {fold('most', sizes)}"
                 self.definitions.append(defined(f"tiny{level}_{j}", tiny, c))
         for i in moved:
