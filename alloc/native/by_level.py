@@ -287,9 +287,9 @@ class Walk:
         for b, block in enumerate(() if self.resting else structure.blocks):
             # N in unit of its first row, so that zero entries stay zero and equal sizes become one.
             N = block.N / (block.N[0] if block.N.shape[1] == 1 else np.abs(block.N).max(axis=0))
-            H = vehicle.H[np.ix_(block.rows, block.rows)]
-            wide = np.zeros((N.shape[1], vehicle.n))
-            wide[:, block.rows] = -np.linalg.solve(N.T @ H @ N, N.T @ H)
+            # A full H also couples what z moves with thrusters that it doesn't.
+            NtH = np.where(vehicle.readiness > 0, N.T @ vehicle.H[block.rows], 0.0)
+            wide = -np.linalg.solve(NtH[:, block.rows] @ N, NtH)
             lines, inner = gathered(wide, "r", c, f"sz{b}_")
             self.definitions += lines
             z = names(f"z{b}_", N.shape[1]) if N.shape[1] > 1 else [f"z{b}"]
