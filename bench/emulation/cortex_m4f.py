@@ -17,6 +17,7 @@ STM32F407, and compendium.i-0.nl, with the code in flash. What all leave open ma
 """
 
 import re
+from typing import NamedTuple
 
 import numpy as np
 
@@ -79,12 +80,36 @@ BRANCHES = {"b", "bl", "bx", "blx", "cbz", "cbnz"}
 CORE = {*(f"r{i}" for i in range(13)), "ip", "lr", "sl", "fp", "sp"}
 
 
+class Lines(NamedTuple):
+    """What the rules ask of every instruction of an image: (N,) each.
+
+    Attributes
+    ----------
+    divides : whether it is a division or a root
+    asks : whether it needs the FPU
+    memory : whether it loads or stores
+    between : whether it has 4 bytes and begins in the middle of a word
+    """
+
+    divides: BoolArray
+    asks: BoolArray
+    memory: BoolArray
+    between: BoolArray
+
+
 def cortex_m4f(trace: Trace) -> list[Cycles]:
     """Cycles of each call, its return included; raises Unpublished for what is not in the tables."""
-    return [_summed(trace.known, call) for call in trace.calls]
+    names = [plain(one) for one in trace.known]
+    lines = Lines(
+        divides=np.array([name in DIVIDED for name in names]),
+        asks=np.array([name.startswith("v") for name in names]),
+        memory=np.array([name in WORDS | MANY | {"ldrd", "strd"} for name in names]),
+        between=np.array([_between_words(one) for one in trace.known]),
+    )
+    return [_summed(trace.known, lines, call) for call in trace.calls]
 
 
-def _summed(known: list[Executed], call: IndexArray) -> Cycles:
+def _summed(known: list[Executed], lines: Lines, call: IndexArray) -> Cycles:
     # What one takes depends on the one before and the one behind it, so equal triples are looked at once.
     base = len(known) + 1
     keys = (np.r_[base - 1, call[:-1]] * base + call) * base + np.r_[call[1:], base - 1]
@@ -100,32 +125,31 @@ def _summed(known: list[Executed], call: IndexArray) -> Cycles:
             )
         )
     low, high = np.array(spans, dtype=np.intp).reshape(-1, 2)[which].T
-    late = _fetches(known, call, high > low)
-    return Cycles(int(low.sum()) - _hidden(known, call, low, high), int(high.sum()) + late)
+    late = _fetches(lines, call, high > low)
+    return Cycles(int(low.sum()) - _hidden(lines, call, low, high), int(high.sum()) + late)
 
 
-def _hidden(known: list[Executed], call: IndexArray, low: IndexArray, high: IndexArray) -> int:
+def _hidden(lines: Lines, call: IndexArray, low: IndexArray, high: IndexArray) -> int:
     """Cycles of divisions behind which integer instructions may hide, until the FPU is asked again."""
-    at = np.flatnonzero(np.array([plain(one) in DIVIDED for one in known])[call])
-    later = np.r_[np.flatnonzero(np.array([plain(one).startswith("v") for one in known])[call]), len(call)]
+    at = np.flatnonzero(lines.divides[call])
+    later = np.r_[np.flatnonzero(lines.asks[call]), len(call)]
     next_asked = later[np.searchsorted(later, at, side="right")]
     ran = np.r_[0, np.cumsum(high)]
     return int(np.minimum(ran[next_asked] - ran[at + 1], low[at] - 1).sum())
 
 
-def _fetches(known: list[Executed], call: IndexArray, wide: BoolArray) -> int:
+def _fetches(lines: Lines, call: IndexArray, wide: BoolArray) -> int:
     """Cycles at most that the fetch unit falls behind in groups of 4 bytes that begin between words.
 
     One for each stretch of a group that is all loads and stores or has none, unless the span of one of its
     instructions is ``wide`` (N,) already: a load that does not overlap is the same wait.
     """
-    between = np.array([_between_words(one) for one in known])[call]
-    memory = np.array([plain(one) in WORDS | MANY | {"ldrd", "strd"} for one in known])[call]
+    between, memory = lines.between[call], lines.memory[call]
     edges = np.flatnonzero(np.diff(np.r_[False, between, False].astype(np.int8))).reshape(-1, 2)
     found = 0
     for start, end in edges[edges[:, 1] - edges[:, 0] >= A_GROUP].tolist():
-        changes = start + 1 + np.flatnonzero(np.diff(memory[start:end].astype(np.int8)))
-        found += sum(not stretch.any() for stretch in np.split(wide[start:end], changes - start))
+        changes = 1 + np.flatnonzero(np.diff(memory[start:end].astype(np.int8)))
+        found += sum(not stretch.any() for stretch in np.split(wide[start:end], changes))
     return found
 
 
