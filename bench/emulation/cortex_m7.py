@@ -79,7 +79,7 @@ class Line(NamedTuple):
 
 def cortex_m7(trace: Trace) -> list[Cycles]:
     """Cycles of each call; raises Unpublished for what nobody measured, or a call that is too long."""
-    executed = np.unique(np.concatenate([_checked(call) for call in trace.calls])).tolist()
+    executed = {i for call in trace.calls for i in np.unique(_checked(call)).tolist()}
     lines = {i: _line(trace.known[i]) for i in executed}
     return [_call([lines[i] for i in call.tolist()]) for call in trace.calls]
 
