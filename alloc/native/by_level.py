@@ -99,6 +99,12 @@ class Walk:
         self.definitions: list[str] = []
         self.statements: list[str] = []
         self._f: list[Value] = self._start()
+        # Of the thrusts that the way begins with; several levels take them through T and G.
+        known = [abs(f) for f in self._f if isinstance(f, float)]
+        through = (
+            float((np.abs(structure.G) @ np.abs(vehicle.TP)).sum(axis=1).max()) if way.levels[1:] else 1.0
+        )
+        self._size = max(1.0, through) * (vehicle.f_scale if bounds.at_call else max(known))
         self.resting = all(f == 0.0 for f in self._f)
         for level, (D, keep) in enumerate(zip(self._maps, way.keep, strict=True)):
             self._level = level
@@ -190,8 +196,10 @@ class Walk:
         for j, part in enumerate(self._parts):
             pushing = self._push[part].any(axis=0)
             sizes = [f"size({largest[r]})" for r in np.flatnonzero(snapped(matrix)[pushing].any(axis=0))]
-            # What goes along one product alone is never tiny beside it.
-            if len(sizes) > 1 or any(taken[i] != 0.0 for i in np.flatnonzero(pushing)):
+            if len(sizes) == 1 and not any(taken[i] != 0.0 for i in np.flatnonzero(pushing)):
+                sizes = []  # what goes along one product alone is never tiny beside it
+            sizes += [c(self._size)] if self._size else []
+            if sizes:
                 self._tiny[level, j] = f"tiny{level}_{j}"
                 tiny = f"{c(PARALLEL[T])} * {fold('most', sizes)}"
                 self.definitions.append(defined(f"tiny{level}_{j}", tiny, c))
@@ -350,9 +358,9 @@ class Walk:
         for b, block in enumerate(() if self.resting else structure.blocks):
             # N in unit of its first row, so that zero entries stay zero and equal sizes become one.
             N = block.N / (block.N[0] if block.N.shape[1] == 1 else np.abs(block.N).max(axis=0))
-            H = vehicle.H[np.ix_(block.rows, block.rows)]
-            wide = np.zeros((N.shape[1], vehicle.n))
-            wide[:, block.rows] = -np.linalg.solve(N.T @ H @ N, N.T @ H)
+            # A full H also couples what z moves with thrusters that it doesn't.
+            NtH = np.where(vehicle.readiness > 0, N.T @ vehicle.H[block.rows], 0.0)
+            wide = -np.linalg.solve(NtH[:, block.rows] @ N, NtH)
             lines, inner = gathered(wide, "r", c, f"sz{b}_")
             self.definitions += lines
             z = names(f"z{b}_", N.shape[1]) if N.shape[1] > 1 else [f"z{b}"]
