@@ -234,8 +234,9 @@ class Walk:
         place = {m: j for j, part in enumerate(self._parts) for m in part.tolist()}
         terms = dict(zip(used, rows, strict=True))
         G = np.where(D.any(axis=1), self._G, 0.0)
-        # Backwards, because compilers then spill fewer registers on a vehicle of eight thrusters.
-        for same in reversed(_alike(used, push @ G if len(self._maps) > 1 else np.eye(len(used)))):
+        alike = _alike(used, push @ G if len(self._maps) > 1 else np.eye(len(used)))
+        # With rooms to be found, backwards: GCC then spills fewer registers of a Cortex-M7 to the stack.
+        for same in alike[:: -1 if self._bounds.at_call else 1]:
             (m, first), back = same[0], all(minus for minus, _ in terms[same[0][0]])
             self._arrive(place[m])
             row = [(minus != back, text) for minus, text in terms[m]]
