@@ -346,6 +346,28 @@ def test_the_driver_without_kernels_is_small(tmp_path: Path) -> None:
     assert data + zeroed + sum(frames) <= 2048  # as if each function called the next
 
 
+def test_other_flags_compile_what_was_compiled_with_others(tmp_path: Path) -> None:
+    write(project(n=1), tmp_path)
+    made = tmp_path / "build/posix/driver.c.o"
+    times = []
+    for flags in ("CFLAGS=-O1", "CFLAGS=-O1", "CFLAGS=-O0"):
+        make(tmp_path, flags)
+        times.append(made.stat().st_mtime_ns)
+    assert times[0] == times[1] < times[2]
+
+
+def test_a_main_as_the_page_describes_it_links_with_the_library(tmp_path: Path) -> None:
+    available("cortex-m4f")
+    write(project("float", n=1), tmp_path)
+    make(tmp_path, "PORT=cortex-m")
+    text = '#include "board.h"\nint main(void) { board_start(); return board_run(); }\n'
+    (tmp_path / "main.c").write_text(text)
+    flags = "-std=c99 -Wall -Wextra -Werror -mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16"
+    words = f"arm-none-eabi-gcc {flags} --specs=nosys.specs main.c build/cortex-m/board.a -lm -o main.elf"
+    done = subprocess.run(words.split(), cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+
+
 def test_a_log_of_a_million_calls_is_read_within_two_seconds() -> None:
     """50 blocks of 200 demands with eight thrusts, each timed 100 times, as the driver prints them."""
     lines: list[bytes] = []
