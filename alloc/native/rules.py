@@ -79,7 +79,7 @@ def cascade_doubt(vehicle: Vehicle, scalar: Scalar) -> float:
     """Share of the largest limit by which rounding may move a thrust of the cascade in C [-].
 
     With H = L L' the effort is |L'f|^2, and orthogonal rows of A L'^-1 are found by Gram-Schmidt, which loses
-    a share ROUNDING n cond(A L'^-1) of L'f (Bjorck 1967); of f that is up to sqrt(cond H) times as much. Where
+    a share EACH n u cond(A L'^-1) of L'f (Bjorck 1967); of f that is up to sqrt(cond H) times as much. Where
     others are frozen the weakest thruster may push alone: max |T_i| / min |T_i| times as much again.
     """
     on = vehicle.working
