@@ -1,0 +1,278 @@
+"""C of the way towards a demand, level by level: what ``alloc.reach.way`` takes out of tables, written out.
+
+On the way only the wrench T f counts, so f may lie beyond limits: a step of the wrench is any d with T d
+that step, and the room along a facet is a sum over thrusters of what lies between f and a limit.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from alloc.allocation import BoolArray, FloatArray
+from alloc.native.bounds import CLimits
+from alloc.native.code import (
+    Scalar,
+    Table,
+    Terms,
+    Value,
+    butterflies,
+    defined,
+    expression,
+    fold,
+    gathered,
+    number,
+    product,
+    signed_sum,
+    snapped,
+    summed,
+    term,
+)
+from alloc.native.entry import Seen, cover
+from alloc.native.facets import alike, facets
+from alloc.native.rooms import Rooms
+from alloc.reach.edge import EDGE as EDGE_DOUBLE
+from alloc.reach.edge import INSET, start
+from alloc.reach.edge import PARALLEL as PARALLEL_DOUBLE
+from alloc.reach.levels import groups, step_maps
+from alloc.reach.way import Way
+from alloc.vehicle import Vehicle
+
+PARALLEL: dict[Scalar, float] = {"double": PARALLEL_DOUBLE, "float": 2e-6}
+EDGE: dict[Scalar, float] = {"double": EDGE_DOUBLE, "float": 4e-6}
+"""What ``alloc.reach.edge`` has for double, and what rounding makes of it in float."""
+
+
+class Walk:
+    """The C of one way.
+
+    Attributes
+    ----------
+    definitions : of all that statements may need
+    statements : of each level, those that find out its share
+    moved : the thrusters that each level moves
+    starts_at_rest : whether it begins without thrust, so that f is what G makes of the wrench
+    f : thrusts that make the wrench which is reached; zero where a thruster is off
+    seen : the arguments, all of them behind the last statement
+    """
+
+    def __init__(self, vehicle: Vehicle, way: Way, G: FloatArray, bounds: CLimits, c: Table) -> None:
+        """Write the way; G is (n, k), T*. Raises NotApplicable where there are too many facets to do so."""
+        self._vehicle, self._bounds, self._c, self._G = vehicle, bounds, c, G
+        self._facets = facets(vehicle)
+        self._rooms = Rooms(vehicle, self._facets, bounds, c)
+        self._maps = step_maps(vehicle, way.levels)
+        self._whole = _whole(vehicle, way)
+        self._part: int | None = None
+        self._entered: set[int] = set()
+        self.seen = Seen(self._cover(), bounds, c)
+        self.definitions: list[str] = []
+        self.statements: list[list[str]] = []
+        self.moved: list[list[int]] = []
+        self.f = self._start()
+        self.starts_at_rest = all(f == 0.0 for f in self.f)
+        self._size = self._start_size()
+        for level, keep in enumerate(way.keep):
+            self.statements.append([])
+            d = self._step(level)
+            self._stop(level, keep, d)
+            self._move(level)
+            self._leave()
+        self._enter(sorted(set(vehicle.working.tolist()) - self._entered), "left")
+
+    def arrived(self, rows: list[int]) -> int:
+        """The last level that moves one of these thrusters; the last of all where none does."""
+        levels = [level for level, moved in enumerate(self.moved) if not {*rows}.isdisjoint(moved)]
+        return levels[-1] if levels else len(self.moved) - 1
+
+    def _cover(self) -> list[str]:
+        """Few steps of thrusts, of any level, and entries of tau, in which every entry of tau appears."""
+        found, rest = list[str](), np.ones(self._vehicle.k, dtype=bool)
+        for level, D in enumerate(self._maps):
+            into = self._G @ D if len(self._maps) > 1 else self._G
+            found += [x for x in cover(self._vehicle, into * rest, f"d{level}_") if x.startswith("d")]
+            rest &= ~snapped(into).any(axis=0)
+        return [*found, *(f"t{j}" for j in np.flatnonzero(rest))]
+
+    def _start(self) -> list[Value]:
+        """Thrusts f0 that the way begins with (see ``alloc.reach.edge.start``)."""
+        vehicle, c, zero = self._vehicle, self._c, number(0.0, self._c.scalar)
+        if not self._bounds.at_call:
+            return list(np.where(vehicle.readiness > 0, start(vehicle.f_min, vehicle.f_max), 0.0))
+        for i in vehicle.working.tolist():
+            low, high = self._bounds.ends(i)
+            self.definitions += [
+                defined(f"near{i}", f"within({zero}, {low}, {high})", c),
+                defined(f"in{i}", f"o{i} * {c(INSET)}", c),
+                defined(f"f{i}", f"near{i} + within(near{i}, in{i}, -in{i})", c),
+            ]
+        return [f"f{i}" if ready else 0.0 for i, ready in enumerate(vehicle.readiness)]
+
+    def _start_size(self) -> float:
+        """Largest f0 there can be [N]; times what T and then G make of it, where several levels take it."""
+        known = [abs(f) for f in self.f if isinstance(f, float)]
+        largest = self._vehicle.f_scale if self._bounds.at_call else max(known)
+        if len(self._maps) == 1:
+            return largest
+        return max(1.0, float((np.abs(self._G) @ np.abs(self._vehicle.TP)).sum(axis=1).max())) * largest
+
+    def _step(self, level: int) -> list[Terms]:
+        """Definitions of d, thrusts that make the level's step; returns the products that each d adds up.
+
+        Where axes go all the way G makes what they are to reach, and d is that without what f makes of it;
+        for others G makes the step itself. A thrust d from which some f is taken has no products.
+        """
+        c, T, vehicle = self._c, self._c.scalar, self._vehicle
+        whole = self._whole[level]
+        taken: list[Value] = [0.0] * vehicle.n
+        for i in np.flatnonzero(vehicle.TP[whole].any(axis=0)).tolist():
+            taken[i] = self.f[i]
+        self._wanted(level)
+        matrix = np.where(self._maps[level].any(axis=1) | whole, self._G, 0.0)
+        lines, products, largest = product(matrix, f"m{level}_", c, f"pd{level}_")
+        sums, rows = butterflies(products, c, f"sd{level}_")
+        self.definitions += [*lines, *sums]
+        self.moved.append([i for i in vehicle.working.tolist() if rows[i]])
+        self._tiny(level, snapped(matrix), largest, taken)
+        for i in self.moved[-1]:
+            away: Terms = [(True, expression(taken[i], c))] if taken[i] != 0.0 else []
+            products[i] = [] if away else products[i]
+            self.definitions.append(defined(f"d{level}_{i}", signed_sum([*rows[i], *away], T), c))
+        return products
+
+    def _wanted(self, level: int) -> None:
+        """Definitions of m, what the level's axes are to reach, or their step D n where others go along.
+
+        n is what is missing of tau, tau - T f.
+        """
+        c, D, whole = self._c, self._maps[level], self._whole[level]
+        self.definitions += [defined(f"m{level}_{r}", f"t{r}", c) for r in np.flatnonzero(whole)]
+        if not level and not whole.all():
+            self._missing()
+        for r in np.flatnonzero(~whole):
+            terms = [term(float(D[r, j]), f"n{level}_{j}", c) for j in np.flatnonzero(D[r])]
+            self.definitions.append(defined(f"m{level}_{r}", signed_sum(terms, c.scalar), c))
+            if level + 1 < len(self._maps):
+                rest = f"n{level}_{r}" + (f" - part{level} * m{level}_{r}" if terms else "")
+                self.definitions.append(defined(f"n{level + 1}_{r}", rest, c))
+
+    def _missing(self) -> None:
+        """Definitions of n = tau - T f0."""
+        c = self._c
+        f0 = self._vehicle.TP @ [f if isinstance(f, float) else 0.0 for f in self.f]
+        lines, rows = gathered(self._vehicle.TP, "f", c, "w") if self._bounds.at_call else ([], [])
+        self.definitions += lines
+        for r, known in enumerate(f0.tolist()):
+            away = [(known < 0, c(abs(known)))] if known else []
+            terms = [(False, f"t{r}"), *((not minus, text) for minus, text in (rows[r] if rows else away))]
+            self.definitions.append(defined(f"n0_{r}", signed_sum(terms, c.scalar), c))
+
+    def _tiny(self, level: int, G: FloatArray, largest: list[str], taken: Sequence[Value]) -> None:
+        """Definitions of what is rounding of a step along a facet of each part: a share of its products."""
+        c = self._c
+        self._tiny_of = [number(0.0, c.scalar)] * len(self._facets.parts)
+        for part in range(len(self._facets.parts)):
+            pushing = self._facets.thrusters(part)
+            sizes = [f"size({largest[r]})" for r in np.flatnonzero(G[pushing].any(axis=0))]
+            if len(sizes) == 1 and all(taken[i] == 0.0 for i in pushing):
+                sizes = []  # what goes along one product alone is never tiny beside it
+            sizes += [c(self._size)] if self._size else []
+            if sizes:
+                self._tiny_of[part] = name = f"tiny{level}_{part}"
+                share = f"{c(PARALLEL[c.scalar])} * {fold('most', sizes)}"
+                self.definitions.append(defined(name, share, c))
+
+    def _stop(self, level: int, keep: float, products: list[Terms]) -> None:
+        """Statements of the level's share: the least that a facet's room leaves of the step."""
+        c, D = self._c, self._maps[level]
+        met = self._facets.met(D)
+        # A facet that the step runs in leaves rounding only of thrusts that push along it.
+        push = np.zeros_like(self._facets.push[met])
+        push[:, self.moved[-1]] = self._facets.push[np.ix_(met, self.moved[-1])]
+        terms = dict(zip(met, self._along(level, push, products), strict=True))
+        self.definitions += self._rooms.measure(level, met, self.f)
+        most = c(keep)
+        G = np.where(D.any(axis=1), self._G, 0.0)
+        together = alike(met, push @ G if len(self._maps) > 1 else np.eye(len(met)))
+        # With rooms to be found, backwards: GCC then spills fewer registers of a Cortex-M7 to the stack.
+        for group in together[:: -1 if self._bounds.at_call else 1]:
+            m = group[0][0]
+            part = self._facets.part_of(m)
+            self._turn_to(part)
+            # A sum that is subtracted as a whole is taken the other way round, and so are the rooms.
+            back = all(minus for minus, _ in terms[m])
+            along = signed_sum([(minus != back, text) for minus, text in terms[m]], c.scalar)
+            self.definitions.append(defined(f"a{level}_{m}", along, c))
+            pairs = [(pair, turned != back) for pair, turned in group]
+            load = self._rooms.load(f"a{level}_{m}", pairs, self._tiny_of[part])
+            # One after the other: all at once would need more registers than a processor has.
+            self.statements[-1].append(defined(f"load{level}_{m}", f"most({load}, {most})", c))
+            most = f"load{level}_{m}"
+        # What is reported is rounded and what is moved is not, so that no branch is needed in between.
+        self.statements[-1].append(defined(f"part{level}", f"{c(keep)} / {most}", c))
+        rounded = f"rounded(part{level}, {c(1.0 - EDGE[c.scalar])})"
+        self.definitions.append(defined(f"share{level}", rounded, c))
+
+    def _along(self, level: int, push: FloatArray, products: list[Terms]) -> list[Terms]:
+        """The sums push d, out of d or of the products that each d adds up, whichever are fewer terms."""
+        c = self._c
+        of_steps = summed(push, f"d{level}_", c, f"a{level}_")
+        used = np.flatnonzero(push.any(axis=0)).tolist()
+        if all(products[i] for i in used):
+            texts = list(dict.fromkeys(text for i in used for _, text in products[i]))
+            spread = np.zeros((push.shape[1], len(texts)))
+            for i in used:
+                for minus, text in products[i]:
+                    spread[i, texts.index(text)] = -1.0 if minus else 1.0
+            of_products = summed(push @ spread, f"go{level}_", c, f"go{level}_")
+            if of_products.terms < of_steps.terms:
+                named = [defined(f"go{level}_{j}", text, c) for j, text in enumerate(texts)]
+                self.definitions += [*named, *of_products.lines]
+                return of_products.rows
+        self.definitions += of_steps.lines
+        return of_steps.rows
+
+    def _move(self, level: int) -> None:
+        """Definitions of f after a level."""
+        steps = {i: f"part{level} * d{level}_{i}" for i in self.moved[-1]}
+        self._rooms.moved(steps)
+        for i, step in steps.items():
+            before = f"{expression(self.f[i], self._c)} + " if self.f[i] != 0.0 else ""
+            self.f[i] = f"f{level + 1}_{i}"
+            self.definitions.append(defined(f"f{level + 1}_{i}", f"{before}{step}", self._c))
+
+    def _turn_to(self, part: int) -> None:
+        """Statements before the first facet of another part, so that no register holds what is done with."""
+        if part == self._part:
+            return
+        self._leave()
+        if self._part is not None and self._bounds.at_call:
+            self.statements[-1].append("fence();")
+        self._part = part
+
+    def _leave(self) -> None:
+        """Statements behind the facets of a part: that their thrusters' arguments are seen."""
+        if self._part is not None:
+            rows = self._facets.thrusters(self._part)
+            self._enter([] if self._entered.issuperset(rows) else rows, f"{self._part}")
+
+    def _enter(self, rows: list[int], name: str) -> None:
+        if rows:
+            steps = [f"d{level}_" for level in range(len(self.moved))]
+            self.statements[-1] += self.seen.add(rows, name, steps)
+            self._entered |= set(rows)
+
+
+def _whole(vehicle: Vehicle, way: Way) -> BoolArray:
+    """(levels, k) axes that a level moves together with all others that share their thrusters.
+
+    These go all the way: d = G tau - f makes the same step as D (tau - T f).
+    """
+    if len(way.levels) == 1:
+        return np.ones((1, vehicle.k), dtype=bool)
+    alone = [group for group in groups(vehicle) if vehicle.rank == vehicle.k]
+    return np.array(
+        [
+            [any(axis in group and {*group} <= {*level} for group in alone) for axis in vehicle.dof]
+            for level in way.levels
+        ]
+    )
