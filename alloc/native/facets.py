@@ -6,7 +6,7 @@ import numpy as np
 
 from alloc.allocation import BoolArray, FloatArray, IndexArray
 from alloc.errors import NotApplicable
-from alloc.native.code import snapped
+from alloc.native.code import Table, Terms, defined, snapped, summed
 from alloc.reach.edge import edge
 from alloc.reach.zonotope import ROUNDING
 from alloc.vehicle import Vehicle
@@ -83,3 +83,24 @@ def alike(pairs: list[int], along: FloatArray) -> list[list[tuple[int, bool]]]:
         turned = bool(row[np.flatnonzero(row)[:1]].sum() < 0)
         groups.setdefault(tuple((-row if turned else row).tolist()), []).append((m, turned))
     return [[(m, turned != group[0][1]) for m, turned in group] for group in groups.values()]
+
+
+def steps_along(push: FloatArray, products: list[Terms], at: str, c: Table) -> tuple[list[str], list[Terms]]:
+    """C of push d, how far a step goes along each normal: lines, and each row's terms.
+
+    They are sums of the d, or of the products that each d adds up (if all of them do), whichever is shorter.
+    """
+    of_steps = summed(push, f"d{at}", c, f"a{at}")
+    used = np.flatnonzero(push.any(axis=0)).tolist()
+    if not all(products[i] for i in used):
+        return of_steps.lines, of_steps.rows
+    texts = list(dict.fromkeys(text for i in used for _, text in products[i]))
+    spread = np.zeros((push.shape[1], len(texts)))
+    for i in used:
+        for minus, text in products[i]:
+            spread[i, texts.index(text)] = -1.0 if minus else 1.0
+    of_products = summed(push @ spread, f"go{at}", c, f"go{at}")
+    if of_steps.terms <= of_products.terms:
+        return of_steps.lines, of_steps.rows
+    named = [defined(f"go{at}{j}", text, c) for j, text in enumerate(texts)]
+    return [*named, *of_products.lines], of_products.rows

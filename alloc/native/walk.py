@@ -4,7 +4,7 @@ On the way only the wrench T f counts, so f may lie beyond limits: a step of the
 that step, and the room along a facet is a sum over thrusters of what lies between f and a limit.
 """
 
-from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,27 +19,39 @@ from alloc.native.code import (
     defined,
     expression,
     fold,
-    gathered,
     number,
     product,
     signed_sum,
     snapped,
-    summed,
     term,
 )
+from alloc.native.departure import departure, largest, missing
 from alloc.native.entry import Seen, cover
-from alloc.native.facets import alike, facets
+from alloc.native.facets import alike, facets, steps_along
 from alloc.native.rooms import Rooms
-from alloc.reach.edge import EDGE as EDGE_DOUBLE
-from alloc.reach.edge import INSET, start
-from alloc.reach.edge import PARALLEL as PARALLEL_DOUBLE
+from alloc.reach import edge
 from alloc.reach.levels import groups, step_maps
 from alloc.reach.way import Way
 from alloc.vehicle import Vehicle
 
-PARALLEL: dict[Scalar, float] = {"double": PARALLEL_DOUBLE, "float": 2e-6}
-EDGE: dict[Scalar, float] = {"double": EDGE_DOUBLE, "float": 4e-6}
+PARALLEL: dict[Scalar, float] = {"double": edge.PARALLEL, "float": 2e-6}
+EDGE: dict[Scalar, float] = {"double": edge.EDGE, "float": 4e-6}
 """What ``alloc.reach.edge`` has for double, and what rounding makes of it in float."""
+
+
+class Step(NamedTuple):
+    """The C of one level's step, d.
+
+    Attributes
+    ----------
+    moved : thrusters that it moves
+    products : of each thruster those that d adds up; none where it also takes f away
+    tiny : of each part of the facets, what is rounding of the step along one of them
+    """
+
+    moved: list[int]
+    products: list[Terms]
+    tiny: list[str]
 
 
 class Walk:
@@ -65,16 +77,20 @@ class Walk:
         self._part: int | None = None
         self._entered: set[int] = set()
         self.seen = Seen(self._cover(), bounds, c)
-        self.definitions: list[str] = []
+        self.definitions = list[str]()
         self.statements: list[list[str]] = []
         self.moved: list[list[int]] = []
-        self.f = self._start()
+        lines, self.f = departure(vehicle, bounds, c)
+        self.definitions += lines
         self.starts_at_rest = all(f == 0.0 for f in self.f)
-        self._size = self._start_size()
+        # Several levels take f0 through T and then G.
+        through = (np.abs(G) @ np.abs(vehicle.TP)).sum(axis=1).max() if len(self._maps) > 1 else 1.0
+        self._size = max(1.0, float(through)) * largest(vehicle, self.f)
         for level, keep in enumerate(way.keep):
             self.statements.append([])
-            d = self._step(level)
-            self._stop(level, keep, d)
+            step = self._step(level)
+            self.moved.append(step.moved)
+            self._stop(level, keep, step)
             self._move(level)
             self._leave()
         self._enter(sorted(set(vehicle.working.tolist()) - self._entered), "left")
@@ -93,33 +109,11 @@ class Walk:
             rest &= ~snapped(into).any(axis=0)
         return [*found, *(f"t{j}" for j in np.flatnonzero(rest))]
 
-    def _start(self) -> list[Value]:
-        """Thrusts f0 that the way begins with (see ``alloc.reach.edge.start``)."""
-        vehicle, c, zero = self._vehicle, self._c, number(0.0, self._c.scalar)
-        if not self._bounds.at_call:
-            return list(np.where(vehicle.readiness > 0, start(vehicle.f_min, vehicle.f_max), 0.0))
-        for i in vehicle.working.tolist():
-            low, high = self._bounds.ends(i)
-            self.definitions += [
-                defined(f"near{i}", f"within({zero}, {low}, {high})", c),
-                defined(f"in{i}", f"o{i} * {c(INSET)}", c),
-                defined(f"f{i}", f"near{i} + within(near{i}, in{i}, -in{i})", c),
-            ]
-        return [f"f{i}" if ready else 0.0 for i, ready in enumerate(vehicle.readiness)]
+    def _step(self, level: int) -> Step:
+        """Definitions of d, thrusts that make the level's step.
 
-    def _start_size(self) -> float:
-        """Largest f0 there can be [N]; times what T and then G make of it, where several levels take it."""
-        known = [abs(f) for f in self.f if isinstance(f, float)]
-        largest = self._vehicle.f_scale if self._bounds.at_call else max(known)
-        if len(self._maps) == 1:
-            return largest
-        return max(1.0, float((np.abs(self._G) @ np.abs(self._vehicle.TP)).sum(axis=1).max())) * largest
-
-    def _step(self, level: int) -> list[Terms]:
-        """Definitions of d, thrusts that make the level's step; returns the products that each d adds up.
-
-        Where axes go all the way G makes what they are to reach, and d is that without what f makes of it;
-        for others G makes the step itself. A thrust d from which some f is taken has no products.
+        Where axes go all the way G makes what they are to reach, and d is that without f; for others G makes
+        the step itself.
         """
         c, T, vehicle = self._c, self._c.scalar, self._vehicle
         whole = self._whole[level]
@@ -128,16 +122,16 @@ class Walk:
             taken[i] = self.f[i]
         self._wanted(level)
         matrix = np.where(self._maps[level].any(axis=1) | whole, self._G, 0.0)
-        lines, products, largest = product(matrix, f"m{level}_", c, f"pd{level}_")
+        lines, products, most = product(matrix, f"m{level}_", c, f"pd{level}_")
         sums, rows = butterflies(products, c, f"sd{level}_")
         self.definitions += [*lines, *sums]
-        self.moved.append([i for i in vehicle.working.tolist() if rows[i]])
-        self._tiny(level, snapped(matrix), largest, taken)
-        for i in self.moved[-1]:
+        moved = [i for i in vehicle.working.tolist() if rows[i]]
+        tiny = self._tiny(level, snapped(matrix), most, taken)
+        for i in moved:
             away: Terms = [(True, expression(taken[i], c))] if taken[i] != 0.0 else []
             products[i] = [] if away else products[i]
             self.definitions.append(defined(f"d{level}_{i}", signed_sum([*rows[i], *away], T), c))
-        return products
+        return Step(moved, products, tiny)
 
     def _wanted(self, level: int) -> None:
         """Definitions of m, what the level's axes are to reach, or their step D n where others go along.
@@ -147,7 +141,7 @@ class Walk:
         c, D, whole = self._c, self._maps[level], self._whole[level]
         self.definitions += [defined(f"m{level}_{r}", f"t{r}", c) for r in np.flatnonzero(whole)]
         if not level and not whole.all():
-            self._missing()
+            self.definitions += missing(self._vehicle, self.f, c)
         for r in np.flatnonzero(~whole):
             terms = [term(float(D[r, j]), f"n{level}_{j}", c) for j in np.flatnonzero(D[r])]
             self.definitions.append(defined(f"m{level}_{r}", signed_sum(terms, c.scalar), c))
@@ -155,41 +149,32 @@ class Walk:
                 rest = f"n{level}_{r}" + (f" - part{level} * m{level}_{r}" if terms else "")
                 self.definitions.append(defined(f"n{level + 1}_{r}", rest, c))
 
-    def _missing(self) -> None:
-        """Definitions of n = tau - T f0."""
+    def _tiny(self, level: int, G: FloatArray, most: list[str], taken: list[Value]) -> list[str]:
+        """Definitions of what is rounding of a step along facets, a share of its products; by part."""
         c = self._c
-        f0 = self._vehicle.TP @ [f if isinstance(f, float) else 0.0 for f in self.f]
-        lines, rows = gathered(self._vehicle.TP, "f", c, "w") if self._bounds.at_call else ([], [])
-        self.definitions += lines
-        for r, known in enumerate(f0.tolist()):
-            away = [(known < 0, c(abs(known)))] if known else []
-            terms = [(False, f"t{r}"), *((not minus, text) for minus, text in (rows[r] if rows else away))]
-            self.definitions.append(defined(f"n0_{r}", signed_sum(terms, c.scalar), c))
-
-    def _tiny(self, level: int, G: FloatArray, largest: list[str], taken: Sequence[Value]) -> None:
-        """Definitions of what is rounding of a step along a facet of each part: a share of its products."""
-        c = self._c
-        self._tiny_of = [number(0.0, c.scalar)] * len(self._facets.parts)
-        for part in range(len(self._facets.parts)):
+        found = [number(0.0, c.scalar)] * len(self._facets.parts)
+        for part in range(len(found)):
             pushing = self._facets.thrusters(part)
-            sizes = [f"size({largest[r]})" for r in np.flatnonzero(G[pushing].any(axis=0))]
+            sizes = [f"size({most[r]})" for r in np.flatnonzero(G[pushing].any(axis=0))]
             if len(sizes) == 1 and all(taken[i] == 0.0 for i in pushing):
                 sizes = []  # what goes along one product alone is never tiny beside it
             sizes += [c(self._size)] if self._size else []
             if sizes:
-                self._tiny_of[part] = name = f"tiny{level}_{part}"
+                found[part] = f"tiny{level}_{part}"
                 share = f"{c(PARALLEL[c.scalar])} * {fold('most', sizes)}"
-                self.definitions.append(defined(name, share, c))
+                self.definitions.append(defined(found[part], share, c))
+        return found
 
-    def _stop(self, level: int, keep: float, products: list[Terms]) -> None:
+    def _stop(self, level: int, keep: float, step: Step) -> None:
         """Statements of the level's share: the least that a facet's room leaves of the step."""
         c, D = self._c, self._maps[level]
         met = self._facets.met(D)
         # A facet that the step runs in leaves rounding only of thrusts that push along it.
         push = np.zeros_like(self._facets.push[met])
-        push[:, self.moved[-1]] = self._facets.push[np.ix_(met, self.moved[-1])]
-        terms = dict(zip(met, self._along(level, push, products), strict=True))
-        self.definitions += self._rooms.measure(level, met, self.f)
+        push[:, step.moved] = self._facets.push[np.ix_(met, step.moved)]
+        lines, rows = steps_along(push, step.products, f"{level}_", c)
+        terms = dict(zip(met, rows, strict=True))
+        self.definitions += [*lines, *self._rooms.measure(level, met, self.f)]
         most = c(keep)
         G = np.where(D.any(axis=1), self._G, 0.0)
         together = alike(met, push @ G if len(self._maps) > 1 else np.eye(len(met)))
@@ -203,7 +188,7 @@ class Walk:
             along = signed_sum([(minus != back, text) for minus, text in terms[m]], c.scalar)
             self.definitions.append(defined(f"a{level}_{m}", along, c))
             pairs = [(pair, turned != back) for pair, turned in group]
-            load = self._rooms.load(f"a{level}_{m}", pairs, self._tiny_of[part])
+            load = self._rooms.load(f"a{level}_{m}", pairs, step.tiny[part])
             # One after the other: all at once would need more registers than a processor has.
             self.statements[-1].append(defined(f"load{level}_{m}", f"most({load}, {most})", c))
             most = f"load{level}_{m}"
@@ -211,25 +196,6 @@ class Walk:
         self.statements[-1].append(defined(f"part{level}", f"{c(keep)} / {most}", c))
         rounded = f"rounded(part{level}, {c(1.0 - EDGE[c.scalar])})"
         self.definitions.append(defined(f"share{level}", rounded, c))
-
-    def _along(self, level: int, push: FloatArray, products: list[Terms]) -> list[Terms]:
-        """The sums push d, out of d or of the products that each d adds up, whichever are fewer terms."""
-        c = self._c
-        of_steps = summed(push, f"d{level}_", c, f"a{level}_")
-        used = np.flatnonzero(push.any(axis=0)).tolist()
-        if all(products[i] for i in used):
-            texts = list(dict.fromkeys(text for i in used for _, text in products[i]))
-            spread = np.zeros((push.shape[1], len(texts)))
-            for i in used:
-                for minus, text in products[i]:
-                    spread[i, texts.index(text)] = -1.0 if minus else 1.0
-            of_products = summed(push @ spread, f"go{level}_", c, f"go{level}_")
-            if of_products.terms < of_steps.terms:
-                named = [defined(f"go{level}_{j}", text, c) for j, text in enumerate(texts)]
-                self.definitions += [*named, *of_products.lines]
-                return of_products.rows
-        self.definitions += of_steps.lines
-        return of_steps.rows
 
     def _move(self, level: int) -> None:
         """Definitions of f after a level."""

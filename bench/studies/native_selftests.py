@@ -5,8 +5,8 @@ limits and with limits of the call, in double and in float, compiles it with its
 an error, AddressSanitizer and UBSan watching, and runs it. It prints what fails, and at the end how many
 programs ran and how far the worst answer lay from Python's, relative to the largest limit. Exit code 1 where
 one failed. ``--plain --odd --random 300`` asks whether answers agree, on vehicles of every kind within fixed
-limits: no shipped ones, one compiler, neither sanitizers nor optimization. ``--from 20`` begins at that random
-vehicle and leaves the shipped ones out, so that a long trial can be made in pieces.
+limits: no shipped ones, one compiler, neither sanitizers nor optimization. ``--from 20`` begins at that
+random vehicle and leaves the shipped ones out, so that a long trial can be made in pieces.
 """
 
 import argparse
