@@ -64,7 +64,7 @@ class Walk:
     moved : the thrusters that each level moves
     starts_at_rest : whether it begins without thrust, so that f is what G makes of the wrench
     f : thrusts that make the wrench which is reached; zero where a thruster is off
-    seen : the arguments, all of them behind the last statement
+    seen : the sums of arguments that the statements hold, of all arguments in the end
     """
 
     def __init__(self, vehicle: Vehicle, way: Way, G: FloatArray, bounds: CLimits, c: Table) -> None:
@@ -77,11 +77,9 @@ class Walk:
         self._part: int | None = None
         self._entered: set[int] = set()
         self.seen = Seen(self._cover(), bounds, c)
-        self.definitions = list[str]()
+        self.definitions, self.f = departure(vehicle, bounds, c)
         self.statements: list[list[str]] = []
         self.moved: list[list[int]] = []
-        lines, self.f = departure(vehicle, bounds, c)
-        self.definitions += lines
         self.starts_at_rest = all(f == 0.0 for f in self.f)
         # Several levels take f0 through T and then G.
         through = (np.abs(G) @ np.abs(vehicle.TP)).sum(axis=1).max() if len(self._maps) > 1 else 1.0
@@ -207,7 +205,7 @@ class Walk:
             self.definitions.append(defined(f"f{level + 1}_{i}", f"{before}{step}", self._c))
 
     def _turn_to(self, part: int) -> None:
-        """Statements before the first facet of another part, so that no register holds what is done with."""
+        """Statements before the first facet of another part; the fence keeps reading its arguments for then."""
         if part == self._part:
             return
         self._leave()
