@@ -60,20 +60,30 @@ def longest(disassembly: str, entry: int, rounds: int) -> int:
 
     Raises Unbounded where a call's length is not known.
     """
+    return remaining(disassembly, entry, rounds)[entry]
+
+
+def remaining(disassembly: str, entry: int, rounds: int) -> dict[int, int]:
+    """Most instructions from each address that ``entry`` leads to until its function returns.
+
+    Functions that it calls are in it too. Raises Unbounded as ``longest`` does.
+    """
     code = _code(disassembly)
-    lengths: dict[int, int] = {}
+    found: dict[int, int] = {}
+    begun: set[int] = set()
 
     def length(entry: int) -> int:
-        if entry not in lengths:
-            if entry not in code:
-                raise Unbounded(f"a call to {entry:#x}, where no code is")
-            lengths[entry] = -1
-            lengths[entry] = _longest(code, entry, rounds, length)
-        if lengths[entry] < 0:
-            raise Unbounded(f"{code[entry].function} calls itself")
-        return lengths[entry]
+        if entry not in code:
+            raise Unbounded(f"a call to {entry:#x}, where no code is")
+        if entry not in found:
+            if entry in begun:
+                raise Unbounded(f"{code[entry].function} calls itself")
+            begun.add(entry)
+            found.update(_longest(code, entry, rounds, length))
+        return found[entry]
 
-    return length(entry)
+    length(entry)
+    return found
 
 
 def _code(printed: str) -> dict[int, Disassembled]:
@@ -144,7 +154,9 @@ def _table_targets(
     return sorted(own - led - padding - {min(own)})
 
 
-def _longest(code: dict[int, Disassembled], entry: int, rounds: int, length: Callable[[int], int]) -> int:
+def _longest(
+    code: dict[int, Disassembled], entry: int, rounds: int, length: Callable[[int], int]
+) -> dict[int, int]:
     graph = _successors(code, entry)
 
     def cost(at: int) -> int:
@@ -164,7 +176,7 @@ def _longest(code: dict[int, Disassembled], entry: int, rounds: int, length: Cal
         loop = len(component) > 1 or component[0] in graph[component[0]]
         total = sum(map(cost, component)) * (rounds if loop else 1) + out
         best |= dict.fromkeys(component, total)
-    return best[entry]
+    return best
 
 
 def _components(graph: dict[int, list[int]], entry: int) -> list[list[int]]:
