@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.prove.cases import Case, Integer
+from bench.prove.cases import Case, Integer, combined, compares
 from bench.prove.numbers import Numbers
 
 EFFORT = 3_000_000
@@ -23,30 +23,60 @@ EFFORT = 3_000_000
 class Solver:
     """Questions about the numbers of one kernel with one fault."""
 
-    def __init__(self, numbers: Numbers) -> None:
-        """Nothing is known yet."""
+    def __init__(self, numbers: Numbers, rounds: bool = True, apart: float = 0.0) -> None:
+        """Nothing is known yet.
+
+        With ``rounds`` off arithmetic is that of real numbers, and numbers that compare as less or greater
+        lie so far ``apart``: where conditions hold that way, they likely do in the binary.
+        """
         import z3
 
         self._z3, self._numbers = z3, numbers
-        self._solver = z3.SolverFor("QF_LRA")
-        self._solver.set("rlimit", EFFORT)
         facts = np.finfo(numbers.scalar)
-        self._half = z3.Q(1, 2 ** (facts.nmant + 1))
-        self._tiniest = _exactly(z3, Fraction(float(facts.smallest_subnormal)) / 2)
+        self._half = z3.Q(int(rounds), 2 ** (facts.nmant + 1))
+        self._tiniest = _exactly(z3, int(rounds) * Fraction(float(facts.smallest_subnormal)) / 2)
+        self._apart = _exactly(z3, Fraction(apart))
         self._beyond = z3.RealVal(2 ** (1 << (facts.nexp - 1)))
-        self._told = 0
-        self._reals: list[Any] = []
-        self._nans: list[Any] = []
+        self._known: dict[int, list[Any]] = {}
+        self._reals: dict[int, Any] = {}
+        self._nans: dict[int, Any] = {}
 
     def possible(self, held: Iterable[tuple[Integer, bool]]) -> bool | NDArray[Any]:
         """Whether conditions may hold together: False, True, or inputs (k,) for which they may."""
         z3 = self._z3
-        self._tell()
-        asked = [self.condition(each) if wanted else z3.Not(self.condition(each)) for each, wanted in held]
-        answer = self._solver.check(*asked)
+        solver = z3.SolverFor("QF_LRA")
+        solver.set("rlimit", EFFORT)
+        held = list(held)
+        cone = self._cone(each for each, _ in held)
+        for node in cone:
+            solver.add(*self._facts(node))
+        for each, wanted in held:
+            solver.add(self.condition(each if wanted else combined(lambda x: int(not x), each)))
+        answer = solver.check()
         if answer == z3.unsat:
             return False
-        return True if answer == z3.unknown else self._inputs(self._solver.model())
+        return True if answer == z3.unknown else self._inputs(solver.model())
+
+    def _cone(self, conditions: Iterable[Integer]) -> list[int]:
+        """The numbers that conditions are made of, operands first."""
+        found: set[int] = set()
+        waiting = [each for condition in conditions for each in self._asked(condition)]
+        while waiting:
+            node = waiting.pop()
+            if node in found:
+                continue
+            found.add(node)
+            match self._numbers.made[node]:
+                case ("const", _) | ("input", _, _):
+                    pass
+                case ("choose", condition, a, b):
+                    waiting += [a, b, *self._asked(condition)]
+                case (_, *operands):
+                    waiting += operands
+        return sorted(found)
+
+    def _asked(self, condition: Integer) -> set[int]:
+        return {node for each in compares(condition) for node in self._numbers.compared[each]}
 
     def condition(self, integer: Integer) -> Any:
         """The formula that says an integer is not zero."""
@@ -58,13 +88,21 @@ class Solver:
         a, b = self._numbers.compared[integer.compare]
         x, y = self._reals[a], self._reals[b]
         less, equal, greater, unordered = (self.condition(leaf) for leaf in integer.leaves)
-        ordered = z3.If(x < y, less, z3.If(x == y, equal, greater))
-        return z3.If(z3.Or(self._nans[a], self._nans[b]), unordered, ordered)
+        nan = z3.Or(self._nans[a], self._nans[b])
+        return z3.Or(
+            z3.And(nan, unordered),
+            z3.And(z3.Not(nan), x < y - self._apart, less),
+            z3.And(z3.Not(nan), x == y, equal),
+            z3.And(z3.Not(nan), x > y + self._apart, greater),
+        )
 
     def _inputs(self, model: Any) -> NDArray[Any]:
         found = []
         for node, operation in enumerate(self._numbers.made):
             if operation[0] == "input":
+                if node not in self._reals:
+                    found.append(0.0)
+                    continue
                 if self._z3.is_true(model.eval(self._nans[node])):
                     found.append(np.nan)
                     continue
@@ -73,22 +111,19 @@ class Solver:
                 found.append(float(np.clip(fraction, *_ENDS)))
         return np.array(found)
 
-    def _tell(self) -> None:
-        """Tell the solver of numbers that are new."""
-        z3, made = self._z3, self._numbers.made
-        while self._told < len(made):
-            node, operation = self._told, made[self._told]
-            self._told += 1
-            self._reals.append(z3.Real(f"r{node}"))
-            self._nans.append(z3.Bool(f"n{node}"))
-            for fact in self._facts(node, *operation):
-                self._solver.add(fact)
+    def _facts(self, node: int) -> list[Any]:
+        """What is known of a number whose operands were asked for before."""
+        if node not in self._known:
+            self._reals[node] = self._z3.Real(f"r{node}")
+            self._nans[node] = self._z3.Bool(f"n{node}")
+            self._known[node] = self._made(node, *self._numbers.made[node])
+        return self._known[node]
 
     def _finite(self, node: int) -> Any:
         x = self._reals[node]
         return self._z3.And(self._z3.Not(self._nans[node]), x < self._beyond, x > -self._beyond)
 
-    def _facts(self, node: int, operation: str, *operands: Any) -> list[Any]:
+    def _made(self, node: int, operation: str, *operands: Any) -> list[Any]:
         z3 = self._z3
         s, nan = self._reals[node], self._nans[node]
         if operation == "input":
@@ -124,7 +159,7 @@ class Solver:
 
     def _rounded(self, node: int, operation: str, operands: list[int]) -> list[Any]:
         z3 = self._z3
-        s, nan = self._reals[node], self._nans[node]
+        s, nan, nans = self._reals[node], self._nans[node], [self._nans[each] for each in operands]
         if operation not in ("add", "sub", "mul", "div"):
             return []
         (a, b), known = (self._reals[each] for each in operands), [self._finite(each) for each in operands]
@@ -132,9 +167,10 @@ class Solver:
         finite = self._finite(node)
         if operation in ("add", "sub"):
             total = a + b if operation == "add" else a - b
-            return [
+            return [  # gradual underflow: a sum is zero only where it is
                 z3.Implies(finite, z3.And(*known, self._near(s, total, z3.RealVal(0)))),
-                z3.Implies(nan, z3.Not(z3.And(*known))),
+                z3.Implies(z3.Not(nan), z3.And((s > 0) == (total > 0), (s < 0) == (total < 0))),
+                z3.Implies(nan, z3.Or(*nans, z3.Not(z3.Or(*known)))),
             ]
         factors = [made[each][1] if made[each][0] == "const" else None for each in operands]
         if operation == "mul" and any(each is not None for each in factors):
@@ -144,6 +180,9 @@ class Solver:
             product = _exactly(z3, Fraction(factor)) * self._reals[other]
             return [
                 z3.Implies(finite, z3.And(self._finite(other), self._near(s, product, self._tiniest))),
+                z3.Implies(
+                    z3.Not(nan), z3.And(z3.Implies(s > 0, product > 0), z3.Implies(s < 0, product < 0))
+                ),
                 *([nan == self._nans[other]] if factor else []),
             ]
         same = z3.Or(z3.And(a >= 0, b >= 0), z3.And(a <= 0, b <= 0))
@@ -153,12 +192,17 @@ class Solver:
         if operation == "mul":
             sizes = [z3.Implies(x <= 1, size <= y), z3.Implies(y <= 1, size <= x)]
             sizes += [z3.Implies(x >= 1, size >= y), z3.Implies(y >= 1, size >= x)]
-            return [z3.Implies(z3.Not(nan), z3.And(*signs, *sizes)), z3.Implies(finite, z3.And(*known))]
+            return [
+                z3.Implies(z3.Not(nan), z3.And(*signs, *sizes)),
+                z3.Implies(finite, z3.And(*known)),
+                z3.Implies(nan, z3.Or(*nans, z3.Not(z3.And(*known)))),
+            ]
         sizes = [z3.Implies(z3.And(x <= y, y > 0), size <= 1), z3.Implies(x >= y, size >= 1)]
         return [
             z3.Implies(z3.And(z3.Not(nan), b != 0), z3.And(*signs[:2])),
             z3.Implies(z3.And(z3.Not(nan), *known), z3.And(*sizes)),
             z3.Implies(finite, known[0]),
+            z3.Implies(nan, z3.Or(*nans, z3.Not(z3.Or(*known)), z3.And(a == 0, b == 0))),
         ]
 
     def _near(self, s: Any, exact: Any, more: Any) -> Any:

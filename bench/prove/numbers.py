@@ -38,10 +38,17 @@ class Numbers:
 
     def ask(self, calls: dict[str, Array]) -> None:
         """Take other calls for those there are."""
-        self.calls = {name: each.astype(self.scalar) for name, each in calls.items()}
+        with np.errstate(over="ignore"):
+            self.calls = {name: each.astype(self.scalar) for name, each in calls.items()}
         self.size = next(iter(calls.values())).shape[1]
         self._values: list[Array] = []
         self._outcomes: list[NDArray[np.int8]] = []
+
+    def trial(self, calls: dict[str, Array]) -> "Numbers":
+        """The same numbers, of other calls."""
+        other = Numbers(self.scalar, calls)
+        other.made, other.compared = self.made, self.compared
+        return other
 
     def number(self, *operation: Any) -> Float:
         """The number that an operation gives."""

@@ -21,8 +21,12 @@ from bench.prove.numbers import Array, Numbers
 
 FORKS = 2000
 """How many forks of one kernel are looked at."""
-QUESTIONS = 300
+QUESTIONS = 400
 """And how many questions are asked of the solver."""
+LISTED = 100
+"""How many ways and questions there are at most for the sake of those that are not the longest."""
+STRICT = ((True, 0.0), (False, 1e-3), (False, 0.0))
+"""How solvers are asked: the first may say that no arguments take a way, all may propose some."""
 NEAR = 30
 """Arguments that are tried beside those that the solver proposes."""
 
@@ -104,7 +108,7 @@ class _Search:
         self._remaining = remaining
         self._numbers = {fault: Numbers(scalar, given) for fault, given in calls.items()}
         self._machines = {fault: Machine(code, numbers) for fault, numbers in self._numbers.items()}
-        self._solvers: dict[int, Solver] = {}
+        self._solvers: dict[int, list[Solver]] = {}
         self._questions = self._serial = 0
         self.open: list[_Open] = []
         for fault, given in calls.items():
@@ -113,9 +117,17 @@ class _Search:
 
     def run(self) -> Iterator[Way]:
         """Follow ways until none is open, or enough were looked at."""
-        forks = 0
+        forks = longest = listed = 0
         while self.open and forks < FORKS and self._questions < QUESTIONS:
+            if -self.open[0].rank[0] <= longest and (listed >= LISTED or self._questions >= LISTED):
+                return
             here = heapq.heappop(self.open)
+            if not len(here.taken):
+                here, infeasible = self._asked(here)
+                if infeasible:
+                    listed += 1
+                    yield Way(here.fault, -here.rank[0], np.zeros(0), infeasible=True)
+                    continue
             state = here.state
             while state.at != LEAVE:
                 found = self._machines[here.fault].step(state)
@@ -123,27 +135,31 @@ class _Search:
                     break
                 state = found[0].state
             if state.at == LEAVE:
-                yield self._way(here, state.executed, infeasible=False)
+                listed += 1
+                way = self._complete(here, state)
+                longest = max(longest, way.instructions if way.call.size else 0)
+                yield way
                 continue
             forks += 1
-            for fork in found:
-                yield from self._followed(here, fork)
+            for condition, holds, there in found:
+                answers = self._numbers[here.fault].integer(condition)[here.taken] != 0
+                held = (*here.held, (condition, holds))
+                self._push(here.fault, there, here.taken[answers == holds], held)
 
-    def _followed(self, here: _Open, fork: Any) -> Iterator[Way]:
+    def _asked(self, here: _Open) -> tuple[_Open, bool]:
+        """A way that no call took yet, with calls that do where some were found; and whether none can."""
         numbers = self._numbers[here.fault]
-        held = (*here.held, (fork.condition, fork.holds))
-        taken = here.taken[(numbers.integer(fork.condition)[here.taken] != 0) == fork.holds]
-        if not len(taken):
+        solvers = self._solvers.setdefault(here.fault, [Solver(numbers, *each) for each in STRICT])
+        for solver in solvers:
             self._questions += 1
-            solver = self._solvers.setdefault(here.fault, Solver(numbers))
-            proposed = solver.possible(held)
-            if proposed is False:
-                most = fork.state.executed + self._rest(fork.state)
-                yield self._way(here, most, infeasible=True)
-                return
+            proposed = solver.possible(here.held)
+            if proposed is False and solver is solvers[0]:
+                return here, True
             if isinstance(proposed, np.ndarray):
-                taken = self._tried(numbers, proposed, held)
-        self._push(here.fault, fork.state, taken, held)
+                taken = self._tried(numbers, proposed, here.held)
+                if len(taken):
+                    return here._replace(taken=taken), False
+        return here, False
 
     def _tried(
         self, numbers: Numbers, proposed: NDArray[Any], held: tuple[tuple[Integer, bool], ...]
@@ -152,22 +168,23 @@ class _Search:
         rng = np.random.default_rng(numbers.size)
         scale = np.append(0.0, 2.0 ** rng.uniform(-60, -3, NEAR))
         near = proposed[:, None] * (1.0 + scale * rng.uniform(-1, 1, (len(proposed), NEAR + 1)))
-        begin, rows, calls = numbers.size, 0, {}
+        rows, calls = 0, {}
         for name, given in numbers.calls.items():
-            calls[name] = np.hstack([given, near[rows : rows + len(given)]])
+            calls[name] = near[rows : rows + len(given)]
             rows += len(given)
-        with np.errstate(over="ignore"):
-            numbers.ask(calls)
-        fits = np.arange(begin, numbers.size)
+        trial = numbers.trial(calls)
+        fits = np.ones(NEAR + 1, dtype=bool)
         for condition, holds in held:
-            fits = fits[(numbers.integer(condition)[fits] != 0) == holds]
-        return fits
+            fits &= (trial.integer(condition) != 0) == holds
+        begin = numbers.size
+        if fits.any():
+            numbers.ask({name: np.hstack([given, calls[name][:, fits]]) for name, given in numbers.calls.items()})
+        return np.arange(begin, numbers.size)
 
-    def _way(self, here: _Open, instructions: int, infeasible: bool) -> Way:
+    def _complete(self, here: _Open, state: State) -> Way:
         calls = self._numbers[here.fault].calls.values()
-        taken = [] if infeasible else here.taken[:1].tolist()
-        call = np.concatenate([given[:, taken[0]] for given in calls]) if taken else np.zeros(0)
-        return Way(here.fault, instructions, call, infeasible)
+        call = [given[:, here.taken[0]] for given in calls] if len(here.taken) else [np.zeros(0)]
+        return Way(here.fault, state.executed, np.concatenate(call), infeasible=False)
 
     def _rest(self, state: State) -> int:
         if state.at == LEAVE:
