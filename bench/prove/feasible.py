@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from bench.prove.cases import Case, Integer, combined, compares
 from bench.prove.numbers import Numbers
 
-EFFORT = 3_000_000
+EFFORT = 50_000
 """What z3 may spend on one question, in its own measure, which is the same on each machine."""
 
 

@@ -21,9 +21,9 @@ from bench.prove.numbers import Array, Numbers
 
 FORKS = 2000
 """How many forks of one kernel are looked at."""
-QUESTIONS = 400
+QUESTIONS = 80
 """And how many questions are asked of the solver."""
-LISTED = 100
+LISTED = 50
 """How many ways and questions there are at most for the sake of those that are not the longest."""
 STRICT = ((True, 0.0), (False, 1e-3), (False, 0.0))
 """How solvers are asked: the first may say that no arguments take a way, all may propose some."""
@@ -64,9 +64,10 @@ class Ways(NamedTuple):
 
 
 class _Open(NamedTuple):
-    """Where a way goes on; sorted by what it could take at most, the largest first."""
+    """Where a way goes on: first what calls take, and of that what may be longest."""
 
-    rank: tuple[int, int]
+    rank: tuple[bool, int, int]
+    most: int
     fault: int
     state: State
     taken: NDArray[np.intp]
@@ -90,7 +91,7 @@ def ways(
     found = list(search.run())
     taken = max((way.instructions for way in found if way.call.size), default=0)
     unknown = [way.instructions for way in found if not way.call.size and not way.infeasible]
-    rest = [-each.rank[0] for each in search.open]
+    rest = [each.most for each in search.open]
     at_most = min(remaining[entry], max([taken, *unknown, *rest]))
     return Ways(found, at_most, not rest)
 
@@ -118,15 +119,17 @@ class _Search:
     def run(self) -> Iterator[Way]:
         """Follow ways until none is open, or enough were looked at."""
         forks = longest = listed = 0
+        aside: list[_Open] = []
         while self.open and forks < FORKS and self._questions < QUESTIONS:
-            if -self.open[0].rank[0] <= longest and (listed >= LISTED or self._questions >= LISTED):
-                return
             here = heapq.heappop(self.open)
+            if here.most <= longest and (listed >= LISTED or self._questions >= LISTED):
+                aside.append(here)
+                continue
             if not len(here.taken):
                 here, infeasible = self._asked(here)
                 if infeasible:
                     listed += 1
-                    yield Way(here.fault, -here.rank[0], np.zeros(0), infeasible=True)
+                    yield Way(here.fault, here.most, np.zeros(0), infeasible=True)
                     continue
             state = here.state
             while state.at != LEAVE:
@@ -145,6 +148,7 @@ class _Search:
                 answers = self._numbers[here.fault].integer(condition)[here.taken] != 0
                 held = (*here.held, (condition, holds))
                 self._push(here.fault, there, here.taken[answers == holds], held)
+        self.open += aside
 
     def _asked(self, here: _Open) -> tuple[_Open, bool]:
         """A way that no call took yet, with calls that do where some were found; and whether none can."""
@@ -200,7 +204,8 @@ class _Search:
     ) -> None:
         self._serial += 1
         most = state.executed + self._rest(state)
-        heapq.heappush(self.open, _Open((-most, self._serial), fault, state, taken, held))
+        rank = (not len(taken), -most, self._serial)
+        heapq.heappush(self.open, _Open(rank, most, fault, state, taken, held))
 
 
 PLACES = 0x1000_0000
