@@ -23,6 +23,10 @@ CALLS = {"bl", "blx", "blr", "call", "callq"}
 CONDITION = r"(eq|ne|cs|cc|hs|lo|mi|pl|vs|vc|hi|ls|ge|lt|gt|le)"
 SOME = re.compile(rf"b\.?{CONDITION}(\.[nw])?$|cbn?z$|tbn?z$|j\w+$")
 JUMP = re.compile(r"\t([bj][\w.]*|cbn?z|tbn?z|callq?)\s")
+LIBRARY = ("memcpy", "memset")
+"""What compilers call to fill an array of a number for each thruster."""
+WORD = 8
+"""Bytes of such a number: these loops go over bytes, if not over more at a time."""
 CONDITIONAL_RETURN = re.compile(rf"(bx|pop|ldmia){CONDITION}(\.w)?$")
 
 
@@ -79,7 +83,8 @@ def remaining(disassembly: str, entry: int, rounds: int) -> dict[int, int]:
             if entry in begun:
                 raise Unbounded(f"{code[entry].function} calls itself")
             begun.add(entry)
-            found.update(_longest(code, entry, rounds, length))
+            most = rounds * WORD if code[entry].function in LIBRARY else rounds
+            found.update(_longest(code, entry, most, length))
         return found[entry]
 
     length(entry)
@@ -173,10 +178,24 @@ def _longest(
         out = max(
             (best[to] for at in component for to in graph[at] if to in best and to not in inside), default=0
         )
-        loop = len(component) > 1 or component[0] in graph[component[0]]
-        total = sum(map(cost, component)) * (rounds if loop else 1) + out
+        total = _rounds(graph, inside, rounds, cost) + out
         best |= dict.fromkeys(component, total)
     return best
+
+
+def _rounds(graph: dict[int, list[int]], inside: set[int], rounds: int, cost: Callable[[int], int]) -> int:
+    """Most instructions in a component: of a loop all its rounds, of a loop in a loop those of each."""
+    only = next(iter(inside))
+    if len(inside) == 1 and only not in graph[only]:
+        return cost(only)
+    entered = {to for at, leads in graph.items() if at not in inside for to in leads if to in inside}
+    head = min(entered or inside)
+    round_ = {at: [to for to in graph[at] if to in inside and to != head] for at in inside}
+    best: dict[int, int] = {}
+    for component in _components(round_, head):
+        after = max((best[to] for at in component for to in round_[at] if to in best), default=0)
+        best |= dict.fromkeys(component, _rounds(round_, set(component), rounds, cost) + after)
+    return rounds * max(best.values())
 
 
 def _components(graph: dict[int, list[int]], entry: int) -> list[list[int]]:

@@ -48,9 +48,7 @@ def case(compare: int, leaves: tuple[Integer, ...]) -> Integer:
 
 
 def _at(integer: Integer, compare: int, outcome: int) -> Integer:
-    return (
-        integer.leaves[outcome] if isinstance(integer, Case) and integer.compare == compare else integer
-    )
+    return integer.leaves[outcome] if isinstance(integer, Case) and integer.compare == compare else integer
 
 
 def compares(integer: Integer) -> set[int]:
@@ -60,9 +58,7 @@ def compares(integer: Integer) -> set[int]:
     return {integer.compare}.union(*(compares(leaf) for leaf in set(integer.leaves)))
 
 
-def evaluated(
-    integer: Integer, outcome: Callable[[int], NDArray[np.int8]], size: int
-) -> NDArray[np.int64]:
+def evaluated(integer: Integer, outcome: Callable[[int], NDArray[np.int8]], size: int) -> NDArray[np.int64]:
     """(size,) the integer for each of so many calls; ``outcome`` gives (size,) outcomes of a comparison."""
     if not isinstance(integer, Case):
         return np.full(size, integer, dtype=np.int64)

@@ -108,7 +108,7 @@ class Solver:
                     continue
                 value = model.eval(self._reals[node], model_completion=True)
                 fraction = Fraction(value.numerator_as_long(), value.denominator_as_long())
-                found.append(float(np.clip(fraction, *_ENDS)))
+                found.append(float(max(-_LARGE, min(_LARGE, fraction))))
         return np.array(found)
 
     def _facts(self, node: int) -> list[Any]:
@@ -132,7 +132,9 @@ class Solver:
             if np.isnan(operands[0]):
                 return [nan]
             infinite = not np.isfinite(operands[0])
-            size = self._beyond * int(np.sign(operands[0])) if infinite else _exactly(z3, Fraction(operands[0]))
+            size = (
+                self._beyond * int(np.sign(operands[0])) if infinite else _exactly(z3, Fraction(operands[0]))
+            )
             return [z3.Not(nan), s == size]
         if operation == "choose":
             condition, a, b = operands
@@ -172,11 +174,9 @@ class Solver:
                 z3.Implies(z3.Not(nan), z3.And((s > 0) == (total > 0), (s < 0) == (total < 0))),
                 z3.Implies(nan, z3.Or(*nans, z3.Not(z3.Or(*known)))),
             ]
-        factors = [made[each][1] if made[each][0] == "const" else None for each in operands]
-        if operation == "mul" and any(each is not None for each in factors):
-            factor, other = (
-                (factors[0], operands[1]) if factors[0] is not None else (factors[1], operands[0])
-            )
+        constant = [each for each in operands if made[each][0] == "const" and np.isfinite(made[each][1])]
+        if operation == "mul" and constant:
+            factor, other = made[constant[0]][1], operands[operands[0] == constant[0]]
             product = _exactly(z3, Fraction(factor)) * self._reals[other]
             return [
                 z3.Implies(finite, z3.And(self._finite(other), self._near(s, product, self._tiniest))),
@@ -186,8 +186,8 @@ class Solver:
                 *([nan == self._nans[other]] if factor else []),
             ]
         same = z3.Or(z3.And(a >= 0, b >= 0), z3.And(a <= 0, b <= 0))
-        other = z3.Or(z3.And(a >= 0, b <= 0), z3.And(a <= 0, b >= 0))
-        signs = [z3.Implies(same, s >= 0), z3.Implies(other, s <= 0)]
+        opposed = z3.Or(z3.And(a >= 0, b <= 0), z3.And(a <= 0, b >= 0))
+        signs = [z3.Implies(same, s >= 0), z3.Implies(opposed, s <= 0)]
         x, y, size = (z3.If(each < 0, -each, each) for each in (a, b, s))
         if operation == "mul":
             sizes = [z3.Implies(x <= 1, size <= y), z3.Implies(y <= 1, size <= x)]
@@ -200,7 +200,7 @@ class Solver:
         sizes = [z3.Implies(z3.And(x <= y, y > 0), size <= 1), z3.Implies(x >= y, size >= 1)]
         return [
             z3.Implies(z3.And(z3.Not(nan), b != 0), z3.And(*signs[:2])),
-            z3.Implies(z3.And(z3.Not(nan), *known), z3.And(*sizes)),
+            z3.Implies(z3.Not(nan), z3.And(*sizes)),
             z3.Implies(finite, known[0]),
             z3.Implies(nan, z3.Or(*nans, z3.Not(z3.Or(*known)), z3.And(a == 0, b == 0))),
         ]
@@ -212,7 +212,7 @@ class Solver:
         return z3.And(s - exact <= room, exact - s <= room)
 
 
-_ENDS = (-(10**300), 10**300)
+_LARGE = Fraction(10**300)
 
 
 def _exactly(z3: Any, value: Fraction) -> Any:

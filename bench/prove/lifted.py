@@ -38,7 +38,7 @@ class Lifted:
 
         self._segments = _segments(image.path)
         self._thumb = image.target.bare_metal
-        self._arch = archinfo.ArchARMEL() if self._thumb else archinfo.ArchAArch64()
+        self._arch: Any = archinfo.ArchARMEL() if self._thumb else archinfo.ArchAArch64()
         self.word = 4 if self._thumb else 8
         self._blocks: dict[int, Any] = {}
 

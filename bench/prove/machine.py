@@ -126,7 +126,15 @@ class Machine:
                         state.index = index + 1
                         return [Fork(guard, True, taken), Fork(guard, False, state)]
                     if guard:
-                        return [Fork(1, True, self._jumped(state.moved(self._code.address(statement.dst.value)), statement.jumpkind))]
+                        return [
+                            Fork(
+                                1,
+                                True,
+                                self._jumped(
+                                    state.moved(self._code.address(statement.dst.value)), statement.jumpkind
+                                ),
+                            )
+                        ]
                 case "Ist_AbiHint" | "Ist_NoOp" | "Ist_MBE":
                     pass
                 case other:
@@ -140,7 +148,11 @@ class Machine:
         if len(targets) == 1:
             return [Fork(1, True, self._jumped(state.moved(self._code.address(targets[0])), block.jumpkind))]
         return [
-            Fork(combined(lambda x, y: int(x == y), to, target), True, self._jumped(state.moved(self._code.address(target)), block.jumpkind))
+            Fork(
+                combined(lambda x, y: int(x == y), to, target),
+                True,
+                self._jumped(state.moved(self._code.address(target)), block.jumpkind),
+            )
             for target in targets
         ]
 
@@ -281,16 +293,17 @@ class Machine:
         if operation == "Iop_F32toF64":  # VEX compares floats as doubles; arithmetic on one is refused above
             return operands[0]
         if operation in ("Iop_CmpF64", "Iop_CmpF32"):
-            return self._numbers.compare(*operands, COMPARED)
+            return self._numbers.compare(operands[0], operands[1], COMPARED)
         if found := LANES.match(operation):
             lane = 4 if found[2] == "32Fx4" else 8
             vectors = [each for each in operands if isinstance(each, dict)]
-            parts = ([self._lane(each, at, lane) for each in vectors] for at in range(0, 16, lane))
-            return {
-                lane * i: (lane, self._numbers.number(found[1].lower(), *(each.node for each in given)))
-                for i, given in enumerate(parts)
-                if None not in given
-            }
+            made: Wide = {}
+            for at in range(0, 16, lane):
+                parts = [self._lane(each, at, lane) for each in vectors]
+                known = [each.node for each in parts if each is not None]
+                if len(known) == len(parts):
+                    made[at] = (lane, self._numbers.number(found[1].lower(), *known))
+            return made
         if operation == "Iop_InterleaveLO64x2":
             high, low = ({at: part for at, part in each.items() if at < 8} for each in operands)
             return {**low, **{at + 8: part for at, part in high.items()}}
@@ -302,7 +315,7 @@ class Machine:
             kept = {at: part for at, part in operands[0].items() if at < ZEROED[operation]}
             if sum(width for width, _ in kept.values()) != ZEROED[operation]:
                 raise NotFollowed("a part of a vector")
-            return {**kept, **{at: (4, 0) for at in range(ZEROED[operation], 16, 4)}}
+            return {**kept, **dict.fromkeys(range(ZEROED[operation], 16, 4), (4, 0))}
         if operation.startswith("Iop_Reinterp"):
             return self._typed(operands[0], kind)
         if any(not isinstance(each, int | Case) for each in operands):

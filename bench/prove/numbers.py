@@ -1,4 +1,4 @@
-"""Floating-point numbers that a binary calculates from its arguments, and how they compare, for many calls at once."""
+"""Floating-point numbers that a binary calculates from its arguments, and how they compare."""
 
 from typing import Any, NamedTuple
 
@@ -56,9 +56,7 @@ class Numbers:
             operation = ("const", float(operation[1]).hex())
         if operation not in self._known:
             self._known[operation] = len(self.made)
-            self.made.append(
-                ("const", float.fromhex(operation[1])) if operation[0] == "const" else operation
-            )
+            self.made.append(("const", float.fromhex(operation[1])) if operation[0] == "const" else operation)
         return Float(self._known[operation])
 
     def compare(self, a: Float, b: Float, codes: tuple[int, int, int, int]) -> Integer:
@@ -93,10 +91,12 @@ class Numbers:
             case "const":
                 return np.full(self.size, operands[0], dtype=self.scalar)
             case "input":
-                return self.calls[operands[0]][operands[1]]
+                given: Array = self.calls[operands[0]][operands[1]]
+                return given
             case "choose":
                 condition, a, b = operands
-                return np.where(self.integer(condition) != 0, self._values[a], self._values[b])
+                chosen: Array = np.where(self.integer(condition) != 0, self._values[a], self._values[b])
+                return chosen
         calculated: Array = CALCULATED[operation](*(self._values[each] for each in operands))
         return calculated
 

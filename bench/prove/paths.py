@@ -1,4 +1,4 @@
-"""The ways through a compiled kernel, the longest first: each with arguments that take it, or shown infeasible.
+"""The ways through a compiled kernel: each with arguments that take it, or shown infeasible.
 
 Every call goes through ``machine``, so a way is a list of conditions on numbers. Many calls are answered at
 once beside it: a way that one of them takes is feasible. Of the others ``feasible`` says whether any
@@ -159,6 +159,9 @@ class _Search:
             proposed = solver.possible(here.held)
             if proposed is False and solver is solvers[0]:
                 return here, True
+            if proposed is True:  # what is too hard for one is for the others
+                self._questions += 2
+                return here, False
             if isinstance(proposed, np.ndarray):
                 taken = self._tried(numbers, proposed, here.held)
                 if len(taken):
@@ -182,7 +185,9 @@ class _Search:
             fits &= (trial.integer(condition) != 0) == holds
         begin = numbers.size
         if fits.any():
-            numbers.ask({name: np.hstack([given, calls[name][:, fits]]) for name, given in numbers.calls.items()})
+            numbers.ask(
+                {name: np.hstack([given, calls[name][:, fits]]) for name, given in numbers.calls.items()}
+            )
         return np.arange(begin, numbers.size)
 
     def _complete(self, here: _Open, state: State) -> Way:

@@ -38,8 +38,7 @@ class Places:
                         self._held[start + i] = (1, byte)
 
     def read(self, at: int, size: int) -> Any:
-        """The value, an integer also from parts; else parts by offset; None where some is not
-        known, or of 16 bytes all."""
+        """The value, an integer also from parts; else parts by offset; None where it is not known."""
         found = self._held.get(at)
         if found is not None and found[0] == size:
             return found[1]

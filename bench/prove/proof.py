@@ -51,6 +51,25 @@ class Rounding(msgspec.Struct, frozen=True, kw_only=True):
     verdict_band: float | None = None
 
 
+class BinaryPath(msgspec.Struct, frozen=True, kw_only=True):
+    """A way through the compiled kernel, or all that begin alike and no arguments take.
+
+    Attributes
+    ----------
+    fault : the thruster that is off, -1 for none
+    instructions : on it; where it is infeasible, at most
+    verdict : whether a call takes it (``taken``; counted in the emulator), it is shown that none does, or
+        neither
+    call : arguments that take it: tau [N, N m], with limits of the call f_min and f_max [N] behind it; NaN
+        and infinity as text
+    """
+
+    fault: int
+    instructions: int
+    verdict: Literal["taken", "infeasible", "neither"]
+    call: list[float | str] = []
+
+
 class WorstPath(msgspec.Struct, frozen=True, kw_only=True):
     """The most instructions of any call on one target.
 
@@ -63,7 +82,9 @@ class WorstPath(msgspec.Struct, frozen=True, kw_only=True):
     calls : how many were run
     by_status : of each status that was returned, the most instructions
     tau, fault : the demand of ``attained`` [N, N m], NaN and infinity as text, and the thruster that is off
-    reason : why ``at_most`` is not known
+    reason : why ``at_most`` is not known, or the paths were not followed
+    paths : all ways through the binary, or, where there are too many, the longest
+    all_paths : whether these are all
     """
 
     target: str
@@ -75,6 +96,8 @@ class WorstPath(msgspec.Struct, frozen=True, kw_only=True):
     tau: list[float | str]
     fault: int
     reason: str = ""
+    paths: list[BinaryPath] = []
+    all_paths: bool = False
 
 
 class Broken(msgspec.Struct, frozen=True, kw_only=True):

@@ -61,7 +61,7 @@ def seen(
     limits = (("f_min", vehicle.f_min), ("f_max", vehicle.f_max))
     for begin in range(0, demands, CHUNK):
         count = min(CHUNK, demands - begin)
-        tau = (vehicle.TP @ _thrusts(vehicle, rng, count)).astype(narrow)
+        tau = attainable(vehicle, rng, count).astype(narrow)
         ends = {side: np.repeat(each[:, None], count, axis=1) for side, each in limits}
         got = answers(program, {"tau": tau, **ends}, narrow)
         writes, meets = (got.status == 0) | (got.status == 1), got.status == 0
@@ -92,6 +92,12 @@ def made(of: Subject) -> Claim:
     if words:
         return not_shown(MADE, words)
     return Claim(claim=MADE, verdict="tested", by="seeded demands", words=[f"{solved:,} SOLVED"])
+
+
+def attainable(vehicle: Vehicle, rng: np.random.Generator, count: int) -> FloatArray:
+    """(k, count) demands that a vehicle can meet, inside and on the edge [N, N m]."""
+    made: FloatArray = vehicle.TP @ _thrusts(vehicle, rng, count)
+    return made
 
 
 def _thrusts(vehicle: Vehicle, rng: np.random.Generator, count: int) -> FloatArray:
