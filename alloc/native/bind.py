@@ -123,7 +123,7 @@ def _binding() -> Any:
     text = (resources.files("alloc.native") / "binding.c").read_text(encoding="utf-8")
     includes = [f"-I{folder}" for folder in (sysconfig.get_path("include"), np.get_include())]
     flags = [*includes, "-O3", f"-DLARGEST_DEMAND={LARGEST_DEMAND!r}", f"-DABREAST={COUNT}"]
-    flags += [NATIVE] if processor() else []
+    flags += NATIVE if processor() else ()
     suffix = f"-numpy{np.__version__}{sysconfig.get_config_var('EXT_SUFFIX')}"
     path = shared_library("thrustbench_binding", {"binding.c": text}, flags, suffix)
     loader = ExtensionFileLoader("thrustbench_binding", str(path))

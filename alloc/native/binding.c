@@ -24,7 +24,7 @@ typedef void (*abreast)(const double *tau, const double *f_min, const double *f_
                         signed char *status);
 
 enum { WHOLE = -1 }; /* the fault of a vehicle as it is: its own faults are in the C */
-enum { FIRST_WITHOUT_THRUST = 2, LAST_STATUS = 3, MOST_LEVELS = 16, CHUNK = 256 };
+enum { FIRST_WITHOUT_THRUST = 2, LAST_STATUS = 3, MOST_LEVELS = 16 };
 
 /* Python objects that an allocator holds, in the order of `fields`. */
 enum {
@@ -321,8 +321,8 @@ static PyObject *native_many(PyObject *object, PyObject *const *args, Py_ssize_t
         PyThreadState *const free_for_others = self->state ? NULL : PyEval_SaveThread();
         for (npy_intp i = 0, done; i < shape[0] && good; i += done) {
             const npy_intp left = shape[0] - i;
-            if (i % CHUNK == 0) {
-                good = fit(tau + i * self->k, (left < CHUNK ? left : CHUNK) * self->k);
+            if (i % ABREAST == 0) {
+                good = fit(tau + i * self->k, (left < ABREAST ? left : ABREAST) * self->k);
             }
             done = solve_some(self, tau + i * self->k, low, high, step, left, f + i * self->n, status + i);
             low = low != NULL ? low + done * step[0] : NULL;

@@ -3,7 +3,7 @@
 What ``alloc.reach.way`` takes out of tables stands here as straight code: each facet is a few sums.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import inf
 
 import numpy as np
@@ -33,7 +33,7 @@ from alloc.native.entry import Excess, cover, crossed, entered, inside, read, re
 from alloc.native.exact import pieces
 from alloc.nullspace.structure import Structure, decompose
 from alloc.reach import edge as facets
-from alloc.reach.levels import step_maps
+from alloc.reach.levels import groups, step_maps
 from alloc.reach.way import Way
 from alloc.reach.zonotope import ROUNDING
 from alloc.vehicle import Vehicle
@@ -84,14 +84,22 @@ class Walk:
         self._normals = found.normals * found.scale
         self._scale = found.scale
         self._rooms: dict[int, tuple[Value, Value]] = {}
+        self._sums: dict[str, list[str]] = {}
         self._last = -1
         self.sums: list[str] = []
         self._entered: set[int] = set()
         self.excess: Excess = []
-        self._unseen = cover(vehicle, structure.G, "d0_") if len(way.keep) == 1 else names("t", vehicle.k)
+        self._whole = _whole(vehicle, way)
+        self._unseen = cover(vehicle, np.where(self._whole[0], structure.G, 0.0), "d0_")
         self.definitions: list[str] = []
         self.statements: list[str] = []
         self._f: list[Value] = self._start()
+        # Of the thrusts that the way begins with; several levels take them through T and G.
+        known = [abs(f) for f in self._f if isinstance(f, float)]
+        through = (
+            float((np.abs(structure.G) @ np.abs(vehicle.TP)).sum(axis=1).max()) if way.levels[1:] else 1.0
+        )
+        self._size = max(1.0, through) * (vehicle.f_scale if bounds.at_call else max(known))
         self.resting = all(f == 0.0 for f in self._f)
         self._maps = step_maps(vehicle, way.levels)
         for level, (D, keep) in enumerate(zip(self._maps, way.keep, strict=True)):
@@ -116,7 +124,10 @@ class Walk:
     def _enter(self, rows: list[int], name: str) -> None:
         if not rows:
             return
-        lines, excess = entered(rows, self._unseen, name, self._bounds, self._c, "d0_")
+        theirs = {*(f"d0_{i}" for i in rows), *(f"t{j}" for j in np.flatnonzero(self._G[rows].any(axis=0)))}
+        seen = [x for x in self._unseen if x in theirs]
+        self._unseen = [x for x in self._unseen if x not in theirs]
+        lines, excess = entered(rows, seen, name, self._bounds, self._c, "d0_")
         self.statements += lines
         self.excess += excess
         self.sums.append(f"s{name}")
@@ -139,22 +150,21 @@ class Walk:
     def _step(self, level: int, D: FloatArray, *, last: bool) -> list[int]:
         """Definitions of d, thrusts that make the level's step; returns the thrusters that it moves."""
         c, T, vehicle = self._c, self._c.scalar, self._vehicle
-        into, matrix = f"m{level}_", self._G
-        if last and not level:
-            # One level goes all the way: d = G tau - f0 makes the same step as D (tau - T f0).
-            into, taken = "t", self._f
-        else:
-            taken = [0.0] * vehicle.n
-            if not level:
-                self._missing()
-            for r, row in enumerate(D):
-                terms = [term(float(row[j]), f"n{level}_{j}", c) for j in np.flatnonzero(row)]
-                self.definitions.append(defined(f"m{level}_{r}", signed_sum(terms, T), c))
-                if not last:
-                    rest = f"n{level}_{r}" + (f" - part{level} * m{level}_{r}" if terms else "")
-                    self.definitions.append(defined(f"n{level + 1}_{r}", rest, c))
-            matrix = np.where(D.any(axis=1), matrix, 0.0)
-        lines, rows, largest = product(matrix, into, c, f"pd{level}_")
+        whole = self._whole[level]
+        taken: list[Value] = [0.0] * vehicle.n
+        for i in np.flatnonzero(vehicle.TP[whole].any(axis=0)):
+            taken[i] = self._f[i]
+        self.definitions += [defined(f"m{level}_{r}", f"t{r}", c) for r in np.flatnonzero(whole)]
+        if not level and not whole.all():
+            self._missing()
+        for r in np.flatnonzero(~whole):
+            terms = [term(float(D[r, j]), f"n{level}_{j}", c) for j in np.flatnonzero(D[r])]
+            self.definitions.append(defined(f"m{level}_{r}", signed_sum(terms, T), c))
+            if not last:
+                rest = f"n{level}_{r}" + (f" - part{level} * m{level}_{r}" if terms else "")
+                self.definitions.append(defined(f"n{level + 1}_{r}", rest, c))
+        matrix = np.where(D.any(axis=1) | whole, self._G, 0.0)
+        lines, rows, largest = product(matrix, f"m{level}_", c, f"pd{level}_")
         sums, rows = butterflies(rows, c, f"sd{level}_")
         self.definitions += [*lines, *sums]
         moved = [i for i in vehicle.working.tolist() if rows[i]]
@@ -162,6 +172,7 @@ class Walk:
             pushing = self._push[part].any(axis=0)
             sizes = [f"size({largest[r]})" for r in np.flatnonzero(snapped(matrix)[pushing].any(axis=0))]
             if sizes:
+                sizes += [c(self._size)] if self._size else []
                 tiny = f"{c(PARALLEL[T])} * {fold('most', sizes)}"
                 self.definitions.append(defined(f"tiny{level}_{j}", tiny, c))
         for i in moved:
@@ -243,6 +254,7 @@ class Walk:
             names = f"room{level}_{m}", f"back{level}_{m}"
             for name, row in zip(names, (rows[j], rows[half + j]), strict=True):
                 self.definitions.append(defined(name, signed_sum(row, c.scalar), c))
+                self._sums[name] = [text for _, text in row]
             self._rooms[m] = names
 
     def _load(self, along: str, ahead: Value, astern: Value, tiny: str) -> str:
@@ -258,6 +270,14 @@ class Walk:
         known = [room for room in rooms if isinstance(room, float)]
         if len(known) == len(rooms):
             return min(known)
+        # The least of all sums of one of these and one of those is the sum of the least.
+        pairs = [tuple(self._sums.get(self._text(room), [])) for room in rooms]
+        if len(pairs) > 1 and all(len(pair) == 2 for pair in pairs):
+            these = sorted(_joined(pairs))
+            those = sorted({text for pair in pairs for text in pair} - {*these})
+            each = {frozenset((a, b)) for a in these for b in those}
+            if len(these) * len(those) == len(pairs) and each == {frozenset(pair) for pair in pairs}:
+                return f"{fold('least', these)} + {fold('least', those)}"
         return fold("least", [self._text(room) for room in rooms])
 
     def _move(self, level: int, moved: list[int]) -> None:
@@ -280,9 +300,9 @@ class Walk:
         for b, block in enumerate(() if self.resting else structure.blocks):
             # N in unit of its first row, so that zero entries stay zero and equal sizes become one.
             N = block.N / (block.N[0] if block.N.shape[1] == 1 else np.abs(block.N).max(axis=0))
-            H = vehicle.H[np.ix_(block.rows, block.rows)]
-            wide = np.zeros((N.shape[1], vehicle.n))
-            wide[:, block.rows] = -np.linalg.solve(N.T @ H @ N, N.T @ H)
+            # A full H also couples what z moves with thrusters that it doesn't.
+            NtH = np.where(vehicle.readiness > 0, N.T @ vehicle.H[block.rows], 0.0)
+            wide = -np.linalg.solve(NtH[:, block.rows] @ N, NtH)
             lines, inner = gathered(wide, "r", c, f"sz{b}_")
             self.definitions += lines
             z = names(f"z{b}_", N.shape[1]) if N.shape[1] > 1 else [f"z{b}"]
@@ -303,6 +323,27 @@ class Walk:
 
     def _text(self, value: Value) -> str:
         return self._c(value) if isinstance(value, float) else value
+
+
+def _joined(pairs: Sequence[tuple[str, ...]]) -> set[str]:
+    """Those that stand with what the first pair's second stands with; the other side of a product of sets."""
+    return {a for pair in pairs if pairs[0][1] in pair for a in pair} - {pairs[0][1]}
+
+
+def _whole(vehicle: Vehicle, way: Way) -> BoolArray:
+    """(levels, k) axes that a level moves together with all others that share their thrusters.
+
+    These go all the way: d = G tau - f makes the same step as D (tau - T f).
+    """
+    if len(way.levels) == 1:
+        return np.ones((1, vehicle.k), dtype=bool)
+    alone = [group for group in groups(vehicle) if vehicle.rank == vehicle.k]
+    return np.array(
+        [
+            [any(axis in group and {*group} <= {*level} for group in alone) for axis in vehicle.dof]
+            for level in way.levels
+        ]
+    )
 
 
 def _alike(used: list[int], along: FloatArray) -> list[list[tuple[int, bool]]]:

@@ -4,10 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from alloc.allocation import Allocator, FloatArray, Status, StatusArray
+from alloc.allocation import WRENCH_TOLERANCE, Allocator, FloatArray, Status, StatusArray
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.native.bounds import Where
-from alloc.native.code import MET, Scalar
+from alloc.native.code import MET, TOLERANCE, Scalar
+from alloc.reach.edge import start
 from alloc.vehicle import Vehicle
 
 AGREEMENT: dict[Scalar, float] = {"double": 1e-12, "float": 1e-5}
@@ -15,7 +16,7 @@ AGREEMENT: dict[Scalar, float] = {"double": 1e-12, "float": 1e-5}
 ROUNDING: dict[Scalar, float] = {"double": 2e-15, "float": 1e-6}
 """What sums of a few dozen terms lose in the scalar, relative to the largest term [-]."""
 TRIES = 8
-"""Times that all arguments of a case are moved by ROUNDING, to see what that does to the answer."""
+"""Times that all arguments of a case are moved by what rounding takes, to see what becomes of the answer."""
 PER_FAULT = 24
 """Cases for the whole vehicle, and for each fault; fewer where rounding decides what the answer is."""
 
@@ -48,12 +49,19 @@ class Cases:
     allowed_share: FloatArray
 
 
-def cases(vehicle: Vehicle, twin: Allocator, scalar: Scalar, limits: Where, levels: int) -> Cases:
+def cases(
+    vehicle: Vehicle, twin: Allocator, scalar: Scalar, limits: Where, levels: int, doubt: float = 0.0
+) -> Cases:
     """Seeded calls for one vehicle with its faults, of a method with so many levels.
 
-    A kernel rounds its arguments, and sums of products |T*| |tau|. So the thrusts that make the demands are
-    moved by as much, and the limits, and the answers say how far rounding may move them. A case whose status
-    changes is left out: there rounding decides.
+    A kernel rounds its arguments, and sums of products |T*| |tau|: what that takes of a thrust is ROUNDING of
+    ``size``, or ``doubt`` where a kernel loses more. So the thrusts that make demands are moved by so much,
+    and the limits, all by random signs. With sigma the root mean square of what this does to an answer, the
+    worst of signs of p = 3 n arguments does at most sqrt(p) sigma, by Cauchy and Schwarz. Two more moves:
+    float takes thrusts farther beyond limits as inside than the twin does, so limits are wider by that much;
+    and the end of a way is rounded too, which may cost a weak thruster more than all arguments do, so the
+    demand is what its answer pushes, a little back on the way. A case whose status changes is left out: there
+    rounding decides.
     """
     rng = np.random.default_rng(1999)
     low, high = _limits(vehicle, limits, rng)
@@ -65,22 +73,32 @@ def cases(vehicle: Vehicle, twin: Allocator, scalar: Scalar, limits: Where, leve
         f: FloatArray, low: FloatArray, high: FloatArray
     ) -> tuple[FloatArray, StatusArray, FloatArray]:
         taus = f @ vehicle.TP.T
-        given = (low, high) if limits == "call" else ()
-        each = (twin(*one) for one in zip(taus, *given, strict=True)) if levels else ()
+        each = (twin(*one) for one in zip(taus, low, high, strict=True)) if levels else ()
         shares = np.array([one.share for one in each]).reshape(len(taus), levels)
-        return *twin.many(taus, *given), shares
+        return *twin.many(taus, low, high), shares
 
     F, status, share = answers(f, low, high)
-    moved, moved_share = np.zeros(PER_FAULT), np.zeros(PER_FAULT)
+    squares, squares_share = np.zeros(PER_FAULT), np.zeros(PER_FAULT)
     same = np.ones(PER_FAULT, dtype=bool)
+    apart = (low != high) * vehicle.f_scale  # zero width stays zero width
+
+    def moved(f: FloatArray, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
+        others, verdict, shares = answers(f, low, high)
+        same[verdict != status] = False
+        return far_off(others, F), np.abs(shares - share).max(axis=1, initial=0.0)
+
     for _ in range(TRIES):
-        by = ROUNDING[scalar] * rng.choice([-1.0, 1.0], (3, *f.shape))
-        apart = (low != high) * vehicle.f_scale  # zero width stays zero width
-        others, verdict, shares = answers(f + by[0] * size, low + by[1] * apart, high + by[2] * apart)
-        same &= verdict == status
-        moved = np.maximum(moved, np.nan_to_num(np.abs(others - F)).max(axis=1))
-        moved_share = np.maximum(moved_share, np.abs(shares - share).max(axis=1, initial=0.0))
-    allowed = AGREEMENT[scalar] * size[:, 0] + 2.0 * moved
+        by = max(ROUNDING[scalar], doubt) * rng.choice([-1.0, 1.0], (3, *f.shape))
+        far, far_share = moved(f + by[0] * size, low + by[1] * apart, high + by[2] * apart)
+        squares, squares_share = squares + far**2 / TRIES, squares_share + far_share**2 / TRIES
+    slack = (TOLERANCE[scalar] - TOLERANCE["double"]) * apart
+    wider, wider_share = moved(f, low - slack, high + slack)
+    if levels:
+        short = F - max(ROUNDING[scalar], doubt) * (F - start(low, np.maximum(low, high)))
+        wider += far_off(answers(np.nan_to_num(short), low, high)[0], F)
+    worst, agreed = np.sqrt(3.0 * vehicle.n), max(AGREEMENT[scalar], doubt)
+    allowed = agreed * size[:, 0] + worst * np.sqrt(squares) + wider
+    allowed_share = agreed + worst * np.sqrt(squares_share) + wider_share
     other = status if levels else _either(vehicle, f @ vehicle.TP.T, F, status, allowed, scalar)
     return Cases(
         taus=(f @ vehicle.TP.T)[same],
@@ -91,8 +109,14 @@ def cases(vehicle: Vehicle, twin: Allocator, scalar: Scalar, limits: Where, leve
         other=other[same],
         share=share[same],
         allowed=allowed[same],
-        allowed_share=(AGREEMENT[scalar] + 2.0 * moved_share)[same],
+        allowed_share=allowed_share[same],
     )
+
+
+def far_off(F: FloatArray, from_: FloatArray) -> FloatArray:
+    """(N,) largest difference of a thrust [N]; zero where there is none to compare."""
+    largest: FloatArray = np.nan_to_num(np.abs(F - from_)).max(axis=1)
+    return largest
 
 
 def _either(
@@ -103,11 +127,15 @@ def _either(
     allowed: FloatArray,
     scalar: Scalar,
 ) -> StatusArray:
-    """The other one of SOLVED and PARTIAL where thrusts ``allowed`` apart may decide between them."""
+    """The other one of SOLVED and PARTIAL where thrusts ``allowed`` apart may decide between them.
+
+    The twin draws the line at WRENCH_TOLERANCE, a kernel at MET of its scalar; between them both are right.
+    """
     unit = 1.0 / vehicle.wrench_scale
     missed = np.abs((F @ vehicle.TP.T - taus) * unit).max(axis=1)
     moved = allowed * (np.abs(vehicle.TP) * unit[:, None]).sum(axis=1).max()
-    decided = np.isin(status, (Status.SOLVED, Status.PARTIAL)) & (np.abs(missed - MET[scalar]) <= moved)
+    near = (missed >= WRENCH_TOLERANCE - moved) & (missed <= MET[scalar] + moved)
+    decided = np.isin(status, (Status.SOLVED, Status.PARTIAL)) & near
     other: StatusArray = np.where(decided, Status.SOLVED + Status.PARTIAL - status, status).astype(np.int8)
     return other
 

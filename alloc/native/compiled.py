@@ -17,8 +17,11 @@ from alloc.errors import NotInstalled
 REMEDY = "install a C compiler and Python's headers (Debian: apt install gcc python3-dev)"
 STANDARD = ("-std=c99", "-ffp-contract=off")
 """ISO C, and a * b + c never fused, so that every machine rounds as Python does."""
-NATIVE = "-march=native"
-"""What makes a compiler use all instructions of the processor that it runs on."""
+NATIVE = ("-march=native", *(("-mno-avx512f",) if machine().lower() in ("x86_64", "amd64") else ()))
+"""What makes a compiler use the instructions of the processor that it runs on, all but AVX-512's.
+
+Valgrind, which counts instructions for the gate, does not know those.
+"""
 
 
 def compiler() -> list[str]:
@@ -80,7 +83,7 @@ def _compiled(name: str, sources: Mapping[str, str], flags: Sequence[str], suffi
     command = compiler()
     if not command:
         raise NotInstalled(f"{name}: needs a C compiler; {REMEDY}")
-    made_for = processor() if NATIVE in flags else ""
+    made_for = processor() if set(NATIVE) <= set(flags) else ""
     tools = [machine(), command, _version(tuple(command)), list(flags), made_for]
     content = repr([*tools, sorted(sources.items())])
     target = cache_folder() / f"{name}-{hashlib.sha256(content.encode()).hexdigest()[:24]}{suffix}"
@@ -111,7 +114,7 @@ def _compiled(name: str, sources: Mapping[str, str], flags: Sequence[str], suffi
 @cache
 def processor() -> str:
     """What the compiler knows of this processor under NATIVE; empty where it does not take that."""
-    command = [*compiler(), NATIVE, "-dM", "-E", "-x", "c", os.devnull]
+    command = [*compiler(), *NATIVE, "-dM", "-E", "-x", "c", os.devnull]
     known = subprocess.run(command, capture_output=True, text=True, check=False)
     return "" if known.returncode else known.stdout
 

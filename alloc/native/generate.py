@@ -31,9 +31,8 @@ def generate(
     made = sources(vehicle, kernel, scalar, faults, limits)  # refuses what C can't cover, and quickly
     chosen = recipe(kernel)
     known = _faults(vehicle, faults)
-    program = selftest(
-        vehicle, name, chosen.twin, scalar, known, limits, chosen.levels(vehicle), digest(name, made)
-    )
+    levels, printed = chosen.levels(vehicle), digest(name, made)
+    program = selftest(vehicle, name, chosen.twin, scalar, known, limits, levels, chosen.doubt, printed)
     return made | {f"{name}_test.c": program}
 
 

@@ -94,12 +94,12 @@ static inline double size(double x)
 #endif
 }
 """,
-    # What a step takes of the room ahead of it, or behind where it is negative; nothing where it is tiny.
-    # Nothing of no room is NaN, which compares and the FPU's maximum drop alike.
+    # What a step takes of the room ahead of it, or behind where it is negative; nothing where it is tiny. Less
+    # than nothing, or nothing of no room, which is NaN, is dropped by compares and the FPU's maximum alike.
     "load": """\
 static inline double load(double along, double ahead, double astern, double tiny)
 {
-    return (size(along) > tiny ? size(along) : 0.0) / (along > 0.0 ? ahead : astern);
+    return (size(along) - tiny) / (along > 0.0 ? ahead : astern);
 }
 """,
     # A share that is 1 but for rounding.

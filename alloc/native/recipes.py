@@ -33,6 +33,10 @@ def _no_levels(vehicle: Vehicle) -> int:
     return 0
 
 
+def _no_doubt(vehicle: Vehicle, scalar: Scalar) -> float:
+    return 0.0
+
+
 @dataclass(frozen=True, kw_only=True)
 class Recipe:
     """How one method becomes C.
@@ -43,6 +47,8 @@ class Recipe:
         body's statements
     levels : function of the vehicle; returns how many shares the C function writes behind f
     functions : function of the vehicle and the scalar; returns C functions that the statements call
+    doubt : function of the vehicle with its faults and the scalar; share of a thrust that rounding takes
+        where a kernel factorises matrices in the call [-]
     twin : the method in Python: the C has its promises and refusals, and must agree with its answers
     formulation : which optimum both answer
     summary : one line for the catalogue
@@ -52,6 +58,7 @@ class Recipe:
     statements: Statements
     functions: Functions = _no_functions
     levels: Callable[[Vehicle], int] = _no_levels
+    doubt: Callable[[Vehicle, Scalar], float] = _no_doubt
     twin: Callable[[Vehicle], Allocator]
     formulation: str
     summary: str
@@ -89,10 +96,12 @@ def _rule(
     twin: Callable[[Vehicle], Allocator],
     statements: Statements,
     functions: Functions = _no_functions,
+    doubt: Callable[[Vehicle, Scalar], float] = _no_doubt,
 ) -> Recipe:
     return Recipe(
         statements=statements,
         functions=functions,
+        doubt=doubt,
         twin=twin,
         formulation=name,
         summary=f"{name} as C99 generated for the vehicle; limits of the vehicle, or of each call.",
@@ -141,7 +150,9 @@ RECIPES = {
     ),
     "clip": _rule(clip.NAME, clip.clip, rules.clip),
     "shrink": _rule(shrink.NAME, shrink.shrink, rules.shrink),
-    "redistribute": _rule(redistribute.NAME, redistribute.redistribute, rules.redistribute, rules.cascade),
+    "redistribute": _rule(
+        redistribute.NAME, redistribute.redistribute, rules.redistribute, rules.cascade, rules.cascade_doubt
+    ),
     "scaled": _by_level(SCALED, lambda vehicle: 1),
     "priority": _by_level(PRIORITY, lambda vehicle: len(vehicle.priority)),
 }

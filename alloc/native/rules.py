@@ -7,6 +7,7 @@ import numpy as np
 
 from alloc.allocation import FloatArray
 from alloc.closed_forms.inverse import generalized_inverse
+from alloc.errors import NotApplicable
 from alloc.native.bounds import CLimits
 from alloc.native.code import (
     MET,
@@ -29,6 +30,11 @@ ROUNDING: dict[Scalar, float] = {"double": 1e-9, "float": TOLERANCE["float"]}
 RANK: dict[Scalar, float] = {"double": RANK_TOLERANCE, "float": 1e-5}
 """Length of a row below which it is rounding, relative to the longest [-]."""
 
+DOUBT: dict[Scalar, float] = {"double": 1e-6, "float": 1e-2}
+"""What rounding may take of redistribute's thrusts, relative to the largest limit [-]; more is refused."""
+EACH = 8
+"""Roundings of a Gram-Schmidt process for each thruster, as ``alloc.vehicle.condition`` counts them."""
+
 
 def clip(vehicle: Vehicle, bounds: CLimits, c: Table) -> list[str]:
     """Statements of f = T* tau, each thrust cut at its limit."""
@@ -46,6 +52,12 @@ def shrink(vehicle: Vehicle, bounds: CLimits, c: Table) -> list[str]:
 
 def redistribute(vehicle: Vehicle, bounds: CLimits, c: Table) -> list[str]:
     """Statements of the cascade: thrusts beyond a limit freeze there, the others share the rest of tau."""
+    if not (doubt := cascade_doubt(vehicle, c.scalar)) <= DOUBT[c.scalar]:
+        finer = "generate it in double, or " if c.scalar == "float" else ""
+        raise NotApplicable(
+            f"{vehicle.name}: redistribute factorises T and H in the call, and in {c.scalar} that may cost"
+            f" {doubt:.1g} of the largest limit; {finer}take nullspace, scaled or clip"
+        )
     n, zero = vehicle.n, number(0.0, c.scalar)
     working = vehicle.working.tolist()
     ends = {i: bounds.ends(i) for i in working}
@@ -60,6 +72,21 @@ def redistribute(vehicle: Vehicle, bounds: CLimits, c: Table) -> list[str]:
         "cascade(tau, low, high, working, g);",
     ]
     return _mended(vehicle, lines, {i: f"g[{i}]" for i in working}, bounds, c)
+
+
+def cascade_doubt(vehicle: Vehicle, scalar: Scalar) -> float:
+    """Share of the largest limit by which rounding may move a thrust of the cascade in C [-].
+
+    With H = L L' the effort is |L'f|^2, and orthogonal rows of A L'^-1 are found by Gram-Schmidt, which loses
+    a share ROUNDING n cond(A L'^-1) of L'f (Bjorck 1967); of f that is up to sqrt(cond H) times as much.
+    """
+    on = vehicle.working
+    H = vehicle.H[np.ix_(on, on)]
+    rows = np.linalg.solve(np.linalg.cholesky(H), (vehicle.TP[:, on] / vehicle.row_lengths[:, None]).T)
+    sigma = np.linalg.svd(rows, compute_uv=False)[: vehicle.rank]
+    spread = float(sigma[0] / sigma[-1] * np.sqrt(np.linalg.cond(H))) if sigma.size else 1.0
+    unit = float(np.finfo(np.float32 if scalar == "float" else np.float64).eps)
+    return EACH * len(on) * unit * spread
 
 
 def cascade(vehicle: Vehicle, scalar: Scalar) -> str:

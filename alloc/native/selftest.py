@@ -24,17 +24,19 @@ def selftest(
     faults: IndexArray,
     limits: Where,
     levels: int,
+    doubt: Callable[[Vehicle, Scalar], float],
     digest: str,
 ) -> str:
     """C program that compares the function ``name`` with the answers of its ``twin`` in Python.
 
+    Rounding takes ``doubt`` of a thrust, of a vehicle with its faults, or what ``cases`` know of any kernel.
     The program exits with 0 where all answers agree, else with 1, and prints the largest error. It prints
     the ``digest`` of header and source too, which a proof of them names.
     """
     rows: list[str] = []
     for fault in [-1, *faults.tolist()]:
         variant = vehicle if fault < 0 else vehicle.with_fault(fault)
-        rows += _rows(variant, fault, twin(variant), scalar, limits, levels)
+        rows += _rows(variant, fault, twin(variant), scalar, limits, levels, doubt(variant, scalar))
     ends = f"    {scalar} f_min[{vehicle.n}];\n    {scalar} f_max[{vehicle.n}];\n" if limits == "call" else ""
     shares = f"    {scalar} allowed_share;\n    {scalar} share[{levels}];\n" if levels else ""
     call = arguments(limits, levels, "cases[i].fault")
@@ -108,10 +110,16 @@ def _compare(name: str, size: int, allowed: str, scalar: Scalar) -> str:
 
 
 def _rows(
-    vehicle: Vehicle, fault: int, allocator: Allocator, scalar: Scalar, limits: Where, levels: int
+    vehicle: Vehicle,
+    fault: int,
+    allocator: Allocator,
+    scalar: Scalar,
+    limits: Where,
+    levels: int,
+    doubt: float,
 ) -> Iterator[str]:
     """The initialisers of all cases of one fault."""
-    asked = cases(vehicle, allocator, scalar, limits, levels)
+    asked = cases(vehicle, allocator, scalar, limits, levels, doubt)
     # Nobody may look at the limits of a thruster that is off.
     off = vehicle.readiness == 0
     low, high = (np.where(off, np.nan, side) for side in (asked.f_min, asked.f_max))

@@ -23,8 +23,10 @@ from alloc.reach.zonotope import ROUNDING, facets
 from alloc.vehicle import Vehicle
 
 PARALLEL = 1e-13
-"""A step that goes along a normal by less than this share of its size runs in the facet: far above the
-rounding of a dozen additions, and the set is left by no more than that."""
+"""A step that leaves a facet by less than this share of its size, or of ``Departure.size``, runs in it. That
+is above what rounding makes of c'Delta, and the set is left by no more: with u = 1.1e-16 and |c| = 1, tau - w
+is off by (n + 2) u times |tau| and sum_i |T_i f0_i|, D and c' add 2 k u |Delta|; |tau| <= |Delta| + |w| makes
+that at most (n + 2 k + 4) sqrt(n k) u times both sizes, 4e-14 for 20 thrusters in six axes."""
 
 EDGE = 1e-10
 """A demand that lies beyond the edge by this share of the way to it lies on it. Rounding leaves up to 1e-12,
@@ -87,7 +89,7 @@ def room_table(found: Edge) -> FloatArray:
     return np.block([[ahead, astern], [astern, ahead]])
 
 
-def share(along: FloatArray, room: FloatArray, size: float, keep: float) -> float:
+def share(along: FloatArray, room: FloatArray, size: float, begin: float, keep: float) -> float:
     """min(1, keep beta) of one step: beta is the least room / along over the facets with along > 0.
 
     Parameters
@@ -95,23 +97,26 @@ def share(along: FloatArray, room: FloatArray, size: float, keep: float) -> floa
     along : (2M,) c'Delta of the step Delta along each normal and its opposite
     room : (2M,) what is left along each, at least 0
     size : largest |Delta| on any axis in unit of ``wrench_scale``
+    begin : ``Departure.size``
     keep : 1 to go as far as the set reaches, less to stop before
     """
-    if size <= PARALLEL:  # rounding is all that is missing, which may be zero by other sums
+    if size <= PARALLEL * begin:  # rounding is all that is missing, which may be zero by other sums
         return 1.0
-    (tight,) = (along > keep * room).nonzero()
-    beta, least = 1.0 / keep, PARALLEL * size
+    (tight,) = (along > keep * room + PARALLEL * max(size, begin)).nonzero()
+    beta = 1.0 / keep
     for a, r in zip(along[tight].tolist(), room[tight].tolist(), strict=True):
-        if a > least and r < beta * a:
+        if r < beta * a:
             beta = r / a
     taken = keep * beta
     return taken if taken < 1.0 - EDGE else 1.0
 
 
-def shares(along: FloatArray, room: FloatArray, size: FloatArray, keep: float) -> FloatArray:
-    """``share`` of N steps: (N,) from along (N, 2M), room (N, 2M) or (2M,), and size (N,)."""
-    tight = (along > keep * room) & (along > (PARALLEL * size)[:, None])
+def shares(
+    along: FloatArray, room: FloatArray, size: FloatArray, begin: FloatArray, keep: float
+) -> FloatArray:
+    """``share`` of N steps: (N,) from along (N, 2M), room (N, 2M) or (2M,), size (N,), begin (N,) or one."""
+    tight = along > keep * room + (PARALLEL * np.maximum(size, begin))[:, None]
     beta = np.divide(room, along, out=np.full_like(along, np.inf), where=tight).min(axis=1, initial=np.inf)
     taken = keep * beta
-    most: FloatArray = np.where((taken < 1.0 - EDGE) & (size > PARALLEL), taken, 1.0)
+    most: FloatArray = np.where((taken < 1.0 - EDGE) & (size > PARALLEL * begin), taken, 1.0)
     return most

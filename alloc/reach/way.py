@@ -21,10 +21,12 @@ class Departure(NamedTuple):
     ----------
     wrench : w = T P f0 (…, k) [N, N m]
     room : (…, 2M) how far the set reaches from w along each facet's normal and its opposite, at least 0
+    size : (…,) that of the terms which make w: max(1, largest |f0| in unit of ``f_scale``) [-]
     """
 
     wrench: FloatArray
     room: FloatArray
+    size: FloatArray
 
 
 class Way:
@@ -46,8 +48,8 @@ class Way:
         half = found.normals * found.scale
         self._outward = np.vstack([half, -half])
         self._room_of = room_table(found)
-        self._TP = vehicle.TP
-        self._rest = np.zeros(vehicle.k)
+        self._TP, self._f_scale = vehicle.TP, vehicle.f_scale
+        self._rest, self._size = np.zeros(vehicle.k), np.ones(())
         self._maps = step_maps(vehicle, levels) * (found.scale / found.scale[:, None])
         self._unstopped, self._whole = self._if_nothing_stops()
         self._straight = vehicle.rank == vehicle.k
@@ -56,14 +58,15 @@ class Way:
     def departure(self, f_min: FloatArray, f_max: FloatArray) -> Departure:
         """Where the way begins within limits (n,), or (N, n) of N calls [N]."""
         if f_min.ndim == 1 and max(f_min.tolist()) <= 0.0 <= min(f_max.tolist()):  # the usual case, quickly
-            return Departure(self._rest, self._room_of.dot(np.concatenate((f_max, -f_min))))
+            return Departure(self._rest, self._room_of.dot(np.concatenate((f_max, -f_min))), self._size)
         f0 = start(f_min, f_max)
         widths = np.concatenate((f_max - f0, f0 - f_min), axis=-1)
-        return Departure(f0 @ self._TP.T, widths @ self._room_of.T)
+        size = np.maximum(1.0, np.abs(f0).max(axis=-1) / self._f_scale)
+        return Departure(f0 @ self._TP.T, widths @ self._room_of.T, size)
 
     def towards(self, tau: FloatArray, begin: Departure) -> tuple[FloatArray, tuple[float, ...]]:
         """The wrench reached (k,) on the way to ``tau`` (k,) [N, N m], and the share of each level."""
-        w, room = begin
+        w, room, size = begin
         missing = (tau - w) / self._scale
         if (self._unstopped.dot(missing) <= room).all():
             end = tau if self._straight else w + self._whole.dot(missing) * self._scale
@@ -73,7 +76,7 @@ class Way:
         for D, keep in zip(self._maps, self.keep, strict=True):
             step = D.dot(missing)
             along = self._outward.dot(step)
-            s = share(along, room, max(map(abs, step.tolist())), keep)
+            s = share(along, room, max(map(abs, step.tolist())), float(size), keep)
             taken.append(s)
             moved += s * step
             if len(taken) < len(self.keep):
@@ -89,13 +92,13 @@ class Way:
         ends, taken = np.empty(taus.shape), np.empty((len(taus), len(self.keep)))
         for i in range(0, len(taus), CHUNK):
             chunk = slice(i, i + CHUNK)
-            w, room = begin if begin.room.ndim == 1 else (begin.wrench[chunk], begin.room[chunk])
+            w, room, size = begin if begin.room.ndim == 1 else (each[chunk] for each in begin)
             missing = (taus[chunk] - w) / self._scale
             moved = np.zeros_like(missing)
             for j, (D, keep) in enumerate(zip(self._maps, self.keep, strict=True)):
                 step = missing @ D.T
                 along = step @ self._outward.T
-                s = shares(along, room, np.abs(step).max(axis=1), keep)[:, None]
+                s = shares(along, room, np.abs(step).max(axis=1), size, keep)[:, None]
                 taken[chunk, j] = s[:, 0]
                 moved += s * step
                 missing -= s * step

@@ -59,6 +59,7 @@ class TimedCalls:
     Attributes
     ----------
     F : (N, n) thrusts of the first pass [N]
+    shares : (N, levels) what the kernel said of each level then [-]; NaN where it wrote nothing
     status : (N,) what the kernel returned then
     ticks : (N,) of the first pass
     stack_bytes : (N,) that the kernel wrote to, 0 where nobody looked
@@ -69,6 +70,7 @@ class TimedCalls:
     """
 
     F: FloatArray
+    shares: FloatArray
     status: IndexArray
     ticks: IndexArray
     stack_bytes: IndexArray
@@ -122,14 +124,12 @@ def boards(path: Path, log: BoardLog) -> list[Heard]:
 def _board(block: LogBlock) -> Board:
     facts: dict[str, str] = {}
     several: dict[str, list[list[str]]] = {"method": [], "demands": [], "vehicle": []}
-    ticks_per_s = 0
-    for line in block.lines:
-        if line.kind == "ticks_per_s":
-            ticks_per_s = int(line.words[0])
-        elif line.kind == "fact" and line.words[0] in several:
-            several[line.words[0]].append(line.words[1:])
-        elif line.kind == "fact":
-            facts[line.words[0]] = " ".join(line.words[1:])
+    for name, *words in block.rows("fact"):
+        if name in several:
+            several[name].append(words)
+        else:
+            facts[name] = " ".join(words)
+    ((ticks_per_s,),) = block.rows("ticks_per_s")
     packed = base64.b64decode("".join(piece for (piece,) in several["vehicle"]), validate=True)
     text = zlib.decompressobj().decompress(packed, _LARGEST)
     arrays: dict[str, list[Any]] = json.loads(text)
@@ -137,6 +137,7 @@ def _board(block: LogBlock) -> Board:
     scalar, limits = cast(Scalar, facts["scalar"]), cast(Where, facts["limits"])
     if scalar not in SCALARS or limits not in ("fixed", "call"):
         raise ValueError(f"scalar {scalar}, limits {limits}")
+    described = (words if len(words) > 3 else [*words, "0"] for words in several["method"])
     kernels = {
         method: Kernel(
             method=method,
@@ -150,11 +151,12 @@ def _board(block: LogBlock) -> Board:
             declaration="",
             arguments="",
             sources={},
+            levels=int(levels),
         )
-        for method, twin, solver in several["method"]
+        for method, twin, solver, levels in described
     }
     rates = {name: None if rate == "-" else float(rate) for name, rate in several["demands"]}
-    return Board(facts=facts, ticks_per_s=ticks_per_s, vehicle=vehicle, kernels=kernels, rates=rates)
+    return Board(facts=facts, ticks_per_s=int(ticks_per_s), vehicle=vehicle, kernels=kernels, rates=rates)
 
 
 def _heard(board: Board, blocks: Sequence[LogBlock]) -> Heard:
@@ -169,7 +171,8 @@ def _heard(board: Board, blocks: Sequence[LogBlock]) -> Heard:
     missing = [f"the demands of {name}" for name in board.rates if name not in demands]
     for block in blocks:
         if block.kind == "ask" and block.words[1] in demands:
-            found = _asked(block, kernel.n, scalar, len(demands[block.words[1]].taus))
+            levels = board.kernels[block.words[0]].levels if block.words[0] != NOOP else 0
+            found = _asked(block, kernel.n, levels, scalar, len(demands[block.words[1]].taus))
             asked.setdefault((block.words[0], block.words[1]), []).append(found)
     expected = product(board.kernels, board.rates)
     missing += [f"{method} on {name}" for method, name in expected if (method, name) not in asked]
@@ -186,7 +189,7 @@ def _demands(
     block: LogBlock, vehicle: Vehicle, kernel: Kernel, scalar: np.dtype[Any], rate_hz: float | None
 ) -> DemandSet:
     name, count = block.words[0], int(block.words[1])
-    rows = [line.words for line in block.lines if line.kind == "tau"]
+    rows = block.rows("tau")
     bits = bytes.fromhex("".join("".join(row[1:]) for row in rows))
     calls = np.frombuffer(bits, scalar.newbyteorder(">")).reshape(count, kernel.width).astype(np.float64)
     k, n = kernel.k, kernel.n
@@ -194,9 +197,9 @@ def _demands(
     return labelled(name, vehicle, calls[:, :k].copy(), *sides, rate_hz=rate_hz)
 
 
-def _asked(block: LogBlock, n: int, scalar: np.dtype[Any], count: int) -> TimedCalls:
-    F, status, ticks, stack = answered(block, n, scalar)
-    (worst,) = [line.words for line in block.lines if line.kind == "worst"]
+def _asked(block: LogBlock, n: int, levels: int, scalar: np.dtype[Any], count: int) -> TimedCalls:
+    F, status, ticks, stack, shares = answered(block, n, scalar, levels)
+    (worst,) = block.rows("worst")
     demand, worst_ticks, other = map(int, worst)
     ones, passes = seen(block, "one"), seen(block, "all")
     told, repeated = int(block.words[2]), int(block.words[3])
@@ -205,6 +208,7 @@ def _asked(block: LogBlock, n: int, scalar: np.dtype[Any], count: int) -> TimedC
         raise ValueError(f"{' '.join(block.words)}: numbers that contradict each other")
     return TimedCalls(
         F=F,
+        shares=shares,
         status=status,
         ticks=ticks,
         stack_bytes=stack,

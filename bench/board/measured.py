@@ -128,8 +128,8 @@ def _judged(question: Question, kernel: Kernel, promised: Promise, run: TimedCal
     judged = judge(
         question,
         [
-            Allocation(f, Status(s) if s in known else s)
-            for f, s in zip(run.F, run.status.tolist(), strict=True)
+            Allocation(f, Status(s) if s in known else s, share=tuple(share))
+            for f, s, share in zip(run.F, run.status.tolist(), run.shares.tolist(), strict=True)
         ],
         formulation=promised.formulation,
         limited=promised.limited,

@@ -13,7 +13,7 @@ from alloc.native.code import Scalar, number
 from bench.demands import DemandSet, build_demands
 from bench.demands.store import arrays_of
 from bench.emulation.image import FIRMWARE
-from bench.emulation.kernel import Kernel
+from bench.emulation.kernel import Kernel, shapes
 from bench.emulation.kernels import build_kernel
 from bench.emulation.toolchain import TARGETS
 from bench.harness import machine
@@ -104,7 +104,7 @@ def files(project: Project) -> dict[str, str]:
     }
     made["Makefile"] = (FIRMWARE / "project.mk").read_text(encoding="utf-8")
     made |= _machines()
-    made["project.h"] = f"#include <stdint.h>\n{project.kernels[0].shapes}"
+    made["project.h"] = f"#include <stdint.h>\n{shapes(project.kernels)}"
     made["project.c"] = _tables(project)
     for kernel in project.kernels:
         place = f"kernels/{kernel.entry}"
@@ -152,7 +152,7 @@ def _tables(project: Project) -> str:
     kernels, sets = project.kernels, project.sets
     facts = [f'    "{fact}",' for fact in _facts(project)]
     declared = [f"int ask_{kernel.entry}(const scalar *tau, scalar *f);" for kernel in kernels]
-    methods = [f'    {{ "{kernel.method}", ask_{kernel.entry} }},' for kernel in kernels]
+    methods = [f'    {{ "{kernel.method}", ask_{kernel.entry}, {kernel.levels} }},' for kernel in kernels]
     asked = [f'    {{ "{demands.name}", {len(demands.taus)}, calls{i} }},' for i, demands in enumerate(sets)]
     counts = {"method": len(kernels), "fact": len(facts), "demands": len(sets)}
     lines = [
@@ -198,10 +198,14 @@ def _facts(project: Project) -> list[str]:
         f"seed {project.seed}",
         f"scalar {first.scalar}",
         f"limits {first.limits}",
-        *(f"method {kernel.method} {kernel.twin} {kernel.solver or '-'}" for kernel in project.kernels),
+        *(f"method {_described(kernel)}" for kernel in project.kernels),
         *(f"demands {demands.name} {_rate(demands)}" for demands in project.sets),
         *(f"vehicle {packed[i : i + _PIECE]}" for i in range(0, len(packed), _PIECE)),
     ]
+
+
+def _described(kernel: Kernel) -> str:
+    return f"{kernel.method} {kernel.twin} {kernel.solver or '-'} {kernel.levels}"
 
 
 def _rate(demands: DemandSet) -> str:

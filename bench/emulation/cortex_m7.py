@@ -14,6 +14,8 @@ cycle test" and quinapalus.com/cm7cycles.html. What they leave open is width:
 import re
 from typing import NamedTuple
 
+import numpy as np
+
 from alloc import IndexArray
 from bench.emulation.cortex_m4f import BRANCHES, MANY, ONE, WORDS, listed, plain
 from bench.emulation.interval import Cycles, Unpublished
@@ -54,9 +56,32 @@ NOWHERE = {"vminnm", "vmaxnm", "vcmp", "vcmpe", "vabs", "vneg", "vmov", "vcvt", 
 NOWHERE |= {f"vsel{condition}" for condition in ("eq", "ge", "gt", "vs")}
 
 
+class Line(NamedTuple):
+    """What the walk over a call asks of an instruction.
+
+    Attributes
+    ----------
+    cost : what it takes
+    touched, written : its registers, doubles as halves
+    unforeseen : whether a condition decides where execution goes on, or whether it does anything
+    direct : whether it branches to an address that stands in it
+    address, following : where it lies, and where execution goes on unless it branches
+    """
+
+    cost: Cost
+    touched: list[str]
+    written: list[str]
+    unforeseen: bool
+    direct: bool
+    address: int
+    following: int
+
+
 def cortex_m7(trace: Trace) -> list[Cycles]:
     """Cycles of each call; raises Unpublished for what nobody measured, or a call that is too long."""
-    return [_call([trace.known[i] for i in _checked(call).tolist()]) for call in trace.calls]
+    executed = {i for call in trace.calls for i in np.unique(_checked(call)).tolist()}
+    lines = {i: _line(trace.known[i]) for i in executed}
+    return [_call([lines[i] for i in call.tolist()]) for call in trace.calls]
 
 
 def _checked(call: IndexArray) -> IndexArray:
@@ -65,18 +90,38 @@ def _checked(call: IndexArray) -> IndexArray:
     return call
 
 
-def _call(call: list[Executed]) -> Cycles:
+def _line(one: Executed) -> Line:
+    conditional = one.name[0] == "b" and len(one.name) == 3 and one.name not in ONE
+    return Line(
+        cost=_cost(one),
+        touched=_halves(one.registers()),
+        written=_halves(one.written),
+        unforeseen=conditional or one.conditional,
+        direct=one.name in ("b", "bl"),
+        address=one.address,
+        following=one.following,
+    )
+
+
+def _call(call: list[Line]) -> Cycles:
     others = fpu = alone = 0.0
     now, ready = 0, dict[str, int]()
-    for one, after in zip(call, [*call[1:], None], strict=True):
-        cost = _cost(one)
+    last = len(call) - 1
+    for i, one in enumerate(call):
+        cost = one.cost
         if cost.alone:
             alone += cost.least
         else:
-            others, fpu = others + 1, fpu + cost.least
-        now = max([now, *(ready.get(register, 0) for register in _halves(one.registers()))])
-        ready |= dict.fromkeys(_halves(one.written), now + cost.latency)
-        now += cost.most + (MISSED if _branches(one, after) else 0)
+            others += 1
+            fpu += cost.least
+        for register in one.touched:
+            if ready.get(register, 0) > now:
+                now = ready[register]
+        until = now + cost.latency
+        for register in one.written:
+            ready[register] = until
+        leaves = not one.direct and (i == last or call[i + 1].address != one.following)
+        now += cost.most + (MISSED if one.unforeseen or leaves else 0)
     return Cycles(int(alone + max(others / 2, fpu)), now)
 
 
@@ -101,13 +146,6 @@ def _cost(one: Executed) -> Cost:
     if integer or re.fullmatch("it[te]{0,3}", name) or (name[0] == "b" and len(name) == 3):
         return INTEGER
     raise Unpublished(one.name)
-
-
-def _branches(one: Executed, after: Executed | None) -> bool:
-    """Whether one may go elsewhere than foreseen: it branches under a condition, or to a register."""
-    elsewhere = after is None or after.address != one.following
-    conditional = one.name[0] == "b" and len(one.name) == 3 and one.name not in ONE
-    return conditional or one.conditional or (elsewhere and one.name not in ("b", "bl"))
 
 
 def _halves(registers: set[str]) -> list[str]:

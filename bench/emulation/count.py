@@ -94,10 +94,11 @@ def _answers(image: Image, path: Path, calls: FloatArray, command: Sequence[str]
         printed = (folder / LINE).read_text(encoding="ascii", errors="replace")
     log = parse(printed.encode())
     asked = [block for block in log.blocks if block.kind == "ask" and block.words[0] == METHOD]
-    if len(asked) != 1 or len(asked[0].lines) != len(calls) + 1:
+    if len(asked) != 1 or len(asked[0].texts("f")) != len(calls):
         said = "; ".join(log.nonsense) or "the driver did not answer each call"
         raise ToolError(f"{image.target.name}: {said}")
-    return CallCounts(*answered(asked[0], kernel.n, scalar))
+    found = answered(asked[0], kernel.n, scalar, kernel.levels)
+    return CallCounts(found.F, found.status, found.ticks, found.stack_bytes)
 
 
 def _plugged(image: Image, trace: str) -> tuple[str, ...]:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from bench.emulation.kernel import Kernel
+from bench.emulation.kernel import Kernel, shapes
 from bench.emulation.toolchain import Target, run
 
 FIRMWARE = Path(__file__).parent / "firmware"
@@ -58,7 +58,7 @@ def link(kernel: Kernel, target: Target, folder: Path, options: tuple[str, ...] 
     objects = [str(folder / f"{source.stem}.o") for source in sources]
     port = "ports/mps2.c" if target.bare_metal else "ports/linux.c"
     driver = [str(FIRMWARE / name) for name in (*DRIVER, port)]
-    (folder / "project.h").write_text(kernel.shapes, encoding="utf-8")
+    (folder / "project.h").write_text(shapes([kernel]), encoding="utf-8")
     for name, text in (("adapter.c", kernel.adapter), ("project.c", _project(kernel))):
         (folder / name).write_text(text, encoding="utf-8")
         driver.append(str(folder / name))
@@ -89,7 +89,7 @@ def _project(kernel: Kernel) -> str:
 #include "board.h"
 
 int ask_{kernel.entry}(const scalar *tau, scalar *f);
-const struct board_method project_methods[] = {{{{ "{METHOD}", ask_{kernel.entry} }}}};
+const struct board_method project_methods[] = {{{{ "{METHOD}", ask_{kernel.entry}, {kernel.levels} }}}};
 const char *const project_facts[] = {{ "-" }};
 const uint32_t project_method_count = 1, project_fact_count = 0, project_demands_count = 1;
 const uint32_t project_passes = 0;

@@ -1,7 +1,7 @@
 """The C that is counted: one function that answers the demands of one vehicle, and the files it needs."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -29,8 +29,9 @@ class Kernel:
     limits : whether the limits stand in the C, or f_min and f_max are arguments of each call
     entry : the function's name
     declaration : C text that declares it
-    arguments : how it is called, with ``tau``, ``f_min``, ``f_max`` and ``f`` in it, e.g. ``tau, f``
+    arguments : how it is called, with ``tau``, ``f_min``, ``f_max``, ``f`` and ``share``, e.g. ``tau, f``
     sources : text by file name; every .c is compiled, other files are included by these
+    levels : how many shares it writes, which the driver finds behind f
     """
 
     method: str
@@ -44,6 +45,7 @@ class Kernel:
     sources: Mapping[str, str]
     solver: str = ""
     limits: Where = "fixed"
+    levels: int = 0
 
     @property
     def width(self) -> int:
@@ -58,23 +60,18 @@ class Kernel:
 
     @property
     def adapter(self) -> str:
-        """C of ``ask_<entry>``, which the driver calls; behind tau lie f_min and f_max."""
-        places = {"f_min": f"(tau + {self.k})", "f_max": f"(tau + {self.k + self.n})"}
-        arguments = re.sub("f_min|f_max", lambda name: places[name[0]], self.arguments)
+        """C of ``ask_<entry>``, which the driver calls; behind tau lie limits, behind f shares."""
+        places = {
+            "f_min": f"(tau + {self.k})",
+            "f_max": f"(tau + {self.k + self.n})",
+            "share": f"(f + {self.n})",
+        }
+        arguments = re.sub("|".join(places), lambda name: places[name[0]], self.arguments)
         return (
             f'#include "board.h"\n#include "call.h"\n{self.declaration}\n\n'
             f"int ask_{self.entry}(const scalar *tau, scalar *f);\n"
             f"int ask_{self.entry}(const scalar *tau, scalar *f)\n"
             f"{{\n    CALL({self.entry}, ({arguments}));\n}}\n"
-        )
-
-    @property
-    def shapes(self) -> str:
-        """project.h, which tells the driver what a call takes and answers."""
-        bits = {"double": "uint64_t", "float": "uint32_t"}[self.scalar]
-        return (
-            f"typedef {self.scalar} scalar;\ntypedef {bits} scalar_bits;\n"
-            f"enum {{ BOARD_WIDTH = {self.width}, BOARD_N = {self.n} }};\n"
         )
 
     def write(self, folder: Path) -> list[Path]:
@@ -84,6 +81,17 @@ class Kernel:
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(text, encoding="utf-8")
         return sorted(folder / name for name in self.sources if name.endswith(".c"))
+
+
+def shapes(kernels: Sequence[Kernel]) -> str:
+    """project.h, which tells the driver what calls take and answer: all kernels of one vehicle and scalar."""
+    first = kernels[0]
+    bits = {"double": "uint64_t", "float": "uint32_t"}[first.scalar]
+    sizes = {"WIDTH": first.width, "N": first.n, "SHARES": max(kernel.levels for kernel in kernels)}
+    return (
+        f"typedef {first.scalar} scalar;\ntypedef {bits} scalar_bits;\n"
+        f"enum {{ {', '.join(f'BOARD_{name} = {size}' for name, size in sizes.items())} }};\n"
+    )
 
 
 def braced(values: FloatArray) -> str:

@@ -31,7 +31,6 @@ def _native(method: str, vehicle: Vehicle, scalar: Scalar, limits: Where) -> Ker
     kernel = OWN[method]
     name = function_name(vehicle, kernel, scalar, limits)
     levels = RECIPES[kernel].levels(vehicle)
-    shares = f"\nstatic {scalar} share[{levels}];" if levels else ""
     return Kernel(
         method=method,
         twin=kernel,
@@ -39,10 +38,11 @@ def _native(method: str, vehicle: Vehicle, scalar: Scalar, limits: Where) -> Ker
         k=vehicle.k,
         n=vehicle.n,
         entry=name,
-        declaration=f'#include "{name}.h"{shares}',
+        declaration=f'#include "{name}.h"',
         arguments=arguments(limits, levels, "-1"),
         sources=sources(vehicle, kernel, scalar, limits=limits),
         limits=limits,
+        levels=levels,
     )
 
 

@@ -27,7 +27,7 @@ from bench.record import Emulated
 CLASSES = ("inactive", "active", "boundary", "infeasible", "mission", "jolts")
 SEARCH = "search"
 RIVALS_SHARE = 0.1
-"""Share of a drawn set that a solver's C is asked: it takes up to a hundred thousand times the instructions.
+"""Share of each set that a solver's C is asked: it takes up to a hundred thousand times the instructions.
 Its most costly demand is not searched for either."""
 
 
@@ -100,8 +100,7 @@ def _kernel_rows(row: Emulated, kernel: Kernel, target: Target, sets: list[Deman
         # Limits of each call mean nothing to a kernel that has the vehicle's in it.
         sets = [demands for demands in sets if kernel.limits == "call" or demands.f_min is None]
         for demands in sets:
-            drawn = demands.rate_hz is None
-            some = _first(demands, RIVALS_SHARE) if drawn and kernel.solver else demands
+            some = first(demands, RIVALS_SHARE) if kernel.solver else demands
             yield _counted(row, some, image, _answers(image, some))
         if not kernel.solver and sets:
             tried = _search(image, sets, row.seed)
@@ -124,9 +123,11 @@ def _sets(vehicle: Vehicle, plan: Plan) -> list[DemandSet]:
     return sets
 
 
-def _first(demands: DemandSet, share: float) -> DemandSet:
-    few = max(1, round(len(demands.taus) * share))
-    return labelled(demands.name, demands.vehicle, demands.taus[:few].copy())
+def first(demands: DemandSet, share: float) -> DemandSet:
+    """The first demands of a set, with the limits that they have."""
+    few = slice(max(1, round(len(demands.taus) * share)))
+    sides = () if demands.f_min is None else tuple(side[few].copy() for side in demands.limits)
+    return labelled(demands.name, demands.vehicle, demands.taus[few].copy(), *sides, rate_hz=demands.rate_hz)
 
 
 def _search(image: Image, sets: list[DemandSet], seed: int) -> DemandSet:

@@ -8,9 +8,10 @@ of the header's block. The driver is bench/emulation/firmware/driver.c.
 
 import re
 import zlib
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -20,20 +21,14 @@ from alloc import AllocError, FloatArray, IndexArray
 
 LARGEST = 1 << 30
 """Bytes of a log that are read at most."""
-_LINE = re.compile(rb"(tb (\d{1,10}) ([a-z_]+)((?: [ -~]*?)?)) ([0-9a-f]{8})(?=[\r\n]|$)")
-_BEGINS = ("board", "demands", "ask")
+_CRC = 9
+"""Bytes of a line's checksum, with the blank before it."""
+_EDGE = re.compile(rb"tb (\d{1,10}) (board|demands|ask|end) (?=([^\n]*))")
+"""The first line of a block, or its last."""
 
 
 class LogError(AllocError):
     """A board's log can't be used; the message says why and what to do."""
-
-
-class Line(NamedTuple):
-    """One line: its number since the start of the board, its kind, and its words."""
-
-    number: int
-    kind: str
-    words: list[str]
 
 
 @dataclass(frozen=True)
@@ -51,7 +46,23 @@ class LogBlock:
     kind: str
     header: str
     words: list[str]
-    lines: list[Line]
+    lines: list[bytes]
+
+    def texts(self, kind: str) -> list[bytes]:
+        """What the lines of a kind say, in order, without number, kind and CRC."""
+        return self._by_kind.get(kind.encode(), [])
+
+    @cached_property
+    def _by_kind(self) -> dict[bytes, list[bytes]]:
+        found = defaultdict[bytes, list[bytes]](list)
+        for line in self.lines:
+            _, _, kind, rest = line.split(b" ", 3)
+            found[kind].append(rest[:-_CRC])
+        return found
+
+    def rows(self, kind: str) -> list[list[str]]:
+        """The words of the lines of a kind, in order."""
+        return [_words(text) for text in self.texts(kind)]
 
 
 @dataclass
@@ -96,53 +107,78 @@ def read_board_log(path: Path) -> BoardLog:
 
 def parse(text: bytes) -> BoardLog:
     """The blocks in a text, whatever stands between them."""
+    text = text.replace(b"\r", b"\n")
     log = BoardLog()
-    opened: Line | None = None
-    inside: list[Line] = []
-    crc, expected = 0, 0
-    for line, line_text in _lines(text, log):
-        if line.number < expected or line.kind == "board":
-            log.starts += 1
-            expected = 0 if line.kind == "board" else line.number
-        log.lost += line.number - expected
-        whole = line.number == expected
-        expected = line.number + 1
-        if opened is not None and (not whole or line.kind in _BEGINS):
-            log.broken.append(" ".join(opened.words[1:]) or "header")
-            opened = None
-        if line.kind in _BEGINS:
-            opened, inside, crc = line, [], zlib.crc32(line_text)
-        elif line.kind == "nonsense":
-            log.nonsense.append(" ".join(line.words))
-            opened = None
-        elif line.kind == "done":
-            log.finished += 1
-        elif opened is not None and line.kind == "end":
-            crc = zlib.crc32(b"tb %d end" % line.number, crc)
-            if line.words == [f"{crc:08x}"] and opened.words:
-                header = line.words[0] if opened.kind == "board" else opened.words[0]
-                log.blocks.append(LogBlock(opened.kind, header, opened.words[1:], inside))
-            else:
-                log.broken.append(" ".join(opened.words[1:]) or "header")
-            opened = None
-        elif opened is not None:
-            inside.append(line)
-            crc = zlib.crc32(line_text, crc)
-    if opened is not None:
-        log.broken.append(" ".join(opened.words[1:]) or "header")
+    begin: re.Match[bytes] | None = None
+    seen_to = expected = 0
+    for edge in _EDGE.finditer(text):
+        if edge[2] != b"end":
+            begin = edge
+        elif begin is not None and (block := _block(log, begin, edge)):
+            expected = _outside(log, text[seen_to : begin.start()], expected)
+            expected = _numbered(log, int(begin[1]), block.kind == "board", expected)
+            log.blocks.append(block)
+            seen_to, expected, begin = edge.end(3), int(edge[1]) + 1, None
+    _outside(log, text[seen_to:], expected)
     return log
 
 
-def _lines(text: bytes, log: BoardLog) -> Iterator[tuple[Line, bytes]]:
-    """Each whole line, with its text as the block's CRC has it."""
-    begun = text.count(b"tb ")
-    whole = 0
-    for match in _LINE.finditer(text):
-        body, number, kind, words, crc = match.groups()
-        if zlib.crc32(body) == int(crc, 16):
-            whole += 1
-            yield Line(int(number), kind.decode(), words.decode().split()), body + b" " + crc
-    log.damaged = max(0, begun - whole)
+def _block(log: BoardLog, begin: re.Match[bytes], end: re.Match[bytes]) -> LogBlock | None:
+    """What stands between two edges, if its text has the CRC that its last line holds."""
+    head, claimed = b"tb %s end" % end[1], end[3][:-_CRC]
+    if end[3][-_CRC:] != b" %08x" % zlib.crc32(b"%s %s" % (head, claimed)):
+        return None
+    body = begin.string[begin.start() : end.start()]
+    lines = body.split(b"\n")[:-1]
+    if claimed != b"%08x" % zlib.crc32(head, zlib.crc32(b"".join(lines))):
+        lines = list(_lines(body))  # perhaps something else was printed in between
+        if claimed != b"%08x" % zlib.crc32(head, zlib.crc32(b"".join(lines))):
+            return None
+        log.damaged += body.count(b"tb ") - len(lines)
+    kind, words = begin[2].decode(), _words(begin[3][:-_CRC])
+    if not words:
+        return None
+    return LogBlock(kind, claimed.decode() if kind == "board" else words[0], words[1:], lines[1:])
+
+
+def _outside(log: BoardLog, text: bytes, expected: int) -> int:
+    """Count what is no part of a whole block; returns the number that the next line should have."""
+    log.damaged += text.count(b"tb ")
+    for line in _lines(text):
+        log.damaged -= 1
+        _, number, kind, rest = line.split(b" ", 3)
+        words = _words(rest[:-_CRC])
+        expected = _numbered(log, int(number), kind == b"board", expected)
+        if kind in (b"board", b"demands", b"ask"):
+            log.broken.append(" ".join(words[1:]) or "header")
+        elif kind == b"nonsense":
+            log.nonsense.append(" ".join(words))
+        elif kind == b"done":
+            log.finished += 1
+    return expected
+
+
+def _numbered(log: BoardLog, number: int, starts: bool, expected: int) -> int:
+    """Count the lines that are missing before this one, or a start; returns the next line's number."""
+    if starts or number < expected:
+        log.starts += 1
+        expected = 0 if starts else number
+    log.lost += number - expected
+    return number + 1
+
+
+def _words(text: bytes) -> list[str]:
+    return text.decode("ascii", "replace").split()
+
+
+def _lines(text: bytes) -> Iterator[bytes]:
+    """Each whole line: its CRC-32 is right, and it has a number and a kind."""
+    for line in text.split(b"\n"):
+        line = line[max(0, line.rfind(b"tb ")) :]  # what stands before may be half a line of another start
+        parts = line.split(b" ", 3)
+        numbered = len(parts) == 4 and parts[0] == b"tb" and parts[1].isdigit() and len(parts[1]) <= 10
+        if numbered and line[-_CRC:] == b" %08x" % zlib.crc32(line[:-_CRC]):
+            yield line
 
 
 class Answered(NamedTuple):
@@ -154,36 +190,47 @@ class Answered(NamedTuple):
     status : (N,) what it returned
     ticks : (N,) of the first pass
     stack_bytes : (N,) that the kernel wrote to, 0 where the driver was not built to look at it
+    shares : (N, levels) what it says that it delivered of each level [-]
     """
 
     F: FloatArray
     status: IndexArray
     ticks: IndexArray
     stack_bytes: IndexArray
+    shares: FloatArray
 
 
-def answered(block: LogBlock, n: int, scalar: np.dtype[Any]) -> Answered:
+def answered(block: LogBlock, n: int, scalar: np.dtype[Any], levels: int = 0) -> Answered:
     """The answers of a block of kind ask, of n thrusters; raises LogError where its lines hold others."""
-    rows = [line.words for line in block.lines if line.kind == "f"]
+    values = n + levels
+    hexes = values * (2 * scalar.itemsize + 1) - 1
+    texts = block.texts("f")
     try:
-        counted = np.array([[int(row[i]) for i in range(3)] for row in rows]).reshape(-1, 3)
-        stack = np.array([int(row[3 + n]) if len(row) > 3 + n else 0 for row in rows])
-        bits = bytes.fromhex("".join("".join(row[3 : 3 + n]) for row in rows))
-        F = np.frombuffer(bits, scalar.newbyteorder(">")).reshape(len(rows), n).astype(np.float64)
+        # A log may hold a million of these lines, so they are taken apart by columns.
+        if texts and texts[0].count(b" ") > 2 + values:
+            both = [text.rpartition(b" ") for text in texts]
+            rests, stack = [one[0] for one in both], np.array([int(one[2]) for one in both], dtype=np.intp)
+        else:
+            rests, stack = texts, np.zeros(len(texts), dtype=np.intp)
+        counts = b" ".join([rest[: -hexes - 1] for rest in rests]).split()
+        number, status, ticks = np.array(counts, dtype="S10").astype(np.int64).reshape(len(texts), 3).T
+        bits = bytes.fromhex(b" ".join([rest[-hexes:] for rest in rests]).decode("ascii"))
+        found = np.frombuffer(bits, scalar.newbyteorder(">")).reshape(len(texts), values).astype(np.float64)
     except (ValueError, IndexError, OverflowError):
-        counted, F = np.full((1, 3), -1), np.empty((0, n))
-    if not np.array_equal(counted[:, 0], np.arange(len(F))):
-        raise LogError(f"{' '.join(block.words)}: lines of another driver; take the project's own")
-    status = counted[:, 1].astype(np.uint32).astype(np.int32)  # two's complement
-    return Answered(F, status.astype(np.intp), counted[:, 2], stack)
+        raise LogError(_FOREIGN.format(" ".join(block.words))) from None
+    if not np.array_equal(number, np.arange(len(found))):
+        raise LogError(_FOREIGN.format(" ".join(block.words)))
+    status = status.astype(np.uint32).astype(np.int32)  # two's complement
+    return Answered(found[:, :n], status.astype(np.intp), ticks, stack, found[:, n:])
+
+
+_FOREIGN = "{}: lines of another driver; take the project's own"
 
 
 def seen(block: LogBlock, kind: str) -> list[tuple[int, int]]:
     """Ticks and how often they were seen, of a block's lines of that kind, sorted."""
     times: Counter[int] = Counter()
-    for line in block.lines:
-        if line.kind == kind:
-            numbers = [int(word) for word in line.words]
-            for ticks, often in zip(numbers[::2], numbers[1::2], strict=True):
-                times[ticks] += often
+    numbers = list(map(int, b" ".join(block.texts(kind)).split()))
+    for ticks, often in zip(numbers[::2], numbers[1::2], strict=True):
+        times[ticks] += often
     return sorted(times.items())

@@ -43,8 +43,9 @@ def _header(kernel: Kernel) -> str:
     """What the loop must know of a kernel; behind tau lie f_min and f_max."""
     places = {"f_min": f"tau + {kernel.k}", "f_max": f"tau + {kernel.k + kernel.n}"}
     arguments = re.sub("f_min|f_max", lambda name: places[name[0]], kernel.arguments)
+    shares = f"static {kernel.scalar} share[{kernel.levels}];\n" if kernel.levels else ""
     return (
-        f"{kernel.declaration}\n"
+        f"{kernel.declaration}\n{shares}"
         f"#define SCALAR {kernel.scalar}\n"
         f"#define WIDTH {kernel.width}\n"
         f"#define N {kernel.n}\n"

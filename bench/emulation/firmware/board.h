@@ -4,7 +4,7 @@
 
 #include <stdint.h>
 
-#include "project.h" /* scalar, scalar_bits, and how many scalars a call takes (BOARD_WIDTH) and answers (BOARD_N) */
+#include "project.h" /* scalar, scalar_bits, and how many scalars a call takes (BOARD_WIDTH) and answers (BOARD_N, then BOARD_SHARES at most) */
 
 /* The port: two functions to fill in, and what nobody else can know. The files in ports/ are examples. */
 uint32_t board_ticks(void); /* a counter that goes up, and starts again after 2^32 - 1 */
@@ -22,6 +22,7 @@ extern const struct board_facts board_facts;
 struct board_method {
     const char *name;
     int (*ask)(const scalar *call, scalar *f);
+    uint32_t shares; /* how many it writes behind f */
 };
 struct board_demands {
     const char *name;

@@ -159,7 +159,7 @@ static void see(uint32_t ticks, const char *kind)
 
 #define BACKWARDS 0x80000000u /* a call of that many ticks is a counter that goes down */
 
-static scalar f[BOARD_N];
+static scalar f[BOARD_N + BOARD_SHARES];
 static uint32_t worst_ticks, worst_demand, backwards, answers_crc;
 
 /* One call, timed. What is done between two calls, here and in the caller, stands in for the rest of a control loop. */
@@ -167,7 +167,7 @@ static uint32_t ask(const struct board_method *method, const struct board_demand
 {
     const scalar *call = demands->calls + i * BOARD_WIDTH;
     uint32_t ticks;
-    for (uint32_t j = 0; j < BOARD_N; j++)
+    for (uint32_t j = 0; j < BOARD_N + BOARD_SHARES; j++)
         f[j] = (scalar)NAN; /* shows what a method leaves alone */
     ticks = board_ticks();
     *status = method->ask(call, f);
@@ -193,7 +193,7 @@ static uint32_t answers(const struct board_method *method, const struct board_de
         number(i);
         number((uint32_t)status);
         number(ticks);
-        scalars(f, BOARD_N);
+        scalars(f, BOARD_N + method->shares);
 #ifdef BOARD_STACK
         number(board_stack_bytes);
 #endif
@@ -304,7 +304,7 @@ static int nothing(const scalar *call, scalar *thrusts)
     (void)thrusts;
     return 0;
 }
-static const struct board_method noop = { "noop", nothing }; /* what timing a call costs by itself */
+static const struct board_method noop = { "noop", nothing, 0 }; /* what timing a call costs by itself */
 
 int board_run(void)
 {

@@ -1,5 +1,9 @@
 """Demands that generated C answers side by side: the same bits as one call after the other."""
 
+import shutil
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -41,3 +45,25 @@ def test_many_demands_get_the_bits_of_one_call_each(kernel: str, rng: np.random.
         assert np.isnan(F[status == Status.INFEASIBLE]).all()
     if kernel != "pinv":
         assert set(status.tolist()) >= {int(Status.INFEASIBLE)}
+
+
+COUNTED = """
+import numpy as np
+from alloc import build, load_vehicle
+vehicle = load_vehicle("ukwial")
+allocate = build("nullspace@native", vehicle)
+taus = np.ones((COUNT, vehicle.k))
+limits = [np.tile(side, (COUNT, 1)) for side in (vehicle.f_min, vehicle.f_max)]
+print(allocate(taus[0]).status, *{*allocate.many(taus)[1], *allocate.many(taus, *limits)[1]})
+"""
+
+
+@needs_compiler
+@pytest.mark.skipif(shutil.which("valgrind") is None, reason="valgrind (Debian: apt install valgrind) counts")
+def test_valgrind_knows_every_instruction_of_a_native_method() -> None:
+    """The gate's counts are its: at an instruction that it does not know, as AVX-512's, it ends by SIGILL."""
+    program = COUNTED.replace("COUNT", str(2 * COUNT))
+    valgrind = ["valgrind", "--vgdb=no", "--tool=none", "--quiet"]
+    ended = subprocess.run([*valgrind, sys.executable, "-c", program], capture_output=True, text=True)
+    assert ended.returncode == 0, ended.stderr
+    assert ended.stdout.split() == ["0", "0"]

@@ -87,6 +87,20 @@ def test_the_c_of_a_random_vehicle_with_full_h_agrees_with_python(kernel, tmp_pa
     check_itself(vehicle, kernel, "double", "call", tmp_path)
 
 
+def test_where_h_couples_thrusters_that_z_moves_with_others_a_way_still_ends_at_least_effort(
+    tmp_path,
+) -> None:
+    """Two thrusters share the surge, the first always pushes; a third, across, costs more beside them."""
+    T, H = np.array([[1.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), np.array([[3.0, 0, 1], [0, 1, -0.5], [1, -0.5, 2]])
+    low, high = np.array([2.0, -10.0, -10.0]), np.full(3, 10.0)
+    vehicle = Vehicle("coupled", ("surge", "sway"), T, H, low, high, np.ones(3), np.full(2, 2000.0))
+    allocate = build("scaled@native", vehicle)
+    tau = np.array([11.0, 4.0])
+    f = build("qp/daqp", vehicle)(tau).f
+    np.testing.assert_allclose(allocate(tau).f, f, atol=1e-9)
+    check_itself(vehicle, "scaled", "double", "fixed", tmp_path)
+
+
 def test_the_self_test_notices_a_wrong_constant(tmp_path) -> None:
     files = generate(load_vehicle(SMALL), "nullspace")
     source = files["ukwial_nullspace.c"]

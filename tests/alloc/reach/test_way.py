@@ -7,12 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from alloc import NotApplicable, Status, Vehicle, alpha_max, build, load_vehicle
+from alloc import DOF, FloatArray, NotApplicable, Status, Vehicle, alpha_max, build, load_vehicle
+from alloc.native import missing
 from alloc.nullspace.structure import decompose
 from alloc.reach.edge import start
 from alloc.reach.levels import KEEP, groups, step_maps
 from alloc.reach.way import Way
 from bench.demands.generated import growth_vehicle
+from bench.studies.campaign import asked, vehicle_of
 from bench.studies.saturation import limits, share_by_program, vehicles
 
 LP = 1e-8
@@ -165,3 +167,51 @@ def test_groups_share_no_thruster_and_hold_all_axes() -> None:
 def test_a_vehicle_with_too_many_facets_is_refused() -> None:
     with pytest.raises(NotApplicable, match="more than 50000 facets"):
         way(growth_vehicle(6, 32))
+
+
+def along_a_facet(rng: np.random.Generator, n: int) -> tuple[Vehicle, FloatArray, FloatArray, FloatArray]:
+    """A vehicle of which one thruster alone has a choice: n demands that it pushes, and their limits.
+
+    The ways run in every facet in which that thruster pushes, where there is no room at all: what they leave
+    by is the rounding of what the stuck thrusters push, which is large against the way, and of every other
+    demand against the wrench too, as the stuck thrusters push next to nothing.
+    """
+    k = int(rng.integers(2, 5))
+    T = rng.normal(size=(k, k + 2))
+    ends = rng.uniform(1.0, 100.0, k + 2)
+    vehicle = Vehicle("stuck", DOF[:k], T, np.eye(k + 2), -ends, ends, np.ones(k + 2), np.full(k, 2000.0))
+    low = rng.uniform(vehicle.f_min, vehicle.f_max, (n, vehicle.n))
+    low[::2] -= low[::2] @ T.T @ np.linalg.pinv(T).T
+    high = low.copy()
+    high[:, -1] += 10.0 ** rng.uniform(-9, 0, n)
+    taus = rng.uniform(low, high) @ vehicle.TP.T
+    return vehicle, taus, low, high
+
+
+def all_solved(method: str, vehicle: Vehicle, taus: FloatArray, low: FloatArray, high: FloatArray) -> None:
+    allocate = build(method, vehicle)
+    assert {allocate(*call).status for call in zip(taus, low, high, strict=True)} == {Status.SOLVED}, method
+    assert set(allocate.many(taus, low, high)[1]) == {Status.SOLVED}, method
+
+
+def test_a_way_that_runs_in_a_facet_is_not_stopped_by_rounding(rng: np.random.Generator) -> None:
+    for _ in range(50):
+        case = along_a_facet(rng, 20)
+        all_solved("scaled", *case)
+        all_solved("priority", *case)
+
+
+@pytest.mark.skipif(bool(missing()), reason=missing() or "-")
+@pytest.mark.parametrize("method", ["scaled@native", "priority@native"])
+def test_nor_is_it_in_generated_c(method: str, rng: np.random.Generator) -> None:
+    all_solved(method, *along_a_facet(rng, 200))
+
+
+def test_one_call_and_many_agree_about_a_way_in_a_facet() -> None:
+    """Vehicle 7947 of the campaign, one of whose thrusters is stuck: the second way is 1e-4 of the set."""
+    vehicle, rng = vehicle_of(7947)
+    taus, low, high = asked(vehicle, rng)[1][:3]
+    for method in ("scaled", "priority", "scaled-by-group"):
+        allocate = build(method, vehicle)
+        each = [allocate(*call).status for call in zip(taus, low, high, strict=True)]
+        assert (allocate.many(taus, low, high)[1] == each).all(), method

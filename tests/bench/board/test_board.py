@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from alloc import NotApplicable, load_vehicle
+from alloc import NotApplicable, build, load_vehicle
 from alloc.native.code import Scalar
 from bench.board.heard import Heard, boards
 from bench.board.keep import keep
@@ -223,6 +223,81 @@ def test_a_wrong_answer_is_judged_by_equations(log: bytes, tmp_path: Path) -> No
     kept = keep(tmp_path / "build/posix/LOG", tmp_path / "run")
     assert not kept.good
     assert any("nullspace@native on active: SOLVED, but the wrench is not met" in line for line in kept.said)
+
+
+def sealed(lines: list[bytes]) -> bytes:
+    """Lines from behind their numbers, as a driver would print them: numbers and checksums are right."""
+    printed, crc, header = list[bytes](), 0, b""
+    for number, line in enumerate(lines):
+        words = line.split(b" ")
+        if words[0] in (b"board", b"demands", b"ask"):
+            crc, words[1] = 0, header or words[1]
+        body = b"tb %d %s" % (number, b" ".join(words))
+        if words[0] == b"end":
+            crc = zlib.crc32(b"tb %d end" % number, crc)
+            body = b"tb %d end %08x" % (number, crc)
+            header = header or b"%08x" % crc
+        printed.append(b"%s %08x" % (body, zlib.crc32(body)))
+        crc = zlib.crc32(printed[-1], crc)
+    return b"\n".join(printed) + b"\n"
+
+
+@pytest.fixture(scope="module")
+def leveled(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """What a project with `priority`, which has levels, printed on this computer."""
+    folder = tmp_path_factory.mktemp("levels")
+    methods = ("priority@native", "clip@native")
+    write(plan(load_vehicle("bluerov2-heavy"), methods, SETS[1:], "double", "fixed", 8, 3), folder)
+    make(folder, "log", "CFLAGS=-O1 -DBOARD_PASSES=2")
+    return (folder / "build/posix/LOG").read_bytes()
+
+
+def test_a_log_holds_what_was_delivered_of_each_level_as_a_run_does(
+    leveled: bytes, hear: Hear, tmp_path: Path
+) -> None:
+    """Two ways: the shares that the C wrote on the line, and those of the same method in Python."""
+    (heard,) = hear(leveled)
+    allocate = build("priority", heard.vehicle)
+    for name, demands in heard.demands.items():
+        (run,) = heard.asked["priority@native", name]
+        np.testing.assert_allclose(run.shares, [allocate(tau).share for tau in demands.taus], atol=1e-12)
+        assert heard.asked["clip@native", name][0].shares.shape == (8, 0)
+    keep(tmp_path / "LOG", tmp_path / "run")
+    cells = {(cell.key.method, cell.key.demands): cell.judged for cell in read(tmp_path / "run").cells}
+    beyond, within = cells["priority@native", "infeasible"], cells["priority@native", "active"]
+    assert beyond is not None
+    assert within is not None
+    assert min(within.share_min) >= 0.99  # of each level but the last at most 1 % is kept back
+    assert len(beyond.share_p50) == 3
+    assert min(beyond.share_min) < 0.99
+
+
+def test_shares_that_the_thrusts_do_not_deliver_are_wrong(leveled: bytes, tmp_path: Path) -> None:
+    one, half = (np.array(value, ">f8").tobytes().hex().encode() for value in (1.0, 0.5))
+    lines = [line.split(b" ", 2)[2].rpartition(b" ")[0] for line in leveled.splitlines()]
+    spoiled = [line.replace(one, half) if line.startswith(b"f ") else line for line in lines]
+    (tmp_path / "LOG").write_bytes(sealed(spoiled))
+    kept = keep(tmp_path / "LOG", tmp_path / "run")
+    assert not kept.good
+    assert any("shares of its levels that its thrusts do not deliver" in line for line in kept.said)
+
+
+def test_a_log_of_before_shares_were_printed_is_still_read(leveled: bytes, hear: Hear) -> None:
+    lines = [line.split(b" ", 2)[2].rpartition(b" ")[0] for line in leveled.splitlines()]
+    assert sealed(lines) == leveled  # it is the driver's form
+    ends, asks = 3 + 8, b""
+    for i, line in enumerate(lines):
+        asks = line if line.startswith(b"ask") else asks
+        if line.startswith(b"fact method"):
+            lines[i] = line.rpartition(b" ")[0]
+        elif line.startswith(b"f ") and b"priority" in asks:
+            lines[i] = b" ".join(line.split(b" ")[: ends + 1])
+    (old,) = hear(sealed(lines))
+    (new,) = hear(leveled)
+    for key, (run,) in old.asked.items():
+        assert run.shares.shape[1] == 0
+        np.testing.assert_array_equal(run.F, new.asked[key][0].F)
+        assert run.ones == new.asked[key][0].ones
 
 
 @pytest.mark.parametrize("text", [b"", b"\x00\xff" * 500, b"tb or not tb\n" * 9, b"tb 0 board 0 00000000\n"])

@@ -22,6 +22,12 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.fixture
+def without_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A report of words and tables: pictures take half of a run's time, and nothing here looks at them."""
+    monkeypatch.setattr("bench.report.draw_all", lambda run, directory: frozenset())
+
+
 def thrustbench(*arguments: str) -> Result:
     return CliRunner().invoke(cli, arguments, standalone_mode=False)
 
@@ -36,6 +42,7 @@ def measured(name: str, age_s: int) -> Path:
     return folder
 
 
+@pytest.mark.usefixtures("without_pictures")
 def test_each_run_has_a_folder_of_its_own_and_resume_goes_on_with_the_latest(here: Path) -> None:
     assert thrustbench("run", *TINY).return_value == 0
     first = latest_run()
@@ -66,6 +73,7 @@ def test_without_any_run_the_command_that_makes_one_is_named() -> None:
     assert isinstance(thrustbench("report").exception, RecordError)
 
 
+@pytest.mark.usefixtures("without_pictures")
 def test_every_earlier_record_of_a_named_folder_is_kept_and_said(here: Path) -> None:
     records = []
     for seed in range(3):

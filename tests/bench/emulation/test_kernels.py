@@ -22,7 +22,7 @@ from bench.emulation.install import install
 from bench.emulation.kernels import build_kernel, unchecked
 from bench.emulation.record import write
 from bench.emulation.search import climb
-from bench.emulation.study import CLASSES, Plan, emulate
+from bench.emulation.study import CLASSES, Plan, emulate, first
 from bench.emulation.toolchain import Target, target
 from bench.record import Emulated, read
 from bench.report.goals import goals
@@ -53,6 +53,17 @@ def small_plan(
         seed=1,
         n=n,
     )
+
+
+def test_the_first_demands_of_a_set_keep_their_own_limits_and_labels() -> None:
+    """A solver's C is asked a tenth of each set; of `jolts` each demand has limits of its own."""
+    whole = build_demands("jolts", load_vehicle("bluerov2-heavy"), 0, 40)
+    some = first(whole, 0.1)
+    assert len(some.taus) == 4
+    for few, all_of_them in zip((some.taus, *some.limits), (whole.taus, *whole.limits), strict=True):
+        np.testing.assert_array_equal(few, all_of_them[:4])
+    np.testing.assert_array_equal(some.labels, whole.labels[:4])
+    assert some.rate_hz == whole.rate_hz
 
 
 def rows(
