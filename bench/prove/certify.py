@@ -69,11 +69,14 @@ def _bounded(of: Subject) -> tuple[Claim, list[Rounding]]:
     words: list[str] = []
     for fault, program in found.items():
         vehicle = of.vehicle if fault < 0 else of.vehicle.with_fault(fault)
-        errors = Errors(program, vehicle, of.scalar, exact.get(fault))
+        errors, turned = (
+            Errors(program, vehicle, of.scalar, exact.get(fault), flips) for flips in (False, True)
+        )
         slack = max(TOLERANCE[of.scalar], wrench_doubt(vehicle)) * vehicle.f_scale
         demands = DEMANDS if fault < 0 else DEMANDS_FAULT
         try:
-            bound = max(errors.error(node) for (name, _), node in program.outputs.items() if name == "f")
+            thrusts = [node for (name, _), node in program.outputs.items() if name == "f"]
+            bound, flipped = (max(map(each.error, thrusts)) for each in (errors, turned))
             band = verdict_band(program, errors, slack)
             sample = seen(program, vehicle, of.scalar, exact.get(fault, {}), demands)
         except NotRead as reason:
@@ -87,10 +90,13 @@ def _bounded(of: Subject) -> tuple[Claim, list[Rounding]]:
                 observed_n=sample.error,
                 demands=demands,
                 gappa_n=gappa,
+                flipped_n=flipped if flipped > bound else None,
+                flips=sample.flips,
+                flipped_seen_n=sample.flipped,
                 verdict_band=band,
             )
         )
-        if not sample.error <= bound:
+        if not (sample.error <= bound and sample.flipped <= flipped):
             words.append(f"fault {fault}: an error of {sample.error:.3g} N was seen, above the bound")
     if words:
         return not_shown(BOUNDED, words), rows

@@ -60,6 +60,7 @@ def _rounding(proof: Proof) -> str:
             "largest seen [N]",
             "ratio",
             "of demands",
+            "bound where a branch turns [N]",
             "Gappa, before limits [N]",
             "1 - α*",
         ],
@@ -74,6 +75,7 @@ def _rounding_row(each: Rounding) -> list[str]:
         three(each.observed_n),
         three(each.bound_n / each.observed_n) if each.observed_n else "-",
         f"{each.demands:,}",
+        three(each.flipped_n) if each.flipped_n is not None else "-",
         three(each.gappa_n) if each.gappa_n is not None else "-",
         three(each.verdict_band) if each.verdict_band is not None else "-",
     ]

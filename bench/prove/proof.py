@@ -39,6 +39,9 @@ class Rounding(msgspec.Struct, frozen=True, kw_only=True):
     observed_n : the largest error seen [N]
     demands : in how many demands it was seen
     gappa_n : Gappa's bound on f before it is cut at the limits [N]; None where it was not asked
+    flipped_n : no thrust is off by more where rounding has a branch taken that real numbers do not take [N];
+        None where that changes no thrust by more than ``bound_n``, which is for all other demands
+    flips, flipped_seen_n : in how many demands that was seen, and the largest error of those [N]
     verdict_band : 1 - alpha* of the least attainable demand that may still be SOLVED [-]; None where the
         method refuses none
     """
@@ -48,6 +51,9 @@ class Rounding(msgspec.Struct, frozen=True, kw_only=True):
     observed_n: float
     demands: int
     gappa_n: float | None = None
+    flipped_n: float | None = None
+    flips: int = 0
+    flipped_seen_n: float = 0.0
     verdict_band: float | None = None
 
 
