@@ -99,7 +99,7 @@ def test_where_rounding_turns_a_branch_the_wider_bound_holds() -> None:
     edge = vehicle.f_max[0] + TOLERANCE["double"] * vehicle.f_scale
     tau = vehicle.TP @ np.array([[edge], [-edge / 2], [edge / 3], [-edge / 4]])
     closed = np.linalg.pinv(vehicle.TP) @ tau
-    tau = tau * edge / abs(closed).max() * (1 + rng.uniform(-2e-15, 2e-15, 4000))
+    tau = tau * edge / abs(closed).max() * (1 + rng.uniform(-2e-15, 2e-15, (3, 4000)))
     narrow, wide = (values(program, {"tau": tau}, kind) for kind in (np.float64, np.longdouble))
     turns = ~alike(program, narrow, wide)
     assert 0 < turns.sum() < len(turns)
