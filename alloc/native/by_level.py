@@ -40,7 +40,8 @@ from alloc.vehicle import Vehicle
 
 FACETS_LIMIT = 300
 """Most pairs of facets: each is written out, and more would fill a microcontroller's flash."""
-PARALLEL: dict[Scalar, float] = {"double": facets.PARALLEL, "float": 2e-6}
+PARALLEL: dict[Scalar, float] = {"double": 1e-14, "float": 2e-6}
+"""Along a facet steps this small are rounding, relative to the products that they are summed of."""
 EDGE: dict[Scalar, float] = {"double": facets.EDGE, "float": 4e-6}
 """What ``alloc.reach.edge`` has for double, and what rounding makes of it in float."""
 ROOMY = 1e-3
@@ -85,12 +86,16 @@ class Walk:
         self._scale = found.scale
         self._rooms: dict[int, tuple[Value, Value]] = {}
         self._sums: dict[str, list[str]] = {}
+        self._tiny: dict[tuple[int, int], str] = {}
+        self._gaps: dict[int, tuple[str, str]] = {}
         self._last = -1
+        self.ends: list[tuple[int, list[int]]] = []
         self.sums: list[str] = []
         self._entered: set[int] = set()
         self.excess: Excess = []
         self._whole = _whole(vehicle, way)
-        self._unseen = cover(vehicle, np.where(self._whole[0], structure.G, 0.0), "d0_")
+        self._maps = step_maps(vehicle, way.levels)
+        self._unseen = self._cover()
         self.definitions: list[str] = []
         self.statements: list[str] = []
         self._f: list[Value] = self._start()
@@ -101,33 +106,52 @@ class Walk:
         )
         self._size = max(1.0, through) * (vehicle.f_scale if bounds.at_call else max(known))
         self.resting = all(f == 0.0 for f in self._f)
-        self._maps = step_maps(vehicle, way.levels)
         for level, (D, keep) in enumerate(zip(self._maps, way.keep, strict=True)):
+            self._level = level
             moved = self._step(level, D, last=level + 1 == len(self._maps))
             self._stop(level, D, keep, moved)
             self._move(level, moved)
+            self._leave()
+            self.ends.append((len(self.statements), moved))
         self._end(structure)
         self._enter(sorted(set(vehicle.working.tolist()) - self._entered), "left")
         self.sums += self._unseen
+
+    def arrived(self, rows: list[int]) -> int:
+        """Behind how many statements these thrusters move no more."""
+        ends = [end for end, moved in self.ends if not {*rows}.isdisjoint(moved)]
+        return ends[-1] if ends else self.ends[-1][0]
+
+    def _cover(self) -> list[str]:
+        """Few steps of thrusts, of any level, and entries of tau, in which every entry of tau appears."""
+        found, rest = list[str](), np.ones(self._vehicle.k, dtype=bool)
+        for level, D in enumerate(self._maps):
+            into = self._G @ D if len(self._maps) > 1 else self._G
+            found += [x for x in cover(self._vehicle, into * rest, f"d{level}_") if x.startswith("d")]
+            rest &= ~snapped(into).any(axis=0)
+        return [*found, *(f"t{j}" for j in np.flatnonzero(rest))]
 
     def _arrive(self, j: int) -> None:
         """Statements where facets of part j come: the first time, that its arguments enter."""
         if j == self._last:
             return
+        self._leave()
         if self._last >= 0 and self._bounds.at_call:
             self.statements.append("fence();")
         self._last = j
-        rows = np.flatnonzero(self._push[self._parts[j]].any(axis=0)).tolist()
+
+    def _leave(self) -> None:
+        if self._last < 0:
+            return
+        rows = np.flatnonzero(self._push[self._parts[self._last]].any(axis=0)).tolist()
         if not self._entered.issuperset(rows):
-            self._enter(rows, f"{j}")
+            self._enter(rows, f"{self._last}")
 
     def _enter(self, rows: list[int], name: str) -> None:
         if not rows:
             return
-        theirs = {*(f"d0_{i}" for i in rows), *(f"t{j}" for j in np.flatnonzero(self._G[rows].any(axis=0)))}
-        seen = [x for x in self._unseen if x in theirs]
-        self._unseen = [x for x in self._unseen if x not in theirs]
-        lines, excess = entered(rows, seen, name, self._bounds, self._c, "d0_")
+        steps = [f"d{level}_" for level in range(self._level + 1)]
+        lines, excess = entered(rows, self._unseen, name, self._bounds, self._c, steps)
         self.statements += lines
         self.excess += excess
         self.sums.append(f"s{name}")
@@ -165,18 +189,23 @@ class Walk:
                 self.definitions.append(defined(f"n{level + 1}_{r}", rest, c))
         matrix = np.where(D.any(axis=1) | whole, self._G, 0.0)
         lines, rows, largest = product(matrix, f"m{level}_", c, f"pd{level}_")
+        self._products = rows
         sums, rows = butterflies(rows, c, f"sd{level}_")
         self.definitions += [*lines, *sums]
         moved = [i for i in vehicle.working.tolist() if rows[i]]
         for j, part in enumerate(self._parts):
             pushing = self._push[part].any(axis=0)
             sizes = [f"size({largest[r]})" for r in np.flatnonzero(snapped(matrix)[pushing].any(axis=0))]
+            if len(sizes) == 1 and not any(taken[i] != 0.0 for i in np.flatnonzero(pushing)):
+                sizes = []  # what goes along one product alone is never tiny beside it
+            sizes += [c(self._size)] if self._size else []
             if sizes:
-                sizes += [c(self._size)] if self._size else []
+                self._tiny[level, j] = f"tiny{level}_{j}"
                 tiny = f"{c(PARALLEL[T])} * {fold('most', sizes)}"
                 self.definitions.append(defined(f"tiny{level}_{j}", tiny, c))
         for i in moved:
             away: Terms = [(True, self._text(taken[i]))] if taken[i] != 0.0 else []
+            self._products[i] = [] if away else self._products[i]
             self.definitions.append(defined(f"d{level}_{i}", signed_sum([*rows[i], *away], T), c))
         return moved
 
@@ -199,22 +228,23 @@ class Walk:
         # A facet that the step runs in leaves rounding only of thrusts that push along it.
         push = np.zeros_like(self._push[used])
         push[:, moved] = self._push[np.ix_(used, moved)]
-        lines, rows, _ = product(push, f"d{level}_", c, f"pa{level}_")
-        sums, rows = butterflies(rows, c, f"sa{level}_")
-        self.definitions += [*lines, *sums]
+        rows = self._along(level, push)
         self._measure(level, used)
-        kept = most = c(keep)
+        kept, most, zero = c(keep), c(keep), number(0.0, T)
         place = {m: j for j, part in enumerate(self._parts) for m in part.tolist()}
         terms = dict(zip(used, rows, strict=True))
         G = np.where(D.any(axis=1), self._G, 0.0)
-        for same in _alike(used, push @ G if len(self._maps) > 1 else np.eye(len(used))):
+        alike = _alike(used, push @ G if len(self._maps) > 1 else np.eye(len(used)))
+        # With rooms to be found, backwards: GCC then spills fewer registers of a Cortex-M7 to the stack.
+        for same in alike[:: -1 if self._bounds.at_call else 1]:
             (m, first), back = same[0], all(minus for minus, _ in terms[same[0][0]])
             self._arrive(place[m])
             row = [(minus != back, text) for minus, text in terms[m]]
             self.definitions.append(defined(f"a{level}_{m}", signed_sum(row, T), c))
             rooms = [self._rooms[each][:: -1 if back != (turned != first) else 1] for each, turned in same]
             ahead, astern = (self._least(list(side)) for side in zip(*rooms, strict=True))
-            load = self._load(f"a{level}_{m}", ahead, astern, f"tiny{level}_{place[m]}")
+            tiny = self._tiny.get((level, place[m]), zero)
+            load = self._load(f"a{level}_{m}", ahead, astern, tiny)
             # One after the other: all at once would need more registers than a processor has.
             self.statements.append(defined(f"load{level}_{m}", f"most({load}, {most})", c))
             most = f"load{level}_{m}"
@@ -222,6 +252,27 @@ class Walk:
         self.statements.append(defined(f"part{level}", f"{kept} / {most}", c))
         rounded = f"rounded(part{level}, {c(1.0 - EDGE[T])})"
         self.definitions.append(defined(f"share{level}", rounded, c))
+
+    def _along(self, level: int, push: FloatArray) -> list[Terms]:
+        """The sums push d, out of d or of the products that d is a sum of, whichever are fewer terms."""
+        c = self._c
+        lines, rows, _ = product(push, f"d{level}_", c, f"pa{level}_")
+        sums, rows = butterflies(rows, c, f"sa{level}_")
+        used = np.flatnonzero(push.any(axis=0)).tolist()
+        texts = list(dict.fromkeys(text for i in used for _, text in self._products[i]))
+        if all(self._products[i] for i in used):
+            spread = np.zeros((push.shape[1], len(texts)))
+            for i in used:
+                for minus, text in self._products[i]:
+                    spread[i, texts.index(text)] = -1.0 if minus else 1.0
+            more, fewer, _ = product(push @ spread, f"go{level}_", c, f"pgo{level}_")
+            added, fewer = butterflies(fewer, c, f"sgo{level}_")
+            if sum(map(len, fewer)) + len(added) < sum(map(len, rows)) + len(sums):
+                alias = [defined(f"go{level}_{j}", text, c) for j, text in enumerate(texts)]
+                self.definitions += [*alias, *more, *added]
+                return fewer
+        self.definitions += [*lines, *sums]
+        return rows
 
     def _measure(self, level: int, used: list[int]) -> None:
         """Definitions of the rooms of these facets, where they are not known from the level before."""
@@ -234,10 +285,13 @@ class Walk:
             low, high, f = *self._bounds.ends(i), self._f[i]
             if isinstance(f, float) and not self._bounds.at_call:
                 widths[[i, n + i]] = self._vehicle.f_max[i] - f, f - self._vehicle.f_min[i]
+            up, down = self._gaps.get(i, (f"{high} - {self._text(f)}", f"{self._text(f)} - {low}"))
             self.definitions += [
-                defined(f"g{level}_{i}", f"{high} - {self._text(f)}", c),
-                defined(f"g{level}_{n + i}", f"{self._text(f)} - {low}", c),
+                defined(f"g{level}_{i}", up, c),
+                defined(f"g{level}_{n + i}", down, c),
             ]
+            if self._bounds.at_call:
+                self._gaps[i] = (f"g{level}_{i}", f"g{level}_{n + i}")
         lines, rows, _ = product(table, f"g{level}_", c, f"pg{level}_")
         sums, rows = butterflies(rows, c, f"sg{level}_")
         self.definitions += [*lines, *sums]
@@ -264,7 +318,9 @@ class Walk:
             if ahead == astern:
                 return f"size({along} * {self._c(1.0 / ahead)})"
             return f"most({along} * {self._c(1.0 / ahead)}, -{along} * {self._c(1.0 / astern)})"
-        return f"load({along}, {self._text(ahead)}, {self._text(astern)}, {tiny})"
+        # Taking it off is quicker than a comparison, and in double nothing to any answer.
+        taken = f"size({along}) - {tiny}" if self._c.scalar == "double" else f"notable(size({along}), {tiny})"
+        return f"load({along}, {taken}, {self._text(ahead)}, {self._text(astern)})"
 
     def _least(self, rooms: list[Value]) -> Value:
         known = [room for room in rooms if isinstance(room, float)]
@@ -287,6 +343,10 @@ class Walk:
             name = f"f{level + 1}_{i}"
             self.definitions.append(defined(name, f"{before}part{level} * d{level}_{i}", self._c))
             self._f[i] = name
+            if i in self._gaps:  # so that limits need not be kept, nor read again
+                up, down = self._gaps[i]
+                step = f"part{level} * d{level}_{i}"
+                self._gaps[i] = (f"{up} - {step}", f"{down} + {step}")
         touched = np.flatnonzero(np.abs(self._push[:, moved]).sum(axis=1))
         self._rooms = {m: room for m, room in self._rooms.items() if m not in touched}
 
@@ -373,12 +433,24 @@ def by_level(formulation: Formulation) -> Callable[[Vehicle, CLimits, Table], li
         walk, later = Walk(vehicle, way, structure, bounds, c), bounds.again("e")
         read_in = [*read(vehicle, c), *bounds.definitions(), *later.definitions()]
         definitions = [*read_in, *walk.definitions]
-        lines = [*walk.statements, *refused(walk.sums, walk.excess, crossed(bounds, c), c)]
+        lines = refused(walk.sums, walk.excess, crossed(bounds, c), c)
+        early: list[str] = []
+        at = 0
         zero = "" if walk.resting else "z"
-        for piece in pieces(vehicle, structure, inf, later, c, zero):
-            lines += ["fence();"] * bounds.at_call
-            lines += [*piece.before, *piece.after, *inside(piece.thrusts, later, c)]
-            lines += [f"f[{i}] = y{i};" for i in piece.thrusts]
+        ready = pieces(vehicle, structure, inf, later, c, zero)
+        for end, _ in walk.ends:
+            early += walk.statements[at:end]
+            at = end
+            for piece in [piece for piece in ready if walk.arrived(piece.rows) == end]:
+                answer = ["fence();"] * bounds.at_call
+                answer += [*piece.before, *piece.after, *inside(piece.thrusts, later, c)]
+                written = [f"f[{i}] = y{i};" for i in piece.thrusts]
+                if end == walk.ends[-1][0]:
+                    lines += [*answer, *written]
+                else:
+                    early += answer
+                    lines += written
+        lines = [*early, *walk.statements[at:], *lines]
         lines += [f"f[{i}] = {number(0.0, c.scalar)};" for i in np.flatnonzero(vehicle.readiness == 0)]
         levels = names("share", len(way.keep))
         lines += [f"share[{i}] = {name};" for i, name in enumerate(levels)]

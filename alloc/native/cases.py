@@ -98,6 +98,8 @@ def cases(
         wider += far_off(answers(np.nan_to_num(short), low, high)[0], F)
     worst, agreed = np.sqrt(3.0 * vehicle.n), max(AGREEMENT[scalar], doubt)
     allowed = agreed * size[:, 0] + worst * np.sqrt(squares) + wider
+    if doubt:  # where a demand is met in part, errors in a matrix are magnified twice (Wedin 1973)
+        allowed += squares / (doubt * size[:, 0])
     allowed_share = agreed + worst * np.sqrt(squares_share) + wider_share
     other = status if levels else _either(vehicle, f @ vehicle.TP.T, F, status, allowed, scalar)
     return Cases(

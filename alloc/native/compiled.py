@@ -49,7 +49,7 @@ def cache_folder() -> Path:
     """$THRUSTBENCH_CACHE, or this user's cache folder."""
     chosen = os.environ.get("THRUSTBENCH_CACHE")
     if chosen:
-        return Path(chosen)
+        return Path(chosen).absolute()  # the compiler runs elsewhere
     from platformdirs import user_cache_path
 
     return user_cache_path("thrustbench", appauthor=False)

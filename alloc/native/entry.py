@@ -1,5 +1,7 @@
 """What every kernel that knows limits begins with: T* tau, and what is refused before a thrust is written."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from alloc.allocation import FloatArray
@@ -41,14 +43,15 @@ def closed_form(vehicle: Vehicle, G: FloatArray, of: str, c: Table) -> list[str]
 
 
 def entered(
-    rows: list[int], unseen: list[str], name: str, bounds: CLimits, c: Table, of: str = "x"
+    rows: list[int], unseen: list[str], name: str, bounds: CLimits, c: Table, of: Sequence[str] = ("x",)
 ) -> tuple[list[str], Excess]:
     """Statements of s, a sum that is finite only if the arguments of these thrusters are, and their crossing.
 
     Of ``unseen``, the sums that all of tau must be seen in, those that s holds are taken out; what
-    begins with ``of`` belongs to a thruster.
+    begins with one of ``of`` belongs to a thruster.
     """
-    seen = [x for x in unseen if x in [f"{of}{i}" for i in rows] or x.startswith("t")]
+    theirs = {f"{begins}{i}" for begins in of for i in rows}
+    seen = [x for x in unseen if x in theirs or x.startswith("t")]
     unseen[:] = [x for x in unseen if x not in seen]
     overlaps = [f"o{i}" for i in rows] if bounds.at_call else []
     lines = [defined(f"s{name}", " + ".join([*seen, *overlaps]) or number(0.0, c.scalar), c)]

@@ -94,12 +94,19 @@ static inline double size(double x)
 #endif
 }
 """,
-    # What a step takes of the room ahead of it, or behind where it is negative; nothing where it is tiny. Less
-    # than nothing, or nothing of no room, which is NaN, is dropped by compares and the FPU's maximum alike.
+    # What a step takes of the room ahead of it, or behind where it is negative. Less than nothing, and
+    # nothing of no room, which is NaN, compares and the FPU's maximum drop alike.
     "load": """\
-static inline double load(double along, double ahead, double astern, double tiny)
+static inline double load(double along, double taken, double ahead, double astern)
 {
-    return (size(along) - tiny) / (along > 0.0 ? ahead : astern);
+    return taken / (along > 0.0 ? ahead : astern);
+}
+""",
+    # Nothing where it is tiny.
+    "notable": """\
+static inline double notable(double x, double tiny)
+{
+    return x > tiny ? x : 0.0;
 }
 """,
     # A share that is 1 but for rounding.

@@ -20,6 +20,7 @@ from alloc.nullspace.allocator import Nullspace
 from alloc.nullspace.allocator import exact as build_nullspace
 from alloc.nullspace.by_level import ByLevel
 from alloc.vehicle import Vehicle
+from alloc.vehicle.condition import wrench_doubt
 
 Statements = Callable[[Vehicle, CLimits, Table], list[str]]
 Functions = Callable[[Vehicle, Scalar], str]
@@ -48,7 +49,7 @@ class Recipe:
     levels : function of the vehicle; returns how many shares the C function writes behind f
     functions : function of the vehicle and the scalar; returns C functions that the statements call
     doubt : function of the vehicle with its faults and the scalar; share of a thrust that rounding takes
-        where a kernel factorises matrices in the call [-]
+        beyond that of a few dozen terms [-]
     twin : the method in Python: the C has its promises and refusals, and must agree with its answers
     formulation : which optimum both answer
     summary : one line for the catalogue
@@ -119,6 +120,7 @@ def _by_level(formulation: Formulation, levels: Callable[[Vehicle], int]) -> Rec
     return Recipe(
         statements=by_level(formulation),
         levels=levels,
+        doubt=lambda vehicle, _: wrench_doubt(vehicle),  # steps are thrusts G tau, and T G is not quite 1
         twin=lambda vehicle: ByLevel(vehicle, formulation),
         formulation=formulation.name,
         summary=f"{formulation.name} as C99 generated for the vehicle.",

@@ -6,7 +6,7 @@ import numpy as np
 
 from alloc.allocation import FloatArray, IndexArray
 from alloc.closed_forms.inverse import generalized_inverse
-from alloc.vehicle import Vehicle
+from alloc.vehicle import RANK_TOLERANCE, Vehicle
 
 ZERO = 1e-12
 """Entries of a basis below this count as zero: rounding leaves 1e-16 times cond(T) < 1e3, and
@@ -82,6 +82,9 @@ def split(N: FloatArray, H: FloatArray) -> list[Block]:
         part = B[np.ix_(rows, columns)]
         L = np.linalg.cholesky(metric[np.ix_(columns, columns)])
         basis = np.linalg.solve(L, part.T).T
+        sizes = np.linalg.norm(basis, axis=1)
+        moved = sizes > RANK_TOLERANCE * sizes.max()  # what is left moves a thruster by rounding, if at all
+        rows, basis = rows[moved], basis[moved]
         order = _apart(basis)
         blocks.append(Block(rows[order], basis[order]))
     return blocks

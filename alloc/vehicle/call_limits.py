@@ -1,6 +1,7 @@
 """Limits that come with each call, checked."""
 
 from collections.abc import Callable
+from functools import lru_cache
 from math import hypot
 
 import numpy as np
@@ -9,6 +10,7 @@ from numpy.typing import ArrayLike
 from alloc.allocation import (
     FLOAT64,
     LARGEST_DEMAND,
+    WRENCH_TOLERANCE,
     Allocation,
     FloatArray,
     StatusArray,
@@ -16,6 +18,7 @@ from alloc.allocation import (
     real,
 )
 from alloc.errors import DemandError
+from alloc.vehicle.condition import wrench_doubt
 from alloc.vehicle.limits import Interval
 from alloc.vehicle.model import Vehicle
 
@@ -23,13 +26,23 @@ AtCall = Callable[[ArrayLike | None, ArrayLike | None], Interval]
 """A function of f_min and f_max as a call gives them, None for the vehicle's: both checked, (n,) each [N]."""
 
 
+@lru_cache(maxsize=256)
+def widest(vehicle: Vehicle) -> float:
+    """Largest thrust that a call may allow [N]: rounding takes a quarter of what SOLVED may miss of a wrench.
+
+    Some 1e7 times the largest limit of a vehicle whose T is well conditioned, and never below that limit.
+    """
+    return vehicle.f_scale * max(1.0, WRENCH_TOLERANCE / 4 / wrench_doubt(vehicle))
+
+
 def at_call(vehicle: Vehicle) -> AtCall:
     """The function that checks the limits of one call for this vehicle; thrusters that are off stay off.
 
-    f_min may exceed f_max, which leaves nothing to allocate. The function raises DemandError for another
-    shape, and for entries that are no real numbers, NaN, or larger than LARGEST_DEMAND.
+    f_min may exceed f_max, which leaves nothing to allocate. What reaches beyond ``widest`` is cut there. The
+    function raises DemandError for another shape, and for entries that are no real numbers, NaN, or larger
+    than LARGEST_DEMAND.
     """
-    n, own_min, own_max = vehicle.n, vehicle.f_min, vehicle.f_max
+    n, own_min, own_max, most = vehicle.n, vehicle.f_min, vehicle.f_max, widest(vehicle)
     off = vehicle.readiness == 0
     some_off = bool(off.any())
 
@@ -45,9 +58,10 @@ def at_call(vehicle: Vehicle) -> AtCall:
             and low.dtype is FLOAT64
             and high.dtype is FLOAT64
             and low.shape == high.shape == shape
-            and hypot(*low.tolist(), *high.tolist()) <= LARGEST_DEMAND
+            and hypot(*low.tolist(), *high.tolist()) <= most
         ):
-            low, high = _side(low, "f_min", n, None), _side(high, "f_max", n, None)
+            low = np.maximum(_side(low, "f_min", n, None), -most)
+            high = np.minimum(_side(high, "f_max", n, None), most)
         if some_off:
             return np.where(off, 0.0, low), np.where(off, 0.0, high)
         return low, high
@@ -63,11 +77,11 @@ def limits_of(vehicle: Vehicle, count: int, f_min: ArrayLike | None, f_max: Arra
     n = vehicle.n
     low = vehicle.f_min if f_min is None else _side(f_min, "f_min", n, count)
     high = vehicle.f_max if f_max is None else _side(f_max, "f_max", n, count)
-    off = vehicle.readiness == 0
+    off, most = vehicle.readiness == 0, widest(vehicle)
     shape = (count, n)
     return (
-        np.broadcast_to(np.where(off, 0.0, low), shape),
-        np.broadcast_to(np.where(off, 0.0, high), shape),
+        np.broadcast_to(np.where(off, 0.0, np.maximum(low, -most)), shape),
+        np.broadcast_to(np.where(off, 0.0, np.minimum(high, most)), shape),
     )
 
 

@@ -35,6 +35,7 @@ class Board:
     ----------
     facts : what port and compiler said, by name: processor, port, caches, compiler, flags, commit, seed, …
     ticks_per_s : of the port's counter [Hz]; 0 where a tick is an instruction
+    seed : of the demands
     vehicle : as the project had it, in double precision
     kernels : each method's names, scalar and form of limits, without its C
     rates : of each demand set, its sampling rate [Hz] or None
@@ -42,6 +43,7 @@ class Board:
 
     facts: dict[str, str]
     ticks_per_s: int
+    seed: int
     vehicle: Vehicle
     kernels: dict[str, Kernel]
     rates: dict[str, float | None]
@@ -129,7 +131,10 @@ def _board(block: LogBlock) -> Board:
             several[name].append(words)
         else:
             facts[name] = " ".join(words)
-    ((ticks_per_s,),) = block.rows("ticks_per_s")
+    ((said,),) = block.rows("ticks_per_s")
+    ticks_per_s = int(said)
+    if ticks_per_s < 0:
+        raise ValueError(f"{said} ticks a second")
     packed = base64.b64decode("".join(piece for (piece,) in several["vehicle"]), validate=True)
     text = zlib.decompressobj().decompress(packed, _LARGEST)
     arrays: dict[str, list[Any]] = json.loads(text)
@@ -156,7 +161,14 @@ def _board(block: LogBlock) -> Board:
         for method, twin, solver, levels in described
     }
     rates = {name: None if rate == "-" else float(rate) for name, rate in several["demands"]}
-    return Board(facts=facts, ticks_per_s=int(ticks_per_s), vehicle=vehicle, kernels=kernels, rates=rates)
+    return Board(
+        facts=facts,
+        ticks_per_s=ticks_per_s,
+        seed=int(facts.get("seed", 0)),
+        vehicle=vehicle,
+        kernels=kernels,
+        rates=rates,
+    )
 
 
 def _heard(board: Board, blocks: Sequence[LogBlock]) -> Heard:

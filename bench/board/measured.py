@@ -84,7 +84,7 @@ def _header(heard: Heard, name: str, started: str) -> Header:
         schema=SCHEMA,
         started=started,
         commit=facts.get("commit", "").replace("-", ""),
-        seed=int(facts.get("seed", 0)),
+        seed=heard.board.seed,
         machine={"name": slug(name), "cpu": heard.board.processor, **said, **clock},
         versions={"compiler": facts.get("compiler", "")},
         settings={
@@ -163,7 +163,7 @@ def _counts(heard: Heard) -> Iterator[Emulated]:
             agrees=agreed.agrees,
             distance_rel_max=agreed.distance_rel_max,
             other_verdicts=agreed.other_verdicts,
-            seed=int(facts.get("seed", 0)),
+            seed=heard.board.seed,
             tools={"compiler": facts.get("compiler", ""), "thrustbench": facts.get("commit", "")},
         )
 

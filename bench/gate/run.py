@@ -9,8 +9,9 @@ from time import monotonic
 from types import MappingProxyType
 
 from bench.gate import instructions, pairs, trees
-from bench.gate.answers import Prober, examine
 from bench.gate.cells import DEFAULT_CELLS, Demands
+from bench.gate.examine import examine
+from bench.gate.prober import Prober
 from bench.gate.record import GateCell, GateRecord, GateSettings
 from bench.gate.side import Died, Refused, SourceTree
 from bench.gate.trees import BASE, HEAD, BadTree, Source

@@ -15,8 +15,9 @@ from pathlib import Path
 import click
 from tabulate import tabulate
 
-from bench.gate.answers import Prober, examine
 from bench.gate.cells import DEFAULT_CELLS
+from bench.gate.examine import examine
+from bench.gate.prober import Prober
 from bench.gate.side import SourceTree
 from bench.studies.gate_proof import prepare
 from bench.studies.injection import spoil_answers

@@ -1,9 +1,10 @@
-"""Answers of solvers' own C, checked and unchecked: ``python -m bench.studies.rivals [N] [VEHICLE]…``.
+"""Answers of solvers' own C, checked and unchecked: ``python -m bench.studies.rivals fixed|call [N] [V]…``.
 
-N demands a class (1,000) on each shipped vehicle, double and float, in C compiled for this machine. Beside
+N demands a class (1,000) on each shipped vehicle, double and float, in C compiled for this machine. With
+``call`` the limits are arguments: the same classes, and those whose demands have limits of their own. Beside
 the answers that the check lets through stand the solver's own claims about the same demands, and thrusts as
-it left them. Last comes what the check costs on a Cortex-M7, counted; ``thrustbench emulate`` counts the
-rest. The study prints three tables of docs/rivals.md.
+it left them. Last comes, with ``fixed``, what the check costs on a Cortex-M7, counted; ``thrustbench
+emulate`` counts the rest. The study prints tables of docs/rivals.md.
 """
 
 import ctypes
@@ -15,7 +16,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from alloc import FloatArray, IndexArray, Label, Status, Vehicle, build, list_vehicles, load_vehicle, rivals
+from alloc import (
+    BoolArray,
+    FloatArray,
+    IndexArray,
+    Label,
+    NotApplicable,
+    Status,
+    Vehicle,
+    build,
+    list_vehicles,
+    load_vehicle,
+    rivals,
+)
+from alloc.native.bounds import Where
 from alloc.native.code import Scalar
 from alloc.native.compiled import shared_library
 from alloc.rivals.wrapper import rival
@@ -27,7 +41,10 @@ from bench.emulation.kernels import build_kernel, unchecked
 from bench.emulation.toolchain import Target, missing, target
 from bench.results.text import table, three
 
-SETS = ("inactive", "active", "infeasible")
+SETS: dict[Where, tuple[str, ...]] = {
+    "fixed": ("inactive", "active", "infeasible"),
+    "call": ("inactive", "active", "infeasible", "jolts", "sag", "slew"),
+}
 SEED = 16
 FAR = 1e-2
 """Distance from the optimum beyond which an answer is a wrong one, relative to the largest limit [-]."""
@@ -59,37 +76,57 @@ class Outcomes(NamedTuple):
 
 
 def answers(
-    solver: str, vehicle: Vehicle, scalar: Scalar, taus: FloatArray, *, checked: bool
+    solver: str, vehicle: Vehicle, scalar: Scalar, calls: FloatArray, limits: Where, *, checked: bool
 ) -> tuple[FloatArray, IndexArray]:
-    """Thrusts (N, n) and statuses (N,) of a solver's C for demands (N, k), compiled for this machine."""
-    made = rival(solver, vehicle, scalar, checked=checked)
+    """Thrusts (N, n) and statuses (N,) of a solver's C for calls (N, width), compiled for this machine.
+
+    A call is a demand, with its limits where these are arguments.
+    """
+    made = rival(solver, vehicle, scalar, limits, checked=checked)
+    k, n = vehicle.k, vehicle.n
+    sides = f"call + {k}, call + {k + n}, " if limits == "call" else ""
     loop = f"""\
 {made.declaration}
-void ask(const {scalar} *taus, {scalar} *F, int *status, long count);
-void ask(const {scalar} *taus, {scalar} *F, int *status, long count)
+void ask(const {scalar} *call, {scalar} *F, int *status, long count);
+void ask(const {scalar} *call, {scalar} *F, int *status, long count)
 {{
-    for (long i = 0; i < count; i++)
-        status[i] = {made.entry}(taus + i * {vehicle.k}, F + i * {vehicle.n});
+    for (long i = 0; i < count; i++, call += {calls.shape[1]})
+        status[i] = {made.entry}(call, {sides}F + i * {n});
 }}
 """
     library = ctypes.CDLL(str(shared_library(solver, made.own | {"ask.c": loop}, shared=made.shared)))
-    given = np.ascontiguousarray(taus, dtype=SCALARS[scalar])
-    F = np.full((len(taus), vehicle.n), np.nan, dtype=given.dtype)
-    status = np.empty(len(taus), dtype=np.intc)
+    given = np.ascontiguousarray(calls, dtype=SCALARS[scalar])
+    F = np.full((len(calls), vehicle.n), np.nan, dtype=given.dtype)
+    status = np.empty(len(calls), dtype=np.intc)
     pointers = (array.ctypes.data_as(ctypes.c_void_p) for array in (given, F, status))
-    library["ask"](*pointers, ctypes.c_long(len(taus)))
+    library["ask"](*pointers, ctypes.c_long(len(calls)))
     return F.astype(np.float64), status.astype(np.intp)
 
 
-def tally(solver: str, vehicle: Vehicle, scalar: Scalar, n: int, *, checked: bool) -> Outcomes:
+def asked(vehicle: Vehicle, n: int, limits: Where) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
+    """Demands off the boundary, n of each class, with their limits, and which of them can be met."""
+    parts = []
+    for name in SETS[limits]:
+        try:
+            demands = build_demands(name, vehicle, SEED, n)
+        except NotApplicable:  # no demand of this class exists for this vehicle
+            continue
+        sides = (np.broadcast_to(side, (len(demands.taus), vehicle.n)) for side in demands.limits)
+        clear = demands.labels != Label.BOUNDARY
+        each = (demands.taus, *sides, demands.labels != Label.INFEASIBLE)
+        parts.append(tuple(array[clear] for array in each))
+    taus, low, high, able = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return taus, low, high, able.astype(bool)
+
+
+def tally(solver: str, vehicle: Vehicle, scalar: Scalar, n: int, limits: Where, *, checked: bool) -> Outcomes:
     """Ask n demands of each class, and hold the answers to the exact ones."""
-    sets = [build_demands(name, vehicle, SEED, n) for name in SETS if name != "active" or vehicle.nullity]
-    taus = np.concatenate([demands.taus for demands in sets])
-    able = np.concatenate([demands.labels for demands in sets]) != Label.INFEASIBLE
-    F, status = answers(solver, vehicle, scalar, taus, checked=checked)
-    exact, _ = build("nullspace", vehicle).many(taus)
+    taus, low, high, able = asked(vehicle, n, limits)
+    calls = np.hstack([taus, low, high]) if limits == "call" else taus
+    F, status = answers(solver, vehicle, scalar, calls, limits, checked=checked)
+    exact, _ = build("nullspace", vehicle).many(taus, low, high)
     answered = np.isin(status, (Status.SOLVED, Status.PARTIAL))
-    beyond = np.maximum(F - vehicle.f_max, vehicle.f_min - F).max(axis=1) / vehicle.f_scale
+    beyond = np.maximum(F - high, low - F).max(axis=1) / vehicle.f_scale
     inside = beyond <= OUTSIDE  # NaN is not
     distance = np.abs(F - exact).max(axis=1) / vehicle.f_scale
     compared = answered & able & inside
@@ -122,15 +159,16 @@ def price(method: str, vehicle: Vehicle, board: Target, scalar: Scalar) -> list[
 
 def main(arguments: list[str]) -> None:
     """Print a table of answers that were checked, one of what the solvers claim, and one of the price."""
-    n = int(arguments[0]) if arguments else 1000
-    vehicles = [load_vehicle(name) for name in arguments[1:] or list_vehicles()]
+    limits: Where = "call" if arguments[0] == "call" else "fixed"
+    n = int(arguments[1]) if arguments[1:] else 1000
+    vehicles = [load_vehicle(name) for name in arguments[2:] or list_vehicles()]
     there = [name for name in rivals.names() if not rivals.load(name).missing()]
     scalars: tuple[Scalar, ...] = ("double", "float")
     for checked in (True, False):
         print("\nChecked:\n" if checked else "\nAs the solver claims:\n")
         lines = []
         for solver, scalar in product(there, scalars):
-            own = [tally(solver, vehicle, scalar, n, checked=checked) for vehicle in vehicles]
+            own = [tally(solver, vehicle, scalar, n, limits, checked=checked) for vehicle in vehicles]
             *numbers, distance, refused = zip(*own, strict=True)
             sums = [str(sum(each)) for each in (*numbers, refused)]
             worst = int(np.argmax(distance))
@@ -139,7 +177,7 @@ def main(arguments: list[str]) -> None:
         headers = ("solver", "scalar", *fields, refused_field, distance_field, "on")
         print(table(headers, lines), flush=True)
     board = target("cortex-m7")
-    if missing(board):
+    if limits == "call" or missing(board):
         return
     headers = ("vehicle", "scalar", "answered", "refused", "flash [B]", "stack [B]")
     lines = [

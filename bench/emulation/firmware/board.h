@@ -9,6 +9,7 @@
 /* The port: two functions to fill in, and what nobody else can know. The files in ports/ are examples. */
 uint32_t board_ticks(void); /* a counter that goes up, and starts again after 2^32 - 1 */
 void board_put(char c);     /* one character onto the line; waits until it is taken */
+void board_start(void);     /* of ports/cortex_m.c only: switches the counter on */
 
 struct board_facts {
     const char *processor; /* such as "STM32F767, Cortex-M7" */

@@ -19,11 +19,17 @@ $(PRODUCT): $(OBJECTS)
 	@echo LINK $@
 	@$(call FINISH,$@,$(OBJECTS))
 
-$(BUILD)/%.c.o: %.c $(wildcard *.h ports/*.h) Makefile
+# Holds what the objects were compiled with: another CPU= or CFLAGS= compiles them again.
+export COMPILED = $(CC) $(CFLAGS) $(TARGET) $(DEFINES)
+$(BUILD)/flags: always
+	@mkdir -p $(@D)
+	@echo "$$COMPILED" | cmp -s - $@ || echo "$$COMPILED" > $@
+
+$(BUILD)/%.c.o: %.c $(wildcard *.h ports/*.h) Makefile $(BUILD)/flags
 	@mkdir -p $(@D)
 	@echo CC $<
 	@$(CC) -std=c99 $(WARNINGS) $(CFLAGS) $(TARGET) $(SAID) $(DEFINES) -I. $(INCLUDES) -c $< -o $@
 
 clean:
 	rm -rf build
-.PHONY: all clean log
+.PHONY: all clean log always

@@ -178,3 +178,22 @@ def test_a_thruster_that_is_off_stays_off_whatever_its_limits_say(rng: np.random
     for name in ("pinv", "clip", "redistribute", "nullspace", "qp/daqp", "qp-soft/daqp"):
         f = build(name, vehicle)(tau, np.full(8, 5.0) - 20, np.full(8, 30.0)).f
         assert f[3] == 0.0
+
+
+@pytest.mark.parametrize(
+    "method", ["nullspace", "scaled", "priority", "clip", "shrink", "redistribute", "fixed-point", "qp/daqp"]
+)
+def test_limits_far_beyond_the_vehicle_s_are_no_licence_to_miss_a_wrench(case: Vehicle, method: str) -> None:
+    """A demand of the vehicle's own size is met as ever; none is SOLVED whose wrench rounding would miss."""
+    allocate = build(method, case)
+    f = 0.3 * np.where(np.arange(case.n) % 2, case.f_min, case.f_max)
+    for wide in case.f_scale * np.array([1e2, 1e6, 1e9, 1e12, 1e30]):
+        low, high = np.full(case.n, -wide), np.full(case.n, wide)
+        for share in (1.0, wide / case.f_scale):
+            tau = share * case.TP @ f
+            answer = allocate(tau, low, high)
+            assert allocate.many([tau], low, high)[1][0] == answer.status
+            if answer.status == Status.SOLVED:
+                assert (np.abs(case.TP @ answer.f - tau) <= WRENCH_TOLERANCE * case.wrench_scale).all()
+            if share == 1.0:
+                assert answer.status == Status.SOLVED

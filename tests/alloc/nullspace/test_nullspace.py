@@ -178,6 +178,12 @@ def test_linked_columns_are_one_block_and_blocks_stand_in_order_of_first_column(
     assert [sorted(block.rows.tolist()) for block in split(np.eye(4), H)] == blocks
 
 
+def test_a_thruster_that_the_null_space_moves_by_rounding_only_belongs_to_no_block() -> None:
+    """Its limits are looked at where z moves nothing; no step and no line of C could."""
+    (block,) = split(np.array([[1.0], [1e-11], [-1.0]]), np.eye(3))
+    assert sorted(block.rows.tolist()) == [0, 2]
+
+
 def test_columns_that_share_thrusters_stay_together_even_where_their_cost_does_not_couple_them() -> None:
     T = np.array([[1.0, 1.0, -1.0, 0.0], [1.0, -1.0, 0.0, -1.0]])
     vehicle = Vehicle(

@@ -12,7 +12,17 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from alloc import FloatArray, NotInstalled, Status, Vehicle, build, load_vehicle
+from alloc import (
+    WRENCH_TOLERANCE,
+    FloatArray,
+    Label,
+    NotInstalled,
+    Status,
+    Vehicle,
+    build,
+    label,
+    load_vehicle,
+)
 from alloc.native import missing
 from alloc.native.compiled import shared_library
 from alloc.rivals import Files, download, load, names, wrapper
@@ -125,6 +135,28 @@ def test_every_rival_finds_the_optimum_where_efforts_differ_and_belong_together(
     assert (right == Status.SOLVED).all()
     assert np.isin(status, (Status.SOLVED, Status.PARTIAL)).all()
     assert np.abs(F - exact).max() <= allocate.tolerance * vehicle.f_scale
+
+
+@needs_compiler
+@pytest.mark.parametrize("name", names())
+def test_with_limits_that_jump_from_call_to_call_no_rival_leaves_them_or_claims_too_much(name: str) -> None:
+    """Judged by alpha*, a linear program over the limits of each call; on the boundary anything goes."""
+    if reason := load(name).missing():
+        pytest.skip(reason)
+    vehicle = load_vehicle("ukwial")
+    rng = np.random.default_rng(16)
+    low, high = np.sort(rng.uniform(vehicle.f_min, vehicle.f_max, (2, 60, vehicle.n)), axis=0)
+    taus = rng.uniform(0.2, 1.5, (60, 1)) * rng.uniform(low, high) @ vehicle.TP.T
+    F, status = bound(name, vehicle).many(taus, low, high)
+    labels = label(vehicle, taus, f_min=low, f_max=high).label
+    answered = np.isin(status, (Status.SOLVED, Status.PARTIAL))
+    assert (np.clip(F, low, high) == F)[answered].all()
+    assert answered[(labels == Label.ACTIVE) | (labels == Label.INACTIVE)].mean() > 0.9
+    assert not (status[labels == Label.INFEASIBLE] == Status.SOLVED).any()
+    assert (labels == Label.INFEASIBLE).sum() > 9
+    solved = status == Status.SOLVED
+    missed = np.abs(F[solved] @ vehicle.TP.T - taus[solved]) / vehicle.wrench_scale
+    assert missed.max() <= WRENCH_TOLERANCE
 
 
 @needs_compiler

@@ -23,6 +23,7 @@ from bench.report import slowest
 from bench.results.fit import Fit, Loop
 from bench.results.machines import read_machines
 from bench.results.sizing import sizes
+from tests.board_logs import opened, sealed
 from tests.emulators import available
 
 METHODS = ("nullspace@native", "pinv@native")
@@ -225,23 +226,6 @@ def test_a_wrong_answer_is_judged_by_equations(log: bytes, tmp_path: Path) -> No
     assert any("nullspace@native on active: SOLVED, but the wrench is not met" in line for line in kept.said)
 
 
-def sealed(lines: list[bytes]) -> bytes:
-    """Lines from behind their numbers, as a driver would print them: numbers and checksums are right."""
-    printed, crc, header = list[bytes](), 0, b""
-    for number, line in enumerate(lines):
-        words = line.split(b" ")
-        if words[0] in (b"board", b"demands", b"ask"):
-            crc, words[1] = 0, header or words[1]
-        body = b"tb %d %s" % (number, b" ".join(words))
-        if words[0] == b"end":
-            crc = zlib.crc32(b"tb %d end" % number, crc)
-            body = b"tb %d end %08x" % (number, crc)
-            header = header or b"%08x" % crc
-        printed.append(b"%s %08x" % (body, zlib.crc32(body)))
-        crc = zlib.crc32(printed[-1], crc)
-    return b"\n".join(printed) + b"\n"
-
-
 @pytest.fixture(scope="module")
 def leveled(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     """What a project with `priority`, which has levels, printed on this computer."""
@@ -274,7 +258,7 @@ def test_a_log_holds_what_was_delivered_of_each_level_as_a_run_does(
 
 def test_shares_that_the_thrusts_do_not_deliver_are_wrong(leveled: bytes, tmp_path: Path) -> None:
     one, half = (np.array(value, ">f8").tobytes().hex().encode() for value in (1.0, 0.5))
-    lines = [line.split(b" ", 2)[2].rpartition(b" ")[0] for line in leveled.splitlines()]
+    lines = opened(leveled)
     spoiled = [line.replace(one, half) if line.startswith(b"f ") else line for line in lines]
     (tmp_path / "LOG").write_bytes(sealed(spoiled))
     kept = keep(tmp_path / "LOG", tmp_path / "run")
@@ -283,7 +267,7 @@ def test_shares_that_the_thrusts_do_not_deliver_are_wrong(leveled: bytes, tmp_pa
 
 
 def test_a_log_of_before_shares_were_printed_is_still_read(leveled: bytes, hear: Hear) -> None:
-    lines = [line.split(b" ", 2)[2].rpartition(b" ")[0] for line in leveled.splitlines()]
+    lines = opened(leveled)
     assert sealed(lines) == leveled  # it is the driver's form
     ends, asks = 3 + 8, b""
     for i, line in enumerate(lines):
@@ -360,6 +344,28 @@ def test_the_driver_without_kernels_is_small(tmp_path: Path) -> None:
     assert len(frames) > 5
     assert text + data <= 8192
     assert data + zeroed + sum(frames) <= 2048  # as if each function called the next
+
+
+def test_other_flags_compile_what_was_compiled_with_others(tmp_path: Path) -> None:
+    write(project(n=1), tmp_path)
+    made = tmp_path / "build/posix/driver.c.o"
+    times = []
+    for flags in ("CFLAGS=-O1", "CFLAGS=-O1", "CFLAGS=-O0"):
+        make(tmp_path, flags)
+        times.append(made.stat().st_mtime_ns)
+    assert times[0] == times[1] < times[2]
+
+
+def test_a_main_as_the_page_describes_it_links_with_the_library(tmp_path: Path) -> None:
+    available("cortex-m4f")
+    write(project("float", n=1), tmp_path)
+    make(tmp_path, "PORT=cortex-m")
+    text = '#include "board.h"\nint main(void) { board_start(); return board_run(); }\n'
+    (tmp_path / "main.c").write_text(text)
+    flags = "-std=c99 -Wall -Wextra -Werror -mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16"
+    words = f"arm-none-eabi-gcc {flags} --specs=nosys.specs main.c build/cortex-m/board.a -lm -o main.elf"
+    done = subprocess.run(words.split(), cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
 
 
 def test_a_log_of_a_million_calls_is_read_within_two_seconds() -> None:

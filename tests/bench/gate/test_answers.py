@@ -5,15 +5,8 @@ import pytest
 
 from alloc import Allocation, Label, Status, Vehicle, build, load_vehicle
 from alloc.allocation import FloatArray
-from bench.gate.answers import (
-    LOOKED_AT,
-    MOVING,
-    SideAnswers,
-    demand_sets,
-    differ,
-    first,
-    wrong,
-)
+from bench.gate.answers import SideAnswers, differ, first, wrong
+from bench.gate.examine import LOOKED_AT, MOVING, demand_sets
 from bench.judging.question import Question, ask_here, questions
 
 PROMISES = {"formulation": "hard", "limited": True, "tolerance": 1e-6}

@@ -18,6 +18,7 @@ $(BUILD)/count.so: count.c
 
 # The plugin is told where each kernel begins, and where its caller goes on; bit 0 only says that it is Thumb code.
 log: $(PRODUCT) $(BUILD)/count.so
+	@echo LOG $(BUILD)/LOG
 	@cd $(BUILD) && rm -f LOG && marks= && for kernel in $(KERNELS); do \
 	    for mark in entry=$$kernel leave=left_$$kernel; do \
 	        address=$$(arm-none-eabi-nm board.elf | sed -n "s/ [A-Za-z] $${mark#*=}\$$//p"); \

@@ -1,0 +1,196 @@
+"""Both sides' answers, judged before anything is timed: a fast wrong answer is a regression."""
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from alloc import FloatArray, NotApplicable, UnknownName, Vehicle
+from bench.demands import DemandSet, build_demands, labelled
+from bench.demands.store import VEHICLE_ARRAYS, Case
+from bench.gate.answers import SideAnswers, answered, calls, differ, first, wrong
+from bench.gate.cells import CONTROL_DEMANDS, DEFAULT_CELLS, chosen, controls
+from bench.gate.prober import Prober
+from bench.gate.record import CONTROL, GateCell
+from bench.gate.side import Died, Refused
+from bench.gate.worker import unpacked
+from bench.judging.question import Answers, Ask, Question, Unanswered, questions
+
+TIMED = {"inactive": 15, "active": 15}
+"""How many demands of each kind are timed. Infeasible ones are not: an iterative solver spends most of its
+time on them, and a slow-down of the rest of a call would not show beside it."""
+
+LOOKED_AT = {"inactive": 1000, "active": 3000, "boundary": 1000, "infeasible": 1000}
+"""How many demands of each kind are asked for answers. What is wrong in one of a thousand, of active demands
+alone, is among 3,000 of them with a probability of 1 - 0.999^3000 = 95 %; of all, with 99.8 %."""
+
+MOVING = {"jolts": 3000}
+"""The same, of demands that come with limits of their own."""
+
+SEED = 2004
+
+
+class Examined(NamedTuple):
+    """What is known of both sides before anything is timed.
+
+    Attributes
+    ----------
+    cells : all chosen cells, judged, and the controls
+    demands : by vehicle, the attainable demands (N, k) [N, N m] that its cells are timed with
+    notes : remarks that change no verdict
+    """
+
+    cells: list[GateCell]
+    demands: dict[str, list[list[float]]]
+    notes: list[str]
+
+
+def examine(base: Prober, head: Prober, patterns: Sequence[str]) -> Examined:
+    """Judge every chosen cell on both sides, by equations and against each other.
+
+    Raises UnknownName if the patterns choose none.
+    """
+    of_base = {cell.name: cell for cell in chosen(base.cells, patterns)}
+    of_head = {cell.name: cell for cell in chosen(head.cells, patterns)}
+    for pattern in patterns:
+        if pattern not in DEFAULT_CELLS and not chosen([*base.cells, *head.cells], [pattern]):
+            raise UnknownName(f"no cell of either side fits {pattern}; write vehicle:method:start")
+    if not of_base and not of_head:
+        raise UnknownName(f"no cell of either side fits {', '.join(patterns)}; write vehicle:method:start")
+    examined = Examined(controls(), {CONTROL: CONTROL_DEMANDS}, [])
+    shared: dict[str, list[GateCell]] = {}
+    for name, cell in (of_base | of_head).items():
+        if name in of_base and name in of_head:
+            shared.setdefault(cell.vehicle, []).append(cell)
+            continue
+        cell.base_lacks = "" if name in of_base else "base has no such method, vehicle or start"
+        cell.head_lacks = "" if name in of_head else "head has no such method, vehicle or start"
+        examined.cells.append(cell)
+    for name, cells in shared.items():
+        vehicle = _vehicle(base, name)
+        asked = [_question(demands, partial(_ask, base)) for demands in demand_sets(vehicle)]
+        examined.demands[name] = _of_kinds(vehicle, TIMED).tolist()
+        try:
+            same_numbers = head.ask("vehicle", name=name) == base.ask("vehicle", name=name)
+        except Refused as reason:  # base loaded the vehicle just now, so it is head's file that is broken
+            for cell in cells:
+                cell.head_lacks = str(reason)
+            examined.cells.extend(cells)
+            continue
+        if not same_numbers:
+            examined.notes.append(
+                f"{name}: its numbers differ, so each side is judged by its own, not by the other"
+            )
+        theirs = asked if same_numbers else [_on_other_numbers(q, _vehicle(head, name)) for q in asked]
+        for cell in cells:
+            remarks, refused = _examine(cell, (base, head), asked, theirs)
+            examined.notes.extend(remarks)
+            if not (cell.base_lacks and cell.head_lacks):
+                examined.cells.append(cell)
+            elif not refused:  # as walsh refuses most vehicles
+                examined.notes.append(
+                    f"fails on both sides, so not compared: `{cell.name}`: {cell.head_lacks}"
+                )
+    return examined
+
+
+def _examine(
+    cell: GateCell, sides: tuple[Prober, Prober], asked: Sequence[Question], theirs: Sequence[Question]
+) -> tuple[list[str], bool]:
+    """Put into the cell what its sides answer to each question.
+
+    Returns remarks that change no verdict, and whether the head's method says that it does not cover the
+    vehicle.
+    """
+    remarks: list[str] = []
+    refused = False
+    for of_base, of_head in zip(asked, theirs, strict=True):
+        base, head = _at_once(sides, cell, (of_base, of_head))
+        count = min(len(side.answers) or len(of_base.demands.taus) for side in (base, head))
+        if base.lacks and of_base.demands.f_min is not None:
+            if not head.lacks:
+                remarks.append(f"limits of each call are new: `{cell.name}`")
+            continue
+        cell.base_lacks, cell.head_lacks = base.lacks or cell.base_lacks, head.lacks or cell.head_lacks
+        refused |= head.refused
+        if base.lacks or head.lacks:
+            break
+        if count < len(of_base.demands.taus):
+            of_base, of_head = first(of_base, count), first(of_head, count)
+            base, head = (side._replace(answers=side.answers[:count]) for side in (base, head))
+            remarks.append(f"only {count:,} demands were looked at: `{cell.name}`")
+        cell.base_wrong = cell.base_wrong or wrong(of_base, base)
+        cell.head_wrong = cell.head_wrong or wrong(of_head, head)
+        if asked is theirs and not (cell.base_wrong or cell.head_wrong or cell.differ):
+            cell.differ = differ(of_base, base, head)
+    return remarks, refused
+
+
+def _at_once(
+    sides: tuple[Prober, Prober], cell: GateCell, questions: tuple[Question, Question]
+) -> list[SideAnswers]:
+    """Both sides' answers, asked for side by side, since each takes a core for seconds."""
+    with ThreadPoolExecutor(2) as pool:
+        try:
+            return list(pool.map(answered, sides, (cell, cell), questions))
+        except BaseException:  # Ctrl-C: nobody waits for the replies any more
+            for side in sides:
+                side.kill()
+            raise
+
+
+def demand_sets(vehicle: Vehicle) -> list[DemandSet]:
+    """The demands that cells of a vehicle are asked, all kinds mixed; then those with limits of their own."""
+    mixed = _of_kinds(vehicle, LOOKED_AT)
+    mixed = np.random.default_rng(SEED).permutation(mixed)
+    moving = [build_demands(name, vehicle, SEED, n) for name, n in MOVING.items()]
+    return [labelled("gate", vehicle, mixed), *moving]
+
+
+def _of_kinds(vehicle: Vehicle, kinds: Mapping[str, int]) -> FloatArray:
+    sets = []
+    for kind, n in kinds.items():
+        try:
+            sets.append(build_demands(kind, vehicle, SEED, n).taus)
+        except NotApplicable:  # without redundancy no demand is active
+            continue
+    return np.concatenate(sets)
+
+
+def _vehicle(side: Prober, name: str) -> Vehicle:
+    numbers = side.ask("vehicle", name=name)
+    arrays: dict[str, Any] = {key: np.array(numbers[key]) for key in VEHICLE_ARRAYS}
+    return Vehicle(name=name, dof=tuple(numbers["dof"]), **arrays)
+
+
+def _ask(side: Prober, method: str, cases: Sequence[Case]) -> list[Answers | Unanswered]:
+    # Right answers of both sides come from the base's methods, because the base is the trusted side.
+    answers: list[Answers | Unanswered] = []
+    cell = f"reference:{method}"
+    for case in cases:
+        try:
+            side.ask("build", cell=cell, vehicle=case.vehicle.name, method=method, start="-")
+            raw = side.ask("many", cell=cell, **calls(case))
+        except (Died, Refused) as reason:
+            answers.append(Unanswered("failed", str(reason)))
+            continue
+        answers.append(Answers(unpacked(raw["F"]), np.array(raw["status"], dtype=np.int8)))
+    return answers
+
+
+def _nobody(method: str, cases: Sequence[Case]) -> list[Answers | Unanswered]:
+    return [Unanswered("missing", "the head is not trusted with an optimum")] * len(cases)
+
+
+def _on_other_numbers(question: Question, vehicle: Vehicle) -> Question:
+    # Other numbers give the same demands other labels, and no right answer is known but T* tau.
+    if vehicle.k != question.demands.vehicle.k:
+        raise Refused(f"{vehicle.name}: its DOF differ between the sides; give --cells without it")
+    d = question.demands
+    return _question(labelled(d.name, vehicle, d.taus, d.f_min, d.f_max), _nobody)
+
+
+def _question(demands: DemandSet, ask: Ask) -> Question:
+    return questions([demands], ask)[0]
