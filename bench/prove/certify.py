@@ -11,12 +11,14 @@ from alloc.vehicle.condition import wrench_doubt
 from bench.emulation.toolchain import ToolError, missing, target
 from bench.harness import machine
 from bench.prove import misra, safety, tools
+from bench.prove.band import verdict_band
 from bench.prove.gappa import before_limits
 from bench.prove.harness import Subject, subject
+from bench.prove.program import Node, NotRead
 from bench.prove.proof import ASSUMPTIONS, Claim, Proof, Rounding, WorstPath, not_shown
-from bench.prove.rounding import Errors, verdict_band
+from bench.prove.rounding import Errors
 from bench.prove.seen import made, seen
-from bench.prove.symbolic import Node, NotRead, programs
+from bench.prove.symbolic import programs
 from bench.prove.worst import TARGETS, worst_path
 
 DEMANDS = 1_000_000

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.prove.cases import Case, Integer, case, evaluated
+from bench.prove.cases import Integer, case, evaluated
 
 Array = NDArray[Any]
 
@@ -106,5 +106,3 @@ CALCULATED: dict[str, Any] = {
     "neg": np.negative, "abs": np.abs, "min": np.fmin, "max": np.fmax,
 }  # fmt: skip
 """``min`` and ``max`` are IEEE 754's minNum and maxNum: of NaN and a number, the number."""
-
-__all__ = ["CALCULATED", "Case", "Float", "Numbers"]

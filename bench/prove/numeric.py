@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.prove.symbolic import NotRead, Program
+from bench.prove.program import NotRead, Program
 
 Array = NDArray[Any]
 

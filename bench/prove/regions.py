@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from math import inf
 
-from bench.prove.symbolic import Node, Operation
+from bench.prove.program import Node, Operation
 
 Region = dict[Node, tuple[float, float]]
 """Ranges of some numbers; of all others nothing is said."""

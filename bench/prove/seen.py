@@ -9,8 +9,9 @@ from alloc.native.code import MET, Scalar
 from bench.emulation.toolchain import ToolError
 from bench.prove.harness import Subject
 from bench.prove.numeric import alike, answered, values
+from bench.prove.program import Node, NotRead, Program
 from bench.prove.proof import Claim, not_shown
-from bench.prove.symbolic import Node, NotRead, Program, programs
+from bench.prove.symbolic import programs
 
 CHUNK = 10_000
 """Demands at a time: so many values of every operation fit a processor's cache."""

@@ -15,7 +15,7 @@ from bench.emulation.toolchain import Target, ToolError, versions
 from bench.prove import lifted
 from bench.prove.binary import Unbounded, disassembled, remaining
 from bench.prove.harness import Subject
-from bench.prove.machine import NotFollowed
+from bench.prove.operations import NotFollowed
 from bench.prove.paths import Ways, ways
 from bench.prove.proof import BinaryPath, WorstPath
 from bench.prove.seen import attainable

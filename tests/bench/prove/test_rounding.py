@@ -9,11 +9,13 @@ from alloc import load_vehicle
 from alloc.native.code import TOLERANCE
 from alloc.native.compiled import compiler
 from bench.prove import subject, tools
+from bench.prove.band import verdict_band
 from bench.prove.gappa import before_limits
 from bench.prove.numeric import alike, answered, answers, values
-from bench.prove.rounding import Errors, verdict_band
+from bench.prove.program import NotRead
+from bench.prove.rounding import Errors
 from bench.prove.seen import seen
-from bench.prove.symbolic import NotRead, programs
+from bench.prove.symbolic import programs
 
 pytestmark = pytest.mark.skipif(not compiler(), reason="needs a C compiler")
 
