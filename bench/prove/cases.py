@@ -15,7 +15,7 @@ LESS, EQUAL, GREATER, UNORDERED = range(4)
 """Outcomes of a comparison; unordered where one of the two is NaN."""
 
 
-class Case(NamedTuple):
+class ByOutcome(NamedTuple):
     """What an integer is for each outcome of one comparison.
 
     Attributes
@@ -28,12 +28,12 @@ class Case(NamedTuple):
     leaves: "tuple[Integer, Integer, Integer, Integer]"
 
 
-Integer = int | Case
+Integer = int | ByOutcome
 
 
 def combined(function: Callable[..., int], *given: Integer) -> Integer:
     """``function`` of integers, for each combination of outcomes that they hang on."""
-    asked = [each.compare for each in given if isinstance(each, Case)]
+    asked = [each.compare for each in given if isinstance(each, ByOutcome)]
     if not asked:
         return function(*given)
     first = min(asked)
@@ -44,23 +44,25 @@ def combined(function: Callable[..., int], *given: Integer) -> Integer:
 def case(compare: int, leaves: tuple[Integer, ...]) -> Integer:
     """A case, or the integer where it is the same for each outcome."""
     a, b, c, d = leaves
-    return a if a == b == c == d else Case(compare, (a, b, c, d))
+    return a if a == b == c == d else ByOutcome(compare, (a, b, c, d))
 
 
 def _at(integer: Integer, compare: int, outcome: int) -> Integer:
-    return integer.leaves[outcome] if isinstance(integer, Case) and integer.compare == compare else integer
+    return (
+        integer.leaves[outcome] if isinstance(integer, ByOutcome) and integer.compare == compare else integer
+    )
 
 
 def compares(integer: Integer) -> set[int]:
     """The comparisons that an integer hangs on."""
-    if not isinstance(integer, Case):
+    if not isinstance(integer, ByOutcome):
         return set()
     return {integer.compare}.union(*(compares(leaf) for leaf in set(integer.leaves)))
 
 
 def evaluated(integer: Integer, outcome: Callable[[int], NDArray[np.int8]], size: int) -> NDArray[np.int64]:
     """(size,) the integer for each of so many calls; ``outcome`` gives (size,) outcomes of a comparison."""
-    if not isinstance(integer, Case):
+    if not isinstance(integer, ByOutcome):
         return np.full(size, integer, dtype=np.int64)
     leaves = [evaluated(leaf, outcome, size) for leaf in integer.leaves]
     chosen: NDArray[np.int64] = np.choose(outcome(integer.compare), leaves)

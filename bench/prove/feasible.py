@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.prove.cases import Case, Integer, combined, compares
+from bench.prove.cases import ByOutcome, Integer, combined, compares
 from bench.prove.numbers import Numbers
 
 EFFORT = 50_000
 """What z3 may spend on one question, in its own measure, which is the same on each machine."""
 
 
-class Solver:
+class Feasibility:
     """Questions about the numbers of one kernel with one fault."""
 
     def __init__(self, numbers: Numbers, rounds: bool = True, apart: float = 0.0) -> None:
@@ -81,7 +81,7 @@ class Solver:
     def condition(self, integer: Integer) -> Any:
         """The formula that says an integer is not zero."""
         z3 = self._z3
-        if not isinstance(integer, Case):
+        if not isinstance(integer, ByOutcome):
             return z3.BoolVal(bool(integer))
         if integer.leaves[0] == integer.leaves[1] == integer.leaves[2] == integer.leaves[3]:
             return self.condition(integer.leaves[0])

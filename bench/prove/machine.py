@@ -6,7 +6,7 @@ are followed one by one, forking where a jump hangs on a comparison; of numbers 
 
 from typing import Any, NamedTuple
 
-from bench.prove.cases import Case, Integer, combined
+from bench.prove.cases import ByOutcome, Integer, combined
 from bench.prove.lifted import LEAVE, STACK, Lifted
 from bench.prove.numbers import Numbers
 from bench.prove.operations import NotFollowed, Operations, leaves, size_of
@@ -54,7 +54,7 @@ class State:
         return state
 
 
-class Machine:
+class Follower:
     """Follows one kernel's code."""
 
     def __init__(self, code: Lifted, numbers: Numbers) -> None:
@@ -106,7 +106,7 @@ class Machine:
                     self._loaded(statement, state, types)
                 case "Ist_Exit":
                     guard = self._value(statement.guard, state, types)
-                    if isinstance(guard, Case):
+                    if isinstance(guard, ByOutcome):
                         taken = state.moved(self._code.address(statement.dst.value))
                         self._jumped(taken, statement.jumpkind)
                         state.index = index + 1
@@ -150,7 +150,7 @@ class Machine:
     def _stored(self, statement: Any, state: State, types: Any) -> None:
         at, size = self._integer(statement.addr, state, types), size_of(statement.data.result_type(types))
         value, guard = (self._value(each, state, types) for each in (statement.data, statement.guard))
-        if isinstance(guard, Case):
+        if isinstance(guard, ByOutcome):
             value = self._operations.chosen(guard, value, self._read(state.memory, at, size), size)
         if guard:
             self._put(state.memory, at, value, size)
@@ -161,7 +161,7 @@ class Machine:
         if guard and statement.cvt_types[0] != statement.cvt_types[1]:
             raise NotFollowed(f"a conditional load that converts, at {state.at:#x}")
         value = self._read(state.memory, at, size) if guard else other
-        if isinstance(guard, Case):
+        if isinstance(guard, ByOutcome):
             value = self._operations.chosen(guard, value, other, size)
         state.temporaries[statement.dst] = value
 

@@ -4,7 +4,7 @@ import re
 import struct
 from typing import Any
 
-from bench.prove.cases import Case, Integer, combined
+from bench.prove.cases import ByOutcome, Integer, combined
 from bench.prove.numbers import Float, Numbers
 from bench.prove.processor import CALLED, integers
 
@@ -46,7 +46,7 @@ class Operations:
             size = size_of(kind)
             (number,) = struct.unpack("<f" if size == 4 else "<d", value.to_bytes(size, "little"))
             return self._numbers.number("const", number)
-        if kind in ("Ity_F32", "Ity_F64") and isinstance(value, Case):
+        if kind in ("Ity_F32", "Ity_F64") and isinstance(value, ByOutcome):
             found_leaves = sorted(leaves(value))
             found = self.typed(found_leaves[0], kind)
             for leaf in found_leaves[1:]:
@@ -62,7 +62,7 @@ class Operations:
 
     def chosen(self, condition: Integer, a: Any, b: Any, size: int) -> Any:
         """One of two values, by a condition."""
-        if not isinstance(condition, Case):
+        if not isinstance(condition, ByOutcome):
             return a if condition else b
         if a == b:
             return a
@@ -116,7 +116,7 @@ class Operations:
             return {**kept, **dict.fromkeys(range(ZEROED[operation], 16, 4), (4, 0))}
         if operation.startswith("Iop_Reinterp"):
             return self.typed(operands[0], kind)
-        if any(not isinstance(each, int | Case) for each in operands):
+        if any(not isinstance(each, int | ByOutcome) for each in operands):
             raise NotFollowed(f"{operation} of numbers")
         function = integers(operation)
         if function is None:
@@ -133,7 +133,7 @@ class Operations:
 
 def leaves(integer: Integer) -> set[int]:
     """What an integer may be; raises NotFollowed of a number."""
-    if isinstance(integer, Case):
+    if isinstance(integer, ByOutcome):
         return set().union(*(leaves(leaf) for leaf in set(integer.leaves)))
     if not isinstance(integer, int):
         raise NotFollowed("a jump to a number")

@@ -2,7 +2,7 @@
 
 Every call goes through ``machine``, so a way is a list of conditions on numbers. Many calls are answered at
 once beside it: a way that one of them takes is feasible. Of the others ``feasible`` says whether any
-arguments take them, and proposes some. Ways are followed in the order of the instructions that they could
+arguments take them, and proposes some. PathsFound are followed in the order of the instructions that they could
 take at most, so that the first complete one that a call takes is the longest.
 """
 
@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.prove.cases import Integer
-from bench.prove.feasible import Solver
+from bench.prove.feasible import Feasibility
 from bench.prove.lifted import LEAVE, Lifted
-from bench.prove.machine import Machine, State
+from bench.prove.machine import Follower, State
 from bench.prove.numbers import Array, Numbers
 
 FORKS = 2000
@@ -31,7 +31,7 @@ NEAR = 30
 """Arguments that are tried beside those that the solver proposes."""
 
 
-class Way(NamedTuple):
+class PathFound(NamedTuple):
     """A way through a kernel, or all that begin alike and no arguments take.
 
     Attributes
@@ -48,7 +48,7 @@ class Way(NamedTuple):
     infeasible: bool
 
 
-class Ways(NamedTuple):
+class PathsFound(NamedTuple):
     """What was found.
 
     Attributes
@@ -58,7 +58,7 @@ class Ways(NamedTuple):
     complete : whether ``found`` holds all there are
     """
 
-    found: list[Way]
+    found: list[PathFound]
     at_most: int
     complete: bool
 
@@ -81,7 +81,7 @@ def ways(
     calls: Mapping[int, dict[str, Array]],
     scalar: Any,
     arguments: list[str],
-) -> Ways:
+) -> PathsFound:
     """The ways of each fault in ``calls``, which has its inputs (size, N) by name.
 
     ``arguments`` names what the function takes, in order, ``fault`` among them; ``remaining`` is that of
@@ -93,7 +93,7 @@ def ways(
     unknown = [way.instructions for way in found if not way.call.size and not way.infeasible]
     rest = [each.most for each in search.open]
     at_most = min(remaining[entry], max([taken, *unknown, *rest]))
-    return Ways(found, at_most, not rest)
+    return PathsFound(found, at_most, not rest)
 
 
 class _Search:
@@ -108,15 +108,15 @@ class _Search:
     ) -> None:
         self._remaining = remaining
         self._numbers = {fault: Numbers(scalar, given) for fault, given in calls.items()}
-        self._machines = {fault: Machine(code, numbers) for fault, numbers in self._numbers.items()}
-        self._solvers: dict[int, list[Solver]] = {}
+        self._machines = {fault: Follower(code, numbers) for fault, numbers in self._numbers.items()}
+        self._solvers: dict[int, list[Feasibility]] = {}
         self._questions = self._serial = 0
         self.open: list[_Open] = []
         for fault, given in calls.items():
             state = _called(self._machines[fault], self._numbers[fault], entry, arguments, fault, given)
             self._push(fault, state, np.arange(self._numbers[fault].size), ())
 
-    def run(self) -> Iterator[Way]:
+    def run(self) -> Iterator[PathFound]:
         """Follow ways until none is open, or enough were looked at."""
         forks = longest = listed = 0
         aside: list[_Open] = []
@@ -129,7 +129,7 @@ class _Search:
                 here, infeasible = self._asked(here)
                 if infeasible:
                     listed += 1
-                    yield Way(here.fault, here.most, np.zeros(0), infeasible=True)
+                    yield PathFound(here.fault, here.most, np.zeros(0), infeasible=True)
                     continue
             state = here.state
             while state.at != LEAVE:
@@ -153,7 +153,7 @@ class _Search:
     def _asked(self, here: _Open) -> tuple[_Open, bool]:
         """A way that no call took yet, with calls that do where some were found; and whether none can."""
         numbers = self._numbers[here.fault]
-        solvers = self._solvers.setdefault(here.fault, [Solver(numbers, *each) for each in STRICT])
+        solvers = self._solvers.setdefault(here.fault, [Feasibility(numbers, *each) for each in STRICT])
         for solver in solvers:
             self._questions += 1
             proposed = solver.possible(here.held)
@@ -190,10 +190,10 @@ class _Search:
             )
         return np.arange(begin, numbers.size)
 
-    def _complete(self, here: _Open, state: State) -> Way:
+    def _complete(self, here: _Open, state: State) -> PathFound:
         calls = self._numbers[here.fault].calls.values()
         call = [given[:, here.taken[0]] for given in calls] if len(here.taken) else [np.zeros(0)]
-        return Way(here.fault, state.executed, np.concatenate(call), infeasible=False)
+        return PathFound(here.fault, state.executed, np.concatenate(call), infeasible=False)
 
     def _rest(self, state: State) -> int:
         if state.at == LEAVE:
@@ -218,7 +218,7 @@ PLACES = 0x1000_0000
 
 
 def _called(
-    machine: Machine,
+    machine: Follower,
     numbers: Numbers,
     entry: int,
     arguments: list[str],

@@ -16,7 +16,7 @@ from bench.prove import lifted
 from bench.prove.binary import Unbounded, disassembled, remaining
 from bench.prove.harness import Subject
 from bench.prove.operations import NotFollowed
-from bench.prove.paths import Ways, ways
+from bench.prove.paths import PathsFound, ways
 from bench.prove.proof import BinaryPath, WorstPath
 from bench.prove.seen import attainable
 
@@ -35,7 +35,7 @@ def worst_path(of: Subject, on: Target) -> WorstPath:
     calls = _calls(of)
     with tempfile.TemporaryDirectory(prefix="thrustbench-") as folder:
         image = link(_kernel(of), on, Path(folder))
-        reason, at_most, followed = "", None, Ways([], 0, False)
+        reason, at_most, followed = "", None, PathsFound([], 0, False)
         try:
             lengths = remaining(disassembled(image), image.entry, _rounds(of))
             at_most = lengths[image.entry]
@@ -87,7 +87,7 @@ def _named(call: FloatArray) -> list[float | str]:
     return [float(each) if np.isfinite(each) else str(each) for each in call]
 
 
-def _followed(of: Subject, image: Image, lengths: dict[int, int]) -> Ways:
+def _followed(of: Subject, image: Image, lengths: dict[int, int]) -> PathsFound:
     if words := lifted.missing():
         raise NotFollowed(words)
     if "cascade(" in of.source:

@@ -1,4 +1,4 @@
-"""Ways through a binary: what a call takes is counted in the emulator, and what none takes is no call's."""
+"""PathsFound through a binary: what a call takes is counted in the emulator, and what none takes is no call's."""
 
 import numpy as np
 import pytest
@@ -6,9 +6,9 @@ import pytest
 from alloc import load_vehicle
 from bench.emulation.toolchain import ToolError
 from bench.prove import lifted, subject
-from bench.prove.cases import Case, Integer, combined
-from bench.prove.feasible import Solver
-from bench.prove.machine import Machine, State
+from bench.prove.cases import ByOutcome, Integer, combined
+from bench.prove.feasible import Feasibility
+from bench.prove.machine import Follower, State
 from bench.prove.numbers import Float, Numbers
 from bench.prove.places import Places
 from bench.prove.worst import worst_path
@@ -81,7 +81,7 @@ def test_what_happened_is_never_called_impossible(scalar: type) -> None:
                 made.append(numbers.number(str(operation), *given))
             x, y = (made[-1], made[rng.integers(0, len(made))])
             asked.append(numbers.compare(x, y, CODES))
-        solver = Solver(numbers)
+        solver = Feasibility(numbers)
         for call in range(4):
             held = [
                 (combined(lambda x, y: int(x == y), each, int(numbers.integer(each)[call])), True)
@@ -101,7 +101,7 @@ def test_what_can_not_hold_together_is_impossible() -> None:
         return numbers.compare(a, b, (1, 0, 0, 0)), True
 
     total, part = numbers.number("add", x.node, y.node), numbers.number("div", x.node, y.node)
-    solver = Solver(numbers)
+    solver = Feasibility(numbers)
     assert solver.possible([less(x, y), less(y, x)]) is False
     assert solver.possible([less(x, zero), less(y, zero), less(zero, total)]) is False
     assert solver.possible([less(zero, x), less(x, y), less(one, part)]) is False
@@ -112,9 +112,9 @@ def test_what_can_not_hold_together_is_impossible() -> None:
 
 def test_an_integer_made_of_flags_is_known_for_each_outcome() -> None:
     """(a < b) + 2 (c > d) has four values; where both ask the same, two."""
-    first, second = Case(0, (1, 0, 0, 0)), Case(1, (0, 0, 1, 0))
+    first, second = ByOutcome(0, (1, 0, 0, 0)), ByOutcome(1, (0, 0, 1, 0))
     both = combined(lambda x, y: x + 2 * y, first, second)
-    assert both == Case(0, (Case(1, (1, 1, 3, 1)), *[Case(1, (0, 0, 2, 0))] * 3))
+    assert both == ByOutcome(0, (ByOutcome(1, (1, 1, 3, 1)), *[ByOutcome(1, (0, 0, 2, 0))] * 3))
     assert combined(lambda x, y: x - y, first, first) == 0
 
 
@@ -142,7 +142,7 @@ def test_arguments_beyond_four_registers_lie_on_the_stack() -> None:
         def register(self, name: str) -> int:
             return {"sp": 60, "lr": 64}.get(name) or 8 + 4 * int(name)
 
-    machine = Machine(Code(), Numbers(np.float64, {"tau": np.zeros((1, 1))}))  # type: ignore[arg-type]
+    machine = Follower(Code(), Numbers(np.float64, {"tau": np.zeros((1, 1))}))  # type: ignore[arg-type]
     state = machine.start(0x100, [10, 11, 12, 13, 14, 15])
     stack = state.registers.read(60, 4)
     assert [state.memory.read(stack + 4 * i, 4) for i in range(2)] == [14, 15]
