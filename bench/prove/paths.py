@@ -2,7 +2,7 @@
 
 Every call goes through ``machine``, so a way is a list of conditions on numbers. Many calls are answered at
 once beside it: a way that one of them takes is feasible. Of the others ``feasible`` says whether any
-arguments take them, and proposes some. PathsFound are followed in the order of the instructions that they could
+arguments take them, and proposes some. Ways are followed in the order of the instructions that they could
 take at most, so that the first complete one that a call takes is the longest.
 """
 

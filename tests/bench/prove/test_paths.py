@@ -1,4 +1,4 @@
-"""PathsFound through a binary: what a call takes is counted in the emulator, and what none takes is no call's."""
+"""Ways through a binary: what a call takes is counted in the emulator, and what none takes is no call's."""
 
 import numpy as np
 import pytest
