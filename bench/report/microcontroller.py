@@ -14,13 +14,16 @@ def microcontroller(rows: Sequence[EmulatedRow]) -> str:
     """Tables of what each method costs at worst and how often it is wrong; empty where no solver was counted.
 
     The most that any call took on each vehicle, a search included for this project's C; flash, RAM and stack
-    of the vehicle that takes most; wrong verdicts and the largest distance over all vehicles.
+    of the vehicle that takes most; wrong verdicts and the largest distance over all vehicles. A vehicle on
+    which no solver was counted is left out, or sizes would not compare.
     """
     parts = []
     for target, scalar in BOARDS:
         own = [row for row in rows if _of(row) == (target, scalar, "fixed") and row.emulated.instructions]
-        if any(row.emulated.solver for row in own):
-            parts += [f"### {target}, {scalar}: the most instructions of a call\n", _table(own)]
+        shared = {row.emulated.vehicle for row in own if row.emulated.solver}
+        if shared:
+            alike = [row for row in own if row.emulated.vehicle in shared]
+            parts += [f"### {target}, {scalar}: the most instructions of a call\n", _table(alike)]
     if not parts:
         return ""
     note = (

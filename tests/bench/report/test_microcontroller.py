@@ -52,5 +52,17 @@ def test_the_most_of_all_demands_and_all_wrong_verdicts_stand_in_one_line_a_meth
     assert text.index("nullspace") < text.index("qp/daqp")
 
 
+def test_a_vehicle_that_no_solver_was_counted_on_is_left_out() -> None:
+    """Else this project's sizes would be those of a larger vehicle than the solvers'."""
+    solver = counted("qp/daqp@generated", "active", 2000, solver="daqp")
+    ours = [
+        counted("nullspace@native", "active", most, vehicle=name)
+        for name, most in (("ukwial", 100), ("box8", 999))
+    ]
+    text = microcontroller(rows([solver, *ours]))
+    assert "box8" not in text
+    assert cells(text, "nullspace@native")[1:3] == ["100", "100"]
+
+
 def test_without_a_solver_s_c_there_is_nothing_to_compare() -> None:
     assert microcontroller(rows([counted("nullspace@native", "active", 100)])) == ""
