@@ -68,7 +68,7 @@ class Saturating:
         self._vehicle = vehicle
         self._k = vehicle.k
         self._bounds = bounds(vehicle.f_min, vehicle.f_max)
-        self._limits_of_call = at_call(vehicle)
+        self._limits_of_call = at_call(vehicle, held=True)
         # (k, n) and (k,): T f - tau in units in which 1 is the largest miss that counts as met.
         self._unit = 1.0 / (WRENCH_TOLERANCE * vehicle.wrench_scale)
         self._T = vehicle.TP * self._unit[:, None]
@@ -105,7 +105,7 @@ class Saturating:
     ) -> tuple[FloatArray, StatusArray]:
         """Allocate (N, k) wrenches: T* tau in one matrix product, then the rule for those beyond a limit."""
         wrenches = checked_many(taus, self._k)
-        low, high = limits_of(self._vehicle, len(wrenches), f_min, f_max)
+        low, high = limits_of(self._vehicle, len(wrenches), f_min, f_max, held=True)
         F = wrenches @ self.G.T
         empty = (low > high).any(axis=1)
         mend = np.flatnonzero(((low > F) | (high < F)).any(axis=1) & ~empty)

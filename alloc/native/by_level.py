@@ -40,8 +40,7 @@ from alloc.vehicle import Vehicle
 
 FACETS_LIMIT = 300
 """Most pairs of facets: each is written out, and more would fill a microcontroller's flash."""
-PARALLEL: dict[Scalar, float] = {"double": 1e-14, "float": 2e-6}
-"""Along a facet steps this small are rounding, relative to the products that they are summed of."""
+PARALLEL: dict[Scalar, float] = {"double": facets.PARALLEL, "float": 2e-6}
 EDGE: dict[Scalar, float] = {"double": facets.EDGE, "float": 4e-6}
 """What ``alloc.reach.edge`` has for double, and what rounding makes of it in float."""
 ROOMY = 1e-3
@@ -318,9 +317,7 @@ class Walk:
             if ahead == astern:
                 return f"size({along} * {self._c(1.0 / ahead)})"
             return f"most({along} * {self._c(1.0 / ahead)}, -{along} * {self._c(1.0 / astern)})"
-        # Taking it off is quicker than a comparison, and in double nothing to any answer.
-        taken = f"size({along}) - {tiny}" if self._c.scalar == "double" else f"notable(size({along}), {tiny})"
-        return f"load({along}, {taken}, {self._text(ahead)}, {self._text(astern)})"
+        return f"load({along}, {self._text(ahead)}, {self._text(astern)}, {tiny})"
 
     def _least(self, rooms: list[Value]) -> Value:
         known = [room for room in rooms if isinstance(room, float)]

@@ -17,6 +17,8 @@ ROUNDING: dict[Scalar, float] = {"double": 2e-15, "float": 1e-6}
 """What sums of a few dozen terms lose in the scalar, relative to the largest term [-]."""
 TRIES = 8
 """Times that all arguments of a case are moved by what rounding takes, to see what becomes of the answer."""
+JUMP = 1e-2
+"""What rounding may do to an answer at most, relative to ``size``: more is another answer [-]."""
 PER_FAULT = 24
 """Cases for the whole vehicle, and for each fault; fewer where rounding decides what the answer is."""
 
@@ -60,8 +62,8 @@ def cases(
     worst of signs of p = 3 n arguments does at most sqrt(p) sigma, by Cauchy and Schwarz. Two more moves:
     float takes thrusts farther beyond limits as inside than the twin does, so limits are wider by that much;
     and the end of a way is rounded too, which may cost a weak thruster more than all arguments do, so the
-    demand is what its answer pushes, a little back on the way. A case whose status changes is left out: there
-    rounding decides.
+    demand is what its answer pushes, a little back on the way. A case whose status changes, or whose answer
+    jumps, is left out: there rounding decides.
     """
     rng = np.random.default_rng(1999)
     low, high = _limits(vehicle, limits, rng)
@@ -85,7 +87,9 @@ def cases(
     def moved(f: FloatArray, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
         others, verdict, shares = answers(f, low, high)
         same[verdict != status] = False
-        return far_off(others, F), np.abs(shares - share).max(axis=1, initial=0.0)
+        far = far_off(others, F)
+        same[far > JUMP * size[:, 0]] = False
+        return far, np.abs(shares - share).max(axis=1, initial=0.0)
 
     for _ in range(TRIES):
         by = max(ROUNDING[scalar], doubt) * rng.choice([-1.0, 1.0], (3, *f.shape))

@@ -94,19 +94,12 @@ static inline double size(double x)
 #endif
 }
 """,
-    # What a step takes of the room ahead of it, or behind where it is negative. Less than nothing, and
-    # nothing of no room, which is NaN, compares and the FPU's maximum drop alike.
+    # What a step takes of the room ahead of it, or behind where it is negative; nothing where it is tiny.
+    # Nothing of no room is NaN, which compares and the FPU's maximum drop alike.
     "load": """\
-static inline double load(double along, double taken, double ahead, double astern)
+static inline double load(double along, double ahead, double astern, double tiny)
 {
-    return taken / (along > 0.0 ? ahead : astern);
-}
-""",
-    # Nothing where it is tiny.
-    "notable": """\
-static inline double notable(double x, double tiny)
-{
-    return x > tiny ? x : 0.0;
+    return (size(along) > tiny ? size(along) : 0.0) / (along > 0.0 ? ahead : astern);
 }
 """,
     # A share that is 1 but for rounding.

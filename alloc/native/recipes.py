@@ -20,7 +20,7 @@ from alloc.nullspace.allocator import Nullspace
 from alloc.nullspace.allocator import exact as build_nullspace
 from alloc.nullspace.by_level import ByLevel
 from alloc.vehicle import Vehicle
-from alloc.vehicle.condition import wrench_doubt
+from alloc.vehicle.condition import promised
 
 Statements = Callable[[Vehicle, CLimits, Table], list[str]]
 Functions = Callable[[Vehicle, Scalar], str]
@@ -120,7 +120,7 @@ def _by_level(formulation: Formulation, levels: Callable[[Vehicle], int]) -> Rec
     return Recipe(
         statements=by_level(formulation),
         levels=levels,
-        doubt=lambda vehicle, _: wrench_doubt(vehicle),  # steps are thrusts G tau, and T G is not quite 1
+        doubt=lambda vehicle, _: promised(vehicle, 0.0),  # steps and ends are products with G and N'H
         twin=lambda vehicle: ByLevel(vehicle, formulation),
         formulation=formulation.name,
         summary=f"{formulation.name} as C99 generated for the vehicle.",

@@ -24,13 +24,14 @@ from alloc.native.code import (
 )
 from alloc.native.entry import closed_form, cover, crossed, entered, inside, read, refused, written
 from alloc.vehicle import RANK_TOLERANCE, Vehicle
+from alloc.vehicle.condition import magnified
 
 ROUNDING: dict[Scalar, float] = {"double": 1e-9, "float": TOLERANCE["float"]}
 """``alloc.closed_forms.shrink.ROUNDING``, and where float rounds more than that, what counts as met there."""
 RANK: dict[Scalar, float] = {"double": RANK_TOLERANCE, "float": 1e-5}
 """Length of a row below which it is rounding, relative to the longest [-]."""
 
-DOUBT: dict[Scalar, float] = {"double": 1e-6, "float": 1e-2}
+DOUBT: dict[Scalar, float] = {"double": 1e-5, "float": 1e-2}
 """What rounding may take of redistribute's thrusts, relative to the largest limit [-]; more is refused."""
 EACH = 8
 """Roundings of a Gram-Schmidt process for each thruster, as ``alloc.vehicle.condition`` counts them."""
@@ -78,15 +79,16 @@ def cascade_doubt(vehicle: Vehicle, scalar: Scalar) -> float:
     """Share of the largest limit by which rounding may move a thrust of the cascade in C [-].
 
     With H = L L' the effort is |L'f|^2, and orthogonal rows of A L'^-1 are found by Gram-Schmidt, which loses
-    a share ROUNDING n cond(A L'^-1) of L'f (Bjorck 1967); of f that is up to sqrt(cond H) times as much.
+    a share EACH n u cond(A L'^-1) of L'f (Bjorck 1967); of f that is up to sqrt(cond H) times as much. Where
+    others are frozen the weakest thruster may push alone: max |T_i| / min |T_i| times as much again.
     """
     on = vehicle.working
-    H = vehicle.H[np.ix_(on, on)]
-    rows = np.linalg.solve(np.linalg.cholesky(H), (vehicle.TP[:, on] / vehicle.row_lengths[:, None]).T)
-    sigma = np.linalg.svd(rows, compute_uv=False)[: vehicle.rank]
-    spread = float(sigma[0] / sigma[-1] * np.sqrt(np.linalg.cond(H))) if sigma.size else 1.0
+    L = np.linalg.cholesky(vehicle.H[np.ix_(on, on)])
+    rows = np.linalg.solve(L, (vehicle.TP[:, on] / vehicle.row_lengths[:, None]).T)
+    sigma = np.linalg.svd(rows, compute_uv=False)
+    spread = float(sigma[0] / sigma[vehicle.rank - 1]) if vehicle.rank else 1.0
     unit = float(np.finfo(np.float32 if scalar == "float" else np.float64).eps)
-    return EACH * len(on) * unit * spread
+    return EACH * len(on) * unit * spread * magnified(vehicle)
 
 
 def cascade(vehicle: Vehicle, scalar: Scalar) -> str:

@@ -40,7 +40,7 @@ class ByLevel:
         self._way = way = formulation.way(vehicle)
         self._exact = exact(vehicle, tolerance=inf)
         self.tolerance = self._exact.tolerance
-        self._limits_of_call = at_call(vehicle)
+        self._limits_of_call = at_call(vehicle, held=True)
         self._own = way.departure(vehicle.f_min, vehicle.f_max)
         self._limits = list(zip(vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True))
         self._all, self._nothing = (1.0,) * len(way.keep), (0.0,) * len(way.keep)
@@ -82,7 +82,7 @@ class ByLevel:
     ) -> tuple[FloatArray, StatusArray]:
         """Allocate (N, k) wrenches, all demands side by side; limits (n,) or (N, n) [N]."""
         wrenches = checked_many(taus, self._vehicle.k)
-        lows, highs = limits_of(self._vehicle, len(wrenches), f_min, f_max)
+        lows, highs = limits_of(self._vehicle, len(wrenches), f_min, f_max, held=True)
         possible = (lows <= highs).all(axis=1)
         highs = np.maximum(lows, highs)  # where they contradict themselves the answer is NaN anyhow
         begin = self._own if f_min is None and f_max is None else self._way.departure(lows, highs)

@@ -35,12 +35,13 @@ def widest(vehicle: Vehicle) -> float:
     return vehicle.f_scale * max(1.0, WRENCH_TOLERANCE / 4 / wrench_doubt(vehicle))
 
 
-def at_call(vehicle: Vehicle) -> AtCall:
+def at_call(vehicle: Vehicle, *, held: bool = False) -> AtCall:
     """The function that checks the limits of one call for this vehicle; thrusters that are off stay off.
 
-    f_min may exceed f_max, which leaves nothing to allocate. What reaches beyond ``widest`` is cut there. The
-    function raises DemandError for another shape, and for entries that are no real numbers, NaN, or larger
-    than LARGEST_DEMAND.
+    f_min may exceed f_max, which leaves nothing to allocate. What reaches beyond ``widest`` is cut there. If
+    all that a thruster may do lies beyond, its limits cross then; with ``held`` they stay as they are, for
+    methods that answer within any limits. The function raises DemandError for another shape, and for entries
+    that are no real numbers, NaN, or larger than LARGEST_DEMAND.
     """
     n, own_min, own_max, most = vehicle.n, vehicle.f_min, vehicle.f_max, widest(vehicle)
     off = vehicle.readiness == 0
@@ -60,8 +61,7 @@ def at_call(vehicle: Vehicle) -> AtCall:
             and low.shape == high.shape == shape
             and hypot(*low.tolist(), *high.tolist()) <= most
         ):
-            low = np.maximum(_side(low, "f_min", n, None), -most)
-            high = np.minimum(_side(high, "f_max", n, None), most)
+            low, high = _cut(_side(low, "f_min", n, None), _side(high, "f_max", n, None), most, held)
         if some_off:
             return np.where(off, 0.0, low), np.where(off, 0.0, high)
         return low, high
@@ -69,7 +69,15 @@ def at_call(vehicle: Vehicle) -> AtCall:
     return limits
 
 
-def limits_of(vehicle: Vehicle, count: int, f_min: ArrayLike | None, f_max: ArrayLike | None) -> Interval:
+def _cut(low: FloatArray, high: FloatArray, most: float, held: bool) -> Interval:
+    if held:
+        return np.maximum(low, np.minimum(-most, high)), np.minimum(high, np.maximum(most, low))
+    return np.maximum(low, -most), np.minimum(high, most)
+
+
+def limits_of(
+    vehicle: Vehicle, count: int, f_min: ArrayLike | None, f_max: ArrayLike | None, *, held: bool = False
+) -> Interval:
     """f_min and f_max of each of ``count`` calls, (count, n) each [N]; what is left out is the vehicle's.
 
     Each is (n,) for all calls or (count, n); otherwise as ``at_call``.
@@ -77,12 +85,9 @@ def limits_of(vehicle: Vehicle, count: int, f_min: ArrayLike | None, f_max: Arra
     n = vehicle.n
     low = vehicle.f_min if f_min is None else _side(f_min, "f_min", n, count)
     high = vehicle.f_max if f_max is None else _side(f_max, "f_max", n, count)
-    off, most = vehicle.readiness == 0, widest(vehicle)
-    shape = (count, n)
-    return (
-        np.broadcast_to(np.where(off, 0.0, np.maximum(low, -most)), shape),
-        np.broadcast_to(np.where(off, 0.0, np.minimum(high, most)), shape),
-    )
+    off, shape = vehicle.readiness == 0, (count, n)
+    low, high = _cut(low, high, widest(vehicle), held)
+    return np.broadcast_to(np.where(off, 0.0, low), shape), np.broadcast_to(np.where(off, 0.0, high), shape)
 
 
 def one_by_one(

@@ -14,7 +14,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import islice, product
 from pathlib import Path
@@ -65,9 +65,11 @@ def odd_vehicles(count: int) -> Iterator[Vehicle]:
     return (replace(vehicle_of(i)[0], name=f"odd{i}") for i in range(count))
 
 
-def errors(vehicle: Vehicle, compilers: tuple[str, ...], plain: bool) -> Iterator[tuple[str, float]]:
+def errors(
+    vehicle: Vehicle, kernels: Sequence[str], compilers: tuple[str, ...], plain: bool
+) -> Iterator[tuple[str, float]]:
     """Of each program of a vehicle: its name where it failed, else none, and its worst error [-]."""
-    for kernel, limits, scalar in product(RECIPES, LIMITS[:1] if plain else LIMITS, SCALARS):
+    for kernel, limits, scalar in product(kernels, LIMITS[:1] if plain else LIMITS, SCALARS):
         try:
             files = generate(vehicle, kernel, scalar, limits=limits)
         except NotApplicable:
@@ -98,6 +100,7 @@ def main() -> int:
     """Run all, print the sum; 1 where one failed."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--vehicle", action="append", help="shipped vehicles alone, these")
+    parser.add_argument("--kernel", action="append", choices=list(RECIPES), help="these alone")
     parser.add_argument("--random", type=int, default=40)
     parser.add_argument("--from", type=int, default=0, dest="first")
     parser.add_argument("--odd", action="store_true", help="random vehicles of the campaign")
@@ -110,7 +113,7 @@ def main() -> int:
     results = [
         result
         for vehicle in (*shipped, *islice(made_up, arguments.first, None))
-        for result in errors(vehicle, compilers, plain)
+        for result in errors(vehicle, arguments.kernel or list(RECIPES), compilers, plain)
     ]
     failed = [name for name, _ in results if name]
     print(

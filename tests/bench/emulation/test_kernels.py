@@ -136,10 +136,13 @@ def test_three_dimensions_take_a_few_steps(tmp_path: Path) -> None:
     assert max(worst)[0] <= 420
 
 
-def test_scaled_within_limits_of_the_call_costs_less_than_three_exact_answers(tmp_path: Path) -> None:
+@pytest.mark.parametrize("vehicle", ["ukwial", "bluerov2-heavy"])
+def test_scaled_within_limits_of_the_call_costs_less_than_three_exact_answers(
+    vehicle: str, tmp_path: Path
+) -> None:
     (tmp_path / "exact").mkdir()
-    exact = worst_of_each_set("nullspace@native", "ukwial", "call", tmp_path / "exact")
-    answered = worst_of_each_set("scaled@native", "ukwial", "call", tmp_path)
+    exact = worst_of_each_set("nullspace@native", vehicle, "call", tmp_path / "exact")
+    answered = worst_of_each_set("scaled@native", vehicle, "call", tmp_path)
     assert max(answered)[0] <= 3 * max(exact)[0]
 
 
