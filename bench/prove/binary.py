@@ -23,6 +23,10 @@ CALLS = {"bl", "blx", "blr", "call", "callq"}
 CONDITION = r"(eq|ne|cs|cc|hs|lo|mi|pl|vs|vc|hi|ls|ge|lt|gt|le)"
 SOME = re.compile(rf"b\.?{CONDITION}(\.[nw])?$|cbn?z$|tbn?z$|j\w+$")
 JUMP = re.compile(r"\t([bj][\w.]*|cbn?z|tbn?z|callq?)\s")
+LIBRARY = ("memcpy", "memset")
+"""What compilers call to fill an array of a number for each thruster."""
+WORD = 8
+"""Bytes of such a number: these loops go over bytes, if not over more at a time."""
 CONDITIONAL_RETURN = re.compile(rf"(bx|pop|ldmia){CONDITION}(\.w)?$")
 
 
@@ -60,20 +64,31 @@ def longest(disassembly: str, entry: int, rounds: int) -> int:
 
     Raises Unbounded where a call's length is not known.
     """
+    return remaining(disassembly, entry, rounds)[entry]
+
+
+def remaining(disassembly: str, entry: int, rounds: int) -> dict[int, int]:
+    """Most instructions from each address that ``entry`` leads to until its function returns.
+
+    Functions that it calls are in it too. Raises Unbounded as ``longest`` does.
+    """
     code = _code(disassembly)
-    lengths: dict[int, int] = {}
+    found: dict[int, int] = {}
+    begun: set[int] = set()
 
     def length(entry: int) -> int:
-        if entry not in lengths:
-            if entry not in code:
-                raise Unbounded(f"a call to {entry:#x}, where no code is")
-            lengths[entry] = -1
-            lengths[entry] = _longest(code, entry, rounds, length)
-        if lengths[entry] < 0:
-            raise Unbounded(f"{code[entry].function} calls itself")
-        return lengths[entry]
+        if entry not in code:
+            raise Unbounded(f"a call to {entry:#x}, where no code is")
+        if entry not in found:
+            if entry in begun:
+                raise Unbounded(f"{code[entry].function} calls itself")
+            begun.add(entry)
+            most = rounds * WORD if code[entry].function in LIBRARY else rounds
+            found.update(_longest(code, entry, most, length))
+        return found[entry]
 
-    return length(entry)
+    length(entry)
+    return found
 
 
 def _code(printed: str) -> dict[int, Disassembled]:
@@ -144,7 +159,9 @@ def _table_targets(
     return sorted(own - led - padding - {min(own)})
 
 
-def _longest(code: dict[int, Disassembled], entry: int, rounds: int, length: Callable[[int], int]) -> int:
+def _longest(
+    code: dict[int, Disassembled], entry: int, rounds: int, length: Callable[[int], int]
+) -> dict[int, int]:
     graph = _successors(code, entry)
 
     def cost(at: int) -> int:
@@ -161,10 +178,24 @@ def _longest(code: dict[int, Disassembled], entry: int, rounds: int, length: Cal
         out = max(
             (best[to] for at in component for to in graph[at] if to in best and to not in inside), default=0
         )
-        loop = len(component) > 1 or component[0] in graph[component[0]]
-        total = sum(map(cost, component)) * (rounds if loop else 1) + out
+        total = _rounds(graph, inside, rounds, cost) + out
         best |= dict.fromkeys(component, total)
-    return best[entry]
+    return best
+
+
+def _rounds(graph: dict[int, list[int]], inside: set[int], rounds: int, cost: Callable[[int], int]) -> int:
+    """Most instructions in a component: of a loop all its rounds, of a loop in a loop those of each."""
+    only = next(iter(inside))
+    if len(inside) == 1 and only not in graph[only]:
+        return cost(only)
+    entered = {to for at, leads in graph.items() if at not in inside for to in leads if to in inside}
+    head = min(entered or inside)
+    round_ = {at: [to for to in graph[at] if to in inside and to != head] for at in inside}
+    best: dict[int, int] = {}
+    for component in _components(round_, head):
+        after = max((best[to] for at in component for to in round_[at] if to in best), default=0)
+        best |= dict.fromkeys(component, _rounds(round_, set(component), rounds, cost) + after)
+    return rounds * max(best.values())
 
 
 def _components(graph: dict[int, list[int]], entry: int) -> list[list[int]]:

@@ -11,12 +11,14 @@ from alloc.vehicle.condition import wrench_doubt
 from bench.emulation.toolchain import ToolError, missing, target
 from bench.harness import machine
 from bench.prove import misra, safety, tools
+from bench.prove.band import verdict_band
 from bench.prove.gappa import before_limits
 from bench.prove.harness import Subject, subject
+from bench.prove.program import Node, NotRead
 from bench.prove.proof import ASSUMPTIONS, Claim, Proof, Rounding, WorstPath, not_shown
-from bench.prove.rounding import Errors, verdict_band
+from bench.prove.rounding import Errors
 from bench.prove.seen import made, seen
-from bench.prove.symbolic import Node, NotRead, programs
+from bench.prove.symbolic import programs
 from bench.prove.worst import TARGETS, worst_path
 
 DEMANDS = 1_000_000
@@ -69,11 +71,14 @@ def _bounded(of: Subject) -> tuple[Claim, list[Rounding]]:
     words: list[str] = []
     for fault, program in found.items():
         vehicle = of.vehicle if fault < 0 else of.vehicle.with_fault(fault)
-        errors = Errors(program, vehicle, of.scalar, exact.get(fault))
+        errors, turned = (
+            Errors(program, vehicle, of.scalar, exact.get(fault), flips) for flips in (False, True)
+        )
         slack = max(TOLERANCE[of.scalar], wrench_doubt(vehicle)) * vehicle.f_scale
         demands = DEMANDS if fault < 0 else DEMANDS_FAULT
         try:
-            bound = max(errors.error(node) for (name, _), node in program.outputs.items() if name == "f")
+            thrusts = [node for (name, _), node in program.outputs.items() if name == "f"]
+            bound, flipped = (max(map(each.error, thrusts)) for each in (errors, turned))
             band = verdict_band(program, errors, slack)
             sample = seen(program, vehicle, of.scalar, exact.get(fault, {}), demands)
         except NotRead as reason:
@@ -87,10 +92,13 @@ def _bounded(of: Subject) -> tuple[Claim, list[Rounding]]:
                 observed_n=sample.error,
                 demands=demands,
                 gappa_n=gappa,
+                flipped_n=flipped if flipped > bound else None,
+                flips=sample.flips,
+                flipped_seen_n=sample.flipped,
                 verdict_band=band,
             )
         )
-        if not sample.error <= bound:
+        if not (sample.error <= bound and sample.flipped <= flipped):
             words.append(f"fault {fault}: an error of {sample.error:.3g} N was seen, above the bound")
     if words:
         return not_shown(BOUNDED, words), rows

@@ -6,8 +6,8 @@ from pathlib import Path
 from alloc import Vehicle
 from alloc.native.code import Scalar
 from bench.prove import tools
+from bench.prove.program import Node, Program
 from bench.prove.rounding import Errors
-from bench.prove.symbolic import Node, Program
 
 FORMATS: dict[Scalar, str] = {"double": "ieee_64", "float": "ieee_32"}
 SIGNS = {"add": "+", "sub": "-", "mul": "*"}

@@ -10,7 +10,7 @@ whatever x is, NaN too.
 from math import isfinite
 
 from bench.prove.harness import ANSWERED
-from bench.prove.symbolic import Node, Program
+from bench.prove.program import Node, Program
 
 SUMS = ("add", "sub")
 

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.prove.symbolic import NotRead, Program
+from bench.prove.program import NotRead, Program
 
 Array = NDArray[Any]
 
@@ -31,8 +31,12 @@ def answers(
 
     ``constants`` replaces those at some nodes. Raises NotRead where something is unknown.
     """
-    made = values(program, inputs, scalar, constants)
-    count = len(next(iter(inputs.values()))[0])
+    return answered(program, values(program, inputs, scalar, constants))
+
+
+def answered(program: Program, made: list[Any]) -> Calculated:
+    """The answers in a program's ``values``."""
+    count = max(np.size(each) for each in made)
     outputs: dict[str, list[Any]] = {}
     for (name, _), node in sorted(program.outputs.items()):
         outputs.setdefault(name, []).append(np.broadcast_to(made[node], count))
@@ -59,6 +63,15 @@ def values(
             else:
                 made.append(_OPERATIONS[operation](*(made[each] for each in operands)))
     return made
+
+
+def alike(program: Program, some: list[Any], others: list[Any]) -> Array:
+    """(N,) whether two calculations of N calls take the same branches."""
+    asked = [operation[1] for operation in program.nodes if operation[0] == "choose"]
+    same: Array = np.ones(max(np.size(each) for each in some), dtype=bool)
+    for condition in asked:
+        same &= np.equal(some[condition], others[condition])
+    return same
 
 
 _OPERATIONS: dict[str, Any] = {

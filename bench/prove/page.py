@@ -1,10 +1,18 @@
 """A proof as a page, and several as a table."""
 
+from collections import Counter
 from collections.abc import Iterable
 
 from bench.prove.proof import Proof, Rounding, WorstPath
 from bench.results.text import table, three
 
+ROWS = 20
+"""Paths that a page shows of each target."""
+VERDICTS = {
+    "taken": "that a call takes",
+    "infeasible": "that none takes",
+    "neither": "of which neither is known",
+}
 LIMITS = {"call": "of the call", "fixed": "fixed"}
 
 
@@ -52,6 +60,7 @@ def _rounding(proof: Proof) -> str:
             "largest seen [N]",
             "ratio",
             "of demands",
+            "bound where a branch turns [N]",
             "Gappa, before limits [N]",
             "1 - α*",
         ],
@@ -66,12 +75,13 @@ def _rounding_row(each: Rounding) -> list[str]:
         three(each.observed_n),
         three(each.bound_n / each.observed_n) if each.observed_n else "-",
         f"{each.demands:,}",
+        three(each.flipped_n) if each.flipped_n is not None else "-",
         three(each.gappa_n) if each.gappa_n is not None else "-",
         three(each.verdict_band) if each.verdict_band is not None else "-",
     ]
 
 
-def _worst_paths(paths: Iterable[WorstPath]) -> str:
+def _worst_paths(paths: list[WorstPath]) -> str:
     rows = [
         [
             each.target,
@@ -85,9 +95,28 @@ def _worst_paths(paths: Iterable[WorstPath]) -> str:
     ]
     if not rows:
         return ""
-    return "\n## The worst path, in instructions\n\n" + table(
-        ["target", "attained", "at most", "", "calls run", "attained by status"], rows
-    )
+    worst = table(["target", "attained", "at most", "", "calls run", "attained by status"], rows)
+    listed = "".join(_paths(each) for each in paths if each.paths)
+    return f"\n## The worst path, in instructions\n\n{worst}{listed}"
+
+
+def _paths(worst: WorstPath) -> str:
+    """The ways through the binary for one target."""
+    counted: Counter[str] = Counter(each.verdict for each in worst.paths)
+    kinds = ", ".join(f"{counted[verdict]} {word}" for verdict, word in VERDICTS.items())
+    which = "all" if worst.all_paths else "not all, the longest among them"
+    rows = [
+        [
+            str(each.instructions),
+            "-" if each.fault < 0 else str(each.fault),
+            each.verdict,
+            " ".join(f"{value:.6g}" if isinstance(value, float) else value for value in each.call),
+        ]
+        for each in worst.paths[:ROWS]
+    ]
+    more = f"\n{len(worst.paths) - ROWS} more stand in proof.json.\n" if len(worst.paths) > ROWS else ""
+    head = ["instructions", "thruster off", "", "a call that takes it"]
+    return f"\n### Paths on {worst.target}: {which}\n\n{kinds}.\n\n{table(head, rows)}{more}"
 
 
 def _misra(proof: Proof) -> str:

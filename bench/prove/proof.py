@@ -39,6 +39,9 @@ class Rounding(msgspec.Struct, frozen=True, kw_only=True):
     observed_n : the largest error seen [N]
     demands : in how many demands it was seen
     gappa_n : Gappa's bound on f before it is cut at the limits [N]; None where it was not asked
+    flipped_n : no thrust is off by more where rounding has a branch taken that real numbers do not take [N];
+        None where that changes no thrust by more than ``bound_n``, which is for all other demands
+    flips, flipped_seen_n : in how many demands that was seen, and the largest error of those [N]
     verdict_band : 1 - alpha* of the least attainable demand that may still be SOLVED [-]; None where the
         method refuses none
     """
@@ -48,7 +51,29 @@ class Rounding(msgspec.Struct, frozen=True, kw_only=True):
     observed_n: float
     demands: int
     gappa_n: float | None = None
+    flipped_n: float | None = None
+    flips: int = 0
+    flipped_seen_n: float = 0.0
     verdict_band: float | None = None
+
+
+class BinaryPath(msgspec.Struct, frozen=True, kw_only=True):
+    """A way through the compiled kernel, or all that begin alike and no arguments take.
+
+    Attributes
+    ----------
+    fault : the thruster that is off, -1 for none
+    instructions : on it; where it is infeasible, at most
+    verdict : whether a call takes it (``taken``; counted in the emulator), it is shown that none does, or
+        neither
+    call : arguments that take it: tau [N, N m], with limits of the call f_min and f_max [N] behind it; NaN
+        and infinity as text
+    """
+
+    fault: int
+    instructions: int
+    verdict: Literal["taken", "infeasible", "neither"]
+    call: list[float | str] = []
 
 
 class WorstPath(msgspec.Struct, frozen=True, kw_only=True):
@@ -63,7 +88,9 @@ class WorstPath(msgspec.Struct, frozen=True, kw_only=True):
     calls : how many were run
     by_status : of each status that was returned, the most instructions
     tau, fault : the demand of ``attained`` [N, N m], NaN and infinity as text, and the thruster that is off
-    reason : why ``at_most`` is not known
+    reason : why ``at_most`` is not known, or the paths were not followed
+    paths : all ways through the binary, or, where there are too many, the longest
+    all_paths : whether these are all
     """
 
     target: str
@@ -75,6 +102,8 @@ class WorstPath(msgspec.Struct, frozen=True, kw_only=True):
     tau: list[float | str]
     fault: int
     reason: str = ""
+    paths: list[BinaryPath] = []
+    all_paths: bool = False
 
 
 class Broken(msgspec.Struct, frozen=True, kw_only=True):

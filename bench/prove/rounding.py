@@ -5,15 +5,17 @@ the limits, and a bound on how far the calculated value is from it. A linear val
 attainable set along its direction, without loss; minimum and maximum move by no more than their operands do.
 """
 
-from dataclasses import dataclass
-from math import floor, frexp, inf, log2
+from collections import ChainMap
+from collections.abc import MutableMapping
+from dataclasses import dataclass, replace
+from math import floor, frexp, log2
 
 import numpy as np
 
 from alloc import FloatArray, Vehicle
 from alloc.native.code import Scalar
-from bench.prove.numeric import values
-from bench.prove.symbolic import Node, NotRead, Operation, Program
+from bench.prove.program import Node, NotRead, Operation, Program
+from bench.prove.regions import Region, both, compared, regions
 
 DIGITS: dict[Scalar, int] = {"double": 53, "float": 24}
 TINIEST: dict[Scalar, float] = {"double": 2.0**-1075, "float": 2.0**-150}
@@ -21,6 +23,9 @@ TINIEST: dict[Scalar, float] = {"double": 2.0**-1075, "float": 2.0**-150}
 WIDER: dict[Scalar, float] = {"double": 1e-13, "float": 1e-6}
 """By how much ranges are widened, relative to their size: for demands that rounding takes out of the
 attainable set, and for rounding in this analysis itself."""
+
+DEPTH = 2
+"""How many branches may stand in each other: their regions multiply."""
 
 Atom = tuple[Node, int]
 """What a value is linear in: an entry of tau, times a share where the node is not -1."""
@@ -55,14 +60,24 @@ class Errors:
     """
 
     def __init__(
-        self, program: Program, vehicle: Vehicle, scalar: Scalar, exact: dict[Node, float] | None = None
+        self,
+        program: Program,
+        vehicle: Vehicle,
+        scalar: Scalar,
+        exact: dict[Node, float] | None = None,
+        flips: bool = False,
     ) -> None:
-        """Follow the errors; values that can't be followed are missing, and so are all made of them."""
+        """Follow the errors; values that can't be followed are missing, and so are all made of them.
+
+        A branch is taken as in real numbers; with ``flips`` also otherwise, wherever rounding may have it so.
+        """
         self._nodes, self._vehicle, self._scalar, self._exact = program.nodes, vehicle, scalar, exact or {}
-        self.values: dict[Node, Value] = {}
+        self._flips, self._depth = flips, 0
+        self.values: MutableMapping[Node, Value] = {}
         self.reasons: dict[Node, str] = {}
         for node, operation in enumerate(program.nodes):
-            lost = [each for each in _operands(operation) if each in self.reasons]
+            branch = operation[0] == "choose"  # of its values each counts only where it is taken
+            lost = [each for each in _operands(operation) if each in self.reasons and not branch]
             if lost:
                 self.reasons[node] = self.reasons[lost[0]]
                 continue
@@ -90,7 +105,7 @@ class Errors:
             case ("unknown",):
                 raise NotRead("loops that data end")
             case ("choose", condition, then, other):
-                return self._chosen(self._nodes[condition], condition, then, other)
+                return self._chosen(condition, then, other)
         operands = [self.values.get(each) for each in operation[1:]]
         if any(each is None for each in operands):
             return None  # of conditions
@@ -101,19 +116,75 @@ class Errors:
         made: Value = combine(*known, *operation[1:]) if operation[0] == "mul" else combine(*known)
         return made
 
-    def _chosen(self, condition: Operation, at: Node, then: Node, other: Node) -> Value:
-        if at in self.reasons or then not in self.values or other not in self.values:
-            raise NotRead(self.reasons.get(at, "a choice between what is no number"))
-        a, b = self.values[then], self.values[other]
-        match condition:
-            case ("lt", x, bound) if x == then and b.low == b.high and bound in self.values:
+    def _chosen(self, condition: Node, then: Node, other: Node) -> Value:
+        match self._nodes[condition]:
+            case ("lt", x, bound) if x == then and x in self.values and bound in self.values:
                 # x below the bound, else a constant: on the wrong side x is within its error of the bound.
-                limit = self.values[bound]
-                if a.low - a.error >= limit.high + limit.error:
-                    return b
-                jump = abs(limit.low - b.low)
-                return Value(min(a.low, b.low), max(min(a.high, b.high), b.high), a.error + jump)
-        raise NotRead("a branch between values that differ")
+                a, b, limit = self.values[x], self.values.get(other), self.values[bound]
+                if b is not None and b.low == b.high:
+                    if a.low - a.error >= limit.high + limit.error:
+                        return b
+                    jump = abs(limit.low - b.low)
+                    return Value(min(a.low, b.low), max(min(a.high, b.high), b.high), a.error + jump)
+        sides = [
+            self._under(branch, condition, holds, {}) for branch, holds in ((then, True), (other, False))
+        ]
+        value = _union([each for side in sides for each in side])
+        jump = self._jump(condition, then, other) if self._flips else 0.0
+        return replace(value, error=value.error + jump)
+
+    def _under(self, branch: Node, condition: Node, holds: bool, near: Region) -> list[Value]:
+        """A branch's values where a condition holds, or does not, one for each region of that."""
+        ranges = {node: (value.low, value.high) for node, value in self.values.items()}
+        found = []
+        for region in regions(self._nodes, ranges, condition, holds):
+            within = both(region, near)
+            narrowed = within and both({node: ranges[node] for node in within if node in ranges}, within)
+            if within == {} or narrowed:
+                found.append(self._again(branch, narrowed or {}))
+        return found
+
+    def _again(self, root: Node, region: Region) -> Value:
+        """A value where others lie in narrower ranges; raises NotRead."""
+        if self._depth >= DEPTH:
+            raise NotRead("branches inside branches")
+        kept, made = self.values, dict[Node, Value]()
+        self.values, self._depth = ChainMap(made, kept), self._depth + 1  # writes go to the first
+        try:
+            changed = {
+                node
+                for node, (low, high) in region.items()
+                if node in kept and (low > kept[node].low or high < kept[node].high)
+            }
+            for node in changed:
+                made[node] = replace(kept[node], low=region[node][0], high=region[node][1], form=None)
+            for node in _cone(self._nodes, root):
+                operands = set(_operands(self._nodes[node]))
+                if node not in changed and (operands & changed or node not in kept):
+                    value = self._value(node, self._nodes[node])
+                    if value is not None:
+                        made[node] = value
+                    changed.add(node)
+            if root not in self.values:
+                raise NotRead(self.reasons.get(root, "a choice between what is no number"))
+            return self.values[root]
+        finally:
+            self.values, self._depth = kept, self._depth - 1
+
+    def _jump(self, condition: Node, then: Node, other: Node) -> float:
+        """How far the two branches may lie apart where rounding turns a comparison of the condition."""
+        most = 0.0
+        for a, b in compared(self._nodes, condition):
+            if a not in self.values or b not in self.values:
+                raise NotRead("a branch on what is no number")
+            x, y = self.values[a], self.values[b]
+            room = x.error + y.error
+            near = {a: (y.low - room, y.high + room), b: (x.low - room, x.high + room)}
+            one = self._under(then, condition, True, near)
+            two = self._under(other, condition, False, near)
+            gaps = [max(p.high - q.low, q.high - p.low) for p in one for q in two]
+            most = max([most, *gaps])
+        return most
 
     def _linear(self, form: dict[Atom, float], error: float) -> Value:
         low = high = 0.0
@@ -186,6 +257,24 @@ class Errors:
         )
 
 
+def _union(values: list[Value]) -> Value:
+    if not values:
+        raise NotRead("a choice that is never made")
+    error = max(each.error for each in values)
+    return Value(min(each.low for each in values), max(each.high for each in values), error)
+
+
+def _cone(nodes: list[Operation], root: Node) -> list[Node]:
+    """A node and all that it is made of, operands first."""
+    found, waiting = set[Node](), [root]
+    while waiting:
+        node = waiting.pop()
+        if node not in found:
+            found.add(node)
+            waiting += _operands(nodes[node])
+    return sorted(found)
+
+
 def _operands(operation: Operation) -> tuple[Node, ...]:
     return () if operation[0] in ("const", "input", "unknown") else operation[1:]
 
@@ -195,54 +284,3 @@ def _support(vehicle: Vehicle, along: FloatArray) -> tuple[float, float]:
     push = along @ vehicle.TP
     ends = np.sort([push * vehicle.f_min, push * vehicle.f_max], axis=0)
     return float(ends[0].sum()), float(ends[1].sum())
-
-
-def verdict_band(program: Program, errors: Errors, slack: float) -> float | None:
-    """1 - alpha* of the least attainable demand that may be SOLVED still [-]; None where none is refused.
-
-    An excess g over the limits is convex along the ray to a demand, -w at its begin and 0 at alpha*. A
-    demand is answered where g is at most slack + e, e its rounding error, so that
-    alpha* >= 1 / (1 + (slack + e) / w). Raises NotRead where an excess can't be followed.
-    """
-    at_rest = _at_rest(program)
-    band = None
-    for condition, _ in program.exits:
-        for term, bound in _compared(program.nodes, condition):
-            if term not in errors.values or bound not in errors.values:
-                raise NotRead(errors.reasons.get(term, "no number"))
-            value = errors.values[term]
-            if value.form and value.size <= errors.values[bound].high:
-                continue  # of an attainable demand this is zero: a direction that no thruster pushes
-            width = errors.values[bound].low - at_rest[term] - slack
-            beyond = slack + value.error
-            band = max(band or 0.0, 1.0 - 1.0 / (1.0 + beyond / width) if width > 0 else inf)
-    return band
-
-
-def _at_rest(program: Program) -> list[float]:
-    """What every node is where tau is zero."""
-    named = {operation[1]: operation[2] for operation in program.nodes if operation[0] == "input"}
-    inputs = {name: np.zeros((last + 1, 1)) for name, last in named.items()}
-    return [float(np.asarray(each).ravel()[0]) for each in values(program, inputs, np.float64)]
-
-
-def _compared(nodes: list[Operation], condition: Node) -> list[tuple[Node, Node]]:
-    """Pairs (what must not exceed, what it may be) that a refusal compares; each maximum taken apart."""
-    match nodes[condition]:
-        case ("not", inner) if nodes[inner][0] == "le":
-            _, left, bound = nodes[inner]
-            return [(term, bound) for term in _maxima(nodes, left)]
-        case ("and", a, b):
-            return _compared(nodes, a) + _compared(nodes, b)
-    return []
-
-
-def _maxima(nodes: list[Operation], node: Node) -> list[Node]:
-    match nodes[node]:
-        case ("max", a, b):
-            return _maxima(nodes, a) + _maxima(nodes, b)
-        case ("add", a, b) if nodes[b][0] == "sub" and nodes[b][1] == nodes[b][2]:
-            return _maxima(nodes, a)
-        case ("sub", a, b) if a == b:
-            return []
-    return [node]

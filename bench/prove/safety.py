@@ -5,8 +5,9 @@ from pathlib import Path
 from bench.emulation.toolchain import ToolError
 from bench.prove import eva, limits, tools
 from bench.prove.harness import Subject, harness
+from bench.prove.program import NotRead
 from bench.prove.proof import Claim
-from bench.prove.symbolic import NotRead, programs
+from bench.prove.symbolic import programs
 
 EVA = "Frama-C EVA"
 OWN = "the comparison that answers (bench/prove/limits.py)"

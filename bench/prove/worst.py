@@ -2,18 +2,23 @@
 
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from alloc import FloatArray
 from alloc.native.bounds import arguments
 from bench.emulation.count import count
-from bench.emulation.image import link
+from bench.emulation.image import Image, link
 from bench.emulation.kernel import Kernel
-from bench.emulation.toolchain import Target, versions
-from bench.prove.binary import Unbounded, disassembled, longest
+from bench.emulation.toolchain import Target, ToolError, versions
+from bench.prove import lifted
+from bench.prove.binary import Unbounded, disassembled, remaining
 from bench.prove.harness import Subject
-from bench.prove.proof import WorstPath
+from bench.prove.operations import NotFollowed
+from bench.prove.paths import PathsFound, ways
+from bench.prove.proof import BinaryPath, WorstPath
+from bench.prove.seen import attainable
 
 TARGETS = {"double": ("cortex-m7", "aarch64"), "float": ("cortex-m4f", "aarch64")}
 """Where each scalar is counted: on a Cortex-M4F double is software, whose length depends on the numbers."""
@@ -22,17 +27,35 @@ CALLS = 60
 
 
 def worst_path(of: Subject, on: Target) -> WorstPath:
-    """The longest way through the kernel for a target, and the costliest call of all that were run."""
+    """The costliest call for a target, and how much no call exceeds; with the ways through the binary.
+
+    Of those ways the longest decides (``paths``), where the tools to follow them are there; else the longest
+    way through the binary's graph is the bound.
+    """
     calls = _calls(of)
     with tempfile.TemporaryDirectory(prefix="thrustbench-") as folder:
         image = link(_kernel(of), on, Path(folder))
-        reason = ""
+        reason, at_most, followed = "", None, PathsFound([], 0, False)
         try:
-            at_most = longest(disassembled(image), image.entry, _rounds(of))
-        except Unbounded as unbounded:
-            at_most, reason = None, str(unbounded)
+            lengths = remaining(disassembled(image), image.entry, _rounds(of))
+            at_most = lengths[image.entry]
+            followed = _followed(of, image, lengths)
+            at_most = followed.at_most
+        except (Unbounded, NotFollowed) as unknown:
+            reason = str(unknown)
+        taken = [
+            [*way.call[: of.vehicle.k], way.fault, *way.call[of.vehicle.k :]]
+            for way in followed.found
+            if way.call.size
+        ]
+        calls = np.vstack([calls, *taken])
         counted = count(image, calls)
+    expected = [way.instructions for way in followed.found if way.call.size]
+    if expected != counted.instructions[len(calls) - len(taken) :].tolist():
+        raise ToolError(f"{on.name}: a path has another length than the emulator counts")
     worst = int(counted.instructions.argmax())
+    if at_most is not None and counted.instructions[worst] > at_most:
+        raise ToolError(f"{on.name}: a call takes more instructions than the longest path has")
     k = of.vehicle.k
     return WorstPath(
         target=on.name,
@@ -44,10 +67,35 @@ def worst_path(of: Subject, on: Target) -> WorstPath:
             str(status): int(counted.instructions[counted.status == status].max())
             for status in sorted(set(counted.status.tolist()))
         },
-        tau=[each if np.isfinite(each) else str(each) for each in calls[worst, :k].tolist()],
+        tau=_named(calls[worst, :k]),
         fault=int(calls[worst, k]),
         reason=reason,
+        paths=[
+            BinaryPath(
+                fault=way.fault,
+                instructions=way.instructions,
+                verdict="infeasible" if way.infeasible else "taken" if way.call.size else "neither",
+                call=_named(way.call),
+            )
+            for way in sorted(followed.found, key=lambda way: -way.instructions)
+        ],
+        all_paths=followed.complete,
     )
+
+
+def _named(call: FloatArray) -> list[float | str]:
+    return [float(each) if np.isfinite(each) else str(each) for each in call]
+
+
+def _followed(of: Subject, image: Image, lengths: dict[int, int]) -> PathsFound:
+    if words := lifted.missing():
+        raise NotFollowed(words)
+    if "cascade(" in of.source:
+        raise NotFollowed("loops that data end: the bound takes each loop's most rounds")
+    scalar = np.float32 if of.scalar == "float" else np.float64
+    calls = {fault: sampled(of, fault, scalar) for fault in range(-1, of.vehicle.n)}
+    names = arguments(of.limits, of.levels, "fault").split(", ")
+    return ways(lifted.Lifted(image), image.entry, lengths, calls, scalar, names)
 
 
 def _kernel(of: Subject) -> Kernel:
@@ -68,10 +116,8 @@ def _kernel(of: Subject) -> Kernel:
 
 
 def _rounds(of: Subject) -> int:
-    """How often a loop may go round: the only ones, but in a cascade, look at tau or at limits."""
-    if "cascade(" in of.source:
-        raise Unbounded("a cascade")
-    return of.vehicle.k if of.limits == "fixed" else max(of.vehicle.k, of.vehicle.n)
+    """How often a loop's head may be reached: all go over axes or thrusters, and look once more to end."""
+    return max(of.vehicle.k, of.vehicle.n) + 1
 
 
 def _calls(of: Subject) -> FloatArray:
@@ -90,3 +136,28 @@ def _calls(of: Subject) -> FloatArray:
     if of.limits == "fixed":
         return calls
     return np.hstack([calls, np.tile(np.concatenate([vehicle.f_min, vehicle.f_max]), (len(calls), 1))])
+
+
+SAMPLES = 1000
+"""Calls of each fault that are followed at once, of each kind."""
+
+
+def sampled(of: Subject, fault: int, scalar: Any) -> dict[str, FloatArray]:
+    """Inputs (size, N) by name: demands about the edge of what can be made, and such as overflow."""
+    vehicle = of.vehicle if fault < 0 else of.vehicle.with_fault(fault)
+    rng = np.random.default_rng(2004)
+    beyond = rng.choice([1.0, 1.0, 1.0 + 1e-6, 1.0 + 1e-5, 1.001, 1.1, 1.5, 3.0, 10.0, 1e3], SAMPLES)
+    usual = beyond * attainable(vehicle, rng, SAMPLES)
+    usual[rng.random(usual.shape) < 0.1] = 0.0
+    largest = float(np.finfo(scalar).max)
+    odd = np.array([0.0, np.nan, np.inf, -np.inf, largest, -largest, largest / 2, -largest / 2])
+    drawn = odd[rng.integers(0, len(odd), usual.shape)]
+    kind = rng.random(usual.shape)
+    mixed = np.where(
+        kind < 0.5, drawn, np.where(kind < 0.8, largest * rng.uniform(-1, 1, usual.shape), usual)
+    )
+    inputs = {"tau": np.hstack([usual, mixed])}
+    if of.limits == "call":
+        ends = {"f_min": vehicle.f_min, "f_max": vehicle.f_max}
+        inputs |= {name: np.repeat(each[:, None], 2 * SAMPLES, axis=1) for name, each in ends.items()}
+    return inputs

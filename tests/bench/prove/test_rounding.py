@@ -9,17 +9,21 @@ from alloc import load_vehicle
 from alloc.native.code import TOLERANCE
 from alloc.native.compiled import compiler
 from bench.prove import subject, tools
+from bench.prove.band import verdict_band
 from bench.prove.gappa import before_limits
-from bench.prove.numeric import answers
-from bench.prove.rounding import Errors, verdict_band
+from bench.prove.numeric import alike, answered, answers, values
+from bench.prove.program import NotRead
+from bench.prove.rounding import Errors
 from bench.prove.seen import seen
-from bench.prove.symbolic import NotRead, programs
+from bench.prove.symbolic import programs
 
 pytestmark = pytest.mark.skipif(not compiler(), reason="needs a C compiler")
 
 
 @pytest.mark.parametrize("scalar", ["double", "float"])
-@pytest.mark.parametrize(("name", "kernel"), [("ukwial", "scaled"), ("bluerov2-heavy", "nullspace")])
+@pytest.mark.parametrize(
+    ("name", "kernel"), [("ukwial", "scaled"), ("bluerov2-heavy", "nullspace"), ("bluerov2", "shrink")]
+)
 def test_the_bound_holds_and_is_not_far_off(name: str, kernel: str, scalar: str) -> None:
     """The largest of 20,000 errors is between a tenth of the bound and all of it, whole and with a fault.
 
@@ -34,7 +38,7 @@ def test_the_bound_holds_and_is_not_far_off(name: str, kernel: str, scalar: str)
         errors = Errors(program, vehicle, of.scalar)
         bound = max(errors.error(node) for (array, _), node in program.outputs.items() if array == "f")
         sample = seen(program, vehicle, of.scalar, {}, 20_000)
-        assert sample.solved == sample.demands
+        assert sample.answered == sample.demands
         assert bound / 10 <= sample.error <= bound
 
 
@@ -77,6 +81,33 @@ def test_gappa_finds_a_bound_of_the_same_size(scalar: str) -> None:
     gappa = before_limits(program, errors, of.vehicle, of.scalar)
     assert gappa is not None
     assert bound <= gappa <= 3 * bound
+
+
+def test_where_rounding_turns_a_branch_the_wider_bound_holds() -> None:
+    """``shrink`` scales what is beyond a limit by more than a tolerance: there a last bit decides.
+
+    Demands that put a thrust within some last bits of that place are answered in both ways; they are off by
+    more than rounding alone, and by no more than the bound with branches turned.
+    """
+    if np.finfo(np.longdouble).nmant <= 52:
+        pytest.skip("numpy has nothing wider than double here to compare with")
+    vehicle = load_vehicle("ukwial")
+    program = programs(subject(vehicle, "shrink", "double", "fixed"))[-1]
+    bound, turned = (
+        max(each.error(node) for (name, _), node in program.outputs.items() if name == "f")
+        for each in (Errors(program, vehicle, "double", flips=flips) for flips in (False, True))
+    )
+    rng = np.random.default_rng(6)
+    edge = vehicle.f_max[0] + TOLERANCE["double"] * vehicle.f_scale
+    tau = vehicle.TP @ np.array([[edge], [-edge / 2], [edge / 3], [-edge / 4]])
+    closed = np.linalg.pinv(vehicle.TP) @ tau
+    tau = tau * edge / abs(closed).max() * (1 + rng.uniform(-2e-15, 2e-15, (3, 4000)))
+    narrow, wide = (values(program, {"tau": tau}, kind) for kind in (np.float64, np.longdouble))
+    turns = ~alike(program, narrow, wide)
+    assert 0 < turns.sum() < len(turns)
+    off = np.abs(answered(program, narrow).outputs["f"] - answered(program, wide).outputs["f"]).max(axis=0)
+    assert off[~turns].max() <= bound
+    assert bound < off[turns].max() <= turned
 
 
 def test_a_verdict_differs_within_the_band_only() -> None:

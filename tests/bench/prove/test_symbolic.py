@@ -11,8 +11,9 @@ from bench.prove import subject
 from bench.prove.harness import spelled_out
 from bench.prove.limits import within
 from bench.prove.numeric import answers
+from bench.prove.program import NotRead
 from bench.prove.sabotage import SABOTAGES, Sabotage, sabotaged
-from bench.prove.symbolic import NotRead, programs
+from bench.prove.symbolic import programs
 
 pytestmark = pytest.mark.skipif(not compiler(), reason="needs a C compiler")
 UKWIAL = load_vehicle("ukwial")

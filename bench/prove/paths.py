@@ -1,0 +1,235 @@
+"""The ways through a compiled kernel: each with arguments that take it, or shown infeasible.
+
+Every call goes through ``machine``, so a way is a list of conditions on numbers. Many calls are answered at
+once beside it: a way that one of them takes is feasible. Of the others ``feasible`` says whether any
+arguments take them, and proposes some. Ways are followed in the order of the instructions that they could
+take at most, so that the first complete one that a call takes is the longest.
+"""
+
+import heapq
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.prove.cases import Integer
+from bench.prove.feasible import Feasibility
+from bench.prove.lifted import LEAVE, Lifted
+from bench.prove.machine import Follower, State
+from bench.prove.numbers import Array, Numbers
+
+FORKS = 2000
+"""How many forks of one kernel are looked at."""
+QUESTIONS = 80
+"""And how many questions are asked of the solver."""
+LISTED = 50
+"""How many ways and questions there are at most for the sake of those that are not the longest."""
+STRICT = ((True, 0.0), (False, 1e-3), (False, 0.0))
+"""How solvers are asked: the first may say that no arguments take a way, all may propose some."""
+NEAR = 30
+"""Arguments that are tried beside those that the solver proposes."""
+
+
+class PathFound(NamedTuple):
+    """A way through a kernel, or all that begin alike and no arguments take.
+
+    Attributes
+    ----------
+    fault : the thruster that is off, -1 for none
+    instructions : on it; of an infeasible one at most
+    call : arguments that take it, one array; empty where none is known
+    infeasible : whether it is shown that none do
+    """
+
+    fault: int
+    instructions: int
+    call: NDArray[Any]
+    infeasible: bool
+
+
+class PathsFound(NamedTuple):
+    """What was found.
+
+    Attributes
+    ----------
+    found : ways
+    at_most : no call takes more instructions
+    complete : whether ``found`` holds all there are
+    """
+
+    found: list[PathFound]
+    at_most: int
+    complete: bool
+
+
+class _Open(NamedTuple):
+    """Where a way goes on: first what calls take, and of that what may be longest."""
+
+    rank: tuple[bool, int, int]
+    most: int
+    fault: int
+    state: State
+    taken: NDArray[np.intp]
+    held: tuple[tuple[Integer, bool], ...]
+
+
+def ways(
+    code: Lifted,
+    entry: int,
+    remaining: Mapping[int, int],
+    calls: Mapping[int, dict[str, Array]],
+    scalar: Any,
+    arguments: list[str],
+) -> PathsFound:
+    """The ways of each fault in ``calls``, which has its inputs (size, N) by name.
+
+    ``arguments`` names what the function takes, in order, ``fault`` among them; ``remaining`` is that of
+    ``binary``. Raises NotFollowed.
+    """
+    search = _Search(code, entry, remaining, calls, scalar, arguments)
+    found = list(search.run())
+    taken = max((way.instructions for way in found if way.call.size), default=0)
+    unknown = [way.instructions for way in found if not way.call.size and not way.infeasible]
+    rest = [each.most for each in search.open]
+    at_most = min(remaining[entry], max([taken, *unknown, *rest]))
+    return PathsFound(found, at_most, not rest)
+
+
+class _Search:
+    def __init__(
+        self,
+        code: Lifted,
+        entry: int,
+        remaining: Mapping[int, int],
+        calls: Mapping[int, dict[str, Array]],
+        scalar: Any,
+        arguments: list[str],
+    ) -> None:
+        self._remaining = remaining
+        self._numbers = {fault: Numbers(scalar, given) for fault, given in calls.items()}
+        self._machines = {fault: Follower(code, numbers) for fault, numbers in self._numbers.items()}
+        self._solvers: dict[int, list[Feasibility]] = {}
+        self._questions = self._serial = 0
+        self.open: list[_Open] = []
+        for fault, given in calls.items():
+            state = _called(self._machines[fault], self._numbers[fault], entry, arguments, fault, given)
+            self._push(fault, state, np.arange(self._numbers[fault].size), ())
+
+    def run(self) -> Iterator[PathFound]:
+        """Follow ways until none is open, or enough were looked at."""
+        forks = longest = listed = 0
+        aside: list[_Open] = []
+        while self.open and forks < FORKS and self._questions < QUESTIONS:
+            here = heapq.heappop(self.open)
+            if here.most <= longest and (listed >= LISTED or self._questions >= LISTED):
+                aside.append(here)
+                continue
+            if not len(here.taken):
+                here, infeasible = self._asked(here)
+                if infeasible:
+                    listed += 1
+                    yield PathFound(here.fault, here.most, np.zeros(0), infeasible=True)
+                    continue
+            state = here.state
+            while state.at != LEAVE:
+                found = self._machines[here.fault].step(state)
+                if len(found) > 1:
+                    break
+                state = found[0].state
+            if state.at == LEAVE:
+                listed += 1
+                way = self._complete(here, state)
+                longest = max(longest, way.instructions if way.call.size else 0)
+                yield way
+                continue
+            forks += 1
+            for condition, holds, there in found:
+                answers = self._numbers[here.fault].integer(condition)[here.taken] != 0
+                held = (*here.held, (condition, holds))
+                self._push(here.fault, there, here.taken[answers == holds], held)
+        self.open += aside
+
+    def _asked(self, here: _Open) -> tuple[_Open, bool]:
+        """A way that no call took yet, with calls that do where some were found; and whether none can."""
+        numbers = self._numbers[here.fault]
+        solvers = self._solvers.setdefault(here.fault, [Feasibility(numbers, *each) for each in STRICT])
+        for solver in solvers:
+            self._questions += 1
+            proposed = solver.possible(here.held)
+            if proposed is False and solver is solvers[0]:
+                return here, True
+            if proposed is True:  # what is too hard for one is for the others
+                self._questions += 2
+                return here, False
+            if isinstance(proposed, np.ndarray):
+                taken = self._tried(numbers, proposed, here.held)
+                if len(taken):
+                    return here._replace(taken=taken), False
+        return here, False
+
+    def _tried(
+        self, numbers: Numbers, proposed: NDArray[Any], held: tuple[tuple[Integer, bool], ...]
+    ) -> NDArray[np.intp]:
+        """Add a proposal and what lies near it to the calls; those that take the way."""
+        rng = np.random.default_rng(numbers.size)
+        scale = np.append(0.0, 2.0 ** rng.uniform(-60, -3, NEAR))
+        near = proposed[:, None] * (1.0 + scale * rng.uniform(-1, 1, (len(proposed), NEAR + 1)))
+        rows, calls = 0, {}
+        for name, given in numbers.calls.items():
+            calls[name] = near[rows : rows + len(given)]
+            rows += len(given)
+        trial = numbers.trial(calls)
+        fits = np.ones(NEAR + 1, dtype=bool)
+        for condition, holds in held:
+            fits &= (trial.integer(condition) != 0) == holds
+        begin = numbers.size
+        if fits.any():
+            numbers.ask(
+                {name: np.hstack([given, calls[name][:, fits]]) for name, given in numbers.calls.items()}
+            )
+        return np.arange(begin, numbers.size)
+
+    def _complete(self, here: _Open, state: State) -> PathFound:
+        calls = self._numbers[here.fault].calls.values()
+        call = [given[:, here.taken[0]] for given in calls] if len(here.taken) else [np.zeros(0)]
+        return PathFound(here.fault, state.executed, np.concatenate(call), infeasible=False)
+
+    def _rest(self, state: State) -> int:
+        if state.at == LEAVE:
+            return 0
+        return self._remaining[state.at] + sum(self._remaining[each] for each in state.frames)
+
+    def _push(
+        self,
+        fault: int,
+        state: State,
+        taken: NDArray[np.intp],
+        held: tuple[tuple[Integer, bool], ...],
+    ) -> None:
+        self._serial += 1
+        most = state.executed + self._rest(state)
+        rank = (not len(taken), -most, self._serial)
+        heapq.heappush(self.open, _Open(rank, most, fault, state, taken, held))
+
+
+PLACES = 0x1000_0000
+"""How far the arrays of a call lie from each other."""
+
+
+def _called(
+    machine: Follower,
+    numbers: Numbers,
+    entry: int,
+    arguments: list[str],
+    fault: int,
+    inputs: Mapping[str, Array],
+) -> State:
+    """The call, with inputs in memory."""
+    given = [fault % 2**32 if name == "fault" else PLACES * i for i, name in enumerate(arguments, 1)]
+    state = machine.start(entry, given)
+    size = numbers.scalar(0).itemsize
+    for name, place in zip(arguments, given, strict=True):
+        for j in range(len(inputs.get(name, ()))):
+            state.memory.write(place + j * size, size, numbers.number("input", name, j))
+    return state
