@@ -42,7 +42,7 @@ def closed_form(vehicle: Vehicle, G: FloatArray, of: str, c: Table) -> list[str]
     ]
 
 
-class Seen:
+class SeenArguments:
     """What the statements so far have summed up of the arguments: no sum is finite if one of them is not.
 
     Attributes
@@ -75,7 +75,7 @@ class Seen:
         return lines
 
 
-def refused(seen: Seen, excess: Excess, why: str, c: Table) -> list[str]:
+def refused(seen: SeenArguments, excess: Excess, why: str, c: Table) -> list[str]:
     """Statements that return where an argument is not finite, limits cross, or something is exceeded.
 
     One comparison decides for all calls that are answered: whatever is NaN or infinite makes a sum so, its

@@ -23,7 +23,7 @@ from alloc.native.code import (
 )
 from alloc.native.entry import (
     Excess,
-    Seen,
+    SeenArguments,
     closed_form,
     cover,
     infeasible,
@@ -74,7 +74,7 @@ def body(vehicle: Vehicle, bounds: CLimits, c: Table) -> list[str]:
     parts = pieces(
         vehicle, structure, max(TOLERANCE[c.scalar], wrench_doubt(vehicle)) * vehicle.f_scale, bounds, c
     )
-    seen, lines = Seen(cover(vehicle, structure.G), bounds, c), list[str]()
+    seen, lines = SeenArguments(cover(vehicle, structure.G), bounds, c), list[str]()
     for i, piece in enumerate(parts):
         lines += ["fence();"] * (i > 0) + seen.add(piece.rows, f"{i}") + piece.before
         lines += [] if piece.after else inside(piece.thrusts, bounds, c)

@@ -16,7 +16,7 @@ FACETS_LIMIT = 300
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Facets:
+class FacetPairs:
     """Pairs of opposite facets, each by the normal of one of the two.
 
     Attributes
@@ -46,7 +46,7 @@ class Facets:
         return np.flatnonzero(self.push[self.parts[part]].any(axis=0)).tolist()
 
 
-def facets(vehicle: Vehicle) -> Facets:
+def facet_pairs(vehicle: Vehicle) -> FacetPairs:
     """The facets of this vehicle; raises NotApplicable where there are too many to write them out."""
     found = edge(vehicle)
     if len(found.normals) > FACETS_LIMIT:
@@ -57,7 +57,7 @@ def facets(vehicle: Vehicle) -> Facets:
     # Stretched until the thruster that pushes most does so by one newton a newton: on many vehicles what is
     # left along a facet is then a plain sum.
     push = snapped(found.push / np.abs(found.push).max(axis=1)[:, None])
-    return Facets(
+    return FacetPairs(
         normals=found.normals * found.scale,
         scale=found.scale,
         push=push,

@@ -6,7 +6,7 @@ import numpy as np
 
 from alloc.native.bounds import CLimits
 from alloc.native.code import Table, Value, defined, expression, fold, signed_sum, summed
-from alloc.native.facets import Facets
+from alloc.native.facets import FacetPairs
 from alloc.reach.edge import room_table
 from alloc.vehicle import Vehicle
 
@@ -18,7 +18,7 @@ to it."""
 class Rooms:
     """The room ahead and astern of each pair of facets: sums of what lies between thrusts and limits."""
 
-    def __init__(self, vehicle: Vehicle, facets: Facets, bounds: CLimits, c: Table) -> None:
+    def __init__(self, vehicle: Vehicle, facets: FacetPairs, bounds: CLimits, c: Table) -> None:
         """No room is known yet."""
         self._vehicle, self._facets, self._bounds, self._c = vehicle, facets, bounds, c
         self._known: dict[int, tuple[Value, Value]] = {}

@@ -22,7 +22,7 @@ from alloc.native.code import (
     product,
     signed_sum,
 )
-from alloc.native.entry import Seen, closed_form, cover, crossed, inside, read, refused, written
+from alloc.native.entry import SeenArguments, closed_form, cover, crossed, inside, read, refused, written
 from alloc.vehicle import RANK_TOLERANCE, Vehicle
 from alloc.vehicle.condition import magnified
 
@@ -118,7 +118,7 @@ def _mended(
 ) -> list[str]:
     """Statements that give f = T* tau, mended by a rule and cut at the limits, or refuse."""
     G = generalized_inverse(vehicle)
-    seen = Seen(cover(vehicle, G), bounds, c)
+    seen = SeenArguments(cover(vehicle, G), bounds, c)
     lines = seen.add(vehicle.working.tolist(), "0")
     lines += refused(seen, [], crossed(bounds, c), c)
     more, met = _met(vehicle, G, c)

@@ -26,8 +26,8 @@ from alloc.native.code import (
     term,
 )
 from alloc.native.departure import departure, largest, missing
-from alloc.native.entry import Seen, cover
-from alloc.native.facets import alike, facets, steps_along
+from alloc.native.entry import SeenArguments, cover
+from alloc.native.facets import alike, facet_pairs, steps_along
 from alloc.native.rooms import Rooms
 from alloc.reach import edge
 from alloc.reach.levels import groups, step_maps
@@ -70,13 +70,13 @@ class Walk:
     def __init__(self, vehicle: Vehicle, way: Way, G: FloatArray, bounds: CLimits, c: Table) -> None:
         """Write the way; G is (n, k), T*. Raises NotApplicable where there are too many facets to do so."""
         self._vehicle, self._bounds, self._c, self._G = vehicle, bounds, c, G
-        self._facets = facets(vehicle)
+        self._facets = facet_pairs(vehicle)
         self._rooms = Rooms(vehicle, self._facets, bounds, c)
         self._maps = step_maps(vehicle, way.levels)
         self._whole = _whole(vehicle, way)
         self._part: int | None = None
         self._entered: set[int] = set()
-        self.seen = Seen(self._cover(), bounds, c)
+        self.seen = SeenArguments(self._cover(), bounds, c)
         self.definitions, self.f = departure(vehicle, bounds, c)
         self.statements: list[list[str]] = []
         self.moved: list[list[int]] = []
@@ -205,7 +205,7 @@ class Walk:
             self.definitions.append(defined(f"f{level + 1}_{i}", f"{before}{step}", self._c))
 
     def _turn_to(self, part: int) -> None:
-        """Statements before the first facet of another part; the fence keeps reading its arguments for then."""
+        """Statements before the first facet of another part; with a fence no argument is read earlier."""
         if part == self._part:
             return
         self._leave()
