@@ -21,7 +21,7 @@ from bench.prove.numbers import Array, Numbers
 
 FORKS = 2000
 """How many forks of one kernel are looked at."""
-QUESTIONS = 80
+QUESTIONS = 200
 """And how many questions are asked of the solver."""
 LISTED = 50
 """How many ways and questions there are at most for the sake of those that are not the longest."""

@@ -75,12 +75,9 @@ def _summary(proofs: list[Proof]) -> None:
             for row in each.rounding
             if row.fault < 0 and row.flipped_n is not None
         ]
-        print(
-            f"{scalar}: {len(group)} kernels, claims {dict(verdicts)}, {sum(each.seconds for each in group):.0f} s"
-        )
-        print(
-            f"  all paths listed of {sum(path.all_paths for _, path in worst)} of {len(worst)}, {dict(listed)}"
-        )
+        seconds, whole = sum(each.seconds for each in group), sum(path.all_paths for _, path in worst)
+        print(f"{scalar}: {len(group)} kernels, claims {dict(verdicts)}, {seconds:.0f} s")
+        print(f"  all paths listed of {whole} of {len(worst)}, {dict(listed)}")
         print(f"  largest ratio {max(map(_ratio, group)):.1f}; widest band {max(bands, default=0.0):.2g}")
         print(f"  bound where a branch turns: {', '.join(turned) or '-'}")
         print(f"  MISRA without a reason: {sum(not rule.reason for each in group for rule in each.misra)}")
