@@ -17,7 +17,7 @@ ROUNDING: dict[Scalar, float] = {"double": 2e-15, "float": 1e-6}
 """What sums of a few dozen terms lose in the scalar, relative to the largest term [-]."""
 TRIES = 8
 """Times that all arguments of a case are moved by what rounding takes, to see what becomes of the answer."""
-JUMP = 1e-2
+JUMP = 0.1
 """What rounding may do to an answer at most, relative to ``size``: more is another answer [-]."""
 PER_FAULT = 24
 """Cases for the whole vehicle, and for each fault; fewer where rounding decides what the answer is."""

@@ -144,7 +144,8 @@ def _rows(
     nothing = np.full(vehicle.n, np.nan), np.full(levels, np.nan)
     for odd in (np.nan, np.inf, -np.inf):
         for given in (0, 1, 2) if limits == "call" else (0,):
-            tau, f_min, f_max = np.zeros(vehicle.k), low[0].copy(), high[0].copy()
+            tau = np.zeros(vehicle.k)
+            f_min, f_max = (np.where(off, np.nan, side) for side in (vehicle.f_min, vehicle.f_max))
             (tau, f_min, f_max)[given][0 if given == 0 else vehicle.working[-1]] = odd
             yield row(NOT_FINITE, NOT_FINITE, [0.0, 0.0], tau, f_min, f_max, *nothing)
 

@@ -26,6 +26,7 @@ from alloc.native import RECIPES, compiled, function_name, generate, missing, so
 from alloc.native.bounds import Where
 from alloc.native.code import Scalar
 from bench.demands import build_demands
+from bench.studies.campaign import vehicle_of
 from tests.nullspace_cases import SHAPES, demands_of_known_verdict, random_vehicle
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "-")
@@ -99,6 +100,31 @@ def test_where_h_couples_thrusters_that_z_moves_with_others_a_way_still_ends_at_
     f = build("qp/daqp", vehicle)(tau).f
     np.testing.assert_allclose(allocate(tau).f, f, atol=1e-9)
     check_itself(vehicle, "scaled", "double", "fixed", tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("number", "kernel", "scalar"),
+    [(20, "pinv", "double"), (40, "shrink", "float"), (83, "scaled", "float"), (140, "nullspace", "double")],
+    ids=["T nearly lost", "limit at zero", "a weak thruster ends the way", "moved by rounding"],
+)
+def test_self_tests_of_vehicles_with_all_that_a_file_may_hold_are_green(
+    number, kernel, scalar, tmp_path
+) -> None:
+    """``python -m bench.studies.native_selftests --plain --odd --random 300`` asks three hundred of them."""
+    vehicle = replace(vehicle_of(number)[0], name=f"odd{number}")
+    done = run(compile_in(tmp_path, generate(vehicle, kernel, scalar), *SANITIZE))
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_redistribute_is_refused_where_its_factors_lose_too_many_digits() -> None:
+    """Python makes its inverses in double and beforehand; C factorises in the call."""
+    vehicle = load_vehicle(SMALL)
+    uneven = replace(vehicle, H=np.diag(np.logspace(0, 4, vehicle.n)))
+    assert generate(uneven, "redistribute", "double")
+    with pytest.raises(
+        NotApplicable, match=r"in float that may cost .* of the largest limit; generate it in"
+    ):
+        generate(uneven, "redistribute", "float")
 
 
 def test_the_self_test_notices_a_wrong_constant(tmp_path) -> None:

@@ -248,10 +248,12 @@ def test_the_time_cap_of_highs_holds_for_each_call_and_not_for_all_together(
 ) -> None:
     """HiGHS's clock runs on from one run of an object to the next."""
     pytest.importorskip("highspy")
-    monkeypatch.setattr(solvers.load("highs"), "TIME_LIMIT_S", 0.2)
+    monkeypatch.setattr(
+        solvers.load("highs"), "TIME_LIMIT_S", 0.5
+    )  # a loaded machine may leave a call waiting
     allocate = build("qp/highs", VEHICLE)
     spent = 0.0
-    while spent < 0.4:
+    while spent < 0.6:
         _, status, _, seconds, _ = allocate([300.0, 50, -60])
         assert status == Status.SOLVED
         spent += seconds

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from alloc import AllocError, Label, UnknownName, load_vehicle
+from alloc import AllocError, Label, UnknownName, build, load_vehicle
 from alloc.native.bounds import Where
 from alloc.native.code import Scalar
 from alloc.plugins import find
 from bench.__main__ import cli
 from bench.demands import build_demands, labelled
-from bench.emulation.agreement import agreement
-from bench.emulation.count import count
+from bench.emulation.agreement import agreement, explained
+from bench.emulation.count import CallCounts, count
 from bench.emulation.image import Image, link
 from bench.emulation.install import install
 from bench.emulation.kernels import build_kernel, unchecked
@@ -64,6 +64,23 @@ def test_the_first_demands_of_a_set_keep_their_own_limits_and_labels() -> None:
         np.testing.assert_array_equal(few, all_of_them[:4])
     np.testing.assert_array_equal(some.labels, whole.labels[:4])
     assert some.rate_hz == whole.rate_hz
+
+
+def test_an_answer_at_the_end_of_a_way_may_differ_by_what_rounding_explains_and_no_more() -> None:
+    """The answers are Python's, one moved: by half of what rounding of arguments does, then by four times."""
+    vehicle = load_vehicle("nautilus")
+    kernel = build_kernel("priority@native", vehicle, "float")
+    demands = build_demands("infeasible", vehicle, 0, 30)
+    F, status = build("priority", vehicle).many(demands.taus)
+    most = explained(kernel, demands, F)
+    i = int(most.argmax())
+    assert most[i] > 1e-5 * vehicle.f_scale  # the constant alone would not do
+    for times, agrees in ((0.5, True), (4.0, False)):
+        moved = F.copy()
+        moved[i, 0] += times * most[i]
+        none = np.zeros(len(F), dtype=np.intp)
+        counted = CallCounts(moved, status.astype(np.intp), none, none)
+        assert agreement(kernel, demands, counted).agrees is agrees
 
 
 def rows(
