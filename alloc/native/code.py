@@ -4,7 +4,7 @@ import re
 from collections import Counter
 from itertools import combinations
 from math import copysign
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -14,6 +14,8 @@ from alloc.nullspace import allocator as nullspace
 Scalar = Literal["double", "float"]
 Terms = list[tuple[bool, str]]
 """A sum: for each term whether it is subtracted, and its C expression."""
+Value = str | float
+"""A C expression, or a number that is known beforehand."""
 TOLERANCE: dict[Scalar, float] = {"double": nullspace.TOLERANCE, "float": 4e-6}
 """Excess over a limit that still counts as met, relative to the largest limit [-]. Float rounds at 6e-8; some
 70 times that is left for the sums."""
@@ -146,6 +148,21 @@ def butterflies(rows: list[Terms], c: Table, prefix: str = "w") -> tuple[list[st
                 del row[b]
 
 
+class Summed(NamedTuple):
+    """C of a matrix product: the lines that it needs, each row's terms, and how many terms all sums have."""
+
+    lines: list[str]
+    rows: list[Terms]
+    terms: int
+
+
+def summed(matrix: FloatArray, into: str, c: Table, name: str) -> Summed:
+    """C of matrix times [into0, into1, …]; products and sums that rows share are taken once."""
+    products, rows, _ = product(matrix, into, c, f"p{name}")
+    sums, rows = butterflies(rows, c, f"s{name}")
+    return Summed([*products, *sums], rows, len(sums) + sum(map(len, rows)))
+
+
 def signed_sum(terms: Terms, scalar: Scalar) -> str:
     """``a - b + …``, a term that is added first; a sign before the whole sum costs an instruction more."""
     if not terms:
@@ -166,6 +183,11 @@ def dot(values: list[float], names: list[str], c: Table) -> str:
 def term(value: float, name: str, c: Table) -> tuple[bool, str]:
     """``value * name`` as a term of a sum."""
     return value < 0, name if abs(value) == 1.0 else f"{c(abs(value))} * {name}"
+
+
+def expression(value: Value, c: Table) -> str:
+    """The C expression of a value, a constant where it is known beforehand."""
+    return c(value) if isinstance(value, float) else value
 
 
 def fold(function: str, terms: list[str]) -> str:

@@ -42,41 +42,54 @@ def closed_form(vehicle: Vehicle, G: FloatArray, of: str, c: Table) -> list[str]
     ]
 
 
-def entered(
-    rows: list[int], unseen: list[str], name: str, bounds: CLimits, c: Table, of: Sequence[str] = ("x",)
-) -> tuple[list[str], Excess]:
-    """Statements of s, a sum that is finite only if the arguments of these thrusters are, and their crossing.
+class Seen:
+    """What the statements so far have summed up of the arguments: no sum is finite if one of them is not.
 
-    Of ``unseen``, the sums that all of tau must be seen in, those that s holds are taken out; what
-    begins with one of ``of`` belongs to a thruster.
+    Attributes
+    ----------
+    sums : names of these sums
+    crossing : names of what is at most zero only if no limits cross
+    unseen : sums and entries of tau, in which every entry of tau appears, that are in no sum yet
     """
-    theirs = {f"{begins}{i}" for begins in of for i in rows}
-    seen = [x for x in unseen if x in theirs or x.startswith("t")]
-    unseen[:] = [x for x in unseen if x not in seen]
-    overlaps = [f"o{i}" for i in rows] if bounds.at_call else []
-    lines = [defined(f"s{name}", " + ".join([*seen, *overlaps]) or number(0.0, c.scalar), c)]
-    if not overlaps:
-        return lines, []
-    return [*lines, defined(f"m{name}", fold("most", overlaps), c)], [(f"m{name}", 0.0)]
+
+    def __init__(self, unseen: list[str], bounds: CLimits, c: Table) -> None:
+        """Nothing is seen yet."""
+        self.sums, self.crossing, self.unseen = list[str](), list[str](), unseen
+        self._bounds, self._c = bounds, c
+
+    def add(self, rows: list[int], name: str, of: Sequence[str] = ("x",)) -> list[str]:
+        """Statements that sum up what is unseen of these thrusters, and of tau alone.
+
+        What belongs to thruster i has one of the names in ``of`` with i behind it.
+        """
+        theirs = {f"{begins}{i}" for begins in of for i in rows}
+        seen = [x for x in self.unseen if x in theirs or x.startswith("t")]
+        self.unseen = [x for x in self.unseen if x not in seen]
+        overlaps = [f"o{i}" for i in rows] if self._bounds.at_call else []
+        self.sums.append(f"s{name}")
+        total = " + ".join([*seen, *overlaps]) or number(0.0, self._c.scalar)
+        lines = [defined(f"s{name}", total, self._c)]
+        if overlaps:
+            self.crossing.append(f"m{name}")
+            lines.append(defined(f"m{name}", fold("most", overlaps), self._c))
+        return lines
 
 
-def refused(sums: list[str], excess: Excess, why: str, c: Table) -> list[str]:
-    """Statements that return where an argument is not finite, or something is exceeded.
+def refused(seen: Seen, excess: Excess, why: str, c: Table) -> list[str]:
+    """Statements that return where an argument is not finite, limits cross, or something is exceeded.
 
     One comparison decides for all calls that are answered: whatever is NaN or infinite makes a sum so, its
     difference to itself NaN, and no comparison with NaN holds. ``why``, the C expression of the status, finds
     out which of the reasons it was, where that no longer costs a call that is answered.
     """
     zero = number(0.0, c.scalar)
-    # Whether limits cross stands outermost: a NaN beside it, of a demand that overflows, can't hide it there.
-    crossing = [expression for expression, _ in excess if expression.startswith("m")]
     by_most: dict[float, list[str]] = {}
     for expression, most in excess:
-        if expression not in crossing:
-            by_most.setdefault(most, []).append(expression)
-    lines = [defined("sum", " + ".join(sums), c)]
-    worst, at_most = [fold("most", crossing)] if crossing else [], zero
-    if len(by_most) == 1 and not crossing:
+        by_most.setdefault(most, []).append(expression)
+    lines = [defined("sum", " + ".join([*seen.sums, *seen.unseen]), c)]
+    # Whether limits cross stands outermost: a NaN beside it, of a demand that overflows, can't hide it there.
+    worst, at_most = [fold("most", seen.crossing)] if seen.crossing else [], zero
+    if len(by_most) == 1 and not seen.crossing:
         ((most, expressions),) = by_most.items()
         worst, at_most = [fold("most", expressions)], c(most) if most else zero
     elif by_most:

@@ -23,9 +23,9 @@ from alloc.native.code import (
 )
 from alloc.native.entry import (
     Excess,
+    Seen,
     closed_form,
     cover,
-    entered,
     infeasible,
     inside,
     lost,
@@ -74,14 +74,12 @@ def body(vehicle: Vehicle, bounds: CLimits, c: Table) -> list[str]:
     parts = pieces(
         vehicle, structure, max(TOLERANCE[c.scalar], wrench_doubt(vehicle)) * vehicle.f_scale, bounds, c
     )
-    unseen, lines = cover(vehicle, structure.G), []
+    seen, lines = Seen(cover(vehicle, structure.G), bounds, c), list[str]()
     for i, piece in enumerate(parts):
-        crossing, seen = entered(piece.rows, unseen, f"{i}", bounds, c)
-        lines += ["fence();"] * (i > 0) + crossing + piece.before
+        lines += ["fence();"] * (i > 0) + seen.add(piece.rows, f"{i}") + piece.before
         lines += [] if piece.after else inside(piece.thrusts, bounds, c)
-        excess += [*seen, *piece.excess]
-    sums = [*names("s", len(parts)), *unseen]
-    lines += refused(sums, excess, infeasible(vehicle, bounds, c), c)
+        excess += piece.excess
+    lines += refused(seen, excess, infeasible(vehicle, bounds, c), c)
     for piece in parts:
         lines += [*piece.after, *inside(piece.thrusts, bounds, c)] if piece.after else []
     return placed(definitions, [*lines, *written(vehicle, c), "return SOLVED;"])

@@ -22,7 +22,7 @@ from alloc.native.code import (
     product,
     signed_sum,
 )
-from alloc.native.entry import closed_form, cover, crossed, entered, inside, read, refused, written
+from alloc.native.entry import Seen, closed_form, cover, crossed, inside, read, refused, written
 from alloc.vehicle import RANK_TOLERANCE, Vehicle
 from alloc.vehicle.condition import magnified
 
@@ -118,9 +118,9 @@ def _mended(
 ) -> list[str]:
     """Statements that give f = T* tau, mended by a rule and cut at the limits, or refuse."""
     G = generalized_inverse(vehicle)
-    unseen = cover(vehicle, G)
-    lines, excess = entered(vehicle.working.tolist(), unseen, "0", bounds, c)
-    lines += refused(["s0", *unseen], excess, crossed(bounds, c), c)
+    seen = Seen(cover(vehicle, G), bounds, c)
+    lines = seen.add(vehicle.working.tolist(), "0")
+    lines += refused(seen, [], crossed(bounds, c), c)
     more, met = _met(vehicle, G, c)
     definitions = [*read(vehicle, c), *closed_form(vehicle, G, "t", c), *bounds.definitions(), *more]
     lines += [*rule, *inside(thrusts, bounds, c), f"const int met = {met};", *written(vehicle, c)]

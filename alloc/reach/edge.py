@@ -83,9 +83,9 @@ def start(f_min: FloatArray, f_max: FloatArray) -> FloatArray:
     return inside
 
 
-def room_table(found: Edge) -> FloatArray:
-    """(2M, 2n) table with room = table [f_max - f0; f0 - f_min], for the normals and then their opposites."""
-    ahead, astern = found.push.clip(min=0.0), (-found.push).clip(min=0.0)
+def room_table(push: FloatArray) -> FloatArray:
+    """(2M, 2n) table with room = table [f_max - f0; f0 - f_min], for M normals and then their opposites."""
+    ahead, astern = push.clip(min=0.0), (-push).clip(min=0.0)
     return np.block([[ahead, astern], [astern, ahead]])
 
 

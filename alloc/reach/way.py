@@ -47,7 +47,7 @@ class Way:
         self._scale = found.scale
         half = found.normals * found.scale
         self._outward = np.vstack([half, -half])
-        self._room_of = room_table(found)
+        self._room_of = room_table(found.push)
         self._TP, self._f_scale = vehicle.TP, vehicle.f_scale
         self._rest, self._size = np.zeros(vehicle.k), np.ones(())
         self._maps = step_maps(vehicle, levels) * (found.scale / found.scale[:, None])

@@ -21,7 +21,7 @@ from bench.prove.numbers import Array, Numbers
 
 FORKS = 2000
 """How many forks of one kernel are looked at."""
-QUESTIONS = 80
+QUESTIONS = 200
 """And how many questions are asked of the solver."""
 LISTED = 50
 """How many ways and questions there are at most for the sake of those that are not the longest."""
@@ -117,15 +117,20 @@ class _Search:
             self._push(fault, state, np.arange(self._numbers[fault].size), ())
 
     def run(self) -> Iterator[PathFound]:
-        """Follow ways until none is open, or enough were looked at."""
-        forks = longest = listed = 0
+        """Follow ways until none is open, or enough were looked at.
+
+        Where too many questions were asked, ways are followed still: how often loops go round is in the code.
+        """
+        forks = longest = unknown = listed = 0
         aside: list[_Open] = []
-        while self.open and forks < FORKS and self._questions < QUESTIONS:
+        while self.open and forks < FORKS:
             here = heapq.heappop(self.open)
-            if here.most <= longest and (listed >= LISTED or self._questions >= LISTED):
+            tired = self._questions >= QUESTIONS
+            enough = listed >= LISTED or self._questions >= LISTED
+            if here.most <= (max(longest, unknown) if tired else longest) and enough:
                 aside.append(here)
                 continue
-            if not len(here.taken):
+            if not len(here.taken) and not tired:
                 here, infeasible = self._asked(here)
                 if infeasible:
                     listed += 1
@@ -140,7 +145,10 @@ class _Search:
             if state.at == LEAVE:
                 listed += 1
                 way = self._complete(here, state)
-                longest = max(longest, way.instructions if way.call.size else 0)
+                if way.call.size:
+                    longest = max(longest, way.instructions)
+                else:
+                    unknown = max(unknown, way.instructions)
                 yield way
                 continue
             forks += 1

@@ -10,10 +10,9 @@ import argparse
 
 import numpy as np
 
-from alloc import Vehicle, build, load_vehicle
-from alloc.native.code import number
-from bench.emulation.kernel import Kernel
+from alloc import Vehicle, load_vehicle
 from bench.emulation.kernels import build_kernel
+from bench.studies import by_hand
 from bench.studies.c_loop import nanoseconds
 from bench.studies.native_speed import demands
 
@@ -21,37 +20,10 @@ VEHICLES = ("ukwial", "bluerov2", "bluerov2-heavy", "nautilus", "subjugator8")
 ROUNDS = 6
 
 
-def by_hand(vehicle: Vehicle) -> Kernel:
-    """f = T* tau, each thrust cut at its limits: what a few minutes of work give."""
-    G = build("pinv", vehicle).many(np.eye(vehicle.k))[0].T
-    keep = np.abs(G) > 1e-14 * np.abs(G).max()  # smaller entries are rounding
-    lines = []
-    for i in range(vehicle.n):
-        terms = (f"{number(G[i, j], 'double')} * tau[{j}]" for j in np.flatnonzero(keep[i]))
-        low, high = (number(side[i], "double") for side in (vehicle.f_min, vehicle.f_max))
-        lines.append(
-            f"    const double x{i} = {' + '.join(terms) or '0.0'};\n"
-            f"    f[{i}] = x{i} < {low} ? {low} : x{i} > {high} ? {high} : x{i};\n"
-        )
-    name = "clip_by_hand"
-    declaration = f"int {name}(const double *tau, double *f)"
-    return Kernel(
-        method=name,
-        twin="clip",
-        scalar="double",
-        k=vehicle.k,
-        n=vehicle.n,
-        entry=name,
-        declaration=f"{declaration};",
-        arguments="tau, f",
-        sources={f"{name}.c": f"{declaration};\n{declaration}\n{{\n{''.join(lines)}    return 0;\n}}\n"},
-    )
-
-
 def measure(vehicle: Vehicle) -> dict[str, float]:
     """Least time of a call [ns] of each kernel."""
     kernels = {name: build_kernel(f"{name}@native", vehicle, "double") for name in ("nullspace", "clip")}
-    kernels["by hand"] = by_hand(vehicle)
+    kernels["by hand"] = by_hand.clip(vehicle)
     taus = demands(vehicle)
     least = dict.fromkeys(kernels, np.inf)
     for _ in range(ROUNDS):

@@ -5,7 +5,8 @@ limits and with limits of the call, in double and in float, compiles it with its
 an error, AddressSanitizer and UBSan watching, and runs it. It prints what fails, and at the end how many
 programs ran and how far the worst answer lay from Python's, relative to the largest limit. Exit code 1 where
 one failed. ``--plain --odd --random 300`` asks whether answers agree, on vehicles of every kind within fixed
-limits: no shipped ones, one compiler, neither sanitizers nor optimization. ``--from 100`` begins there.
+limits: no shipped ones, one compiler, neither sanitizers nor optimization. ``--from 20`` begins at that
+random vehicle and leaves the shipped ones out, so that a long trial can be made in pieces.
 """
 
 import argparse
@@ -102,17 +103,20 @@ def main() -> int:
     parser.add_argument("--vehicle", action="append", help="shipped vehicles alone, these")
     parser.add_argument("--kernel", action="append", choices=list(RECIPES), help="these alone")
     parser.add_argument("--random", type=int, default=40)
-    parser.add_argument("--from", type=int, default=0, dest="first")
+    parser.add_argument(
+        "--from", type=int, dest="first", metavar="I", help="random vehicles alone, from there"
+    )
     parser.add_argument("--odd", action="store_true", help="random vehicles of the campaign")
     parser.add_argument("--plain", action="store_true", help="fixed limits, one compiler, no sanitizers")
     arguments = parser.parse_args()
     plain: bool = arguments.plain
     compilers = tuple(compiler for compiler in COMPILERS if shutil.which(compiler))[: 1 if plain else None]
-    shipped = [] if plain else [load_vehicle(name) for name in arguments.vehicle or list_vehicles()]
+    without = plain or arguments.first is not None
+    shipped = [] if without else [load_vehicle(name) for name in arguments.vehicle or list_vehicles()]
     made_up = (odd_vehicles if arguments.odd else random_vehicles)(arguments.random)
     results = [
         result
-        for vehicle in (*shipped, *islice(made_up, arguments.first, None))
+        for vehicle in (*shipped, *islice(made_up, arguments.first or 0, None))
         for result in errors(vehicle, arguments.kernel or list(RECIPES), compilers, plain)
     ]
     failed = [name for name, _ in results if name]

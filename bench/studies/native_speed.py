@@ -19,12 +19,12 @@ from time import thread_time
 import numpy as np
 
 from alloc import FloatArray, NotApplicable, Vehicle, build, catalogue, load_vehicle
-from alloc.native.code import number
 from bench.demands import build_demands
 from bench.emulation.kernel import Kernel
 from bench.emulation.kernels import build_kernel
 from bench.harness.timing import no_garbage_collection, sample
 from bench.report.readme import put
+from bench.studies.by_hand import plain_product
 from bench.studies.c_loop import instructions, nanoseconds
 from bench.studies.daqp_c import daqp_kernel
 from bench.studies.speed_tables import (
@@ -57,31 +57,6 @@ def demands(vehicle: Vehicle, classes: Sequence[str] = CLASSES) -> FloatArray:
     """The classes' demands in equal parts, shuffled."""
     taus = np.vstack([build_demands(name, vehicle, 0, PER_CLASS).taus for name in classes])
     return np.random.default_rng(0).permutation(taus)
-
-
-def plain_product(vehicle: Vehicle) -> Kernel:
-    """f = T* tau written out: one multiplication for each entry that is not zero."""
-    G = build("pinv", vehicle).many(np.eye(vehicle.k))[0].T
-    keep = np.abs(G) > 1e-14 * np.abs(G).max()  # smaller entries are rounding
-    rows = [
-        " + ".join(f"{number(G[i, j], 'double')} * tau[{j}]" for j in np.flatnonzero(keep[i]))
-        for i in range(vehicle.n)
-    ]
-    name = "plain_product"
-    declaration = f"int {name}(const double *tau, double *f)"
-    body = "".join(f"    f[{i}] = {row or '0.0'};\n" for i, row in enumerate(rows))
-    source = f"{declaration};\n{declaration}\n{{\n{body}    return 0;\n}}\n"
-    return Kernel(
-        method=name,
-        twin="pinv",
-        scalar="double",
-        k=vehicle.k,
-        n=vehicle.n,
-        entry=name,
-        declaration=f"{declaration};",
-        arguments="tau, f",
-        sources={f"{name}.c": source},
-    )
 
 
 def kernels(vehicle: Vehicle, csrc: Path | None) -> dict[str, Kernel]:

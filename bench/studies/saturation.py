@@ -1,8 +1,9 @@
 """What scaled and priority answer beyond the limits: the numbers of docs/saturation.md.
 
-``python -m bench.studies.saturation programs [CASES]`` works each share out again by a linear program
-(HiGHS), and the thrusts by DAQP at the wrench that the programs reach. ``python -m bench.studies.saturation
-limits [CALLS]`` counts answers that are not finite, or lie beyond a limit by as little as the last digit.
+``python -m bench.studies.saturation programs [CASES [METHOD …]]`` works each share out again by a linear
+program (HiGHS), and the thrusts by DAQP at the wrench that the programs reach. ``python -m
+bench.studies.saturation limits [CALLS [METHOD …]]`` counts answers that are not finite, or lie beyond a limit
+by as little as the last digit. Methods are those in Python unless others are named, as ``scaled@native``.
 """
 
 import sys
@@ -13,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from alloc import (
+    Allocator,
     FloatArray,
     Status,
     Vehicle,
@@ -57,9 +59,9 @@ def share_by_program(
     return max(0.0, min(1.0, keep * alpha_max_lp(vehicle, step, low, high, start=w)))
 
 
-def way_of(method: str, vehicle: Vehicle) -> Way:
-    """The way of a method on a vehicle."""
-    way = find_formulation(method).way
+def way_of(allocate: Allocator, vehicle: Vehicle) -> Way:
+    """The way that an allocator goes on its vehicle."""
+    way = find_formulation(allocate.formulation).way
     assert way is not None
     return way(vehicle)
 
@@ -91,7 +93,8 @@ def against_programs(method: str, cases: int) -> Programs:
     share_off, thrust_off, unsolved, excluding = [], [], 0, 0
     each = -(-cases // len(vehicles()))
     for vehicle in vehicles():
-        allocate, reference, way = build(method, vehicle), build("qp/daqp", vehicle), way_of(method, vehicle)
+        allocate, reference = build(method, vehicle), build("qp/daqp", vehicle)
+        way = way_of(allocate, vehicle)
         maps = step_maps(vehicle, way.levels)
         lows, highs = limits(vehicle, rng, each)
         taus = rng.normal(size=(each, vehicle.k)) * vehicle.wrench_scale * 10 ** rng.uniform(-1, 1, (each, 1))
@@ -173,8 +176,9 @@ def within_limits(method: str, calls: int) -> WithinLimits:
     return WithinLimits(calls, good, solved, lies)
 
 
-def main(what: str = "limits", count: str = "") -> None:
+def main(what: str = "limits", count: str = "", *methods: str) -> None:
     """Print the table of one of the two parts."""
+    chosen = methods or METHODS
     if what == "programs":
         headers = [
             "cases",
@@ -184,12 +188,12 @@ def main(what: str = "limits", count: str = "") -> None:
             "farthest thrust",
             "DAQP gave none",
         ]
-        found: list[NamedTuple] = [against_programs(method, int(count or CASES)) for method in METHODS]
+        found: list[NamedTuple] = [against_programs(method, int(count or CASES)) for method in chosen]
     else:
         headers = ["calls", "finite and inside the limits", "SOLVED", "SOLVED, but the wrench is missed"]
-        found = [within_limits(method, int(count or CALLS)) for method in METHODS]
+        found = [within_limits(method, int(count or CALLS)) for method in chosen]
     cells = [[f"{x:,}" if isinstance(x, int) else three(x) for x in row] for row in found]
-    print(table(["method", *headers], [[method, *row] for method, row in zip(METHODS, cells, strict=True)]))
+    print(table(["method", *headers], [[method, *row] for method, row in zip(chosen, cells, strict=True)]))
 
 
 if __name__ == "__main__":
