@@ -1,12 +1,15 @@
 """Report section: each method as C on a microcontroller, solvers' own C among them, in one table."""
 
 from collections.abc import Sequence
+from itertools import product
 
 from bench.results.emulated import EmulatedRow
 from bench.results.text import table, three
 
 BOARDS = (("cortex-m4f", "float"), ("cortex-m7", "double"))
 """Processors and precisions that are shown: each FPU's own."""
+FORMS = {"fixed": "fixed limits", "call": "limits of each call"}
+"""The form of limits in the C, in words."""
 SEARCH, BOUNDARY = "search", "boundary"
 
 
@@ -18,12 +21,12 @@ def microcontroller(rows: Sequence[EmulatedRow]) -> str:
     which no solver was counted is left out, or sizes would not compare.
     """
     parts = []
-    for target, scalar in BOARDS:
-        own = [row for row in rows if _of(row) == (target, scalar, "fixed") and row.emulated.instructions]
+    for (target, scalar), (limits, said) in product(BOARDS, FORMS.items()):
+        own = [row for row in rows if _of(row) == (target, scalar, limits) and row.emulated.instructions]
         shared = {row.emulated.vehicle for row in own if row.emulated.solver}
         if shared:
             alike = [row for row in own if row.emulated.vehicle in shared]
-            parts += [f"### {target}, {scalar}: the most instructions of a call\n", _table(alike)]
+            parts += [f"### {target}, {scalar}, {said}: the most instructions of a call\n", _table(alike)]
     if not parts:
         return ""
     note = (
