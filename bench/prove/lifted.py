@@ -11,7 +11,7 @@ from typing import Any
 from bench.emulation.image import Image
 
 REMEDY = "pip install 'thrustbench[prove]'"
-NEEDED = ("pyvex", "z3")
+NEEDED = ("archinfo", "pyvex", "z3")
 LEAVE = 0x7FFF_F000
 """Where a kernel returns to: no code is there."""
 STACK = 0x6000_0000
