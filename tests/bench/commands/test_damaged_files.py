@@ -257,7 +257,7 @@ def test_a_damaged_file_is_read_or_refused_with_one_line(
                     place = traceback.extract_tb(error.__traceback__)[-1]
                     what = f"{type(error).__name__}: {error} in {place.filename}:{place.lineno}"
                 else:
-                    read = code in kind.codes and not err
+                    read = code in kind.codes
                     what = "" if read or (code, err.count("\n")) == (2, 1) else f"{code}: {err}"
                     accepted += read
             if what and what not in found:
