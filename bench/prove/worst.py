@@ -100,7 +100,7 @@ def _followed(of: Subject, image: Image, lengths: dict[int, int]) -> PathsFound:
 
 def _kernel(of: Subject) -> Kernel:
     """The kernel as the emulator's driver calls it, with the fault as one number more behind tau."""
-    k, shares = of.vehicle.k, f"\nstatic {of.scalar} share[{of.levels}];" if of.levels else ""
+    k = of.vehicle.k
     return Kernel(
         method=f"{of.kernel}@native",
         twin=of.kernel,
@@ -108,10 +108,11 @@ def _kernel(of: Subject) -> Kernel:
         k=k + 1,
         n=of.vehicle.n,
         entry=of.name,
-        declaration=f'#include "{of.name}.h"{shares}',
+        declaration=f'#include "{of.name}.h"',
         arguments=arguments(of.limits, of.levels, f"(int)tau[{k}]"),
         sources=of.files,
         limits=of.limits,
+        levels=of.levels,
     )
 
 
