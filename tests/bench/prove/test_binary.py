@@ -3,6 +3,7 @@
 import pytest
 
 from alloc import load_vehicle
+from alloc.native.code import Scalar
 from bench.prove import subject
 from bench.prove.binary import Unbounded, longest
 from bench.prove.worst import worst_path
@@ -48,11 +49,12 @@ def test_a_call_of_itself_has_no_longest_way() -> None:
         longest(disassembly("f", 0x100, "bl 100 <f>\nbx lr"), 0x100, rounds=1)
 
 
-@pytest.mark.parametrize("kernel", ["clip"])
-def test_the_worst_call_is_the_longest_way_on_a_cortex_m7(kernel: str) -> None:
-    """Two independent numbers are one: counted by the emulator, and read off the graph."""
-    target = available("cortex-m7")
-    worst = worst_path(subject(load_vehicle("ukwial"), kernel, "double", "fixed"), target)
+@pytest.mark.parametrize(
+    ("kernel", "scalar", "name"), [("clip", "double", "cortex-m7"), ("scaled", "float", "cortex-m4f")]
+)
+def test_the_worst_call_is_the_longest_way(kernel: str, scalar: Scalar, name: str) -> None:
+    """Two independent numbers are one: counted by the emulator, and read off the graph; shares lie behind f."""
+    worst = worst_path(subject(load_vehicle("ukwial"), kernel, scalar, "fixed"), available(name))
     assert worst.at_most == worst.attained > 0
     assert worst.calls > 100
     assert max(worst.by_status.values()) == worst.attained
