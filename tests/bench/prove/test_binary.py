@@ -53,7 +53,7 @@ def test_a_call_of_itself_has_no_longest_way() -> None:
     ("kernel", "scalar", "name"), [("clip", "double", "cortex-m7"), ("scaled", "float", "cortex-m4f")]
 )
 def test_the_worst_call_is_the_longest_way(kernel: str, scalar: Scalar, name: str) -> None:
-    """Two independent numbers are one: counted by the emulator, and read off the graph; shares lie behind f."""
+    """Two independent numbers are one: the emulator counts one, the graph has the other."""
     worst = worst_path(subject(load_vehicle("ukwial"), kernel, scalar, "fixed"), available(name))
     assert worst.at_most == worst.attained > 0
     assert worst.calls > 100
