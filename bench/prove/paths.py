@@ -87,7 +87,9 @@ def ways(
     ``arguments`` names what the function takes, in order, ``fault`` among them; ``remaining`` is that of
     ``binary``. Raises NotFollowed.
     """
-    search = _Search(code, entry, remaining, calls, scalar, arguments)
+    search = _Search(code, remaining, {fault: Numbers(scalar, given) for fault, given in calls.items()})
+    for fault, given in calls.items():
+        search.begin(fault, entry, arguments, given)
     found = list(search.run())
     taken = max((way.instructions for way in found if way.call.size), default=0)
     unknown = [way.instructions for way in found if not way.call.size and not way.infeasible]
@@ -97,24 +99,18 @@ def ways(
 
 
 class _Search:
-    def __init__(
-        self,
-        code: Lifted,
-        entry: int,
-        remaining: Mapping[int, int],
-        calls: Mapping[int, dict[str, Array]],
-        scalar: Any,
-        arguments: list[str],
-    ) -> None:
-        self._remaining = remaining
-        self._numbers = {fault: Numbers(scalar, given) for fault, given in calls.items()}
-        self._machines = {fault: Follower(code, numbers) for fault, numbers in self._numbers.items()}
+    def __init__(self, code: Lifted, remaining: Mapping[int, int], numbers: Mapping[int, Numbers]) -> None:
+        self._remaining, self._numbers = remaining, numbers
+        self._machines = {fault: Follower(code, each) for fault, each in numbers.items()}
         self._solvers: dict[int, list[Feasibility]] = {}
         self._questions = self._serial = 0
         self.open: list[_Open] = []
-        for fault, given in calls.items():
-            state = _called(self._machines[fault], self._numbers[fault], entry, arguments, fault, given)
-            self._push(fault, state, np.arange(self._numbers[fault].size), ())
+
+    def begin(self, fault: int, entry: int, arguments: list[str], given: Mapping[str, Array]) -> None:
+        """Open the ways of this fault, whose calls are given by the names of their arguments."""
+        numbers = self._numbers[fault]
+        state = _called(self._machines[fault], numbers, entry, arguments, fault, given)
+        self._push(fault, state, np.arange(numbers.size), ())
 
     def run(self) -> Iterator[PathFound]:
         """Follow ways until none is open, or enough were looked at.
