@@ -26,7 +26,7 @@ DEMANDS = 1_000_000
 """Demands of the whole vehicle beside whose largest error the bound stands."""
 DEMANDS_FAULT = 10_000
 """Of each fault."""
-FAR = 5.0
+FAR = 8.0
 """Where the bound is so many times the largest error of random demands, a search looks for larger ones."""
 ALIKE = 2.0**-23
 """Constants this close are one number, in double and rounded to float."""
@@ -87,8 +87,9 @@ def _bounded(of: Subject) -> tuple[Claim, list[Rounding]]:
         except NotRead as reason:
             words.append(f"fault {fault}: {reason}")
             continue
-        far = bound > FAR * sample.error
-        worse = searched(program, vehicle, of.scalar, exact.get(fault, {})) if far else None
+        worse = None
+        if sample.error < (enough := bound / FAR):
+            worse = searched(program, vehicle, of.scalar, exact.get(fault, {}), enough)
         gappa = before_limits(program, errors, vehicle, of.scalar) if fault < 0 else None
         rows.append(
             Rounding(
