@@ -74,10 +74,14 @@ class Held(NamedTuple):
 
 
 class Moved:
-    """Shares, what may hold them, and how far rounding moves what they are a factor of."""
+    """Shares, what may hold them, and how far rounding moves what they are a factor of.
 
-    def __init__(self, together: Together) -> None:
+    ``closely`` says that what holds one share is also used of those before it.
+    """
+
+    def __init__(self, together: Together, closely: bool) -> None:
         """No share is known yet."""
+        self._closely = closely
         self._together = together
         self._halves: list[float] = []
         self._of: list[tuple[Form, Callable[[float], float]] | None] = []
@@ -180,7 +184,8 @@ class Moved:
                     + self._together.size(exact(left)) * each.rate / each.least
                 )
                 if rate + own + self._roughly(same, given) > found:
-                    rate += self.most(same, holds or each.facts, given, closely=True)
+                    under = holds or (each.facts if self._closely else ())
+                    rate += self.most(same, under, given, closely or self._closely)
             else:
                 if others is None:
                     others = self.most(form, holds, given | {share}, closely)

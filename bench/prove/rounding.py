@@ -66,7 +66,8 @@ class Value:
 class Errors:
     """The values of a program, each with its range and error.
 
-    ``exact`` gives constants before they were rounded to the scalar, by node.
+    ``exact`` gives constants before they were rounded to the scalar, by node. Thrusts are followed, and what
+    decides whether they are written; ``branches`` says whether thrusts hang on any.
     """
 
     def __init__(
@@ -76,22 +77,27 @@ class Errors:
         scalar: Scalar,
         exact: dict[Node, float] | None = None,
         flips: bool = False,
+        closely: bool = False,
     ) -> None:
         """Follow the errors; values that can't be followed are missing, and so are all made of them.
 
         A branch is taken as in real numbers; with ``flips`` also otherwise, wherever rounding may have it so.
+        Where shares stand behind each other ``closely`` gives a closer bound, and takes some times as long.
         """
         self._nodes, self._vehicle, self._scalar, self._exact = program.nodes, vehicle, scalar, exact or {}
         self._flips, self._depth = flips, 0
         self.values: MutableMapping[Node, Value] = {}
         self.reasons: dict[Node, str] = {}
         self._together = Together(vehicle, WIDER[scalar])
-        self._moved = Moved(self._together)
+        self._moved = Moved(self._together, closely)
         self._shares = shares(program.nodes)
         within = set().union(*(each.within for each in self._shares.values()))
-        for node, operation in enumerate(program.nodes):
-            if node in within:  # of a share: followed with it
-                continue
+        thrusts = [node for (name, _), node in program.outputs.items() if name == "f"]
+        needed = {each for root in thrusts for each in _cone(program.nodes, root)} - within
+        self.branches = any(program.nodes[node][0] == "choose" for node in needed)
+        needed |= {each for root, _ in program.exits for each in _cone(program.nodes, root)} - within
+        for node in sorted(needed):  # what is within a share is followed with it
+            operation = program.nodes[node]
             branch = operation[0] == "choose"  # of its values each counts only where it is taken
             lost = [each for each in _operands(operation) if each in self.reasons and not branch]
             if lost:
