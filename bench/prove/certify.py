@@ -26,10 +26,9 @@ DEMANDS = 1_000_000
 """Demands of the whole vehicle beside whose largest error the bound stands."""
 DEMANDS_FAULT = 10_000
 """Of each fault."""
-GOAL = 10.0
-"""Where it is so many times the largest error of all, it is looked for more closely."""
-FAR = 8.0
-"""Where the bound is so many times the largest error of random demands, a search looks for larger ones."""
+FAR = 10.0
+"""Where the bound is so many times the largest error of random demands, a search looks for larger ones; where
+it is so many times those, too, for a closer bound."""
 ALIKE = 2.0**-23
 """Constants this close are one number, in double and rounded to float."""
 
@@ -92,7 +91,7 @@ def _bounded(of: Subject) -> tuple[Claim, list[Rounding]]:
         if sample.error < (enough := bound / FAR):
             worse = searched(program, vehicle, of.scalar, exact.get(fault, {}), enough)
         largest = max(sample.error, worse or 0.0)
-        if largest < bound / GOAL and not errors.branches:
+        if largest < enough and not errors.branches:
             bound = flipped = min(bound, _bound(Errors(*given, closely=True), program))
         gappa = before_limits(program, errors, vehicle, of.scalar) if fault < 0 else None
         rows.append(
