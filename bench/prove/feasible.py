@@ -16,19 +16,24 @@ from numpy.typing import NDArray
 from bench.prove.cases import ByOutcome, Integer, combined, compares
 from bench.prove.numbers import Numbers
 
+
 class Feasibility:
     """Questions about the numbers of one kernel with one fault."""
 
-    def __init__(self, numbers: Numbers, rounds: bool = True, apart: float = 0.0) -> None:
+    def __init__(
+        self, numbers: Numbers, rounds: bool = True, apart: float = 0.0, overflow: bool = True
+    ) -> None:
         """Nothing is known yet.
 
         With ``rounds`` off arithmetic is that of real numbers, and numbers that compare as less or greater
-        lie so far ``apart``: where conditions hold that way, they likely do in the binary.
+        lie so far ``apart``: where conditions hold that way, they likely do in the binary. With ``overflow``
+        off nothing is known of when a sum or a product is infinite, which is answered sooner.
         """
         import z3
 
         self._z3, self._numbers = z3, numbers
         facts = np.finfo(numbers.scalar)
+        self.rounds, self.apart, self._overflow = rounds, apart, overflow
         self._half = z3.Q(int(rounds), 2 ** (facts.nmant + 1))
         self._tiniest = _exactly(z3, int(rounds) * Fraction(float(facts.smallest_subnormal)) / 2)
         self._apart = _exactly(z3, Fraction(apart))
@@ -178,8 +183,10 @@ class Feasibility:
             total = a + b if operation == "add" else a - b
             against = [z3.Not(each) for each in known] + [total == 0]  # infinite, and of opposite effect
             return [  # gradual underflow: a sum is zero only where it is
-                nan == z3.Or(*nans, z3.And(*against)),
-                z3.Implies(z3.Not(nan), self._made_of(s, total, z3.And(*known), z3.RealVal(0))),
+                nan == z3.Or(*nans, z3.And(*against))
+                if self._overflow
+                else z3.Implies(nan, z3.Or(*nans, z3.Not(z3.Or(*known)))),
+                self._value(node, total, z3.And(*known), z3.RealVal(0)),
                 z3.Implies(z3.Not(nan), z3.And((s > 0) == (total > 0), (s < 0) == (total < 0))),
             ]
         constant = [each for each in operands if made[each][0] == "const" and np.isfinite(made[each][1])]
@@ -187,19 +194,13 @@ class Feasibility:
             factor, other = made[constant[0]][1], operands[operands[0] == constant[0]]
             product = _exactly(z3, Fraction(factor)) * self._reals[other]
             return [
-                *(
-                    [
-                        nan == self._nans[other],
-                        z3.Implies(
-                            z3.Not(nan), self._made_of(s, product, self._finite(other), self._tiniest)
-                        ),
-                    ]
-                    if factor
-                    else [z3.Implies(finite, z3.And(self._finite(other), s == 0))]
-                ),
+                self._value(node, product, self._finite(other), self._tiniest)
+                if factor
+                else z3.Implies(finite, z3.And(self._finite(other), s == 0)),
                 z3.Implies(
                     z3.Not(nan), z3.And(z3.Implies(s > 0, product > 0), z3.Implies(s < 0, product < 0))
                 ),
+                *([nan == self._nans[other]] if factor else []),
             ]
         same = z3.Or(z3.And(a >= 0, b >= 0), z3.And(a <= 0, b <= 0))
         opposed = z3.Or(z3.And(a >= 0, b <= 0), z3.And(a <= 0, b >= 0))
@@ -221,14 +222,15 @@ class Feasibility:
             z3.Implies(nan, z3.Or(*nans, z3.Not(z3.Or(*known)), z3.And(a == 0, b == 0))),
         ]
 
-    def _made_of(self, s: Any, exact: Any, finite: Any, more: Any) -> Any:
-        """That s is an exact value rounded, or infinite where that or an operand is."""
-        z3 = self._z3
-        return z3.If(
-            z3.And(finite, exact < self._overflows, exact > -self._overflows),
-            z3.And(self._near(s, exact, more), s <= self._largest, s >= -self._largest),
-            s == z3.If(exact > 0, self._beyond, -self._beyond),
-        )
+    def _value(self, node: int, exact: Any, finite: Any, more: Any) -> Any:
+        """What a number is whose operands give an ``exact`` value, where both are ``finite``."""
+        z3, s, own = self._z3, self._reals[node], self._finite(node)
+        near = self._near(s, exact, more)
+        if not self._overflow:
+            return z3.Implies(own, z3.And(finite, near))
+        infinite = s == z3.If(exact > 0, self._beyond, -self._beyond)
+        fits = z3.And(finite, exact < self._overflows, exact > -self._overflows)
+        return z3.Implies(z3.Not(self._nans[node]), z3.If(fits, z3.And(own, near), infinite))
 
     def _near(self, s: Any, exact: Any, more: Any) -> Any:
         """That s is an exact value rounded."""

@@ -23,15 +23,19 @@ FORKS = 2000
 """How many forks of one kernel are looked at."""
 QUESTIONS = 200
 """And how many questions are asked of the solver."""
-BRIEF, LONG = 200_000, 2_000_000
-THOROUGH = 40
+BRIEF, MODERATE, LONG = 50_000, 2_000_000, 10_000_000
+"""What z3 may spend on a question: about any way; about a complete one that would be the longest, in real
+numbers; and with rounding, which is asked where real numbers say that none take it."""
+FAILED = 1
+"""How many such ways may stay undecided before no more are looked at so long: the bound is no less then."""
 LISTED = 50
 """How many ways and questions there are at most for the sake of those that are not the longest."""
-STRICT = ((False, 1e-3), (False, 0.0), (True, 0.0))
-"""How solvers are asked: all may propose arguments, the last may say that none take a way."""
+STRICT = ((True, 0.0), (False, 1e-3), (False, 0.0))
+"""How solvers are asked: the first may say that no arguments take a way, all may propose some."""
 NEAR = 1000
 """Arguments that are tried about those that the solver proposes, in each round."""
 ROUNDS = 5
+"""How often what meets most is what the next arguments lie about."""
 KEPT = 30
 """Of them, those that the next round starts from: they meet most of the conditions of a way."""
 
@@ -107,7 +111,7 @@ class _Search:
     def __init__(self, code: Lifted, remaining: Mapping[int, int], numbers: Mapping[int, Numbers]) -> None:
         self._remaining, self._numbers = remaining, numbers
         self._machines = {fault: Follower(code, each) for fault, each in numbers.items()}
-        self._solvers: dict[int, list[Feasibility]] = {}
+        self._solvers: dict[tuple[int, int], list[Feasibility]] = {}
         self._questions = self._serial = 0
         self.open: list[_Open] = []
 
@@ -122,7 +126,7 @@ class _Search:
 
         Where too many questions were asked, ways are followed still: how often loops go round is in the code.
         """
-        forks = thorough = longest = unknown = listed = 0
+        forks = failed = longest = unknown = listed = 0
         aside: list[_Open] = []
         while self.open and forks < FORKS:
             here = heapq.heappop(self.open)
@@ -145,12 +149,12 @@ class _Search:
                 state = found[0].state
             if state.at == LEAVE:
                 listed += 1
-                if not len(here.taken) and state.executed > longest and thorough < THOROUGH:
-                    thorough += 1
+                if not len(here.taken) and state.executed > longest and failed < FAILED:
                     here, infeasible = self._asked(here, LONG)
                     if infeasible:
                         yield PathFound(here.fault, state.executed, np.zeros(0), infeasible=True)
                         continue
+                    failed += not len(here.taken)
                 way = self._complete(here, state)
                 if way.call.size:
                     longest = max(longest, way.instructions)
@@ -168,20 +172,24 @@ class _Search:
     def _asked(self, here: _Open, effort: int) -> tuple[_Open, bool]:
         """A way that no call took yet, with calls that do where some were found; and whether none can."""
         numbers = self._numbers[here.fault]
-        solvers = self._solvers.setdefault(here.fault, [Feasibility(numbers, *each) for each in STRICT])
-        for i, solver in enumerate(solvers):
-            if effort == BRIEF and i == 1:
-                if proposed is not False:
-                    break
-                continue
+        key = here.fault, effort
+        if key not in self._solvers:
+            strict = STRICT if effort == BRIEF else STRICT[1:] + STRICT[:1]
+            self._solvers[key] = [Feasibility(numbers, *each, overflow=effort == LONG) for each in strict]
+        for solver in self._solvers[key]:
             self._questions += 1
-            proposed = solver.possible(here.held, effort)
-            if proposed is False and solver is solvers[-1]:
+            proposed = solver.possible(here.held, effort if solver.rounds else min(effort, MODERATE))
+            if proposed is False and solver.rounds:
                 return here, True
+            if proposed is True and effort == BRIEF:  # what is too hard for one is for the others
+                self._questions += 2
+                return here, False
             if isinstance(proposed, np.ndarray):
                 taken = self._tried(numbers, proposed, here.held)
                 if len(taken):
                     return here._replace(taken=taken), False
+            if proposed is not False and effort == LONG and not solver.apart:
+                return here, False
         return here, False
 
     def _tried(
