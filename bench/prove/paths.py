@@ -23,7 +23,7 @@ FORKS = 2000
 """How many forks of one kernel are looked at."""
 QUESTIONS = 200
 """And how many questions are asked of the solver."""
-BRIEF, MODERATE, LONG = 50_000, 6_000_000, 20_000_000
+BRIEF, MODERATE, LONG = 50_000, 6_000_000, 50_000_000
 """What z3 may spend on a question: about any way; about a complete one that would be the longest, in real
 numbers; and with rounding, which is asked where real numbers say that none take it."""
 FAILED = 1
