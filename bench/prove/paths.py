@@ -26,8 +26,8 @@ QUESTIONS = 200
 BRIEF, MODERATE, LONG = 50_000, 6_000_000, 50_000_000
 """What z3 may spend on a question: about any way; about a complete one that would be the longest, in real
 numbers; and with rounding, which is asked where real numbers say that none take it."""
-FAILED = 1
-"""How many such ways may stay undecided before no more are looked at so long: the bound is no less then."""
+FAILED = 8
+"""How many such ways may stay without a call before no more are looked at so long; one, if it is too hard."""
 LISTED = 50
 """How many ways and questions there are at most for the sake of those that are not the longest."""
 STRICT = ((True, 0.0), (False, 1e-3), (False, 0.0))
@@ -112,7 +112,7 @@ class _Search:
         self._remaining, self._numbers = remaining, numbers
         self._machines = {fault: Follower(code, each) for fault, each in numbers.items()}
         self._solvers: dict[tuple[int, int], list[Feasibility]] = {}
-        self._questions = self._serial = 0
+        self._questions = self._serial = self._failed = 0
         self.open: list[_Open] = []
 
     def begin(self, fault: int, entry: int, arguments: list[str], given: Mapping[str, Array]) -> None:
@@ -126,7 +126,7 @@ class _Search:
 
         Where too many questions were asked, ways are followed still: how often loops go round is in the code.
         """
-        forks = failed = longest = unknown = listed = 0
+        forks = longest = unknown = listed = 0
         aside: list[_Open] = []
         while self.open and forks < FORKS:
             here = heapq.heappop(self.open)
@@ -149,12 +149,11 @@ class _Search:
                 state = found[0].state
             if state.at == LEAVE:
                 listed += 1
-                if not len(here.taken) and state.executed > longest and failed < FAILED:
+                if not len(here.taken) and state.executed > longest and self._failed < FAILED:
                     here, infeasible = self._asked(here, LONG)
                     if infeasible:
                         yield PathFound(here.fault, state.executed, np.zeros(0), infeasible=True)
                         continue
-                    failed += not len(here.taken)
                 way = self._complete(here, state)
                 if way.call.size:
                     longest = max(longest, way.instructions)
@@ -189,6 +188,7 @@ class _Search:
                 if len(taken):
                     return here._replace(taken=taken), False
             if proposed is not False and effort == LONG and not solver.apart:
+                self._failed += FAILED if proposed is True else 1
                 return here, False
         return here, False
 
