@@ -90,13 +90,15 @@ def ways(
     calls: Mapping[int, dict[str, Array]],
     scalar: Any,
     arguments: list[str],
+    closely: bool = True,
 ) -> PathsFound:
     """The ways of each fault in ``calls``, which has its inputs (size, N) by name.
 
     ``arguments`` names what the function takes, in order, ``fault`` among them; ``remaining`` is that of
-    ``binary``. Raises NotFollowed.
+    ``binary``. ``closely`` spends LONG on what would be the longest. Raises NotFollowed.
     """
-    search = _Search(code, remaining, {fault: Numbers(scalar, given) for fault, given in calls.items()})
+    numbers = {fault: Numbers(scalar, given) for fault, given in calls.items()}
+    search = _Search(code, remaining, numbers, closely)
     for fault, given in calls.items():
         search.begin(fault, entry, arguments, given)
     found = list(search.run())
@@ -108,11 +110,14 @@ def ways(
 
 
 class _Search:
-    def __init__(self, code: Lifted, remaining: Mapping[int, int], numbers: Mapping[int, Numbers]) -> None:
+    def __init__(
+        self, code: Lifted, remaining: Mapping[int, int], numbers: Mapping[int, Numbers], closely: bool
+    ) -> None:
         self._remaining, self._numbers = remaining, numbers
         self._machines = {fault: Follower(code, each) for fault, each in numbers.items()}
         self._solvers: dict[tuple[int, int], list[Feasibility]] = {}
-        self._questions = self._serial = self._failed = 0
+        self._questions = self._serial = 0
+        self._failed = 0 if closely else FAILED
         self.open: list[_Open] = []
 
     def begin(self, fault: int, entry: int, arguments: list[str], given: Mapping[str, Array]) -> None:

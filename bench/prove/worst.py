@@ -95,7 +95,9 @@ def _followed(of: Subject, image: Image, lengths: dict[int, int]) -> PathsFound:
     scalar = np.float32 if of.scalar == "float" else np.float64
     calls = {fault: sampled(of, fault, scalar) for fault in range(-1, of.vehicle.n)}
     names = arguments(of.limits, of.levels, "fault").split(", ")
-    return ways(lifted.Lifted(image), image.entry, lengths, calls, scalar, names)
+    # With three dimensions there are more ways than can be looked at, so one of them decides nothing.
+    closely = len(of.vehicle.working) - of.vehicle.rank < 3
+    return ways(lifted.Lifted(image), image.entry, lengths, calls, scalar, names, closely)
 
 
 def _kernel(of: Subject) -> Kernel:
