@@ -14,6 +14,7 @@ from alloc import (
     Status,
     Vehicle,
     alpha_max,
+    alpha_range,
     build,
     catalogue,
     certify_many,
@@ -23,6 +24,7 @@ from alloc import (
     solvers,
 )
 from alloc.allocation import FloatArray
+from bench.demands.sets.jolts import within
 from bench.studies.campaign import vehicle_of
 from bench.studies.odd_vehicles import inside
 
@@ -168,6 +170,32 @@ def test_a_solver_that_calls_an_attainable_demand_infeasible_is_not_believed(
     assert set(inside) == {Status.NOT_CONVERGED}
     assert set(outside) == {Status.INFEASIBLE}
     assert counted == {f"{name}: INFEASIBLE, which is not so": 50}
+
+
+@pytest.mark.parametrize("said", [Status.INFEASIBLE, Status.NOT_CONVERGED])
+def test_which_of_its_refusals_proxqp_gives_decides_no_status(
+    said: Status, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Which one it gives differs from process to process; whether a demand can be met does not."""
+    allocate = build("qp/proxqp", VEHICLE)
+    monkeypatch.setattr(allocate, "solve", lambda *_: solvers.Answer(np.zeros(4), said))
+    rays = demands(8, 50)
+    edge = alpha_max(VEHICLE, rays)[:, None] * rays
+    assert set(allocate.many(edge * (1 - 1e-9))[1]) == {Status.NOT_CONVERGED}
+    assert set(allocate.many(edge * (1 + 1e-9))[1]) == {Status.INFEASIBLE}
+
+
+def test_proxqp_calls_infeasible_demands_infeasible_where_it_runs_to_its_cap() -> None:
+    """Within limits that jump, half of its refusals are caps, and no two processes count the same."""
+    vehicle, rng = vehicle_of(73)
+    taus, low, high = within(vehicle, rng, 60)
+    least, most = alpha_range(vehicle, taus, low, high)
+    allocate = build("qp/proxqp", vehicle)
+    _, status = allocate.many(taus, low, high)
+    beyond = ~((least <= 1 + 1e-6) & (most >= 1 - 1e-6))
+    assert beyond.sum() > 20
+    assert set(status[beyond]) == {Status.INFEASIBLE}
+    assert max(allocate(*call).iterations for call in zip(taus, low, high, strict=True)) > 200
 
 
 @pytest.mark.parametrize("name", [n for n in solvers.names() if not solvers.missing(n)])
