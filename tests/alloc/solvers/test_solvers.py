@@ -257,7 +257,10 @@ def test_an_answer_does_not_change_when_the_next_is_made(name: str) -> None:
         assert np.array_equal(x, kept)
 
 
-@pytest.mark.parametrize(("name", "number"), [("osqp", 1), ("piqp", 7)])
+@pytest.mark.parametrize(
+    ("name", "number"),
+    [("clarabel", 1), ("daqp", 1), ("highs", 1), ("osqp", 1), ("piqp", 7), ("quadprog", 1)],
+)
 def test_a_reused_object_answers_as_a_new_one_does(name: str, number: int) -> None:
     """To the bit, also after infeasible demands, which drive OSQP's step size far away."""
     vehicle, rng = vehicle_of(number)
@@ -269,6 +272,22 @@ def test_a_reused_object_answers_as_a_new_one_does(name: str, number: int) -> No
         again, new = reused(*call), solver.prepare(posed.qp, "reused", "tight")(*call)
         assert again.status == new.status
         assert again.status != Status.SOLVED or np.array_equal(again.x, new.x)
+
+
+@pytest.mark.parametrize(
+    "name", [e.name for e in catalogue() if e.name in ("qp/scs", "qp/osqp@generated") and not e.missing]
+)
+def test_a_demand_has_the_same_answer_after_other_calls(name: str) -> None:
+    """To the bit: neither keeps anything that a call before it adapted or proved."""
+    vehicle, rng = vehicle_of(650)
+    taus = inside(vehicle, rng, 8) * rng.choice([2.0, 1.0, 1.0], (8, 1))
+    allocate = build(name, vehicle)
+    first = [allocate(tau) for tau in taus]
+    again = [allocate(tau) for tau in taus[::-1]][::-1]
+    assert {answer.status for answer in first} >= {Status.SOLVED, Status.INFEASIBLE}
+    for one, other in zip(first, again, strict=True):
+        assert one.status == other.status
+        np.testing.assert_array_equal(one.f, other.f)
 
 
 def test_the_time_cap_of_highs_holds_for_each_call_and_not_for_all_together(
