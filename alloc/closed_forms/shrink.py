@@ -8,34 +8,32 @@ from alloc.vehicle import Vehicle
 
 NAME = "shrink"
 
-ROUNDING = 1e-9
-"""An excess below this share of the largest limit is cut, not shrunk: a thruster that can't reverse
-(f_min = 0) and is asked for -1e-15 N must not stop all the others."""
+LEAST = 1e-5
+"""A limit nearer to zero than this share of the largest one counts as that far away. Rounding asks a thruster
+that can't reverse (f_min = 0) for -1e-15 N, or in single precision for -1e-6 N, which must not stop all the
+others; and the nearer, the more of the others' thrusts a rounding error decides."""
 
 
 def shrink(vehicle: Vehicle) -> Saturating:
     """Prepare f = s T* tau, s the largest factor in [0, 1] that brings every excess to its limit.
 
-    Shrinking helps against a limit on the far side of zero only. A thrust that is too small for a
-    thruster that must always push (f_min > 0) is raised to it, which turns the wrench; and a thruster
-    that can't reverse but is asked to leaves s = 0.
+    s = 1 / max(1, x_i / far_i) with far_i the limit on x_i's side of zero, at least LEAST away, so that s is
+    continuous in tau. Shrinking helps against a limit on the far side of zero only. A thrust that is too
+    small for a thruster that must always push (f_min > 0) is raised to it, which turns the wrench; and a
+    thruster that can't reverse but is asked to leaves next to nothing of s.
     """
-    slack = ROUNDING * vehicle.f_scale
+    least = LEAST * vehicle.f_scale
 
     def one(tau: FloatArray, f: list[float], limits: Bounds) -> tuple[list[float], int]:
-        s = 1.0
+        load = 1.0
         for x, (low, high) in zip(f, limits.pairs, strict=True):
-            if x > high + slack and x > 0.0:
-                s = min(s, max(high, 0.0) / x)
-            elif x < low - slack and x < 0.0:
-                s = min(s, min(low, 0.0) / x)
+            load = max(load, x / (max(high, least) if x > 0.0 else min(low, -least)))
+        s = 1.0 / load
         return [s * x for x in f], 1
 
     def each(taus: FloatArray, F: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-        far = np.where(F > 0.0, high.clip(min=0.0), low.clip(max=0.0))
-        beyond = np.where(F > 0.0, F - high, low - F) > slack
-        beyond &= F != 0.0
-        s = np.where(beyond, far / np.where(beyond, F, 1.0), 1.0).min(axis=1)
+        far = np.where(F > 0.0, high.clip(min=least), low.clip(max=-least))
+        s = 1.0 / (F / far).max(axis=1).clip(min=1.0)
         shrunk: FloatArray = s[:, None] * F
         return shrunk
 

@@ -2,7 +2,7 @@
 
 from typing import Literal
 
-from alloc.native.code import Scalar, Table, defined, term
+from alloc.native.code import Scalar, Table, Value, defined, term
 from alloc.vehicle import Vehicle
 
 Where = Literal["fixed", "call"]
@@ -64,6 +64,13 @@ class CLimits:
             else:
                 stretches.append([i, 1])
         return [(array, start, n) for array in ("f_min", "f_max") for start, n in stretches]
+
+    def far(self, i: int, least: float) -> tuple[Value, Value]:
+        """Limits of thrust i, moved away from zero until they are that far from it [N]."""
+        if not self.at_call:
+            return min(self._f_min[i], -least), max(self._f_max[i], least)
+        low, high = self.ends(i)
+        return f"least({low}, {self._c(-least)})", f"most({high}, {self._c(least)})"
 
     def ends(self, i: int, scale: float = 1.0, wider: float = 0.0) -> tuple[str, str]:
         """Limits of ``scale`` (above zero) times thrust i, moved apart by ``wider`` on either side."""

@@ -75,15 +75,6 @@ static int finite(const double *x, int n)
 """,
     "least": _chosen("least", "fmin", "<"),
     "most": _chosen("most", "fmax", ">"),
-    # The factor that brings thrust x to the limit on the far side of zero, where it is beyond it.
-    "room": """\
-static inline double room(double x, double low, double high, double slack)
-{
-    const double far = x > 0.0 ? most(high, 0.0) : least(low, 0.0);
-    const int beyond = x > 0.0 ? x > high + slack : x < low - slack;
-    return beyond && x != 0.0 ? far / x : 1.0;
-}
-""",
     "size": """\
 static inline double size(double x)
 {

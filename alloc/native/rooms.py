@@ -15,6 +15,13 @@ ROOMY = 1e-3
 to it."""
 
 
+def taken(along: str, ahead: float, astern: float, c: Table) -> str:
+    """C of the share that ``along`` takes of the room ahead of it, or astern where it is negative."""
+    if ahead == astern:
+        return f"size({along} * {c(1.0 / ahead)})"
+    return f"most({along} * {c(1.0 / ahead)}, -{along} * {c(1.0 / astern)})"
+
+
 class Rooms:
     """The room ahead and astern of each pair of facets: sums of what lies between thrusts and limits."""
 
@@ -66,9 +73,7 @@ class Rooms:
         ahead, astern = (self._least(list(side)) for side in zip(*rooms, strict=True))
         roomy, c = ROOMY * self._vehicle.f_scale, self._c
         if isinstance(ahead, float) and isinstance(astern, float) and min(ahead, astern) > roomy:
-            if ahead == astern:
-                return f"size({along} * {c(1.0 / ahead)})"
-            return f"most({along} * {c(1.0 / ahead)}, -{along} * {c(1.0 / astern)})"
+            return taken(along, ahead, astern, c)
         return f"load({along}, {expression(ahead, c)}, {expression(astern, c)}, {tiny})"
 
     def moved(self, steps: dict[int, str]) -> None:

@@ -7,13 +7,14 @@ import numpy as np
 
 from alloc.allocation import FloatArray
 from alloc.closed_forms.inverse import generalized_inverse
+from alloc.closed_forms.shrink import LEAST
 from alloc.errors import NotApplicable
 from alloc.native.bounds import CLimits
 from alloc.native.code import (
     MET,
-    TOLERANCE,
     Scalar,
     Table,
+    Value,
     butterflies,
     defined,
     fold,
@@ -23,11 +24,10 @@ from alloc.native.code import (
     signed_sum,
 )
 from alloc.native.entry import SeenArguments, closed_form, cover, crossed, inside, read, refused, written
+from alloc.native.rooms import taken
 from alloc.vehicle import RANK_TOLERANCE, Vehicle
 from alloc.vehicle.condition import magnified
 
-ROUNDING: dict[Scalar, float] = {"double": 1e-9, "float": TOLERANCE["float"]}
-"""``alloc.closed_forms.shrink.ROUNDING``, and where float rounds more than that, what counts as met there."""
 RANK: dict[Scalar, float] = {"double": RANK_TOLERANCE, "float": 1e-5}
 """Length of a row below which it is rounding, relative to the longest [-]."""
 
@@ -44,11 +44,18 @@ def clip(vehicle: Vehicle, bounds: CLimits, c: Table) -> list[str]:
 
 def shrink(vehicle: Vehicle, bounds: CLimits, c: Table) -> list[str]:
     """Statements of f = s T* tau with the largest s in 0 … 1 that brings every excess to its limit."""
-    slack = c(ROUNDING[c.scalar] * vehicle.f_scale)
-    working = vehicle.working.tolist()
-    shares = [f"room(x{i}, {', '.join(bounds.ends(i))}, {slack})" for i in working]
-    share = defined("share", fold("least", shares), c)
+    working, one = vehicle.working.tolist(), number(1.0, c.scalar)
+    far = {i: bounds.far(i, LEAST * vehicle.f_scale) for i in working}
+    load = fold("most", [*(_load(f"x{i}", *far[i], c) for i in working), one])
+    share = defined("share", f"{one} / {load}", c)
     return _mended(vehicle, [share], {i: f"share * x{i}" for i in working}, bounds, c)
+
+
+def _load(x: str, low: Value, high: Value, c: Table) -> str:
+    """C of x over the limit on its side of zero, of which neither is zero."""
+    if isinstance(low, float) and isinstance(high, float):
+        return taken(x, high, -low, c)
+    return f"{x} / ({x} > {number(0.0, c.scalar)} ? {high} : {low})"
 
 
 def redistribute(vehicle: Vehicle, bounds: CLimits, c: Table) -> list[str]:

@@ -18,6 +18,7 @@ from alloc import (
     list_vehicles,
     load_vehicle,
 )
+from alloc.closed_forms.shrink import LEAST
 
 RULES = ["clip", "shrink", "redistribute", "fixed-point", "desaturate", "scaled"]
 ROUNDING = 1e-9
@@ -124,11 +125,29 @@ def test_shrink_keeps_the_direction_of_the_wrench_and_uses_a_limit_in_full():
                 assert reached.any()
 
 
-def test_shrink_stops_everything_for_one_thruster_that_can_not_reverse():
+def test_shrink_stops_everything_but_next_to_nothing_for_one_thruster_that_can_not_reverse():
     oneway = replace(load_vehicle("ukwial"), f_min=[0.0, -250.0, -250.0, -250.0])
     tau = oneway.T @ np.array([-1.0, 2.0, 3.0, 4.0])
-    assert generalized_inverse(oneway)[0] @ tau < -0.1
-    assert build("shrink", oneway)(tau).f.tolist() == pytest.approx([0, 0, 0, 0])
+    closed = generalized_inverse(oneway) @ tau
+    assert closed[0] < -0.1
+    rest = LEAST * 250.0 / -closed[0]
+    np.testing.assert_allclose(build("shrink", oneway)(tau).f, [0.0, *(rest * closed[1:])], rtol=1e-9)
+
+
+def test_shrink_is_continuous_where_a_thruster_that_can_not_reverse_is_asked_to():
+    """Its demand x leaves s = LEAST / |x|, so a step dx takes at most the share dx / LEAST of the others."""
+    oneway = replace(load_vehicle("ukwial"), f_min=[0.0, -250.0, -250.0, -250.0])
+    G = generalized_inverse(oneway)
+    asked = np.linspace(-1e-2, 1e-2, 2001)  # of the first thruster [N]
+    to_first = oneway.TP[:, 0] / (G @ oneway.TP)[0, 0]
+    others = oneway.TP @ [0.0, 100.0, 50.0, -25.0]
+    taus = others + np.outer(asked - G[0] @ others, to_first)
+    F, _ = build("shrink", oneway).many(taus)
+    closed = taus @ G.T
+    np.testing.assert_allclose(closed[:, 0], asked, atol=1e-12)
+    share = np.diff(asked).max() / (LEAST * oneway.f_scale)
+    most = share * np.abs(closed).max() + np.abs(np.diff(closed, axis=0)).max()
+    assert np.abs(np.diff(F, axis=0)).max() <= most
 
 
 def test_shrink_raises_a_thruster_that_must_always_push():
