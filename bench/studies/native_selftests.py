@@ -4,9 +4,9 @@
 limits and with limits of the call, in double and in float, compiles it with its self-test, every warning
 an error, AddressSanitizer and UBSan watching, and runs it. It prints what fails, and at the end how many
 programs ran and how far the worst answer lay from Python's, relative to the largest limit. Exit code 1 where
-one failed. ``--plain --odd --random 300`` asks whether answers agree, on vehicles of every kind within fixed
-limits: no shipped ones, one compiler, neither sanitizers nor optimization. ``--from 20`` begins at that
-random vehicle and leaves the shipped ones out, so that a long trial can be made in pieces.
+one failed. ``--plain --odd --random 300`` asks whether answers agree, on vehicles of every kind: no shipped
+ones, one compiler, neither sanitizers nor optimization. ``--from 20`` begins at that random vehicle and
+leaves the shipped ones out, so that a long trial can be made in pieces, as ``--limits call`` and others do.
 """
 
 import argparse
@@ -67,10 +67,14 @@ def odd_vehicles(count: int) -> Iterator[Vehicle]:
 
 
 def errors(
-    vehicle: Vehicle, kernels: Sequence[str], compilers: tuple[str, ...], plain: bool
+    vehicle: Vehicle,
+    kernels: Sequence[str],
+    compilers: tuple[str, ...],
+    flags: tuple[str, ...],
+    where: Sequence[Where],
 ) -> Iterator[tuple[str, float]]:
     """Of each program of a vehicle: its name where it failed, else none, and its worst error [-]."""
-    for kernel, limits, scalar in product(kernels, LIMITS[:1] if plain else LIMITS, SCALARS):
+    for kernel, limits, scalar in product(kernels, where, SCALARS):
         try:
             files = generate(vehicle, kernel, scalar, limits=limits)
         except NotApplicable:
@@ -78,7 +82,7 @@ def errors(
         for compiler in compilers:
             name = f"{vehicle.name} {kernel} {limits} {scalar} {compiler}"
             size = vehicle.f_scale if scalar == "double" else np.inf
-            yield checked(files, (compiler, *(PLAIN if plain else FLAGS)), name, size)
+            yield checked(files, (compiler, *flags), name, size)
 
 
 def checked(files: dict[str, str], command: tuple[str, ...], name: str, size: float) -> tuple[str, float]:
@@ -107,7 +111,8 @@ def main() -> int:
         "--from", type=int, dest="first", metavar="I", help="random vehicles alone, from there"
     )
     parser.add_argument("--odd", action="store_true", help="random vehicles of the campaign")
-    parser.add_argument("--plain", action="store_true", help="fixed limits, one compiler, no sanitizers")
+    parser.add_argument("--plain", action="store_true", help="one compiler, no sanitizers")
+    parser.add_argument("--limits", action="append", choices=LIMITS, help="these alone")
     arguments = parser.parse_args()
     plain: bool = arguments.plain
     compilers = tuple(compiler for compiler in COMPILERS if shutil.which(compiler))[: 1 if plain else None]
@@ -117,7 +122,13 @@ def main() -> int:
     results = [
         result
         for vehicle in (*shipped, *islice(made_up, arguments.first or 0, None))
-        for result in errors(vehicle, arguments.kernel or list(RECIPES), compilers, plain)
+        for result in errors(
+            vehicle,
+            arguments.kernel or list(RECIPES),
+            compilers,
+            PLAIN if plain else FLAGS,
+            arguments.limits or LIMITS,
+        )
     ]
     failed = [name for name, _ in results if name]
     print(
