@@ -29,8 +29,8 @@ TOLERANCE: dict[str, dict[Level, float]] = {
     "soft": {"default": 0.2, "tight": 1e-6},
 }
 
-# Its AVX code adds in an order that depends on where its memory lies, which differs from process to process; where
-# it finds no answer, the last bits decide whether it ends at the cap or says infeasible.
+# Its AVX code adds in an order that depends on where its memory lies, which differs from process to process;
+# where it finds no answer, the last bits decide whether it ends at the cap or says infeasible.
 ERRATIC = True
 
 STATUS = {
