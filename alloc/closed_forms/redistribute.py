@@ -16,8 +16,11 @@ TABLE_THRUSTERS = 8
 """Up to this many working thrusters ``build`` makes the inverses of all patterns of frozen thrusters (256).
 For more thrusters an inverse is made at its first use, so that a first call may cost tens of later ones."""
 
-AT_LIMIT = 1e-12
-"""A thrust so near to a limit lies at it but for rounding, relative to the largest limit [-]."""
+BEYOND = 1e-9
+"""A thrust freezes where it is beyond a limit by more than this share of the largest one [-]. Rounding puts a
+stuck thruster (f_min = f_max) just inside its limit or just beyond, which must not decide what others do."""
+ROUNDING = 1e-12
+"""What rounding may move a thrust by, relative to the largest limit [-]."""
 
 MOST_THRUSTERS = 62
 """Patterns of frozen thrusters are bits of signed 64-bit integers."""
@@ -47,12 +50,13 @@ class Cascade:
     def mend(self, tau: FloatArray, f: list[float], limits: Bounds) -> tuple[list[float], int]:
         """Thrusts for one wrench (k,), from f = T* tau as a list, and the passes taken."""
         TP, passes = self._vehicle.TP, 0
+        spare = BEYOND * self._vehicle.f_scale
         free = self._working
         frozen = np.zeros(len(f))
         while free:
             before = free
             for i, (x, (low, high)) in enumerate(zip(f, limits.pairs, strict=True)):
-                if not low <= x <= high and free >> i & 1:
+                if not low - spare <= x <= high + spare and free >> i & 1:
                     frozen[i] = low if x < low else high
                     free ^= 1 << i
             if free == before:
@@ -64,17 +68,18 @@ class Cascade:
     def mend_many(self, taus: FloatArray, F: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
         """Thrusts for wrenches (N, k), from F = T* tau (N, n); demands of one pattern go together.
 
-        NaN where a thrust lies so near a limit that rounding decides whether it freezes.
+        NaN where rounding decides whether a thrust freezes.
         """
         v = self._vehicle
         free = np.tile(v.readiness > 0, (len(taus), 1))
         F = F.copy()
-        open_, doubt = np.ones(len(taus), dtype=bool), AT_LIMIT * v.f_scale
+        open_ = np.ones(len(taus), dtype=bool)
+        spare, doubt = BEYOND * v.f_scale, ROUNDING * v.f_scale
         while True:
             clipped = F.clip(low, high)
-            near = free & (np.minimum(np.abs(F - low), np.abs(F - high)) <= doubt)
-            F[open_ & near.any(axis=1)] = np.nan
-            beyond = free & (clipped != F) & ~np.isnan(F)
+            excess = np.abs(F - clipped)
+            F[open_ & (free & (np.abs(excess - spare) <= doubt)).any(axis=1)] = np.nan
+            beyond = free & (excess > spare) & ~np.isnan(F)
             open_ = beyond.any(axis=1)
             rows = np.flatnonzero(open_)
             if not rows.size:

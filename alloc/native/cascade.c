@@ -104,7 +104,7 @@ static void shared(SCALAR rest[K], const int on[N], SCALAR f[N])
     }
 }
 
-/* Thrusts beyond a limit freeze there, and the free thrusters share what is left of tau, until all are inside. */
+/* Thrusts beyond a limit by more than rounding freeze there, and the free thrusters share what is left of tau, until all are inside. */
 static void cascade(const SCALAR tau[K], const SCALAR low[N], const SCALAR high[N], const int working[N], SCALAR f[N])
 {
     SCALAR frozen[N] = {ZERO}, rest[K];
@@ -115,7 +115,7 @@ static void cascade(const SCALAR tau[K], const SCALAR low[N], const SCALAR high[
     for (int pass = 0; pass < N; pass++) {
         int more = 0;
         for (int i = 0; i < N; i++) {
-            if (on[i] && !(f[i] >= low[i] && f[i] <= high[i])) {
+            if (on[i] && !(f[i] >= low[i] - SPARE && f[i] <= high[i] + SPARE)) {
                 frozen[i] = f[i] < low[i] ? low[i] : high[i];
                 on[i] = 0;
                 more = 1;

@@ -13,8 +13,10 @@ from alloc.vehicle import Vehicle
 
 AGREEMENT: dict[Scalar, float] = {"double": 1e-12, "float": 1e-5}
 """|f - expected| that every case may have, relative to the largest limit: rounding of a few dozen terms."""
-ROUNDING: dict[Scalar, float] = {"double": 2e-15, "float": 1e-6}
-"""What sums of a few dozen terms lose in the scalar, relative to the largest term [-]."""
+ROUNDING: dict[Scalar, float] = {"double": 2.5e-14, "float": 1e-6}
+"""What a kernel's sums may lose, relative to the largest term [-]: in float a few dozen roundings; in double
+more than those the matrix, whose entries count as equal within 1.4e-14 and as zero below 1e-14 of the largest
+(``alloc.native.code.snapped``)."""
 TRIES = 8
 """Times that all arguments of a case are moved by what rounding takes, to see what becomes of the answer."""
 JUMP = 0.1
@@ -91,19 +93,21 @@ def cases(
         same[far > JUMP * size[:, 0]] = False
         return far, np.abs(shares - share).max(axis=1, initial=0.0)
 
+    lost = max(ROUNDING[scalar], doubt)
     for _ in range(TRIES):
-        by = max(ROUNDING[scalar], doubt) * rng.choice([-1.0, 1.0], (3, *f.shape))
+        by = lost * rng.choice([-1.0, 1.0], (3, *f.shape))
         far, far_share = moved(f + by[0] * size, low + by[1] * apart, high + by[2] * apart)
         squares, squares_share = squares + far**2 / TRIES, squares_share + far_share**2 / TRIES
     slack = (TOLERANCE[scalar] - TOLERANCE["double"]) * apart
     wider, wider_share = moved(f, low - slack, high + slack)
     if levels:
-        short = F - max(ROUNDING[scalar], doubt) * (F - start(low, np.maximum(low, high)))
+        short = F - lost * (F - start(low, np.maximum(low, high)))
         wider += far_off(answers(np.nan_to_num(short), low, high)[0], F)
     worst, agreed = np.sqrt(3.0 * vehicle.n), max(AGREEMENT[scalar], doubt)
     allowed = agreed * size[:, 0] + worst * np.sqrt(squares) + wider
     if doubt:  # where a demand is met in part, errors in a matrix are magnified twice (Wedin 1973)
-        allowed += squares / (doubt * size[:, 0])
+        allowed += squares / (lost * size[:, 0])
+    same[allowed > JUMP * size[:, 0]] = False  # nothing would be asked of the answer
     allowed_share = agreed + worst * np.sqrt(squares_share) + wider_share
     other = status if levels else _either(vehicle, f @ vehicle.TP.T, F, status, allowed, scalar)
     return Cases(

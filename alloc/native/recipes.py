@@ -38,6 +38,11 @@ def _no_doubt(vehicle: Vehicle, scalar: Scalar) -> float:
     return 0.0
 
 
+def _of_products(vehicle: Vehicle, scalar: Scalar) -> float:
+    """What rounding takes of products with T* and N'H."""
+    return promised(vehicle, 0.0)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Recipe:
     """How one method becomes C.
@@ -97,7 +102,7 @@ def _rule(
     twin: Callable[[Vehicle], Allocator],
     statements: Statements,
     functions: Functions = _no_functions,
-    doubt: Callable[[Vehicle, Scalar], float] = _no_doubt,
+    doubt: Callable[[Vehicle, Scalar], float] = _of_products,
 ) -> Recipe:
     return Recipe(
         statements=statements,
@@ -120,7 +125,7 @@ def _by_level(formulation: Formulation, levels: Callable[[Vehicle], int]) -> Rec
     return Recipe(
         statements=by_level(formulation),
         levels=levels,
-        doubt=lambda vehicle, _: promised(vehicle, 0.0),  # steps and ends are products with G and N'H
+        doubt=_of_products,
         twin=lambda vehicle: ByLevel(vehicle, formulation),
         formulation=formulation.name,
         summary=f"{formulation.name} as C99 generated for the vehicle.",

@@ -12,6 +12,7 @@ from alloc.errors import NotApplicable
 from alloc.native.bounds import CLimits
 from alloc.native.code import (
     MET,
+    TOLERANCE,
     Scalar,
     Table,
     Value,
@@ -107,6 +108,7 @@ def cascade(vehicle: Vehicle, scalar: Scalar) -> str:
         "N": str(vehicle.n),
         "ZERO": number(0.0, scalar),
         "ONE": number(1.0, scalar),
+        "SPARE": number(TOLERANCE[scalar] * vehicle.f_scale, scalar),
         "RANK": number(RANK[scalar] ** 2, scalar),
         "TP": _rows(vehicle.TP / vehicle.row_lengths[:, None], scalar),
         "HESSIAN": _rows(vehicle.H, scalar),

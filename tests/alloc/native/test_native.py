@@ -103,16 +103,23 @@ def test_where_h_couples_thrusters_that_z_moves_with_others_a_way_still_ends_at_
 
 
 @pytest.mark.parametrize(
-    ("number", "kernel", "scalar"),
-    [(20, "pinv", "double"), (40, "shrink", "float"), (83, "scaled", "float"), (140, "nullspace", "double")],
-    ids=["T nearly lost", "limit at zero", "a weak thruster ends the way", "moved by rounding"],
+    ("number", "kernel", "scalar", "limits"),
+    [
+        pytest.param(20, "pinv", "double", "fixed", id="T nearly lost"),
+        pytest.param(40, "shrink", "float", "fixed", id="limit at zero"),
+        pytest.param(271, "shrink", "double", "fixed", id="must push, asked for nothing"),
+        pytest.param(218, "shrink", "double", "call", id="entries of T* that are rounding"),
+        pytest.param(83, "scaled", "float", "fixed", id="a weak thruster ends the way"),
+        pytest.param(140, "nullspace", "double", "fixed", id="moved by rounding"),
+        pytest.param(100, "redistribute", "double", "call", id="stuck, at its limit but for rounding"),
+    ],
 )
 def test_self_tests_of_vehicles_with_all_that_a_file_may_hold_are_green(
-    number, kernel, scalar, tmp_path
+    number, kernel, scalar, limits, tmp_path
 ) -> None:
     """``python -m bench.studies.native_selftests --plain --odd --random 300`` asks three hundred of them."""
     vehicle = replace(vehicle_of(number)[0], name=f"odd{number}")
-    done = run(compile_in(tmp_path, generate(vehicle, kernel, scalar), *SANITIZE))
+    done = run(compile_in(tmp_path, generate(vehicle, kernel, scalar, limits=limits), *SANITIZE))
     assert done.returncode == 0, done.stdout + done.stderr
 
 
@@ -135,6 +142,20 @@ def test_the_self_test_notices_a_wrong_constant(tmp_path) -> None:
     done = run(compile_in(tmp_path, files))
     assert done.returncode == 1
     assert "fault -1" in done.stdout
+
+
+@pytest.mark.parametrize("kernel", RECIPES)
+def test_the_self_test_notices_a_thrust_that_is_off_by_a_thousandth_of_a_limit_in_float(
+    kernel, tmp_path
+) -> None:
+    vehicle = load_vehicle(SMALL)
+    files = generate(vehicle, kernel, "float")
+    source = f"{SMALL}_{kernel}_float.c"
+    broken, written = re.subn(
+        r"f\[0\] = (.+);", rf"f[0] = (\1) + {vehicle.f_scale / 1000:.3f}F;", files[source]
+    )
+    assert written
+    assert run(compile_in(tmp_path, files | {source: broken})).returncode == 1
 
 
 @pytest.mark.skipif(shutil.which("nm") is None, reason="nm (Debian: apt install binutils) lists symbols")
