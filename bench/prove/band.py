@@ -26,7 +26,7 @@ def verdict_band(program: Program, errors: Errors, slack: float) -> float | None
             if value.form and value.size <= errors.values[bound].high:
                 continue  # of an attainable demand this is zero: a direction that no thruster pushes
             width = errors.values[bound].low - at_rest[term] - slack
-            beyond = slack + value.error
+            beyond = slack + errors.error(term)
             band = max(band or 0.0, 1.0 - 1.0 / (1.0 + beyond / width) if width > 0 else inf)
     return band
 

@@ -16,36 +16,43 @@ from numpy.typing import NDArray
 from bench.prove.cases import ByOutcome, Integer, combined, compares
 from bench.prove.numbers import Numbers
 
-EFFORT = 50_000
-"""What z3 may spend on one question, in its own measure, which is the same on each machine."""
-
 
 class Feasibility:
     """Questions about the numbers of one kernel with one fault."""
 
-    def __init__(self, numbers: Numbers, rounds: bool = True, apart: float = 0.0) -> None:
+    def __init__(
+        self, numbers: Numbers, rounds: bool = True, apart: float = 0.0, overflow: bool = True
+    ) -> None:
         """Nothing is known yet.
 
         With ``rounds`` off arithmetic is that of real numbers, and numbers that compare as less or greater
-        lie so far ``apart``: where conditions hold that way, they likely do in the binary.
+        lie so far ``apart``: where conditions hold that way, they likely do in the binary. With ``overflow``
+        off nothing is known of when a sum or a product is infinite, which is answered sooner.
         """
         import z3
 
         self._z3, self._numbers = z3, numbers
         facts = np.finfo(numbers.scalar)
+        self.rounds, self.apart, self._overflow = rounds, apart, overflow
         self._half = z3.Q(int(rounds), 2 ** (facts.nmant + 1))
         self._tiniest = _exactly(z3, int(rounds) * Fraction(float(facts.smallest_subnormal)) / 2)
         self._apart = _exactly(z3, Fraction(apart))
-        self._beyond = z3.RealVal(2 ** (1 << (facts.nexp - 1)))
+        beyond = 2 ** (1 << (facts.nexp - 1))
+        self._beyond = z3.RealVal(beyond)
+        self._largest = _exactly(z3, Fraction(float(facts.max)))
+        self._overflows = z3.RealVal(beyond - beyond // 2 ** (facts.nmant + 2))
         self._known: dict[int, list[Any]] = {}
         self._reals: dict[int, Any] = {}
         self._nans: dict[int, Any] = {}
 
-    def possible(self, held: Iterable[tuple[Integer, bool]]) -> bool | NDArray[Any]:
-        """Whether conditions may hold together: False, True, or inputs (k,) for which they may."""
+    def possible(self, held: Iterable[tuple[Integer, bool]], effort: int) -> bool | NDArray[Any]:
+        """Whether conditions may hold together: False, True, or inputs (k,) for which they may.
+
+        z3 may spend so much ``effort`` on it, in its own measure, which is the same on each machine.
+        """
         z3 = self._z3
         solver = z3.SolverFor("QF_LRA")
-        solver.set("rlimit", EFFORT)
+        solver.set("rlimit", effort)
         held = list(held)
         cone = self._cone(each for each, _ in held)
         for node in cone:
@@ -121,13 +128,18 @@ class Feasibility:
 
     def _finite(self, node: int) -> Any:
         x = self._reals[node]
-        return self._z3.And(self._z3.Not(self._nans[node]), x < self._beyond, x > -self._beyond)
+        return self._z3.And(self._z3.Not(self._nans[node]), x <= self._largest, x >= -self._largest)
+
+    def _bounded(self, node: int) -> Any:
+        """That a number is finite, or one of the two that stand for infinity."""
+        z3, x = self._z3, self._reals[node]
+        return z3.Or(z3.And(x <= self._largest, x >= -self._largest), x == self._beyond, x == -self._beyond)
 
     def _made(self, node: int, operation: str, *operands: Any) -> list[Any]:
         z3 = self._z3
         s, nan = self._reals[node], self._nans[node]
         if operation == "input":
-            return []
+            return [self._bounded(node)]
         if operation == "const":
             if np.isnan(operands[0]):
                 return [nan]
@@ -169,17 +181,22 @@ class Feasibility:
         finite = self._finite(node)
         if operation in ("add", "sub"):
             total = a + b if operation == "add" else a - b
+            against = [z3.Not(each) for each in known] + [total == 0]  # infinite, and of opposite effect
             return [  # gradual underflow: a sum is zero only where it is
-                z3.Implies(finite, z3.And(*known, self._near(s, total, z3.RealVal(0)))),
+                nan == z3.Or(*nans, z3.And(*against))
+                if self._overflow
+                else z3.Implies(nan, z3.Or(*nans, z3.Not(z3.Or(*known)))),
+                self._value(node, total, z3.And(*known), z3.RealVal(0)),
                 z3.Implies(z3.Not(nan), z3.And((s > 0) == (total > 0), (s < 0) == (total < 0))),
-                z3.Implies(nan, z3.Or(*nans, z3.Not(z3.Or(*known)))),
             ]
         constant = [each for each in operands if made[each][0] == "const" and np.isfinite(made[each][1])]
         if operation == "mul" and constant:
             factor, other = made[constant[0]][1], operands[operands[0] == constant[0]]
             product = _exactly(z3, Fraction(factor)) * self._reals[other]
             return [
-                z3.Implies(finite, z3.And(self._finite(other), self._near(s, product, self._tiniest))),
+                self._value(node, product, self._finite(other), self._tiniest)
+                if factor
+                else z3.Implies(finite, z3.And(self._finite(other), s == 0)),
                 z3.Implies(
                     z3.Not(nan), z3.And(z3.Implies(s > 0, product > 0), z3.Implies(s < 0, product < 0))
                 ),
@@ -204,6 +221,16 @@ class Feasibility:
             z3.Implies(finite, known[0]),
             z3.Implies(nan, z3.Or(*nans, z3.Not(z3.Or(*known)), z3.And(a == 0, b == 0))),
         ]
+
+    def _value(self, node: int, exact: Any, finite: Any, more: Any) -> Any:
+        """What a number is whose operands give an ``exact`` value, where both are ``finite``."""
+        z3, s, own = self._z3, self._reals[node], self._finite(node)
+        near = self._near(s, exact, more)
+        if not self._overflow:
+            return z3.Implies(own, z3.And(finite, near))
+        infinite = s == z3.If(exact > 0, self._beyond, -self._beyond)
+        fits = z3.And(finite, exact < self._overflows, exact > -self._overflows)
+        return z3.Implies(z3.Not(self._nans[node]), z3.If(fits, z3.And(own, near), infinite))
 
     def _near(self, s: Any, exact: Any, more: Any) -> Any:
         """That s is an exact value rounded."""

@@ -6,6 +6,7 @@ from pathlib import Path
 from alloc import Vehicle
 from alloc.native.code import Scalar
 from bench.prove import tools
+from bench.prove.forms import has_tau, shares_of
 from bench.prove.program import Node, Program
 from bench.prove.rounding import Errors
 
@@ -50,7 +51,7 @@ def _reach(vehicle: Vehicle) -> list[float]:
 def _linear(program: Program, errors: Errors, node: Node) -> list[Node]:
     """The nodes linear in tau that a thrust is made of."""
     value = errors.values.get(node)
-    if value is not None and value.form and all(atom[0] < 0 for atom in value.form):
+    if value is not None and value.form and has_tau(value.form) and not shares_of(value.form):
         return [node]
     match program.nodes[node]:
         case ("min" | "max", a, _):

@@ -58,8 +58,9 @@ def _rounding(proof: Proof) -> str:
             "thruster off",
             "bound [N]",
             "largest seen [N]",
-            "ratio",
             "of demands",
+            "found by a search [N]",
+            "bound / largest",
             "bound where a branch turns [N]",
             "Gappa, before limits [N]",
             "1 - α*",
@@ -73,8 +74,9 @@ def _rounding_row(each: Rounding) -> list[str]:
         "-" if each.fault < 0 else str(each.fault),
         three(each.bound_n),
         three(each.observed_n),
-        three(each.bound_n / each.observed_n) if each.observed_n else "-",
         f"{each.demands:,}",
+        three(each.searched_n) if each.searched_n is not None else "-",
+        three(each.ratio) if each.ratio else "-",
         three(each.flipped_n) if each.flipped_n is not None else "-",
         three(each.gappa_n) if each.gappa_n is not None else "-",
         three(each.verdict_band) if each.verdict_band is not None else "-",
@@ -144,7 +146,7 @@ def summary(proofs: Iterable[Proof]) -> str:
 
 def _line(proof: Proof) -> list[str]:
     verdicts = [each.verdict.replace("does not apply", "-") for each in proof.claims[:3]]
-    ratios = [each.bound_n / each.observed_n for each in proof.rounding if each.observed_n]
+    ratios = [each.ratio for each in proof.rounding]
     exact = [f"{each.target} {each.attained}" for each in proof.worst_paths if each.at_most == each.attained]
     wide = [
         f"{each.target} {each.attained}…{each.at_most}"
@@ -154,7 +156,7 @@ def _line(proof: Proof) -> list[str]:
     return [
         proof.function,
         *verdicts,
-        three(max(ratios)) if ratios else "-",
+        three(max(ratios)) if any(ratios) else "-",
         ", ".join([*exact, *wide]) or "-",
         str(sum(not each.reason for each in proof.misra)),
         f"{proof.seconds:.0f}",

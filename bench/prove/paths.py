@@ -23,12 +23,21 @@ FORKS = 2000
 """How many forks of one kernel are looked at."""
 QUESTIONS = 200
 """And how many questions are asked of the solver."""
+BRIEF, MODERATE, LONG = 50_000, 6_000_000, 50_000_000
+"""What z3 may spend on a question: about any way; about a complete one that would be the longest, in real
+numbers; and with rounding, which is asked where real numbers say that none take it."""
+FAILED = 8
+"""How many such ways may stay without a call before no more are looked at so long; one, if it is too hard."""
 LISTED = 50
 """How many ways and questions there are at most for the sake of those that are not the longest."""
 STRICT = ((True, 0.0), (False, 1e-3), (False, 0.0))
 """How solvers are asked: the first may say that no arguments take a way, all may propose some."""
-NEAR = 30
-"""Arguments that are tried beside those that the solver proposes."""
+NEAR = 1000
+"""Arguments that are tried about those that the solver proposes, in each round."""
+ROUNDS = 5
+"""How often what meets most is what the next arguments lie about."""
+KEPT = 30
+"""Of them, those that the next round starts from: they meet most of the conditions of a way."""
 
 
 class PathFound(NamedTuple):
@@ -102,8 +111,8 @@ class _Search:
     def __init__(self, code: Lifted, remaining: Mapping[int, int], numbers: Mapping[int, Numbers]) -> None:
         self._remaining, self._numbers = remaining, numbers
         self._machines = {fault: Follower(code, each) for fault, each in numbers.items()}
-        self._solvers: dict[int, list[Feasibility]] = {}
-        self._questions = self._serial = 0
+        self._solvers: dict[tuple[int, int], list[Feasibility]] = {}
+        self._questions = self._serial = self._failed = 0
         self.open: list[_Open] = []
 
     def begin(self, fault: int, entry: int, arguments: list[str], given: Mapping[str, Array]) -> None:
@@ -127,7 +136,7 @@ class _Search:
                 aside.append(here)
                 continue
             if not len(here.taken) and not tired:
-                here, infeasible = self._asked(here)
+                here, infeasible = self._asked(here, BRIEF)
                 if infeasible:
                     listed += 1
                     yield PathFound(here.fault, here.most, np.zeros(0), infeasible=True)
@@ -140,6 +149,11 @@ class _Search:
                 state = found[0].state
             if state.at == LEAVE:
                 listed += 1
+                if not len(here.taken) and state.executed > longest and self._failed < FAILED:
+                    here, infeasible = self._asked(here, LONG)
+                    if infeasible:
+                        yield PathFound(here.fault, state.executed, np.zeros(0), infeasible=True)
+                        continue
                 way = self._complete(here, state)
                 if way.call.size:
                     longest = max(longest, way.instructions)
@@ -154,22 +168,28 @@ class _Search:
                 self._push(here.fault, there, here.taken[answers == holds], held)
         self.open += aside
 
-    def _asked(self, here: _Open) -> tuple[_Open, bool]:
+    def _asked(self, here: _Open, effort: int) -> tuple[_Open, bool]:
         """A way that no call took yet, with calls that do where some were found; and whether none can."""
         numbers = self._numbers[here.fault]
-        solvers = self._solvers.setdefault(here.fault, [Feasibility(numbers, *each) for each in STRICT])
-        for solver in solvers:
+        key = here.fault, effort
+        if key not in self._solvers:
+            strict = STRICT if effort == BRIEF else STRICT[1:] + STRICT[:1]
+            self._solvers[key] = [Feasibility(numbers, *each, overflow=effort == LONG) for each in strict]
+        for solver in self._solvers[key]:
             self._questions += 1
-            proposed = solver.possible(here.held)
-            if proposed is False and solver is solvers[0]:
+            proposed = solver.possible(here.held, effort if solver.rounds else min(effort, MODERATE))
+            if proposed is False and solver.rounds:
                 return here, True
-            if proposed is True:  # what is too hard for one is for the others
+            if proposed is True and effort == BRIEF:  # what is too hard for one is for the others
                 self._questions += 2
                 return here, False
             if isinstance(proposed, np.ndarray):
                 taken = self._tried(numbers, proposed, here.held)
                 if len(taken):
                     return here._replace(taken=taken), False
+            if proposed is not False and effort == LONG and not solver.apart:
+                self._failed += FAILED if proposed is True else 1
+                return here, False
         return here, False
 
     def _tried(
@@ -177,22 +197,23 @@ class _Search:
     ) -> NDArray[np.intp]:
         """Add a proposal and what lies near it to the calls; those that take the way."""
         rng = np.random.default_rng(numbers.size)
-        scale = np.append(0.0, 2.0 ** rng.uniform(-60, -3, NEAR))
-        near = proposed[:, None] * (1.0 + scale * rng.uniform(-1, 1, (len(proposed), NEAR + 1)))
-        rows, calls = 0, {}
-        for name, given in numbers.calls.items():
-            calls[name] = near[rows : rows + len(given)]
-            rows += len(given)
-        trial = numbers.trial(calls)
-        fits = np.ones(NEAR + 1, dtype=bool)
-        for condition, holds in held:
-            fits &= (trial.integer(condition) != 0) == holds
-        begin = numbers.size
-        if fits.any():
-            numbers.ask(
-                {name: np.hstack([given, calls[name][:, fits]]) for name, given in numbers.calls.items()}
-            )
-        return np.arange(begin, numbers.size)
+        best = proposed[:, None]
+        for _ in range(ROUNDS):
+            parents = best[:, rng.integers(0, best.shape[1], NEAR)]
+            scale = 2.0 ** rng.uniform(-np.finfo(numbers.scalar).nmant - 2, 0, NEAR)
+            moved = rng.uniform(-1, 1, (len(proposed), NEAR))
+            moved[:, rng.random(NEAR) < 0.2] = -rng.random()
+            moved[rng.random(moved.shape) < rng.choice([0.0, 0.5], NEAR)] = 0.0
+            near = np.hstack([best, parents * (1.0 + scale * moved)])
+            trial = numbers.trial(_by_name(numbers, near))
+            met = sum(((trial.integer(condition) != 0) == holds).astype(int) for condition, holds in held)
+            if (met == len(held)).any():
+                begin = numbers.size
+                more = _by_name(numbers, near[:, met == len(held)][:, :KEPT])
+                numbers.ask({name: np.hstack([given, more[name]]) for name, given in numbers.calls.items()})
+                return np.arange(begin, numbers.size)
+            best = near[:, np.argsort(-met, kind="stable")[:KEPT]]
+        return np.arange(0)
 
     def _complete(self, here: _Open, state: State) -> PathFound:
         calls = self._numbers[here.fault].calls.values()
@@ -215,6 +236,12 @@ class _Search:
         most = state.executed + self._rest(state)
         rank = (not len(taken), -most, self._serial)
         heapq.heappush(self.open, _Open(rank, most, fault, state, taken, held))
+
+
+def _by_name(numbers: Numbers, stacked: Array) -> dict[str, Array]:
+    """Calls (all inputs, N), apart by the names of the arguments."""
+    sizes = [len(given) for given in numbers.calls.values()]
+    return dict(zip(numbers.calls, np.split(stacked, np.cumsum(sizes)[:-1]), strict=True))
 
 
 PLACES = 0x1000_0000

@@ -37,7 +37,8 @@ class Rounding(msgspec.Struct, frozen=True, kw_only=True):
     fault : the thruster that is off, -1 for none
     bound_n : no thrust of any attainable demand is off by more [N]
     observed_n : the largest error seen [N]
-    demands : in how many demands it was seen
+    demands : in how many random demands it was seen
+    searched_n : the largest error that a search found [N]; None where random demands came near the bound
     gappa_n : Gappa's bound on f before it is cut at the limits [N]; None where it was not asked
     flipped_n : no thrust is off by more where rounding has a branch taken that real numbers do not take [N];
         None where that changes no thrust by more than ``bound_n``, which is for all other demands
@@ -50,11 +51,18 @@ class Rounding(msgspec.Struct, frozen=True, kw_only=True):
     bound_n: float
     observed_n: float
     demands: int
+    searched_n: float | None = None
     gappa_n: float | None = None
     flipped_n: float | None = None
     flips: int = 0
     flipped_seen_n: float = 0.0
     verdict_band: float | None = None
+
+    @property
+    def ratio(self) -> float:
+        """The bound over the largest error known; 0 where there is none."""
+        largest = max(self.observed_n, self.searched_n or 0.0)
+        return self.bound_n / largest if largest else 0.0
 
 
 class BinaryPath(msgspec.Struct, frozen=True, kw_only=True):

@@ -104,11 +104,12 @@ def made(of: Subject) -> Claim:
 
 def attainable(vehicle: Vehicle, rng: np.random.Generator, count: int) -> FloatArray:
     """(k, count) demands that a vehicle can meet, inside and on the edge [N, N m]."""
-    made: FloatArray = vehicle.TP @ _thrusts(vehicle, rng, count)
+    made: FloatArray = vehicle.TP @ thrusts(vehicle, rng, count)
     return made
 
 
-def _thrusts(vehicle: Vehicle, rng: np.random.Generator, count: int) -> FloatArray:
+def thrusts(vehicle: Vehicle, rng: np.random.Generator, count: int) -> FloatArray:
+    """(n, count) thrusts within the limits, many of them at one [N]."""
     low, high = vehicle.f_min[:, None], vehicle.f_max[:, None]
     shape = (vehicle.n, count)
     ends = np.where(rng.random(shape) < 0.5, low, high)

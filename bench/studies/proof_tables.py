@@ -28,7 +28,7 @@ def main(folder: Path) -> None:
     known = {(each.vehicle, each.method, each.scalar): each for each in proofs}
     for scalar, targets in TARGETS.items():
         made = {(vehicle, kernel): each for (vehicle, kernel, of), each in known.items() if of == scalar}
-        print(f"Rounding, {scalar}: bound, and how many times the largest error seen\n")
+        print(f"Rounding, {scalar}: bound, and how many times the largest error seen or found\n")
         print(_table({key: _bound(each) for key, each in made.items()}))
         for name in targets:
             print(f"Most instructions of any call, {scalar}, {name}\n")
@@ -51,7 +51,7 @@ def _bound(proof: Proof) -> str:
 
 
 def _ratio(proof: Proof) -> float:
-    return max((each.bound_n / each.observed_n for each in proof.rounding if each.observed_n), default=0.0)
+    return max((each.ratio for each in proof.rounding), default=0.0)
 
 
 def _worst(proof: Proof, target: str) -> str:

@@ -87,7 +87,7 @@ def test_what_happened_is_never_called_impossible(scalar: type) -> None:
                 (combined(lambda x, y: int(x == y), each, int(numbers.integer(each)[call])), True)
                 for each in asked
             ]
-            assert solver.possible(held) is not False
+            assert solver.possible(held, 1_000_000) is not False
 
 
 @followed
@@ -102,12 +102,35 @@ def test_what_can_not_hold_together_is_impossible() -> None:
 
     total, part = numbers.number("add", x.node, y.node), numbers.number("div", x.node, y.node)
     solver = Feasibility(numbers)
-    assert solver.possible([less(x, y), less(y, x)]) is False
-    assert solver.possible([less(x, zero), less(y, zero), less(zero, total)]) is False
-    assert solver.possible([less(zero, x), less(x, y), less(one, part)]) is False
-    found = solver.possible([less(zero, x), less(y, x), less(total, one)])
+    assert solver.possible([less(x, y), less(y, x)], 1_000_000) is False
+    assert solver.possible([less(x, zero), less(y, zero), less(zero, total)], 1_000_000) is False
+    assert solver.possible([less(zero, x), less(x, y), less(one, part)], 1_000_000) is False
+    found = solver.possible([less(zero, x), less(y, x), less(total, one)], 1_000_000)
     assert isinstance(found, np.ndarray)
     assert 0 < found[0] > found[1]
+
+
+@followed
+def test_a_sum_is_infinite_only_where_it_overflows(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of finite x and y with x + y infinite both lie above zero, if x does: and overflow has to be just that.
+
+    The largest number and half a unit of its last place overflow together; where overflow is said to begin
+    one such unit later, the same question calls what happened impossible.
+    """
+    largest = float(np.finfo(np.float32).max)
+    numbers = Numbers(np.float32, {"tau": np.array([[largest], [2.0**103]])})
+    x, y = (numbers.number("input", "tau", j) for j in range(2))
+    top, half, zero = (numbers.number("const", each) for each in (largest, 2.0**103, 0.0))
+    total = numbers.number("add", x.node, y.node)
+    infinite = (numbers.compare(top, total, (1, 0, 0, 0)), True)
+    edge = [(numbers.compare(a, b, (0, 1, 0, 0)), True) for a, b in ((x, top), (y, half))]
+    below = [(numbers.compare(x, top, (1, 1, 0, 0)), True), (numbers.compare(y, zero, (1, 0, 0, 0)), True)]
+    assert all(numbers.integer(each)[0] for each, _ in [infinite, *edge])
+    assert Feasibility(numbers).possible([infinite, *edge], 1_000_000) is not False
+    assert Feasibility(numbers).possible([infinite, *below], 1_000_000) is False
+    sabotaged = Feasibility(numbers)
+    monkeypatch.setattr(sabotaged, "_overflows", sabotaged._beyond)
+    assert sabotaged.possible([infinite, *edge], 1_000_000) is False
 
 
 def test_an_integer_made_of_flags_is_known_for_each_outcome() -> None:
