@@ -19,7 +19,17 @@ from alloc.formulations import Formulation
 from alloc.qp import Posed
 from alloc.qp.stationarity import Stationarity
 from alloc.reach.beyond import beyond
-from alloc.solvers import Level, Solve, Start, default_level, default_start, disbelieved, load, shared
+from alloc.solvers import (
+    Level,
+    Solve,
+    Start,
+    default_level,
+    default_start,
+    disbelieved,
+    is_erratic,
+    load,
+    shared,
+)
 from alloc.vehicle import Vehicle
 from alloc.vehicle.call_limits import at_call, one_by_one
 from alloc.vehicle.condition import magnified, promised
@@ -51,6 +61,7 @@ class Live:
         solve: Solve,
         tolerance: float,
         solver: str,
+        erratic: bool = False,
     ) -> None:
         """Keep what every call needs: limits [N], T P and wrench in units of ``wrench_scale``."""
         self.formulation = formulation
@@ -59,6 +70,7 @@ class Live:
         self.tolerance = promised(vehicle, tolerance if soft else tolerance * magnified(vehicle))
         self.solve = solve
         self._solver = solver
+        self._erratic = erratic
         self._b_of_tau = posed.b_of_tau
         self._unreachable = posed.unreachable
         self._unit = posed.unit
@@ -93,7 +105,8 @@ class Live:
         demand further than 1e-6 outside the attainable set. Soft thrusts are NOT_CONVERGED too where
         they are not shown to lie within ``tolerance`` of the optimum. INFEASIBLE are a demand along a
         direction that no thruster pushes, limits that contradict themselves, and what the solver calls
-        infeasible if that is proven (``alloc.reach.beyond``); where it is not, NOT_CONVERGED.
+        infeasible if that is proven (``alloc.reach.beyond``); where it is not, NOT_CONVERGED. Of a
+        solver whose refusals are ERRATIC, no matter which it gives, the proof alone is asked.
         """
         wrench = checked(tau, self._vehicle.k)
         low, high = self._limits
@@ -114,9 +127,11 @@ class Live:
             disbelieved[f"{self._solver}: RuntimeError: {str(error)[:60]}"] += 1
             return self._unanswered(Status.NOT_CONVERGED)
         if status != Status.SOLVED:
-            if status is Status.INFEASIBLE and not self._infeasible(wrench, f_min, f_max):
+            claimed = status is Status.INFEASIBLE
+            proven = (claimed or self._erratic) and self._infeasible(wrench, f_min, f_max)
+            if claimed and not proven:
                 disbelieved[f"{self._solver}: INFEASIBLE, which is not so"] += 1
-                status = Status.NOT_CONVERGED
+            status = Status.INFEASIBLE if proven else Status.NOT_CONVERGED
             return self._unanswered(status, iterations, solver_s)
         f = x[: self._m] * self._unit
         np.minimum(f, high, out=f)
@@ -177,4 +192,5 @@ def live(
         solve=solve,
         tolerance=solver.TOLERANCE[formulation.name][level],
         solver=name,
+        erratic=is_erratic(name),
     )

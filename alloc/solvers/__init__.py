@@ -4,7 +4,8 @@
 module imports its binding in ``prepare`` only. The constants that it states are those of ``Solver``, and
 STATUS, the meaning of each exit flag: a verdict that the solver itself calls inaccurate (almost, close to)
 means NOT_CONVERGED, unless SETTINGS say how close it is. SHARED, where it states one, is the power of a
-weight by which thrusts get smaller units (``alloc.qp.problem``).
+weight by which thrusts get smaller units (``alloc.qp.problem``). ERRATIC, where one states True: which of its
+refusals the solver gives depends on more than the problem, so equations alone tell them apart.
 """
 
 import pkgutil
@@ -97,6 +98,11 @@ def load(name: str) -> Solver:
 def shared(name: str) -> float:
     """SHARED of the solver of that name, or the usual one; what ``pose`` takes by that name."""
     return float(getattr(load(name), "SHARED", SHARED))
+
+
+def is_erratic(name: str) -> bool:
+    """Whether what the solver of that name says in place of an answer depends on more than the problem."""
+    return bool(getattr(load(name), "ERRATIC", False))
 
 
 def all_solvers() -> dict[str, Solver]:

@@ -29,6 +29,10 @@ TOLERANCE: dict[str, dict[Level, float]] = {
     "soft": {"default": 0.2, "tight": 1e-6},
 }
 
+# Its AVX code adds in an order that depends on where its memory lies, which differs from process to process;
+# where it finds no answer, the last bits decide whether it ends at the cap or says infeasible.
+ERRATIC = True
+
 STATUS = {
     "PROXQP_SOLVED": Status.SOLVED,
     "PROXQP_SOLVED_CLOSEST_PRIMAL_FEASIBLE": Status.INFEASIBLE,  # of a shifted problem

@@ -1,5 +1,7 @@
 """``thrustbench allocate``."""
 
+import sys
+from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any
 
@@ -68,10 +70,11 @@ def command(
         click.echo(said, err=True)
     allocator = prepare(entry, answering, start=start, level=level)
     header = [answering.called(i) if names else f"f{i}" for i in range(answering.n)]
-    if lows is None or highs is None:
-        answers = [allocator(tau) for tau in taus]
-    else:
-        answers = list(map(allocator, taus, lows, highs))
+    with redirect_stdout(sys.stderr):  # silent or not, SCS and OSQP print what they can't do
+        if lows is None or highs is None:
+            answers = [allocator(tau) for tau in taus]
+        else:
+            answers = list(map(allocator, taus, lows, highs))
     text = format_thrusts(answers, header)
     if output is None:
         click.echo(text, nl=False)

@@ -51,7 +51,8 @@ def judge(
     thrusts, statuses, *_ = zip(*answers, strict=True)
     shares = [answer[4] if len(answer) > 4 else () for answer in answers]
     F, misshapen = stacked(thrusts, vehicle.n)
-    status: StatusArray = np.array(statuses, dtype=np.int8)
+    # A board's log may hold any number; the ends of int8 are no statuses either.
+    status: StatusArray = np.clip(statuses, -128, 127).astype(np.int8)
     demand = np.arange(len(F)) % len(demands.taus)
     finite: BoolArray = np.logical_and.reduce(np.isfinite(F), axis=1)
     f = np.where(finite[:, None], F, 0.0)

@@ -46,7 +46,8 @@ def _plain(text: str) -> str:
 
 
 _TEXT = """\
-#include "osqp.h"
+#include "algebra_impl.h"
+#include "types.h"
 #include "rival.h"
 #include "workspace.h"
 
@@ -65,9 +66,10 @@ int rival_solve(const real *b, const real *lb, const real *ub, real *x, real *y)
     osqp_solve(&solver);
     for (int i = 0; i < VARIABLES; i++)
         x[i] = solver.solution->x[i];
-    for (int i = 0; i < EQUATIONS; i++)
-        y[i] = solver.solution->prim_inf_cert[i];
     const int status = (int)solver.info->status_val;
+    /* Embedded OSQP never writes prim_inf_cert. At its cap the multipliers run along any proof there is. */
+    for (int i = 0; i < EQUATIONS; i++)
+        y[i] = status == OSQP_PRIMAL_INFEASIBLE ? solver.work->delta_y->values[i] : solver.solution->y[i];
     return status == OSQP_SOLVED ? 0 : status == OSQP_PRIMAL_INFEASIBLE ? 2 : 3;
 }
 """

@@ -160,6 +160,18 @@ def test_with_limits_that_jump_from_call_to_call_no_rival_leaves_them_or_claims_
 
 
 @needs_compiler
+@pytest.mark.skipif("osqp" not in names() or bool(load("osqp").missing()), reason="needs OSQP")
+def test_osqp_proves_what_it_calls_infeasible(vehicle: Vehicle) -> None:
+    """Its C leaves the field for certificates as it was; the last step of the multipliers is one."""
+    allocate = bound("osqp", vehicle)
+    F = np.random.default_rng(3).uniform(vehicle.f_min, vehicle.f_max, (40, vehicle.n))
+    _, status = allocate.many(4.0 * F @ vehicle.TP.T)
+    labels = label(vehicle, 4.0 * F @ vehicle.TP.T).label
+    assert (labels == Label.INFEASIBLE).sum() > 20
+    assert set(status[labels == Label.INFEASIBLE]) == {Status.INFEASIBLE}
+
+
+@needs_compiler
 @pytest.mark.skipif(not shutil.which("nm"), reason="needs nm of the binutils")
 def test_no_two_rivals_define_the_same_function() -> None:
     """An image for a board may hold them all; what a generator calls ``ldl`` or ``Gx`` is anybody's."""

@@ -14,6 +14,7 @@ from alloc import (
     Status,
     Vehicle,
     alpha_max,
+    alpha_range,
     build,
     catalogue,
     certify_many,
@@ -23,6 +24,7 @@ from alloc import (
     solvers,
 )
 from alloc.allocation import FloatArray
+from bench.demands.sets.jolts import within
 from bench.studies.campaign import vehicle_of
 from bench.studies.odd_vehicles import inside
 
@@ -170,6 +172,32 @@ def test_a_solver_that_calls_an_attainable_demand_infeasible_is_not_believed(
     assert counted == {f"{name}: INFEASIBLE, which is not so": 50}
 
 
+@pytest.mark.parametrize("said", [Status.INFEASIBLE, Status.NOT_CONVERGED])
+def test_which_of_its_refusals_proxqp_gives_decides_no_status(
+    said: Status, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Which one it gives differs from process to process; whether a demand can be met does not."""
+    allocate = build("qp/proxqp", VEHICLE)
+    monkeypatch.setattr(allocate, "solve", lambda *_: solvers.Answer(np.zeros(4), said))
+    rays = demands(8, 50)
+    edge = alpha_max(VEHICLE, rays)[:, None] * rays
+    assert set(allocate.many(edge * (1 - 1e-9))[1]) == {Status.NOT_CONVERGED}
+    assert set(allocate.many(edge * (1 + 1e-9))[1]) == {Status.INFEASIBLE}
+
+
+def test_proxqp_calls_infeasible_demands_infeasible_where_it_runs_to_its_cap() -> None:
+    """Within limits that jump, half of its refusals are caps, and no two processes count the same."""
+    vehicle, rng = vehicle_of(73)
+    taus, low, high = within(vehicle, rng, 60)
+    least, most = alpha_range(vehicle, taus, low, high)
+    allocate = build("qp/proxqp", vehicle)
+    _, status = allocate.many(taus, low, high)
+    beyond = ~((least <= 1 + 1e-6) & (most >= 1 - 1e-6))
+    assert beyond.sum() > 20
+    assert set(status[beyond]) == {Status.INFEASIBLE}
+    assert max(allocate(*call).iterations for call in zip(taus, low, high, strict=True)) > 200
+
+
 @pytest.mark.parametrize("name", [n for n in solvers.names() if not solvers.missing(n)])
 def test_any_strictly_convex_problem_is_solved_up_to_its_certificate(name: str) -> None:
     """The problem has a full H, a cost g and one-sided limits, which eq. 4-5 lack."""
@@ -229,7 +257,10 @@ def test_an_answer_does_not_change_when_the_next_is_made(name: str) -> None:
         assert np.array_equal(x, kept)
 
 
-@pytest.mark.parametrize(("name", "number"), [("osqp", 1), ("piqp", 7)])
+@pytest.mark.parametrize(
+    ("name", "number"),
+    [("clarabel", 1), ("daqp", 1), ("highs", 1), ("osqp", 1), ("piqp", 7), ("quadprog", 1)],
+)
 def test_a_reused_object_answers_as_a_new_one_does(name: str, number: int) -> None:
     """To the bit, also after infeasible demands, which drive OSQP's step size far away."""
     vehicle, rng = vehicle_of(number)
@@ -241,6 +272,22 @@ def test_a_reused_object_answers_as_a_new_one_does(name: str, number: int) -> No
         again, new = reused(*call), solver.prepare(posed.qp, "reused", "tight")(*call)
         assert again.status == new.status
         assert again.status != Status.SOLVED or np.array_equal(again.x, new.x)
+
+
+@pytest.mark.parametrize(
+    "name", [e.name for e in catalogue() if e.name in ("qp/scs", "qp/osqp@generated") and not e.missing]
+)
+def test_a_demand_has_the_same_answer_after_other_calls(name: str) -> None:
+    """To the bit: neither keeps anything that a call before it adapted or proved."""
+    vehicle, rng = vehicle_of(650)
+    taus = inside(vehicle, rng, 8) * rng.choice([2.0, 1.0, 1.0], (8, 1))
+    allocate = build(name, vehicle)
+    first = [allocate(tau) for tau in taus]
+    again = [allocate(tau) for tau in taus[::-1]][::-1]
+    assert {answer.status for answer in first} >= {Status.SOLVED, Status.INFEASIBLE}
+    for one, other in zip(first, again, strict=True):
+        assert one.status == other.status
+        np.testing.assert_array_equal(one.f, other.f)
 
 
 def test_the_time_cap_of_highs_holds_for_each_call_and_not_for_all_together(

@@ -11,11 +11,14 @@ from alloc.vehicle.condition import condition, magnified, promised, unevenness
 
 
 def nearly_singular(vehicle: Vehicle, ratio: float) -> Vehicle:
-    """The vehicle with its smallest singular value that much smaller than the largest."""
+    """The vehicle pushing that much less along all axes at once.
+
+    No singular vector is taken: where singular values are equal, which vectors come out is the processor's.
+    """
     scale = vehicle.row_lengths[:, None]
-    U, sigma, Vt = np.linalg.svd(vehicle.T / scale, full_matrices=False)
-    sigma[-1] = sigma[0] / ratio
-    return replace(vehicle, T=(U * sigma) @ Vt * scale)
+    u = np.full((vehicle.k, 1), vehicle.k**-0.5)
+    A = vehicle.T / scale
+    return replace(vehicle, T=(A - (1 - 1 / ratio) * u @ (u.T @ A)) * scale)
 
 
 def test_shipped_vehicles_keep_the_promise_of_1e_minus_9(vehicle: Vehicle) -> None:
@@ -42,7 +45,10 @@ def test_a_solver_s_promise_follows_weights_and_the_weakest_thruster() -> None:
 def test_the_exact_method_is_refused_with_the_number_where_t_all_but_loses_rank(method: str) -> None:
     vehicle = nearly_singular(load_vehicle("ukwial"), 3e8)
     assert condition(vehicle) == pytest.approx(3e8, rel=0.3)
-    with pytest.raises(NotApplicable, match=r"condition 2.4e\+08, so rounding alone moves"):
+    with pytest.raises(
+        NotApplicable,
+        match=rf"condition {condition(vehicle):.2g}".replace("+", r"\+") + ", so rounding alone moves",
+    ):
         build(method, vehicle)
 
 

@@ -11,6 +11,7 @@ from click.testing import CliRunner, Result
 from alloc import build, load_vehicle
 from alloc.vehicle.read import find_file
 from bench.__main__ import cli
+from tests.plugin_files import write_plugin
 
 PAPER = (300.0, -50.0, 10.0)
 PAPER_F = np.array([67.5, 104.0, -119.1, -52.4])
@@ -55,6 +56,14 @@ def test_a_demand_that_no_thrust_meets_is_a_row_that_says_so(demands: Path) -> N
     statuses, F = thrusts(allocate("--vehicle", "ukwial", "--method", "nullspace", demands).output)
     assert statuses[2] == "INFEASIBLE"
     assert np.isnan(F[2]).all()
+
+
+def test_what_a_method_prints_does_not_come_between_the_rows(demands: Path, tmp_path: Path) -> None:
+    plugin = write_plugin(tmp_path, "floods")
+    result = allocate("--vehicle", "ukwial", "--method", "floods", "--plugin", plugin, demands)
+    statuses, _ = thrusts(result.stdout)
+    assert statuses == ["SOLVED"] * 3
+    assert result.stderr.count("x" * 10_000) == 3
 
 
 def test_numbers_read_back_as_the_same_doubles(demands: Path, tmp_path: Path) -> None:
