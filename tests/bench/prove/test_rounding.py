@@ -11,8 +11,8 @@ from alloc.native.compiled import compiler
 from bench.prove import subject, tools
 from bench.prove.band import verdict_band
 from bench.prove.gappa import before_limits
-from bench.prove.numeric import answered, answers, values
-from bench.prove.program import NotRead
+from bench.prove.numeric import alike, answered, answers, values
+from bench.prove.program import NotRead, Program
 from bench.prove.rounding import Errors
 from bench.prove.seen import seen
 from bench.prove.symbolic import programs
@@ -83,26 +83,35 @@ def test_gappa_finds_a_bound_of_the_same_size(scalar: str) -> None:
     assert bound <= gappa <= 3 * bound
 
 
-def test_shrink_has_no_place_where_rounding_decides() -> None:
-    """It is continuous, so the bound is the same where branches may turn, and none ever does at a limit."""
+def test_where_rounding_turns_a_branch_the_wider_bound_holds() -> None:
+    """A thrust of 0.3 surge + 0.7 sway that halves above 100 N: there a last bit decides.
+
+    Demands within some last bits of that place are answered in both ways; they are off by more than rounding
+    alone, and by no more than the bound with branches turned.
+    """
     if np.finfo(np.longdouble).nmant <= 52:
         pytest.skip("numpy has nothing wider than double here to compare with")
+    program = Program()
+    tau = [program.add("input", "tau", j) for j in (0, 1)]
+    parts = [program.add("mul", program.add("const", c), t) for c, t in zip((0.3, 0.7), tau, strict=True)]
+    x = program.add("add", *parts)
+    above = program.add("gt", x, program.add("const", 100.0))
+    half = program.add("mul", program.add("const", 0.5), x)
+    program.outputs["f", 0] = program.add("choose", above, half, x)
+    program.status = program.add("const", 0)
     vehicle = load_vehicle("ukwial")
-    program = programs(subject(vehicle, "shrink", "double", "fixed"))[-1]
     bound, turned = (
-        max(each.error(node) for (name, _), node in program.outputs.items() if name == "f")
-        for each in (Errors(program, vehicle, "double", flips=flips) for flips in (False, True))
+        Errors(program, vehicle, "double", flips=flips).error(program.outputs["f", 0])
+        for flips in (False, True)
     )
-    assert bound == turned
-    rng = np.random.default_rng(6)
-    tau = vehicle.TP @ np.array([[250.0], [-125.0], [80.0], [-60.0]])
-    closed = np.linalg.pinv(vehicle.TP) @ tau
-    tau = tau * 250.0 / abs(closed).max() * (1 + rng.uniform(-2e-15, 2e-15, (3, 4000)))
-    narrow, wide = (
-        answered(program, values(program, {"tau": tau}, kind)).outputs["f"]
-        for kind in (np.float64, np.longdouble)
-    )
-    assert np.abs(narrow - wide).max() <= bound
+    surge = np.random.default_rng(6).uniform(-200.0, 200.0, 4000)
+    taus = np.stack([surge, (100.0 - 0.3 * surge) / 0.7])
+    narrow, wide = (values(program, {"tau": taus}, kind) for kind in (np.float64, np.longdouble))
+    turns = ~alike(program, narrow, wide)
+    assert 0 < turns.sum() < len(turns)
+    off = np.abs(answered(program, narrow).outputs["f"] - answered(program, wide).outputs["f"]).max(axis=0)
+    assert off[~turns].max() <= bound < 1e-12
+    assert 49.0 < off[turns].max() <= turned
 
 
 def test_a_verdict_differs_within_the_band_only() -> None:
