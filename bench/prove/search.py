@@ -10,7 +10,7 @@ from bench.prove.numeric import alike, answered, values
 from bench.prove.program import Node, Program
 from bench.prove.seen import KINDS, thrusts
 
-RUNS = 6
+RUNS = 20
 ROUNDS = 100
 DEMANDS = 3_000
 """Of each round."""
