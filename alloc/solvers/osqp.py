@@ -28,7 +28,7 @@ SETTINGS: dict[Level, dict[str, Any]] = {
     },
 }
 TOLERANCE: dict[str, dict[Level, float]] = {
-    "hard": {"default": 0.1, "tight": 1e-6},
+    "hard": {"default": 0.1, "tight": 5e-6},
     "soft": {"default": 0.1, "tight": 5e-6},
 }
 

@@ -25,7 +25,7 @@ from alloc import (
 )
 from alloc.allocation import FloatArray
 from bench.demands.sets.jolts import within
-from bench.studies.campaign import vehicle_of
+from bench.studies.campaign import asked, vehicle_of
 from bench.studies.odd_vehicles import inside
 
 VEHICLE = load_vehicle("ukwial")
@@ -170,6 +170,17 @@ def test_a_solver_that_calls_an_attainable_demand_infeasible_is_not_believed(
     assert set(inside) == {Status.NOT_CONVERGED}
     assert set(outside) == {Status.INFEASIBLE}
     assert counted == {f"{name}: INFEASIBLE, which is not so": 50}
+
+
+@pytest.mark.skipif(solvers.missing("highs") != "", reason="needs highspy")
+def test_what_highs_calls_optimal_is_not_believed_where_its_multipliers_deny_it() -> None:
+    """Of this demand it gives thrusts 78 % of a limit from the optimum, with multipliers of zero."""
+    vehicle, rng = vehicle_of(2705)
+    taus = asked(vehicle, rng)[0].taus
+    solvers.disbelieved.clear()
+    _, status = build("qp/highs", vehicle).many(taus[:3])
+    assert status.tolist() == [Status.SOLVED, Status.NOT_CONVERGED, Status.SOLVED]
+    assert solvers.disbelieved == {"highs: optimal, which its multipliers deny": 1}
 
 
 @pytest.mark.parametrize("said", [Status.INFEASIBLE, Status.NOT_CONVERGED])
