@@ -32,6 +32,7 @@ class Cascade:
     def __init__(self, vehicle: Vehicle) -> None:
         """Prepare the inverses of all patterns, up to TABLE_THRUSTERS."""
         self._vehicle = vehicle
+        self._spare = BEYOND * vehicle.f_scale
         self._bits = 1 << np.arange(vehicle.n)
         self._working = int(self._bits[vehicle.working].sum())
         self._inverses: dict[int, FloatArray] = {}
@@ -49,8 +50,7 @@ class Cascade:
 
     def mend(self, tau: FloatArray, f: list[float], limits: Bounds) -> tuple[list[float], int]:
         """Thrusts for one wrench (k,), from f = T* tau as a list, and the passes taken."""
-        TP, passes = self._vehicle.TP, 0
-        spare = BEYOND * self._vehicle.f_scale
+        TP, passes, spare = self._vehicle.TP, 0, self._spare
         free = self._working
         frozen = np.zeros(len(f))
         while free:
@@ -74,7 +74,7 @@ class Cascade:
         free = np.tile(v.readiness > 0, (len(taus), 1))
         F = F.copy()
         open_ = np.ones(len(taus), dtype=bool)
-        spare, doubt = BEYOND * v.f_scale, ROUNDING * v.f_scale
+        spare, doubt = self._spare, ROUNDING * v.f_scale
         while True:
             clipped = F.clip(low, high)
             excess = np.abs(F - clipped)

@@ -7,6 +7,7 @@ import numpy as np
 
 from alloc.allocation import FloatArray
 from alloc.closed_forms.inverse import generalized_inverse
+from alloc.closed_forms.redistribute import BEYOND
 from alloc.closed_forms.shrink import LEAST
 from alloc.errors import NotApplicable
 from alloc.native.bounds import CLimits
@@ -29,6 +30,8 @@ from alloc.native.rooms import taken
 from alloc.vehicle import RANK_TOLERANCE, Vehicle
 from alloc.vehicle.condition import magnified
 
+SPARE: dict[Scalar, float] = {"double": BEYOND, "float": TOLERANCE["float"]}
+"""Excess beyond which redistribute freezes a thrust, relative to the largest limit [-]; float rounds more."""
 RANK: dict[Scalar, float] = {"double": RANK_TOLERANCE, "float": 1e-5}
 """Length of a row below which it is rounding, relative to the longest [-]."""
 
@@ -108,7 +111,7 @@ def cascade(vehicle: Vehicle, scalar: Scalar) -> str:
         "N": str(vehicle.n),
         "ZERO": number(0.0, scalar),
         "ONE": number(1.0, scalar),
-        "SPARE": number(TOLERANCE[scalar] * vehicle.f_scale, scalar),
+        "SPARE": number(SPARE[scalar] * vehicle.f_scale, scalar),
         "RANK": number(RANK[scalar] ** 2, scalar),
         "TP": _rows(vehicle.TP / vehicle.row_lengths[:, None], scalar),
         "HESSIAN": _rows(vehicle.H, scalar),

@@ -1,5 +1,6 @@
 """HiGHS: primal active set for convex QPs inside a linear programming code, in C++."""
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -74,18 +75,12 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
     rows, columns = np.arange(p, dtype=np.int32), qp.bounded.astype(np.int32)
     low, high = qp.lb.copy(), qp.ub.copy()
     held = qp.lb[columns], qp.ub[columns]
-
     H = qp.H + SETTINGS[level].get("qp_regularization_value", REGULARIZATION) * np.eye(m)
 
-    def solved(model: Any) -> Answer:
-        answer = _solve(model)
-        if answer.status == Status.SOLVED:
-            given, gradient = model.getSolution(), H.dot(answer.x) + qp.g
-            left = gradient - np.dot(given.row_dual, qp.A) - given.col_dual
-            if not np.abs(left).max() <= DENIED * np.abs(gradient).max() + ROUNDING:
-                disbelieved["highs: optimal, which its multipliers deny"] += 1
-                return answer._replace(status=Status.NOT_CONVERGED)
-        return answer
+    def borne_out(x: FloatArray, given: Any) -> bool:
+        gradient = H.dot(x) + qp.g
+        left = gradient - np.dot(given.row_dual, qp.A) - given.col_dual
+        return bool(np.abs(left).max() <= DENIED * np.abs(gradient).max() + ROUNDING)
 
     def set_up(b: FloatArray) -> Any:
         lp.row_lower_ = lp.row_upper_ = b
@@ -98,7 +93,7 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
 
     def cold(b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
         low[columns], high[columns] = lb, ub
-        return solved(set_up(b))
+        return _solve(set_up(b), borne_out)
 
     def reused(model: Any, b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:
         nonlocal held
@@ -107,15 +102,20 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
         if lb is not held[0] or ub is not held[1]:
             model.changeColsBounds(len(columns), columns, lb, ub)
             held = lb, ub
-        return solved(model)
+        return _solve(model, borne_out)
 
     return cold if start == "cold" else partial(reused, set_up(np.zeros(p)))
 
 
-def _solve(model: Any) -> Answer:
+def _solve(model: Any, borne_out: Callable[[FloatArray, Any], bool]) -> Answer:
+    """The model's answer, optimal only where that is ``borne_out`` by its multipliers."""
     before = model.getRunTime()  # HiGHS's clock, and with it the cap, runs on from call to call
     model.setOptionValue("time_limit", before + TIME_LIMIT_S)
     model.run()
     status = meaning(STATUS, model.getModelStatus().name, "highs")
-    x = np.array(model.getSolution().col_value)
+    given = model.getSolution()
+    x = np.array(given.col_value)
+    if status == Status.SOLVED and not borne_out(x, given):
+        disbelieved["highs: optimal, which its multipliers deny"] += 1
+        status = Status.NOT_CONVERGED
     return Answer(x, status, model.getInfo().qp_iteration_count, model.getRunTime() - before)

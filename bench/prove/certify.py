@@ -14,7 +14,7 @@ from bench.prove import misra, safety, tools
 from bench.prove.band import verdict_band
 from bench.prove.gappa import before_limits
 from bench.prove.harness import Subject, subject
-from bench.prove.program import Node, NotRead, Program
+from bench.prove.program import Node, NotRead
 from bench.prove.proof import ASSUMPTIONS, Claim, Proof, Rounding, WorstPath, not_shown
 from bench.prove.rounding import Errors
 from bench.prove.search import searched
@@ -81,7 +81,7 @@ def _bounded(of: Subject) -> tuple[Claim, list[Rounding]]:
         slack = max(TOLERANCE[of.scalar], wrench_doubt(vehicle)) * vehicle.f_scale
         demands = DEMANDS if fault < 0 else DEMANDS_FAULT
         try:
-            bound, flipped = (_bound(each, program) for each in (errors, turned))
+            bound, flipped = errors.bound(), turned.bound()
             band = verdict_band(program, errors, slack)
             sample = seen(program, vehicle, of.scalar, exact.get(fault, {}), demands)
         except NotRead as reason:
@@ -92,7 +92,7 @@ def _bounded(of: Subject) -> tuple[Claim, list[Rounding]]:
             worse = searched(program, vehicle, of.scalar, exact.get(fault, {}), enough)
         largest = max(sample.error, worse or 0.0)
         if largest < enough and not errors.branches:
-            bound = flipped = min(bound, _bound(Errors(*given, closely=True), program))
+            bound = flipped = min(bound, Errors(*given, closely=True).bound())
         gappa = before_limits(program, errors, vehicle, of.scalar) if fault < 0 else None
         rows.append(
             Rounding(
@@ -113,11 +113,6 @@ def _bounded(of: Subject) -> tuple[Claim, list[Rounding]]:
     if words:
         return not_shown(BOUNDED, words), rows
     return Claim(claim=BOUNDED, verdict="shown", by="ranges and errors, operation by operation"), rows
-
-
-def _bound(errors: Errors, program: Program) -> float:
-    """The bound of all thrusts [N]; raises NotRead."""
-    return max(errors.error(node) for (name, _), node in program.outputs.items() if name == "f")
 
 
 def _exact(of: Subject) -> dict[int, dict[Node, float]]:

@@ -90,7 +90,7 @@ def ways(
     calls: Mapping[int, dict[str, Array]],
     scalar: Any,
     arguments: list[str],
-    closely: bool = True,
+    closely: bool,
 ) -> PathsFound:
     """The ways of each fault in ``calls``, which has its inputs (size, N) by name.
 

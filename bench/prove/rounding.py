@@ -51,8 +51,8 @@ class Errors(Arithmetic):
         self.reasons: dict[Node, str] = {}
         self._shares = shares(program.nodes)
         within = set().union(*(each.within for each in self._shares.values()))
-        thrusts = [node for (name, _), node in program.outputs.items() if name == "f"]
-        needed = {each for root in thrusts for each in _cone(program.nodes, root)} - within
+        self._thrusts = [node for (name, _), node in program.outputs.items() if name == "f"]
+        needed = {each for root in self._thrusts for each in _cone(program.nodes, root)} - within
         self.branches = any(program.nodes[node][0] == "choose" for node in needed)
         needed |= {each for root, _ in program.exits for each in _cone(program.nodes, root)} - within
         for node in sorted(needed):  # what is within a share is followed with it
@@ -67,6 +67,10 @@ class Errors(Arithmetic):
                     self.values[node] = value
             except NotRead as reason:
                 self.reasons[node] = str(reason)
+
+    def bound(self) -> float:
+        """The bound of all thrusts [N]; raises NotRead where one has none."""
+        return max(map(self.error, self._thrusts))
 
     def error(self, node: Node) -> float:
         """The bound on a node's error; raises NotRead where there is none."""

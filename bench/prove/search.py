@@ -6,9 +6,9 @@ import numpy as np
 
 from alloc import FloatArray, Vehicle
 from alloc.native.code import Scalar
-from bench.prove.numeric import alike, answered, values
+from bench.prove.numeric import answered, values
 from bench.prove.program import Node, Program
-from bench.prove.seen import KINDS, thrusts
+from bench.prove.seen import KINDS, apart, thrusts
 
 RUNS = 20
 ROUNDS = 100
@@ -71,7 +71,6 @@ def _errors(
     inputs = {"tau": (vehicle.TP @ f).astype(narrow)}
     some, true = values(program, inputs, narrow), values(program, inputs, wide, exact)
     got = answered(program, some)
-    off = np.abs(got.outputs["f"] - answered(program, true).outputs["f"]).max(axis=0).astype(float)
-    counts = alike(program, some, true) & ((got.status == 0) | (got.status == 1))
-    errors: FloatArray = np.where(counts, off, 0.0)
+    off, same = apart(program, got, some, true)
+    errors: FloatArray = np.where(same & ((got.status == 0) | (got.status == 1)), off.astype(float), 0.0)
     return errors

@@ -1,14 +1,14 @@
 """Many attainable demands answered by a program: how far rounding took them, and whether they were met."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from alloc import FloatArray, Vehicle
+from alloc import BoolArray, FloatArray, Vehicle
 from alloc.native.code import MET, Scalar
 from bench.emulation.toolchain import ToolError
 from bench.prove.harness import Subject
-from bench.prove.numeric import alike, answered, values
+from bench.prove.numeric import Calculated, alike, answered, values
 from bench.prove.program import Node, NotRead, Program
 from bench.prove.proof import Claim, not_shown
 from bench.prove.symbolic import programs
@@ -76,12 +76,22 @@ def seen(
         missed = max(missed, float(miss[:, meets].max(initial=0.0)))
         if wider:
             true = values(program, {"tau": tau, **ends}, wide, exact)
-            difference = np.abs(got.outputs["f"] - answered(program, true).outputs["f"]).max(axis=0)
-            same = alike(program, made, true)
+            difference, same = apart(program, got, made, true)
             error = max(error, float(difference[writes & same].max(initial=0.0)))
             flipped = max(flipped, float(difference[writes & ~same].max(initial=0.0)))
             flips += int((writes & ~same).sum())
     return Seen(error, flipped, flips, missed, written, solved, demands)
+
+
+def apart(
+    program: Program, got: Calculated, some: list[Any], true: list[Any]
+) -> tuple[FloatArray, BoolArray]:
+    """(N,) how far thrusts lie from those in real numbers [N], and whether both took the same branches.
+
+    ``some`` and ``true`` are the program's values, rounded and not; ``got`` is its answer to the first.
+    """
+    off: FloatArray = np.abs(got.outputs["f"] - answered(program, true).outputs["f"]).max(axis=0)
+    return off, alike(program, some, true)
 
 
 def made(of: Subject) -> Claim:

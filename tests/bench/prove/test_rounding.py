@@ -16,6 +16,7 @@ from bench.prove.program import NotRead, Program
 from bench.prove.rounding import Errors
 from bench.prove.seen import seen
 from bench.prove.symbolic import programs
+from tests.bench.prove.in_fractions import exactly
 
 pytestmark = pytest.mark.skipif(not compiler(), reason="needs a C compiler")
 
@@ -36,7 +37,7 @@ def test_the_bound_holds_and_is_not_far_off(name: str, kernel: str, scalar: str)
         vehicle = of.vehicle if fault < 0 else of.vehicle.with_fault(fault)
         program = programs(of)[fault]
         errors = Errors(program, vehicle, of.scalar)
-        bound = max(errors.error(node) for (array, _), node in program.outputs.items() if array == "f")
+        bound = errors.bound()
         sample = seen(program, vehicle, of.scalar, {}, 20_000)
         assert sample.answered == sample.demands
         assert bound / 10 <= sample.error <= bound
@@ -51,21 +52,7 @@ def test_the_bound_holds_against_fractions() -> None:
     f = rng.choice([of.vehicle.f_min, of.vehicle.f_max], 200)
     for tau in f @ of.vehicle.TP.T:
         got = answers(program, {"tau": tau[:, None]}, np.float64).outputs["f"][:, 0]
-        exact: list[Fraction] = []
-        for operation, *operands in program.nodes:
-            values = [exact[each] for each in operands] if operation not in ("const", "input") else []
-            match operation:
-                case "const":
-                    exact.append(Fraction(operands[0]))
-                case "input":
-                    exact.append(Fraction(float(tau[operands[1]])))
-                case "neg":
-                    exact.append(-values[0])
-                case "add" | "sub" | "mul":
-                    a, b = values
-                    exact.append({"add": a + b, "sub": a - b, "mul": a * b}[operation])
-                case _:  # of the status
-                    exact.append(Fraction(0))
+        exact = exactly(program, tau)
         for (_, i), node in program.outputs.items():
             assert abs(Fraction(float(got[i])) - exact[node]) <= Fraction(errors.error(node))
 

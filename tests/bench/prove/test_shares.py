@@ -18,6 +18,7 @@ from bench.prove.rounding import Errors
 from bench.prove.search import searched
 from bench.prove.symbolic import programs
 from bench.prove.together import Together, _Model
+from tests.bench.prove.in_fractions import exactly
 
 pytest.importorskip("highspy")
 pytestmark = pytest.mark.skipif(not compiler(), reason="needs a C compiler")
@@ -33,8 +34,7 @@ def kernel(scalar: Scalar) -> tuple[Program, Vehicle]:
 
 def bound(program: Program, vehicle: Vehicle, scalar: Scalar) -> float:
     """The bound of all thrusts [N]."""
-    errors = Errors(program, vehicle, scalar)
-    return max(errors.error(node) for (name, _), node in program.outputs.items() if name == "f")
+    return Errors(program, vehicle, scalar).bound()
 
 
 @pytest.mark.parametrize("scalar", ["double", "float"])
@@ -138,31 +138,3 @@ def test_a_solver_that_is_wrong_gives_no_bound_that_is_too_small(monkeypatch: py
 
     monkeypatch.setattr(_Model, "largest", wrong)
     assert Together(vehicle, 0.0).most(form) >= 0.999 * true
-
-
-def exactly(program: Program, tau: FloatArray) -> list[Any]:
-    """What every node is without rounding, conditions as bool."""
-    made: list[Any] = []
-    for operation, *operands in program.nodes:
-        x = [made[each] for each in operands] if operation not in ("const", "input") else []
-        match operation:
-            case "const":
-                made.append(Fraction(operands[0]))
-            case "input":
-                made.append(Fraction(float(tau[operands[1]])))
-            case "div":
-                made.append(x[0] / x[1] if x[1] else Fraction(0))
-            case "choose":
-                made.append(x[1] if x[0] else x[2])
-            case _:
-                made.append(OPERATIONS[operation](*x))
-    return made
-
-
-OPERATIONS: dict[str, Any] = {
-    "add": lambda a, b: a + b, "sub": lambda a, b: a - b, "mul": lambda a, b: a * b, "neg": lambda a: -a,
-    "abs": abs, "min": min, "max": max, "not": lambda a: not a,
-    "lt": lambda a, b: a < b, "le": lambda a, b: a <= b, "gt": lambda a, b: a > b, "ge": lambda a, b: a >= b,
-    "eq": lambda a, b: a == b, "ne": lambda a, b: a != b,
-    "and": lambda a, b: a and b, "or": lambda a, b: a or b,
-}  # fmt: skip
