@@ -36,7 +36,7 @@ keep: .venv/installed
 
 # Counts instructions of the generated C on processors that are not here: runs/emulated.
 emulate: .venv/installed
-	$(BIN)/python -m bench.emulation.install
+	$(BIN)/python -m bench.chips.install
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[rivals]'
 	$(BIN)/python -m alloc.rivals.download
 	$(BIN)/thrustbench emulate
@@ -44,8 +44,8 @@ emulate: .venv/installed
 
 # Proves all generated C, and that each way to break it is found (docs/proof.md): runs/proof.
 prove: .venv/installed
-	$(BIN)/python -m bench.emulation.install
-	$(BIN)/python -m bench.prove.install
+	$(BIN)/python -m bench.chips.install
+	$(BIN)/python -m bench.proof.install
 	$(BIN)/thrustbench prove --out runs/proof/double
 	$(BIN)/thrustbench prove --float --out runs/proof/float
 	$(BIN)/python -m bench.studies.sabotage

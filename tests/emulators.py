@@ -2,7 +2,7 @@
 
 import pytest
 
-from bench.emulation.toolchain import Target, missing, target
+from bench.chips.toolchain import Target, missing, target
 
 
 def available(name: str) -> Target:

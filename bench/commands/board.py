@@ -56,9 +56,9 @@ def _write(
     out: Path,
 ) -> int:
     from alloc import load_vehicle
-    from bench.board.project import plan, write
-    from bench.emulation.kernels import METHODS
-    from bench.emulation.study import CLASSES
+    from bench.chips.board.project import plan, write
+    from bench.chips.kernels import METHODS
+    from bench.chips.study import CLASSES
 
     scalar: Literal["double", "float"] = "float" if single else "double"
     project = plan(load_vehicle(vehicle), methods or METHODS, demands or CLASSES, scalar, limits, n, seed)
@@ -70,7 +70,7 @@ def _write(
 
 
 def _read(log: Path, out: Path, name: str) -> int:
-    from bench.board.keep import keep
+    from bench.chips.board.keep import keep
     from bench.report import render
 
     kept = keep(log, out, name)

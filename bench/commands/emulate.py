@@ -53,10 +53,10 @@ def command(
     from rich.console import Console
 
     from alloc import NotInstalled, list_vehicles, load_vehicle
-    from bench.emulation.kernels import METHODS
-    from bench.emulation.record import write
-    from bench.emulation.study import CLASSES, Plan
-    from bench.emulation.toolchain import TARGETS, X86, target
+    from bench.chips.kernels import METHODS
+    from bench.chips.record import write
+    from bench.chips.study import CLASSES, Plan
+    from bench.chips.toolchain import TARGETS, X86, target
     from bench.report import render
 
     plan = Plan(

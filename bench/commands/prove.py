@@ -36,7 +36,7 @@ def command(
     from signal import SIG_DFL, SIGTERM, signal
 
     from alloc import AllocError, NotApplicable, catalogue, list_vehicles, load_vehicle
-    from bench.prove import prove, subject, summary, tools, write
+    from bench.proof import prove, subject, summary, tools, write
 
     kernels = {entry.name: entry.twin for entry in catalogue() if entry.twin}
     loaded = [load_vehicle(name) for name in vehicles or list_vehicles()]

@@ -3,7 +3,7 @@
 A line is ``tb <number> <kind> … <CRC-32>``, the CRC over what stands before it. A block is kept where every
 line from its first to its ``end`` is there, numbered without a gap, each with the right CRC, and the text of
 all of them has the CRC that the ``end`` holds. Its first line names the header that it belongs to, by the CRC
-of the header's block. The driver is bench/emulation/firmware/driver.c.
+of the header's block. The driver is bench/chips/firmware/driver.c.
 """
 
 import re

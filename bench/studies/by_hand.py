@@ -9,7 +9,7 @@ import numpy as np
 
 from alloc import Vehicle, build
 from alloc.native.code import number
-from bench.emulation.kernel import Kernel
+from bench.chips.kernel import Kernel
 
 
 def plain_product(vehicle: Vehicle) -> Kernel:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from alloc import FloatArray
 from alloc.native.compiled import STANDARD, compiler
-from bench.emulation.kernel import SCALARS, Kernel
+from bench.chips.kernel import SCALARS, Kernel
 from bench.harness.callgrind import CALLGRIND, totals
 
 LOOP = Path(__file__).with_name("loop.c")

@@ -13,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.emulation.cortex_m4f import cortex_m4f
-from bench.emulation.toolchain import run, target
-from bench.emulation.trace import Trace, disassembly
+from bench.chips.cortex_m4f import cortex_m4f
+from bench.chips.toolchain import run, target
+from bench.chips.trace import Trace, disassembly
 from bench.results.text import table
 
 MEASURED = {8: (390, 414), 12: (542, 572), 20: (846, 888)}

@@ -11,7 +11,7 @@ import argparse
 import numpy as np
 
 from alloc import Vehicle, load_vehicle
-from bench.emulation.kernels import build_kernel
+from bench.chips.kernels import build_kernel
 from bench.studies import by_hand
 from bench.studies.c_loop import nanoseconds
 from bench.studies.native_speed import demands

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from alloc import Vehicle, pose_hard
-from bench.emulation.kernel import Kernel, braced
+from bench.chips.kernel import Kernel, braced
 
 EQUALITY = 5
 """DAQP's mark for a row of A that is an equation: always active."""

@@ -19,9 +19,9 @@ from time import thread_time
 import numpy as np
 
 from alloc import FloatArray, NotApplicable, Vehicle, build, catalogue, load_vehicle
+from bench.chips.kernel import Kernel
+from bench.chips.kernels import build_kernel
 from bench.demands import build_demands
-from bench.emulation.kernel import Kernel
-from bench.emulation.kernels import build_kernel
 from bench.harness.timing import no_garbage_collection, sample
 from bench.report.readme import put
 from bench.studies.by_hand import plain_product

@@ -13,9 +13,9 @@ from pathlib import Path
 import msgspec
 
 from alloc import list_vehicles
-from bench.prove import Proof
-from bench.prove.certify import BOUNDED
-from bench.prove.worst import TARGETS
+from bench.proof import Proof
+from bench.proof.certify import BOUNDED
+from bench.proof.path.worst import TARGETS
 from bench.results.text import table
 
 KERNELS = ("nullspace", "clip", "scaled", "priority", "pinv", "walsh", "shrink", "redistribute")

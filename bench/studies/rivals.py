@@ -33,12 +33,12 @@ from alloc.native.bounds import Where
 from alloc.native.code import Scalar
 from alloc.native.compiled import shared_library
 from alloc.rivals.wrapper import rival
+from bench.chips.count import count
+from bench.chips.image import link
+from bench.chips.kernel import SCALARS
+from bench.chips.kernels import build_kernel, unchecked
+from bench.chips.toolchain import Target, missing, target
 from bench.demands import build_demands
-from bench.emulation.count import count
-from bench.emulation.image import link
-from bench.emulation.kernel import SCALARS
-from bench.emulation.kernels import build_kernel, unchecked
-from bench.emulation.toolchain import Target, missing, target
 from bench.results.text import table, three
 
 SETS: dict[Where, tuple[str, ...]] = {

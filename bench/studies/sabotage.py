@@ -1,6 +1,6 @@
 """How many breaks of generated C a proof finds: ``python -m bench.studies.sabotage [VEHICLE]...``.
 
-All of ``bench.prove.sabotage``, for these vehicles, else for every shipped one, in double and float.
+All of ``bench.proof.sabotage``, for these vehicles, else for every shipped one, in double and float.
 Numbers of docs/proof.md; ``make prove`` runs it. Exit code 1 where one was not found.
 """
 
@@ -13,8 +13,8 @@ from pathlib import Path
 
 from alloc import list_vehicles, load_vehicle
 from alloc.native.code import Scalar
-from bench.prove import subject
-from bench.prove.sabotage import SABOTAGES, Sabotage, noticed, sabotaged
+from bench.proof import subject
+from bench.proof.sabotage import SABOTAGES, Sabotage, noticed, sabotaged
 
 SCALARS: tuple[Scalar, ...] = ("double", "float")
 

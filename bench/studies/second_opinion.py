@@ -12,13 +12,13 @@ from pathlib import Path
 
 from alloc import load_vehicle
 from alloc.native.code import Scalar
+from bench.chips.count import count
+from bench.chips.cycles import cycles
+from bench.chips.image import link
+from bench.chips.kernels import build_kernel
+from bench.chips.toolchain import run, target
+from bench.chips.trace import trace
 from bench.demands import build_demands
-from bench.emulation.count import count
-from bench.emulation.cycles import cycles
-from bench.emulation.image import link
-from bench.emulation.kernels import build_kernel
-from bench.emulation.toolchain import run, target
-from bench.emulation.trace import trace
 
 VEHICLES = ("ukwial", "bluerov2-heavy", "supply-vessel")
 METHODS = ("pinv@native", "clip@native", "nullspace@native", "priority@native")

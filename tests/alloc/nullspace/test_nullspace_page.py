@@ -8,7 +8,7 @@ import pytest
 
 from alloc import build, load_vehicle
 from alloc.native import function_name, missing, sources
-from bench.emulation.kernel import Kernel
+from bench.chips.kernel import Kernel
 from bench.studies import c_loop, nullspace_picture
 from tests.places import DOCS
 

@@ -1,0 +1,89 @@
+"""Whether the C on an emulated processor answers as the same method in Python does here."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from alloc import FloatArray, Label, Status, build
+from alloc.native.cases import AGREEMENT, ROUNDING, TRIES, far_off
+from alloc.rivals import load
+from bench.chips.count import CallCounts
+from bench.chips.kernel import Kernel
+from bench.demands import DemandSet
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How the answers of C and Python differ.
+
+    Attributes
+    ----------
+    agrees : whether every verdict is the same and every thrust within the tolerance, or within what rounding
+        explains
+    distance_rel_max : largest |f - f of Python|, relative to the largest limit or thrust [-]
+    other_verdicts : demands off the boundary that one calls feasible and the other does not; of a solver's
+        C: that can be met and get no thrusts, or can't be met and are called met
+    """
+
+    agrees: bool
+    distance_rel_max: float
+    other_verdicts: int
+
+
+def agreement(kernel: Kernel, demands: DemandSet, counted: CallCounts) -> Agreement:
+    """Compare a kernel's answers with its twin's in Python; the twin of a solver's C is an exact method.
+
+    The verdicts must be the same wherever the demand is not on the boundary of the attainable set. A solver
+    may give up in place of calling a demand infeasible, and stop anywhere within its tolerance.
+    """
+    vehicle = demands.vehicle
+    given = (demands.f_min, demands.f_max) if kernel.limits == "call" else (None, None)
+    F, status = build(kernel.twin, vehicle).many(demands.taus, *given)
+    clear = demands.labels != Label.BOUNDARY
+    met = status != Status.INFEASIBLE
+    if kernel.solver:
+        answered = np.isin(counted.status, (Status.SOLVED, Status.PARTIAL))
+        tolerance = load(kernel.solver).TOLERANCE[kernel.scalar]
+        other = np.where(met, ~answered, counted.status == Status.SOLVED)
+        both = clear & answered & met
+    else:
+        tolerance = AGREEMENT[kernel.scalar]
+        other = counted.status != status
+        both = (counted.status != Status.INFEASIBLE) & met
+    size = np.maximum(np.abs(F[both]).max(axis=1, initial=0.0), vehicle.f_scale)
+    apart = np.abs(counted.F[both] - F[both]).max(axis=1, initial=0.0)
+    near = apart <= tolerance * size
+    if kernel.levels and not near.all():
+        near = apart <= tolerance * size + explained(kernel, demands, F)[both]
+    wrong = int(np.count_nonzero(other & clear))
+    return Agreement(
+        agrees=wrong == 0 and bool(near.all()),
+        distance_rel_max=float((apart / size).max(initial=0.0)),
+        other_verdicts=wrong,
+    )
+
+
+def explained(kernel: Kernel, demands: DemandSet, F: FloatArray) -> FloatArray:
+    """(N,) what rounding of its arguments does at most to an answer F (N, n) that ends on a way [N].
+
+    Such an end may move a weak thruster by far more than its argument moved. With sigma the root mean
+    square of what random signs of the rounding do, the worst signs of p arguments do sqrt(p) sigma, as
+    ``alloc.native.cases`` has it for self-tests.
+    """
+    vehicle, by = demands.vehicle, ROUNDING[kernel.scalar]
+    rng = np.random.default_rng(1999)
+    low, high = (np.broadcast_to(side, F.shape) for side in demands.limits)
+    wrench = np.maximum(np.abs(demands.taus), vehicle.wrench_scale)
+    width = (low != high) * vehicle.f_scale  # zero width stays zero width
+    allocate = build(kernel.twin, vehicle)
+    squares = np.zeros(len(F))
+    for _ in range(TRIES):
+        tau_signs, low_signs, high_signs = (
+            by * rng.choice([-1.0, 1.0], one.shape) for one in (wrench, low, high)
+        )
+        moved, _ = allocate.many(
+            demands.taus + tau_signs * wrench, low + low_signs * width, high + high_signs * width
+        )
+        squares += far_off(moved, F) ** 2 / TRIES
+    largest: FloatArray = np.sqrt((vehicle.k + 2 * vehicle.n) * squares)
+    return largest

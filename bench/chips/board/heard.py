@@ -1,0 +1,232 @@
+"""What a board's log says, in the project's own words: its facts, its demands, and each method's calls."""
+
+import base64
+import binascii
+import json
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import product
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from alloc import AllocError, FloatArray, IndexArray, Vehicle
+from alloc.native.bounds import Where
+from alloc.native.code import Scalar
+from bench.chips.kernel import SCALARS, Kernel
+from bench.demands import DemandSet, labelled
+from bench.demands.store import vehicle_of
+from bench.inputs.board_log import BoardLog, LogBlock, LogError, answered, seen
+
+NOOP = "noop"
+"""The driver's own method, which does nothing: what timing a call costs by itself."""
+_LARGEST = 1 << 22
+"""Bytes of a vehicle at most: a vehicle of a hundred thrusters has 200 kB."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Board:
+    """The header of a log.
+
+    Attributes
+    ----------
+    facts : what port and compiler said, by name: processor, port, caches, compiler, flags, commit, seed, …
+    ticks_per_s : of the port's counter [Hz]; 0 where a tick is an instruction
+    seed : of the demands
+    vehicle : as the project had it, in double precision
+    kernels : each method's names, scalar and form of limits, without its C
+    rates : of each demand set, its sampling rate [Hz] or None
+    """
+
+    facts: dict[str, str]
+    ticks_per_s: int
+    seed: int
+    vehicle: Vehicle
+    kernels: dict[str, Kernel]
+    rates: dict[str, float | None]
+
+    @property
+    def processor(self) -> str:
+        """What the port calls its processor."""
+        return self.facts.get("processor", "")
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class TimedCalls:
+    """One method on one demand set, once through.
+
+    Attributes
+    ----------
+    F : (N, n) thrusts of the first pass [N]
+    shares : (N, levels) what the kernel said of each level then [-]; NaN where it wrote nothing
+    status : (N,) what the kernel returned then
+    ticks : (N,) of the first pass
+    stack_bytes : (N,) that the kernel wrote to, 0 where nobody looked
+    ones : ticks of single calls in later passes, (ticks, how often)
+    passes : ticks of whole passes, (ticks, how often)
+    worst_demand, worst_ticks : the slowest call
+    other_answers : passes whose answers were not those of the first
+    """
+
+    F: FloatArray
+    shares: FloatArray
+    status: IndexArray
+    ticks: IndexArray
+    stack_bytes: IndexArray
+    ones: list[tuple[int, int]]
+    passes: list[tuple[int, int]]
+    worst_demand: int
+    worst_ticks: int
+    other_answers: int
+
+
+@dataclass(frozen=True, eq=False)
+class Heard:
+    """All that one board said, and arrived.
+
+    Attributes
+    ----------
+    board : its header
+    demands : each set whose demands arrived, by name, rounded as the board has them
+    asked : by method and set, one for each time that the board ran
+    missing : what the project asks and no block says, in words
+    """
+
+    board: Board
+    demands: dict[str, DemandSet]
+    asked: dict[tuple[str, str], list[TimedCalls]]
+    missing: list[str]
+
+    @cached_property
+    def vehicle(self) -> Vehicle:
+        """The vehicle with limits as the scalar has them."""
+        return next(iter(self.demands.values())).vehicle
+
+
+def boards(path: Path, log: BoardLog) -> list[Heard]:
+    """Each board that printed a whole header, in the order of the file; raises LogError where none did."""
+    headers = {block.header: block for block in log.blocks if block.kind == "board"}
+    if not headers:
+        said = f"; its driver said: {log.nonsense[0]}" if log.nonsense else ""
+        raise LogError(f"{path}: holds no whole header{said}; open the line first, then reset the board")
+    heard = []
+    for name, block in headers.items():
+        own = [b for b in log.blocks if b.header == name and b.kind != "board"]
+        try:
+            heard.append(_heard(_board(block), own))
+        except (KeyError, ValueError, IndexError, TypeError, zlib.error, binascii.Error, AllocError) as error:
+            reason = f"is of another version of the driver ({type(error).__name__}: {error})"
+            raise LogError(f"{path}: {reason}; read it with the version that wrote the project") from None
+    return heard
+
+
+def _board(block: LogBlock) -> Board:
+    facts: dict[str, str] = {}
+    several: dict[str, list[list[str]]] = {"method": [], "demands": [], "vehicle": []}
+    for name, *words in block.rows("fact"):
+        if name in several:
+            several[name].append(words)
+        else:
+            facts[name] = " ".join(words)
+    ((said,),) = block.rows("ticks_per_s")
+    ticks_per_s = int(said)
+    if ticks_per_s < 0:
+        raise ValueError(f"{said} ticks a second")
+    packed = base64.b64decode("".join(piece for (piece,) in several["vehicle"]), validate=True)
+    text = zlib.decompressobj().decompress(packed, _LARGEST)
+    arrays: dict[str, list[Any]] = json.loads(text)
+    vehicle = vehicle_of({key: np.array(value) for key, value in arrays.items()})
+    scalar, limits = cast(Scalar, facts["scalar"]), cast(Where, facts["limits"])
+    if scalar not in SCALARS or limits not in ("fixed", "call"):
+        raise ValueError(f"scalar {scalar}, limits {limits}")
+    described = (words if len(words) > 3 else [*words, "0"] for words in several["method"])
+    kernels = {
+        method: Kernel(
+            method=method,
+            twin=twin,
+            solver="" if solver == "-" else solver,
+            scalar=scalar,
+            limits=limits,
+            k=vehicle.k,
+            n=vehicle.n,
+            entry="",
+            declaration="",
+            arguments="",
+            sources={},
+            levels=int(levels),
+        )
+        for method, twin, solver, levels in described
+    }
+    rates = {name: None if rate == "-" else float(rate) for name, rate in several["demands"]}
+    return Board(
+        facts=facts,
+        ticks_per_s=ticks_per_s,
+        seed=int(facts.get("seed", 0)),
+        vehicle=vehicle,
+        kernels=kernels,
+        rates=rates,
+    )
+
+
+def _heard(board: Board, blocks: Sequence[LogBlock]) -> Heard:
+    kernel = next(iter(board.kernels.values()))
+    scalar = np.dtype(SCALARS[kernel.scalar])
+    vehicle = _rounded(board.vehicle, scalar)
+    demands: dict[str, DemandSet] = {}
+    for block in blocks:
+        if block.kind == "demands" and block.words[0] not in demands:
+            demands[block.words[0]] = _demands(block, vehicle, kernel, scalar, board.rates[block.words[0]])
+    asked: dict[tuple[str, str], list[TimedCalls]] = {}
+    missing = [f"the demands of {name}" for name in board.rates if name not in demands]
+    for block in blocks:
+        if block.kind == "ask" and block.words[1] in demands:
+            levels = board.kernels[block.words[0]].levels if block.words[0] != NOOP else 0
+            found = _asked(block, kernel.n, levels, scalar, len(demands[block.words[1]].taus))
+            asked.setdefault((block.words[0], block.words[1]), []).append(found)
+    expected = product(board.kernels, board.rates)
+    missing += [f"{method} on {name}" for method, name in expected if (method, name) not in asked]
+    return Heard(board, demands, asked, missing)
+
+
+def _rounded(vehicle: Vehicle, scalar: np.dtype[Any]) -> Vehicle:
+    """The vehicle with its limits as the board has them: a thrust at a limit must not count as beyond it."""
+    low, high = (side.astype(scalar).astype(np.float64) for side in (vehicle.f_min, vehicle.f_max))
+    return replace(vehicle, f_min=low, f_max=high)
+
+
+def _demands(
+    block: LogBlock, vehicle: Vehicle, kernel: Kernel, scalar: np.dtype[Any], rate_hz: float | None
+) -> DemandSet:
+    name, count = block.words[0], int(block.words[1])
+    rows = block.rows("tau")
+    bits = bytes.fromhex("".join("".join(row[1:]) for row in rows))
+    calls = np.frombuffer(bits, scalar.newbyteorder(">")).reshape(count, kernel.width).astype(np.float64)
+    k, n = kernel.k, kernel.n
+    sides = (calls[:, k : k + n].copy(), calls[:, k + n :].copy()) if kernel.limits == "call" else ()
+    return labelled(name, vehicle, calls[:, :k].copy(), *sides, rate_hz=rate_hz)
+
+
+def _asked(block: LogBlock, n: int, levels: int, scalar: np.dtype[Any], count: int) -> TimedCalls:
+    F, status, ticks, stack, shares = answered(block, n, scalar, levels)
+    (worst,) = block.rows("worst")
+    demand, worst_ticks, other = map(int, worst)
+    ones, passes = seen(block, "one"), seen(block, "all")
+    told, repeated = int(block.words[2]), int(block.words[3])
+    whole = len(F) == told == count and sum(times for _, times in ones) == repeated * told
+    if not whole or sum(times for _, times in passes) != repeated or not 0 <= demand < told:
+        raise ValueError(f"{' '.join(block.words)}: numbers that contradict each other")
+    return TimedCalls(
+        F=F,
+        shares=shares,
+        status=status,
+        ticks=ticks,
+        stack_bytes=stack,
+        ones=ones,
+        passes=passes,
+        worst_demand=demand,
+        worst_ticks=worst_ticks,
+        other_answers=other,
+    )

@@ -1,0 +1,173 @@
+"""A board's log as the lines of a record, which reports, sizes and tables read like any other machine's."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from alloc import Allocation, Status, build
+from alloc.formulations.hard import FORMULATION as HARD
+from alloc.native.cases import AGREEMENT
+from alloc.native.code import MET
+from alloc.rivals import load
+from bench.chips.agreement import agreement
+from bench.chips.board.heard import NOOP, Heard, TimedCalls
+from bench.chips.count import CallCounts
+from bench.chips.kernel import Kernel
+from bench.demands import DemandSet
+from bench.harness.lines import problem
+from bench.judging.judge import judge
+from bench.judging.question import Question, ask_here, questions
+from bench.record import SCHEMA, Batch, Cell, Emulated, Header, Judged, Key, Line, Method
+from bench.record.bins import binned
+from bench.record.machine import slug
+from bench.results.quantiles import merged
+
+COARSE = 0.1
+"""Share of single calls without a tick from which on a counter is too coarse to time one."""
+
+
+@dataclass(frozen=True)
+class Promise:
+    """What a kernel promises, and its answers are held to.
+
+    Attributes
+    ----------
+    formulation : whose right answers
+    limited : whether thrusts lie inside the limits
+    tolerance : largest distance to the right answer, over the largest limit [-]
+    """
+
+    formulation: str
+    limited: bool
+    tolerance: float
+
+
+def lines(heard: Heard, name: str, started: str) -> Iterator[Line]:
+    """The header of a record, then its lines: cells of a board that has a clock, else counts.
+
+    ``name`` is the machine's, ``started`` the date and time that the record gives.
+    """
+    yield _header(heard, name, started)
+    if not heard.board.ticks_per_s:
+        yield from _counts(heard)
+        return
+    asked = questions(list(heard.demands.values()), ask_here)
+    yield Method(name=NOOP, yardstick=True)
+    for kernel in heard.board.kernels.values():
+        twin = "" if kernel.solver else kernel.twin
+        formulation = promise(kernel, heard).formulation
+        yield Method(
+            name=kernel.method, formulation=formulation, solver=kernel.solver, foreign=True, twin=twin
+        )
+    for question in asked:
+        yield problem(question)
+    by_set = {question.demands.name: question for question in asked}
+    for (method, demands), runs in heard.asked.items():
+        for repeat, run in enumerate(runs):
+            yield _cell(heard, by_set[demands], method, repeat, run)
+
+
+def promise(kernel: Kernel, heard: Heard) -> Promise:
+    """What a kernel promises: its twin's, as far as its scalar can hold that."""
+    if kernel.solver:
+        return Promise(HARD.name, limited=True, tolerance=load(kernel.solver).TOLERANCE[kernel.scalar])
+    twin = build(kernel.twin, heard.board.vehicle)
+    return Promise(twin.formulation, twin.limited, max(twin.tolerance, AGREEMENT[kernel.scalar]))
+
+
+def _header(heard: Heard, name: str, started: str) -> Header:
+    facts = heard.board.facts
+    clock = {"ticks_per_s": heard.board.ticks_per_s} if heard.board.ticks_per_s else {}
+    said = {key: facts.get(key, "") for key in ("port", "caches", "compiler", "flags")}
+    return Header(
+        schema=SCHEMA,
+        started=started,
+        commit=facts.get("commit", "").replace("-", ""),
+        seed=heard.board.seed,
+        machine={"name": slug(name), "cpu": heard.board.processor, **said, **clock},
+        versions={"compiler": facts.get("compiler", "")},
+        settings={
+            "vehicles": [heard.board.vehicle.name],
+            "methods": list(heard.board.kernels),
+            "demands": list(heard.board.rates),
+            "missing": heard.missing,
+        },
+    )
+
+
+def _cell(heard: Heard, question: Question, method: str, repeat: int, run: TimedCalls) -> Cell:
+    demands, hz = question.demands, heard.board.ticks_per_s
+
+    def ns(ticks: int) -> int:
+        return round(ticks * 1e9 / hz)
+
+    N = len(demands.taus)
+    none = sum(times for ticks, times in run.ones if ticks == 0)
+    coarse = none > COARSE * sum(times for _, times in run.ones)
+    batches = [Batch(N, ns(ticks), ns(ticks), 0) for ticks, times in run.passes for _ in range(times)]
+    cell = Cell(
+        key=Key(demands.vehicle.name, demands.name, method, repeat=repeat),
+        status="ok",
+        n_demands=N,
+        batches=batches,
+        singles=[] if coarse else merged([[(binned(ns(ticks)), times)] for ticks, times in run.ones]),
+        timed_ns=sum(ns(ticks) * times for ticks, times in (*run.ones, *run.passes)),
+    )
+    if method != NOOP:
+        kernel = heard.board.kernels[method]
+        promised = promise(kernel, heard)
+        cell.formulation, cell.limited = promised.formulation, promised.limited
+        cell.judged = _judged(question, kernel, promised, run, thorough=repeat == 0)
+        cell.worst = demands.taus[run.worst_demand].tolist()
+    return cell
+
+
+def _judged(question: Question, kernel: Kernel, promised: Promise, run: TimedCalls, thorough: bool) -> Judged:
+    known = {int(value) for value in Status}
+    judged = judge(
+        question,
+        [
+            Allocation(f, Status(s) if s in known else s, share=tuple(share))
+            for f, s, share in zip(run.F, run.status.tolist(), run.shares.tolist(), strict=True)
+        ],
+        formulation=promised.formulation,
+        limited=promised.limited,
+        tolerance=promised.tolerance,
+        wrench_tolerance=MET[kernel.scalar],
+        thorough=thorough,
+    )
+    if run.other_answers and not kernel.solver:  # this project's C keeps nothing between calls
+        said = f"answers of {run.other_answers} passes differ from those of the first"
+        judged.wrong = "; ".join(filter(None, (judged.wrong, said)))
+    return judged
+
+
+def _counts(heard: Heard) -> Iterator[Emulated]:
+    facts = heard.board.facts
+    for (method, name), runs in heard.asked.items():
+        kernel, demands, run = heard.board.kernels[method], heard.demands[name], runs[0]
+        agreed = agreement(kernel, demands, CallCounts(run.F, run.status, run.ticks, run.stack_bytes))
+        values, calls = np.unique(run.ticks, return_counts=True)
+        yield Emulated(
+            vehicle=heard.board.vehicle.name,
+            target=heard.board.processor,
+            method=method,
+            scalar=kernel.scalar,
+            limits=kernel.limits,
+            demands=name,
+            solver=kernel.solver,
+            instructions=list(zip(values.tolist(), calls.tolist(), strict=True)),
+            worst=_worst(demands, run),
+            stack_bytes=int(run.stack_bytes.max()),
+            agrees=agreed.agrees,
+            distance_rel_max=agreed.distance_rel_max,
+            other_verdicts=agreed.other_verdicts,
+            seed=heard.board.seed,
+            tools={"compiler": facts.get("compiler", ""), "thrustbench": facts.get("commit", "")},
+        )
+
+
+def _worst(demands: DemandSet, run: TimedCalls) -> list[float]:
+    worst: list[float] = demands.taus[int(run.ticks.argmax())].tolist()
+    return worst

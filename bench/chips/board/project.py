@@ -1,0 +1,212 @@
+"""Writes a C99 project that asks kernels for thrusts and prints what that took, wherever C compiles."""
+
+import base64
+import json
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from alloc import AllocError, NotApplicable, NotInstalled, Vehicle
+from alloc.native.bounds import Where
+from alloc.native.code import Scalar, number
+from bench.chips.image import FIRMWARE
+from bench.chips.kernel import Kernel, shapes
+from bench.chips.kernels import build_kernel
+from bench.chips.toolchain import TARGETS
+from bench.demands import DemandSet, build_demands
+from bench.demands.store import arrays_of
+from bench.harness import machine
+
+CALLS = 10_000
+"""Calls of each method on each set that are timed singly: what a p99.9 needs."""
+_PIECE = 96
+
+
+@dataclass(frozen=True, kw_only=True)
+class Project:
+    """What a project asks.
+
+    Attributes
+    ----------
+    vehicle : who must answer
+    kernels : the C of each method, all in one scalar and with limits in one form
+    sets : the demands of each class
+    seed : of the demands
+    left_out : methods and sets that this vehicle does not have, with the reason
+    """
+
+    vehicle: Vehicle
+    kernels: tuple[Kernel, ...]
+    sets: tuple[DemandSet, ...]
+    seed: int
+    left_out: tuple[str, ...]
+
+
+def plan(
+    vehicle: Vehicle,
+    methods: Sequence[str],
+    sets: Sequence[str],
+    scalar: Scalar,
+    limits: Where,
+    n: int,
+    seed: int,
+) -> Project:
+    """The project of these methods and sets; what the vehicle can't have is left out, and said.
+
+    Raises UnknownName for a name that nothing has, NotApplicable where no method or no set is left.
+    """
+    kernels, asked, left_out = list[Kernel](), list[DemandSet](), list[str]()
+    for method in methods:
+        try:
+            kernels.append(build_kernel(method, vehicle, scalar, limits))
+        except (NotApplicable, NotInstalled) as refusal:
+            left_out.append(f"{method}: {refusal}")
+    for name in sets:
+        try:
+            demands = build_demands(name, vehicle, seed, n)
+        except NotApplicable as refusal:
+            left_out.append(f"{name}: {refusal}")
+            continue
+        if demands.vehicle.faults != vehicle.faults:
+            left_out.append(f"{name}: is asked of the vehicle after a failure")
+        elif limits == "fixed" and demands.f_min is not None:
+            left_out.append(f"{name}: each demand has limits of its own, which takes --limits call")
+        else:
+            asked.append(demands)
+    if not kernels or not asked:
+        raise NotApplicable(f"{vehicle.name}: nothing is left to ask; {'; '.join(left_out)}")
+    return Project(
+        vehicle=vehicle, kernels=tuple(kernels), sets=tuple(asked), seed=seed, left_out=tuple(left_out)
+    )
+
+
+def write(project: Project, folder: Path) -> list[Path]:
+    """Write the project's files into ``folder``; raises AllocError where that can't be."""
+    written = []
+    try:
+        for name, text in files(project).items():
+            path = folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+            written.append(path)
+    except OSError as error:
+        raise AllocError(f"{folder}: can't be written ({error.strerror}); give another --out") from None
+    return written
+
+
+def files(project: Project) -> dict[str, str]:
+    """Every file of the project, as {path: text}."""
+    ports = [path for path in sorted((FIRMWARE / "ports").iterdir()) if path.name not in _EMULATION_ONLY]
+    common = [FIRMWARE / name for name in ("board.h", "driver.c", "call.h", "call.S", "count.c")]
+    made = {
+        path.relative_to(FIRMWARE).as_posix(): path.read_text(encoding="utf-8") for path in common + ports
+    }
+    made["Makefile"] = (FIRMWARE / "project.mk").read_text(encoding="utf-8")
+    made |= _machines()
+    made["project.h"] = f"#include <stdint.h>\n{shapes(project.kernels)}"
+    made["project.c"] = _tables(project)
+    for kernel in project.kernels:
+        place = f"kernels/{kernel.entry}"
+        made |= {f"{place}/{name}": text for name, text in kernel.sources.items()}
+        made[f"{place}/adapter.c"] = kernel.adapter
+    made["kernels.mk"] = "\n".join(map(_rules, project.kernels)) + "\n"
+    return made
+
+
+_EMULATION_ONLY = ("linux.c", "from_file.c")
+
+
+def _machines() -> dict[str, str]:
+    """A makefile for each of QEMU's boards, with the flags that ``emulate`` has for its processor."""
+    made = {}
+    for target in TARGETS:
+        if not target.bare_metal:
+            continue
+        qemu, option, name = target.emulator[:3]
+        made[f"ports/{name}.mk"] = (
+            f"PROCESSOR := {target.name}\nTARGET := {' '.join(target.flags)}\n"
+            f"QEMU := {qemu} {option} {name}\ninclude ports/mps2.mk\n"
+        )
+    return made
+
+
+def _rules(kernel: Kernel) -> str:
+    place = f"kernels/{kernel.entry}"
+    names = [*sorted(name for name in kernel.sources if name.endswith(".c")), "adapter.c"]
+    folders = {f"{place}/{name}".rpartition("/")[0] for name in kernel.sources} | {place}
+    objects = f"$(BUILD)/{place}/%.o"
+    lines = [
+        f"KERNELS += {kernel.entry}",
+        f"SOURCES += {' '.join(f'{place}/{name}' for name in names)}",
+        f"{objects}: INCLUDES = {' '.join(f'-I{folder}' for folder in sorted(folders))}",
+    ]
+    if kernel.solver:  # somebody else's C, whose warnings are not this project's
+        lines.append(f"{objects}: WARNINGS = -w")
+    return "\n".join(lines)
+
+
+def _tables(project: Project) -> str:
+    """project.c: the demands, the methods, and what a reader of the log must know."""
+    passes = -(-CALLS // max(len(demands.taus) for demands in project.sets))
+    kernels, sets = project.kernels, project.sets
+    facts = [f'    "{fact}",' for fact in _facts(project)]
+    declared = [f"int ask_{kernel.entry}(const scalar *tau, scalar *f);" for kernel in kernels]
+    methods = [f'    {{ "{kernel.method}", ask_{kernel.entry}, {kernel.levels} }},' for kernel in kernels]
+    asked = [f'    {{ "{demands.name}", {len(demands.taus)}, calls{i} }},' for i, demands in enumerate(sets)]
+    counts = {"method": len(kernels), "fact": len(facts), "demands": len(sets)}
+    lines = [
+        "/* Generated by thrustbench; do not edit. */",
+        '#include "board.h"',
+        "",
+        *(_table(f"calls{i}", kernels[0], demands) for i, demands in enumerate(sets)),
+        *declared,
+        "const struct board_method project_methods[] = {",
+        *methods,
+        "};",
+        "static const struct board_demands demands[] = {",
+        *asked,
+        "};",
+        "const struct board_demands *const project_demands = demands;",
+        "const char *const project_facts[] = {",
+        *facts,
+        "};",
+        *(f"const uint32_t project_{name}_count = {count};" for name, count in counts.items()),
+        f"#ifndef BOARD_PASSES\n#define BOARD_PASSES {passes}\n#endif",
+        "const uint32_t project_passes = BOARD_PASSES;",
+        "#ifdef BOARD_STACK",
+        "uint32_t board_stack_bytes;",
+        "#endif",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _table(name: str, kernel: Kernel, demands: DemandSet) -> str:
+    calls = kernel.calls(demands.taus, *demands.limits)
+    rows = (f"    {', '.join(number(value, kernel.scalar) for value in row)}," for row in calls.tolist())
+    return f"static const scalar {name}[] = {{\n" + "\n".join(rows) + "\n};"
+
+
+def _facts(project: Project) -> list[str]:
+    """What a log must say besides what was measured, so that whoever reads it needs nothing else."""
+    first = project.kernels[0]
+    arrays = {key: value.tolist() for key, value in arrays_of(project.vehicle).items()}
+    packed = base64.b64encode(zlib.compress(json.dumps(arrays).encode(), 9)).decode()
+    return [
+        f"commit {machine.commit() or '-'}",
+        f"seed {project.seed}",
+        f"scalar {first.scalar}",
+        f"limits {first.limits}",
+        *(f"method {_described(kernel)}" for kernel in project.kernels),
+        *(f"demands {demands.name} {_rate(demands)}" for demands in project.sets),
+        *(f"vehicle {packed[i : i + _PIECE]}" for i in range(0, len(packed), _PIECE)),
+    ]
+
+
+def _described(kernel: Kernel) -> str:
+    return f"{kernel.method} {kernel.twin} {kernel.solver or '-'} {kernel.levels}"
+
+
+def _rate(demands: DemandSet) -> str:
+    return "-" if demands.rate_hz is None else repr(float(demands.rate_hz))

@@ -1,0 +1,35 @@
+"""Cycles of the costliest of some calls, as an interval, where a processor's timing is published."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from alloc import FloatArray
+from bench.chips.cortex_m4f import cortex_m4f
+from bench.chips.cortex_m7 import cortex_m7
+from bench.chips.count import CallCounts
+from bench.chips.image import Image
+from bench.chips.interval import Cycles, Unpublished
+from bench.chips.trace import Trace, trace
+
+MODELS: dict[str, Callable[[Trace], list[Cycles]]] = {"cortex-m4f": cortex_m4f, "cortex-m7": cortex_m7}
+"""Whose timing is published, by target."""
+TRACED = 20
+"""Calls that are followed: those that take most instructions."""
+
+
+def cycles(image: Image, calls: FloatArray, counted: CallCounts) -> Cycles | None:
+    """At least and at most so many cycles of the costliest call; None where that is not known.
+
+    ``calls`` (N, width) are those that were ``counted``. The costliest takes at least what any of them
+    takes at least, and at most what any takes at most.
+    """
+    model = MODELS.get(image.target.name)
+    if model is None:
+        return None
+    some = np.argsort(-counted.instructions, kind="stable")[:TRACED]
+    try:
+        spans = model(trace(image, calls[some], counted.instructions[some]))
+    except Unpublished:
+        return None
+    return Cycles(max(s.low for s in spans), max(s.high for s in spans)) if spans else None

@@ -1,0 +1,70 @@
+"""The C of each method for a vehicle: what this project generates, and solvers' own to compare with."""
+
+from alloc import Family, UnknownName, Vehicle, catalogue
+from alloc.formulations import EXACT_METHODS
+from alloc.native import RECIPES, function_name, sources
+from alloc.native.bounds import Where, arguments
+from alloc.native.code import Scalar
+from alloc.rivals.wrapper import rival
+from bench.chips.kernel import Kernel
+
+OWN = {entry.name: entry.twin for entry in catalogue() if entry.twin}
+"""Methods that this project generates C for, each to its twin in Python."""
+RIVALS = {entry.name: entry.solver for entry in catalogue() if entry.family is Family.GENERATED}
+"""Methods whose C a solver's authors wrote or generate, each to the solver."""
+METHODS = (*OWN, *RIVALS)
+
+
+def build_kernel(method: str, vehicle: Vehicle, scalar: Scalar, limits: Where = "fixed") -> Kernel:
+    """The C of that method for a vehicle; raises UnknownName, NotInstalled or NotApplicable."""
+    check(method)
+    return (_rival if method in RIVALS else _native)(method, vehicle, scalar, limits)
+
+
+def check(method: str) -> None:
+    """Raise UnknownName for a method that has no C."""
+    if method not in METHODS:
+        raise UnknownName(f"no C is generated for method '{method}'; there is {', '.join(METHODS)}")
+
+
+def _native(method: str, vehicle: Vehicle, scalar: Scalar, limits: Where) -> Kernel:
+    kernel = OWN[method]
+    name = function_name(vehicle, kernel, scalar, limits)
+    levels = RECIPES[kernel].levels(vehicle)
+    return Kernel(
+        method=method,
+        twin=kernel,
+        scalar=scalar,
+        k=vehicle.k,
+        n=vehicle.n,
+        entry=name,
+        declaration=f'#include "{name}.h"',
+        arguments=arguments(limits, levels, "-1"),
+        sources=sources(vehicle, kernel, scalar, limits=limits),
+        limits=limits,
+        levels=levels,
+    )
+
+
+def _rival(method: str, vehicle: Vehicle, scalar: Scalar, limits: Where, *, checked: bool = True) -> Kernel:
+    """A solver's C as ``alloc.rivals.wrapper`` calls and checks it, or as it is."""
+    solver = RIVALS[method]
+    made = rival(solver, vehicle, scalar, limits, checked=checked)
+    return Kernel(
+        method=method,
+        twin=EXACT_METHODS[0],
+        solver=solver,
+        scalar=scalar,
+        k=vehicle.k,
+        n=vehicle.n,
+        entry=made.entry,
+        declaration=made.declaration,
+        arguments=arguments(limits, 0),
+        sources=made.shared | made.own,
+        limits=limits,
+    )
+
+
+def unchecked(method: str, vehicle: Vehicle, scalar: Scalar, limits: Where = "fixed") -> Kernel:
+    """The C of a rival that returns what its solver says, to show what the check costs and is worth."""
+    return _rival(method, vehicle, scalar, limits, checked=False)

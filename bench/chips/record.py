@@ -1,0 +1,45 @@
+"""Writes counted rows into a record: a new one, or that of a run."""
+
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+
+from bench.chips.study import Plan, emulate
+from bench.harness import machine
+from bench.record import SCHEMA, Emulated, Header
+from bench.record.writer import Writer
+
+
+def write(plan: Plan, directory: Path, *, add: bool) -> Iterator[Emulated]:
+    """Count as planned and append each row to ``directory``'s record as it comes; raises RecordError.
+
+    With ``add`` a record that is there is continued. A reader takes the later of two rows with the same
+    names.
+    """
+    rows = emulate(plan)  # raises for a plan that is wrong, before a record is touched
+    with Writer(directory) as writer:
+        if not add or writer.resume() is None:
+            writer.create(_header(plan))
+        for row in rows:
+            writer.append(row)
+            yield row
+
+
+def _header(plan: Plan) -> Header:
+    return Header(
+        schema=SCHEMA,
+        started=datetime.now(UTC).isoformat(timespec="seconds"),
+        commit=machine.commit(),
+        seed=plan.seed,
+        machine=machine.describe(),
+        versions=machine.versions(),
+        settings={
+            "vehicles": [vehicle.name for vehicle in plan.vehicles],
+            "targets": [target.name for target in plan.targets],
+            "methods": list(plan.methods),
+            "scalars": list(plan.scalars),
+            "limits": list(plan.limits),
+            "demands": list(plan.demands),
+            "n_demands": plan.n,
+        },
+    )

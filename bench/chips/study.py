@@ -1,0 +1,157 @@
+"""Counts every kernel on every processor over every class of demands; what can't be counted has a reason."""
+
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from alloc import FloatArray, IndexArray, NotApplicable, NotInstalled, Vehicle
+from alloc.native.bounds import Where
+from alloc.native.code import Scalar
+from bench.chips import search
+from bench.chips.agreement import agreement
+from bench.chips.count import CallCounts, count
+from bench.chips.cycles import cycles
+from bench.chips.image import Image, link
+from bench.chips.kernel import Kernel
+from bench.chips.kernels import build_kernel, check
+from bench.chips.toolchain import Target, ToolError, missing, versions
+from bench.demands import DemandSet, build_demands, labelled
+from bench.harness import machine
+from bench.record import Emulated
+
+CLASSES = ("inactive", "active", "boundary", "infeasible", "mission", "jolts")
+SEARCH = "search"
+RIVALS_SHARE = 0.1
+"""Share of each set that a solver's C is asked: it takes up to a hundred thousand times the instructions.
+Its most costly demand is not searched for either."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Plan:
+    """What to count: every combination of vehicle, method, scalar and target.
+
+    Attributes
+    ----------
+    vehicles, targets, methods, scalars, limits : what is combined; methods by name
+    demands : names of the sets that every vehicle is asked, before the search for the most costly demand
+    seed : of demands and search
+    n : demands of each set
+    """
+
+    vehicles: tuple[Vehicle, ...]
+    targets: tuple[Target, ...]
+    methods: tuple[str, ...]
+    scalars: tuple[Scalar, ...]
+    limits: tuple[Where, ...] = ("fixed",)
+    demands: tuple[str, ...]
+    seed: int
+    n: int
+
+
+def emulate(plan: Plan) -> Iterator[Emulated]:
+    """Yield each row as soon as it is counted; equal plans give equal rows.
+
+    Raises UnknownName or DemandError at once, before anything is counted.
+    """
+    for method in plan.methods:
+        check(method)
+    return _rows(plan, [(vehicle, _sets(vehicle, plan)) for vehicle in plan.vehicles])
+
+
+def _rows(plan: Plan, asked: list[tuple[Vehicle, list[DemandSet]]]) -> Iterator[Emulated]:
+    reasons = {target: missing(target) for target in plan.targets}
+    source = {"thrustbench": machine.commit()}  # rows in one record may come from different commits
+    tools = {target: versions(target) | source for target, reason in reasons.items() if not reason}
+    combined = product(asked, plan.methods, plan.scalars, plan.limits, plan.targets)
+    for (vehicle, sets), method, scalar, limits, target in combined:
+        row = Emulated(
+            vehicle=vehicle.name,
+            target=target.name,
+            method=method,
+            scalar=scalar,
+            limits=limits,
+            seed=plan.seed,
+        )
+        if target not in tools:
+            yield msgspec.structs.replace(row, status="missing", reason=reasons[target])
+            continue
+        row = msgspec.structs.replace(row, tools=tools[target])
+        try:
+            yield from _kernel_rows(row, build_kernel(method, vehicle, scalar, limits), target, sets)
+        except NotInstalled as lacking:
+            yield msgspec.structs.replace(row, status="missing", reason=str(lacking))
+        except NotApplicable as refusal:
+            yield msgspec.structs.replace(row, status="refused", reason=str(refusal))
+        except ToolError as failure:
+            yield msgspec.structs.replace(row, status="failed", reason=str(failure))
+
+
+def _kernel_rows(row: Emulated, kernel: Kernel, target: Target, sets: list[DemandSet]) -> Iterator[Emulated]:
+    with tempfile.TemporaryDirectory(prefix="thrustbench-") as folder:
+        image = link(kernel, target, Path(folder))
+        row = msgspec.structs.replace(
+            row, solver=kernel.solver, flash_bytes=image.flash_bytes, ram_static_bytes=image.ram_static_bytes
+        )
+        # Limits of each call mean nothing to a kernel that has the vehicle's in it.
+        sets = [demands for demands in sets if kernel.limits == "call" or demands.f_min is None]
+        for demands in sets:
+            some = first(demands, RIVALS_SHARE) if kernel.solver else demands
+            yield _counted(row, some, image, _answers(image, some))
+        if not kernel.solver and sets:
+            tried = _search(image, sets, row.seed)
+            row = _counted(row, tried, image, _answers(image, tried))
+            # Only the largest count is kept: the others depend on how the search went.
+            yield msgspec.structs.replace(row, tried=len(tried.taus), instructions=row.instructions[-1:])
+
+
+def _answers(image: Image, demands: DemandSet) -> CallCounts:
+    return count(image, image.kernel.calls(demands.taus, *demands.limits))
+
+
+def _sets(vehicle: Vehicle, plan: Plan) -> list[DemandSet]:
+    sets = []
+    for name in plan.demands:
+        try:
+            sets.append(build_demands(name, vehicle, plan.seed, plan.n))
+        except NotApplicable:  # no demand of this class exists for this vehicle
+            continue
+    return sets
+
+
+def first(demands: DemandSet, share: float) -> DemandSet:
+    """The first demands of a set, with the limits that they have."""
+    few = slice(max(1, round(len(demands.taus) * share)))
+    sides = () if demands.f_min is None else tuple(side[few].copy() for side in demands.limits)
+    return labelled(demands.name, demands.vehicle, demands.taus[few].copy(), *sides, rate_hz=demands.rate_hz)
+
+
+def _search(image: Image, sets: list[DemandSet], seed: int) -> DemandSet:
+    vehicle = sets[0].vehicle
+
+    def cost(taus: FloatArray) -> IndexArray:
+        return count(image, image.kernel.calls(taus, vehicle.f_min, vehicle.f_max)).instructions
+
+    start = np.concatenate([demands.taus[: search.SIZE // len(sets)] for demands in sets])
+    taus, _ = search.climb(cost, start, vehicle.wrench_scale, np.random.default_rng(seed))
+    return labelled(SEARCH, vehicle, taus)
+
+
+def _counted(row: Emulated, demands: DemandSet, image: Image, counted: CallCounts) -> Emulated:
+    agreed = agreement(image.kernel, demands, counted)
+    values, calls = np.unique(counted.instructions, return_counts=True)
+    return msgspec.structs.replace(
+        row,
+        demands=demands.name,
+        instructions=list(zip(values.tolist(), calls.tolist(), strict=True)),
+        cycles=list(cycles(image, image.kernel.calls(demands.taus, *demands.limits), counted) or ()),
+        worst=demands.taus[int(counted.instructions.argmax())].tolist(),
+        stack_bytes=int(counted.stack_bytes.max()),
+        agrees=agreed.agrees,
+        distance_rel_max=agreed.distance_rel_max,
+        other_verdicts=agreed.other_verdicts,
+    )

@@ -1,0 +1,113 @@
+"""Which instructions calls executed: from the plugin's addresses and the image's disassembly."""
+
+import re
+from dataclasses import dataclass
+from functools import cache, cached_property
+from pathlib import Path
+
+import numpy as np
+
+from alloc import FloatArray, IndexArray
+from bench.chips.count import count
+from bench.chips.image import Image
+from bench.chips.toolchain import run
+
+MOST = 1_000_000
+"""Instructions that are traced at most: one call of QOCO's C, none of OSQP's where it gives up."""
+_LINE = re.compile(r"^ *([0-9a-f]+):\t(\S+)(?:\t([^;@<\n]*))?", re.M)
+_REGISTER = re.compile(r"\b(?:[rsd]\d+|sp|lr|pc|ip|fp|sl)\b")
+_CONDITION = re.compile(r"it[te]{0,3}")
+_READ_FIRST = (
+    "str",
+    "vstr",
+    "stm",
+    "vstm",
+    "cmp",
+    "cmn",
+    "tst",
+    "teq",
+    "vcmp",
+    "b",
+    "cb",
+    "tb",
+    "push",
+    "vpush",
+)
+"""What reads its first operand and writes none."""
+
+
+@dataclass(frozen=True)
+class Executed:
+    """One line of a disassembly.
+
+    Attributes
+    ----------
+    address : where it lies
+    following : address of the next one, where execution goes on unless it branches
+    name : mnemonic without its type, its width and a condition out of an IT block: ``vadd``, ``bls``
+    operands : as the disassembly has them
+    conditional : whether it stands in an IT block, so that it may do nothing
+    """
+
+    address: int
+    following: int
+    name: str
+    operands: tuple[str, ...]
+    conditional: bool
+
+    def registers(self, *, of: slice = slice(None)) -> set[str]:
+        """Registers in some of the operands, by name."""
+        return set(_REGISTER.findall(" ".join(self.operands[of])))
+
+    @cached_property
+    def written(self) -> set[str]:
+        """The register that it writes; empty where its first operand is read."""
+        reads = self.name.startswith(_READ_FIRST) and not self.name.startswith(("bic", "bfi", "bfc"))
+        return set() if reads else self.registers(of=slice(1))
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """What calls executed.
+
+    Attributes
+    ----------
+    known : every instruction of the image
+    calls : for each call the indices in ``known`` of what it executed, in order
+    """
+
+    known: list[Executed]
+    calls: list[IndexArray]
+
+
+def trace(image: Image, calls: FloatArray, instructions: IndexArray) -> Trace:
+    """What the costliest calls executed, as many as stay below MOST instructions together.
+
+    ``calls`` (N, width) and ``instructions`` (N,) are what ``count`` was given and found.
+    """
+    known = disassembly(image.path, image.target.tools)
+    order = np.argsort(-instructions, kind="stable")
+    chosen = order[np.cumsum(instructions[order]) <= MOST]
+    if not len(chosen):
+        return Trace(known, [])
+    path = image.path.with_name("trace.bin")
+    count(image, calls[chosen], trace=path.name)
+    addresses = np.fromfile(path, "<u4")
+    path.unlink()
+    ends = np.flatnonzero(addresses == 0xFFFFFFFF)
+    places = np.searchsorted([one.address for one in known], addresses)
+    return Trace(known, [part[:-1] for part in np.split(places, ends + 1)[:-1]])
+
+
+@cache
+def disassembly(path: Path, tools: str) -> list[Executed]:
+    """Every instruction of an image, by address."""
+    lines = _LINE.findall(run([f"{tools}objdump", "-d", "--no-show-raw-insn", str(path)]))
+    places = [int(address, 16) for address, _, _ in lines]
+    found, conditional = [], 0
+    for (_, mnemonic, text), address, after in zip(lines, places, [*places[1:], -1], strict=True):
+        name = mnemonic.partition(".")[0]
+        operands = tuple(part.strip() for part in re.split(r",\s*(?![^\[{]*[\]}])", text.strip()) if part)
+        found.append(Executed(address, after, name[:-2] if conditional else name, operands, conditional > 0))
+        conditional = len(name) - 1 if _CONDITION.fullmatch(name) else max(0, conditional - 1)
+    return sorted(found, key=lambda one: one.address)

@@ -1,0 +1,14 @@
+"""What can be known of generated C for every input: a proof with each file.
+
+``harness`` makes the call that is analysed, ``eva`` has Frama-C read it, ``symbolic`` reads the C itself
+into a list of operations, ``limits`` follows limits through it, ``proof`` says what proof.json holds.
+See docs/proof.md.
+"""
+
+from bench.proof.certify import prove
+from bench.proof.page import summary
+from bench.proof.proof import Proof
+from bench.proof.safety.harness import Subject, subject
+from bench.proof.write import write
+
+__all__ = ["Proof", "Subject", "prove", "subject", "summary", "write"]

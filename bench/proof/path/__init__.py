@@ -1,0 +1,1 @@
+"""The most instructions of any call on a processor."""

@@ -1,0 +1,227 @@
+"""The longest way through a compiled kernel: no call takes more instructions.
+
+A disassembly is a graph: an instruction leads to the next one, to where it jumps, or out. Straight code has
+no cycle, so its longest way is found in one pass; a loop counts all its instructions as often as it may go
+round. Where a way through the graph can't be taken this is too much; never too little.
+"""
+
+import re
+from collections.abc import Callable
+from itertools import pairwise
+from typing import NamedTuple
+
+from bench.chips.image import Image
+from bench.chips.toolchain import run
+
+LINE = re.compile(r"^ *([0-9a-f]+):\t(\S+)(?:\s+(.*))?$")
+NAME = re.compile(r"^([0-9a-f]+) <([^>]+)>:$")
+RETURNS = re.compile(r"ret\w* |bx lr|(pop|ldmia)(\.w)? .*\bpc\}|ldr(\.w)? pc, \[sp\]")
+"""Of mnemonic and operands; loading the program counter is Thumb's other way to return."""
+ALWAYS = {"b", "b.n", "b.w", "jmp"}
+TABLE = {"tbb", "tbh", "br", "notrack"}
+CALLS = {"bl", "blx", "blr", "call", "callq"}
+CONDITION = r"(eq|ne|cs|cc|hs|lo|mi|pl|vs|vc|hi|ls|ge|lt|gt|le)"
+SOME = re.compile(rf"b\.?{CONDITION}(\.[nw])?$|cbn?z$|tbn?z$|j\w+$")
+JUMP = re.compile(r"\t([bj][\w.]*|cbn?z|tbn?z|callq?)\s")
+LIBRARY = ("memcpy", "memset")
+"""What compilers call to fill an array of a number for each thruster."""
+WORD = 8
+"""Bytes of such a number: these loops go over bytes, if not over more at a time."""
+CONDITIONAL_RETURN = re.compile(rf"(bx|pop|ldmia){CONDITION}(\.w)?$")
+
+
+class Disassembled(NamedTuple):
+    """One instruction: the function it stands in, mnemonic and operands, and whether data stand behind it."""
+
+    function: str
+    mnemonic: str
+    operands: str
+    last: bool = False
+
+
+class Unbounded(Exception):
+    """A loop or a call whose length is not known; the message names it."""
+
+
+def disassembled(image: Image) -> str:
+    """What objdump prints of a kernel, and of all functions that it calls or jumps into."""
+    printed: dict[str, str] = {}
+    waiting = [image.kernel.entry]
+    command = [f"{image.target.tools}objdump", "-d", "--no-show-raw-insn"]
+    while waiting:
+        name = waiting.pop()
+        if name not in printed:
+            printed[name] = run([*command, f"--disassemble={name}", str(image.path)])
+            lines = (line for line in printed[name].splitlines() if JUMP.search(line))
+            waiting += {
+                found for line in lines for found in re.findall(r"<([^>+]+)(?:\+0x[0-9a-f]+)?>$", line)
+            }
+    return "\n".join(printed.values())
+
+
+def longest(disassembly: str, entry: int, rounds: int) -> int:
+    """Most instructions of any call to ``entry``, if no loop goes round more often than ``rounds``.
+
+    Raises Unbounded where a call's length is not known.
+    """
+    return remaining(disassembly, entry, rounds)[entry]
+
+
+def remaining(disassembly: str, entry: int, rounds: int) -> dict[int, int]:
+    """Most instructions from each address that ``entry`` leads to until its function returns.
+
+    Functions that it calls are in it too. Raises Unbounded as ``longest`` does.
+    """
+    code = _code(disassembly)
+    found: dict[int, int] = {}
+    begun: set[int] = set()
+
+    def length(entry: int) -> int:
+        if entry not in code:
+            raise Unbounded(f"a call to {entry:#x}, where no code is")
+        if entry not in found:
+            if entry in begun:
+                raise Unbounded(f"{code[entry].function} calls itself")
+            begun.add(entry)
+            most = rounds * WORD if code[entry].function in LIBRARY else rounds
+            found.update(_longest(code, entry, most, length))
+        return found[entry]
+
+    length(entry)
+    return found
+
+
+def _code(printed: str) -> dict[int, Disassembled]:
+    code: dict[int, Disassembled] = {}
+    function, before = "", -1
+    for line in printed.splitlines():
+        if named := NAME.match(line):
+            function = named[2]
+        found = LINE.match(line)
+        if named or (found and found[2].startswith(".")):
+            if before in code:
+                code[before] = code[before]._replace(last=True)
+        elif found:
+            before = int(found[1], 16)
+            mnemonic, operands = found[2], re.sub(r"\s*[@;/].*", "", found[3] or "")
+            if mnemonic in ("notrack", "bnd", "repz"):
+                mnemonic, _, operands = operands.partition(" ")
+            code[before] = Disassembled(function, mnemonic, operands.strip())
+    return code
+
+
+def _successors(code: dict[int, Disassembled], entry: int) -> dict[int, list[int]]:
+    """All instructions that follow each one that the entry leads to; none behind a return."""
+    addresses = sorted(code)
+    following = dict(pairwise(addresses))
+    direct: dict[int, list[int] | None] = {}
+    for at in addresses:
+        direct[at] = _next(code[at], following.get(at))
+    reached: dict[int, list[int]] = {}
+    waiting = [entry]
+    while waiting:
+        at = waiting.pop()
+        if at in reached or at not in code:
+            continue
+        leads = direct[at]
+        reached[at] = _table_targets(code, direct, code[at].function) if leads is None else leads
+        waiting += reached[at]
+    return reached
+
+
+def _next(instruction: Disassembled, following: int | None) -> list[int] | None:
+    """Where an instruction leads; None for a jump by a table."""
+    mnemonic, operands = instruction.mnemonic, instruction.operands
+    after = [] if following is None or instruction.last else [following]
+    target = re.search(r"([0-9a-f]+) <", operands) or re.search(r"(?:^|, )([0-9a-f]+)$", operands)
+    if mnemonic in TABLE or (mnemonic == "jmp" and "*" in operands):
+        return None
+    if mnemonic in ALWAYS and target:
+        return [int(target[1], 16)]
+    if re.match(r"(bx r|\w+(\.w)? pc,)", f"{mnemonic} {operands}") and "[sp]" not in operands:
+        return None
+    if CONDITIONAL_RETURN.match(mnemonic):
+        return after
+    if RETURNS.match(f"{mnemonic} {operands}"):
+        return []
+    if SOME.match(mnemonic) and target:
+        return [*after, int(target[1], 16)]
+    return after
+
+
+def _table_targets(
+    code: dict[int, Disassembled], direct: dict[int, list[int] | None], function: str
+) -> list[int]:
+    """Where a table may lead: what nothing else in the function leads to; what follows that is shorter."""
+    own = {at for at, instruction in code.items() if instruction.function == function}
+    padding = {at for at in own if code[at].mnemonic.startswith("nop")}
+    led = {to for at, leads in direct.items() for to in leads or [] if at not in padding}
+    return sorted(own - led - padding - {min(own)})
+
+
+def _longest(
+    code: dict[int, Disassembled], entry: int, rounds: int, length: Callable[[int], int]
+) -> dict[int, int]:
+    graph = _successors(code, entry)
+
+    def cost(at: int) -> int:
+        if code[at].mnemonic not in CALLS:
+            return 1
+        target = re.search(r"([0-9a-f]+) <", code[at].operands)
+        if not target:
+            raise Unbounded(f"a call by pointer in {code[at].function}")
+        return 1 + length(int(target[1], 16))
+
+    best: dict[int, int] = {}
+    for component in _components(graph, entry):  # what a component leads to comes before it
+        inside = set(component)
+        out = max(
+            (best[to] for at in component for to in graph[at] if to in best and to not in inside), default=0
+        )
+        total = _rounds(graph, inside, rounds, cost) + out
+        best |= dict.fromkeys(component, total)
+    return best
+
+
+def _rounds(graph: dict[int, list[int]], inside: set[int], rounds: int, cost: Callable[[int], int]) -> int:
+    """Most instructions in a component: of a loop all its rounds, of a loop in a loop those of each."""
+    only = next(iter(inside))
+    if len(inside) == 1 and only not in graph[only]:
+        return cost(only)
+    entered = {to for at, leads in graph.items() if at not in inside for to in leads if to in inside}
+    head = min(entered or inside)
+    round_ = {at: [to for to in graph[at] if to in inside and to != head] for at in inside}
+    best: dict[int, int] = {}
+    for component in _components(round_, head):
+        after = max((best[to] for at in component for to in round_[at] if to in best), default=0)
+        best |= dict.fromkeys(component, _rounds(round_, set(component), rounds, cost) + after)
+    return rounds * max(best.values())
+
+
+def _components(graph: dict[int, list[int]], entry: int) -> list[list[int]]:
+    """Strongly connected components that the entry leads to, each after all it leads to (Tarjan)."""
+    index: dict[int, int] = {}
+    low: dict[int, int] = {}
+    stack: list[int] = []
+    found: list[list[int]] = []
+    work: list[tuple[int, int]] = [(entry, 0)]
+    while work:
+        at, child = work.pop()
+        if child == 0:
+            index[at] = low[at] = len(index)
+            stack.append(at)
+        leads = [to for to in graph[at] if to in graph]
+        if child > 0:
+            low[at] = min(low[at], low[leads[child - 1]] if leads[child - 1] in stack else low[at])
+        while child < len(leads) and leads[child] in index:
+            if leads[child] in stack:
+                low[at] = min(low[at], index[leads[child]])
+            child += 1
+        if child < len(leads):
+            work += [(at, child + 1), (leads[child], 0)]
+            continue
+        if low[at] == index[at]:
+            place = stack.index(at)
+            found.append(stack[place:])
+            del stack[place:]
+    return found

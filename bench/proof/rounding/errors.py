@@ -1,0 +1,259 @@
+"""How far rounding takes thrusts from what the kernel's own formula gives in real numbers: a bound.
+
+Every operation is followed with the range of its exact value over all attainable demands, tau = T P f within
+the limits, and a bound on how far the calculated value is from it. A linear value has the range of the
+attainable set along its direction, without loss; minimum and maximum move by no more than their operands do.
+"""
+
+from collections import ChainMap
+from collections.abc import MutableMapping
+from dataclasses import replace
+from math import isfinite
+
+from alloc import Vehicle
+from alloc.native.code import Scalar
+from bench.proof.program import Node, NotRead, Operation, Program
+from bench.proof.rounding.arithmetic import DIGITS, Arithmetic, Value, among
+from bench.proof.rounding.forms import NOTHING, ONE, Form, constant, total
+from bench.proof.rounding.loads import Share, shares
+from bench.proof.rounding.moved import Gauge
+from bench.proof.rounding.regions import Region, both, compared, regions
+
+DEPTH = 2
+"""How many branches may stand in each other: their regions multiply."""
+
+
+class Errors(Arithmetic):
+    """The values of a program, each with its range and error.
+
+    ``exact`` gives constants before they were rounded to the scalar, by node. Thrusts are followed, and what
+    decides whether they are written; ``branches`` says whether thrusts hang on any.
+    """
+
+    def __init__(
+        self,
+        program: Program,
+        vehicle: Vehicle,
+        scalar: Scalar,
+        exact: dict[Node, float] | None = None,
+        flips: bool = False,
+        closely: bool = False,
+    ) -> None:
+        """Follow the errors; values that can't be followed are missing, and so are all made of them.
+
+        A branch is taken as in real numbers; with ``flips`` also otherwise, wherever rounding may have it so.
+        Where shares stand behind each other ``closely`` gives a closer bound, and takes some times as long.
+        """
+        super().__init__(vehicle, scalar, closely)
+        self._nodes, self._exact = program.nodes, exact or {}
+        self._flips, self._depth = flips, 0
+        self.values: MutableMapping[Node, Value] = {}
+        self.reasons: dict[Node, str] = {}
+        self._shares = shares(program.nodes)
+        within = set().union(*(each.within for each in self._shares.values()))
+        self._thrusts = [node for (name, _), node in program.outputs.items() if name == "f"]
+        needed = {each for root in self._thrusts for each in _cone(program.nodes, root)} - within
+        self.branches = any(program.nodes[node][0] == "choose" for node in needed)
+        needed |= {each for root, _ in program.exits for each in _cone(program.nodes, root)} - within
+        for node in sorted(needed):  # what is within a share is followed with it
+            operation = program.nodes[node]
+            branch = operation[0] == "choose"  # of its values each counts only where it is taken
+            lost = [each for each in _operands(operation) if each in self.reasons and not branch]
+            if lost:
+                self.reasons[node] = self.reasons[lost[0]]
+                continue
+            try:
+                if (value := self._value(node, operation)) is not None:
+                    self.values[node] = value
+            except NotRead as reason:
+                self.reasons[node] = str(reason)
+
+    def bound(self) -> float:
+        """The bound of all thrusts [N]; raises NotRead where one has none."""
+        return max(map(self.error, self._thrusts))
+
+    def error(self, node: Node) -> float:
+        """The bound on a node's error; raises NotRead where there is none."""
+        if node not in self.values:
+            raise NotRead(self.reasons.get(node, "no number"))
+        error = self._plain(self.values[node]).error
+        if not isfinite(error):
+            raise NotRead("no bound was found")
+        return error
+
+    def _value(self, node: Node, operation: Operation) -> Value | None:
+        match operation:
+            case ("const", value):
+                true = self._exact.get(node, float(value))
+                added = self._moved.added(abs(value - true)) if true != value else {}
+                return self._linear(constant(true) | added)
+            case ("input", "tau", j):
+                return self._linear({(NOTHING, j): 1.0})
+            case ("input", name, _):
+                raise NotRead(f"{name} is an argument")
+            case ("unknown",):
+                raise NotRead("loops that data end")
+            case ("choose", condition, then, other):
+                return self._chosen(condition, then, other)
+        if node in self._shares:
+            return self._followed(node, self._shares[node], operation)
+        operands = [self.values.get(each) for each in operation[1:]]
+        if any(each is None for each in operands):
+            return None  # of conditions
+        known = [each for each in operands if each is not None]
+        combine = getattr(self, f"_{operation[0]}", None)
+        if combine is None:
+            return None
+        made: Value = combine(*known)
+        return made
+
+    def _followed(self, node: Node, share: Share, operation: Operation) -> Value:
+        """A share as such, or where that can't be as any other quotient; raises NotRead."""
+        try:
+            return self._share(node, share)
+        except NotRead as reason:
+            for each in sorted(share.within):
+                try:
+                    if (value := self._value(each, self._nodes[each])) is not None:
+                        self.values[each] = value
+                except NotRead as other:
+                    self.reasons[each] = str(other)
+            _, above, below = operation
+            if below not in self.values:
+                raise reason from None
+            return self._div(self.values[above], self.values[below])
+
+    def _share(self, node: Node, share: Share) -> Value:
+        """Of a share k / max(k, loads): what holds it below 1, and itself as a form."""
+        keep, least = self.values[share.keep], self.values[share.least]
+        if not keep.low == least.low > 0.0:
+            raise NotRead("a share of two different numbers")
+        digits, k = 2.0 ** -DIGITS[self._scalar], keep.low
+        gauges, roundings = [], 1.0
+        for load in share.loads:
+            taken, extra = self._before_rounding(self._number(load.along))
+            tiny = 0.0 if load.tiny is None else self._number(load.tiny).size
+            for sign, room in ((1.0, load.ahead), (-1.0, load.astern))[: 1 + load.both]:
+                if room is None:
+                    gauges.append(Gauge(total((sign, taken)), constant(1.0), 0.0))
+                    roundings = max(roundings, 1.0 + extra)
+                    continue
+                for each in self._alternatives(self._number(room)):
+                    left, more = self._before_rounding(each)
+                    gauges.append(Gauge(total((sign, taken)), left, tiny))
+                    roundings = max(roundings, 2.0 + extra + more)
+        relative = 1.001 * roundings * digits + 2.0 * (keep.error + least.error) / k
+        self._moved.add(node, k, gauges, relative)
+        return Value(0.0, 1.0, 0.0, {(frozenset({node}), ONE): 1.0})
+
+    def _before_rounding(self, value: Value) -> tuple[Form, float]:
+        """A value's form before its own rounding, and how many relative roundings that is."""
+        if value.form is None:
+            raise NotRead("a share of what is no sum")
+        form = dict(value.form)
+        return (form, 0.0) if form.pop((NOTHING, value.own), None) is None else (form, 1.0)
+
+    def _number(self, node: Node) -> Value:
+        if node not in self.values:
+            raise NotRead(self.reasons.get(node, "no number"))
+        return self.values[node]
+
+    def _alternatives(self, value: Value) -> tuple[Value, ...]:
+        """Values with a form, the least of which this is; raises NotRead where they are not known."""
+        found = among(value)
+        if not found or not value.least:
+            raise NotRead("a room that is no sum")
+        return found
+
+    def _chosen(self, condition: Node, then: Node, other: Node) -> Value:
+        match self._nodes[condition]:
+            case ("lt", x, bound) if x == then and x in self.values and bound in self.values:
+                # x below the bound, else a constant: on the wrong side x is within its error of the bound.
+                b = self.values.get(other)
+                if b is not None and b.low == b.high:
+                    a, limit = self._plain(self.values[x]), self._plain(self.values[bound])
+                    if a.low - a.error >= limit.high + limit.error:
+                        return b
+                    jump = abs(limit.low - b.low)
+                    return Value(min(a.low, b.low), max(min(a.high, b.high), b.high), a.error + jump)
+        sides = [
+            self._under(branch, condition, holds, {}) for branch, holds in ((then, True), (other, False))
+        ]
+        value = _union([each for side in sides for each in side])
+        jump = self._jump(condition, then, other) if self._flips else 0.0
+        return replace(value, error=value.error + jump)
+
+    def _under(self, branch: Node, condition: Node, holds: bool, near: Region) -> list[Value]:
+        """A branch's values where a condition holds, or does not, one for each region of that."""
+        ranges = {node: (value.low, value.high) for node, value in self.values.items()}
+        found = []
+        for region in regions(self._nodes, ranges, condition, holds):
+            within = both(region, near)
+            narrowed = within and both({node: ranges[node] for node in within if node in ranges}, within)
+            if within == {} or narrowed:
+                found.append(self._plain(self._again(branch, narrowed or {})))
+        return found
+
+    def _again(self, root: Node, region: Region) -> Value:
+        """A value where others lie in narrower ranges; raises NotRead."""
+        if self._depth >= DEPTH:
+            raise NotRead("branches inside branches")
+        kept, made = self.values, dict[Node, Value]()
+        self.values, self._depth = ChainMap(made, kept), self._depth + 1  # writes go to the first
+        try:
+            changed = {
+                node
+                for node, (low, high) in region.items()
+                if node in kept and (low > kept[node].low or high < kept[node].high)
+            }
+            for node in changed:
+                made[node] = Value(*region[node], self._plain(kept[node]).error)
+            for node in _cone(self._nodes, root):
+                operands = set(_operands(self._nodes[node]))
+                if node not in changed and (operands & changed or node not in kept):
+                    value = self._value(node, self._nodes[node])
+                    if value is not None:
+                        made[node] = value
+                    changed.add(node)
+            if root not in self.values:
+                raise NotRead(self.reasons.get(root, "a choice between what is no number"))
+            return self.values[root]
+        finally:
+            self.values, self._depth = kept, self._depth - 1
+
+    def _jump(self, condition: Node, then: Node, other: Node) -> float:
+        """How far the two branches may lie apart where rounding turns a comparison of the condition."""
+        most = 0.0
+        for a, b in compared(self._nodes, condition):
+            if a not in self.values or b not in self.values:
+                raise NotRead("a branch on what is no number")
+            x, y = self._plain(self.values[a]), self._plain(self.values[b])
+            room = x.error + y.error
+            near = {a: (y.low - room, y.high + room), b: (x.low - room, x.high + room)}
+            one = self._under(then, condition, True, near)
+            two = self._under(other, condition, False, near)
+            gaps = [max(p.high - q.low, q.high - p.low) for p in one for q in two]
+            most = max([most, *gaps])
+        return most
+
+
+def _union(values: list[Value]) -> Value:
+    if not values:
+        raise NotRead("a choice that is never made")
+    error = max(each.error for each in values)
+    return Value(min(each.low for each in values), max(each.high for each in values), error)
+
+
+def _cone(nodes: list[Operation], root: Node) -> list[Node]:
+    """A node and all that it is made of, operands first."""
+    found, waiting = set[Node](), [root]
+    while waiting:
+        node = waiting.pop()
+        if node not in found:
+            found.add(node)
+            waiting += _operands(nodes[node])
+    return sorted(found)
+
+
+def _operands(operation: Operation) -> tuple[Node, ...]:
+    return () if operation[0] in ("const", "input", "unknown") else operation[1:]

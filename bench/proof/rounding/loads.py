@@ -1,0 +1,105 @@
+"""Shares in a program: k / max(k, loads), how much of a step can be taken before a room is used up.
+
+Each load is the size of what is taken, over a room. That a share times what is taken is at most k times the
+room says more than ranges of single numbers do: what a step leaves of a room is never negative.
+"""
+
+from typing import NamedTuple
+
+from bench.proof.program import Node, Operation
+
+
+class Load(NamedTuple):
+    """What is taken of a room.
+
+    Attributes
+    ----------
+    along : what is taken
+    ahead, astern : the room where that is positive, and the room for its opposite; None for a room of 1
+    both : whether the opposite is taken at all
+    tiny : what is no larger than this counts as zero; None where all counts
+    """
+
+    along: Node
+    ahead: Node | None
+    astern: Node | None
+    both: bool
+    tiny: Node | None
+
+
+class Share(NamedTuple):
+    """One share.
+
+    Attributes
+    ----------
+    keep : the node of k above the line
+    least : that of k below it
+    loads : the others below it
+    within : nodes between these and the share
+    """
+
+    keep: Node
+    least: Node
+    loads: list[Load]
+    within: set[Node]
+
+
+def shares(nodes: list[Operation]) -> dict[Node, Share]:
+    """All shares of a program, by node."""
+    found = {}
+    for node, operation in enumerate(nodes):
+        if operation[0] == "div" and (share := _share(nodes, operation[1], operation[2])):
+            found[node] = share
+    return found
+
+
+def _share(nodes: list[Operation], keep: Node, below: Node) -> Share | None:
+    if nodes[keep][0] != "const" or not nodes[keep][1] > 0.0:
+        return None
+    leaves, within, waiting = list[Node](), set[Node](), [below]
+    while waiting:
+        node = waiting.pop()
+        if nodes[node][0] == "max":
+            within.add(node)
+            waiting += nodes[node][1:]
+        else:
+            leaves.append(node)
+    same = [node for node in leaves if nodes[node] == nodes[keep]]
+    if not within or not same:
+        return None
+    loads = []
+    for leaf in leaves:
+        if leaf not in same:
+            load, inner = _load(nodes, leaf)
+            loads.append(load)
+            within |= inner
+    return Share(keep, same[0], loads, within)
+
+
+def _load(nodes: list[Operation], leaf: Node) -> tuple[Load, set[Node]]:
+    match nodes[leaf]:
+        case ("abs", along):
+            return Load(along, None, None, True, None), {leaf}
+        case ("div", over, below):
+            match nodes[below]:
+                case ("choose", asked, ahead, astern) if (taken := _size(nodes, over)) is not None:
+                    along, tiny, inner = taken
+                    if nodes[asked][0] == "gt" and nodes[asked][1] == along and _zero(nodes, nodes[asked][2]):
+                        return Load(along, ahead, astern, True, tiny), {leaf, over, below, *inner}
+    return Load(leaf, None, None, False, None), set()
+
+
+def _size(nodes: list[Operation], node: Node) -> tuple[Node, Node | None, set[Node]] | None:
+    """The number whose size a node is, and what is tiny of it; None where it is no such thing."""
+    match nodes[node]:
+        case ("abs", along):
+            return along, None, set()
+        case ("choose", asked, size, other) if nodes[size][0] == "abs" and _zero(nodes, other):
+            match nodes[asked]:
+                case ("gt", compared, tiny) if nodes[compared] == nodes[size]:
+                    return nodes[size][1], tiny, {size, compared}
+    return None
+
+
+def _zero(nodes: list[Operation], node: Node) -> bool:
+    return nodes[node] == ("const", 0.0)

@@ -1,0 +1,235 @@
+"""How far rounding takes values from what they are in real numbers, where shares are a factor of them.
+
+Let what rounding adds grow from zero to what it is, so that shares move from what they are in real numbers to
+what was calculated. On that way a share p = k / max(k, taken / room, ...) is 1, or it is held by one room,
+p taken = k room. In the first case it does not move; in the second its relative rate is no more than
+e / room, e the rate of the room and of taken / k together. So a form moves by no more than the largest rate
+of any attainable demand with any shares that there can be beside it.
+"""
+
+from collections.abc import Callable
+from math import inf
+from typing import NamedTuple
+
+from bench.proof.program import Node, NotRead
+from bench.proof.rounding.forms import (
+    NOTHING,
+    ONE,
+    Form,
+    Shares,
+    constant,
+    exact,
+    shares_of,
+    times,
+    total,
+    where_one,
+    with_share,
+)
+from bench.proof.rounding.together import Together
+
+Facts = tuple[Form, ...]
+"""Forms that are never negative."""
+SMALL = 0.01
+"""By how much of itself rounding may move a room at most."""
+MINOR = 0.2
+"""What moves a share by less than this, relative to what moves it most, is not looked at more closely."""
+NEAR = 4.0
+"""A room of no more than so many times the least one is looked at by itself."""
+PART = 0.05
+"""Of what rounding adds together, what adds less than this is not looked at more closely."""
+COLLINEAR = 1e-12
+"""Forms are multiples of each other up to this, relative to their size."""
+
+
+class Gauge(NamedTuple):
+    """What may hold a share below 1.
+
+    Attributes
+    ----------
+    taken, room : forms
+    tiny : taken of this size or less may count as zero
+    """
+
+    taken: Form
+    room: Form
+    tiny: float
+
+
+class Held(NamedTuple):
+    """A gauge that holds its share for some demand.
+
+    Attributes
+    ----------
+    taken, room : the gauge's
+    least : no more than the least room under these facts
+    rate : how far room and taken / k move, together
+    facts : that it holds the share, and perhaps how large the room is
+    """
+
+    taken: Form
+    room: Form
+    least: float
+    rate: float
+    facts: Facts
+
+
+class Moved:
+    """Shares, what may hold them, and how far rounding moves what they are a factor of.
+
+    ``closely`` says that what holds one share is also used of those before it.
+    """
+
+    def __init__(self, together: Together, closely: bool) -> None:
+        """No share is known yet."""
+        self._closely = closely
+        self._together = together
+        self._halves: list[float] = []
+        self._of: list[tuple[Form, Callable[[float], float]] | None] = []
+        self._held: dict[Node, list[Held]] = {}
+        self._keep: dict[Node, float] = {}
+        self._relative: dict[Node, float] = {}
+        self._known: dict[object, float] = {}
+
+    def added(self, most: float, of: Form | None = None, half: Callable[[float], float] = float) -> Form:
+        """What rounding adds to a value, a new unknown of no more than this size.
+
+        Where the value has a form, ``half`` is what rounding adds to one of a given size.
+        """
+        self._halves.append(most)
+        self._of.append((of, half) if of else None)
+        return {(NOTHING, ONE - len(self._halves)): 1.0}
+
+    def local(self, form: Form, holds: Facts = ()) -> float:
+        """What rounding adds to a form at most, its shares as they were calculated."""
+        parts = [(ONE - 1 - j, abs(factor)) for (_, j), factor in form.items() if j < ONE]
+        found = sum(factor * self._halves[number] for number, factor in parts)
+        if holds:
+            for number, factor in parts:
+                if factor * self._halves[number] > PART * found:
+                    found -= factor * (self._halves[number] - self._half(number, holds))
+        return found
+
+    def _half(self, number: int, holds: Facts) -> float:
+        of, most = self._of[number], self._halves[number]
+        if of is None:
+            return most
+        key = number, tuple(map(_key, holds))
+        if key not in self._known:
+            form, half = of
+            size = self._size(exact(form), constant(1.0), 1.0, [*holds]) + self.local(form)
+            self._known[key] = min(most, half(size)) if size < inf else most
+        return self._known[key]
+
+    def add(self, share: Node, keep: float, gauges: list[Gauge], relative: float) -> None:
+        """A share, with its own relative rounding; raises NotRead where a room may be used up."""
+        self._keep[share], self._relative[share] = keep, 1.02 * relative
+        facts, held = [], []
+        for taken, room, _ in gauges:
+            least, local = self._together.least(room), self.local(room) + self.local(taken) / keep
+            if not local < SMALL * least:
+                raise NotRead("a division by what may be zero")
+            pushed, slack = times(exact(taken), share), constant(keep * local)
+            facts.append(total((keep * (1.0 + 2.0 * relative), exact(room)), (-1.0, pushed), (1.0, slack)))
+            holds = total((1.0, pushed), (-keep * (1.0 - 2.0 * relative), exact(room)), (1.0, slack))
+            held.append((least, holds))
+        for fact in facts:
+            self._together.add(fact)
+        rates = [self._rate(taken, room, keep, ()) for taken, room, _ in gauges]
+        worst = max((rate / least for rate, (least, *_) in zip(rates, held, strict=True)), default=0.0)
+        self._held[share] = []
+        for (taken, room, tiny), rate, (least, holds) in zip(gauges, rates, held, strict=True):
+            # A load that is far below k, where zero or not, ahead or astern is no matter.
+            beside = tiny + rate * keep
+            if 2.0 * beside > keep * least or beside > SMALL * least:
+                raise NotRead("a room that rounding may use up")
+            if self._together.most(holds) < 0.0:
+                continue
+            if rate / least < MINOR * worst:
+                self._held[share].append(_held(taken, room, least, rate, (holds,)))
+                continue
+            edge = constant(NEAR * least)
+            far = holds, total((1.0, exact(room)), (-1.0, edge))
+            near = holds, total((1.0, edge), (-1.0, exact(room)))
+            self._held[share].append(_held(taken, room, NEAR * least, rate, far))
+            self._held[share].append(_held(taken, room, least, self._rate(taken, room, keep, near), near))
+
+    def _rate(self, taken: Form, room: Form, keep: float, holds: Facts) -> float:
+        return self.most(room, holds, closely=True) + self.most(taken, holds, closely=True) / keep
+
+    def most(self, form: Form, holds: Facts = (), given: Shares = NOTHING, closely: bool = False) -> float:
+        """How far a form moves at most, with a further fact; shares that are given do not move."""
+        moving = shares_of(form) - given
+        if not moving:
+            return self.local(form, holds if closely else ())
+        key = _key(form), tuple(map(_key, holds)), given, closely
+        if key not in self._known:
+            self._known[key] = self._most(form, max(moving), holds, given, closely)
+        return self._known[key]
+
+    def _most(self, form: Form, share: Node, holds: Facts, given: Shares, closely: bool) -> float:
+        facts, keep = [*holds], self._keep[share]
+        moves = with_share(form, share)
+        rest = total((1.0, form), (-1.0, moves))
+        found = self.most(where_one(form, share), holds, given, closely)
+        size = self._size(exact(moves), constant(1.0), 1.0, facts)
+        own, others = self._relative[share] * size, None
+        for each in sorted(self._held[share], key=lambda each: -each.rate / each.least):
+            if self._roughly(form, given) <= found:
+                break
+            factor, left = _factor(moves, times(each.taken, share))
+            if factor:
+                same = total((1.0, rest), (factor * keep, each.room))
+                rate = (
+                    self.local(left, holds if closely else ())
+                    + self._together.size(exact(left)) * each.rate / each.least
+                )
+                if rate + own + self._roughly(same, given) > found:
+                    under = holds or (each.facts if self._closely else ())
+                    rate += self.most(same, under, given, closely or self._closely)
+            else:
+                if others is None:
+                    others = self.most(form, holds, given | {share}, closely)
+                rate = others
+                if others + own + size * each.rate / each.least > found:
+                    rate += self._under(each, keep, holds if closely else ()) * self._size(
+                        exact(moves), each.room, each.least, [*facts, *each.facts]
+                    )
+            found = max(found, rate + own)
+        return found
+
+    def _under(self, held: Held, keep: float, holds: Facts) -> float:
+        """The rate under further facts."""
+        if not holds:
+            return held.rate
+        rate = self._rate(held.taken, held.room, keep, (*holds, *held.facts))
+        return min(held.rate, rate / (1.0 - rate / held.least))
+
+    def _roughly(self, form: Form, given: Shares) -> float:
+        """No less than ``most``, without a linear program."""
+        found = self.local(form)
+        for share in shares_of(form) - given:
+            rate = max((each.rate / each.least for each in self._held[share]), default=0.0)
+            found += (rate + self._relative[share]) * self._together.size(exact(with_share(form, share)))
+        return found
+
+    def _size(self, form: Form, over: Form, least: float, facts: list[Form]) -> float:
+        opposite = total((-1.0, form))
+        return max(0.0, *(self._together.ratio(each, exact(over), least, facts) for each in (form, opposite)))
+
+
+def _held(taken: Form, room: Form, least: float, rate: float, facts: Facts) -> Held:
+    return Held(taken, room, least, rate / (1.0 - rate / least), facts)
+
+
+def _key(form: Form) -> object:
+    return frozenset(form.items())
+
+
+def _factor(form: Form, unit: Form) -> tuple[float, Form]:
+    """What a form is of another one but for rounding, and what is left; 0 where it is no multiple."""
+    largest = max(exact(unit), key=lambda atom: abs(unit[atom]))
+    factor = form.get(largest, 0.0) / unit[largest]
+    left = total((1.0, form), (-factor, unit))
+    size = COLLINEAR * max(map(abs, form.values()))
+    same = all(abs(each) <= size for each in exact(left).values())
+    return (factor, left) if same else (0.0, form)

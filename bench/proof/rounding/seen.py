@@ -1,0 +1,129 @@
+"""Many attainable demands answered by a program: how far rounding took them, and whether they were met."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from alloc import BoolArray, FloatArray, Vehicle
+from alloc.native.code import MET, Scalar
+from bench.chips.toolchain import ToolError
+from bench.proof.numeric import Calculated, alike, answered, values
+from bench.proof.program import Node, NotRead, Program
+from bench.proof.proof import Claim, not_shown
+from bench.proof.safety.harness import Subject
+from bench.proof.symbolic import programs
+
+CHUNK = 10_000
+"""Demands at a time: so many values of every operation fit a processor's cache."""
+CORNERS = 0.3
+"""Share of the thrusts that make demands which stand at a limit, and of demands that are as large as a
+vehicle can make them in some direction: rounding is largest there."""
+KINDS = {"double": (np.float64, np.longdouble), "float": (np.float32, np.float64)}
+"""The scalar, and what the formula is calculated in beside it."""
+NEARLY = 1.01
+"""A kernel holds T f - tau against MET in its own scalar: at that line the true one may be a little more."""
+
+MADE = "An attainable demand that is SOLVED is made: T f = tau. Tested, not proven."
+DEMANDS = 10_000
+"""Of each fault, to test that."""
+
+
+class Seen(NamedTuple):
+    """What was seen.
+
+    Attributes
+    ----------
+    error : largest |f - f in real numbers| of all that were answered and took the same branches in both [N]
+    flipped : largest of those that took others [N]
+    flips : how many did
+    missed : largest |T f - tau| of all that were SOLVED, relative to ``wrench_scale`` [-]
+    answered, solved, demands : how many of them
+    """
+
+    error: float
+    flipped: float
+    flips: int
+    missed: float
+    answered: int
+    solved: int
+    demands: int
+
+
+def seen(
+    program: Program,
+    vehicle: Vehicle,
+    scalar: Scalar,
+    exact: dict[Node, float],
+    demands: int,
+    wider: bool = True,
+) -> Seen:
+    """Answer so many seeded attainable demands; without ``wider`` the error is left out, and is zero."""
+    rng = np.random.default_rng(2004)
+    narrow, wide = KINDS[scalar]
+    error = flipped = missed = 0.0
+    flips = written = solved = 0
+    limits = (("f_min", vehicle.f_min), ("f_max", vehicle.f_max))
+    for begin in range(0, demands, CHUNK):
+        count = min(CHUNK, demands - begin)
+        tau = attainable(vehicle, rng, count).astype(narrow)
+        ends = {side: np.repeat(each[:, None], count, axis=1) for side, each in limits}
+        made = values(program, {"tau": tau, **ends}, narrow)
+        got = answered(program, made)
+        writes, meets = (got.status == 0) | (got.status == 1), got.status == 0
+        f = got.outputs["f"].astype(float)
+        written, solved = written + int(writes.sum()), solved + int(meets.sum())
+        miss = np.abs(vehicle.TP @ f - tau) / vehicle.wrench_scale[:, None]
+        missed = max(missed, float(miss[:, meets].max(initial=0.0)))
+        if wider:
+            true = values(program, {"tau": tau, **ends}, wide, exact)
+            difference, same = apart(program, got, made, true)
+            error = max(error, float(difference[writes & same].max(initial=0.0)))
+            flipped = max(flipped, float(difference[writes & ~same].max(initial=0.0)))
+            flips += int((writes & ~same).sum())
+    return Seen(error, flipped, flips, missed, written, solved, demands)
+
+
+def apart(
+    program: Program, got: Calculated, some: list[Any], true: list[Any]
+) -> tuple[FloatArray, BoolArray]:
+    """(N,) how far thrusts lie from those in real numbers [N], and whether both took the same branches.
+
+    ``some`` and ``true`` are the program's values, rounded and not; ``got`` is its answer to the first.
+    """
+    off: FloatArray = np.abs(got.outputs["f"] - answered(program, true).outputs["f"]).max(axis=0)
+    return off, alike(program, some, true)
+
+
+def made(of: Subject) -> Claim:
+    """Whether all that was SOLVED of many attainable demands is made, for every fault."""
+    words: list[str] = []
+    solved = 0
+    try:
+        for fault, program in programs(of).items():
+            vehicle = of.vehicle if fault < 0 else of.vehicle.with_fault(fault)
+            sample = seen(program, vehicle, of.scalar, {}, DEMANDS, wider=False)
+            solved += sample.solved
+            if not sample.missed <= NEARLY * MET[of.scalar]:
+                words.append(f"fault {fault}: T f misses tau by {sample.missed:.2g} of the wrench's scale")
+    except (NotRead, ToolError) as reason:
+        words.append(str(reason))
+    if words:
+        return not_shown(MADE, words)
+    return Claim(claim=MADE, verdict="tested", by="seeded demands", words=[f"{solved:,} SOLVED"])
+
+
+def attainable(vehicle: Vehicle, rng: np.random.Generator, count: int) -> FloatArray:
+    """(k, count) demands that a vehicle can meet, inside and on the edge [N, N m]."""
+    made: FloatArray = vehicle.TP @ thrusts(vehicle, rng, count)
+    return made
+
+
+def thrusts(vehicle: Vehicle, rng: np.random.Generator, count: int) -> FloatArray:
+    """(n, count) thrusts within the limits, many of them at one [N]."""
+    low, high = vehicle.f_min[:, None], vehicle.f_max[:, None]
+    shape = (vehicle.n, count)
+    ends = np.where(rng.random(shape) < 0.5, low, high)
+    some = np.where(rng.random(shape) < CORNERS, ends, rng.uniform(low, high, shape))
+    towards = rng.standard_normal((vehicle.k, count)) / vehicle.wrench_scale[:, None]
+    largest = np.where(vehicle.TP.T @ towards > 0, high, low)
+    return np.where(rng.random(count) < CORNERS, largest, some)

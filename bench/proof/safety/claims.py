@@ -1,0 +1,85 @@
+"""The claims about memory, status and limits."""
+
+from pathlib import Path
+
+from bench.chips.toolchain import ToolError
+from bench.proof import tools
+from bench.proof.program import NotRead
+from bench.proof.proof import Claim
+from bench.proof.safety import eva, limits
+from bench.proof.safety.harness import Subject, harness
+from bench.proof.symbolic import programs
+
+EVA = "Frama-C EVA"
+OWN = "the comparison that answers (bench/proof/safety/limits.py)"
+WRITTEN = ("status", "written_f", "written_share", "untouched_f", "untouched_share")
+WITHIN = ("number_f", "low", "high", "off")
+SHARED = ("number_share", "share_share")
+HARNESS = {*WRITTEN, *WITHIN, *SHARED}
+"""Labels of the harness's assertions; what EVA decides beside them is about run-time errors."""
+
+NO_ERROR = (
+    "No run-time error: no access outside of an array, no overflow of an integer, no division by an integer"
+    " zero, no read of what was never written; for every fault index and all bits of tau and limits."
+)
+STATUS = (
+    "The status is one that the header names; f and share are written whole, or, where it is none of an"
+    " answer, not touched."
+)
+LIMITS = (
+    "Where f is written, every thrust is a number within the limits, and that of a thruster that is off is"
+    " zero."
+)
+SHARES = "Every share is a number from 0 to 1."
+
+
+def claims(of: Subject, folder: Path) -> list[Claim]:
+    """What is shown of the kernel, with any bits in its arguments; raises NotInstalled without Frama-C."""
+    tools.need("frama-c")
+    try:
+        analysis = eva.analyse(harness(of), folder)
+    except ToolError as error:
+        analysis = eva.Analysis([], False, [str(error)])
+    strangers = {each.label for each in analysis.properties} - HARNESS
+    made = [
+        _claim(NO_ERROR, analysis, *strangers),
+        _claim(STATUS, analysis, *WRITTEN),
+    ]
+    if not of.limited:
+        made.append(
+            Claim(claim=LIMITS, verdict="does not apply", by="", words=["this method knows no limits"])
+        )
+    elif of.limits == "fixed":
+        made.append(_claim(LIMITS, analysis, *WITHIN))
+    else:
+        made.append(_at_call(of))
+    if of.levels:
+        made.append(_claim(SHARES, analysis, *SHARED))
+    return made
+
+
+def _claim(sentence: str, analysis: eva.Analysis, *labels: str) -> Claim:
+    if not analysis.answered:
+        return Claim(
+            claim=sentence, verdict="not shown", by=EVA, words=analysis.words or ["no call was answered"]
+        )
+    words = analysis.failed(*labels)
+    errors = [each for each in analysis.words if "User Error" in each]
+    if words or errors:
+        return Claim(claim=sentence, verdict="not shown", by=EVA, words=[*words, *errors])
+    asked = sum(each.label in labels for each in analysis.properties)
+    return Claim(
+        claim=sentence, verdict="shown", by=EVA, words=[f"{asked} assertions" if asked else "0 alarms"]
+    )
+
+
+def _at_call(of: Subject) -> Claim:
+    try:
+        words = [
+            text
+            for fault, program in programs(of).items()
+            for text in limits.within(program, fault, of.vehicle.n)
+        ]
+    except (NotRead, ToolError) as reason:
+        words = [str(reason)]
+    return Claim(claim=LIMITS, verdict="not shown" if words else "shown", by=OWN, words=words)

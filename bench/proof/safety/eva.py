@@ -1,0 +1,93 @@
+"""Frama-C's EVA on a kernel: abstract interpretation of a call with any bits in its arguments."""
+
+import csv
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+from bench.proof import tools
+from bench.proof.safety.harness import ANSWERED, MAIN
+
+OPTIONS = (
+    "-machdep", "gcc_x86_64",
+    "-eva", "-eva-verbose", "1",
+    "-warn-special-float", "none",  # NaN and infinity are values here, as in IEEE 754
+    "-eva-slevel", "500", "-eva-min-loop-unroll", "16",
+)  # fmt: skip
+CASCADE = "shared:0,cascade:0"
+"""Where loops are long, states are kept apart by ``rank`` and no further: minutes become seconds."""
+
+
+class Property(NamedTuple):
+    """One thing that EVA was to decide.
+
+    Attributes
+    ----------
+    label : of an assertion of the harness, its first word, e.g. ``low``; else the kind of alarm
+    holds : whether EVA shows it
+    text : where and what, in EVA's words
+    """
+
+    label: str
+    holds: bool
+    text: str
+
+
+class Analysis(NamedTuple):
+    """What EVA says of one kernel.
+
+    Attributes
+    ----------
+    properties : all that it was to decide
+    answered : whether calls that are answered were among those it saw; if not, all it shows is empty
+    words : its warnings and errors beside them
+    """
+
+    properties: list[Property]
+    answered: bool
+    words: list[str]
+
+    def failed(self, *labels: str) -> list[str]:
+        """EVA's words on the properties of these labels that it does not show; empty where it shows all."""
+        return [each.text for each in self.properties if each.label in labels and not each.holds]
+
+
+def analyse(files: Mapping[str, str], folder: Path) -> Analysis:
+    """Let EVA read these files (``safety.harness``), written into ``folder``; raises ToolError."""
+    for name, text in files.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    functions = {
+        found for text in files.values() for found in re.findall(r"^(?:static )?int (\w+)\(", text, re.M)
+    }
+    apart = ",".join(f"{name}:-2:-1:0:1:2" for name in sorted(functions - {"finite", "main"}))
+    several = ["-eva-slevel-function", CASCADE] if any("cascade(" in text for text in files.values()) else []
+    command = [
+        "frama-c", *OPTIONS, *several, "-cpp-extra-args=-std=c99 -U__GNUC__",
+        "-eva-split-return-function", apart, MAIN, "-then", "-report-csv", "properties.csv",
+    ]  # fmt: skip
+    printed = tools.run(command, folder)
+    return _read(printed, folder, files[MAIN].splitlines())
+
+
+def _read(printed: str, folder: Path, harness: list[str]) -> Analysis:
+    table = folder / "properties.csv"
+    words = [
+        " ".join(words.split())
+        for words in re.findall(
+            r"^\[(?:kernel|eva)[^]]*\] (?:\S+ )?(?:User Error|Warning):.*(?:\n  .*)*", printed, re.M
+        )
+    ]
+    if not table.exists():
+        return Analysis([], False, words or [" ".join(printed.split())[:500]])
+    properties = []
+    for row in csv.DictReader(
+        table.read_text(encoding="utf-8").splitlines(), delimiter="\t", quoting=csv.QUOTE_NONE
+    ):
+        mine = row["file"] == MAIN and re.search(r"assert (\w+):", harness[int(row["line"]) - 1])
+        label = mine[1] if mine and row["property kind"] == "user assertion" else row["property kind"]
+        text = f"{row['file']}:{row['line']}: {label}: {row['property']}: {row['status']}"
+        properties.append(Property(label, row["status"].startswith("Valid"), text))
+    final = re.findall(r"^  status ∈ \{(.*)\}", printed, re.M)
+    seen = {int(number) for number in final[-1].split(";")} if final else set()
+    return Analysis(properties, bool(seen & set(ANSWERED)), words)

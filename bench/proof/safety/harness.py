@@ -1,0 +1,164 @@
+"""The C around a kernel for the analyser: a call with any arguments at all, and what must hold after it."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from alloc import Vehicle
+from alloc.native import RECIPES, function_name, sources
+from alloc.native.bounds import Where, arguments
+from alloc.native.code import Scalar, number
+from alloc.native.recipes import recipe
+
+MAIN = "main.c"
+ANSWERED = (0, 1)
+"""What a kernel returns beside an answer: SOLVED and PARTIAL."""
+UNLIMITED = ("pinv", "walsh")
+"""Kernels that promise no limits; neither do they look whether tau is finite."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Subject:
+    """What is proven about: the C of one method for one vehicle.
+
+    Attributes
+    ----------
+    vehicle, kernel, scalar, limits : as ``alloc.native.sources`` takes them
+    files : that C, by file name
+    """
+
+    vehicle: Vehicle
+    kernel: str
+    scalar: Scalar
+    limits: Where
+    files: Mapping[str, str]
+
+    @property
+    def name(self) -> str:
+        """The function's name, and stem of its files' names."""
+        return function_name(self.vehicle, self.kernel, self.scalar, self.limits)
+
+    @property
+    def source(self) -> str:
+        """The text of the C file."""
+        return self.files[f"{self.name}.c"]
+
+    @property
+    def levels(self) -> int:
+        """How many shares stand behind f."""
+        return RECIPES[self.kernel].levels(self.vehicle)
+
+    @property
+    def limited(self) -> bool:
+        """Whether the kernel promises limits."""
+        return self.kernel not in UNLIMITED
+
+
+def subject(vehicle: Vehicle, kernel: str, scalar: Scalar, limits: Where) -> Subject:
+    """The C that ``thrustbench codegen`` writes; raises UnknownName, or NotApplicable with the reason."""
+    files = sources(vehicle, kernel, scalar, limits=limits)
+    return Subject(vehicle=vehicle, kernel=kernel, scalar=scalar, limits=limits, files=files)
+
+
+def harness(of: Subject) -> dict[str, str]:
+    """The files to analyse: the C with its minimum and maximum spelled out, and a main that calls it."""
+    source = re.sub(
+        r"^( *)(while \(rank < )", r"\1/*@ split rank; */\n\1\2", spelled_out(of.source), flags=re.M
+    )
+    return {**of.files, f"{of.name}.c": source, MAIN: _main(of)}
+
+
+def spelled_out(source: str) -> str:
+    """The C with ``least`` and ``most`` in a form that covers comparisons and the FPU's instructions alike.
+
+    Of two numbers both forms give the smaller or larger, and of NaN and a number b both give b; where b is
+    NaN a comparison gives b and the FPU gives a, so either is taken. Frama-C 25 does not know that a
+    comparison with NaN is false: the loops, which never run, tell it what is no NaN.
+    """
+    pattern = r"(static inline (double|float) (least|most)\([^)]*\)\n)\{.*?\n\}\n"
+
+    def covering(found: re.Match[str]) -> str:
+        sign = "<" if found[3] == "least" else ">"
+        return f"extern volatile int either;\n{found[1]}{_COVERING.format(sign=sign, scalar=found[2])}"
+
+    return re.sub(pattern, covering, source, flags=re.DOTALL)
+
+
+_COVERING = """\
+{{
+    const {scalar} bottom = -1.0 / 0.0;
+    if (!(b >= bottom)) {{
+        return either ? a : b;
+    }}
+    while (b != b) {{
+    }}
+    if (!(a >= bottom)) {{
+        return b;
+    }}
+    while (a != a) {{
+    }}
+    return a {sign} b ? a : b;
+}}
+"""
+
+
+def _main(of: Subject) -> str:
+    n, k, levels, call = of.vehicle.n, of.vehicle.k, of.levels, of.limits == "call"
+    inputs = [("tau", k), *([("f_min", n), ("f_max", n)] if call else [])]
+    outputs = [("f", n), *([("share", levels)] if levels else [])]
+    declared = "\n".join(f"    {of.scalar} {name}[{size}];" for name, size in [*inputs, *outputs])
+    filled = "\n".join(_loop(size, f"{name}[i] = any;") for name, size in inputs)
+    statuses = sorted(recipe(of.kernel).meanings)
+    answered = [status for status in statuses if status in ANSWERED]
+    holds = [_each(name, size, "written", f"\\initialized(&{name}[i])") for name, size in outputs]
+    if of.limited:
+        numbers = outputs[1:] if call else outputs  # bench.proof.safety.limits shows the rest
+        holds += [_each(name, size, "number", f"\\is_finite({name}[i])") for name, size in numbers]
+        holds += [_each("share", levels, "share", "0 <= share[i] <= 1")] if levels else []
+        holds += [] if call else [_limit(of, i) for i in range(n)]
+    refused = [_each(name, size, "untouched", f"!\\initialized(&{name}[i])") for name, size in outputs]
+    return f"""\
+#include "{of.name}.c"
+
+extern volatile {of.scalar} any;
+extern volatile int any_int;
+
+int main(void)
+{{
+{declared}
+    int fault, other, status;
+{filled}
+    fault = -1; /* each fault apart from the others, and all that are none */
+    for (int i = 0; i < {n} && any_int; i++) {{
+        fault = i;
+    }}
+    other = any_int;
+    if (other < -1 || other >= {n}) {{
+        fault = other;
+    }}
+    status = {of.name}({arguments(of.limits, levels, "fault")});
+    /*@ assert status: {" || ".join(f"status == {each}" for each in statuses)}; */
+    if ({" || ".join(f"status == {each}" for each in answered)}) {{
+{chr(10).join(holds)}
+    }} else {{
+{chr(10).join(refused)}
+    }}
+    return status;
+}}
+"""
+
+
+def _loop(size: int, statement: str) -> str:
+    return f"    for (int i = 0; i < {size}; i++) {{\n        {statement}\n    }}"
+
+
+def _each(name: str, size: int, label: str, holds: str) -> str:
+    return _loop(size, f"/*@ assert {label}_{name}: {holds}; */")
+
+
+def _limit(of: Subject, i: int) -> str:
+    low, high = (number(side[i], of.scalar).rstrip("F") for side in (of.vehicle.f_min, of.vehicle.f_max))
+    off = "" if of.vehicle.readiness[i] == 0 else f"        /*@ assert off: fault != {i} || f[{i}] == 0; */\n"
+    return (
+        f"        /*@ assert low: f[{i}] >= {low}; */\n        /*@ assert high: f[{i}] <= {high}; */\n{off}"
+    ).rstrip("\n")

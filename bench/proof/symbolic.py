@@ -1,0 +1,280 @@
+"""The generated C read into a program.
+
+Straight code needs no more: functions are inlined, loops between constants written out, an ``if`` that
+returns becomes an exit, and one that assigns becomes a choice between two values. What a function writes
+whose loops data end is unknown.
+"""
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from pycparser import c_ast, c_parser
+from pycparser.c_parser import ParseError
+
+from alloc.native.compiled import compiler
+from bench.chips.toolchain import ToolError
+from bench.proof import tools
+from bench.proof.program import Node, NotRead, Program
+from bench.proof.safety.harness import Subject
+
+
+def programs(of: Subject) -> dict[int, Program]:
+    """What the kernel does for each fault, -1 for none; raises NotRead, ToolError without a compiler."""
+    unit = _parsed(of)
+    functions = {node.decl.name: node for node in unit.ext if isinstance(node, c_ast.FuncDef)}
+    entry = functions[of.name].body.block_items[0]
+    if not isinstance(entry, c_ast.Switch):
+        raise NotRead("a function that does not begin with a switch over faults")
+    found = {}
+    for case in entry.stmt.block_items:
+        if isinstance(case, c_ast.Case):
+            called = case.stmts[0].expr
+            found[int(_literal(case.expr))] = _Reader(unit, functions).read(functions[called.name.name])
+    return found
+
+
+def _parsed(of: Subject) -> c_ast.FileAST:
+    if not compiler():
+        raise ToolError("needs a C compiler to read C with")
+    with tempfile.TemporaryDirectory(prefix="thrustbench-") as place:
+        for name, text in of.files.items():
+            (Path(place) / name).write_text(text, encoding="utf-8")
+        flags = ["-E", "-P", "-std=c99", "-U__GNUC__", "-U__ARM_FP"]
+        text = tools.run([*compiler(), *flags, f"{of.name}.c"], Path(place))
+    try:
+        return c_parser.CParser().parse(text)
+    except ParseError as error:
+        raise NotRead(f"no C: {error}") from None
+
+
+def _literal(node: Any) -> float:
+    if isinstance(node, c_ast.UnaryOp) and node.op == "-":
+        return -_literal(node.expr)
+    if not isinstance(node, c_ast.Constant):
+        raise NotRead(f"{type(node).__name__} where a number should stand")
+    text = node.value.rstrip("FfLlUu") if "x" not in node.value or "p" in node.value else node.value
+    return float.fromhex(text) if "x" in text else float(text)
+
+
+_BINARY = {"+": "add", "-": "sub", "*": "mul", "/": "div", "<": "lt", "<=": "le", ">": "gt", ">=": "ge"}
+_BINARY |= {"==": "eq", "!=": "ne", "&&": "and", "||": "or", "&": "and", "|": "or"}
+
+
+class _Reader:
+    """Reads one function and all that it calls into one program."""
+
+    def __init__(self, unit: c_ast.FileAST, functions: dict[str, c_ast.FuncDef]) -> None:
+        self.functions = functions
+        self.program = Program()
+        self.constants: dict[str, Any] = {}
+        for node in unit.ext:
+            if isinstance(node, c_ast.Decl) and isinstance(node.type, c_ast.Enum):
+                for each in node.type.values.enumerators:
+                    self.constants[each.name] = self.const(_literal(each.value))
+
+    def const(self, value: float) -> Node:
+        return self.program.add("const", value)
+
+    def read(self, function: c_ast.FuncDef) -> Program:
+        names: dict[str, Any] = dict(self.constants)
+        for parameter in function.decl.type.args.params:
+            size = int(_literal(parameter.type.dim))
+            written = "const" not in parameter.type.type.quals
+            names[parameter.name] = [
+                None if written else self.program.add("input", parameter.name, i) for i in range(size)
+            ]
+        self.program.status = self.block(function.body.block_items, names, None)
+        for parameter in function.decl.type.args.params:
+            if "const" not in parameter.type.type.quals:
+                for i, value in enumerate(names[parameter.name]):
+                    if value is None:
+                        raise NotRead(f"{parameter.name}[{i}] is never written")
+                    self.program.outputs[parameter.name, i] = value
+        return self.program
+
+    def block(self, statements: list[Any], names: dict[str, Any], under: Node | None) -> Node:
+        """Read statements; returns what is returned at their end, or -1."""
+        for statement in statements or []:
+            match statement:
+                case c_ast.Return():
+                    returned: Node = self.value(statement.expr, names)
+                    return returned
+                case c_ast.Decl():
+                    names[statement.name] = self.declared(statement, names)
+                case c_ast.DeclList():
+                    for each in statement.decls:
+                        names[each.name] = self.declared(each, names)
+                case c_ast.Assignment() if statement.op == "=":
+                    self.assign(statement.lvalue, self.value(statement.rvalue, names), names)
+                case c_ast.Assignment() if statement.op == "&=":
+                    name = statement.lvalue.name
+                    names[name] = self.program.add("and", names[name], self.value(statement.rvalue, names))
+                case c_ast.For():
+                    self.repeat(statement, names)
+                case c_ast.If():
+                    self.branch(statement, names, under)
+                case c_ast.FuncCall():
+                    self.value(statement, names)
+                case c_ast.Cast() | c_ast.EmptyStatement() | c_ast.Compound(block_items=None):
+                    pass
+                case _:
+                    raise NotRead(f"{type(statement).__name__} in straight code")
+        return -1
+
+    def declared(self, statement: c_ast.Decl, names: dict[str, Any]) -> Any:
+        if isinstance(statement.type, c_ast.ArrayDecl):
+            if statement.init is None:
+                return [None] * int(_literal(statement.type.dim))
+            if "const" in statement.type.type.quals:  # a table: each use is a node of its own
+                return tuple(_literal(each) for each in statement.init.exprs)
+            return [self.value(each, names) for each in statement.init.exprs]
+        return None if statement.init is None else self.value(statement.init, names)
+
+    def repeat(self, statement: c_ast.For, names: dict[str, Any]) -> None:
+        """A loop from one constant to another, written out."""
+        (counter,) = statement.init.decls
+        begin, end = (self.constant(each, names) for each in (counter.init, statement.cond.right))
+        for i in range(begin, end):
+            names[counter.name] = self.const(i)
+            self.block(statement.stmt.block_items, names, None)
+
+    def constant(self, node: Any, names: dict[str, Any]) -> int:
+        operation = self.program.nodes[self.value(node, names)]
+        if operation[0] != "const":
+            raise NotRead("an index that is calculated")
+        return int(operation[1])
+
+    def assign(self, place: Any, value: Node, names: dict[str, Any]) -> None:
+        if isinstance(place, c_ast.ID):
+            names[place.name] = value
+        elif isinstance(place, c_ast.ArrayRef):
+            array, index = names[place.name.name], self.constant(place.subscript, names)
+            if not 0 <= index < len(array):
+                raise NotRead(f"{place.name.name}[{index}] lies behind the array's end")
+            array[index] = value
+        else:
+            raise NotRead(f"an assignment to {type(place).__name__}")
+
+    def branch(self, statement: c_ast.If, names: dict[str, Any], under: Node | None) -> None:
+        condition = self.value(statement.cond, names)
+        held = condition if under is None else self.program.add("and", under, condition)
+        inner = {name: list(value) if isinstance(value, list) else value for name, value in names.items()}
+        body = (
+            statement.iftrue.block_items
+            if isinstance(statement.iftrue, c_ast.Compound)
+            else [statement.iftrue]
+        )
+        returned = self.block(body, inner, held)
+        if statement.iffalse is not None:
+            raise NotRead("else in straight code")
+        if returned >= 0:
+            self.exit(held, returned)
+            return
+        for name, before in names.items():
+            after = inner[name]
+            if isinstance(before, list):
+                for i, (old, new) in enumerate(zip(before, after, strict=True)):
+                    if old != new:
+                        before[i] = self.program.add("choose", condition, new, old)
+            elif before != after:
+                names[name] = self.program.add("choose", condition, after, before)
+
+    def exit(self, held: Node, returned: Node) -> None:
+        """A return under a condition; of two that a ternary gives, each under its own."""
+        operation = self.program.nodes[returned]
+        if operation[0] == "const":
+            self.program.exits.append((held, int(operation[1])))
+        elif operation[0] == "choose":
+            _, condition, then, other = operation
+            self.exit(self.program.add("and", held, condition), then)
+            self.exit(held, other)
+        else:
+            raise NotRead("a status that is calculated")
+
+    def value(self, node: Any, names: dict[str, Any]) -> Any:
+        match node:
+            case c_ast.Constant():
+                return self.const(_literal(node))
+            case c_ast.ID():
+                if names.get(node.name) is None:
+                    raise NotRead(f"{node.name} is read and was never written")
+                return names[node.name]
+            case c_ast.ArrayRef():
+                array, index = names[node.name.name], self.constant(node.subscript, names)
+                if not 0 <= index < len(array):
+                    raise NotRead(f"{node.name.name}[{index}] lies behind the array's end")
+                found = array[index]
+                if isinstance(found, float):
+                    return self.const(found)
+                if found is None:
+                    raise NotRead(f"{node.name.name}[…] is read and was never written")
+                return found
+            case c_ast.BinaryOp():
+                return self.binary(node, names)
+            case c_ast.UnaryOp():
+                return self.unary(node, names)
+            case c_ast.TernaryOp():
+                return self.ternary(
+                    *(self.value(each, names) for each in (node.cond, node.iftrue, node.iffalse))
+                )
+            case c_ast.FuncCall():
+                return self.call(node.name.name, [self.value(each, names) for each in node.args.exprs])
+            case c_ast.Cast():
+                return self.value(node.expr, names)
+        raise NotRead(f"{type(node).__name__} in an expression")
+
+    def binary(self, node: c_ast.BinaryOp, names: dict[str, Any]) -> Any:
+        left, right = self.value(node.left, names), self.value(node.right, names)
+        if isinstance(left, list):
+            return left[int(self.program.nodes[right][1]) :]  # a pointer moved along its array
+        return self.program.add(_BINARY[node.op], left, right)
+
+    def unary(self, node: c_ast.UnaryOp, names: dict[str, Any]) -> Node:
+        operand = self.value(node.expr, names)
+        inner = self.program.nodes[operand]
+        match node.op:
+            case "-" if inner[0] == "const":
+                return self.const(-inner[1])
+            case "-":
+                return self.program.add("neg", operand)
+            case "!":
+                return self.program.add("not", operand)
+        raise NotRead(f"the operator {node.op}")
+
+    def ternary(self, condition: Node, then: Node, other: Node) -> Node:
+        nodes = self.program.nodes
+        match nodes[condition]:
+            case ("lt", a, b) if (a, b) == (then, other):
+                return self.program.add("min", then, other)
+            case ("gt", a, b) if (a, b) == (then, other):
+                return self.program.add("max", then, other)
+            case ("lt", a, b) if nodes[b] == ("const", 0.0) and nodes[then] == ("neg", a) and a == other:
+                return self.program.add("abs", a)
+        return self.program.add("choose", condition, then, other)
+
+    def call(self, name: str, given: list[Any]) -> Any:
+        function = self.functions.get(name)
+        if function is None:
+            raise NotRead(f"a call of {name}, which is not in the file")
+        parameters = function.decl.type.args.params
+        if _loops(function):
+            for parameter, value in zip(parameters, given, strict=True):
+                if isinstance(value, list) and "const" not in parameter.type.type.quals:
+                    value[:] = [self.program.add("unknown") for _ in value]
+            return self.program.add("unknown")
+        inner = dict(self.constants)
+        inner |= {parameter.name: value for parameter, value in zip(parameters, given, strict=True)}
+        return self.block(function.body.block_items, inner, None)
+
+
+def _loops(function: c_ast.FuncDef) -> bool:
+    """Whether a function has a loop that data end: with while, break, or a return inside."""
+    found: list[tuple[Any, bool]] = [(function.body, False)]
+    while found:
+        node, inside = found.pop()
+        ends = isinstance(node, c_ast.Break | c_ast.Return) and inside
+        if ends or isinstance(node, c_ast.While | c_ast.DoWhile):
+            return True
+        found += [(child, inside or isinstance(node, c_ast.For)) for _, child in node.children()]
+    return False

@@ -1,0 +1,394 @@
+"""A project runs wherever C compiles; a record holds what arrived whole of its log, and nothing else."""
+
+import shutil
+import subprocess
+import time
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from alloc import NotApplicable, build, load_vehicle
+from alloc.native.code import Scalar
+from bench.chips.board.heard import Heard, boards
+from bench.chips.board.keep import keep
+from bench.chips.board.project import Project, plan, write
+from bench.chips.count import count
+from bench.chips.image import link
+from bench.inputs.board_log import LogError, answered, parse, read_board_log, seen
+from bench.record import read
+from bench.report import slowest
+from bench.results.fit import Fit, Loop
+from bench.results.machines import read_machines
+from bench.results.sizing import sizes
+from tests.board_logs import opened, sealed
+from tests.emulators import available
+
+METHODS = ("nullspace@native", "pinv@native")
+SETS = ("inactive", "active", "infeasible")
+
+
+def project(scalar: Scalar = "double", n: int = 20) -> Project:
+    return plan(load_vehicle("ukwial"), METHODS, SETS, scalar, "fixed", n, 3)
+
+
+def make(folder: Path, *words: str) -> None:
+    """Build with `make`; skips without a tool, and fails with the compiler's words."""
+    compiler = next((word[3:] for word in words if word.startswith("CC=")), "cc")
+    for tool in ("make", compiler):
+        if not shutil.which(tool):
+            pytest.skip(f"needs {tool}")
+    done = subprocess.run(["make", *words], cwd=folder, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """What a small project printed on this computer: every demand timed 150 times."""
+    folder = tmp_path_factory.mktemp("project")
+    write(project(), folder)
+    make(folder, "log", "CFLAGS=-O1 -DBOARD_PASSES=150")
+    return (folder / "build/posix/LOG").read_bytes()
+
+
+Hear = Callable[[bytes], list[Heard]]
+
+
+@pytest.fixture
+def hear(tmp_path: Path) -> Hear:
+    def boards_in(text: bytes) -> list[Heard]:
+        path = tmp_path / "LOG"
+        path.write_bytes(text)
+        return boards(path, read_board_log(path))
+
+    return boards_in
+
+
+def numbers(heard: Heard) -> dict[object, object]:
+    """Everything that would be kept of a board, as values that compare."""
+    kept: dict[object, object] = {name: d.taus.tobytes() for name, d in heard.demands.items()}
+    for key, runs in heard.asked.items():
+        for run in runs:
+            arrays = (run.F.tobytes(), run.status.tobytes(), run.ticks.tobytes())
+            kept[key] = (*arrays, tuple(run.ones), tuple(run.passes), run.worst_demand, run.worst_ticks)
+    return kept
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+@pytest.mark.parametrize("scalar", ["double", "float"])
+def test_it_builds_for_posix_with_make_alone_and_warnings_as_errors(
+    compiler: str, scalar: Scalar, tmp_path: Path
+) -> None:
+    write(project(scalar, n=3), tmp_path)
+    assert "-Werror" in (tmp_path / "Makefile").read_text()
+    make(tmp_path, f"CC={compiler}")
+    assert (tmp_path / "build/posix/board").exists()
+
+
+def test_a_log_becomes_a_run_like_any_other(log: bytes, tmp_path: Path) -> None:
+    (tmp_path / "LOG").write_bytes(log)
+    kept = keep(tmp_path / "LOG", tmp_path / "run", "Desk 1")
+    assert kept.good, kept.said
+    (machine,) = read_machines([tmp_path / "run"])
+    assert machine.name == "desk-1"
+    record = read(tmp_path / "run")
+    cells = {(cell.key.method, cell.key.demands): cell for cell in record.cells}
+    assert set(cells) == {("noop", "inactive"), *((m, d) for m in METHODS for d in SETS)}
+    for (method, demands), cell in cells.items():
+        assert sum(times for _, times in cell.singles) == 20 * 150
+        assert [batch.calls for batch in cell.batches] == [20] * 150
+        if method != "noop":
+            (problem,) = [p for p in record.problems if p.demands == demands]
+            assert cell.judged is not None
+            assert cell.judged.answers == problem.n_demands == 20
+            assert len(cell.worst) == 3
+    assert cells["nullspace@native", "active"].judged.agrees  # type: ignore[union-attr]
+    assert cells["nullspace@native", "infeasible"].judged.counts == {"INFEASIBLE": 20}  # type: ignore[union-attr]
+    assert slowest.section(machine.run, frozenset()).count("nullspace@native") == 3
+    sized = sizes(machine.run, Loop(rate_hz=10.0))
+    assert {size.method: size.fit for size in sized if size.exact}["nullspace@native"] <= Fit.WITHOUT_TAIL
+
+
+def test_demands_and_vehicle_come_back_to_the_last_bit(log: bytes, hear: Hear) -> None:
+    (heard,) = hear(log)
+    asked = {demands.name: demands for demands in project().sets}
+    for name, demands in heard.demands.items():
+        np.testing.assert_array_equal(demands.taus, asked[name].taus)
+        np.testing.assert_array_equal(demands.labels, asked[name].labels)
+    np.testing.assert_array_equal(heard.vehicle.T, load_vehicle("ukwial").T)
+    assert heard.missing == []
+
+
+def test_with_one_byte_in_a_hundred_changed_no_wrong_number_is_kept(log: bytes, hear: Hear) -> None:
+    """Also with so few changed that blocks survive beside damaged ones; digits become other digits."""
+    whole = numbers(hear(log)[0])
+    rng = np.random.default_rng(16)
+    digits = np.frombuffer(b"0123456789abcdef", np.uint8)
+    survived = 0
+    for share in [0.01] * 5 + [1e-4] * 5 + [2e-5] * 20:
+        text = np.frombuffer(log, np.uint8).copy()
+        hit = np.flatnonzero(rng.random(len(text)) < share)
+        noise = text[hit] ^ rng.integers(1, 256, len(hit), dtype=np.uint8)
+        plausible = np.isin(text[hit], digits) & (rng.random(len(hit)) < 0.9)
+        text[hit] = np.where(plausible, rng.choice(digits, len(hit)), noise)
+        try:
+            found = hear(text.tobytes())
+        except LogError:
+            continue
+        for heard in found:
+            survived += len(heard.asked)
+            assert numbers(heard).items() <= whole.items()
+    assert survived > 20  # or the check above checks nothing
+
+
+def test_lost_bytes_cost_their_block_and_it_is_named(log: bytes, tmp_path: Path) -> None:
+    at = log.index(b"ask", log.index(b"nullspace@native active")) - 200
+    (tmp_path / "LOG").write_bytes(log[:at] + log[at + 30 :])
+    kept = keep(tmp_path / "LOG", tmp_path / "run")
+    assert any("nullspace@native on active" in line for line in kept.said)
+    cells = {(cell.key.method, cell.key.demands) for cell in read(tmp_path / "run").cells}
+    assert ("nullspace@native", "active") not in cells
+    assert ("nullspace@native", "infeasible") in cells
+
+
+def test_a_reset_in_the_middle_is_a_repeat_of_what_was_whole_before(log: bytes, tmp_path: Path) -> None:
+    cut = log.index(b"pinv@native active")
+    (tmp_path / "LOG").write_bytes(log[:cut] + b"\xff\x00" + log)
+    kept = keep(tmp_path / "LOG", tmp_path / "run")
+    assert "the log has 2 starts, 1 of which ran to the end" in kept.said
+    repeats = [
+        (cell.key.method, cell.key.demands) for cell in read(tmp_path / "run").cells if cell.key.repeat == 1
+    ]
+    assert ("nullspace@native", "active") in repeats
+    assert ("pinv@native", "active") not in repeats
+
+
+def test_a_block_that_a_reset_tore_apart_is_not_made_whole_by_the_next_start(log: bytes, hear: Hear) -> None:
+    """Numbered without a gap, but of two starts: the block's CRC is over the text of both halves."""
+    lines = log.splitlines(keepends=True)
+    inside = next(i for i, line in enumerate(lines) if b" one " in line)
+    body = lines[inside].rsplit(b" ", 1)[0].replace(b" one ", b" all ")
+    torn = [*lines[:inside], b"%s %08x\n" % (body, zlib.crc32(body)), *lines[inside + 1 :]]
+    assert sum(map(len, hear(log)[0].asked.values())) == 7
+    assert sum(map(len, hear(b"".join(torn))[0].asked.values())) == 6
+
+
+def test_two_boards_in_one_log_become_two_records(log: bytes, tmp_path: Path) -> None:
+    write(project("float"), tmp_path)
+    make(tmp_path, "log", "CFLAGS=-O1 -DBOARD_PASSES=2")
+    second = (tmp_path / "build/posix/LOG").read_bytes()
+    (tmp_path / "LOG").write_bytes(log + second)
+    keep(tmp_path / "LOG", tmp_path / "runs", "desk")
+    first, other = (read(tmp_path / "runs" / name) for name in ("1-desk", "2-desk"))
+    assert {sum(times for _, times in cell.singles) for cell in first.cells} == {20 * 150}
+    assert {sum(times for _, times in cell.singles) for cell in other.cells} == {20 * 2}
+
+
+def test_single_precision_is_held_to_what_it_can_keep(tmp_path: Path) -> None:
+    write(project("float"), tmp_path)
+    make(tmp_path, "log", "CFLAGS=-O1 -DBOARD_PASSES=2")
+    assert keep(tmp_path / "build/posix/LOG", tmp_path / "run").good
+
+
+@pytest.mark.parametrize(
+    ("ticks", "said"),
+    [("return 7;", "stands still"), ("static uint32_t t; return t -= 3;", "goes backwards")],
+)
+def test_a_port_whose_ticks_are_nonsense_is_told(ticks: str, said: str, tmp_path: Path) -> None:
+    write(project(n=3), tmp_path)
+    port = tmp_path / "ports/posix.c"
+    text = port.read_text()
+    begin, end = text.index("    struct timespec"), text.index("}\n\nvoid board_put")
+    port.write_text(text[:begin] + f"    {ticks}\n" + text[end:])
+    make(tmp_path)
+    done = subprocess.run([tmp_path / "build/posix/board"], capture_output=True, timeout=20)
+    assert done.returncode == 1
+    (tmp_path / "LOG").write_bytes(done.stdout)
+    with pytest.raises(LogError, match=said):
+        keep(tmp_path / "LOG", tmp_path / "run")
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_wrong_answer_is_judged_by_equations(log: bytes, tmp_path: Path) -> None:
+    """A kernel that doubles its thrusts says SOLVED, and its checks sums are right."""
+    write(project(n=5), tmp_path)
+    adapter = tmp_path / "kernels/ukwial_nullspace/adapter.c"
+    text = adapter.read_text()
+    call = "CALL(ukwial_nullspace, (tau, -1, f));"
+    assert call in text
+    spoiled = "int status = ukwial_nullspace(tau, -1, f);\n    f[0] *= 2;\n    return status;"
+    adapter.write_text(text.replace(call, spoiled))
+    make(tmp_path, "log", "CFLAGS=-O1 -DBOARD_PASSES=1")
+    kept = keep(tmp_path / "build/posix/LOG", tmp_path / "run")
+    assert not kept.good
+    assert any("nullspace@native on active: SOLVED, but the wrench is not met" in line for line in kept.said)
+
+
+@pytest.fixture(scope="module")
+def leveled(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """What a project with `priority`, which has levels, printed on this computer."""
+    folder = tmp_path_factory.mktemp("levels")
+    methods = ("priority@native", "clip@native")
+    write(plan(load_vehicle("bluerov2-heavy"), methods, SETS[1:], "double", "fixed", 8, 3), folder)
+    make(folder, "log", "CFLAGS=-O1 -DBOARD_PASSES=2")
+    return (folder / "build/posix/LOG").read_bytes()
+
+
+def test_a_log_holds_what_was_delivered_of_each_level_as_a_run_does(
+    leveled: bytes, hear: Hear, tmp_path: Path
+) -> None:
+    """Two ways: the shares that the C wrote on the line, and those of the same method in Python."""
+    (heard,) = hear(leveled)
+    allocate = build("priority", heard.vehicle)
+    for name, demands in heard.demands.items():
+        (run,) = heard.asked["priority@native", name]
+        np.testing.assert_allclose(run.shares, [allocate(tau).share for tau in demands.taus], atol=1e-12)
+        assert heard.asked["clip@native", name][0].shares.shape == (8, 0)
+    keep(tmp_path / "LOG", tmp_path / "run")
+    cells = {(cell.key.method, cell.key.demands): cell.judged for cell in read(tmp_path / "run").cells}
+    beyond, within = cells["priority@native", "infeasible"], cells["priority@native", "active"]
+    assert beyond is not None
+    assert within is not None
+    assert min(within.share_min) >= 0.99  # of each level but the last at most 1 % is kept back
+    assert len(beyond.share_p50) == 3
+    assert min(beyond.share_min) < 0.99
+
+
+def test_shares_that_the_thrusts_do_not_deliver_are_wrong(leveled: bytes, tmp_path: Path) -> None:
+    one, half = (np.array(value, ">f8").tobytes().hex().encode() for value in (1.0, 0.5))
+    lines = opened(leveled)
+    spoiled = [line.replace(one, half) if line.startswith(b"f ") else line for line in lines]
+    (tmp_path / "LOG").write_bytes(sealed(spoiled))
+    kept = keep(tmp_path / "LOG", tmp_path / "run")
+    assert not kept.good
+    assert any("shares of its levels that its thrusts do not deliver" in line for line in kept.said)
+
+
+def test_a_log_of_before_shares_were_printed_is_still_read(leveled: bytes, hear: Hear) -> None:
+    lines = opened(leveled)
+    assert sealed(lines) == leveled  # it is the driver's form
+    ends, asks = 3 + 8, b""
+    for i, line in enumerate(lines):
+        asks = line if line.startswith(b"ask") else asks
+        if line.startswith(b"fact method"):
+            lines[i] = line.rpartition(b" ")[0]
+        elif line.startswith(b"f ") and b"priority" in asks:
+            lines[i] = b" ".join(line.split(b" ")[: ends + 1])
+    (old,) = hear(sealed(lines))
+    (new,) = hear(leveled)
+    for key, (run,) in old.asked.items():
+        assert run.shares.shape[1] == 0
+        np.testing.assert_array_equal(run.F, new.asked[key][0].F)
+        assert run.ones == new.asked[key][0].ones
+
+
+@pytest.mark.parametrize("text", [b"", b"\x00\xff" * 500, b"tb or not tb\n" * 9, b"tb 0 board 0 00000000\n"])
+def test_a_foreign_log_is_refused_with_what_to_do(text: bytes, hear: Hear) -> None:
+    with pytest.raises(LogError, match=r"; (give|open)"):
+        hear(text)
+
+
+def test_what_a_vehicle_does_not_have_is_left_out_and_said() -> None:
+    vehicle = load_vehicle("supply-vessel")
+    made = plan(vehicle, ("walsh@native", "pinv@native"), ("active", "jolts"), "double", "fixed", 5, 0)
+    assert [kernel.method for kernel in made.kernels] == ["pinv@native"]
+    assert [demands.name for demands in made.sets] == ["active"]
+    assert [reason.partition(":")[0] for reason in made.left_out] == ["walsh@native", "jolts"]
+    with pytest.raises(NotApplicable, match="supply-vessel: nothing is left to ask"):
+        plan(vehicle, ("walsh@native",), ("active",), "double", "fixed", 5, 0)
+
+
+@pytest.mark.parametrize(("machine", "name"), [("mps2-an386", "cortex-m4f"), ("mps2-an500", "cortex-m7")])
+def test_a_log_through_qemu_s_serial_line_has_the_plugin_s_counts(
+    machine: str, name: str, tmp_path: Path
+) -> None:
+    """Two ways: the line, read back; and the image that `emulate` counts, whose demands come from a file."""
+    board = available(name)
+    scalar: Scalar = "float" if name == "cortex-m4f" else "double"
+    asked = project(scalar)
+    write(asked, tmp_path)
+    make(tmp_path, f"PORT={machine}", "log")
+    keep(tmp_path / f"build/{machine}/LOG", tmp_path / "run")
+    rows = {(row.method, row.demands): row for row in read(tmp_path / "run").emulated}
+    assert len(rows) == 6
+    for kernel in asked.kernels:
+        folder = tmp_path / kernel.entry
+        folder.mkdir()
+        image = link(kernel, board, folder)
+        for demands in asked.sets:
+            counted = count(image, kernel.calls(demands.taus, *demands.limits))
+            values, calls = np.unique(counted.instructions, return_counts=True)
+            row = rows[kernel.method, demands.name]
+            assert row.instructions == list(zip(values.tolist(), calls.tolist(), strict=True))
+            assert row.stack_bytes == counted.stack_bytes.max()
+            assert row.target == name
+            assert row.agrees
+
+
+def test_the_driver_without_kernels_is_small(tmp_path: Path) -> None:
+    """At most 8 KiB of flash and 2 KiB of RAM on a Cortex-M, stack included, which -fstack-usage gives."""
+    available("cortex-m4f")
+    write(project("float", n=1), tmp_path)
+    make(tmp_path, "PORT=cortex-m", "CFLAGS=-O2 -fstack-usage")
+    objects = [tmp_path / f"build/cortex-m/{name}.c.o" for name in ("driver", "ports/cortex_m")]
+    printed = subprocess.run(["arm-none-eabi-size", *objects], capture_output=True, text=True, check=True)
+    sizes = np.array([line.split()[:3] for line in printed.stdout.splitlines()[1:]], dtype=int)
+    text, data, zeroed = sizes.sum(axis=0)
+    frames = [
+        int(line.split("\t")[1])
+        for path in tmp_path.rglob("driver*.su")
+        for line in path.read_text().splitlines()
+    ]
+    assert len(frames) > 5
+    assert text + data <= 8192
+    assert data + zeroed + sum(frames) <= 2048  # as if each function called the next
+
+
+def test_other_flags_compile_what_was_compiled_with_others(tmp_path: Path) -> None:
+    write(project(n=1), tmp_path)
+    made = tmp_path / "build/posix/driver.c.o"
+    times = []
+    for flags in ("CFLAGS=-O1", "CFLAGS=-O1", "CFLAGS=-O0"):
+        make(tmp_path, flags)
+        times.append(made.stat().st_mtime_ns)
+    assert times[0] == times[1] < times[2]
+
+
+def test_a_main_as_the_page_describes_it_links_with_the_library(tmp_path: Path) -> None:
+    available("cortex-m4f")
+    write(project("float", n=1), tmp_path)
+    make(tmp_path, "PORT=cortex-m")
+    text = '#include "board.h"\nint main(void) { board_start(); return board_run(); }\n'
+    (tmp_path / "main.c").write_text(text)
+    flags = "-std=c99 -Wall -Wextra -Werror -mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16"
+    words = f"arm-none-eabi-gcc {flags} --specs=nosys.specs main.c build/cortex-m/board.a -lm -o main.elf"
+    done = subprocess.run(words.split(), cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_log_of_a_million_calls_is_read_within_two_seconds() -> None:
+    """50 blocks of 200 demands with eight thrusts, each timed 100 times, as the driver prints them."""
+    lines: list[bytes] = []
+
+    def line(text: str, block: int) -> int:
+        body = f"tb {len(lines)} {text}".encode()
+        lines.append(body + b" %08x" % zlib.crc32(body))
+        return zlib.crc32(lines[-1], block)
+
+    for method in range(50):
+        block = line(f"ask 12345678 m{method} active 200 100", 0)
+        for i in range(200):
+            block = line(f"f {i} 0 {i} " + " ".join(["4009a5c3f0e1d2b7"] * 8), block)
+        for i in range(0, 400, 8):
+            block = line("one " + " ".join(f"{i + j} 50" for j in range(8)), block)
+        line(f"end {zlib.crc32(b'tb %d end' % len(lines), block):08x}", 0)
+    start = time.process_time()
+    log = parse(b"\n".join(lines))
+    answers = [answered(block, 8, np.dtype("<f8")) for block in log.blocks]
+    calls = sum(times for block in log.blocks for _, times in seen(block, "one"))
+    assert time.process_time() - start <= 2.0
+    assert calls == 1_000_000
+    assert all(len(one.F) == 200 for one in answers)
+    assert log.damaged == log.lost == 0

@@ -1,0 +1,114 @@
+"""A proof of generated C holds for any bits in its arguments; and it fails where the C is broken."""
+
+import json
+from pathlib import Path
+
+import msgspec
+import pytest
+from click.testing import CliRunner
+
+from alloc import load_vehicle
+from alloc.native import digest, generate
+from alloc.native.compiled import compiler
+from bench.commands.prove import command
+from bench.proof import Proof, subject, tools
+from bench.proof.sabotage import SABOTAGES, Sabotage, noticed, sabotaged
+from bench.proof.safety import claims as safety
+
+UKWIAL = load_vehicle("ukwial")
+QUICK = {
+    "an entry behind tau is read",
+    "a thrust is not cut at its limits",
+    "a lower limit stands for the upper",
+    "a limit is wider by one bit",
+    "NaN passes the limits",
+    "a number is read before it is written",
+    "f is touched by a call that is refused",
+    "another thruster is taken for the failed one",
+    "a share is above one",
+}
+"""What is broken here; test_symbolic.py breaks C with limits of the call, ``make prove`` all there is."""
+
+
+@pytest.fixture(autouse=True)
+def _analyser() -> None:
+    lacking = [tool for tool in tools.missing() if tool in ("frama-c", "cc")]
+    if lacking:
+        pytest.skip(f"needs {', '.join(lacking)}: {tools.remedy(lacking)}")
+
+
+@pytest.mark.parametrize("kernel", ["nullspace", "pinv", "scaled"])
+@pytest.mark.parametrize("limits", ["fixed", "call"])
+def test_a_kernel_is_free_of_errors_and_keeps_limits(kernel: str, limits: str, tmp_path: Path) -> None:
+    """Each claim is shown; of the closed form, which knows no limits, all but that on limits."""
+    of = subject(UKWIAL, kernel, "double", limits)  # type: ignore[arg-type]  # pytest's parameters are text
+    claims = safety.claims(of, tmp_path)
+    assert len(claims) >= 3
+    assert {claim.verdict for claim in claims} <= {"shown", "does not apply"}
+    assert [claim.claim for claim in claims if claim.verdict == "does not apply"] == (
+        [] if of.limited else [safety.LIMITS]
+    )
+
+
+@pytest.mark.parametrize(
+    "sabotage",
+    [each for each in SABOTAGES if each.name in QUICK],
+    ids=lambda each: each.name,
+)
+def test_a_proof_finds_sabotage(sabotage: Sabotage, tmp_path: Path) -> None:
+    """The same C, broken in one place, is not shown, and the words say why."""
+    whole = subject(UKWIAL, sabotage.kernel, "double", sabotage.limits)
+    assert noticed(sabotaged(whole, sabotage), tmp_path)
+
+
+def test_each_sabotage_that_is_tried_is_there() -> None:
+    assert {each.name for each in SABOTAGES} >= QUICK
+
+
+def test_what_an_analyser_can_not_read_is_not_shown(tmp_path: Path) -> None:
+    """C that does not compile shows nothing, and the tool's own words stand beside it."""
+    broken = Sabotage("no C", "nullspace", "fixed", r"return SOLVED;", "return SOLVED")
+    of = sabotaged(subject(UKWIAL, "nullspace", "double", "fixed"), broken)
+    claims = safety.claims(of, tmp_path)
+    assert {claim.verdict for claim in claims} == {"not shown"}
+    assert any("syntax error" in text for claim in claims for text in claim.words)
+
+
+def test_the_command_writes_proof_page_and_the_c_they_speak_of(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The hash in proof.json is that of the files beside it, and the self-test prints it."""
+    monkeypatch.setattr("bench.proof.certify.DEMANDS", 10_000)
+    monkeypatch.setattr("bench.proof.certify.TARGETS", {"double": ()})  # tests/bench/proof/test_binary.py
+    out = tmp_path / "proof"
+    done = CliRunner().invoke(
+        command,
+        ["--vehicle", "ukwial", "--method", "nullspace", "--out", str(out)],
+        standalone_mode=False,
+        catch_exceptions=False,
+    )
+    assert done.return_value == 0, done.output
+    proof = msgspec.json.decode((out / "proof.json").read_bytes(), type=Proof)
+    files = {path.name: path.read_text() for path in out.glob(f"{proof.function}.[ch]")}
+    assert proof.sha256 == digest(proof.function, files)
+    assert proof.sha256 in generate(UKWIAL, "nullspace")[f"{proof.function}_test.c"]
+    assert proof.tools["frama-c"]
+    assert proof.assumptions
+    assert proof.sha256 in (out / "proof.md").read_text()
+    assert json.loads((out / "proof.json").read_text())["claims"][0]["verdict"] == "shown"
+
+
+def test_a_proof_says_which_rules_of_misra_are_broken_and_why(tmp_path: Path) -> None:
+    """Every rule that the add-on names has a reason here."""
+    from bench.proof.misra import broken
+
+    if "cppcheck" in tools.missing():
+        pytest.skip(f"needs cppcheck: {tools.remedy(['cppcheck'])}")
+    rules = broken(subject(UKWIAL, "nullspace", "double", "call"), tmp_path)
+    assert rules
+    assert [each.rule for each in rules if not each.reason] == []
+
+
+def test_a_compiler_is_there_where_an_analyser_is() -> None:
+    """Both analyser and reader preprocess the C with it."""
+    assert compiler()

@@ -1,0 +1,140 @@
+"""Where thrusts hang on shares of steps: the bound on rounding, what it rests on, and that it can fail."""
+
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+
+from alloc import FloatArray, Vehicle, load_vehicle
+from alloc.native.code import Scalar
+from alloc.native.compiled import compiler
+from bench.proof import certify, subject
+from bench.proof.numeric import values
+from bench.proof.program import Program
+from bench.proof.rounding.errors import Errors
+from bench.proof.rounding.forms import NOTHING, ONE, Form, constant, total
+from bench.proof.rounding.loads import shares
+from bench.proof.rounding.search import searched
+from bench.proof.rounding.together import Together, _Model
+from bench.proof.symbolic import programs
+from tests.bench.proof.in_fractions import exactly
+
+pytest.importorskip("highspy")
+pytestmark = pytest.mark.skipif(not compiler(), reason="needs a C compiler")
+OFF = 2
+"""The thruster that is off: its programs are the smaller ones."""
+
+
+def kernel(scalar: Scalar) -> tuple[Program, Vehicle]:
+    """priority of a vehicle of three levels, the first two of which use up rooms of those behind them."""
+    vehicle = load_vehicle("bluerov2")
+    return programs(subject(vehicle, "priority", scalar, "fixed"))[OFF], vehicle.with_fault(OFF)
+
+
+def bound(program: Program, vehicle: Vehicle, scalar: Scalar) -> float:
+    """The bound of all thrusts [N]."""
+    return Errors(program, vehicle, scalar).bound()
+
+
+@pytest.mark.parametrize("scalar", ["double", "float"])
+def test_the_largest_error_that_a_search_finds_is_a_tenth_of_the_bound_at_least(scalar: Scalar) -> None:
+    """And no more than it; random demands come to a twentieth, since few of them leave little room."""
+    if scalar == "double" and np.finfo(np.longdouble).nmant <= 52:
+        pytest.skip("numpy has nothing wider than double here to compare with")
+    program, vehicle = kernel(scalar)
+    most = bound(program, vehicle, scalar)
+    assert most / 10 <= searched(program, vehicle, scalar, {}, most / 10) <= most
+
+
+def test_the_bound_holds_against_fractions_where_little_room_is_left() -> None:
+    """Of demands whose first level leaves one per cent of a room, calculated without any rounding."""
+    program, vehicle = kernel("double")
+    errors = Errors(program, vehicle, "double")
+    f = np.random.default_rng(4).uniform(-40.0, 40.0, (vehicle.n, 60))
+    f[4:, :] = np.where(f[4:, :] > 0, 39.99, -39.99)  # both vertical thrusters
+    near = 0
+    for tau in (vehicle.TP @ f).T:
+        got = values(program, {"tau": tau[:, None]}, np.float64)
+        true = exactly(program, tau)
+        near += bool(true[program.outputs["share", 1]] < 1)
+        for (name, _), node in program.outputs.items():
+            if name == "f":
+                assert abs(Fraction(np.float64(got[node].item())) - true[node]) <= Fraction(
+                    errors.error(node)
+                )
+    assert near > 10
+
+
+def test_a_room_that_is_taken_for_larger_than_it_is_gives_a_bound_that_does_not_hold(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A level leaves one per cent of a room. Were it said to leave half, a search finds larger errors."""
+    if np.finfo(np.longdouble).nmant <= 52:
+        pytest.skip("numpy has nothing wider than double here to compare with")
+    program, vehicle = kernel("double")
+    known = Together.add
+
+    def too_much(self: Together, fact: Form) -> None:
+        known(self, {atom: (each / 2 if atom[0] == NOTHING else each) for atom, each in fact.items()})
+
+    monkeypatch.setattr(Together, "add", too_much)
+    wrong = bound(program, vehicle, "double")
+    assert searched(program, vehicle, "double", {}, wrong) > wrong
+
+
+def test_an_error_above_the_bound_is_not_shown(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever the search finds stands against the bound."""
+    monkeypatch.setattr(certify, "DEMANDS", 100)
+    monkeypatch.setattr(certify, "DEMANDS_FAULT", 100)
+    monkeypatch.setattr(certify, "FAR", 0.5)
+    monkeypatch.setattr(certify, "searched", lambda *_: 1.0)
+    monkeypatch.setattr(certify, "before_limits", lambda *_: None)
+    claim, rows = certify._bounded(subject(load_vehicle("ukwial"), "scaled", "double", "fixed"))
+    assert claim.verdict == "not shown"
+    assert "an error of 1 N was seen, above the bound" in claim.words[0]
+    assert all(row.bound_n < 1e-11 for row in rows)
+
+
+def test_three_levels_have_three_shares_and_no_other_division_is_one() -> None:
+    program, _ = kernel("double")
+    assert len(shares(program.nodes)) == 3
+    program.nodes[:] = [("div", 0, 1) if each[0] == "div" else each for each in program.nodes]
+    assert not shares(program.nodes)
+
+
+def test_no_demand_and_share_exceeds_what_a_linear_program_says() -> None:
+    """Of p tau_j, tau_j and p, with the fact that p tau_0 is at most 1; the largest p tau_0 is just that."""
+    vehicle = load_vehicle("ukwial")
+    together, p = Together(vehicle, 0.0), 7
+    alone = {(NOTHING, 0): 1.0}
+    largest = float(np.abs(vehicle.TP[0]) @ vehicle.f_max)
+    assert together.most(alone) == pytest.approx(largest, rel=1e-6)
+    taken: Form = {(frozenset({p}), 0): 1.0}
+    together.add(total((1.0, constant(1.0)), (-1.0, taken)))
+    assert together.most(taken) == pytest.approx(1.0, rel=1e-6)
+    rng = np.random.default_rng(8)
+    tau = vehicle.TP @ rng.choice([-1.0, 1.0], (vehicle.n, 500)) * vehicle.f_max[0]
+    share = np.minimum(1.0, 1.0 / np.maximum(tau[0], 1e-9)) * rng.random(500)
+    for _ in range(20):
+        a, b, c, d = rng.standard_normal(4)
+        form: Form = {(frozenset({p}), 0): a, (frozenset({p}), 1): b, (NOTHING, 1): c}
+        form[frozenset({p}), ONE] = d
+        seen = share * (a * tau[0] + b * tau[1] + d) + c * tau[1]
+        assert together.least(form) <= seen.min() <= seen.max() <= together.most(form)
+
+
+def test_a_solver_that_is_wrong_gives_no_bound_that_is_too_small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The multipliers are the proof; with others, or none, the bound is wider."""
+    vehicle = load_vehicle("ukwial")
+    form = {(NOTHING, 0): 1.0}
+    true = Together(vehicle, 0.0).most(form)
+    solve = _Model.largest
+
+    def wrong(self: _Model, objective: FloatArray, below: FloatArray) -> Any:
+        found = solve(self, objective, below)
+        assert found is not None
+        return found[0] / 2, found[1]
+
+    monkeypatch.setattr(_Model, "largest", wrong)
+    assert Together(vehicle, 0.0).most(form) >= 0.999 * true

@@ -1,0 +1,100 @@
+"""The C as a list of operations answers as the compiled C does, and its limits follow from the comparison."""
+
+import ctypes
+
+import numpy as np
+import pytest
+
+from alloc import load_vehicle
+from alloc.native.compiled import compiler, shared_library
+from bench.proof import subject
+from bench.proof.numeric import answers
+from bench.proof.program import NotRead
+from bench.proof.sabotage import SABOTAGES, Sabotage, sabotaged
+from bench.proof.safety.harness import spelled_out
+from bench.proof.safety.limits import within
+from bench.proof.symbolic import programs
+
+pytestmark = pytest.mark.skipif(not compiler(), reason="needs a C compiler")
+UKWIAL = load_vehicle("ukwial")
+SCALARS = {"double": np.float64, "float": np.float32}
+
+
+@pytest.mark.parametrize(
+    ("name", "kernel", "scalar"),
+    [
+        ("ukwial", "nullspace", "double"),
+        ("ukwial", "scaled", "float"),
+        ("ukwial", "shrink", "double"),
+        ("supply-vessel", "nullspace", "double"),
+    ],
+)
+def test_the_operations_are_those_of_the_compiled_c(name: str, kernel: str, scalar: str) -> None:
+    """Status and thrusts are equal to the last bit, inside and outside, with and without a fault."""
+    vehicle = load_vehicle(name)
+    of = subject(vehicle, kernel, scalar, "fixed")  # type: ignore[arg-type]  # pytest's parameters are text
+    kind = SCALARS[scalar]
+    function = ctypes.CDLL(str(shared_library("proof", of.files)))[of.name]
+    rng = np.random.default_rng(1)
+    f = rng.uniform(1.5 * vehicle.f_min, 1.5 * vehicle.f_max, (60, vehicle.n))
+    taus = np.ascontiguousarray((f @ vehicle.TP.T).astype(kind))
+    taus[0], taus[1] = np.nan, np.finfo(kind).max
+    for fault in (-1, 1):
+        read = answers(programs(of)[fault], {"tau": taus.T}, kind)
+        for i, tau in enumerate(taus):
+            thrusts, share = np.zeros(vehicle.n, kind), np.zeros(9, kind)
+            arrays = [thrusts, share] if of.levels else [thrusts]
+            status = function(tau.ctypes, fault, *(array.ctypes for array in arrays))
+            assert status == read.status[i]
+            if status in (0, 1):
+                np.testing.assert_array_equal(thrusts, read.outputs["f"][:, i])
+
+
+@pytest.mark.parametrize("kernel", ["nullspace", "clip", "scaled", "redistribute"])
+def test_limits_of_the_call_follow_from_the_comparison_that_answers(kernel: str) -> None:
+    of = subject(load_vehicle("bluerov2-heavy"), kernel, "float", "call")
+    for fault, program in programs(of).items():
+        assert within(program, fault, of.vehicle.n) == []
+
+
+@pytest.mark.parametrize(
+    "sabotage", [each for each in SABOTAGES if each.limits == "call"], ids=lambda each: each.name
+)
+def test_they_do_not_where_the_comparison_or_the_cut_is_broken(sabotage: Sabotage) -> None:
+    of = sabotaged(subject(UKWIAL, sabotage.kernel, "double", "call"), sabotage)
+    assert within(programs(of)[-1], -1, of.vehicle.n)
+
+
+ODD = (np.nan, -np.inf, np.inf, 0.0, -0.0, 1.0, -2.0, 5e-324, -1.7e308)
+
+
+def test_minimum_and_maximum_for_the_analyser_cover_both_forms() -> None:
+    """With ``either`` 0 it is the C's own, with 1 IEEE 754's minNum and maxNum, zeros' signs apart.
+
+    So whatever the analyser shows of its copy holds of comparisons and of the FPU's instructions.
+    """
+    source = subject(UKWIAL, "nullspace", "double", "fixed").source
+    helpers = source[source.index("static inline double least") : source.index("static inline double within")]
+    called = "".join(
+        f"double call_{f}(double a, double b) {{ return {f}(a, b); }}\n" for f in ("least", "most")
+    )
+    own = ctypes.CDLL(str(shared_library("own", {"own.c": helpers + called})))
+    text = "volatile int either;\n" + spelled_out(helpers) + called
+    copy = ctypes.CDLL(str(shared_library("copy", {"copy.c": text})))
+    either = ctypes.c_int.in_dll(copy, "either")
+    for name, ieee in (("least", np.fmin), ("most", np.fmax)):
+        ours, theirs = (getattr(library, f"call_{name}") for library in (own, copy))
+        ours.restype = theirs.restype = ctypes.c_double
+        for a in map(ctypes.c_double, ODD):
+            for b in map(ctypes.c_double, ODD):
+                either.value = 0
+                np.testing.assert_equal(theirs(a, b), ours(a, b))
+                either.value = 1
+                np.testing.assert_array_equal(theirs(a, b), ieee(a.value, b.value))
+
+
+def test_what_is_not_straight_code_is_refused() -> None:
+    """A number that is calculated has no place as an index, and the message says so."""
+    sabotage = Sabotage("an index", "nullspace", "fixed", r"= tau\[0\]", "= tau[(int)tau[1]]")
+    with pytest.raises(NotRead, match="index"):
+        programs(sabotaged(subject(UKWIAL, "nullspace", "double", "fixed"), sabotage))
