@@ -10,7 +10,8 @@ import pytest
 from alloc import Allocation, FloatArray, Label, Status, build, load_vehicle
 from bench.demands import build_demands, labelled
 from bench.demands.generated import growth_vehicle
-from bench.judging.judge import after_failure, judge, shared
+from bench.judging.faults import shared
+from bench.judging.judge import after_failure, judge
 from bench.judging.question import Question, Unanswered, ask_here, questions
 from bench.record import Judged
 from bench.studies.saturation import limits

@@ -1,0 +1,147 @@
+"""Which answers are wrong, and how: each by the equations alone, whatever its solver says of it."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from alloc import (
+    WRENCH_TOLERANCE,
+    Allocation,
+    BoolArray,
+    FloatArray,
+    IndexArray,
+    Label,
+    Status,
+    StatusArray,
+    find_formulation,
+)
+from bench.judging.question import Question, right_answers
+from bench.judging.shares import misstated
+
+COMPARED = 256
+"""Answers whose memory is compared; comparing all of them would take longer than measuring them."""
+
+
+class Measured(NamedTuple):
+    """M answers as arrays, and what the equations say of each; no verdict yet.
+
+    Attributes
+    ----------
+    F, status : (M, n) thrusts [N], rows of NaN where an answer is none, and (M,) what their method says
+    demand : (M,) which demand each answers
+    shares : what each says to deliver of its levels
+    misshapen, shared : (M,) answers that are no n thrusts; whose memory is another answer's too
+    error, relative : (M, k) |T P f - tau| [N, N m], and (M,) its largest entry over ``wrench_scale`` [-]
+    violation, distance : (M,) how far outside the limits, and from the right answer [N]
+    """
+
+    F: FloatArray
+    status: StatusArray
+    demand: IndexArray
+    shares: list[Sequence[float]]
+    misshapen: BoolArray
+    shared: BoolArray
+    error: FloatArray
+    relative: FloatArray
+    violation: FloatArray
+    distance: FloatArray
+
+    @property
+    def finite(self) -> BoolArray:
+        """Which answers are finite in all entries, (M,)."""
+        return np.isfinite(self.F).all(axis=1)
+
+    @property
+    def gave_up(self) -> BoolArray:
+        """Which answers say that there are no thrusts, (M,)."""
+        return np.isin(self.status, (Status.INFEASIBLE, Status.NOT_CONVERGED))
+
+
+def measured(question: Question, answers: Sequence[Allocation], formulation: str) -> Measured:
+    """The answers to the demands of the question, in order and over again from the first, as arrays."""
+    demands, vehicle = question.demands, question.demands.vehicle
+    thrusts, statuses, *_ = zip(*answers, strict=True)
+    F, misshapen = stacked(thrusts, vehicle.n)
+    demand = np.arange(len(F)) % len(demands.taus)
+    finite = np.logical_and.reduce(np.isfinite(F), axis=1)
+    f = np.where(finite[:, None], F, 0.0)
+    right = right_answers(question, formulation)
+    error = np.abs(f @ vehicle.TP.T - demands.taus[demand])
+    low, high = (np.broadcast_to(side, right.shape)[demand] for side in demands.limits)
+    return Measured(
+        F=F,
+        # A board's log may hold any number; the ends of int8 are no statuses either.
+        status=np.clip(statuses, -128, 127).astype(np.int8),
+        demand=demand,
+        shares=[answer[4] if len(answer) > 4 else () for answer in answers],
+        misshapen=misshapen,
+        shared=shared(thrusts),
+        error=error,
+        relative=(error / vehicle.wrench_scale).max(axis=1),
+        violation=np.maximum(f - high, low - f).max(axis=1).clip(min=0.0),
+        distance=np.abs(f - right[demand]).max(axis=1),
+    )
+
+
+def faults(
+    question: Question,
+    seen: Measured,
+    formulation: str,
+    limited: bool,
+    tolerance: float,
+    wrench_tolerance: float = WRENCH_TOLERANCE,
+) -> dict[str, BoolArray]:
+    """By what is wrong, which answers (M,) are wrong so; how far they are from the optimum is not asked."""
+    demands, definition = question.demands, find_formulation(formulation)
+    finite, gave_up, label = seen.finite, seen.gave_up, demands.labels[seen.demand]
+    solved: BoolArray = np.equal(seen.status, Status.SOLVED)
+    attainable = (label == Label.INACTIVE) | (label == Label.ACTIVE)
+    met = seen.relative <= wrench_tolerance
+    f = np.where(finite[:, None], seen.F, 0.0)
+    return {
+        "not an array of n thrusts": seen.misshapen,
+        "a status that is none": ~np.isin(seen.status, [s.value for s in Status]),
+        "NaN or infinity although it says SOLVED or PARTIAL": ~finite & ~gave_up,
+        "a thrust although it says that there is none": ~np.isnan(seen.F).all(axis=1) & gave_up,
+        "SOLVED, but the wrench is not met": solved & finite & ~met & (not definition.gives_way),
+        "a limit is violated": finite & ~(seen.violation <= 0.0) & limited,
+        "SOLVED, but no thrust inside the limits gives this wrench": solved
+        & (label == Label.INFEASIBLE)
+        & (limited and not definition.gives_way),
+        "says INFEASIBLE, but a thrust inside the limits gives this wrench": (
+            seen.status == Status.INFEASIBLE
+        )
+        & attainable,
+        "shares of its levels that its thrusts do not deliver": finite
+        & misstated(demands, seen.demand, seen.shares, f, formulation, tolerance),
+        "shares memory with another answer: yesterday's changes when today's is made": seen.shared,
+    }
+
+
+def stacked(thrusts: Sequence[FloatArray], n: int) -> tuple[FloatArray, BoolArray]:
+    """F (M, n), and which of the M answers are no (n,) arrays of real numbers; those are rows of NaN in F."""
+    misshapen = np.array(
+        [not isinstance(f, np.ndarray) or f.shape != (n,) or f.dtype.kind not in "fiu" for f in thrusts]
+    )
+    if misshapen.any():
+        nothing = np.full(n, np.nan)
+        thrusts = [nothing if bad else f for f, bad in zip(thrusts, misshapen, strict=True)]
+    F: FloatArray = np.concatenate(thrusts).reshape(-1, n)
+    return F, misshapen
+
+
+def shared(thrusts: Sequence[FloatArray]) -> BoolArray:
+    """Which answers overlap in memory with another one, of the first COMPARED.
+
+    All answers are alive while they are compared, so overlap means that a method hands a buffer out again.
+    Such a method does so within a few calls.
+    """
+    bounds = [
+        np.lib.array_utils.byte_bounds(f) if isinstance(f, np.ndarray) else (0, 0) for f in thrusts[:COMPARED]
+    ]
+    low, high = np.array(bounds, dtype=np.int64).T
+    order = np.argsort(low, kind="stable")
+    overlap = np.zeros(len(thrusts), dtype=bool)
+    overlap[order[1:]] = low[order[1:]] < np.maximum.accumulate(high[order])[:-1]
+    return overlap
