@@ -9,6 +9,7 @@ import pytest
 from hypothesis import settings
 
 from alloc import Entry, Vehicle, catalogue, list_vehicles, load_vehicle
+from alloc.nullspace.structure import decompose
 from tests.places import ROOT
 
 # No deadline, since a busy machine is not the code's fault. Examples are the same in every run, so that
@@ -25,9 +26,25 @@ for name in ("FORCE_COLOR", "PY_COLORS", "GIT_DIR", "GIT_INDEX_FILE", "GIT_WORK_
 os.environ.setdefault("THRUSTBENCH_CACHE", str(ROOT / "build" / "kernels"))
 
 
-@pytest.fixture(params=list_vehicles(), scope="session")
+def structure(name: str) -> tuple[object, ...]:
+    """What decides a shipped vehicle's way through the code: k, n, rank, and the blocks of its null space."""
+    vehicle = load_vehicle(name)
+    return vehicle.k, vehicle.n, vehicle.rank, *(block.N.shape for block in decompose(vehicle).blocks)
+
+
+FIRST = {structure(name): name for name in reversed(list_vehicles())}
+"""Of the shipped vehicles that share a structure, the first."""
+
+
+@pytest.fixture(
+    params=[
+        pytest.param(name, marks=() if name in FIRST.values() else pytest.mark.long)
+        for name in list_vehicles()
+    ],
+    scope="session",
+)
 def vehicle(request: pytest.FixtureRequest) -> Vehicle:
-    """Each shipped vehicle in turn."""
+    """Each shipped vehicle in turn; those whose structure an earlier one has are asked with ``-m long``."""
     return load_vehicle(request.param)
 
 
