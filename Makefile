@@ -48,7 +48,7 @@ prove: .venv/installed
 	$(BIN)/python -m bench.proof.install
 	$(BIN)/thrustbench prove --out runs/proof/double
 	$(BIN)/thrustbench prove --float --out runs/proof/float
-	$(BIN)/python -m bench.studies.sabotage
+	$(BIN)/python docs/studies/sabotage.py
 
 .venv/installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv

@@ -37,7 +37,7 @@ class Generator(Protocol):
     ALGORITHM, LICENCE : as the solver's authors state them
     CAP : iterations after which a call ends
     TOLERANCE : by scalar, promised distance of x to the optimum, relative to the largest limit [-]: three
-        times the worst that ``bench.studies.rivals`` found, rounded up
+        times the worst that ``docs/studies/rivals.py`` found, rounded up
     """
 
     ALGORITHM: str

@@ -66,7 +66,7 @@ class Solver(Protocol):
     STARTS : the starts that its binding can do
     SETTINGS : by level, all that differs from what the solver ships, and its iteration and time caps
     TOLERANCE : by formulation and level, promised distance of x to the optimum, relative to the largest
-        limit [-]: three times the worst of 10,000 hard cases (``bench.studies.solvers``), rounded up. A
+        limit [-]: three times the worst of 10,000 hard cases (``docs/studies/solvers.py``), rounded up. A
         solver stops at residuals, and how far x then is from the optimum depends on the problem: the soft
         one, with slack weights in the thousands, is worse conditioned
     """

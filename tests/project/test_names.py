@@ -49,7 +49,7 @@ def test_every_name_in_a_document_exists(document: Path) -> None:
     [
         ("`alloc.Vehicle.TP`, `alloc.qp.pose_hard(vehicle)` and `bench.record`.", []),
         ("`alloc.worth`, `alloc.Vehicle.WP`", ["alloc.Vehicle.WP", "alloc.worth"]),
-        ("`python -m bench.studies.gone`", ["bench.studies.gone"]),
+        ("`python docs/studies/gone.py`", ["docs/studies/gone.py"]),
         ("`alloc/qp/__init__.py`, bench/suite/*.py and `tests/alloc/`.", []),
         ("```sh\npytest tests/gone.py\n```", ["tests/gone.py"]),
         ("see alloc/qp.py.", ["alloc/qp.py"]),

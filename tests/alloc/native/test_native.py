@@ -26,7 +26,7 @@ from alloc.native import RECIPES, compiled, function_name, generate, missing, so
 from alloc.native.bounds import Where
 from alloc.native.code import Scalar
 from bench.demands import build_demands
-from bench.studies.campaign import vehicle_of
+from bench.demands.odd_vehicles import vehicle_of
 from tests.nullspace_cases import SHAPES, demands_of_known_verdict, random_vehicle
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "-")
@@ -37,7 +37,7 @@ REFUSED = 2
 UNKNOWN_FAULT = -1
 NOT_FINITE = -2
 EVERYWHERE = ("nullspace", "priority")
-"""Kernels that are compiled for every vehicle here; ``bench.studies.native_selftests`` does so with all."""
+"""Kernels that are compiled for every vehicle here; ``docs/studies/native_selftests.py`` does so with all."""
 SMALL = "ukwial"
 
 
@@ -117,7 +117,7 @@ def test_where_h_couples_thrusters_that_z_moves_with_others_a_way_still_ends_at_
 def test_self_tests_of_vehicles_with_all_that_a_file_may_hold_are_green(
     number, kernel, scalar, limits, tmp_path
 ) -> None:
-    """``python -m bench.studies.native_selftests --plain --odd --random 300`` asks three hundred of them."""
+    """``python docs/studies/native_selftests.py --plain --odd --random 300`` asks three hundred of them."""
     vehicle = replace(vehicle_of(number)[0], name=f"odd{number}")
     done = run(compile_in(tmp_path, generate(vehicle, kernel, scalar, limits=limits), *SANITIZE))
     assert done.returncode == 0, done.stdout + done.stderr

@@ -8,7 +8,7 @@ from scipy.optimize import nnls
 
 from alloc import FloatArray, Status, Vehicle, alpha_max, build, find_formulation, load_vehicle
 from alloc.reach.way import Way
-from bench.studies.saturation import limits, vehicles
+from saturation import limits, vehicles
 from tests.nullspace_cases import SHAPES, random_vehicle
 
 METHODS = ("scaled", "scaled-by-group", "priority")

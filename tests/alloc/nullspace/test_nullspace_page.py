@@ -6,10 +6,11 @@ import shutil
 import numpy as np
 import pytest
 
+import c_loop
+import nullspace_picture
 from alloc import build, load_vehicle
 from alloc.native import function_name, missing, sources
 from bench.chips.kernel import Kernel
-from bench.studies import c_loop, nullspace_picture
 from tests.places import DOCS
 
 PAGE = (DOCS / "exact.md").read_text(encoding="utf-8")

@@ -14,8 +14,8 @@ from alloc.reach.edge import start
 from alloc.reach.levels import KEEP, groups, step_maps
 from alloc.reach.way import Way
 from bench.demands.generated import growth_vehicle
-from bench.studies.campaign import asked, vehicle_of
-from bench.studies.saturation import limits, share_by_program, vehicles
+from bench.demands.odd_vehicles import asked, vehicle_of
+from saturation import limits, share_by_program, vehicles
 
 LP = 1e-8
 """What HiGHS may leave of a share: it works to 1e-10 in scaled wrench, and a step may be 1e-2 long."""

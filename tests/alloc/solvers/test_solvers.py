@@ -24,9 +24,8 @@ from alloc import (
     solvers,
 )
 from alloc.allocation import FloatArray
+from bench.demands.odd_vehicles import asked, inside, vehicle_of
 from bench.demands.sets.jolts import within
-from bench.studies.campaign import asked, vehicle_of
-from bench.studies.odd_vehicles import inside
 
 VEHICLE = load_vehicle("ukwial")
 OFFERS = [

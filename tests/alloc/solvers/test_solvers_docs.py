@@ -3,7 +3,7 @@
 import pytest
 
 from alloc import solvers
-from bench.studies.solver_defects import reproductions
+from solver_defects import reproductions
 from tests.places import DOCS, ROOT
 
 TEXT = (DOCS / "solvers.md").read_text(encoding="utf-8")

@@ -62,7 +62,7 @@ def test_a_corner_demand_puts_every_thruster_at_a_limit(vehicle: Vehicle, rng: n
 
 @pytest.mark.parametrize("entry", LIMITED, ids=lambda e: e.name)
 def test_every_status_on_hard_sequences_is_true(entry: Entry, vehicle: Vehicle) -> None:
-    """This is the first hundredth of the full sweep, ``python -m bench.studies.solvers``."""
+    """This is the first hundredth of the full sweep, ``python docs/studies/solvers.py``."""
     demand_set = build_demands("hard", vehicle, seed=3, n=25)
     for start in entry.starts:
         for level in entry.levels:

@@ -1,6 +1,6 @@
 """The gate on real trees in real repositories: what it finds, what it lets pass, what it refuses.
 
-Times are not asserted here; ``python -m bench.studies.gate_check`` asserts them, from ``.ci/run``.
+Times are not asserted here; ``python docs/studies/gate_check.py`` asserts them, from ``.ci/run``.
 """
 
 import json
@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 
+import gate_check
 from bench.commands.gate import command
 from bench.gate import instructions
-from bench.studies import gate_check
-from bench.studies.injection import CLOSED_FORMS, delete_method, scale_thrusts, slow_down
+from injection import CLOSED_FORMS, delete_method, scale_thrusts, slow_down
 
 FEW = ("--pairs", "2", "--no-instructions", "--cells", "ukwial:pinv", "--cells", "ukwial:svd")
 

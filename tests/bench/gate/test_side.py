@@ -11,8 +11,8 @@ from typing import Any
 import psutil
 import pytest
 
+import gate_check
 from bench.gate.side import Died, Refused, Side, SourceTree
-from bench.studies import gate_check
 
 
 def test_a_side_never_imports_the_gate_s_own_library(tmp_path: Path) -> None:

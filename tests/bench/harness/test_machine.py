@@ -8,7 +8,7 @@ import psutil
 import pytest
 
 from bench.harness import machine
-from bench.studies.gate_check import git
+from gate_check import git
 
 
 @pytest.fixture

@@ -137,7 +137,7 @@ def test_no_worker_outlives_the_run(outcome: tuple[Result, Record]) -> None:
 
 def test_proxqp_started_from_a_result_it_does_not_have_is_a_row_with_a_reason(tmp_path: Path) -> None:
     pytest.importorskip("proxsuite")
-    study = ROOT / "bench" / "studies" / "proxqp_previous.py"
+    study = ROOT / "docs" / "studies" / "proxqp_previous.py"
     options = ["--vehicle=ukwial", "--demands=active", f"--plugin={study}", "--method=pinv"]
     tiny = ["--n=8", "--budget-ms=1", "--repeats=1", f"--time-limit={TIME_LIMIT_S}", f"--out={tmp_path}"]
     result = CliRunner().invoke(cli, ["run", *options, *tiny], standalone_mode=False)

@@ -14,7 +14,7 @@ from bench.judging.faults import shared
 from bench.judging.judge import after_failure, judge
 from bench.judging.question import Question, Unanswered, ask_here, questions
 from bench.record import Judged
-from bench.studies.saturation import limits
+from saturation import limits
 
 PROMISES = {"formulation": "hard", "limited": True, "tolerance": 1e-9}
 

@@ -1,1 +1,0 @@
-"""Studies behind claims in the documents: scripts whose output a document quotes."""

@@ -1,0 +1,90 @@
+"""The tables of docs/proof.md out of proofs: ``python docs/studies/proof_tables.py [DIR]``.
+
+DIR [runs/proof] holds the folders that ``thrustbench prove`` wrote, at any depth. What was not proven is left
+empty. Also printed: how many claims are shown, the largest ratio of bound to error, and which worst paths
+stay an interval.
+"""
+
+import sys
+from collections import Counter
+from itertools import groupby
+from pathlib import Path
+
+import msgspec
+
+from alloc import list_vehicles
+from bench.proof import Proof
+from bench.proof.certify import BOUNDED
+from bench.proof.path.worst import TARGETS
+from bench.results.text import table
+
+KERNELS = ("nullspace", "clip", "scaled", "priority", "pinv", "walsh", "shrink", "redistribute")
+
+
+def main(folder: Path) -> None:
+    """Print the tables."""
+    files = sorted(folder.rglob("proof.json"))
+    proofs = [msgspec.json.decode(path.read_bytes(), type=Proof) for path in files]
+    known = {(each.vehicle, each.method, each.scalar): each for each in proofs}
+    for scalar, targets in TARGETS.items():
+        made = {(vehicle, kernel): each for (vehicle, kernel, of), each in known.items() if of == scalar}
+        print(f"Rounding, {scalar}: bound, and how many times the largest error seen or found\n")
+        print(_table({key: _bound(each) for key, each in made.items()}))
+        for name in targets:
+            print(f"Most instructions of any call, {scalar}, {name}\n")
+            print(_table({key: _worst(each, name) for key, each in made.items()}))
+    _summary(proofs)
+
+
+def _table(cells: dict[tuple[str, str], str]) -> str:
+    rows = [
+        [vehicle, *(cells.get((vehicle, kernel), "") for kernel in KERNELS)] for vehicle in list_vehicles()
+    ]
+    return table(["vehicle", *KERNELS], rows)
+
+
+def _bound(proof: Proof) -> str:
+    """The whole vehicle's bound, and the largest ratio of all faults."""
+    verdict = next(each.verdict for each in proof.numbers if each.claim == BOUNDED)
+    whole = [each for each in proof.rounding if each.fault < 0]
+    return f"{whole[0].bound_n:.1e} ({_ratio(proof):.1f})" if whole and verdict == "shown" else "not shown"
+
+
+def _ratio(proof: Proof) -> float:
+    return max((each.ratio for each in proof.rounding), default=0.0)
+
+
+def _worst(proof: Proof, target: str) -> str:
+    for each in proof.worst_paths:
+        if each.target == target:
+            exact = each.at_most == each.attained
+            return str(each.attained) if exact else f"{each.attained} … {each.at_most or 'not known'}"
+    return "not shown"
+
+
+def _summary(proofs: list[Proof]) -> None:
+    for scalar, some in groupby(sorted(proofs, key=lambda each: each.scalar), key=lambda each: each.scalar):
+        group = list(some)
+        verdicts = Counter(claim.verdict for each in group for claim in each.claims)
+        worst = [(each, path) for each in group for path in each.worst_paths]
+        listed = Counter(found.verdict for _, path in worst for found in path.paths)
+        bands = [row.verdict_band or 0.0 for each in group for row in each.rounding]
+        turned = [
+            f"{each.vehicle} {row.flipped_n:.1e}"
+            for each in group
+            for row in each.rounding
+            if row.fault < 0 and row.flipped_n is not None
+        ]
+        seconds, whole = sum(each.seconds for each in group), sum(path.all_paths for _, path in worst)
+        print(f"{scalar}: {len(group)} kernels, claims {dict(verdicts)}, {seconds:.0f} s")
+        print(f"  all paths listed of {whole} of {len(worst)}, {dict(listed)}")
+        print(f"  largest ratio {max(map(_ratio, group)):.1f}; widest band {max(bands, default=0.0):.2g}")
+        print(f"  bound where a branch turns: {', '.join(turned) or '-'}")
+        print(f"  MISRA without a reason: {sum(not rule.reason for each in group for rule in each.misra)}")
+        for each, path in worst:
+            if path.attained != path.at_most:
+                print(f"  {each.function} on {path.target}: {path.attained} … {path.at_most}")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1] if len(sys.argv) > 1 else "runs/proof"))
