@@ -1,0 +1,149 @@
+"""Vehicles that are almost symmetric, and demands on the edges of what they can do.
+
+A published matrix is a symmetric vehicle printed to a few digits: columns that depend on each other in truth
+do so up to the last digit only. Whoever divides by what is left of such a minor gets any thrust at all.
+Random vehicles show none of this: they are either symmetric to the last bit, or not at all.
+"""
+
+from collections.abc import Callable
+from itertools import product
+
+import numpy as np
+
+from alloc import DOF, FloatArray, Vehicle
+
+Poses = tuple[FloatArray, FloatArray]
+"""Positions (n, 3) [m] and directions (n, 3) of unit length."""
+
+PLANAR = (0, 1, 5)
+"""Rows of T for a vehicle that is controlled in surge, sway and yaw only."""
+
+
+def two_planes(rng: np.random.Generator) -> Poses:
+    """Four canted vertical thrusters at (+-x, +-y), four horizontal ones turned by 45 degrees or less."""
+    corners = np.array(list(product((1.0, -1.0), (1.0, -1.0), (1.0,))))
+    cant, turn = rng.uniform(0.1, 0.6, 2), rng.choice([np.pi / 4, rng.uniform(0.3, 1.2)])
+    upright = np.stack([corners[:, 0] * cant[0], corners[:, 1] * cant[1], np.ones(4)], axis=1)
+    flat = np.stack([np.full(4, np.cos(turn)), corners.prod(axis=1) * np.sin(turn), np.zeros(4)], axis=1)
+    places = [corners * rng.uniform(0.1, 0.6, 3) for _ in range(2)]
+    return np.vstack(places), np.vstack([upright, flat])
+
+
+def three_planes(rng: np.random.Generator) -> Poses:
+    """Eight thrusters at (+-x, +-y, +-z), each the mirror image of its neighbours."""
+    corners = np.array(list(product((1.0, -1.0), repeat=3)))
+    return corners * rng.uniform(0.1, 0.6, 3), corners * rng.uniform(0.2, 1.0, 3)
+
+
+def one_plane(rng: np.random.Generator) -> Poses:
+    """Three or four thrusters anywhere, their mirror images to starboard, and up to two amidships."""
+    pairs, amidships = int(rng.integers(3, 5)), int(rng.integers(0, 3))
+    places, pushes = rng.uniform(-0.5, 0.5, (pairs, 3)), rng.normal(size=(pairs, 3))
+    middle, along = rng.uniform(-0.5, 0.5, (amidships, 3)), rng.normal(size=(amidships, 3))
+    middle[:, 1] = along[:, 1] = 0.0
+    mirror = np.array([1.0, -1.0, 1.0])
+    return np.vstack([places, places * mirror, middle]), np.vstack([pushes, pushes * mirror, along])
+
+
+def in_the_plane(rng: np.random.Generator) -> Poses:
+    """Four thrusters at the corners of a rectangle, and up to two more on its long axis."""
+    corners = np.array(list(product((1.0, -1.0), (1.0, -1.0), (0.0,))))
+    turn, more = rng.uniform(0.3, 1.2), int(rng.integers(0, 3))
+    pushes = np.stack([np.full(4, np.cos(turn)), corners[:, 0] * corners[:, 1], np.zeros(4)], axis=1)
+    ends = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]])[:more]
+    return np.vstack([corners * rng.uniform(0.1, 0.6, 3), ends]), np.vstack(
+        [pushes, np.tile([[0, 1.0, 0]], (more, 1))]
+    )
+
+
+def repeated(rng: np.random.Generator) -> Poses:
+    """A mirrored vehicle with one thruster twice, or with two that pull against each other in one line."""
+    places, pushes = two_planes(rng) if rng.integers(2) else one_plane(rng)
+    again = rng.integers(len(places), size=1)
+    return np.vstack([places, places[again]]), np.vstack([pushes, pushes[again] * rng.choice([1.0, -1.0])])
+
+
+FAMILIES: tuple[Callable[[np.random.Generator], Poses], ...] = (
+    two_planes,
+    three_planes,
+    one_plane,
+    in_the_plane,
+    repeated,
+)
+
+
+def near_degenerate(rng: np.random.Generator, e: float | None = None) -> Vehicle:
+    """A vehicle that is symmetric but for ``e``, or for about 10^-3 ... 10^-15 where that is left out.
+
+    In turn the entries of T are moved by up to e, the poses are, or either is rounded to as many decimals;
+    with e = 0 nothing is. In every sixth vehicle the last axis is all but lost.
+    """
+    family = FAMILIES[int(rng.integers(len(FAMILIES)))]
+    places, pushes = family(rng)
+    e = 10.0 ** -rng.uniform(3, 15) if e is None else e
+    how = int(rng.integers(4)) if e else -1
+    if how in (1, 3):
+        places, pushes = (_moved(each, e, rng, rounded=how == 3) for each in (places, pushes))
+    pushes = pushes / np.linalg.norm(pushes, axis=1, keepdims=True)
+    axes = PLANAR if family is in_the_plane else range(6)
+    T = np.vstack([pushes.T, np.cross(places, pushes).T])[list(axes)]
+    T[np.abs(T) < 1e-15] = 0.0
+    if rng.integers(6) == 0:
+        T[-1] = T[0] * 0.3 + T[-1] * 10.0 ** -rng.uniform(1, 5)
+    if how in (0, 2):
+        T = _moved(T, e, rng, rounded=how == 2)
+    k, n = T.shape
+    high = np.full(n, 60.0)
+    high *= rng.uniform(0.3, 1.3, n) if rng.integers(2) else 1.0
+    reversing = rng.choice([1.0, 2 / 3, 0.0], n, p=[0.3, 0.6, 0.1])
+    low = -high * (reversing if rng.integers(4) == 0 else reversing[0])
+    weights = rng.choice([1.0, 2.0], n) if rng.integers(4) == 0 else np.ones(n)
+    return Vehicle(
+        name=f"near-{family.__name__.replace('_', '-')}",
+        dof=tuple(DOF[axis] for axis in axes),
+        T=T,
+        H=np.diag(weights),
+        f_min=low,
+        f_max=high,
+        readiness=np.ones(n),
+        slack_weights=np.full(k, 2000.0),
+        priority=(
+            tuple(DOF[axis] for axis in list(axes)[k // 2 :]),
+            tuple(DOF[axis] for axis in list(axes)[: k // 2]),
+        ),
+        source="generated: symmetric but for its last digits",
+    )
+
+
+def edge_demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
+    """n demands (n, k) [N, N m] on vertices, edges and faces, shortened, as they are, and beyond.
+
+    Half of the thrusts that make them stand at the limits which a direction favours, so that the wrench is on
+    the edge of the attainable set: a random direction, or one at right angles to k - 1 thrusters, whose
+    thrusts are then free. The others stand at limits at random, but for up to k that are free.
+    """
+    k, on = vehicle.k, vehicle.working
+    scaled = vehicle.TP[:, on] / vehicle.wrench_scale[:, None]
+    F = np.zeros((n, vehicle.n))
+    for i, f in enumerate(F):
+        along = rng.normal(size=len(on))
+        free = rng.choice(len(on), min(int(rng.integers(0, k)), len(on)), replace=False)
+        if i % 2:
+            spanning = rng.choice(len(on), min(k - 1, len(on)), replace=False)
+            normal = np.linalg.svd(scaled[:, spanning].T)[2][-1] if i % 4 == 1 else rng.normal(size=k)
+            along = normal @ scaled
+            free = np.flatnonzero(np.abs(along) < 1e-14) if i % 8 == 5 else free[:0]
+            if i % 8 == 1:
+                free = spanning[: int(rng.integers(0, k))]
+        f[on] = np.where(along > 0, vehicle.f_max[on], vehicle.f_min[on])
+        f[on[free]] = rng.uniform(vehicle.f_min[on[free]], vehicle.f_max[on[free]])
+    taus: FloatArray = F @ vehicle.TP.T * rng.choice([0.5, 0.999, 1.0, 1.3], (n, 1))
+    return taus
+
+
+def _moved(values: FloatArray, e: float, rng: np.random.Generator, rounded: bool) -> FloatArray:
+    """Values rounded to about that many decimals, or those that are not zero moved by up to e."""
+    if rounded:
+        return values.round(int(np.clip(np.rint(-np.log10(e)), 3, 12)))
+    by: FloatArray = np.where(values != 0, e * rng.uniform(-1, 1, values.shape), 0.0)
+    return values + by
