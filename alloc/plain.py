@@ -3,6 +3,7 @@
 import inspect
 from collections.abc import Callable
 from math import hypot, inf
+from operator import le
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from alloc.allocation import (
     checked,
     real,
 )
-from alloc.errors import PluginError
+from alloc.errors import NotApplicable, PluginError
 from alloc.vehicle import Vehicle
 from alloc.vehicle.call_limits import at_call, one_by_one
 
@@ -34,8 +35,8 @@ class Plain:
 
     Its answer is SOLVED where T P f misses tau by 1e-6 of ``vehicle.wrench_scale`` at most and, where limits
     are promised, f lies inside them; else PARTIAL. None, and thrusts that are not finite, are NOT_CONVERGED.
-    A function that takes ``f_min`` and ``f_max`` gets those of each call; any other is judged by them
-    all the same.
+    A function that takes ``f_min`` and ``f_max`` gets those of each call, and is not asked where they cross:
+    that is INFEASIBLE. Any other function can't know them, so a call with limits is refused.
     """
 
     def __init__(
@@ -58,9 +59,18 @@ class Plain:
     def __call__(
         self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
     ) -> Allocation:
-        """Allocate one wrench (k,) [N, N m]; raises PluginError where the function gives no n numbers."""
+        """Allocate one wrench (k,) [N, N m] within limits (n,) [N], the vehicle's where there are none.
+
+        Raises PluginError where the function gives no n numbers, NotApplicable for limits that it does not
+        take.
+        """
         wrench = checked(tau, self._k)
         low, high = self._limits(f_min, f_max)
+        if f_min is not None or f_max is not None:
+            if not self._takes_limits:
+                raise NotApplicable("the function takes no limits of each call; add f_min and f_max to tau")
+            if not all(map(le, low.tolist(), high.tolist())):
+                return answer(np.full(self._n, np.nan), Status.INFEASIBLE)
         if self._takes_limits:
             given = self._function(wrench, f_min=low, f_max=high)
         else:

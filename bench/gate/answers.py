@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from alloc import Allocation, NotApplicable, Status
+from alloc import Allocation, BoolArray, NotApplicable, Status
 from alloc.plain import ANY_DISTANCE
 from bench.demands import DemandSet
 from bench.demands.store import Case
@@ -15,6 +15,7 @@ from bench.gate.prober import Prober
 from bench.gate.record import GateCell
 from bench.gate.side import Died, Refused
 from bench.gate.worker import packed, unpacked
+from bench.judging.faults import faults, measured
 from bench.judging.judge import judge
 from bench.judging.question import Question
 
@@ -57,7 +58,8 @@ def answered(side: Prober, cell: GateCell, question: Question) -> SideAnswers:
         return SideAnswers(str(reason), {}, (), refused=refused)
     # Each f is an array of its own: the judge looks for answers that share memory.
     thrusts = [f.copy() for f in unpacked(raw["F"])]
-    answers = [Allocation(f, Status(s)) for f, s in zip(thrusts, raw["status"], strict=True)]
+    # A wrong plug-in's status may be any number, which is for the judge to say.
+    answers = [Allocation(f, cast("Status", s)) for f, s in zip(thrusts, raw["status"], strict=True)]
     at_odds = ""
     if raw["other"] is not None:
         at_odds = f"many() gives demand {raw['other']} another status than a call of its own"
@@ -95,19 +97,41 @@ def wrong(question: Question, side: SideAnswers) -> str:
     return ""
 
 
+def wrong_ones(question: Question, side: SideAnswers) -> BoolArray:
+    """Which of one side's answers are wrong by the equations, or beyond the promised distance, (N,)."""
+    seen = measured(question, side.answers, side.promises["formulation"])
+    wrong: BoolArray = seen.distance > side.promises["tolerance"] * question.demands.vehicle.f_scale
+    for kind in faults(question, seen, **side.promises).values():
+        wrong |= kind
+    return wrong
+
+
 def differ(question: Question, base: SideAnswers, head: SideAnswers) -> str:
-    """How the right answers of two sides differ from each other; empty where they don't."""
+    """How two sides' answers differ, but for those that were wrong and now are right; empty where they don't.
+
+    Answers that are wrong on both sides are compared too: a wrong answer may get worse.
+    """
     vehicle, on_edge = question.demands.vehicle, np.abs(question.demands.alpha - 1) <= EDGE
     for promise in ("formulation", "limited"):
         if base.promises[promise] != head.promises[promise]:
             return f"{promise} {base.promises[promise]} → {head.promises[promise]}"
+    mended = wrong_ones(question, base) & ~wrong_ones(question, head)
+    alike = ~mended
     for i, (a, b) in enumerate(zip(base.answers, head.answers, strict=True)):
-        if a.status != b.status and not on_edge[i]:
-            return f"status {Status(a.status).name} → {Status(b.status).name} for demand {i}"
-    F = [np.array([answer.f for answer in side.answers]) for side in (base, head)]
-    apart = float(np.nan_to_num(np.abs(F[0] - F[1])).max())
+        if a.status != b.status:
+            if not on_edge[i] and not mended[i]:
+                return f"status {_name(a.status)} → {_name(b.status)} for demand {i}"
+            alike[i] = False
+    before, now = (np.array([answer.f for answer in side.answers])[alike] for side in (base, head))
+    same = (before == now) | (np.isnan(before) & np.isnan(now))
+    apart = float(np.nan_to_num(np.abs(before - now)[~same], nan=np.inf).max(initial=0.0))
     # Either side may be as far from the optimum as the base promises, in opposite directions. A method that
     # promises no distance is held to what it answered before.
     tolerance = base.promises["tolerance"]
     allowed = 2 * (tolerance if tolerance < ANY_DISTANCE else ROUNDING) * vehicle.f_scale
     return f"thrusts differ by up to {apart:.3g} N, {allowed:.3g} N allowed" if apart > allowed else ""
+
+
+def _name(status: int) -> str:
+    """The status in words; a wrong plug-in may give any number."""
+    return Status(status).name if status in set(Status) else str(status)

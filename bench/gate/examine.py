@@ -121,10 +121,11 @@ def _examine(
             of_base, of_head = first(of_base, count), first(of_head, count)
             base, head = (side._replace(answers=side.answers[:count]) for side in (base, head))
             remarks.append(f"only {count:,} demands were looked at: `{cell.name}`")
-        cell.base_wrong = cell.base_wrong or wrong(of_base, base)
-        cell.head_wrong = cell.head_wrong or wrong(of_head, head)
-        if asked is theirs and not (cell.base_wrong or cell.head_wrong or cell.differ):
-            cell.differ = differ(of_base, base, head)
+        before, now = wrong(of_base, base), wrong(of_head, head)
+        cell.base_wrong, cell.head_wrong = cell.base_wrong or before, cell.head_wrong or now
+        cell.turned_wrong = cell.turned_wrong or ("" if before else now)
+        if asked is theirs:
+            cell.differ = cell.differ or differ(of_base, base, head)
     return remarks, refused
 
 

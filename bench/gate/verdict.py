@@ -14,6 +14,8 @@ TRIPWIRE = 1.01
 """Counts of instructions on identical trees differ by far less than 1 %, so 1 % is a change of the code."""
 CONTROL_DRIFT = 0.03
 """A control cell has the same code on both sides: where its time moves by this much, the machine changed."""
+ABOUT_TIME = "no answer got worse; inconclusive about time"
+"""Answers need no quiet machine, so by the time that this is said they have passed."""
 
 
 class Outcome(IntEnum):
@@ -102,10 +104,10 @@ def verdict(record: GateRecord) -> Verdict:
     if heavier:
         return ended(outcome=Outcome.REGRESSION, summary="regression: more instructions per call")
     if record.cut:  # looked at before the controls, because over a few pairs they move by chance
-        return ended(outcome=Outcome.INCONCLUSIVE, summary=f"inconclusive: {record.cut}")
+        return ended(outcome=Outcome.INCONCLUSIVE, summary=f"{ABOUT_TIME}: {record.cut}")
     if moved:
         names = ", ".join(f"{r.name} by {r.ratio.value - 1:+.1%}" for r in moved)
-        summary = f"inconclusive: cells that no commit can change moved ({names}); try a quieter machine"
+        summary = f"{ABOUT_TIME}: cells that no commit can change moved ({names}); try a quieter machine"
         return ended(outcome=Outcome.INCONCLUSIVE, summary=summary)
     if slower:
         return ended(outcome=Outcome.REGRESSION, summary="regression: slower")
@@ -163,8 +165,8 @@ def _is_lost(cell: GateCell) -> bool:
 
 
 def _wrong_answer(cell: GateCell) -> str:
-    if cell.head_wrong and not cell.base_wrong:
-        return f"wrong answer: {cell.head_wrong}"
+    if cell.turned_wrong:
+        return f"wrong answer: {cell.turned_wrong}"
     return f"another answer: {cell.differ}" if cell.differ else ""
 
 

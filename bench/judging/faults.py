@@ -50,7 +50,8 @@ class Measured(NamedTuple):
     @property
     def finite(self) -> BoolArray:
         """Which answers are finite in all entries, (M,)."""
-        return np.isfinite(self.F).all(axis=1)
+        finite: BoolArray = np.logical_and.reduce(np.isfinite(self.F), axis=1)
+        return finite
 
     @property
     def gave_up(self) -> BoolArray:

@@ -5,7 +5,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from alloc import Allocator, AllocError, PluginError, Status, UnknownName, load_plugin, load_vehicle, prepare
+from alloc import (
+    Allocator,
+    AllocError,
+    NotApplicable,
+    PluginError,
+    Status,
+    UnknownName,
+    load_plugin,
+    load_vehicle,
+    prepare,
+)
 from alloc.plain import Plain
 
 DATACLASS = '''\
@@ -134,6 +144,19 @@ def test_a_function_that_takes_limits_gets_those_of_the_call(tmp_path: Path) -> 
     assert isinstance(allocate, Plain)
     assert allocate([300, 0, 0]).f.max() > 60
     assert allocate([300, 0, 0], f_min=[-60] * 4, f_max=[60] * 4).f.max() == 60
+
+
+def test_limits_that_cross_leave_nothing_to_ask_the_function_for(tmp_path: Path) -> None:
+    text = "def build(vehicle):\n    return lambda tau, f_min, f_max: 1 / 0\n"
+    answer = plugged(tmp_path, text)([300, 0, 0], f_min=[-60, 10, -60, -60], f_max=[60, 9, 60, 60])
+    assert answer.status == Status.INFEASIBLE
+    assert np.isnan(answer.f).all()
+
+
+def test_a_function_that_takes_no_limits_is_not_asked_to_keep_those_of_a_call(tmp_path: Path) -> None:
+    allocate = plugged(tmp_path, CLIPPED.format(declared="LIMITED = True"))
+    with pytest.raises(NotApplicable, match="takes no limits of each call; add f_min and f_max to tau"):
+        allocate([300, 0, 0], f_min=[-60] * 4, f_max=[60] * 4)
 
 
 @pytest.mark.parametrize(

@@ -131,6 +131,27 @@ def test_answers_with_different_statuses_differ(question: Question, right: list[
     assert differing == f"status SOLVED → PARTIAL for demand {i}"
 
 
+def test_a_wrong_answer_that_became_another_wrong_answer_differs(
+    question: Question, right: list[Allocation]
+) -> None:
+    i = at(question, Label.ACTIVE)
+    base = changed(right, i, 1.001 * right[i].f)
+    assert differ(question, base, base) == ""
+    assert "thrusts differ by up to" in differ(question, base, changed(right, i, 1.01 * right[i].f))
+    nothing = changed(right, i, np.full(4, np.nan), Status.SOLVED)
+    assert "thrusts differ by up to inf N" in differ(question, base, nothing)
+
+
+def test_a_mended_answer_does_not_differ_and_another_that_broke_meanwhile_does(
+    question: Question, right: list[Allocation]
+) -> None:
+    i, other = at(question, Label.ACTIVE), at(question, Label.INACTIVE)
+    base, mended = changed(right, i, 1.001 * right[i].f), SideAnswers("", PROMISES, right)
+    assert differ(question, base, mended) == ""
+    broken = changed(right, other, 1.001 * right[other].f)
+    assert "thrusts differ" in differ(question, base, broken)
+
+
 def test_answers_to_different_formulations_differ(question: Question, right: list[Allocation]) -> None:
     soft = SideAnswers("", {**PROMISES, "formulation": "soft"}, right)
     assert differ(question, SideAnswers("", PROMISES, right), soft) == "formulation hard → soft"

@@ -94,10 +94,10 @@ def test_a_spent_budget_is_reported_before_a_control_cell_that_moved() -> None:
         cut="the budget was spent",
     )
     assert result.outcome is Outcome.INCONCLUSIVE
-    assert result.summary == "inconclusive: the budget was spent"
+    assert result.summary == "no answer got worse; inconclusive about time: the budget was spent"
 
 
-@pytest.mark.parametrize("wrong", [{"head_wrong": "off by 1 N"}, {"differ": "status SOLVED → PARTIAL"}])
+@pytest.mark.parametrize("wrong", [{"turned_wrong": "off by 1 N"}, {"differ": "status SOLVED → PARTIAL"}])
 def test_a_wrong_or_different_answer_fails_however_fast_it_is(wrong: dict[str, str]) -> None:
     assert judged(cell(**timed(0.5), **wrong)).outcome is Outcome.REGRESSION
 
@@ -114,7 +114,7 @@ def test_an_answer_that_is_wrong_on_both_sides_is_noted_and_passes() -> None:
 def test_a_cell_that_is_gone_is_the_first_reason_to_fail() -> None:
     gone = GateCell(vehicle="ukwial", method="svd", head_lacks="no such method")
     moved = GateCell(vehicle="control", method="loop", **timed(2.0))
-    result = judged(gone, cell(head_wrong="off"), moved, cut="no time left")
+    result = judged(gone, cell(turned_wrong="off"), moved, cut="no time left")
     assert result.outcome is Outcome.REGRESSION
     assert result.summary == "regression: cells are gone"
     assert result.findings[0].cell == "ukwial:svd:-"

@@ -1,0 +1,78 @@
+"""The gate on what a user has after ``thrustbench init``: the starter plug-in, and ways to break it."""
+
+import re
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import MappingProxyType
+
+import pytest
+from click.testing import CliRunner, Result
+
+from bench.commands.gate import command as gate_command
+from bench.commands.init import command as init_command
+from bench.studies import gate_check
+
+SABOTAGES: Mapping[str, Callable[[str], str]] = MappingProxyType(
+    {
+        "sign": lambda text: text.replace("G = np", "G = -np"),
+        "tenth_less": lambda text: text.replace("G @ tau", "0.9 * (G @ tau)"),
+        "nothing": lambda text: text.replace("G @ tau", "0 * (G @ tau)"),
+        "one_way": lambda text: text.replace("G @ tau", "abs(G @ tau)"),
+        # Of the gate's mixed demands one in a thousand has such a number for its first.
+        "one_in_a_thousand": lambda text: text.replace(
+            "G @ tau", "G @ tau * (0.9 if hash(float(tau[0])) % 1000 == 0 else 1)"
+        ),
+        "no_limits": lambda text: text.replace("np.clip(G @ tau, vehicle.f_min, vehicle.f_max)", "G @ tau"),
+        "no_promise": lambda text: text.replace("LIMITED = True", "LIMITED = False"),
+        "half_limits": lambda text: text.replace("vehicle.f_max)", "0.5 * vehicle.f_max)"),
+        "mirrored": lambda text: text.replace("G @ tau,", "(G @ tau)[::-1],"),
+        "refuses": lambda text: text.replace(
+            "        return", "        if tau[0] > 0:\n            return None\n        return"
+        ),
+        "not_a_number": lambda text: text.replace("G @ tau,", "np.where(tau[0] > 0, np.nan, G @ tau),"),
+        "raises": lambda text: text.replace("        return", "        assert tau[0] < 0\n        return"),
+    }
+)
+
+
+@pytest.fixture(scope="module")
+def starter(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What ``init`` writes, in a repository with one commit; a copy of the plug-in for each sabotage."""
+    folder = tmp_path_factory.mktemp("mine")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        made = CliRunner().invoke(init_command, ["my-rov", "--like", "bluerov2-heavy"], standalone_mode=False)
+    assert made.exception is None, made.output
+    text = (folder / "my_allocator.py").read_text()
+    for name in ("same", *SABOTAGES):
+        (folder / f"{name}.py").write_text(text)
+    gate_check.git(folder, "init", "--quiet")
+    gate_check.commit(folder, "base")
+    return folder
+
+
+def gate(folder: Path, *names: str) -> Result:
+    """What the gate says of the last commit's plug-ins of those names."""
+    plugins = [word for name in names for word in ("--plugin", str(folder / f"{name}.py"))]
+    options = ("--vehicle", str(folder / "my-rov.yaml"), "--pairs", "2", "--no-instructions")
+    arguments = ["HEAD~1", "HEAD", "--repo", str(folder), *plugins, *options]
+    return CliRunner().invoke(gate_command, arguments, standalone_mode=False)
+
+
+def test_each_sabotage_of_the_starter_plug_in_is_a_regression_of_its_own(starter: Path) -> None:
+    for name, spoil in SABOTAGES.items():
+        file = starter / f"{name}.py"
+        before = file.read_text()
+        file.write_text(spoil(before))
+        assert file.read_text() != before
+    file = starter / "same.py"
+    file.write_text(file.read_text() + "# another comment\n")
+    gate_check.commit(starter, "head")
+
+    result = gate(starter, "same", *SABOTAGES)
+    assert result.exception is None, result.output
+    assert result.return_value == 1
+    found = re.findall(
+        r"^\| `[^`]*my-rov.yaml:([a-z-]+):-` +\| (?:wrong answer|another answer|gone): ", result.stdout, re.M
+    )
+    assert {name.replace("-", "_") for name in found} == set(SABOTAGES)
