@@ -85,7 +85,9 @@ def prepare(
     ask_reference = asker({}, folder, state.common_job(), max(limit_s, STARTUP_S), state.tell)
     in_record = {(line.vehicle, line.demands) for line in known.problems}
     ours = {vehicle.name for vehicle in named}
-    for i, question in enumerate(questions(sets, ask_reference)):
+    # A plug-in may answer another formulation than its file says.
+    answered = None if state.plugins else {contender.method.formulation for contender in taking_part}
+    for i, question in enumerate(questions(sets, ask_reference, answered)):
         key = (question.demands.vehicle.name, question.demands.name)
         state.files[key] = folder / f"question-{i}.npz"
         question.save(state.files[key])

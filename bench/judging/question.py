@@ -1,6 +1,6 @@
 """Demands with their right answers, made once a run and handed to the workers."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -19,6 +19,7 @@ from alloc import (
     generalized_inverse,
     list_formulations,
 )
+from alloc.formulations.hard import FORMULATION as HARD
 from alloc.formulations.unlimited import FORMULATION as UNLIMITED
 from bench.demands import DemandSet
 from bench.demands.store import Case, arrays_of_demands, demands_of, save
@@ -48,7 +49,7 @@ class Question:
     def load(cls, path: Path) -> "Question":
         """Read what ``save`` wrote."""
         with np.load(path) as arrays:
-            right = {f.name: arrays[f"right {f.name}"] for f in list_formulations()}
+            right = {name[6:]: arrays[name] for name in arrays.files if name.startswith("right ")}
             return cls(demands_of(arrays), right, {})
 
 
@@ -93,15 +94,19 @@ def ask_here(method: str, cases: Sequence[Case]) -> list[Answers | Unanswered]:
     return answers
 
 
-def questions(sets: Sequence[DemandSet], ask: Ask) -> list[Question]:
+def questions(
+    sets: Sequence[DemandSet], ask: Ask, formulations: Container[str] | None = None
+) -> list[Question]:
     """Each demand set with the right answers of every formulation, as the formulation's references give them.
 
     Where T* tau lies inside the limits it is the optimum, so closed forms and QPs are held to the same
-    numbers there.
+    numbers there. ``formulations`` are the names of those that somebody answers: the references of others
+    are not asked, but for the hard optimum, which losses are counted against.
     """
     made = [Question(d, {UNLIMITED.name: d.taus @ generalized_inverse(d.vehicle).T}, {}) for d in sets]
     for formulation in list_formulations():
-        if formulation.name != UNLIMITED.name:
+        answered = formulations is None or formulation.name in formulations or formulation.name == HARD.name
+        if formulation.name != UNLIMITED.name and answered:
             _ask_references(formulation, made, ask)
     return made
 

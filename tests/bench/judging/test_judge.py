@@ -1,6 +1,6 @@
 """Every kind of wrong answer is found, and right answers are not called wrong."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +10,10 @@ import pytest
 from alloc import Allocation, FloatArray, Label, Status, build, load_vehicle
 from bench.demands import build_demands, labelled
 from bench.demands.generated import growth_vehicle
+from bench.demands.store import Case
 from bench.judging.faults import shared
 from bench.judging.judge import after_failure, judge
-from bench.judging.question import Question, Unanswered, ask_here, questions
+from bench.judging.question import Answers, Question, Unanswered, ask_here, questions
 from bench.record import Judged
 from saturation import limits
 
@@ -240,3 +241,20 @@ def test_what_a_mixed_log_misses_is_counted_on_the_demands_that_can_be_met() -> 
     assert verdict(question, silent).missed_max == 1.0
     (beyond,) = questions([build_demands("infeasible", vehicle, seed=1, n=4)], ask_here)
     assert verdict(beyond, exact(beyond)).missed_max is None
+
+
+def test_references_are_asked_only_for_what_somebody_answers_and_for_the_hard_optimum(tmp_path: Path) -> None:
+    vehicle, names = load_vehicle("ukwial"), list[str]()
+
+    def ask(method: str, cases: Sequence[Case]) -> list[Answers | Unanswered]:
+        names.append(method)
+        return ask_here(method, cases)
+
+    demands = [build_demands("active", vehicle, seed=1, n=5)]
+    (few,) = questions(demands, ask, {"soft"})
+    assert set(few.right) == set(few.reference) | {"unlimited"} == {"unlimited", "hard", "soft"}
+    assert len(names) == 2
+    (every,) = questions(demands, ask_here)
+    few.save(tmp_path / "few.npz")
+    for name, F in Question.load(tmp_path / "few.npz").right.items():
+        np.testing.assert_array_equal(F, every.right[name])
