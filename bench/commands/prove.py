@@ -57,10 +57,7 @@ def command(
         raise AllocError(f"{out}: can't be written ({error.strerror}); give another --out") from None
     several = len(subjects) > 1
     proofs = []
-    # A process for each kernel: what z3 answers within its effort hangs on what it was asked before.
-    pool = ProcessPoolExecutor(
-        cpu_count(), initializer=signal, initargs=(SIGTERM, SIG_DFL), max_tasks_per_child=1
-    )
+    pool = ProcessPoolExecutor(cpu_count(), initializer=signal, initargs=(SIGTERM, SIG_DFL))
     try:
         for of, proof in zip(subjects, pool.map(prove, subjects), strict=True):
             proofs.append(proof)

@@ -1,18 +1,10 @@
 """A proof as a page, and several as a table."""
 
-from collections import Counter
 from collections.abc import Iterable
 
 from bench.proof.proof import Proof, Rounding, WorstPath
 from bench.results.text import table, three
 
-ROWS = 20
-"""Paths that a page shows of each target."""
-VERDICTS = {
-    "taken": "that a call takes",
-    "infeasible": "that none takes",
-    "neither": "of which neither is known",
-}
 LIMITS = {"call": "of the call", "fixed": "fixed"}
 
 
@@ -89,7 +81,7 @@ def _worst_paths(paths: list[WorstPath]) -> str:
             each.target,
             str(each.attained),
             "not known" if each.at_most is None else str(each.at_most),
-            "exact" if each.at_most == each.attained else each.reason or "an interval",
+            "exact" if each.exact else each.reason or "an interval",
             f"{each.calls:,}",
             ", ".join(f"{status}: {most}" for status, most in each.by_status.items()),
         ]
@@ -97,28 +89,8 @@ def _worst_paths(paths: list[WorstPath]) -> str:
     ]
     if not rows:
         return ""
-    worst = table(["target", "attained", "at most", "", "calls run", "attained by status"], rows)
-    listed = "".join(_paths(each) for each in paths if each.paths)
-    return f"\n## The worst path, in instructions\n\n{worst}{listed}"
-
-
-def _paths(worst: WorstPath) -> str:
-    """The ways through the binary for one target."""
-    counted: Counter[str] = Counter(each.verdict for each in worst.paths)
-    kinds = ", ".join(f"{counted[verdict]} {word}" for verdict, word in VERDICTS.items())
-    which = "all" if worst.all_paths else "not all, the longest among them"
-    rows = [
-        [
-            str(each.instructions),
-            "-" if each.fault < 0 else str(each.fault),
-            each.verdict,
-            " ".join(f"{value:.6g}" if isinstance(value, float) else value for value in each.call),
-        ]
-        for each in worst.paths[:ROWS]
-    ]
-    more = f"\n{len(worst.paths) - ROWS} more stand in proof.json.\n" if len(worst.paths) > ROWS else ""
-    head = ["instructions", "thruster off", "", "a call that takes it"]
-    return f"\n### Paths on {worst.target}: {which}\n\n{kinds}.\n\n{table(head, rows)}{more}"
+    head = ["target", "seen", "at most", "", "calls run", "seen by status"]
+    return "\n## The worst path, in instructions\n\n" + table(head, rows)
 
 
 def _misra(proof: Proof) -> str:
@@ -147,17 +119,11 @@ def summary(proofs: Iterable[Proof]) -> str:
 def _line(proof: Proof) -> list[str]:
     verdicts = [each.verdict.replace("does not apply", "-") for each in proof.claims[:3]]
     ratios = [each.ratio for each in proof.rounding]
-    exact = [f"{each.target} {each.attained}" for each in proof.worst_paths if each.at_most == each.attained]
-    wide = [
-        f"{each.target} {each.attained}…{each.at_most}"
-        for each in proof.worst_paths
-        if each.at_most != each.attained
-    ]
     return [
         proof.function,
         *verdicts,
         three(max(ratios)) if any(ratios) else "-",
-        ", ".join([*exact, *wide]) or "-",
+        ", ".join(f"{each.target} {each}" for each in proof.worst_paths) or "-",
         str(sum(not each.reason for each in proof.misra)),
         f"{proof.seconds:.0f}",
     ]

@@ -65,40 +65,19 @@ class Rounding(msgspec.Struct, frozen=True, kw_only=True):
         return self.bound_n / largest if largest else 0.0
 
 
-class BinaryPath(msgspec.Struct, frozen=True, kw_only=True):
-    """A way through the compiled kernel, or all that begin alike and no arguments take.
-
-    Attributes
-    ----------
-    fault : the thruster that is off, -1 for none
-    instructions : on it; where it is infeasible, at most
-    verdict : whether a call takes it (``taken``; counted in the emulator), it is shown that none does, or
-        neither
-    call : arguments that take it: tau [N, N m], with limits of the call f_min and f_max [N] behind it; NaN
-        and infinity as text
-    """
-
-    fault: int
-    instructions: int
-    verdict: Literal["taken", "infeasible", "neither"]
-    call: list[float | str] = []
-
-
 class WorstPath(msgspec.Struct, frozen=True, kw_only=True):
-    """The most instructions of any call on one target.
+    """The most instructions of any call on one target, as an interval.
 
     Attributes
     ----------
     target, compiler : the processor, and what compiled for it
-    at_most : instructions on the longest way through the binary, calls included; None where a loop stands in
-        it whose rounds are not known
-    attained : instructions of the most costly call that was run; all faults, NaN and infinity among them
+    at_most : instructions on the longest way through the graph of the binary, calls included; None where a
+        loop stands in it whose rounds are not known
+    attained : the most that a call was seen to take; all faults, NaN and infinity among them
     calls : how many were run
     by_status : of each status that was returned, the most instructions
     tau, fault : the demand of ``attained`` [N, N m], NaN and infinity as text, and the thruster that is off
-    reason : why ``at_most`` is not known, or the paths were not followed
-    paths : all ways through the binary, or, where there are too many, the longest
-    all_paths : whether these are all
+    reason : why ``at_most`` is not known
     """
 
     target: str
@@ -110,8 +89,15 @@ class WorstPath(msgspec.Struct, frozen=True, kw_only=True):
     tau: list[float | str]
     fault: int
     reason: str = ""
-    paths: list[BinaryPath] = []
-    all_paths: bool = False
+
+    @property
+    def exact(self) -> bool:
+        """Whether a call takes as many instructions as any can."""
+        return self.at_most == self.attained
+
+    def __str__(self) -> str:
+        """The number where it is exact, else both ends."""
+        return str(self.attained) if self.exact else f"{self.attained} … {self.at_most or 'not known'}"
 
 
 class Broken(msgspec.Struct, frozen=True, kw_only=True):

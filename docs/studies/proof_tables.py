@@ -57,8 +57,7 @@ def _ratio(proof: Proof) -> float:
 def _worst(proof: Proof, target: str) -> str:
     for each in proof.worst_paths:
         if each.target == target:
-            exact = each.at_most == each.attained
-            return str(each.attained) if exact else f"{each.attained} … {each.at_most or 'not known'}"
+            return str(each)
     return "not shown"
 
 
@@ -67,7 +66,6 @@ def _summary(proofs: list[Proof]) -> None:
         group = list(some)
         verdicts = Counter(claim.verdict for each in group for claim in each.claims)
         worst = [(each, path) for each in group for path in each.worst_paths]
-        listed = Counter(found.verdict for _, path in worst for found in path.paths)
         bands = [row.verdict_band or 0.0 for each in group for row in each.rounding]
         turned = [
             f"{each.vehicle} {row.flipped_n:.1e}"
@@ -75,15 +73,15 @@ def _summary(proofs: list[Proof]) -> None:
             for row in each.rounding
             if row.fault < 0 and row.flipped_n is not None
         ]
-        seconds, whole = sum(each.seconds for each in group), sum(path.all_paths for _, path in worst)
+        seconds, exact = sum(each.seconds for each in group), sum(path.exact for _, path in worst)
         print(f"{scalar}: {len(group)} kernels, claims {dict(verdicts)}, {seconds:.0f} s")
-        print(f"  all paths listed of {whole} of {len(worst)}, {dict(listed)}")
+        print(f"  worst paths that are exact: {exact} of {len(worst)}")
         print(f"  largest ratio {max(map(_ratio, group)):.1f}; widest band {max(bands, default=0.0):.2g}")
         print(f"  bound where a branch turns: {', '.join(turned) or '-'}")
         print(f"  MISRA without a reason: {sum(not rule.reason for each in group for rule in each.misra)}")
         for each, path in worst:
-            if path.attained != path.at_most:
-                print(f"  {each.function} on {path.target}: {path.attained} … {path.at_most}")
+            if not path.exact:
+                print(f"  {each.function} on {path.target}: {path}")
 
 
 if __name__ == "__main__":
