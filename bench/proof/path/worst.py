@@ -1,6 +1,4 @@
-"""The most instructions of any call on a processor: at least what a call was seen to take, at most what its
-binary allows.
-"""
+"""The most instructions of any call: at least what one was seen to take, at most what the binary allows."""
 
 import tempfile
 from pathlib import Path

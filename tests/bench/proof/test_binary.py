@@ -4,10 +4,13 @@ import pytest
 
 from alloc import load_vehicle
 from alloc.native.code import Scalar
+from bench.chips.toolchain import ToolError
 from bench.proof import subject
 from bench.proof.path.binary import Unbounded, longest
 from bench.proof.path.worst import worst_path
+from bench.record import read
 from tests.emulators import available
+from tests.places import ROOT
 
 HEAD = "\n{entry:08x} <{name}>:\n"
 
@@ -55,9 +58,32 @@ def test_a_call_of_itself_has_no_longest_way() -> None:
 def test_the_worst_call_is_the_longest_way(kernel: str, scalar: Scalar, name: str) -> None:
     """Two independent numbers are one: the emulator counts one, the graph has the other."""
     worst = worst_path(subject(load_vehicle("ukwial"), kernel, scalar, "fixed"), available(name))
-    assert worst.at_most == worst.attained > 0
+    assert worst.exact
+    assert str(worst) == str(worst.at_most) == str(worst.attained)
     assert worst.calls > 100
     assert max(worst.by_status.values()) == worst.attained
+
+
+def test_a_way_that_no_call_takes_leaves_an_interval_that_holds_all_counts() -> None:
+    """Of ``scaled`` a share below one is looked at twice; the emulator's record has no call above the end."""
+    worst = worst_path(subject(load_vehicle("bluerov2"), "scaled", "double", "fixed"), available("cortex-m7"))
+    assert not worst.exact
+    assert worst.at_most is not None
+    counted = [
+        row.instructions[-1][0]
+        for row in read(ROOT / "results/emulated").emulated
+        if (row.vehicle, row.method, row.target) == ("bluerov2", "scaled@native", "cortex-m7")
+        and (row.scalar, row.limits) == ("double", "fixed")
+    ]
+    assert max(counted) <= worst.attained < worst.at_most
+    assert str(worst) == f"{worst.attained} … {worst.at_most}"
+
+
+def test_a_call_above_the_bound_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Were the graph read wrong, the emulator would tell."""
+    monkeypatch.setattr("bench.proof.path.worst.longest", lambda *_: 34)
+    with pytest.raises(ToolError, match="more instructions than the longest path"):
+        worst_path(subject(load_vehicle("ukwial"), "pinv", "double", "fixed"), available("cortex-m7"))
 
 
 def test_a_loop_in_a_loop_counts_all_its_rounds_in_each() -> None:
