@@ -31,7 +31,7 @@ from tests.log_files import write_bag1, write_bag2, write_ulog
 from tests.mutations import damaged, damaged_json
 from tests.places import ROOT
 
-MANY = int(os.environ.get("THRUSTBENCH_FUZZ", "100"))
+MANY = int(os.environ.get("THRUSTBENCH_FUZZ", "40"))
 """Damaged files of each kind; CI takes 1000."""
 PICTURES = 100
 """One of so many is drawn with its pictures, which take half a second."""

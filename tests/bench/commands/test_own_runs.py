@@ -23,9 +23,10 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.fixture
-def without_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A report of words and tables: pictures take half of a run's time, and nothing here looks at them."""
-    monkeypatch.setattr("bench.report.draw_all", lambda run, directory: frozenset())
+def unmeasured(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Runs that write a record's header and events, and a report: what they measure decides no folder."""
+    monkeypatch.setattr("bench.harness.run.prepare", lambda *_: None)
+    monkeypatch.setattr("bench.harness.run.groups", lambda *_: [])
 
 
 def thrustbench(*arguments: str) -> Result:
@@ -42,7 +43,7 @@ def measured(name: str, age_s: int) -> Path:
     return folder
 
 
-@pytest.mark.usefixtures("without_pictures")
+@pytest.mark.usefixtures("unmeasured")
 def test_each_run_has_a_folder_of_its_own_and_resume_goes_on_with_the_latest(here: Path) -> None:
     assert thrustbench("run", *TINY).return_value == 0
     first = latest_run()
@@ -73,7 +74,7 @@ def test_without_any_run_the_command_that_makes_one_is_named() -> None:
     assert isinstance(thrustbench("report").exception, RecordError)
 
 
-@pytest.mark.usefixtures("without_pictures")
+@pytest.mark.usefixtures("unmeasured")
 def test_every_earlier_record_of_a_named_folder_is_kept_and_said(here: Path) -> None:
     records = []
     for seed in range(3):

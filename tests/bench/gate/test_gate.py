@@ -54,11 +54,16 @@ def test_wrong_answers_fail_before_any_time_is_measured(repository: Path, tmp_pa
     assert "time" not in data["record"]["seconds"]
 
 
-def test_a_deleted_method_fails_the_gate_and_is_named(repository: Path) -> None:
-    result = gate(repository, lambda tree: delete_method(tree, "svd"))
+def test_a_deleted_method_fails_the_gate_and_is_named_in_a_terminal_and_folded_in_a_file(
+    repository: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "gate.md"
+    result = gate(repository, lambda tree: delete_method(tree, "svd"), "--markdown", str(out))
     assert result.return_value == 1
     assert "regression: cells are gone" in result.stdout
     assert "| `ukwial:svd:-` | gone:" in result.stdout
+    assert "<" not in result.stdout
+    assert "<details><summary>Commits</summary>" in out.read_text()
 
 
 def test_a_tree_that_cannot_be_imported_fails_the_gate_with_the_reason(repository: Path) -> None:
@@ -118,6 +123,7 @@ def test_a_vehicle_that_no_longer_loads_is_a_regression_and_not_bad_usage(reposi
     assert "| `ukwial:pinv:-` | gone: VehicleError" in result.stdout
 
 
+@pytest.mark.long
 def test_a_slow_down_of_half_a_call_or_more_is_found_by_time_alone(repository: Path) -> None:
     result = gate(repository, lambda tree: slow_down(tree, CLOSED_FORMS, 2000), "--pairs", "3")
     # Two stages of three pairs are few: where a control cell moves meanwhile, the gate is inconclusive.
@@ -125,19 +131,16 @@ def test_a_slow_down_of_half_a_call_or_more_is_found_by_time_alone(repository: P
     assert re.search(r"\| `ukwial:pinv:-` \| .* µs, \+\d+", result.stdout)
 
 
-def test_a_gate_without_valgrind_says_that_it_counts_no_instructions(
-    repository: Path, monkeypatch: pytest.MonkeyPatch
+def test_a_users_own_method_is_gated_too_and_without_valgrind_the_gate_says_that_it_counts_no_instructions(
+    repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(instructions, "missing", lambda: "valgrind is missing, install it")
-    result = gate(repository, lambda _: None, "--always", "--instructions")
-    assert "valgrind is missing, install it" in result.stdout
-
-
-def test_a_users_own_method_is_gated_too(repository: Path, tmp_path: Path) -> None:
     mine = tmp_path / "mine.py"
     mine.write_text('"""Mine."""\nfrom alloc.methods.pinv import FORMULATION, build\n')
-    result = gate(repository, lambda _: None, "--always", "--plugin", str(mine), "--cells", "ukwial:mine")
+    options = ("--always", "--instructions", "--plugin", str(mine), "--cells", "ukwial:mine")
+    result = gate(repository, lambda _: None, *options)
     assert "| `ukwial:mine:-` |" in result.stdout
+    assert "valgrind is missing, install it" in result.stdout
 
 
 def test_a_spent_budget_is_inconclusive(repository: Path) -> None:
@@ -234,10 +237,3 @@ def test_a_repository_without_a_library_needs_a_plug_in(own: Path) -> None:
 def test_a_pattern_that_fits_no_cell_is_named_among_others_that_do(repository: Path) -> None:
     result = gate(repository, lambda _: None, "--always", "--cells", "ukwial:pinvv")
     assert "no cell of either side fits ukwial:pinvv" in str(result.exception)
-
-
-def test_the_terminal_gets_no_html_and_a_file_gets_it_folded(repository: Path, tmp_path: Path) -> None:
-    out = tmp_path / "gate.md"
-    result = gate(repository, lambda tree: delete_method(tree, "svd"), "--markdown", str(out))
-    assert "<" not in result.stdout
-    assert "<details><summary>Commits</summary>" in out.read_text()
