@@ -1,14 +1,15 @@
 # Two commands: `make bench` and `make test`. Each sets up .venv by itself, as do the others.
 PYTHON ?= python3
 BIN := .venv/bin
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 RUN ?= $(patsubst %/record.jsonl,%,$(wildcard runs/*/record.jsonl runs/*/*/record.jsonl))
 
 .PHONY: bench test docs elsewhere keep emulate prove clean
 
-bench: .venv/installed
+bench: .venv/lean
 	$(BIN)/thrustbench run
 
-test: .venv/installed
+test: .venv/test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
@@ -16,17 +17,17 @@ test: .venv/installed
 	$(BIN)/python -m pytest -n 2
 
 # The documentation as a site, links checked: build/site/index.html.
-docs: .venv/installed
+docs: .venv/docs
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
 
 # The tests as somebody else's machine runs them: make elsewhere WHERE="user shuffled"; .ci/elsewhere says what.
-elsewhere: .venv/installed
+elsewhere: .venv/test
 	.ci/elsewhere $(WHERE) -- -q
 
 # Puts a run, runs/<machine>/<date and time>, into results/<machine>, to be committed: its record packed, its
 # report, and README's table if it has times.
 keep: KEPT = results/$(if $(filter runs/%,$(RUN)),$(word 2,$(subst /, ,$(RUN))),$(notdir $(RUN:/=)))
-keep: .venv/installed
+keep: .venv/lean
 	$(if $(wildcard $(addsuffix /record.jsonl,$(RUN))),,$(error no run in $(or $(RUN),runs/); `make bench` makes one))
 	$(if $(word 2,$(RUN)),$(error several runs: make keep RUN=... with one of $(RUN)))
 	mkdir -p $(KEPT)
@@ -35,24 +36,29 @@ keep: .venv/installed
 	$(BIN)/thrustbench report $(KEPT) $(if $(wildcard $(RUN)/results.csv),--readme README.md)
 
 # Counts instructions of the generated C on processors that are not here: runs/emulated.
-emulate: .venv/installed
+emulate: .venv/rivals
 	$(BIN)/python -m bench.chips.install
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[rivals]'
 	$(BIN)/python -m alloc.rivals.download
 	$(BIN)/thrustbench emulate
 	$(BIN)/thrustbench emulate --add --vehicle docs/vehicles/box8.yaml
 
 # Proves all generated C, and that each way to break it is found (docs/proof.md): runs/proof.
-prove: .venv/installed
+prove: .venv/prove
 	$(BIN)/python -m bench.chips.install
 	$(BIN)/python -m bench.proof.install
 	$(BIN)/thrustbench prove --out runs/proof/double
 	$(BIN)/thrustbench prove --float --out runs/proof/float
 	$(BIN)/python docs/studies/sabotage.py
 
-.venv/installed: pyproject.toml constraints.txt
+# What the main job needs, and no more.
+.venv/lean: pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[all]'
+	$(PIP) --editable '.[solvers]'
+	touch $@
+
+# One more extra each, the name of which is the file's: .venv/test, .venv/docs, .venv/prove, .venv/rivals, .venv/all.
+.venv/%: .venv/lean
+	$(PIP) --editable '.[$*]'
 	touch $@
 
 clean:

@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import pytest
+
 from tests.places import ROOT
 from tests.runs import wait_for
 
@@ -56,6 +58,7 @@ class LoopbackCluster:
 @contextmanager
 def loopback_cluster(folder: Path) -> Iterator[LoopbackCluster]:
     """A scheduler without workers, ended afterwards with all workers that were started."""
+    pytest.importorskip("distributed", reason="needs the extra fleet")
     cluster = LoopbackCluster(folder)
     try:
         yield cluster

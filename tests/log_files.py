@@ -6,16 +6,16 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from pyulog.core import ULog
-from rosbags.rosbag1 import Writer as Writer1
-from rosbags.rosbag2 import StoragePlugin
-from rosbags.rosbag2 import Writer as Writer2
-from rosbags.typesys import Stores, get_typestore
+import pytest
 
 from alloc import DOF, FloatArray
 from alloc.vehicle.geometry import from_flu
 from bench.inputs.demand_csv import format_demands
 
+ULog = pytest.importorskip("pyulog.core", reason="needs the extra px4").ULog
+rosbag1 = pytest.importorskip("rosbags.rosbag1", reason="needs the extra ros")
+rosbag2 = pytest.importorskip("rosbags.rosbag2", reason="needs the extra ros")
+typesys = pytest.importorskip("rosbags.typesys", reason="needs the extra ros")
 PLANAR = ("surge", "sway", "yaw")
 
 
@@ -27,10 +27,10 @@ def write_csv(path: Path, t: FloatArray, taus: FloatArray) -> Path:
 
 def write_bag1(path: Path, t: FloatArray, taus: FloatArray, topics: tuple[str, ...] = ("/wrench",)) -> Path:
     """A ROS 1 bag of Wrench, without headers, z up."""
-    store = get_typestore(Stores.ROS1_NOETIC)
+    store = typesys.get_typestore(typesys.Stores.ROS1_NOETIC)
     Vector3, Wrench = (store.types[f"geometry_msgs/msg/{name}"] for name in ("Vector3", "Wrench"))
     file = path / "log.bag"
-    with Writer1(file) as writer:
+    with rosbag1.Writer(file) as writer:
         for topic in topics:
             connection = writer.add_connection(topic, Wrench.__msgtype__, typestore=store)
             for time, tau in zip(t, from_flu(taus.T, DOF).T, strict=True):
@@ -46,10 +46,10 @@ def write_bag2(
     t: FloatArray,
     taus: FloatArray,
     frame: str = "base_link",
-    plugin: StoragePlugin = StoragePlugin.SQLITE3,
+    plugin: rosbag2.StoragePlugin = rosbag2.StoragePlugin.SQLITE3,
 ) -> Path:
     """A ROS 2 bag of WrenchStamped; times in headers are exact, those of recording are late."""
-    store = get_typestore(Stores.ROS2_JAZZY)
+    store = typesys.get_typestore(typesys.Stores.ROS2_JAZZY)
     types = {
         name.rpartition("/")[2]: store.types[name]
         for name in (
@@ -63,7 +63,7 @@ def write_bag2(
     folder = path / "recording"
     shown = taus if frame.endswith("ned") else from_flu(taus.T, DOF).T
     late = np.random.default_rng(1).uniform(0, 0.2, len(t))
-    with Writer2(folder, version=9, storage_plugin=plugin) as writer:
+    with rosbag2.Writer(folder, version=9, storage_plugin=plugin) as writer:
         kind = types["WrenchStamped"].__msgtype__
         connection = writer.add_connection("/thrust/wrench", kind, typestore=store)
         for time, tau, delay in zip(t, shown, late, strict=True):
@@ -102,7 +102,7 @@ WRITERS: dict[str, Callable[[Path, FloatArray, FloatArray], Path]] = {
     "csv": write_csv,
     "ros1": write_bag1,
     "ros2": write_bag2,
-    "mcap": lambda path, t, taus: write_bag2(path, t, taus, plugin=StoragePlugin.MCAP),
+    "mcap": lambda path, t, taus: write_bag2(path, t, taus, plugin=rosbag2.StoragePlugin.MCAP),
     "z down": lambda path, t, taus: write_bag2(path, t, taus, frame="base_link_ned"),
     "ulog": write_ulog,
 }

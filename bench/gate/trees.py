@@ -159,8 +159,8 @@ def requirements(tree: Path) -> list[str]:
     required = sorted(project.get("dependencies", []))
     required += sorted(project.get("optional-dependencies", {}).get("solvers", []))
     if (tree / "constraints.txt").is_file():
-        pins = (tree / "constraints.txt").read_text(encoding="utf-8").splitlines()
-        required += sorted(pin.strip() for pin in pins if pin.strip() and not pin.lstrip().startswith("#"))
+        lines = (tree / "constraints.txt").read_text(encoding="utf-8").splitlines()
+        required += sorted(filter(None, (line.partition("#")[0].strip() for line in lines)))
     return required
 
 

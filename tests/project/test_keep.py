@@ -24,7 +24,7 @@ def tree(tmp_path: Path) -> Path:
         shutil.copy(ROOT / name, tmp_path)
     (tmp_path / ".venv").mkdir()
     (tmp_path / ".venv" / "bin").symlink_to(Path(sys.executable).parent)
-    (tmp_path / ".venv" / "installed").touch()
+    (tmp_path / ".venv" / "lean").touch()
     (tmp_path / "README.md").write_text(f"{START}\n{END}\n")
     return tmp_path
 

@@ -23,7 +23,8 @@ def test_the_document_and_the_file_agree_on_each_solver(name: str) -> None:
 
 @pytest.mark.parametrize("name", solvers.names())
 def test_the_documented_version_is_the_version_pinned(name: str) -> None:
-    pins = dict(line.split("==") for line in (ROOT / "constraints.txt").read_text().split())
+    lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
+    pins = dict(line.split()[0].split("==") for line in lines)
     assert ROWS[name][1] == pins[solvers.load(name).PACKAGE]
 
 

@@ -18,7 +18,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from rosbags.rosbag2 import StoragePlugin
 
 from alloc import list_vehicles, load_vehicle
 from alloc.vehicle.read import find_file
@@ -27,7 +26,7 @@ from bench.chips.board.project import plan, write
 from bench.inputs.demand_csv import format_demands
 from tests.bench.inputs.test_import import MAELSTROM, MANTA, NAUTILUS
 from tests.board_logs import opened, sealed
-from tests.log_files import write_bag1, write_bag2, write_ulog
+from tests.log_files import rosbag2, write_bag1, write_bag2, write_ulog
 from tests.mutations import damaged, damaged_json
 from tests.places import ROOT
 
@@ -195,7 +194,7 @@ KINDS = {
     ),
     "ros 1 bag": Kind(log(write_bag1), as_bytes, DEMANDS),
     "ros 2 bag": Kind(log(write_bag2), as_bytes, DEMANDS),
-    "mcap bag": Kind(log(write_bag2, plugin=StoragePlugin.MCAP), as_bytes, DEMANDS),
+    "mcap bag": Kind(log(write_bag2, plugin=rosbag2.StoragePlugin.MCAP), as_bytes, DEMANDS),
     "ulog": Kind(log(write_ulog), as_bytes, DEMANDS),
     "import csv": Kind(texts(T_csv=MATRIX), damaged, IMPORT),
     "import px4": Kind(texts(a_params=PX4), damaged, IMPORT),

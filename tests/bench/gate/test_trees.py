@@ -12,7 +12,7 @@ def test_requirements_hold_dependencies_and_pinned_versions_and_no_comments(tmp_
     (tmp_path / "pyproject.toml").write_text(
         '[project]\ndependencies = ["numpy"]\n[tool.ruff]\nline-length = 1\n'
     )
-    (tmp_path / "constraints.txt").write_text("# a comment\nnumpy==2.0\n")
+    (tmp_path / "constraints.txt").write_text("# a comment\nnumpy==2.0 # another\n")
     assert trees.requirements(tmp_path) == ["numpy", "numpy==2.0"]
 
 

@@ -7,8 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rosbags.rosbag1 import Writer as Writer1
-from rosbags.typesys import Stores, get_typestore
 
 from alloc import DOF, AllocError, DemandError, FileError, FloatArray, load_vehicle
 from alloc.vehicle.geometry import from_flu
@@ -18,7 +16,7 @@ from bench.harness.plan import RunSettings
 from bench.harness.sets import demand_sets, vehicles
 from bench.inputs.demand_csv import read_demands
 from bench.inputs.logs import LogOptions, rate_hz, read_log
-from tests.log_files import PLANAR, WRITERS, write_bag1, write_bag2, write_ulog
+from tests.log_files import PLANAR, WRITERS, rosbag1, typesys, write_bag1, write_bag2, write_ulog
 from tests.places import ROOT
 
 RATE = 50.0
@@ -186,9 +184,9 @@ def test_columns_of_a_bag_are_refused(tmp_path: Path, demands: tuple[FloatArray,
 
 
 def test_a_bag_without_wrenches_is_refused(tmp_path: Path) -> None:
-    store = get_typestore(Stores.ROS1_NOETIC)
+    store = typesys.get_typestore(typesys.Stores.ROS1_NOETIC)
     String = store.types["std_msgs/msg/String"]
-    with Writer1(tmp_path / "chatter.bag") as writer:
+    with rosbag1.Writer(tmp_path / "chatter.bag") as writer:
         connection = writer.add_connection("/chatter", String.__msgtype__, typestore=store)
         writer.write(connection, 1, store.serialize_ros1(String(data="hi"), String.__msgtype__))
     with pytest.raises(DemandError, match=r"but /chatter \(std_msgs/msg/String\)"):

@@ -5,7 +5,6 @@ import sys
 import time
 from pathlib import Path
 
-import pyarrow.parquet as pq
 import pytest
 
 from bench import load
@@ -19,6 +18,7 @@ from tests.layout_studies import PLANAR, compiled
 from tests.places import ROOT
 from tests.runs import started, wait_for
 
+pq = pytest.importorskip("pyarrow.parquet", reason="needs the extra layouts")
 SHARDS = 6
 TEXT = PLANAR.replace("n: 16", "n: 2")
 

@@ -4,7 +4,6 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
-import pyarrow as pa
 import pytest
 from scipy.stats import qmc
 
@@ -21,6 +20,7 @@ from bench.layouts.spaces import layout_of
 from bench.layouts.study import StudyFile, read_study
 from tests.layout_studies import PLANAR, compiled
 
+pa = pytest.importorskip("pyarrow", reason="needs the extra layouts")
 TEXT = PLANAR.replace("n: 16", "n: 4") + "refine: {rounds: 1, n: 100}\n"
 N = 2 * SHARD + 10
 """Two full shards and a small one."""
