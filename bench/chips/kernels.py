@@ -1,5 +1,7 @@
 """The C of each method for a vehicle: what this project generates, and solvers' own to compare with."""
 
+from collections.abc import Iterable
+
 from alloc import Family, UnknownName, Vehicle, catalogue
 from alloc.formulations import EXACT_METHODS
 from alloc.native import RECIPES, function_name, sources
@@ -19,6 +21,12 @@ def build_kernel(method: str, vehicle: Vehicle, scalar: Scalar, limits: Where = 
     """The C of that method for a vehicle; raises UnknownName, NotInstalled or NotApplicable."""
     check(method)
     return (_rival if method in RIVALS else _native)(method, vehicle, scalar, limits)
+
+
+def as_c(methods: Iterable[str]) -> tuple[str, ...]:
+    """The methods of these names that are C, each once: ``pinv`` means ``pinv@native``, as in ``codegen``."""
+    named = {twin: method for method, twin in OWN.items()}
+    return tuple(dict.fromkeys(named.get(method, method) for method in methods))
 
 
 def check(method: str) -> None:

@@ -57,11 +57,12 @@ def _write(
 ) -> int:
     from alloc import load_vehicle
     from bench.chips.board.project import plan, write
-    from bench.chips.kernels import METHODS
+    from bench.chips.kernels import METHODS, as_c
     from bench.chips.study import CLASSES
 
     scalar: Literal["double", "float"] = "float" if single else "double"
-    project = plan(load_vehicle(vehicle), methods or METHODS, demands or CLASSES, scalar, limits, n, seed)
+    wanted = as_c(methods) or METHODS
+    project = plan(load_vehicle(vehicle), wanted, demands or CLASSES, scalar, limits, n, seed)
     write(project, out)
     for reason in project.left_out:
         click.echo(f"left out: {reason}")

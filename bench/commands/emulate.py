@@ -53,7 +53,7 @@ def command(
     from rich.console import Console
 
     from alloc import NotInstalled, list_vehicles, load_vehicle
-    from bench.chips.kernels import METHODS
+    from bench.chips.kernels import METHODS, as_c
     from bench.chips.record import write
     from bench.chips.study import CLASSES, Plan
     from bench.chips.toolchain import TARGETS, X86, target
@@ -62,7 +62,7 @@ def command(
     plan = Plan(
         vehicles=tuple(load_vehicle(name) for name in vehicles or list_vehicles()),
         targets=(*((target(name) for name in targets) if targets else TARGETS), X86),
-        methods=methods or METHODS,
+        methods=as_c(methods) or METHODS,
         scalars=("double", "float") if scalars is None else ("float",) if scalars == "float" else ("double",),
         limits=limits or ("fixed", "call"),
         demands=demands or CLASSES,

@@ -6,13 +6,14 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+from msgspec.structs import replace
 
 from alloc import UnknownName, catalogue, find, find_formulation, list_vehicles, load_vehicle
 from alloc.formulations import EXACT_METHODS
 from bench.demands.store import Case, save_case
 from bench.harness.job import AnswerTask, Described, DescribeTask, Failed, Job
 from bench.harness.lines import method_line
-from bench.harness.plan import Contender, RunSettings
+from bench.harness.plan import Contender, RunSettings, check_offers
 from bench.harness.process import work
 from bench.harness.sets import vehicles
 from bench.harness.yardsticks import YARDSTICKS
@@ -23,8 +24,10 @@ def contenders(settings: RunSettings) -> list[Contender]:
     """The plug-ins, then the methods of the catalogue.
 
     A name may be a pattern as a shell has it, ``qp/*``. A plug-in takes part whether it is named or not.
-    Raises UnknownName for a name that no method has, and for a plug-in whose name is taken: two methods of
-    one name would share their rows.
+    Whoever names methods gets them: ``settings.without`` leaves families out of all methods only. Raises
+    UnknownName for a name that no method has, and for a plug-in whose name is taken: two methods of one name
+    would share their rows. Raises SettingsError for a named method, or a plug-in, that has none of the starts
+    or levels that were named: it would be left without a row.
     """
     plugged = [described(path, settings) for path in dict.fromkeys(settings.plugins)]
     wanted = settings.methods or (() if plugged else ("*",))
@@ -35,8 +38,11 @@ def contenders(settings: RunSettings) -> list[Contender]:
     chosen = [
         Contender(method=method_line(entry), starts=entry.starts, levels=entry.levels, missing=entry.missing)
         for entry in catalogue()
-        if any(fnmatchcase(entry.name, name) for name in wanted) and entry.family not in settings.without
+        if any(fnmatchcase(entry.name, name) for name in wanted)
+        and (settings.methods or entry.family not in settings.without)
     ]
+    for contender in [*plugged, *(c for c in chosen if c.method.name in wanted)]:
+        check_offers(contender, settings)
     taken = {contender.method.name for contender in chosen} | {*sampled(chosen), *YARDSTICKS}
     for contender in plugged:
         if contender.method.name in taken:
@@ -56,10 +62,11 @@ def described(path: str, settings: RunSettings) -> Contender:
     job = Job(method=name, plugin=path, tasks=[DescribeTask()], memory_bytes=settings.memory_MB << 20)
     for message in work(job, settings.time_limit_s):
         if isinstance(message, Described):
-            return Contender(method=message.method, starts=message.starts, levels=message.levels, plugin=path)
+            own = replace(message.method, plugin=True)
+            return Contender(method=own, starts=message.starts, levels=message.levels, plugin=path)
         if isinstance(message, Failed) and message.status == "refused":
             raise UnknownName(message.reason)
-    return Contender(method=Method(name=name), plugin=path)
+    return Contender(method=Method(name=name, plugin=True), plugin=path)
 
 
 def troubles(settings: RunSettings) -> list[str]:

@@ -159,6 +159,19 @@ def chosen(contender: Contender, settings: RunSettings) -> list[tuple[str, str]]
     ]
 
 
+def check_offers(contender: Contender, settings: RunSettings) -> None:
+    """Raise SettingsError where a contender has none of the starts, or of the levels, that were named."""
+    if chosen(contender, settings):
+        return
+    for option, named, offered in (
+        ("--start", settings.starts, contender.starts),
+        ("--level", settings.levels, contender.levels),
+    ):
+        if named and not {*named, "-"}.intersection(offered):
+            name, has = contender.method.name, ", ".join(offered)
+            raise SettingsError(f"{option} {' '.join(named)}: {name} has {has}; name one of these")
+
+
 def other_starts(contender: Contender, settings: RunSettings) -> list[tuple[str, str]]:
     """A solver's starts beside those ``chosen``, at its most accurate level; none where starts are named."""
     if settings.starts or not contender.method.solver:

@@ -53,6 +53,7 @@ class Method(msgspec.Struct, tag="method", omit_defaults=True, kw_only=True):
     foreign : whether calls run code that is not Python's
     twin : the method in Python whose answers generated C must give, empty for all else
     yardstick : whether it measures the harness or the machine, and allocates nothing
+    plugin : whether a user brought it in a file
     """
 
     name: str
@@ -62,6 +63,7 @@ class Method(msgspec.Struct, tag="method", omit_defaults=True, kw_only=True):
     foreign: bool = False
     twin: str = ""
     yardstick: bool = False
+    plugin: bool = False
 
 
 class Problem(msgspec.Struct, tag="problem", omit_defaults=True, kw_only=True):

@@ -62,9 +62,10 @@ def _unmeasured(rows: list[Row]) -> str:
     if not rows:
         return "No row is without a measurement.\n"
     where: dict[tuple[str, str, str], dict[str, list[str]]] = defaultdict(lambda: defaultdict(list))
+    absent = [row for row in rows if row.status == "missing"]
     for row in rows:
-        why = (row.label, row.status, row.reason)
-        where[why][row.vehicle].append(row.demands)
+        if row.status != "missing":
+            where[row.label, row.status, row.reason][row.vehicle].append(row.demands)
     lines = [
         [
             label,
@@ -74,4 +75,9 @@ def _unmeasured(rows: list[Row]) -> str:
         ]
         for (label, status, reason), places in where.items()
     ]
+    if absent:  # how to get each; one line says it for all
+        methods = ", ".join(dict.fromkeys(row.method for row in absent))
+        lines.append(
+            [methods, "everywhere", "missing", "; ".join(dict.fromkeys(row.reason for row in absent))]
+        )
     return "### Not measured\n\n" + table(("method", "where", "status", "reason"), lines)

@@ -3,7 +3,7 @@
 from alloc import find_formulation
 from bench.report.readme import lost, served
 from bench.results.columns import Row
-from bench.results.ranking import best, exact, optimal, worth_considering
+from bench.results.ranking import best, exact, optimal, right, worth_considering
 from bench.results.rows import Run
 from bench.results.text import table, three
 
@@ -16,28 +16,33 @@ def section(run: Run, drawn: frozenset[str]) -> str:
     for vehicle in run.vehicles:
         demands = run.sets(vehicle)[0]
         rows = worth_considering(best(run, vehicle, demands))
-        if rows:
-            parts += [
-                f"### {vehicle}, {demands} demands\n",
-                table(HEADERS, [_line(run, row) for row in rows]),
-            ]
+        lines = [*(_line(run, row) for row in rows), *_not_measured(run, vehicle, demands)]
+        if lines:
+            parts += [f"### {vehicle}, {demands} demands\n", table(HEADERS, lines)]
     if not parts:
         return ""
-    return "\n".join(
-        [
-            "## Methods worth considering\n",
-            "What no other method beats in both time and loss, the fastest exact one in plain Python and by a"
-            " solver, and the closed form and the rule of practice they are held against. *Served* is the"
-            " share of what the vehicle can do that is delivered within 1 %; memory is of the process.\n",
-            *parts,
-        ]
+    own = any(method.plugin for method in run.record.methods)
+    which = (
+        "What no other method beats in both time and loss, the fastest exact one in plain Python and by a"
+        " solver, and the closed form and the rule of practice they are held against. *Served* is the"
+        " share of what the vehicle can do that is delivered within 1 %; memory is of the process."
+        f"{' What you brought has a row whatever it is worth.' if own else ''}\n"
     )
+    return "\n".join(["## Methods worth considering\n", which, *parts])
 
 
 def answers(row: Row) -> str:
     """What a row's answers are, in words; near an optimum, where a solver's tolerance misses it."""
     title = find_formulation(row.formulation).title
+    if not right(row):
+        return f"wrong: {row.wrong or 'farther from the optimum than promised'}"
     return f"near {title}" if optimal(row) and not exact(row) else title
+
+
+def _not_measured(run: Run, vehicle: str, demands: str) -> list[list[str]]:
+    """A line for each method of the user's own that has no time on the demand set, with the reason."""
+    failed = [row for row in run.of(vehicle, demands) if row.described.plugin and row.failed]
+    return [[row.label, f"{row.status}: {row.reason}", *[""] * (len(HEADERS) - 2)] for row in failed]
 
 
 def _line(run: Run, row: Row) -> list[str]:

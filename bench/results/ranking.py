@@ -118,13 +118,13 @@ def worth_considering(rows: Sequence[Row]) -> list[Row]:
     """The few rows that a decision needs, of one vehicle's sorted by time.
 
     The front of time and loss, the ``representatives``, and the rule of practice that loses least. A method
-    with a wrong answer is none of them.
+    with a wrong answer is none of them. What the user brought always is.
     """
-    rows = [row for row in rows if right(row)]
+    everyone, rows = rows, [row for row in rows if right(row)]
     rules = [(lost, row) for row in rows if row.family == Family.PRACTICE for lost in _known(row)]
     rule = [row for _, row in sorted(rules, key=lambda pair: pair[0])[:1]]
     chosen = [*on_front(rows), *representatives(rows).values(), *rule]
-    return [row for row in rows if row in chosen]
+    return [row for row in everyone if row in chosen or row.described.plugin]
 
 
 def _known(row: Row) -> list[float]:

@@ -10,13 +10,14 @@ import msgspec
 import pytest
 
 from bench.__main__ import main
-from bench.record import Batch, Cell, Event, Judged, Key
-from bench.report import cost, render
+from bench.record import Batch, Cell, Event, Judged, Key, Method
+from bench.report import cost, failures, render, worth
 from bench.report.page import details, page
 from bench.report.tails import unmet
 from bench.results.rows import read_run
 from bench.results.text import number_range, table, three
 from tests import made_up
+from tests.made_up import exact_cell, header, problem, record
 
 
 @pytest.fixture(scope="module")
@@ -169,6 +170,46 @@ def test_a_picture_has_a_rule_for_the_dark_page_for_each_of_its_colours(rendered
         assert {colour for _, colour in used} <= set(DARK)
         for what, colour in used:  # only !important overrides a style attribute
             assert f'[style*="{what}: {colour}"]{{{what}:{DARK[colour]}!important}}' in rules
+
+
+def test_what_the_user_brought_has_a_row_of_the_report_whatever_it_is_worth(tmp_path: Path) -> None:
+    """A plug-in that loses in time and wrench, one that is wrong, and one that was not measured."""
+    problems = [problem("ukwial")]
+    names = ("slow", "off", "gone")
+    methods = [Method(name=name, plugin=True) for name in names]
+    exact = [exact_cell("ukwial", "nullspace", 1.0), exact_cell("ukwial", "slow", 9.0)]
+    off = exact_cell("ukwial", "off", 0.5)
+    off = msgspec.structs.replace(
+        off, judged=Judged(answers=1, counts={}, wrong="a limit is violated", agrees=True)
+    )
+    gone = msgspec.structs.replace(
+        exact_cell("ukwial", "gone", 1.0),
+        status="failed",
+        reason="ZeroDivisionError",
+        batches=[],
+        judged=None,
+    )
+    run = read_run(record(tmp_path, header(), *problems, *methods, *exact, off, gone))
+    text = worth.section(run, frozenset())
+    for name, says in (
+        ("slow", ""),
+        ("off", "wrong: a limit is violated"),
+        ("gone", "failed: ZeroDivisionError"),
+    ):
+        assert re.search(rf"^\| {name} +\| {says}", text, re.M), text
+    assert "What you brought has a row" in text
+
+
+def test_what_is_not_installed_is_one_line_of_the_details(tmp_path: Path) -> None:
+    gone = [
+        made_up.cell(
+            f"qp/{name}", status="missing", reason=f"pip install {name}", batches=[], singles=[], judged=None
+        )
+        for name in ("a", "b", "c")
+    ]
+    text = failures.section(read_run(record(tmp_path, header(), *gone)), frozenset())
+    [line] = [line for line in text.splitlines() if "qp/" in line]
+    assert re.match(r"\| qp/a, qp/b, qp/c +\| everywhere +\| missing +\| pip install a; pip install b", line)
 
 
 def test_a_reason_may_hold_bars_lines_and_tags_without_breaking_a_table(tmp_path: Path) -> None:

@@ -6,7 +6,8 @@ from pathlib import Path
 import msgspec
 from rich.console import Console
 
-from bench.record import Capability, Cell, Judged, Key, Served
+from alloc import Family
+from bench.record import Capability, Cell, Judged, Key, Method, Served
 from bench.report.terminal import missed, objections, served, show
 from bench.results.rows import read_run
 from tests.made_up import cell, exact_cell, header, record
@@ -91,6 +92,35 @@ def test_a_disagreement_without_a_promise_is_named_too(tmp_path: Path) -> None:
     run = read_run(record(tmp_path, header(), cell(judged=unpromised)))
     [line] = objections(run.rows)
     assert line.endswith("0.5 of the largest limit away from the reference, where - is promised")
+
+
+def test_a_rival_s_broken_promise_is_said_and_spoils_no_run(tmp_path: Path) -> None:
+    """A solver's own C stops where its settings say; a binding that this project sets up is held to more."""
+    far = Judged(answers=1, counts={"SOLVED": 1}, agrees=False, distance_rel_max=0.12, tolerance=0.1)
+    for family, wrong, good in (
+        (Family.GENERATED, "", True),
+        (Family.GENERATED, "a limit is violated", False),
+        (Family.LIVE, "", False),
+    ):
+        off = cell("qp/x@generated", judged=msgspec.structs.replace(far, wrong=wrong))
+        record(tmp_path, header(), Method(name="qp/x@generated", family=family, solver="x"), off)
+        console = Console(width=200, record=True, file=StringIO())
+        assert show(tmp_path, console) is good
+        assert (wrong or "0.12 of the largest limit away") in console.export_text()
+
+
+def test_what_is_not_installed_is_one_line_of_a_run_s_end(tmp_path: Path) -> None:
+    gone = [
+        msgspec.structs.replace(
+            cell(f"qp/{name}"), status="missing", reason=f"pip install {name}", batches=[], judged=None
+        )
+        for name in ("a", "b", "c")
+    ]
+    record(tmp_path, header(), *gone, cell("pinv"))
+    console = Console(width=200, record=True, file=StringIO())
+    assert show(tmp_path, console)
+    naming = [line for line in console.export_text().splitlines() if "qp/" in line]
+    assert naming == ["not installed: qp/a, qp/b, qp/c; `thrustbench list` says how to get them"]
 
 
 def test_brackets_in_a_name_are_printed_as_they_are(tmp_path: Path) -> None:

@@ -1,0 +1,26 @@
+"""C of a method has one name for every command that takes C: the method's, or that of its row in a run."""
+
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from bench.__main__ import cli
+from bench.chips.kernels import METHODS, OWN, as_c
+
+
+@pytest.mark.parametrize("command", ["board", "codegen"])
+def test_a_command_that_takes_c_takes_both_of_its_names(command: str, tmp_path: Path) -> None:
+    made = []
+    for name in ("pinv", "pinv@native"):
+        asked = [command, "--vehicle", "ukwial", "--method", name, "--out", str(tmp_path / name)]
+        result = CliRunner().invoke(cli, asked, standalone_mode=False)
+        assert result.exception is None, result.exception
+        folder = tmp_path / name
+        made.append({path.relative_to(folder): path.read_bytes() for path in folder.rglob("*.[ch]")})
+    assert made[0] == made[1] != {}
+
+
+def test_every_method_that_has_c_is_found_by_either_name_and_once() -> None:
+    assert as_c([*OWN.values(), *METHODS]) == METHODS
+    assert as_c(["nothing"]) == ("nothing",)  # refused, by this name, where its C is built

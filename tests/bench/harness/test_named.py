@@ -1,0 +1,54 @@
+"""Who names a method gets it, or a word on why not; a plug-in is named by being brought."""
+
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from bench.harness.contenders import contenders
+from bench.harness.plan import SettingsError
+from bench.harness.presets import quick
+from tests.plugin_files import write_plugin
+
+
+def test_a_preset_leaves_no_family_out_that_was_named() -> None:
+    settings = msgspec.structs.replace(quick(), methods=("qp-soft/daqp", "qpsolvers/*"))
+    names = [contender.method.name for contender in contenders(settings)]
+    assert "qp-soft/daqp" in names
+    assert "qpsolvers/daqp" in names
+    assert not {c.method.name for c in contenders(quick())} & set(names)
+
+
+@pytest.mark.parametrize(
+    ("named", "says"),
+    [
+        (
+            {"starts": ("warm",), "methods": ("pinv", "qp/quadprog")},
+            "--start warm: qp/quadprog has cold, reused;",
+        ),
+        ({"starts": ("warm",), "methods": ("qp/quadprog",)}, "name one of these"),
+    ],
+)
+def test_a_named_method_without_the_start_that_was_named_is_refused(
+    named: dict[str, tuple[str, ...]], says: str
+) -> None:
+    with pytest.raises(SettingsError, match=says):
+        contenders(msgspec.structs.replace(quick(), **named))
+
+
+def test_a_pattern_takes_those_that_have_the_start() -> None:
+    settings = msgspec.structs.replace(quick(), methods=("qp/*",), starts=("warm",))
+    assert "qp/quadprog" in {contender.method.name for contender in contenders(settings)}
+
+
+def test_a_plug_in_without_the_start_that_was_named_is_refused(tmp_path: Path) -> None:
+    path = Path(write_plugin(tmp_path, "off"))
+    path.write_text(path.read_text() + "\nSTARTS = ('cold',)\n")
+    settings = msgspec.structs.replace(quick(), plugins=(str(path),), starts=("warm",))
+    with pytest.raises(SettingsError, match="--start warm: off has cold; name one of these"):
+        contenders(settings)
+
+
+def test_a_plug_in_is_marked_as_what_the_user_brought(tmp_path: Path) -> None:
+    settings = msgspec.structs.replace(quick(), plugins=(write_plugin(tmp_path, "off"),), methods=("pinv",))
+    assert {c.method.name: c.method.plugin for c in contenders(settings)} == {"off": True, "pinv": False}
