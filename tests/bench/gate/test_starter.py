@@ -6,11 +6,11 @@ from pathlib import Path
 from types import MappingProxyType
 
 import pytest
+from bench.studies import gate_check
 from click.testing import CliRunner, Result
 
 from bench.commands.gate import command as gate_command
 from bench.commands.init import command as init_command
-from bench.studies import gate_check
 
 SABOTAGES: Mapping[str, Callable[[str], str]] = MappingProxyType(
     {

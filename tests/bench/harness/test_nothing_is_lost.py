@@ -26,7 +26,6 @@ DEMANDS = ["--demands=inactive", "--demands=active", "--demands=infeasible"]
 METHODS = ["--method=pinv", "--method=svd"]
 TINY = ["run", "--vehicle=ukwial", *METHODS, *DEMANDS, "--n=4", "--budget-ms=0", "--repeats=1"]
 CELLS = 2 * 3 + 3 + 2  # two methods and noop on three demand sets, and two canaries
-KILLS = 20
 
 MEASURE = """
 import sys; from pathlib import Path
@@ -117,8 +116,9 @@ def count(record: Record) -> int:
     return sum(map(len, kinds))
 
 
+@pytest.mark.parametrize("kills", [5, pytest.param(20, marks=pytest.mark.long)])
 def test_killed_at_random_moments_and_resumed_every_cell_is_there_once_and_none_has_changed(
-    tmp_path: Path,
+    tmp_path: Path, kills: int
 ) -> None:
     dice = random.Random(6)
     before = b""
@@ -126,7 +126,7 @@ def test_killed_at_random_moments_and_resumed_every_cell_is_there_once_and_none_
     def grown() -> bool:
         return process.poll() is not None or len(written(tmp_path)) > len(before)
 
-    for _ in range(KILLS):
+    for _ in range(kills):
         with started("-c", MEASURE, str(tmp_path)) as process:
             wait_for(grown)
             time.sleep(dice.uniform(0.0, 0.2))
