@@ -1,120 +1,96 @@
-"""Thrust allocation for underwater vehicles: closed forms and constrained optima, side by side."""
+"""Thrust allocation for underwater vehicles: closed forms and constrained optima, side by side.
 
-from alloc.allocation import (
-    WRENCH_TOLERANCE,
-    Allocation,
-    Allocator,
-    BoolArray,
-    BoundedSteps,
-    FloatArray,
-    IndexArray,
-    Status,
-    StatusArray,
-    TwoStage,
-    answer,
-    checked,
-    checked_many,
-)
-from alloc.closed_forms.inverse import generalized_inverse
-from alloc.errors import (
-    AllocError,
-    DemandError,
-    FileError,
-    NotApplicable,
-    NotInstalled,
-    PluginError,
-    SolverError,
-    UnknownName,
-    VehicleError,
-)
-from alloc.formulations import Family, Formulation, find_formulation, list_formulations
-from alloc.plugins import Entry, build, catalogue, find, load_plugin, prepare
-from alloc.qp import QP, Posed, pose_hard, pose_soft
-from alloc.qp.certificate import Certificate, certify, certify_many
-from alloc.reach.attainable import (
-    Label,
-    Margins,
-    alpha_max,
-    alpha_max_lp,
-    alpha_range,
-    closed_form_range,
-    label,
-    single_axis_maxima,
-)
-from alloc.reach.volumes import (
-    attainable_volume,
-    closed_form_volume,
-    safe_share,
-    uniform_demands,
-    worst_fault,
-)
-from alloc.reach.way import Way
+What a program needs stands here. What a method, formulation or solver of your own needs stands in
+``alloc.plugin``; everything else is taken from the module that it lives in.
+"""
+
+import warnings
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from alloc.allocation import Allocation, Allocator, Status
+from alloc.discovery import build, catalogue
+from alloc.errors import AllocError, NotApplicable
+from alloc.reach.attainable import Label, alpha_max, label
 from alloc.vehicle import Vehicle
-from alloc.vehicle.call_limits import at_call, limits_of, one_by_one
-from alloc.vehicle.geometry import DOF, unit
 from alloc.vehicle.read import list_vehicles, load_vehicle
 
 __all__ = [
-    "DOF",
-    "QP",
-    "WRENCH_TOLERANCE",
     "AllocError",
     "Allocation",
     "Allocator",
-    "BoolArray",
-    "BoundedSteps",
-    "Certificate",
-    "DemandError",
-    "Entry",
-    "Family",
-    "FileError",
-    "FloatArray",
-    "Formulation",
-    "IndexArray",
     "Label",
-    "Margins",
     "NotApplicable",
-    "NotInstalled",
-    "PluginError",
-    "Posed",
-    "SolverError",
     "Status",
-    "StatusArray",
-    "TwoStage",
-    "UnknownName",
     "Vehicle",
-    "VehicleError",
-    "Way",
     "alpha_max",
-    "alpha_max_lp",
-    "alpha_range",
-    "answer",
-    "at_call",
-    "attainable_volume",
     "build",
     "catalogue",
-    "certify",
-    "certify_many",
-    "checked",
-    "checked_many",
-    "closed_form_range",
-    "closed_form_volume",
-    "find",
-    "find_formulation",
-    "generalized_inverse",
     "label",
-    "limits_of",
-    "list_formulations",
     "list_vehicles",
-    "load_plugin",
     "load_vehicle",
-    "one_by_one",
-    "pose_hard",
-    "pose_soft",
-    "prepare",
-    "safe_share",
-    "single_axis_maxima",
-    "uniform_demands",
-    "unit",
-    "worst_fault",
 ]
+
+MOVED = {
+    "alloc.allocation": ("WRENCH_TOLERANCE", "IndexArray"),
+    "alloc.closed_forms.inverse": ("generalized_inverse",),
+    "alloc.discovery": ("Entry", "find", "load_plugin", "prepare"),
+    "alloc.errors": (
+        "DemandError",
+        "FileError",
+        "NotInstalled",
+        "PluginError",
+        "SolverError",
+        "UnknownName",
+        "VehicleError",
+    ),
+    "alloc.formulations": ("find_formulation", "list_formulations"),
+    "alloc.plugin": (
+        "QP",
+        "BoolArray",
+        "BoundedSteps",
+        "Family",
+        "FloatArray",
+        "Formulation",
+        "Posed",
+        "StatusArray",
+        "TwoStage",
+        "Way",
+        "answer",
+        "at_call",
+        "checked",
+        "checked_many",
+        "one_by_one",
+        "pose_hard",
+        "pose_soft",
+    ),
+    "alloc.qp.certificate": ("Certificate", "certify", "certify_many"),
+    "alloc.reach.attainable": (
+        "Margins",
+        "alpha_max_lp",
+        "alpha_range",
+        "closed_form_range",
+        "single_axis_maxima",
+    ),
+    "alloc.reach.volumes": (
+        "attainable_volume",
+        "closed_form_volume",
+        "safe_share",
+        "uniform_demands",
+        "worst_fault",
+    ),
+    "alloc.vehicle.call_limits": ("limits_of",),
+    "alloc.vehicle.geometry": ("DOF", "unit"),
+}
+"""Names that stood here until 0.1, and where they are; they go on working here for one release."""
+
+if not TYPE_CHECKING:  # with this function a type checker would accept any name
+
+    def __getattr__(name: str) -> Any:
+        for module, names in MOVED.items():
+            if name in names:
+                warnings.warn(
+                    f"alloc.{name} moves: from {module} import {name}", DeprecationWarning, stacklevel=2
+                )
+                return getattr(import_module(module), name)
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -46,6 +46,8 @@ class Allocation(NamedTuple):
     iterations : the solver's count of iterations, or the method's of steps or passes; 0 without a count
     solver_s : time by the solver's own clock [s], NaN where it has none
     share : what was delivered of each level of the demand, 0 … 1 [-]; empty for a method without levels
+
+    Raises TypeError where it is asked whether it is true: ``found`` and ``status`` say two different things.
     """
 
     f: FloatArray
@@ -53,6 +55,17 @@ class Allocation(NamedTuple):
     iterations: int = 0
     solver_s: float = nan
     share: tuple[float, ...] = ()
+
+    @property
+    def found(self) -> bool:
+        """Whether ``f`` holds thrusts: with SOLVED, and with PARTIAL, which meets the wrench in part."""
+        return self.status <= Status.PARTIAL
+
+    def __bool__(self) -> bool:
+        raise TypeError(
+            "an Allocation is neither true nor false: ask result.found (there are thrusts), "
+            "or result.status == Status.SOLVED (and they meet the demand)"
+        )
 
 
 class Allocator(Protocol):

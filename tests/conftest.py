@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
-from alloc import Entry, Vehicle, catalogue, list_vehicles, load_vehicle
+from alloc import Vehicle, catalogue, list_vehicles, load_vehicle
+from alloc.discovery import Entry
 from alloc.nullspace.structure import decompose
 from tests.places import ROOT
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from alloc import DOF, FloatArray
-from alloc.vehicle.geometry import from_flu
+from alloc.allocation import FloatArray
+from alloc.vehicle.geometry import DOF, from_flu
 from bench.inputs.demand_csv import format_demands
 
 ULog = pytest.importorskip("pyulog.core", reason="needs the extra px4").ULog

@@ -4,7 +4,7 @@ An underscore in the file's name is a hyphen in the method's. The module may sta
 but the first:
 
 FORMULATION : which optimum it answers, a name out of ``alloc.formulations`` or that of a rule of its own
-FAMILY : an ``alloc.Family``, where it is not the usual one of that formulation
+FAMILY : an ``alloc.plugin.Family``, where it is not the usual one of that formulation
 FOREIGN : whether calls run code that is not Python's: a solver's binding, or compiled C
 STARTS, LEVELS : the starts and accuracy levels it offers; ("-",) where there is no choice
 SUMMARY : one line for the catalogue, in place of the first line of the module's docstring

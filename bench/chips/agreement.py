@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from alloc import FloatArray, Label, Status, build
+from alloc import Label, Status, build
+from alloc.allocation import FloatArray
 from alloc.native.cases import AGREEMENT, ROUNDING, TRIES, far_off
 from alloc.rivals import load
 from bench.chips.count import CallCounts

@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from alloc import BoolArray, IndexArray
+from alloc.allocation import BoolArray, IndexArray
 from bench.chips.interval import Cycles, Unpublished
 from bench.chips.trace import Executed, Trace
 

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from alloc import IndexArray
+from alloc.allocation import IndexArray
 from bench.chips.cortex_m4f import BRANCHES, MANY, ONE, WORDS, listed, plain
 from bench.chips.interval import Cycles, Unpublished
 from bench.chips.trace import Executed, Trace

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from alloc import FloatArray, IndexArray
+from alloc.allocation import FloatArray, IndexArray
 from bench.chips.image import FIRMWARE, METHOD, Image, link, without_kernel
 from bench.chips.kernel import SCALARS
 from bench.chips.toolchain import X86, ToolError, run

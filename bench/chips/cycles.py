@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from alloc import FloatArray
+from alloc.allocation import FloatArray
 from bench.chips.cortex_m4f import cortex_m4f
 from bench.chips.cortex_m7 import cortex_m7
 from bench.chips.count import CallCounts

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from alloc import FloatArray
+from alloc.allocation import FloatArray
 from alloc.native.bounds import Where
 from alloc.native.code import Scalar
 

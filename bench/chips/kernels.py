@@ -2,8 +2,9 @@
 
 from collections.abc import Iterable
 
-from alloc import Family, UnknownName, Vehicle, catalogue
-from alloc.formulations import EXACT_METHODS
+from alloc import Vehicle, catalogue
+from alloc.errors import UnknownName
+from alloc.formulations import EXACT_METHODS, Family
 from alloc.native import RECIPES, function_name, sources
 from alloc.native.bounds import Where, arguments
 from alloc.native.code import Scalar

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from alloc import FloatArray, IndexArray
+from alloc.allocation import FloatArray, IndexArray
 
 SIZE = 200
 """Demands a generation: a start of the emulator takes as long as counting a few hundred calls."""

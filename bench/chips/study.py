@@ -9,7 +9,9 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from alloc import FloatArray, IndexArray, NotApplicable, NotInstalled, Vehicle
+from alloc import NotApplicable, Vehicle
+from alloc.allocation import FloatArray, IndexArray
+from alloc.errors import NotInstalled
 from alloc.native.bounds import Where
 from alloc.native.code import Scalar
 from bench.chips import search

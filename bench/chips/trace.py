@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from alloc import FloatArray, IndexArray
+from alloc.allocation import FloatArray, IndexArray
 from bench.chips.count import count
 from bench.chips.image import Image
 from bench.chips.toolchain import run

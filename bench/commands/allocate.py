@@ -47,7 +47,9 @@ def command(
     what it delivered of each level of the demand. Where a method says that there is no such thrust, its
     numbers are nan.
     """
-    from alloc import UnknownName, find, load_plugin, load_vehicle, prepare
+    from alloc import load_vehicle
+    from alloc.discovery import find, load_plugin, prepare
+    from alloc.errors import UnknownName
     from alloc.files.textfile import write_text
     from bench.inputs.demand_csv import format_thrusts
     from bench.inputs.faults import EACH, parse_fault, with_fault

@@ -43,7 +43,7 @@ def _drawn(file: Path, picture: Path | None) -> str:
     """
     import matplotlib as mpl
 
-    from alloc import FileError
+    from alloc.errors import FileError
     from alloc.files.textfile import read_text
     from alloc.vehicle.file import matrices, vehicle_with
     from alloc.vehicle.poses import poses

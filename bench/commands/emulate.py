@@ -52,7 +52,8 @@ def command(
     """
     from rich.console import Console
 
-    from alloc import NotInstalled, list_vehicles, load_vehicle
+    from alloc import list_vehicles, load_vehicle
+    from alloc.errors import NotInstalled
     from bench.chips.kernels import METHODS, as_c
     from bench.chips.record import write
     from bench.chips.study import CLASSES, Plan

@@ -13,7 +13,7 @@ from bench.commands import PATH
 @click.option("-o", "--output", type=PATH, help="File [standard output].")
 def command(vehicle: str, format_: str, output: Path | None) -> None:
     """Write a vehicle as a CSV of T or as ROS 2 parameters."""
-    from alloc import UnknownName
+    from alloc.errors import UnknownName
     from alloc.files.textfile import write_text
     from alloc.vehicle.file import build_vehicle
     from alloc.vehicle.read import find_file, read_document

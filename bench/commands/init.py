@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 @click.option("--like", default="", metavar="VEHICLE", help="Start from this one; else a few questions.")
 def command(name: str, like: str) -> None:
     """Write files to start from: NAME.yaml, a vehicle; demands.csv; my_allocator.py, a plug-in."""
-    from alloc import FileError
+    from alloc.errors import FileError
     from alloc.files.textfile import write_text
     from alloc.vehicle.file import build_vehicle
     from alloc.vehicle.read import find_file, read_document

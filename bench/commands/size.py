@@ -111,7 +111,7 @@ def command(
 
 
 def _known(where: str, what: str, asked: tuple[str, ...], known: set[str]) -> None:
-    from alloc import UnknownName
+    from alloc.errors import UnknownName
 
     unknown = sorted(set(asked) - known)
     if unknown:

@@ -20,8 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import bench.demands.sets
-from alloc import FloatArray, Vehicle, label, limits_of
+from alloc import Vehicle, label
+from alloc.allocation import FloatArray
 from alloc.errors import unknown
+from alloc.vehicle.call_limits import limits_of
 
 if TYPE_CHECKING:
     from bench.inputs.logs import LogOptions

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from alloc import DOF, Vehicle
+from alloc import Vehicle
+from alloc.vehicle.geometry import DOF
 
 SIZES = {3: (4, 6, 8, 12, 16, 24, 32, 48, 64), 6: (8, 12, 16, 24, 32, 48, 64)}
 """Numbers of thrusters of the growth study, for each number of controlled degrees of freedom."""

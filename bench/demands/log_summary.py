@@ -4,7 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from alloc import BoolArray, FloatArray, Label, unit
+from alloc import Label
+from alloc.allocation import BoolArray, FloatArray
+from alloc.vehicle.geometry import unit
 from bench.demands import DemandSet
 
 GAP = 3.0

@@ -10,7 +10,9 @@ from itertools import product
 
 import numpy as np
 
-from alloc import DOF, FloatArray, Vehicle
+from alloc import Vehicle
+from alloc.allocation import FloatArray
+from alloc.vehicle.geometry import DOF
 
 Poses = tuple[FloatArray, FloatArray]
 """Positions (n, 3) [m] and directions (n, 3) of unit length."""

@@ -6,17 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from alloc import (
-    DOF,
-    BoolArray,
-    FloatArray,
-    NotApplicable,
-    Status,
-    Vehicle,
-    VehicleError,
-    alpha_range,
-    build,
-)
+from alloc import NotApplicable, Status, Vehicle, build
+from alloc.allocation import BoolArray, FloatArray
+from alloc.errors import VehicleError
+from alloc.reach.attainable import alpha_range
+from alloc.vehicle.geometry import DOF
 from bench.demands.sets.jolts import within
 
 MOST_DECADES = 8.0

@@ -5,7 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from alloc import FloatArray, NotApplicable, Vehicle, alpha_range, closed_form_range
+from alloc import NotApplicable, Vehicle
+from alloc.allocation import FloatArray
+from alloc.reach.attainable import alpha_range, closed_form_range
 
 BATCHES = 100
 """Draws of n rays before a set counts as impossible: below one usable ray in a hundred it may be missed."""

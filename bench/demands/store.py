@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from alloc import FloatArray, Vehicle
+from alloc import Vehicle
+from alloc.allocation import FloatArray
 from alloc.vehicle.limits import Slew, VoltageTable
 from bench.demands import DemandSet
 

@@ -5,7 +5,8 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from alloc import AllocError, NotInstalled
+from alloc import AllocError
+from alloc.errors import NotInstalled
 
 if TYPE_CHECKING:
     from distributed import Client

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from alloc import FileError
+from alloc.errors import FileError
 from bench.fleet.cluster import workers_of
 from bench.fleet.host import HostRun, run_here
 from bench.fleet.parcel import Parcel

@@ -6,8 +6,9 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from alloc import Allocation, BoolArray, NotApplicable, Status
-from alloc.plain import ANY_DISTANCE
+from alloc import Allocation, NotApplicable, Status
+from alloc.allocation import BoolArray
+from alloc.live.plain import ANY_DISTANCE
 from bench.demands import DemandSet
 from bench.demands.store import Case
 from bench.gate.cells import names

@@ -7,7 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from alloc import FloatArray, NotApplicable, UnknownName, Vehicle
+from alloc import NotApplicable, Vehicle
+from alloc.allocation import FloatArray
+from alloc.errors import UnknownName
 from bench.demands import DemandSet, build_demands, labelled
 from bench.demands.store import VEHICLE_ARRAYS, Case
 from bench.gate.answers import SideAnswers, answered, calls, differ, first, wrong

@@ -7,6 +7,7 @@ this same file: only ``alloc`` differs.
 
 import gc
 import importlib
+import importlib.util
 import json
 import os
 import sys
@@ -43,6 +44,7 @@ class Orders:
     Attributes
     ----------
     alloc : the library of the measured tree
+    discovery : the part of it that loads plug-ins
     plugins, vehicles : what was loaded, by name
     files : of vehicles that are not the tree's, by name
     allocators : by cell
@@ -52,6 +54,7 @@ class Orders:
     def __init__(self) -> None:
         """Start with nothing imported or built."""
         self.alloc: Any = None
+        self.discovery: Any = None
         self.plugins: dict[str, Any] = {}
         self.files: dict[str, str] = {}
         self.vehicles: dict[str, Any] = {}
@@ -68,7 +71,10 @@ class Orders:
         self.alloc = importlib.import_module("alloc")
         if not Path(self.alloc.__file__).is_relative_to(tree):
             raise ImportError(f"alloc came from {self.alloc.__file__}, not from {tree}")
-        entries = [self.alloc.load_plugin(Path(file)) for file in plugins]
+        # Trees of before have load_plugin and prepare in alloc itself.
+        found = importlib.util.find_spec("alloc.discovery")
+        self.discovery = importlib.import_module("alloc.discovery") if found else self.alloc
+        entries = [self.discovery.load_plugin(Path(file)) for file in plugins]
         self.plugins = {entry.name: entry for entry in entries}
 
     def cells(self) -> list[list[str]]:
@@ -90,7 +96,7 @@ class Orders:
             self.vehicles[vehicle] = self.alloc.load_vehicle(self.files.get(vehicle, vehicle))
         loaded = self.vehicles[vehicle]
         if method in self.plugins:
-            allocate = self.alloc.prepare(self.plugins[method], loaded, start=start)
+            allocate = self.discovery.prepare(self.plugins[method], loaded, start=start)
         else:
             allocate = self.alloc.build(method, loaded, start=start)
         self.allocators[cell] = allocate

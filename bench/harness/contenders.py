@@ -8,8 +8,10 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from msgspec.structs import replace
 
-from alloc import UnknownName, catalogue, find, find_formulation, list_vehicles, load_vehicle
-from alloc.formulations import EXACT_METHODS
+from alloc import catalogue, list_vehicles, load_vehicle
+from alloc.discovery import find
+from alloc.errors import UnknownName
+from alloc.formulations import EXACT_METHODS, find_formulation
 from bench.demands.store import Case, save_case
 from bench.harness.job import AnswerTask, Described, DescribeTask, Failed, Job
 from bench.harness.lines import method_line

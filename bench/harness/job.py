@@ -87,7 +87,7 @@ class AnswersWritten(msgspec.Struct, tag="answered"):
 
 
 class Described(msgspec.Struct, tag="described"):
-    """What the ``alloc.Entry`` of a plug-in holds.
+    """What the ``alloc.discovery.Entry`` of a plug-in holds.
 
     Attributes
     ----------

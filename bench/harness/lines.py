@@ -7,7 +7,8 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from alloc import Entry, Label
+from alloc import Label
+from alloc.discovery import Entry
 from alloc.formulations.hard import FORMULATION as HARD
 from bench.harness import machine
 from bench.harness.plan import RunSettings

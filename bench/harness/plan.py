@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import msgspec
 
-from alloc import AllocError, find_formulation
+from alloc import AllocError
+from alloc.formulations import find_formulation
 from bench.harness.yardsticks import CANARIES, YARDSTICKS
 from bench.inputs.faults import GivenFault
 from bench.inputs.logs import LogOptions

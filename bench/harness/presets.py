@@ -1,6 +1,7 @@
 """What `thrustbench run` measures by default, with --quick, with --all and as a study."""
 
-from alloc import Family, list_vehicles
+from alloc import list_vehicles
+from alloc.formulations import Family
 from bench.harness.plan import RunSettings
 from bench.inputs.faults import EACH
 

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from alloc import DemandError, NotApplicable, Vehicle, load_vehicle
+from alloc import NotApplicable, Vehicle, load_vehicle
+from alloc.errors import DemandError
 from bench.demands import DemandSet, build_demands
 from bench.demands.generated import STUDIES
 from bench.demands.store import same_vehicle

@@ -16,24 +16,11 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from alloc import (
-    Allocation,
-    Allocator,
-    BoundedSteps,
-    Entry,
-    FloatArray,
-    NotApplicable,
-    NotInstalled,
-    TwoStage,
-    UnknownName,
-    Vehicle,
-    find,
-    load_plugin,
-    one_by_one,
-    prepare,
-    solvers,
-)
-from alloc.allocation import real
+from alloc import Allocation, Allocator, NotApplicable, Vehicle, solvers
+from alloc.allocation import BoundedSteps, FloatArray, TwoStage, real
+from alloc.discovery import Entry, find, load_plugin, prepare
+from alloc.errors import NotInstalled, UnknownName
+from alloc.vehicle.call_limits import one_by_one
 from bench.demands.store import load_case, save
 from bench.harness.job import (
     AnswersWritten,

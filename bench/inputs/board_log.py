@@ -17,7 +17,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from alloc import AllocError, FloatArray, IndexArray
+from alloc import AllocError
+from alloc.allocation import FloatArray, IndexArray
 
 LARGEST = 1 << 30
 """Bytes of a log that are read at most."""

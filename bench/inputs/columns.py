@@ -4,8 +4,8 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from alloc import DOF, DemandError
-from alloc.vehicle.geometry import MOMENTS
+from alloc.errors import DemandError
+from alloc.vehicle.geometry import DOF, MOMENTS
 
 TIME = "t"
 FORCE = {"N": 1.0, "kN": 1e3, "MN": 1e6, "mN": 1e-3, "lbf": 4.4482216152605, "kgf": 9.80665}

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from alloc import FileError
+from alloc.errors import FileError
 from alloc.files.textfile import read_text
 from bench.inputs.csv_text import is_number
 

@@ -6,7 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from alloc import Allocation, DemandError, FloatArray, Status
+from alloc import Allocation, Status
+from alloc.allocation import FloatArray
+from alloc.errors import DemandError
 from alloc.vehicle import LARGEST
 from bench.inputs.columns import SECONDS, TIME, Column, assign, listed
 from bench.inputs.csv_text import csv_text, is_number

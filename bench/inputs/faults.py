@@ -4,7 +4,8 @@ from collections.abc import Iterable
 
 import msgspec
 
-from alloc import Vehicle, VehicleError
+from alloc import Vehicle
+from alloc.errors import VehicleError
 
 
 class GivenFault(msgspec.Struct, frozen=True):

@@ -8,11 +8,11 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from alloc import DOF, FloatArray, VehicleError
-from alloc.errors import unknown
+from alloc.allocation import FloatArray
+from alloc.errors import VehicleError, unknown
 from alloc.files.textfile import read_text
 from alloc.vehicle.file import VehicleFile, build_vehicle, matrices
-from alloc.vehicle.geometry import contradictions
+from alloc.vehicle.geometry import DOF, contradictions
 from bench.inputs.formats import Draft, formats, recognised
 
 PLANAR = ("surge", "sway", "yaw")

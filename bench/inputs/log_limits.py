@@ -6,7 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from alloc import DemandError, FloatArray, Vehicle
+from alloc import Vehicle
+from alloc.allocation import FloatArray
+from alloc.errors import DemandError
 from alloc.vehicle.limits import VoltageTable
 
 VOLTS = "volts"

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from alloc import VehicleError
+from alloc.errors import VehicleError
 from alloc.files.yaml_tree import YamlTree
 from alloc.vehicle.file import Numbers
 

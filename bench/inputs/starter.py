@@ -6,9 +6,11 @@ from collections.abc import Sequence
 import msgspec
 import numpy as np
 
-from alloc import DOF, FloatArray, Vehicle, VehicleError, alpha_max
+from alloc import Vehicle, alpha_max
+from alloc.allocation import FloatArray
+from alloc.errors import VehicleError
 from alloc.vehicle.file import Thruster, VehicleFile, matrices
-from alloc.vehicle.geometry import pose_matrix
+from alloc.vehicle.geometry import DOF, pose_matrix
 from alloc.vehicle.poses import poses
 from alloc.vehicle.text import to_yaml
 from bench.inputs.csv_text import csv_text

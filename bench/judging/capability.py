@@ -6,12 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from alloc import (
-    FloatArray,
-    NotApplicable,
-    SolverError,
-    Vehicle,
-    alpha_max,
+from alloc import NotApplicable, Vehicle, alpha_max
+from alloc.allocation import FloatArray
+from alloc.errors import SolverError
+from alloc.reach.volumes import (
     attainable_volume,
     closed_form_volume,
     safe_share,

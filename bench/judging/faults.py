@@ -5,17 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from alloc import (
-    WRENCH_TOLERANCE,
-    Allocation,
-    BoolArray,
-    FloatArray,
-    IndexArray,
-    Label,
-    Status,
-    StatusArray,
-    find_formulation,
-)
+from alloc import Allocation, Label, Status
+from alloc.allocation import WRENCH_TOLERANCE, BoolArray, FloatArray, IndexArray, StatusArray
+from alloc.formulations import find_formulation
 from bench.judging.question import Question, right_answers
 from bench.judging.shares import misstated
 

@@ -4,20 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from alloc import (
-    WRENCH_TOLERANCE,
-    Allocation,
-    BoolArray,
-    FloatArray,
-    IndexArray,
-    Label,
-    NotApplicable,
-    Status,
-    StatusArray,
-    certify_many,
-    find_formulation,
-)
+from alloc import Allocation, Label, NotApplicable, Status
+from alloc.allocation import WRENCH_TOLERANCE, BoolArray, FloatArray, IndexArray, StatusArray
+from alloc.formulations import find_formulation
 from alloc.formulations.hard import FORMULATION as HARD
+from alloc.qp.certificate import certify_many
 from bench.judging.faults import faults, measured
 from bench.judging.loss import loss, relative_wrench_error
 from bench.judging.question import Question

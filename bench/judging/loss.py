@@ -7,7 +7,9 @@ Limits are a pair f_min, f_max, each (n,) or (N, n) [N]; None stands for the veh
 
 import numpy as np
 
-from alloc import WRENCH_TOLERANCE, FloatArray, Vehicle, unit
+from alloc import Vehicle
+from alloc.allocation import WRENCH_TOLERANCE, FloatArray
+from alloc.vehicle.geometry import unit
 
 Limits = tuple[FloatArray, FloatArray] | None
 

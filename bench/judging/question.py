@@ -7,18 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from alloc import (
-    AllocError,
-    FloatArray,
-    Formulation,
-    Label,
-    NotApplicable,
-    Status,
-    StatusArray,
-    build,
-    generalized_inverse,
-    list_formulations,
-)
+from alloc import AllocError, Label, NotApplicable, Status, build
+from alloc.allocation import FloatArray, StatusArray
+from alloc.closed_forms.inverse import generalized_inverse
+from alloc.formulations import Formulation, list_formulations
 from alloc.formulations.hard import FORMULATION as HARD
 from alloc.formulations.unlimited import FORMULATION as UNLIMITED
 from bench.demands import DemandSet

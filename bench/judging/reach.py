@@ -4,17 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from alloc import (
-    FloatArray,
-    Label,
-    NotApplicable,
-    Vehicle,
-    alpha_max,
-    closed_form_range,
-    generalized_inverse,
-    single_axis_maxima,
-    uniform_demands,
-)
+from alloc import Label, NotApplicable, Vehicle, alpha_max
+from alloc.allocation import FloatArray
+from alloc.closed_forms.inverse import generalized_inverse
+from alloc.reach.attainable import closed_form_range, single_axis_maxima
+from alloc.reach.volumes import uniform_demands
 from bench.demands import DemandSet, build_demands
 from bench.demands.store import Case
 from bench.judging.loss import relative_wrench_error

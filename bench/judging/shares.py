@@ -4,7 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from alloc import WRENCH_TOLERANCE, BoolArray, FloatArray, IndexArray, NotApplicable, find_formulation
+from alloc import NotApplicable
+from alloc.allocation import WRENCH_TOLERANCE, BoolArray, FloatArray, IndexArray
+from alloc.formulations import find_formulation
 from bench.demands import DemandSet
 
 

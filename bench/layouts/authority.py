@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from alloc import FloatArray, IndexArray
+from alloc.allocation import FloatArray, IndexArray
 from alloc.vehicle import RANK_TOLERANCE
 from bench.layouts.minors import subsets
 from bench.layouts.spaces import Layouts, Spaces

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from alloc import AllocError, FloatArray, Vehicle
+from alloc import AllocError, Vehicle
+from alloc.allocation import FloatArray
 from bench.demands import build_demands
 from bench.layouts.authority import volumes
 from bench.layouts.base import Base, read_base

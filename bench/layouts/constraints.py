@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from alloc import BoolArray
+from alloc.allocation import BoolArray
 from bench.layouts.space import PlacedThrusters
 from bench.layouts.study import Constraints, Wake
 

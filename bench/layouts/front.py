@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from alloc import BoolArray, FloatArray
+from alloc.allocation import BoolArray, FloatArray
 
 if TYPE_CHECKING:
     import pyarrow as pa

@@ -5,7 +5,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from alloc import DOF, FloatArray, NotApplicable, Vehicle, build, unit
+from alloc import NotApplicable, Vehicle, build
+from alloc.allocation import FloatArray
+from alloc.vehicle.geometry import DOF, unit
 from bench.layouts.authority import reach, safe_shares, volumes, worst_faults
 from bench.layouts.constraints import refused
 from bench.layouts.minors import subsets

@@ -11,7 +11,7 @@ from math import comb
 
 import numpy as np
 
-from alloc import FloatArray, IndexArray
+from alloc.allocation import FloatArray, IndexArray
 
 
 @lru_cache(maxsize=64)

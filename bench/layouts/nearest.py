@@ -7,7 +7,7 @@ dimension lower.
 
 import numpy as np
 
-from alloc import BoolArray, FloatArray, IndexArray
+from alloc.allocation import BoolArray, FloatArray, IndexArray
 from alloc.vehicle import RANK_TOLERANCE
 
 

@@ -9,7 +9,8 @@ import msgspec
 import numpy as np
 from filelock import FileLock, Timeout
 
-from alloc import AllocError, FileError
+from alloc import AllocError
+from alloc.errors import FileError
 from alloc.files.textfile import write_text
 from bench.layouts.constraints import refused
 from bench.layouts.front import merged, spread

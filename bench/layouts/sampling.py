@@ -3,7 +3,7 @@
 import msgspec
 import numpy as np
 
-from alloc import FloatArray
+from alloc.allocation import FloatArray
 from bench.layouts.space import LayoutSpace
 
 SHARD = 4096

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from alloc import FloatArray, IndexArray
+from alloc.allocation import FloatArray, IndexArray
 from bench.layouts.minors import dependencies, inverse, minors, subsets
 from bench.layouts.spaces import Layouts, Spaces
 

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from alloc import BoolArray, FloatArray, IndexArray
+from alloc.allocation import BoolArray, FloatArray, IndexArray
 from alloc.nullspace.allocator import STEPS_LIMIT
 from alloc.nullspace.region import steps_bound
 from bench.judging.loss import FLOOR

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from alloc import AllocError, FileError, NotInstalled
+from alloc import AllocError
+from alloc.errors import FileError, NotInstalled
 from bench.layouts.measure import COUNTS, measure
 from bench.layouts.memory import keep_freed_memory
 from bench.layouts.sampling import ShardTask, values

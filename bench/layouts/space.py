@@ -6,7 +6,8 @@ from itertools import product
 
 import numpy as np
 
-from alloc import DOF, FloatArray, IndexArray
+from alloc.allocation import FloatArray, IndexArray
+from alloc.vehicle.geometry import DOF
 from bench.layouts.spaces import Layouts
 from bench.layouts.study import Constraints
 

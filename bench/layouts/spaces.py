@@ -5,7 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
-from alloc import BoolArray, FloatArray, Vehicle
+from alloc import Vehicle
+from alloc.allocation import BoolArray, FloatArray
 from alloc.vehicle import RANK_TOLERANCE
 from bench.layouts.minors import dependencies, minors
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from alloc import FloatArray
+from alloc.allocation import FloatArray
 from bench.layouts.front import losses, merged
 from bench.layouts.measure import Columns
 from bench.layouts.shards import facts_of, read_shard, whole_shards

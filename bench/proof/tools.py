@@ -6,7 +6,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from alloc import NotInstalled
+from alloc.errors import NotInstalled
 from alloc.native.compiled import compiler
 from bench.chips.toolchain import ToolError
 

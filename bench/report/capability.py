@@ -1,6 +1,6 @@
 """Report section: what a vehicle can do, whole and after each failure, and which share each method serves."""
 
-from alloc import unit
+from alloc.vehicle.geometry import unit
 from bench.record import Authority, Capability, Served
 from bench.report.pictures import picture
 from bench.results.quantiles import share

@@ -1,6 +1,6 @@
 """Report section: what a call of each method costs."""
 
-from alloc import list_formulations
+from alloc.formulations import list_formulations
 from bench.report.pictures import picture
 from bench.results.columns import Row
 from bench.results.rows import Run

@@ -7,7 +7,7 @@ and a multiset is [place in ``times``, how often, distance to the next place, ho
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from alloc import find_formulation
+from alloc.formulations import find_formulation
 from bench.record import NO_VEHICLE, Capability
 from bench.report.readme import served
 from bench.report.verdict import sure

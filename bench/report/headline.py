@@ -1,6 +1,6 @@
 """Report section: three sentences with numbers."""
 
-from alloc import Family
+from alloc.formulations import Family
 from bench.record import NO_VEHICLE
 from bench.results.columns import Row
 from bench.results.ranking import best, complete, exact, optimal, right

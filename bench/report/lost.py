@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from alloc import WRENCH_TOLERANCE
+from alloc.allocation import WRENCH_TOLERANCE
 from alloc.formulations.scaled import FORMULATION as SCALED
 from bench.results.columns import Row
 from bench.results.ranking import best

@@ -1,6 +1,6 @@
 """Report section: one flight, before and after a thruster fails, method by method."""
 
-from alloc import WRENCH_TOLERANCE
+from alloc.allocation import WRENCH_TOLERANCE
 from bench.results.columns import Row
 from bench.results.ranking import best
 from bench.results.rows import Run

@@ -3,7 +3,8 @@
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
-from alloc import WRENCH_TOLERANCE, find_formulation
+from alloc.allocation import WRENCH_TOLERANCE
+from alloc.formulations import find_formulation
 from bench.results.columns import Row
 from bench.results.ranking import best, largest_loss, right
 from bench.results.rows import Run

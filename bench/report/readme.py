@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from alloc import WRENCH_TOLERANCE, AllocError
+from alloc import AllocError
+from alloc.allocation import WRENCH_TOLERANCE
 from alloc.formulations import EXACT_METHODS
 from bench.record import RecordError
 from bench.results.columns import Row

@@ -9,7 +9,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from alloc import WRENCH_TOLERANCE, Family
+from alloc.allocation import WRENCH_TOLERANCE
+from alloc.formulations import Family
 from bench.record.machine import machine_name
 from bench.report.limits import cut_logs
 from bench.report.moving import of, sequences, title

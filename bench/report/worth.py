@@ -1,6 +1,6 @@
 """Report section: for each vehicle the few methods worth considering."""
 
-from alloc import find_formulation
+from alloc.formulations import find_formulation
 from bench.report.readme import lost, served
 from bench.results.columns import Row
 from bench.results.ranking import best, exact, optimal, right, worth_considering

@@ -3,7 +3,8 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from alloc import catalogue, find_formulation
+from alloc import catalogue
+from alloc.formulations import find_formulation
 from alloc.formulations.hard import FORMULATION as HARD
 from bench.results.cycles import CPI, PUBLISHED, Cpi, share
 from bench.results.emulated import EmulatedRow

@@ -6,8 +6,7 @@ They are the last columns, written as those of ``bench.results.columns``: to add
 from collections.abc import Callable
 from statistics import median
 
-from alloc import DOF
-from alloc.vehicle.geometry import MOMENTS
+from alloc.vehicle.geometry import DOF, MOMENTS
 from bench.results.repeats import Repeats, most
 
 

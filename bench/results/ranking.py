@@ -2,7 +2,8 @@
 
 from collections.abc import Iterable, Sequence
 
-from alloc import WRENCH_TOLERANCE, Family, find_formulation
+from alloc.allocation import WRENCH_TOLERANCE
+from alloc.formulations import Family, find_formulation
 from alloc.formulations.hard import FORMULATION as HARD
 from bench.results.columns import Row
 from bench.results.rows import Run

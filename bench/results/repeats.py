@@ -6,7 +6,7 @@ from functools import cached_property
 from statistics import median
 from typing import TypeVar
 
-from alloc import find_formulation
+from alloc.formulations import find_formulation
 from bench.record import Batch, Cell, Header, Judged, Key, Method, Worker
 from bench.results.quantiles import Histogram, merged
 

@@ -7,19 +7,12 @@ import numpy as np
 import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
-from alloc import (
-    Allocation,
-    Allocator,
-    Entry,
-    FloatArray,
-    Label,
-    NotApplicable,
-    Vehicle,
-    alpha_max,
-    closed_form_range,
-    find_formulation,
-)
+from alloc import Allocation, Allocator, Label, NotApplicable, Vehicle, alpha_max
+from alloc.allocation import FloatArray
+from alloc.discovery import Entry
+from alloc.formulations import find_formulation
 from alloc.formulations.hard import FORMULATION as HARD
+from alloc.reach.attainable import closed_form_range
 from bench.demands import labelled
 from bench.judging.judge import judge, largest_gap
 from bench.judging.question import Question, ask_here, questions

@@ -7,20 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from alloc import (
-    Allocator,
-    AllocError,
-    Entry,
-    Family,
-    NotApplicable,
-    NotInstalled,
-    Vehicle,
-    catalogue,
-    find,
-    load_plugin,
-    load_vehicle,
-    prepare,
-)
+from alloc import Allocator, AllocError, NotApplicable, Vehicle, catalogue, load_vehicle
+from alloc.discovery import Entry, find, load_plugin, prepare
+from alloc.errors import NotInstalled
+from alloc.formulations import Family
 from bench.judging.question import Question
 from bench.suite.answers import LABELS, MOVING, question
 

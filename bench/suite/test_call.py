@@ -2,7 +2,8 @@
 
 from pytest_benchmark.fixture import BenchmarkFixture
 
-from alloc import Allocation, Allocator, Entry
+from alloc import Allocation, Allocator
+from alloc.discovery import Entry
 from bench.judging.question import Question
 from bench.suite.answers import N_DEMANDS, of_one, tell
 

@@ -3,7 +3,9 @@
 import numpy as np
 from pytest_benchmark.fixture import BenchmarkFixture
 
-from alloc import Allocation, Allocator, Entry, FloatArray, Status, StatusArray
+from alloc import Allocation, Allocator, Status
+from alloc.allocation import FloatArray, StatusArray
+from alloc.discovery import Entry
 from bench.judging.question import Question
 from bench.suite.answers import N_DEMANDS, of_one, tell
 

@@ -3,7 +3,8 @@
 import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
-from alloc import Allocator, Entry, prepare
+from alloc import Allocator
+from alloc.discovery import Entry, prepare
 from bench.judging.question import Question
 from bench.suite.answers import tell
 

@@ -6,7 +6,8 @@ of the missions, whose axes count as fixed here. ``priority`` allocates; thruste
 
 import numpy as np
 
-from alloc import Allocation, FloatArray, Vehicle, build, load_vehicle
+from alloc import Allocation, Vehicle, build, load_vehicle
+from alloc.allocation import FloatArray
 from bench.demands.mission import body
 from bench.results.text import table
 

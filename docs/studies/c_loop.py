@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from alloc import FloatArray
+from alloc.allocation import FloatArray
 from alloc.native.compiled import STANDARD, compiler
 from bench.chips.kernel import SCALARS, Kernel
 from bench.harness.callgrind import CALLGRIND, totals

@@ -15,7 +15,8 @@ from typing import Any
 import cffi
 import numpy as np
 
-from alloc import Allocation, FloatArray, Status, Vehicle, answer, build, checked, load_vehicle
+from alloc import Allocation, Status, Vehicle, build, load_vehicle
+from alloc.allocation import FloatArray, answer, checked
 from alloc.native import function_name, sources
 from alloc.native.compiled import shared_library
 from bench.results.text import table, three

@@ -18,17 +18,10 @@ import click
 import numpy as np
 from tabulate import tabulate
 
-from alloc import (
-    WRENCH_TOLERANCE,
-    Entry,
-    Family,
-    NotApplicable,
-    Status,
-    Vehicle,
-    build,
-    catalogue,
-    solvers,
-)
+from alloc import NotApplicable, Status, Vehicle, build, catalogue, solvers
+from alloc.allocation import WRENCH_TOLERANCE
+from alloc.discovery import Entry
+from alloc.formulations import Family
 from bench.demands.odd_vehicles import DEMANDS, DemandsAsked, asked, vehicle_of
 
 LOT = 50

@@ -11,7 +11,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from alloc import FloatArray, NotApplicable, Vehicle, build, load_vehicle, worst_fault
+from alloc import NotApplicable, Vehicle, build, load_vehicle
+from alloc.allocation import FloatArray
+from alloc.reach.volumes import worst_fault
 from bench.demands.mission.simulate import HALF, RATE_HZ, STEPS, Act, Flight, fly
 from bench.results.text import table, three
 

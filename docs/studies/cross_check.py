@@ -13,7 +13,8 @@ import numpy as np
 from qpbenchmark.results import Results
 from qpbenchmark.run import run
 
-from alloc import Allocator, NotInstalled, Status, build
+from alloc import Allocator, Status, build
+from alloc.errors import NotInstalled
 from bench.results.ranking import EXACT_WITHIN
 from bench.results.text import table, three
 from thrust_allocation import AllocationCase, ThrustAllocation

@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from alloc import Vehicle, pose_hard
+from alloc import Vehicle
+from alloc.qp import pose_hard
 from bench.chips.kernel import Kernel, braced
 
 EQUALITY = 5

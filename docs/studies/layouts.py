@@ -17,20 +17,13 @@ from pathlib import Path
 
 import numpy as np
 
-from alloc import (
-    SolverError,
-    Vehicle,
-    attainable_volume,
-    build,
-    closed_form_volume,
-    load_vehicle,
-    safe_share,
-    single_axis_maxima,
-    unit,
-    worst_fault,
-)
+from alloc import Vehicle, build, load_vehicle
+from alloc.errors import SolverError
 from alloc.files.textfile import write_text
+from alloc.reach.attainable import single_axis_maxima
+from alloc.reach.volumes import attainable_volume, closed_form_volume, safe_share, worst_fault
 from alloc.reach.zonotope import zonotope
+from alloc.vehicle.geometry import unit
 from alloc.vehicle.text import to_yaml
 from bench.judging.capability import remaining_authority
 from bench.judging.loss import loss

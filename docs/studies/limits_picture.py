@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from alloc import FloatArray, Vehicle, alpha_max, build, load_vehicle
+from alloc import Vehicle, alpha_max, build, load_vehicle
+from alloc.allocation import FloatArray
 from alloc.vehicle.limits import Interval
 from bench.judging.reach import corners
 from bench.report.pictures.style import BLUE, GREEN, GREY, INK, SETTINGS, VERMILION, save

@@ -14,7 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from alloc import Family, FloatArray, Label, NotApplicable, build, catalogue, load_vehicle, pose_soft
+from alloc import Label, NotApplicable, build, catalogue, load_vehicle
+from alloc.allocation import FloatArray
+from alloc.formulations import Family
+from alloc.qp import pose_soft
 from alloc.qp.stationarity import Stationarity
 from bench.demands import build_demands
 from bench.results.text import percent, table, three

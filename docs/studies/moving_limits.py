@@ -15,21 +15,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from alloc import (
-    WRENCH_TOLERANCE,
-    AllocError,
-    BoolArray,
-    Entry,
-    Family,
-    FloatArray,
-    Label,
-    NotApplicable,
-    Status,
-    Vehicle,
-    build,
-    catalogue,
-    label,
-)
+from alloc import AllocError, Label, NotApplicable, Status, Vehicle, build, catalogue, label
+from alloc.allocation import WRENCH_TOLERANCE, BoolArray, FloatArray
+from alloc.discovery import Entry
+from alloc.formulations import Family
 from bench.demands.odd_vehicles import odd_vehicle, weighted
 from bench.results.text import table, three
 

@@ -18,7 +18,8 @@ from time import thread_time
 
 import numpy as np
 
-from alloc import FloatArray, NotApplicable, Vehicle, build, catalogue, load_vehicle
+from alloc import NotApplicable, Vehicle, build, catalogue, load_vehicle
+from alloc.allocation import FloatArray
 from bench.chips.kernel import Kernel
 from bench.chips.kernels import build_kernel
 from bench.demands import build_demands

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from alloc import FloatArray, Vehicle, build, load_vehicle
+from alloc import Vehicle, build, load_vehicle
+from alloc.allocation import FloatArray
 from alloc.nullspace.region import prepare
 from alloc.nullspace.structure import Block, decompose
 from bench.demands import build_demands

@@ -6,8 +6,10 @@ row with a reason. ``qp/proxqp`` warm hands over the last point instead (docs/so
 
 import numpy as np
 
-from alloc import FloatArray, Status, Vehicle, pose_hard
+from alloc import Status, Vehicle
+from alloc.allocation import FloatArray
 from alloc.live.allocator import Live
+from alloc.qp import pose_hard
 from alloc.solvers import Answer
 
 FORMULATION = "hard"

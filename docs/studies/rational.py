@@ -19,17 +19,10 @@ import click
 import numpy as np
 from tabulate import tabulate
 
-from alloc import (
-    AllocError,
-    Family,
-    FloatArray,
-    NotApplicable,
-    Status,
-    Vehicle,
-    alpha_range,
-    build,
-    catalogue,
-)
+from alloc import AllocError, NotApplicable, Status, Vehicle, build, catalogue
+from alloc.allocation import FloatArray
+from alloc.formulations import Family
+from alloc.reach.attainable import alpha_range
 from alloc.vehicle.condition import condition
 from bench.demands.odd_vehicles import inside, odd_vehicle
 

@@ -16,19 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from alloc import (
-    BoolArray,
-    FloatArray,
-    IndexArray,
-    Label,
-    NotApplicable,
-    Status,
-    Vehicle,
-    build,
-    list_vehicles,
-    load_vehicle,
-    rivals,
-)
+from alloc import Label, NotApplicable, Status, Vehicle, build, list_vehicles, load_vehicle, rivals
+from alloc.allocation import BoolArray, FloatArray, IndexArray
 from alloc.native.bounds import Where
 from alloc.native.code import Scalar
 from alloc.native.compiled import shared_library

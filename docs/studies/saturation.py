@@ -13,20 +13,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from alloc import (
-    Allocator,
-    FloatArray,
-    Status,
-    Vehicle,
-    Way,
-    alpha_max_lp,
-    build,
-    find_formulation,
-    list_vehicles,
-    load_vehicle,
-)
+from alloc import Allocator, Status, Vehicle, build, list_vehicles, load_vehicle
+from alloc.allocation import FloatArray
+from alloc.formulations import find_formulation
+from alloc.reach.attainable import alpha_max_lp
 from alloc.reach.edge import start
 from alloc.reach.levels import step_maps
+from alloc.reach.way import Way
 from bench.results.text import table, three
 
 METHODS = ("scaled", "scaled-by-group", "priority")

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from alloc import FloatArray, Vehicle, alpha_max, build, load_vehicle
+from alloc import Vehicle, alpha_max, build, load_vehicle
+from alloc.allocation import FloatArray
 from bench.judging.loss import delivered
 from bench.report.pictures.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, SETTINGS, VERMILION, save
 

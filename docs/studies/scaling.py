@@ -7,8 +7,10 @@ import sys
 
 import numpy as np
 
-from alloc import FloatArray, Status, Vehicle, build, load_vehicle, pose_hard, solvers
+from alloc import Status, Vehicle, build, load_vehicle, solvers
+from alloc.allocation import FloatArray
 from alloc.live.allocator import Live
+from alloc.qp import pose_hard
 from bench.demands import build_demands
 from bench.results.text import table
 

@@ -11,22 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from alloc import (
-    WRENCH_TOLERANCE,
-    Allocation,
-    BoolArray,
-    Entry,
-    FloatArray,
-    Formulation,
-    Label,
-    Status,
-    Vehicle,
-    build,
-    catalogue,
-    find_formulation,
-    list_vehicles,
-    load_vehicle,
-)
+from alloc import Allocation, Label, Status, Vehicle, build, catalogue, list_vehicles, load_vehicle
+from alloc.allocation import WRENCH_TOLERANCE, BoolArray, FloatArray
+from alloc.discovery import Entry
+from alloc.formulations import Formulation, find_formulation
 from alloc.formulations.hard import FORMULATION as HARD
 from alloc.formulations.soft import FORMULATION as SOFT
 from bench.demands import build_demands

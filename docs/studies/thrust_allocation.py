@@ -10,7 +10,9 @@ from typing import NamedTuple
 
 from qpbenchmark import Problem, TestSet
 
-from alloc import FloatArray, NotApplicable, Vehicle, list_vehicles, load_vehicle, pose_hard
+from alloc import NotApplicable, Vehicle, list_vehicles, load_vehicle
+from alloc.allocation import FloatArray
+from alloc.qp import pose_hard
 from bench.demands import build_demands
 
 REGIMES = ("inactive", "active")

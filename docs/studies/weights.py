@@ -8,7 +8,8 @@ import click
 import numpy as np
 from tabulate import tabulate
 
-from alloc import Family, Status, build, catalogue, solvers
+from alloc import Status, build, catalogue, solvers
+from alloc.formulations import Family
 from bench.demands.odd_vehicles import inside, odd_vehicle, weighted
 
 SPREADS = (0, 2, 4, 6, 8)

@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from alloc import Allocator, FloatArray, TwoStage, build, load_vehicle, solvers
+from alloc import Allocator, build, load_vehicle, solvers
+from alloc.allocation import FloatArray, TwoStage
 from bench.demands import build_demands
 from bench.results.text import table, three
 

@@ -5,18 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from alloc import (
-    Allocator,
-    AllocError,
-    NotApplicable,
-    PluginError,
-    Status,
-    UnknownName,
-    load_plugin,
-    load_vehicle,
-    prepare,
-)
-from alloc.plain import Plain
+from alloc import Allocator, AllocError, NotApplicable, Status, load_vehicle
+from alloc.discovery import load_plugin, prepare
+from alloc.errors import PluginError, UnknownName
+from alloc.live.plain import Plain
 
 DATACLASS = '''\
 """Postponed annotations, which dataclasses resolve through the module that a class is in."""
@@ -167,9 +159,9 @@ def test_a_function_that_takes_no_limits_is_not_asked_to_keep_those_of_a_call(tm
         ("build = 3\n", "mine.py: build is no function"),
         (
             "FAMILY = 'mine'\ndef build(vehicle): pass\n",
-            "FAMILY = 'mine'; give an alloc.Family: ",
+            "FAMILY = 'mine'; give an alloc.plugin.Family: ",
         ),
-        ("FAMILY = 3\ndef build(vehicle): pass\n", "FAMILY = 3; give an alloc.Family"),
+        ("FAMILY = 3\ndef build(vehicle): pass\n", "FAMILY = 3; give an alloc.plugin.Family"),
         ("FORMULATION = 3\ndef build(vehicle): pass\n", "FORMULATION = 3; give a name"),
         ("LIMITED = 'no'\ndef build(vehicle): pass\n", "LIMITED = 'no'; give True"),
         ("TOLERANCE = float('nan')\ndef build(vehicle): pass\n", "TOLERANCE = nan; give a distance"),

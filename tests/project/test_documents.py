@@ -11,20 +11,13 @@ import numpy as np
 import pytest
 
 import alloc.formulations
+import alloc.plugin
 import alloc.solvers
 import bench
-from alloc import (
-    Allocator,
-    BoundedSteps,
-    TwoStage,
-    build,
-    catalogue,
-    list_vehicles,
-    load_plugin,
-    load_vehicle,
-)
+from alloc import Allocator, build, catalogue, list_vehicles, load_vehicle
+from alloc.allocation import BoundedSteps, TwoStage
+from alloc.discovery import load_plugin, prepare
 from alloc.formulations import list_formulations
-from alloc.plugins import prepare
 from bench.demands import build_demands
 from bench.judging.judge import judge
 from bench.judging.question import ask_here, questions
@@ -32,7 +25,7 @@ from tests.pages import FENCE, PAGES, blocks, saved
 from tests.places import DOCS, ROOT
 
 EXPORTED = {"alloc", "bench"} | {
-    f"{package.__name__}.{n}" for package in (alloc, bench) for n in package.__all__
+    f"{package.__name__}.{n}" for package in (alloc, alloc.plugin, bench) for n in package.__all__
 }
 NUMBER = re.compile(r"-?\d+(\.\d+)?(e-?\d+)?")
 
@@ -88,7 +81,7 @@ def test_what_a_page_s_code_imports_of_ours_is_public(page: Path) -> None:
         ("from alloc import build, Vehicle", []),
         ("from alloc import Live", ["alloc.Live"]),
         ("from alloc.allocation import checked", ["alloc.allocation.checked"]),
-        ("import alloc.plugins", ["alloc.plugins"]),
+        ("import alloc.discovery", ["alloc.discovery"]),
         ("from alloc.solvers import Answer\nfrom alloc import solvers\nimport alloc.solvers", []),
         ("from bench import Row, load\nimport numpy", []),
         ("def f():\n    from bench.demands import build_demands", ["bench.demands.build_demands"]),

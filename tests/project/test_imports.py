@@ -72,13 +72,13 @@ def test_no_file_imports_a_solver_binding_before_it_is_called(path: Path) -> Non
 
 @pytest.mark.parametrize("path", [p for p in FILES if p.is_relative_to(SOLVERS)], ids=label)
 def test_solvers_know_problems_but_neither_vehicles_nor_methods(path: Path) -> None:
-    for package in ("alloc.methods", "alloc.plugins", "alloc.vehicle"):
+    for package in ("alloc.methods", "alloc.discovery", "alloc.vehicle"):
         assert not [name for name in imported(path) if within(home(name), package)]
 
 
 @pytest.mark.parametrize("path", [p for p in FILES if p.is_relative_to(METHODS)], ids=label)
 def test_methods_know_no_catalogue(path: Path) -> None:
-    assert not [name for name in imported(path) if within(home(name), "alloc.plugins")]
+    assert not [name for name in imported(path) if within(home(name), "alloc.discovery")]
 
 
 @pytest.mark.parametrize("path", [p for p in FILES if p not in IN_ALLOC], ids=label)

@@ -13,7 +13,8 @@ from typing import Any, cast
 
 import numpy as np
 
-from alloc import AllocError, FloatArray, IndexArray, Vehicle
+from alloc import AllocError, Vehicle
+from alloc.allocation import FloatArray, IndexArray
 from alloc.native.bounds import Where
 from alloc.native.code import Scalar
 from bench.chips.kernel import SCALARS, Kernel

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from alloc import AllocError, NotApplicable, NotInstalled, Vehicle
+from alloc import AllocError, NotApplicable, Vehicle
+from alloc.errors import NotInstalled
 from alloc.native.bounds import Where
 from alloc.native.code import Scalar, number
 from bench.chips.image import FIRMWARE

@@ -8,7 +8,7 @@ Underwater Robot", J. Mar. Sci. Eng. 10(12), 1898, Table A1. Its centre of mass 
 
 import numpy as np
 
-from alloc import FloatArray
+from alloc.allocation import FloatArray
 
 MASS = 13.5
 """[kg]"""

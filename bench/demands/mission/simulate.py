@@ -11,17 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from alloc import (
-    DOF,
-    WRENCH_TOLERANCE,
-    BoolArray,
-    FloatArray,
-    Vehicle,
-    alpha_max,
-    generalized_inverse,
-    load_vehicle,
-    single_axis_maxima,
-)
+from alloc import Vehicle, alpha_max, load_vehicle
+from alloc.allocation import WRENCH_TOLERANCE, BoolArray, FloatArray
+from alloc.closed_forms.inverse import generalized_inverse
+from alloc.reach.attainable import single_axis_maxima
+from alloc.vehicle.geometry import DOF
 from bench.demands.mission import body
 
 RATE_HZ = 100.0

@@ -2,7 +2,9 @@
 
 import numpy as np
 
-from alloc import FloatArray, Vehicle, single_axis_maxima
+from alloc import Vehicle
+from alloc.allocation import FloatArray
+from alloc.reach.attainable import single_axis_maxima
 
 OVERSHOOT = 1.1
 """How far a sweep goes, relative to the axis's maximum: a tenth beyond, so that it crosses both edges."""

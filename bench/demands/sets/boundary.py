@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from alloc import FloatArray, Vehicle
+from alloc import Vehicle
+from alloc.allocation import FloatArray
 from bench.demands.rays import draw
 
 BANDS = (1e-5, 1e-3)

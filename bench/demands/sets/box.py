@@ -2,7 +2,9 @@
 
 import numpy as np
 
-from alloc import FloatArray, Vehicle, single_axis_maxima
+from alloc import Vehicle
+from alloc.allocation import FloatArray
+from alloc.reach.attainable import single_axis_maxima
 
 
 def demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:

@@ -5,7 +5,8 @@ They test what a method carries over from call to call, such as a warm start or 
 
 import numpy as np
 
-from alloc import WRENCH_TOLERANCE, FloatArray, Vehicle
+from alloc import Vehicle
+from alloc.allocation import WRENCH_TOLERANCE, FloatArray
 from bench.demands.rays import draw
 
 RUN = 5

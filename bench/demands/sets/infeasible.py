@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from alloc import FloatArray, Vehicle
+from alloc import Vehicle
+from alloc.allocation import FloatArray
 from bench.demands.rays import Rays, collect
 
 BEYOND = (1.02, 2.0)

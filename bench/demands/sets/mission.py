@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from alloc import FloatArray, Vehicle
+from alloc import Vehicle
+from alloc.allocation import FloatArray
 from bench.demands.mission.simulate import HALF, RATE_HZ, under_way
 
 __all__ = ["COUNT", "RATE_HZ", "SEED_NAME", "demands"]

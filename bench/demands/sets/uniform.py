@@ -2,7 +2,9 @@
 
 import numpy as np
 
-from alloc import FloatArray, Vehicle, uniform_demands
+from alloc import Vehicle
+from alloc.allocation import FloatArray
+from alloc.reach.volumes import uniform_demands
 
 
 def demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:

@@ -10,7 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
-from alloc import UnknownName
+from alloc.errors import UnknownName
 from alloc.vehicle.file import Numbers
 
 

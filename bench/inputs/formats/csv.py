@@ -2,9 +2,11 @@
 
 from pathlib import Path
 
-from alloc import DOF, Vehicle, VehicleError
+from alloc import Vehicle
+from alloc.errors import VehicleError
 from alloc.files.textfile import read_text
 from alloc.vehicle.file import VehicleFile
+from alloc.vehicle.geometry import DOF
 from bench.inputs.csv_text import csv_rows, csv_text, is_number, number
 from bench.inputs.formats import Draft
 

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from alloc import DOF, VehicleError
+from alloc.errors import VehicleError
 from alloc.files.textfile import read_text
 from alloc.vehicle import LARGEST
-from alloc.vehicle.geometry import pose_matrix
+from alloc.vehicle.geometry import DOF, pose_matrix
 from bench.inputs.formats import Draft
 
 _PARAMETER = re.compile(r"\b(CA_ROTOR(?:_COUNT|\d{1,2}_[A-Z]+)|CA_R_REV)[\s,=:\"]+([^\s,\"#]+)")

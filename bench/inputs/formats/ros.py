@@ -9,9 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from alloc import DOF, Vehicle, VehicleError
+from alloc import Vehicle
+from alloc.errors import VehicleError
 from alloc.files.yaml_tree import YamlTree, read_yaml
 from alloc.vehicle.file import Numbers, VehicleFile
+from alloc.vehicle.geometry import DOF
 from bench.inputs.formats import Draft
 from bench.inputs.parameters import find, numbers, rows
 

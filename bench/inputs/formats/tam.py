@@ -2,8 +2,9 @@
 
 from pathlib import Path
 
-from alloc import DOF, VehicleError
+from alloc.errors import VehicleError
 from alloc.files.yaml_tree import read_yaml
+from alloc.vehicle.geometry import DOF
 from bench.inputs.formats import Draft
 from bench.inputs.parameters import find, numbers, rows
 

@@ -13,9 +13,10 @@ from typing import NamedTuple
 import msgspec
 import numpy as np
 
-from alloc import DOF, DemandError, FileError, FloatArray
+from alloc.allocation import FloatArray
+from alloc.errors import DemandError, FileError
 from alloc.vehicle import LARGEST
-from alloc.vehicle.geometry import from_flu
+from alloc.vehicle.geometry import DOF, from_flu
 from bench.inputs.demand_csv import Demanded, read_demands
 
 

@@ -5,7 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from alloc import DOF, DemandError, FileError, FloatArray, NotInstalled
+from alloc.allocation import FloatArray
+from alloc.errors import DemandError, FileError, NotInstalled
+from alloc.vehicle.geometry import DOF
 from bench.inputs.logs import Log, brief
 
 SUFFIXES = (".bag", ".db3", ".mcap", "/")

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from alloc import DemandError, FileError, NotInstalled
+from alloc.errors import DemandError, FileError, NotInstalled
 from bench.inputs.logs import Log, brief
 
 SUFFIXES = (".ulg", ".ulog")

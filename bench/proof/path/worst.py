@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from alloc import FloatArray, IndexArray
+from alloc.allocation import FloatArray, IndexArray
 from alloc.native.bounds import arguments
 from bench.chips.count import count
 from bench.chips.image import Image, link

@@ -6,7 +6,8 @@ from math import floor, frexp, log2
 
 import numpy as np
 
-from alloc import FloatArray, Vehicle
+from alloc import Vehicle
+from alloc.allocation import FloatArray
 from alloc.native.code import Scalar
 from bench.proof.program import NotRead
 from bench.proof.rounding.forms import ONE, Form, has_tau, multiplied, shares_of, total

@@ -4,7 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from alloc import FloatArray, Vehicle
+from alloc import Vehicle
+from alloc.allocation import FloatArray
 from alloc.native.code import Scalar
 from bench.proof.numeric import answered, values
 from bench.proof.program import Node, Program

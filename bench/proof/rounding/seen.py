@@ -4,7 +4,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from alloc import BoolArray, FloatArray, Vehicle
+from alloc import Vehicle
+from alloc.allocation import BoolArray, FloatArray
 from alloc.native.code import MET, Scalar
 from bench.chips.toolchain import ToolError
 from bench.proof.numeric import Calculated, alike, answered, values

@@ -12,7 +12,8 @@ from math import inf
 import numpy as np
 from scipy.sparse import csc_matrix
 
-from alloc import FloatArray, Vehicle
+from alloc import Vehicle
+from alloc.allocation import FloatArray
 from bench.proof.program import NotRead
 from bench.proof.rounding.forms import NOTHING, ONE, Form, Shares, constant, exact
 

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from alloc import WRENCH_TOLERANCE
+from alloc.allocation import WRENCH_TOLERANCE
 from bench.record import Curve
 from bench.report.pictures.style import FAINT, FAMILIES, looks
 from bench.results.rows import Run

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from alloc import Family
+from alloc.formulations import Family
 from bench.report.pictures.style import BLUE, BROWN, FAMILIES, GREY, INK, time_axis
 from bench.results.columns import Row
 from bench.results.ranking import best, largest_loss, representatives

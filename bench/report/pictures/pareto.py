@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from alloc import WRENCH_TOLERANCE
+from alloc.allocation import WRENCH_TOLERANCE
 from bench.report.pictures.labels import label_points
 from bench.report.pictures.style import FAINT, colour, legend, share_axis, time_axis
 from bench.results.ranking import best, front, largest_loss, telling

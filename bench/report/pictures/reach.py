@@ -3,7 +3,7 @@
 from itertools import groupby
 from typing import TYPE_CHECKING
 
-from alloc import unit
+from alloc.vehicle.geometry import unit
 from bench.record import Plane
 from bench.report.pictures.style import BLUE, GREEN, GREY, INK, ORANGE, VERMILION
 from bench.results.rows import Run

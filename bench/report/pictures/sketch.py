@@ -4,7 +4,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from alloc import FloatArray, Vehicle
+from alloc import Vehicle
+from alloc.allocation import FloatArray
 from alloc.vehicle.poses import Mounting
 from bench.report.pictures.style import BLUE, FAINT, GREY, INK, PAPER, VERMILION
 

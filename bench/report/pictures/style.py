@@ -10,7 +10,7 @@ from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from alloc import Family
+from alloc.formulations import Family
 from bench.results.columns import Row
 
 if TYPE_CHECKING:

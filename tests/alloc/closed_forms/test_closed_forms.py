@@ -10,10 +10,10 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from alloc import WRENCH_TOLERANCE, NotApplicable, Status, Vehicle, build, load_vehicle
-from alloc.allocation import FloatArray
+from alloc import NotApplicable, Status, Vehicle, build, load_vehicle
+from alloc.allocation import WRENCH_TOLERANCE, FloatArray
 from alloc.closed_forms import svd
-from alloc.plugins import find
+from alloc.discovery import find
 from alloc.vehicle.condition import condition
 from tests.closed_form_cases import AGREE, answer, assert_same, by_lagrange, vehicle_of
 

@@ -6,20 +6,10 @@ import numpy as np
 import pytest
 
 import alloc.formulations
-from alloc import (
-    Entry,
-    Family,
-    Formulation,
-    NotApplicable,
-    Status,
-    alpha_max_lp,
-    build,
-    find,
-    find_formulation,
-    list_formulations,
-    list_vehicles,
-    load_vehicle,
-)
+from alloc import NotApplicable, Status, build, list_vehicles, load_vehicle
+from alloc.discovery import Entry, find
+from alloc.formulations import Family, Formulation, find_formulation, list_formulations
+from alloc.reach.attainable import alpha_max_lp
 
 EACH = pytest.mark.parametrize("formulation", list_formulations(), ids=lambda formulation: formulation.name)
 

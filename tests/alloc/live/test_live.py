@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from alloc import DemandError, NotInstalled, SolverError, Status, build, load_vehicle
+from alloc import Status, build, load_vehicle
+from alloc.errors import DemandError, NotInstalled, SolverError
 from alloc.solvers import Answer
 
 VEHICLE = load_vehicle("ukwial")

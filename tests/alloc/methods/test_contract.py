@@ -7,19 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from alloc import (
-    WRENCH_TOLERANCE,
-    Allocator,
-    DemandError,
-    Entry,
-    Family,
-    NotApplicable,
-    Status,
-    Vehicle,
-    build,
-    find_formulation,
-    load_vehicle,
-)
+from alloc import Allocator, NotApplicable, Status, Vehicle, build, load_vehicle
+from alloc.allocation import WRENCH_TOLERANCE
+from alloc.discovery import Entry
+from alloc.errors import DemandError
+from alloc.formulations import Family, find_formulation
 
 N_DEMANDS = 12
 

@@ -3,22 +3,11 @@
 import numpy as np
 import pytest
 
-from alloc import (
-    WRENCH_TOLERANCE,
-    Allocator,
-    DemandError,
-    Entry,
-    Family,
-    FloatArray,
-    Label,
-    NotApplicable,
-    Status,
-    Vehicle,
-    build,
-    find_formulation,
-    label,
-    load_vehicle,
-)
+from alloc import Allocator, Label, NotApplicable, Status, Vehicle, build, label, load_vehicle
+from alloc.allocation import WRENCH_TOLERANCE, FloatArray
+from alloc.discovery import Entry
+from alloc.errors import DemandError
+from alloc.formulations import Family, find_formulation
 
 N = 10
 WITHOUT_THRUST = (Status.INFEASIBLE, Status.NOT_CONVERGED)

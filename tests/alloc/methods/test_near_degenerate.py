@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from alloc import FloatArray, Status, Vehicle, build, find_formulation
+from alloc import Status, Vehicle, build
+from alloc.allocation import FloatArray
+from alloc.formulations import find_formulation
 from bench.demands.near_degenerate import edge_demands, near_degenerate
 
 VEHICLES, DEMANDS = 100, 60

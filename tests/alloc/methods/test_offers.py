@@ -1,6 +1,9 @@
 """Which methods of the catalogue offer more than every Allocator has."""
 
-from alloc import BoundedSteps, Entry, Family, TwoStage, build, load_vehicle
+from alloc import build, load_vehicle
+from alloc.allocation import BoundedSteps, TwoStage
+from alloc.discovery import Entry
+from alloc.formulations import Family
 
 VEHICLE = load_vehicle("ukwial")
 

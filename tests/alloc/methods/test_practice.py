@@ -5,19 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from alloc import (
-    WRENCH_TOLERANCE,
-    Label,
-    Status,
-    Vehicle,
-    alpha_max,
-    build,
-    catalogue,
-    generalized_inverse,
-    label,
-    list_vehicles,
-    load_vehicle,
-)
+from alloc import Label, Status, Vehicle, alpha_max, build, catalogue, label, list_vehicles, load_vehicle
+from alloc.allocation import WRENCH_TOLERANCE
+from alloc.closed_forms.inverse import generalized_inverse
 from alloc.closed_forms.shrink import LEAST
 
 RULES = ["clip", "shrink", "redistribute", "fixed-point", "desaturate", "scaled"]

@@ -6,7 +6,8 @@ import sys
 
 import pytest
 
-from alloc import NotInstalled, build, load_vehicle
+from alloc import build, load_vehicle
+from alloc.errors import NotInstalled
 from alloc.native import compiled, missing, sources
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "-")

@@ -12,16 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from alloc import (
-    DemandError,
-    NotApplicable,
-    Status,
-    UnknownName,
-    Vehicle,
-    build,
-    list_vehicles,
-    load_vehicle,
-)
+from alloc import NotApplicable, Status, Vehicle, build, list_vehicles, load_vehicle
+from alloc.errors import DemandError, UnknownName
 from alloc.native import RECIPES, compiled, function_name, generate, missing, sources
 from alloc.native.bounds import Where
 from alloc.native.code import Scalar

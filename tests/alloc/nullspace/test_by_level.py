@@ -6,7 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import nnls
 
-from alloc import FloatArray, Status, Vehicle, alpha_max, build, find_formulation, load_vehicle
+from alloc import Status, Vehicle, alpha_max, build, load_vehicle
+from alloc.allocation import FloatArray
+from alloc.formulations import find_formulation
 from alloc.reach.way import Way
 from saturation import limits, vehicles
 from tests.nullspace_cases import SHAPES, random_vehicle

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from alloc import Status, alpha_max, build, load_vehicle, pose_soft
+from alloc import Status, alpha_max, build, load_vehicle
+from alloc.qp import pose_soft
 from alloc.qp.stationarity import Stationarity
 from alloc.solvers import Answer
 

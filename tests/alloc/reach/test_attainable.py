@@ -9,20 +9,9 @@ from hypothesis import strategies as st
 from scipy import sparse
 from scipy.optimize import linprog
 
-from alloc import (
-    Label,
-    Status,
-    Vehicle,
-    alpha_max,
-    alpha_max_lp,
-    alpha_range,
-    build,
-    closed_form_range,
-    generalized_inverse,
-    label,
-    list_vehicles,
-    load_vehicle,
-)
+from alloc import Label, Status, Vehicle, alpha_max, build, label, list_vehicles, load_vehicle
+from alloc.closed_forms.inverse import generalized_inverse
+from alloc.reach.attainable import alpha_max_lp, alpha_range, closed_form_range
 
 RAY = 1e-9
 """Tolerance on alpha: HiGHS works to 1e-10 in scaled wrench, and alpha is a ratio of such numbers."""

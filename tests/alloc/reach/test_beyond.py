@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from alloc import alpha_range, load_vehicle
+from alloc import load_vehicle
 from alloc.reach import beyond as module
+from alloc.reach.attainable import alpha_range
 from alloc.reach.beyond import beyond
 from bench.demands.sets.jolts import within
 

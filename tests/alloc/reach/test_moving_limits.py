@@ -5,7 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from alloc import DemandError, Label, Vehicle, alpha_max, alpha_max_lp, alpha_range, label, load_vehicle
+from alloc import Label, Vehicle, alpha_max, label, load_vehicle
+from alloc.errors import DemandError
+from alloc.reach.attainable import alpha_max_lp, alpha_range
 
 N = 60
 

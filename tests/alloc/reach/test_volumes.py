@@ -6,16 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from alloc import (
-    NotApplicable,
-    Vehicle,
-    alpha_max,
-    alpha_range,
+from alloc import NotApplicable, Vehicle, alpha_max, list_vehicles, load_vehicle
+from alloc.closed_forms.inverse import generalized_inverse
+from alloc.reach.attainable import alpha_range
+from alloc.reach.volumes import (
     attainable_volume,
     closed_form_volume,
-    generalized_inverse,
-    list_vehicles,
-    load_vehicle,
     safe_share,
     uniform_demands,
     worst_fault,

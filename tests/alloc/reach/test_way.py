@@ -7,12 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from alloc import DOF, FloatArray, NotApplicable, Status, Vehicle, alpha_max, build, load_vehicle
+from alloc import NotApplicable, Status, Vehicle, alpha_max, build, load_vehicle
+from alloc.allocation import FloatArray
 from alloc.native import missing
 from alloc.nullspace.structure import decompose
 from alloc.reach.edge import start
 from alloc.reach.levels import KEEP, groups, step_maps
 from alloc.reach.way import Way
+from alloc.vehicle.geometry import DOF
 from bench.demands.generated import growth_vehicle
 from bench.demands.odd_vehicles import asked, vehicle_of
 from saturation import limits, share_by_program, vehicles

@@ -12,17 +12,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from alloc import (
-    WRENCH_TOLERANCE,
-    FloatArray,
-    Label,
-    NotInstalled,
-    Status,
-    Vehicle,
-    build,
-    label,
-    load_vehicle,
-)
+from alloc import Label, Status, Vehicle, build, label, load_vehicle
+from alloc.allocation import WRENCH_TOLERANCE, FloatArray
+from alloc.errors import NotInstalled
 from alloc.native import missing
 from alloc.native.compiled import shared_library
 from alloc.rivals import Files, download, load, names, wrapper

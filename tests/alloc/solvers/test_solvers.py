@@ -6,24 +6,13 @@ from itertools import product
 import numpy as np
 import pytest
 
-from alloc import (
-    QP,
-    WRENCH_TOLERANCE,
-    Entry,
-    Family,
-    Status,
-    Vehicle,
-    alpha_max,
-    alpha_range,
-    build,
-    catalogue,
-    certify_many,
-    list_vehicles,
-    load_vehicle,
-    pose_hard,
-    solvers,
-)
-from alloc.allocation import FloatArray
+from alloc import Status, Vehicle, alpha_max, build, catalogue, list_vehicles, load_vehicle, solvers
+from alloc.allocation import WRENCH_TOLERANCE, FloatArray
+from alloc.discovery import Entry
+from alloc.formulations import Family
+from alloc.qp import QP, pose_hard
+from alloc.qp.certificate import certify_many
+from alloc.reach.attainable import alpha_range
 from bench.demands.odd_vehicles import asked, inside, vehicle_of
 from bench.demands.sets.jolts import within
 

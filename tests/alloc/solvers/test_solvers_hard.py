@@ -3,18 +3,9 @@
 import numpy as np
 import pytest
 
-from alloc import (
-    WRENCH_TOLERANCE,
-    Entry,
-    Label,
-    Status,
-    Vehicle,
-    alpha_max,
-    build,
-    catalogue,
-    list_vehicles,
-    load_vehicle,
-)
+from alloc import Label, Status, Vehicle, alpha_max, build, catalogue, list_vehicles, load_vehicle
+from alloc.allocation import WRENCH_TOLERANCE
+from alloc.discovery import Entry
 from bench.demands import build_demands
 from bench.demands.sets import hard
 

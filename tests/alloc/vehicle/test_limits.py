@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from alloc import DemandError, Vehicle, VehicleError, load_vehicle
+from alloc import Vehicle, load_vehicle
+from alloc.errors import DemandError, VehicleError
 from alloc.vehicle.limits import Slew, VoltageTable
 
 T200 = load_vehicle("bluerov2-heavy")

@@ -5,8 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from alloc import DOF, VehicleError, list_vehicles, load_vehicle
+from alloc import list_vehicles, load_vehicle
+from alloc.errors import VehicleError
 from alloc.vehicle.file import VehicleFile
+from alloc.vehicle.geometry import DOF
 from alloc.vehicle.text import to_yaml
 from tests.readers import written
 from tests.vehicle_files import GOOD, refusal

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from alloc import Vehicle, VehicleError, load_vehicle
+from alloc import Vehicle, load_vehicle
+from alloc.errors import VehicleError
 
 FOUR = Vehicle(
     name="four",

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from alloc import VehicleError, list_vehicles, load_vehicle
+from alloc import list_vehicles, load_vehicle
+from alloc.errors import VehicleError
 from alloc.vehicle.geometry import DOF, from_flu, pose_matrix
 from tests.readers import written
 from tests.vehicle_files import GOOD, refusal

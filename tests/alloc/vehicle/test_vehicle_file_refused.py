@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from alloc import AllocError, UnknownName, Vehicle, VehicleError, load_vehicle
+from alloc import AllocError, Vehicle, load_vehicle
+from alloc.errors import UnknownName, VehicleError
 from tests.readers import written
 from tests.vehicle_files import GOOD, refusal
 

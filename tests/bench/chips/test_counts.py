@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from alloc import UnknownName
+from alloc.errors import UnknownName
 from alloc.native.code import Scalar
 from bench.chips import toolchain
 from bench.chips.count import count, count_by_systick

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from alloc import AllocError, Label, UnknownName, build, load_vehicle
+from alloc import AllocError, Label, build, load_vehicle
+from alloc.discovery import find
+from alloc.errors import UnknownName
 from alloc.native.bounds import Where
 from alloc.native.code import Scalar
-from alloc.plugins import find
 from bench.__main__ import cli
 from bench.chips.agreement import agreement, explained
 from bench.chips.count import CallCounts, count

@@ -6,7 +6,8 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
-from alloc import AllocError, load_plugin
+from alloc import AllocError
+from alloc.discovery import load_plugin
 from bench.commands.gate import command
 
 

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from alloc import Label, NotApplicable, UnknownName, Vehicle, alpha_max, list_vehicles, load_vehicle
+from alloc import Label, NotApplicable, Vehicle, alpha_max, list_vehicles, load_vehicle
+from alloc.errors import UnknownName
 from alloc.vehicle.limits import Slew
 from bench.demands import build_demands, list_demands
 from bench.demands.store import Case, load_case, save_case

@@ -5,7 +5,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from alloc import Label, NotApplicable, Vehicle, load_vehicle, single_axis_maxima
+from alloc import Label, NotApplicable, Vehicle, load_vehicle
+from alloc.reach.attainable import single_axis_maxima
 from bench.demands import DemandSet, build_demands
 from bench.demands.mission import body
 from bench.demands.mission.simulate import HALF, STEPS, fly

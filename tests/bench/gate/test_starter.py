@@ -6,9 +6,9 @@ from pathlib import Path
 from types import MappingProxyType
 
 import pytest
-from bench.studies import gate_check
 from click.testing import CliRunner, Result
 
+import gate_check
 from bench.commands.gate import command as gate_command
 from bench.commands.init import command as init_command
 

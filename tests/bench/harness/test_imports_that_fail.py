@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 
-from alloc import UnknownName
+from alloc.errors import UnknownName
 from alloc.native import missing
 from bench.__main__ import cli
 from bench.harness.contenders import contenders

@@ -2,7 +2,7 @@
 
 from collections import Counter
 
-from alloc import Family
+from alloc.formulations import Family
 from bench.harness.plan import LEAST_MS, MOST_MS, Contender, RunSettings, budget_ns, chosen, groups
 from bench.harness.yardsticks import CANARIES, NOOP
 from bench.record import Method

@@ -12,7 +12,8 @@ from click.testing import CliRunner
 from rich.console import Console
 
 import alloc
-from alloc import AllocError, DemandError, UnknownName
+from alloc import AllocError
+from alloc.errors import DemandError, UnknownName
 from bench.__main__ import cli
 from bench.demands import DemandSet
 from bench.harness import machine

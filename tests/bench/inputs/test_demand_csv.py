@@ -9,7 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from alloc import DemandError, FileError, FloatArray, Status, answer, load_vehicle
+from alloc import Status, load_vehicle
+from alloc.allocation import FloatArray, answer
+from alloc.errors import DemandError, FileError
 from alloc.files.textfile import write_text
 from bench.demands import build_demands
 from bench.inputs.columns import parse_columns

@@ -2,7 +2,8 @@
 
 import pytest
 
-from alloc import VehicleError, load_vehicle
+from alloc import load_vehicle
+from alloc.errors import VehicleError
 from bench.inputs.faults import EACH, GivenFault, faulty, parse_fault, with_fault
 
 

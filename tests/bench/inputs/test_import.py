@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from alloc import DOF, AllocError, load_vehicle
-from alloc.vehicle.geometry import from_flu
+from alloc import AllocError, load_vehicle
+from alloc.vehicle.geometry import DOF, from_flu
 from bench.inputs.formats import writable
 from bench.inputs.imported import ImportOptions
 from tests.foreign_vehicles import LIMITS, imported, vehicle_of

@@ -6,7 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from alloc import DemandError, FloatArray, Vehicle, load_vehicle
+from alloc import Vehicle, load_vehicle
+from alloc.allocation import FloatArray
+from alloc.errors import DemandError
 from bench.demands import build_demands
 from bench.inputs.demand_csv import format_demands, read_demands
 from bench.inputs.log_limits import limits_in

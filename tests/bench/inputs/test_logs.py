@@ -8,8 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from alloc import DOF, AllocError, DemandError, FileError, FloatArray, load_vehicle
-from alloc.vehicle.geometry import from_flu
+from alloc import AllocError, load_vehicle
+from alloc.allocation import FloatArray
+from alloc.errors import DemandError, FileError
+from alloc.vehicle.geometry import DOF, from_flu
 from bench.demands import build_demands
 from bench.demands.log_summary import as_text, summarise
 from bench.harness.plan import RunSettings

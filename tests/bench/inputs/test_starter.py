@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from alloc import Label, Status, VehicleError, build, label, list_vehicles, load_plugin, load_vehicle, prepare
+from alloc import Label, Status, build, label, list_vehicles, load_vehicle
+from alloc.discovery import load_plugin, prepare
+from alloc.errors import VehicleError
 from alloc.lint.check import check_vehicle
 from bench.__main__ import cli
 from bench.inputs.demand_csv import read_demands

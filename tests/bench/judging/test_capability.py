@@ -11,16 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import binomtest
 
-from alloc import (
-    NotApplicable,
-    Vehicle,
-    alpha_max,
-    attainable_volume,
-    closed_form_range,
-    closed_form_volume,
-    load_vehicle,
-    single_axis_maxima,
-)
+from alloc import NotApplicable, Vehicle, alpha_max, load_vehicle
+from alloc.reach.attainable import closed_form_range, single_axis_maxima
+from alloc.reach.volumes import attainable_volume, closed_form_volume
 from bench.demands import build_demands, list_demands
 from bench.demands.store import Case
 from bench.judging.capability import measure_capabilities, remaining_authority

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from alloc import Allocation, FloatArray, Label, Status, build, load_vehicle
+from alloc import Allocation, Label, Status, build, load_vehicle
+from alloc.allocation import FloatArray
 from bench.demands import build_demands, labelled
 from bench.demands.generated import growth_vehicle
 from bench.demands.store import Case

@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from alloc import Vehicle, generalized_inverse, load_vehicle
+from alloc import Vehicle, load_vehicle
+from alloc.closed_forms.inverse import generalized_inverse
 from bench.judging.loss import (
     delivered,
     direction_error_deg,

@@ -5,21 +5,18 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from alloc import (
-    DOF,
-    FloatArray,
-    Vehicle,
-    alpha_max,
+from alloc import Vehicle, alpha_max, build, load_vehicle
+from alloc.allocation import FloatArray
+from alloc.reach.attainable import single_axis_maxima
+from alloc.reach.volumes import (
     attainable_volume,
-    build,
     closed_form_volume,
-    load_vehicle,
     safe_share,
-    single_axis_maxima,
     uniform_demands,
     worst_fault,
 )
 from alloc.reach.zonotope import zonotope
+from alloc.vehicle.geometry import DOF
 from bench.judging.loss import loss
 from bench.layouts.authority import volumes
 from bench.layouts.measure import Columns, numbers

@@ -3,7 +3,7 @@
 from fractions import Fraction
 from typing import Any
 
-from alloc import FloatArray
+from alloc.allocation import FloatArray
 from bench.proof.program import Program
 
 

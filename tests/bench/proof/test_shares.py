@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from alloc import FloatArray, Vehicle, load_vehicle
+from alloc import Vehicle, load_vehicle
+from alloc.allocation import FloatArray
 from alloc.native.code import Scalar
 from alloc.native.compiled import compiler
 from bench.proof import certify, subject

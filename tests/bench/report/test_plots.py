@@ -10,7 +10,7 @@ from hypothesis.extra.numpy import arrays
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from alloc import Family
+from alloc.formulations import Family
 from bench.record import Curve
 from bench.report.pictures.error import alike
 from bench.report.pictures.labels import label_points

@@ -6,7 +6,7 @@ from pathlib import Path
 import msgspec
 from rich.console import Console
 
-from alloc import Family
+from alloc.formulations import Family
 from bench.record import Capability, Cell, Judged, Key, Method, Served
 from bench.report.terminal import missed, objections, served, show
 from bench.results.rows import read_run

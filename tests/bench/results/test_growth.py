@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 
 import alloc.reach.attainable
-from alloc import NotApplicable, alpha_range, build, certify, pose_hard
+from alloc import NotApplicable, build
+from alloc.qp import pose_hard
+from alloc.qp.certificate import certify
+from alloc.reach.attainable import alpha_range
 from bench.demands.generated import growth_vehicle, growth_vehicles
 from bench.record import Cell, Key, Line
 from bench.report import render

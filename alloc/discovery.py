@@ -15,8 +15,8 @@ import alloc.methods
 from alloc.allocation import Allocator
 from alloc.errors import NotInstalled, PluginError, UnknownName, unknown
 from alloc.formulations import Family, find_formulation
+from alloc.live.plain import ANY_DISTANCE, EXACT, Plain
 from alloc.methods import Variant
-from alloc.plain import ANY_DISTANCE, EXACT, Plain
 from alloc.solvers import Level, Start
 from alloc.vehicle import Vehicle
 
@@ -96,7 +96,8 @@ def find(name: str) -> Entry:
 def load_plugin(path: Path) -> Entry:
     """The method in a Python file, named after the file; ``alloc.methods`` says what the file may hold.
 
-    Its ``build`` returns an allocator, or a plain function tau -> f, whose status ``alloc.plain`` works out.
+    Its ``build`` returns an allocator, or a plain function tau -> f, whose status ``alloc.live.plain``
+    works out.
     Raises UnknownName where the file can't be imported, has no ``build``, or declares what there is not.
     """
     spec = spec_from_file_location(f"thrustbench_plugin_{path.stem}", path)
@@ -128,7 +129,7 @@ def load_plugin(path: Path) -> Entry:
 
 DECLARED: tuple[tuple[str, Any, str], ...] = (
     ("FORMULATION", str, "a name, such as 'hard' or one of your own"),
-    ("FAMILY", Family, f"an alloc.Family: {', '.join(f'Family.{family.name}' for family in Family)}"),
+    ("FAMILY", Family, f"an alloc.plugin.Family: {', '.join(f'Family.{family.name}' for family in Family)}"),
     ("FOREIGN", bool, "True or False"),
     ("SUMMARY", str, "a line of text"),
     ("LIMITED", bool, "True where every thrust lies inside the limits, else False"),
