@@ -43,6 +43,12 @@ def vehicle(request: pytest.FixtureRequest) -> Vehicle:
     return load_vehicle(request.param)
 
 
+@pytest.fixture(scope="module")
+def ship() -> Vehicle:
+    """One vehicle: how limits are read, checked and forgotten is the same code for all of them."""
+    return load_vehicle("supply-vessel")
+
+
 @pytest.fixture(params=[None, 0], ids=["whole", "thruster 0 off"])
 def case(request: pytest.FixtureRequest, vehicle: Vehicle) -> Vehicle:
     return vehicle if request.param is None else vehicle.with_fault(request.param)
@@ -83,12 +89,12 @@ def test_a_demand_that_the_limits_of_its_call_allow_is_never_called_infeasible(
 
 
 def test_limits_that_cross_leave_nothing_to_a_method_that_keeps_limits(
-    entry: Entry, vehicle: Vehicle, rng: np.random.Generator
+    entry: Entry, ship: Vehicle, rng: np.random.Generator
 ) -> None:
-    allocate = prepared(entry, vehicle)
-    low, high = moving(vehicle, rng, 2)
+    allocate = prepared(entry, ship)
+    low, high = moving(ship, rng, 2)
     low[1, -1] = high[1, -1] + 1e-3
-    taus = 0.5 * (low + high) @ vehicle.TP.T
+    taus = 0.5 * (low + high) @ ship.TP.T
     _, status = allocate.many(taus, low, high)
     single = allocate(taus[1], low[1], high[1])
     if allocate.limited:
@@ -113,52 +119,52 @@ def test_many_gives_the_answers_of_single_calls_with_limits_of_each(
 
 
 def test_the_vehicle_s_own_limits_given_at_the_call_change_nothing(
-    entry: Entry, vehicle: Vehicle, rng: np.random.Generator
+    entry: Entry, ship: Vehicle, rng: np.random.Generator
 ) -> None:
-    allocate = prepared(entry, vehicle)
-    taus = rng.uniform(vehicle.f_min, vehicle.f_max, (3, vehicle.n)) @ vehicle.TP.T
-    own, none = build(entry.name, vehicle), build(entry.name, vehicle)
+    allocate = prepared(entry, ship)
+    taus = rng.uniform(ship.f_min, ship.f_max, (3, ship.n)) @ ship.TP.T
+    own, none = build(entry.name, ship), build(entry.name, ship)
     for tau in taus:
-        given, left_out = own(tau, vehicle.f_min, vehicle.f_max), none(tau)
+        given, left_out = own(tau, ship.f_min, ship.f_max), none(tau)
         assert given.status == left_out.status
-        np.testing.assert_allclose(given.f, left_out.f, rtol=0, atol=2 * allocate.tolerance * vehicle.f_scale)
+        np.testing.assert_allclose(given.f, left_out.f, rtol=0, atol=2 * allocate.tolerance * ship.f_scale)
 
 
 def test_limits_of_one_call_are_forgotten_by_the_next(
-    entry: Entry, vehicle: Vehicle, rng: np.random.Generator
+    entry: Entry, ship: Vehicle, rng: np.random.Generator
 ) -> None:
-    allocate = prepared(entry, vehicle)
-    tau = 0.9 * rng.uniform(vehicle.f_min, vehicle.f_max) @ vehicle.TP.T
+    allocate = prepared(entry, ship)
+    tau = 0.9 * rng.uniform(ship.f_min, ship.f_max) @ ship.TP.T
     before = allocate(tau)
-    allocate(tau, vehicle.f_min / 10, vehicle.f_max / 10)
+    allocate(tau, ship.f_min / 10, ship.f_max / 10)
     after = allocate(tau)
     assert after.status == before.status
-    np.testing.assert_allclose(after.f, before.f, rtol=0, atol=2 * allocate.tolerance * vehicle.f_scale)
+    np.testing.assert_allclose(after.f, before.f, rtol=0, atol=2 * allocate.tolerance * ship.f_scale)
 
 
-def test_one_side_left_out_is_the_vehicle_s(entry: Entry, vehicle: Vehicle, rng: np.random.Generator) -> None:
-    tau = rng.uniform(vehicle.f_min, vehicle.f_max) @ vehicle.TP.T
-    allocate = prepared(entry, vehicle)
-    tolerance = 2 * allocate.tolerance * vehicle.f_scale
+def test_one_side_left_out_is_the_vehicle_s(entry: Entry, ship: Vehicle, rng: np.random.Generator) -> None:
+    tau = rng.uniform(ship.f_min, ship.f_max) @ ship.TP.T
+    allocate = prepared(entry, ship)
+    tolerance = 2 * allocate.tolerance * ship.f_scale
     for given, whole in (
-        ({"f_min": vehicle.f_min / 2}, (vehicle.f_min / 2, vehicle.f_max)),
-        ({"f_max": vehicle.f_max / 2}, (vehicle.f_min, vehicle.f_max / 2)),
+        ({"f_min": ship.f_min / 2}, (ship.f_min / 2, ship.f_max)),
+        ({"f_max": ship.f_max / 2}, (ship.f_min, ship.f_max / 2)),
     ):
-        one, both = build(entry.name, vehicle)(tau, **given), build(entry.name, vehicle)(tau, *whole)
+        one, both = build(entry.name, ship)(tau, **given), build(entry.name, ship)(tau, *whole)
         assert one.status == both.status
         np.testing.assert_allclose(one.f, both.f, rtol=0, atol=tolerance)
 
 
-def test_limits_that_are_no_n_finite_numbers_are_refused(entry: Entry, vehicle: Vehicle) -> None:
-    allocate = prepared(entry, vehicle)
-    tau, own = np.zeros(vehicle.k), vehicle.f_max
-    for bad in (own[:-1], 5.0, [[*own]], own * np.nan, own + np.inf, ["fast"] * vehicle.n, own + 1j):
+def test_limits_that_are_no_n_finite_numbers_are_refused(entry: Entry, ship: Vehicle) -> None:
+    allocate = prepared(entry, ship)
+    tau, own = np.zeros(ship.k), ship.f_max
+    for bad in (own[:-1], 5.0, [[*own]], own * np.nan, own + np.inf, ["fast"] * ship.n, own + 1j):
         with pytest.raises(DemandError, match="f_max"):
-            allocate(tau, vehicle.f_min, bad)
+            allocate(tau, ship.f_min, bad)
         with pytest.raises(DemandError, match="f_min"):
             allocate(tau, bad, own)
-    with pytest.raises(DemandError, match=rf"f_min has shape \(3, {vehicle.n}\)"):
-        allocate.many(np.zeros((2, vehicle.k)), np.zeros((3, vehicle.n)), own)
+    with pytest.raises(DemandError, match=rf"f_min has shape \(3, {ship.n}\)"):
+        allocate.many(np.zeros((2, ship.k)), np.zeros((3, ship.n)), own)
 
 
 def test_a_thruster_that_is_off_stays_off_whatever_its_limits_say(rng: np.random.Generator) -> None:

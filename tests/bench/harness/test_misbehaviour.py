@@ -135,6 +135,7 @@ def test_no_worker_outlives_the_run(outcome: tuple[Result, Record]) -> None:
     ]
 
 
+@pytest.mark.long
 def test_proxqp_started_from_a_result_it_does_not_have_is_a_row_with_a_reason(tmp_path: Path) -> None:
     pytest.importorskip("proxsuite")
     study = ROOT / "docs" / "studies" / "proxqp_previous.py"
