@@ -122,7 +122,7 @@ def _set(row: Row, place: dict[int, int]) -> dict[str, Any]:
         "failed": f"{row.demands}: {row.failed.status}, {row.failed.reason}" if row.failed else "",
         "wrong": wrong(row),
         "exact": exact(row),
-        "asked": bool(row.attainable) or row.agrees != "-",
+        "asked": bool(row.attainable) or row.agreed is not None,
         "attainable": row.attainable >= ATTAINED,
         "p50_us": row.call_p50_us,
         "cpu_us": row.call_cpu_p50_us,

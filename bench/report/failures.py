@@ -26,11 +26,11 @@ def section(run: Run, drawn: frozenset[str]) -> str:
 def _agreement(rows: list[Row]) -> str:
     by_label: dict[str, list[Row]] = defaultdict(list)
     for row in rows:
-        if row.agrees != "-":
+        if row.agreed is not None:
             by_label[row.label].append(row)
     lines = []
     for label, group in sorted(by_label.items()):
-        agreeing = sum(row.agrees == "yes" for row in group)
+        agreeing = sum(row.agreed is True for row in group)
         distance, promise, gap = (
             most(map(attrgetter(name), group)) for name in ("distance_relative", "tolerance", "gap_relative")
         )

@@ -118,8 +118,7 @@ class Row(Given):
     @property
     def agrees(self) -> str:
         """``yes`` where every answer is as near the optimum as promised, else ``no``; ``-`` if unknown."""
-        verdicts = {j.agrees for j in self.judged if j.agrees is not None}
-        return "-" if not verdicts else "yes" if verdicts == {True} else "no"
+        return {None: "-", True: "yes", False: "no"}[self.agreed]
 
     @property
     def peak_rss_MB(self) -> float | None:
@@ -130,7 +129,7 @@ class Row(Given):
     @property
     def quiet(self) -> str:
         """``no`` where the machine was busy with something else while this row was timed."""
-        return "no" if self.disturbances else "yes"
+        return "yes" if self.undisturbed else "no"
 
     @property
     def disturbed_by(self) -> str:

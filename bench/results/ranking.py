@@ -17,7 +17,7 @@ ROUNDING = 1e-9
 
 def right(row: Row) -> bool:
     """Whether a row was measured and no answer in it is wrong or farther off than promised."""
-    return not row.failed and row.agrees != "no" and not row.wrong
+    return not row.failed and row.agreed is not False and not row.wrong
 
 
 def complete(row: Row) -> bool:

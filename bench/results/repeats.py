@@ -63,6 +63,17 @@ class Repeats:
         """Judgements by the equations, one for each repeat that was judged."""
         return [cell.judged for cell in self.cells if cell.judged is not None]
 
+    @cached_property
+    def agreed(self) -> bool | None:
+        """Whether every answer is as near the right one as promised; None where no right one is known."""
+        verdicts = {judged.agrees for judged in self.judged if judged.agrees is not None}
+        return None if not verdicts else verdicts == {True}
+
+    @cached_property
+    def undisturbed(self) -> bool:
+        """Whether the machine did nothing else while these repeats were timed."""
+        return not self.disturbances
+
     def centre(self, batches: Callable[[Cell], Sequence[Batch]], clock: str = "wall_ns") -> list[float]:
         """Median time of a call [ns] over the batches of each repeat, one number a repeat."""
         timed = [batches(cell) for cell in self.cells]

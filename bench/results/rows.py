@@ -4,13 +4,15 @@ from collections import defaultdict
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 from msgspec.structs import replace
 
-from bench.record import NO_VEHICLE, Capability, Cell, Key, Method, Problem, Record, Worker, read
+from bench.record import NO_VEHICLE, Capability, Cell, Header, Key, Method, Problem, Record, Worker, read
 from bench.results.columns import Row
 from bench.results.disturbance import canary_median_ns, disturbances
 from bench.results.quantiles import Histogram, merged, quantile
+from bench.results.samples import Samples, samples
 
 SETS = ("active", "inactive", "boundary", "infeasible", "box", "axes", "mission")
 """Order of demand sets in tables. The first set that a vehicle has represents it in pictures."""
@@ -28,6 +30,20 @@ class Run:
 
     record: Record
     rows: tuple[Row, ...]
+
+    @property
+    def header(self) -> Header:
+        """When, of which commit, with which versions, options and files the run was made."""
+        return self.record.header
+
+    @property
+    def machine(self) -> dict[str, Any]:
+        """The facts about the machine: processor, cores, memory, governor, OS, kernel."""
+        return self.record.header.machine
+
+    def samples(self, row: Row) -> Samples:
+        """The times of a row as they were taken, before any statistics."""
+        return samples(row)
 
     @cached_property
     def by_vehicle(self) -> dict[str, list[Row]]:

@@ -208,7 +208,7 @@ def wrong(row: Row) -> str:
 def exact_everywhere(rows: Sequence[Row]) -> bool:
     """Whether a method is exact on all of these rows that ask attainable demands, and there is one."""
     # On a set without attainable demands an exact method may have no answers to be judged by.
-    asked = [row for row in rows if row.attainable or row.agrees != "-"]
+    asked = [row for row in rows if row.attainable or row.agreed is not None]
     return all(exact(row) for row in asked) and any(exact(row) for row in rows)
 
 

@@ -2,6 +2,7 @@
 
 import csv
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -9,8 +10,8 @@ from typing import get_type_hints
 
 import pytest
 
-from bench import Row, load
-from bench.record import PACKED, Batch, RecordError
+from bench import Row, load, load_run
+from bench.record import PACKED, Batch, Judged, Key, RecordError
 from bench.results.table import columns
 from tests import made_up
 from tests.pages import blocks
@@ -23,10 +24,12 @@ TIMED = sorted(
 TYPED = """\
 from pathlib import Path
 from typing import assert_type
-from bench import Row, load
+from bench import Row, load, load_run
 
 rows = load("results")
 assert_type(rows, tuple[Row, ...])
+assert_type(load_run("results").rows, tuple[Row, ...])
+assert_type(rows[0].agreed, bool | None)
 assert_type(load(Path("results"))[0].call_p50_us, float | None)
 assert_type([row.vehicle for row in rows], list[str])
 """
@@ -65,19 +68,81 @@ def test_a_folder_without_a_readable_record_is_refused_in_one_line(tmp_path: Pat
 
 
 def test_the_page_s_example_draws_a_picture(tmp_path: Path) -> None:
-    (example,) = blocks(DOCS / "scripts.md", "python")
+    example, _ = blocks(DOCS / "scripts.md", "python")
     (tmp_path / "results").symlink_to(ROOT / "results")
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "MPLBACKEND": "Agg"}
     subprocess.run([sys.executable, "-c", example], cwd=tmp_path, env=environment, check=True, timeout=100)
     assert (tmp_path / "exact.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_a_type_checker_knows_the_columns_of_a_row(tmp_path: Path) -> None:
-    (example,) = blocks(DOCS / "scripts.md", "python")
-    (tmp_path / "typed.py").write_text(TYPED)
-    (tmp_path / "example.py").write_text(example)
+def test_the_page_s_second_example_prints_times(tmp_path: Path) -> None:
+    _, example = blocks(DOCS / "scripts.md", "python")
+    (tmp_path / "results").symlink_to(ROOT / "results")
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     done = subprocess.run(
-        [sys.executable, "-m", "mypy", "--strict", "typed.py", "example.py"],
+        [sys.executable, "-c", example],
+        cwd=tmp_path,
+        env=environment,
+        check=True,
+        timeout=100,
+        capture_output=True,
+        text=True,
+    )
+    assert re.search(
+        r"[1-9]\d* single calls, the median [1-9]\d* ns\nbatches: [1-9]\d* ns a call$", done.stdout.strip()
+    )
+
+
+def test_a_run_gives_its_rows_its_machine_and_how_it_was_made(tmp_path: Path) -> None:
+    made_up.whole(tmp_path)
+    run = load_run(str(tmp_path))
+    assert run.rows == load(tmp_path)
+    assert run.machine == run.record.header.machine == run.header.machine
+
+
+def test_samples_are_the_times_of_every_batch_and_of_every_single_call(tmp_path: Path) -> None:
+    first, second = Batch(10, 5_000, 4_000, 0), Batch(20, 8_000, 7_000, 0)
+    cells = [
+        made_up.cell(
+            batches=[first], singles=[(300, 2), (700, 1)], key=Key("ukwial", "active", "pinv", repeat=0)
+        ),
+        made_up.cell(key=Key("ukwial", "active", "pinv", repeat=1), batches=[second], singles=[(300, 1)]),
+    ]
+    made_up.record(tmp_path, made_up.header(), *cells)
+    run = load_run(tmp_path)
+    (row,) = run.rows
+    times = run.samples(row)
+    assert times.repeat.tolist() == [0, 1]
+    assert times.calls.tolist() == [10, 20]
+    assert times.wall_ns.tolist() == [5_000, 8_000]
+    assert times.cpu_ns.tolist() == [4_000, 7_000]
+    assert times.single_ns.tolist() == [300, 300, 300, 700]
+
+
+def test_a_row_without_times_has_empty_samples(tmp_path: Path) -> None:
+    made_up.record(
+        tmp_path, made_up.header(), made_up.cell(status="crashed", batches=[], singles=[], judged=None)
+    )
+    run = load_run(tmp_path)
+    assert [len(array) for array in run.samples(run.rows[0])] == [0] * 5
+
+
+@pytest.mark.parametrize(("agrees", "word"), [(True, "yes"), (False, "no"), (None, "-")])
+def test_booleans_say_what_the_words_say(agrees: bool | None, word: str, tmp_path: Path) -> None:
+    judged = Judged(answers=1, counts={"SOLVED": 1}, agrees=agrees)
+    made_up.record(tmp_path, made_up.header(), made_up.cell(judged=judged))
+    (row,) = load(tmp_path)
+    assert (row.agreed, row.agrees) == (agrees, word)
+    assert row.undisturbed is (row.quiet == "yes")
+
+
+def test_a_type_checker_knows_the_columns_of_a_row(tmp_path: Path) -> None:
+    examples = blocks(DOCS / "scripts.md", "python")
+    (tmp_path / "typed.py").write_text(TYPED)
+    for i, example in enumerate(examples):
+        (tmp_path / f"example{i}.py").write_text(example)
+    done = subprocess.run(
+        [sys.executable, "-m", "mypy", "--strict", "typed.py", "example0.py", "example1.py"],
         cwd=tmp_path,
         env={**os.environ, "MYPYPATH": str(ROOT)},
         capture_output=True,
