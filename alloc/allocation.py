@@ -73,6 +73,10 @@ class Allocator(Protocol):
 
     A formulation is ``unlimited`` (eq. 6-7), ``hard`` (eq. 4-5), ``soft``, ``scaled``, or the name of
     a practical rule; answers are compared only within one formulation.
+
+    Every allocator of the catalogue may be called by several threads. Those around a QP solver hold a lock
+    while it solves, so threads that shall solve at the same time take one allocator each; with a warm start
+    the first guess is the last answer of any thread. ``pose`` and ``solve`` of ``TwoStage`` hold no lock.
     """
 
     @property

@@ -1,6 +1,7 @@
 """An allocator around a prepared QP: it poses a demand, asks the solver, and judges the answer."""
 
 from operator import le
+from threading import Lock
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -69,6 +70,9 @@ class Live:
         # A soft answer is held to the promise in the call itself, whatever the vehicle.
         self.tolerance = promised(vehicle, tolerance if soft else tolerance * magnified(vehicle))
         self.solve = solve
+        self._alone = (
+            Lock()
+        )  # a binding's object holds one problem; without the GIL two calls would mix theirs
         self._solver = solver
         self._erratic = erratic
         self._b_of_tau = posed.b_of_tau
@@ -122,7 +126,8 @@ class Live:
         if len(self._unreachable) and np.abs(self._unreachable.dot(wrench)).max() > UNREACHABLE:
             return self._unanswered(Status.INFEASIBLE)
         try:
-            x, status, iterations, solver_s = self.solve(*posed)
+            with self._alone:
+                x, status, iterations, solver_s = self.solve(*posed)
         except RuntimeError as error:  # a binding's word for what it can't do must not end a control loop
             disbelieved[f"{self._solver}: RuntimeError: {str(error)[:60]}"] += 1
             return self._unanswered(Status.NOT_CONVERGED)
