@@ -17,6 +17,12 @@ from typing import NamedTuple
 ROOT = Path(__file__).parents[2]
 CONTRACT = "tests/alloc/methods"
 """The tests that every method of the catalogue has to pass."""
+UNSHRUNK = """
+from hypothesis import Phase, settings
+phases = [Phase.explicit, Phase.generate]
+settings.register_profile("unshrunk", deadline=None, derandomize=True, phases=phases)
+"""
+"""A plug-in of pytest's: one counterexample is enough, the smallest takes minutes."""
 
 
 class Mutant(NamedTuple):
@@ -228,7 +234,18 @@ def notices(tree: Path, tests: list[str]) -> str:
     """The first test that fails in a tree, empty where all pass."""
     kernels = os.environ.get("THRUSTBENCH_CACHE", str(ROOT / "build" / "kernels"))
     own = {"PYTHONPATH": str(tree), "PYTHONDONTWRITEBYTECODE": "1", "THRUSTBENCH_CACHE": kernels}
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "--tb=no", *tests]
+    (tree / "unshrunk.py").write_text(UNSHRUNK, encoding="utf-8")
+    options = [
+        "-x",
+        "-q",
+        "-p",
+        "no:cacheprovider",
+        "-p",
+        "unshrunk",
+        "--hypothesis-profile=unshrunk",
+        "--tb=no",
+    ]
+    command = [sys.executable, "-m", "pytest", *options, *tests]
     ran = subprocess.run(command, cwd=tree, env=os.environ | own, capture_output=True, text=True)
     if ran.returncode == 0:
         return ""
