@@ -221,7 +221,7 @@ def mutated(tree: Path, mutant: Mutant) -> tuple[Path, str]:
     return path, text
 
 
-def tests_of(tree: Path, path: Path) -> list[str]:
+def room_of(tree: Path, path: Path) -> list[str]:
     """The tests that a change of this file asks for: those of its room, and for the library the contract."""
     room = tree / "tests" / path.relative_to(tree).parent
     while not room.is_dir():
@@ -269,7 +269,10 @@ def main() -> int:
     with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
         tree = Path(folder) / "tree"
         subprocess.run(["git", "clone", "--quiet", str(ROOT), str(tree)], check=True)
-        subprocess.run(["git", "-C", str(tree), "checkout", "--quiet", options.tree], check=True)
+        subprocess.run(
+            ["git", "-C", str(tree), "-c", "advice.detachedHead=false", "checkout", "--quiet", options.tree],
+            check=True,
+        )
         for mutant in chosen:
             try:
                 path, text = mutated(tree, mutant)
@@ -277,7 +280,7 @@ def main() -> int:
                 survivors += 1
                 print(f"NO LINE  {error.args[0]}", flush=True)
                 continue
-            tests = ["tests"] if options.whole else [*tests_of(tree, path), *mutant.also]
+            tests = ["tests"] if options.whole else [*room_of(tree, path), *mutant.also]
             found = notices(tree, tests)
             path.write_text(text, encoding="utf-8")
             survivors += not found
