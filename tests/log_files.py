@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from alloc.allocation import FloatArray
-from alloc.vehicle.geometry import DOF, from_flu
+from alloc.vehicle.frame import turned
+from alloc.vehicle.geometry import DOF
 from bench.inputs.demand_csv import format_demands
 
 ULog = pytest.importorskip("pyulog.core", reason="needs the extra px4").ULog
@@ -33,7 +34,7 @@ def write_bag1(path: Path, t: FloatArray, taus: FloatArray, topics: tuple[str, .
     with rosbag1.Writer(file) as writer:
         for topic in topics:
             connection = writer.add_connection(topic, Wrench.__msgtype__, typestore=store)
-            for time, tau in zip(t, from_flu(taus.T, DOF).T, strict=True):
+            for time, tau in zip(t, turned(taus.T, DOF).T, strict=True):
                 message = Wrench(force=Vector3(*tau[:3]), torque=Vector3(*tau[3:]))
                 writer.write(
                     connection, int(time * 1e9 + 1.7e18), store.serialize_ros1(message, Wrench.__msgtype__)
@@ -61,7 +62,7 @@ def write_bag2(
         )
     }
     folder = path / "recording"
-    shown = taus if frame.endswith("ned") else from_flu(taus.T, DOF).T
+    shown = taus if frame.endswith("ned") else turned(taus.T, DOF).T
     late = np.random.default_rng(1).uniform(0, 0.2, len(t))
     with rosbag2.Writer(folder, version=9, storage_plugin=plugin) as writer:
         kind = types["WrenchStamped"].__msgtype__

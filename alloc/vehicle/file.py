@@ -9,7 +9,8 @@ import numpy as np
 from alloc.allocation import FloatArray
 from alloc.errors import VehicleError
 from alloc.vehicle import Vehicle
-from alloc.vehicle.geometry import DOF, contradictions, from_flu, planar_matrix, pose_matrix
+from alloc.vehicle.frame import Frame
+from alloc.vehicle.geometry import DOF, contradictions, planar_matrix, pose_matrix
 from alloc.vehicle.limits import Slew, VoltageTable
 
 Numbers = list[float]
@@ -77,7 +78,8 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     planar : poses in the horizontal plane
     T : rows of the (k, n) configuration matrix; force rows [-], moment rows [m]
     thrusters : poses in space
-    frame : frd for x forward, y starboard, z down; flu for x forward, y left, z up
+    frame : of everything in the file, and of every demand: frd for x ahead, y to starboard, z down; flu for
+        x ahead, y to port, z up
     center_of_mass : point about which the moments of ``thrusters`` are taken [m]
     weights : diagonal of H; a file gives this or H [1/N^2]
     H : rows of the (n, n) matrix of eq. 4 [1/N^2]
@@ -98,7 +100,7 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     planar: Planar | None = None
     T: list[Numbers] | None = None
     thrusters: list[Thruster] | None = None
-    frame: Literal["frd", "flu"] = "frd"
+    frame: Frame = "frd"
     center_of_mass: tuple[float, float, float] = (0.0, 0.0, 0.0)
     weights: Numbers | None = None
     H: list[Numbers] | None = None
@@ -129,7 +131,7 @@ def build_vehicle(keys: VehicleFile) -> Vehicle:
 
 
 def matrices(keys: VehicleFile) -> tuple[FloatArray, FloatArray | None]:
-    """T (k, n), z down; and the T that the poses make where the file gives T and poses, else None."""
+    """T (k, n); and the T that the poses make where the file gives T and poses, else None."""
     if keys.planar is not None and keys.thrusters is not None:
         raise VehicleError("planar and thrusters both give poses; keep one of them", "planar")
     geometries = []
@@ -141,8 +143,6 @@ def matrices(keys: VehicleFile) -> tuple[FloatArray, FloatArray | None]:
         geometries.append(_from_planar(keys.planar, keys.dof))
     if keys.thrusters is not None:
         geometries.append(_from_poses(keys.thrusters, keys.center_of_mass, keys.dof))
-    if keys.frame == "flu":
-        geometries = [from_flu(T, keys.dof) for T in geometries]
     match geometries:
         case []:
             raise VehicleError("no geometry; give thrusters, planar or T")
@@ -182,6 +182,7 @@ def vehicle_with(keys: VehicleFile, T: FloatArray) -> Vehicle:
         by_volts=None if keys.volts is None else _by_volts(keys.volts, n),
         priority=tuple(map(tuple, keys.priority)),
         names=_names(keys),
+        frame=keys.frame,
     )
 
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from alloc.allocation import BoolArray, FloatArray
+from alloc.vehicle.frame import turned
 
 DOF = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 """Order of the rows of a 6-DOF wrench [X, Y, Z, K, M, N], as in eq. 1."""
@@ -39,7 +40,7 @@ def planar_matrix(alpha_deg: ArrayLike, d: ArrayLike, phi_deg: ArrayLike) -> Flo
 def pose_matrix(
     positions: ArrayLike, directions: ArrayLike, center_of_mass: ArrayLike = (0.0, 0.0, 0.0)
 ) -> FloatArray:
-    """T of thrusters at poses in the body frame, all six rows.
+    """T of thrusters at poses, all six rows, in the frame of the poses; any right-handed one.
 
     Column i is ``[e_i; (r_i - r_cg) x e_i]`` (Fossen 2021, section 11.2), unit direction ``e_i``.
 
@@ -58,17 +59,6 @@ def pose_matrix(
     return np.vstack([e.T, np.cross(arms, e).T])
 
 
-def from_flu(T: ArrayLike, dof: Sequence[str]) -> FloatArray:
-    """T in x forward, y left, z up (ROS) turned into x forward, y starboard, z down (Fossen).
-
-    The axes turn by 180 degrees about x: forces and moments along y or z change sign. ``dof`` names
-    the rows of T (k, n). Turning twice gives T again.
-    """
-    signs = np.array([1.0 if axis in ("surge", "roll") else -1.0 for axis in dof])
-    turned: FloatArray = signs[:, None] * np.asarray(T, dtype=float) + 0.0  # + 0.0 turns -0 into 0
-    return turned
-
-
 def contradictions(given: FloatArray, computed: FloatArray, dof: Sequence[str]) -> list[str]:
     """One sentence for each row in which a given T (k, n) differs from the T (k, n) that its poses make.
 
@@ -82,7 +72,7 @@ def contradictions(given: FloatArray, computed: FloatArray, dof: Sequence[str]) 
         return wrong
 
     wrong = differ(given, computed)
-    if wrong.any() and not differ(given, from_flu(computed, dof)).any():
+    if wrong.any() and not differ(given, turned(computed, dof)).any():
         return ["T and the poses are in different frames (one has z down, the other z up)"]
     sentences = []
     for i, axis in enumerate(dof):

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from alloc.allocation import FloatArray, IndexArray, real
 from alloc.errors import DemandError, VehicleError
+from alloc.vehicle.frame import Frame, checked_frame, turned
 from alloc.vehicle.geometry import DOF
 from alloc.vehicle.limits import Interval, Slew, VoltageTable, check_slew, check_table, intersected, thrusts
 from alloc.vehicle.names import check_names, index_of
@@ -44,6 +45,7 @@ class Vehicle:
     by_volts : limits by the battery's voltage, None where nothing says
     priority : axes in levels, those that are served first in front; given empty, one level with all axes
     names : (n,) what people call each thruster, "" for one without a name; empty where none has one
+    frame : of T and of every wrench: frd (x ahead, y to starboard, z down) or flu (x ahead, y to port, z up)
     """
 
     name: str
@@ -60,6 +62,7 @@ class Vehicle:
     by_volts: VoltageTable | None = None
     priority: Priority = ()
     names: tuple[str, ...] = ()
+    frame: Frame = "frd"
 
     def __post_init__(self) -> None:
         """Freeze private copies of the arrays; raise VehicleError where they describe no vehicle."""
@@ -77,6 +80,7 @@ class Vehicle:
                     f"{self.name}: {key} holds a number above {LARGEST:g}; check its unit", key
                 )
             object.__setattr__(self, key, _frozen(array))
+        checked_frame(self.frame)
         _check_shapes(self)
         object.__setattr__(self, "priority", checked_priority(self.priority, self.dof))
         check_names(self.names, self.n)
@@ -232,6 +236,15 @@ class Vehicle:
         P[i] = readiness
         suffix = f"-f{i}" if readiness == 0 else f"-f{i}@{readiness:g}"
         return replace(self, name=self.name + suffix, readiness=P, whole=self.whole or self.name)
+
+    def with_frame(self, frame: str) -> "Vehicle":
+        """This vehicle in the frame ``frd`` or ``flu``: T, and with it every wrench, turned about x.
+
+        Thrusters, their limits and their numbers stay as they are, so the same demand, turned, gives the same
+        thrusts. Raises VehicleError for another frame.
+        """
+        wanted = checked_frame(frame)
+        return self if wanted == self.frame else replace(self, T=turned(self.T, self.dof), frame=wanted)
 
 
 def _frozen(array: NDArray[Any]) -> NDArray[Any]:

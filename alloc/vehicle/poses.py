@@ -10,7 +10,7 @@ from alloc.vehicle.geometry import DOF
 
 
 class Mounting(NamedTuple):
-    """Mounting of n thrusters, x forward, y starboard, z down.
+    """Mounting of n thrusters, in the frame of their vehicle.
 
     Attributes
     ----------
@@ -34,17 +34,16 @@ def poses(keys: VehicleFile, T: FloatArray) -> Mounting:
     A T without poses tells the line along which a thruster pushes, not where on that line it sits: of
     force e and moment m, the point of the line that is nearest to the centre of mass is e x m / |e|^2.
     """
-    turn = np.array([1.0, -1.0, -1.0]) if keys.frame == "flu" else np.ones(3)
     if keys.thrusters:
-        positions = np.array([thruster.position for thruster in keys.thrusters]) * turn
-        directions = np.array([thruster.direction for thruster in keys.thrusters]) * turn
-        return Mounting(positions, directions, np.array(keys.center_of_mass) * turn, True)
+        positions = np.array([thruster.position for thruster in keys.thrusters])
+        directions = np.array([thruster.direction for thruster in keys.thrusters])
+        return Mounting(positions, directions, np.array(keys.center_of_mass), True)
     if keys.planar is not None:
         alpha, phi = np.radians(keys.planar.alpha_deg), np.radians(keys.planar.phi_deg)
         zero = np.zeros(len(alpha))
         positions = np.array(keys.planar.d) * np.array([np.cos(phi), np.sin(phi), zero])
         directions = np.array([np.cos(alpha), np.sin(alpha), zero])
-        return Mounting(positions.T * turn, directions.T * turn, np.zeros(3), True)
+        return Mounting(positions.T, directions.T, np.zeros(3), True)
     whole = np.zeros((6, T.shape[1]))
     whole[[DOF.index(axis) for axis in keys.dof]] = T
     force, moment = whole[:3].T, whole[3:].T

@@ -44,7 +44,9 @@ def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
     for option in (
         click.option("--scale", default="", metavar="S,…", help="Factor a DOF, of a log without newtons."),
         click.option("--columns", default="", metavar="D=C,…", help="Columns of a table: surge=fx,t=stamp."),
-        click.option("--frame", type=click.Choice(["frd", "flu"]), help="Where the log's own is wrong."),
+        click.option(
+            "--frame", type=click.Choice(["frd", "flu"]), help="What the log is in, whatever it says."
+        ),
         click.option("--topic", default="", metavar="T", help="Where a bag has wrenches on several."),
     ):
         command = option(command)

@@ -66,10 +66,9 @@ def command(
         raise UnknownName(
             f"{plugin}: holds method '{entry.name}', not '{method}'; give --method {entry.name}"
         )
-    _, taus, said, columns = read_log(demands, answering.dof, read_options(**options))
-    lows, highs = limits_in(demands, columns, answering)
-    if said:
-        click.echo(said, err=True)
+    log = read_log(demands, answering.dof, read_options(**options), frame=answering.frame)
+    taus = log.taus
+    lows, highs = limits_in(demands, log.columns, answering)
     allocator = prepare(entry, answering, start=start, level=level)
     header = [answering.called(i) if names else f"f{i}" for i in range(answering.n)]
     with redirect_stdout(sys.stderr):  # silent or not, SCS and OSQP print what they can't do
@@ -82,3 +81,6 @@ def command(
         click.echo(text, nl=False)
     else:
         write_text(output, text)
+    click.echo(log.said, err=True)  # at last, since a refusal is one line
+    if log.doubt:
+        click.echo(f"warning: {log.doubt}", err=True)

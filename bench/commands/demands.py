@@ -12,7 +12,7 @@ from bench.commands import PATH, log_options, read_options
 @click.argument("log", type=PATH)
 @click.option("--vehicle", required=True, metavar="V", help="A shipped name or a YAML file.")
 @log_options
-@click.option("-o", "--output", type=PATH, help="The demands as CSV, z down.")
+@click.option("-o", "--output", type=PATH, help="The demands as CSV, in the vehicle's frame.")
 def command(log: Path, vehicle: str, output: Path | None, **options: Any) -> None:
     """Summarise a log (CSV, ROS bag, PX4 ULog): rate, gaps, labels, what a closed form could serve."""
     from alloc import load_vehicle
@@ -25,12 +25,13 @@ def command(log: Path, vehicle: str, output: Path | None, **options: Any) -> Non
     from bench.inputs.logs import rate_hz, read_log
 
     answering = load_vehicle(vehicle)
-    t, taus, said, columns = read_log(log, answering.dof, read_options(**options))
+    read = read_log(log, answering.dof, read_options(**options), frame=answering.frame)
+    t, taus, columns = read.t, read.taus, read.columns
     low, high = limits_in(log, columns, answering)
     demands = labelled(log.stem, answering, taus, low, high, rate_hz=rate_hz(t))
-    for line in (said, *(f"warning: {doubt}" for doubt in doubts(demands))):
-        if line:
-            click.echo(line, err=True)
     click.echo(as_text(summarise(demands, t), demands))
     if output is not None:
-        write_text(output, format_demands(t, taus, answering.dof, columns))
+        write_text(output, format_demands(t, taus, answering.dof, columns, frame=answering.frame))
+    click.echo(read.said, err=True)  # at last, since a refusal is one line
+    for doubt in filter(None, (read.doubt, *doubts(demands))):
+        click.echo(f"warning: {doubt}", err=True)

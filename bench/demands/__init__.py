@@ -161,10 +161,10 @@ def _from_file(path: Path, vehicle: Vehicle, n: int | None, options: "LogOptions
     from bench.inputs.log_limits import limits_in
     from bench.inputs.logs import rate_hz, read_log  # imported only where a file is named, which is rare
 
-    log = read_log(path, vehicle.dof, options)
+    log = read_log(path, vehicle.dof, options, frame=vehicle.frame)
     low, high = limits_in(path, {name: values[:n] for name, values in log.columns.items()}, vehicle)
     demands = labelled(path.stem, vehicle, np.array(log.taus[:n]), low, high, rate_hz=rate_hz(log.t))
-    lines = tuple(filter(None, (log.said, *doubts(demands))))
+    lines = tuple(filter(None, (log.said, log.doubt, *doubts(demands))))
     return replace(demands, left_out=len(log.taus) - len(demands.taus), said=lines)
 
 

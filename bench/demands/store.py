@@ -17,7 +17,7 @@ VEHICLE_ARRAYS = ("T", "H", "f_min", "f_max", "readiness", "slack_weights")
 
 def arrays_of(vehicle: Vehicle) -> dict[str, NDArray[Any]]:
     """The arrays that a vehicle is made of."""
-    names = np.array([vehicle.name, vehicle.source, vehicle.whole])
+    names = np.array([vehicle.name, vehicle.source, vehicle.whole, vehicle.frame])
     arrays = {"vehicle": names, "dof": np.array(vehicle.dof), "thrusters": np.array(vehicle.names, dtype=str)}
     arrays |= {k: getattr(vehicle, k) for k in VEHICLE_ARRAYS}
     arrays["priority"] = np.array([",".join(level) for level in vehicle.priority])
@@ -30,7 +30,7 @@ def arrays_of(vehicle: Vehicle) -> dict[str, NDArray[Any]]:
 
 def vehicle_of(arrays: Mapping[str, NDArray[Any]]) -> Vehicle:
     """The vehicle made of what ``arrays_of`` returned."""
-    name, source, whole = map(str, arrays["vehicle"])
+    name, source, whole, *frame = map(str, arrays["vehicle"])
     numbers: dict[str, Any] = {key: arrays[key] for key in VEHICLE_ARRAYS}
     if "slew up" in arrays:
         numbers["slew"] = Slew(arrays["slew up"], arrays["slew down"])
@@ -39,13 +39,14 @@ def vehicle_of(arrays: Mapping[str, NDArray[Any]]) -> Vehicle:
     for key, words in (("dof", "dof"), ("names", "thrusters")):
         numbers[key] = tuple(map(str, arrays[words]))
     numbers["priority"] = tuple(tuple(str(level).split(",")) for level in arrays["priority"])
+    numbers["frame"] = frame[0] if frame else "frd"  # logs of boards before frames were said
     return Vehicle(name=name, source=source, whole=whole, **numbers)
 
 
 def same_vehicle(a: Vehicle, b: Vehicle) -> bool:
     """Whether two vehicles have the same numbers."""
     same = all(np.array_equal(getattr(a, key), getattr(b, key)) for key in VEHICLE_ARRAYS)
-    return same and a.priority == b.priority
+    return same and (a.priority, a.frame) == (b.priority, b.frame)
 
 
 def save(path: Path, **arrays: NDArray[Any]) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 from alloc.errors import FileError
 from alloc.files.textfile import read_text
 from bench.inputs.csv_text import is_number
+from bench.inputs.frames import frame_in
 
 UNITS = {"N", "kN", "Nm", "N m", "N·m", "N*m", "kNm", "s", "ms", "us", "µs", "ns"}
 """Units of which a line below the header holds at least one."""
@@ -29,6 +30,7 @@ class Cells:
     units : the cells of a line of units below the header; empty where there is none
     separator : what stands between cells
     decimal : ``.`` or ``,`` once a number has shown which one the file has, else empty
+    frame : frd or flu where a comment says so, else empty
     rows : the other rows, each with its line
     """
 
@@ -39,6 +41,7 @@ class Cells:
     separator: str
     rows: Iterator[tuple[int, list[str]]] = field(repr=False)
     decimal: str = ""
+    frame: str = ""
 
     def number(self, line: int, column: str, cell: str, most: float) -> float:
         """The number in a cell, no larger than ``most``; raises FileError naming file, line and column."""
@@ -71,7 +74,8 @@ def read_table(path: Path) -> Cells:
     Lines that begin with ``#``, ``%`` or ``//`` are comments. The last one is the header where the line below
     it is of numbers alone, and as long.
     """
-    lines = list(io.StringIO(read_text(path), newline=""))
+    text = read_text(path)
+    lines = list(io.StringIO(text, newline=""))
     kept = ["\n" if line.lstrip().startswith(COMMENT) else line for line in lines]
     first = next((i for i, line in enumerate(kept) if line.strip()), None)
     if first is None:
@@ -95,7 +99,8 @@ def read_table(path: Path) -> Cells:
         words = [cell.strip("[]() ") for cell in ahead[1]]
         if UNITS & set(words) and not {"nan", "inf"} & {word.lower().lstrip("+-") for word in words}:
             units, ahead = words, None
-    return Cells(path, line, [cell.strip() for cell in header], units, separator, _chained(ahead, rows))
+    named = [cell.strip() for cell in header]
+    return Cells(path, line, named, units, separator, _chained(ahead, rows), frame=frame_in(text))
 
 
 def _rows(path: Path, lines: list[str], separator: str) -> Iterator[tuple[int, list[str]]]:

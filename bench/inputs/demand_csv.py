@@ -13,6 +13,7 @@ from alloc.vehicle import LARGEST
 from bench.inputs.columns import SECONDS, TIME, Column, assign, listed
 from bench.inputs.csv_text import csv_text, is_number
 from bench.inputs.delimited import NAMES, Cells, read_table
+from bench.inputs.frames import frame_comment
 from bench.inputs.log_limits import limit_columns
 
 LATEST = 1e20
@@ -27,19 +28,25 @@ class Demanded(NamedTuple):
     Attributes
     ----------
     t : (N,) [s], never decreasing; None where the log has no times
-    taus : (N, k) demands in the order of the vehicle's DOF, z down [N, N m]
-    said : how the file was understood, in a line; empty where it is written as this program writes it
+    taus : (N, k) demands in the order of the vehicle's DOF [N, N m]
+    said : how the file was understood, in a line; empty where a table is written as this program writes it
     columns : (N,) columns about limits by name (``bench.inputs.log_limits``), ``volts`` [V], ``f0_min`` [N]
+    frame : frd or flu where a comment in the file says so, else empty
+    named : the names of the demands' columns
+    doubt : what may be wrong about its frame, in a line; empty for nothing
     """
 
     t: FloatArray | None
     taus: FloatArray
     said: str = ""
     columns: Mapping[str, FloatArray] = {}
+    frame: str = ""
+    named: tuple[str, ...] = ()
+    doubt: str = ""
 
 
 def read_demands(path: Path, dof: tuple[str, ...], columns: Mapping[str, str] | None = None) -> Demanded:
-    """Demands from a table whose header names the DOF, in any order and much as loggers do.
+    """Demands from a table whose header names the DOF, in any order and much as loggers do, as they stand.
 
     Parameters
     ----------
@@ -86,7 +93,8 @@ def read_demands(path: Path, dof: tuple[str, ...], columns: Mapping[str, str] | 
         )
     said = _said(path, table, found, unit, blank, set(limits.values()))
     by_name = {name: values[:, len(found) + i] for i, name in enumerate(limits)}
-    return Demanded(times, taus, said, by_name)
+    named = tuple(found[axis].name for axis in dof)
+    return Demanded(times, taus, said, by_name, table.frame, named)
 
 
 def _seconds(values: FloatArray, column: Column) -> tuple[FloatArray, str]:
@@ -126,12 +134,17 @@ def format_demands(
     taus: FloatArray,
     dof: tuple[str, ...],
     columns: Mapping[str, FloatArray] | None = None,
+    *,
+    frame: str = "frd",
 ) -> str:
-    """The CSV of times (N,) [s] or None, demands (N, k) and columns about limits, for ``read_demands``."""
+    """The CSV of times (N,) [s] or None, demands (N, k) and columns about limits, for ``read_demands``.
+
+    A comment above the header says the frame that the demands are in.
+    """
     further = columns or {}
     header = (*(() if t is None else ("t",)), *dof, *further)
     table = [*(() if t is None else (t,)), *taus.T, *further.values()]
-    return csv_text(header, np.column_stack(table).tolist())
+    return frame_comment(frame) + csv_text(header, np.column_stack(table).tolist())
 
 
 def parse_scale(text: str) -> tuple[float, ...]:

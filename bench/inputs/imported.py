@@ -12,6 +12,7 @@ from alloc.allocation import FloatArray
 from alloc.errors import VehicleError, unknown
 from alloc.files.textfile import read_text
 from alloc.vehicle.file import VehicleFile, build_vehicle, matrices
+from alloc.vehicle.frame import described
 from alloc.vehicle.geometry import DOF, contradictions
 from bench.inputs.formats import Draft, formats, recognised
 
@@ -96,8 +97,9 @@ def _completed(path: Path, draft: Draft, options: ImportOptions) -> Draft:
             )
         if not options.dof:
             notes.append(f"The rows of T have no names: {', '.join(dof)} is taken.")
-    frame_note = f"The frame is {options.frame}, as told." if options.frame else draft.frame_assumed
-    notes += [frame_note] if frame_note else []
+    frame = options.frame or draft.frame
+    why = f"The frame is {frame}, as told." if options.frame else draft.frame_assumed
+    notes.append(why or f"The frame is {described(frame)}, as the file says.")
     for key in ("f_min", "f_max"):
         if getattr(options, key) is not None:
             notes.append(f"{key} is as told, not from the file.")
@@ -106,7 +108,7 @@ def _completed(path: Path, draft: Draft, options: ImportOptions) -> Draft:
     return replace(
         draft,
         dof=dof or DOF,
-        frame=options.frame or draft.frame,
+        frame=frame,
         f_min=draft.f_min if options.f_min is None else options.f_min,
         f_max=draft.f_max if options.f_max is None else options.f_max,
         assumptions=notes,

@@ -10,15 +10,17 @@ from alloc import Vehicle, alpha_max
 from alloc.allocation import FloatArray
 from alloc.errors import VehicleError
 from alloc.vehicle.file import Thruster, VehicleFile, matrices
+from alloc.vehicle.frame import TURN
 from alloc.vehicle.geometry import DOF, pose_matrix
 from alloc.vehicle.poses import poses
 from alloc.vehicle.text import to_yaml
 from bench.inputs.csv_text import csv_text
+from bench.inputs.frames import frame_comment
 
 COMMENTS = {
     "source": "where your numbers come from: tape measure, CAD, the maker's table",
     "dof": "what you control, in the order of your demands",
-    "frame": "frd: x ahead, y to starboard, z down; flu, as in ROS: y to port, z up",
+    "frame": "of all here and of every demand; frd: y to starboard, z down; flu, ROS: y to port, z up",
     "thrusters": "position [m], and the direction in which positive thrust pushes the vehicle",
     "T": "rows as in dof; forces [-], moments [m]",
     "center_of_mass": "[m], from the same point as the positions",
@@ -51,7 +53,7 @@ SAME_T = 0.01
 
 
 def like(name: str, keys: VehicleFile, origin: str) -> VehicleFile:
-    """The keys of a vehicle that starts as a copy of another: poses with names, in x ahead, z down.
+    """The keys of a vehicle that starts as a copy of another: poses with names, in the other's frame.
 
     T is kept where no poses make it, as of a published T whose moments contradict each other.
     """
@@ -61,9 +63,9 @@ def like(name: str, keys: VehicleFile, origin: str) -> VehicleFile:
     unit = directions / np.where(lengths > 0, lengths, 1.0)
     made = pose_matrix(positions, unit, center)[[DOF.index(axis) for axis in keys.dof]]
     off = np.abs(made - T).max(axis=1) / np.abs(T).max(axis=1).clip(min=1e-9)
-    names = _own_names(keys) or places(positions - center, unit)
+    names = _own_names(keys) or places(positions - center, unit, keys.frame)
     copied = msgspec.structs.replace(
-        keys, name=name, source=f"copied from {origin}; no number is measured yet", notes=[], frame="frd"
+        keys, name=name, source=f"copied from {origin}; no number is measured yet", notes=[]
     )
     if off.max() > SAME_T:
         return msgspec.structs.replace(
@@ -148,7 +150,7 @@ def first_demands(vehicle: Vehicle) -> str:
     most = _finite(alpha_max(vehicle, both))[0]
     taus = np.vstack([alone, 0.9 * most * both, 1.5 * most * both])
     rows = [[f"{0.1 * i:.1f}", *(f"{value + 0.0:.4g}" for value in tau)] for i, tau in enumerate(taus)]
-    return csv_text(("t", *vehicle.dof), rows)
+    return frame_comment(vehicle.frame) + csv_text(("t", *vehicle.dof), rows)
 
 
 def plugin(words: str) -> str:
@@ -163,8 +165,9 @@ def checked_name(name: str) -> str:
     return name
 
 
-def places(arms: FloatArray, directions: FloatArray) -> list[str]:
+def places(arms: FloatArray, directions: FloatArray, frame: str = "frd") -> list[str]:
     """Names of thrusters by where they sit (n, 3) [m] and which way they push (n, 3), each its own."""
+    arms = arms * TURN if frame == "flu" else arms
     reach = np.abs(arms).max(axis=0)
     names = []
     for arm, way in zip(arms, directions, strict=True):

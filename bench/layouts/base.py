@@ -16,7 +16,7 @@ from bench.layouts.study import StudyDocument
 
 @dataclass(frozen=True, eq=False)
 class Base:
-    """A vehicle, and where its thrusters stand, z down.
+    """A vehicle, and where its thrusters stand, in its frame.
 
     Attributes
     ----------

@@ -43,6 +43,7 @@ def vehicle_file(space: LayoutSpace, row: dict[str, float]) -> VehicleFile:
             for r, e in zip(one.position[..., 0].tolist(), one.direction[..., 0].tolist(), strict=True)
         ],
         center_of_mass=tuple(one.center[:, 0].tolist()),
+        frame=space.frame,
         weights=weights if any(weight != 1 for weight in weights) else None,
     )
 

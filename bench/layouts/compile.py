@@ -49,6 +49,7 @@ def compile_study(document: StudyDocument) -> tuple[LayoutSpace, Vehicle]:
         taus=_demands(document, vehicle),
         scale=np.array(vehicle.row_lengths),
         volume=float(volumes(whole, spaces(whole)[1]).whole[0]),
+        frame=vehicle.frame,
     )
     return space, vehicle
 

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from alloc.files.textfile import write_text
+from alloc.vehicle.frame import described
 from bench.inputs.demand_csv import format_demands
 from bench.layouts.best import layout_name, write_best
 from bench.layouts.front import losses, spread
@@ -39,7 +40,7 @@ def render_study(space: LayoutSpace, base: Columns, folder: Path) -> Path:
     best = spread(_ahead(said.front, base), BEST)
     write_best(space, best, folder / "best")
     pq.write_table(said.front, folder / "front.parquet")
-    write_text(folder / "demands.csv", format_demands(None, space.taus, space.dof))
+    write_text(folder / "demands.csv", format_demands(None, space.taus, space.dof, frame=space.frame))
     own = (float(base["authority"][0]), float(base["authority_after_one"][0]))
     with mpl.rc_context(SETTINGS):
         save(draw_front(said, own, space.name), folder / "front.svg")
@@ -82,6 +83,7 @@ def page(space: LayoutSpace, base: Columns, said: StudySummary, best: "pa.Table"
 
 {said.asked:,} layouts were drawn; {said.measured:,} keep to the constraints and push every axis{refused}.
 Authority is the volume of what can be pushed, over {space.name}'s. A failure takes the worst thruster.
+Positions, directions and demands are in the frame {described(space.frame)}.
 
 ## The place of {space.name}
 

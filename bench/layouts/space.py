@@ -7,6 +7,7 @@ from itertools import product
 import numpy as np
 
 from alloc.allocation import FloatArray, IndexArray
+from alloc.vehicle.frame import Frame
 from alloc.vehicle.geometry import DOF
 from bench.layouts.spaces import Layouts
 from bench.layouts.study import Constraints
@@ -97,6 +98,7 @@ class LayoutSpace:
     taus : (N, k) the demands that they are asked [N, N m]
     scale : (k,) row lengths of the base's T: wrenches over it compare in newtons
     volume : of the base's attainable set [N^k, in the unit of T's moment arms]
+    frame : frd or flu, of the base and so of every layout and demand
     """
 
     name: str
@@ -108,6 +110,7 @@ class LayoutSpace:
     taus: FloatArray
     scale: FloatArray
     volume: float
+    frame: Frame = "frd"
 
     def values(self, setting: Setting, values: FloatArray) -> FloatArray:
         """(B,) what a setting is in each layout; ``values`` (P, B) are the parameters'."""

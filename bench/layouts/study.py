@@ -44,9 +44,9 @@ class VariedGroup(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_on
     mirror : planes in which a new thruster is mirrored
     count : how many new thrusters stand evenly around the vertical axis
     present : whether the group is there at all
-    x, y, z : position of the leader, z down [m]
-    azimuth_deg : where the leader pushes, from x (forward) towards y (starboard) [deg]
-    cant_deg : how far it pushes out of the horizontal, down positive [deg]
+    x, y, z : position of the leader, in the base's frame [m]
+    azimuth_deg : where the leader pushes, from x (ahead) towards y: to starboard in frd, to port in flu [deg]
+    cant_deg : how far it pushes out of the horizontal towards z: down in frd, up in flu [deg]
     size : factor on the limits of all thrusters of the group
     """
 

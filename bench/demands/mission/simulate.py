@@ -15,6 +15,7 @@ from alloc import Vehicle, alpha_max, load_vehicle
 from alloc.allocation import WRENCH_TOLERANCE, BoolArray, FloatArray
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.reach.attainable import single_axis_maxima
+from alloc.vehicle.frame import signs
 from alloc.vehicle.geometry import DOF
 from bench.demands.mission import body
 
@@ -147,10 +148,15 @@ def under_way(
 
 
 def newtons_of_the_body(vehicle: Vehicle) -> FloatArray:
-    """(k,) wrench on the body for 1 N or N m on each axis of the vehicle: the body's reach over its own."""
+    """(k,) wrench on the body for 1 N or N m on each axis of the vehicle: the body's reach over its own.
+
+    The body is in frd, so it is negative for the axes that a vehicle in flu has the other way round.
+    """
     heavy = load_vehicle("bluerov2-heavy")
     reach = dict(zip(heavy.dof, _reach(heavy), strict=True))
-    return np.array([reach[axis] for axis in vehicle.dof]) / _reach(vehicle)
+    ways = signs(vehicle.dof) if vehicle.frame == "flu" else np.ones(vehicle.k)
+    per_newton: FloatArray = ways * np.array([reach[axis] for axis in vehicle.dof]) / _reach(vehicle)
+    return per_newton
 
 
 def _reach(vehicle: Vehicle) -> FloatArray:

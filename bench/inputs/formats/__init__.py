@@ -12,6 +12,8 @@ from types import ModuleType
 
 from alloc.errors import UnknownName
 from alloc.vehicle.file import Numbers
+from alloc.vehicle.frame import described
+from bench.inputs.frames import frame_in
 
 
 @dataclass(kw_only=True)
@@ -45,6 +47,15 @@ class Draft:
     frame: str = "frd"
     frame_assumed: str = ""
     assumptions: list[str] = field(default_factory=list)
+
+
+def commented(draft: Draft, text: str) -> Draft:
+    """The draft in the frame that a comment of its file says, as this program writes it; else in frd."""
+    if frame := frame_in(text):
+        draft.frame = frame
+    else:
+        draft.frame_assumed = f"The file names no frame: {described('frd')} is taken; --frame flu if z is up."
+    return draft
 
 
 def formats() -> dict[str, ModuleType]:

@@ -1,4 +1,7 @@
-"""CSV of T: one row a DOF, one column a thruster; a header and a first column of DOF names may be there."""
+"""CSV of T: one row a DOF, one column a thruster; a header and a first column of DOF names may be there.
+
+A comment ``# frame: flu`` says the frame.
+"""
 
 from pathlib import Path
 
@@ -8,7 +11,8 @@ from alloc.files.textfile import read_text
 from alloc.vehicle.file import VehicleFile
 from alloc.vehicle.geometry import DOF
 from bench.inputs.csv_text import csv_rows, csv_text, is_number, number
-from bench.inputs.formats import Draft
+from bench.inputs.formats import Draft, commented
+from bench.inputs.frames import frame_comment
 
 
 def recognises(path: Path, text: str) -> bool:
@@ -18,7 +22,9 @@ def recognises(path: Path, text: str) -> bool:
 
 def read(path: Path) -> Draft:
     """The Draft of a CSV file; raises FileError naming file and line, or VehicleError."""
-    table = [(line, [cell.strip() for cell in row]) for line, row in csv_rows(path, read_text(path))]
+    text = read_text(path)
+    rows = csv_rows(path, text)
+    table = [(line, [cell.strip() for cell in row]) for line, row in rows if not row[0].startswith("#")]
     if table and not any(map(is_number, table[0][1])):
         table = table[1:]  # without the header
     named = any(row[0].lower() in DOF for _, row in table)
@@ -33,11 +39,11 @@ def read(path: Path) -> Draft:
         for line, row in table
     ]
     draft = Draft(source=f"{path.name}, CSV of T", dof=dof, T=T)
-    draft.frame_assumed = "The frame is x forward, y starboard, z down."
-    return draft
+    return commented(draft, text)
 
 
 def write(keys: VehicleFile, vehicle: Vehicle) -> str:
-    """T as CSV, z down, with a first column of DOF names; limits and weights have no place in this format."""
+    """T as CSV with a first column of DOF names; limits and weights have no place in this format."""
     header = ["dof", *(f"f{i}" for i in range(vehicle.n))]
-    return csv_text(header, ([axis, *row] for axis, row in zip(vehicle.dof, vehicle.T.tolist(), strict=True)))
+    rows = ([axis, *row] for axis, row in zip(vehicle.dof, vehicle.T.tolist(), strict=True))
+    return frame_comment(vehicle.frame) + csv_text(header, rows)

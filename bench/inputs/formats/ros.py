@@ -11,10 +11,12 @@ import numpy as np
 
 from alloc import Vehicle
 from alloc.errors import VehicleError
+from alloc.files.textfile import read_text
 from alloc.files.yaml_tree import YamlTree, read_yaml
 from alloc.vehicle.file import Numbers, VehicleFile
 from alloc.vehicle.geometry import DOF
-from bench.inputs.formats import Draft
+from bench.inputs.formats import Draft, commented
+from bench.inputs.frames import frame_comment
 from bench.inputs.parameters import find, numbers, rows
 
 POSITIONS = ("thruster_position", "thruster_positions")
@@ -51,8 +53,7 @@ def read(path: Path) -> Draft:
     for key, name in (("weights", "input_matrix_weights"), ("slack_weights", "slack_matrix_weights")):
         if (value := find(tree, name)) is not None:
             setattr(draft, key, numbers(tree, name, value))
-    draft.frame_assumed = "The file does not name its frame: x forward, y starboard, z down is taken."
-    return draft
+    return commented(draft, read_text(path))
 
 
 def write(keys: VehicleFile, vehicle: Vehicle) -> str:
@@ -63,16 +64,15 @@ def write(keys: VehicleFile, vehicle: Vehicle) -> str:
         geometry = [f"        configuration_matrix: {_array(vehicle.T.ravel())}  # rows, one after the other"]
         center = ""
     else:
-        turn = np.array([1.0, -1.0, -1.0]) if keys.frame == "flu" else np.ones(3)
         vectors = [[t.position for t in keys.thrusters], [t.direction for t in keys.thrusters]]
         geometry = [
-            f"        {name}: {_array((np.array(v) * turn).T.ravel())}  # all x, all y, all z"
+            f"        {name}: {_array(np.array(v).T.ravel())}  # all x, all y, all z"
             for name, v in zip((POSITIONS[0], DIRECTIONS[0]), vectors, strict=True)
         ]
-        center = f"    physical:\n      center_of_mass: {_array(np.array(keys.center_of_mass) * turn)}\n"
+        center = f"    physical:\n      center_of_mass: {_array(keys.center_of_mass)}\n"
     which = "".join(f"          {axis}: {str(axis in keys.dof).lower()}\n" for axis in DOF)
     return (
-        f"# {keys.name}; x forward, y starboard, z down; written by thrustbench\n"
+        f"# {keys.name}, written by thrustbench\n{frame_comment(vehicle.frame)}"
         "/**:\n  ros__parameters:\n"
         f"{center}"
         "    propulsion:\n"

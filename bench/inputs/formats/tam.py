@@ -23,7 +23,7 @@ def read(path: Path) -> Draft:
     draft = Draft(
         source=f"{path.name}, thruster allocation matrix of uuv_simulator", dof=DOF, T=T, frame="flu"
     )
-    draft.frame_assumed = "The frame is base_link: x forward, y left, z up."
+    draft.frame_assumed = "The frame is base_link, flu: x ahead, y to port, z up."
     if (limit := find(tree, "max_thrust")) is not None:
         draft.f_max = numbers(tree, "max_thrust", [limit])[0]
         draft.f_min = -draft.f_max

@@ -5,6 +5,7 @@ A module has ``SUFFIXES`` of the files it reads ("/" for a folder) and ``read(pa
 """
 
 import pkgutil
+import re
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -16,8 +17,12 @@ import numpy as np
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError, FileError
 from alloc.vehicle import LARGEST
-from alloc.vehicle.geometry import DOF, from_flu
+from alloc.vehicle.geometry import DOF
 from bench.inputs.demand_csv import Demanded, read_demands
+from bench.inputs.frames import met
+
+_ROS = re.compile(r"(force|torque|linear|angular)[./_]+[yz]\b", re.IGNORECASE)
+"""Names of geometry_msgs' fields along y and z, whose signs depend on the frame."""
 
 
 class Log(NamedTuple):
@@ -28,11 +33,13 @@ class Log(NamedTuple):
     t : (N,) times since the first one [s]
     taus : (N, 6) wrenches, surge to yaw [N, N m]
     frame : frd or flu, the frame of taus
+    why : what says so
     """
 
     t: FloatArray
     taus: FloatArray
     frame: str
+    why: str
 
 
 class LogOptions(msgspec.Struct, frozen=True, kw_only=True):
@@ -52,14 +59,17 @@ class LogOptions(msgspec.Struct, frozen=True, kw_only=True):
     scale: tuple[float, ...] = ()
 
 
-def read_log(path: Path, dof: tuple[str, ...], options: LogOptions | None = None) -> Demanded:
-    """Times and demands in a log.
+def read_log(
+    path: Path, dof: tuple[str, ...], options: LogOptions | None = None, *, frame: str = "frd"
+) -> Demanded:
+    """Times and demands in a log, turned into the vehicle's frame; ``said`` tells whether they were turned.
 
     Parameters
     ----------
     path : the log; ``FILE#TOPIC`` names the topic as well, where no file has that name
     dof : the vehicle's DOF, which become the columns; all others are left out
     options : what the log does not say itself
+    frame : frd or flu, that of the vehicle
 
     Raises
     ------
@@ -80,8 +90,14 @@ def read_log(path: Path, dof: tuple[str, ...], options: LogOptions | None = None
         if topic:
             raise DemandError(f"{path}: a table has no topic {topic!r}; --columns says which column is what")
         table = read_demands(path, dof, options.columns)
-        taus = from_flu(table.taus.T, dof).T if options.frame == "flu" else table.taus
-        return table._replace(taus=_scaled(taus, dof, options.scale))
+        if options.frame:
+            given, why = options.frame, "--frame"
+        else:
+            given, why = table.frame or frame, "its comment" if table.frame else "the file names none"
+        taus, turning = met(table.taus, dof, given, why, frame)
+        said = f"{table.said}; {turning}" if table.said else f"{path.name}: {turning}"
+        doubt = "" if options.frame or table.frame else _like_ros(path, table, frame)
+        return table._replace(taus=_scaled(taus, dof, options.scale), said=said, doubt=doubt)
     if suffix not in kinds:
         known = ", ".join(sorted(set(kinds) - {"/"}))
         raise FileError(f"{path}: can't tell what kind of log this is; give .csv, {known} or a bag's folder")
@@ -89,8 +105,11 @@ def read_log(path: Path, dof: tuple[str, ...], options: LogOptions | None = None
         raise FileError(f"{path}: can't be read (no such file or directory); give a readable file")
     if options.columns:
         raise DemandError(f"{path}: has no columns; --columns is for tables, leave it out")
-    t, taus = _checked(path, kinds[suffix].read(path, topic), dof, options.frame)
-    return Demanded(t, _scaled(taus, dof, options.scale))
+    log: Log = kinds[suffix].read(path, topic)
+    t, taus = _checked(path, log, dof)
+    given, why = (options.frame, "--frame") if options.frame else (log.frame, log.why)
+    taus, turning = met(taus, dof, given, why, frame)
+    return Demanded(t, _scaled(taus, dof, options.scale), f"{path.name}: {turning}")
 
 
 def rate_hz(t: FloatArray | None) -> float | None:
@@ -112,7 +131,7 @@ def brief(error: Exception) -> str:
     return " ".join(f"{type(error).__name__}: {error}".split())[:80]
 
 
-def _checked(path: Path, log: Log, dof: tuple[str, ...], frame: str) -> tuple[FloatArray, FloatArray]:
+def _checked(path: Path, log: Log, dof: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
     if not len(log.t):
         raise DemandError(f"{path}: holds no demands; record the demanded wrench")
     order = np.argsort(log.t, kind="stable")  # messages may arrive out of order
@@ -123,4 +142,15 @@ def _checked(path: Path, log: Log, dof: tuple[str, ...], frame: str) -> tuple[Fl
         raise DemandError(
             f"{path}: the wrench at t = {t[bad[0]]:.3f} s is not finite, or above {LARGEST:g}; cut it out"
         )
-    return t, from_flu(taus.T, dof).T if (frame or log.frame) == "flu" else taus
+    return t, taus
+
+
+def _like_ros(path: Path, table: Demanded, frame: str) -> str:
+    """A doubt about a table whose columns are named as ROS names them, on a vehicle with z down."""
+    named = [name for name in table.named if _ROS.search(name)]
+    if frame != "frd" or not named:
+        return ""
+    return (
+        f"{path.name}: {named[0]!r} is named as in ROS, where z is up, but is taken as it is, with z down;"
+        " if it is ROS's, --frame flu, else --frame frd"
+    )

@@ -78,4 +78,6 @@ def _log(messages: list[tuple[int, Any]]) -> Log:
     frames = {str(header.frame_id).lower() for header in headers if header is not None}
     down = bool(frames) and all(name.endswith(("frd", "ned")) for name in frames)
     start = t_ns.min(initial=t_ns[0]) if len(t_ns) else 0
-    return Log((t_ns - start) / 1e9, taus, "frd" if down else "flu")
+    if down:
+        return Log((t_ns - start) / 1e9, taus, "frd", f"its frame_id is {min(frames)[:40]!r}")
+    return Log((t_ns - start) / 1e9, taus, "flu", "as ROS has it")

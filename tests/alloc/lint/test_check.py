@@ -15,21 +15,21 @@ from tests.places import ROOT
 PUBLISHED = Path(__file__).parent / "data" / "published"
 DEFECTS = {
     "vortex-beluga": [
-        "yaw of thruster 0 is -0.3, but its pose makes 0.3239",
+        "yaw of thruster 0 is 0.3, but its pose makes -0.3239",
         "(8 of 8 thrusters differ)",
     ],
     "vortex-manta-enu": [
         "the heave row has the opposite sign",
-        "pitch of thruster 1 is -0.12, but its pose makes 0.1207",
+        "pitch of thruster 1 is 0.12, but its pose makes -0.1207",
     ],
     "desistek-saga": [
         "the pitch row has the opposite sign",
         "T has rank 3 but 6",
-        "no thruster pushes roll; none 0.13 surge - 0.99 heave + pitch; none sway",
+        "no thruster pushes roll; none - 0.13 surge - 0.99 heave + pitch; none sway",
     ],
     "bluerov2-vectored6-centralenantes": [
         "T has rank 5 but 6",
-        "no thruster pushes - surge + 0.034 heave + pitch",
+        "no thruster pushes surge + 0.034 heave + pitch",
     ],
     "girona500": ["T has rank 5 but 6", "no thruster pushes - sway + roll"],
 }

@@ -8,9 +8,6 @@ from alloc import list_vehicles, load_vehicle
 from alloc.allocation import FloatArray
 from alloc.vehicle.geometry import DOF
 
-FLU_TO_FRD = np.diag([1.0, -1.0, -1.0, 1.0, -1.0, -1.0])
-"""A wrench turns like two vectors: y and z change sign, for forces and for moments."""
-
 
 def wrench_of_a_push(position: FloatArray, direction: FloatArray) -> FloatArray:
     """Force and moment of 1 N, the moment by components rather than by numpy's cross product."""
@@ -67,15 +64,15 @@ def test_bluerov2_is_its_source_s_angles_turned_by_scipy() -> None:
     axes = np.array([1, 1, -1, -1, 1, -1])[:, None] * np.array([1.0, 0, 0])
     directions = Rotation.from_euler("xyz", rpy, degrees=True).apply(axes)
     columns = [wrench_of_a_push(np.array(p), d) for p, d in zip(positions, directions, strict=True)]
-    full = FLU_TO_FRD @ np.array(columns).T
+    full = np.array(columns).T
     vehicle = load_vehicle("bluerov2")
     rows = [DOF.index(axis) for axis in vehicle.dof]
     # The file has the cosines to ten decimals.
     assert pytest.approx(full[rows], abs=1e-10) == vehicle.T
     assert np.linalg.matrix_rank(full, tol=1e-9) == 5
     surge, _, heave, _, pitch, _ = full
-    # In the source's frame pitch = -0.0725 surge - 0.0025 heave; heave and pitch change sign with y and z.
-    assert -pitch == pytest.approx(-0.0725 * surge + 0.0025 * heave, abs=1e-12)
+    assert vehicle.frame == "flu"
+    assert pitch == pytest.approx(-0.0725 * surge - 0.0025 * heave, abs=1e-12)
 
 
 def test_nautilus_has_the_arms_about_its_centre_of_mass() -> None:
@@ -93,7 +90,7 @@ def test_nautilus_has_the_arms_about_its_centre_of_mass() -> None:
     assert np.array(expected) == pytest.approx(T, abs=1e-15)
 
 
-def test_subjugator8_is_turned_from_left_up_to_starboard_down() -> None:
+def test_subjugator8_is_in_its_source_s_frame() -> None:
     T = load_vehicle("subjugator8").T
     expected = [
         [-0.866, 0, -0.866, 0, -0.866, 0, -0.866, 0],
@@ -103,7 +100,8 @@ def test_subjugator8_is_turned_from_left_up_to_starboard_down() -> None:
         [0, -0.1583, 0, -0.1583, 0, 0.1583, 0, 0.1583],
         np.array([1, 0, -1, 0, 1, 0, -1, 0]) * (0.2678 * 0.5 + 0.2795 * 0.866),
     ]
-    assert FLU_TO_FRD @ np.array(expected) == pytest.approx(T, abs=1e-15)
+    assert load_vehicle("subjugator8").frame == "flu"
+    assert np.array(expected) == pytest.approx(T, abs=1e-15)
 
 
 def test_the_supply_vessel_s_limits_are_k_times_the_highest_speed_squared() -> None:

@@ -8,7 +8,8 @@ import pytest
 
 from alloc import list_vehicles, load_vehicle
 from alloc.errors import VehicleError
-from alloc.vehicle.geometry import DOF, from_flu, pose_matrix
+from alloc.vehicle.frame import turned
+from alloc.vehicle.geometry import DOF, pose_matrix
 from tests.readers import written
 from tests.vehicle_files import GOOD, refusal
 
@@ -87,22 +88,28 @@ def test_an_exponent_without_a_dot_is_a_number(file: Path) -> None:
     assert vehicle.T[2, 0] == -1e-5
 
 
-def test_another_frame_turns_positions_directions_and_centre_of_mass(file: Path) -> None:
-    """The turned T is the T of positions and directions turned one by one."""
+def test_naming_a_frame_turns_no_number(file: Path) -> None:
+    """T = [d; r x d] holds in any right-handed frame, so a file's numbers are a vehicle's as they stand."""
+    for text in (POSES, GOOD):
+        here = load_vehicle(written(file, text))
+        there = load_vehicle(written(file, text + "frame: flu\n"))
+        np.testing.assert_array_equal(here.T, there.T)
+        assert (here.frame, there.frame) == ("frd", "flu")
+
+
+def test_a_vehicle_in_the_other_frame_has_its_poses_turned(file: Path) -> None:
+    """The turned T is the T of positions, directions and centre of mass turned one by one."""
     here = load_vehicle(written(file, POSES))
-    there = load_vehicle(written(file, POSES + "frame: flu\n"))
+    there = here.with_frame("flu")
     turn = np.diag([1.0, -1.0, -1.0])
     positions = np.array([[0.4, 0.3, 0.1], [0.4, -0.3, 0.1], [0.3, 0.1, 0], [-0.3, 0.1, 0], [0.2, 0.2, 0]])
     directions = np.array([[1, 0, 0], [1, 0, 0], [0, 1, 0], [0, 1, 0], [0, 0, 1.0]])
     expected = pose_matrix(positions @ turn, directions @ turn, np.array([0.01, 0.02, 0.03]) @ turn)
     np.testing.assert_allclose(there.T[:, :5], expected, atol=1e-15)
-    np.testing.assert_allclose(from_flu(here.T, here.dof), there.T, atol=1e-15)
-
-
-def test_a_matrix_in_another_frame_is_turned_too(file: Path) -> None:
-    here = load_vehicle(written(file, GOOD))
-    there = load_vehicle(written(file, GOOD + "frame: flu\n"))
-    np.testing.assert_array_equal(there.T, here.T * [[1], [-1], [-1]])
+    np.testing.assert_array_equal(there.with_frame("frd").T, here.T)
+    assert here.with_frame("frd") is here
+    with pytest.raises(VehicleError, match="give one of frd, flu"):
+        here.with_frame("ned")
 
 
 def test_a_matrix_beside_poses_that_make_it_is_accepted_to_its_printed_digits(file: Path) -> None:
@@ -119,7 +126,7 @@ def test_a_matrix_beside_poses_that_make_it_is_accepted_to_its_printed_digits(fi
     ("spoil", "says"),
     [
         (lambda T: T * [[1], [1], [1], [1], [-1], [1]], "the pitch row has the opposite sign"),
-        (lambda T: from_flu(T, DOF), "in different frames"),
+        (lambda T: turned(T, DOF), "in different frames"),
         (lambda T: T + 0.1 * np.eye(6, 7, 3), "surge of thruster 3 is 0.1, but its pose makes 0"),
     ],
 )

@@ -38,7 +38,7 @@ def demands(tmp_path: Path) -> Path:
 @pytest.mark.parametrize("method", ["pinv", "svd", "walsh", "nullspace"])
 def test_the_papers_example_comes_out_in_its_digits_and_each_row_in_order(demands: Path, method: str) -> None:
     result = allocate("--vehicle", "ukwial", "--method", method, demands)
-    statuses, F = thrusts(result.output)
+    statuses, F = thrusts(result.stdout)
     assert statuses[:2] == ["SOLVED", "SOLVED"]
     np.testing.assert_allclose(F[0], PAPER_F, atol=0.05)
     vehicle = load_vehicle("ukwial")
@@ -46,14 +46,14 @@ def test_the_papers_example_comes_out_in_its_digits_and_each_row_in_order(demand
 
 
 def test_a_qp_solver_at_its_defaults_comes_as_near_as_it_promises(demands: Path) -> None:
-    statuses, F = thrusts(allocate("--vehicle", "ukwial", "--method", "qp/osqp", demands).output)
+    statuses, F = thrusts(allocate("--vehicle", "ukwial", "--method", "qp/osqp", demands).stdout)
     vehicle = load_vehicle("ukwial")
     assert statuses[0] in ("SOLVED", "PARTIAL")  # PARTIAL where the wrench is met, but not to 1e-6
     assert np.abs(F[0] - PAPER_F).max() <= build("qp/osqp", vehicle).tolerance * vehicle.f_scale + 0.05
 
 
 def test_a_demand_that_no_thrust_meets_is_a_row_that_says_so(demands: Path) -> None:
-    statuses, F = thrusts(allocate("--vehicle", "ukwial", "--method", "nullspace", demands).output)
+    statuses, F = thrusts(allocate("--vehicle", "ukwial", "--method", "nullspace", demands).stdout)
     assert statuses[2] == "INFEASIBLE"
     assert np.isnan(F[2]).all()
 
@@ -68,7 +68,7 @@ def test_what_a_method_prints_does_not_come_between_the_rows(demands: Path, tmp_
 
 def test_numbers_read_back_as_the_same_doubles(demands: Path, tmp_path: Path) -> None:
     out = tmp_path / "thrusts.csv"
-    assert allocate("--vehicle", "ukwial", "--method", "pinv", demands, "-o", out).output == ""
+    assert allocate("--vehicle", "ukwial", "--method", "pinv", demands, "-o", out).stdout == ""
     _, F = thrusts(out.read_text())
     vehicle = load_vehicle("ukwial")
     expected = np.array([PAPER, (1e-3, 0, 0), (1e6, 0, 0)]) @ np.linalg.pinv(vehicle.T).T
@@ -82,7 +82,7 @@ def test_a_method_with_levels_says_what_it_delivered_of_each(tmp_path: Path) -> 
     path.write_text("surge,sway,yaw\n" + ",".join(map(str, tau)) + "\n0,0,0\n")
     rows = list(
         csv.DictReader(
-            io.StringIO(allocate("--vehicle", "supply-vessel", "--method", "priority", path).output)
+            io.StringIO(allocate("--vehicle", "supply-vessel", "--method", "priority", path).stdout)
         )
     )
     assert list(rows[0]) == ["status", *(f"f{i}" for i in range(6)), "share0", "share1"]
@@ -97,7 +97,7 @@ def test_a_method_with_levels_says_what_it_delivered_of_each(tmp_path: Path) -> 
 
 def test_a_failed_thruster_stays_at_rest(demands: Path) -> None:
     result = allocate("--vehicle", "ukwial", "--method", "svd", "--fault", "1", demands)
-    _, F = thrusts(result.output)
+    _, F = thrusts(result.stdout)
     assert (F[:, 1] == 0).all()
 
 
@@ -123,9 +123,9 @@ def test_thrusters_are_named_in_fault_and_header_as_the_vehicle_names_them(tmp_p
     mine.write_text(f"{shipped}\nnames: [bow port, bow starboard, stern port, '']\n", encoding="utf-8")
     (tmp_path / "ask.csv").write_text("surge,sway,yaw\n10,0,0\n")
     options = ("--vehicle", str(mine), "--method", "svd", tmp_path / "ask.csv")
-    by_name = allocate(*options, "--fault", "bow starboard", "--names").output
+    by_name = allocate(*options, "--fault", "bow starboard", "--names").stdout
     assert by_name.splitlines()[0] == "status,bow port,bow starboard,stern port,thruster 3"
-    assert by_name.splitlines()[1:] == allocate(*options, "--fault", "1").output.splitlines()[1:]
+    assert by_name.splitlines()[1:] == allocate(*options, "--fault", "1").stdout.splitlines()[1:]
 
 
 def test_how_a_log_was_understood_is_said_beside_the_thrusts(tmp_path: Path) -> None:

@@ -121,7 +121,7 @@ def test_a_log_is_read_as_its_logger_wrote_it(kind: str, file: Path) -> None:
 
 def test_what_was_understood_is_said_in_one_line(file: Path) -> None:
     written(file, "timestamp [ms];Fx;Fy;Mz;mode\n0;1,5;2;3;A\n20;1,5;2;3;A\n")
-    t, _, said, _ = read_demands(file, DOF)
+    t, _, said, *_ = read_demands(file, DOF)
     assert t is not None
     np.testing.assert_allclose(t, [0, 0.02])
     assert said == (

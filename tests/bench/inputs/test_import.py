@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from alloc import AllocError, load_vehicle
-from alloc.vehicle.geometry import DOF, from_flu
 from bench.inputs.formats import writable
 from bench.inputs.imported import ImportOptions
 from tests.foreign_vehicles import LIMITS, imported, vehicle_of
@@ -110,14 +109,15 @@ def test_a_matrix_and_poses_that_contradict_are_refused_until_one_is_chosen(tmp_
     assert "Limits are the ends of characteristics.thrust." in keys.notes
 
 
-def test_a_tam_is_turned_to_z_down_and_keeps_the_axes_it_can_control(tmp_path: Path) -> None:
+def test_a_tam_keeps_its_frame_z_up_and_the_axes_it_can_control(tmp_path: Path) -> None:
     keys = imported(tmp_path, TAM, LIMITS)
     assert keys.dof == ["surge", "heave", "yaw"]
     notes = " ".join(keys.notes)
     for axis in ("sway", "roll", "pitch"):
         assert f"{axis} is left out of dof" in notes
     vehicle = vehicle_of(keys, tmp_path)
-    np.testing.assert_allclose(vehicle.T, [[-1, -1, 0], [0, 0, -1], [0.1192, -0.1192, 0]], rtol=0, atol=1e-6)
+    assert vehicle.frame == "flu"
+    np.testing.assert_allclose(vehicle.T, [[-1, -1, 0], [0, 0, 1], [-0.1192, 0.1192, 0]], rtol=0, atol=1e-6)
 
 
 def test_a_row_independent_only_in_its_last_printed_digit_is_left_out(tmp_path: Path) -> None:
@@ -187,11 +187,13 @@ def test_a_bad_csv_of_t_is_refused(tmp_path: Path, text: str) -> None:
         imported(tmp_path, text, LIMITS, "T.csv")
 
 
-def test_a_given_frame_turns_the_vehicle(tmp_path: Path) -> None:
+def test_a_given_frame_is_the_vehicle_s_and_turns_no_number(tmp_path: Path) -> None:
     text = "\n".join(",".join(map(str, row)) for row in np.eye(6).tolist())
     in_frd = vehicle_of(imported(tmp_path, text, LIMITS, "T.csv"), tmp_path)
     flu_keys = imported(tmp_path, text, ImportOptions(frame="flu", f_min=-20, f_max=20), "T.csv")
-    np.testing.assert_array_equal(vehicle_of(flu_keys, tmp_path).T, from_flu(in_frd.T, DOF))
+    in_flu = vehicle_of(flu_keys, tmp_path)
+    assert (in_frd.frame, in_flu.frame) == ("frd", "flu")
+    np.testing.assert_array_equal(in_flu.T, in_frd.T)
     assert "The frame is flu, as told." in flu_keys.notes
 
 
@@ -208,7 +210,7 @@ def test_the_commands_import_check_and_export(tmp_path: Path) -> None:
     assert "assumed: The frame is base_link" in run.stderr
     assert thrustbench("check", ours, "--no-picture").returncode == 0
     run = thrustbench("export", ours, "--format", "csv")
-    assert run.stdout.splitlines()[0] == "dof,f0,f1,f2"
+    assert run.stdout.splitlines()[:2] == ["# frame: flu (x ahead, y to port, z up)", "dof,f0,f1,f2"]
     assert thrustbench("export", ours, "--format", "px4").returncode == 2
     assert set(writable()) == {"csv", "ros"}
 

@@ -11,7 +11,8 @@ import pytest
 from alloc import AllocError, load_vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError, FileError
-from alloc.vehicle.geometry import DOF, from_flu
+from alloc.vehicle.frame import turned
+from alloc.vehicle.geometry import DOF
 from bench.demands import build_demands
 from bench.demands.log_summary import as_text, summarise
 from bench.harness.plan import RunSettings
@@ -74,7 +75,7 @@ def test_a_given_frame_overrides_that_of_the_log(
 ) -> None:
     file = write_bag1(tmp_path, *demands)
     np.testing.assert_array_equal(
-        read_log(file, DOF, LogOptions(frame="frd"))[1], from_flu(demands[1].T, DOF).T
+        read_log(file, DOF, LogOptions(frame="frd"))[1], turned(demands[1].T, DOF).T
     )
 
 

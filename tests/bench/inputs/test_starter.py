@@ -42,7 +42,7 @@ def test_a_copy_of_a_shipped_vehicle_allocates_as_that_does(name: str, here: Pat
 def test_its_demands_push_each_axis_alone_then_more_than_the_vehicle_can_do(name: str, here: Path) -> None:
     init("my-rov", "--like", name)
     vehicle = load_vehicle("my-rov.yaml")
-    t, taus, said, _ = read_demands(Path("demands.csv"), vehicle.dof)
+    t, taus, said, *_ = read_demands(Path("demands.csv"), vehicle.dof)
     assert t is not None
     assert said == ""
     np.testing.assert_array_equal(taus[: vehicle.k] > 0, np.eye(vehicle.k, dtype=bool))

@@ -1,0 +1,199 @@
+"""Data in one frame meet a vehicle in another: what is turned, and the line that says so, in every way in."""
+
+import csv
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+from alloc import load_vehicle
+from alloc.allocation import FloatArray
+from alloc.vehicle.frame import turned
+from alloc.vehicle.geometry import DOF
+from bench.__main__ import cli
+from bench.demands import build_demands
+from bench.inputs.demand_csv import format_demands
+from bench.inputs.logs import LogOptions, read_log
+from tests.log_files import PLANAR, WRITERS, write_bag1, write_bag2, write_ulog
+
+BOX = """\
+name: box
+dof: [surge, sway, heave, roll, pitch, yaw]
+frame: {frame}
+thrusters:
+  - {{position: [0.3, {s}0.2, 0], direction: [0.8, {t}0.6, 0]}}
+  - {{position: [0.3, {t}0.2, 0], direction: [0.8, {s}0.6, 0]}}
+  - {{position: [-0.3, {s}0.2, 0], direction: [0.8, {s}0.6, 0]}}
+  - {{position: [-0.3, {t}0.2, 0], direction: [0.8, {t}0.6, 0]}}
+  - {{position: [0.2, {s}0.3, {s}0.1], direction: [0, 0, {s}1]}}
+  - {{position: [0.2, {t}0.3, {s}0.1], direction: [0, 0, {s}1]}}
+  - {{position: [-0.2, {s}0.3, {s}0.1], direction: [0, 0, {s}1]}}
+  - {{position: [-0.2, {t}0.3, {s}0.1], direction: [0, 0, {s}1]}}
+center_of_mass: [0.01, 0, {s}0.02]
+f_min: -31
+f_max: 43
+"""
+TAU = np.array([[10.0, 3, 5, 0.5, 0.3, 2], [-20, 1, -8, 0, 0.4, -1], [0, 0, 20, 0, 0, 0]])
+"""Demands in frd; the last one pushes down."""
+
+
+@pytest.fixture
+def box(tmp_path: Path) -> dict[str, Path]:
+    """One vehicle, written in frd and in flu."""
+    files = {}
+    for frame, s, t in (("frd", "", "-"), ("flu", "-", "")):
+        files[frame] = tmp_path / f"{frame}.yaml"
+        files[frame].write_text(BOX.format(frame=frame, s=s, t=t))
+    return files
+
+
+def thrustbench(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(cli, list(map(str, arguments)), catch_exceptions=False)
+
+
+def thrusts(text: str) -> FloatArray:
+    return np.array([[float(cell) for cell in row[1:]] for row in list(csv.reader(io.StringIO(text)))[1:]])
+
+
+def allocated(vehicle: Path, log: Path) -> FloatArray:
+    return thrusts(thrustbench("allocate", "--vehicle", vehicle, "--method", "nullspace", log).stdout)
+
+
+def test_heave_of_a_vehicle_in_flu_is_up(box: dict[str, Path]) -> None:
+    """Red before: a file in flu was turned on loading, its demands were not, and +heave pushed down."""
+    flu = load_vehicle(box["flu"])
+    assert flu.frame == "flu"
+    f = np.where(np.arange(8) > 3, -5.0, 0.0)  # the vertical thrusters push down when positive
+    assert (flu.T @ f)[2] == pytest.approx(20)
+
+
+def test_a_demand_csv_is_in_the_vehicle_s_frame_and_the_same_thrusts_come_of_the_turned_one(
+    box: dict[str, Path], tmp_path: Path
+) -> None:
+    plain = tmp_path / "ask.csv"
+    answers = {}
+    for frame, taus in (("frd", TAU), ("flu", turned(TAU.T, DOF).T)):
+        plain.write_text("\n".join([",".join(DOF), *(",".join(map(str, tau)) for tau in taus.tolist())]))
+        answers[frame] = allocated(box[frame], plain)
+    np.testing.assert_allclose(answers["frd"], answers["flu"], rtol=0, atol=1e-9)
+    assert answers["frd"][2, 4:].sum() == pytest.approx(20)
+
+
+@pytest.mark.parametrize("frame", ["frd", "flu"])
+@pytest.mark.parametrize("kind", ["ros1", "z down", "ulog", "csv with its frame"])
+def test_a_log_gives_the_same_thrusts_on_either_vehicle(
+    box: dict[str, Path], tmp_path: Path, kind: str, frame: str
+) -> None:
+    """Red before: the same demands as a bag and as a CSV gave opposite thrusts, and no line named a frame."""
+    t = np.arange(3) / 50
+    if kind == "csv with its frame":
+        log = tmp_path / "log.csv"
+        log.write_text(format_demands(t, turned(TAU.T, DOF).T, DOF, frame="flu"))
+    else:
+        log = WRITERS[kind](tmp_path, t, TAU)
+    result = thrustbench("allocate", "--vehicle", box[frame], "--method", "nullspace", log)
+    np.testing.assert_allclose(
+        thrusts(result.stdout), allocated_in_frd(box, tmp_path), rtol=0, atol=1e-5
+    )  # float32
+    (line,) = [line for line in result.stderr.splitlines() if "frame" in line]
+    down = kind in ("z down", "ulog")
+    assert f"frame {'frd' if down else 'flu'} (" in line
+    assert ("nothing turned" in line) == (frame == ("frd" if down else "flu"))
+    assert ("turned into the vehicle's" in line) != ("nothing turned" in line)
+    assert ("z down" if frame == "frd" else "z up") in line
+
+
+def allocated_in_frd(box: dict[str, Path], tmp_path: Path) -> FloatArray:
+    plain = tmp_path / "plain.csv"
+    plain.write_text(format_demands(None, TAU, DOF, frame="frd"))
+    return allocated(box["frd"], plain)
+
+
+def test_the_frame_of_a_log_stands_in_one_line_also_where_nothing_was_turned(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text("surge,sway,yaw\n1,2,3\n")
+    for told, frame, says in (
+        ("", "frd", "frame frd (the file names none), the vehicle's own, nothing turned"),
+        ("", "flu", "frame flu (the file names none), the vehicle's own, nothing turned"),
+        ("flu", "frd", "frame flu (--frame), turned into the vehicle's frd: x ahead, y to starboard, z down"),
+        ("frd", "flu", "frame frd (--frame), turned into the vehicle's flu: x ahead, y to port, z up"),
+    ):
+        log = read_log(file, PLANAR, LogOptions(frame=told), frame=frame)
+        assert log.said.startswith(f"log.csv: {says}")
+        np.testing.assert_array_equal(log.taus, [[1, 2, 3]] if "nothing" in says else [[1, -2, -3]])
+
+
+def test_bags_and_ulogs_say_why_their_frame_is_taken(tmp_path: Path) -> None:
+    t = np.arange(3) / 50
+    for folder in "abc":
+        (tmp_path / folder).mkdir()
+    said = [
+        read_log(write_bag1(tmp_path / "a", t, TAU), DOF).said,
+        read_log(write_bag2(tmp_path / "b", t, TAU, frame="base_link_ned"), DOF).said,
+        read_log(write_ulog(tmp_path / "c", t, TAU), DOF).said,
+    ]
+    for line, why in zip(
+        said, ("as ROS has it", "its frame_id is 'base_link_ned'", "as PX4 has it"), strict=True
+    ):
+        assert f"({why})" in line
+
+
+@pytest.mark.parametrize(
+    ("header", "frame", "told", "warned"),
+    [
+        ("wrench/force/x,wrench/force/y,wrench/torque/z", "frd", "", True),
+        ("/tau/wrench/force.x,force.y,torque.z", "frd", "", True),
+        ("force.x,force.y,torque.z", "flu", "", False),
+        ("force.x,force.y,torque.z", "frd", "flu", False),
+        ("force.x,force.y,torque.z", "frd", "frd", False),
+        ("surge,sway,yaw", "frd", "", False),
+        ("Fx,Fy,Mz", "frd", "", False),
+    ],
+)
+def test_columns_named_as_in_ros_are_doubted_on_a_vehicle_with_z_down(
+    tmp_path: Path, header: str, frame: str, told: str, warned: bool
+) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text(f"{header}\n1,2,3\n")
+    doubt = read_log(file, PLANAR, LogOptions(frame=told), frame=frame).doubt
+    assert bool(doubt) == warned
+    if warned:
+        assert "--frame flu" in doubt
+    vehicle = load_vehicle("ukwial").with_frame(frame)
+    assert (doubt in build_demands(file, vehicle, 0, log=LogOptions(frame=told)).said) == warned
+
+
+def test_a_column_named_by_the_user_is_doubted_too(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text("linear.x,linear.y,angular.z\n1,2,3\n")
+    columns = {"surge": "linear.x", "sway": "linear.y", "yaw": "angular.z"}
+    assert "'linear.y'" in read_log(file, PLANAR, LogOptions(columns=columns)).doubt
+
+
+def test_what_demands_writes_names_its_frame_and_is_read_back_into_either(
+    box: dict[str, Path], tmp_path: Path
+) -> None:
+    bag, out = write_bag1(tmp_path, np.arange(3) / 50, TAU), tmp_path / "out.csv"
+    for frame in ("frd", "flu"):
+        thrustbench("demands", bag, "--vehicle", box[frame], "-o", out)
+        assert out.read_text().startswith(f"# frame: {frame} (x ahead, ")
+        np.testing.assert_array_equal(read_log(out, DOF, frame="frd").taus, TAU)
+
+
+@pytest.mark.parametrize("form", ["csv", "ros"])
+def test_a_vehicle_exported_and_imported_keeps_its_frame(
+    box: dict[str, Path], tmp_path: Path, form: str
+) -> None:
+    answers = []
+    for frame in ("frd", "flu"):
+        there, back = tmp_path / f"there.{'csv' if form == 'csv' else 'yaml'}", tmp_path / "back.yaml"
+        thrustbench("export", box[frame], "--format", form, "-o", there)
+        assert f"# frame: {frame}" in there.read_text()
+        thrustbench("import", there, "--f-min", "-31", "--f-max", "43", "-o", back)
+        assert load_vehicle(back).frame == frame
+        log = tmp_path / "ask.csv"
+        log.write_text(format_demands(None, TAU, DOF, frame="frd"))
+        answers.append(allocated(back, log))
+    np.testing.assert_allclose(answers[0], answers[1], rtol=0, atol=1e-9)
