@@ -5,7 +5,8 @@ from pathlib import Path
 TEMPLATE = '''"""Goes wrong on purpose."""
 import ctypes, os, sys, time
 import numpy as np
-from alloc import Allocation, Status, generalized_inverse
+from alloc import Allocation, Status
+from alloc.closed_forms.inverse import generalized_inverse
 
 FORMULATION = "unlimited"
 FORGED = b'{{"type":"failed","task":99,"status":"ok","reason":""}}\\n'
