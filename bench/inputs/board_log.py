@@ -108,7 +108,7 @@ def read_board_log(path: Path) -> BoardLog:
 
 def parse(text: bytes) -> BoardLog:
     """The blocks in a text, whatever stands between them."""
-    text = text.replace(b"\r", b"\n")
+    text = text.replace(b"\r", b"\n")  # most serial terminals end a line with both
     log = BoardLog()
     begin: re.Match[bytes] | None = None
     seen_to = expected = 0
@@ -130,7 +130,7 @@ def _block(log: BoardLog, begin: re.Match[bytes], end: re.Match[bytes]) -> LogBl
     if end[3][-_CRC:] != b" %08x" % zlib.crc32(b"%s %s" % (head, claimed)):
         return None
     body = begin.string[begin.start() : end.start()]
-    lines = body.split(b"\n")[:-1]
+    lines = [line for line in body.split(b"\n") if line]
     if claimed != b"%08x" % zlib.crc32(head, zlib.crc32(b"".join(lines))):
         lines = list(_lines(body))  # perhaps something else was printed in between
         if claimed != b"%08x" % zlib.crc32(head, zlib.crc32(b"".join(lines))):
@@ -169,7 +169,20 @@ def _numbered(log: BoardLog, number: int, starts: bool, expected: int) -> int:
 
 
 def _words(text: bytes) -> list[str]:
-    return text.decode("ascii", "replace").split()
+    """What a line says; what would move a terminal's cursor, or is no text at all, as U+FFFD."""
+    return text.decode("ascii", "replace").translate(_CONTROLS).split()
+
+
+_CONTROLS = dict.fromkeys([*range(32), 127], "\ufffd")
+COUNTER = (1 << 32) - 1
+"""The largest number that a driver prints: it counts in 32 bits."""
+
+
+def whole(word: str, most: int = COUNTER) -> int:
+    """The number that a word says, 0 to ``most``; raises ValueError for anything else."""
+    if not (word.isdecimal() and len(word) <= len(str(most)) and int(word) <= most):
+        raise ValueError(f"{word[:40]!r} where a number from 0 to {most} stands")
+    return int(word)
 
 
 def _lines(text: bytes) -> Iterator[bytes]:
@@ -214,7 +227,10 @@ def answered(block: LogBlock, n: int, scalar: np.dtype[Any], levels: int = 0) ->
         else:
             rests, stack = texts, np.zeros(len(texts), dtype=np.intp)
         counts = b" ".join([rest[: -hexes - 1] for rest in rests]).split()
-        number, status, ticks = np.array(counts, dtype="S10").astype(np.int64).reshape(len(texts), 3).T
+        digits = np.array(counts, dtype="S11")  # one more than a driver's counters have
+        number, status, ticks = digits.astype(np.int64).reshape(len(texts), 3).T
+        if min(number.min(), status.min(), ticks.min()) < 0 or max(status.max(), ticks.max()) > COUNTER:
+            raise ValueError("counts that no driver prints")
         bits = bytes.fromhex(b" ".join([rest[-hexes:] for rest in rests]).decode("ascii"))
         found = np.frombuffer(bits, scalar.newbyteorder(">")).reshape(len(texts), values).astype(np.float64)
     except (ValueError, IndexError, OverflowError):
@@ -231,7 +247,7 @@ _FOREIGN = "{}: lines of another driver; take the project's own"
 def seen(block: LogBlock, kind: str) -> list[tuple[int, int]]:
     """Ticks and how often they were seen, of a block's lines of that kind, sorted."""
     times: Counter[int] = Counter()
-    numbers = list(map(int, b" ".join(block.texts(kind)).split()))
+    numbers = [whole(word.decode("ascii", "replace")) for word in b" ".join(block.texts(kind)).split()]
     for ticks, often in zip(numbers[::2], numbers[1::2], strict=True):
         times[ticks] += often
     return sorted(times.items())

@@ -8,19 +8,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
+from math import inf
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 
-from alloc import AllocError, Vehicle
+from alloc import AllocError, Vehicle, rivals
 from alloc.allocation import FloatArray, IndexArray
 from alloc.native.bounds import Where
 from alloc.native.code import Scalar
 from bench.chips.kernel import SCALARS, Kernel
 from bench.demands import DemandSet, labelled
 from bench.demands.store import vehicle_of
-from bench.inputs.board_log import BoardLog, LogBlock, LogError, answered, seen
+from bench.inputs.board_log import BoardLog, LogBlock, LogError, answered, seen, whole
 
 NOOP = "noop"
 """The driver's own method, which does nothing: what timing a call costs by itself."""
@@ -133,9 +134,7 @@ def _board(block: LogBlock) -> Board:
         else:
             facts[name] = " ".join(words)
     ((said,),) = block.rows("ticks_per_s")
-    ticks_per_s = int(said)
-    if ticks_per_s < 0:
-        raise ValueError(f"{said} ticks a second")
+    ticks_per_s = whole(said)
     packed = base64.b64decode("".join(piece for (piece,) in several["vehicle"]), validate=True)
     text = zlib.decompressobj().decompress(packed, _LARGEST)
     arrays: dict[str, list[Any]] = json.loads(text)
@@ -157,19 +156,28 @@ def _board(block: LogBlock) -> Board:
             declaration="",
             arguments="",
             sources={},
-            levels=int(levels),
+            levels=whole(levels, vehicle.k),
         )
         for method, twin, solver, levels in described
     }
-    rates = {name: None if rate == "-" else float(rate) for name, rate in several["demands"]}
+    if not kernels or not {kernel.solver for kernel in kernels.values()} <= {"", *rivals.names()}:
+        raise ValueError(f"methods {', '.join(kernels) or 'none'}, of which a solver is not known here")
+    rates = {name: None if rate == "-" else _rate(rate) for name, rate in several["demands"]}
     return Board(
         facts=facts,
         ticks_per_s=ticks_per_s,
-        seed=int(facts.get("seed", 0)),
+        seed=whole(facts.get("seed", "0"), (1 << 63) - 1),
         vehicle=vehicle,
         kernels=kernels,
         rates=rates,
     )
+
+
+def _rate(word: str) -> float:
+    rate = float(word)
+    if not 0 < rate < inf:
+        raise ValueError(f"a rate of {word[:40]} Hz")
+    return rate
 
 
 def _heard(board: Board, blocks: Sequence[LogBlock]) -> Heard:
@@ -201,7 +209,7 @@ def _rounded(vehicle: Vehicle, scalar: np.dtype[Any]) -> Vehicle:
 def _demands(
     block: LogBlock, vehicle: Vehicle, kernel: Kernel, scalar: np.dtype[Any], rate_hz: float | None
 ) -> DemandSet:
-    name, count = block.words[0], int(block.words[1])
+    name, count = block.words[0], whole(block.words[1])
     rows = block.rows("tau")
     bits = bytes.fromhex("".join("".join(row[1:]) for row in rows))
     calls = np.frombuffer(bits, scalar.newbyteorder(">")).reshape(count, kernel.width).astype(np.float64)
@@ -213,11 +221,11 @@ def _demands(
 def _asked(block: LogBlock, n: int, levels: int, scalar: np.dtype[Any], count: int) -> TimedCalls:
     F, status, ticks, stack, shares = answered(block, n, scalar, levels)
     (worst,) = block.rows("worst")
-    demand, worst_ticks, other = map(int, worst)
+    demand, worst_ticks, other = map(whole, worst)
     ones, passes = seen(block, "one"), seen(block, "all")
-    told, repeated = int(block.words[2]), int(block.words[3])
-    whole = len(F) == told == count and sum(times for _, times in ones) == repeated * told
-    if not whole or sum(times for _, times in passes) != repeated or not 0 <= demand < told:
+    told, repeated = whole(block.words[2]), whole(block.words[3])
+    complete = len(F) == told == count and sum(times for _, times in ones) == repeated * told
+    if not complete or sum(times for _, times in passes) != repeated or not 0 <= demand < told:
         raise ValueError(f"{' '.join(block.words)}: numbers that contradict each other")
     return TimedCalls(
         F=F,

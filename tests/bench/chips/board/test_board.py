@@ -1,5 +1,6 @@
 """A project runs wherever C compiles; a record holds what arrived whole of its log, and nothing else."""
 
+import re
 import shutil
 import subprocess
 import time
@@ -10,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from alloc import NotApplicable, build, load_vehicle
+from alloc import AllocError, NotApplicable, build, load_vehicle
 from alloc.native.code import Scalar
 from bench.chips.board.heard import Heard, boards
 from bench.chips.board.keep import keep
@@ -290,6 +291,71 @@ def test_a_foreign_log_is_refused_with_what_to_do(text: bytes, hear: Hear) -> No
         hear(text)
 
 
+def test_a_log_of_a_terminal_that_ends_lines_with_both_characters_is_the_same_log(
+    log: bytes, hear: Hear
+) -> None:
+    [plain] = hear(log)
+    for end in (b"\r\n", b"\r", b"\n\r", b"\r\r\n", b"\n\n"):
+        [read_back] = hear(log.replace(b"\n", end))
+        assert numbers(read_back) == numbers(plain)
+        assert not read_back.missing
+
+
+FORGED: tuple[tuple[bytes, bytes], ...] = (
+    (rb"fact method pinv@native (\S+) -", rb"fact method pinv@native \1 ../../x"),
+    (rb"fact method pinv@native (\S+) -", rb"fact method pinv@native \1 os"),
+    (rb"fact method pinv@native \S+ -", b"fact method pinv@native pi\x00nv -"),
+    (rb"fact method pinv@native (\S+) - (\d+)", rb"fact method pinv@native \1 - 999999999"),
+    (rb"fact method .*", b"fact method"),
+    (rb"fact (method|demands) .*", b"fact nothing"),
+    (rb"ticks_per_s \d+", b"ticks_per_s -5"),
+    (rb"ticks_per_s \d+", b"ticks_per_s 1" + b"0" * 32),
+    (rb"fact demands inactive \S+", b"fact demands inactive nan"),
+    (rb"fact demands inactive \S+", b"fact demands inactive -1e400"),
+    (rb"fact seed \d+", b"fact seed -1"),
+    (rb"^one \d+ ", b"one -7 "),
+    (rb"^one \d+ ", b"one 1" + b"0" * 32 + b" "),
+    (rb"^worst (\d+) \d+", rb"worst \1 -1"),
+    (rb"^worst (\d+) \d+", rb"worst \1 1" + b"0" * 32),
+    (rb"^f (\d+) (\d+) \d+", rb"f \1 \2 -1"),
+    (rb"^f (\d+) (\d+) \d+", rb"f \1 \2 12345678901"),
+)
+
+
+@pytest.mark.parametrize(("what", "becomes"), FORGED)
+def test_a_forged_log_whose_checksums_are_right_is_refused_in_one_line(
+    log: bytes, what: bytes, becomes: bytes, tmp_path: Path
+) -> None:
+    lines = opened(log)
+    forged = [re.sub(what, becomes, line) for line in lines]
+    assert forged != lines
+    (tmp_path / "LOG").write_bytes(sealed(forged))
+    with pytest.raises(AllocError) as refused:
+        keep(tmp_path / "LOG", tmp_path / "out")
+    assert str(refused.value).isprintable()
+
+
+def test_a_log_with_a_clock_that_says_it_has_none_is_counts_without_the_driver_s_own_method(
+    log: bytes, tmp_path: Path
+) -> None:
+    forged = [re.sub(rb"ticks_per_s \d+", b"ticks_per_s 0", line) for line in opened(log)]
+    (tmp_path / "LOG").write_bytes(sealed(forged))
+    keep(tmp_path / "LOG", tmp_path / "out")
+    assert {row.method for row in read(tmp_path / "out").emulated} == set(METHODS)
+
+
+def test_what_would_move_a_terminal_s_cursor_is_not_printed(log: bytes, tmp_path: Path) -> None:
+    forged = [re.sub(rb"fact processor .*", b"fact processor \x1b[2J\x07evil", line) for line in opened(log)]
+    forged.insert(1, b"nonsense \x1b]0;mine\x07")
+    (tmp_path / "LOG").write_bytes(sealed(forged))
+    try:
+        said = keep(tmp_path / "LOG", tmp_path / "out").said
+    except AllocError as error:
+        said = [str(error)]
+    assert all(line.isprintable() for line in said)
+    assert "evil" in "".join(said)
+
+
 def test_what_a_vehicle_does_not_have_is_left_out_and_said() -> None:
     vehicle = load_vehicle("supply-vessel")
     made = plan(vehicle, ("walsh@native", "pinv@native"), ("active", "jolts"), "double", "fixed", 5, 0)
@@ -327,10 +393,27 @@ def test_a_log_through_qemu_s_serial_line_has_the_plugin_s_counts(
             assert row.agrees
 
 
+def filled_in(folder: Path) -> None:
+    """The port for a Cortex-M as a user leaves it, who fills it in and deletes the line that says so."""
+    port = folder / "ports/cortex_m.c"
+    port.write_text(re.sub(r"#error .*\n", "", port.read_text()))
+
+
+def test_a_port_that_nobody_filled_in_does_not_build(tmp_path: Path) -> None:
+    available("cortex-m4f")
+    write(project("float", n=1), tmp_path)
+    done = subprocess.run(
+        ["make", "-C", tmp_path, "PORT=cortex-m"], capture_output=True, text=True, timeout=60
+    )
+    assert done.returncode != 0
+    assert "fill in what says TO FILL IN, board_put() too, then delete this line" in done.stderr
+
+
 def test_the_driver_without_kernels_is_small(tmp_path: Path) -> None:
     """At most 8 KiB of flash and 2 KiB of RAM on a Cortex-M, stack included, which -fstack-usage gives."""
     available("cortex-m4f")
     write(project("float", n=1), tmp_path)
+    filled_in(tmp_path)
     make(tmp_path, "PORT=cortex-m", "CFLAGS=-O2 -fstack-usage")
     objects = [tmp_path / f"build/cortex-m/{name}.c.o" for name in ("driver", "ports/cortex_m")]
     printed = subprocess.run(["arm-none-eabi-size", *objects], capture_output=True, text=True, check=True)
@@ -359,6 +442,7 @@ def test_other_flags_compile_what_was_compiled_with_others(tmp_path: Path) -> No
 def test_a_main_as_the_page_describes_it_links_with_the_library(tmp_path: Path) -> None:
     available("cortex-m4f")
     write(project("float", n=1), tmp_path)
+    filled_in(tmp_path)
     make(tmp_path, "PORT=cortex-m")
     text = '#include "board.h"\nint main(void) { board_start(); return board_run(); }\n'
     (tmp_path / "main.c").write_text(text)
