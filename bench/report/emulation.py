@@ -7,27 +7,28 @@ from bench.record import Emulated
 from bench.report.goals import goals
 from bench.report.microcontroller import microcontroller
 from bench.results.cycles import CPI, PUBLISHED
-from bench.results.emulated import REFERENCE, EmulatedRow, rows
+from bench.results.emulated import IN_WORDS, REFERENCE, EmulatedRow, rows, shown_scalar
 from bench.results.rows import Run
 from bench.results.text import table, three
 
 
 def summary(run: Run) -> str:
-    """The most costly call of each kernel in double precision, and what failed."""
+    """The most costly call of each kernel, in double precision if that was counted, and what failed."""
     emulated = rows(run.record.emulated)
+    scalar = shown_scalar(emulated)
     targets = list(dict.fromkeys(r.emulated.target for r in emulated if r.emulated.target != REFERENCE))
     lines = []
     # Rows come by scalar, then by limits; here scalars don't matter.
     by_kernel = sorted(emulated, key=lambda r: _names(r.emulated, without_scalar=True))
     for names, group in groupby(by_kernel, key=lambda r: _names(r.emulated, without_scalar=True)):
         own = list(group)
-        worst = [_most(own, target) for target in targets]
+        worst = [_most(own, target, scalar) for target in targets]
         if any(worst):
             lines.append([*names, *worst])
     parts = [
         "## Instructions on emulated processors\n",
-        "The most that any call took in double precision, a search for it included; counted exactly, and no"
-        " times. `thrustbench size DIR --rate HZ --clock MHZ` makes shares of a control period of them.\n",
+        f"The most that any call took in {IN_WORDS[scalar]}, a search for it included; counted exactly, and"
+        " no times. `thrustbench size DIR --rate HZ --clock MHZ` makes shares of a control period of them.\n",
         table(("vehicle", "method", "limits", *targets), lines),
     ]
     parts = [*filter(None, [microcontroller(emulated)]), *parts]
@@ -35,8 +36,8 @@ def summary(run: Run) -> str:
     return "\n".join([*parts, _failures(failed)] if failed else parts)
 
 
-def _most(own: Sequence[EmulatedRow], target: str) -> str:
-    counts = [r.worst for r in own if (r.emulated.target, r.emulated.scalar) == (target, "double")]
+def _most(own: Sequence[EmulatedRow], target: str, scalar: str) -> str:
+    counts = [r.worst for r in own if (r.emulated.target, r.emulated.scalar) == (target, scalar)]
     return str(max((count for count in counts if count is not None), default=""))
 
 

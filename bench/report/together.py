@@ -6,6 +6,7 @@ from itertools import groupby
 from bench.record.machine import machine_name
 from bench.report.page import MORE
 from bench.report.verdict import USUAL, sure, verdicts
+from bench.results.emulated import IN_WORDS, shown_scalar
 from bench.results.emulated import rows as emulated_rows
 from bench.results.machines import NamedRun, differences, incomparable, medians, on_all, swapped
 from bench.results.sizing import best_of_each, sizes
@@ -90,12 +91,9 @@ def _vehicle(timed: Sequence[NamedRun], vehicle: str, most: int | None) -> list[
 
 def _counted(machines: Sequence[NamedRun]) -> str:
     """Instructions of the most costly call, by emulated processor: no times, so in a table of their own."""
-    counted = [
-        row
-        for machine in machines
-        for row in emulated_rows(machine.run.record.emulated)
-        if row.worst is not None and row.emulated.scalar == "double"
-    ]
+    every = [row for machine in machines for row in emulated_rows(machine.run.record.emulated)]
+    scalar = shown_scalar(every)
+    counted = [row for row in every if row.worst is not None and row.emulated.scalar == scalar]
     if not counted:
         return ""
     targets = list(dict.fromkeys(row.emulated.target for row in counted))
@@ -106,9 +104,8 @@ def _counted(machines: Sequence[NamedRun]) -> str:
         for row in group:
             worst[row.emulated.target] = max(worst.get(row.emulated.target, 0), row.worst or 0)
         lines.append([vehicle, method, *(str(worst.get(target, "")) for target in targets)])
-    return "## Instructions of the most costly call on emulated processors, double precision\n\n" + table(
-        ("vehicle", "method", *targets), lines
-    )
+    title = f"## Instructions of the most costly call on emulated processors, {IN_WORDS[scalar]}\n\n"
+    return title + table(("vehicle", "method", *targets), lines)
 
 
 def _facts(machines: Sequence[NamedRun]) -> str:

@@ -1,6 +1,6 @@
 """Counts of instructions in a record, each beside the count of the same C on x86-64."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from bench.record import Emulated
@@ -103,3 +103,12 @@ def _worst(row: Emulated | None) -> int | None:
 
 def _ratio(value: float | None, reference: float | None) -> float | None:
     return value / reference if value is not None and reference else None
+
+
+IN_WORDS = {"double": "double precision", "float": "single precision"}
+
+
+def shown_scalar(counted: Sequence[EmulatedRow]) -> str:
+    """The scalar that a table with one number a kernel shows: double, where anything was counted so."""
+    scalars = {row.emulated.scalar for row in counted if row.worst is not None}
+    return "float" if scalars == {"float"} else "double"

@@ -10,8 +10,8 @@ import msgspec
 import pytest
 
 from bench.__main__ import main
-from bench.record import Batch, Cell, Event, Judged, Key, Method
-from bench.report import cost, failures, render, worth
+from bench.record import Batch, Cell, Emulated, Event, Judged, Key, Method
+from bench.report import cost, emulation, failures, render, worth
 from bench.report.page import details, page
 from bench.report.tails import unmet
 from bench.results.rows import read_run
@@ -198,6 +198,31 @@ def test_what_the_user_brought_has_a_row_of_the_report_whatever_it_is_worth(tmp_
     ):
         assert re.search(rf"^\| {name} +\| {says}", text, re.M), text
     assert "What you brought has a row" in text
+
+
+@pytest.mark.parametrize(
+    ("scalars", "shown", "words"), [(("float",), 40, "single"), (("float", "double"), 90, "double")]
+)
+def test_a_record_of_single_precision_alone_fills_the_table_too(
+    scalars: tuple[str, ...], shown: int, words: str, tmp_path: Path
+) -> None:
+    counts = {"float": 40, "double": 90}
+    kernels = [
+        Emulated(
+            vehicle="ukwial",
+            target="cortex-m7",
+            method="pinv@native",
+            scalar=scalar,
+            limits="fixed",
+            demands="active",
+            instructions=[(counts[scalar], 3)],
+            worst=[1.0, 0.0, 0.0],
+        )
+        for scalar in scalars
+    ]
+    text = emulation.summary(read_run(record(tmp_path, header(), *kernels)))
+    assert re.search(rf"^\| ukwial +\| pinv@native +\| fixed +\| +{shown} \|", text, re.M), text
+    assert f"took in {words} precision" in text
 
 
 def test_what_is_not_installed_is_one_line_of_the_details(tmp_path: Path) -> None:
