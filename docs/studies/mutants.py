@@ -14,6 +14,8 @@ import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 CONTRACT = "tests/alloc/methods"
 """The tests that every method of the catalogue has to pass."""
@@ -221,19 +223,27 @@ def mutated(tree: Path, mutant: Mutant) -> tuple[Path, str]:
     return path, text
 
 
-def room_of(tree: Path, path: Path) -> list[str]:
-    """The tests that a change of this file asks for: those of its room, and for the library the contract."""
+def stages(tree: Path, path: Path) -> list[list[str]]:
+    """The tests that a change of this file asks for, likely ones first.
+
+    Those of its room that name the file or what it is called, the others of its room, and for the library the
+    contract of all methods.
+    """
     room = tree / "tests" / path.relative_to(tree).parent
     while not room.is_dir():
         room = room.parent
-    inside = path.is_relative_to(tree / "alloc")
-    return [str(room.relative_to(tree)), *([CONTRACT] if inside else [])]
+    names = ".".join(path.relative_to(tree).with_suffix("").parts), f"test_{path.stem}.py"
+    files = sorted(room.rglob("test_*.py"))
+    near = [file for file in files if file.name == names[1] or names[0] in file.read_text(encoding="utf-8")]
+    others = [file for file in files if file not in near]
+    found = [[str(file.relative_to(tree)) for file in part] for part in (near, others) if part]
+    return [*found, [CONTRACT]] if path.is_relative_to(tree / "alloc") else found
 
 
 def notices(tree: Path, tests: list[str]) -> str:
     """The first test that fails in a tree, empty where all pass."""
     kernels = os.environ.get("THRUSTBENCH_CACHE", str(ROOT / "build" / "kernels"))
-    own = {"PYTHONPATH": str(tree), "PYTHONDONTWRITEBYTECODE": "1", "THRUSTBENCH_CACHE": kernels}
+    own = {"PYTHONPATH": str(tree), "THRUSTBENCH_CACHE": kernels}
     (tree / "unshrunk.py").write_text(UNSHRUNK, encoding="utf-8")
     options = [
         "-x",
@@ -247,7 +257,7 @@ def notices(tree: Path, tests: list[str]) -> str:
     ]
     command = [sys.executable, "-m", "pytest", *options, *tests]
     ran = subprocess.run(command, cwd=tree, env=os.environ | own, capture_output=True, text=True)
-    if ran.returncode == 0:
+    if ran.returncode in (0, pytest.ExitCode.NO_TESTS_COLLECTED):
         return ""
     failed = [line.split(" ")[1] for line in ran.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
     if not failed and "ImportError while loading conftest" in ran.stderr:
@@ -280,12 +290,17 @@ def main() -> int:
                 survivors += 1
                 print(f"NO LINE  {error.args[0]}", flush=True)
                 continue
-            tests = ["tests"] if options.whole else [*room_of(tree, path), *mutant.also]
-            found = notices(tree, tests)
+            tests = (
+                [["tests"]]
+                if options.whole
+                else [*stages(tree, path), *([[*mutant.also]] * any(mutant.also))]
+            )
+            found = next(filter(None, (notices(tree, some) for some in tests)), "")
             path.write_text(text, encoding="utf-8")
             survivors += not found
             print(
-                f"{'found   ' if found else 'SURVIVES'} {mutant.name}: {found or ' '.join(tests)}", flush=True
+                f"{'found   ' if found else 'SURVIVES'} {mutant.name}: {found or path.relative_to(tree)}",
+                flush=True,
             )
     print(f"{len(chosen) - survivors} of {len(chosen)} found")
     return int(survivors > 0)

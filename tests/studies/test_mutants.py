@@ -1,11 +1,12 @@
 """The mutants of docs/studies/mutants.py are changes of the tree as it is."""
 
 import shutil
+from itertools import chain
 from pathlib import Path
 
 import pytest
 
-from mutants import MUTANTS, Mutant, mutated, room_of
+from mutants import MUTANTS, Mutant, mutated, stages
 from tests.places import ROOT
 
 
@@ -25,7 +26,8 @@ def test_each_mutant_changes_one_line_that_still_compiles_and_has_tests(mutant: 
     path.write_text(before, encoding="utf-8")
     assert after != before
     compile(after, str(path), "exec")
-    assert all((tree / test).exists() for test in (*room_of(tree, path), *mutant.also))
+    assert stages(tree, path)
+    assert all((tree / test).exists() for test in (*chain(*stages(tree, path)), *mutant.also))
 
 
 def test_a_line_that_is_gone_or_stands_twice_is_an_error(tree: Path) -> None:
