@@ -7,7 +7,6 @@ from importlib.resources import files
 from string import Template
 from typing import Any
 
-from bench.report.bundle import vega
 from bench.report.data import data
 from bench.report.pictures.style import BLUE, DARK, FAINT, FAMILIES, GREEN, INK, ORANGE, PAPER, VERMILION
 from bench.results.machines import NamedRun
@@ -52,6 +51,12 @@ def html(machines: Sequence[NamedRun], report: str, details: str) -> str:
 
 
 FILES = ("page.html", "style.css", "sizing.js", "page.js", "charts.json")
+
+
+def vega() -> str:
+    """JavaScript that puts ``vegaEmbed`` into the page's window, with all that it needs."""
+    brought = files("js_lib_vega_embed") / "static" / "js_lib_vega_embed" / "vega-embed-full.js"
+    return brought.read_text(encoding="utf-8")
 
 
 def charts() -> dict[str, Any]:
