@@ -29,6 +29,7 @@ def check_vehicle(name: str | Path) -> Report:
         collected += remarks.on_poses(keys, set(lines), T, computed)
         collected += remarks.on_mirror_images(keys)
         vehicle = vehicle_with(keys, T)
+        collected += remarks.on_columns(keys, T)
         collected += remarks.on_reach(keys, vehicle)
         collected += remarks.on_limits(vehicle)
         collected += remarks.on_units(vehicle)

@@ -10,8 +10,9 @@ from alloc.lint.failures import Failure, lost_directions
 from alloc.lint.report import Level
 from alloc.nullspace.allocator import exact
 from alloc.vehicle import RANK_TOLERANCE, Vehicle
+from alloc.vehicle.columns import alike, refusals
 from alloc.vehicle.condition import condition, wrench_doubt
-from alloc.vehicle.file import VehicleFile
+from alloc.vehicle.file import VehicleFile, called, reaction_torques
 from alloc.vehicle.geometry import MOMENTS, contradictions
 
 CONDITION = 20.0
@@ -39,7 +40,7 @@ def on_poses(
     ``present`` holds the keys that stand in the file.
     """
     if computed is not None:
-        for contradiction in contradictions(T, computed, keys.dof):
+        for contradiction in contradictions(T, computed, keys.dof, called(keys, T.shape[1])):
             yield "error", "T", f"{contradiction}; correct the one that is wrong, or leave it out"
     if "frame" not in present:
         yield "note", "frame", "no 'frame' given; x forward, y starboard, z down (frd) is taken for granted"
@@ -98,6 +99,21 @@ def on_mirror_images(keys: VehicleFile) -> Iterator[Remark]:
                 f"{a} and {b} are mirror images that push opposite ways, unlike {len(alike)} other"
                 f" {'pair' if len(alike) == 1 else 'pairs'}; is one reversed?",
             )
+
+
+def on_columns(keys: VehicleFile, T: FloatArray) -> Iterator[Remark]:
+    """Remarks on columns of T (k, n) that no thruster can make, and on moments that propellers explain."""
+    n = T.shape[1]
+    moments = reaction_torques(keys, n)
+    for refusal in refusals(T, keys.dof, moments, called(keys, n)):
+        yield "error", "T", refusal
+    if not moments.any() and (typical := alike(T, keys.dof)):
+        yield (
+            "warning",
+            "T",
+            f"every thruster has a moment of {typical:.2g} m along its own thrust, as propellers of one kind"
+            " make; if it is theirs, 'reaction_torque' says so",
+        )
 
 
 def on_reach(keys: VehicleFile, vehicle: Vehicle) -> Iterator[Remark]:

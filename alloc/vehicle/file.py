@@ -9,6 +9,7 @@ import numpy as np
 from alloc.allocation import FloatArray
 from alloc.errors import VehicleError
 from alloc.vehicle import Vehicle
+from alloc.vehicle.columns import refusals
 from alloc.vehicle.frame import Frame
 from alloc.vehicle.geometry import DOF, contradictions, planar_matrix, pose_matrix
 from alloc.vehicle.limits import Slew, VoltageTable
@@ -81,6 +82,8 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     frame : of everything in the file, and of every demand: frd for x ahead, y to starboard, z down; flu for
         x ahead, y to port, z up
     center_of_mass : point about which the moments of ``thrusters`` are taken [m]
+    reaction_torque : moment of each propeller along its own thrust, for 1 N: one number or one for each; T
+        has it as a part [m]
     weights : diagonal of H; a file gives this or H [1/N^2]
     H : rows of the (n, n) matrix of eq. 4 [1/N^2]
     slack_weights : (k,) diagonal of Q for the soft formulation
@@ -102,6 +105,7 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     thrusters: list[Thruster] | None = None
     frame: Frame = "frd"
     center_of_mass: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    reaction_torque: float | Numbers | None = None
     weights: Numbers | None = None
     H: list[Numbers] | None = None
     slack_weights: Numbers | None = None
@@ -117,9 +121,11 @@ def build_vehicle(keys: VehicleFile) -> Vehicle:
     """The Vehicle that a file's keys describe; raises VehicleError."""
     T, computed = matrices(keys)
     if computed is not None:
-        for contradiction in contradictions(T, computed, keys.dof):
+        for contradiction in contradictions(T, computed, keys.dof, called(keys, T.shape[1])):
             raise VehicleError(f"T: {contradiction}; correct the one that is wrong, or leave it out", "T")
     vehicle = vehicle_with(keys, T)
+    for refusal in refusals(T, keys.dof, reaction_torques(keys, vehicle.n), called(keys, vehicle.n)):
+        raise VehicleError(f"T: {refusal}", "T")
     meant = keys.rank if keys.rank is not None else vehicle.k
     if vehicle.rank != meant:
         raise VehicleError(
@@ -142,7 +148,7 @@ def matrices(keys: VehicleFile) -> tuple[FloatArray, FloatArray | None]:
     if keys.planar is not None:
         geometries.append(_from_planar(keys.planar, keys.dof))
     if keys.thrusters is not None:
-        geometries.append(_from_poses(keys.thrusters, keys.center_of_mass, keys.dof))
+        geometries.append(_from_poses(keys))
     match geometries:
         case []:
             raise VehicleError("no geometry; give thrusters, planar or T")
@@ -154,6 +160,22 @@ def matrices(keys: VehicleFile) -> tuple[FloatArray, FloatArray | None]:
         f"T: has {geometries[0].shape[1]} columns, but the poses are of {geometries[1].shape[1]} thrusters",
         "T",
     )
+
+
+def reaction_torques(keys: VehicleFile, n: int) -> FloatArray:
+    """(n,) each propeller's moment along its own thrust [m]; raises VehicleError unless there are n."""
+    moments = _per_thruster(keys.reaction_torque or 0.0, n)
+    if moments.shape != (n,):
+        raise VehicleError(
+            f"reaction_torque: {len(moments)} numbers for {n} thrusters; give one each", "reaction_torque"
+        )
+    return moments
+
+
+def called(keys: VehicleFile, n: int) -> list[str]:
+    """What the n thrusters of a file are called: their names, or ``thruster 4``."""
+    names = list(keys.names or (thruster.name for thruster in keys.thrusters or ()))
+    return [(names[i] if i < len(names) else "") or f"thruster {i}" for i in range(n)]
 
 
 def vehicle_with(keys: VehicleFile, T: FloatArray) -> Vehicle:
@@ -228,9 +250,8 @@ def _from_planar(planar: Planar, dof: Sequence[str]) -> FloatArray:
     return T[[rows[axis] for axis in dof]]
 
 
-def _from_poses(
-    thrusters: list[Thruster], center: tuple[float, float, float], dof: Sequence[str]
-) -> FloatArray:
+def _from_poses(keys: VehicleFile) -> FloatArray:
+    thrusters = keys.thrusters
     if not thrusters:
         raise VehicleError("thrusters: the list is empty; give one entry a thruster", "thrusters")
     directions = np.array([t.direction for t in thrusters])
@@ -241,8 +262,10 @@ def _from_poses(
         unit_vector = directions[i] / lengths[i] if 0 < lengths[i] < np.inf else np.eye(3)[0]
         entries = ", ".join(f"{entry:.4g}" for entry in unit_vector)
         raise VehicleError(f"{key} has length {lengths[i]:.4g}; give a unit vector, as [{entries}]", key)
-    T = pose_matrix(np.array([t.position for t in thrusters]), directions, np.array(center))
-    return T[[DOF.index(axis) for axis in dof]]
+    positions = np.array([t.position for t in thrusters])
+    moments = reaction_torques(keys, len(thrusters))
+    T = pose_matrix(positions, directions, np.array(keys.center_of_mass), moments)
+    return T[[DOF.index(axis) for axis in keys.dof]]
 
 
 def _rectangular(key: str, rows: list[Numbers]) -> FloatArray:

@@ -38,17 +38,21 @@ def planar_matrix(alpha_deg: ArrayLike, d: ArrayLike, phi_deg: ArrayLike) -> Flo
 
 
 def pose_matrix(
-    positions: ArrayLike, directions: ArrayLike, center_of_mass: ArrayLike = (0.0, 0.0, 0.0)
+    positions: ArrayLike,
+    directions: ArrayLike,
+    center_of_mass: ArrayLike = (0.0, 0.0, 0.0),
+    reaction_torque: ArrayLike = 0.0,
 ) -> FloatArray:
     """T of thrusters at poses, all six rows, in the frame of the poses; any right-handed one.
 
-    Column i is ``[e_i; (r_i - r_cg) x e_i]`` (Fossen 2021, section 11.2), unit direction ``e_i``.
+    Column i is ``[e_i; (r_i - r_cg) x e_i + m_i e_i]`` (Fossen 2021, section 11.2), unit direction ``e_i``.
 
     Parameters
     ----------
     positions : (n, 3) where each thruster sits [m]
     directions : (n, 3) unit vectors along which positive thrust pushes the vehicle [-]
     center_of_mass : (3,) point about which moments are taken [m]
+    reaction_torque : (n,) or one number, the propeller's own moment along e_i for 1 N [m]
 
     Returns
     -------
@@ -56,14 +60,17 @@ def pose_matrix(
     """
     e = np.asarray(directions, dtype=float)
     arms = np.asarray(positions, dtype=float) - np.asarray(center_of_mass, dtype=float)
-    return np.vstack([e.T, np.cross(arms, e).T])
+    return np.vstack([e.T, np.cross(arms, e).T + reaction_torque * e.T])
 
 
-def contradictions(given: FloatArray, computed: FloatArray, dof: Sequence[str]) -> list[str]:
+def contradictions(
+    given: FloatArray, computed: FloatArray, dof: Sequence[str], names: Sequence[str]
+) -> list[str]:
     """One sentence for each row in which a given T (k, n) differs from the T (k, n) that its poses make.
 
     Entries may differ by 1 % of the row's largest, since published matrices are printed to two or
-    three digits. A row with flipped sign and a T in the other frame have sentences of their own.
+    three digits. A row with flipped sign and a T in the other frame have sentences of their own. ``names``
+    are what the thrusters are called.
     """
     scale = np.abs(computed).max(axis=1).clip(min=np.abs(computed).max() * 1e-3)[:, None]
 
@@ -83,7 +90,7 @@ def contradictions(given: FloatArray, computed: FloatArray, dof: Sequence[str]) 
             continue
         j = int(np.argmax(np.abs(given - computed)[i]))
         sentences.append(
-            f"{axis} of thruster {j} is {given[i, j]:.4g}, but its pose makes {computed[i, j]:.4g} "
+            f"{axis} of {names[j]} is {given[i, j]:.4g}, but its pose makes {computed[i, j]:.4g} "
             f"({int(wrong[i].sum())} of {given.shape[1]} thrusters differ)"
         )
     return sentences

@@ -11,7 +11,8 @@ import numpy as np
 from alloc.allocation import FloatArray
 from alloc.errors import VehicleError, unknown
 from alloc.files.textfile import read_text
-from alloc.vehicle.file import VehicleFile, build_vehicle, matrices
+from alloc.vehicle.columns import refusals
+from alloc.vehicle.file import VehicleFile, build_vehicle, called, matrices, reaction_torques
 from alloc.vehicle.frame import described
 from alloc.vehicle.geometry import DOF, contradictions
 from bench.inputs.formats import Draft, formats, recognised
@@ -72,8 +73,11 @@ def _keys(path: Path, draft: Draft, options: ImportOptions) -> VehicleFile:
         T, computed = matrices(keys)
     except (msgspec.ValidationError, VehicleError) as error:
         raise VehicleError(f"{path}: {error}") from None
-    for contradiction in [] if computed is None else contradictions(T, computed, keys.dof):
-        raise VehicleError(f"{path}: {contradiction}; decide with --take T or --take poses", "T")
+    if computed is not None:
+        for contradiction in contradictions(T, computed, keys.dof, called(keys, T.shape[1])):
+            raise VehicleError(f"{path}: {contradiction}; decide with --take T or --take poses", "T")
+    for refusal in refusals(T, keys.dof, reaction_torques(keys, T.shape[1]), called(keys, T.shape[1])):
+        raise VehicleError(f"{path}: T: {refusal}", "T")
     rows = list(range(len(keys.dof))) if options.dof else _independent(T, keys.dof)
     left_out = [axis for row, axis in enumerate(keys.dof) if row not in rows]
     keys.notes = draft.assumptions + [
@@ -117,12 +121,16 @@ def _completed(path: Path, draft: Draft, options: ImportOptions) -> Draft:
 
 def _data(path: Path, draft: Draft, options: ImportOptions) -> dict[str, Any]:
     axes = list(options.dof or draft.dof)
-    copied = ("source", "frame", "f_min", "f_max", "weights")
+    copied = ("source", "frame", "f_min", "f_max", "weights", "reaction_torque")
     data = {"name": options.name or path.stem, "dof": axes} | {key: getattr(draft, key) for key in copied}
     if draft.positions is not None and draft.directions is not None and options.take != "T":
         poses = zip(draft.positions, draft.directions, strict=True)
         data["thrusters"] = [{"position": p, "direction": e} for p, e in poses]
+        for thruster, name in zip(data["thrusters"], draft.names or (), strict=bool(draft.names)):
+            thruster["name"] = name
         data["center_of_mass"] = draft.center_of_mass
+    elif draft.names:
+        data["names"] = draft.names
     for axis in axes:
         if axis not in draft.dof:
             raise VehicleError(

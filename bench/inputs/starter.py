@@ -9,7 +9,7 @@ import numpy as np
 from alloc import Vehicle, alpha_max
 from alloc.allocation import FloatArray
 from alloc.errors import VehicleError
-from alloc.vehicle.file import Thruster, VehicleFile, matrices
+from alloc.vehicle.file import Thruster, VehicleFile, matrices, reaction_torques
 from alloc.vehicle.frame import TURN
 from alloc.vehicle.geometry import DOF, pose_matrix
 from alloc.vehicle.poses import poses
@@ -23,6 +23,7 @@ COMMENTS = {
     "frame": "of all here and of every demand; frd: y to starboard, z down; flu, ROS: y to port, z up",
     "thrusters": "position [m], and the direction in which positive thrust pushes the vehicle",
     "T": "rows as in dof; forces [-], moments [m]",
+    "reaction_torque": "[m], each propeller's own moment along its thrust, for 1 N",
     "center_of_mass": "[m], from the same point as the positions",
     "f_min": "[N] astern; one number, or a list with one a thruster",
     "f_max": "[N] ahead",
@@ -58,10 +59,11 @@ def like(name: str, keys: VehicleFile, origin: str) -> VehicleFile:
     T is kept where no poses make it, as of a published T whose moments contradict each other.
     """
     T, _ = matrices(keys)
-    positions, directions, center, _ = poses(keys, T)
+    positions, directions, center, *_ = poses(keys, T)
     lengths = np.linalg.norm(directions, axis=1, keepdims=True)
     unit = directions / np.where(lengths > 0, lengths, 1.0)
-    made = pose_matrix(positions, unit, center)[[DOF.index(axis) for axis in keys.dof]]
+    moments = reaction_torques(keys, len(positions))
+    made = pose_matrix(positions, unit, center, moments)[[DOF.index(axis) for axis in keys.dof]]
     off = np.abs(made - T).max(axis=1) / np.abs(T).max(axis=1).clip(min=1e-9)
     names = _own_names(keys) or places(positions - center, unit, keys.frame)
     copied = msgspec.structs.replace(

@@ -66,6 +66,11 @@ def _counted(file: VehicleFile, dof: tuple[str, ...]) -> VehicleFile:
 def _poses(file: VehicleFile) -> Mounting:
     """Where the thrusters stand; raises VehicleError for a file that has T alone, which does not say."""
     found = poses(file, matrices(file)[0])
+    if file.reaction_torque:
+        raise VehicleError(
+            f"{file.name} has propellers' own moments, which layouts leave out; study it without them",
+            "reaction_torque",
+        )
     if not found.measured:
         raise VehicleError(
             f"{file.name} has T, but no poses that could vary; give it 'thrusters' or 'planar' too", "T"

@@ -118,7 +118,7 @@ def lines(axes: "Axes", block: Block, lower: FloatArray, upper: FloatArray, box:
                 at = max(ends, key=lambda end: end[1] + 0.01 * end[0])
                 axes.annotate(
                     f"$f_{thruster}$ {name}", at, xytext=(0, 3), textcoords="offset points", color=BLUE,
-                    ha="center", fontsize=8, annotation_clip=False,
+                    ha="center", fontsize=8, annotation_clip=False, parse_math=True,
                 )  # fmt: skip
 
 

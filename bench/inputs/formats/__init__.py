@@ -27,6 +27,8 @@ class Draft:
     T : (k, n) rows [-], [m]
     positions, directions : (n, 3) poses [m], [-]
     center_of_mass : (3,) [m]
+    reaction_torque : (n,) each propeller's own moment along its thrust [m]
+    names : (n,) what the thrusters are called
     f_min, f_max : one limit for all thrusters, or one each [N]
     weights, slack_weights : (n,) and (k,) diagonals of H and Q
     frame : frd or flu
@@ -40,6 +42,8 @@ class Draft:
     positions: list[Numbers] | None = None
     directions: list[Numbers] | None = None
     center_of_mass: Numbers | None = None
+    reaction_torque: Numbers | None = None
+    names: list[str] | None = None
     f_min: float | Numbers | None = None
     f_max: float | Numbers | None = None
     weights: Numbers | None = None

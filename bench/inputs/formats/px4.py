@@ -13,7 +13,7 @@ import numpy as np
 from alloc.errors import VehicleError
 from alloc.files.textfile import read_text
 from alloc.vehicle import LARGEST
-from alloc.vehicle.geometry import DOF, pose_matrix
+from alloc.vehicle.geometry import DOF
 from bench.inputs.formats import Draft
 
 _PARAMETER = re.compile(r"\b(CA_ROTOR(?:_COUNT|\d{1,2}_[A-Z]+)|CA_R_REV)[\s,=:\"]+([^\s,\"#]+)")
@@ -39,9 +39,9 @@ def read(path: Path) -> Draft:
     if (lengths == 0).any():
         raise VehicleError(f"{path}: CA_ROTOR{int(np.argmin(lengths))}_AX, AY, AZ are all 0; give an axis")
     axes = axes / lengths
-    T = pose_matrix(table[:, :3], axes)
-    T[3:] -= table[:, 6] * axes.T
-    draft = Draft(source=f"{path.name}, PX4 parameters CA_ROTOR*", dof=DOF, T=T.tolist())
+    draft = Draft(source=f"{path.name}, PX4 parameters CA_ROTOR*", dof=DOF)
+    draft.positions, draft.directions = table[:, :3].tolist(), axes.tolist()
+    draft.reaction_torque = (0.0 - table[:, 6]).tolist()
     unset = sorted({key for key in AXES for i in range(count) if f"CA_ROTOR{i}_{key}" not in given})
     if unset:
         draft.assumptions.append(f"Where {', '.join(unset)} is not set, PX4's default is taken.")

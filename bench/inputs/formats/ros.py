@@ -60,7 +60,8 @@ def write(keys: VehicleFile, vehicle: Vehicle) -> str:
     """The vehicle as a ROS 2 parameter file: poses where the vehicle file has nothing else, else T."""
     if np.count_nonzero(vehicle.H - np.diag(vehicle.H.diagonal())):
         raise VehicleError(f"{keys.name}: H is not diagonal, which ROS parameters can't say; export csv")
-    if keys.thrusters is None or keys.T is not None:  # of both, T is what the vehicle allocates by
+    # Of T and poses, T is what the vehicle allocates by; and poses leave out a propeller's own moment.
+    if keys.thrusters is None or keys.T is not None or keys.reaction_torque:
         geometry = [f"        configuration_matrix: {_array(vehicle.T.ravel())}  # rows, one after the other"]
         center = ""
     else:

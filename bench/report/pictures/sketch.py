@@ -1,4 +1,7 @@
-"""A drawing of a vehicle: top, side and front view, arrows along positive thrust, names and limits."""
+"""A drawing of a vehicle: top, side and front view, arrows along positive thrust, names and limits.
+
+The views are the same in every frame; their axes have the signs of the vehicle's own.
+"""
 
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -6,6 +9,7 @@ import numpy as np
 
 from alloc import Vehicle
 from alloc.allocation import FloatArray
+from alloc.vehicle.frame import TURN, described
 from alloc.vehicle.poses import Mounting
 from bench.report.pictures.style import BLUE, FAINT, GREY, INK, PAPER, VERMILION
 
@@ -25,8 +29,8 @@ class View(NamedTuple):
     Attributes
     ----------
     title : what it shows
-    right, up : the body axis (0, 1, 2) that points right or up on the page, and its sign
-    towards : the body axis that points at the reader, and its sign
+    right, up : the body axis (0, 1, 2) that points right or up on the page, and its sign in frd
+    towards : the body axis that points at the reader, and its sign in frd
     sides : words at the left, right, lower and upper edge
     """
 
@@ -44,24 +48,45 @@ VIEWS = (
 )
 
 
+def views(frame: str) -> list[View]:
+    """The views with the signs of the axes in a frame."""
+    if frame == "frd":
+        return list(VIEWS)
+
+    def turned(axis: tuple[int, int]) -> tuple[int, int]:
+        return axis[0], axis[1] * int(TURN[axis[0]])
+
+    return [
+        view._replace(right=turned(view.right), up=turned(view.up), towards=turned(view.towards))
+        for view in VIEWS
+    ]
+
+
 def sketch(vehicle: Vehicle, poses: Mounting) -> "Figure":
-    """The figure of a vehicle, to be made and saved within the settings of ``style``."""
+    """The figure of a vehicle, to be made and saved within the settings of ``style``.
+
+    Only thrusters that stand on a line of thrust are drawn; the others are listed.
+    """
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(9, 8.2))
     grid = figure.subplots(2, 2)
-    extent = float(np.ptp(np.vstack([poses.positions, poses.center]), axis=0).max()) or 1.0
-    for axes, view in zip((grid[0, 0], grid[0, 1], grid[1, 0]), VIEWS, strict=True):
-        _draw(axes, view, poses, extent)
-    for name, point in zip(vehicle.names, _seen(VIEWS[0], poses.positions), strict=bool(vehicle.names)):
-        offset = {"xytext": (0, -13), "textcoords": "offset points"}
-        grid[0, 0].annotate(name, point, ha="center", va="top", fontsize=6.5, color=GREY, **offset)
+    standing = np.flatnonzero(poses.stands)
+    drawn = poses._replace(positions=poses.positions[standing], directions=poses.directions[standing])
+    extent = float(np.ptp(np.vstack([drawn.positions, poses.center]), axis=0).max()) or 1.0
+    seen = views(vehicle.frame)
+    for axes, view in zip((grid[0, 0], grid[0, 1], grid[1, 0]), seen, strict=True):
+        _draw(axes, view, drawn, standing.tolist(), extent)
+    offset = {"xytext": (0, -13), "textcoords": "offset points"}
+    for i, point in zip(standing.tolist(), _seen(seen[0], drawn.positions), strict=True):
+        name = vehicle.names[i] if vehicle.names else ""
+        grid[0, 0].annotate(name, tuple(point), ha="center", va="top", fontsize=6.5, color=GREY, **offset)
     _listing(grid[1, 1], vehicle, poses)
     figure.suptitle(f"{vehicle.name}: arrows show which way positive thrust pushes the vehicle", fontsize=10)
     return figure
 
 
-def _draw(axes: "Axes", view: View, poses: Mounting, extent: float) -> None:
+def _draw(axes: "Axes", view: View, poses: Mounting, thrusters: list[int], extent: float) -> None:
     points, arrows = _seen(view, poses.positions), _seen(view, poses.directions)
     facing = view.towards[1] * poses.directions[:, view.towards[0]]
     arrow = {"arrowstyle": "-|>,head_width=0.25,head_length=0.5", "color": BLUE, "linewidth": 1.6}
@@ -76,7 +101,7 @@ def _draw(axes: "Axes", view: View, poses: Mounting, extent: float) -> None:
                 axes.plot(*point, "x", markersize=15, color=BLUE)
     for point, numbers in _together(points, 0.02 * extent):
         axes.plot(*point, "o", markersize=14, markerfacecolor=PAPER, markeredgecolor=INK, zorder=3)
-        text, size = " ".join(map(str, numbers)), 7 if len(numbers) < 3 else 5
+        text, size = " ".join(str(thrusters[i]) for i in numbers), 7 if len(numbers) < 3 else 5
         axes.text(point[0], point[1], text, ha="center", va="center", fontsize=size, zorder=4)
     axes.plot(*_seen(view, poses.center[None])[0], "P", color=VERMILION, markersize=7, zorder=4)
     _frame(axes, view, points, extent)
@@ -107,19 +132,22 @@ def _listing(axes: "Axes", vehicle: Vehicle, poses: Mounting) -> None:
     step = 1 / (vehicle.n + 6)
     rows = [("", "thruster", "limits [N]")]
     for i in range(vehicle.n):
+        stands = "" if poses.stands[i] else " (not drawn)"
         limits = f"{vehicle.f_min[i]:.4g} … {vehicle.f_max[i]:.4g}"
-        rows.append((str(i), (vehicle.names and vehicle.names[i]) or "", limits))
+        rows.append((str(i), ((vehicle.names and vehicle.names[i]) or "") + stands, limits))
     for line, (number, name, limits) in enumerate(rows):
         y = 1 - (line + 0.5) * step
         for x, text, side in ((0.05, number, "right"), (0.1, name, "left"), (1.0, limits, "right")):
             axes.text(x, y, text, ha=side, va="center", fontsize=size, color=INK if line else GREY)
     remarks = [
-        "+ centre of mass; frame: x ahead, y to starboard, z down",
+        f"+ centre of mass; frame {described(vehicle.frame)}",
         "ring: pushes towards you; ring with a cross: away from you",
     ]
     if not poses.measured:
         remarks.append("the file gives T alone: each thruster stands where its")
         remarks.append("line of thrust is nearest to the centre of mass")
+    if not poses.stands.all():
+        remarks.append("not drawn: no line of thrust makes that column of T")
     for line, text in enumerate(remarks):
         axes.text(0, (len(remarks) - line - 0.5) * 0.045, text, va="center", fontsize=7.5, color=GREY)
 

@@ -80,6 +80,7 @@ SETTINGS: dict[Any, Any] = {
     "svg.fonttype": "path",  # letters as outlines: nothing depends on the reader's fonts
     "svg.hashsalt": "thrustbench",
     "text.color": INK,
+    "text.parse_math": False,  # names may hold dollars
     "xtick.color": INK,
     "ytick.color": INK,
 }

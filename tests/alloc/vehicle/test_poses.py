@@ -20,7 +20,8 @@ def test_poses_make_the_t_that_they_come_from(path: Path) -> None:
     """T of the poses about the centre of mass is the file's own; published matrices have three digits."""
     keys = read_document(path).keys
     T, _ = matrices(keys)
-    positions, directions, center, measured = poses(keys, T)
+    positions, directions, center, measured, stands = poses(keys, T)
+    assert stands.all()
     assert measured == (keys.T is None or keys.thrusters is not None)
     made = pose_matrix(positions, directions, center)[[DOF.index(axis) for axis in keys.dof]]
     kept = [axis in ("surge", "sway", "heave", "yaw") for axis in keys.dof]

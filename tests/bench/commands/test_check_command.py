@@ -7,13 +7,18 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
-from matplotlib.text import Annotation
+from matplotlib.figure import Figure
+from matplotlib.text import Annotation, Text
 
 from alloc import load_vehicle
-from alloc.vehicle.poses import Mounting
+from alloc.vehicle.file import matrices, vehicle_with
+from alloc.vehicle.frame import TURN
+from alloc.vehicle.poses import Mounting, poses
+from alloc.vehicle.read import find_file, read_document
 from bench.__main__ import cli
 from bench.report.pictures.sketch import sketch
 from bench.report.pictures.style import SETTINGS
+from tests.alloc.vehicle.test_columns import TIBURON
 
 
 @pytest.fixture(autouse=True)
@@ -68,7 +73,9 @@ def test_an_arrow_points_along_positive_thrust_in_every_view(
     directions = np.zeros((vehicle.n, 3))
     directions[0] = push
     with mpl.rc_context(SETTINGS):
-        figure = sketch(vehicle, Mounting(np.eye(4, 3), directions, np.zeros(3), True))
+        figure = sketch(
+            vehicle, Mounting(np.eye(4, 3), directions, np.zeros(3), True, np.ones(4, dtype=bool))
+        )
     for axes in figure.axes[:3]:
         arrows = [text for text in axes.texts if isinstance(text, Annotation) and text.arrow_patch]
         expected = next(way for title, way in shown.items() if axes.get_title("left").endswith(title))
@@ -78,3 +85,58 @@ def test_an_arrow_points_along_positive_thrust_in_every_view(
             (arrow,) = arrows
             way = np.array(arrow.xy) - np.array(arrow.xyann)  # from where the text stands to the tip
             np.testing.assert_allclose(way / np.linalg.norm(way), expected, atol=1e-12)
+
+
+def words(figure: Figure) -> list[str]:
+    """Every text of a figure."""
+    return [text.get_text() for text in figure.findobj(Text) if text.get_text()]
+
+
+@pytest.mark.parametrize("frame", ["frd", "flu"])
+def test_the_same_vehicle_looks_the_same_in_either_frame_and_the_axes_name_theirs(frame: str) -> None:
+    vehicle = load_vehicle("nautilus").with_frame(frame)
+    turn = TURN if frame == "flu" else np.ones(3)
+    keys = read_document(find_file("nautilus")).keys
+    mounting = poses(keys, load_vehicle("nautilus").T)
+    shown = mounting._replace(
+        positions=mounting.positions * turn,
+        directions=mounting.directions * turn,
+        center=mounting.center * turn,
+    )
+    with mpl.rc_context(SETTINGS):
+        figure = sketch(vehicle, shown)
+        expected = sketch(load_vehicle("nautilus"), mounting)
+    for axes, same in zip(figure.axes[:3], expected.axes[:3], strict=True):
+        tips = [t.xy for t in axes.texts if isinstance(t, Annotation) and t.arrow_patch]
+        np.testing.assert_allclose(
+            tips, [t.xy for t in same.texts if isinstance(t, Annotation) and t.arrow_patch], atol=1e-12
+        )
+    above, ahead, starboard = figure.axes[:3]
+    side = {"frd": ("y", "-y", "-z"), "flu": ("-y", "y", "z")}[frame]
+    assert above.get_xlabel() == f"port  ←  {side[0]} [m]  →  starboard"
+    assert ahead.get_xlabel() == f"starboard  ←  {side[1]} [m]  →  port"
+    assert starboard.get_ylabel() == f"down  ←  {side[2]} [m]  →  up"
+    assert any(f"frame {frame}: x ahead" in text for text in words(figure))
+
+
+def test_a_thruster_that_no_line_of_thrust_makes_is_listed_and_not_drawn() -> None:
+    """Red before: it was drawn where its line would have been nearest, though there is none."""
+    keys = read_document(TIBURON).keys
+    T, _ = matrices(keys)
+    with mpl.rc_context(SETTINGS):
+        figure = sketch(vehicle_with(keys, T), poses(keys, T))
+    names = [text.get_text() for text in figure.axes[0].texts]
+    assert "T5" in names
+    assert not {"T6", "T7", "T8"} & set(names)
+    listed = words(figure)
+    assert {"T6 (not drawn)", "T7 (not drawn)", "T8 (not drawn)"} <= set(listed)
+    assert any("no line of thrust makes that column" in text for text in listed)
+
+
+def test_names_with_dollars_are_drawn_as_they_are(here: Path) -> None:
+    """Red before: matplotlib took what stands between two dollars for mathematics, and failed."""
+    text = find_file("ukwial").read_text().replace("name: ukwial", "name: a $\\frac$ b")
+    (here / "mine.yaml").write_text(f"{text}\nnames: [$x^$, $, $_$$, d]\n")
+    result = check("mine.yaml")
+    assert result.exit_code == 0
+    assert "mine.svg: drawn" in result.stdout
