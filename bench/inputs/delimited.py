@@ -82,7 +82,7 @@ def read_table(path: Path) -> Cells:
         return Cells(path, 1, [], [], ",", iter(()))
     below = next((line for line in kept[first + 1 :] if line.strip()), "")
     separator = _separator(kept[first], below)
-    if all(_numeric(cell) for cell in _cells(kept[first], separator)):
+    if all(numeric(cell) for cell in _cells(kept[first], separator)):
         above = next((i for i in reversed(range(first)) if lines[i].strip()), None)
         if above is not None:
             spoken = lines[above].lstrip().lstrip("#%/ ")
@@ -95,7 +95,7 @@ def read_table(path: Path) -> Cells:
     line, header = next(rows, (first + 1, []))
     units: list[str] = []
     ahead = next(rows, None)
-    if ahead is not None and not any(map(_numeric, ahead[1])):
+    if ahead is not None and not any(map(numeric, ahead[1])):
         words = [cell.strip("[]() ") for cell in ahead[1]]
         if UNITS & set(words) and not {"nan", "inf"} & {word.lower().lstrip("+-") for word in words}:
             units, ahead = words, None
@@ -135,5 +135,6 @@ def _cells(line: str, separator: str) -> list[str]:
     return line.split(None if separator == " " else separator)
 
 
-def _numeric(cell: str) -> bool:
+def numeric(cell: str) -> bool:
+    """Whether a cell reads as a number, with a decimal point or a decimal comma."""
     return is_number(cell) or bool(_DECIMAL_COMMA.fullmatch(cell.strip()))

@@ -3,20 +3,15 @@
 import json
 import re
 from collections.abc import Sequence
-from importlib.resources import files
+from html import escape
 from string import Template
 from typing import Any
 
 from bench.report.data import data
-from bench.report.pictures.style import BLUE, DARK, FAINT, FAMILIES, GREEN, INK, ORANGE, PAPER, VERMILION
+from bench.report.document import INSTRUMENT, PICKS, prose, style
+from bench.report.pictures.style import FAMILIES
 from bench.results.machines import NamedRun
 
-HERE = files("bench.report") / "instrument"
-COLOURS = {"ink": INK, "paper": PAPER, "faint": FAINT, "focus": BLUE} | {
-    f"family-{i}": colour for i, colour in enumerate(FAMILIES.values())
-}
-PICKS = (VERMILION, BLUE, GREEN, ORANGE)
-"""Colours of methods that are put side by side."""
 SHAPES = ("circle", "square", "diamond", "triangle-up", "cross", "triangle-down", "triangle-right")
 """Marks of the families, for readers who can't tell their colours apart."""
 TIME = {
@@ -35,13 +30,13 @@ def html(machines: Sequence[NamedRun], report: str, details: str) -> str:
     Names stand in it as data only, so a vehicle may be called anything.
     """
     title = report.partition("\n")[0].lstrip("# ")
-    read = {name: (HERE / name).read_text(encoding="utf-8") for name in FILES}
+    read = {name: (INSTRUMENT / name).read_text(encoding="utf-8") for name in FILES}
     page = Template(read["page.html"])
     return page.substitute(
-        title=_text(title),
-        style=_colours() + read["style.css"],
-        report=_prose(report.partition("\n")[2]),
-        details=_prose(details.partition("\n")[2]),
+        title=escape(title),
+        style=style(),
+        report=prose(_words(report)),
+        details=prose(_words(details)),
         data=_json(data(machines)),
         charts=_json(charts()),
         sizing=read["sizing.js"],
@@ -50,7 +45,7 @@ def html(machines: Sequence[NamedRun], report: str, details: str) -> str:
     )
 
 
-FILES = ("page.html", "style.css", "sizing.js", "page.js", "charts.json")
+FILES = ("page.html", "sizing.js", "page.js", "charts.json")
 
 
 def vega() -> str:
@@ -75,7 +70,7 @@ def charts() -> dict[str, Any]:
         "legend": legend,
         "time": TIME,
     }
-    named = json.loads((HERE / "charts.json").read_text(encoding="utf-8"))
+    named = json.loads((INSTRUMENT / "charts.json").read_text(encoding="utf-8"))
     return {
         name: _filled(spec, shared) | {"autosize": AUTOSIZE, "config": CONFIG} for name, spec in named.items()
     }
@@ -116,30 +111,12 @@ def _filled(spec: Any, shared: dict[str, Any]) -> Any:
     return spec
 
 
-def _colours() -> str:
-    names = COLOURS | {f"pick-{i}": colour for i, colour in enumerate(PICKS)}
-    light = "".join(f"--{name}: {colour};" for name, colour in names.items())
-    dark = "".join(f"--{name}: {DARK[colour]};" for name, colour in names.items())
-    screen = f"@media screen and (prefers-color-scheme: dark) {{ :root {{ {dark} }} }}"
-    return f":root {{ {light} }}\n{screen}\n"
-
-
-def _prose(markdown: str) -> str:
-    """The report's own text; its pictures are left out, since the page draws what they show."""
-    from markdown_it import MarkdownIt
-
-    words = re.sub(r"^!\[.*\n", "", markdown, flags=re.MULTILINE)
-    made: str = MarkdownIt("commonmark", {"html": False}).enable("table").render(words)
-    return made
+def _words(markdown: str) -> str:
+    """A report without its title, and without pictures, since the page draws what they show."""
+    return re.sub(r"^!\[.*\n", "", markdown.partition("\n")[2], flags=re.MULTILINE)
 
 
 def _json(value: Any) -> str:
     """JSON that no HTML parser reads a tag out of."""
     text = json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     return text.replace("<", "\\u003c")
-
-
-def _text(text: str) -> str:
-    from html import escape
-
-    return escape(text)

@@ -8,9 +8,11 @@ from pathlib import Path
 from alloc import Vehicle
 from alloc.errors import VehicleError
 from alloc.files.textfile import read_text
+from alloc.vehicle import LARGEST
 from alloc.vehicle.file import VehicleFile
 from alloc.vehicle.geometry import DOF
-from bench.inputs.csv_text import csv_rows, csv_text, is_number, number
+from bench.inputs.csv_text import csv_text
+from bench.inputs.delimited import numeric, read_table
 from bench.inputs.formats import Draft, commented
 from bench.inputs.frames import frame_comment
 
@@ -22,11 +24,10 @@ def recognises(path: Path, text: str) -> bool:
 
 def read(path: Path) -> Draft:
     """The Draft of a CSV file; raises FileError naming file and line, or VehicleError."""
-    text = read_text(path)
-    rows = csv_rows(path, text)
-    table = [(line, [cell.strip() for cell in row]) for line, row in rows if not row[0].startswith("#")]
-    if table and not any(map(is_number, table[0][1])):
-        table = table[1:]  # without the header
+    cells = read_table(path)
+    table = [(line, [cell.strip() for cell in row]) for line, row in cells.rows]
+    if any(map(numeric, cells.header)):  # what looks like a header is the first row
+        table.insert(0, (cells.line, cells.header))
     named = any(row[0].lower() in DOF for _, row in table)
     if not table:
         raise VehicleError(f"{path}: holds no rows; give one row of T a DOF")
@@ -35,11 +36,11 @@ def read(path: Path) -> Draft:
         raise VehicleError(f"{path}: rows differ in length; give one cell a thruster in every row")
     dof = tuple(row[0].lower() for _, row in table) if named else ()
     T = [
-        [number(path, line, f"column {j + 1}", cell) for j, cell in enumerate(row) if j or not named]
+        [cells.number(line, f"column {j + 1}", cell, LARGEST) for j, cell in enumerate(row) if j or not named]
         for line, row in table
     ]
     draft = Draft(source=f"{path.name}, CSV of T", dof=dof, T=T)
-    return commented(draft, text)
+    return commented(draft, read_text(path))
 
 
 def write(keys: VehicleFile, vehicle: Vehicle) -> str:

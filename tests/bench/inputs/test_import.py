@@ -141,8 +141,9 @@ yaw,0.167,-0.167,0.175,-0.175,0,0
         "dof,f0,f1,f2\nyaw,-0.3,0.3,1e-5\nsurge,1,1,0\nsway,0,0,1\n",
         "\ufeff1,1,0\r\n0,0,1\r\n-0.3,0.3,1e-5\r\n",
         "a, b, c\n1, 1, 0\n0, 0, 1\n-0.3, 0.3, 1e-5\n",
+        "surge;1,0;1,0;0\nsway;0;0;1\nyaw;-0,3;0,3;1e-5\n",
     ],
-    ids=["names", "header, other order", "bare", "header, bare"],
+    ids=["names", "header, other order", "bare", "header, bare", "decimal commas"],
 )
 def test_a_csv_of_t_is_read_with_and_without_names_and_header(tmp_path: Path, text: str) -> None:
     vehicle = vehicle_of(imported(tmp_path, text, LIMITS, "T.csv"), tmp_path)
