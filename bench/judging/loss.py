@@ -89,7 +89,7 @@ def loss(
     Returns
     -------
     answered_share : share of demands whose row of F is finite; all numbers below are about those rows
-    wrench_error_rel_p50, _p99, _max : |delivered - tau| / |tau|, see ``relative_wrench_error`` [-]
+    lost_wrench_p50, _p99, _max : |delivered - tau| / |tau|, see ``relative_wrench_error`` [-]
     wrench_error_<axis>_max_N or _Nm : largest |delivered - tau| on that axis
     within_1pct_share, within_5pct_share : share of all demands delivered with at most that error
     direction_error_p50_deg, direction_error_max_deg : see ``direction_error_deg``
@@ -112,9 +112,9 @@ def loss(
     total = max(len(taus_all), 1)
     numbers = {
         "answered_share": len(taus) / total,
-        "wrench_error_rel_p50": _quantile(error, 0.5),
-        "wrench_error_rel_p99": _quantile(error, 0.99),
-        "wrench_error_rel_max": _quantile(error, 1.0),
+        "lost_wrench_p50": _quantile(error, 0.5),
+        "lost_wrench_p99": _quantile(error, 0.99),
+        "lost_wrench_max": _quantile(error, 1.0),
         "within_1pct_share": float(np.count_nonzero(error <= 0.01)) / total,
         "within_5pct_share": float(np.count_nonzero(error <= 0.05)) / total,
         "direction_error_p50_deg": _quantile(direction, 0.5),

@@ -84,6 +84,15 @@ class Judged(msgspec.Struct, omit_defaults=True, kw_only=True):
     share_p50: list[float] = []
     share_min: list[float] = []
 
+    def __post_init__(self) -> None:
+        """Give numbers of ``loss`` in older records their present names."""
+        if not self.loss.keys().isdisjoint(RENAMED):
+            self.loss = {RENAMED.get(name, name): value for name, value in self.loss.items()}
+
+
+RENAMED = {f"wrench_error_rel_{q}": f"lost_wrench_{q}" for q in ("p50", "p99", "max")}
+"""Names that older records have for numbers of ``loss``, and what they are now."""
+
 
 class Quiet(msgspec.Struct, omit_defaults=True):
     """What else the machine did during a measurement; None where this machine does not tell.

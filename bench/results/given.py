@@ -16,17 +16,17 @@ class Given(Repeats):
     @property
     def lost_wrench_p50(self) -> float | None:
         """Median of |delivered - tau| / |tau|, delivered being what thrusts clipped to their limits push."""
-        return _loss(self, "wrench_error_rel_p50")
+        return _loss(self, "lost_wrench_p50")
 
     @property
     def lost_wrench_p99(self) -> float | None:
         """99 % of demands lose no more of their wrench than this share."""
-        return _loss(self, "wrench_error_rel_p99")
+        return _loss(self, "lost_wrench_p99")
 
     @property
     def lost_wrench_max(self) -> float | None:
         """Largest share of any demand's wrench that is not delivered."""
-        return _loss(self, "wrench_error_rel_max")
+        return _loss(self, "lost_wrench_max")
 
     @property
     def lost_force_max_N(self) -> float | None:

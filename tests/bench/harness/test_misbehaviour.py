@@ -101,7 +101,7 @@ def test_a_demand_that_a_method_writes_into_is_judged_as_it_was_asked(outcome: t
     judged = cell(outcome, "scribbles", "infeasible").judged
     assert judged is not None
     assert "the wrench is not met" in judged.wrong
-    assert judged.loss["wrench_error_rel_max"] == 1.0
+    assert judged.loss["lost_wrench_max"] == 1.0
 
 
 def test_nan_that_claims_to_be_solved_is_a_wrong_answer(outcome: tuple[Result, Record]) -> None:

@@ -88,7 +88,7 @@ def test_loss_of_four_answers_is_as_worked_out_by_hand():
     assert numbers["thrusters_saturated_mean"] == pytest.approx(2 / 3)
     assert numbers["thrusters_saturated_max"] == 1
     assert numbers["within_1pct_share"] == 1 / 4
-    assert numbers["wrench_error_rel_max"] == pytest.approx(0.5)
+    assert numbers["lost_wrench_max"] == pytest.approx(0.5)
     assert numbers["wrench_error_surge_max_N"] == pytest.approx(10.0)
     assert numbers["wrench_error_sway_max_N"] == pytest.approx(0.4)
     assert numbers["effort_over_optimum_max"] is None

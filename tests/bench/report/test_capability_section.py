@@ -124,7 +124,7 @@ def test_pictures_are_drawn_and_curves_that_coincide_share_a_line(tmp_path: Path
 
 def test_a_flight_through_a_failure_shows_before_and_after(tmp_path: Path) -> None:
     def flown(vehicle: str, demands: str, lost: float) -> Cell:
-        loss: dict[str, float | None] = {"wrench_error_rel_max": lost, "answered_share": 1.0}
+        loss: dict[str, float | None] = {"lost_wrench_max": lost, "answered_share": 1.0}
         loss |= {"within_1pct_share": 0.5, "direction_error_max_deg": 3.0}
         judged = Judged(answers=10, counts={"SOLVED": 10}, wrench_error_max=[0.0], agrees=True, loss=loss)
         return cell("clip", key=Key(vehicle, demands, "clip"), judged=judged)

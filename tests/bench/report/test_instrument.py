@@ -90,7 +90,7 @@ def cell(
         agrees=True,
         distance_rel_max=1e-12,
         tolerance=1e-9,
-        loss={"answered_share": 1.0, "wrench_error_rel_max": share, "wrench_error_rel_p50": share},
+        loss={"answered_share": 1.0, "lost_wrench_max": share, "lost_wrench_p50": share},
     )
     return Cell(
         Key(vehicle, demands, method, start),

@@ -24,9 +24,9 @@ def asked(
     ns = round(us * 1000)
     loss = {
         "answered_share": 1.0,
-        "wrench_error_rel_p50": half,
-        "wrench_error_rel_p99": most,
-        "wrench_error_rel_max": most,
+        "lost_wrench_p50": half,
+        "lost_wrench_p99": most,
+        "lost_wrench_max": most,
         "direction_error_max_deg": turn,
     }
     return Cell(

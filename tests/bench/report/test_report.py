@@ -248,7 +248,7 @@ def test_a_reason_may_hold_bars_lines_and_tags_without_breaking_a_table(tmp_path
 
 def lossy(method: str, lost: float, beyond: float = 0.0) -> Cell:
     """A cell that loses this share of the wrench at worst, and is beyond limits in that share of answers."""
-    loss = {"wrench_error_rel_p50": 0.0, "wrench_error_rel_max": lost, "answered_share": 1.0}
+    loss = {"lost_wrench_p50": 0.0, "lost_wrench_max": lost, "answered_share": 1.0}
     judged = Judged(answers=10, counts={"SOLVED": 10}, loss=loss | {"limits_violated_share": beyond})
     return made_up.cell(method, key=Key("ukwial", "active", method), judged=judged)
 

@@ -14,7 +14,7 @@ from tests.made_up import cell, exact_cell, header, record
 
 
 def judged(lost: float, share: float) -> Judged:
-    loss = {"wrench_error_rel_max": lost, "within_1pct_share": share}
+    loss = {"lost_wrench_max": lost, "within_1pct_share": share}
     return Judged(answers=10, counts={"SOLVED": 10}, wrench_error_max=[0.0], agrees=True, loss=loss)
 
 
@@ -58,7 +58,7 @@ def test_infeasible_demands_do_not_count_as_missed(tmp_path: Path) -> None:
 
 
 def test_a_demand_without_thrusts_loses_its_whole_wrench(tmp_path: Path) -> None:
-    loss = {"answered_share": 0.9, "wrench_error_rel_max": 1e-15, "within_1pct_share": 0.9}
+    loss = {"answered_share": 0.9, "lost_wrench_max": 1e-15, "within_1pct_share": 0.9}
     gave_up = msgspec.structs.replace(
         on("active", "qp/x", 0.0, 0.0),
         judged=Judged(

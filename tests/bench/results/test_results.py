@@ -211,3 +211,12 @@ def test_shares_stand_level_by_level_and_the_least_of_all_repeats_counts(tmp_pat
     ]
     made = row(tmp_path, *cells)
     assert (made.share_p50, made.share_min) == ("1 0.5", "0.5 0.25")
+
+
+def test_a_loss_by_its_name_in_older_records_is_read(tmp_path: Path) -> None:
+    """The old name was also that of another number, the error over the vehicle's wrench scale."""
+    loss: dict[str, float | None] = {"wrench_error_rel_p50": 0.1, "wrench_error_rel_max": 0.2}
+    judged = Judged(answers=1, counts={"SOLVED": 1}, wrench_error_rel_max=0.3)
+    judged.loss = loss
+    read = row(tmp_path, made_up.cell(judged=judged))
+    assert (read.lost_wrench_p50, read.lost_wrench_max, read.wrench_error_relative) == (0.1, 0.2, 0.3)
