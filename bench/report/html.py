@@ -4,6 +4,7 @@ import json
 import re
 from collections.abc import Sequence
 from html import escape
+from importlib.resources import files
 from string import Template
 from typing import Any
 
