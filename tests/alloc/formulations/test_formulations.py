@@ -9,6 +9,7 @@ import alloc.formulations
 from alloc import NotApplicable, Status, build, list_vehicles, load_vehicle
 from alloc.discovery import Entry, find
 from alloc.formulations import Family, Formulation, find_formulation, list_formulations
+from alloc.qp.certificate import certify
 from alloc.reach.attainable import alpha_max_lp
 
 EACH = pytest.mark.parametrize("formulation", list_formulations(), ids=lambda formulation: formulation.name)
@@ -47,7 +48,7 @@ def test_the_qp_of_a_formulation_has_the_optimum_that_its_reference_gives(formul
     tau = 0.5 * vehicle.TP @ vehicle.f_max
     posed = formulation.pose(vehicle)
     B, X = posed.scaled(tau[None], build(formulation.references[0], vehicle)(tau).f[None])
-    assert alloc.certify(posed.qp, B[0], X[0]).gap < 1e-9  # what rounding leaves of costs of order 1
+    assert certify(posed.qp, B[0], X[0]).gap < 1e-9  # what rounding leaves of costs of order 1
 
 
 @pytest.mark.parametrize("name", list_vehicles())
