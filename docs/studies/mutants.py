@@ -201,7 +201,9 @@ MUTANTS = (
         'place = f"0/{path.name}"',
     ),
     Mutant(
-        "a board's ticks may be less than none", "    if ticks_per_s < 0:\n", "    if ticks_per_s < -1:\n"
+        "a board that counts instructions is taken for one with a clock",
+        "    if not heard.board.ticks_per_s:\n",
+        "    if False:\n",
     ),
     Mutant(
         "worst instructions are the least",
