@@ -26,6 +26,7 @@ from alloc.native.code import (
 from alloc.native.entry import crossed, inside, read, refused
 from alloc.native.exact import pieces
 from alloc.native.walk import Walk
+from alloc.nullspace.region import leading
 from alloc.nullspace.structure import Structure, decompose
 from alloc.vehicle import Vehicle
 
@@ -71,8 +72,8 @@ def _ends(vehicle: Vehicle, structure: Structure, f: list[Value], resting: bool,
     rows: dict[int, Terms] = {i: [] for i in vehicle.working.tolist()}
     definitions = []
     for b, block in enumerate(() if resting else structure.blocks):
-        # N in unit of its first row, so that zero entries stay zero and equal sizes become one.
-        N = block.N / (block.N[0] if block.N.shape[1] == 1 else np.abs(block.N).max(axis=0))
+        # N in unit of its slab, or so that zero entries stay zero and equal sizes become one.
+        N = block.N / (np.abs(block.N).max(axis=0) if block.N.shape[1] > 1 else leading(block.N))
         # A full H also couples what z moves with thrusters that it doesn't.
         NtH = np.where(vehicle.readiness > 0, N.T @ vehicle.H[block.rows], 0.0)
         wide = -np.linalg.solve(NtH[:, block.rows] @ N, NtH)

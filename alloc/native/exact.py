@@ -124,27 +124,34 @@ def _clamp(block: Block, region: Region, name: str, bounds: CLimits, c: Table, z
     negative scale the limits change places: lo = (most of their x) - limit.
     """
     (slab,) = region.slabs
-    lows: dict[tuple[bool, str], list[str]] = {}
-    highs: dict[tuple[bool, str], list[str]] = {}
-    thrusts = {}
-    for row, scale in slab.members:
-        i, minus = int(block.rows[row]), scale < 0
-        low, high = bounds.ends(i, abs(scale))[:: -1 if minus else 1]
-        x = dot([abs(scale)], [f"x{i}"], c)
-        lows.setdefault((minus, low), []).append(x)
-        highs.setdefault((minus, high), []).append(x)
-        thrusts[i] = signed_sum([(False, f"x{i}"), term(1.0 / scale, f"b{name}", c)], c.scalar)
-    lo = [_away(minus, low, fold("most" if minus else "least", xs)) for (minus, low), xs in lows.items()]
-    hi = [_away(minus, high, fold("least" if minus else "most", xs)) for (minus, high), xs in highs.items()]
-    lines = [
-        defined(f"lo{name}", fold("most", lo), c),
-        defined(f"hi{name}", fold("least", hi), c),
-        defined(f"b{name}", f"most(lo{name}, least(hi{name}, {zero}))", c),
-    ]
-    excess: Excess = []
-    if isfinite(slab.slack):
-        lines.append(defined(f"gap{name}", f"lo{name} - hi{name}", c))
-        excess.append((f"gap{name}", slab.slack))
+    thrusts, lines, excess = dict[int, str](), list[str](), list[tuple[str, float]]()
+    nearest, longer = zero, list[tuple[str, str]]()
+    for at, alike in enumerate(slab.members):
+        lows: dict[tuple[bool, str], list[str]] = {}
+        highs: dict[tuple[bool, str], list[str]] = {}
+        for row, scale in alike.rows:
+            i, minus = int(block.rows[row]), scale < 0
+            low, high = bounds.ends(i, abs(scale))[:: -1 if minus else 1]
+            x = dot([abs(scale)], [f"x{i}"], c)
+            lows.setdefault((minus, low), []).append(x)
+            highs.setdefault((minus, high), []).append(x)
+            thrusts[i] = signed_sum([(False, f"x{i}"), term(1.0 / scale, f"b{name}", c)], c.scalar)
+        lo = [_away(minus, low, fold("most" if minus else "least", xs)) for (minus, low), xs in lows.items()]
+        hi = [
+            _away(minus, high, fold("least" if minus else "most", xs)) for (minus, high), xs in highs.items()
+        ]
+        mark = f"{name}_{at}" if at else name
+        lines += [defined(f"lo{mark}", fold("most", lo), c), defined(f"hi{mark}", fold("least", hi), c)]
+        if isfinite(alike.slack):
+            lines.append(defined(f"gap{mark}", f"lo{mark} - hi{mark}", c))
+            apart = [f"gap{mark}", *(f"lo{mark} - {most}" for _, most in longer)]
+            excess += [
+                (each, alike.slack) for each in (*apart, *(f"{least} - hi{mark}" for least, _ in longer))
+            ]
+        longer.append((f"lo{mark}", f"hi{mark}"))
+    for least, most in reversed(longer):  # where they contradict each other the longest have the last word
+        nearest = f"most({least}, least({most}, {nearest}))"
+    lines.append(defined(f"b{name}", nearest, c))
     return Piece(block.rows.tolist(), lines, excess, [], thrusts)
 
 

@@ -71,30 +71,44 @@ def joined(region: Region, rows: list[Strip], at: str, c: Table) -> tuple[list[s
         held = [f"({rows[row].ends[0]} <= {c(region.tolerance)})" for row in region.checks]
         held += [f"({rows[row].ends[1]} >= {c(-region.tolerance)})" for row in region.checks]
         lines += _unless(" & ".join(held))
-    slabs = []
+    slabs, wide = [], list[str]()
     for i, slab in enumerate(region.slabs):
-        if len(slab.members) == 1 and region.d > 1:
-            slabs.append(rows[slab.members[0][0]])
+        (leader, _), *others = (row for alike in slab.members for row in alike.rows)
+        if not others and region.d > 1:
+            slabs.append(rows[leader])
             continue
-        statements, common = _common(slab, rows, f"{at}{i}", c)
+        statements, common, apart = _common(slab, rows, f"{at}{i}", c)
+        wide += apart if refusing else []
         lines += [*statements, *[f"{c.scalar} {common.name} = {number(0.0, c.scalar)};"] * (region.d > 1)]
         slabs.append(common)
-    wide = [
-        f"({common.low} - {common.high} <= {c(slab.slack)})"
-        for slab, common in zip(region.slabs, slabs, strict=True)
-        if refusing and not common.start
-    ]
     return lines + (_unless(" & ".join(wide)) if wide else []), slabs
 
 
-def _common(slab: Slab, rows: list[Strip], at: str, c: Table) -> tuple[list[str], Strip]:
-    lows, highs = [], []
-    for row, scale in slab.members:
-        low, high = rows[row].ends[:: 1 if scale > 0 else -1]
-        lows.append(dot([scale], [low], c))
-        highs.append(dot([scale], [high], c))
-    lines = [defined(f"lo{at}", fold("most", lows), c), defined(f"hi{at}", fold("least", highs), c)]
-    return lines, Strip(f"v{at}", rows[slab.members[0][0]].normal, "", f"lo{at}", f"hi{at}")
+def _common(slab: Slab, rows: list[Strip], at: str, c: Table) -> tuple[list[str], Strip, list[str]]:
+    """Statements of a slab's limits out of its rows', the slab, and conditions that leave room between them.
+
+    Limits of shorter rows are moved between those of longer ones, which so have the last word.
+    """
+    lines, apart = list[str](), list[str]()
+    lo, hi = "", ""
+    for which, alike in enumerate(slab.members):
+        lows, highs = [], []
+        for row, scale in alike.rows:
+            low, high = rows[row].ends[:: 1 if scale > 0 else -1]
+            lows.append(dot([scale], [low], c))
+            highs.append(dot([scale], [high], c))
+        least, most = fold("most", lows), fold("least", highs)
+        mark = f"{at}_{which}" if which else at
+        if which:
+            lines += [defined(f"l{mark}", least, c), defined(f"h{mark}", most, c)]
+            gaps = [f"l{mark} - {hi}", f"{lo} - h{mark}"]
+            apart += [f"({gap} <= {c(alike.slack)})" for gap in gaps if isfinite(alike.slack)]
+            least, most = f"within(l{mark}, {lo}, {hi})", f"within(h{mark}, {lo}, {hi})"
+        lines += [defined(f"lo{mark}", least, c), defined(f"hi{mark}", most, c)]
+        lo, hi = f"lo{mark}", f"hi{mark}"
+        apart += [f"({lo} - {hi} <= {c(alike.slack)})"] if isfinite(alike.slack) else []
+    leader, _ = slab.members[0].rows[0]
+    return lines, Strip(f"v{at}", rows[leader].normal, "", lo, hi), apart
 
 
 def _held(slab: Slab, slabs: list[Strip], kept: list[Strip], at: str, c: Table) -> list[str]:

@@ -39,12 +39,20 @@ NEAR_EDGE = (1e-3, 1e3)
 verdict: ``many`` then takes the verdict of a single call."""
 
 
+HELD = 1e-9
+"""Largest sum of what thrusts are moved onto limits, relative to the largest limit [-]. No entry of T exceeds
+the length of its row, so a wrench is missed by no more than this share of ``wrench_scale``."""
+
+WIDER = (1e-12, 1e-11, 1e-10, 1e-9, 1e-8)
+"""By how much limits are moved apart, in turn, where a wrench was missed, relative to the largest [-]."""
+
+
 class Nullspace:
     """The allocator; ``Allocation.iterations`` counts the elementary steps of a call.
 
     Attributes
     ----------
-    worst_case_steps : steps that no demand can exceed
+    worst_case_steps : steps that no demand can exceed, but for those taken again where rounding led astray
     """
 
     formulation = HARD.name
@@ -58,7 +66,12 @@ class Nullspace:
         self._unreachable = structure.unreachable if len(structure.unreachable) else None
         self._vehicle = vehicle
         self._limits_of_call = at_call(vehicle)
+        # Rounding of G is magnified where T nearly loses rank, and then a second product pays.
+        self._rounds = wrench_doubt(vehicle) > HELD / 10
+        self._closed_form = self._refined if self._rounds else self.G.dot
         self._slack = tolerance * vehicle.f_scale
+        self._A = vehicle.TP / vehicle.wrench_scale[:, None]
+        self._held = HELD * vehicle.f_scale
         self._limits = list(zip(vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True))
         self._fixed = structure.fixed.tolist()
         self._blocks = [
@@ -81,37 +94,90 @@ class Nullspace:
                     return self._infeasible(0)
         if self._unreachable is not None and np.abs(self._unreachable.dot(wrench)).max() > TOLERANCE:
             return self._infeasible(0)
-        return self.within(wrench, limits)
+        found = self.within(wrench, limits)
+        if found.status is Status.NOT_CONVERGED:
+            return answer(np.full(self._n, nan), found.status, found.iterations)
+        return found
 
     def within(self, wrench: FloatArray, limits: list[tuple[float, float]]) -> Allocation:
-        """Allocate one wrench (k,) that the thrusters can push, inside pairs of f_min <= f_max [N]."""
-        f = self.G.dot(wrench)
+        """Allocate one wrench (k,) that the thrusters can push, inside pairs of f_min <= f_max [N].
+
+        T (G tau + N z) is tau whatever z is, so thrusts miss the wrench by what they are moved onto limits.
+        With NOT_CONVERGED they are finite and inside, and miss it by more than SOLVED may.
+        """
+        f = self._closed_form(wrench)
         thrusts = f.tolist()
         for x, (low, high) in zip(thrusts, limits, strict=True):
             if not low <= x <= high:
                 break
         else:
             return answer(f, Status.SOLVED, self._n)
-        steps = self._n
+        taken = self._moved(thrusts, limits)
+        if taken is None:
+            return self._infeasible(self._n)
+        if _onto(limits, thrusts) > self._held:
+            return self._again(wrench, limits, self._n + taken)
+        return answer(np.array(thrusts), Status.SOLVED, self._n + taken)
+
+    def _refined(self, wrench: FloatArray) -> FloatArray:
+        """G tau, with what rounding of G takes of tau given back."""
+        x: FloatArray = self.G.dot(2.0 * wrench - self._vehicle.TP.dot(self.G.dot(wrench)))
+        return x
+
+    def _moved(self, thrusts: list[float], limits: list[tuple[float, float]]) -> int | None:
+        """Move thrusts to the least effort that makes the same wrench inside limits; None where none does.
+
+        Returns the steps taken.
+        """
+        steps = 0
         for i in self._fixed:
             low, high = limits[i]
             if not low - self._slack <= thrusts[i] <= high + self._slack:
-                return self._infeasible(steps)
+                return None
         for rows, N, region in self._blocks:
             z, taken = region.nearest(
                 [limits[i][0] - thrusts[i] for i in rows], [limits[i][1] - thrusts[i] for i in rows]
             )
             steps += taken
             if z is None:
-                return self._infeasible(steps)
+                return None
             for i, row in zip(rows, N, strict=True):
                 thrusts[i] += sum(map(mul, row, z))
-        # Rounding, or a demand outside the attainable set within TOLERANCE, leaves thrusts beyond a limit.
-        for i, (low, high) in enumerate(limits):
-            x = thrusts[i]
-            if not low <= x <= high:
-                thrusts[i] = low if x < low else high
-        return answer(np.array(thrusts), Status.SOLVED, steps)
+        return steps
+
+    def _again(self, wrench: FloatArray, limits: list[tuple[float, float]], steps: int) -> Allocation:
+        """``within`` where the steps went wrong by more than rounding: the same within wider limits.
+
+        A wrench on the edge leaves thrusts no room, so a step onto a thin row may go anywhere. Limits moved
+        apart by more than rounding leave some; thrusts are moved back from those, and what the wrench then
+        misses is shared by the thrusters that are free.
+        """
+        T = self._vehicle.TP
+        x = self.G.dot(
+            2.0 * wrench - T.dot(self.G.dot(wrench))
+        )  # what rounding of G takes of it is given back
+        best, least = x, inf
+        for wider in WIDER:
+            by = wider * self._vehicle.f_scale
+            thrusts: list[float] = x.tolist()
+            if self._moved(thrusts, [(low - by, high + by) for low, high in limits]) is None:
+                continue
+            for _ in range(self._n):
+                _onto(limits, thrusts)
+                f = np.array(thrusts)
+                rest = (wrench - T.dot(f)) / self._vehicle.wrench_scale
+                missed = float(np.abs(rest).max())
+                if missed < least:
+                    best, least = f, missed
+                free = [i for i, (low, high) in enumerate(limits) if low < thrusts[i] < high]
+                if missed <= HELD / 100 or not free:
+                    break
+                share = np.linalg.lstsq(self._A[:, free], rest, rcond=1e-7)[0]
+                for i, more in zip(free, share.tolist(), strict=True):
+                    thrusts[i] += more
+            if least <= HELD / 100:
+                break
+        return answer(best, Status.SOLVED if least <= WRENCH_TOLERANCE else Status.NOT_CONVERGED, steps)
 
     def many(
         self, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
@@ -125,7 +191,8 @@ class Nullspace:
         excess[(lows > highs).any(axis=1)] = inf
         status = np.where(excess <= 1.0, Status.SOLVED, Status.INFEASIBLE).astype(np.int8)
         F[excess > 1.0] = np.nan
-        for i in np.flatnonzero((excess > NEAR_EDGE[0]) & (excess < NEAR_EDGE[1])):
+        least, most = (0.0, inf) if self._rounds else NEAR_EDGE
+        for i in np.flatnonzero((excess > least) & (excess < most)):
             F[i], status[i], *_ = self(wrenches[i], lows[i], highs[i])
         return F, status
 
@@ -134,9 +201,12 @@ class Nullspace:
     ) -> tuple[FloatArray, FloatArray]:
         """``within`` for wrenches (N, k) and limits (N, n): F (N, n) [N], and the excess over limits (N,).
 
-        The excess is in units of what counts as met: up to 1 a wrench is attainable.
+        The excess is in units of what counts as met: up to 1 a wrench is attainable. Wrenches that are missed
+        by more than rounding are allocated one by one; those that are missed again have an infinite excess.
         """
         f = self.G @ wrenches.T
+        if self._rounds:
+            f += self.G @ (wrenches.T - self._vehicle.TP @ f)
         lower, upper = lows.T - f, highs.T - f
         fixed = np.maximum(lower[self._fixed], -upper[self._fixed])
         excess = fixed.max(axis=0, initial=0.0) / self._slack
@@ -144,10 +214,31 @@ class Nullspace:
             z, beyond = nearest_many(region, lower[rows], upper[rows])
             f[rows] += np.asarray(N) @ z
             excess = np.maximum(excess, beyond)
-        return f.T.clip(lows, highs), excess
+        F = f.T.clip(lows, highs)
+        missed = np.abs(F - f.T).sum(axis=1) > self._held
+        for i in np.flatnonzero(missed & (excess <= 1.0)):
+            F[i], status, *_ = self.within(
+                wrenches[i], list(zip(lows[i].tolist(), highs[i].tolist(), strict=True))
+            )
+            excess[i] = inf if status is Status.NOT_CONVERGED else excess[i]
+        return F, excess
 
     def _infeasible(self, steps: int) -> Allocation:
         return answer(np.full(self._n, nan), Status.INFEASIBLE, steps)
+
+
+def _onto(limits: list[tuple[float, float]], thrusts: list[float]) -> float:
+    """Move thrusts beyond a limit onto it, and return by how much in all [N].
+
+    Rounding leaves them there, or a demand outside the attainable set within TOLERANCE.
+    """
+    beyond = 0.0
+    for i, (low, high) in enumerate(limits):
+        x = thrusts[i]
+        if not low <= x <= high:
+            thrusts[i] = low if x < low else high
+            beyond += abs(x - thrusts[i])
+    return beyond
 
 
 STEPS_LIMIT = 5000

@@ -18,14 +18,18 @@ def nearest_many(region: Region, lower: FloatArray, upper: FloatArray) -> tuple[
     lo = np.empty((len(region.slabs), count))
     hi = np.empty_like(lo)
     for i, slab in enumerate(region.slabs):
-        sides = [
-            (lower[row] * scale, upper[row] * scale)[:: 1 if scale > 0 else -1] for row, scale in slab.members
-        ]
-        lo[i] = np.max([low for low, _ in sides], axis=0)
-        hi[i] = np.min([high for _, high in sides], axis=0)
-        excess = np.maximum(excess, (lo[i] - hi[i]) / slab.slack)
-        touching = lo[i] > hi[i]
-        lo[i, touching] = hi[i, touching] = 0.5 * (lo[i, touching] + hi[i, touching])
+        lo[i], hi[i] = -np.inf, np.inf
+        for alike in slab.members:
+            sides = [
+                (lower[row] * scale, upper[row] * scale)[:: 1 if scale > 0 else -1]
+                for row, scale in alike.rows
+            ]
+            low, high = np.max([low for low, _ in sides], axis=0), np.min([high for _, high in sides], axis=0)
+            apart = np.maximum(low - high, np.maximum(low - hi[i], lo[i] - high))
+            excess = np.maximum(excess, apart / alike.slack)
+            touching = low > high
+            low[touching] = high[touching] = 0.5 * (low[touching] + high[touching])
+            lo[i], hi[i] = low.clip(lo[i], hi[i]), high.clip(lo[i], hi[i])
     z = np.zeros((region.d, count))
     for i, slab in enumerate(region.slabs):
         s = np.asarray(slab.normal) @ z

@@ -18,8 +18,13 @@ from alloc.allocation import (
 )
 from alloc.formulations import Formulation
 from alloc.nullspace.allocator import exact
+from alloc.reach.edge import start
+from alloc.reach.way import Departure
 from alloc.vehicle import Vehicle
 from alloc.vehicle.call_limits import at_call, limits_of
+
+BACK = (1 - 1e-9, 1 - 1e-6, 1 - 1e-3, 0.9, 0.5)
+"""Shares of a way that are tried in turn where no thrusts are found for its end."""
 
 
 class ByLevel:
@@ -70,12 +75,31 @@ class ByLevel:
             else:
                 return answer(f, Status.SOLVED, self._vehicle.n, share=self._all)
         end, share = self._way.towards(wrench, begin)
-        f, _, steps, _, _ = self._exact.within(end, limits)
+        f, found, steps, _, _ = self._exact.within(end, limits)
+        if found is Status.NOT_CONVERGED:
+            return self._back(wrench, begin, share, limits)
         if min(share) == 1.0:
             missed = self._T.dot(f) - self._unit * wrench
             if missed.dot(missed) <= 1.0:  # the Euclidean norm is never below the largest entry
                 return answer(f, Status.SOLVED, steps, share=share)
         return answer(f, Status.PARTIAL, steps, share=share)
+
+    def _back(
+        self,
+        wrench: FloatArray,
+        begin: Departure,
+        share: tuple[float, ...],
+        limits: list[tuple[float, float]],
+    ) -> Allocation:
+        """The answer where no thrusts are found for the end of the way: that for a part of the way."""
+        for kept in BACK:
+            less = np.array([share]) * kept
+            end = self._way.delivered(wrench[None], begin, less)[0]
+            f, found, steps, _, _ = self._exact.within(end, limits)
+            if found is Status.SOLVED:
+                return answer(f, Status.PARTIAL, steps, share=tuple(less[0].tolist()))
+        rest = start(*np.array(limits).T)
+        return answer(rest, Status.PARTIAL, share=self._nothing)
 
     def many(
         self, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
@@ -87,9 +111,12 @@ class ByLevel:
         highs = np.maximum(lows, highs)  # where they contradict themselves the answer is NaN anyhow
         begin = self._own if f_min is None and f_max is None else self._way.departure(lows, highs)
         ends, shares = self._way.towards_many(wrenches, begin)
-        F, _ = self._exact.many_within(ends, lows, highs)
+        F, excess = self._exact.many_within(ends, lows, highs)
         met = (shares == 1.0).all(axis=1)
         met &= np.linalg.norm(F @ self._T.T - wrenches * self._unit, axis=1) <= 1.0
+        for i in np.flatnonzero(possible & (excess > 1.0)):
+            F[i], one, *_ = self(wrenches[i], lows[i], highs[i])
+            met[i] = one is Status.SOLVED
         F[~possible] = nan
         status = np.where(met, Status.SOLVED, Status.PARTIAL)
         status[~possible] = Status.INFEASIBLE

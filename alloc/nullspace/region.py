@@ -5,20 +5,41 @@ in place of a linear one: take the slabs one by one; keep z while it lies inside
 violated, the optimum of the first i lies on the violated side's plane, so restrict the earlier slabs to
 that plane and solve there, one dimension lower. Everything but l and u depends on A alone and stands
 in tables. The order is fixed, not random: m is small, and a demand then takes the same steps each time.
+
+A row that is thin, on its plane or from the start, turns a limit that is off by rounding into a z that is off
+by rounding over its length, for which all others would pay where the limits leave no room. So thin rows come
+first, and where they contradict others the others have the last word: a thin row then misses by rounding.
 """
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import comb, inf
+from itertools import groupby
+from math import comb, inf, log
 from operator import mul
+from typing import NamedTuple
 
 import numpy as np
 
 from alloc.allocation import FloatArray
-from alloc.nullspace.structure import ZERO
-from alloc.vehicle import RANK_TOLERANCE
+from alloc.nullspace.structure import PARALLEL, ZERO
 
 Point = list[float]
+
+THIN = 0.01
+"""Rows this much shorter than others are sorted before them; those alike magnify rounding by the inverse."""
+
+
+class Alike(NamedTuple):
+    """Parallel rows of A that are about as long.
+
+    Attributes
+    ----------
+    rows : (row, scale) of each, with A[row] = normal / scale
+    slack : largest lo - hi that still counts as touching [unit of l and u, of the normal]
+    """
+
+    rows: tuple[tuple[int, float], ...]
+    slack: float
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -27,8 +48,7 @@ class Slab:
 
     Attributes
     ----------
-    members : (row, scale) of each row, with A[row] = normal / scale
-    slack : largest lo - hi that still counts as touching [unit of l and u]
+    members : the rows, the longest first
     normal : (d,) common normal of the rows
     base : (d,) b * base is the point of the plane normal'z = b nearest to the origin
     along : (d, d - 1) orthonormal columns spanning the plane; z = b * base + along y
@@ -36,8 +56,7 @@ class Slab:
     plane : the earlier slabs on the plane; None for d = 1, where a plane is a point
     """
 
-    members: tuple[tuple[int, float], ...]
-    slack: float
+    members: tuple[Alike, ...]
     normal: Point
     base: Point
     along: list[Point]
@@ -54,7 +73,7 @@ class Region:
     d : dimension of z
     m : number of rows
     checks : rows of A that are zero, which hold or fail whatever z is
-    slabs : the other rows, parallel ones taken together, in their order in A
+    slabs : the other rows, parallel ones taken together, thin ones first, else in their order in A
     tolerance : largest violation of a row that still counts as held [unit of l and u]
     """
 
@@ -74,7 +93,11 @@ class Region:
     @cached_property
     def plain(self) -> bool:
         """Whether each row is a slab of its own, so that lower and upper are the slabs' limits already."""
-        return all(slab.members == ((row, 1.0),) for row, slab in enumerate(self.slabs)) and not self.checks
+        alone = (
+            len(slab.members) == 1 and slab.members[0].rows == ((row, 1.0),)
+            for row, slab in enumerate(self.slabs)
+        )
+        return all(alone) and not self.checks
 
     def nearest(self, lower: Point, upper: Point) -> tuple[Point | None, int]:
         """Shortest z (d,) with lower <= A z <= upper, None where there is none, and the steps taken."""
@@ -117,19 +140,23 @@ class Region:
         his: Point = []
         for slab in self.slabs:
             lo, hi = -inf, inf
-            for row, scale in slab.members:
-                if scale > 0.0:
-                    a, b = lower[row] * scale, upper[row] * scale
-                else:
-                    a, b = upper[row] * scale, lower[row] * scale
-                if a > lo:
-                    lo = a
-                if b < hi:
-                    hi = b
-            if lo > hi:
-                if lo - hi > slab.slack:
-                    return None
-                lo = hi = 0.5 * (lo + hi)
+            for rows, slack in slab.members:
+                low, high = -inf, inf
+                for row, scale in rows:
+                    if scale > 0.0:
+                        a, b = lower[row] * scale, upper[row] * scale
+                    else:
+                        a, b = upper[row] * scale, lower[row] * scale
+                    if a > low:
+                        low = a
+                    if b < high:
+                        high = b
+                if low > high or low > hi or high < lo:
+                    if max(low - high, low - hi, lo - high) > slack:
+                        return None
+                    if low > high:
+                        low = high = 0.5 * (low + high)
+                lo, hi = min(max(low, lo), hi), min(max(high, lo), hi)
             los.append(lo)
             his.append(hi)
         return los, his
@@ -144,46 +171,73 @@ def steps_bound(m: int, d: int) -> int:
     return comb(m, d) + 2 * sum(comb(m, j) for j in range(1, d))
 
 
-def prepare(A: FloatArray, tolerance: float) -> Region:
-    """Tables for l <= A z <= u, A (m, d) with d >= 1; ``tolerance`` as in Region."""
+def prepare(A: FloatArray, tolerance: float, thin: float = THIN) -> Region:
+    """Tables for l <= A z <= u, A (m, d) with d >= 1; ``tolerance`` as in Region, ``thin`` as THIN."""
+    longest = np.full(len(A), np.linalg.norm(A, axis=1).max(initial=0.0))
+    return _region(A, tolerance, thin, longest, longest)
+
+
+def _region(A: FloatArray, tolerance: float, thin: float, above: FloatArray, longest: FloatArray) -> Region:
+    """Tables for rows whose lengths were ``above`` before a plane was taken, and ``longest`` those of all."""
     m, d = A.shape
     sizes = np.linalg.norm(A, axis=1)
-    zero = sizes <= RANK_TOLERANCE * sizes.max(initial=0.0)
-    groups: list[list[tuple[int, float]]] = []
-    for row in np.flatnonzero(~zero):
+    zero = sizes <= PARALLEL * above  # such a row is parallel to the plane, and rounding is no direction
+    # How thin a row is, in whole steps.
+    steps = [int(log(size / most, thin)) if size else 0 for size, most in zip(sizes, longest, strict=True)]
+    groups: list[list[int]] = []
+    for row in np.flatnonzero(~zero).tolist():
         for group in groups:
-            leader = A[group[0][0]]
-            share = float(A[row] @ leader) / float(leader @ leader)
-            if np.linalg.norm(A[row] - share * leader) <= RANK_TOLERANCE * sizes[row]:
-                # Rows that differ by rounding count as equal: one multiplication less, here and in C.
-                equal = abs(abs(share) - 1.0) <= ZERO
-                group.append((int(row), float(np.sign(share)) if equal else 1.0 / share))
+            if np.linalg.norm(A[row] - _share(A, row, group[0]) * A[group[0]]) <= PARALLEL * sizes[row]:
+                group.append(row)
                 break
         else:
-            groups.append([(int(row), 1.0)])
-    normals = np.array([A[group[0][0]] for group in groups]).reshape(-1, d)
-    slabs = tuple(_slab(tuple(group), normals[: i + 1], tolerance) for i, group in enumerate(groups))
-    return Region(d=d, m=m, checks=tuple(np.flatnonzero(zero).tolist()), slabs=slabs, tolerance=tolerance)
+            groups.append([row])
+    groups = [sorted(group, key=lambda row: steps[row]) for group in groups]
+    groups.sort(key=lambda group: -steps[group[0]])
+    leaders = [group[0] for group in groups]
+    normals = A[leaders]
 
+    def slab(i: int) -> Slab:
+        earlier, normal = normals[:i], normals[i]
+        square = float(normal @ normal)
+        # A Householder reflection that turns the normal onto an axis; its other columns span the plane.
+        along = np.linalg.qr(normal[:, None], mode="complete").Q[:, 1:]
+        rest = leaders[:i]
+        return Slab(
+            members=tuple(
+                _alike(A, leaders[i], list(rows), tolerance)
+                for _, rows in groupby(groups[i], key=lambda row: steps[row])
+            ),
+            normal=normal.tolist(),
+            base=(normal / square).tolist(),
+            along=along.tolist(),
+            shift=(earlier @ normal / square).tolist(),
+            plane=_region(earlier @ along, tolerance, thin, sizes[rest], longest[rest]) if d > 1 else None,
+        )
 
-def _slab(members: tuple[tuple[int, float], ...], normals: FloatArray, tolerance: float) -> Slab:
-    earlier, normal = normals[:-1], normals[-1]
-    d, square = len(normal), float(normal @ normal)
-    # A Householder reflection that turns the normal onto an axis; its other columns span the plane.
-    along = np.linalg.qr(normal[:, None], mode="complete").Q[:, 1:]
-    return Slab(
-        members=members,
-        slack=tolerance * min(abs(scale) for _, scale in members),
-        normal=normal.tolist(),
-        base=(normal / square).tolist(),
-        along=along.tolist(),
-        shift=(earlier @ normal / square).tolist(),
-        plane=prepare(_clean(earlier @ along, earlier), tolerance) if d > 1 else None,
+    return Region(
+        d=d,
+        m=m,
+        checks=tuple(np.flatnonzero(zero).tolist()),
+        slabs=tuple(slab(i) for i in range(len(groups))),
+        tolerance=tolerance,
     )
 
 
-def _clean(restricted: FloatArray, full: FloatArray) -> FloatArray:
-    # A slab parallel to the plane leaves only rounding on it, and rounding must not pass for a direction.
-    left = np.linalg.norm(restricted, axis=1) > RANK_TOLERANCE * np.linalg.norm(full, axis=1)
-    cleaned: FloatArray = np.where(left[:, None], restricted, 0.0)
-    return cleaned
+def leading(A: FloatArray) -> FloatArray:
+    """The row of A (m, 1), all of whose rows are parallel, that ``prepare`` takes as their normal."""
+    (slab,) = prepare(A, inf).slabs
+    return np.array(slab.normal)
+
+
+def _share(A: FloatArray, row: int, leader: int) -> float:
+    return float(A[row] @ A[leader]) / float(A[leader] @ A[leader])
+
+
+def _alike(A: FloatArray, leader: int, rows: list[int], tolerance: float) -> Alike:
+    scales = []
+    for row in rows:
+        share = _share(A, row, leader)
+        # Rows that differ by rounding count as equal: one multiplication less, here and in C.
+        scales.append(float(np.sign(share)) if abs(abs(share) - 1.0) <= ZERO else 1.0 / share)
+    return Alike(tuple(zip(rows, scales, strict=True)), tolerance * min(map(abs, scales)))

@@ -6,11 +6,18 @@ import numpy as np
 
 from alloc.allocation import FloatArray, IndexArray
 from alloc.closed_forms.inverse import generalized_inverse
-from alloc.vehicle import RANK_TOLERANCE, Vehicle
+from alloc.vehicle import Vehicle
 
 ZERO = 1e-12
 """Entries of a basis below this count as zero: rounding leaves 1e-16 times cond(T) < 1e3, and
 leaving out a true entry of this size would cost the wrench 1e-12, a thousandth of what is promised."""
+
+PARALLEL = 1e-11
+"""A row of a basis of which a plane leaves this share is parallel to it, and rows that differ by this share
+are parallel: it moves a thrust by a hundredth of what is promised."""
+
+EXACT = 1e-14
+"""What rounding leaves of A B = 0, with rows of A of unit length and entries of B up to 1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,9 +57,10 @@ def decompose(vehicle: Vehicle) -> Structure:
     """Find G, N and its finest split for this vehicle, its H and its faults."""
     working = vehicle.working
     scale = 1.0 / vehicle.row_lengths
-    U, _, Vt = np.linalg.svd(scale[:, None] * vehicle.TP[:, working])
+    A = scale[:, None] * vehicle.TP[:, working]
+    U, _, Vt = np.linalg.svd(A)
     rank = vehicle.rank
-    blocks = split(Vt[rank:].T, vehicle.H[np.ix_(working, working)])
+    blocks = split(Vt[rank:].T, vehicle.H[np.ix_(working, working)], A)
     moved = {int(working[row]) for block in blocks for row in block.rows}
     return Structure(
         G=generalized_inverse(vehicle),
@@ -62,14 +70,14 @@ def decompose(vehicle: Vehicle) -> Structure:
     )
 
 
-def split(N: FloatArray, H: FloatArray) -> list[Block]:
-    """Split the span of N (m, d) into the finest blocks that share no row and no term of z'N'HNz.
+def split(N: FloatArray, H: FloatArray, A: FloatArray) -> list[Block]:
+    """Split N (m, d), a basis of the null space of A (k, m), into blocks that share no row and no cost.
 
-    In a reduced echelon basis the columns that hang together by common rows are the same whatever
-    pivots are taken (they are the connected components of the matroid of N's rows), so the split
-    depends on the vehicle and not on the basis at hand.
+    These are the finest blocks without a common row and a common term of z'N'HNz. In a reduced echelon
+    basis the columns that hang together by common rows are the same whatever pivots are taken (they are the
+    connected components of the matroid of N's rows), so the split depends on the vehicle alone.
     """
-    B = _echelon(N)
+    B = _cleared(_echelon(N), A)
     metric = B.T @ H @ B
     size = np.sqrt(np.diag(metric))
     linked = (np.abs(metric) > ZERO * np.outer(size, size)) | ((B != 0).T @ (B != 0))
@@ -83,7 +91,7 @@ def split(N: FloatArray, H: FloatArray) -> list[Block]:
         L = np.linalg.cholesky(metric[np.ix_(columns, columns)])
         basis = np.linalg.solve(L, part.T).T
         sizes = np.linalg.norm(basis, axis=1)
-        moved = sizes > RANK_TOLERANCE * sizes.max()  # what is left moves a thruster by rounding, if at all
+        moved = sizes > EXACT * sizes.max()  # what is left moves a thruster by rounding, if at all
         rows, basis = rows[moved], basis[moved]
         order = _apart(basis)
         blocks.append(Block(rows[order], basis[order]))
@@ -118,4 +126,23 @@ def _echelon(N: FloatArray) -> FloatArray:
         others = np.arange(B.shape[1]) != column
         B[:, others] -= np.outer(B[:, column], B[row, others])
         free_rows[row] = False
-    return np.where(np.abs(B) > ZERO, B, 0.0)
+    return B
+
+
+def _cleared(B: FloatArray, A: FloatArray) -> FloatArray:
+    """B (m, d) with its entries of rounding zero, and with A B = 0 up to rounding all the same.
+
+    Where A nearly loses rank rounding moves B by more than it moves A B, and thrusts have to make up for A B.
+    So entries below ZERO are left out where the others can do without them, and stay where they can't.
+    """
+    cleared = B.copy()
+    for column in range(B.shape[1]):
+        kept = np.abs(B[:, column]) > ZERO
+        only, part = A[:, kept], B[kept, column]
+        U, sigma, Vt = np.linalg.svd(only, full_matrices=False)
+        r = int(np.count_nonzero(sigma > PARALLEL))
+        part = part - Vt[:r].T @ (U[:, :r].T @ (only @ part) / sigma[:r])
+        if np.abs(only @ part).max() <= EXACT:
+            cleared[:, column] = 0.0
+            cleared[kept, column] = part
+    return cleared

@@ -19,7 +19,7 @@ import numpy as np
 from alloc.allocation import FloatArray
 from alloc.errors import NotApplicable
 from alloc.reach.attainable import FACETS
-from alloc.reach.zonotope import ROUNDING, facets
+from alloc.reach.zonotope import FLAT, ROUNDING, facets
 from alloc.vehicle import Vehicle
 
 PARALLEL = 1e-13
@@ -64,12 +64,11 @@ def edge(vehicle: Vehicle) -> Edge:
     scale = vehicle.wrench_scale
     found = facets(vehicle, tuple(vehicle.working.tolist()))
     proper = found.tolerance <= ROUNDING  # the others span what no thruster pushes
-    half = found.half[proper]
+    half = np.where(np.abs(found.half) <= ROUNDING, 0.0, found.half)[proper]
     push = half @ (vehicle.TP / scale[:, None])
     # Entries that are zero up to rounding belong to thrusters that push along the facet.
-    push[np.abs(push) * vehicle.f_scale <= ROUNDING] = 0.0
-    normals = np.where(np.abs(half) <= ROUNDING, 0.0, half) / scale
-    return Edge(normals=normals, push=push, scale=scale)
+    push[np.abs(push) * vehicle.f_scale <= FLAT] = 0.0
+    return Edge(normals=half / scale, push=push, scale=scale)
 
 
 def start(f_min: FloatArray, f_max: FloatArray) -> FloatArray:

@@ -18,6 +18,10 @@ ROUNDING = 1e-12
 """What counts as zero in scaled wrench: far above the rounding of a dozen additions (1e-15), far below
 the 1e-5 that separates the tightest demands from the boundary."""
 
+FLAT = 1e-13
+"""Generators of unit length whose smallest singular value is below this depend on each other, and unit
+normals that are no more apart are the same. Rounding leaves 1e-15; what is left out costs as much as this."""
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Zonotope:
@@ -108,7 +112,12 @@ def facets(vehicle: Vehicle, choosing: tuple[int, ...]) -> Facets:
 
 
 def _normals(generators: FloatArray) -> FloatArray:
-    """(M, r) distinct unit normals of the (r - 1)-subsets of generators (r, m); one of each +- pair."""
+    """(M, r) distinct unit normals of the (r - 1)-subsets of generators (r, m); one of each +- pair.
+
+    Generators that nearly depend on each other span a thin facet, whose normal is known to rounding over its
+    thinness only. That is good enough: every normal makes a true inequality, and this one is at right angles
+    to its generators up to rounding. Leaving the facet out would cost its thinness.
+    """
     r = len(generators)
     if r == 0:
         return np.zeros((0, 0))
@@ -118,11 +127,25 @@ def _normals(generators: FloatArray) -> FloatArray:
     chosen = list(combinations(range(unit.shape[1]), r - 1))
     subsets = np.array(chosen, dtype=np.intp).reshape(len(chosen), r - 1)
     _, sigma, Vt = np.linalg.svd(unit.T[subsets])
-    proper = sigma[:, -1] > RANK_TOLERANCE if r > 1 else np.ones(len(subsets), dtype=bool)
+    proper = sigma[:, -1] > FLAT if r > 1 else np.ones(len(subsets), dtype=bool)
     normals = Vt[proper, -1]
     leading = np.take_along_axis(normals, np.argmax(np.abs(normals) > ROUNDING, axis=1)[:, None], axis=1)
-    normals = normals * np.sign(leading)
-    # Nine decimals tell facets apart; normals that differ by less have equal support up to rounding.
-    _, first = np.unique(normals.round(9), axis=0, return_index=True)
-    distinct: FloatArray = normals[first]
+    return _distinct(normals * np.sign(leading))
+
+
+def _distinct(normals: FloatArray) -> FloatArray:
+    """The rows (M, r) that are more than FLAT apart."""
+    # Rows whose nine decimals differ are apart; the few that share them are compared with each other.
+    _, first, inverse, counts = np.unique(
+        normals.round(9), axis=0, return_index=True, return_inverse=True, return_counts=True
+    )
+    kept = [first[counts == 1]]
+    order = np.argsort(inverse, kind="stable")
+    ends = np.cumsum(counts)
+    for i in np.flatnonzero(counts > 1):
+        rows = order[ends[i] - counts[i] : ends[i]]
+        while rows.size:
+            kept.append(rows[:1])
+            rows = rows[np.abs(normals[rows] - normals[rows[0]]).max(axis=1) > FLAT]
+    distinct: FloatArray = normals[np.concatenate(kept)]
     return distinct

@@ -175,12 +175,14 @@ def test_linked_columns_are_one_block_and_blocks_stand_in_order_of_first_column(
     H = np.eye(4)
     for i, j in coupled:
         H[i, j] = H[j, i] = 0.3
-    assert [sorted(block.rows.tolist()) for block in split(np.eye(4), H)] == blocks
+    assert [sorted(block.rows.tolist()) for block in split(np.eye(4), H, np.zeros((1, 4)))] == blocks
 
 
 def test_a_thruster_that_the_null_space_moves_by_rounding_only_belongs_to_no_block() -> None:
     """Its limits are looked at where z moves nothing; no step and no line of C could."""
-    (block,) = split(np.array([[1.0], [1e-11], [-1.0]]), np.eye(3))
+    (block,) = split(
+        np.array([[1.0], [1e-13], [-1.0]]), np.eye(3), np.array([[1.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
+    )
     assert sorted(block.rows.tolist()) == [0, 2]
 
 
