@@ -41,7 +41,9 @@ def factor(vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
         )
     weakened = np.flatnonzero((vehicle.readiness > 0) & (vehicle.readiness < 1))
     if weakened.size:
-        raise NotApplicable(f"walsh: {name}: thruster {weakened[0]} is weakened; P must be 0 or 1 (eq. 20)")
+        raise NotApplicable(
+            f"walsh: {name}: {vehicle.called(int(weakened[0]))} is weakened; P must be 0 or 1 (eq. 20)"
+        )
     q = np.zeros(vehicle.k)
     W_f = np.zeros(T.shape)
     for i, row in enumerate(T):

@@ -61,11 +61,16 @@ def on_poses(
         yield "warning", "center_of_mass", "lies outside the thrusters; check its unit (m) and its origin"
     if np.abs(positions).max() > FARTHEST_ARM:
         yield "warning", "thrusters", f"a position is over {FARTHEST_ARM:g} m off; mm? divide by 1000"
+    names = called(keys, len(keys.thrusters))
     for i, thruster in enumerate(keys.thrusters):
-        if any(
-            t.position == thruster.position and t.direction == thruster.direction for t in keys.thrusters[:i]
-        ):
-            yield "warning", f"thrusters[{i}]", "the same position and direction as an earlier thruster"
+        for j, other in enumerate(keys.thrusters[:i]):
+            if (other.position, other.direction) == (thruster.position, thruster.direction):
+                yield (
+                    "warning",
+                    f"thrusters[{i}]",
+                    f"{names[i]} has the same position and direction as {names[j]}",
+                )
+                break
 
 
 def on_mirror_images(keys: VehicleFile) -> Iterator[Remark]:

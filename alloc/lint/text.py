@@ -1,13 +1,16 @@
 """A report as JSON or as a table, as ``thrustbench check`` prints it."""
 
 import json
+from collections.abc import Sequence
 from typing import get_args
 
+from alloc.lint.probe import Probe
 from alloc.lint.report import Level, Report
 
 
-def to_json(report: Report) -> str:
-    """One JSON object: file, usable, facts or null, findings, failures."""
+def to_json(report: Report, tried: Sequence[Probe] | None = None) -> str:
+    """One JSON object: file, usable, facts or null, findings, failures; probe where there is one."""
+    probe = {} if tried is None else {"probe": [one._asdict() for one in tried]}
     return json.dumps(
         {
             "file": str(report.path),
@@ -15,7 +18,8 @@ def to_json(report: Report) -> str:
             "facts": None if report.facts is None else report.facts._asdict(),
             "findings": [finding._asdict() for finding in report.findings],
             "failures": [failure._asdict() for failure in report.failures],
-        },
+        }
+        | probe,
         indent=2,
         ensure_ascii=False,
     )

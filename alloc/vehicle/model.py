@@ -175,7 +175,7 @@ class Vehicle:
         volts: float | None = None,
         f_previous: ArrayLike | None = None,
         dt: float | None = None,
-        blocked: Sequence[int] = (),
+        blocked: Sequence[int | str] = (),
     ) -> Interval:
         """f_min and f_max (n,) of this moment [N]: this vehicle's own, intersected with all that is given.
 
@@ -183,7 +183,7 @@ class Vehicle:
         ----------
         volts : of the battery [V]; limits are interpolated linearly in the vehicle's table
         f_previous, dt : (n,) thrusts of the last call [N] and the time since [s]; slew rates bound the change
-        blocked : indices of thrusters that give nothing now, as one out of the water or with a rope in it
+        blocked : thrusters, by index or name, that give nothing now, as one out of the water
 
         Returns
         -------
@@ -209,11 +209,11 @@ class Vehicle:
                 raise DemandError(f"dt = {dt:g} is no time since the last call; give seconds above 0")
             intervals.append(self.slew.around(thrusts(f_previous, self.n), dt))
         low, high = intersected(intervals)
-        for thruster in blocked:
-            if not 0 <= thruster < self.n:
-                raise DemandError(f"{self.name} has no thruster {thruster}; count from 0 to {self.n - 1}")
         still = self.readiness == 0
-        still[list(blocked)] = True
+        try:
+            still[[self.index(thruster) for thruster in blocked]] = True
+        except VehicleError as error:
+            raise DemandError(error.what) from None
         return np.where(still, 0.0, low), np.where(still, 0.0, high)
 
     def with_fault(self, thruster: int | str, readiness: float = 0.0) -> "Vehicle":
@@ -276,8 +276,9 @@ def _check_values(vehicle: Vehicle) -> None:
     wrong = np.flatnonzero(vehicle.f_min > vehicle.f_max)
     if wrong.size:
         i = int(wrong[0])
+        named = f" of {vehicle.called(i)}" if vehicle.names else ""
         raise VehicleError(
-            f"{name}: f_min[{i}] = {vehicle.f_min[i]:g} exceeds f_max[{i}] = {vehicle.f_max[i]:g}",
+            f"{name}: f_min[{i}] = {vehicle.f_min[i]:g} exceeds f_max[{i}] = {vehicle.f_max[i]:g}{named}",
             "f_min",
         )
     if vehicle.f_scale < SMALLEST:

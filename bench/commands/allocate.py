@@ -66,7 +66,9 @@ def command(
         raise UnknownName(
             f"{plugin}: holds method '{entry.name}', not '{method}'; give --method {entry.name}"
         )
-    log = read_log(demands, answering.dof, read_options(**options), frame=answering.frame)
+    log = read_log(
+        demands, answering.dof, read_options(**options), frame=answering.frame, thrusters=answering.names
+    )
     taus = log.taus
     lows, highs = limits_in(demands, log.columns, answering)
     allocator = prepare(entry, answering, start=start, level=level)

@@ -1,10 +1,17 @@
 """``thrustbench check``."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from bench.commands import PATH
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from alloc.vehicle import Vehicle
+    from alloc.vehicle.poses import Mounting
 
 TITLE = "drawn by thrustbench check"
 """Title of its pictures, by which a picture of its own is told from any other file."""
@@ -13,19 +20,29 @@ TITLE = "drawn by thrustbench check"
 @click.command()
 @click.argument("vehicle", metavar="VEHICLE.yaml")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object instead of a table; no picture.")
-@click.option("--picture", type=PATH, metavar="FILE", help="An .svg or .png [<vehicle>.svg, here].")
+@click.option("--probe", is_flag=True, help="What each thruster alone should do, to be ticked at the pool.")
+@click.option("--picture", type=PATH, metavar="FILE", help="An .svg, .pdf or .png [<vehicle>.svg, here].")
 @click.option("--no-picture", is_flag=True, help="Draw nothing.")
-def command(vehicle: str, as_json: bool, picture: Path | None, no_picture: bool) -> int:
-    """Lint a vehicle file: errors (exit code 2), warnings, what each failure costs; and draw it."""
+def command(vehicle: str, as_json: bool, probe: bool, picture: Path | None, no_picture: bool) -> int:
+    """Lint a vehicle file: errors (exit code 2), warnings, what each failure costs; and draw it.
+
+    With --probe the table of the pool is drawn too, as <vehicle>-probe.svg and .pdf beside the drawing.
+    """
     from alloc.lint.check import check_vehicle
+    from alloc.lint.probe import as_text, probes
     from alloc.lint.text import as_table, to_json
 
-    if picture is not None and picture.suffix.lower() not in (".svg", ".png"):
-        raise click.UsageError(f"--picture {picture}: name a file that ends in .svg or .png")
+    if picture is not None and picture.suffix.lower() not in (".svg", ".pdf", ".png"):
+        raise click.UsageError(f"--picture {picture}: name a file that ends in .svg, .pdf or .png")
     report = check_vehicle(vehicle)
-    click.echo(to_json(report) if as_json else as_table(report))
-    if report.facts is not None and (picture or not (as_json or no_picture)):
-        click.echo(_drawn(report.path, picture), err=as_json)
+    drawn, mounting = _read(report.path) if report.facts is not None else (None, None)
+    tried = probes(drawn) if probe and drawn is not None else None
+    click.echo(to_json(report, tried) if as_json else as_table(report))
+    if tried is not None and not as_json:
+        click.echo(as_text(tried))
+    if drawn is not None and mounting is not None and (picture or not (as_json or no_picture)):
+        for line in _pictures(report.path, drawn, mounting, picture, probe):
+            click.echo(line, err=as_json)
     errors = [finding for finding in report.findings if finding.level == "error"]
     if errors:
         place = f"line {errors[0].line}: " if errors[0].line else ""
@@ -36,35 +53,60 @@ def command(vehicle: str, as_json: bool, picture: Path | None, no_picture: bool)
     return 0
 
 
-def _drawn(file: Path, picture: Path | None) -> str:
-    """Draw the vehicle of a file that has no error in T or limits; a line that says where it is.
-
-    Without a name it goes into the current folder, where it replaces nothing but an older one of its kind.
-    """
-    import matplotlib as mpl
-
-    from alloc.errors import FileError
-    from alloc.files.textfile import read_text
+def _read(file: Path) -> "tuple[Vehicle, Mounting]":
+    """The vehicle of a file that has no error in T or limits, and where its thrusters stand."""
     from alloc.vehicle.file import matrices, vehicle_with
     from alloc.vehicle.poses import poses
     from alloc.vehicle.read import read_document
-    from bench.report.pictures.sketch import sketch
-    from bench.report.pictures.style import SETTINGS, save
 
-    target = picture or Path(f"{file.stem}.svg")
-    if picture is None and target.exists() and TITLE not in read_text(target):
-        return f"{target}: is another file, so nothing is drawn; --picture names a place"
     keys = read_document(file).keys
     T, _ = matrices(keys)
+    return vehicle_with(keys, T), poses(keys, T)
+
+
+def _pictures(
+    file: Path, vehicle: "Vehicle", mounting: "Mounting", picture: Path | None, probe: bool
+) -> list[str]:
+    """Draw the vehicle, and the table of the pool if it is asked for; lines that say where they are.
+
+    Without a name they go into the current folder, where they replace nothing but older ones of their kind.
+    """
+    import matplotlib as mpl
+
+    from alloc.lint.probe import probes
+    from bench.report.pictures.probe import sheet
+    from bench.report.pictures.sketch import sketch
+    from bench.report.pictures.style import SETTINGS
+
+    target = picture or Path(f"{file.stem}.svg")
     with mpl.rc_context(SETTINGS):
-        figure = sketch(vehicle_with(keys, T), poses(keys, T))
-        try:
-            if target.suffix.lower() == ".png":
+        said = "drawn from three sides; arrows show which way positive thrust pushes"
+        lines = [_saved(sketch(vehicle, mounting), target, picture is not None, said)]
+        if probe:
+            drawn = sheet(vehicle, probes(vehicle))
+            for suffix in (".svg", ".pdf"):
+                beside = target.with_name(f"{target.stem}-probe{suffix}")
+                lines.append(_saved(drawn, beside, picture is not None, "drawn, to be ticked at the pool"))
+    return lines
+
+
+def _saved(figure: "Figure", target: Path, named: bool, said: str) -> str:
+    """Save a figure, and say so; raises FileError where a file that the user named can't be written."""
+    from alloc.errors import FileError
+    from bench.report.pictures.style import save
+
+    try:
+        if not named and target.exists() and TITLE.encode() not in target.read_bytes():
+            return f"{target}: is another file, so nothing is drawn; --picture names a place"
+        match target.suffix.lower():
+            case ".png":
                 figure.savefig(target, dpi=150)
-            else:
+            case ".pdf":
+                figure.savefig(target, metadata={"Title": TITLE, "CreationDate": None})
+            case _:
                 save(figure, target, TITLE)
-        except OSError as error:
-            if picture is None:
-                return f"{target}: not drawn ({error.strerror}); --picture names another place"
-            raise FileError(f"can't be written ({error.strerror}); name another place", path=target) from None
-    return f"{target}: drawn from three sides; arrows show which way positive thrust pushes"
+    except OSError as error:
+        if not named:
+            return f"{target}: not drawn ({error.strerror}); --picture names another place"
+        raise FileError(f"can't be written ({error.strerror}); name another place", path=target) from None
+    return f"{target}: {said}"

@@ -25,7 +25,9 @@ def command(log: Path, vehicle: str, output: Path | None, **options: Any) -> Non
     from bench.inputs.logs import rate_hz, read_log
 
     answering = load_vehicle(vehicle)
-    read = read_log(log, answering.dof, read_options(**options), frame=answering.frame)
+    read = read_log(
+        log, answering.dof, read_options(**options), frame=answering.frame, thrusters=answering.names
+    )
     t, taus, columns = read.t, read.taus, read.columns
     low, high = limits_in(log, columns, answering)
     demands = labelled(log.stem, answering, taus, low, high, rate_hz=rate_hz(t))

@@ -161,7 +161,7 @@ def _from_file(path: Path, vehicle: Vehicle, n: int | None, options: "LogOptions
     from bench.inputs.log_limits import limits_in
     from bench.inputs.logs import rate_hz, read_log  # imported only where a file is named, which is rare
 
-    log = read_log(path, vehicle.dof, options, frame=vehicle.frame)
+    log = read_log(path, vehicle.dof, options, frame=vehicle.frame, thrusters=vehicle.names)
     low, high = limits_in(path, {name: values[:n] for name, values in log.columns.items()}, vehicle)
     demands = labelled(path.stem, vehicle, np.array(log.taus[:n]), low, high, rate_hz=rate_hz(log.t))
     lines = tuple(filter(None, (log.said, log.doubt, *doubts(demands))))

@@ -45,7 +45,12 @@ class Demanded(NamedTuple):
     doubt: str = ""
 
 
-def read_demands(path: Path, dof: tuple[str, ...], columns: Mapping[str, str] | None = None) -> Demanded:
+def read_demands(
+    path: Path,
+    dof: tuple[str, ...],
+    columns: Mapping[str, str] | None = None,
+    thrusters: Sequence[str] = (),
+) -> Demanded:
     """Demands from a table whose header names the DOF, in any order and much as loggers do, as they stand.
 
     Parameters
@@ -54,6 +59,7 @@ def read_demands(path: Path, dof: tuple[str, ...], columns: Mapping[str, str] | 
         lines anywhere, limits (``bench.inputs.log_limits``), and further columns, which are left out
     dof : the vehicle's controlled DOF; each needs a column
     columns : names of columns that the header does not tell, by DOF; ``t`` for the time
+    thrusters : names of the vehicle's thrusters, which columns of limits may have
 
     Raises
     ------
@@ -69,7 +75,7 @@ def read_demands(path: Path, dof: tuple[str, ...], columns: Mapping[str, str] | 
         (quantity, column.place, LATEST if quantity == TIME else LARGEST)
         for quantity, column in found.items()
     ]
-    limits = limit_columns(place, table.header)
+    limits = limit_columns(place, table.header, thrusters)
     used += [(name, index, LARGEST) for name, index in limits.items()]
     numbers: list[list[float]] = []
     blank = 0

@@ -1,4 +1,4 @@
-"""Limits of each demand, from columns of a log: ``volts``, and ``f0_min``, ``f0_max`` and so on."""
+"""Limits of each demand, from columns of a log: ``volts``, ``f0_min``, ``bow port_max`` and so on."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -13,15 +13,20 @@ from alloc.vehicle.limits import VoltageTable
 
 VOLTS = "volts"
 _LIMIT = re.compile(r"f(?P<thruster>\d+)_(?P<side>min|max)")
-_WITH_UNIT = re.compile(r"(?P<name>\S+)\s*[\[(](?P<unit>[NV])[\])]")
+_WITH_UNIT = re.compile(r"(?P<name>\S.*?)\s*[\[(](?P<unit>[NV])[\])]")
 
 
-def limit_columns(place: str, header: Sequence[str]) -> dict[str, int]:
-    """Which columns hold limits, by name: ``volts`` [V], ``f3_min`` [N]; raises DemandError for one twice."""
+def limit_columns(place: str, header: Sequence[str], thrusters: Sequence[str] = ()) -> dict[str, int]:
+    """Which columns hold limits, by name: ``volts`` [V], ``f3_min`` [N]; raises DemandError for one twice.
+
+    A column may also name one of the ``thrusters``: ``bow port_min`` is ``f0_min`` where that is the first.
+    """
     found: dict[str, int] = {}
+    places = {f"{name}_{side}": f"f{i}_{side}" for i, name in enumerate(thrusters) for side in ("min", "max")}
     for i, column in enumerate(header):
         match = _WITH_UNIT.fullmatch(column.strip())
         name = match["name"] if match else column.strip()
+        name = places.get(name, name)
         if name != VOLTS and not _LIMIT.fullmatch(name):
             continue
         if match and match["unit"] != ("V" if name == VOLTS else "N"):

@@ -7,6 +7,7 @@ import numpy as np
 
 from alloc import AllocError, Vehicle
 from alloc.allocation import FloatArray
+from alloc.errors import VehicleError
 from bench.demands import build_demands
 from bench.layouts.authority import volumes
 from bench.layouts.base import Base, read_base
@@ -82,15 +83,15 @@ def _groups(document: StudyDocument, base: Base, parameters: list[Parameter]) ->
         where = f"groups.{name}"
         if (keys.thrusters is None) == (keys.like is None):
             raise document.refusal(where, "give either 'thrusters' of the base, or 'like' for new ones")
-        members = keys.thrusters if keys.thrusters is not None else [keys.like or 0]
+        try:
+            named = keys.thrusters if keys.thrusters is not None else [keys.like or 0]
+            members = [base.vehicle.index(thruster) for thruster in named]
+        except VehicleError as error:
+            raise document.refusal(where, error.what) from None
         for i in members:
-            if not 0 <= i < base.vehicle.n:
-                raise document.refusal(
-                    where, f"the base has no thruster {i}; count from 0 to {base.vehicle.n - 1}"
-                )
             if keys.thrusters is not None and i in taken:
                 raise document.refusal(
-                    f"{where}.thrusters", f"thruster {i} is named twice; a thruster has one group"
+                    f"{where}.thrusters", f"{base.vehicle.called(i)} is named twice; a thruster has one group"
                 )
             if keys.thrusters is not None:
                 taken.add(i)
@@ -167,9 +168,10 @@ def _images(
                 signs.append(sign)
                 break
         else:
+            leader = base.vehicle.called(members[0])
             raise document.refusal(
                 f"groups.{name}.thrusters",
-                f"thruster {i} of the base is no mirror image of thruster {members[0]} in the planes xz, yz,"
+                f"{base.vehicle.called(i)} of the base is no mirror image of {leader} in the planes xz, yz,"
                 " xy, nor turned from it about the vertical axis; put it in a group of its own",
             )
     return {len(members): np.array(matrices)}, {len(members): np.array(signs)}

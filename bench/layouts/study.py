@@ -39,7 +39,7 @@ class VariedGroup(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_on
 
     Attributes
     ----------
-    thrusters : of the base, which are mirrored or turned images of the first
+    thrusters : of the base, by number or name, which are mirrored or turned images of the first
     like : thruster of the base that new thrusters are copies of, in place of ``thrusters``
     mirror : planes in which a new thruster is mirrored
     count : how many new thrusters stand evenly around the vertical axis
@@ -50,8 +50,8 @@ class VariedGroup(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_on
     size : factor on the limits of all thrusters of the group
     """
 
-    thrusters: list[int] | None = None
-    like: int | None = None
+    thrusters: list[int | str] | None = None
+    like: int | str | None = None
     mirror: list[Literal["xz", "yz", "xy"]] = []
     count: int | list[int] | None = None
     present: bool | list[bool] = True

@@ -6,6 +6,7 @@ A module has ``SUFFIXES`` of the files it reads ("/" for a folder) and ``read(pa
 
 import pkgutil
 import re
+from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -60,7 +61,12 @@ class LogOptions(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def read_log(
-    path: Path, dof: tuple[str, ...], options: LogOptions | None = None, *, frame: str = "frd"
+    path: Path,
+    dof: tuple[str, ...],
+    options: LogOptions | None = None,
+    *,
+    frame: str = "frd",
+    thrusters: Sequence[str] = (),
 ) -> Demanded:
     """Times and demands in a log, turned into the vehicle's frame; ``said`` tells whether they were turned.
 
@@ -70,6 +76,7 @@ def read_log(
     dof : the vehicle's DOF, which become the columns; all others are left out
     options : what the log does not say itself
     frame : frd or flu, that of the vehicle
+    thrusters : their names, which columns of limits may have
 
     Raises
     ------
@@ -89,7 +96,7 @@ def read_log(
     if suffix in (".csv", ""):  # a pipe, as in <(zcat demands.csv.gz), has no suffix
         if topic:
             raise DemandError(f"{path}: a table has no topic {topic!r}; --columns says which column is what")
-        table = read_demands(path, dof, options.columns)
+        table = read_demands(path, dof, options.columns, thrusters)
         if options.frame:
             given, why = options.frame, "--frame"
         else:

@@ -151,7 +151,7 @@ def test_a_sound_file_gets_only_the_notes_on_what_failures_cost(file: Path) -> N
             "outside the",
         ),
         (BOX.replace("0.4", "400"), "warning", 3, "over 100 m off"),
-        (BOX.replace("-0.3, 0]", "0.3, 0]"), "warning", 5, "the same position and direction"),
+        (BOX.replace("-0.3, 0]", "0.3, 0]"), "warning", 5, "the same position and direction as thruster 0"),
         (BOX.replace("[1, 0, 0]", "[1, 1, 0]"), "error", 4, "length 1.414; give a unit vector"),
         (BOX.replace("surge, sway", "surge, heave, sway"), "error", None, "(no thruster pushes heave)"),
         (

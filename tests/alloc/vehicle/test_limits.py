@@ -140,3 +140,12 @@ def test_a_vehicle_without_table_or_rates_says_which_key_to_add(given_: dict[str
 def test_a_table_is_interpolated_as_numpy_does_thruster_by_thruster() -> None:
     table = VoltageTable(np.array([10.0, 12.0]), np.array([[-1.0, -2.0], [-3.0, -4.0]]), np.ones((2, 2)))
     np.testing.assert_allclose(table.at(11.0)[0], [-2.0, -3.0])
+
+
+def test_a_blocked_thruster_is_known_by_its_name_too() -> None:
+    vehicle = load_vehicle("subjugator8")
+    by_name, by_index = vehicle.limits(blocked=["FRH", 0]), vehicle.limits(blocked=[2, "FLH"])
+    np.testing.assert_array_equal(by_name, by_index)
+    assert np.flatnonzero(by_name[1] == 0).tolist() == [0, 2]
+    with pytest.raises(DemandError, match="no thruster 'FRX'; did you mean"):
+        vehicle.limits(blocked=["FRX"])

@@ -11,11 +11,13 @@ from matplotlib.figure import Figure
 from matplotlib.text import Annotation, Text
 
 from alloc import load_vehicle
+from alloc.lint.probe import probes
 from alloc.vehicle.file import matrices, vehicle_with
 from alloc.vehicle.frame import TURN
 from alloc.vehicle.poses import Mounting, poses
 from alloc.vehicle.read import find_file, read_document
 from bench.__main__ import cli
+from bench.report.pictures.probe import sheet
 from bench.report.pictures.sketch import sketch
 from bench.report.pictures.style import SETTINGS
 from tests.alloc.vehicle.test_columns import TIBURON
@@ -140,3 +142,35 @@ def test_names_with_dollars_are_drawn_as_they_are(here: Path) -> None:
     result = check("mine.yaml")
     assert result.exit_code == 0
     assert "mine.svg: drawn" in result.stdout
+
+
+def test_a_probe_is_printed_and_drawn_beside_the_drawing(here: Path) -> None:
+    result = check("subjugator8", "--probe")
+    assert result.stdout.count("[ ]") == 8
+    assert "FLV" in result.stdout
+    assert {path.name for path in here.iterdir()} == {
+        "subjugator8.svg",
+        "subjugator8-probe.svg",
+        "subjugator8-probe.pdf",
+    }
+    assert (here / "subjugator8-probe.pdf").read_bytes().startswith(b"%PDF")
+    (here / "subjugator8-probe.pdf").write_bytes(b"%PDF somebody else's")
+    assert "subjugator8-probe.pdf: is another file" in check("subjugator8", "--probe").stdout
+    assert (here / "subjugator8-probe.pdf").read_bytes() == b"%PDF somebody else's"
+
+
+def test_the_sheet_has_every_word_of_the_table() -> None:
+    vehicle = load_vehicle("subjugator8")
+    with mpl.rc_context(SETTINGS):
+        shown = " ".join(" ".join(words(sheet(vehicle, probes(vehicle)))).split())
+    assert "frame flu: x ahead, y to port, z up" in shown
+    for probe in probes(vehicle):
+        assert probe.thruster in shown
+        assert probe.words in shown
+        assert probe.numbers in shown
+
+
+def test_json_has_the_probe_where_it_is_asked_for() -> None:
+    assert "probe" not in json.loads(check("ukwial", "--json").stdout)
+    probe = json.loads(check("ukwial", "--json", "--probe").stdout)["probe"]
+    assert [one["thruster"] for one in probe] == [f"thruster {i}" for i in range(4)]

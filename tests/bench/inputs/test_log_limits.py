@@ -112,3 +112,17 @@ def test_volts_for_a_vehicle_without_a_table_are_refused(tmp_path: Path) -> None
     path = written(tmp_path, "surge,sway,yaw,volts", "1,0,0,14")
     with pytest.raises(DemandError, match="ukwial has no limits by voltage; add 'volts' to its file"):
         limits(path, load_vehicle("ukwial"))
+
+
+def test_a_column_may_name_the_thruster(tmp_path: Path) -> None:
+    vehicle = load_vehicle("subjugator8")
+    path = written(tmp_path, "surge,sway,heave,roll,pitch,yaw,FLV_min,FRH_max [N]", "1,0,0,0,0,0,-3,7")
+    columns = read_demands(path, vehicle.dof, thrusters=vehicle.names).columns
+    assert set(columns) == {"f1_min", "f2_max"}
+    low, high = limits_in(path, columns, vehicle)
+    assert low is not None
+    assert high is not None
+    assert (low[0, 1], high[0, 2]) == (-3, 7)
+    answers = build_demands(path, vehicle, 0)
+    assert answers.f_max is not None
+    assert answers.f_max[0, 2] == 7

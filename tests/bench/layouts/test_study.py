@@ -55,7 +55,7 @@ def checked(folder: Path, text: str) -> None:
         ("[0.5, 1, 2]", "large", "groups.size: Expected"),
         ("base: ukwial", "base: yellow", "line 1: base: no vehicle 'yellow'; there are bluerov2"),
         ("base: ukwial", "base: cross.yaml", "line 1: base: cross has T, but no poses that could vary"),
-        ("thrusters: [0, 1]", "thrusters: [0, 7]", "line 3: groups.bow: the base has no thruster 7"),
+        ("thrusters: [0, 1]", "thrusters: [0, 7]", "has no thruster 7; count from 0 to 3"),
         (
             "thrusters: [2, 3]",
             "thrusters: [1, 3]",
