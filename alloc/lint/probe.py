@@ -66,7 +66,7 @@ def probes(vehicle: Vehicle) -> list[Probe]:
 
 def as_text(found: Sequence[Probe]) -> str:
     """The table as text, a line each with a box to tick."""
-    rows = [("thruster", "thrust", "the vehicle should …", "in its frame"), *map(_row, found)]
+    rows = [("thruster", "thrust", "what it should do", "in its frame"), *map(_row, found)]
     widths = [max(len(row[column]) for row in rows) for column in range(4)]
     lines = [
         "  ".join((box, *(cell.ljust(width) for cell, width in zip(row, widths, strict=True)))).rstrip()

@@ -37,7 +37,7 @@ def sheet(vehicle: Vehicle, found: Sequence[Probe]) -> "Figure":
     axes.set_ylim(total, 0)
     axes.text(0, 0.6, f"{vehicle.name}: each thruster alone, a tenth of its thrust", fontsize=11, va="center")
     axes.text(0, 1.9, f"frame {described(vehicle.frame)}", fontsize=8, color=GREY, va="center")
-    header = ("thruster", "thrust", "the vehicle …", "in its frame", "yes")
+    header = ("thruster", "thrust", "what it should do", "in its frame", "yes")
     for x, text in zip(COLUMNS, header, strict=True):
         axes.text(x, 3.4, text, fontsize=8, color=GREY, va="center")
     y = 4.2
