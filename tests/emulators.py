@@ -2,7 +2,8 @@
 
 import pytest
 
-from bench.chips.toolchain import Target, missing, target
+from bench.chips.target import Target, target
+from bench.chips.toolchain import missing
 
 
 def available(name: str) -> Target:

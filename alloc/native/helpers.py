@@ -23,6 +23,7 @@ def _in(definition: str, scalar: Scalar) -> str:
         re.sub(r"__builtin_(fmin|fmax|fabs)\(", r"__builtin_\1f(", single)
         .replace("0.0", "0.0F")
         .replace("1.0", "1.0F")
+        .replace(_FPU, _FPU_SINGLE)
     )
 
 
@@ -32,6 +33,13 @@ _FPU = """\
 """
 """Whether the FPU has a minimum and a maximum. GCC says so of a Cortex-A only; a Cortex-M that calculates
 with doubles has an FPv5, which has both. Elsewhere the built-ins are calls of a library."""
+_FPU_SINGLE = """\
+#if (__ARM_FP & 4) && \\
+    (defined __ARM_FEATURE_NUMERIC_MAXMIN || \\
+     (defined __ARM_ARCH_PROFILE && __ARM_ARCH_PROFILE == 'M' && (__ARM_ARCH >= 8 || (__ARM_FP & 8))))
+"""
+"""The same of floats: any FPU of Armv8-M has both. That of a Cortex-M7 without doubles has them too, but GCC
+says nothing by which it differs from a Cortex-M4F's, which has none."""
 
 
 def _chosen(name: str, builtin: str, sign: str) -> str:

@@ -10,12 +10,10 @@ import numpy as np
 from alloc.allocation import FloatArray, IndexArray
 from bench.chips.image import FIRMWARE, METHOD, Image, link, without_kernel
 from bench.chips.kernel import SCALARS
-from bench.chips.toolchain import X86, ToolError, run
+from bench.chips.toolchain import ToolError, run
 from bench.harness.callgrind import CALLGRIND, totals
 from bench.inputs.board_log import answered, parse
 
-SYSTICK_NS = 40
-"""Both boards clock SysTick at 25 MHz; under ``-icount shift=0`` an instruction takes 1 ns in QEMU."""
 REPEATS = 1000
 ROOM = 1 << 20
 """Bytes of demands that an image has room for (firmware/ports/from_file.c)."""
@@ -56,7 +54,7 @@ def count(image: Image, calls: FloatArray, trace: str = "") -> CallCounts:
 
 
 def _count(image: Image, calls: FloatArray, trace: str) -> CallCounts:
-    if image.target != X86:
+    if not image.target.callgrind:
         return _answers(image, image.path, calls, _plugged(image, trace))
     counted = _answers(image, image.path, calls, _callgrind(image))
     instructions = np.array(totals(image.path.parent / PROFILE), dtype=np.intp)
@@ -69,7 +67,8 @@ def count_by_systick(image: Image, taus: FloatArray) -> FloatArray:
     """Instructions of each call (N,), counted in a second way: by a board's timer under ``-icount shift=0``.
 
     Each demand is answered REPEATS times. The driver's own instructions are measured with an empty
-    kernel of one instruction, and subtracted. Exact up to a tick (40 instructions) over REPEATS.
+    kernel of one instruction, and subtracted. Exact up to a tick over REPEATS: QEMU takes 1 ns
+    for an instruction under ``-icount shift=0``.
     """
     options = (f"-DBOARD_REPEATS={REPEATS}", "-DBOARD_SYSTICK")
     folder = image.path.parent / "systick"
@@ -79,7 +78,8 @@ def count_by_systick(image: Image, taus: FloatArray) -> FloatArray:
     command = (emulator, "-icount", "shift=0", *rest)
     with_kernel = _answers(timed, timed.path, taus, command).instructions
     without = _answers(timed, without_kernel(timed), taus, command).instructions
-    difference: FloatArray = (with_kernel - without).astype(np.float64) * (SYSTICK_NS / REPEATS) + 1.0
+    ns = (with_kernel - without) * image.target.tick_ns
+    difference: FloatArray = ns / REPEATS + 1.0
     return difference
 
 

@@ -1,19 +1,13 @@
 """Cycles of the costliest of some calls, as an interval, where a processor's timing is published."""
 
-from collections.abc import Callable
-
 import numpy as np
 
 from alloc.allocation import FloatArray
-from bench.chips.cortex_m4f import cortex_m4f
-from bench.chips.cortex_m7 import cortex_m7
 from bench.chips.count import CallCounts
 from bench.chips.image import Image
 from bench.chips.interval import Cycles, Unpublished
-from bench.chips.trace import Trace, trace
+from bench.chips.trace import trace
 
-MODELS: dict[str, Callable[[Trace], list[Cycles]]] = {"cortex-m4f": cortex_m4f, "cortex-m7": cortex_m7}
-"""Whose timing is published, by target."""
 TRACED = 20
 """Calls that are followed: those that take most instructions."""
 
@@ -24,7 +18,7 @@ def cycles(image: Image, calls: FloatArray, counted: CallCounts) -> Cycles | Non
     ``calls`` (N, width) are those that were ``counted``. The costliest takes at least what any of them
     takes at least, and at most what any takes at most.
     """
-    model = MODELS.get(image.target.name)
+    model = image.target.cycles
     if model is None:
         return None
     some = np.argsort(-counted.instructions, kind="stable")[:TRACED]

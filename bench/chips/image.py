@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from bench.chips.kernel import Kernel, shapes
-from bench.chips.toolchain import Target, run
+from bench.chips.target import Target
+from bench.chips.toolchain import run
 
 FIRMWARE = Path(__file__).parent / "firmware"
 FLAGS = ("-O2", "-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections")
@@ -64,7 +65,7 @@ def link(kernel: Kernel, target: Target, folder: Path, options: tuple[str, ...] 
         driver.append(str(folder / name))
     marks = f"-DMEASURED=measured_{kernel.entry}", f"-DLEFT=left_{kernel.entry}"
     facts = *options, f'-DBOARD_PROCESSOR="{target.name}"'
-    bare = _BARE if target.bare_metal else ()
+    bare = (*_BARE, *target.board) if target.bare_metal else ()
     command = [*compiler, *includes, f"-I{FIRMWARE}", *marks, *facts, *objects, *driver]
     command += [str(FIRMWARE / "call.S"), *bare, "-lm"]
     path, empty = folder / "kernel.elf", folder / EMPTY

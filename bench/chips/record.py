@@ -18,8 +18,11 @@ def write(plan: Plan, directory: Path, *, add: bool) -> Iterator[Emulated]:
     """
     rows = emulate(plan)  # raises for a plan that is wrong, before a record is touched
     with Writer(directory) as writer:
-        if not add or writer.resume() is None:
+        before = writer.resume() if add else None
+        if before is None:
             writer.create(_header(plan))
+        known = before.processors if before else []
+        writer.extend(facts for target in plan.targets if (facts := target.facts) not in known)
         for row in rows:
             writer.append(row)
             yield row

@@ -21,7 +21,8 @@ from bench.chips.cycles import cycles
 from bench.chips.image import Image, link
 from bench.chips.kernel import Kernel
 from bench.chips.kernels import build_kernel, check
-from bench.chips.toolchain import Target, ToolError, missing, versions
+from bench.chips.target import Target
+from bench.chips.toolchain import ToolError, missing, versions
 from bench.demands import DemandSet, build_demands, labelled
 from bench.harness import machine
 from bench.record import Emulated

@@ -1,102 +1,26 @@
-"""A compiler and an emulator for each processor, and how to get those that are missing."""
+"""Compilers and emulators: which are missing, how to get those, and what they say."""
 
 import platform
 import re
 import shutil
 import subprocess
-from dataclasses import dataclass
 from pathlib import Path
 
 from alloc import AllocError
-from alloc.errors import unknown
+from bench.chips.target import Target
 
 
 class ToolError(AllocError):
     """A compiler or an emulator failed; the message names it and quotes its own."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Target:
-    """A processor, as a compiler and an emulator know it.
-
-    Attributes
-    ----------
-    name : label in tables and on the command line
-    tools : prefix of the compiler and its companions, e.g. ``arm-none-eabi-``
-    flags : the compiler's options for the processor
-    emulator : command that runs an image, up to the image's path
-    packages : Debian's names of the packages with compiler and emulator
-    """
-
-    name: str
-    tools: str
-    flags: tuple[str, ...]
-    emulator: tuple[str, ...]
-    packages: tuple[str, ...]
-
-    @property
-    def bare_metal(self) -> bool:
-        """Whether there is no operating system under the image."""
-        return self.tools == "arm-none-eabi-"
-
-
-def _board(machine: str) -> tuple[str, ...]:
-    quiet = ("-display", "none", "-monitor", "none", "-serial", "file:line.txt")
-    files = ("-semihosting-config", "enable=on,target=native")
-    return ("qemu-system-arm", "-machine", machine, *quiet, *files, "-kernel")
-
-
-_HOST = ("gcc", "libc6-dev")  # compiles the plugin that QEMU loads
-_CORTEX_M = ("qemu-system-arm", "gcc-arm-none-eabi", "libnewlib-arm-none-eabi", *_HOST)
-_HARD_FLOAT = ("-mthumb", "-mfloat-abi=hard")
-TARGETS = (
-    Target(
-        name="cortex-m7",
-        tools="arm-none-eabi-",
-        flags=("-mcpu=cortex-m7", "-mfpu=fpv5-d16", *_HARD_FLOAT),
-        emulator=_board("mps2-an500"),
-        packages=_CORTEX_M,
-    ),
-    Target(
-        name="cortex-m4f",
-        tools="arm-none-eabi-",
-        flags=("-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16", *_HARD_FLOAT),
-        emulator=_board("mps2-an386"),
-        packages=_CORTEX_M,
-    ),
-    Target(
-        name="aarch64",
-        tools="aarch64-linux-gnu-",
-        # Without the fix for that erratum: the first of its stubs would fill a page.
-        flags=("-static", "-mno-fix-cortex-a53-843419"),
-        emulator=("qemu-aarch64",),
-        packages=("qemu-user", "gcc-aarch64-linux-gnu", "libc6-dev-arm64-cross", *_HOST),
-    ),
-)
-X86 = Target(
-    name="x86-64",
-    tools="x86_64-linux-gnu-",
-    flags=("-static",),
-    emulator=("valgrind",),
-    packages=("valgrind", *_HOST),
-)
-"""Callgrind counts on it; the ratio of another target's count to this one says how far it carries."""
-
 TIME_LIMIT_S = 900
 """The longest command takes about a minute: OSQP's C in double precision, where double is software."""
 
 
-def target(name: str) -> Target:
-    """The target of that name; raises UnknownName."""
-    for known in (*TARGETS, X86):
-        if known.name == name:
-            return known
-    raise unknown("target", name, (t.name for t in TARGETS))
-
-
 def missing(target: Target) -> str:
     """What a target lacks and how to get it, in one line; empty where it lacks nothing."""
-    if target == X86 and platform.machine() != "x86_64":
+    if target.callgrind and platform.machine() != "x86_64":
         return f"{target.name} needs callgrind on an x86-64 machine: it emulates no other"
     commands = [f"{target.tools}gcc", target.emulator[0], "gcc"]
     absent = [command for command in dict.fromkeys(commands) if not shutil.which(command)]

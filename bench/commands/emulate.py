@@ -12,9 +12,7 @@ from bench.commands import PATH, RUNS
 @click.option(
     "--vehicle", "vehicles", multiple=True, metavar="V", help="A shipped name or a YAML file [all]."
 )
-@click.option(
-    "--target", "targets", multiple=True, metavar="T", help="cortex-m7, cortex-m4f or aarch64 [all]."
-)
+@click.option("--target", "targets", multiple=True, metavar="T", help="A processor's name [all].")
 @click.option("--method", "methods", multiple=True, metavar="M", help="A method that has C [all].")
 @click.option("--demands", multiple=True, metavar="D", help="A demand set's name [one a class, a mission].")
 @click.option("--double", "scalars", flag_value="double", help="Double precision only.")
@@ -57,12 +55,16 @@ def command(
     from bench.chips.kernels import METHODS, as_c
     from bench.chips.record import write
     from bench.chips.study import CLASSES, Plan
-    from bench.chips.toolchain import TARGETS, X86, target
+    from bench.chips.target import target
+    from bench.chips.target import targets as every
     from bench.report import render
 
+    for name in targets:
+        target(name)  # raises for one that is not known
+    counted = [one for one in every() if one.callgrind or not targets or one.name in targets]
     plan = Plan(
         vehicles=tuple(load_vehicle(name) for name in vehicles or list_vehicles()),
-        targets=(*((target(name) for name in targets) if targets else TARGETS), X86),
+        targets=tuple(sorted(counted, key=lambda one: one.callgrind)),
         methods=as_c(methods) or METHODS,
         scalars=("double", "float") if scalars is None else ("float",) if scalars == "float" else ("double",),
         limits=limits or ("fixed", "call"),

@@ -69,7 +69,7 @@ def command(
     from bench.record.canary import read_canary
     from bench.report import bands
     from bench.report.sizes import page
-    from bench.results.cycles import CPI, Cpi
+    from bench.results.cycles import Cpi
     from bench.results.fit import Loop
     from bench.results.machines import read_machines, sizes_of
     from bench.results.sizing import sizes
@@ -88,11 +88,11 @@ def command(
     _known(where, "vehicle", vehicles, measured | counted)
     sets = {row.demands for machine in timed for rows in machine.run.by_vehicle.values() for row in rows}
     _known(where, "demand set", (demands,) if demands else (), sets)
+    given = None if cpi is None else Cpi(*cpi, "as given")
     loop = Loop(rate, budget / 100, deadline_us)
     moved = None
     if len(directories) > 1:
-        assumed = CPI if cpi is None else dict.fromkeys(CPI, Cpi(*cpi, "as given"))
-        sized = sizes_of(machines, loop, clock_MHz and clock_MHz * 1e6, assumed)
+        sized = sizes_of(machines, loop, clock_MHz and clock_MHz * 1e6, given)
         _known(where, "machine", names, set(sized))
         sized = {name: own for name, own in sized.items() if not names or name in names}
     else:
@@ -107,7 +107,7 @@ def command(
         click.echo(page(trusted, {name: own for name, own in shown.items() if own}, loop, moved, every))
     for machine in machines:
         if machine.run.record.emulated or (clock_MHz and not counted):
-            click.echo(bands.page(machine.run, loop, clock_MHz, cpi, vehicles))
+            click.echo(bands.page(machine.run, loop, clock_MHz, given, vehicles))
 
 
 def _known(where: str, what: str, asked: tuple[str, ...], known: set[str]) -> None:

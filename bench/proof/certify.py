@@ -8,10 +8,11 @@ from alloc import NotApplicable
 from alloc.native import digest
 from alloc.native.code import TOLERANCE
 from alloc.vehicle.condition import wrench_doubt
-from bench.chips.toolchain import ToolError, missing, target
+from bench.chips.target import targets
+from bench.chips.toolchain import ToolError, missing
 from bench.harness import machine
 from bench.proof import misra, tools
-from bench.proof.path.worst import TARGETS, worst_path
+from bench.proof.path.worst import worst_path
 from bench.proof.program import Node, NotRead
 from bench.proof.proof import ASSUMPTIONS, Claim, Proof, Rounding, WorstPath, not_shown
 from bench.proof.rounding.band import verdict_band
@@ -144,13 +145,15 @@ def _exact(of: Subject) -> dict[int, dict[Node, float]]:
 
 def _paths(of: Subject) -> tuple[list[WorstPath], list[Claim]]:
     paths, lacking = [], []
-    for name in TARGETS[of.scalar]:
-        words = missing(target(name))
+    for target in targets():
+        if of.scalar not in target.scalars:  # in software its length depends on the numbers
+            continue
+        words = missing(target)
         try:
             if not words:
-                paths.append(worst_path(of, target(name)))
+                paths.append(worst_path(of, target))
         except ToolError as error:
             words = str(error)
         if words:
-            lacking.append(not_shown(f"The worst path on {name}.", [words]))
+            lacking.append(not_shown(f"The worst path on {target.name}.", [words]))
     return paths, lacking

@@ -12,6 +12,7 @@ from bench.record.schema import (
     Line,
     Method,
     Problem,
+    Processor,
     Worker,
 )
 
@@ -34,6 +35,7 @@ __all__ = [
     "Method",
     "Plane",
     "Problem",
+    "Processor",
     "Quiet",
     "Record",
     "RecordError",

@@ -12,7 +12,7 @@ import msgspec
 from alloc import AllocError
 from bench.record.capability import Capability
 from bench.record.cell import Cell, Key
-from bench.record.schema import SCHEMA, Emulated, Event, Header, Line, Method, Problem, Worker
+from bench.record.schema import SCHEMA, Emulated, Event, Header, Line, Method, Problem, Processor, Worker
 
 FILE_NAME = "record.jsonl"
 PACKED = FILE_NAME + ".gz"
@@ -30,7 +30,7 @@ class Record:
     Attributes
     ----------
     header : what ran where, with what
-    methods, problems, capabilities, cells, workers, emulated, events : the lines of each kind
+    methods, problems, capabilities, cells, workers, processors, emulated, events : the lines of each kind
     """
 
     header: Header
@@ -39,6 +39,7 @@ class Record:
     capabilities: list[Capability] = field(default_factory=list)
     cells: list[Cell] = field(default_factory=list)
     workers: list[Worker] = field(default_factory=list)
+    processors: list[Processor] = field(default_factory=list)
     emulated: list[Emulated] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
 
@@ -87,6 +88,7 @@ def parse(path: Path) -> tuple[Record, int]:
             capabilities=by_kind[Capability],
             cells=by_kind[Cell],
             workers=by_kind[Worker],
+            processors=by_kind[Processor],
             emulated=by_kind[Emulated],
             events=by_kind[Event],
         ),

@@ -184,6 +184,27 @@ class Emulated(msgspec.Struct, tag="emulated", omit_defaults=True):
     tools: dict[str, str] = {}
 
 
+class Processor(msgspec.Struct, tag="processor", omit_defaults=True, kw_only=True):
+    """What is known of a processor that generated C was counted on; ``Emulated.target`` names it.
+
+    Attributes
+    ----------
+    name : the target's
+    scalars : precisions that methods are compared in there: those of its FPU
+    cpi : least and most cycles an instruction takes, averaged over a call; empty where nothing is assumed
+    basis : why these are assumed
+    goal : how many times the goals that this project's C was set it may take; None for none
+    microcontroller : whether it runs without an operating system
+    """
+
+    name: str
+    scalars: list[str] = []
+    cpi: list[float] = []
+    basis: str = ""
+    goal: float | None = None
+    microcontroller: bool = False
+
+
 class Event(msgspec.Struct, tag="event", omit_defaults=True, kw_only=True):
     """Something happened to the run.
 
@@ -203,4 +224,4 @@ class Event(msgspec.Struct, tag="event", omit_defaults=True, kw_only=True):
     load: float | None = None
 
 
-Line = Header | Method | Problem | Capability | Cell | Worker | Emulated | Event
+Line = Header | Method | Problem | Capability | Cell | Worker | Emulated | Processor | Event

@@ -3,7 +3,7 @@
 from collections.abc import Collection
 
 from bench.results.bands import Band, bands
-from bench.results.cycles import CPI, PUBLISHED, Cpi
+from bench.results.cycles import PUBLISHED, Cpi, assumed
 from bench.results.emulated import rows
 from bench.results.fit import Loop
 from bench.results.rows import Run
@@ -14,12 +14,13 @@ def page(
     run: Run,
     loop: Loop,
     clock_MHz: float | None,
-    cpi: tuple[float, float] | None = None,
+    given: Cpi | None = None,
     vehicles: Collection[str] = (),
 ) -> str:
     """Bands for a record's emulated processors and the assumptions behind them, or what is missing for them.
 
-    ``cpi`` replaces the assumed cycles an instruction; ``vehicles`` are the only ones to show, all if empty.
+    ``given`` replaces the cycles an instruction that the record assumes; ``vehicles`` are the only ones to
+    show, all if empty.
     """
     if not run.record.emulated:
         return (
@@ -27,9 +28,9 @@ def page(
         )
     if clock_MHz is None:
         return "This record holds instructions of emulated processors; give --clock MHZ to size with them.\n"
-    assumed = CPI if cpi is None else dict.fromkeys(CPI, Cpi(*cpi, "as given"))
+    known = assumed(run.record.processors)
     counted = [row for row in rows(run.record.emulated) if not vehicles or row.emulated.vehicle in vehicles]
-    shown = bands(counted, clock_MHz * 1e6, loop, assumed if cpi else CPI)
+    shown = bands(counted, clock_MHz * 1e6, loop, known, given)
     parts = [
         f"Emulated processors at {clock_MHz:g} MHz, {loop.rate_hz:g} Hz. The instructions of the most costly"
         " call are exact; its share of the control period is a band, for instructions are not cycles.\n",
@@ -50,9 +51,8 @@ def page(
         ),
         f"Cycles are {PUBLISHED}. Where there are none, or others are given, cycles an instruction are:\n",
     ]
-    bases = [
-        f"- {target}: {assumed[target]}." for target in dict.fromkeys(band.counted.target for band in shown)
-    ]
+    named = dict.fromkeys(band.counted.target for band in shown)
+    bases = [f"- {target}: {given or known[target]}." for target in named]
     return "\n".join([*parts, *bases, ""])
 
 

@@ -13,7 +13,7 @@ from bench.report.readme import served
 from bench.report.verdict import sure
 from bench.results.bands import Counted, counted
 from bench.results.columns import Row
-from bench.results.cycles import CPI
+from bench.results.cycles import assumed
 from bench.results.emulated import rows as emulated_rows
 from bench.results.fit import LATE_SHARE, Fit
 from bench.results.machines import NamedRun, emulated_name
@@ -76,8 +76,9 @@ def _machine(machine: NamedRun, place: dict[int, int]) -> list[dict[str, Any]]:
             }
         )
     kernels = counted(emulated_rows(run.record.emulated))
-    for target in dict.fromkeys(kernel.target for kernel in kernels if kernel.target in CPI):
-        cpi = CPI[target]
+    known = assumed(run.record.processors)
+    for target in dict.fromkeys(kernel.target for kernel in kernels if kernel.target in known):
+        cpi = known[target]
         found.append(
             {
                 "name": emulated_name(target),

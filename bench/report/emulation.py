@@ -6,7 +6,7 @@ from itertools import groupby
 from bench.record import Emulated
 from bench.report.goals import goals
 from bench.report.microcontroller import microcontroller
-from bench.results.cycles import CPI, PUBLISHED
+from bench.results.cycles import PUBLISHED, assumed
 from bench.results.emulated import IN_WORDS, REFERENCE, EmulatedRow, rows, shown_scalar
 from bench.results.rows import Run
 from bench.results.text import table, three
@@ -31,7 +31,7 @@ def summary(run: Run) -> str:
         " no times. `thrustbench size DIR --rate HZ --clock MHZ` makes shares of a control period of them.\n",
         table(("vehicle", "method", "limits", *targets), lines),
     ]
-    parts = [*filter(None, [microcontroller(emulated)]), *parts]
+    parts = [*filter(None, [microcontroller(emulated, run.record.processors)]), *parts]
     failed = [row for row in emulated if row.emulated.status != "ok" or row.emulated.agrees is False]
     return "\n".join([*parts, _failures(failed)] if failed else parts)
 
@@ -54,16 +54,18 @@ def section(run: Run, drawn: frozenset[str]) -> str:
         " the deepest that any call wrote. docs/embedded.md says how this was counted.\n",
     ]
     counted = [row for row in emulated if row.emulated.instructions and row.emulated.target != REFERENCE]
+    processors = run.record.processors
+    known = assumed(processors)
     for target in dict.fromkeys(row.emulated.target for row in counted):
         own = [row for row in counted if row.emulated.target == target]
         parts += [f"### {target}\n", _target(own)]
         if any(row.emulated.cycles for row in own):
             parts.append(f"Cycles are {PUBLISHED}.\n")
-        if target in CPI and not all(row.emulated.cycles for row in own):
-            parts.append(f"Cycles an instruction: {CPI[target]}.\n")
-    if beside := microcontroller(counted):
+        if target in known and not all(row.emulated.cycles for row in own):
+            parts.append(f"Cycles an instruction: {known[target]}.\n")
+    if beside := microcontroller(counted, processors):
         parts.append(beside)
-    if reached := goals(counted):
+    if reached := goals(counted, processors):
         parts += ["### What was asked for, and what was found\n", reached]
     tools = {f"{name} {version}" for row in counted for name, version in row.emulated.tools.items()}
     parts.append(f"Counted with {', '.join(sorted(tools))}.\n")

@@ -2,13 +2,15 @@
 
 from collections.abc import Sequence
 
-from bench.results.emulated import EmulatedRow
-from bench.results.goals import BOARDS, GOALS, STACK_BYTES
+from bench.record import Processor
+from bench.results.emulated import EmulatedRow, by_name
+from bench.results.goals import GOALS, STACK_BYTES
 from bench.results.text import table
 
 
-def goals(rows: Sequence[EmulatedRow]) -> str:
+def goals(rows: Sequence[EmulatedRow], processors: Sequence[Processor]) -> str:
     """Table of the goals and the counts, for kernels that were counted; a missed goal is marked."""
+    boards = [(one, scalar) for one in by_name(processors) if one.goal for scalar in one.scalars]
     by_kernel: dict[tuple[str, ...], list[EmulatedRow]] = {}
     for row in rows:
         kernel = row.emulated
@@ -19,14 +21,14 @@ def goals(rows: Sequence[EmulatedRow]) -> str:
     lines = []
     for vehicle, method, most in GOALS:
         cells = [
-            _counted(by_kernel.get((vehicle, method, target, scalar), []), factor * most)
-            for target, scalar, factor in BOARDS
+            _counted(by_kernel.get((vehicle, method, one.name, scalar), []), (one.goal or 0.0) * most)
+            for one, scalar in boards
         ]
         if any(any(cell) for cell in cells):
             lines.append([vehicle, method, str(most), *(text for cell in cells for text in cell)])
     headers = ["vehicle", "method", "at most"]
-    for target, scalar, _ in BOARDS:
-        headers += [f"{target} {scalar}", f"stack [B], {STACK_BYTES} at most"]
+    for one, scalar in boards:
+        headers += [f"{one.name} {scalar}", f"stack [B], {STACK_BYTES} at most"]
     return table(headers, lines) if lines else ""
 
 

@@ -3,25 +3,27 @@
 from collections.abc import Sequence
 from itertools import product
 
-from bench.results.emulated import EmulatedRow
+from bench.record import Processor
+from bench.results.emulated import EmulatedRow, by_name
 from bench.results.text import table, three
 
-BOARDS = (("cortex-m4f", "float"), ("cortex-m7", "double"))
-"""Processors and precisions that are shown: each FPU's own."""
 FORMS = {"fixed": "fixed limits", "call": "limits of each call"}
 """The form of limits in the C, in words."""
 SEARCH, BOUNDARY = "search", "boundary"
 
 
-def microcontroller(rows: Sequence[EmulatedRow]) -> str:
+def microcontroller(rows: Sequence[EmulatedRow], processors: Sequence[Processor]) -> str:
     """Tables of what each method costs at worst and how often it is wrong; empty where no solver was counted.
+
+    One for each microcontroller, in the precisions of its FPU.
 
     The most that any call took on each vehicle, a search included for this project's C; flash, RAM and stack
     of the vehicle that takes most; wrong verdicts and the largest distance over all vehicles. A vehicle on
     which no solver was counted is left out, or sizes would not compare.
     """
     parts = []
-    for (target, scalar), (limits, said) in product(BOARDS, FORMS.items()):
+    boards = [(one.name, each) for one in by_name(processors) if one.microcontroller for each in one.scalars]
+    for (target, scalar), (limits, said) in product(boards, FORMS.items()):
         own = [row for row in rows if _of(row) == (target, scalar, limits) and row.emulated.instructions]
         shared = {row.emulated.vehicle for row in own if row.emulated.solver}
         if shared:

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from alloc import catalogue
 from alloc.formulations import find_formulation
 from alloc.formulations.hard import FORMULATION as HARD
-from bench.results.cycles import CPI, PUBLISHED, Cpi, share
-from bench.results.emulated import EmulatedRow
+from bench.results.cycles import PUBLISHED, Cpi, share
+from bench.results.emulated import REFERENCE, EmulatedRow
 from bench.results.fit import Fit, Loop
 from bench.results.sizing import Size, ordered
 from bench.results.text import three
@@ -116,18 +116,22 @@ def counted(rows: Iterable[EmulatedRow]) -> list[Counted]:
 
 
 def bands(
-    rows: Iterable[EmulatedRow], clock_hz: float, loop: Loop, cpi: Mapping[str, Cpi] = CPI
+    rows: Iterable[EmulatedRow],
+    clock_hz: float,
+    loop: Loop,
+    assumed: Mapping[str, Cpi],
+    given: Cpi | None = None,
 ) -> list[Band]:
     """A band for each kernel and processor that has an assumption on cycles, the one to take first.
 
-    ``cpi`` holds the assumptions by target; published timings go before those that nobody gave. As in
-    ``sizing.sizes`` what may fit comes before what does not, right answers before others, the optimum within
-    limits before what knows none, and then the cheaper one.
+    ``assumed`` holds the assumptions by target, before which published timings go; ``given`` goes before
+    both. As in ``sizing.sizes`` what may fit comes before what does not, right answers before others, the
+    optimum within limits before what knows none, and then the cheaper one.
     """
     made = [
-        _band(kernel, clock_hz, loop, kernel.cpi(cpi[kernel.target]) if cpi is CPI else cpi[kernel.target])
+        _band(kernel, clock_hz, loop, given or kernel.cpi(assumed[kernel.target]))
         for kernel in counted(rows)
-        if kernel.target in cpi
+        if kernel.target != REFERENCE and (given or kernel.target in assumed)
     ]
     return sorted(made, key=_usefulness)
 

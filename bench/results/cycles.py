@@ -3,7 +3,10 @@
 Where a record has cycles of a call by published timings, those are the band (``Counted.cpi``).
 """
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+
+from bench.record import Processor
 
 
 @dataclass(frozen=True)
@@ -28,27 +31,10 @@ class Cpi:
 PUBLISHED = "by published timings at zero wait states (docs/embedded.md)"
 """Basis of a band whose cycles come out of the record."""
 
-CPI = {
-    "cortex-m4f": Cpi(
-        1.0,
-        3.0,
-        "one instruction at a time; published at zero wait states: 1 cycle to add, multiply or compare, 2 to"
-        " load, 3 to multiply and add (TI SWCU192, tables 3-25 and 3-27). Flash wait states come on top",
-    ),
-    "cortex-m7": Cpi(
-        0.5,
-        4.0,
-        "Arm publishes none; assumed: at best two at a time, at worst each waits 4 cycles for a"
-        " double-precision sum before it (latency in LLVM's ARMScheduleM7.td). Cache misses come on top",
-    ),
-    "aarch64": Cpi(
-        0.5,
-        4.0,
-        "there is none for all cores; assumed: at best two at a time, at worst each waits 4 cycles for a sum"
-        " before it, as on a small core in order. Cache misses come on top",
-    ),
-}
-"""Assumptions by target; a target without one has no band."""
+
+def assumed(processors: Iterable[Processor]) -> Mapping[str, Cpi]:
+    """What a record assumes of its processors, by name; one of which it says nothing has no band."""
+    return {one.name: Cpi(one.cpi[0], one.cpi[1], one.basis) for one in processors if len(one.cpi) == 2}
 
 
 def seconds(instructions: float, clock_hz: float, cpi: Cpi) -> tuple[float, float]:

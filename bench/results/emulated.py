@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
-from bench.record import Emulated
+from bench.record import Emulated, Processor
 from bench.results.table import Value
 
 REFERENCE = "x86-64"
@@ -82,6 +82,12 @@ COLUMNS: dict[str, Callable[[EmulatedRow], Value]] = {
     "agrees": lambda row: {True: "yes", False: "no", None: "-"}[row.emulated.agrees],
 }
 """The columns of emulation.csv, in order; docs/embedded.md says what they mean."""
+
+
+def by_name(processors: Iterable[Processor]) -> list[Processor]:
+    """Processors by name; where two have the same name, the later one counts."""
+    latest = {one.name: one for one in processors}
+    return [latest[name] for name in sorted(latest)]
 
 
 def rows(emulated: Iterable[Emulated]) -> list[EmulatedRow]:

@@ -11,10 +11,6 @@ GOALS = (
     ("bluerov2-heavy", "pinv@native", 75),
     ("supply-vessel", "pinv@native", 35),
 )
-"""Vehicle, method, and the most instructions that a call may take in double precision on a Cortex-M7."""
-SINGLE = 1.05
-"""Instructions in single precision on a Cortex-M4F may be this many times as many."""
+"""Vehicle, method, and the most instructions of a call; a processor may take ``goal`` times as many."""
 STACK_BYTES = 200
 """Most stack that a call may write."""
-BOARDS = (("cortex-m7", "double", 1.0), ("cortex-m4f", "float", SINGLE))
-"""Target, scalar, and the factor on the most instructions."""

@@ -10,7 +10,7 @@ from bench.record import Problem, RecordError
 from bench.record.machine import machine_name
 from bench.results.bands import as_sizes, bands
 from bench.results.columns import Row
-from bench.results.cycles import CPI, Cpi
+from bench.results.cycles import Cpi, assumed
 from bench.results.emulated import rows
 from bench.results.fit import Loop
 from bench.results.ranking import best
@@ -114,15 +114,16 @@ def swapped(by_label: Mapping[str, Sequence[Row | None]], i: int, j: int) -> lis
 
 
 def sizes_of(
-    machines: Sequence[NamedRun], loop: Loop, clock_hz: float | None = None, cpi: Mapping[str, Cpi] = CPI
+    machines: Sequence[NamedRun], loop: Loop, clock_hz: float | None = None, given: Cpi | None = None
 ) -> dict[str, list[Size]]:
     """The sizes on each machine that was timed and, where a clock is given, each processor that was emulated.
 
-    ``cpi`` holds the assumed cycles an instruction by target.
+    ``given`` replaces the cycles an instruction that the records assume.
     """
     sized = {m.name: sizes(m.run, loop) for m in machines if m.run.by_vehicle}
     for machine in machines if clock_hz else ():
-        of_all = bands(rows(machine.run.record.emulated), clock_hz or 0.0, loop, cpi)
+        record = machine.run.record
+        of_all = bands(rows(record.emulated), clock_hz or 0.0, loop, assumed(record.processors), given)
         for target in dict.fromkeys(band.counted.target for band in of_all):
             own = [band for band in of_all if band.counted.target == target]
             sized[emulated_name(target)] = as_sizes(own, loop)

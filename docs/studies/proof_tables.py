@@ -15,7 +15,6 @@ import msgspec
 from alloc import list_vehicles
 from bench.proof import Proof
 from bench.proof.certify import BOUNDED
-from bench.proof.path.worst import TARGETS
 from bench.results.text import table
 
 KERNELS = ("nullspace", "clip", "scaled", "priority", "pinv", "walsh", "shrink", "redistribute")
@@ -26,11 +25,12 @@ def main(folder: Path) -> None:
     files = sorted(folder.rglob("proof.json"))
     proofs = [msgspec.json.decode(path.read_bytes(), type=Proof) for path in files]
     known = {(each.vehicle, each.method, each.scalar): each for each in proofs}
-    for scalar, targets in TARGETS.items():
+    for scalar in dict.fromkeys(each.scalar for each in proofs):
+        targets = {path.target for each in proofs for path in each.worst_paths if each.scalar == scalar}
         made = {(vehicle, kernel): each for (vehicle, kernel, of), each in known.items() if of == scalar}
         print(f"Rounding, {scalar}: bound, and how many times the largest error seen or found\n")
         print(_table({key: _bound(each) for key, each in made.items()}))
-        for name in targets:
+        for name in sorted(targets):
             print(f"Most instructions of any call, {scalar}, {name}\n")
             print(_table({key: _worst(each, name) for key, each in made.items()}))
     _summary(proofs)

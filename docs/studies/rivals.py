@@ -26,7 +26,8 @@ from bench.chips.count import count
 from bench.chips.image import link
 from bench.chips.kernel import SCALARS
 from bench.chips.kernels import build_kernel, unchecked
-from bench.chips.toolchain import Target, missing, target
+from bench.chips.target import Target, target
+from bench.chips.toolchain import missing
 from bench.demands import build_demands
 from bench.results.text import table, three
 

@@ -14,6 +14,7 @@ from bench.chips.agreement import agreement
 from bench.chips.board.heard import NOOP, Heard, TimedCalls
 from bench.chips.count import CallCounts
 from bench.chips.kernel import Kernel
+from bench.chips.target import names, target
 from bench.demands import DemandSet
 from bench.harness.lines import problem
 from bench.judging.judge import judge
@@ -50,6 +51,8 @@ def lines(heard: Heard, name: str, started: str) -> Iterator[Line]:
     """
     yield _header(heard, name, started)
     if not heard.board.ticks_per_s:
+        if heard.board.processor in names():
+            yield target(heard.board.processor).facts
         yield from _counts(heard)
         return
     asked = questions(list(heard.demands.values()), ask_here)

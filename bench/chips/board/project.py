@@ -14,7 +14,7 @@ from alloc.native.code import Scalar, number
 from bench.chips.image import FIRMWARE
 from bench.chips.kernel import Kernel, shapes
 from bench.chips.kernels import build_kernel
-from bench.chips.toolchain import TARGETS
+from bench.chips.target import targets
 from bench.demands import DemandSet, build_demands
 from bench.demands.store import arrays_of
 from bench.harness import machine
@@ -121,13 +121,13 @@ _EMULATION_ONLY = ("linux.c", "from_file.c")
 def _machines() -> dict[str, str]:
     """A makefile for each of QEMU's boards, with the flags that ``emulate`` has for its processor."""
     made = {}
-    for target in TARGETS:
+    for target in targets():
         if not target.bare_metal:
             continue
         qemu, option, name = target.emulator[:3]
         made[f"ports/{name}.mk"] = (
             f"PROCESSOR := {target.name}\nTARGET := {' '.join(target.flags)}\n"
-            f"QEMU := {qemu} {option} {name}\ninclude ports/mps2.mk\n"
+            f"BOARD := {' '.join(target.board)}\nQEMU := {qemu} {option} {name}\ninclude ports/mps2.mk\n"
         )
     return made
 

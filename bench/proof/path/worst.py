@@ -11,14 +11,13 @@ from bench.chips.count import count
 from bench.chips.image import Image, link
 from bench.chips.kernel import Kernel
 from bench.chips.search import PARENTS, climb
-from bench.chips.toolchain import Target, ToolError, versions
+from bench.chips.target import Target
+from bench.chips.toolchain import ToolError, versions
 from bench.proof.path.binary import Unbounded, disassembled, longest
 from bench.proof.proof import WorstPath
 from bench.proof.rounding.seen import attainable
 from bench.proof.safety.harness import Subject
 
-TARGETS = {"double": ("cortex-m7", "aarch64"), "float": ("cortex-m4f", "aarch64")}
-"""Where each scalar is counted: on a Cortex-M4F double is software, whose length depends on the numbers."""
 CALLS = 200
 """Demands of each fault that are run of each kind: about the edge of what the vehicle can do, and such as
 overflow."""

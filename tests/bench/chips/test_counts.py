@@ -11,15 +11,15 @@ import pytest
 
 from alloc.errors import UnknownName
 from alloc.native.code import Scalar
-from bench.chips import toolchain
 from bench.chips.count import count, count_by_systick
 from bench.chips.image import Image, link
 from bench.chips.kernel import Kernel
-from bench.chips.toolchain import TARGETS, X86, ToolError, missing, target
+from bench.chips.target import target, targets
+from bench.chips.toolchain import ToolError, missing
 from tests.emulators import available
 
-NAMES = [t.name for t in TARGETS]
-BOARDS = [t.name for t in TARGETS if t.bare_metal]
+NAMES = [t.name for t in targets() if not t.callgrind]
+BOARDS = [t.name for t in targets() if t.bare_metal]
 TAUS = np.random.default_rng(10).uniform(-3.0, 3.0, (7, 3))
 
 # Three gains, clipped, then some waiting: branches, a loop that depends on the demand, and a status.
@@ -77,8 +77,8 @@ def test_the_plugin_and_systick_agree_to_the_instruction(linked: Linked, board: 
     image = linked(kernel(CLIPPED, scalar), board)
     counted = count(image, TAUS).instructions
     assert len(set(counted.tolist())) > 2
-    # A tick is 40 instructions, read 1,000 times apart: off by 0.08 at most.
-    np.testing.assert_allclose(count_by_systick(image, TAUS), counted, atol=0.1)
+    # A tick is 40 or 50 instructions, read 1,000 times apart: off by 0.1 at most.
+    np.testing.assert_allclose(count_by_systick(image, TAUS), counted, atol=0.11)
 
 
 def test_the_plugin_and_a_single_step_log_agree_on_aarch64(linked: Linked) -> None:
@@ -93,11 +93,13 @@ def test_the_plugin_and_a_single_step_log_agree_on_aarch64(linked: Linked) -> No
     assert sum(line.endswith(" kernel") for line in lines) == counted.sum()
 
 
-def test_callgrind_and_the_plugin_agree_on_x86(linked: Linked, monkeypatch: pytest.MonkeyPatch) -> None:
-    by_callgrind = count(linked(kernel(CLIPPED), "x86-64"), TAUS).instructions
-    emulated = replace(X86, name="x86-64-emulated", emulator=("qemu-x86_64",))
-    monkeypatch.setattr(toolchain, "TARGETS", (*TARGETS, emulated))
-    by_plugin = count(linked(kernel(CLIPPED), "x86-64-emulated"), TAUS).instructions
+def test_callgrind_and_the_plugin_agree_on_x86(linked: Linked) -> None:
+    image = linked(kernel(CLIPPED), "x86-64")
+    by_callgrind = count(image, TAUS).instructions
+    emulated = replace(image.target, emulator=("qemu-x86_64",), callgrind=False)
+    if reason := missing(emulated):
+        pytest.skip(reason)
+    by_plugin = count(replace(image, target=emulated), TAUS).instructions
     np.testing.assert_array_equal(by_callgrind, by_plugin)
 
 
@@ -167,7 +169,7 @@ def test_a_missing_compiler_is_named_with_its_package(monkeypatch: pytest.Monkey
 
 
 def test_an_unknown_target_is_refused_with_those_there_are() -> None:
-    with pytest.raises(UnknownName, match=r"no target 'avr'; there are cortex-m7, cortex-m4f, aarch64"):
+    with pytest.raises(UnknownName, match=r"no target 'avr'; there are aarch64, cortex-m33, cortex-m4f"):
         target("avr")
 
 

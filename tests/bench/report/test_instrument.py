@@ -12,6 +12,7 @@ import pytest
 from click.testing import CliRunner
 
 from bench.__main__ import cli
+from bench.chips.target import target
 from bench.record import Batch, Cell, Emulated, Judged, Key, Line, Method, Problem, Worker
 from bench.report import together
 from bench.report.html import html
@@ -123,7 +124,10 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     """The folders of two machines that were timed, and of a processor that was emulated."""
     folder = tmp_path_factory.mktemp("runs")
     written = {"one": lines(1, 1.0), "two": lines(2, 9.0)}
-    written["counted"] = [made_up.header(), kernel("nullspace@native", 150), kernel("pinv@native", 40)]
+    written["counted"] = [
+        *(made_up.header(), target("cortex-m7").facts),
+        *(kernel("nullspace@native", 150), kernel("pinv@native", 40)),
+    ]
     for name, record in written.items():
         (folder / name).mkdir()
         made_up.record(folder / name, *record)

@@ -1,8 +1,11 @@
 """The table of methods on a microcontroller: what stands in it, from made-up counts."""
 
+from bench.chips.target import target
 from bench.record import Emulated
 from bench.report.microcontroller import microcontroller
 from bench.results.emulated import rows
+
+M4F = [target("cortex-m4f").facts]
 
 
 def counted(
@@ -42,7 +45,8 @@ def test_the_most_of_all_demands_and_all_wrong_verdicts_stand_in_one_line_a_meth
                 counted("nullspace@native", "active", 100),
                 counted("nullspace@native", "search", 120),
             ]
-        )
+        ),
+        M4F,
     )
     assert cells(text, "qp/daqp@generated") == [
         *("qp/daqp@generated", "9000", "4000", "9000", "4", "8", "3 of 60", "0.00900")
@@ -59,10 +63,10 @@ def test_a_vehicle_that_no_solver_was_counted_on_is_left_out() -> None:
         counted("nullspace@native", "active", most, vehicle=name)
         for name, most in (("ukwial", 100), ("box8", 999))
     ]
-    text = microcontroller(rows([solver, *ours]))
+    text = microcontroller(rows([solver, *ours]), M4F)
     assert "box8" not in text
     assert cells(text, "nullspace@native")[1:3] == ["100", "100"]
 
 
 def test_without_a_solver_s_c_there_is_nothing_to_compare() -> None:
-    assert microcontroller(rows([counted("nullspace@native", "active", 100)])) == ""
+    assert microcontroller(rows([counted("nullspace@native", "active", 100)]), M4F) == ""

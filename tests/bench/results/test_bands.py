@@ -9,14 +9,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.__main__ import cli
+from bench.chips.target import target, targets
 from bench.record import SCHEMA, Emulated, Header
 from bench.record.writer import Writer
 from bench.report import render
 from bench.results.bands import bands
-from bench.results.cycles import CPI, Cpi, seconds, share
+from bench.results.cycles import Cpi, assumed, seconds, share
 from bench.results.emulated import rows
 from bench.results.fit import Fit, Loop
 
+M7 = assumed([target("cortex-m7").facts])
 positive = st.floats(1e-3, 1e9)
 
 
@@ -52,6 +54,7 @@ def directory(tmp_path: Path) -> Path:
                 settings={},
             )
         )
+        writer.append(target("cortex-m7").facts)
         writer.append(emulated("cortex-m7", "active", (100, 3), (112, 1)))
         writer.append(emulated("cortex-m7", "search", (110, 50), (120, 2)))
         writer.append(emulated("x86-64", "active", (80, 4)))
@@ -74,9 +77,12 @@ def test_at_one_cycle_per_instruction_and_one_hertz_seconds_equal_instructions()
 
 
 def test_every_assumption_on_cycles_is_a_band_with_a_basis() -> None:
-    for cpi in CPI.values():
-        assert 0 < cpi.low < cpi.high
-        assert cpi.basis
+    for one in targets():
+        found = assumed([one.facts]).get(one.name)
+        assert (found is None) == one.callgrind  # beside it all others stand
+        if found is not None:
+            assert 0 < found.low < found.high
+            assert found.basis
 
 
 def test_a_kernel_fits_may_fit_or_does_not_fit_as_the_budget_lies_above_in_or_below_its_band() -> None:
@@ -91,7 +97,7 @@ def test_a_kernel_fits_may_fit_or_does_not_fit_as_the_budget_lies_above_in_or_be
 def test_a_band_is_of_the_most_costly_call_over_all_demand_sets_and_x86_has_none(directory: Path) -> None:
     counted = rows([emulated("cortex-m7", "active", (9, 1)), emulated("cortex-m7", "search", (11, 1))])
     counted += rows([emulated("x86-64", "active", (8, 1))])
-    (band,) = bands(counted, 1e6, Loop(100.0, 0.1))
+    (band,) = bands(counted, 1e6, Loop(100.0, 0.1), M7)
     assert band.counted.instructions == 11
 
 
@@ -101,7 +107,7 @@ def test_a_kernel_with_an_uncounted_demand_set_is_never_said_to_fit() -> None:
     for budget, fit in ((0.5, Fit.UNKNOWN), (0.04, Fit.DOES_NOT_FIT)):
         (band,) = bands(counted, 1e6, Loop(100.0, budget), {"cortex-m7": Cpi(0.5, 4.0, "")})
         assert (band.fit, band.counted.missed) == (fit, ("infeasible",))
-    assert not bands(rows([failed]), 1e6, Loop(100.0, 0.5))
+    assert not bands(rows([failed]), 1e6, Loop(100.0, 0.5), M7)
 
 
 def test_a_later_row_replaces_an_earlier_one_of_the_same_names() -> None:

@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
-from bench.record import Batch, Cell, Emulated, Key, Problem, RecordError
+from bench.chips.target import target
+from bench.record import Batch, Cell, Emulated, Key, Line, RecordError
 from bench.record.machine import machine_name
 from bench.results.fit import Fit, Loop
 from bench.results.machines import (
@@ -25,9 +26,7 @@ from tests.bench.results.test_sizing import steady
 LOOP = Loop(100)
 
 
-def folder(
-    place: Path, name: str, *cells: Cell | Problem | Emulated, cpu: str = "Example", **header: object
-) -> Path:
+def folder(place: Path, name: str, *cells: Line, cpu: str = "Example", **header: object) -> Path:
     """A run of a machine with this processor, in a folder of this name."""
     (place / name).mkdir(parents=True)
     machine = {"cpu": cpu, "cores": 2}
@@ -146,7 +145,8 @@ def test_an_emulated_processor_stands_among_machines_at_its_clock(tmp_path: Path
         agrees=True,
     )
     timed = steady("nullspace@native", 1, exact=True)
-    machines: list[NamedRun] = read_machines([folder(tmp_path, "a", timed), folder(tmp_path, "c", counted)])
+    emulated = folder(tmp_path, "c", target("cortex-m7").facts, counted)
+    machines: list[NamedRun] = read_machines([folder(tmp_path, "a", timed), emulated])
 
     def fits(loop: Loop) -> Size:
         (size,) = on_all(sizes_of(machines, loop, 6e6))

@@ -1,7 +1,7 @@
-/* Arm's MPS2 boards as QEMU has them (mps2-an386: Cortex-M4F, mps2-an500: Cortex-M7). The line is UART 0.
+/* Arm's MPS2 boards as QEMU has them (mps2-an386: Cortex-M4F, mps2-an500: Cortex-M7). The line is the UART at BOARD_UART.
  *
  * A tick is an instruction of a kernel: count.c, a plugin of QEMU's, keeps their number in a file, which is read here
- * through semihosting. With BOARD_SYSTICK it is one of SysTick, 40 ns; under -icount shift=0 QEMU takes 1 ns for
+ * through semihosting. With BOARD_SYSTICK it is one of SysTick, of which there are BOARD_TICKS a second; under -icount shift=0 QEMU takes 1 ns for
  * an instruction, whatever it is.
  */
 #include "board.h"
@@ -16,7 +16,7 @@ const struct board_facts board_facts = {
     .processor = BOARD_PROCESSOR,
 #ifdef BOARD_SYSTICK
     .port = "QEMU, SysTick",
-    .ticks_per_s = 25000000u,
+    .ticks_per_s = BOARD_TICKS,
 #else
     .port = "QEMU, instructions counted by a plugin",
     .ticks_per_s = 0,
@@ -68,7 +68,7 @@ uint32_t board_ticks(void)
 }
 #endif
 
-#define UART ((volatile uint32_t *)0x40004000) /* data, state, control, interrupt, divider: AN386, table 3-4 */
+#define UART ((volatile uint32_t *)BOARD_UART) /* data, state, control, interrupt, divider: AN386, table 3-4 */
 
 void board_put(char c)
 {

@@ -1,10 +1,10 @@
 CC = arm-none-eabi-gcc
 SOURCES += ports/mps2.c
 CFLAGS += -ffunction-sections -fdata-sections
-DEFINES = -DBOARD_PASSES=0 -DBOARD_STACK -DBOARD_PROCESSOR='"$(PROCESSOR)"'
+DEFINES = $(filter -D%,$(BOARD)) -DBOARD_PASSES=0 -DBOARD_STACK -DBOARD_PROCESSOR='"$(PROCESSOR)"'
 PRODUCT := $(BUILD)/board.elf
 CALLS := $(KERNELS:%=$(BUILD)/call_%.o)
-LINK = $(CC) $(TARGET) $(CFLAGS) -nostartfiles --specs=nosys.specs -Wl,--gc-sections -Tports/mps2.ld
+LINK = $(CC) $(TARGET) $(CFLAGS) -nostartfiles --specs=nosys.specs -Wl,--gc-sections -Tports/mps2.ld $(BOARD)
 FINISH = $(LINK) $(2) $(CALLS) -lm -o $(1)
 PLUGIN_API := $(if $(shell $(QEMU) --version | grep -E "version [1-8]\."),1,2)
 

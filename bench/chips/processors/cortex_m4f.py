@@ -23,6 +23,8 @@ import numpy as np
 
 from alloc.allocation import BoolArray, IndexArray
 from bench.chips.interval import Cycles, Unpublished
+from bench.chips.target import cortex_m
+from bench.chips.thumb import BRANCHES, MANY, ONE, WORDS, listed, plain
 from bench.chips.trace import Executed, Trace
 
 EARLY, LATE = 1, 2
@@ -31,52 +33,10 @@ a target of 4 bytes that begins between words."""
 DIVIDED = {"vdiv", "vsqrt"}
 A_GROUP = 3
 """Instructions of 4 bytes between words, from which on the fetch unit falls behind."""
-ONE = {
-    *("mov", "movw", "movt", "mvn", "add", "addw", "adc", "adr", "sub", "subw", "sbc", "rsb", "cmp", "cmn"),
-    *(
-        "tst",
-        "teq",
-        "and",
-        "orr",
-        "orn",
-        "eor",
-        "bic",
-        "lsl",
-        "lsr",
-        "asr",
-        "ror",
-        "rrx",
-        "clz",
-        "rbit",
-        "rev",
-    ),
-    *("rev16", "revsh", "uxtb", "uxth", "sxtb", "sxth", "ubfx", "sbfx", "bfi", "bfc", "ssat", "usat", "mul"),
-    *("smull", "umull", "smlal", "umlal", "umaal", "uxtab", "uxtah", "pkhbt", "pkhtb"),
-    *("neg", "vabs", "vneg", "vcmp", "vcmpe", "vmrs", "vmsr"),
-}
-"""What takes one cycle; where it writes pc, P more."""
 SUMS = ("vadd", "vsub", "vmul", "vnmul", "vcvt", "vcvtr")
 MACS = ("vmla", "vmls", "vnmla", "vnmls", "vfma", "vfms", "vfnma", "vfnms")
 ARITHMETIC = dict.fromkeys(SUMS, 1) | dict.fromkeys(MACS, 3) | {"vdiv": 14, "vsqrt": 14}
 """Cycles of what takes one longer where the next instruction reads its result."""
-WORDS = {"ldr", "ldrb", "ldrh", "ldrsb", "ldrsh", "str", "strb", "strh", "vldr", "vstr"}
-MANY = {
-    "push",
-    "pop",
-    "ldm",
-    "ldmia",
-    "ldmdb",
-    "stm",
-    "stmia",
-    "stmdb",
-    "vpush",
-    "vpop",
-    "vldmia",
-    "vldmdb",
-    "vstmia",
-    "vstmdb",
-}
-BRANCHES = {"b", "bl", "bx", "blx", "cbz", "cbnz"}
 CORE = {*(f"r{i}" for i in range(13)), "ip", "lr", "sl", "fp", "sp"}
 
 
@@ -97,7 +57,7 @@ class Lines(NamedTuple):
     between: BoolArray
 
 
-def cortex_m4f(trace: Trace) -> list[Cycles]:
+def cycles(trace: Trace) -> list[Cycles]:
     """Cycles of each call, its return included; raises Unpublished for what is not in the tables."""
     names = [plain(one) for one in trace.known]
     lines = Lines(
@@ -151,11 +111,6 @@ def _fetches(lines: Lines, call: IndexArray, wide: BoolArray) -> int:
         changes = 1 + np.flatnonzero(np.diff(memory[start:end].astype(np.int8)))
         found += sum(not stretch.any() for stretch in np.split(wide[start:end], changes))
     return found
-
-
-def plain(one: Executed) -> str:
-    """The mnemonic without the s that sets flags."""
-    return one.name[:-1] if one.name.endswith("s") and one.name[:-1] in ONE else one.name
 
 
 def _cycles(before: Executed | None, one: Executed, after: Executed | None) -> Cycles:
@@ -244,10 +199,15 @@ def _read(one: Executed) -> set[str]:
     return one.registers(of=slice(first, None))
 
 
-def listed(one: Executed) -> int:
-    """How many words a register list holds: {r4-r7, lr} holds 5, {d8-d9} 4."""
-    listed = re.findall(r"([a-z]+)(\d*)(?:-[a-z](\d+))?", one.operands[-1])
-    return sum(
-        (int(last) - int(first) + 1 if last else 1) * (2 if kind == "d" else 1)
-        for kind, first, last in listed
-    )
+TARGET = cortex_m(
+    "-mcpu=cortex-m4",
+    "-mfpu=fpv4-sp-d16",
+    machine="mps2-an386",
+    tick_hz=25_000_000,
+    scalars=("float",),
+    cpi=(1.0, 3.0),
+    basis="one instruction at a time; published at zero wait states: 1 cycle to add, multiply or compare, 2"
+    " to load, 3 to multiply and add (TI SWCU192, tables 3-25 and 3-27). Flash wait states come on top",
+    goal=1.05,
+    cycles=cycles,
+)

@@ -17,8 +17,9 @@ from typing import NamedTuple
 import numpy as np
 
 from alloc.allocation import IndexArray
-from bench.chips.cortex_m4f import BRANCHES, MANY, ONE, WORDS, listed, plain
 from bench.chips.interval import Cycles, Unpublished
+from bench.chips.target import cortex_m
+from bench.chips.thumb import BRANCHES, MANY, ONE, WORDS, listed, plain
 from bench.chips.trace import Executed, Trace
 
 LONGEST = 200_000
@@ -77,7 +78,7 @@ class Line(NamedTuple):
     following: int
 
 
-def cortex_m7(trace: Trace) -> list[Cycles]:
+def cycles(trace: Trace) -> list[Cycles]:
     """Cycles of each call; raises Unpublished for what nobody measured, or a call that is too long."""
     executed = {i for call in trace.calls for i in np.unique(_checked(call)).tolist()}
     lines = {i: _line(trace.known[i]) for i in executed}
@@ -155,3 +156,17 @@ def _halves(registers: set[str]) -> list[str]:
         number = int(name[1:]) if name[1:].isdigit() else -1
         found += [f"s{2 * number}", f"s{2 * number + 1}"] if name[0] == "d" else [name]
     return found
+
+
+TARGET = cortex_m(
+    "-mcpu=cortex-m7",
+    "-mfpu=fpv5-d16",
+    machine="mps2-an500",
+    tick_hz=25_000_000,
+    scalars=("double",),
+    cpi=(0.5, 4.0),
+    basis="Arm publishes none; assumed: at best two at a time, at worst each waits 4 cycles for a"
+    " double-precision sum before it (latency in LLVM's ARMScheduleM7.td). Cache misses come on top",
+    goal=1.0,
+    cycles=cycles,
+)
