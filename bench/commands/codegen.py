@@ -5,7 +5,7 @@ from typing import Literal
 
 import click
 
-from bench.commands import LIMITS, PATH, SINGLE
+from bench.commands import LIMITS, PATH, SINGLE, refuse_another_s
 
 
 @click.command()
@@ -26,6 +26,7 @@ def command(vehicle: str, method: str, single: bool, limits: Literal["fixed", "c
     called = f"{function_name(loaded, kernel, scalar, limits)}.md"  # several functions may share a folder
     files = generate(loaded, kernel, scalar, limits=limits)
     files[called] = page(loaded, kernel, scalar, limits)
+    refuse_another_s(out, files)
     try:
         out.mkdir(parents=True, exist_ok=True)
         for name, text in files.items():

@@ -5,7 +5,7 @@ from typing import Literal
 
 import click
 
-from bench.commands import LIMITS, PATH, RUNS, SINGLE
+from bench.commands import LIMITS, PATH, RUNS, SINGLE, refuse_another_s
 
 
 @click.command()
@@ -32,6 +32,7 @@ def command(
     can't be excluded. `make prove` installs what this needs, and proves all.
     """
     from concurrent.futures import ProcessPoolExecutor
+    from itertools import groupby
     from os import cpu_count
     from signal import SIG_DFL, SIGTERM, signal
 
@@ -56,6 +57,12 @@ def command(
     except OSError as error:
         raise AllocError(f"{out}: can't be written ({error.strerror}); give another --out") from None
     several = len(subjects) > 1
+    for place, own in groupby(sorted(subjects, key=lambda of: of.name), key=lambda of: of.name):
+        first, *others = own
+        if any(other.vehicle.name != first.vehicle.name for other in others):
+            names = ", ".join(repr(of.vehicle.name) for of in (first, *others))
+            raise AllocError(f"{place}: is the name in C of {names}; give another name to one")
+        refuse_another_s(out / place if several else out, first.files)
     proofs = []
     pool = ProcessPoolExecutor(cpu_count(), initializer=signal, initargs=(SIGTERM, SIG_DFL))
     try:

@@ -5,7 +5,7 @@ from bench.record import Authority, Capability, Served
 from bench.report.pictures import picture
 from bench.results.quantiles import share
 from bench.results.rows import Run
-from bench.results.text import percent, table, three
+from bench.results.text import percent, plain, table, three
 
 NEARLY_SINGULAR = 100.0
 """Condition above which a warning is given: some wrench costs a hundred times the thrust of another, so full
@@ -32,11 +32,11 @@ def section(run: Run, drawn: frozenset[str]) -> str:
 def _vehicle(capability: Capability, drawn: frozenset[str]) -> list[str]:
     name = capability.vehicle
     return [
-        f"### {name}\n",
+        f"### {plain(name)}\n",
         _authority(capability),
         *_warnings(capability),
         _served(capability),
-        *(f"Not counted: `{u.method}` ({u.status}: {u.reason}).\n" for u in capability.unserved),
+        *(f"Not counted: {plain(f'{u.method} ({u.status}: {u.reason})')}.\n" for u in capability.unserved),
         picture(
             f"reach-{name}.svg", f"Attainable set of {name} and what the closed form serves of it", drawn
         ),

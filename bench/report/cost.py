@@ -4,7 +4,7 @@ from alloc.formulations import list_formulations
 from bench.report.pictures import picture
 from bench.results.columns import Row
 from bench.results.rows import Run
-from bench.results.text import table, three
+from bench.results.text import plain, table, three
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:
@@ -20,7 +20,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
         f" {'; '.join([*meanings, 'other names are rules of practice'])}.\n",
     ]
     for vehicle in run.vehicles:
-        parts.append(f"### {vehicle}\n")
+        parts.append(f"### {plain(vehicle)}\n")
         for kind, alt in (
             ("cost", "median, p99.9 and slowest call of each method"),
             ("pareto", "wrench lost over time of each method"),

@@ -36,6 +36,14 @@ def style() -> str:
     return f":root {{ {light} }}\n{screen}\n{sheet}"
 
 
+POLICY = (
+    '<meta http-equiv="Content-Security-Policy" content="'
+    "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'"
+    '">'
+)
+"""Nothing comes from outside, whatever a page's words hold."""
+
+
 def document(markdown: str, directory: Path) -> str:
     """The Markdown as one HTML page without links to other files, for light and dark settings.
 
@@ -50,7 +58,8 @@ def document(markdown: str, directory: Path) -> str:
     body = re.sub(r'<img src="([^"/]+\.svg)"', embedded, prose(markdown))
     title = escape(markdown.partition("\n")[0].lstrip("# "))
     return (
-        f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{title}</title>\n'
+        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f"{POLICY}\n<title>{title}</title>\n"
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f'<style>{style()}</style>\n</head>\n<body>\n<main class="text">\n{body}</main>\n</body>\n</html>\n'
     )

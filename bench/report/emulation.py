@@ -9,7 +9,7 @@ from bench.report.microcontroller import microcontroller
 from bench.results.cycles import PUBLISHED, assumed
 from bench.results.emulated import IN_WORDS, REFERENCE, EmulatedRow, rows, shown_scalar
 from bench.results.rows import Run
-from bench.results.text import table, three
+from bench.results.text import plain, table, three
 
 
 def summary(run: Run) -> str:
@@ -58,7 +58,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
     known = assumed(processors)
     for target in dict.fromkeys(row.emulated.target for row in counted):
         own = [row for row in counted if row.emulated.target == target]
-        parts += [f"### {target}\n", _target(own)]
+        parts += [f"### {plain(target)}\n", _target(own)]
         if any(row.emulated.cycles for row in own):
             parts.append(f"Cycles are {PUBLISHED}.\n")
         if target in known and not all(row.emulated.cycles for row in own):
@@ -67,7 +67,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
         parts.append(beside)
     if reached := goals(counted, processors):
         parts += ["### What was asked for, and what was found\n", reached]
-    tools = {f"{name} {version}" for row in counted for name, version in row.emulated.tools.items()}
+    tools = {plain(f"{name} {version}") for row in counted for name, version in row.emulated.tools.items()}
     parts.append(f"Counted with {', '.join(sorted(tools))}.\n")
     failed = [row for row in emulated if row.emulated.status != "ok" or row.emulated.agrees is False]
     return "\n".join([*parts, _failures(failed)] if failed else parts)

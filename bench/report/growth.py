@@ -6,7 +6,7 @@ from collections.abc import Callable
 from bench.report.pictures import picture
 from bench.results.growth import FITTED_FROM, Series, exponent, pays_up_to, series
 from bench.results.rows import Run
-from bench.results.text import table, three
+from bench.results.text import plain, table, three
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:
@@ -65,5 +65,6 @@ def _refused(family: list[Series]) -> str:
     lines = []
     for (label, status), sizes in reasons.items():
         why = str(rows[label][sizes[0]].reason)
-        lines.append(f"- {label}, n = {', '.join(map(str, sizes))}: {status}; at n = {sizes[0]}: {why}")
+        at = ", ".join(map(str, sizes))
+        lines.append(f"- {plain(f'{label}, n = {at}: {status}; at n = {sizes[0]}: {why}')}")
     return "\n".join(lines) + "\n" if lines else ""

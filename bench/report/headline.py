@@ -5,7 +5,7 @@ from bench.record import NO_VEHICLE
 from bench.results.columns import Row
 from bench.results.ranking import best, complete, exact, optimal, right
 from bench.results.rows import Run
-from bench.results.text import number_range, three
+from bench.results.text import number_range, plain, three
 
 CLOSED_FORMS = {"pinv@native": "the time of f = T* τ in generated C", "pinv": "that of f = T* τ in numpy"}
 """What the exact answer is compared with: generated C with C, and what most people call from Python."""
@@ -58,7 +58,7 @@ def _cost(run: Run) -> str:
     fleet = "1 vehicle" if len(exact_us) == 1 else f"{len(exact_us)} vehicles"
     text = (
         f"The exact constrained allocation (eq. 4-5) takes {number_range(exact_us)} µs a call on {fleet}"
-        f" (`{max(set(names), key=names.count)}`, medians)"
+        f" ({_code(max(set(names), key=names.count))}, medians)"
     )
     comparisons = [f"{number_range(over[m])} times {words}" for m, words in CLOSED_FORMS.items() if over[m]]
     if comparisons:
@@ -113,6 +113,10 @@ def _unfinished(run: Run) -> str:
     events = run.record.events
     stopped = events and events[-1].what != "finished"
     return " **This run was stopped before its end**; `thrustbench run --resume` goes on." if stopped else ""
+
+
+def _code(name: str) -> str:
+    return plain(name) if "`" in name else f"`{name}`"
 
 
 def _us(row: Row | None) -> float | None:

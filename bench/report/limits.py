@@ -1,6 +1,7 @@
 """Report section: what these numbers do not say."""
 
 from bench.results.rows import Run
+from bench.results.text import plain
 
 TEXT = """## Limits
 
@@ -34,5 +35,5 @@ def section(run: Run, drawn: frozenset[str]) -> str:
     measured = [row for row in run.rows if not row.failed]
     noisy = sum(bool(row.disturbances) for row in measured) > len(measured) / 10
     virtual = run.record.header.machine.get("virtual")
-    cut = "".join(f"- {sentence}\n" for sentence in cut_logs(run))
+    cut = "".join(f"- {plain(sentence)}\n" for sentence in cut_logs(run))
     return TEXT + cut + (VIRTUAL if virtual else "") + (NOISY if noisy else "")

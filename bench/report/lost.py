@@ -7,7 +7,7 @@ from alloc.formulations.scaled import FORMULATION as SCALED
 from bench.results.columns import Row
 from bench.results.ranking import best
 from bench.results.rows import Run
-from bench.results.text import percent, table, three
+from bench.results.text import percent, plain, table, three
 
 INTRODUCTION = """## What you lose
 
@@ -54,7 +54,7 @@ def _vehicle(run: Run, vehicle: str) -> list[str]:
     )
     nothing = f"Nothing that is attainable is lost by {', '.join(keeping)}.\n"
     body = [[_together(rows), *cells] for cells, rows in lines.items()]
-    return [f"### {vehicle}\n", table(headers, body), *([nothing] if keeping else [])]
+    return [f"### {plain(vehicle)}\n", table(headers, body), *([nothing] if keeping else [])]
 
 
 def _together(rows: list[Row]) -> str:

@@ -3,7 +3,7 @@
 from collections import Counter
 
 from bench.results.rows import Run
-from bench.results.text import percent, table, three
+from bench.results.text import percent, plain, table, three
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:
@@ -11,7 +11,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
     header = run.record.header
     facts = [[key.replace("_", " "), str(value)] for key, value in header.machine.items() if value != ""]
     facts += [["started", header.started], ["commit", header.commit or "unknown"], ["seed", str(header.seed)]]
-    versions = ", ".join(f"{name} {version}" for name, version in sorted(header.versions.items()))
+    versions = ", ".join(plain(f"{name} {version}") for name, version in sorted(header.versions.items()))
     return "\n".join(
         [
             "## The machine, and how quiet it was\n",

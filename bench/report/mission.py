@@ -4,7 +4,7 @@ from alloc.allocation import WRENCH_TOLERANCE
 from bench.results.columns import Row
 from bench.results.ranking import best
 from bench.results.rows import Run
-from bench.results.text import percent, table, three
+from bench.results.text import percent, plain, table, three
 
 BEFORE, AFTER = "mission", "mission-fault"
 
@@ -31,7 +31,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
             after = {row.method: row for row in best(run, degraded, AFTER)}
             lines = [[name, *_numbers(row, after[name])] for name, row in before.items() if name in after]
             if lines:
-                parts += [f"### {vehicle}, then {degraded}\n", table(HEADERS, lines)]
+                parts += [f"### {plain(vehicle)}, then {plain(degraded)}\n", table(HEADERS, lines)]
     if not parts:
         return ""
     title = (

@@ -4,7 +4,7 @@ from bench.record import Problem
 from bench.results.columns import Row
 from bench.results.ranking import largest_loss
 from bench.results.rows import Run
-from bench.results.text import percent, table, three
+from bench.results.text import percent, plain, table, three
 
 INTRODUCTION = """## Demands in a row, and limits that move
 
@@ -30,7 +30,8 @@ HEADERS = (
 
 def section(run: Run, drawn: frozenset[str]) -> str:
     """A table for each set of a vehicle whose demands are a sequence or have limits of their own."""
-    parts = [part for problem in sequences(run) for part in (f"### {title(problem)}\n", of(run, problem))]
+    asked = sequences(run)
+    parts = [part for one in asked for part in (f"### {plain(title(one))}\n", of(run, one))]
     return "\n".join([INTRODUCTION, *parts]) if parts else ""
 
 

@@ -4,6 +4,7 @@ from bench.record.machine import machine_name
 from bench.report.pictures import picture
 from bench.report.verdict import USUAL, sure, usual
 from bench.results.rows import Run
+from bench.results.text import plain
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:
@@ -14,8 +15,8 @@ def section(run: Run, drawn: frozenset[str]) -> str:
     name = machine_name(run.record.header.machine)
     return "\n".join(
         [
-            "\n".join(f"- {sentence}" for sentence in said) + "\n",
-            f"How sure: {name} was {sure(run)} Another rate than {USUAL.rate_hz:g} Hz:"
+            "\n".join(f"- {plain(sentence)}" for sentence in said) + "\n",
+            f"How sure: {plain(name)} was {plain(sure(run))} Another rate than {USUAL.rate_hz:g} Hz:"
             " `thrustbench size DIR --rate HZ`.\n",
             picture("overview.svg", "what a call costs, and what is lost without limits", drawn),
         ]

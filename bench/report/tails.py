@@ -9,7 +9,7 @@ from bench.results.columns import Row
 from bench.results.quantiles import interval
 from bench.results.ranking import best
 from bench.results.rows import Run
-from bench.results.text import table, three
+from bench.results.text import plain, table, three
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:
@@ -30,7 +30,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
         if rows:
             alt = f"{vehicle}: share of calls slower than a time, for the fastest methods"
             parts += [
-                f"### {vehicle}, {demands}\n",
+                f"### {plain(vehicle)}, {plain(demands)}\n",
                 picture(f"tails-{vehicle}.svg", alt, drawn),
                 _table(rows),
             ]

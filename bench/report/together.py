@@ -10,7 +10,7 @@ from bench.results.emulated import IN_WORDS, shown_scalar
 from bench.results.emulated import rows as emulated_rows
 from bench.results.machines import NamedRun, differences, incomparable, medians, on_all, swapped
 from bench.results.sizing import best_of_each, sizes
-from bench.results.text import table, three
+from bench.results.text import plain, table, three
 
 MOST = 10
 """Most methods in a table of report.md; details.md has all."""
@@ -39,8 +39,8 @@ def _opening(timed: Sequence[NamedRun]) -> list[str]:
     sized = {machine.name: sizes(machine.run, USUAL) for machine in timed}
     whole = [s for s in best_of_each(on_all(sized)) if any(s.vehicle in m.run.vehicles for m in timed)]
     where = " on every machine" if len(timed) > 1 else ""
-    said = "\n".join(f"- {sentence}" for sentence in verdicts(whole, USUAL, where)) + "\n"
-    trust = "\n".join(f"- {machine.name} was {sure(machine.run)}" for machine in timed)
+    said = "\n".join(f"- {plain(sentence)}" for sentence in verdicts(whole, USUAL, where)) + "\n"
+    trust = "\n".join(f"- {plain(machine.name)} was {plain(sure(machine.run))}" for machine in timed)
     return [said, f"How sure:\n\n{trust}\n"]
 
 
@@ -79,8 +79,8 @@ def _vehicle(timed: Sequence[NamedRun], vehicle: str, most: int | None) -> list[
     for machine in here[1:]:
         headers += [f"{machine.name} [µs]", f"over {here[0].name}"]
     shown = dict(ordered[:most])
-    parts = [f"## {vehicle}, medians on {demands} demands\n", table(headers, lines)]
-    parts += [f"No ratio for {name}: {reason}.\n" for name, reason in why.items() if reason]
+    parts = [f"## {plain(vehicle)}, medians on {plain(demands)} demands\n", table(headers, lines)]
+    parts += [f"No ratio for {plain(name)}: {reason}.\n" for name, reason in why.items() if reason]
     for i, machine in enumerate(here[1:], start=1):
         if pairs := [] if why[machine.name] else swapped(shown, 0, i):
             said = "; ".join(f"{a} before {b}" for a, b in pairs[:MOST])

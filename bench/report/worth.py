@@ -5,7 +5,7 @@ from bench.report.readme import lost, served
 from bench.results.columns import Row
 from bench.results.ranking import best, exact, optimal, right, worth_considering
 from bench.results.rows import Run
-from bench.results.text import table, three
+from bench.results.text import plain, table, three
 
 HEADERS = ("method", "answers", "median [µs]", "p99.9 [µs]", "wrench lost, worst", "served", "memory [MB]")
 
@@ -18,7 +18,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
         rows = worth_considering(best(run, vehicle, demands))
         lines = [*(_line(run, row) for row in rows), *_not_measured(run, vehicle, demands)]
         if lines:
-            parts += [f"### {vehicle}, {demands} demands\n", table(HEADERS, lines)]
+            parts += [f"### {plain(vehicle)}, {plain(demands)} demands\n", table(HEADERS, lines)]
     if not parts:
         return ""
     own = any(method.plugin for method in run.record.methods)

@@ -26,12 +26,15 @@ def write_csv(
 ) -> None:
     """Write a header of column names and one line for each row, with None as an empty field.
 
+    In text a control character is a blank, and what a spreadsheet would take for a formula begins with ``'``.
     Floats have six digits, more than a clock or a solver's tolerance can give. With ``pointed`` a float
     without decimals gets a point too, so that a reader that guesses a column's type from its first rows does
     not take it for an integer.
     """
 
     def text(value: Value) -> Value:
+        if isinstance(value, str):
+            return harmless(value)
         if not isinstance(value, float):
             return value
         digits = f"{value:.6g}"
@@ -43,10 +46,17 @@ def write_csv(
         writer.writerows([text(column(row)) for column in columns.values()] for row in rows)
 
 
+def harmless(text: str) -> str:
+    """The text as a spreadsheet shows it and no more: a name or a message may be made to be a formula."""
+    printable = "".join(c if c.isprintable() else " " for c in text)
+    return f"'{printable}" if printable[1:] and printable.lstrip()[:1] in ("=", "+", "-", "@") else printable
+
+
 def documentation() -> str:
     """The columns as a Markdown table, from their docstrings."""
     meanings = {name: inspect.cleandoc(column.__doc__ or "") for name, column in columns().items()}
     return table(
         ("column", "meaning"),
         [(f"`{name}`", meaning.replace("``", "`")) for name, meaning in meanings.items()],
+        markdown=True,
     )

@@ -1,5 +1,6 @@
 """Numbers and tables for readers: three significant digits, Markdown."""
 
+import re
 from collections.abc import Iterable, Sequence
 from math import floor, isfinite, log10
 
@@ -41,15 +42,40 @@ def counted(n: int, what: str) -> str:
     return f"{n} {what}{'' if n == 1 else 's'}"
 
 
-def table(headers: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A Markdown table that also reads well in a terminal: first column left, numbers right."""
-    body = [[_cell(text) for text in row] for row in rows]
+def table(headers: Sequence[str], rows: Iterable[Sequence[str]], *, markdown: bool = False) -> str:
+    """A Markdown table that also reads well in a terminal: first column left, numbers right.
+
+    Cells are text, not Markdown, but for those that are code from end to end; or all are, with ``markdown``.
+    """
+    headers = [_cell(text) for text in headers]
+    cell = _bars if markdown else _cell
+    body = [[cell(text) for text in row] for row in rows]
     align = ["left", *("left" if _wordy(body, i) else "right" for i in range(1, len(headers)))]
     return tabulate(body, headers=headers, tablefmt="pipe", colalign=align, disable_numparse=True) + "\n"
 
 
+def plain(text: str) -> str:
+    """Markdown that shows the text as it is, on one line: a user's name or message may hold anything."""
+    return re.sub(r"^(?:(?=[#>+*=~-])|(\d+)(?=[.)]))", r"\1\\", _inline(text))
+
+
+def _inline(text: str) -> str:
+    """The same where a line does not begin with it."""
+    shown = " ".join("".join(c if c.isprintable() else " " for c in text).split())
+    paired = "".join(mark for mark in "*$~" if shown.count(mark) > 1)  # a single one is itself
+    return re.sub(rf"[{re.escape(paired)}]|{_MEANS}" if paired else _MEANS, r"\\\g<0>", shown)
+
+
+_MEANS = r"[\\`|]|\](?=[(\[:])|<(?=[A-Za-z/!?])|&(?=#?\w+;)|(?<!\w)_|_(?!\w)"
+"""What is Markdown wherever it stands: code, the middle of a link, a tag, an entity, emphasis."""
+
+
 def _cell(text: str) -> str:
-    """The text on one line, its bars escaped: a solver's message may hold anything."""
+    return _bars(text) if re.fullmatch(r"`[^`\n]+`", text) else _inline(text)
+
+
+def _bars(text: str) -> str:
+    """Markdown on one line, its bars escaped."""
     return " ".join(text.split()).replace("|", "\\|")
 
 

@@ -7,7 +7,9 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from alloc import AllocError
 from alloc.native import compiled, missing
+from alloc.vehicle.read import find_file
 from bench.commands.codegen import command
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "-")
@@ -63,6 +65,20 @@ def test_a_second_method_in_the_same_folder_replaces_nothing_of_the_first(tmp_pa
     codegen("--vehicle", "ukwial", "--method", "nullspace", "--out", str(tmp_path))
     codegen("--vehicle", "ukwial", "--method", "pinv", "--float", "--out", str(tmp_path))
     assert [file.read_bytes() for file in first] == before
+
+
+def test_vehicles_whose_names_c_cannot_tell_apart_do_not_replace_each_other_s_files(tmp_path: Path) -> None:
+    text = find_file("ukwial").read_text()
+    out = tmp_path / "c"
+    for name in ("a b", "a-b"):
+        (tmp_path / f"{name}.yaml").write_text(text.replace("name: ukwial", f"name: {name}"))
+    asked = ["--method", "pinv", "--out", str(out), "--vehicle"]
+    for _ in range(2):  # its own files it may replace
+        codegen(*asked, str(tmp_path / "a b.yaml"))
+    before = {path: path.read_bytes() for path in out.iterdir()}
+    with pytest.raises(AllocError, match="is of a b, and C can't tell a-b from it; give another --out"):
+        codegen(*asked, str(tmp_path / "a-b.yaml"))
+    assert {path: path.read_bytes() for path in out.iterdir()} == before
 
 
 def test_names_of_thrusters_stand_in_header_and_page(tmp_path: Path) -> None:

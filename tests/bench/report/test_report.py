@@ -3,11 +3,15 @@
 import json
 import re
 import sys
+from html import unescape
 from pathlib import Path
 from urllib.parse import unquote
 
 import msgspec
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from markdown_it import MarkdownIt
 
 from bench.__main__ import main
 from bench.record import Batch, Cell, Emulated, Event, Judged, Key, Method
@@ -15,7 +19,7 @@ from bench.report import cost, emulation, failures, render, worth
 from bench.report.page import details, page
 from bench.report.tails import unmet
 from bench.results.rows import read_run
-from bench.results.text import number_range, table, three
+from bench.results.text import number_range, plain, table, three
 from tests import made_up
 from tests.made_up import exact_cell, header, problem, record
 
@@ -244,6 +248,57 @@ def test_a_reason_may_hold_bars_lines_and_tags_without_breaking_a_table(tmp_path
     (line,) = [line for line in text.splitlines() if "alert" in line]
     assert line.replace("\\|", "").count("|") == 5
     assert "<script>alert" not in (tmp_path / "report.html").read_text(encoding="utf-8")
+
+
+HOSTILE = "![x](http://a.example/x.png) [y](http://a.example) <img src=http://a.example> `*b*` _c_ $d$ &amp;"
+
+
+def prose(markdown: str) -> str:
+    made: str = MarkdownIt("commonmark", {"html": False}).enable("table").render(markdown)
+    return made
+
+
+def test_nothing_from_data_is_markdown_or_fetched_by_the_page(tmp_path: Path) -> None:
+    """Names of vehicle, set and method, and the reason of a failure; each stands in the page as it is."""
+    key = Key(f"v{HOSTILE}", f"d{HOSTILE}", f"m{HOSTILE}")
+    failed = made_up.cell("m", status="failed", reason=HOSTILE, judged=None)
+    bad = made_up.cell(judged=Judged(answers=1, counts={}, wrong=HOSTILE, agrees=False))
+    cells = [msgspec.structs.replace(cell, key=key) for cell in (failed, bad)]
+    cells[1].key = msgspec.structs.replace(key, method=f"n{HOSTILE}")
+    machine = {"cpu": HOSTILE, "id": HOSTILE}
+    run = read_run(record(tmp_path, header(machine=machine, versions={HOSTILE: HOSTILE}), *cells))
+    for text in (page(run, frozenset()), details(run, frozenset())):
+        shown = prose(text)
+        assert not re.findall(r"<(?:img|a) [^>]*>", shown)
+        assert f"v{HOSTILE}" in unescape(re.sub(r"<[^>]+>", "", shown))
+
+
+@given(
+    st.text(alphabet="ab 1.*_`[]()<>!#+-~$&;:|\\/=\"'", min_size=1, max_size=14).map(str.strip).filter(bool)
+)
+def test_plain_text_is_shown_as_it_is_where_a_line_begins_and_in_a_table(text: str) -> None:
+    text = " ".join(text.split())
+    for made in (prose(f"- {plain(text)}"), prose(table(("a", "b"), [(text, "1")]))):
+        shown = unescape(re.sub(r"<[^>]+>", "", made)).split("\n")
+        if not re.fullmatch(r"`[^`]+`", text):  # which is this project's own way to write code in a cell
+            assert text in shown
+
+
+def test_the_page_lets_nothing_in_from_outside(rendered: Path) -> None:
+    text = (rendered / "report.html").read_text(encoding="utf-8")
+    [policy] = re.findall(r'<meta http-equiv="Content-Security-Policy" content="([^"]*)">', text)
+    assert policy.startswith("default-src 'none';")
+    assert not re.search(r"https?:|\*", policy)
+    assert text.index(policy) < text.index("<style") < text.index("<script")
+
+
+@pytest.mark.parametrize("name", ["$a$", "$\\frac$", "a$b$c_{", "${", "$$"])
+def test_a_name_may_hold_what_a_drawing_library_takes_for_mathematics(name: str, tmp_path: Path) -> None:
+    made = record(
+        tmp_path, header(), problem(name), *(exact_cell(name, m, us) for m, us in (("a", 1.0), ("b", 2.0)))
+    )
+    render(made)
+    assert list(tmp_path.glob("*.svg"))
 
 
 def lossy(method: str, lost: float, beyond: float = 0.0) -> Cell:

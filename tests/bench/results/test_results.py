@@ -46,6 +46,25 @@ def test_a_csv_has_one_line_for_each_row_and_as_many_fields_in_each(tmp_path: Pa
     assert {len(line) for line in lines} == {len(header)}
 
 
+@pytest.mark.parametrize(
+    ("text", "cell"),
+    [
+        ("=1+2", "'=1+2"),
+        ("+cmd|' /C calc'!A0", "'+cmd|' /C calc'!A0"),
+        ("@SUM(A1)", "'@SUM(A1)"),
+        ("-2+3", "'-2+3"),
+        ("\t=1", "' =1"),
+        ("-", "-"),
+        ("a\x1b[2Jb\x00c\nd", "a [2Jb c d"),
+        ("bluerov2 -f2", "bluerov2 -f2"),
+    ],
+)
+def test_text_in_a_csv_is_no_formula_and_moves_no_cursor(text: str, cell: str, tmp_path: Path) -> None:
+    write_csv(tmp_path / "a.csv", {"name": str, "number": lambda _: -1.0}, [text])
+    with (tmp_path / "a.csv").open(newline="") as file:
+        assert list(csv.reader(file)) == [["name", "number"], [cell, "-1.0"]]
+
+
 def test_the_median_call_is_the_median_of_the_batches(tmp_path: Path) -> None:
     # Three batches at 1, 2 and 1 µs a call.
     assert row(tmp_path, made_up.cell()).call_p50_us == 1.0
