@@ -21,6 +21,8 @@ TAIL_BYTES = 2000
 STARTUP_S = 60.0
 """Time limit from the start of a process to its first task: Python, numpy and a cold disk."""
 
+DECODE = msgspec.json.Decoder(Message).decode
+
 
 def work(job: Job, time_limit_s: float) -> Iterator[Message]:
     """Run a job in a fresh process; yield its messages as they come.
@@ -83,51 +85,58 @@ def signals_held_back() -> Iterator[None]:
 def _messages(
     process: subprocess.Popen[bytes], reader: int, tasks: Sequence[Task], time_limit_s: float
 ) -> Iterator[Message]:
+    at: int | None = 0  # the task under way; a process that dies before its first task has lost that one
+    tail = bytearray()
+    try:
+        for line in _lines(process, reader, tail, time_limit_s):
+            message = _decoded(line, at, tasks)
+            if isinstance(message, str):
+                if at is not None:
+                    yield Failed(at, "failed", message)
+                return
+            at = message.task if isinstance(message, Begin) else None
+            yield message
+        # A method may close every file of its process and go on.
+        how, why = "crashed", cause(process.wait(timeout=time_limit_s), bytes(tail))
+    except (TimeoutError, subprocess.TimeoutExpired):
+        how, why = "timeout", f"no answer within {time_limit_s:g} s"
+    if at is not None:
+        yield Failed(at, how, why)
+
+
+def _lines(
+    process: subprocess.Popen[bytes], reader: int, tail: bytearray, time_limit_s: float
+) -> Iterator[bytes]:
+    """The lines that a process sends; ``tail`` gets the last of what it prints. Raises TimeoutError."""
     assert process.stdout is not None
     printed = process.stdout.fileno()
-    decode = msgspec.json.Decoder(Message).decode
-    at: int | None = 0  # the task under way; a process that dies before its first task has lost that one
-    pending, tail = b"", b""
+    pending = b""
     deadline = time.monotonic() + STARTUP_S
     with selectors.DefaultSelector() as selector:
         selector.register(reader, selectors.EVENT_READ)
         selector.register(printed, selectors.EVENT_READ)
         while selector.get_map():
-            ready = selector.select(max(0.0, deadline - time.monotonic()))
-            for key, _ in ready:
+            for key, _ in selector.select(max(0.0, deadline - time.monotonic())):
                 data = os.read(key.fd, 1 << 16)
                 if not data:
                     selector.unregister(key.fd)
                 elif key.fd == printed:
-                    tail = (tail + data)[-TAIL_BYTES:]
+                    tail[:] = (tail + data)[-TAIL_BYTES:]
                 else:
                     *lines, pending = (pending + data).split(b"\n")
-                    for line in lines:
-                        try:
-                            message = decode(line)
-                        except (msgspec.DecodeError, UnicodeDecodeError) as error:
-                            if at is not None:
-                                yield Failed(at, "failed", f"the result can't be recorded: {error}")
-                            return
-                        if not _expected(message, at, tasks):
-                            if at is not None:
-                                yield Failed(at, "failed", "the worker sent a message about another task")
-                            return
-                        at = message.task if isinstance(message, Begin) else None
-                        yield message
+                    yield from lines
                     deadline = time.monotonic() + time_limit_s
             if time.monotonic() >= deadline:
-                if at is not None:
-                    yield Failed(at, "timeout", f"no answer within {time_limit_s:g} s")
-                return
+                raise TimeoutError
+
+
+def _decoded(line: bytes, at: int | None, tasks: Sequence[Task]) -> Message | str:
+    """The message in a line, or why there is none that a worker at that task may send."""
     try:
-        code = process.wait(timeout=time_limit_s)
-    except subprocess.TimeoutExpired:  # a method may close every file of its process and go on
-        how = Failed(at or 0, "timeout", f"no answer within {time_limit_s:g} s")
-    else:
-        how = Failed(at or 0, "crashed", cause(code, tail))
-    if at is not None:
-        yield how
+        message = DECODE(line)
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        return f"the result can't be recorded: {error}"
+    return message if _expected(message, at, tasks) else "the worker sent a message about another task"
 
 
 def _expected(message: Message, at: int | None, tasks: Sequence[Task]) -> bool:
