@@ -30,7 +30,7 @@ ATTAINED = 1 - 1e-9
 
 def data(machines: Sequence[NamedRun]) -> dict[str, Any]:
     """Everything that the page shows, as it is written into the page."""
-    times = sorted({ns for m in machines for row in m.run.rows for ns, _ in row.singles} | {0})
+    times = sorted({ns for m in machines for row in m.run.rows for ns, _ in row.measured.singles} | {0})
     place = {ns: i for i, ns in enumerate(times)}
     found = [machine for m in machines for machine in _machine(m, place)]
     sets = {row["name"] for machine in found for method in machine["methods"] for row in method["sets"]}
@@ -112,7 +112,7 @@ def _method(
         "distance": _shown(most(row.distance_relative for row in rows)),
         "promise": _shown(most(row.tolerance for row in rows)),
         "served": served(machine.run, first.vehicle, first) if first.call_p50_us is not None else "",
-        "p999": _interval(merged(row.singles for row in rows)),
+        "p999": _interval(merged(row.measured.singles for row in rows)),
         "sets": [_set(row, place) for row in rows],
     }
 
@@ -123,14 +123,14 @@ def _set(row: Row, place: dict[int, int]) -> dict[str, Any]:
         "failed": f"{row.demands}: {row.failed.status}, {row.failed.reason}" if row.failed else "",
         "wrong": wrong(row),
         "exact": exact(row),
-        "asked": bool(row.attainable) or row.agreed is not None,
-        "attainable": row.attainable >= ATTAINED,
+        "asked": bool(row.measured.attainable) or row.agreed is not None,
+        "attainable": row.measured.attainable >= ATTAINED,
         "p50_us": row.call_p50_us,
         "cpu_us": row.call_cpu_p50_us,
         "p50": [_shown(row.call_p50_low_us), _shown(row.call_p50_high_us)],
-        "p999": _interval(row.singles),
+        "p999": _interval(row.measured.singles),
         "lost": _shown(largest_loss(row)),
-        "singles": _packed(row.singles, place),
+        "singles": _packed(row.measured.singles, place),
     }
 
 

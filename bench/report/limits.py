@@ -33,7 +33,7 @@ def cut_logs(run: Run) -> list[str]:
 def section(run: Run, drawn: frozenset[str]) -> str:
     """The limits of every run, and those of this one."""
     measured = [row for row in run.rows if not row.failed]
-    noisy = sum(bool(row.disturbances) for row in measured) > len(measured) / 10
+    noisy = sum(bool(row.measured.disturbances) for row in measured) > len(measured) / 10
     virtual = run.record.header.machine.get("virtual")
     cut = "".join(f"- {plain(sentence)}\n" for sentence in cut_logs(run))
     return TEXT + cut + (VIRTUAL if virtual else "") + (NOISY if noisy else "")

@@ -24,9 +24,9 @@ def section(run: Run, drawn: frozenset[str]) -> str:
 
 def _quiet(run: Run) -> str:
     measured = [row for row in run.rows if not row.failed]
-    disturbed = Counter(what for row in measured for what in row.disturbances)
-    busy = sum(bool(row.disturbances) for row in measured)
-    steal = sum((c.quiet.steal_ticks or 0) for row in measured for c in row.cells if c.quiet) / 100
+    disturbed = Counter(what for row in measured for what in row.measured.disturbances)
+    busy = sum(bool(row.measured.disturbances) for row in measured)
+    steal = sum((c.quiet.steal_ticks or 0) for row in measured for c in row.measured.cells if c.quiet) / 100
     text = f"Disturbed rows: {busy} of {len(measured)} ({percent(busy / len(measured) if measured else 0.0)})"
     if disturbed:
         text += ", by " + ", ".join(f"{what} ({count})" for what, count in sorted(disturbed.items()))

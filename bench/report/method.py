@@ -22,5 +22,5 @@ TEXT = """## How it was measured
 
 def section(run: Run, drawn: frozenset[str]) -> str:
     """The rules of measuring, with this run's number of repeats."""
-    repeats = max((len(row.cells) for row in run.rows), default=1)
+    repeats = max((len(row.measured.cells) for row in run.rows), default=1)
     return TEXT.format(repeats="once" if repeats == 1 else f"{repeats} times afresh")

@@ -52,15 +52,15 @@ def of(run: Run, problem: Problem) -> str:
     """The table of one problem: a line for each method and level, fastest first."""
     starts: dict[tuple[str, str], dict[str, Row]] = {}
     for row in run.of(problem.vehicle, problem.demands):
-        if not row.failed and row.cells[0].formulation and row.call_p50_us is not None:
-            starts.setdefault((row.method, row.key.level), {})[row.start] = row
+        if not row.failed and row.measured.cells[0].formulation and row.call_p50_us is not None:
+            starts.setdefault((row.method, row.measured.key.level), {})[row.start] = row
     lines = [(by.get("reused") or next(iter(by.values())), by) for by in starts.values()]
     lines.sort(key=lambda line: line[0].call_p50_us or 0.0)
     return table(HEADERS, [_line(row, by_start) for row, by_start in lines])
 
 
 def _line(row: Row, by_start: dict[str, Row]) -> list[str]:
-    level = f" ({row.key.level})" if row.key.level not in ("-", "tight") else ""
+    level = f" ({row.measured.key.level})" if row.measured.key.level not in ("-", "tight") else ""
     return [
         row.method + level,
         three(row.call_p50_us),

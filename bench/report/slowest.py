@@ -8,7 +8,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
     """A table of the slowest call of each method on each demand set, and what was asked in it."""
     lines = []
     for row in run.rows:
-        known = [cell for cell in row.cells if cell.worst and cell.singles]
+        known = [cell for cell in row.measured.cells if cell.worst and cell.singles]
         if known:
             slowest = max(known, key=lambda cell: cell.singles[-1][0])
             demand = ", ".join(three(value) for value in slowest.worst)

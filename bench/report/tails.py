@@ -21,12 +21,12 @@ def section(run: Run, drawn: frozenset[str]) -> str:
         " the method alone (steps: a bound known before the first call).\n",
         _between_processes(run),
     ]
-    canaries = [row for row in run.rows if row.vehicle == NO_VEHICLE and row.singles]
+    canaries = [row for row in run.rows if row.vehicle == NO_VEHICLE and row.measured.singles]
     if canaries:
         parts += ["What this machine does to fixed work, in the same run:\n", _table(canaries)]
     for vehicle in run.vehicles:
         demands = run.sets(vehicle)[0]
-        rows = [row for row in best(run, vehicle, demands) if row.singles]
+        rows = [row for row in best(run, vehicle, demands) if row.measured.singles]
         if rows:
             alt = f"{vehicle}: share of calls slower than a time, for the fastest methods"
             parts += [
@@ -39,7 +39,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
 
 def unmet(rows: Iterable[Row]) -> tuple[int, int]:
     """Number of rows whose repeats' intervals of p99 do not all meet, of how many with two or more."""
-    by_row = [[ends for cell in row.cells if (ends := interval(cell.singles, 0.99))] for row in rows]
+    by_row = [[ends for cell in row.measured.cells if (ends := interval(cell.singles, 0.99))] for row in rows]
     several = [intervals for intervals in by_row if len(intervals) > 1]
     gaps = [max(low for low, _ in ends) / min(high for _, high in ends) for ends in several]
     return sum(gap > BIN for gap in gaps), len(gaps)  # the end of an interval is known to one bin

@@ -39,7 +39,7 @@ def objections(rows: Iterable[Row]) -> list[str]:
     """One line for each row whose answers are wrong or disagree with the reference, with the row's name."""
     lines = []
     for row in rows:
-        judged = next((j for j in row.judged if j.wrong or j.agrees is False), None)
+        judged = next((j for j in row.measured.judged if j.wrong or j.agrees is False), None)
         if judged is None:
             continue
         what = judged.wrong or (
@@ -123,7 +123,7 @@ def _worst_p99(run: Run, rows: list[Row]) -> float | None:
 
 def _verdict(rows: list[Row]) -> str:
     """Whether the answers agree with the reference, and what could not be measured."""
-    verdicts = [judged.agrees for row in rows for judged in row.judged if judged.agrees is not None]
+    verdicts = [judged.agrees for row in rows for judged in row.measured.judged if judged.agrees is not None]
     agreement = "-" if not verdicts else "yes" if all(verdicts) else f"no, {verdicts.count(False)}x"
     failures = Counter(row.failed.status for row in rows if row.failed)
     return ", ".join([agreement, *(f"{count} {status}" for status, count in failures.items())])
@@ -152,8 +152,8 @@ def served(run: Run, rows: list[Row]) -> list[float]:
 
 def missed(rows: list[Row]) -> str:
     """The largest share of an attainable wrench that is not delivered, in per cent; empty where not known."""
-    known = [judged.missed_max for row in rows for judged in row.judged]
-    older = [row for row in rows if all(judged.missed_max is None for judged in row.judged)]
+    known = [judged.missed_max for row in rows for judged in row.measured.judged]
+    older = [row for row in rows if all(judged.missed_max is None for judged in row.measured.judged)]
     worst = most([*known, *(largest_loss(row) for row in older if row.demands in ATTAINABLE)])
     if worst is None:
         return ""

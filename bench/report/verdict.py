@@ -56,9 +56,9 @@ def spoken(size: Size) -> str:
 def sure(run: Run) -> str:
     """How far the machine lets one trust that: how much of the run it disturbed, and how long it paused."""
     measured = [row for row in run.rows if not row.failed and row.vehicle != NO_VEHICLE]
-    busy = [row for row in measured if row.disturbances]
+    busy = [row for row in measured if row.measured.disturbances]
     noisy = len(busy) > NOISY_SHARE * len(measured)
-    causes = Counter(what for row in busy for what in row.disturbances)
+    causes = Counter(what for row in busy for what in row.measured.disturbances)
     text = (
         f"noisy: {len(busy)} of {len(measured)} rows disturbed"
         if noisy

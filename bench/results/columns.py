@@ -1,4 +1,4 @@
-"""The columns of results.csv, in order: each property of ``Row`` is one, then each of ``Given``.
+"""The columns of results.csv, in order: each property of ``Row`` is one; a cached_property is none.
 
 A property's name is the column's, with the unit at the end; its docstring is the column's documentation
 (``docs/results.md``). A column that does not apply to a row is empty in the file and None here. Times are
@@ -6,37 +6,77 @@ medians or maxima, never means. To add a column, add a property.
 """
 
 from collections import Counter
+from dataclasses import dataclass
+from functools import cached_property
 from statistics import median
 
-from bench.record import Cell
+from bench.record import Cell, Method
 from bench.record.machine import machine_name
-from bench.results.given import Given
+from bench.results.given import by_level, lost, worst_axis
 from bench.results.quantiles import interval, merged, quantile, total
 from bench.results.repeats import Repeats, most
 
 
-class Row(Given):
-    """One line of results.csv: a method with its start and level on one vehicle's demand set."""
+@dataclass(frozen=True)
+class Row:
+    """One line of results.csv: a method with its start and level on one vehicle's demand set.
+
+    Attributes
+    ----------
+    measured : the repeats that the columns are worked out from
+    """
+
+    measured: Repeats
+
+    @cached_property
+    def described(self) -> Method:
+        """What the record says of the method itself."""
+        return self.measured.described
+
+    @cached_property
+    def label(self) -> str:
+        """Method, start and level as tables show them."""
+        return self.measured.label
+
+    @cached_property
+    def family(self) -> str:
+        """Family of the method: reports show its methods together."""
+        return self.measured.family
+
+    @cached_property
+    def failed(self) -> Cell | None:
+        """The first repeat that was not measured, None where all were."""
+        return self.measured.failed
+
+    @cached_property
+    def agreed(self) -> bool | None:
+        """``agrees`` as True or False; None where no right answer is known."""
+        return self.measured.agreed
+
+    @cached_property
+    def undisturbed(self) -> bool:
+        """``quiet`` as True or False."""
+        return self.measured.undisturbed
 
     @property
     def vehicle(self) -> str:
         """Name of the vehicle that answers; ``-f2`` says that thruster 2 (from 0) is off."""
-        return self.key.vehicle
+        return self.measured.key.vehicle
 
     @property
     def demands(self) -> str:
         """Name of the demand set."""
-        return self.key.demands
+        return self.measured.key.demands
 
     @property
     def method(self) -> str:
         """Name of the method."""
-        return self.key.method
+        return self.measured.key.method
 
     @property
     def start(self) -> str:
         """``cold`` (new solver object a call), ``reused`` (the same) or ``warm`` (from the last answer)."""
-        return self.key.start
+        return self.measured.key.start
 
     @property
     def status(self) -> str:
@@ -51,69 +91,69 @@ class Row(Given):
     @property
     def n_demands(self) -> int:
         """How many different demands the set holds."""
-        return max((cell.n_demands for cell in self.cells), default=0)
+        return max((cell.n_demands for cell in self.measured.cells), default=0)
 
     @property
     def n_calls(self) -> int:
         """How many calls were timed over all repeats; a call timed both in a batch and singly counts once."""
-        return sum(map(_calls, self.cells))
+        return sum(map(_calls, self.measured.cells))
 
     @property
     def setup_us(self) -> float | None:
         """Median time to prepare the method for the vehicle."""
-        times = [ns for cell in self.cells for ns in cell.setup_ns]
+        times = [ns for cell in self.measured.cells for ns in cell.setup_ns]
         return _us(median(times) if times else None)
 
     @property
     def call_p50_us(self) -> float | None:
         """Time of one call: median over batches, then over repeats."""
-        return _us(_median(self.centre(lambda cell: cell.batches)))
+        return _us(_median(self.measured.centre(lambda cell: cell.batches)))
 
     @property
     def call_p99_us(self) -> float | None:
         """Time that 99 % of single calls did not exceed; empty below 1,000 calls, or below the median."""
-        return _us(_tail(self, 0.99))
+        return _us(_tail(self.measured, 0.99))
 
     @property
     def call_p999_us(self) -> float | None:
         """Time that 99.9 % of single calls did not exceed; empty below 10,000 calls, or below the median."""
-        return _us(_tail(self, 0.999))
+        return _us(_tail(self.measured, 0.999))
 
     @property
     def call_max_us(self) -> float | None:
         """The slowest single call seen: method, interpreter and machine together."""
-        return _us(self.singles[-1][0] if self.singles else None)
+        return _us(self.measured.singles[-1][0] if self.measured.singles else None)
 
     @property
     def solver_p50_us(self) -> float | None:
         """Median of the time that the solver itself reports; empty where it reports none."""
-        return _us(quantile(merged(cell.solver_singles for cell in self.cells), 0.5))
+        return _us(quantile(merged(cell.solver_singles for cell in self.measured.cells), 0.5))
 
     @property
     def iterations_max(self) -> int | None:
         """Most iterations that any demand took, by the solver's own count."""
-        return most(cell.iterations_max for cell in self.cells)
+        return most(cell.iterations_max for cell in self.measured.cells)
 
     @property
     def solved_fraction(self) -> float | None:
         """Share of answers with status SOLVED (0 to 1), infeasible demands counted too."""
-        answers = sum(j.answers for j in self.judged)
-        return sum(j.counts.get("SOLVED", 0) for j in self.judged) / answers if answers else None
+        answers = sum(j.answers for j in self.measured.judged)
+        return sum(j.counts.get("SOLVED", 0) for j in self.measured.judged) / answers if answers else None
 
     @property
     def wrench_error_max(self) -> float | None:
         """Largest |T P f - tau| of any axis and demand, in N or N m as the axis has it."""
-        return self.worst(lambda j: most(j.wrench_error_max))
+        return self.measured.worst(lambda j: most(j.wrench_error_max))
 
     @property
     def limit_violation_max_N(self) -> float | None:
         """Largest excess of any thrust over its limit."""
-        return self.worst(lambda j: j.limit_violation_max_N)
+        return self.measured.worst(lambda j: j.limit_violation_max_N)
 
     @property
     def distance_max_N(self) -> float | None:
         """Largest |f - f*| to the optimum of the same formulation; empty where no optimum is known."""
-        return self.worst(lambda j: j.distance_max_N)
+        return self.measured.worst(lambda j: j.distance_max_N)
 
     @property
     def agrees(self) -> str:
@@ -123,7 +163,7 @@ class Row(Given):
     @property
     def peak_rss_MB(self) -> float | None:
         """Peak resident memory of the worker process (1 MB = 1e6 bytes), largest over repeats."""
-        peak = most(worker.peak_rss_bytes for worker in self.workers)
+        peak = most(worker.peak_rss_bytes for worker in self.measured.workers)
         return None if peak is None else peak / 1e6
 
     @property
@@ -134,123 +174,203 @@ class Row(Given):
     @property
     def disturbed_by(self) -> str:
         """What disturbed the machine where ``quiet`` is no; docs/method.md says what counts."""
-        return "; ".join(self.disturbances)
+        return "; ".join(self.measured.disturbances)
 
     @property
     def machine(self) -> str:
         """Name of the machine: the folder's that `thrustbench run` chooses there."""
-        return machine_name(self.origin.machine)
+        return machine_name(self.measured.origin.machine)
 
     @property
     def commit(self) -> str:
         """Commit of this project that was measured; ``+changes`` where its files differed from it."""
-        return self.origin.commit
+        return self.measured.origin.commit
 
     @property
     def level(self) -> str:
         """Accuracy: ``default`` settings of the solver, or ``tight`` (1e-6 of the largest limit)."""
-        return self.key.level
+        return self.measured.key.level
 
     @property
     def formulation(self) -> str:
         """Which optimum the method answers; answers are compared only within one."""
-        return next((cell.formulation for cell in self.cells if cell.formulation), "")
+        return next((cell.formulation for cell in self.measured.cells if cell.formulation), "")
 
     @property
     def repeats(self) -> int:
         """How many repeats there are; each that was measured had a fresh process."""
-        return len(self.cells)
+        return len(self.measured.cells)
 
     @property
     def call_p50_low_us(self) -> float | None:
         """Lowest ``call_p50_us`` of a single repeat."""
-        return _us(min(self.centre(lambda cell: cell.batches), default=None))
+        return _us(min(self.measured.centre(lambda cell: cell.batches), default=None))
 
     @property
     def call_p50_high_us(self) -> float | None:
         """Highest ``call_p50_us`` of a single repeat."""
-        return _us(max(self.centre(lambda cell: cell.batches), default=None))
+        return _us(max(self.measured.centre(lambda cell: cell.batches), default=None))
 
     @property
     def call_p99_low_us(self) -> float | None:
         """Lower end of the 95 % interval of ``call_p99_us``, as if calls were independent."""
-        return _us(_end(self, 0.99, 0))
+        return _us(_end(self.measured, 0.99, 0))
 
     @property
     def call_p99_high_us(self) -> float | None:
         """Upper end of the 95 % interval of ``call_p99_us``, as if calls were independent."""
-        return _us(_end(self, 0.99, 1))
+        return _us(_end(self.measured, 0.99, 1))
 
     @property
     def call_p999_low_us(self) -> float | None:
         """Lower end of the 95 % interval of ``call_p999_us``, as if calls were independent."""
-        return _us(_end(self, 0.999, 0))
+        return _us(_end(self.measured, 0.999, 0))
 
     @property
     def call_p999_high_us(self) -> float | None:
         """Upper end of the 95 % interval of ``call_p999_us``, as if calls were independent."""
-        return _us(_end(self, 0.999, 1))
+        return _us(_end(self.measured, 0.999, 1))
 
     @property
     def n_single_calls(self) -> int:
         """How many of ``n_calls`` were timed singly; quantiles are of these."""
-        return total(self.singles)
+        return total(self.measured.singles)
 
     @property
     def call_cpu_p50_us(self) -> float | None:
         """Like ``call_p50_us``, on the clock of the thread's own CPU time."""
-        return _us(_median(self.centre(lambda cell: cell.batches, "cpu_ns")))
+        return _us(_median(self.measured.centre(lambda cell: cell.batches, "cpu_ns")))
 
     @property
     def binding_p50_us(self) -> float | None:
         """Time of the solver's own Python binding inside the call: median over batches, then repeats."""
-        return _us(_median(self.centre(lambda cell: cell.binding_batches)))
+        return _us(_median(self.measured.centre(lambda cell: cell.binding_batches)))
 
     @property
     def worst_case_steps(self) -> int | None:
         """Proven bound on elementary steps of one call; empty where a method has none."""
-        return most(cell.worst_case_steps for cell in self.cells)
+        return most(cell.worst_case_steps for cell in self.measured.cells)
 
     @property
     def allocator_bytes(self) -> int | None:
         """Bytes that the prepared allocator holds."""
-        return most(cell.allocator_bytes for cell in self.cells)
+        return most(cell.allocator_bytes for cell in self.measured.cells)
 
     @property
     def wrench_error_relative(self) -> float | None:
         """Largest wrench error over the size of a wrench on its axis (row of T times the largest limit)."""
-        return self.worst(lambda j: j.wrench_error_rel_max)
+        return self.measured.worst(lambda j: j.wrench_error_rel_max)
 
     @property
     def distance_relative(self) -> float | None:
         """``distance_max_N`` over the largest thrust limit."""
-        return self.worst(lambda j: j.distance_rel_max)
+        return self.measured.worst(lambda j: j.distance_rel_max)
 
     @property
     def gap_relative(self) -> float | None:
         """Largest relative duality gap: a certificate that needs no reference."""
-        return self.worst(lambda j: j.gap_rel_max)
+        return self.measured.worst(lambda j: j.gap_rel_max)
 
     @property
     def failed_after_failure_share(self) -> float | None:
         """Share (0 to 1) without thrusts, of attainable demands right after an answer without thrusts."""
-        return self.worst(lambda j: j.failed_after_failure)
+        return self.measured.worst(lambda j: j.failed_after_failure)
 
     @property
     def disbelieved(self) -> str:
         """What a solver said and was not believed, with calls: false INFEASIBLE, unknown exit flags."""
-        counts = sum((Counter(cell.disbelieved) for cell in self.cells), Counter())
+        counts = sum((Counter(cell.disbelieved) for cell in self.measured.cells), Counter())
         return "; ".join(f"{what} ({count:,} of {self.n_calls:,} calls)" for what, count in counts.items())
 
     @property
     def tolerance(self) -> float | None:
         """Distance over the largest thrust limit that ``agrees`` allows."""
-        return self.worst(lambda j: j.tolerance)
+        return self.measured.worst(lambda j: j.tolerance)
 
     @property
     def wrong(self) -> str:
         """Why an answer is wrong; empty where none is."""
-        return next((j.wrong for j in self.judged if j.wrong), "")
+        return next((j.wrong for j in self.measured.judged if j.wrong), "")
+
+    @property
+    def lost_wrench_p50(self) -> float | None:
+        """Median of |delivered - tau| / |tau|, delivered being what thrusts clipped to their limits push."""
+        return lost(self.measured, "lost_wrench_p50")
+
+    @property
+    def lost_wrench_p99(self) -> float | None:
+        """99 % of demands lose no more of their wrench than this share."""
+        return lost(self.measured, "lost_wrench_p99")
+
+    @property
+    def lost_wrench_max(self) -> float | None:
+        """Largest share of any demand's wrench that is not delivered."""
+        return lost(self.measured, "lost_wrench_max")
+
+    @property
+    def lost_force_max_N(self) -> float | None:
+        """Largest |delivered - tau| on any force axis."""
+        return worst_axis(self.measured, moments=False)
+
+    @property
+    def lost_moment_max_Nm(self) -> float | None:
+        """Largest |delivered - tau| on any moment axis."""
+        return worst_axis(self.measured, moments=True)
+
+    @property
+    def answered_share(self) -> float | None:
+        """Share of demands (0 to 1) that got a finite f; losses are of these."""
+        return lost(self.measured, "answered_share", min)
+
+    @property
+    def within_1pct_share(self) -> float | None:
+        """Share of demands (0 to 1) whose wrench is delivered within 1 %."""
+        return lost(self.measured, "within_1pct_share", min)
+
+    @property
+    def within_5pct_share(self) -> float | None:
+        """Share of demands (0 to 1) whose wrench is delivered within 5 %."""
+        return lost(self.measured, "within_5pct_share", min)
+
+    @property
+    def direction_error_p50_deg(self) -> float | None:
+        """Median angle between delivered and demanded wrench."""
+        return lost(self.measured, "direction_error_p50_deg")
+
+    @property
+    def direction_error_max_deg(self) -> float | None:
+        """Largest angle between delivered and demanded wrench."""
+        return lost(self.measured, "direction_error_max_deg")
+
+    @property
+    def effort_over_optimum_p50(self) -> float | None:
+        """Median of f'Hf / f*'Hf* - 1 where f meets the demand, f* the optimum of eq. 4-5."""
+        return lost(self.measured, "effort_over_optimum_p50")
+
+    @property
+    def effort_over_optimum_max(self) -> float | None:
+        """Largest f'Hf / f*'Hf* - 1."""
+        return lost(self.measured, "effort_over_optimum_max")
+
+    @property
+    def limits_violated_share(self) -> float | None:
+        """Share of answers (0 to 1) with a thrust beyond a limit, before clipping."""
+        return lost(self.measured, "limits_violated_share")
+
+    @property
+    def thrusters_saturated_mean(self) -> float | None:
+        """Mean number of thrusters at or beyond a limit."""
+        return lost(self.measured, "thrusters_saturated_mean")
+
+    @property
+    def share_p50(self) -> str:
+        """Median share (0 to 1) delivered of each level of a demand; empty where answers say none."""
+        return by_level([j.share_p50 for j in self.measured.judged], median)
+
+    @property
+    def share_min(self) -> str:
+        """Least share (0 to 1) delivered of each level of any demand, first level first."""
+        return by_level([j.share_min for j in self.measured.judged], min)
 
 
 def _calls(cell: Cell) -> int:

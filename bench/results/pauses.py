@@ -35,10 +35,10 @@ def pauses(run: Run) -> Pauses:
     excess: list[Histogram] = []
     exposure = 0
     for row in run.rows:
-        if row.singles and (row.described.yardstick or row.vehicle == NO_VEHICLE):
-            median = ranked(row.singles, total(row.singles) / 2)
-            excess.append([(ns - median, count) for ns, count in row.singles if ns > median])
-            exposure += sum(ns * count for ns, count in row.singles)
+        if row.measured.singles and (row.described.yardstick or row.vehicle == NO_VEHICLE):
+            median = ranked(row.measured.singles, total(row.measured.singles) / 2)
+            excess.append([(ns - median, count) for ns, count in row.measured.singles if ns > median])
+            exposure += sum(ns * count for ns, count in row.measured.singles)
     return Pauses(merged(excess), exposure)
 
 

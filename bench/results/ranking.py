@@ -23,7 +23,7 @@ def right(row: Row) -> bool:
 def complete(row: Row) -> bool:
     """Whether as many demands were solved as are attainable."""
     solved = row.solved_fraction
-    return solved is not None and solved >= row.attainable - ROUNDING
+    return solved is not None and solved >= row.measured.attainable - ROUNDING
 
 
 def optimal(row: Row) -> bool:
@@ -48,7 +48,8 @@ def best(run: Run, vehicle: str, demands: str) -> list[Row]:
     chosen: dict[str, tuple[bool, bool, float, Row]] = {}
     for row in run.of(vehicle, demands):
         time = row.call_p50_us
-        if row.failed or time is None or not row.cells[0].formulation:  # a yardstick has no formulation
+        allocates = bool(row.measured.cells[0].formulation)  # a yardstick has none
+        if row.failed or time is None or not allocates:
             continue
         rank = (row.label in wrong, not exact(row), time, row)
         if row.method not in chosen or rank[:3] < chosen[row.method][:3]:

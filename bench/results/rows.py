@@ -12,6 +12,7 @@ from bench.record import NO_VEHICLE, Capability, Cell, Header, Key, Method, Prob
 from bench.results.columns import Row
 from bench.results.disturbance import canary_median_ns, disturbances
 from bench.results.quantiles import Histogram, merged, quantile
+from bench.results.repeats import Repeats
 from bench.results.samples import Samples, samples
 
 SETS = ("active", "inactive", "boundary", "infeasible", "box", "axes", "mission")
@@ -85,7 +86,7 @@ class Run:
 
     def singles(self, row: Row) -> Histogram:
         """Single calls of a row's method, start and level on all of its vehicle's demand sets [ns]."""
-        return merged(other.singles for other in self.of(row.vehicle) if other.label == row.label)
+        return merged(other.measured.singles for other in self.of(row.vehicle) if other.label == row.label)
 
     def tail_us(self, row: Row, q: float) -> float | None:
         """Quantile ``q`` of ``singles`` [us]; None where there are too few, on any set, for it.
@@ -134,13 +135,15 @@ def gather(record: Record) -> tuple[Row, ...]:
         repeated = tuple(cells[r] for r in sorted(cells))
         rows.append(
             Row(
-                key=key,
-                origin=record.header,
-                described=methods.get(key.method, Method(name=key.method)),
-                cells=repeated,
-                workers=tuple(workers[key.method, key.start, key.level]),
-                disturbances=disturbances(repeated, usual, cores),
-                attainable=attainable.get((key.vehicle, key.demands), 0.0),
+                Repeats(
+                    key=key,
+                    origin=record.header,
+                    described=methods.get(key.method, Method(name=key.method)),
+                    cells=repeated,
+                    workers=tuple(workers[key.method, key.start, key.level]),
+                    disturbances=disturbances(repeated, usual, cores),
+                    attainable=attainable.get((key.vehicle, key.demands), 0.0),
+                )
             )
         )
     return tuple(rows)

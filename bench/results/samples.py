@@ -28,7 +28,9 @@ class Samples(NamedTuple):
 
 def samples(row: Row) -> Samples:
     """What was measured of a row, before any statistics."""
-    batches = [(i, b.calls, b.wall_ns, b.cpu_ns) for i, cell in enumerate(row.cells) for b in cell.batches]
+    batches = [
+        (i, b.calls, b.wall_ns, b.cpu_ns) for i, cell in enumerate(row.measured.cells) for b in cell.batches
+    ]
     repeat, calls, wall_ns, cpu_ns = np.array(batches, np.int64).reshape(-1, 4).T
-    times, counts = np.array(row.singles, np.int64).reshape(-1, 2).T
+    times, counts = np.array(row.measured.singles, np.int64).reshape(-1, 2).T
     return Samples(repeat, calls, wall_ns, cpu_ns, np.repeat(times, counts))

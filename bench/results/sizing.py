@@ -154,7 +154,7 @@ def _size(rows: list[Row], loop: Loop, transfer: Transfer | None, held_up: Pause
     if reason := unfit(rows):
         return size(fit=Fit.UNKNOWN, reason=reason)
     factor = transfer.high if transfer else 1.0
-    singles: Histogram = merged(row.singles for row in rows)
+    singles: Histogram = merged(row.measured.singles for row in rows)
     medians = [row.call_p50_us for row in rows]
     p50 = _largest(medians, factor)
     tail = quantile(singles, 0.999)
@@ -208,7 +208,7 @@ def wrong(row: Row) -> str:
 def exact_everywhere(rows: Sequence[Row]) -> bool:
     """Whether a method is exact on all of these rows that ask attainable demands, and there is one."""
     # On a set without attainable demands an exact method may have no answers to be judged by.
-    asked = [row for row in rows if row.attainable or row.agreed is not None]
+    asked = [row for row in rows if row.measured.attainable or row.agreed is not None]
     return all(exact(row) for row in asked) and any(exact(row) for row in rows)
 
 

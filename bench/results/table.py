@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TypeVar
 
 from bench.results.columns import Row
-from bench.results.given import Given
 from bench.results.text import table
 
 R = TypeVar("R")
@@ -15,9 +14,8 @@ Value = str | int | float | None
 
 
 def columns() -> dict[str, Callable[[Row], Value]]:
-    """Every column of results.csv by name, in the order in which ``Row``, then ``Given`` has them."""
-    members = {**vars(Row), **vars(Given)}
-    properties = {name: member for name, member in members.items() if isinstance(member, property)}
+    """Every column of results.csv by name, in the order in which ``Row`` has them."""
+    properties = {name: member for name, member in vars(Row).items() if isinstance(member, property)}
     return {name: column.fget for name, column in properties.items() if column.fget}
 
 

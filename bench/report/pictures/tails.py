@@ -19,7 +19,7 @@ def draw(run: Run, vehicle: str) -> "Figure | None":
     from matplotlib.figure import Figure
 
     demands = run.sets(vehicle)[0]
-    rows = telling([row for row in best(run, vehicle, demands) if row.singles], MOST)
+    rows = telling([row for row in best(run, vehicle, demands) if row.measured.singles], MOST)
     if not rows:
         return None
     figure = Figure((7.5, 4.6))
@@ -28,7 +28,7 @@ def draw(run: Run, vehicle: str) -> "Figure | None":
     axes.set_yscale("log")
     styles = looks((row.label, row.family) for row in rows)
     for row in rows:
-        times, share = at_least(row.singles)
+        times, share = at_least(row.measured.singles)
         colour, dashes = styles[row.label]
         axes.step(times, share, where="pre", color=colour, linestyle=dashes, linewidth=1.3, label=row.label)
         axes.plot(times[-1:], share[-1:], "o", color=colour, markersize=3.5)
