@@ -1,39 +1,47 @@
-"""Runs the reproductions of ``docs/solvers.md``, a process each: ``python docs/studies/solver_defects.py``.
+"""Runs the programs of ``docs/studies/defects``: ``python docs/studies/solver_defects.py [NAME]…``.
 
-The study prints the output of each reproduction and how it ended. Some crash or hang, as they should.
+Each runs in a process of its own. The study prints its title, what it prints and how it ends; docs/solvers.md
+says what follows from it. Some crash or hang, as they should.
 """
 
-import re
+import ast
 import subprocess
 import sys
 from pathlib import Path
 
 from bench.harness.child import cause
 
-DOCUMENT = Path(__file__).parents[2] / "docs" / "solvers.md"
+FOLDER = Path(__file__).parent / "defects"
 LIMIT_S = 20
 
 
-def reproductions(text: str) -> dict[str, str]:
-    """Code of each section that has code, by the section's heading."""
-    sections = re.findall(r"^### (.+?)$.*?^```python\n(.*?)^```$", text, flags=re.MULTILINE | re.DOTALL)
-    return dict(sections)
+def programs() -> dict[str, Path]:
+    """The programs by name."""
+    return {path.stem: path for path in sorted(FOLDER.glob("*.py"))}
 
 
-def outcome(code: str) -> str:
-    """What a fresh interpreter prints when it runs the code, and how it ends."""
+def told(program: Path) -> tuple[str, str]:
+    """The title and the expected outcome that a program's docstring holds."""
+    text = ast.get_docstring(ast.parse(program.read_text(encoding="utf-8"))) or ""
+    title, _, rest = text.partition("\n")
+    return title, "\n".join(line.removeprefix("    ") for line in rest.partition("::\n\n")[2].splitlines())
+
+
+def outcome(program: Path) -> str:
+    """What a fresh interpreter prints when it runs the program, and how it ends."""
     try:
-        done = subprocess.run([sys.executable, "-c", code], capture_output=True, timeout=LIMIT_S, check=False)
+        done = subprocess.run([sys.executable, program], capture_output=True, timeout=LIMIT_S, check=False)
     except subprocess.TimeoutExpired as late:
         return f"{(late.stdout or b'').decode()}still running after {LIMIT_S} s"
-    return f"{done.stdout.decode().rstrip()}\n{cause(done.returncode, done.stderr)}".lstrip()
+    return f"{done.stdout.decode().rstrip()}\n{cause(done.returncode, done.stderr)}".strip()
 
 
-def main() -> None:
-    """Print every reproduction's outcome."""
-    for title, code in reproductions(DOCUMENT.read_text(encoding="utf-8")).items():
-        print(f"{title}:\n{outcome(code)}\n", flush=True)
+def main(names: list[str]) -> None:
+    """Print the outcome of the named programs, or of all."""
+    for name, program in programs().items():
+        if not names or name in names:
+            print(f"{name}: {told(program)[0]}\n{outcome(program)}\n", flush=True)
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

@@ -1,9 +1,11 @@
-"""docs/solvers.md agrees with each solver's file, and its reproductions are programs."""
+"""docs/solvers.md agrees with each solver's file, and names each program that shows a defect."""
+
+import re
 
 import pytest
 
 from alloc import solvers
-from solver_defects import reproductions
+from solver_defects import outcome, programs, told
 from tests.places import DOCS, ROOT
 
 TEXT = (DOCS / "solvers.md").read_text(encoding="utf-8")
@@ -28,12 +30,24 @@ def test_the_documented_version_is_the_version_pinned(name: str) -> None:
     assert ROWS[name][1] == pins[solvers.load(name).PACKAGE]
 
 
-def test_every_reproduction_compiles_and_is_short() -> None:
-    programs = reproductions(TEXT)
-    assert len(programs) > 10
-    for title, code in programs.items():
-        compile(code, title, "exec")
-        assert len(code.splitlines()) < 30
+def test_the_table_of_defects_names_each_program_and_no_other() -> None:
+    rows = TEXT.partition("## Defects")[2]
+    assert set(re.findall(r"\| `(\w+)` \|", rows)) == set(programs())
+
+
+@pytest.mark.parametrize("name", programs())
+def test_every_program_compiles_is_short_and_says_what_it_prints(name: str) -> None:
+    text = programs()[name].read_text(encoding="utf-8")
+    compile(text, name, "exec")
+    title, printed = told(programs()[name])
+    assert title
+    assert printed
+    assert len(text.rpartition('"""')[2].splitlines()) < 35
+
+
+def test_a_program_shows_its_defect() -> None:
+    pytest.importorskip("piqp")
+    assert outcome(programs()["piqp_view"]) == told(programs()["piqp_view"])[1]
 
 
 @pytest.mark.parametrize("name", solvers.names())

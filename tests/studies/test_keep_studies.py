@@ -1,0 +1,32 @@
+"""What a study prints is kept with the command and the commit that made it."""
+
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from keep import keep
+from tests.places import DOCS, ROOT
+
+
+def test_a_study_s_tables_are_kept_below_its_command_and_commit(tmp_path: Path) -> None:
+    (tmp_path / "tiny.py").write_text("import sys\nprint('| n |', *sys.argv[1:])\n")
+    text = keep("tiny", ["--n", "4"], results=tmp_path / "kept", studies=tmp_path).read_text()
+    assert text.startswith("# tiny\n\n`python docs/studies/tiny.py --n 4`, at commit ")
+    assert text.endswith("\n\n| n | --n 4\n")
+
+
+def test_a_study_that_fails_keeps_nothing(tmp_path: Path) -> None:
+    (tmp_path / "broken.py").write_text("print('half a table')\nraise SystemExit(1)\n")
+    with pytest.raises(subprocess.CalledProcessError):
+        keep("broken", [], results=tmp_path / "kept", studies=tmp_path)
+    assert not (tmp_path / "kept").exists()
+
+
+@pytest.mark.parametrize("page", sorted((ROOT / "results/studies").glob("*.md")), ids=lambda page: page.stem)
+def test_kept_tables_name_the_study_and_a_commit(page: Path) -> None:
+    _, _, head, *tables = page.read_text(encoding="utf-8").splitlines()
+    assert f"python docs/studies/{page.stem}.py" in head
+    assert " commit" in head
+    assert (DOCS / "studies" / f"{page.stem}.py").exists()
+    assert any(line.startswith("|") for line in tables)
