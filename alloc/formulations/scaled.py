@@ -2,7 +2,7 @@
 
 From thrusts at rest (alloc.reach.edge.start) the wrench goes straight to the demand, as far as it is
 attainable. Where zero thrust is allowed, that is the largest attainable share of the demand, and its
-direction is kept.
+direction is kept: the wrench of direct allocation (Durham 1993).
 """
 
 from alloc.formulations import EXACT_METHODS, Family, Formulation, end_of

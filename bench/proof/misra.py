@@ -23,7 +23,7 @@ REASONS = {
 
 def broken(of: Subject, folder: Path) -> list[Broken] | None:
     """The rules that header and source break; None where cppcheck is not there."""
-    if "cppcheck" in tools.missing():
+    if "cppcheck" in tools.absent():
         return None
     for name, text in of.files.items():
         (folder / name).write_text(text, encoding="utf-8")

@@ -16,7 +16,7 @@ TIME_LIMIT_S = 240
 """Of one question to one tool; nothing that is answered at all took a quarter of it."""
 
 
-def missing() -> list[str]:
+def absent() -> list[str]:
     """The tools that are not there, a C compiler among them."""
     return [tool for tool in PACKAGES if not shutil.which(tool)] + ["cc"] * (not compiler())
 
@@ -28,7 +28,7 @@ def remedy(tools: list[str]) -> str:
 
 def need(tool: str) -> None:
     """Raise NotInstalled, with the remedy, where that tool is not there."""
-    if tool in missing():
+    if tool in absent():
         raise NotInstalled(f"needs {tool}: {remedy([tool])}")
 
 

@@ -13,7 +13,7 @@ from bench.results.columns import Row
 from bench.results.disturbance import canary_median_ns, disturbances
 from bench.results.quantiles import Histogram, merged, quantile
 from bench.results.repeats import Repeats
-from bench.results.samples import Samples, samples
+from bench.results.samples import RowSamples, samples
 
 SETS = ("active", "inactive", "boundary", "infeasible", "box", "axes", "mission")
 """Order of demand sets in tables. The first set that a vehicle has represents it in pictures."""
@@ -42,7 +42,7 @@ class Run:
         """The facts about the machine: processor, cores, memory, governor, OS, kernel."""
         return self.record.header.machine
 
-    def samples(self, row: Row) -> Samples:
+    def samples(self, row: Row) -> RowSamples:
         """The times of a row as they were taken, before any statistics."""
         return samples(row)
 

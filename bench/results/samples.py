@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from bench.results.columns import Row
 
 
-class Samples(NamedTuple):
+class RowSamples(NamedTuple):
     """Times of all repeats of a row; B batches of calls, and S calls that were timed singly.
 
     Attributes
@@ -26,11 +26,11 @@ class Samples(NamedTuple):
     single_ns: NDArray[np.int64]
 
 
-def samples(row: Row) -> Samples:
+def samples(row: Row) -> RowSamples:
     """What was measured of a row, before any statistics."""
     batches = [
         (i, b.calls, b.wall_ns, b.cpu_ns) for i, cell in enumerate(row.measured.cells) for b in cell.batches
     ]
     repeat, calls, wall_ns, cpu_ns = np.array(batches, np.int64).reshape(-1, 4).T
     times, counts = np.array(row.measured.singles, np.int64).reshape(-1, 2).T
-    return Samples(repeat, calls, wall_ns, cpu_ns, np.repeat(times, counts))
+    return RowSamples(repeat, calls, wall_ns, cpu_ns, np.repeat(times, counts))

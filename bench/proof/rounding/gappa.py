@@ -21,7 +21,7 @@ def before_limits(program: Program, errors: Errors, vehicle: Vehicle, scalar: Sc
     Each entry of tau goes over its own range, whatever the others are, so this may exceed the bound over
     attainable demands; constants are those of the C.
     """
-    if "gappa" in tools.missing():
+    if "gappa" in tools.absent():
         return None
     wanted = sorted({x for node in program.outputs.values() for x in _linear(program, errors, node)})
     if not wanted:

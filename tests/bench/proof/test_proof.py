@@ -32,7 +32,7 @@ QUICK = {
 
 @pytest.fixture(autouse=True)
 def _analyser() -> None:
-    lacking = [tool for tool in tools.missing() if tool in ("frama-c", "cc")]
+    lacking = [tool for tool in tools.absent() if tool in ("frama-c", "cc")]
     if lacking:
         pytest.skip(f"needs {', '.join(lacking)}: {tools.remedy(lacking)}")
 
@@ -102,7 +102,7 @@ def test_a_proof_says_which_rules_of_misra_are_broken_and_why(tmp_path: Path) ->
     """Every rule that the add-on names has a reason here."""
     from bench.proof.misra import broken
 
-    if "cppcheck" in tools.missing():
+    if "cppcheck" in tools.absent():
         pytest.skip(f"needs cppcheck: {tools.remedy(['cppcheck'])}")
     rules = broken(subject(UKWIAL, "nullspace", "double", "call"), tmp_path)
     assert rules

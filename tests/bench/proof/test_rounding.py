@@ -57,7 +57,7 @@ def test_the_bound_holds_against_fractions() -> None:
             assert abs(Fraction(float(got[i])) - exact[node]) <= Fraction(errors.error(node))
 
 
-@pytest.mark.skipif("gappa" in tools.missing(), reason=f"needs gappa: {tools.remedy(['gappa'])}")
+@pytest.mark.skipif("gappa" in tools.absent(), reason=f"needs gappa: {tools.remedy(['gappa'])}")
 @pytest.mark.parametrize("scalar", ["double", "float"])
 def test_gappa_finds_a_bound_of_the_same_size(scalar: str) -> None:
     """Gappa's holds for a box around the attainable demands, so it is no smaller, and not much larger."""
