@@ -81,7 +81,10 @@ def closed_form_volume(vehicle: Vehicle) -> float:
         return float((ends[A[:, 0] > 0].min() - ends[A[:, 0] < 0].max()) * vehicle.f_scale)
     try:
         vertices = HalfspaceIntersection(np.column_stack([A, -b]), inside).intersections
-        volume: float = ConvexHull(vertices).volume * vehicle.f_scale ** A.shape[1]
+        try:
+            volume: float = ConvexHull(vertices).volume * vehicle.f_scale ** A.shape[1]
+        except QhullError:  # vertices that coincide but for rounding; Q14 merges their facets
+            volume = ConvexHull(vertices, qhull_options="Qt Qx Q14").volume * vehicle.f_scale ** A.shape[1]
     except QhullError as error:
         raise SolverError(
             f"{vehicle.name}: Qhull on the closed form's polytope: {str(error).splitlines()[0]}"

@@ -18,9 +18,14 @@ from bench.layouts.spaces import Layouts, Spaces
 MOST_FACES = 7_000
 """Most faces that are added up; n thrusters, each at a limit or free, have 3^n, so 8 are the most."""
 
-NUDGE = 3e-13
+NUDGE = 1e-11
 """Share by which limits are moved apart, each differently. Symmetric layouts have faces that only touch the
-section; a section is continuous in its limits, so nudged it has the same volume and no such faces."""
+section; a section is continuous in its limits, so nudged it has the same volume and no such faces. Rounding
+makes a hundredth of this."""
+
+APART = np.modf(np.sqrt([2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0]))[0]
+"""Parts of NUDGE by which each thruster's limits are moved. No sum of them, taken with any signs, is that of
+others: a symmetric layout adds up limits, and what adds up to nothing decides no tie."""
 
 
 class _Level(NamedTuple):
@@ -92,7 +97,7 @@ def _densities(layouts: Layouts, N: FloatArray) -> FloatArray:
     n, d, _ = N.shape
     width = layouts.f_max - layouts.f_min
     m = N * layouts.weights[:, None]
-    half = 0.5 * width * (1.0 + NUDGE * np.modf(np.arange(1, n + 1) * 0.6180339887)[0])[:, None]
+    half = 0.5 * width * (1.0 + NUDGE * APART[:n])[:, None]
     start = np.einsum("idb,ib->db", m, (layouts.f_max + layouts.f_min) / 2)
     levels = _levels(n, n - d)
     volume = _segments(levels[-1], m, half, start)

@@ -19,9 +19,15 @@ from alloc.reach.zonotope import zonotope
 from alloc.vehicle.geometry import DOF
 from bench.judging.loss import loss
 from bench.layouts.authority import volumes
+from bench.layouts.compile import compile_study
 from bench.layouts.measure import Columns, numbers
+from bench.layouts.run import number_of
+from bench.layouts.sampling import tasks, values
 from bench.layouts.section import closed_form_volumes
+from bench.layouts.space import poses
 from bench.layouts.spaces import Layouts, layout_of, spaces
+from bench.layouts.study import read_study
+from tests.places import ROOT
 
 COUNT = 5
 """Layouts of each kind: one by one they take most of the time."""
@@ -118,6 +124,21 @@ def test_a_closed_form_s_volume_is_that_of_its_vertices_hull(
         vehicle = vehicle_of(layouts, i)
         expected = closed_form_volume(vehicle) * vehicle.row_lengths.prod()
         np.testing.assert_allclose(found[i], expected, rtol=1e-9)
+
+
+def test_symmetric_layouts_closed_forms_have_the_volumes_of_their_hulls() -> None:
+    """Turned by the same angles, limits of thrusters add up to the same, and faces touch."""
+    study = read_study(ROOT / "docs" / "layouts" / "ten-degrees.yaml")
+    space, _ = compile_study(study)
+    (task,) = tasks(0, number_of(study, space, None), "grid", 0)
+    (group,) = poses(space, values(space, task)[:, ::3])
+    layouts = group.layouts(space.dof)
+    full, found = spaces(layouts)
+    assert full.all()
+    for i, volume in enumerate(closed_form_volumes(layouts, found)):
+        vehicle = vehicle_of(layouts, i)
+        expected = closed_form_volume(vehicle) * vehicle.row_lengths.prod()
+        np.testing.assert_allclose(volume, expected, rtol=1e-9)
 
 
 def test_a_symmetric_vehicle_s_closed_form_has_the_volume_that_its_two_halves_make() -> None:
