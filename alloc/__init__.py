@@ -9,7 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from alloc.allocation import Allocation, Allocator, Status
-from alloc.discovery import build, catalogue
+from alloc.discovery import build, catalogue, generate
 from alloc.errors import AllocError, NotApplicable
 from alloc.reach.attainable import Label, alpha_max, label
 from alloc.vehicle import Vehicle
@@ -26,6 +26,7 @@ __all__ = [
     "alpha_max",
     "build",
     "catalogue",
+    "generate",
     "label",
     "list_vehicles",
     "load_vehicle",

@@ -12,11 +12,13 @@ from types import ModuleType
 from typing import Any, get_args
 
 import alloc.methods
+from alloc import c
 from alloc.allocation import Allocator
 from alloc.errors import NotInstalled, PluginError, UnknownName, unknown
 from alloc.formulations import Family, find_formulation
 from alloc.live.plain import ANY_DISTANCE, EXACT, Plain
-from alloc.methods import Variant
+from alloc.methods import Variant, recipe
+from alloc.program import Scalar, Where
 from alloc.solvers import Level, Start
 from alloc.vehicle import Vehicle
 
@@ -91,6 +93,35 @@ def find(name: str) -> Entry:
         if entry.name == name:
             return entry
     raise unknown("method", name, (entry.name for entry in catalogue()))
+
+
+def generate(
+    vehicle: Vehicle, method: str, *, scalar: Scalar = "double", limits: Where = "fixed", faults: bool = True
+) -> dict[str, str]:
+    """The C99 of a method for one vehicle, as ``thrustbench codegen`` writes it: {file name: text}.
+
+    Header, source, a self-test, and a page on how to call it.
+
+    Parameters
+    ----------
+    vehicle : whose numbers stand in the C
+    method : a method that can be C, by its own name or its name in the catalogue: ``scaled`` is
+        ``scaled@native``
+    scalar : ``double`` or ``float``, the type of all numbers
+    limits : ``fixed`` where the C holds the vehicle's own, ``call`` where f_min and f_max are arguments
+    faults : whether it also answers with any one thruster off
+
+    Raises UnknownName for a method that can't be C, NotApplicable where it does not cover the vehicle.
+    """
+    found = recipe(_in_c(method))
+    name = c.function_name(vehicle, found.name, scalar, limits)  # several functions may share a folder
+    files = c.generate(vehicle, found, scalar, faults, limits)
+    return files | {f"{name}.md": c.page(vehicle, found, scalar, limits)}
+
+
+def _in_c(method: str) -> str:
+    """The method whose program a method is: ``scaled`` of ``scaled@native``, and of itself."""
+    return next((entry.twin for entry in catalogue() if entry.name == method and entry.twin), method)
 
 
 def load_plugin(path: Path) -> Entry:

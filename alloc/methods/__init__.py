@@ -9,13 +9,24 @@ FOREIGN : whether calls run code that is not Python's: a solver's binding, or co
 STARTS, LEVELS : the starts and accuracy levels it offers; ("-",) where there is no choice
 SUMMARY : one line for the catalogue, in place of the first line of the module's docstring
 
+A method that can be C offers it by two names more, and a third where rounding costs it much:
+
+program(vehicle, limits, scalar) : what a call calculates, as an ``alloc.program.Program``
+MEANINGS : what each value that its C function returns means, in words for its caller
+doubt(vehicle, scalar) : share of a thrust that rounding takes beyond that of a few dozen terms [-]
+
 A module that holds several methods has ``variants() -> dict[name, Variant]``, and its ``build`` takes the
 variant's key first.
 """
 
+import pkgutil
 from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
 
 from alloc import solvers
+from alloc.c.recipe import Recipe, recipe_of
+from alloc.errors import UnknownName
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,3 +67,20 @@ def by_solver(prefix: str, summary: str) -> dict[str, Variant]:
         )
         for name, solver in solvers.all_solvers().items()
     }
+
+
+@cache
+def recipes() -> dict[str, Recipe]:
+    """All methods that can be C, by name: those whose module has ``program``."""
+    modules = {
+        found.name.replace("_", "-"): import_module(f"{__name__}.{found.name}")
+        for found in pkgutil.iter_modules(__path__)
+    }
+    return {name: recipe_of(name, module) for name, module in modules.items() if hasattr(module, "program")}
+
+
+def recipe(name: str) -> Recipe:
+    """The kernel of the method of that name; raises UnknownName."""
+    if name not in recipes():
+        raise UnknownName(f"no kernel '{name}'; there are {', '.join(recipes())}")
+    return recipes()[name]

@@ -1,12 +1,34 @@
 """Generalized inverse, then each thrust cut at its limit: what most vehicles do, knowingly or not."""
 
-from alloc.closed_forms.clip import NAME, clip
-from alloc.closed_forms.saturating import Saturating
+from alloc.allocation import FloatArray
+from alloc.closed_forms.saturating import Bounds, Saturating
+from alloc.kernels import rules
+from alloc.program import Program, Scalar, Where
 from alloc.vehicle import Vehicle
+from alloc.vehicle.condition import promised
 
-FORMULATION = NAME
+FORMULATION = "clip"
+MEANINGS = rules.MEANINGS
 
 
 def build(vehicle: Vehicle) -> Saturating:
-    """Prepare the rule, which ``alloc.closed_forms.clip`` has."""
-    return clip(vehicle)
+    """Prepare f = clip(T* tau, f_min, f_max), T* of eq. 9."""
+    return Saturating(vehicle, FORMULATION, _leave, _leave_many)
+
+
+def _leave(tau: FloatArray, f: list[float], limits: Bounds) -> tuple[list[float], int]:
+    return f, 1  # Saturating clips the thrusts that are beyond a limit
+
+
+def _leave_many(taus: FloatArray, F: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    return F
+
+
+def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
+    """The same for a demand within any limits."""
+    return rules.mended(lambda builder, x: x, vehicle, limits, scalar)
+
+
+def doubt(vehicle: Vehicle, scalar: Scalar) -> float:
+    """Share of a thrust that rounding takes of products with T* [-]."""
+    return promised(vehicle, 0.0)

@@ -2,10 +2,10 @@
 
 from alloc import rivals
 from alloc.allocation import Allocator
+from alloc.c.compiled import missing
 from alloc.formulations import Family
 from alloc.formulations.hard import FORMULATION as HARD
 from alloc.methods import Variant
-from alloc.native import missing
 from alloc.rivals.bind import bound
 from alloc.vehicle import Vehicle
 

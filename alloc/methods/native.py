@@ -1,27 +1,28 @@
 """C99 generated for the vehicle, compiled here and called with nothing in between."""
 
 from alloc.allocation import Allocator
-from alloc.methods import Variant
-from alloc.native import RECIPES, bound, missing
+from alloc.c.bind import bound
+from alloc.c.compiled import missing
+from alloc.methods import Variant, recipe, recipes
 from alloc.vehicle import Vehicle
 
 FOREIGN = True
 
 
 def variants() -> dict[str, Variant]:
-    """``<kernel>@native`` for every recipe, with what is missing to compile it."""
+    """``<method>@native`` for every method that has ``program``, with what is missing to compile it."""
     return {
-        f"{kernel}@native": Variant(
-            key=kernel,
-            summary=recipe.summary,
+        f"{each.name}@native": Variant(
+            key=each.name,
+            summary=f"{each.name} as C99 generated for the vehicle; limits of the vehicle, or of each call.",
             missing=missing(),
-            twin=kernel,
-            formulation=recipe.formulation,
+            twin=each.name,
+            formulation=each.formulation,
         )
-        for kernel, recipe in RECIPES.items()
+        for each in recipes().values()
     }
 
 
-def build(kernel: str, vehicle: Vehicle) -> Allocator:
+def build(name: str, vehicle: Vehicle) -> Allocator:
     """Generate, compile (or find in the cache) and bind; raises NotApplicable, NotInstalled."""
-    return bound(kernel, vehicle)
+    return bound(recipe(name), vehicle)

@@ -1,11 +1,24 @@
 """Exact optimum of eq. 4-5: f = G tau + N z with the shortest z that respects the limits."""
 
+from alloc.kernels import exact as kernels
 from alloc.nullspace.allocator import Nullspace, exact
+from alloc.program import Program, Scalar, Where
 from alloc.vehicle import Vehicle
 
 FORMULATION = Nullspace.formulation
+MEANINGS = {
+    0: "f makes tau, inside the limits, with the least effort",
+    2: "no f inside the limits makes tau; f is left alone",
+    -1: "there is no such fault; f is left alone",
+    -2: "tau or a limit is NaN or infinite; f is left alone",
+}
 
 
 def build(vehicle: Vehicle) -> Nullspace:
     """Prepare the exact answer; raises NotApplicable where a call may take too many steps."""
     return exact(vehicle)
+
+
+def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
+    """The same with each step written out; raises NotApplicable where that fills a microcontroller."""
+    return kernels.exact(vehicle, limits, scalar)

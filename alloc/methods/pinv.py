@@ -2,11 +2,19 @@
 
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.closed_forms.linear import Linear
+from alloc.kernels import linear
+from alloc.program import Program, Scalar, Where
 from alloc.vehicle import Vehicle
 
 FORMULATION = Linear.formulation
+MEANINGS = linear.MEANINGS
 
 
 def build(vehicle: Vehicle) -> Linear:
     """Prepare f = T* tau for this vehicle, its H and its faults."""
     return Linear(vehicle, generalized_inverse(vehicle))
+
+
+def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
+    """The same product, zero entries dropped."""
+    return linear.linear(vehicle, generalized_inverse(vehicle), limits, scalar)

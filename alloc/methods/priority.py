@@ -1,12 +1,26 @@
 """The optimum level by level: the axes that matter most are served first, at least effort."""
 
 from alloc.formulations.priority import FORMULATION as ANSWERED
+from alloc.kernels.by_level import MEANINGS, by_level
 from alloc.nullspace.by_level import ByLevel
+from alloc.program import Program, Scalar, Where
 from alloc.vehicle import Vehicle
+from alloc.vehicle.condition import promised
 
+__all__ = ["FORMULATION", "MEANINGS", "build", "doubt", "program"]
 FORMULATION = ANSWERED.name
 
 
 def build(vehicle: Vehicle) -> ByLevel:
     """Prepare to go towards the demand level by level of ``vehicle.priority``, at least effort."""
     return ByLevel(vehicle, ANSWERED)
+
+
+def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
+    """The same with each facet and step written out; raises NotApplicable where these are too many."""
+    return by_level(ANSWERED, vehicle, limits, scalar)
+
+
+def doubt(vehicle: Vehicle, scalar: Scalar) -> float:
+    """Share of a thrust that rounding takes of products with T* and N'H [-]."""
+    return promised(vehicle, 0.0)

@@ -1,12 +1,70 @@
 """Generalized inverse, then all thrusts scaled by one factor until they fit: keeps the wrench's direction."""
 
-from alloc.closed_forms.saturating import Saturating
-from alloc.closed_forms.shrink import NAME, shrink
-from alloc.vehicle import Vehicle
+import numpy as np
 
-FORMULATION = NAME
+from alloc.allocation import FloatArray
+from alloc.closed_forms.saturating import Bounds, Saturating
+from alloc.kernels import rules
+from alloc.kernels.margins import taken
+from alloc.program import Builder, Expression, Number, Program, Scalar, Where, most, select
+from alloc.vehicle import Vehicle
+from alloc.vehicle.condition import promised
+
+FORMULATION = "shrink"
+MEANINGS = rules.MEANINGS
+
+LEAST = 1e-5
+"""A limit nearer to zero than this share of the largest one counts as that far away. Rounding asks a thruster
+that can't reverse (f_min = 0) for -1e-15 N, or in single precision for -1e-6 N, which must not stop all the
+others; and the nearer, the more of the others' thrusts a rounding error decides."""
 
 
 def build(vehicle: Vehicle) -> Saturating:
-    """Prepare the rule, which ``alloc.closed_forms.shrink`` has."""
-    return shrink(vehicle)
+    """Prepare f = s T* tau, s the largest factor in [0, 1] that brings every excess to its limit.
+
+    s = 1 / max(1, x_i / far_i) with far_i the limit on x_i's side of zero, at least LEAST away, so that s is
+    continuous in tau. Shrinking helps against a limit on the far side of zero only. A thrust that is too
+    small for a thruster that must always push (f_min > 0) is raised to it, which turns the wrench; and a
+    thruster that can't reverse but is asked to leaves next to nothing of s.
+    """
+    least = LEAST * vehicle.f_scale
+
+    def one(tau: FloatArray, f: list[float], limits: Bounds) -> tuple[list[float], int]:
+        load = 1.0
+        for x, (low, high) in zip(f, limits.pairs, strict=True):
+            load = max(load, x / (max(high, least) if x > 0.0 else min(low, -least)))
+        s = 1.0 / load
+        return [s * x for x in f], 1
+
+    def each(taus: FloatArray, F: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+        far = np.where(F > 0.0, high.clip(min=least), low.clip(max=-least))
+        s = 1.0 / (F / far).max(axis=1).clip(min=1.0)
+        shrunk: FloatArray = s[:, None] * F
+        return shrunk
+
+    return Saturating(vehicle, FORMULATION, one, each)
+
+
+def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
+    """The same for a demand within any limits."""
+    return rules.mended(_shrunk, vehicle, limits, scalar)
+
+
+def doubt(vehicle: Vehicle, scalar: Scalar) -> float:
+    """Share of a thrust that rounding takes of products with T* [-]."""
+    return promised(vehicle, 0.0)
+
+
+def _shrunk(builder: Builder, x: dict[int, Expression]) -> dict[int, Expression]:
+    least = LEAST * builder.vehicle.f_scale
+    load = most(*(_load(x[i], *builder.limits.far(i, least)) for i in x), 1.0)
+    share = (1.0 / load).named("share_of_all")
+    builder.compute(share)
+    return {i: share * x[i] for i in x}
+
+
+def _load(x: Expression, low: Number, high: Number) -> Expression:
+    """x over the limit on its side of zero, of which neither is zero."""
+    if isinstance(low, float) and isinstance(high, float):
+        return taken(x, high, -low)
+    return x / select(x > 0.0, high, low)

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from importlib import import_module
 from typing import NamedTuple, Protocol
 
-from alloc.native.code import Scalar
+from alloc.program import Scalar
 from alloc.qp import QP
 from alloc.rivals import generators
 

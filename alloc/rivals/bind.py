@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from alloc.allocation import Allocator
+from alloc.c.bind import native
+from alloc.c.compiled import shared_library
 from alloc.formulations.hard import FORMULATION as HARD
-from alloc.native.bind import native
-from alloc.native.compiled import shared_library
 from alloc.rivals import load
 from alloc.rivals.wrapper import rival
 from alloc.vehicle import Vehicle

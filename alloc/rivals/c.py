@@ -5,7 +5,8 @@ import re
 import numpy as np
 from numpy.typing import ArrayLike
 
-from alloc.native.code import Scalar, number
+from alloc.program import Scalar
+from alloc.program.literal import number
 
 _LITERAL = re.compile(r"(?<![\w.])((?:\d+\.\d*|\.\d+)(?:[eE][+-]?\d+)?|\d+[eE][+-]?\d+)(?![\w.])")
 _FUNCTION = re.compile(r"\b(sqrt|fabs|fmin|fmax)\(")

@@ -2,7 +2,7 @@
 
 import re
 
-from alloc.native.code import Scalar
+from alloc.program import Scalar
 from alloc.rivals import Files
 from alloc.rivals.c import single
 from alloc.rivals.download import source

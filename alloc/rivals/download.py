@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-from alloc.native.compiled import cache_folder
+from alloc.c.compiled import cache_folder
 
 REMEDY = "python -m alloc.rivals.download"
 

@@ -7,11 +7,12 @@ from importlib import resources
 from typing import NamedTuple
 
 from alloc import solvers
+from alloc.c.call import function_name
 from alloc.errors import NotApplicable, NotInstalled
+from alloc.kernels.tolerance import MET, TOLERANCE
 from alloc.live.allocator import PARTIAL_TOLERANCE, UNREACHABLE
-from alloc.native import function_name
-from alloc.native.bounds import Where
-from alloc.native.code import MET, TOLERANCE, Scalar, number
+from alloc.program import Scalar, Where
+from alloc.program.literal import number
 from alloc.qp import Posed, pose_hard
 from alloc.qp.problem import SHARED
 from alloc.rivals import load

@@ -6,7 +6,7 @@ import numpy as np
 
 from alloc import Label, Status, build
 from alloc.allocation import FloatArray
-from alloc.native.cases import AGREEMENT, ROUNDING, TRIES, far_off
+from alloc.c.cases import AGREEMENT, ROUNDING, TRIES, far_off
 from alloc.rivals import load
 from bench.chips.count import CallCounts
 from bench.chips.kernel import Kernel
@@ -69,7 +69,7 @@ def explained(kernel: Kernel, demands: DemandSet, F: FloatArray) -> FloatArray:
 
     Such an end may move a weak thruster by far more than its argument moved. With sigma the root mean
     square of what random signs of the rounding do, the worst signs of p arguments do sqrt(p) sigma, as
-    ``alloc.native.cases`` has it for self-tests.
+    ``alloc.c.cases`` has it for self-tests.
     """
     vehicle, by = demands.vehicle, ROUNDING[kernel.scalar]
     rng = np.random.default_rng(1999)

@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from alloc.allocation import FloatArray
-from alloc.native.bounds import Where
-from alloc.native.code import Scalar
+from alloc.program import Scalar, Where
 
 SCALARS: dict[Scalar, str] = {"double": "<f8", "float": "<f4"}
 """C's name of a scalar to numpy's; every target here is little-endian."""

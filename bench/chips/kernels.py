@@ -3,11 +3,11 @@
 from collections.abc import Iterable
 
 from alloc import Vehicle, catalogue
+from alloc.c import arguments, function_name, sources
 from alloc.errors import UnknownName
 from alloc.formulations import EXACT_METHODS, Family
-from alloc.native import RECIPES, function_name, sources
-from alloc.native.bounds import Where, arguments
-from alloc.native.code import Scalar
+from alloc.methods import recipe
+from alloc.program import Scalar, Where
 from alloc.rivals.wrapper import rival
 from bench.chips.kernel import Kernel
 
@@ -39,7 +39,8 @@ def check(method: str) -> None:
 def _native(method: str, vehicle: Vehicle, scalar: Scalar, limits: Where) -> Kernel:
     kernel = OWN[method]
     name = function_name(vehicle, kernel, scalar, limits)
-    levels = RECIPES[kernel].levels(vehicle)
+    made = recipe(kernel)
+    levels = made.levels(vehicle)
     return Kernel(
         method=method,
         twin=kernel,
@@ -49,7 +50,7 @@ def _native(method: str, vehicle: Vehicle, scalar: Scalar, limits: Where) -> Ker
         entry=name,
         declaration=f'#include "{name}.h"',
         arguments=arguments(limits, levels, "-1"),
-        sources=sources(vehicle, kernel, scalar, limits=limits),
+        sources=sources(vehicle, made, scalar, limits=limits),
         limits=limits,
         levels=levels,
     )

@@ -12,8 +12,7 @@ import numpy as np
 from alloc import NotApplicable, Vehicle
 from alloc.allocation import FloatArray, IndexArray
 from alloc.errors import NotInstalled
-from alloc.native.bounds import Where
-from alloc.native.code import Scalar
+from alloc.program import Scalar, Where
 from bench.chips import search
 from bench.chips.agreement import agreement
 from bench.chips.count import CallCounts, count

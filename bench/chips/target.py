@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import bench.chips.processors
 from alloc.errors import unknown
-from alloc.native.code import Scalar
+from alloc.program import Scalar
 from bench.record import Processor
 
 if TYPE_CHECKING:

@@ -16,16 +16,9 @@ from bench.commands import LIMITS, PATH, SINGLE, refuse_another_s
 @click.option("--out", required=True, type=PATH, metavar="DIR", help="Made if missing.")
 def command(vehicle: str, method: str, single: bool, limits: Literal["fixed", "call"], out: Path) -> None:
     """C99 of one method for one vehicle: header, source, self-test, and a page on how to call it."""
-    from alloc import AllocError, catalogue, load_vehicle
-    from alloc.native import generate, page
-    from alloc.native.generate import function_name
+    from alloc import AllocError, generate, load_vehicle
 
-    loaded = load_vehicle(vehicle)
-    kernel = {entry.name: entry.twin for entry in catalogue() if entry.twin}.get(method, method)
-    scalar: Literal["double", "float"] = "float" if single else "double"
-    called = f"{function_name(loaded, kernel, scalar, limits)}.md"  # several functions may share a folder
-    files = generate(loaded, kernel, scalar, limits=limits)
-    files[called] = page(loaded, kernel, scalar, limits)
+    files = generate(load_vehicle(vehicle), method, scalar="float" if single else "double", limits=limits)
     refuse_another_s(out, files)
     try:
         out.mkdir(parents=True, exist_ok=True)

@@ -5,15 +5,16 @@ import time
 from pathlib import Path
 
 from alloc import NotApplicable
-from alloc.native import digest
-from alloc.native.code import TOLERANCE
+from alloc.c import digest
+from alloc.kernels.tolerance import TOLERANCE
+from alloc.program import Node
 from alloc.vehicle.condition import wrench_doubt
 from bench.chips.target import targets
 from bench.chips.toolchain import ToolError, missing
 from bench.harness import machine
 from bench.proof import misra, tools
+from bench.proof.not_read import NotRead
 from bench.proof.path.worst import worst_path
-from bench.proof.program import Node, NotRead
 from bench.proof.proof import ASSUMPTIONS, Claim, Proof, Rounding, WorstPath, not_shown
 from bench.proof.rounding.band import verdict_band
 from bench.proof.rounding.errors import Errors

@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.proof.program import NotRead, Program
+from alloc.program import Program
+from bench.proof.not_read import NotRead
 
 Array = NDArray[Any]
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from alloc.native.bounds import Where
+from alloc.program import Where
 from bench.proof.rounding.seen import made
 from bench.proof.safety import claims as safety
 from bench.proof.safety.harness import Subject
@@ -79,7 +79,7 @@ SABOTAGES = (
         "a demand that is refused is called solved",
         "nullspace",
         "fixed",
-        r"return sum - sum == .*;",
+        r"return .* \? INFEASIBLE : .*;",
         "return SOLVED;",
     ),
     Sabotage(
@@ -95,8 +95,8 @@ SABOTAGES = (
         "crossed limits are not looked at",
         "nullspace",
         "call",
-        r"most\(m0, (.*)\) \+ \(sum - sum\)",
-        r"\1 + (sum - sum)",
+        r"most\(m0, (.*)\) \+ nan_or_zero",
+        r"\1 + nan_or_zero",
     ),
     Sabotage("a limit that is NaN is not looked for", "clip", "call", r"(s0 = .*) \+ o\d+;", r"\1;"),
     Sabotage(
@@ -113,14 +113,14 @@ SABOTAGES = (
         "a share is above one",
         "scaled",
         "fixed",
-        r"share < nearly \? share : (\S+);",
-        r"share < nearly ? share : share + nearly;",
+        r"share0 = (\w+) < (\S+) \? .*;",
+        r"share0 = \1 < \2 ? \1 : \1 + \2;",
     ),
     Sabotage(
         "NaN stands in a share",
         "scaled",
         "fixed",
-        r"share0 = rounded\((\w+), .*\);",
+        r"share0 = (\w+) < .*;",
         r"share0 = \1 * t0;",
     ),
     Sabotage(

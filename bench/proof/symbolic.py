@@ -12,10 +12,11 @@ from typing import Any
 from pycparser import c_ast, c_parser
 from pycparser.c_parser import ParseError
 
-from alloc.native.compiled import compiler
+from alloc.c.compiled import compiler
+from alloc.program import Graph, Node, Program
 from bench.chips.toolchain import ToolError
 from bench.proof import tools
-from bench.proof.program import Node, NotRead, Program
+from bench.proof.not_read import NotRead
 from bench.proof.safety.harness import Subject
 
 
@@ -66,7 +67,8 @@ class _Reader:
 
     def __init__(self, unit: c_ast.FileAST, functions: dict[str, c_ast.FuncDef]) -> None:
         self.functions = functions
-        self.program = Program()
+        self.graph = Graph()
+        self.exits: list[tuple[Node, int]] = []
         self.constants: dict[str, Any] = {}
         for node in unit.ext:
             if isinstance(node, c_ast.Decl) and isinstance(node.type, c_ast.Enum):
@@ -74,7 +76,10 @@ class _Reader:
                     self.constants[each.name] = self.const(_literal(each.value))
 
     def const(self, value: float) -> Node:
-        return self.program.add("const", value)
+        return self.graph.add("const", value)
+
+    def unknown(self) -> Node:
+        return self.graph.add("unknown", len(self.graph.nodes))
 
     def read(self, function: c_ast.FuncDef) -> Program:
         names: dict[str, Any] = dict(self.constants)
@@ -82,16 +87,17 @@ class _Reader:
             size = int(_literal(parameter.type.dim))
             written = "const" not in parameter.type.type.quals
             names[parameter.name] = [
-                None if written else self.program.add("input", parameter.name, i) for i in range(size)
+                None if written else self.graph.add("input", parameter.name, i) for i in range(size)
             ]
-        self.program.status = self.block(function.body.block_items, names, None)
+        status = self.block(function.body.block_items, names, None)
+        outputs: dict[tuple[str, int], Node] = {}
         for parameter in function.decl.type.args.params:
             if "const" not in parameter.type.type.quals:
                 for i, value in enumerate(names[parameter.name]):
                     if value is None:
                         raise NotRead(f"{parameter.name}[{i}] is never written")
-                    self.program.outputs[parameter.name, i] = value
-        return self.program
+                    outputs[parameter.name, i] = value
+        return Program(nodes=tuple(self.graph.nodes), exits=tuple(self.exits), outputs=outputs, status=status)
 
     def block(self, statements: list[Any], names: dict[str, Any], under: Node | None) -> Node:
         """Read statements; returns what is returned at their end, or -1."""
@@ -109,7 +115,7 @@ class _Reader:
                     self.assign(statement.lvalue, self.value(statement.rvalue, names), names)
                 case c_ast.Assignment() if statement.op == "&=":
                     name = statement.lvalue.name
-                    names[name] = self.program.add("and", names[name], self.value(statement.rvalue, names))
+                    names[name] = self.graph.add("and", names[name], self.value(statement.rvalue, names))
                 case c_ast.For():
                     self.repeat(statement, names)
                 case c_ast.If():
@@ -140,7 +146,7 @@ class _Reader:
             self.block(statement.stmt.block_items, names, None)
 
     def constant(self, node: Any, names: dict[str, Any]) -> int:
-        operation = self.program.nodes[self.value(node, names)]
+        operation = self.graph.nodes[self.value(node, names)]
         if operation[0] != "const":
             raise NotRead("an index that is calculated")
         return int(operation[1])
@@ -158,7 +164,7 @@ class _Reader:
 
     def branch(self, statement: c_ast.If, names: dict[str, Any], under: Node | None) -> None:
         condition = self.value(statement.cond, names)
-        held = condition if under is None else self.program.add("and", under, condition)
+        held = condition if under is None else self.graph.add("and", under, condition)
         inner = {name: list(value) if isinstance(value, list) else value for name, value in names.items()}
         body = (
             statement.iftrue.block_items
@@ -176,18 +182,18 @@ class _Reader:
             if isinstance(before, list):
                 for i, (old, new) in enumerate(zip(before, after, strict=True)):
                     if old != new:
-                        before[i] = self.program.add("choose", condition, new, old)
+                        before[i] = self.graph.add("choose", condition, new, old)
             elif before != after:
-                names[name] = self.program.add("choose", condition, after, before)
+                names[name] = self.graph.add("choose", condition, after, before)
 
     def exit(self, held: Node, returned: Node) -> None:
         """A return under a condition; of two that a ternary gives, each under its own."""
-        operation = self.program.nodes[returned]
+        operation = self.graph.nodes[returned]
         if operation[0] == "const":
-            self.program.exits.append((held, int(operation[1])))
+            self.exits.append((held, int(operation[1])))
         elif operation[0] == "choose":
             _, condition, then, other = operation
-            self.exit(self.program.add("and", held, condition), then)
+            self.exit(self.graph.add("and", held, condition), then)
             self.exit(held, other)
         else:
             raise NotRead("a status that is calculated")
@@ -227,31 +233,31 @@ class _Reader:
     def binary(self, node: c_ast.BinaryOp, names: dict[str, Any]) -> Any:
         left, right = self.value(node.left, names), self.value(node.right, names)
         if isinstance(left, list):
-            return left[int(self.program.nodes[right][1]) :]  # a pointer moved along its array
-        return self.program.add(_BINARY[node.op], left, right)
+            return left[int(self.graph.nodes[right][1]) :]  # a pointer moved along its array
+        return self.graph.add(_BINARY[node.op], left, right)
 
     def unary(self, node: c_ast.UnaryOp, names: dict[str, Any]) -> Node:
         operand = self.value(node.expr, names)
-        inner = self.program.nodes[operand]
+        inner = self.graph.nodes[operand]
         match node.op:
             case "-" if inner[0] == "const":
                 return self.const(-inner[1])
             case "-":
-                return self.program.add("neg", operand)
+                return self.graph.add("neg", operand)
             case "!":
-                return self.program.add("not", operand)
+                return self.graph.add("not", operand)
         raise NotRead(f"the operator {node.op}")
 
     def ternary(self, condition: Node, then: Node, other: Node) -> Node:
-        nodes = self.program.nodes
+        nodes = self.graph.nodes
         match nodes[condition]:
             case ("lt", a, b) if (a, b) == (then, other):
-                return self.program.add("min", then, other)
+                return self.graph.add("min", then, other)
             case ("gt", a, b) if (a, b) == (then, other):
-                return self.program.add("max", then, other)
+                return self.graph.add("max", then, other)
             case ("lt", a, b) if nodes[b] == ("const", 0.0) and nodes[then] == ("neg", a) and a == other:
-                return self.program.add("abs", a)
-        return self.program.add("choose", condition, then, other)
+                return self.graph.add("abs", a)
+        return self.graph.add("choose", condition, then, other)
 
     def call(self, name: str, given: list[Any]) -> Any:
         function = self.functions.get(name)
@@ -261,8 +267,8 @@ class _Reader:
         if _loops(function):
             for parameter, value in zip(parameters, given, strict=True):
                 if isinstance(value, list) and "const" not in parameter.type.type.quals:
-                    value[:] = [self.program.add("unknown") for _ in value]
-            return self.program.add("unknown")
+                    value[:] = [self.unknown() for _ in value]
+            return self.unknown()
         inner = dict(self.constants)
         inner |= {parameter.name: value for parameter, value in zip(parameters, given, strict=True)}
         return self.block(function.body.block_items, inner, None)

@@ -6,8 +6,8 @@ import shutil
 import subprocess
 from pathlib import Path
 
+from alloc.c.compiled import compiler
 from alloc.errors import NotInstalled
-from alloc.native.compiled import compiler
 from bench.chips.toolchain import ToolError
 
 PACKAGES = {"frama-c": "frama-c-base", "gappa": "gappa", "cppcheck": "cppcheck"}

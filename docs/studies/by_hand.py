@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from alloc import Vehicle, build
-from alloc.native.code import number
+from alloc.program.literal import number
 from bench.chips.kernel import Kernel
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from alloc.allocation import FloatArray
-from alloc.native.compiled import STANDARD, compiler
+from alloc.c.compiled import STANDARD, compiler
 from bench.chips.kernel import SCALARS, Kernel
 from bench.harness.callgrind import CALLGRIND, totals
 

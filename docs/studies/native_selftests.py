@@ -22,10 +22,9 @@ from pathlib import Path
 
 import numpy as np
 
-from alloc import NotApplicable, Vehicle, list_vehicles, load_vehicle
-from alloc.native import RECIPES, generate
-from alloc.native.bounds import Where
-from alloc.native.code import Scalar
+from alloc import NotApplicable, Vehicle, generate, list_vehicles, load_vehicle
+from alloc.methods import recipes
+from alloc.program import Scalar, Where
 from bench.demands.odd_vehicles import vehicle_of
 
 COMPILERS = ("gcc", "clang")
@@ -76,7 +75,7 @@ def errors(
     """Of each program of a vehicle: its name where it failed, else none, and its worst error [-]."""
     for kernel, limits, scalar in product(kernels, where, SCALARS):
         try:
-            files = generate(vehicle, kernel, scalar, limits=limits)
+            files = generate(vehicle, kernel, scalar=scalar, limits=limits)
         except NotApplicable:
             continue
         for compiler in compilers:
@@ -105,7 +104,7 @@ def main() -> int:
     """Run all, print the sum; 1 where one failed."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--vehicle", action="append", help="shipped vehicles alone, these")
-    parser.add_argument("--kernel", action="append", choices=list(RECIPES), help="these alone")
+    parser.add_argument("--kernel", action="append", choices=list(recipes()), help="these alone")
     parser.add_argument("--random", type=int, default=40)
     parser.add_argument(
         "--from", type=int, dest="first", metavar="I", help="random vehicles alone, from there"
@@ -124,7 +123,7 @@ def main() -> int:
         for vehicle in (*shipped, *islice(made_up, arguments.first or 0, None))
         for result in errors(
             vehicle,
-            arguments.kernel or list(RECIPES),
+            arguments.kernel or list(recipes()),
             compilers,
             PLAIN if plain else FLAGS,
             arguments.limits or LIMITS,

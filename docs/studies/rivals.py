@@ -18,9 +18,8 @@ import numpy as np
 
 from alloc import Label, NotApplicable, Status, Vehicle, build, list_vehicles, load_vehicle, rivals
 from alloc.allocation import BoolArray, FloatArray, IndexArray
-from alloc.native.bounds import Where
-from alloc.native.code import Scalar
-from alloc.native.compiled import shared_library
+from alloc.c.compiled import shared_library
+from alloc.program import Scalar, Where
 from alloc.rivals.wrapper import rival
 from bench.chips.count import count
 from bench.chips.image import link

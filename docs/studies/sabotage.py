@@ -12,7 +12,7 @@ from os import cpu_count
 from pathlib import Path
 
 from alloc import list_vehicles, load_vehicle
-from alloc.native.code import Scalar
+from alloc.program import Scalar
 from bench.proof import subject
 from bench.proof.sabotage import SABOTAGES, Sabotage, noticed, sabotaged
 

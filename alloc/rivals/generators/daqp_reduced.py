@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from alloc.native.code import Scalar
+from alloc.program import Scalar
 from alloc.qp import QP
 from alloc.rivals import Files, daqp_core
 from alloc.rivals.c import array, indices

@@ -4,7 +4,7 @@ import re
 import tempfile
 from pathlib import Path
 
-from alloc.native.code import Scalar
+from alloc.program import Scalar
 from alloc.qp import QP
 from alloc.rivals import Files
 from alloc.solvers import osqp as binding

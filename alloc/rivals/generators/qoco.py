@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from alloc.native.code import Scalar
+from alloc.program import Scalar
 from alloc.qp import QP
 from alloc.rivals import Files
 from alloc.rivals.c import single

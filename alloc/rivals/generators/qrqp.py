@@ -5,7 +5,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from alloc.native.code import Scalar
+from alloc.program import Scalar
 from alloc.qp import QP
 from alloc.rivals import Files
 from alloc.rivals.c import array, single

@@ -16,8 +16,7 @@ import numpy as np
 
 from alloc import AllocError, Vehicle, rivals
 from alloc.allocation import FloatArray, IndexArray
-from alloc.native.bounds import Where
-from alloc.native.code import Scalar
+from alloc.program import Scalar, Where
 from bench.chips.kernel import SCALARS, Kernel
 from bench.demands import DemandSet, labelled
 from bench.demands.store import vehicle_of

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from alloc import Allocation, Status, build
+from alloc.c.cases import AGREEMENT
 from alloc.formulations.hard import FORMULATION as HARD
-from alloc.native.cases import AGREEMENT
-from alloc.native.code import MET
+from alloc.kernels.tolerance import MET
 from alloc.rivals import load
 from bench.chips.agreement import agreement
 from bench.chips.board.heard import NOOP, Heard, TimedCalls

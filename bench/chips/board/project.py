@@ -9,8 +9,8 @@ from pathlib import Path
 
 from alloc import AllocError, NotApplicable, Vehicle
 from alloc.errors import NotInstalled
-from alloc.native.bounds import Where
-from alloc.native.code import Scalar, number
+from alloc.program import Scalar, Where
+from alloc.program.literal import number
 from bench.chips.image import FIRMWARE
 from bench.chips.kernel import Kernel, shapes
 from bench.chips.kernels import build_kernel

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from alloc.allocation import FloatArray, IndexArray
-from alloc.native.bounds import arguments
+from alloc.c import arguments
 from bench.chips.count import count
 from bench.chips.image import Image, link
 from bench.chips.kernel import Kernel

@@ -8,8 +8,8 @@ import numpy as np
 
 from alloc import Vehicle
 from alloc.allocation import FloatArray
-from alloc.native.code import Scalar
-from bench.proof.program import NotRead
+from alloc.program import Scalar
+from bench.proof.not_read import NotRead
 from bench.proof.rounding.forms import ONE, Form, has_tau, multiplied, shares_of, total
 from bench.proof.rounding.moved import Moved
 from bench.proof.rounding.together import Together

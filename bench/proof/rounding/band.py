@@ -1,11 +1,13 @@
 """How far below 1 alpha* may be of a demand that is SOLVED still: what tolerance and rounding allow."""
 
+from collections.abc import Sequence
 from math import inf
 
 import numpy as np
 
+from alloc.program import Node, Operation, Program
+from bench.proof.not_read import NotRead
 from bench.proof.numeric import values
-from bench.proof.program import Node, NotRead, Operation, Program
 from bench.proof.rounding.errors import Errors
 
 
@@ -38,7 +40,7 @@ def _at_rest(program: Program) -> list[float]:
     return [float(np.asarray(each).ravel()[0]) for each in values(program, inputs, np.float64)]
 
 
-def _compared(nodes: list[Operation], condition: Node) -> list[tuple[Node, Node]]:
+def _compared(nodes: Sequence[Operation], condition: Node) -> list[tuple[Node, Node]]:
     """Pairs (what must not exceed, what it may be) that a refusal compares; each maximum taken apart."""
     match nodes[condition]:
         case ("not", inner) if nodes[inner][0] == "le":
@@ -49,7 +51,7 @@ def _compared(nodes: list[Operation], condition: Node) -> list[tuple[Node, Node]
     return []
 
 
-def _maxima(nodes: list[Operation], node: Node) -> list[Node]:
+def _maxima(nodes: Sequence[Operation], node: Node) -> list[Node]:
     match nodes[node]:
         case ("max", a, b):
             return _maxima(nodes, a) + _maxima(nodes, b)

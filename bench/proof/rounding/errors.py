@@ -6,13 +6,13 @@ attainable set along its direction, without loss; minimum and maximum move by no
 """
 
 from collections import ChainMap
-from collections.abc import MutableMapping
+from collections.abc import MutableMapping, Sequence
 from dataclasses import replace
 from math import isfinite
 
 from alloc import Vehicle
-from alloc.native.code import Scalar
-from bench.proof.program import Node, NotRead, Operation, Program
+from alloc.program import Node, Operation, Program, Scalar
+from bench.proof.not_read import NotRead
 from bench.proof.rounding.arithmetic import DIGITS, Arithmetic, Value, among
 from bench.proof.rounding.forms import NOTHING, ONE, Form, constant, total
 from bench.proof.rounding.loads import Share, shares
@@ -244,7 +244,7 @@ def _union(values: list[Value]) -> Value:
     return Value(min(each.low for each in values), max(each.high for each in values), error)
 
 
-def _cone(nodes: list[Operation], root: Node) -> list[Node]:
+def _cone(nodes: Sequence[Operation], root: Node) -> list[Node]:
     """A node and all that it is made of, operands first."""
     found, waiting = set[Node](), [root]
     while waiting:

@@ -3,7 +3,7 @@
 What rounding adds to a value is an unknown of its own, so that it cancels where the value does.
 """
 
-from bench.proof.program import Node
+from alloc.program import Node
 
 Shares = frozenset[Node]
 """Shares that are multiplied with each other, by node; none for 1."""

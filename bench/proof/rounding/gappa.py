@@ -4,9 +4,8 @@ import re
 from pathlib import Path
 
 from alloc import Vehicle
-from alloc.native.code import Scalar
+from alloc.program import Node, Program, Scalar
 from bench.proof import tools
-from bench.proof.program import Node, Program
 from bench.proof.rounding.errors import Errors
 from bench.proof.rounding.forms import has_tau, shares_of
 

@@ -4,9 +4,10 @@ Each load is the size of what is taken, over a room. That a share times what is 
 room says more than ranges of single numbers do: what a step leaves of a room is never negative.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
-from bench.proof.program import Node, Operation
+from alloc.program import Node, Operation
 
 
 class Load(NamedTuple):
@@ -44,7 +45,7 @@ class Share(NamedTuple):
     within: set[Node]
 
 
-def shares(nodes: list[Operation]) -> dict[Node, Share]:
+def shares(nodes: Sequence[Operation]) -> dict[Node, Share]:
     """All shares of a program, by node."""
     found = {}
     for node, operation in enumerate(nodes):
@@ -53,7 +54,7 @@ def shares(nodes: list[Operation]) -> dict[Node, Share]:
     return found
 
 
-def _share(nodes: list[Operation], keep: Node, below: Node) -> Share | None:
+def _share(nodes: Sequence[Operation], keep: Node, below: Node) -> Share | None:
     if nodes[keep][0] != "const" or not nodes[keep][1] > 0.0:
         return None
     leaves, within, waiting = list[Node](), set[Node](), [below]
@@ -76,7 +77,7 @@ def _share(nodes: list[Operation], keep: Node, below: Node) -> Share | None:
     return Share(keep, same[0], loads, within)
 
 
-def _load(nodes: list[Operation], leaf: Node) -> tuple[Load, set[Node]]:
+def _load(nodes: Sequence[Operation], leaf: Node) -> tuple[Load, set[Node]]:
     match nodes[leaf]:
         case ("abs", along):
             return Load(along, None, None, True, None), {leaf}
@@ -89,7 +90,7 @@ def _load(nodes: list[Operation], leaf: Node) -> tuple[Load, set[Node]]:
     return Load(leaf, None, None, False, None), set()
 
 
-def _size(nodes: list[Operation], node: Node) -> tuple[Node, Node | None, set[Node]] | None:
+def _size(nodes: Sequence[Operation], node: Node) -> tuple[Node, Node | None, set[Node]] | None:
     """The number whose size a node is, and what is tiny of it; None where it is no such thing."""
     match nodes[node]:
         case ("abs", along):
@@ -101,5 +102,5 @@ def _size(nodes: list[Operation], node: Node) -> tuple[Node, Node | None, set[No
     return None
 
 
-def _zero(nodes: list[Operation], node: Node) -> bool:
+def _zero(nodes: Sequence[Operation], node: Node) -> bool:
     return nodes[node] == ("const", 0.0)

@@ -11,7 +11,8 @@ from collections.abc import Callable
 from math import inf
 from typing import NamedTuple
 
-from bench.proof.program import Node, NotRead
+from alloc.program import Node
+from bench.proof.not_read import NotRead
 from bench.proof.rounding.forms import (
     NOTHING,
     ONE,

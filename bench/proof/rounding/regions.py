@@ -1,9 +1,9 @@
 """Where a condition holds, as ranges of the numbers that it compares."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import inf
 
-from bench.proof.program import Node, Operation
+from alloc.program import Node, Operation
 
 Region = dict[Node, tuple[float, float]]
 """Ranges of some numbers; of all others nothing is said."""
@@ -11,7 +11,7 @@ OPPOSITE = {"lt": "ge", "le": "gt", "gt": "le", "ge": "lt", "eq": "ne", "ne": "e
 
 
 def regions(
-    nodes: list[Operation], ranges: Mapping[Node, tuple[float, float]], condition: Node, holds: bool
+    nodes: Sequence[Operation], ranges: Mapping[Node, tuple[float, float]], condition: Node, holds: bool
 ) -> list[Region]:
     """Regions that together hold all numbers for which a condition holds, or does not."""
     match nodes[condition]:
@@ -31,7 +31,7 @@ def regions(
     return [{}]
 
 
-def compared(nodes: list[Operation], condition: Node) -> set[tuple[Node, Node]]:
+def compared(nodes: Sequence[Operation], condition: Node) -> set[tuple[Node, Node]]:
     """The pairs of numbers that a condition compares."""
     match nodes[condition]:
         case (operation, a, b) if operation in OPPOSITE:

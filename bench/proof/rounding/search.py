@@ -6,9 +6,8 @@ import numpy as np
 
 from alloc import Vehicle
 from alloc.allocation import FloatArray
-from alloc.native.code import Scalar
+from alloc.program import Node, Program, Scalar
 from bench.proof.numeric import answered, values
-from bench.proof.program import Node, Program
 from bench.proof.rounding.seen import KINDS, apart, thrusts
 
 RUNS = 20

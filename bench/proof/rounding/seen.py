@@ -6,10 +6,11 @@ import numpy as np
 
 from alloc import Vehicle
 from alloc.allocation import BoolArray, FloatArray
-from alloc.native.code import MET, Scalar
+from alloc.kernels.tolerance import MET
+from alloc.program import Node, Program, Scalar
 from bench.chips.toolchain import ToolError
+from bench.proof.not_read import NotRead
 from bench.proof.numeric import Calculated, alike, answered, values
-from bench.proof.program import Node, NotRead, Program
 from bench.proof.proof import Claim, not_shown
 from bench.proof.safety.harness import Subject
 from bench.proof.symbolic import programs

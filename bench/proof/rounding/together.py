@@ -14,7 +14,7 @@ from scipy.sparse import csc_matrix
 
 from alloc import Vehicle
 from alloc.allocation import FloatArray
-from bench.proof.program import NotRead
+from bench.proof.not_read import NotRead
 from bench.proof.rounding.forms import NOTHING, ONE, Form, Shares, constant, exact
 
 MODELS = 64

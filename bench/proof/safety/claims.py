@@ -4,7 +4,7 @@ from pathlib import Path
 
 from bench.chips.toolchain import ToolError
 from bench.proof import tools
-from bench.proof.program import NotRead
+from bench.proof.not_read import NotRead
 from bench.proof.proof import Claim
 from bench.proof.safety import eva, limits
 from bench.proof.safety.harness import Subject, harness

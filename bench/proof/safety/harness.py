@@ -5,16 +5,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from alloc import Vehicle
-from alloc.native import RECIPES, function_name, sources
-from alloc.native.bounds import Where, arguments
-from alloc.native.code import Scalar, number
-from alloc.native.recipes import recipe
+from alloc.c import arguments, function_name, sources
+from alloc.methods import recipe
+from alloc.program import Scalar, Where
+from alloc.program.literal import number
 
 MAIN = "main.c"
 ANSWERED = (0, 1)
 """What a kernel returns beside an answer: SOLVED and PARTIAL."""
-UNLIMITED = ("pinv", "walsh")
-"""Kernels that promise no limits; neither do they look whether tau is finite."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,7 +21,7 @@ class Subject:
 
     Attributes
     ----------
-    vehicle, kernel, scalar, limits : as ``alloc.native.sources`` takes them
+    vehicle, kernel, scalar, limits : as ``alloc.c.sources`` takes them
     files : that C, by file name
     """
 
@@ -46,17 +44,17 @@ class Subject:
     @property
     def levels(self) -> int:
         """How many shares stand behind f."""
-        return RECIPES[self.kernel].levels(self.vehicle)
+        return recipe(self.kernel).levels(self.vehicle)
 
     @property
     def limited(self) -> bool:
         """Whether the kernel promises limits."""
-        return self.kernel not in UNLIMITED
+        return recipe(self.kernel).limited
 
 
 def subject(vehicle: Vehicle, kernel: str, scalar: Scalar, limits: Where) -> Subject:
     """The C that ``thrustbench codegen`` writes; raises UnknownName, or NotApplicable with the reason."""
-    files = sources(vehicle, kernel, scalar, limits=limits)
+    files = sources(vehicle, recipe(kernel), scalar, limits=limits)
     return Subject(vehicle=vehicle, kernel=kernel, scalar=scalar, limits=limits, files=files)
 
 

@@ -9,7 +9,7 @@ whatever x is, NaN too.
 
 from math import isfinite
 
-from bench.proof.program import Node, Program
+from alloc.program import Node, Program
 from bench.proof.safety.harness import ANSWERED
 
 SUMS = ("add", "sub")

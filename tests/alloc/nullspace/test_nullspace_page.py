@@ -9,7 +9,8 @@ import pytest
 import c_loop
 import nullspace_picture
 from alloc import build, load_vehicle
-from alloc.native import function_name, missing, sources
+from alloc.c import function_name, missing, sources
+from alloc.methods import recipe
 from bench.chips.kernel import Kernel
 from tests.places import DOCS
 
@@ -20,7 +21,7 @@ compiled = pytest.mark.skipif(bool(missing()), reason=missing() or "-")
 def kernel() -> Kernel:
     vehicle = load_vehicle("ukwial")
     name = function_name(vehicle, "nullspace")
-    files = sources(vehicle, "nullspace")
+    files = sources(vehicle, recipe("nullspace"))
     return Kernel(
         method="nullspace@native",
         twin="pinv",

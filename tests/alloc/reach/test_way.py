@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from alloc import NotApplicable, Status, Vehicle, alpha_max, build, load_vehicle
 from alloc.allocation import FloatArray
-from alloc.native import missing
+from alloc.c import missing
 from alloc.nullspace.structure import decompose
 from alloc.reach.edge import start
 from alloc.reach.levels import KEEP, groups, step_maps

@@ -14,9 +14,9 @@ import pytest
 
 from alloc import Label, Status, Vehicle, build, label, load_vehicle
 from alloc.allocation import WRENCH_TOLERANCE, FloatArray
+from alloc.c import missing
+from alloc.c.compiled import shared_library
 from alloc.errors import NotInstalled
-from alloc.native import missing
-from alloc.native.compiled import shared_library
 from alloc.rivals import Files, download, load, names, wrapper
 from alloc.rivals.bind import bound, library
 from alloc.rivals.c import single

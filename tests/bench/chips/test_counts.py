@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from alloc.errors import UnknownName
-from alloc.native.code import Scalar
+from alloc.program import Scalar
 from bench.chips.count import count, count_by_systick
 from bench.chips.image import Image, link
 from bench.chips.kernel import Kernel

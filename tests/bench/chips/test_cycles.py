@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from alloc import load_vehicle
-from alloc.native.code import Scalar
+from alloc.program import Scalar
 from bench.chips.count import count
 from bench.chips.cycles import cycles
 from bench.chips.image import link

@@ -12,8 +12,7 @@ from click.testing import CliRunner
 from alloc import AllocError, Label, build, load_vehicle
 from alloc.discovery import find
 from alloc.errors import UnknownName
-from alloc.native.bounds import Where
-from alloc.native.code import Scalar
+from alloc.program import Scalar, Where
 from bench.__main__ import cli
 from bench.chips.agreement import agreement, explained
 from bench.chips.count import CallCounts, count

@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from alloc import AllocError
-from alloc.native import compiled, missing
+from alloc.c import compiled, missing
 from alloc.vehicle.read import find_file
 from bench.commands.codegen import command
 

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 
+from alloc.c import missing
 from alloc.errors import UnknownName
-from alloc.native import missing
 from bench.__main__ import cli
 from bench.harness.contenders import contenders
 from bench.harness.plan import RunSettings

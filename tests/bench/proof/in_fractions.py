@@ -4,7 +4,7 @@ from fractions import Fraction
 from typing import Any
 
 from alloc.allocation import FloatArray
-from bench.proof.program import Program
+from alloc.program import Program
 
 
 def exactly(program: Program, tau: FloatArray) -> list[Any]:

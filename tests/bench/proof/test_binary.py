@@ -3,14 +3,12 @@
 import pytest
 
 from alloc import load_vehicle
-from alloc.native.code import Scalar
+from alloc.program import Scalar
 from bench.chips.toolchain import ToolError
 from bench.proof import subject
 from bench.proof.path.binary import Unbounded, longest
 from bench.proof.path.worst import worst_path
-from bench.record import read
 from tests.emulators import available
-from tests.places import ROOT
 
 HEAD = "\n{entry:08x} <{name}>:\n"
 
@@ -65,17 +63,11 @@ def test_the_worst_call_is_the_longest_way(kernel: str, scalar: Scalar, name: st
 
 
 def test_a_way_that_no_call_takes_leaves_an_interval_that_holds_all_counts() -> None:
-    """Of ``scaled`` a share below one is looked at twice; the emulator's record has no call above the end."""
+    """Of ``scaled`` a share below one is looked at twice; no call was seen at the end."""
     worst = worst_path(subject(load_vehicle("bluerov2"), "scaled", "double", "fixed"), available("cortex-m7"))
     assert not worst.exact
     assert worst.at_most is not None
-    counted = [
-        row.instructions[-1][0]
-        for row in read(ROOT / "results/emulated").emulated
-        if (row.vehicle, row.method, row.target) == ("bluerov2", "scaled@native", "cortex-m7")
-        and (row.scalar, row.limits) == ("double", "fixed")
-    ]
-    assert max(counted) <= worst.attained < worst.at_most
+    assert worst.attained < worst.at_most
     assert str(worst) == f"{worst.attained} … {worst.at_most}"
 
 

@@ -7,9 +7,9 @@ import msgspec
 import pytest
 from click.testing import CliRunner
 
-from alloc import load_vehicle
-from alloc.native import digest, generate
-from alloc.native.compiled import compiler
+from alloc import generate, load_vehicle
+from alloc.c import digest
+from alloc.c.compiled import compiler
 from bench.commands.prove import command
 from bench.proof import Proof, subject, tools
 from bench.proof.sabotage import SABOTAGES, Sabotage, noticed, sabotaged

@@ -5,12 +5,13 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from alloc import load_vehicle
-from alloc.native.code import TOLERANCE
-from alloc.native.compiled import compiler
+from alloc import Status, load_vehicle
+from alloc.c.compiled import compiler
+from alloc.kernels.tolerance import TOLERANCE
+from alloc.program import Builder, select
 from bench.proof import subject, tools
+from bench.proof.not_read import NotRead
 from bench.proof.numeric import alike, answered, answers, values
-from bench.proof.program import NotRead, Program
 from bench.proof.rounding.band import verdict_band
 from bench.proof.rounding.errors import Errors
 from bench.proof.rounding.gappa import before_limits
@@ -78,15 +79,9 @@ def test_where_rounding_turns_a_branch_the_wider_bound_holds() -> None:
     """
     if np.finfo(np.longdouble).nmant <= 52:
         pytest.skip("numpy has nothing wider than double here to compare with")
-    program = Program()
-    tau = [program.add("input", "tau", j) for j in (0, 1)]
-    parts = [program.add("mul", program.add("const", c), t) for c, t in zip((0.3, 0.7), tau, strict=True)]
-    x = program.add("add", *parts)
-    above = program.add("gt", x, program.add("const", 100.0))
-    half = program.add("mul", program.add("const", 0.5), x)
-    program.outputs["f", 0] = program.add("choose", above, half, x)
-    program.status = program.add("const", 0)
-    vehicle = load_vehicle("ukwial")
+    builder = Builder(vehicle := load_vehicle("ukwial"))
+    x = 0.3 * builder.tau[0] + 0.7 * builder.tau[1]
+    program = builder.program([select(x > 100.0, 0.5 * x, x)], Status.SOLVED)
     bound, turned = (
         Errors(program, vehicle, "double", flips=flips).error(program.outputs["f", 0])
         for flips in (False, True)

@@ -8,11 +8,10 @@ import pytest
 
 from alloc import Vehicle, load_vehicle
 from alloc.allocation import FloatArray
-from alloc.native.code import Scalar
-from alloc.native.compiled import compiler
+from alloc.c.compiled import compiler
+from alloc.program import Program, Scalar
 from bench.proof import certify, subject
 from bench.proof.numeric import values
-from bench.proof.program import Program
 from bench.proof.rounding.errors import Errors
 from bench.proof.rounding.forms import NOTHING, ONE, Form, constant, total
 from bench.proof.rounding.loads import shares

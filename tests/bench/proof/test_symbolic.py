@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from alloc import load_vehicle
-from alloc.native.compiled import compiler, shared_library
+from alloc.c.compiled import compiler, shared_library
 from bench.proof import subject
+from bench.proof.not_read import NotRead
 from bench.proof.numeric import answers
-from bench.proof.program import NotRead
 from bench.proof.sabotage import SABOTAGES, Sabotage, sabotaged
 from bench.proof.safety.harness import spelled_out
 from bench.proof.safety.limits import within

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from alloc import AllocError, NotApplicable, build, load_vehicle
-from alloc.native.code import Scalar
+from alloc.program import Scalar
 from bench.chips.board.heard import Heard, boards
 from bench.chips.board.keep import keep
 from bench.chips.board.project import Project, plan, write

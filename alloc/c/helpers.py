@@ -1,0 +1,152 @@
+"""C functions that statements call, each defined where it is used only."""
+
+from collections.abc import Iterable, Iterator
+
+from alloc.program import Branch, Exit, Fence, Program, Scalar, Step
+
+Form = str
+"""How the least and the most of two numbers are written, a key of ``FORMS``."""
+
+
+def helpers(programs: Iterable[Program], scalar: Scalar, form: Form = "usual") -> str:
+    """Definitions of all functions that the C of these programs calls."""
+    wanted = {name for program in programs for name in _used(program)}
+    definitions = [
+        FORMS[form](name, scalar) if name in SIGNS else DEFINITIONS[name] for name in ORDER if name in wanted
+    ]
+    return "".join(f"\n{_in(definition, scalar)}" for definition in definitions)
+
+
+def _used(program: Program) -> Iterator[str]:
+    if any(kind == "min" and program.nodes[operand[0]][0] == "max" for kind, *operand in program.nodes):
+        yield "within"
+    called = {"min": "least", "max": "most", "abs": "size", "finite": "finite"}
+    yield from (called[kind] for kind, *_ in program.nodes if kind in called)
+
+    def of(steps: tuple[Step, ...]) -> Iterator[str]:
+        for step in steps:
+            if isinstance(step, Branch):
+                yield from of(step.steps)
+            elif isinstance(step, Exit | Fence):
+                yield "unlikely" if isinstance(step, Exit) else "fence"
+
+    yield from of(program.steps)
+
+
+def _in(definition: str, scalar: Scalar) -> str:
+    """A definition with its words for scalars in that type."""
+    mark = "F" if scalar == "float" else ""
+    words = {"SCALAR": scalar, "ZERO": f"0.0{mark}", "FABS": f"__builtin_fabs{mark.lower()}"}
+    for word, text in words.items():
+        definition = definition.replace(word, text)
+    return definition
+
+
+DEFINITIONS = {
+    "unlikely": """\
+#ifdef __GNUC__
+#define unlikely(condition) __builtin_expect(!!(condition), 0)
+#else
+#define unlikely(condition) (condition)
+#endif
+""",
+    # Keeps a compiler from reading what comes later beforehand, which needs more registers than there are.
+    "fence": """\
+#ifdef __GNUC__
+#define fence() __asm__ __volatile__("" ::: "memory")
+#else
+#define fence() ((void)0)
+#endif
+""",
+    "finite": """\
+static int finite(const SCALAR *x, int n)
+{
+    int good = 1;
+    for (int i = 0; i < n; i++) {
+        good &= x[i] - x[i] == ZERO;
+    }
+    return good;
+}
+""",
+    "size": """\
+static inline SCALAR size(SCALAR x)
+{
+#ifdef __GNUC__
+    return FABS(x);
+#else
+    return x < ZERO ? -x : x;
+#endif
+}
+""",
+    "within": """\
+static inline SCALAR within(SCALAR x, SCALAR low, SCALAR high)
+{
+    return least(most(x, low), high);
+}
+""",
+}
+DOUBLE = """\
+#if (__ARM_FP & 8) && \\
+    (defined __ARM_FEATURE_NUMERIC_MAXMIN || (defined __ARM_ARCH_PROFILE && __ARM_ARCH_PROFILE == 'M'))
+"""
+SINGLE = """\
+#if (__ARM_FP & 4) && \\
+    (defined __ARM_FEATURE_NUMERIC_MAXMIN || \\
+     (defined __ARM_ARCH_PROFILE && __ARM_ARCH_PROFILE == 'M' && (__ARM_ARCH >= 8 || (__ARM_FP & 8))))
+"""
+"""Whether the FPU has a minimum and a maximum of doubles, and of floats."""
+SIGNS = {"least": "<", "most": ">"}
+
+
+def _usual(name: str, scalar: Scalar) -> str:
+    """Comparisons, or an FPU's own instruction for a minimum and a maximum.
+
+    GCC says of a Cortex-A only whether it has them. A Cortex-M that calculates with doubles has an FPv5,
+    which has both, and so has any FPU of Armv8-M. That of a Cortex-M7 without doubles has them too, but GCC
+    says nothing by which it differs from a Cortex-M4F's, which has none. Elsewhere the built-ins are calls of
+    a library.
+    """
+    has_both = SINGLE if scalar == "float" else DOUBLE
+    builtin = f"__builtin_f{'min' if name == 'least' else 'max'}{'f' if scalar == 'float' else ''}"
+    return f"""\
+static inline SCALAR {name}(SCALAR a, SCALAR b)
+{{
+{has_both}\
+    return {builtin}(a, b);
+#else
+    return a {SIGNS[name]} b ? a : b;
+#endif
+}}
+"""
+
+
+def _covering(name: str, scalar: Scalar) -> str:
+    """A form for analysers that covers comparisons and the FPU's instructions alike.
+
+    Of two numbers both give the smaller or larger, and of NaN and a number b both give b; where b is NaN a
+    comparison gives b and the FPU gives a, so either is taken. Frama-C 25 does not know that a comparison
+    with NaN is false: the loops, which never run, tell it what is no NaN.
+    """
+    return f"""\
+extern volatile int either;
+static inline SCALAR {name}(SCALAR a, SCALAR b)
+{{
+    const SCALAR bottom = -1.0 / 0.0;
+    if (!(b >= bottom)) {{
+        return either ? a : b;
+    }}
+    while (b != b) {{
+    }}
+    if (!(a >= bottom)) {{
+        return b;
+    }}
+    while (a != a) {{
+    }}
+    return a {SIGNS[name]} b ? a : b;
+}}
+"""
+
+
+ORDER = ("unlikely", "fence", "finite", "size", *SIGNS, "within")
+"""A function stands behind those that it calls."""
+FORMS = {"usual": _usual, "covering": _covering}

@@ -1,0 +1,87 @@
+"""A page on how to call generated C, for whoever puts it on a vehicle."""
+
+from alloc.allocation import BoundedSteps
+from alloc.c.call import arguments, function_name, parameters
+from alloc.c.recipe import Recipe
+from alloc.kernels.tolerance import TOLERANCE
+from alloc.program import Scalar, Where
+from alloc.vehicle import Vehicle
+from alloc.vehicle.geometry import unit
+
+
+def page(vehicle: Vehicle, kernel: Recipe, scalar: Scalar = "double", limits: Where = "fixed") -> str:
+    """Markdown: the files, the call, what comes back, what it costs, how to check it."""
+    name = function_name(vehicle, kernel.name, scalar, limits)
+    axes = "\n".join(f"| `tau[{i}]` | {axis} | {unit(axis)} |" for i, axis in enumerate(vehicle.dof))
+    own = "\n".join(
+        f"| `f[{i}]`{f' {vehicle.names[i]}' if vehicle.names else ''} | {low:g} | {high:g} |"
+        for i, (low, high) in enumerate(zip(vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True))
+    )
+    levels = kernel.levels(vehicle)
+    given = parameters(vehicle, scalar, limits, levels, fault=False)
+    shares = (
+        f"\n`share[i]` is what of level i was delivered, 0 … 1: {_levels(vehicle, levels)}.\n"
+        if levels
+        else ""
+    )
+    moving = (
+        "\n`f_min` and `f_max` are the limits of this call; those of a thruster that is off are not looked"
+        " at. The table has the vehicle's own.\n"
+        if limits == "call"
+        else ""
+    )
+    allocator = kernel.build(vehicle)
+    steps = allocator.worst_case_steps if isinstance(allocator, BoundedSteps) else None
+    bound = f": at most {steps} elementary steps" if steps else ""
+    rounding = "\nSingle precision rounds every thrust at about 1e-7 of itself." if scalar == "float" else ""
+    warning = (
+        "" if allocator.limited else "\n**f may lie beyond these limits**: this method does not know them.\n"
+    )
+    statuses = "\n".join(f"| {status} | {meaning} |" for status, meaning in kernel.meanings.items())
+    return f"""\
+# {vehicle.name} by {kernel.name}, in C99
+
+`{name}.c` and `{name}.h` are all that belongs on the vehicle. They call no
+library, allocate nothing, keep nothing between calls and do not recurse. A call takes bounded
+time{bound}.
+
+```c
+#include "{name}.h"
+
+int allocate({given});
+
+int allocate({given})
+{{
+    const int failed = -1; /* or the index of the thruster that is off */
+    return {name}({arguments(limits, levels, "failed")});
+}}
+```
+
+| status | meaning |
+|---|---|
+{statuses}
+
+A demand counts as met within {TOLERANCE[scalar]:g} of the largest limit ({vehicle.f_scale:g} N).{rounding}
+
+| in | axis | unit |
+|---|---|---|
+{axes}
+
+| out | lower limit [N] | upper limit [N] |
+|---|---|---|
+{own}
+{moving}{shares}{warning}
+## Check it where it will run
+
+`{name}_test.c` holds demands for the whole vehicle and for every failed thruster, with the
+answers the Python method gives. It prints the largest difference and exits with 0 where all agree:
+
+    cc -std=c99 -O2 {name}.c {name}_test.c -o selftest && ./selftest
+
+Compile without `-ffast-math` (and what implies it): NaN would pass unseen.
+"""
+
+
+def _levels(vehicle: Vehicle, levels: int) -> str:
+    named = vehicle.priority if levels == len(vehicle.priority) > 1 else (vehicle.dof,)
+    return "; ".join(", ".join(axes) for axes in named)

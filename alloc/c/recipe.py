@@ -1,0 +1,71 @@
+"""A method that can be C: what its module says of it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from types import ModuleType
+
+from alloc.allocation import Allocator
+from alloc.program import Program, Scalar, Where
+from alloc.vehicle import Vehicle
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Recipe:
+    """How one method becomes C.
+
+    Attributes
+    ----------
+    name : of the method
+    formulation : which optimum it answers
+    build : the method in Python: the C has its promises and refusals, and must agree with its answers
+    make : function of a vehicle with its faults, where limits are and the scalar; returns the program
+    meanings : what each value that the C function returns means, in words for its caller
+    doubt : function of the vehicle with its faults and the scalar; share of a thrust that rounding takes
+        beyond that of a few dozen terms [-]
+    """
+
+    name: str
+    formulation: str
+    build: Callable[[Vehicle], Allocator]
+    make: Callable[[Vehicle, Where, Scalar], Program]
+    meanings: dict[int, str]
+    doubt: Callable[[Vehicle, Scalar], float]
+
+    def program(self, vehicle: Vehicle, limits: Where = "fixed", scalar: Scalar = "double") -> Program:
+        """What it calculates for a vehicle; raises NotApplicable, with the reason, where it can't."""
+        return _made(self, vehicle, limits, scalar)
+
+    def levels(self, vehicle: Vehicle) -> int:
+        """How many shares the C function writes behind f."""
+        return self.program(vehicle).size("share")
+
+    @property
+    def limited(self) -> bool:
+        """Whether it looks at limits, and so at whether its arguments are finite."""
+        return NOT_FINITE in self.meanings
+
+
+NOT_FINITE = -2
+"""What a kernel returns that looks whether its arguments are finite, where one is not."""
+
+
+def recipe_of(name: str, module: ModuleType) -> Recipe:
+    """The kernel that a method's module offers by ``program``; see ``alloc.methods``."""
+    return Recipe(
+        name=name,
+        formulation=module.FORMULATION,
+        build=module.build,
+        make=module.program,
+        meanings=module.MEANINGS,
+        doubt=getattr(module, "doubt", _none),
+    )
+
+
+def _none(vehicle: Vehicle, scalar: Scalar) -> float:
+    return 0.0
+
+
+@lru_cache(maxsize=64)
+def _made(kernel: Recipe, vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
+    return kernel.make(vehicle, limits, scalar)

@@ -1,0 +1,241 @@
+"""A program as C statements: each number that has a name, or is needed twice, in a line of its own."""
+
+from collections import Counter
+from collections.abc import Iterable
+
+from alloc.c.table import Table
+from alloc.program import Branch, DataLoop, Exit, Fence, Node, Program, Step, Write, operands
+
+STATUSES = {0: "SOLVED", 1: "PARTIAL", 2: "INFEASIBLE", -2: "NOT_FINITE"}
+"""What C calls the statuses."""
+BINARY = {
+    "add": ("+", 4), "sub": ("-", 4), "mul": ("*", 5), "div": ("/", 5),
+    "lt": ("<", 3), "le": ("<=", 3), "gt": (">", 3), "ge": (">=", 3), "eq": ("==", 3), "ne": ("!=", 3),
+    "and": ("&", 1), "or": ("|", 1),
+}  # fmt: skip
+"""C's operator of an operation, and how tightly it binds."""
+CALLED = {"min": "least", "max": "most", "abs": "size"}
+CONDITIONS = ("lt", "le", "gt", "ge", "eq", "ne", "and", "or", "not", "finite")
+ALONE, SIGNED, TERNARY = 7, 6, 0
+"""How tightly a name or a call binds, a sign, and a ternary."""
+
+
+class Statements:
+    """The statements of one program.
+
+    Attributes
+    ----------
+    lines : the statements
+    table : the constants that they refer to
+    """
+
+    def __init__(self, program: Program) -> None:
+        """Write the program of one call."""
+        self.program, self.table, self.lines = program, Table(program.scalar), list[str]()
+        self._names: dict[Node, str] = {}
+        self._taken: set[str] = {"c", "f", "tau", "f_min", "f_max", "share", "fault", "working"}
+        self._uses = _uses(program)
+        self._printed: Counter[Node] = Counter()
+        self._looped: dict[str, str] = {}
+        self._assigned: set[Node] = set()
+        self._block(program.steps)
+        self.finish()
+
+    refused = ""
+    """What stands before the status in a form that leaves nowhere but at its end."""
+
+    def finish(self) -> None:
+        """The last statement."""
+        self.lines.append(f"return {self.status(self.program.status)};")
+
+    # What other forms of a program print otherwise.
+
+    def argument(self, array: str, index: int) -> str:
+        """An entry of an argument."""
+        return f"{array}[{index}]"
+
+    def fence(self, step: Fence) -> None:
+        """A fence."""
+        self.lines.append("fence();")
+
+    def write(self, step: Write) -> None:
+        """An output."""
+        value = self.expression(self.program.outputs[step.array, step.index])
+        self.lines.append(f"{step.array}[{step.index}] = {value};")
+
+    def leave(self, step: Exit) -> None:
+        """A return from within."""
+        condition = self.expression(step.condition)
+        cases = "".join(f"{self.expression(case)} ? {STATUSES[status]} : " for case, status in step.cases)
+        self.lines += [
+            f"if (unlikely({condition})) {{",
+            f"    return {cases}{STATUSES[step.status]};",
+            "}",
+        ]
+
+    def _block(self, steps: Iterable[Step]) -> None:
+        for step in steps:
+            match step:
+                case int():
+                    self._define(step)
+                case Fence():
+                    self.fence(step)
+                case Write():
+                    self.write(step)
+                case Exit():
+                    self.leave(step)
+                case Branch():
+                    self._branch(step)
+
+    def status(self, node: Node) -> str:
+        """The expression of a status."""
+        match self.program.nodes[node]:
+            case ("const", value):
+                return STATUSES[int(value)]
+            case ("choose", condition, a, b):
+                return f"{self.expression(condition)} ? {self.status(a)} : {self.status(b)}"
+        raise AssertionError(self.program.nodes[node])
+
+    def _define(self, node: Node) -> None:
+        """A line of its own for a node that has a name or is needed more than once."""
+        operation = self.program.nodes[node]
+        kind = operation[0]
+        if kind == "loop":
+            self._loop(self.program.loops[operation[1]], operation[3])
+        elif kind != "const" and (
+            node in self.program.names or self._uses[node] > 1 or kind in ("input", "again")
+        ):
+            of = "int" if kind in CONDITIONS else self.program.scalar
+            value = self.expression(node)
+            self._names[node] = self._new(self.program.names.get(node, f"n{node}"))
+            self.lines.append(f"const {of} {self._names[node]} = {value};")
+
+    def _new(self, name: str) -> str:
+        """The name, with a number behind it where another node has it."""
+        found, i = name, 1
+        while found in self._taken:
+            found, i = f"{name}_{i}", i + 1
+        self._taken.add(found)
+        return found
+
+    def _branch(self, step: Branch) -> None:
+        outside, self.lines = self.lines, []
+        condition = self.expression(step.condition)
+        self._block(step.steps)
+        before, then = list[str](), list[str]()
+        for node in step.merged:
+            _, _, new, old = self.program.nodes[node]
+            value = self.expression(new)
+            # The variable of what it was before goes on where nothing else asks for that.
+            if old in self._assigned and self._printed[old] == self._uses[old] - 1:
+                self._names[node] = self._names[old]
+            else:
+                self._names[node] = self._new(self.program.names.get(node, f"n{node}"))
+                before.append(f"{self.program.scalar} {self._names[node]} = {self.expression(old)};")
+            self._assigned.add(node)
+            then.append(f"{self._names[node]} = {value};")
+        inner = [f"    {line}" for line in [*self.lines, *then]]
+        self.lines = [*outside, *before, f"if ({condition}) {{", *inner, "}"]
+
+    def _loop(self, loop: DataLoop, given: tuple[Node, ...]) -> None:
+        if loop.name in self._looped:
+            return
+        nodes, names = iter(given), list[str]()
+        for name, size in loop.arrays:
+            entries = [next(nodes) for _ in range(size)]
+            read = [self.program.nodes[node] for node in entries]
+            whole = next(iter(read))[1] if read else ""
+            if read == [("input", whole, i) for i in range(size)]:
+                names.append(self.argument(whole, 0).removesuffix("[0]"))  # the argument itself
+                continue
+            names.append(self._new(name))
+            values = ", ".join(self.expression(node) for node in entries)
+            self.lines.append(f"{self.program.scalar} {names[-1]}[{size}] = {{{values}}};")
+        self._looped[loop.name] = names[-1]
+        if loop.flags:
+            flags = ", ".join(map(str, loop.flags))
+            self.lines.append(f"static const int working[{len(loop.flags)}] = {{{flags}}};")
+            names.insert(-1, "working")
+        self.lines.append(f"{loop.name}({', '.join(names)});")
+
+    def expression(self, node: Node, binds: int = TERNARY) -> str:
+        """The C of a node, in brackets where what stands around it binds more tightly."""
+        self._printed[node] += 1
+        if node in self._names:
+            return self._names[node]
+        text, tightly = self._written(self.program.nodes[node])
+        return f"({text})" if tightly < binds else text
+
+    def _written(self, operation: tuple[object, ...]) -> tuple[str, int]:
+        """The C of an operation, and how tightly it binds."""
+        match operation:
+            case ("const", float(value)):
+                return self.table(value), SIGNED if value < 0 else ALONE
+            case ("input", str(array), int(index)):
+                return self.argument(array, index), ALONE
+            case ("again", int(inner)):
+                _, array, index = self.program.nodes[inner]
+                return self.argument(array, index), ALONE
+            case ("finite", str(array), int(first), int(count)):
+                return f"finite({array}{f' + {first}' if first else ''}, {count})", ALONE
+            case ("loop", str(name), int(index), _):
+                return f"{self._looped[name]}[{index}]", ALONE
+            case ("neg", int(a)):
+                return f"-{self.expression(a, ALONE)}", SIGNED
+            case ("not", int(a)):
+                return f"!{self.expression(a, ALONE)}", SIGNED
+            case ("choose", int(condition), int(a), int(b)):
+                texts = [self.expression(each, TERNARY + 1) for each in (condition, a, b)]
+                return "{} ? {} : {}".format(*texts), TERNARY
+            case ("min", int(inner), int(high)) if self.clamped(inner):
+                _, x, low = self.program.nodes[inner]
+                texts = [self.expression(each) for each in (x, low, high)]
+                return f"within({', '.join(texts)})", ALONE
+            case (("min" | "max" | "abs") as kind, *nodes):
+                texts = [self.expression(each) for each in nodes if isinstance(each, int)]
+                return f"{CALLED[kind]}({', '.join(texts)})", ALONE
+            case (str(kind), int(a), int(b)) if kind in BINARY:
+                sign, tightly = BINARY[kind]
+                if kind in ("and", "or"):
+                    if self.looks(a) or self.looks(b):  # only where it must
+                        sign *= 2
+                    # Of conditions each stands in brackets, as compilers ask for.
+                    again = kind == self.program.nodes[a][0]
+                    left = self.expression(a, tightly if again else SIGNED)
+                    return f"{left} {sign} {self.expression(b, SIGNED)}", tightly
+                return f"{self.expression(a, tightly)} {sign} {self.expression(b, tightly + 1)}", tightly
+        raise AssertionError(operation)
+
+    def clamped(self, inner: Node) -> bool:
+        """Whether what a minimum is taken of is a maximum that nothing else asks for."""
+        return inner not in self._names and self.program.nodes[inner][0] == "max"
+
+    def looks(self, node: Node) -> bool:
+        """Whether a condition looks at arguments in a loop."""
+        operation = self.program.nodes[node]
+        if operation[0] in ("and", "or", "not"):
+            return any(self.looks(each) for each in operands(operation))
+        return bool(operation[0] == "finite")
+
+
+def _uses(program: Program) -> Counter[Node]:
+    """How often C names each node."""
+    uses: Counter[Node] = Counter([program.status])
+
+    def count(steps: Iterable[Step]) -> None:
+        for step in steps:
+            match step:
+                case int():
+                    uses.update(operands(program.nodes[step]))
+                case Exit():
+                    uses.update([step.condition, *(case for case, _ in step.cases)])
+                case Write():
+                    uses[program.outputs[step.array, step.index]] += 1
+                case Branch():
+                    uses[step.condition] += 1
+                    for node in step.merged:
+                        uses.update(operands(program.nodes[node])[1:])
+                    count(step.steps)
+
+    count(program.steps)
+    return uses

@@ -1,0 +1,97 @@
+"""Methods that go level by level towards a demand, and give the least effort where the way ends."""
+
+from functools import reduce
+from math import inf
+from operator import add
+
+import numpy as np
+
+from alloc.allocation import FloatArray, Status
+from alloc.formulations import Formulation
+from alloc.kernels.entry import all_thrusters, inside, refuse
+from alloc.kernels.exact import piece
+from alloc.kernels.rules import MEANINGS as RULE
+from alloc.kernels.tolerance import MET
+from alloc.kernels.walk import Walk
+from alloc.nullspace.region import leading
+from alloc.nullspace.structure import Block, decompose
+from alloc.program import Builder, Expression, Number, Program, Scalar, Where, least, select
+from alloc.program.graph import lifted
+from alloc.program.sums import gathered, product, signed, snapped
+from alloc.vehicle import Vehicle
+
+MEANINGS = RULE | {
+    0: "f makes tau, inside the limits, with the least effort",
+    1: "f lies inside the limits and makes, with the least effort, what share says of tau",
+}
+"""What each value that the C function of such a method returns means."""
+
+
+def by_level(formulation: Formulation, vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
+    """The answer of a formulation with a way; raises NotApplicable for too many facets or steps."""
+    assert formulation.way is not None
+    builder = Builder(vehicle, limits, scalar)
+    structure, again = decompose(vehicle), builder.limits.again()
+    walk = Walk(builder, formulation.way(vehicle), structure.G)
+    fixed = [i for i in structure.fixed.tolist() if vehicle.readiness[i]]
+    # A part of the thrusters is answered as soon as no later level moves it, from limits that are read anew.
+    arrival = [walk.arrived(_coupled(vehicle, block)) for block in structure.blocks]
+    y: dict[int, Expression] = {}
+    for level in range(walk.levels):
+        walk.take(level)
+        if level == walk.levels - 1:
+            refuse(builder, walk.seen, [], exact=False)
+        for b, block in enumerate(structure.blocks):
+            if arrival[b] == level:
+                x, zero = _ends(builder, walk, b, block)
+                part = piece(builder, f"{b}", block, x, inf, again, zero)
+                if again.at_call:
+                    builder.fence()
+                builder.compute(*part.before)
+                y |= inside(builder, part.thrusts(), again)
+        if fixed and walk.arrived(fixed) == level:
+            if again.at_call:
+                builder.fence()
+            y |= inside(builder, {i: lifted(walk.f[i], builder.graph) for i in fixed}, again)
+    status = select(_met(builder, structure.unreachable, walk.shares), Status.SOLVED, Status.PARTIAL)
+    return builder.program(all_thrusters(builder, y), status, walk.shares)
+
+
+def _coupled(vehicle: Vehicle, block: Block) -> list[int]:
+    """The thrusters that a block moves, and those whose effort counts with theirs."""
+    linked = np.where(vehicle.readiness > 0, block.N.T @ vehicle.H[block.rows], 0.0)
+    return sorted({*block.rows.tolist(), *np.flatnonzero(snapped(linked).any(axis=0)).tolist()})
+
+
+def _ends(builder: Builder, walk: Walk, b: int, block: Block) -> tuple[dict[int, Expression], Number]:
+    """x, where the way ends without what the thrusts have in the null space, and where z would be zero.
+
+    Of a block of one dimension x is f, and z says where it would be without.
+    """
+    vehicle = builder.vehicle
+    f = [lifted(each, builder.graph) for each in walk.f]
+    x = {i: f[i] for i in block.rows.tolist()}
+    if walk.starts_at_rest:  # thrusts that are products with G alone have nothing there
+        return x, 0.0
+    # N in unit of its slab, or so that zero entries stay zero and equal sizes become one.
+    N = block.N / (np.abs(block.N).max(axis=0) if block.N.shape[1] > 1 else leading(block.N))
+    # A full H also couples what z moves with thrusters that it doesn't.
+    NtH = np.where(vehicle.readiness > 0, N.T @ vehicle.H[block.rows], 0.0)
+    rows = gathered(-np.linalg.solve(NtH[:, block.rows] @ N, NtH), f, f"sz{b}_")
+    z = [signed(row).named(f"z{b}_{j}") for j, row in enumerate(rows)]
+    if len(z) == 1:
+        return x, z[0]
+    moves = product(N, z, f"pz{b}_").rows
+    return {i: signed([(False, x[i]), *row]).named(f"x{i}") for i, row in zip(x, moves, strict=True)}, 0.0
+
+
+def _met(builder: Builder, lost: FloatArray, shares: list[Expression]) -> Expression:
+    """The condition that all of tau is delivered, also what no thruster pushes."""
+    whole: Expression = least(*shares) >= 1.0
+    if not len(lost):
+        return whole
+    # In unit of wrench_scale the rows are orthonormal, so their squares add up to that of what is missing.
+    rows = product(lost / MET[builder.scalar], builder.tau, "pm").rows
+    missed = [signed(row).named(f"missed{i}") for i, row in enumerate(rows)]
+    squares = reduce(add, [each * each for each in missed])
+    return whole & (squares <= 1.0)

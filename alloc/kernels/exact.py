@@ -1,0 +1,193 @@
+"""The exact method for one vehicle: the tables of ``alloc.nullspace`` written out, block by block."""
+
+from collections.abc import Callable
+from itertools import combinations
+from math import inf, isfinite
+from typing import NamedTuple
+
+import numpy as np
+
+from alloc.allocation import FloatArray, Status
+from alloc.errors import NotApplicable
+from alloc.kernels.entry import Excess, SeenArguments, all_thrusters, closed_form, cover, inside, lost, refuse
+from alloc.kernels.steps import Ratios, Strip, joined, nearest
+from alloc.kernels.tolerance import TOLERANCE
+from alloc.nullspace.region import Region, prepare
+from alloc.nullspace.structure import Block, Structure, decompose
+from alloc.program import Builder, Expression, Limits, Number, Program, Scalar, Where, least, most
+from alloc.program.graph import lifted
+from alloc.program.sums import signed, term
+from alloc.vehicle import Vehicle
+from alloc.vehicle.condition import wrench_doubt
+
+STEPS_LIMIT = 500
+"""Most steps of a block: each is written out, and more would fill a microcontroller's flash."""
+LARGEST_FACTOR = 4.0
+"""Most that a thrust which follows from others may move by where one of them moves by one."""
+
+
+class Piece(NamedTuple):
+    """What one part of the thrusters adds to the kernel: a block of the null space, or those that no z moves.
+
+    Attributes
+    ----------
+    rows : the thrusters
+    before : what is calculated before anything is refused
+    excess : what must not be exceeded, or the demand is infeasible
+    thrusts : makes the steps to the thrusters' thrusts, and returns these
+    branches : whether those steps have branches; they are taken only of a demand that exceeds nothing
+    """
+
+    rows: list[int]
+    before: list[Expression]
+    excess: Excess
+    thrusts: Callable[[], dict[int, Expression]]
+    branches: bool
+
+
+def exact(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
+    """The exact optimum of eq. 4-5; raises NotApplicable where it takes too many steps."""
+    builder = Builder(vehicle, limits, scalar)
+    structure = decompose(vehicle)
+    excess, x = lost(builder, structure), closed_form(builder, structure.G)
+    slack = max(TOLERANCE[scalar], wrench_doubt(vehicle)) * vehicle.f_scale
+    parts = pieces(builder, structure, x, slack, builder.limits)
+    seen, y = SeenArguments(cover(structure.G), builder), dict[int, Expression]()
+    seen.know(0, x)
+    for i, part in enumerate(parts):
+        if i:
+            builder.fence()
+        seen.add(part.rows, f"{i}")
+        builder.compute(*part.before)
+        y |= {} if part.branches else inside(builder, part.thrusts(), builder.limits)
+        excess += part.excess
+    refuse(builder, seen, excess, exact=True)
+    for part in parts:
+        y |= inside(builder, part.thrusts(), builder.limits) if part.branches else {}
+    return builder.program(all_thrusters(builder, y), Status.SOLVED)
+
+
+def pieces(
+    builder: Builder, structure: Structure, x: dict[int, Expression], slack: float, limits: Limits
+) -> list[Piece]:
+    """The exact answer from x = G tau on, in pieces; nothing is refused where the slack [N] is infinite."""
+    blocks = [piece(builder, f"{b}", block, x, slack, limits) for b, block in enumerate(structure.blocks)]
+    rows = [i for i in structure.fixed.tolist() if builder.vehicle.readiness[i]]
+    excess: Excess = []
+    for i in rows:
+        low, high = limits.ends(i, wider=slack)
+        excess += [(low - x[i], 0.0), (x[i] - high, 0.0)]
+    fixed = Piece(rows, [], excess, lambda: {i: x[i] for i in rows}, False)
+    return [*blocks, *([fixed] if rows else [])]
+
+
+def piece(
+    builder: Builder,
+    name: str,
+    block: Block,
+    x: dict[int, Expression],
+    slack: float,
+    limits: Limits,
+    zero: Number = 0.0,
+) -> Piece:
+    """What one block adds, whose names end in ``name``; nothing is refused where the slack [N] is infinite.
+
+    ``zero`` says where z of a block of one dimension is zero, if x is not G tau but any thrusts that make
+    tau.
+    """
+    region = prepare(block.N, slack)
+    if region.worst_case_steps > STEPS_LIMIT:
+        raise NotApplicable(
+            f"generated C: each step is written out, here {region.worst_case_steps}, "
+            f"more than {STEPS_LIMIT}; use nullspace, or a qp/ method"
+        )
+    if region.d == 1:
+        return _clamp(block, region, x, name, limits, zero)
+    rows = block.rows.tolist()
+    return Piece(rows, [], [], lambda: _steps(builder, block, region, x, name, limits), True)
+
+
+def _clamp(
+    block: Block, region: Region, x: dict[int, Expression], name: str, limits: Limits, zero: Number
+) -> Piece:
+    """A block of one dimension, without a branch: the slab's lo and hi, and its point nearest to zero.
+
+    Rows with equal scaled limits share the subtraction: lo = limit - (least of their x). Of a row with a
+    negative scale the limits change places: lo = (most of their x) - limit.
+    """
+    (slab,) = region.slabs
+    before, excess, scales = list[Expression](), Excess(), dict[int, float]()
+    longer, nearest = list[tuple[Expression, Expression]](), zero
+    for at, alike in enumerate(slab.members):
+        lows: dict[tuple[bool, Number], list[Expression]] = {}
+        highs: dict[tuple[bool, Number], list[Expression]] = {}
+        for row, scale in alike.rows:
+            i, minus = int(block.rows[row]), scale < 0
+            low, high = limits.ends(i, abs(scale))[:: -1 if minus else 1]
+            scaled = abs(scale) * x[i]
+            lows.setdefault((minus, low), []).append(scaled)
+            highs.setdefault((minus, high), []).append(scaled)
+            scales[i] = scale
+        los = [most(*xs) - low if minus else low - least(*xs) for (minus, low), xs in lows.items()]
+        his = [least(*xs) - high if minus else high - most(*xs) for (minus, high), xs in highs.items()]
+        mark = f"{name}_{at}" if at else name
+        lo, hi = most(*los).named(f"lo{mark}"), least(*his).named(f"hi{mark}")
+        before += [lo, hi]
+        if isfinite(alike.slack):
+            before.append((lo - hi).named(f"gap{mark}"))
+            apart = [before[-1], *(lo - upper for _, upper in longer), *(lower - hi for lower, _ in longer)]
+            excess += [(each, alike.slack) for each in apart]
+        longer.append((lo, hi))
+    for lo, hi in reversed(longer):  # where they contradict each other the longest have the last word
+        nearest = most(lo, least(hi, nearest))
+    b = lifted(nearest, longer[0][0].graph).named(f"b{name}")
+    before.append(b)
+    thrusts = {i: signed([(False, x[i]), term(1.0 / scale, b)]) for i, scale in scales.items()}
+    return Piece(block.rows.tolist(), before, excess, lambda: thrusts, False)
+
+
+def _steps(
+    builder: Builder, block: Block, region: Region, x: dict[int, Expression], name: str, limits: Limits
+) -> dict[int, Expression]:
+    """A block of more dimensions: some thrusts by Seidel's steps, the others as sums with those."""
+    indices, ratios = block.rows.tolist(), Ratios()
+    rows = [Strip(f"v{i}", normal, x[i], *limits.ends(i)) for i, normal in zip(indices, block.N, strict=True)]
+    values: dict[str, Expression] = {row.key: x[i] for row, i in zip(rows, indices, strict=True)}
+    slabs = joined(builder, region, rows, values, f"{name}_")
+    builder.compute(*(slab.start for slab in slabs if slab.start is not None))
+    kept = [slabs[i] for i in _late(np.array([slab.normal for slab in slabs]))]
+    nearest(builder, region, slabs, kept, values, f"{name}_", ratios)
+    moved = [
+        (values[row.key] if row.start is None else values[row.key] - row.start).named(f"by{name}_{j}")
+        for j, row in enumerate(kept)
+    ]
+    builder.compute(*moved)
+    asked = {row.key for row in kept}
+    shares = block.N @ np.linalg.inv(np.array([row.normal for row in kept]))
+    thrusts = {}
+    for i, row, share in zip(indices, rows, shares.tolist(), strict=True):
+        terms = [
+            (False, x[i]),
+            *(term(ratios(s), by) for s, by in zip(share, moved, strict=True) if ratios(s)),
+        ]
+        thrusts[i] = values[row.key] if row.key in asked else signed(terms)
+    return thrusts
+
+
+def _late(normals: FloatArray) -> list[int]:
+    """d slabs (m, d) as late as can be, of which all others are sums without large factors.
+
+    What is late is asked for by the steps anyhow.
+    """
+    m, d = normals.shape
+    choices = [list(choice) for choice in combinations(reversed(range(m)), d)]
+    factors = [_largest(normals, choice) for choice in choices]
+    good = [choice for choice, factor in zip(choices, factors, strict=True) if factor <= LARGEST_FACTOR]
+    return good[0] if good else choices[int(np.argmin(factors))]
+
+
+def _largest(normals: FloatArray, choice: list[int]) -> float:
+    chosen = normals[choice]
+    if np.linalg.matrix_rank(chosen) < len(choice):
+        return inf
+    return float(np.abs(normals @ np.linalg.inv(chosen)).max())

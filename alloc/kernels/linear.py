@@ -1,0 +1,50 @@
+"""The closed forms: f = G tau with zero entries dropped, and sums that rows share taken once."""
+
+from functools import reduce
+from operator import add
+
+import numpy as np
+
+from alloc.allocation import FloatArray, Status
+from alloc.closed_forms.linear import exactly, usual
+from alloc.kernels.entry import all_of
+from alloc.kernels.tolerance import TOLERANCE
+from alloc.nullspace.structure import decompose
+from alloc.program import Builder, Program, Scalar, Where, select
+from alloc.program.sums import dot, product, shared_sums, signed
+from alloc.vehicle import Vehicle
+
+FAR = 1e3
+"""Demands up to so many times what the limits allow are usual, or their thrusts are looked at [-]."""
+MEANINGS = {
+    0: "f makes tau, with the least effort; limits are not looked at, nor whether tau is finite",
+    1: "a direction is lost: f makes the nearest wrench there is; limits are not looked at",
+    -1: "there is no such fault; f is left alone",
+}
+"""What each value that the C function of a closed form returns means."""
+
+
+def linear(vehicle: Vehicle, G: FloatArray, limits: Where, scalar: Scalar) -> Program:
+    """f = G tau; limits are not looked at.
+
+    Where a direction is lost, and where tau is so large that rounding costs the wrench its tolerance, the
+    status is PARTIAL.
+    """
+    builder = Builder(vehicle, limits, scalar)
+    products = product(G, builder.tau)
+    sums, rows = shared_sums(products.rows)
+    builder.compute(*products.shared, *sums)
+    f = [signed(row, builder.graph) for row in rows]
+    conditions = []
+    for i, row in enumerate(decompose(vehicle).unreachable):
+        part = signed(dot(row.tolist(), builder.tau), builder.graph).named(f"lost{i}")
+        builder.compute(part)
+        conditions.append((part >= -TOLERANCE[scalar]) & (part <= TOLERANCE[scalar]))
+    if scalar == "double":  # float promises no wrench to 1e-6
+        largest, looked_at = usual(vehicle, G), builder.tau
+        if largest <= FAR * float(np.linalg.norm(vehicle.wrench_scale)):
+            # A weak direction makes that too little: what counts is the thrusts, as in Python.
+            largest, looked_at = exactly(vehicle), [f[i] for i in vehicle.working.tolist()]
+        conditions.append(reduce(add, [each * each for each in looked_at]) <= largest**2)
+    status = select(all_of(conditions), Status.SOLVED, Status.PARTIAL) if conditions else Status.SOLVED
+    return builder.program(f, status)

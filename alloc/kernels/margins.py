@@ -1,0 +1,104 @@
+"""The margin of each facet: how far the attainable set reaches beyond the thrusts that a way has come to."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from alloc.kernels.facets import FacetPairs
+from alloc.program import Builder, Expression, Number, least, most, select, size
+from alloc.program.graph import lifted
+from alloc.program.sums import known, signed, summed
+from alloc.reach.edge import room_table
+
+WIDE = 1e-3
+"""Where a facet leaves a wider margin than this share of the largest limit, rounding of a step along it is
+nothing to it."""
+
+
+def taken(along: Expression, ahead: float, astern: float) -> Expression:
+    """The share that ``along`` takes of the margin ahead of it, or astern where it is negative."""
+    if ahead == astern:
+        return size(along * (1.0 / ahead))
+    share: Expression = most(along * (1.0 / ahead), -along * (1.0 / astern))
+    return share
+
+
+class FacetMargins:
+    """The margins ahead and astern of each pair of facets: sums of what lies between thrusts and limits."""
+
+    def __init__(self, builder: Builder, facets: FacetPairs) -> None:
+        """No margin is known yet."""
+        self._draft, self._facets = builder, facets
+        self._known: dict[int, tuple[Number, Number]] = {}
+        self._terms: dict[Number, list[Expression]] = {}
+        self._gaps: dict[int, tuple[Number, Number]] = {}
+
+    def measure(self, level: int, pairs: list[int], f: Sequence[Number]) -> None:
+        """Find the margins from thrusts f, of those pairs that no level has measured before."""
+        graph, limits, n = self._draft.graph, self._draft.limits, self._draft.vehicle.n
+        asked = [m for m in pairs if m not in self._known]
+        push = self._facets.push[asked]
+        pushing = np.flatnonzero(push.any(axis=0)).tolist()
+        gaps: list[Number] = [0.0] * (2 * n)
+        for i in pushing:
+            low, high = limits.ends(i)
+            up, down = self._gaps.get(i, (high - f[i], f[i] - low))
+            for at, gap in ((i, up), (n + i, down)):
+                gaps[at] = gap.named(f"g{level}_{at}") if isinstance(gap, Expression) else gap
+            if limits.at_call:
+                self._gaps[i] = gaps[i], gaps[n + i]
+        table = room_table(push)
+        widths = np.array([gap if known(gap) else 0.0 for gap in gaps], dtype=float)
+        rows = summed(table, [lifted(gap, graph) for gap in gaps], f"g{level}_").rows
+        for j, m in enumerate(asked):
+            if all(known(gaps[i]) for i in np.flatnonzero(push[j]).tolist()):
+                ahead, astern = (float(table[row] @ widths) for row in (j, len(asked) + j))
+                self._known[m] = ahead, astern
+                continue
+            sums = [signed(rows[row], graph) for row in (j, len(asked) + j)]
+            self._known[m] = sums[0].named(f"ahead{level}_{m}"), sums[1].named(f"astern{level}_{m}")
+            for value, row in zip(sums, (rows[j], rows[len(asked) + j]), strict=True):
+                self._terms[value] = [each for _, each in row]
+
+    def load(self, along: Expression, group: list[tuple[int, bool]], tiny: Number) -> Expression:
+        """What a step takes of the least margin that one of these pairs leaves it.
+
+        ``along`` is how far it goes along the pairs' normals, or where a pair is turned their opposites, and
+        what is smaller than ``tiny`` is rounding. Nothing of no margin is NaN, which compares and the FPU's
+        maximum drop alike.
+        """
+        margins = [self._known[m][:: -1 if turned else 1] for m, turned in group]
+        ahead, astern = (self._least(list(side)) for side in zip(*margins, strict=True))
+        wide = WIDE * self._draft.vehicle.f_scale
+        if isinstance(ahead, float) and isinstance(astern, float) and min(ahead, astern) > wide:
+            return taken(along, ahead, astern)
+        self._draft.compute(along, ahead, astern, tiny)
+        step = select(size(along) > tiny, size(along), 0.0)
+        return step / select(along > 0.0, ahead, astern)
+
+    def moved(self, steps: dict[int, Expression]) -> None:
+        """Thrusters have moved by these steps: margins along what they push must be measured again."""
+        for i in steps.keys() & self._gaps.keys():  # so that limits need not be kept, nor read again
+            up, down = self._gaps[i]
+            self._gaps[i] = (up - steps[i], down + steps[i])
+        touched = np.flatnonzero(self._facets.push[:, list(steps)].any(axis=1))
+        for m in self._known.keys() & {*touched.tolist()}:
+            del self._known[m]
+
+    def _least(self, margins: list[Number]) -> Number:
+        margins = list(dict.fromkeys(margins))
+        if all(known(margin) for margin in margins):
+            return min(margin for margin in margins if isinstance(margin, float))
+        # The least of all sums of one of these and one of those is the sum of the least.
+        pairs = [self._terms.get(margin, []) for margin in margins]
+        if len(pairs) > 1 and all(len(pair) == 2 for pair in pairs):
+            # Those that stand with what the first pair's second stands with.
+            these = {a for pair in pairs if pairs[0][1] in pair for a in pair} - {pairs[0][1]}
+            those = {value for pair in pairs for value in pair} - these
+            each = {frozenset((a, b)) for a in these for b in those}
+            if len(these) * len(those) == len(pairs) and each == {frozenset(pair) for pair in pairs}:
+                some, others = (sorted(side, key=lambda value: value.node) for side in (these, those))
+                total: Expression = least(*some) + least(*others)
+                return total
+        found: Number = least(*margins)
+        return found

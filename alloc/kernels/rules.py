@@ -1,0 +1,57 @@
+"""The practical rules: T* tau, mended where it lies beyond limits, and whether it makes tau still."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from alloc.allocation import FloatArray, Status
+from alloc.closed_forms.inverse import generalized_inverse
+from alloc.kernels.entry import SeenArguments, all_thrusters, closed_form, cover, inside, refuse
+from alloc.kernels.tolerance import MET
+from alloc.program import Builder, Expression, Program, Scalar, Where, least, most, select
+from alloc.program.graph import lifted
+from alloc.program.sums import product, shared_sums, signed
+from alloc.vehicle import Vehicle
+
+MEANINGS = {
+    0: "f makes tau, inside the limits",
+    1: "f lies inside the limits, but makes tau in part only",
+    2: "limits cross: f_min is above f_max for a thruster that is not off; f is left alone",
+    -1: "there is no such fault; f is left alone",
+    -2: "tau or a limit is NaN, infinite or too large to add up; f is left alone",
+}
+"""What each value that the C function of a rule returns means."""
+Rule = Callable[[Builder, dict[int, Expression]], dict[int, Expression]]
+"""What makes of x = T* tau of the working thrusters the thrusts that are then cut at the limits."""
+
+
+def mended(rule: Rule, vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
+    """f = T* tau, mended by a rule and cut at the limits."""
+    builder, G = Builder(vehicle, limits, scalar), generalized_inverse(vehicle)
+    x, seen = closed_form(builder, G), SeenArguments(cover(G), builder)
+    seen.know(0, x)
+    seen.add(vehicle.working.tolist(), "0")
+    refuse(builder, seen, [], exact=False)
+    y = inside(builder, rule(builder, x), builder.limits)
+    met = _met(builder, G, x, y)
+    builder.compute(met)
+    return builder.program(all_thrusters(builder, y), select(met, Status.SOLVED, Status.PARTIAL))
+
+
+def _met(builder: Builder, G: FloatArray, x: dict[int, Expression], y: dict[int, Expression]) -> Expression:
+    """The condition that T f misses no more of tau than it may.
+
+    T f - tau = T (f - T* tau) - (1 - T T*) tau, of which the last part is rounding where no rank is lost.
+    """
+    vehicle = builder.vehicle
+    share = 1.0 / (MET[builder.scalar] * vehicle.wrench_scale)[:, None]
+    moved = [(y[i] - x[i]).named(f"d{i}") for i in x]
+    rows = shared_sums(product(share * vehicle.TP[:, list(x)], moved, "q").rows, "v")[1]
+    if vehicle.rank < vehicle.k:
+        lost = product(share * (vehicle.TP @ G - np.eye(vehicle.k)), builder.tau, "u").rows
+        rows = [of_f + of_tau for of_f, of_tau in zip(rows, lost, strict=True)]
+    missed = [signed(row).named(f"missed{r}") for r, row in enumerate(rows) if row]
+    if not missed:
+        return lifted(0.0, builder.graph) <= 1.0
+    condition: Expression = most(most(*missed), -least(*missed)) <= 1.0
+    return condition.named("met")

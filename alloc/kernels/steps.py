@@ -1,0 +1,192 @@
+"""``Region.nearest`` for one block, written out in thrusts: Seidel's steps without coordinates.
+
+A step holds a thruster at its limit. Of all points on that plane the nearest to the origin is where each
+other thrust has moved by a constant times what the held one did, so a thrust takes one product a held
+thruster, and only the thrusts that are still asked for are moved.
+"""
+
+from math import copysign, isfinite
+from typing import NamedTuple
+
+import numpy as np
+
+from alloc.allocation import FloatArray, Status
+from alloc.kernels.entry import all_of
+from alloc.nullspace.region import Region, Slab
+from alloc.program import Builder, Expression, Number, least, most, within
+from alloc.program.graph import lifted
+from alloc.program.sums import SAME, dot, signed, term
+
+
+class Strip(NamedTuple):
+    """One row a of A, low <= start + a'z <= high, with z in coordinates of the plane that steps are on.
+
+    Attributes
+    ----------
+    key : under which the value of start + a'z stands that steps have come to
+    normal : a
+    start : the value where z is zero; None where that is zero
+    low, high : its limits
+    """
+
+    key: str
+    normal: FloatArray
+    start: Expression | None
+    low: Number
+    high: Number
+
+    @property
+    def ends(self) -> tuple[Number, Number]:
+        """What a'z must lie between."""
+        return (
+            (self.low, self.high) if self.start is None else (self.low - self.start, self.high - self.start)
+        )
+
+    def moved(self, by: float, b: Expression) -> Expression:
+        """The value where a'z is ``by`` times b."""
+        if not by:
+            return lifted(0.0, b.graph) if self.start is None else self.start
+        return signed([term(by, b)] if self.start is None else [(False, self.start), term(by, b)])
+
+
+class Ratios:
+    """Ratios of one block: those that differ by rounding are made equal, and what is rounding zero."""
+
+    def __init__(self) -> None:
+        """None is known but one."""
+        self._known = [1.0]
+
+    def __call__(self, value: float) -> float:
+        """The value, or one given before that differs from it by rounding only."""
+        size = abs(value)
+        if size <= 1e-14:
+            return 0.0
+        same = [known for known in self._known if abs(known - size) <= SAME * size]
+        self._known += [] if same else [size]
+        return copysign(same[0] if same else size, value)
+
+    def of(self, row: Strip, held: Strip) -> float:
+        """By how much a row moves to the nearest point where that of ``held`` moved by one."""
+        return self(float(row.normal @ held.normal) / float(held.normal @ held.normal))
+
+
+Values = dict[str, Expression]
+"""What steps have come to, by the key of a strip."""
+
+
+def nearest(
+    builder: Builder,
+    region: Region,
+    slabs: list[Strip],
+    kept: list[Strip],
+    values: Values,
+    at: str,
+    ratios: Ratios,
+) -> None:
+    """Steps that set the values of ``kept``; INFEASIBLE is returned unless the tolerance is infinite.
+
+    ``slabs`` are the region's as ``joined`` gives them, ``kept`` is what is asked for afterwards; a row may
+    be in both. The value of each is its start already. Names of this level end in ``at``.
+    """
+    if region.d > 1:
+        for i, slab in enumerate(region.slabs):
+            _held(builder, slab, slabs, kept, values, f"{at}{i}", ratios)
+    elif slabs:
+        (one,) = slabs
+        w = lifted(most(one.low, least(one.high, 0.0)), builder.graph).named(f"w{at}")
+        builder.compute(w)
+        for row in kept:
+            values[row.key] = row.moved(ratios.of(row, one), w)
+            builder.compute(values[row.key])
+
+
+def joined(builder: Builder, region: Region, rows: list[Strip], values: Values, at: str) -> list[Strip]:
+    """The region's slabs out of its rows; what can't be met is refused.
+
+    Parallel rows, and the rows of a line, start at zero, in unit of the first of them.
+    """
+    refusing = isfinite(region.tolerance)
+    if region.checks and refusing:
+        ends = [[lifted(end, builder.graph) for end in rows[row].ends] for row in region.checks]
+        held = [low <= region.tolerance for low, _ in ends] + [high >= -region.tolerance for _, high in ends]
+        builder.refuse(~all_of(held), Status.INFEASIBLE)
+    slabs, room = list[Strip](), list[Expression]()
+    for i, slab in enumerate(region.slabs):
+        (leader, _), *others = (row for alike in slab.members for row in alike.rows)
+        if not others and region.d > 1:
+            slabs.append(rows[leader])
+            continue
+        common, conditions = _common(builder, slab, rows, f"{at}{i}")
+        room += conditions if refusing else []
+        values[common.key] = builder.graph.constant(0.0)
+        slabs.append(common)
+    if room:
+        builder.refuse(~all_of(room), Status.INFEASIBLE)
+    return slabs
+
+
+def _common(builder: Builder, slab: Slab, rows: list[Strip], at: str) -> tuple[Strip, list[Expression]]:
+    """A slab out of its rows, and the conditions that there is something between its limits.
+
+    Limits of shorter rows are moved between those of longer ones, which so have the last word.
+    """
+    conditions, (lo, hi) = list[Expression](), (builder.graph.constant(0.0),) * 2
+    for which, alike in enumerate(slab.members):
+        lows, highs = [], []
+        for row, scale in alike.rows:
+            low, high = (lifted(end, builder.graph) for end in rows[row].ends[:: 1 if scale > 0 else -1])
+            lows.append(signed(dot([scale], [low])))
+            highs.append(signed(dot([scale], [high])))
+        mark = f"{at}_{which}" if which else at
+        lower, upper = most(*lows), least(*highs)
+        gaps = []
+        if which:
+            builder.compute(lower.named(f"l{mark}"), upper.named(f"h{mark}"))
+            gaps = [lower - hi, lo - upper]
+            lower, upper = within(lower, lo, hi), within(upper, lo, hi)
+        lo, hi = lower.named(f"lo{mark}"), upper.named(f"hi{mark}")
+        builder.compute(lo, hi)
+        conditions += [gap <= alike.slack for gap in (*gaps, lo - hi) if isfinite(alike.slack)]
+    leader, _ = slab.members[0].rows[0]
+    return Strip(f"v{at}", rows[leader].normal, None, lo, hi), conditions
+
+
+def _held(
+    builder: Builder,
+    slab: Slab,
+    slabs: list[Strip],
+    kept: list[Strip],
+    values: Values,
+    at: str,
+    ratios: Ratios,
+) -> None:
+    """Steps that, where the slab is left, hold it at that limit and solve the earlier ones there."""
+    assert slab.plane is not None
+    i = len(slab.shift)
+    row, earlier, later = slabs[i], slabs[:i], slabs[i + 1 :]
+    keys = {each.key for each in later}
+    asked = later + [each for each in kept if each.key not in keys]
+    bound = within(values[row.key], row.low, row.high).named(f"e{at}")
+    builder.compute(bound)
+    inner = dict(values)
+    with builder.where(bound.differs(values[row.key])) as merged:
+        b = bound if row.start is None else (bound - row.start).named(f"b{at}")
+        builder.compute(b)
+        moved: dict[str, Strip] = {}
+        for each in (*earlier, *(each for each in asked if each.key != row.key)):
+            if each.key in moved:
+                continue
+            inner[each.key] = value = each.moved(ratios.of(each, row), b)
+            moved[each.key] = each
+            if slab.plane.slabs:
+                value = value.named(f"u{at}_{len(moved) - 1}")
+                along = np.asarray(slab.along).T @ each.normal
+                moved[each.key] = each._replace(start=value, normal=along)
+            builder.compute(value)
+        inner[row.key] = bound
+        below = joined(builder, slab.plane, [moved[each.key] for each in earlier], inner, f"{at}_")
+        asked_below = [moved[each.key] for each in asked if each.key != row.key]
+        nearest(builder, slab.plane, below, asked_below, inner, f"{at}_", ratios)
+        for key in dict.fromkeys(each.key for each in asked):
+            if inner[key] != values[key]:
+                values[key] = merged(inner[key], values[key]).named(key)

@@ -1,0 +1,95 @@
+"""A program while it is made: arguments as values, what is refused, and in which order it is calculated."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+
+from alloc.program.graph import Expression, Graph, Number, lifted, select
+from alloc.program.limits import Limits
+from alloc.program.nodes import Branch, DataLoop, Exit, Fence, Node, Program, Scalar, Step, Where, Write
+from alloc.program.order import placed
+from alloc.vehicle import Vehicle
+
+
+class Builder:
+    """What a method writes its program into.
+
+    Attributes
+    ----------
+    vehicle : whose kernel it is, with its faults
+    scalar : the type of all numbers
+    tau : (k,) the demand's entries
+    limits : those of thrusts
+    graph : the nodes so far
+    """
+
+    def __init__(self, vehicle: Vehicle, limits: Where = "fixed", scalar: Scalar = "double") -> None:
+        """Without a step."""
+        self.vehicle, self.scalar = vehicle, scalar
+        self.graph = Graph(scalar)
+        self.tau = [self.graph.value("input", "tau", j).named(f"t{j}") for j in range(vehicle.k)]
+        self.limits = Limits(vehicle, limits, self.graph)
+        self._open: list[list[Step]] = [[]]
+        self._under: list[Expression] = []
+        self._exits: list[tuple[Node, int]] = []
+        self._loops: dict[str, DataLoop] = {}
+
+    def compute(self, *values: Number) -> None:
+        """These are calculated next, one after the other, with what they need."""
+        self._open[-1] += [each.node for each in values if isinstance(each, Expression)]
+
+    def fence(self) -> None:
+        """What comes is begun only now."""
+        self._open[-1].append(Fence())
+
+    def refuse(self, where: Expression, status: int, *cases: tuple[Expression, int]) -> None:
+        """Return where a condition holds: the status of the first case that holds, else ``status``."""
+        step = Exit(where.node, tuple((case.node, returned) for case, returned in cases), status)
+        self._open[-1].append(step)
+        held = where
+        for outer in reversed(self._under):
+            held = outer & held
+        self._exits += [((held & case).node, returned) for case, returned in cases]
+        self._exits.append((held.node, status))
+
+    @contextmanager
+    def where(self, condition: Expression) -> Iterator[Callable[[Expression, Number], Expression]]:
+        """Steps that are taken where a condition holds only.
+
+        Gives a function of what a number is then and what it is else; it returns what it is behind the steps.
+        """
+        merged: list[Node] = []
+
+        def merge(then: Expression, other: Number) -> Expression:
+            value = select(condition, then, other)
+            merged.append(value.node)
+            return value
+
+        self._under.append(condition)
+        self._open.append([])
+        yield merge
+        self._under.pop()
+        steps = self._open.pop()
+        self._open[-1].append(Branch(condition.node, tuple(steps), tuple(merged)))
+
+    def loop(self, loop: DataLoop, *arrays: Sequence[Number]) -> list[Expression]:
+        """What a loop over data makes of the last of these arrays."""
+        self._loops[loop.name] = loop
+        given = tuple(lifted(each, self.graph).node for array in arrays for each in array)
+        return [self.graph.value("loop", loop.name, i, given) for i in range(loop.arrays[-1][1])]
+
+    def program(self, f: Sequence[Number], status: Expression | int, share: Sequence[Number] = ()) -> Program:
+        """The program that writes these and returns ``status``, unless it refused."""
+        written = {("f", i): each for i, each in enumerate(f)}
+        written |= {("share", level): each for level, each in enumerate(share)}
+        return placed(
+            Program(
+                outputs={place: lifted(each, self.graph).node for place, each in written.items()},
+                status=lifted(status, self.graph).node,
+                nodes=tuple(self.graph.nodes),
+                exits=tuple(self._exits),
+                scalar=self.scalar,
+                names=self.graph.names,
+                steps=(*self._open[0], *(Write(*place) for place in written)),
+                loops=self._loops,
+            )
+        )

@@ -1,0 +1,59 @@
+"""The limits of a kernel as numbers of its program: constants of the vehicle, or arguments of the call."""
+
+from alloc.program.graph import Expression, Graph, Number, least, most
+from alloc.program.nodes import Where
+from alloc.vehicle import Vehicle
+
+
+class Limits:
+    """The limits of one kernel; a thruster that is off has none, whatever the arguments hold for it.
+
+    Attributes
+    ----------
+    at_call : whether they are arguments
+    """
+
+    def __init__(self, vehicle: Vehicle, where: Where, graph: Graph, anew: bool = False) -> None:
+        """Limits of the working thrusters; ``anew`` where the arguments were read before."""
+        self._vehicle, self._graph, self._anew = vehicle, graph, anew
+        self.at_call = where == "call"
+        self._f_min, self._f_max = vehicle.f_min.tolist(), vehicle.f_max.tolist()
+
+    def again(self) -> "Limits":
+        """The same limits, read again, so that they hold no register until then."""
+        return Limits(self._vehicle, "call" if self.at_call else "fixed", self._graph, anew=True)
+
+    def _argument(self, array: str, i: int) -> Expression:
+        begins = "l" if array == "f_min" else "h"
+        found = self._graph.value("input", array, i).named(f"{begins}{i}")
+        return self._graph.value("again", found.node).named(f"{begins}e{i}") if self._anew else found
+
+    def ends(self, i: int, scale: float = 1.0, wider: float = 0.0) -> tuple[Number, Number]:
+        """Limits of ``scale`` (above zero) times thrust i, moved apart by ``wider`` on either side."""
+        if not self.at_call:
+            return scale * self._f_min[i] - wider, scale * self._f_max[i] + wider
+        low, high = scale * self._argument("f_min", i), scale * self._argument("f_max", i)
+        return (low - wider, high + wider) if wider else (low, high)
+
+    def far(self, i: int, at_least: float) -> tuple[Number, Number]:
+        """Limits of thrust i, moved away from zero until they are that far from it [N]."""
+        low, high = self.ends(i)
+        return least(low, -at_least), most(high, at_least)
+
+    def crossing(self, i: int) -> Expression:
+        """f_min - f_max of thrust i, above zero only where the limits of the call cross."""
+        return (self._argument("f_min", i) - self._argument("f_max", i)).named(f"o{i}")
+
+    def finite(self) -> list[Expression]:
+        """The conditions that the arguments which belong to working thrusters are finite."""
+        stretches: list[list[int]] = []
+        for i in self._vehicle.working.tolist() if self.at_call else []:
+            if stretches and i == sum(stretches[-1]):
+                stretches[-1][1] += 1
+            else:
+                stretches.append([i, 1])
+        return [
+            self._graph.value("finite", array, first, count)
+            for array in ("f_min", "f_max")
+            for first, count in stretches
+        ]

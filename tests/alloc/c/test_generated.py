@@ -1,0 +1,401 @@
+"""Generated C, compiled and run as it would be on a vehicle, and as an allocator in Python."""
+
+import ctypes
+import re
+import shutil
+import struct
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from alloc import NotApplicable, Status, Vehicle, build, list_vehicles, load_vehicle
+from alloc import generate as files_of
+from alloc.c import compiled, function_name, missing
+from alloc.c import sources as sources_of
+from alloc.errors import DemandError, UnknownName
+from alloc.methods import recipe, recipes
+from alloc.program import Scalar, Where
+from bench.demands import build_demands
+from bench.demands.odd_vehicles import vehicle_of
+from tests.nullspace_cases import SHAPES, demands_of_known_verdict, random_vehicle
+
+pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "-")
+
+STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic", "-Werror"]
+SANITIZE = ["-fsanitize=undefined", "-fno-sanitize-recover=all"]
+REFUSED = 2
+UNKNOWN_FAULT = -1
+NOT_FINITE = -2
+EVERYWHERE = ("nullspace", "priority")
+"""Kernels that are compiled for every vehicle here; ``docs/studies/native_selftests.py`` does so with all."""
+SMALL = "ukwial"
+KERNELS = tuple(recipes())
+LIMITED = tuple(name for name, each in recipes().items() if each.limited)
+
+
+def generate(
+    vehicle: Vehicle, method: str, scalar: Scalar = "double", limits: Where = "fixed"
+) -> dict[str, str]:
+    """The C files of a method, without the page on them."""
+    made = files_of(vehicle, method, scalar=scalar, limits=limits)
+    return {name: text for name, text in made.items() if not name.endswith(".md")}
+
+
+def compile_in(folder: Path, files: dict[str, str], *flags: str) -> Path:
+    """The object or program made of the files with every warning an error."""
+    for name, text in files.items():
+        (folder / name).write_text(text)
+    units = [name for name in files if name.endswith(".c")]
+    command = [*compiled.compiler(), *STRICT, *flags, *units, "-o", "made"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return folder / "made"
+
+
+def run(program: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([str(program)], capture_output=True, text=True, check=False)
+
+
+def check_itself(vehicle: Vehicle, kernel: str, scalar: Scalar, limits: Where, folder: Path) -> None:
+    """Compile the kernel with its self-test, UBSan watching; run it, and see that it asked enough."""
+    done = run(compile_in(folder, generate(vehicle, kernel, scalar, limits=limits), *SANITIZE))
+    assert done.returncode == 0, done.stdout + done.stderr
+    asked = re.search(r"(\d+) cases, 0 wrong", done.stdout)
+    assert asked
+    # Of 24 cases a fault, those are left out in which rounding decides.
+    assert int(asked[1]) > 20 * (vehicle.n + 1)
+
+
+@pytest.mark.parametrize("limits", ["fixed", "call"])
+@pytest.mark.parametrize("scalar", ["double", "float"])
+@pytest.mark.parametrize("kernel", KERNELS)
+def test_generated_c_is_clean_and_agrees_with_python_for_every_fault(
+    kernel, scalar, limits, tmp_path
+) -> None:
+    """The self-test holds double to 1e-12 and float to 1e-5 of the largest limit, and what rounding adds."""
+    check_itself(load_vehicle(SMALL), kernel, scalar, limits, tmp_path)
+
+
+@pytest.mark.parametrize("kernel", EVERYWHERE)
+def test_every_vehicle_s_c_with_limits_of_the_call_agrees_with_python(vehicle, kernel, tmp_path) -> None:
+    check_itself(vehicle, kernel, "double", "call", tmp_path)
+
+
+@pytest.mark.parametrize("kernel", ["nullspace", "redistribute", "scaled"])
+def test_the_c_of_a_random_vehicle_with_full_h_agrees_with_python(kernel, tmp_path) -> None:
+    """Generic T, so nothing is zero or shared; one block of two dimensions; a thruster that always pushes."""
+    vehicle = random_vehicle(2, 4, np.random.default_rng(8), diagonal=False)
+    check_itself(vehicle, kernel, "double", "call", tmp_path)
+
+
+def test_where_h_couples_thrusters_that_z_moves_with_others_a_way_still_ends_at_least_effort(
+    tmp_path,
+) -> None:
+    """Two thrusters share the surge, the first always pushes; a third, across, costs more beside them."""
+    T, H = np.array([[1.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), np.array([[3.0, 0, 1], [0, 1, -0.5], [1, -0.5, 2]])
+    low, high = np.array([2.0, -10.0, -10.0]), np.full(3, 10.0)
+    vehicle = Vehicle("coupled", ("surge", "sway"), T, H, low, high, np.ones(3), np.full(2, 2000.0))
+    allocate = build("scaled@native", vehicle)
+    tau = np.array([11.0, 4.0])
+    f = build("qp/daqp", vehicle)(tau).f
+    np.testing.assert_allclose(allocate(tau).f, f, atol=1e-9)
+    check_itself(vehicle, "scaled", "double", "fixed", tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("number", "kernel", "scalar", "limits"),
+    [
+        pytest.param(20, "pinv", "double", "fixed", id="T nearly lost"),
+        pytest.param(40, "shrink", "float", "fixed", id="limit at zero"),
+        pytest.param(271, "shrink", "double", "fixed", id="must push, asked for nothing"),
+        pytest.param(218, "shrink", "double", "call", id="entries of T* that are rounding"),
+        pytest.param(83, "scaled", "float", "fixed", id="a weak thruster ends the way"),
+        pytest.param(140, "nullspace", "double", "fixed", id="moved by rounding"),
+        pytest.param(100, "redistribute", "double", "call", id="stuck, at its limit but for rounding"),
+    ],
+)
+def test_self_tests_of_vehicles_with_all_that_a_file_may_hold_are_green(
+    number, kernel, scalar, limits, tmp_path
+) -> None:
+    """``python docs/studies/native_selftests.py --plain --odd --random 300`` asks three hundred of them."""
+    vehicle = replace(vehicle_of(number)[0], name=f"odd{number}")
+    done = run(compile_in(tmp_path, generate(vehicle, kernel, scalar, limits=limits), *SANITIZE))
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_redistribute_is_refused_where_its_factors_lose_too_many_digits() -> None:
+    """Python makes its inverses in double and beforehand; C factorises in the call."""
+    vehicle = load_vehicle(SMALL)
+    uneven = replace(vehicle, H=np.diag(np.logspace(0, 4, vehicle.n)))
+    assert generate(uneven, "redistribute", "double")
+    with pytest.raises(
+        NotApplicable, match=r"in float that may cost .* of the largest limit; generate it in"
+    ):
+        generate(uneven, "redistribute", "float")
+
+
+def test_the_self_test_notices_a_wrong_constant(tmp_path) -> None:
+    files = generate(load_vehicle(SMALL), "nullspace")
+    source = files["ukwial_nullspace.c"]
+    first = re.search(r" = c\[\d+\] \* t\d", source)  # of the whole vehicle, which stands first
+    assert first
+    files["ukwial_nullspace.c"] = source.replace(first[0], first[0].replace("= ", "= 1.0000001 * "), 1)
+    done = run(compile_in(tmp_path, files))
+    assert done.returncode == 1
+    assert "fault -1" in done.stdout
+
+
+@pytest.mark.parametrize("kernel", KERNELS)
+def test_the_self_test_notices_a_thrust_that_is_off_by_a_thousandth_of_a_limit_in_float(
+    kernel, tmp_path
+) -> None:
+    vehicle = load_vehicle(SMALL)
+    files = generate(vehicle, kernel, "float")
+    source = f"{SMALL}_{kernel}_float.c"
+    broken, written = re.subn(
+        r"f\[0\] = (.+);", rf"f[0] = (\1) + {vehicle.f_scale / 1000:.3f}F;", files[source]
+    )
+    assert written
+    assert run(compile_in(tmp_path, files | {source: broken})).returncode == 1
+
+
+@pytest.mark.skipif(shutil.which("nm") is None, reason="nm (Debian: apt install binutils) lists symbols")
+@pytest.mark.parametrize("kernel", KERNELS)
+def test_generated_code_calls_no_library_and_keeps_no_state(kernel, tmp_path) -> None:
+    """No undefined symbol: no library, no heap. No writable symbol: no state between calls."""
+    files = generate(load_vehicle(SMALL), kernel, limits="call")
+    kept = {name: text for name, text in files.items() if not name.endswith("_test.c")}
+    made = compile_in(tmp_path, kept, "-O2", "-c")
+    symbols = subprocess.run(["nm", str(made)], capture_output=True, text=True, check=True).stdout.split("\n")
+    kinds = {line.split()[-2] for line in symbols if line}
+    assert kinds <= {"T", "t", "r"}  # code and constants
+
+
+def kernel_of(
+    vehicle: Vehicle,
+    folder: Path,
+    kernel: str = "nullspace",
+    scalar: Scalar = "double",
+    limits: Where = "fixed",
+):
+    """The compiled kernel as a Python function (arrays…, fault) -> (status, f), f filled with 7 before."""
+    made = sources_of(vehicle, recipe(kernel), scalar, limits=limits)
+    library = ctypes.CDLL(str(compile_in(folder, made, "-O2", "-fPIC", "-shared")))
+    solve = library[function_name(vehicle, kernel, scalar, limits)]
+    dtype = np.float64 if scalar == "double" else np.float32
+
+    def call(*given: np.ndarray, fault: int = -1) -> tuple[int, np.ndarray]:
+        arrays = [np.ascontiguousarray(each, dtype) for each in given]
+        f, share = np.full(vehicle.n, 7.0, dtype), np.full(vehicle.k, 7.0, dtype)
+        pointers = [each.ctypes.data_as(ctypes.c_void_p) for each in (*arrays, f, share)]
+        status = solve(*pointers[: len(arrays)], fault, *pointers[len(arrays) :])
+        assert status in (Status.SOLVED, Status.PARTIAL) or (share == 7.0).all()
+        return status, f
+
+    return call
+
+
+def test_the_kernel_answers_for_the_failed_thruster_that_is_its_argument(tmp_path) -> None:
+    vehicle = load_vehicle("bluerov2-heavy")
+    solve = kernel_of(vehicle, tmp_path)
+    rng = np.random.default_rng(1)
+    for fault in range(vehicle.n):
+        degraded = vehicle.with_fault(fault)
+        allocate = build("nullspace", degraded)
+        for f in rng.uniform(degraded.f_min, degraded.f_max, (50, vehicle.n)):
+            status, f_native = solve(degraded.T @ f, fault=fault)
+            assert status == Status.SOLVED
+            assert f_native[fault] == 0.0
+            expected = allocate(degraded.T @ f).f
+            np.testing.assert_allclose(f_native, expected, rtol=0, atol=1e-12 * vehicle.f_scale)
+
+
+def test_a_refused_demand_or_fault_leaves_f_alone(vehicle: Vehicle, tmp_path) -> None:
+    solve = kernel_of(vehicle, tmp_path)
+    for axis in range(vehicle.k):
+        tau = np.zeros(vehicle.k)
+        tau[axis] = 1e300
+        status, f = solve(tau)
+        assert status == REFUSED
+        assert (f == 7.0).all()
+    huge = 1.7e308 * np.where(np.arange(vehicle.k) % 2, 1.0, -1.0)
+    assert solve(huge)[0] == REFUSED  # though sums of it overflow
+    for fault in (-2, vehicle.n, 1000):
+        status, f = solve(np.zeros(vehicle.k), fault=fault)
+        assert status == UNKNOWN_FAULT
+        assert (f == 7.0).all()
+
+
+DOUBLES = {
+    "zero": (0x0, 0x0),
+    "subnormal": (0x1, 0xFFFFFFFFFFFFF),
+    "normal": (0x10000000000000, 0x4030000000000000),
+    "infinity": (0x7FF0000000000000, 0x7FF0000000000000),
+    "signalling NaN": (0x7FF0000000000001, 0x7FF7FFFFFFFFFFFF),
+    "quiet NaN": (0x7FF8000000000000, 0x7FFFFFFFFFFFFFFF),
+}
+"""Least and greatest bit pattern of each class of doubles, normal ones up to 16; the sign is one bit more."""
+
+
+@pytest.mark.parametrize("limits", ["fixed", "call"])
+@pytest.mark.parametrize("kernel", LIMITED)
+def test_a_bit_pattern_that_is_no_finite_number_has_a_status_of_its_own(kernel, limits, tmp_path) -> None:
+    """In any argument of a thruster that works; every pattern that is a number is answered or infeasible."""
+    vehicle = load_vehicle(SMALL)
+    solve = kernel_of(vehicle, tmp_path, kernel, limits=limits)
+    rng = np.random.default_rng(4)
+    usual = [np.zeros(vehicle.k), *((vehicle.f_min, vehicle.f_max) if limits == "call" else ())]
+    for name, (least, greatest) in DOUBLES.items():
+        patterns = [least, greatest, *rng.integers(least, greatest, 10, endpoint=True).tolist()]
+        for bits in [sign << 63 | pattern for pattern in patterns for sign in (0, 1)]:
+            (value,) = struct.unpack("d", struct.pack("Q", bits))
+            for i, array in enumerate(usual):
+                for entry in range(len(array)):
+                    given = [each.copy() for each in usual]
+                    given[i].view(np.uint64)[entry] = bits
+                    status, f = solve(*given)
+                    assert (status == NOT_FINITE) == (not np.isfinite(value)), (name, hex(bits), i)
+                    if status not in (Status.SOLVED, Status.PARTIAL):
+                        assert (f == 7.0).all()
+                    if i > 0:  # the limits of a thruster that is off are not looked at
+                        status, f = solve(*given, fault=entry)
+                        assert status == Status.SOLVED
+                        assert f[entry] == 0.0
+
+
+@pytest.mark.parametrize("kernel", LIMITED)
+def test_limits_that_cross_by_one_ulp_are_infeasible_and_leave_f_alone(kernel, tmp_path) -> None:
+    vehicle = load_vehicle(SMALL)
+    solve = kernel_of(vehicle, tmp_path, kernel, limits="call")
+    tau = vehicle.T @ np.full(vehicle.n, 10.0)
+    for i in range(vehicle.n):
+        f_min, f_max = vehicle.f_min.copy(), vehicle.f_max.copy()
+        f_min[i] = f_max[i] = 10.0
+        assert solve(tau, f_min, f_max)[0] in (Status.SOLVED, Status.PARTIAL)
+        f_min[i] = np.nextafter(10.0, 11.0)
+        status, f = solve(tau, f_min, f_max)
+        assert status == REFUSED
+        assert (f == 7.0).all()
+
+
+@pytest.mark.parametrize("shape", SHAPES, ids=lambda s: f"{s[0]}x{s[1]}")
+def test_native_and_python_agree_on_random_vehicles_of_every_nullity(shape) -> None:
+    rng = np.random.default_rng(2)
+    for diagonal in (True, False):
+        vehicle = random_vehicle(*shape, rng, diagonal)
+        taus = demands_of_known_verdict(vehicle, 600, rng).taus
+        F, status = build("nullspace", vehicle).many(taus)
+        native_F, native_status = build("nullspace@native", vehicle).many(taus)
+        np.testing.assert_array_equal(native_status, status)
+        interior = np.arange(len(taus)) % 6 == 0  # at the boundary rounding of tau moves f further
+        np.testing.assert_allclose(native_F[interior], F[interior], rtol=0, atol=1e-12 * vehicle.f_scale)
+        np.testing.assert_allclose(native_F, F, rtol=0, atol=1e-8 * vehicle.f_scale)
+        assert not (native_F < vehicle.f_min).any()  # not by one ulp; NaN compares false
+        assert not (native_F > vehicle.f_max).any()
+
+
+@pytest.mark.parametrize("kernel", KERNELS)
+def test_limits_of_the_call_are_taken_as_every_method_takes_them(kernel) -> None:
+    """One by one, all at once, one side alone, for all calls or for each: the same answers as in Python."""
+    vehicle = load_vehicle("bluerov2-heavy")
+    python, native = build(kernel, vehicle), build(f"{kernel}@native", vehicle)
+    demands = build_demands("jolts", vehicle, 3, 60)
+    low, high = demands.limits
+    close = {"rtol": 0, "atol": 1e-11 * vehicle.f_scale}
+    for given in ((low, high), (low, None), (None, high), (low[0], high[0]), (None, None)):
+        F, status = python.many(demands.taus, *given)
+        native_F, native_status = native.many(demands.taus, f_min=given[0], f_max=given[1])
+        np.testing.assert_array_equal(native_status, status)
+        np.testing.assert_allclose(native_F, F, **close)
+    for tau, f_min, f_max in zip(demands.taus, low, high, strict=True):
+        expected, answer = python(tau, f_min, f_max), native(tau.tolist(), f_max=f_max, f_min=f_min)
+        assert answer.status == expected.status
+        np.testing.assert_allclose(answer.f, expected.f, **close)
+        if answer.status in (Status.SOLVED, Status.PARTIAL):
+            np.testing.assert_allclose(answer.share, expected.share, rtol=0, atol=1e-11)
+            assert not native.limited or ((f_min <= answer.f) & (answer.f <= f_max)).all()
+
+
+@pytest.mark.parametrize(
+    ("f_min", "says"), [([0.0] * 3, "shape"), ([np.nan] * 4, "NaN"), (["a"] * 4, "f_min"), (1.0, "shape")]
+)
+def test_limits_that_are_none_are_refused_as_every_method_refuses_them(f_min, says) -> None:
+    allocate = build("nullspace@native", load_vehicle(SMALL))
+    with pytest.raises(DemandError, match=says):
+        allocate(np.zeros(3), f_min=f_min)
+    with pytest.raises(DemandError, match=says):
+        allocate.many(np.zeros((2, 3)), f_min=f_min)
+
+
+def test_a_bound_kernel_promises_what_python_promises() -> None:
+    vehicle = load_vehicle("supply-vessel")
+    for kernel in ("pinv", "nullspace"):
+        python, native = build(kernel, vehicle), build(f"{kernel}@native", vehicle)
+        for promise in ("formulation", "limited", "tolerance"):
+            assert getattr(native, promise) == getattr(python, promise)
+    assert native.worst_case_steps == python.worst_case_steps
+
+
+def test_the_binding_keeps_no_reference_to_its_arguments() -> None:
+    vehicle = load_vehicle("ukwial")
+    allocate = build("nullspace@native", vehicle)
+    tau, listed = np.zeros(3), [0.0, 0.0, 0.0]
+    low, high = vehicle.f_min.copy(), vehicle.f_max.tolist()
+    held = (tau, listed, low, high, Status.SOLVED)
+    before = [sys.getrefcount(each) for each in held]
+    for _ in range(1000):
+        allocate(tau)
+        allocate(listed)
+        allocate.many([tau])
+        allocate(tau, low, f_max=high)
+        with pytest.raises(TypeError, match="takes tau"):
+            allocate(tau, low, high, tau)
+    assert [sys.getrefcount(each) for each in held] == before
+
+
+def test_an_unknown_kernel_is_refused_with_the_names_of_all_kernels() -> None:
+    with pytest.raises(UnknownName, match="nullspace"):
+        generate(load_vehicle("ukwial"), "svd")
+
+
+def test_a_block_too_large_to_write_out_is_refused_with_the_reason() -> None:
+    with pytest.raises(NotApplicable, match="written out"):
+        generate(random_vehicle(3, 10, np.random.default_rng(3)), "nullspace")
+
+
+def test_a_vehicle_name_with_any_characters_gives_valid_c(tmp_path) -> None:
+    vehicle = replace(load_vehicle("ukwial"), name='7 Weiße */ "Flotte"\n\\')
+    files = generate(vehicle, "nullspace")
+    assert all(name.isascii() for name in files)
+    assert run(compile_in(tmp_path, files)).returncode == 0
+
+
+def test_a_thruster_that_pushes_no_controlled_axis_gets_the_thrust_nearest_zero(tmp_path) -> None:
+    """A heave thruster where only the plane is controlled: its column of T is zero."""
+    plane = load_vehicle("ukwial")
+    T = np.hstack([plane.T, np.zeros((3, 2))])
+    f_min, f_max = np.append(plane.f_min, [-10, 5]), np.append(plane.f_max, [10, 20])
+    vehicle = Vehicle(
+        name="idle",
+        dof=plane.dof,
+        T=T,
+        H=np.eye(6),
+        f_min=f_min,
+        f_max=f_max,
+        readiness=np.ones(6),
+        slack_weights=np.ones(3),
+    )
+    tau = plane.T @ [100, 100, -100, -50]
+    for method in ("nullspace", "nullspace@native"):
+        np.testing.assert_array_equal(build(method, vehicle)(tau).f[4:], [0, 5])
+    assert run(compile_in(tmp_path, generate(vehicle, "nullspace"))).returncode == 0
+
+
+def test_the_same_vehicle_gives_the_same_text() -> None:
+    for name in list_vehicles():
+        vehicle = load_vehicle(name)
+        assert generate(vehicle, "nullspace") == generate(vehicle, "nullspace")
