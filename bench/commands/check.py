@@ -10,7 +10,7 @@ from bench.commands import PATH
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from alloc.vehicle import Vehicle
+    from alloc import Vehicle
     from alloc.vehicle.poses import Mounting
 
 TITLE = "drawn by thrustbench check"
