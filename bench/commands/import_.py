@@ -10,7 +10,11 @@ from bench.commands import PATH
 @click.command()
 @click.argument("file", type=PATH)
 @click.option(
-    "--format", "format_", default="", metavar="F", help="csv, px4, ros or tam; else told by content."
+    "--format",
+    "format_",
+    default="",
+    metavar="F",
+    help="csv, px4, ros, sdf, tam or urdf; else told by content.",
 )
 @click.option("--name", default="", help="Of the vehicle [the file's].")
 @click.option("--dof", default="", metavar="A,B,…", help="Controlled DOF [as many as are independent].")
@@ -20,6 +24,7 @@ from bench.commands import PATH
 @click.option("--f-min", type=float, metavar="N", help="Lower limit of every thruster [N].")
 @click.option("--f-max", type=float, metavar="N", help="Upper limit of every thruster [N].")
 @click.option("--take", type=click.Choice(["T", "poses"]), help="Which to believe where they contradict.")
+@click.option("--thruster", default="", metavar="PATTERN", help="Joints or links that are thrusters.")
 @click.option("-o", "--output", type=PATH, help="Vehicle file [standard output].")
 def command(
     file: Path,
@@ -30,15 +35,24 @@ def command(
     f_min: float | None,
     f_max: float | None,
     take: str | None,
+    thruster: str,
     output: Path | None,
 ) -> None:
-    """Make a vehicle file of a ROS parameter file, a TAM.yaml, PX4 parameters or a CSV of T."""
+    """Make a vehicle file of URDF, SDF, ROS parameters, a TAM.yaml, PX4 parameters or a CSV of T."""
     from alloc.files.textfile import write_text
     from alloc.vehicle.text import to_yaml
     from bench.inputs.imported import ImportOptions, import_vehicle
 
     axes = tuple(axis.strip() for axis in dof.split(",")) if dof else ()
-    options = ImportOptions(name=name, dof=axes, frame=frame or "", f_min=f_min, f_max=f_max, take=take or "")
+    options = ImportOptions(
+        name=name,
+        dof=axes,
+        frame=frame or "",
+        f_min=f_min,
+        f_max=f_max,
+        take=take or "",
+        thruster=thruster,
+    )
     keys = import_vehicle(file, format_, options)
     if output is not None:
         write_text(output, to_yaml(keys))

@@ -37,6 +37,7 @@ class ImportOptions:
     frame : frd or flu
     f_min, f_max : limits of every thruster [N]
     take : T or poses, the one to believe where a file has both
+    thruster : a pattern that the names of thrusters' joints or links match, for URDF and SDF
     """
 
     name: str = ""
@@ -45,6 +46,7 @@ class ImportOptions:
     f_min: float | None = None
     f_max: float | None = None
     take: str = ""
+    thruster: str = ""
 
 
 def import_vehicle(path: Path, format_name: str = "", options: ImportOptions | None = None) -> VehicleFile:
@@ -56,7 +58,9 @@ def import_vehicle(path: Path, format_name: str = "", options: ImportOptions | N
     if format_name and format_name not in formats():
         raise unknown("format", format_name, formats())
     module = formats()[format_name] if format_name else recognised(path, read_text(path))
-    draft: Draft = module.read(path)
+    if options.thruster and not getattr(module, "PATTERN", False):
+        raise VehicleError(f"{path}: --thruster is for URDF and SDF, which name joints; leave it out")
+    draft: Draft = module.read(path, options.thruster) if options.thruster else module.read(path)
     keys = _keys(path, draft, options)
     try:
         build_vehicle(keys)

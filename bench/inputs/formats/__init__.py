@@ -1,7 +1,7 @@
 """Vehicles in files of other projects. Each module here is one format, named after its file.
 
-A module has ``recognises(path, text) -> bool`` and ``read(path) -> Draft``, and ``write(keys, vehicle) ->
-str`` where the format can be written.
+A module has ``recognises(path, text) -> bool`` and ``read(path) -> Draft``; ``write(keys, vehicle) -> str``
+where the format can be written; ``PATTERN`` where ``read`` also takes a pattern of thrusters' names.
 """
 
 import pkgutil
@@ -80,5 +80,5 @@ def recognised(path: Path, text: str) -> ModuleType:
             return module
     raise UnknownName(
         f"{path}: none of the known formats ({', '.join(formats())}); it needs a .csv of T, or keys "
-        "thruster_position, configuration_matrix, tam, or CA_ROTOR parameters"
+        "thruster_position, configuration_matrix, tam, CA_ROTOR parameters, <robot> or <sdf>"
     )

@@ -1,12 +1,29 @@
-"""``TAM.yaml`` of uuv_simulator: the thruster allocation matrix, six rows in the frame of base_link."""
+"""The thruster allocation matrix: ``TAM.yaml`` of uuv_simulator, and ``tam`` of ROS 2's auv_controllers.
 
+uuv_simulator has six rows in the frame of base_link. auv_controllers has rows by name, x, y, z, rx, ry, rz or
+roll, pitch, yaw, beside the thrusters' names; each thruster's limits stand in its own controller.
+"""
+
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from alloc.errors import VehicleError
-from alloc.files.yaml_tree import read_yaml
+from alloc.files.yaml_tree import YamlTree, read_yaml
+from alloc.vehicle.frame import described
 from alloc.vehicle.geometry import DOF
 from bench.inputs.formats import Draft
 from bench.inputs.parameters import find, numbers, rows
+
+ROWS = {
+    "surge": ("x", "surge"),
+    "sway": ("y", "sway"),
+    "heave": ("z", "heave"),
+    "roll": ("rx", "roll"),
+    "pitch": ("ry", "pitch"),
+    "yaw": ("rz", "yaw"),
+}
+"""Names of each row in auv_controllers."""
 
 
 def recognises(path: Path, text: str) -> bool:
@@ -17,7 +34,10 @@ def recognises(path: Path, text: str) -> bool:
 def read(path: Path) -> Draft:
     """The Draft of a TAM file; raises FileError or VehicleError."""
     tree = read_yaml(path)
-    T = rows(tree, "tam", find(tree, "tam"))
+    tam = find(tree, "tam")
+    if isinstance(tam, dict):
+        return _by_name(tree, tam)
+    T = rows(tree, "tam", tam)
     if len(T) != len(DOF):
         raise VehicleError(f"{path}: tam has {len(T)} rows; give six, surge to yaw")
     draft = Draft(
@@ -29,3 +49,55 @@ def read(path: Path) -> Draft:
         draft.f_min = -draft.f_max
         draft.assumptions.append("max_thrust holds both ways.")
     return draft
+
+
+def _by_name(tree: YamlTree, tam: dict[str, Any]) -> Draft:
+    known = {name: axis for axis, names in ROWS.items() for name in names}
+    if unknown := [key for key in tam if key not in known]:
+        raise VehicleError(
+            f"{tree.path}: tam has a row {unknown[0][:40]!r}; the rows are x, y, z, rx, ry, rz"
+        )
+    given = {known[key]: numbers(tree, f"tam.{key}", row) for key, row in tam.items()}
+    if len(given) < len(tam) or not given or len({len(row) for row in given.values()}) != 1:
+        raise VehicleError(
+            f"{tree.path}: rows of tam differ in length or stand twice; give one entry a thruster"
+        )
+    axes = tuple(axis for axis in DOF if axis in given)
+    draft = Draft(source=f"{tree.path.name}, ROS parameters tam", dof=axes, T=[given[axis] for axis in axes])
+    draft.frame_assumed = (
+        f"The file names no frame: {described('frd')} is taken, as auv_controllers' own vehicles have it;"
+        " --frame flu if z is up."
+    )
+    n = len(given[axes[0]])
+    thrusters = find(tree, "thrusters")
+    if (
+        isinstance(thrusters, list)
+        and len(thrusters) == n
+        and all(isinstance(name, str) for name in thrusters)
+    ):
+        draft.names = [name.removesuffix("_joint")[:40] for name in thrusters]
+    _limits(tree, draft, thrusters if draft.names else None, n)
+    return draft
+
+
+def _limits(tree: YamlTree, draft: Draft, thrusters: list[str] | None, n: int) -> None:
+    """min_thrust and max_thrust of each thruster, by the name in its controller, or one for all."""
+    controllers = [node for node in _maps(tree.data) if "min_thrust" in node or "max_thrust" in node]
+    by_thruster = {str(node.get("thruster", "")): node for node in controllers}
+    if thrusters is not None and all(name in by_thruster for name in thrusters):
+        chosen = [by_thruster[name] for name in thrusters]
+    elif len(controllers) == 1:
+        chosen = controllers * n
+    else:
+        return
+    for key, name in (("f_min", "min_thrust"), ("f_max", "max_thrust")):
+        if all(name in node for node in chosen):
+            values = numbers(tree, name, [node[name] for node in chosen])
+            setattr(draft, key, values[0] if len(set(values)) == 1 else values)
+
+
+def _maps(data: Any) -> Iterator[dict[str, Any]]:
+    if isinstance(data, dict):
+        yield data
+        for value in data.values():
+            yield from _maps(value)

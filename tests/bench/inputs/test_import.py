@@ -222,3 +222,59 @@ def test_importing_a_file_without_limits_ends_with_2_and_writes_nothing(tmp_path
     assert run.returncode == 2
     assert run.stderr.count("\n") == 1
     assert not (tmp_path / "ours.yaml").exists()
+
+
+AUV_CONTROLLERS = """\
+thruster_allocation_matrix_controller:
+  ros__parameters:
+    thrusters: [thruster1_joint, thruster2_joint, thruster3_joint, thruster4_joint, thruster5_joint,
+      thruster6_joint, thruster7_joint, thruster8_joint]
+    tam:
+      x: [-0.707, -0.707, 0.707, 0.707, 0.0, 0.0, 0.0, 0.0]
+      y: [0.707, -0.707, 0.707, -0.707, 0.0, 0.0, 0.0, 0.0]
+      z: [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0]
+      rx: [0.0, 0.0, 0.0, 0.0, -0.21805, 0.21805, -0.21805, 0.21805]
+      ry: [0.0, 0.0, 0.0, 0.0, -0.12, -0.12, 0.12, 0.12]
+      rz: [0.1888, -0.1888, -0.1888, 0.1888, 0.0, 0.0, 0.0, 0.0]
+""" + "".join(
+    f"thruster{i}_controller: {{ros__parameters: {{thruster: thruster{i}_joint, min_thrust: -40.0,"
+    f" max_thrust: {60.0 + (i == 3)}}}}}\n"
+    for i in range(8, 0, -1)
+)
+"""Parameters of auv_controllers as Robotic-Decision-Making-Lab/blue has them, with one limit of our own."""
+
+
+def test_a_tam_by_names_of_rows_has_its_thrusters_names_and_limits(tmp_path: Path) -> None:
+    keys = imported(tmp_path, AUV_CONTROLLERS)
+    vehicle, shipped = vehicle_of(keys, tmp_path), load_vehicle("bluerov2-heavy")
+    np.testing.assert_array_equal(vehicle.T, shipped.T)
+    assert vehicle.names == tuple(f"thruster{i}" for i in range(1, 9))
+    assert vehicle.f_max.tolist() == [60, 60, 61, 60, 60, 60, 60, 60]
+    assert vehicle.f_min.tolist() == [-40] * 8
+    assert any("names no frame: frd" in note for note in keys.notes)
+
+
+@pytest.mark.parametrize("rows", [("rx:", "roll:"), ("rz:", "yaw:")])
+def test_rows_of_a_tam_may_have_the_axes_names(tmp_path: Path, rows: tuple[str, str]) -> None:
+    keys = imported(tmp_path, AUV_CONTROLLERS.replace(*rows))
+    np.testing.assert_array_equal(vehicle_of(keys, tmp_path).T, load_vehicle("bluerov2-heavy").T)
+
+
+@pytest.mark.parametrize(
+    ("there", "put", "says"),
+    [
+        ("rx:", "phi:", "tam has a row 'phi'"),
+        ("rz: [0.1888, ", "rz: [", "rows of tam differ in length"),
+        ("rx:", "surge:", "stand twice"),
+        ("-40.0", "low", "min_thrust"),
+    ],
+)
+def test_a_tam_by_names_that_is_none_is_refused(tmp_path: Path, there: str, put: str, says: str) -> None:
+    with pytest.raises(AllocError, match=says):
+        imported(tmp_path, AUV_CONTROLLERS.replace(there, put))
+
+
+def test_an_impossible_column_is_refused_on_import_by_the_thruster_s_name(tmp_path: Path) -> None:
+    spoiled = AUV_CONTROLLERS.replace("rx: [0.0", "rx: [0.11")
+    with pytest.raises(AllocError, match=r"thruster1 \(surge -0\.707, sway 0\.707, roll 0\.11000"):
+        imported(tmp_path, spoiled)

@@ -1,0 +1,205 @@
+"""Thrusters out of a robot's description, URDF or SDF: what pushes where, in the frame of its base."""
+
+import re
+from collections.abc import Mapping, Sequence
+from math import hypot
+from pathlib import Path
+from typing import NamedTuple
+from xml.etree.ElementTree import Element
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from alloc.allocation import FloatArray
+from alloc.errors import VehicleError
+from alloc.vehicle import LARGEST
+from alloc.vehicle.geometry import DOF
+from bench.inputs.columns import listed
+from bench.inputs.formats import Draft
+
+SHORTEST = 1e-9
+"""Length from which a vector has a direction."""
+USUAL = ".*(thruster|propeller).*"
+"""Names of thrusters where neither a plug-in nor the user says them, in any case."""
+
+
+class Mass(NamedTuple):
+    """A link's mass [kg] and where it is, (3,) from the base [m]."""
+
+    mass: float
+    center: FloatArray
+
+
+class Mount(NamedTuple):
+    """A joint or a link that may be a thruster.
+
+    Attributes
+    ----------
+    joint, link : names of the joint, empty for a link without one, and of the link that it carries
+    position : (3,) from the base [m]
+    direction : (3,) of its axis, of unit length [-]
+    turns : whether the joint can turn, as a propeller's does
+    """
+
+    joint: str
+    link: str
+    position: FloatArray
+    direction: FloatArray
+    turns: bool
+
+
+class Motor(NamedTuple):
+    """What gz-sim's thruster plug-in says of a joint: the ends of its thrust [N], None for none."""
+
+    f_min: float | None
+    f_max: float | None
+
+
+def pose(xyz: Sequence[float], rpy: Sequence[float]) -> FloatArray:
+    """(4, 4) pose of a position [m] and of roll, pitch, yaw about fixed axes [rad]."""
+    return posed(xyz, Rotation.from_euler("xyz", rpy).as_matrix())
+
+
+def posed(xyz: Sequence[float], turn: FloatArray) -> FloatArray:
+    """(4, 4) pose of a position [m] and a rotation (3, 3)."""
+    made = np.eye(4)
+    made[:3, :3], made[:3, 3] = turn, xyz
+    return made
+
+
+def numbers(path: Path, where: str, text: str | None, count: int) -> list[float]:
+    """``count`` finite numbers out of an element's text; raises VehicleError that names it."""
+    words = (text or "").split()
+    try:
+        values = [float(word) for word in words]
+    except ValueError:
+        values = []
+    if len(values) != count or not all(abs(value) <= LARGEST for value in values):
+        raise VehicleError(f"{path}: {where} is {(text or '').strip()[:40]!r}; give {count} finite numbers")
+    return values
+
+
+def along(path: Path, joint: str, axis: Sequence[float]) -> FloatArray:
+    """(3,) a joint's axis in unit length; raises VehicleError where it has no direction."""
+    length = hypot(*axis) if len(axis) == 3 else 0.0
+    if not SHORTEST < length <= LARGEST:
+        raise VehicleError(f"{path}: the axis of joint {joint[:40]!r} has no direction; give x y z")
+    unit: FloatArray = np.array(axis, dtype=np.float64) / length
+    return unit
+
+
+def motors(path: Path, root: Element) -> dict[str, Motor]:
+    """By joint, what gz-sim's thruster plug-ins say: limits, or what their coefficients make of a speed.
+
+    thrust = coefficient rho D^4 (omega / 2 pi)^2 (Fossen 2011, eq. 12.258), as the plug-in has it.
+    """
+    found = {}
+    for plugin in root.iter("plugin"):
+        named = f"{plugin.get('filename', '')} {plugin.get('name', '')}"
+        joint = (plugin.findtext("joint_name") or "").strip()
+        if not re.search(r"thruster-system|systems::Thruster", named) or not joint:
+            continue
+
+        def value(key: str, default: float | None, plugin: Element = plugin) -> float | None:
+            text = plugin.findtext(key)
+            return default if text is None else numbers(path, key, text, 1)[0]
+
+        high = value("max_thrust_cmd", None)
+        low = value("min_thrust_cmd", None if high is None else -abs(high))
+        if (plugin.findtext("use_angvel_cmd") or "").strip() in ("true", "1"):
+            coefficient, density = value("thrust_coefficient", 1.0), value("fluid_density", 1000.0)
+            diameter = value("propeller_diameter", 0.02)
+            assert coefficient is not None
+            assert density is not None
+            assert diameter is not None
+            full = coefficient * density * diameter**4 / (2 * np.pi) ** 2
+            ends = [None if speed is None else full * abs(speed) * speed for speed in (low, high)]
+            if ends[0] is not None and ends[1] is not None and full < 0:
+                ends.reverse()
+            low, high = ends
+        found[joint] = Motor(low, high)
+    return found
+
+
+def drafted(
+    path: Path,
+    kind: str,
+    base: str,
+    mounts: Sequence[Mount],
+    masses: Sequence[Mass],
+    found: Mapping[str, Motor],
+    pattern: str,
+) -> Draft:
+    """The Draft of a description; raises VehicleError with the names there are where none is a thruster's.
+
+    Parameters
+    ----------
+    path, kind : the file, and what it is
+    base : in words, the frame of ``mounts`` and ``masses``
+    found : of gz-sim's plug-ins, by joint
+    pattern : that the names of thrusters match as a whole; empty for those of plug-ins, or the usual names
+    """
+    chosen, why = _chosen(path, mounts, found, pattern)
+    draft = Draft(source=f"{path.name}, {kind}", dof=DOF, frame="flu")
+    draft.frame_assumed = f"The frame is that of {base}, flu as everywhere in ROS and gz: x ahead, z up."
+    draft.positions = [mount.position.tolist() for mount in chosen]
+    draft.directions = [mount.direction.tolist() for mount in chosen]
+    draft.names = [_name(mount) for mount in chosen]
+    draft.assumptions.append(f"{why}; positive thrust pushes along the axis of its joint, as in gz-sim.")
+    total = sum(one.mass for one in masses)
+    if total > 0:
+        center = sum((one.mass * one.center for one in masses), np.zeros(3)) / total
+        draft.center_of_mass = center.tolist()
+        draft.assumptions.append(f"The centre of mass is that of all links, {total:.4g} kg.")
+    else:
+        draft.assumptions.append("No link has a mass: the centre of mass is taken at the base.")
+    limits = [found.get(mount.joint, Motor(None, None)) for mount in chosen]
+    lows, highs = ([motor[side] for motor in limits] for side in (0, 1))
+    if all(low is not None for low in lows) and all(high is not None for high in highs):
+        draft.f_min, draft.f_max = (
+            _one([low for low in lows if low is not None]),
+            _one([high for high in highs if high is not None]),
+        )
+        draft.assumptions.append("Limits are those of gz-sim's thruster plug-in.")
+    return draft
+
+
+def _chosen(
+    path: Path, mounts: Sequence[Mount], found: Mapping[str, Motor], pattern: str
+) -> tuple[list[Mount], str]:
+    """The mounts that are thrusters, and what tells so."""
+    if not pattern and found:
+        by_joint = {mount.joint: mount for mount in mounts}
+        if missing := [joint for joint in found if joint not in by_joint]:
+            raise VehicleError(
+                f"{path}: a thruster plug-in names joint {missing[0][:40]!r}, which is not there"
+            )
+        return [by_joint[joint] for joint in found], "The thrusters are those of gz-sim's plug-ins"
+    try:
+        meant = re.compile(pattern or USUAL, 0 if pattern else re.IGNORECASE)
+    except re.error as error:
+        raise VehicleError(
+            f"--thruster {pattern[:40]!r}: no pattern ({error}); give one as '.*thruster.*'"
+        ) from None
+    joints = [mount for mount in mounts if mount.joint and meant.fullmatch(mount.joint)]
+    links = [mount for mount in mounts if meant.fullmatch(mount.link)]
+    # A propeller's joint turns; what is fixed may be the bracket that carries it.
+    for kind in ([m for m in joints if m.turns], [m for m in links if m.turns], joints, links):
+        if kind:
+            return kind, f"The thrusters are what {pattern or 'thruster or propeller'!r} names"
+    names = listed([name for mount in mounts for name in (mount.joint, mount.link) if name], 20)
+    raise VehicleError(
+        f"{path}: {pattern or 'thruster or propeller'!r} names none of {names or 'no joints'}; say which with"
+        " --thruster PATTERN, as in '.*prop.*'"
+    )
+
+
+def _name(mount: Mount) -> str:
+    """A joint's name without the word joint, as people call the thruster."""
+    name = re.sub(r"[_ -]*joint$", "", mount.joint or mount.link) or mount.joint
+    kept = re.sub(r'[@,"/]', "-", name)[:40].strip()
+    return f"thruster {kept}" if kept.isdecimal() or kept in ("", "each") else kept
+
+
+def _one(values: list[float]) -> float | list[float]:
+    return values[0] if len(set(values)) == 1 else values

@@ -1,0 +1,156 @@
+"""SDF, gz-sim's description of a model: thruster joints or links, their poses composed to the model's frame.
+
+Nested models, ``<frame>``, ``relative_to`` and ``expressed_in`` are followed; ``<include>`` is not, since it
+names a file or a place on the network.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+from xml.etree.ElementTree import Element
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from alloc.allocation import FloatArray
+from alloc.errors import VehicleError
+from bench.inputs.description import SHORTEST, Mass, Mount, along, drafted, motors, numbers, pose, posed
+from bench.inputs.formats import Draft
+from bench.inputs.untrusted_xml import read_xml
+
+PATTERN = True
+"""``read`` takes a pattern of thrusters' names."""
+MODEL = "__model__"
+DEEPEST = 100
+"""Frames that may refer to each other in a chain; a vehicle has five."""
+
+
+def recognises(path: Path, text: str) -> bool:
+    """Whether the text is XML of gz-sim."""
+    return "<sdf" in text
+
+
+def read(path: Path, pattern: str = "") -> Draft:
+    """The Draft of the first model of a file; raises FileError, NotInstalled or VehicleError."""
+    root = read_xml(path)
+    model = next(root.iter("model"), None)
+    if model is None:
+        raise VehicleError(f"{path}: holds no <model>; give the description of a vehicle")
+    things = dict(_things(model, ""))
+    frames = Frames(path, things)
+    joints = [(name, thing) for name, thing in things.items() if thing.tag == "joint"]
+    masses = [
+        frames.mass(name, link)
+        for name, link in things.items()
+        if link.tag == "link" and link.find("inertial")
+    ]
+    draft = drafted(
+        path,
+        "SDF",
+        f"model {model.get('name', '')!r}",
+        [frames.mount(name, joint) for name, joint in joints],
+        masses,
+        motors(path, model),
+        pattern,
+    )
+    if included := [include.findtext("uri") or "?" for include in model.iter("include")]:
+        draft.assumptions.append(
+            f"Left out, since it is another file: <include> of {', '.join(included)[:80]}."
+        )
+    return draft
+
+
+def _things(model: Element, scope: str) -> Iterator[tuple[str, Element]]:
+    """Links, joints, frames and models of a model by their scoped names, as ``arm::hand``; and itself."""
+    yield scope + MODEL, model
+    for child in model:
+        name = scope + child.get("name", "")
+        if child.tag in ("link", "joint", "frame"):
+            yield name, child
+        elif child.tag == "model":
+            yield name, child
+            yield from _things(child, f"{name}::")
+
+
+class Frames:
+    """Poses of a model's links, joints and frames, each worked out once from the frame that it refers to.
+
+    Attributes
+    ----------
+    path : the file, for messages
+    things : elements by scoped name
+    """
+
+    def __init__(self, path: Path, things: dict[str, Element]) -> None:
+        self.path, self.things = path, things
+        self._known: dict[str, FloatArray] = {MODEL: np.eye(4)}
+        self._asked: list[str] = []
+
+    def of(self, name: str) -> FloatArray:
+        """(4, 4) of a frame from the model; raises VehicleError where it is not there, or hangs on itself."""
+        if name in self._known:
+            return self._known[name]
+        scope = name[: name.rfind("::") + 2] if "::" in name else ""
+        if name == scope + MODEL:
+            self._known[name] = self.of(scope.removesuffix("::"))
+            return self._known[name]
+        thing = self.things.get(name)
+        if thing is None:
+            raise VehicleError(
+                f"{self.path}: frame {name[:40]!r} is named but not there; mend the description"
+            )
+        if name in self._asked or len(self._asked) > DEEPEST:
+            raise VehicleError(
+                f"{self.path}: the pose of {name[:40]!r} refers to itself; mend the description"
+            )
+        self._asked.append(name)
+        self._known[name] = self._reference(name, scope, thing) @ self._pose(name, thing.find("pose"))
+        self._asked.pop()
+        return self._known[name]
+
+    def mount(self, name: str, joint: Element) -> Mount:
+        """A joint as what may be a thruster: its place, and its axis in the model's frame."""
+        here = self.of(name)
+        xyz = joint.find("axis/xyz")
+        given = [0.0, 0, 1] if xyz is None else numbers(self.path, f"axis of {name}", xyz.text, 3)
+        scope = name[: name.rfind("::") + 2] if "::" in name else ""
+        within = "" if xyz is None else xyz.get("expressed_in", "")
+        turn = (self.of(scope + within) if within else here)[:3, :3]
+        turns = joint.get("type") in ("continuous", "revolute")
+        return Mount(
+            name, self._child(joint, scope), here[:3, 3], turn @ along(self.path, name, given), turns
+        )
+
+    def mass(self, name: str, link: Element) -> Mass:
+        """A link's mass, and where it is."""
+        text = link.findtext("inertial/mass")
+        mass = 1.0 if text is None else numbers(self.path, f"mass of {name}", text, 1)[0]
+        if mass < 0:
+            raise VehicleError(f"{self.path}: link {name[:40]!r} has mass {mass:g}; give kg")
+        return Mass(mass, (self.of(name) @ self._pose(name, link.find("inertial/pose")))[:3, 3])
+
+    def _reference(self, name: str, scope: str, thing: Element) -> FloatArray:
+        """The frame that a thing's pose is given in: named, or that of its kind."""
+        given = thing.find("pose")
+        relative = "" if given is None else given.get("relative_to", "")
+        if relative:
+            return self.of(scope + relative)
+        if thing.tag == "joint":
+            return self.of(self._child(thing, scope))
+        if thing.tag == "frame" and thing.get("attached_to"):
+            return self.of(scope + thing.get("attached_to", ""))
+        return self.of(scope + MODEL)
+
+    def _child(self, joint: Element, scope: str) -> str:
+        return scope + (joint.findtext("child") or "").strip()
+
+    def _pose(self, name: str, given: Element | None) -> FloatArray:
+        if given is None or not (given.text or "").strip():
+            return np.eye(4)
+        if given.get("rotation_format") == "quat_xyzw":
+            values = numbers(self.path, f"pose of {name}", given.text, 7)
+            if not np.linalg.norm(values[3:]) > SHORTEST:
+                raise VehicleError(f"{self.path}: the quaternion of {name[:40]!r} is 0; mend it")
+            return posed(values[:3], Rotation.from_quat(values[3:]).as_matrix())
+        values = numbers(self.path, f"pose of {name}", given.text, 6)
+        turn = np.radians(values[3:]) if given.get("degrees") in ("true", "1") else values[3:]
+        return pose(values[:3], list(turn))

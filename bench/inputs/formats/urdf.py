@@ -1,0 +1,139 @@
+"""URDF, a robot's description in ROS: thruster joints or links, poses composed along the tree to the base.
+
+Read by ROS's own parser (library urdfdom-py, extra ``urdf``), which is asked for links, masses and joints
+only; meshes are never opened. Xacro is answered with the command that expands it.
+"""
+
+from collections.abc import Iterator
+from contextlib import redirect_stderr
+from io import StringIO
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from alloc.allocation import FloatArray
+from alloc.errors import NotInstalled, VehicleError
+from alloc.vehicle import LARGEST
+from bench.inputs.description import Mass, Mount, along, drafted, motors, pose
+from bench.inputs.formats import Draft
+from bench.inputs.untrusted_xml import read_xml
+
+BASE = "base_link"
+PATTERN = True
+"""``read`` takes a pattern of thrusters' names."""
+_KEPT = {
+    "robot",
+    "link",
+    "inertial",
+    "origin",
+    "mass",
+    "inertia",
+    "joint",
+    "parent",
+    "child",
+    "axis",
+    "limit",
+}
+
+
+def recognises(path: Path, text: str) -> bool:
+    """Whether the text is XML of a robot."""
+    return "<robot" in text or "xacro" in "".join(path.suffixes)
+
+
+def read(path: Path, pattern: str = "") -> Draft:
+    """The Draft of a description; raises FileError, NotInstalled or VehicleError."""
+    root = read_xml(path)
+    found = motors(path, root)
+    robot = _parsed(path, root)
+    poses = _poses(path, robot)
+    base = BASE if BASE in poses else next(iter(poses), "")
+    if not base:
+        raise VehicleError(f"{path}: holds no link; give the description of a robot")
+    to_base = np.linalg.inv(poses[base]).astype(np.float64)
+    return drafted(
+        path,
+        "URDF",
+        base,
+        list(_mounts(path, robot, poses, to_base)),
+        [_mass(path, link, to_base @ poses[link.name]) for link in robot.links if link.inertial is not None],
+        found,
+        pattern,
+    )
+
+
+def _parsed(path: Path, root: Element) -> Any:
+    """The links and joints as urdf_parser_py has them, which refuses or prints what it does not know."""
+    try:
+        from urdf_parser_py.urdf import URDF
+    except ImportError:
+        raise NotInstalled("reading URDF needs urdfdom-py; pip install 'thrustbench[urdf]'") from None
+    for element in list(root.iter()):
+        for child in list(element):
+            known = child.tag in _KEPT and not (child.tag == "joint" and element is not root)
+            if not known or (child.tag == "link" and element is not root):
+                element.remove(child)
+    try:
+        with redirect_stderr(StringIO()):  # what it only remarks on does not matter here
+            return URDF.from_xml_string(ElementTree.tostring(root))
+    except Exception as error:  # it raises its own errors, assertions and whatever a value raised
+        reason = " ".join(str(error).split())[:80]
+        raise VehicleError(f"{path}: not a URDF that ROS's parser reads ({reason}); mend it") from None
+
+
+def _poses(path: Path, robot: Any) -> dict[str, FloatArray]:
+    """(4, 4) of each link from the root, all joints at 0; raises VehicleError for what is no tree."""
+    names = [link.name for link in robot.links]
+    children: dict[str, list[Any]] = {name: [] for name in names}
+    for joint in robot.joints:
+        for end in (joint.parent, joint.child):
+            if end not in children:
+                raise VehicleError(
+                    f"{path}: joint {joint.name!r} names link {str(end)[:40]!r}, which is not there"
+                )
+        children[joint.parent].append(joint)
+    carried = {joint.child for joint in robot.joints}
+    level = [name for name in names if name not in carried][:1]
+    poses = {name: np.eye(4) for name in level}
+    while level:
+        below = []
+        for parent in level:
+            for joint in children[parent]:
+                if joint.child in poses:
+                    raise VehicleError(f"{path}: link {joint.child!r} hangs on two joints; give a tree")
+                poses[joint.child] = poses[parent] @ _origin(path, joint.name, joint.origin)
+                below.append(joint.child)
+        level = below
+    if len(poses) < len(set(names)):
+        lost = next(name for name in names if name not in poses)
+        raise VehicleError(
+            f"{path}: link {lost!r} does not hang on the tree of {next(iter(poses), 'any link')}"
+        )
+    return poses
+
+
+def _mounts(path: Path, robot: Any, poses: dict[str, FloatArray], to_base: FloatArray) -> Iterator[Mount]:
+    for joint in robot.joints:
+        here = to_base @ poses[joint.child]
+        axis = along(path, joint.name, joint.axis or [1.0, 0.0, 0.0])
+        turns = joint.joint_type in ("continuous", "revolute")
+        yield Mount(joint.name, joint.child, here[:3, 3], here[:3, :3] @ axis, turns)
+
+
+def _mass(path: Path, link: Any, here: FloatArray) -> Mass:
+    mass = float(link.inertial.mass or 0.0)
+    if not 0 <= mass <= LARGEST:
+        raise VehicleError(f"{path}: link {link.name!r} has mass {mass:g}; give kg")
+    return Mass(mass, (here @ _origin(path, link.name, link.inertial.origin))[:3, 3])
+
+
+def _origin(path: Path, name: str, origin: Any) -> FloatArray:
+    if origin is None:
+        return np.eye(4)
+    xyz, rpy = origin.xyz or [0, 0, 0], origin.rpy or [0, 0, 0]
+    if not (np.abs([*xyz, *rpy]) <= LARGEST).all():
+        raise VehicleError(f"{path}: the origin of {name!r} is not finite, or beyond {LARGEST:g}; mend it")
+    return pose(xyz, rpy)
