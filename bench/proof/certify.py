@@ -24,6 +24,7 @@ from bench.proof.rounding.seen import made, seen
 from bench.proof.safety import claims as safety
 from bench.proof.safety.harness import Subject, subject
 from bench.proof.symbolic import programs
+from bench.proof.translation import translated
 
 DEMANDS = 1_000_000
 """Demands of the whole vehicle beside whose largest error the bound stands."""
@@ -58,7 +59,7 @@ def prove(of: Subject) -> Proof:
         thrustbench=machine.commit(),
         tools={name: tools.version(name) for name in tools.PACKAGES},
         assumptions=ASSUMPTIONS,
-        claims=claims,
+        claims=[*claims, translated(of)],
         numbers=[bounded, made(of), *lacking],
         rounding=rounding,
         worst_paths=paths,

@@ -140,6 +140,8 @@ class _Reader:
     def repeat(self, statement: c_ast.For, names: dict[str, Any]) -> None:
         """A loop from one constant to another, written out."""
         (counter,) = statement.init.decls
+        if statement.cond.op != "<":
+            raise NotRead(f"a loop that goes on while {statement.cond.op}")
         begin, end = (self.constant(each, names) for each in (counter.init, statement.cond.right))
         for i in range(begin, end):
             names[counter.name] = self.const(i)

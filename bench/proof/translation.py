@@ -1,0 +1,117 @@
+"""Whether C is the program that it was printed from: read back, and compared node by node."""
+
+from alloc.c import programs as made_programs
+from alloc.methods import recipe
+from alloc.program import Graph, Node, Program
+from bench.chips.toolchain import ToolError
+from bench.proof.not_read import NotRead
+from bench.proof.proof import Claim, not_shown
+from bench.proof.safety.harness import Subject
+from bench.proof.symbolic import programs
+
+TRANSLATED = (
+    "The C is the program that it was printed from: the same operations on the same operands, the same"
+    " returns. What loops over data make is opaque here."
+)
+
+
+def translated(of: Subject) -> Claim:
+    """Whether the C of a subject does what its method's program says, for every fault."""
+    made = made_programs(of.vehicle, recipe(of.kernel), of.scalar, limits=of.limits)
+    try:
+        read = programs(of)
+    except (NotRead, ToolError) as reason:
+        return not_shown(TRANSLATED, [str(reason)])
+    words = [] if made.keys() == read.keys() else [f"faults {sorted(read)}, not {sorted(made)}"]
+    for fault in made.keys() & read.keys():
+        if text := difference(made[fault], read[fault]):
+            words.append(f"fault {fault}: {text}")
+    if words:
+        return not_shown(TRANSLATED, words)
+    count = sum(len(program.nodes) for program in made.values())
+    return Claim(claim=TRANSLATED, verdict="shown", by="the C, read back", words=[f"{count} operations"])
+
+
+def difference(made: Program, read: Program) -> str:
+    """What of two programs is not the same, in words; empty where nothing is."""
+    graph = Graph()
+    first, second = _Plain(graph, made), _Plain(graph, read)
+    if made.outputs.keys() != read.outputs.keys():
+        return "other outputs"
+    if len(made.exits) != len(read.exits):
+        return f"{len(read.exits)} returns from within, not {len(made.exits)}"
+    for i, ((a, status), (b, other)) in enumerate(zip(made.exits, read.exits, strict=True)):
+        if status != other or first.node(a) != second.node(b):
+            return f"return {i} from within"
+    for place in sorted(made.outputs):
+        if first.node(made.outputs[place]) != second.node(read.outputs[place]):
+            return f"{place[0]}[{place[1]}]"
+    return "" if first.node(made.status) == second.node(read.status) else "the status"
+
+
+class _Plain:
+    """Nodes of a program in a form that has one way to say a thing: what C spells out is spelled out."""
+
+    def __init__(self, graph: Graph, program: Program) -> None:
+        self.graph, self.program = graph, program
+        self._known: dict[Node, Node] = {}
+        self._opaque = 0
+
+    def node(self, at: Node) -> Node:
+        """The plain node; needs of it are looked at without recursion, for programs are deep."""
+        waiting = [at]
+        while waiting:
+            node = waiting[-1]
+            needed = [each for each in _needed(self.program, node) if each not in self._known]
+            if needed:
+                waiting += reversed(needed)
+            else:
+                waiting.pop()
+                if node not in self._known:
+                    self._known[node] = self._made(self.program.nodes[node])
+        return self._known[at]
+
+    def _made(self, operation: tuple[object, ...]) -> Node:
+        add, nodes = self.graph.add, self.graph.nodes
+        match operation:
+            case ("const", float() | int() as value):
+                return add("const", float(value))
+            case ("input", *_):
+                return add(*operation)
+            case ("again", int(inner)):
+                return self._known[inner]
+            case ("finite", str(array), int(start), int(count)):
+                held = add("const", 1.0)
+                for i in range(start, start + count):
+                    entry = add("input", array, i)
+                    held = add("and", held, add("eq", add("sub", entry, entry), add("const", 0.0)))
+                return held
+            case ("loop" | "unknown", *_):
+                self._opaque += 1
+                return add("unknown", self._opaque)
+            case ("neg", int(a)) if nodes[self._known[a]][0] == "const":
+                return add("const", -nodes[self._known[a]][1])
+            case ("and", int(a), int(b)):
+                return self._all(self._known[a], self._known[b])
+            case ("choose", int(c), int(a), int(b)):
+                condition, then, other = (self._known[each] for each in (c, a, b))
+                if nodes[condition] == ("lt", then, other):
+                    return add("min", then, other)
+                if nodes[condition] == ("gt", then, other):
+                    return add("max", then, other)
+                return add("choose", condition, then, other)
+            case (str(kind), *needed):
+                return add(kind, *(self._known[each] for each in needed if isinstance(each, int)))
+        raise AssertionError(operation)
+
+    def _all(self, held: Node, more: Node) -> Node:
+        """Both conditions; of a row of conditions it does not matter how they are bracketed."""
+        match self.graph.nodes[more]:
+            case ("and", a, b):
+                return self.graph.add("and", self._all(held, a), b)
+        return self.graph.add("and", held, more)
+
+
+def _needed(program: Program, node: Node) -> tuple[Node, ...]:
+    operation = program.nodes[node]
+    return () if operation[0] in ("const", "input", "finite", "loop", "unknown") else operation[1:]
