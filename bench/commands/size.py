@@ -1,15 +1,22 @@
 """``thrustbench size``."""
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from bench.commands import PATH, Finite, latest_run
 
+if TYPE_CHECKING:
+    from bench.results.machines import NamedRun
+
 
 @click.command()
 @click.argument("directories", type=PATH, nargs=-1, metavar="[DIRECTORY]...")
-@click.option("--rate", type=Finite(0, min_open=True), required=True, metavar="HZ", help="Of control.")
+@click.option(
+    "--rate", type=Finite(0, min_open=True), metavar="HZ", help="Of control; left out, that of the run's log."
+)
 @click.option(
     "--budget",
     type=Finite(0, 100, min_open=True),
@@ -50,7 +57,7 @@ from bench.commands import PATH, Finite, latest_run
 @click.option("--all", "every", is_flag=True, help="Every start and level, not only each method's best.")
 def command(
     directories: tuple[Path, ...],
-    rate: float,
+    rate: float | None,
     budget: float,
     deadline_us: float | None,
     vehicles: tuple[str, ...],
@@ -89,7 +96,7 @@ def command(
     sets = {row.demands for machine in timed for rows in machine.run.by_vehicle.values() for row in rows}
     _known(where, "demand set", (demands,) if demands else (), sets)
     given = None if cpi is None else Cpi(*cpi, "as given")
-    loop = Loop(rate, budget / 100, deadline_us)
+    loop = Loop(rate or _own_rate(machines), budget / 100, deadline_us)
     moved = None
     if len(directories) > 1:
         sized = sizes_of(machines, loop, clock_MHz and clock_MHz * 1e6, given)
@@ -108,6 +115,15 @@ def command(
     for machine in machines:
         if machine.run.record.emulated or (clock_MHz and not counted):
             click.echo(bands.page(machine.run, loop, clock_MHz, given, vehicles))
+
+
+def _own_rate(machines: "Sequence[NamedRun]") -> float:
+    from bench.report.verdict import rate_of
+
+    rates = [rate for machine in machines if (rate := rate_of(machine.run)) is not None]
+    if not rates:
+        raise click.UsageError("--rate HZ: no log with a rate of its own is in this run; give one")
+    return max(rates)
 
 
 def _known(where: str, what: str, asked: tuple[str, ...], known: set[str]) -> None:

@@ -60,6 +60,7 @@ class DemandSet:
     rate_hz : sampling rate, None where the demands are no sequence in time
     left_out : demands of a file that are beyond the number asked for
     said : how a file was understood, and what is doubtful about it, one line each
+    given : whether they come from a file
     f_min, f_max : (N, n) limits of each demand [N]; None where all have the vehicle's
     """
 
@@ -71,6 +72,7 @@ class DemandSet:
     rate_hz: float | None = None
     left_out: int = 0
     said: tuple[str, ...] = ()
+    given: bool = False
     f_min: FloatArray | None = None
     f_max: FloatArray | None = None
 
@@ -165,7 +167,7 @@ def _from_file(path: Path, vehicle: Vehicle, n: int | None, options: "LogOptions
     low, high = limits_in(path, {name: values[:n] for name, values in log.columns.items()}, vehicle)
     demands = labelled(path.stem, vehicle, np.array(log.taus[:n]), low, high, rate_hz=rate_hz(log.t))
     lines = tuple(filter(None, (log.said, log.doubt, *doubts(demands))))
-    return replace(demands, left_out=len(log.taus) - len(demands.taus), said=lines)
+    return replace(demands, left_out=len(log.taus) - len(demands.taus), said=lines, given=True)
 
 
 def _stable(text: str) -> int:

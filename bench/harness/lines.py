@@ -81,6 +81,7 @@ def problem(question: Question, study: str = "") -> Problem:
         moving=demands.f_min is not None,
         said=list(demands.said),
         names=list(vehicle.names),
+        given=demands.given,
     )
 
 

@@ -59,6 +59,7 @@ def judge(
         failed_after_failure=after_failure(seen.gave_up, within),
         loss=given_away(question, seen.F) if thorough else {},
         missed_max=largest_miss(question, seen.F) if thorough else None,
+        refused_longest=longest(~finite[: len(question.demands.taus)]) if thorough else 0,
         share_p50=[rounded(share) for share in by_level(seen.shares, 0.5)],
         share_min=[rounded(share) for share in by_level(seen.shares, 0.0)],
         wrong="; ".join(_counted(what, mask, seen.demand) for what, mask in wrong.items() if mask.any()),
@@ -115,6 +116,12 @@ def largest_miss(question: Question, F: FloatArray) -> float | None:
     error = relative_wrench_error(demands.vehicle, demands.taus, F[: len(demands.taus)], demands.limits)
     attainable = np.isin(demands.labels, (Label.INACTIVE, Label.ACTIVE))
     return rounded(float(np.nan_to_num(error[attainable], nan=1.0).max())) if attainable.any() else None
+
+
+def longest(marked: BoolArray) -> int:
+    """The longest run of marked entries, one after another."""
+    ends = np.flatnonzero(np.diff(np.concatenate([[0], marked.astype(np.int8), [0]])))
+    return int((ends[1::2] - ends[::2]).max(initial=0))
 
 
 def rounded(value: float) -> float:

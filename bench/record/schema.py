@@ -87,6 +87,7 @@ class Problem(msgspec.Struct, tag="problem", omit_defaults=True, kw_only=True):
     moving : whether each demand had limits of its own
     said : how a log was understood, and what is doubtful about it
     names : of the vehicle's thrusters, empty where they have none
+    given : whether a user brought the demands in a file
     """
 
     vehicle: str
@@ -108,6 +109,7 @@ class Problem(msgspec.Struct, tag="problem", omit_defaults=True, kw_only=True):
     moving: bool = False
     said: list[str] = []
     names: list[str] = []
+    given: bool = False
 
 
 class Worker(msgspec.Struct, tag="worker", omit_defaults=True, kw_only=True):

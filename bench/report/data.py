@@ -8,9 +8,9 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from alloc.formulations import find_formulation
-from bench.record import NO_VEHICLE, Capability
+from bench.record import NO_VEHICLE, Capability, Problem
 from bench.report.readme import served
-from bench.report.verdict import sure
+from bench.report.verdict import USUAL, rate_of, sure
 from bench.results.bands import Counted, counted
 from bench.results.columns import Row
 from bench.results.cycles import assumed
@@ -22,7 +22,7 @@ from bench.results.quantiles import BEYOND, CONFIDENCE, Histogram, interval, mer
 from bench.results.ranking import exact, largest_loss
 from bench.results.repeats import most
 from bench.results.rows import SETS
-from bench.results.sizing import CLOSE, wrong
+from bench.results.sizing import CLOSE, refusal, wrong
 
 ATTAINED = 1 - 1e-9
 """Share of attainable demands from which on a set's losses count as a method's: rounding of a ratio."""
@@ -44,6 +44,7 @@ def data(machines: Sequence[NamedRun]) -> dict[str, Any]:
             "beyond": BEYOND,
         },
         "fits": [str(fit) for fit in Fit],
+        "rate_hz": max(filter(None, (rate_of(m.run) for m in machines)), default=USUAL.rate_hz),
         "times": times,
         "sets": sorted(sets, key=lambda name: (SETS.index(name) if name in SETS else len(SETS), name)),
         "formulations": {name: find_formulation(name).title for name in sorted(formulations)},
@@ -96,6 +97,7 @@ def _method(
 ) -> dict[str, Any]:
     first = rows[0]
     solver = first.described.solver
+    asked = {(p.vehicle, p.demands): p for p in machine.run.record.problems}
     return {
         "vehicle": first.vehicle,
         "label": first.label,
@@ -105,6 +107,9 @@ def _method(
         "solver": f"{solver} {versions.get(solver, '')}".strip(),
         "formulation": first.formulation,
         "steps": first.worst_case_steps,
+        "freedom": asked[first.vehicle, first.demands].nullity
+        if (first.vehicle, first.demands) in asked
+        else None,
         "iterations": most(row.iterations_max for row in rows),
         "memory_MB": _worst([row.peak_rss_MB for row in rows]),
         "allocator_kB": _shown(most(row.allocator_bytes for row in rows), 1e-3),
@@ -113,16 +118,19 @@ def _method(
         "promise": _shown(most(row.tolerance for row in rows)),
         "served": served(machine.run, first.vehicle, first) if first.call_p50_us is not None else "",
         "p999": _interval(merged(row.measured.singles for row in rows)),
-        "sets": [_set(row, place) for row in rows],
+        "sets": [_set(row, place, asked.get((row.vehicle, row.demands))) for row in rows],
     }
 
 
-def _set(row: Row, place: dict[int, int]) -> dict[str, Any]:
+def _set(row: Row, place: dict[int, int], problem: Problem | None) -> dict[str, Any]:
+    refused, words = refusal(row, problem)
     return {
         "name": row.demands,
         "failed": f"{row.demands}: {row.failed.status}, {row.failed.reason}" if row.failed else "",
         "wrong": wrong(row),
         "exact": exact(row),
+        "refused": _shown(refused),
+        "refusal": words,
         "asked": bool(row.measured.attainable) or row.agreed is not None,
         "attainable": row.measured.attainable >= ATTAINED,
         "p50_us": row.call_p50_us,

@@ -2,6 +2,7 @@
 
 from alloc.formulations import Family
 from bench.record import NO_VEHICLE
+from bench.report.readme import served_share
 from bench.results.columns import Row
 from bench.results.ranking import best, complete, exact, optimal, right
 from bench.results.rows import Run
@@ -76,16 +77,16 @@ def _cost(run: Run) -> str:
 def _loss(run: Run) -> str:
     served, lost, turned = [], [], []
     for vehicle, rows in _typical(run, run.vehicles).items():
-        capability, pinv = run.capability(vehicle), named(rows, "pinv")
-        if capability is not None and capability.authority[0].closed_form_share is not None:
-            served.append(100 * capability.authority[0].closed_form_share)
+        pinv = named(rows, "pinv")
         if pinv is not None:
+            served += [100 * share for share in _numbers(served_share(run, vehicle, pinv))]
             lost += _numbers(pinv.lost_wrench_max)
             turned += _numbers(pinv.direction_error_max_deg)
     parts = []
     if served:
         parts.append(
-            f"Without limits, f = T* τ serves {number_range(served)} % of what a vehicle can do within them"
+            f"Without limits, f = T* τ serves {number_range(served)} % of what a vehicle can do: that much is"
+            " delivered within 1 %"
         )
     if lost and turned:
         parts.append(
@@ -105,7 +106,7 @@ def _trust(run: Run) -> str:
     short = sum(right(row) and optimal(row) and not complete(row) for row in rows)
     text = f"Every timed answer was judged. Of {len(rows)} rows {len(rows) - failed - wrong} are right"
     if short:
-        text += f" ({short} of them by solvers that gave up on some demand that can be met)"
+        text += f" ({short} of them stopped short of some demand that can be met)"
     return f"{text}, {wrong} wrong, {failed} not measured.{_unfinished(run)}"
 
 

@@ -2,7 +2,7 @@
 
 from bench.record.machine import machine_name
 from bench.report.pictures import picture
-from bench.report.verdict import USUAL, sure, usual
+from bench.report.verdict import loop_of, sure, usual
 from bench.results.rows import Run
 from bench.results.text import plain
 
@@ -16,7 +16,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
     return "\n".join(
         [
             "\n".join(f"- {plain(sentence)}" for sentence in said) + "\n",
-            f"How sure: {plain(name)} was {plain(sure(run))} Another rate than {USUAL.rate_hz:g} Hz:"
+            f"How sure: {plain(name)} was {plain(sure(run))} Another rate than {loop_of(run).rate_hz:g} Hz:"
             " `thrustbench size DIR --rate HZ`.\n",
             picture("overview.svg", "what a call costs, and what is lost without limits", drawn),
         ]

@@ -59,7 +59,12 @@ def lost(row: Row | None) -> str:
 
 
 def served(run: Run, vehicle: str, row: Row) -> str:
-    """The share of the vehicle's attainable set that a method delivers within 1 %; empty where not known.
+    """``served_share`` in per cent; empty where it is not known."""
+    return percent(served_share(run, vehicle, row))
+
+
+def served_share(run: Run, vehicle: str, row: Row) -> float | None:
+    """The share of the vehicle's attainable set that a method delivers within 1 % [-]; None if not known.
 
     The share depends on the answers alone: a native build serves what its twin does, and any exact solver
     serves what ``nullspace`` does.
@@ -67,7 +72,7 @@ def served(run: Run, vehicle: str, row: Row) -> str:
     capability = run.capability(vehicle)
     served = [s for s in capability.served if s.fault is None] if capability else []
     shares = {s.method: s.within_1pct / s.n_demands for s in served}
-    return percent(shares.get(EXACT_METHODS[0] if exact(row) else row.described.twin or row.method))
+    return shares.get(EXACT_METHODS[0] if exact(row) else row.described.twin or row.method)
 
 
 class MarkerError(AllocError):

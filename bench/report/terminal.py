@@ -14,7 +14,7 @@ from alloc.formulations import Family
 from bench.record.machine import machine_name
 from bench.report.limits import cut_logs
 from bench.report.moving import of, sequences, title
-from bench.report.verdict import USUAL, sure, verdicts
+from bench.report.verdict import loop_of, sure, verdicts
 from bench.results.columns import Row
 from bench.results.ranking import largest_loss
 from bench.results.repeats import most
@@ -60,8 +60,9 @@ def show(directory: Path, console: Console) -> bool:
     That a rival is farther off than it promises is said, and makes no run a bad one.
     """
     run = read_run(directory)
-    sized = sizes(run, USUAL)
-    for line in [*verdicts([s for s in best_of_each(sized) if s.vehicle in run.vehicles], USUAL), ""]:
+    loop = loop_of(run)
+    sized = sizes(run, loop)
+    for line in [*verdicts([s for s in best_of_each(sized) if s.vehicle in run.vehicles], loop), ""]:
         console.print(line, highlight=False, markup=False, soft_wrap=True)
     usefulness = {label: i for i, label in enumerate(of_all_vehicles(sized))}
     absent = {row.method: row.reason for row in run.rows if row.status == "missing"}

@@ -17,18 +17,31 @@ NOISY_SHARE = 0.1
 """Share of disturbed rows above which a machine is called noisy."""
 
 
+def loop_of(run: Run) -> Loop:
+    """The loop that a run's report opens with: at the rate of the log that a user brought, else ``USUAL``."""
+    rate_hz = rate_of(run)
+    return USUAL if rate_hz is None else Loop(rate_hz, USUAL.budget)
+
+
+def rate_of(run: Run) -> float | None:
+    """The rate of the log that a user brought [Hz], the fastest of several; None without one."""
+    return max((p.rate_hz for p in run.record.problems if p.given and p.rate_hz), default=None)
+
+
 def verdicts(sized: Sequence[Size], loop: Loop, where: str = "") -> list[str]:
-    """One sentence for each vehicle: what to take, why, and what would do too.
+    """One sentence for each vehicle, or several with the same: what to take, why, and what would do too.
 
     ``sized`` has the one to take first, as ``sizes`` sorts it; ``where`` names the machines, if need be.
     """
-    return [verdict(list(own), loop, where) for _, own in groupby(sized, key=lambda size: size.vehicle)]
+    alike: dict[str, list[str]] = {}
+    for vehicle, own in groupby(sized, key=lambda size: size.vehicle):
+        alike.setdefault(verdict(list(own), loop), []).append(vehicle)
+    return [f"{', '.join(names)} at {loop.rate_hz:g} Hz{where}: {said}" for said, names in alike.items()]
 
 
-def verdict(own: Sequence[Size], loop: Loop, where: str = "") -> str:
-    """The sentence for one vehicle."""
+def verdict(own: Sequence[Size], loop: Loop) -> str:
+    """What to take on one vehicle, without its name."""
     first = own[0]
-    question = f"{first.vehicle} at {loop.rate_hz:g} Hz{where}"
     if first.fit > Fit.MAY_FIT:
         times = [size.p50_us for size in own if size.p50_us is not None and size.fit == Fit.DOES_NOT_FIT]
         why = (
@@ -36,16 +49,27 @@ def verdict(own: Sequence[Size], loop: Loop, where: str = "") -> str:
             if times
             else "none has a time that counts"
         )
-        return f"{question}: nothing here fits {percent(loop.limit_share)} of the period; {why}."
-    exactness = "exact" if first.exact else f"not exact ({_why_not_exact(own)})"
+        return f"nothing here fits {percent(loop.limit_share)} of the period; {why}."
     share = _small((first.p50_us or 0.0) / loop.period_us)
-    text = f"{question}: take {spoken(first)}; {exactness}; {share} of the period"
+    text = f"take {spoken(first)}; {_worth(first, own)}; {share} of the period"
     if first.fit == Fit.WITHOUT_TAIL:
         text += f", its tail not shown to fit ({first.reason})"
     if first.fit == Fit.MAY_FIT:
         text += f", which may fit ({first.reason})"
+    if refusing := next((size for size in own if size.exact and size.refused > first.refused), None):
+        text += f"; {spoken(refusing)} refuses {refusing.refusal}"
+    if first.freedom == 0:
+        text += "; no thruster to spare, so no freedom to gain from: a wrench can be made in one way"
     other = _other(first, own)
     return f"{text}; {other} would do too." if other else f"{text}."
+
+
+def _worth(first: Size, own: Sequence[Size]) -> str:
+    """How good the answers of what is to be taken are, and which demands get none."""
+    exactness = "exact" if first.exact else f"not exact ({_why_not_exact(own)})"
+    if first.refusal:
+        return f"{exactness}, refuses {first.refusal}"
+    return f"{exactness}, answers all" if any(size.refused for size in own) else exactness
 
 
 def spoken(size: Size) -> str:
@@ -74,9 +98,10 @@ def sure(run: Run) -> str:
 
 
 def usual(run: Run) -> list[str]:
-    """The verdicts at the usual loop on a run's vehicles, but for those after a failure and of a study."""
-    sized = [size for size in best_of_each(sizes(run, USUAL)) if size.vehicle in run.vehicles]
-    return verdicts(sized, USUAL)
+    """The verdicts at ``loop_of`` a run on its vehicles, but for those after a failure and of a study."""
+    loop = loop_of(run)
+    sized = [size for size in best_of_each(sizes(run, loop)) if size.vehicle in run.vehicles]
+    return verdicts(sized, loop)
 
 
 def _why_not_exact(own: Sequence[Size]) -> str:
@@ -86,7 +111,8 @@ def _why_not_exact(own: Sequence[Size]) -> str:
 
 def _other(first: Size, own: Sequence[Size]) -> str:
     """What serves as well by other means: a solver where one does, else the next method, empty for none."""
-    alike = [s for s in own[1:] if s.fit == first.fit and s.exact == first.exact and s.method != first.twin]
+    rank = (first.fit, first.exact, first.refused > 0)
+    alike = [s for s in own[1:] if (s.fit, s.exact, s.refused > 0) == rank and s.method != first.twin]
     return next((spoken(size) for size in (*filter(lambda s: s.solver, alike), *alike)), "")
 
 

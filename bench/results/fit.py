@@ -20,7 +20,7 @@ class Fit(IntEnum):
 
     def __str__(self) -> str:
         """The verdict in words."""
-        return ("fits", "fits without tail", "may fit", "does not fit", "unknown")[self]
+        return ("fits", "median fits", "may fit", "does not fit", "unknown")[self]
 
 
 @dataclass(frozen=True)

@@ -59,10 +59,12 @@ def whose(
     if not late:
         return ""
     if steps and (late == 1 or steps * p50_us <= limit_us):
-        return "bounded steps"
+        return "its steps are bounded, so the machine was late"
     seen = pauses.longer_than((limit_us - p50_us) * 1000)
     if not seen or late > LATE_SHARE * total(singles):
         return ""
     took = sum(ns * count for ns, count in singles)
     share = took / (took + pauses.exposure_ns)
-    return "canaries paused too" if betainc(late, seen + 1, share) >= CHANCE else ""
+    return (
+        "fixed work was late as often, so the machine was" if betainc(late, seen + 1, share) >= CHANCE else ""
+    )

@@ -3,8 +3,9 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from operator import itemgetter
 
-from bench.record import NO_VEHICLE
+from bench.record import NO_VEHICLE, Problem
 from bench.results.columns import Row
 from bench.results.fit import LATE_SHARE, Fit, Loop
 from bench.results.pauses import Pauses, pauses, whose
@@ -12,6 +13,7 @@ from bench.results.quantiles import Histogram, late_bound, merged, misses, quant
 from bench.results.ranking import exact, right
 from bench.results.repeats import most
 from bench.results.rows import Run
+from bench.results.text import counted, percent, three
 from bench.results.transfer import Transfer
 
 CLOSE = 1.5
@@ -30,6 +32,9 @@ class Size:
     fit : the verdict
     reason : what prevents a better ``fit``, or why late calls do not; empty where nothing does
     exact : whether it is exact wherever an attainable demand was asked
+    refused : share of the demands that a user brought that got no thrusts [-]; of several files the largest
+    refusal : that, or what else it refuses, in words; empty where it answers all
+    freedom : n - rank T of the vehicle, None where it is not known
     p50_us : median on the demand set that takes longest [us], None where there are too few calls
     p999_us, max_us : p99.9 and the slowest of the single calls on all sets together [us], or None; a set with
         so few calls that its median lies above such a p99.9 leaves it unknown
@@ -52,6 +57,9 @@ class Size:
     fit: Fit
     reason: str
     exact: bool = False
+    refused: float = 0.0
+    refusal: str = ""
+    freedom: int | None = None
     p50_us: float | None = None
     p999_us: float | None = None
     max_us: float | None = None
@@ -68,8 +76,9 @@ class Size:
 def sizes(run: Run, loop: Loop, transfer: Transfer | None = None, demands: str = "") -> list[Size]:
     """Every method, start and level of a run, the one to take first; on all demand sets, or on one.
 
-    Methods are sorted by whether their median fits, then by whether they are exact, then by whether their
-    tail fits too, then by their median CPU time; of what lies CLOSE, one with a known worst case is first.
+    Methods are sorted by whether their median fits, then by whether they answer all demands that a user
+    brought, then by whether they are exact, then by whether their tail fits too, then by their median CPU
+    time; of what lies CLOSE, one with a known worst case is first.
     So exactness is given up only where no exact method keeps up, and not for one late call in a million.
 
     With a ``transfer`` every time is multiplied by the upper end of its band. A slowest call belongs to the
@@ -81,14 +90,16 @@ def sizes(run: Run, loop: Loop, transfer: Transfer | None = None, demands: str =
         if not measures and demands in ("", row.demands):
             groups.setdefault((row.vehicle, row.label), []).append(row)
     held_up = pauses(run)
-    return ordered([_size(rows, loop, transfer, held_up) for rows in groups.values()])
+    asked = {(p.vehicle, p.demands): p for p in run.record.problems}
+    return ordered([_size(rows, loop, transfer, held_up, asked) for rows in groups.values()])
 
 
 def ordered(sizes: Sequence[Size]) -> list[Size]:
     """Sizes by vehicle, the one to take first: the order that ``sizes`` describes."""
-    classes: dict[tuple[str, bool, bool, Fit], list[Size]] = {}
+    classes: dict[tuple[str, bool, bool, bool, Fit], list[Size]] = {}
     for size in sorted(sizes, key=lambda s: (_median(s), s.label)):
-        classes.setdefault((size.vehicle, size.fit > Fit.MAY_FIT, not size.exact, size.fit), []).append(size)
+        rank = (size.vehicle, size.fit > Fit.MAY_FIT, size.refused > 0, not size.exact, size.fit)
+        classes.setdefault(rank, []).append(size)
     found = []
     for _, left in sorted(classes.items()):
         while left:
@@ -119,6 +130,8 @@ def worst(there: Mapping[str, Size]) -> Size:
         size,
         reason=f"{place}: {size.reason}" if size.reason else "",
         exact=all(s.exact for s in there.values()),
+        refused=max(s.refused for s in there.values()),
+        refusal=max(there.values(), key=lambda s: (s.refused, s.refusal)).refusal,
         p50_us=most(s.p50_us for s in there.values()),
         p999_us=None if None in known else most(known),
         max_us=most(s.max_us for s in there.values()),
@@ -139,8 +152,15 @@ def of_all_vehicles(sizes: Sequence[Size]) -> list[str]:
     return [size.label for size in ordered([replace(worst(own), vehicle="") for own in by_label.values()])]
 
 
-def _size(rows: list[Row], loop: Loop, transfer: Transfer | None, held_up: Pauses) -> Size:
+def _size(
+    rows: list[Row],
+    loop: Loop,
+    transfer: Transfer | None,
+    held_up: Pauses,
+    asked: Mapping[tuple[str, str], Problem],
+) -> Size:
     first = rows[0]
+    problem = asked.get((first.vehicle, first.demands))
     size = partial(
         Size,
         vehicle=first.vehicle,
@@ -150,6 +170,7 @@ def _size(rows: list[Row], loop: Loop, transfer: Transfer | None, held_up: Pause
         family=first.family,
         solver=first.described.solver,
         formulation=first.formulation,
+        freedom=problem.nullity if problem else None,
     )
     if reason := unfit(rows):
         return size(fit=Fit.UNKNOWN, reason=reason)
@@ -168,10 +189,14 @@ def _size(rows: list[Row], loop: Loop, transfer: Transfer | None, held_up: Pause
     else:
         fit, reason = judge(loop, p50, p999, slowest, bound, estimated=transfer is not None)
     longest = slowest or p999 or p50
+    refusals = [refusal(row, asked.get((row.vehicle, row.demands))) for row in rows]
+    refused, words = max((found for found in refusals if found[1]), key=itemgetter(0), default=(0.0, ""))
     return size(
         exact=exact_everywhere(rows),
+        refused=refused,
+        refusal=words,
         fit=fit,
-        reason=reason or (f"late by the machine: {excuse}" if excuse else ""),
+        reason=reason or excuse,
         p50_us=p50,
         p999_us=p999,
         max_us=slowest,
@@ -195,6 +220,25 @@ def unfit(rows: Sequence[Row]) -> str:
         if reason := wrong(row):
             return reason
     return ""
+
+
+def refusal(row: Row, problem: Problem | None) -> tuple[float, str]:
+    """The share of a user's demands that got no thrusts, and in words what got none; 0 and empty for nothing.
+
+    Of demands that were drawn to be beyond what the vehicle can do a share would say nothing.
+    """
+    answered = row.answered_share
+    if answered is None or answered == 1.0:
+        return 0.0, ""
+    if problem is None or not problem.given:
+        return 0.0, "what can't be met"
+    words = f"{percent(1 - answered)} of {row.demands}"
+    run = max(judged.refused_longest for judged in row.measured.judged)
+    if run and problem.rate_hz:
+        words += f", up to {three(run / problem.rate_hz)} s at a stretch"
+    elif run:
+        words += f", up to {counted(run, 'demand')} in a row"
+    return 1 - answered, words
 
 
 def wrong(row: Row) -> str:

@@ -6,7 +6,7 @@ const element = (name, text, attributes = {}) => Object.assign(document.createEl
 const names = (of) => [...new Set(data.machines.flatMap((machine) => machine.methods.map(of)))];
 const emulated = data.machines.some((machine) => machine.cpi);
 
-const DEFAULTS = { vehicle: names((m) => m.vehicle).sort()[0] ?? "", rate: 100, budget: 10, clock: 216, formulation: "", demands: "", exact: "", every: "", filter: "", sort: "", pick: "", machines: "" };
+const DEFAULTS = { vehicle: names((m) => m.vehicle).sort()[0] ?? "", rate: data.rate_hz, budget: 10, clock: 216, formulation: "", demands: "", exact: "", every: "", filter: "", sort: "", pick: "", machines: "" };
 const state = { ...DEFAULTS };
 let shown = [];
 

@@ -82,10 +82,10 @@ function pool(method, demands) {
 
 function whose(pooled, late, limit, p50, steps, machine) {
   if (!late) return "";
-  if (steps && (late === 1 || steps * p50 <= limit)) return "bounded steps";
+  if (steps && (late === 1 || steps * p50 <= limit)) return "its steps are bounded, so the machine was late";
   const seen = longerThan(machine.excess, (limit - p50) * 1000);
   if (!seen || late > late_share * pooled.calls) return "";
-  return beta(late, seen + 1, pooled.took / (pooled.took + machine.exposure_ns)) >= chance ? "canaries paused too" : "";
+  return beta(late, seen + 1, pooled.took / (pooled.took + machine.exposure_ns)) >= chance ? "fixed work was late as often, so the machine was" : "";
 }
 
 function judge(limit, p50, p999, slowest, bound) {
@@ -99,7 +99,7 @@ function judge(limit, p50, p999, slowest, bound) {
 
 // loop: {rate [Hz], budget [-], period and limit [us], clock [Hz]}
 function sizeOf(machine, method, loop, demands) {
-  const size = { ...method, data: method, machine: machine.name, fit: UNKNOWN, reason: "", exact: false, p50: null, cpu: null, p999: null, max: null, late: 0, calls: 0, bound: null, up_to: null, lost: null };
+  const size = { ...method, data: method, machine: machine.name, fit: UNKNOWN, reason: "", exact: false, refused: 0, refusal: "", p50: null, cpu: null, p999: null, max: null, late: 0, calls: 0, bound: null, up_to: null, lost: null };
   if (machine.cpi) return counted(machine, size, loop);
   const pooled = pool(method, demands);
   const barred = pooled.sets.find((set) => set.failed) ?? pooled.sets.find((set) => set.wrong);
@@ -116,9 +116,11 @@ function sizeOf(machine, method, loop, demands) {
   size.bound = pooled.calls ? lateBound(size.late, size.calls) : null;
   const excuse = size.p50 === null ? "" : whose(pooled, size.late, loop.limit, size.p50, method.steps, machine);
   [size.fit, size.reason] = excuse ? judge(loop.limit, size.p50, null, null, lateBound(0, size.calls)) : judge(loop.limit, size.p50, size.p999, size.max, size.bound);
-  if (!size.reason && excuse) size.reason = `late by the machine: ${excuse}`;
+  if (!size.reason && excuse) size.reason = excuse;
   const asked = pooled.sets.filter((set) => set.asked);
   size.exact = asked.every((set) => set.exact) && pooled.sets.some((set) => set.exact);
+  const refusals = pooled.sets.filter((set) => set.refusal);
+  if (refusals.length) ({ refused: size.refused, refusal: size.refusal } = refusals.reduce((a, b) => (b.refused > a.refused ? b : a)));
   const longest = size.max || size.p999 || size.p50;
   size.up_to = longest ? (loop.budget * 1e6) / longest : null;
   size.intervals = demands ? pooled.sets[0] : method;
@@ -142,7 +144,7 @@ function ordered(sizes) {
   const byText = (a, b) => (a < b ? -1 : a > b ? 1 : 0);
   const classes = new Map();
   for (const size of [...sizes].sort((a, b) => median(a) - median(b) || byText(a.label, b.label))) {
-    const key = `${+(size.fit > MAY_FIT)}${+!size.exact}${size.fit}`;
+    const key = `${+(size.fit > MAY_FIT)}${+(size.refused > 0)}${+!size.exact}${size.fit}`;
     if (!classes.has(key)) classes.set(key, []);
     classes.get(key).push(size);
   }
@@ -176,7 +178,7 @@ function onAll(byMachine) {
     const tails = there.map((size) => size.p999), rates = there.map((size) => size.up_to).filter((rate) => rate !== null);
     const worstOf = (key) => most(there.map((size) => size[key]));
     found.push({
-      ...worst, there, reason: worst.reason ? `${worst.machine}: ${worst.reason}` : "", exact: there.every((size) => size.exact),
+      ...worst, there, reason: worst.reason ? `${worst.machine}: ${worst.reason}` : "", exact: there.every((size) => size.exact), refused: most(there.map((size) => size.refused)), refusal: there.reduce((a, b) => (b.refused > a.refused || (b.refused === a.refused && b.refusal > a.refusal) ? b : a)).refusal,
       p50: worstOf("p50"), cpu: worstOf("cpu"), p999: tails.includes(null) ? null : most(tails), max: worstOf("max"), late: sum(there.map((size) => size.late)), calls: sum(there.map((size) => size.calls)),
       bound: worstOf("bound"), up_to: rates.length ? Math.min(...rates) : null, memory_MB: worstOf("memory_MB"), lost: worstOf("lost"), served: there.map((size) => size.served).find(Boolean) ?? "",
     });
@@ -204,12 +206,16 @@ function verdict(sizes, vehicle, loop, where) {
     return `${question}: nothing here fits ${percent(loop.limit / loop.period)} of the period; ${why}.`;
   }
   const late = sizes.find((size) => size.exact && size.fit === DOES_NOT_FIT);
-  const exact = first.exact ? "exact" : `not exact (${late ? `${late.label}, which is, takes too long` : "no exact method was measured"})`;
+  const exactness = first.exact ? "exact" : `not exact (${late ? `${late.label}, which is, takes too long` : "no exact method was measured"})`;
+  const exact = first.refusal ? `${exactness}, refuses ${first.refusal}` : sizes.some((size) => size.refused) ? `${exactness}, answers all` : exactness;
   const share = (first.p50 ?? 0) / loop.period;
   let text = `${question}: take ${spoken(first)}; ${exact}; ${share < 1e-4 ? "under 0.01 %" : percent(share)} of the period`;
   if (first.fit === WITHOUT_TAIL) text += `, its tail not shown to fit (${first.reason})`;
   if (first.fit === MAY_FIT) text += `, which may fit (${first.reason})`;
-  const alike = sizes.slice(1).filter((size) => size.fit === first.fit && size.exact === first.exact && size.method !== first.twin);
+  const refusing = sizes.find((size) => size.exact && size.refused > first.refused);
+  if (refusing) text += `; ${spoken(refusing)} refuses ${refusing.refusal}`;
+  if (first.freedom === 0) text += "; no thruster to spare, so no freedom to gain from: a wrench can be made in one way";
+  const alike = sizes.slice(1).filter((size) => size.fit === first.fit && size.exact === first.exact && size.refused > 0 === first.refused > 0 && size.method !== first.twin);
   const other = alike.find((size) => size.solver) ?? alike[0];
   return other ? `${text}; ${spoken(other)} would do too.` : `${text}.`;
 }

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 from alloc.formulations import Family
 from bench.report.pictures.style import BLUE, BROWN, FAMILIES, GREY, INK, time_axis
+from bench.report.readme import served_share
 from bench.results.columns import Row
 from bench.results.ranking import best, largest_loss, representatives
 from bench.results.rows import Run
@@ -44,7 +45,7 @@ def draw_run(run: Run) -> "Figure | None":
     right.set_title("What leaving them out costs")
     right.set_xlim(0, 100)
     right.xaxis.set_major_formatter(lambda value, _: f"{value:g} %")
-    right.set_xlabel("not served of what it can do (bar), worst wrench missing (line)", fontsize=8)
+    right.set_xlabel("not served within 1 % (bar), worst wrench missing (line)", fontsize=8)
     left.set_yticks(range(len(rows)), list(rows))
     left.set_ylim(-0.6, len(rows) - 0.4)
     shown = [way for way in WAYS if any(way in ways for ways in rows.values())]
@@ -65,11 +66,10 @@ def _times(axes: "Axes", y: int, ways: dict[str, Row]) -> None:
 
 
 def _losses(axes: "Axes", y: int, run: Run, vehicle: str, ways: dict[str, Row]) -> None:
-    capability = run.capability(vehicle)
-    whole = capability.authority[0].closed_form_share if capability and capability.authority else None
-    if whole is not None:
-        axes.barh([y], [100 * (1 - whole)], height=0.55, color=CLOSED, alpha=0.6)
     closed = ways.get("without limits, in Python") or ways.get("without limits, in C")
+    served = served_share(run, vehicle, closed) if closed else None
+    if served is not None:
+        axes.barh([y], [100 * (1 - served)], height=0.55, color=CLOSED, alpha=0.6)
     lost = largest_loss(closed) if closed else None
     if lost is not None:
         axes.plot([100 * lost, 100 * lost], [y - 0.38, y + 0.38], color=INK, linewidth=1.8)

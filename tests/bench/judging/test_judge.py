@@ -13,7 +13,7 @@ from bench.demands import build_demands, labelled
 from bench.demands.generated import growth_vehicle
 from bench.demands.store import Case
 from bench.judging.faults import shared
-from bench.judging.judge import after_failure, judge
+from bench.judging.judge import after_failure, judge, longest
 from bench.judging.question import Answers, Question, Unanswered, ask_here, questions
 from bench.record import Judged
 from saturation import limits
@@ -259,3 +259,10 @@ def test_references_are_asked_only_for_what_somebody_answers_and_for_the_hard_op
     few.save(tmp_path / "few.npz")
     for name, F in Question.load(tmp_path / "few.npz").right.items():
         np.testing.assert_array_equal(F, every.right[name])
+
+
+@pytest.mark.parametrize(
+    ("marked", "run"), [([], 0), ([0, 0], 0), ([1], 1), ([1, 1, 0, 1], 2), ([0, 1, 0, 1, 1, 1], 3)]
+)
+def test_the_longest_run_is_counted_also_at_the_ends(marked: list[int], run: int) -> None:
+    assert longest(np.array(marked, dtype=bool)) == run

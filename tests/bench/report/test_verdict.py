@@ -1,6 +1,7 @@
 """What to take, in a sentence; how sure that is; one report of several machines."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 from click.testing import CliRunner
@@ -8,7 +9,7 @@ from msgspec.structs import replace
 
 from bench.__main__ import cli
 from bench.record import Cell, Judged, Method, Problem, Quiet
-from bench.report.verdict import sure, verdicts
+from bench.report.verdict import sure, usual, verdicts
 from bench.results.fit import Loop
 from bench.results.rows import read_run
 from bench.results.sizing import sizes
@@ -18,7 +19,7 @@ from tests.bench.results.test_sizing import steady
 GENERATED = Method(name="nullspace@native", twin="nullspace", formulation="hard", foreign=True)
 
 
-def said(directory: Path, rate_hz: float, *lines: Cell | Method) -> str:
+def said(directory: Path, rate_hz: float, *lines: Cell | Method | Problem) -> str:
     """The sentence on the one vehicle of a record."""
     run = read_run(made_up.record(directory, made_up.header(), *lines))
     loop = Loop(rate_hz)
@@ -51,6 +52,73 @@ def test_where_nothing_fits_the_sentence_says_by_how_much(tmp_path: Path) -> Non
         "ukwial at 1000 Hz: nothing here fits 10.0 % of the period;"
         " the fastest median is 25.0 % of the period."
     )
+
+
+def log(**facts: Any) -> Problem:
+    """A log of ten demands at 50 Hz that a user brought, some of which can't be met."""
+    labels = {"active": 8, "infeasible": 2}
+    asked = replace(made_up.problem("ukwial"), demands="dive", labels=labels, rate_hz=50.0, given=True)
+    return replace(asked, **facts)
+
+
+def on_log(method: str, us: float, answered: float = 1.0, refused_longest: int = 0) -> Cell:
+    """A method that is exact where a demand can be met, and answers that share of the log."""
+    cell = steady(method, us, exact=True)
+    assert cell.judged is not None
+    judged = replace(cell.judged, loss={"answered_share": answered}, refused_longest=refused_longest)
+    return replace(cell, key=replace(cell.key, demands="dive"), judged=judged)
+
+
+def test_demands_that_a_user_gave_are_answered_and_what_refuses_some_is_named_with_the_longest_stretch(
+    tmp_path: Path,
+) -> None:
+    cells = [on_log("nullspace", 1, 0.8, 2), on_log("scaled", 2)]
+    assert said(tmp_path, 50, log(), *cells) == (
+        "ukwial at 50 Hz: take scaled; exact, answers all; 0.0100 % of the period;"
+        " nullspace refuses 20.0 % of dive, up to 0.0400 s at a stretch."
+    )
+    assert said(tmp_path, 50, log(rate_hz=None), cells[0]) == (
+        "ukwial at 50 Hz: take nullspace; exact, refuses 20.0 % of dive, up to 2 demands in a row;"
+        " under 0.01 % of the period."
+    )
+
+
+def test_a_method_that_refuses_what_was_drawn_beyond_reach_is_named_as_such_and_stays_first(
+    tmp_path: Path,
+) -> None:
+    drawn = log(given=False)
+    cells = [on_log("nullspace", 1, 0.8, 2), on_log("scaled", 2)]
+    assert said(tmp_path, 50, drawn, *cells).startswith(
+        "ukwial at 50 Hz: take nullspace; exact, refuses what can't be met; under 0.01 %"
+    )
+
+
+def test_a_vehicle_without_freedom_is_told_that_there_is_none_to_gain_from(tmp_path: Path) -> None:
+    square = replace(made_up.problem("ukwial"), n=3, nullity=0)
+    assert "no freedom to gain from" in said(tmp_path, 100, square, steady("pinv", 1, exact=True))
+    assert "freedom" not in said(tmp_path, 100, made_up.problem("ukwial"), steady("pinv", 1, exact=True))
+
+
+def test_vehicles_with_the_same_verdict_share_a_line(tmp_path: Path) -> None:
+    cells = [
+        replace(cell, key=replace(cell.key, vehicle=vehicle))
+        for vehicle, us in (("a", 1), ("b", 1), ("c", 900))
+        for cell in [steady("nullspace", us, exact=True)]
+    ]
+    loop = Loop(100)
+    lines = verdicts(sizes(read_run(made_up.record(tmp_path, made_up.header(), *cells)), loop), loop)
+    assert [line.partition(" at 100 Hz: ")[0] for line in lines] == ["a, b", "c"]
+
+
+def test_a_log_s_own_rate_is_the_rate_of_the_report_and_of_size(tmp_path: Path) -> None:
+    made_up.record(tmp_path, made_up.header(), log(), on_log("scaled", 2))
+    assert usual(read_run(tmp_path))[0].startswith("ukwial at 50 Hz: take scaled")
+    assert CliRunner().invoke(cli, ["size", str(tmp_path)]).output.startswith("ukwial at 50 Hz: take scaled")
+    made_up.record(tmp_path, made_up.header(), log(given=False), on_log("scaled", 2))
+    assert usual(read_run(tmp_path))[0].startswith("ukwial at 100 Hz")
+    done = CliRunner().invoke(cli, ["size", str(tmp_path)])
+    assert done.exit_code == 2
+    assert "no log with a rate of its own" in done.output
 
 
 @pytest.mark.parametrize(("steal", "word"), [(0, "quiet: 0 of 2"), (9, "noisy: 2 of 2")])

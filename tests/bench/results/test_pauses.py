@@ -32,14 +32,14 @@ def test_fixed_work_s_pauses_are_what_it_took_beyond_its_median(tmp_path: Path) 
 def test_all_late_calls_of_bounded_steps_are_the_machine_s_where_the_bound_fits() -> None:
     """A hundred steps, each as long as a median call of 10 µs, just fit 1,000 µs; 101 do not."""
     late = [(10_000, 10_000), (2_000_000, 50)]
-    assert whose(late, 50, LIMIT_US, 10.0, 100, QUIET) == "bounded steps"
+    assert whose(late, 50, LIMIT_US, 10.0, 100, QUIET) == "its steps are bounded, so the machine was late"
     assert whose(late, 50, LIMIT_US, 10.0, 101, QUIET) == ""
 
 
 def test_one_late_call_of_bounded_steps_is_the_machine_s_and_two_are_not() -> None:
     """The same demands were asked again and again: the steps of one would make many calls late."""
     singles = [(900_000, 10_000), (2_000_000, 2)]
-    assert whose(singles, 1, LIMIT_US, 900.0, 50, QUIET) == "bounded steps"
+    assert whose(singles, 1, LIMIT_US, 900.0, 50, QUIET) == "its steps are bounded, so the machine was late"
     assert whose(singles, 2, LIMIT_US, 900.0, 50, QUIET) == ""
 
 
@@ -50,7 +50,10 @@ def test_without_a_pause_of_fixed_work_nothing_else_is_excused() -> None:
 def test_a_pause_of_fixed_work_counts_only_where_it_is_as_long() -> None:
     singles = [(10_000, 10_000), (2_000_000, 1)]  # late by a pause of at least 990 µs
     assert whose(singles, 1, LIMIT_US, 10.0, None, Pauses([(990_000, 1)], 10**8)) == ""
-    assert whose(singles, 1, LIMIT_US, 10.0, None, Pauses([(990_001, 1)], 10**8)) == "canaries paused too"
+    assert (
+        whose(singles, 1, LIMIT_US, 10.0, None, Pauses([(990_001, 1)], 10**8))
+        == "fixed work was late as often, so the machine was"
+    )
 
 
 @settings(max_examples=30, deadline=None)
@@ -66,7 +69,7 @@ def test_late_calls_are_excused_as_long_as_chance_allows(late: int, seen: int, s
     chance = sum(comb(n, k) * share**k * (1 - share) ** (n - k) for k in range(late, n + 1))
     calls = 100_000
     verdict = whose([(took // calls, calls)], late, LIMIT_US, 10.0, None, fixed)
-    assert (verdict == "canaries paused too") == (chance >= CHANCE)
+    assert (verdict == "fixed work was late as often, so the machine was") == (chance >= CHANCE)
 
 
 def test_what_is_late_more_often_than_a_fitting_method_may_be_is_not_excused_by_canaries() -> None:
@@ -74,7 +77,10 @@ def test_what_is_late_more_often_than_a_fitting_method_may_be_is_not_excused_by_
     fixed = Pauses([(10**7, 10**6)], 10**9)
     singles = [(10_000, 100_000)]
     most = round(LATE_SHARE * 100_000)
-    assert whose(singles, most, LIMIT_US, 10.0, None, fixed) == "canaries paused too"
+    assert (
+        whose(singles, most, LIMIT_US, 10.0, None, fixed)
+        == "fixed work was late as often, so the machine was"
+    )
     assert whose(singles, most + 1, LIMIT_US, 10.0, None, fixed) == ""
 
 
@@ -87,7 +93,7 @@ def test_one_pause_of_the_machine_turns_no_verdict_and_is_shown(
     cells = [replace(bounded, worst_case_steps=20), steady("solver", 9, exact=True)]
     first, _ = sizes(read_run(made_up.record(tmp_path, made_up.header(), *cells)), Loop(100))
     assert (first.label, first.fit) == ("bounded", Fit.FITS)
-    assert first.reason == ("" if pause_us is None else "late by the machine: bounded steps")
+    assert first.reason == ("" if pause_us is None else "its steps are bounded, so the machine was late")
     assert first.late == (0 if pause_us is None else 1)
 
 

@@ -64,7 +64,7 @@ def test_a_verdict_follows_from_median_tail_and_late_calls(
 
 
 def test_fits_stand_best_first_each_in_words() -> None:
-    words = ["fits", "fits without tail", "may fit", "does not fit", "unknown"]
+    words = ["fits", "median fits", "may fit", "does not fit", "unknown"]
     assert [str(fit) for fit in sorted(Fit)] == words
 
 
