@@ -50,7 +50,18 @@ def sources(
 
     ``form`` says how the least and the most of two numbers are written: ``covering`` is for analysers.
     """
-    made = programs(vehicle, kernel, scalar, faults, limits)
+    return printed(vehicle, kernel, programs(vehicle, kernel, scalar, faults, limits), scalar, limits, form)
+
+
+def printed(
+    vehicle: Vehicle,
+    kernel: Recipe,
+    made: Mapping[int, Program],
+    scalar: Scalar = "double",
+    limits: Where = "fixed",
+    form: Form = "usual",
+) -> dict[str, str]:
+    """Header and source that do what programs say, by the thruster that is off; see ``sources``."""
     name = function_name(vehicle, kernel.name, scalar, limits)
     return {
         f"{name}.h": _header(vehicle, name, kernel, scalar, limits, made),

@@ -1,58 +1,117 @@
 """Ways to break generated C: a proof that misses one proves nothing."""
 
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from alloc.program import Where
+from alloc.c import printed, programs
+from alloc.methods import recipe
+from alloc.program import Node, Operation, Program, Where
 from bench.proof.rounding.seen import made
 from bench.proof.safety import claims as safety
 from bench.proof.safety.harness import Subject
 
 
 class Sabotage(NamedTuple):
-    """One change of the C.
+    """One change of a kernel: of its program, or of what in its C is no operation.
 
     Attributes
     ----------
     name : what was broken
     kernel, limits : of which C
-    pattern, instead : a regular expression, and what stands in the place of its first match
+    pattern, instead : a regular expression, and what stands in the place of its first match in the C
+    change : in their place, a function of the whole vehicle's program that gives a broken one
     """
 
     name: str
     kernel: str
     limits: Where
-    pattern: str
-    instead: str
+    pattern: str = ""
+    instead: str = ""
+    change: Callable[[Program], Program] | None = None
+
+
+def _with(program: Program, *changes: tuple[Node, Operation]) -> Program:
+    nodes = list(program.nodes)
+    for node, operation in changes:
+        nodes[node] = operation
+    return replace(program, nodes=tuple(nodes))
+
+
+class _Cut(NamedTuple):
+    """A thrust that is cut at its limits, min(max(x, low), high), as nodes."""
+
+    whole: Node
+    inner: Node
+    x: Node
+    low: Node
+    high: Node
+
+
+def _cut(program: Program) -> _Cut:
+    """The first thrust that nothing else has cut before; raises ValueError where there is none."""
+    nodes = program.nodes
+    for (array, _), whole in program.outputs.items():
+        match nodes[whole]:
+            case ("min", inner, high) if array == "f" and nodes[inner][0] == "max":
+                _, x, low = nodes[inner]
+                if nodes[x][0] in ("add", "sub", "mul"):
+                    return _Cut(whole, inner, x, low, high)
+    raise ValueError("no thrust is cut last of all")
+
+
+def _not_cut(program: Program) -> Program:
+    cut = _cut(program)
+    return _with(program, (cut.whole, program.nodes[cut.x]))
+
+
+def _exchanged(program: Program) -> Program:
+    cut = _cut(program)
+    return _with(program, (cut.inner, ("max", cut.x, cut.high)), (cut.whole, ("min", cut.inner, cut.low)))
+
+
+def _maximum_for_minimum(program: Program) -> Program:
+    cut = _cut(program)
+    return _with(program, (cut.whole, ("max", cut.inner, cut.high)))
+
+
+def _wider(program: Program) -> Program:
+    high = _cut(program).high
+    return _with(program, (high, ("const", program.nodes[high][1] * (1 + 2.0**-23))))
+
+
+def _neighbours(program: Program) -> Program:
+    cut, nodes = _cut(program), program.nodes
+    other = (nodes[cut.high][2] + 1) % program.size("f")
+    low, high = (nodes.index(("input", side, other)) for side in ("f_min", "f_max"))
+    return _with(program, (cut.inner, ("max", cut.x, low)), (cut.whole, ("min", cut.inner, high)))
+
+
+def _sign(program: Program) -> Program:
+    """The first sum or difference of products is the other one."""
+    for node, (kind, *rest) in enumerate(program.nodes):
+        if kind in ("add", "sub") and all(program.nodes[each][0] == "mul" for each in rest):
+            return _with(program, (node, ("sub" if kind == "add" else "add", *rest)))
+    raise ValueError("no sum of products")
+
+
+def _behind_tau(program: Program) -> Program:
+    known = [operation[2] for operation in program.nodes if operation[:2] == ("input", "tau")]
+    first = program.nodes.index(("input", "tau", 0))
+    return _with(program, (first, ("input", "tau", max(known) + 1)))
 
 
 SABOTAGES = (
-    Sabotage("an entry behind tau is read", "nullspace", "fixed", r"= tau\[0\]", "= tau[k]"),
+    Sabotage("an entry behind tau is read", "nullspace", "fixed", change=_behind_tau),
     Sabotage("an entry behind f is written", "nullspace", "fixed", r"f\[0\] = ", "f[n] = "),
     Sabotage("a constant behind the table is read", "nullspace", "fixed", r"c\[0\] \*", "c[999] *"),
-    Sabotage(
-        "a thrust is not cut at its limits",
-        "nullspace",
-        "fixed",
-        r"(y\d+) = within\((\w+ [-+] .*), \S+, \S+\);",  # steps have cut the others before
-        r"\1 = \2;",
-    ),
-    Sabotage(
-        "a lower limit stands for the upper",
-        "nullspace",
-        "fixed",
-        r"y0 = within\((.*), (\S+), (\S+)\);",
-        r"y0 = within(\1, \3, \2);",
-    ),
-    Sabotage(
-        "a limit is wider by one bit",
-        "nullspace",
-        "fixed",
-        r"least\(most\(x, low\), high\)",
-        r"least(most(x, low), high + high * 0x1p-23)",
-    ),
+    Sabotage("a sign is wrong", "nullspace", "fixed", change=_sign),
+    Sabotage("a maximum stands for a minimum", "nullspace", "fixed", change=_maximum_for_minimum),
+    Sabotage("a thrust is not cut at its limits", "nullspace", "fixed", change=_not_cut),
+    Sabotage("a lower limit stands for the upper", "nullspace", "fixed", change=_exchanged),
+    Sabotage("a limit is wider by one bit", "nullspace", "fixed", change=_wider),
     Sabotage(
         "NaN passes the limits",
         "nullspace",
@@ -99,16 +158,8 @@ SABOTAGES = (
         r"\1 + nan_or_zero",
     ),
     Sabotage("a limit that is NaN is not looked for", "clip", "call", r"(s0 = .*) \+ o\d+;", r"\1;"),
-    Sabotage(
-        "limits of the call are exchanged",
-        "clip",
-        "call",
-        r"within\((.*), (l0), (h0)\)",
-        r"within(\1, \3, \2)",
-    ),
-    Sabotage(
-        "a neighbour's limits are taken", "clip", "call", r"(y0 = within\(.*), l0, h0\)", r"\1, l1, h1)"
-    ),
+    Sabotage("limits of the call are exchanged", "clip", "call", change=_exchanged),
+    Sabotage("a neighbour's limits are taken", "clip", "call", change=_neighbours),
     Sabotage(
         "a share is above one",
         "scaled",
@@ -149,6 +200,11 @@ def noticed(of: Subject, folder: Path) -> list[str]:
 
 def sabotaged(of: Subject, sabotage: Sabotage) -> Subject:
     """The subject with its C broken; raises ValueError where there is nothing of the kind to break."""
+    if sabotage.change is not None:
+        kernel = recipe(of.kernel)
+        whole = programs(of.vehicle, kernel, of.scalar, limits=of.limits)
+        broken = {**whole, -1: sabotage.change(whole[-1])}
+        return replace(of, files=printed(of.vehicle, kernel, broken, of.scalar, of.limits))
     instead = re.sub(r"\b([kn])\b(?=\])", lambda size: str(getattr(of.vehicle, size[1])), sabotage.instead)
     source, count = re.subn(sabotage.pattern, instead, of.source, count=1)
     if not count or source == of.source:

@@ -18,6 +18,7 @@ from bench.proof.safety import claims as safety
 UKWIAL = load_vehicle("ukwial")
 QUICK = {
     "an entry behind tau is read",
+    "a sign is wrong",
     "a thrust is not cut at its limits",
     "a lower limit stands for the upper",
     "a limit is wider by one bit",
