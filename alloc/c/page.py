@@ -6,13 +6,17 @@ from alloc.c.recipe import Recipe
 from alloc.kernels.tolerance import TOLERANCE
 from alloc.program import Scalar, Where
 from alloc.vehicle import Vehicle
+from alloc.vehicle.frame import described, effect
 from alloc.vehicle.geometry import unit
 
 
 def page(vehicle: Vehicle, kernel: Recipe, scalar: Scalar = "double", limits: Where = "fixed") -> str:
     """Markdown: the files, the call, what comes back, what it costs, how to check it."""
     name = function_name(vehicle, kernel.name, scalar, limits)
-    axes = "\n".join(f"| `tau[{i}]` | {axis} | {unit(axis)} |" for i, axis in enumerate(vehicle.dof))
+    axes = "\n".join(
+        f"| `tau[{i}]` | {axis} | {unit(axis)} | {effect(axis, vehicle.frame)} |"
+        for i, axis in enumerate(vehicle.dof)
+    )
     own = "\n".join(
         f"| `f[{i}]`{f' {vehicle.names[i]}' if vehicle.names else ''} | {low:g} | {high:g} |"
         for i, (low, high) in enumerate(zip(vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True))
@@ -63,8 +67,10 @@ int allocate({given})
 
 A demand counts as met within {TOLERANCE[scalar]:g} of the largest limit ({vehicle.f_scale:g} N).{rounding}
 
-| in | axis | unit |
-|---|---|---|
+`tau` is in the vehicle's frame, {described(vehicle.frame)}.
+
+| in | axis | unit | a positive one |
+|---|---|---|---|
 {axes}
 
 | out | lower limit [N] | upper limit [N] |

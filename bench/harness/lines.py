@@ -82,6 +82,7 @@ def problem(question: Question, study: str = "") -> Problem:
         said=list(demands.said),
         names=list(vehicle.names),
         given=demands.given,
+        frame=vehicle.frame,
     )
 
 

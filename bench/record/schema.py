@@ -3,7 +3,7 @@
 Times are integers in ns. A record holds samples; whoever reads it works out the statistics.
 """
 
-from typing import Any
+from typing import Any, Literal
 
 import msgspec
 
@@ -88,6 +88,8 @@ class Problem(msgspec.Struct, tag="problem", omit_defaults=True, kw_only=True):
     said : how a log was understood, and what is doubtful about it
     names : of the vehicle's thrusters, empty where they have none
     given : whether a user brought the demands in a file
+    frame : frd or flu, of the demands and of every wrench; records without it are of a time that turned all
+        vehicles into frd
     """
 
     vehicle: str
@@ -110,6 +112,7 @@ class Problem(msgspec.Struct, tag="problem", omit_defaults=True, kw_only=True):
     said: list[str] = []
     names: list[str] = []
     given: bool = False
+    frame: Literal["frd", "flu"] = "frd"
 
 
 class Worker(msgspec.Struct, tag="worker", omit_defaults=True, kw_only=True):

@@ -5,6 +5,7 @@ from bench.report import (
     cost,
     emulation,
     failures,
+    frames,
     growth,
     headline,
     limits,
@@ -22,8 +23,9 @@ from bench.report import (
 )
 from bench.results.rows import Run
 
-FIRST = (opening, onboard, headline, growth, worth)
+FIRST = (opening, frames, onboard, headline, growth, worth)
 REST = (
+    frames,
     cost,
     lost,
     moving,

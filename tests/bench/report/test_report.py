@@ -429,3 +429,14 @@ def test_a_run_without_times_has_no_result_table_and_says_so(
     assert ended.value.code == 2
     assert "no times of any vehicle" in capsys.readouterr().err
     assert readme.read_text(encoding="utf-8") == "as it was"
+
+
+def test_both_pages_say_in_which_frame_each_vehicle_s_demands_are(tmp_path: Path) -> None:
+    """Records from before the frame was kept are in frd, as all vehicles then were."""
+    up = msgspec.structs.replace(problem("rov"), frame="flu")
+    problems = (up, problem("ukwial"), msgspec.structs.replace(up, demands="box"))
+    directory = record(tmp_path, header(), *problems, made_up.cell())
+    for text in (opening(directory), detailed(directory)):
+        assert "Demands of ukwial are in frd: x ahead, y to starboard, z down." in text
+        assert "Demands of rov are in flu: x ahead, y to port, z up." in text
+    assert b'"frame":"frd"' not in (tmp_path / "record.jsonl").read_bytes()

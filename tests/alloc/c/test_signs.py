@@ -1,0 +1,51 @@
+"""Generated C says its frame and every sign in header and page, and pushes in either frame as they say."""
+
+import re
+
+import numpy as np
+import pytest
+
+from alloc import build, catalogue, list_vehicles, load_vehicle
+from alloc.c import generate, page
+from alloc.methods import recipe
+from alloc.vehicle.frame import AXES, effect, turned
+from alloc.vehicle.geometry import unit
+
+
+@pytest.mark.parametrize("frame", ["frd", "flu"])
+@pytest.mark.parametrize("name", list_vehicles())
+def test_header_and_page_say_what_each_positive_entry_of_tau_does(name: str, frame: str) -> None:
+    """Red before: neither named a frame, and C of a vehicle in flu took heave down."""
+    vehicle = load_vehicle(name).with_frame(frame)
+    files = generate(vehicle, recipe("pinv"))
+    (header,) = (text for file, text in files.items() if file.endswith(".h"))
+    assert f"in the frame {frame}: {AXES[frame]}" in header
+    said = re.findall(r"tau\[(\d)\] (\w+) \[(.+?)\], . ?(?:\w+ )*\w+: positive (.+)", header)
+    assert said == [(str(i), axis, unit(axis), effect(axis, frame)) for i, axis in enumerate(vehicle.dof)]
+    text = page(vehicle, recipe("pinv"))
+    assert f"{frame}: {AXES[frame]}" in text
+    for i, axis in enumerate(vehicle.dof):
+        assert f"| `tau[{i}]` | {axis} | {unit(axis)} | {effect(axis, frame)} |" in text
+
+
+def test_the_header_says_heave_as_its_readers_would() -> None:
+    heavy = load_vehicle("bluerov2-heavy")
+    for frame, line in (
+        ("frd", "tau[2] heave [N], z down: positive pushes down"),
+        ("flu", "tau[2] heave [N], z up: positive pushes up"),
+    ):
+        files = generate(heavy.with_frame(frame), recipe("nullspace"))
+        assert line in next(text for name, text in files.items() if name.endswith(".h"))
+
+
+@pytest.mark.parametrize("method", ["pinv@native", "nullspace@native", "scaled@native"])
+def test_c_of_the_same_vehicle_in_the_other_frame_gives_the_same_thrusts(method: str) -> None:
+    if any(entry.name == method and entry.missing for entry in catalogue()):
+        pytest.skip("needs a C compiler")
+    vehicle = load_vehicle("nautilus")
+    rng = np.random.default_rng(3)
+    taus = rng.uniform(-0.5, 0.5, (50, 6)) * vehicle.wrench_scale
+    here, status = build(method, vehicle).many(taus)
+    there, said = build(method, vehicle.with_frame("flu")).many(turned(taus.T, vehicle.dof).T)
+    np.testing.assert_array_equal(status, said)
+    np.testing.assert_allclose(here, there, rtol=0, atol=1e-9 * vehicle.f_scale)  # rounding of T* alone
