@@ -47,6 +47,7 @@ def check_vehicle(name: str | Path) -> Report:
             nullity=vehicle.nullity,
             condition=condition(vehicle),
             worst_case_steps=steps,
+            frame=vehicle.frame,
         )
     except VehicleError as error:
         collected.append(("error", error.key, error.what))

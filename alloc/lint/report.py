@@ -40,6 +40,7 @@ class Facts(NamedTuple):
     nullity : thrusters less rank
     condition : condition number of T with rows of unit length [-]
     worst_case_steps : steps of the exact method at worst; None where that does not apply
+    frame : frd or flu, of everything about the vehicle
     """
 
     name: str
@@ -49,6 +50,7 @@ class Facts(NamedTuple):
     nullity: int
     condition: float
     worst_case_steps: int | None
+    frame: str = "frd"
 
 
 @dataclass(frozen=True)

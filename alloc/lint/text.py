@@ -6,6 +6,7 @@ from typing import get_args
 
 from alloc.lint.probe import Probe
 from alloc.lint.report import Level, Report
+from alloc.vehicle.frame import described
 
 
 def to_json(report: Report, tried: Sequence[Probe] | None = None) -> str:
@@ -34,7 +35,7 @@ def as_table(report: Report) -> str:
         )
         lines.append(
             f"{facts.name}: {facts.k} DOF, {facts.n} thrusters, rank {facts.rank}, "
-            f"d = {facts.nullity}, condition {facts.condition:.3g}{steps}"
+            f"d = {facts.nullity}, condition {facts.condition:.3g}{steps}, frame {described(facts.frame)}"
         )
     for level, key, line, message in report.findings:
         place = f"line {line}, " if line else ""

@@ -32,6 +32,13 @@ FOREIGN = {
         for i, values in enumerate(((0.2, 0.2, 6), (-0.2, 0.2, 6), (0.2, -0.2, 6), (-0.2, -0.2, 6)))
         for key, value in zip(("PX", "PY", "CT"), values, strict=True)
     ),
+    "robot.urdf": "<robot name='two'><link name='base_link'/>"
+    + "".join(
+        f"<link name='blade{i}'/><joint name='thruster{i}' type='continuous'><parent link='base_link'/>"
+        f"<child link='blade{i}'/><origin xyz='0 {y} 0'/><axis xyz='1 0 0'/></joint>"
+        for i, y in enumerate((0.2, -0.2))
+    )
+    + "</robot>",
     "T.csv": "1,1,0\n0,0,1\n-0.5,0.5,0.1\n",
 }
 """Vehicle files of other projects, under the names that docs/your-vehicle.md gives them."""
@@ -76,12 +83,17 @@ def type_it(words: list[str], folder: Path) -> str:
         value = context.params.get(name)
         for given in value if isinstance(value, tuple) else (value,):
             text = str(given or "")
-            if Path(text).suffix in (".yaml", ".csv", ".py", ".bag", ".params") and text not in GIVEN:
+            if (
+                Path(text).suffix in (".yaml", ".csv", ".py", ".bag", ".params", ".urdf")
+                and text not in GIVEN
+            ):
                 assert (folder / text).exists() or (ROOT / text).exists(), f"{text}: nobody has that file"
     if words[0] == "run" and words == ["run", "--vehicle", "my-rov.yaml", "--quick"]:
         words = [*words, *SHORT]
     elif words[0] in LONG or any(name in words for name in GIVEN) or "results/emulated" in words:
         return LONG.get(words[0], "needs what no page writes")
+    elif "robot.urdf" in words and find_spec("urdf_parser_py") is None:
+        return "needs the extra urdf"
     done = CliRunner().invoke(bench.__main__.cli, words, catch_exceptions=False, standalone_mode=False)
     assert done.return_value in (0, None), done.output
     return ""
