@@ -7,6 +7,7 @@ from alloc.formulations import Family
 from alloc.formulations.hard import FORMULATION as HARD
 from alloc.methods import Variant
 from alloc.rivals.bind import bound
+from alloc.solvers import Level
 from alloc.vehicle import Vehicle
 
 FORMULATION = HARD.name
@@ -20,7 +21,8 @@ def variants() -> dict[str, Variant]:
         f"qp/{name}@generated": Variant(
             key=name,
             summary=f"eq. 4-5 in C for the vehicle, its answers checked, by {generator.ALGORITHM};"
-            f" {generator.CAP} iterations at most",
+            f" {max(generator.CAP.values()):,} iterations at most",
+            levels=tuple(generator.TOLERANCE),
             missing=missing() or generator.missing(),
             solver=name,
         )
@@ -28,6 +30,6 @@ def variants() -> dict[str, Variant]:
     }
 
 
-def build(solver: str, vehicle: Vehicle) -> Allocator:
+def build(solver: str, vehicle: Vehicle, level: Level | None = None) -> Allocator:
     """Generate, compile (or find in the cache) and bind; raises NotApplicable, NotInstalled."""
-    return bound(solver, vehicle)
+    return bound(solver, vehicle, level)

@@ -14,6 +14,7 @@ from typing import NamedTuple, Protocol
 from alloc.program import Scalar
 from alloc.qp import QP
 from alloc.rivals import generators
+from alloc.solvers import Level
 
 
 class Files(NamedTuple):
@@ -35,21 +36,22 @@ class Generator(Protocol):
     Attributes
     ----------
     ALGORITHM, LICENCE : as the solver's authors state them
-    CAP : iterations after which a call ends
-    TOLERANCE : by scalar, promised distance of x to the optimum, relative to the largest limit [-]: three
-        times the worst that ``docs/studies/rivals.py`` found, rounded up
+    CAP : iterations after which a call ends, by level
+    TOLERANCE : by level and scalar, promised distance of x to the optimum, relative to the largest limit [-]:
+        three times the worst that ``docs/studies/rivals.py`` found, rounded up. The levels are its authors'
+        settings, ``default``, and, where these are not as accurate, those that are, ``tight``
     """
 
     ALGORITHM: str
     LICENCE: str
-    CAP: int
-    TOLERANCE: Mapping[Scalar, float]
+    CAP: Mapping[Level, int]
+    TOLERANCE: Mapping[Level, Mapping[Scalar, float]]
 
     def missing(self) -> str:
         """Empty where C can be generated here, else how to get what that needs; imports nothing native."""
         ...
 
-    def generate(self, qp: QP, scalar: Scalar) -> Files:
+    def generate(self, qp: QP, scalar: Scalar, level: Level) -> Files:
         """The C that solves this problem in that precision, each call from the same state."""
         ...
 

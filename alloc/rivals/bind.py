@@ -6,31 +6,37 @@ from alloc.allocation import Allocator
 from alloc.c.bind import native
 from alloc.c.compiled import shared_library
 from alloc.formulations.hard import FORMULATION as HARD
+from alloc.program import Where
 from alloc.rivals import load
 from alloc.rivals.wrapper import rival
+from alloc.solvers import Level
 from alloc.vehicle import Vehicle
 from alloc.vehicle.condition import promised
 
 
-def bound(solver: str, vehicle: Vehicle) -> Allocator:
+def bound(solver: str, vehicle: Vehicle, level: Level | None = None) -> Allocator:
     """That solver's C in double precision as an allocator; raises NotApplicable or NotInstalled.
 
-    Each call begins from the same state, so the same demand gets the same answer.
+    Each call begins from the same state, so the same demand gets the same answer. Without a level it is the
+    most accurate one.
     """
+    tolerances = load(solver).TOLERANCE
+    level = level or list(tolerances)[-1]
     return native(
-        library(solver, vehicle),
+        library(solver, vehicle, level),
         ("answer_fixed", "answer_call"),
         vehicle,
         formulation=HARD.name,
         limited=HARD.limited,
-        tolerance=promised(vehicle, load(solver).TOLERANCE["double"]),
+        tolerance=promised(vehicle, tolerances[level]["double"]),
         state=True,
     )
 
 
-def library(solver: str, vehicle: Vehicle) -> Path:
+def library(solver: str, vehicle: Vehicle, level: Level = "default") -> Path:
     """That solver's C in double precision, compiled: ``answer_fixed`` and ``answer_call`` answer."""
-    fixed, call = (rival(solver, vehicle, "double", limits) for limits in ("fixed", "call"))
+    forms: tuple[Where, ...] = ("fixed", "call")
+    fixed, call = (rival(solver, vehicle, "double", limits, level=level) for limits in forms)
     entries = _ENTRIES.format(
         declared=f"{fixed.declaration}\n{call.declaration}", fixed=fixed.entry, call=call.entry
     )

@@ -17,6 +17,7 @@ from alloc.qp import Posed, pose_hard
 from alloc.qp.problem import SHARED
 from alloc.rivals import load
 from alloc.rivals.c import array, indices
+from alloc.solvers import Level
 from alloc.vehicle import Vehicle
 
 DOUBT: dict[Scalar, float] = {"double": 1e-13, "float": 2e-6}
@@ -50,7 +51,13 @@ class Rival(NamedTuple):
 
 
 def rival(
-    solver: str, vehicle: Vehicle, scalar: Scalar = "double", limits: Where = "fixed", *, checked: bool = True
+    solver: str,
+    vehicle: Vehicle,
+    scalar: Scalar = "double",
+    limits: Where = "fixed",
+    *,
+    level: Level = "default",
+    checked: bool = True,
 ) -> Rival:
     """The C of that solver for a vehicle; raises NotApplicable, or NotInstalled with the remedy.
 
@@ -63,7 +70,7 @@ def rival(
     posed = pose_hard(vehicle, shared=solvers.shared(solver) if solver in solvers.names() else SHARED)
     if not posed.qp.A.size:
         raise NotApplicable(f"{vehicle.name}: no thruster pushes anything; there is nothing to solve")
-    files = generator.generate(posed.qp, scalar)
+    files = generator.generate(posed.qp, scalar, level)
     entry = function_name(vehicle, solver, scalar, limits)
     at_call = f"const {scalar} *f_min, const {scalar} *f_max, " if limits == "call" else ""
     text = (resources.files("alloc.rivals") / "wrapper.c").read_text(encoding="utf-8")

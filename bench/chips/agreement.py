@@ -44,7 +44,7 @@ def agreement(kernel: Kernel, demands: DemandSet, counted: CallCounts) -> Agreem
     met = status != Status.INFEASIBLE
     if kernel.solver:
         answered = np.isin(counted.status, (Status.SOLVED, Status.PARTIAL))
-        tolerance = load(kernel.solver).TOLERANCE[kernel.scalar]
+        tolerance = load(kernel.solver).TOLERANCE["default"][kernel.scalar]
         other = np.where(met, ~answered, counted.status == Status.SOLVED)
         both = clear & answered & met
     else:

@@ -7,12 +7,12 @@ from alloc.qp import QP
 from alloc.rivals import Files, daqp_core
 from alloc.rivals.c import array
 from alloc.rivals.download import source
+from alloc.solvers import Level
 
 ALGORITHM = "dual active set"
 LICENCE = "MIT"
 CAP = daqp_core.CAP
-TOLERANCE: dict[Scalar, float] = {"double": 1e-5, "float": 1e-5}
-"""A limit violated by up to 1e-6 counts as kept, DAQP's default."""
+TOLERANCE = daqp_core.TOLERANCE
 
 
 def missing() -> str:
@@ -20,7 +20,7 @@ def missing() -> str:
     return source("daqp").missing()
 
 
-def generate(qp: QP, scalar: Scalar) -> Files:
+def generate(qp: QP, scalar: Scalar, level: Level) -> Files:
     """DAQP's problem is min |u|^2, d_low <= [R^-1; M] u <= d_high, with H = R'R, x = R^-1 u and M = A R^-1.
 
     All but d is worked out here, as DAQP does when it sets a problem up. Each call begins with the equations
@@ -48,7 +48,7 @@ def generate(qp: QP, scalar: Scalar) -> Files:
         "tables": "\n".join(tables),
         "factor": factor,
     }
-    return daqp_core.files("rival_daqp", text, scalar)
+    return daqp_core.files("rival_daqp", text, scalar, level)
 
 
 _TEXT = """\

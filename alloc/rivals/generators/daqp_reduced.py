@@ -7,11 +7,12 @@ from alloc.qp import QP
 from alloc.rivals import Files, daqp_core
 from alloc.rivals.c import array, indices
 from alloc.rivals.download import source
+from alloc.solvers import Level
 
 ALGORITHM = "dual active set, equations eliminated beforehand"
 LICENCE = "MIT"
 CAP = daqp_core.CAP
-TOLERANCE: dict[Scalar, float] = {"double": 1e-5, "float": 1e-5}
+TOLERANCE = daqp_core.TOLERANCE
 
 STILL = 1e-9
 """A row of N shorter than this is rounding: no z moves that thrust."""
@@ -22,7 +23,7 @@ def missing() -> str:
     return source("daqp").missing()
 
 
-def generate(qp: QP, scalar: Scalar) -> Files:
+def generate(qp: QP, scalar: Scalar, level: Level) -> Files:
     """x = G b + N z with N'HN = I: least |z|^2 with lb - G b <= N z <= ub - G b, DAQP's own form.
 
     G = H^-1 A'(A H^-1 A')^-1; what a library that eliminates equations would find at each call. Whether a
@@ -44,7 +45,7 @@ def generate(qp: QP, scalar: Scalar) -> Files:
         tables += [array("scaling", 1.0 / sizes, scalar), indices("moving", moving)]
     sizes_of = {"d": max(m - p, 1), "rows": len(moving), "still": len(still), "m": m, "p": p}
     text = (_HEAD + (_TEXT if len(moving) else _SOLVED)) % {**sizes_of, "tables": "\n".join(tables)}
-    return daqp_core.files("rival_daqp_reduced", text, scalar)
+    return daqp_core.files("rival_daqp_reduced", text, scalar, level)
 
 
 _HEAD = """\

@@ -3,16 +3,26 @@
 import re
 import tempfile
 from pathlib import Path
+from typing import Any
 
 from alloc.program import Scalar
 from alloc.qp import QP
 from alloc.rivals import Files
+from alloc.solvers import Level
 from alloc.solvers import osqp as binding
 
 ALGORITHM = binding.ALGORITHM
 LICENCE = binding.LICENCE
-CAP: int = binding.SETTINGS["default"]["max_iter"]
-TOLERANCE: dict[Scalar, float] = {"double": 0.1, "float": 0.1}
+SETTINGS: dict[Level, dict[str, Any]] = {
+    "default": binding.SETTINGS["default"],
+    # OSQP's C has no polishing, which the binding's tight level ends with: it goes on instead.
+    "tight": binding.SETTINGS["default"] | {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iter": 20_000},
+}
+CAP: dict[Level, int] = {level: settings["max_iter"] for level, settings in SETTINGS.items()}
+TOLERANCE: dict[Level, dict[Scalar, float]] = {
+    "default": {"double": 0.1, "float": 0.1},
+    "tight": {"double": 5e-6, "float": 0.1},
+}
 
 
 def missing() -> str:
@@ -22,15 +32,15 @@ def missing() -> str:
     return not_installed("osqp")
 
 
-def generate(qp: QP, scalar: Scalar) -> Files:
-    """OSQP at its defaults, without a clock or printing; only l and u change, nothing is allocated.
+def generate(qp: QP, scalar: Scalar, level: Level) -> Files:
+    """OSQP without a clock or printing; only l and u change, nothing is allocated.
 
     Rows are [A; I]. Each call begins at zero: OSQP ships it so that it begins where the last call ended.
     """
     import osqp
 
     model = osqp.OSQP()
-    model.setup(**binding.problem(qp), **binding.SETTINGS["default"], warm_starting=False)
+    model.setup(**binding.problem(qp), **SETTINGS[level], warm_starting=False)
     with tempfile.TemporaryDirectory() as folder:
         model.codegen(folder, parameters="vectors", use_float=scalar == "float", force_rewrite=True)
         paths = [path for path in Path(folder).rglob("*.[ch]") if path.name != "emosqp.c"]

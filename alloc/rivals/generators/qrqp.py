@@ -9,15 +9,16 @@ from alloc.program import Scalar
 from alloc.qp import QP
 from alloc.rivals import Files
 from alloc.rivals.c import array, single
+from alloc.solvers import Level
 
 ALGORITHM = "primal-dual active set, sparse QR"
 LICENCE = "LGPL-3.0; what it generates is MIT-0"
-CAP = 100
-TOLERANCE: dict[Scalar, float] = {"double": 1e-9, "float": 1e-5}
+CAP: dict[Level, int] = {"default": 100}
+TOLERANCE: dict[Level, dict[Scalar, float]] = {"default": {"double": 1e-9, "float": 1e-5}}
 
 SETTINGS: dict[Scalar, dict[str, Any]] = {
-    "double": {"max_iter": CAP},
-    "float": {"max_iter": CAP, "constr_viol_tol": 1e-5, "dual_inf_tol": 1e-5},
+    "double": {"max_iter": CAP["default"]},
+    "float": {"max_iter": CAP["default"], "constr_viol_tol": 1e-5, "dual_inf_tol": 1e-5},
 }
 """What differs from CasADi's defaults, 1000 iterations and 1e-8, which
 single precision does not reach."""
@@ -28,7 +29,7 @@ def missing() -> str:
     return "" if find_spec("casadi") else "not installed; pip install casadi"
 
 
-def generate(qp: QP, scalar: Scalar) -> Files:
+def generate(qp: QP, scalar: Scalar, level: Level) -> Files:
     """``conic`` with qrqp, called with b, lb and ub, from x = 0 and no multipliers."""
     import casadi
 

@@ -74,7 +74,8 @@ def lines(heard: Heard, name: str, started: str) -> Iterator[Line]:
 def promise(kernel: Kernel, heard: Heard) -> Promise:
     """What a kernel promises: its twin's, as far as its scalar can hold that."""
     if kernel.solver:
-        return Promise(HARD.name, limited=True, tolerance=load(kernel.solver).TOLERANCE[kernel.scalar])
+        tolerance = load(kernel.solver).TOLERANCE["default"][kernel.scalar]
+        return Promise(HARD.name, limited=True, tolerance=tolerance)
     twin = build(kernel.twin, heard.board.vehicle)
     return Promise(twin.formulation, twin.limited, max(twin.tolerance, AGREEMENT[kernel.scalar]))
 
