@@ -1,6 +1,7 @@
 """What a kernel computes, as a value: a graph of operations that printers, evaluators and proofs read."""
 
 from alloc.program.builder import Builder
+from alloc.program.evaluate import Evaluated, evaluate
 from alloc.program.graph import Expression, Graph, Number, least, most, select, size, within
 from alloc.program.limits import Limits
 from alloc.program.nodes import (
@@ -24,6 +25,7 @@ __all__ = [
     "Branch",
     "Builder",
     "DataLoop",
+    "Evaluated",
     "Exit",
     "Expression",
     "Fence",
@@ -37,6 +39,7 @@ __all__ = [
     "Step",
     "Where",
     "Write",
+    "evaluate",
     "least",
     "most",
     "operands",

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import reduce
 
 from alloc.program.graph import Expression, Graph, Number, lifted, select
 from alloc.program.limits import Limits
@@ -45,9 +46,7 @@ class Builder:
         """Return where a condition holds: the status of the first case that holds, else ``status``."""
         step = Exit(where.node, tuple((case.node, returned) for case, returned in cases), status)
         self._open[-1].append(step)
-        held = where
-        for outer in reversed(self._under):
-            held = outer & held
+        held = reduce(lambda outer, inner: outer & inner, [*self._under, where])
         self._exits += [((held & case).node, returned) for case, returned in cases]
         self._exits.append((held.node, status))
 

@@ -1,0 +1,85 @@
+"""A program calculated by numpy for many demands at once, with the bits that its C has."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from alloc.allocation import FloatArray, StatusArray
+from alloc.errors import NotApplicable
+from alloc.program.nodes import Node, Operation, Program, operands, reachable
+
+
+class Evaluated(NamedTuple):
+    """What a program answers to N calls.
+
+    Attributes
+    ----------
+    F : (N, n) thrusts [N]; of a call that is refused, what it would have written
+    status : (N,) what is returned
+    share : (N, levels) what of each level is delivered [-]
+    """
+
+    F: FloatArray
+    status: StatusArray
+    share: FloatArray
+
+
+def evaluate(
+    program: Program, taus: FloatArray, f_min: FloatArray | None = None, f_max: FloatArray | None = None
+) -> Evaluated:
+    """Answer demands (N, k) within limits (N, n), where the program takes these.
+
+    Every operation is rounded to the program's scalar, and C's minimum, a < b ? a : b, is taken. Raises
+    NotApplicable for a program with a loop over data.
+    """
+    kind = np.float32 if program.scalar == "float" else np.float64
+    given = {"tau": taus, "f_min": f_min, "f_max": f_max}
+    columns = {
+        name: np.ascontiguousarray(array.T, dtype=kind) for name, array in given.items() if array is not None
+    }
+    made: dict[Node, Any] = {}
+    with np.errstate(all="ignore"):
+        for node in reachable(program.nodes, program.roots):
+            made[node] = _calculated(program.nodes[node], made, columns, kind)
+        status = np.broadcast_to(made[program.status], len(taus)).astype(np.int8)
+    for condition, returned in reversed(program.exits):
+        status = np.where(made[condition], np.int8(returned), status)
+
+    def written(array: str) -> FloatArray:
+        rows = [made[program.outputs[array, i]] for i in range(program.size(array))]
+        both = [np.broadcast_to(row, len(taus)) for row in rows]
+        return np.array(both, dtype=np.float64).reshape(len(rows), len(taus)).T
+
+    return Evaluated(written("f"), status, written("share"))
+
+
+def _calculated(
+    operation: Operation, made: dict[Node, Any], columns: dict[str, NDArray[Any]], kind: Any
+) -> Any:
+    match operation:
+        case ("const", value):
+            return kind(value)
+        case ("input", array, index):
+            return columns[array][index]
+        case ("again", inner):
+            return made[inner]
+        case ("finite", array, first, count):
+            return np.isfinite(columns[array][first : first + count]).all(axis=0)
+        case ("loop" | "unknown", *_):
+            raise NotApplicable("a loop over data: its C alone calculates that")
+    return OPERATIONS[operation[0]](*(made[each] for each in operands(operation)))
+
+
+OPERATIONS: dict[str, Callable[..., Any]] = {
+    "add": np.add, "sub": np.subtract, "mul": np.multiply, "div": np.divide,
+    "neg": np.negative, "abs": np.abs,
+    "lt": np.less, "le": np.less_equal, "gt": np.greater, "ge": np.greater_equal,
+    "eq": np.equal, "ne": np.not_equal,
+    "not": np.logical_not, "and": np.logical_and, "or": np.logical_or,
+    "min": lambda a, b: np.where(a < b, a, b),
+    "max": lambda a, b: np.where(a > b, a, b),
+    "choose": np.where,
+}  # fmt: skip
+"""What numpy calls an operation; the second of two stands where a minimum or maximum meets NaN, as in C."""

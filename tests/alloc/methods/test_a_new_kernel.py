@@ -1,0 +1,64 @@
+"""A method that offers ``program`` is C by that alone: CONTRIBUTING's row on a kernel, followed."""
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import alloc.methods
+from alloc import build, catalogue, generate, load_vehicle
+from alloc.c.compiled import compiler, missing
+from alloc.discovery import find
+from alloc.methods import recipes
+from bench.proof import subject
+from tests.kernel_file import METHOD
+
+pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "-")
+
+
+@pytest.fixture
+def meek(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
+    """The method of ``tests.kernel_file``, found in a folder of methods."""
+    name = "meek"
+    (tmp_path / f"{name}.py").write_text(METHOD, encoding="utf-8")
+    monkeypatch.setattr(alloc.methods, "__path__", [*alloc.methods.__path__, str(tmp_path)])
+    caches = (recipes, catalogue)
+    for each in caches:
+        each.cache_clear()
+    yield name
+    for each in caches:
+        each.cache_clear()
+    sys.modules.pop(f"alloc.methods.{name}", None)
+
+
+def test_a_method_with_a_program_is_in_the_catalogue_and_its_c_answers_as_python_does(meek: str) -> None:
+    vehicle = load_vehicle("ukwial")
+    assert find(f"{meek}@native").twin == meek
+    python, native = build(meek, vehicle), build(f"{meek}@native", vehicle)
+    rng = np.random.default_rng(4)
+    taus = rng.normal(size=(300, vehicle.k)) * vehicle.wrench_scale
+    ends = np.sort(rng.uniform(vehicle.f_min, vehicle.f_max, (2, *taus.shape[:1], vehicle.n)), axis=0)
+    for limits in ((), tuple(ends)):
+        (F, status), (native_F, native_status) = (each.many(taus, *limits) for each in (python, native))
+        np.testing.assert_array_equal(native_status, status)
+        np.testing.assert_allclose(native_F, F, rtol=0, atol=1e-12 * vehicle.f_scale)
+
+
+@pytest.mark.parametrize("limits", ["fixed", "call"])
+@pytest.mark.parametrize("scalar", ["double", "float"])
+def test_its_self_test_is_green(meek: str, scalar, limits, tmp_path: Path) -> None:
+    files = generate(load_vehicle("ukwial"), meek, scalar=scalar, limits=limits)
+    folder = tmp_path / "c"
+    folder.mkdir()
+    for name, text in files.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    units = [name for name in files if name.endswith(".c")]
+    subprocess.run([*compiler(), "-std=c99", "-O1", *units, "-o", "selftest"], cwd=folder, check=True)
+    assert subprocess.run(["./selftest"], cwd=folder, check=False).returncode == 0
+
+
+def test_a_proof_finds_it(meek: str) -> None:
+    assert subject(load_vehicle("ukwial"), meek, "double", "call").limited
