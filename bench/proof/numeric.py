@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from alloc.program import Program
+from alloc.program.evaluate import OPERATIONS
 from bench.proof.not_read import NotRead
 
 Array = NDArray[Any]
@@ -62,7 +63,7 @@ def values(
             elif operation == "unknown":
                 raise NotRead("a loop")
             else:
-                made.append(_OPERATIONS[operation](*(made[each] for each in operands)))
+                made.append(OPERATIONS[operation](*(made[each] for each in operands)))
     return made
 
 
@@ -73,14 +74,3 @@ def alike(program: Program, some: list[Any], others: list[Any]) -> Array:
     for condition in asked:
         same &= np.equal(some[condition], others[condition])
     return same
-
-
-_OPERATIONS: dict[str, Any] = {
-    "add": np.add, "sub": np.subtract, "mul": np.multiply, "div": np.divide,
-    "neg": np.negative, "abs": np.abs,
-    "lt": np.less, "le": np.less_equal, "gt": np.greater, "ge": np.greater_equal,
-    "eq": np.equal, "ne": np.not_equal, "not": np.logical_not, "and": np.logical_and, "or": np.logical_or,
-    "min": lambda a, b: np.where(a < b, a, b),  # C's ternaries: the second where one is NaN
-    "max": lambda a, b: np.where(a > b, a, b),
-    "choose": np.where,
-}  # fmt: skip
