@@ -1,7 +1,7 @@
 """The cost of the exact answer in C and from Python, beside the fastest solvers for this size.
 
-``python docs/studies/native_speed.py [VEHICLE …]`` prints the tables of docs/exact.md as Markdown, and
-``--write docs/exact.md`` puts them between its marks. ``--daqp CSRC`` adds DAQP's C from that folder of
+``python docs/studies/native_speed.py [VEHICLE …]`` prints the tables of results/studies/native_speed.md, from
+which docs/exact.md quotes. ``--daqp CSRC`` adds DAQP's C from that folder of
 its source distribution (``pip download --no-deps --no-binary daqp daqp``). Ratios are within one run;
 demands are inactive, active and infeasible ones in equal parts, shuffled. Each figure is CPU time, the least
 of several batches, because the least repeats on a machine that does other things as well. The study takes
@@ -24,7 +24,6 @@ from bench.chips.kernel import Kernel
 from bench.chips.kernels import build_kernel
 from bench.demands import build_demands
 from bench.harness.timing import no_garbage_collection, sample
-from bench.report.readme import put
 from by_hand import plain_product
 from c_loop import instructions, nanoseconds
 from daqp_c import daqp_kernel
@@ -51,7 +50,6 @@ MANY = 200_000
 """Demands of a ``many()``."""
 QUICK_SOLVERS = ("qp/daqp", "qp/piqp", "qp/proxqp", "qp/quadprog", "qp/osqp")
 """The live solvers that were the fastest on some vehicle; the others are tens of times slower."""
-MARKS = ("<!-- native_speed -->", "<!-- /native_speed -->")
 
 
 def demands(vehicle: Vehicle, classes: Sequence[str] = CLASSES) -> FloatArray:
@@ -150,16 +148,12 @@ def many_per_second(vehicle: Vehicle, taus: FloatArray) -> float:
 
 
 def main() -> None:
-    """Measure, print the tables, and write them into a page where one is given."""
+    """Measure and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("vehicles", nargs="*", default=VEHICLES)
     parser.add_argument("--daqp", type=Path, metavar="CSRC", help="that folder of DAQP's sdist")
-    parser.add_argument("--write", type=Path, metavar="PAGE")
     arguments = parser.parse_args()
-    text = tables([measure(name, arguments.daqp) for name in arguments.vehicles])
-    print(text)
-    if arguments.write:
-        put(arguments.write, text, *MARKS)
+    print(tables([measure(name, arguments.daqp) for name in arguments.vehicles]))
 
 
 if __name__ == "__main__":

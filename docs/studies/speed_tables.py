@@ -1,4 +1,4 @@
-"""The tables of docs/exact.md, from the measurements of ``docs/studies/native_speed.py``."""
+"""The tables of results/studies/native_speed.md, from what ``docs/studies/native_speed.py`` measured."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
