@@ -16,7 +16,8 @@ def summary(run: Run) -> str:
     """The most costly call of each kernel, in double precision if that was counted, and what failed."""
     emulated = rows(run.record.emulated)
     scalar = shown_scalar(emulated)
-    targets = list(dict.fromkeys(r.emulated.target for r in emulated if r.emulated.target != REFERENCE))
+    shown = (r.emulated for r in emulated if r.emulated.scalar == scalar and r.emulated.target != REFERENCE)
+    targets = list(dict.fromkeys(each.target for each in shown))
     lines = []
     # Rows come by scalar, then by limits; here scalars don't matter.
     by_kernel = sorted(emulated, key=lambda r: _names(r.emulated, without_scalar=True))

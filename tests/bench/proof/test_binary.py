@@ -63,8 +63,9 @@ def test_the_worst_call_is_the_longest_way(kernel: str, scalar: Scalar, name: st
 
 
 def test_a_way_that_no_call_takes_leaves_an_interval_that_holds_all_counts() -> None:
-    """Of ``scaled`` a share below one is looked at twice; no call was seen at the end."""
-    worst = worst_path(subject(load_vehicle("bluerov2"), "scaled", "double", "fixed"), available("cortex-m7"))
+    """What a refused call does more and what an answered one writes never come together."""
+    of = subject(load_vehicle("bluerov2"), "nullspace", "double", "fixed")
+    worst = worst_path(of, available("cortex-m7"))
     assert not worst.exact
     assert worst.at_most is not None
     assert worst.attained < worst.at_most
