@@ -8,8 +8,9 @@ import pytest
 
 from alloc import AllocError
 from alloc.vehicle.geometry import DOF, pose_matrix
-from bench.inputs.imported import ImportOptions
+from bench.inputs.imported import ImportOptions, import_vehicle
 from tests.foreign_vehicles import imported, vehicle_of
+from tests.mutations import damaged
 
 pytest.importorskip("defusedxml", reason="needs the extra urdf")
 pytest.importorskip("urdf_parser_py", reason="needs the extra urdf")
@@ -250,3 +251,19 @@ def test_what_is_included_is_not_fetched_but_said(tmp_path: Path) -> None:
     assert any(
         "https://fuel.example/models/arm" in note for note in imported(tmp_path, text, None, "six.sdf").notes
     )
+
+
+@pytest.mark.parametrize("name", ["six.urdf", "six.sdf"])
+def test_a_damaged_description_is_read_or_refused_in_one_line(tmp_path: Path, name: str) -> None:
+    rng = np.random.default_rng(11)
+    limits = "<max_thrust_cmd>37</max_thrust_cmd>"
+    good = sdf() if name.endswith("sdf") else urdf(extra=f"<gazebo>{plugins(limits)}</gazebo>")
+    messages = []
+    for _ in range(150):
+        (tmp_path / name).write_bytes(damaged(good.encode(), rng))
+        try:
+            import_vehicle(tmp_path / name)
+        except AllocError as error:
+            messages.append(str(error))
+    assert len(messages) > 50
+    assert [message for message in messages if "\n" in message or str(tmp_path) not in message] == []

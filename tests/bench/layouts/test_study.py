@@ -205,3 +205,19 @@ def test_a_grid_has_its_own_number(tmp_path: Path) -> None:
     assert number_of(document, space, None) == 3 * 4 * 2 * 3
     with pytest.raises(AllocError, match="--n 5: a grid has all its 72 layouts"):
         number_of(document, space, 5)
+
+
+def test_layouts_keep_their_base_s_frame_and_thrusters_go_by_name(tmp_path: Path) -> None:
+    text = (
+        "base: subjugator8\ngroups: {front: {thrusters: [FLV, FRV], x: {from: 0.1, to: 0.2}}}\n"
+        "demands: {n: 8}\n"
+    )
+    space, base = compiled(tmp_path, text)
+    assert space.frame == base.frame == "flu"
+    told = {"round": 0, "layout": 3, "authority": 1, "authority_after_one": 1, "worst_thruster": 0}
+    keys = vehicle_file(space, {**told, "front.x": 0.15})
+    assert keys.frame == "flu"
+    made = build_vehicle(keys)
+    kept = [any(np.allclose(column, own) for own in made.T.T) for column in base.T.T]  # groups come first
+    assert kept == [name not in ("FLV", "FRV") for name in base.names]
+    assert "no thruster 'FLX'; did you mean" in refusal(tmp_path, text.replace("FLV", "FLX"))
