@@ -16,6 +16,7 @@ UNITS = {"N", "kN", "Nm", "N m", "N·m", "N*m", "kNm", "s", "ms", "us", "µs", "
 """Units of which a line below the header holds at least one."""
 COMMENT = ("#", "%", "//")
 NAMES = {",": "commas", ";": "semicolons", "\t": "tabs", " ": "blanks"}
+MARKS = {",": "comma", ".": "point"}
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?", re.ASCII)
 
 
@@ -51,7 +52,8 @@ class Cells:
         if mark and self.decimal and mark != self.decimal:
             raise self.refused(
                 line,
-                f"{column} is {text[:40]!r}, where numbers above have {self.decimal!r}; keep one",
+                f"{column} is {text[:40]!r}, with a decimal {MARKS[mark]}; numbers above have a decimal"
+                f" {MARKS[self.decimal]}: write all of them alike",
             )
         self.decimal = self.decimal or mark
         if comma:

@@ -22,11 +22,20 @@ def find(tree: YamlTree, *names: str) -> Any:
 
 def numbers(tree: YamlTree, key: str, value: Any) -> Numbers:
     """A flat list of numbers; raises VehicleError."""
-    if not isinstance(value, list) or not all(
-        isinstance(x, (int, float)) and not isinstance(x, bool) for x in value
-    ):
-        raise VehicleError(f"{tree.path}: {key} is not made of numbers; give nothing else")
+    if not isinstance(value, list):
+        raise VehicleError(f"{tree.path}: {key} is {_brief(value)}; give a list of numbers")
+    for x in value:
+        if not isinstance(x, (int, float)) or isinstance(x, bool):
+            raise VehicleError(
+                f"{tree.path}: {key} holds {_brief(x)}, which is no number; write it as 0.5 or -40"
+            )
     return [float(x) for x in value]
+
+
+def _brief(value: Any) -> str:
+    """The value in a few words."""
+    kinds = {dict: "a table of keys", list: "a list", type(None): "empty"}
+    return kinds.get(type(value), repr(str(value))[:42])
 
 
 def rows(tree: YamlTree, key: str, value: Any, n: int | None = None) -> list[Numbers]:

@@ -1,7 +1,8 @@
 """The keys of a study file: a base vehicle and what varies about it."""
 
+import re
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import msgspec
 
@@ -217,8 +218,44 @@ def _explained(message: str, tree: YamlTree) -> str:
         line = f"line {lines[0]}: " if lines and "unknown" in what else ""
         said = f"unknown key '{key[:40]}'" if "unknown" in what else f"key '{key}' is missing"
         return f"{line}{place + ': ' if place else ''}{said}; the keys are {', '.join(known)}"
-    at = tree.line(where.rstrip("`").lstrip(".")) if "..." not in where else None
+    asked = re.match(r"Expected `(.*)`, got `(.*)`$", what)
+    place = _place(tree.data, where.rstrip("`"), asked[2]) if asked else place
+    if asked:
+        wanted = " or ".join(_KINDS.get(kind, kind) for kind in asked[1].split(" | "))
+        what = f"is {_KINDS.get(asked[2], asked[2])}; give {wanted}"
+    at = tree.line(place)
     return f"{f'line {at}: ' if at else ''}{place}: {what[:120]}; docs/layouts.md shows the form"
+
+
+_KINDS = {
+    "int": "a whole number",
+    "float": "a number",
+    "str": "text",
+    "bool": "true or false",
+    "array": "a list",
+    "object": "keys with values",
+    "null": "nothing",
+}
+"""What msgspec calls a value, in words."""
+_TYPES = {"int": int, "float": float, "str": str, "bool": bool, "array": list, "object": dict}
+
+
+def _place(data: Any, where: str, got: str) -> str:
+    """The place of the wrong value, ``groups.aft.thrusters[0]``; msgspec says ``groups[...]`` of any."""
+    found = [("", data)]
+    for step in re.findall(r"\.(\w+)|\[(\d+|\.\.\.)\]", where):
+        key, index = step
+        following = []
+        for name, value in found:
+            if key and isinstance(value, dict) and key in value:
+                following.append((f"{name}.{key}".lstrip("."), value[key]))
+            elif index == "..." and isinstance(value, dict):
+                following += [(f"{name}.{each}", inner) for each, inner in value.items()]
+            elif index.isdigit() and isinstance(value, list) and int(index) < len(value):
+                following.append((f"{name}[{index}]", value[int(index)]))
+        found = following
+    kind = _TYPES.get(got, type(None))
+    return next((name for name, value in found if type(value) is kind), where.lstrip("."))
 
 
 def _check(document: StudyDocument) -> None:

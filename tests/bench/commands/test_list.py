@@ -8,7 +8,16 @@ from bench.commands.list import command
 from bench.demands import list_demands
 
 
-@pytest.mark.parametrize("columns", ["80", "120"])
+def test_in_80_columns_words_stand_under_names_and_no_line_is_longer() -> None:
+    done = CliRunner().invoke(command, env={"COLUMNS": "80", "TERM": "dumb"})
+    lines = done.output.splitlines()
+    assert max(map(len, lines)) <= 80
+    place = next(i for i, line in enumerate(lines) if line.startswith("nullspace "))
+    assert lines[place + 1].startswith("    Exact optimum of eq. 4-5")
+    assert len(lines) < 200  # a table of four columns took three times as many
+
+
+@pytest.mark.parametrize("columns", ["80", "120", "160"])
 def test_every_name_stands_whole_also_in_a_narrow_window(columns: str) -> None:
     done = CliRunner().invoke(command, env={"COLUMNS": columns, "TERM": "dumb"})
     assert done.exit_code == 0

@@ -171,7 +171,11 @@ def test_columns_that_can_t_be_guessed_are_named_by_the_user(file: Path) -> None
         ("surge,sway,yaw [deg]\n1,2,3\n", "", "no column 'yaw' among surge, sway, yaw [deg]"),
         ("surge,sway,yaw [deg]\n1,2,3\n", "yaw=yaw [deg]", "the unit of 'yaw [deg]' is none of Nm"),
         ("surge,sway,c\n1,2,3\n", "yaw=d", "no column 'd' for yaw; there are surge, sway, c"),
-        ("surge;sway;yaw\n1,5;2;3\n1.5;2;3\n", "", "line 3: surge is '1.5', where numbers above have ','"),
+        (
+            "surge;sway;yaw\n1,5;2;3\n1.5;2;3\n",
+            "",
+            "line 3: surge is '1.5', with a decimal point; numbers above",
+        ),
         ("surge;sway;yaw\n1.234,5;2;3\n", "", "line 2: surge is '1.234,5'"),
         ("surge,sway,yaw\n1,2,\n", "", "line 2: yaw is ''"),
     ],

@@ -161,9 +161,13 @@ def test_a_csv_of_t_is_read_with_and_without_names_and_header(tmp_path: Path, te
         (
             MAELSTROM.replace("0.7071, 0.7071, -0.7071", "fast, 0.7071, -0.7071"),
             LIMITS,
-            "not made of numbers",
+            "holds 'fast', which is no number; write it as 0.5 or -40",
         ),
-        (NAUTILUS.replace("40.0", "strong"), ImportOptions(), "min_force is not made of numbers"),
+        (
+            NAUTILUS.replace("40.0", "strong"),
+            ImportOptions(),
+            "min_force holds '-strong', which is no number",
+        ),
         (
             NAUTILUS.replace("thruster_position", "place"),
             ImportOptions(),

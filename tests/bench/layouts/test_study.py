@@ -52,7 +52,8 @@ def checked(folder: Path, text: str) -> None:
         ),
         ("[0.5, 1, 2]", "[]", "line 4: groups.stern.size: the list is empty"),
         ("[0.5, 1, 2]", "[0, 1, 2]", "line 4: groups.stern.size: 0 is no size"),
-        ("[0.5, 1, 2]", "large", "groups.size: Expected"),
+        ("[0.5, 1, 2]", "large", "line 4: groups.stern.size: is text; give "),
+        ("thrusters: [0, 1]", "thrusters: [0, 1.5]", "line 3: groups.bow.thrusters[1]: is a number; give "),
         ("base: ukwial", "base: yellow", "line 1: base: no vehicle 'yellow'; there are bluerov2"),
         ("base: ukwial", "base: cross.yaml", "line 1: base: cross has T, but no poses that could vary"),
         ("thrusters: [0, 1]", "thrusters: [0, 7]", "has no thruster 7; count from 0 to 3"),
@@ -69,6 +70,11 @@ def checked(folder: Path, text: str) -> None:
             "groups: up to 44 thrusters in 3 degrees of freedom",
         ),
         ("demands: {n: 16}", "demands: {n: 0}", "line 5: demands.n: 0 is out of range"),
+        (
+            "demands: {n: 16}",
+            "demands: {n: few}",
+            "line 5: demands.n: is text; give a whole number; docs/layouts",
+        ),
         ("demands: {n: 16}", "demands: {set: magic}", "line 5: demands.set: no demand set 'magic'"),
         (
             "demands: {n: 16}",
