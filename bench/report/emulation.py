@@ -52,7 +52,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
         "Instructions of one call, counted exactly; not times. Mean over the demands of each class, then the"
         " most that any call took, a search for it included, and its ratio to the same C on x86-64. Flash and"
         " RAM are what the linked image grows by, with the tables for every single failed thruster; stack is"
-        " the deepest that any call wrote. docs/embedded.md says how this was counted.\n",
+        " the deepest that any call wrote. docs/counting.md says how this was counted.\n",
     ]
     counted = [row for row in emulated if row.emulated.instructions and row.emulated.target != REFERENCE]
     processors = run.record.processors

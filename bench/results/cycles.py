@@ -28,7 +28,7 @@ class Cpi:
         return f"{self.low:g} to {self.high:g}; {self.basis}"
 
 
-PUBLISHED = "by published timings at zero wait states (docs/embedded.md)"
+PUBLISHED = "by published timings at zero wait states (docs/counting.md)"
 """Basis of a band whose cycles come out of the record."""
 
 

@@ -81,7 +81,7 @@ COLUMNS: dict[str, Callable[[EmulatedRow], Value]] = {
     "other_verdicts": lambda row: row.emulated.other_verdicts if row.calls else None,
     "agrees": lambda row: {True: "yes", False: "no", None: "-"}[row.emulated.agrees],
 }
-"""The columns of emulation.csv, in order; docs/embedded.md says what they mean."""
+"""The columns of emulation.csv, in order; docs/counting.md says what they mean."""
 
 
 def by_name(processors: Iterable[Processor]) -> list[Processor]:

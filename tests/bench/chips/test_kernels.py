@@ -317,7 +317,7 @@ def test_the_goals_in_the_docs_are_what_the_committed_record_gives() -> None:
     committed = ROOT / "results/emulated"
     if not committed.exists():
         pytest.skip("no results are committed yet: `make emulate` makes them")
-    text = (ROOT / "docs/embedded.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs/counting.md").read_text(encoding="utf-8")
     shown = text.partition("<!-- goals:start -->\n")[2].partition("<!-- goals:end -->")[0]
     record = read(committed)
     assert shown == goals(counted_rows(record.emulated), record.processors)
