@@ -41,6 +41,7 @@ def by_level(formulation: Formulation, vehicle: Vehicle, limits: Where, scalar: 
         walk.take(level)
         if level == walk.levels - 1:
             refuse(builder, walk.seen, [], exact=False)
+            builder.write(y)
         for b, block in enumerate(structure.blocks):
             if arrival[b] == level:
                 x, zero = _ends(builder, walk, b, block)
@@ -48,7 +49,9 @@ def by_level(formulation: Formulation, vehicle: Vehicle, limits: Where, scalar: 
                 if again.at_call:
                     builder.fence()
                 builder.compute(*part.before)
-                y |= inside(builder, part.thrusts(), again)
+                y |= (ended := inside(builder, part.thrusts(), again))
+                if level == walk.levels - 1:
+                    builder.write(ended)
         if fixed and walk.arrived(fixed) == level:
             if again.at_call:
                 builder.fence()

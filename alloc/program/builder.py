@@ -32,6 +32,7 @@ class Builder:
         self._open: list[list[Step]] = [[]]
         self._under: list[Expression] = []
         self._exits: list[tuple[Node, int]] = []
+        self._written: dict[tuple[str, int], Node] = {}
         self._loops: dict[str, DataLoop] = {}
 
     def compute(self, *values: Number) -> None:
@@ -70,6 +71,12 @@ class Builder:
         steps = self._open.pop()
         self._open[-1].append(Branch(condition.node, tuple(steps), tuple(merged)))
 
+    def write(self, thrusts: dict[int, Expression]) -> None:
+        """These thrusts are written next, and hold no register from then on; nothing is refused behind it."""
+        for i, value in thrusts.items():
+            self._open[-1].append(Write("f", i))
+            self._written["f", i] = value.node
+
     def loop(self, loop: DataLoop, *arrays: Sequence[Number]) -> list[Expression]:
         """What a loop over data makes of the last of these arrays."""
         self._loops[loop.name] = loop
@@ -88,7 +95,7 @@ class Builder:
                 exits=tuple(self._exits),
                 scalar=self.scalar,
                 names=self.graph.names,
-                steps=(*self._open[0], *(Write(*place) for place in written)),
+                steps=(*self._open[0], *(Write(*place) for place in written if place not in self._written)),
                 loops=self._loops,
             )
         )

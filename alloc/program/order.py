@@ -124,7 +124,7 @@ class _Placing:
 
     def _read_all(self, into: list[Step]) -> None:
         for node, (kind, *_) in enumerate(self._program.nodes):
-            if node in self._homes and kind in ("input", "again"):
+            if node in self._homes and kind == "input":
                 self._place(node, into, (), set())
 
     def _place(self, node: Node, into: list[Step], here: Block, seen: set[Node]) -> None:
