@@ -230,10 +230,20 @@ function rowOf(kind, texts) {
 const views = {};
 const charts = JSON.parse(by("charts").textContent);
 if (data.machines.length < 2) charts.cost.layer.forEach((layer) => delete layer.encoding.shape);
+// A legend names what is drawn: of the families, those of these rows.
+const named = (chart, rows) => JSON.parse(JSON.stringify(chart), (key, value) => {
+  if (key !== "scale" || !Array.isArray(value?.domain)) return value;
+  const kept = value.domain.map((_, i) => i).filter((i) => rows.some((row) => row.family === value.domain[i]));
+  return { ...value, domain: kept.map((i) => value.domain[i]), range: kept.map((i) => value.range[i]) };
+});
 async function show(id, rows, more = {}) {
-  by(id).hidden = !rows.length; // a logarithmic axis needs a point
+  const place = by(id).closest(".halves > div") ?? by(id).closest("section");
+  place.hidden = !rows.length; // a logarithmic axis needs a point, and a heading something under it
   if (!rows.length) return;
-  views[id] ??= vegaEmbed(by(id), { ...charts[id], datasets: { rows, ...more } }, { actions: false, renderer: "svg", tooltip: { theme: "custom" } }).then(({ view }) => {
+  const families = [...new Set(rows.map((row) => row.family))].sort().join();
+  if (by(id).dataset.families !== families) delete views[id];
+  by(id).dataset.families = families;
+  views[id] ??= vegaEmbed(by(id), { ...named(charts[id], rows), datasets: { rows, ...more } }, { actions: false, renderer: "svg", tooltip: { theme: "custom" } }).then(({ view }) => {
     view.addEventListener("click", (event, item) => item?.datum?.label && pick(item.datum.label));
     return view;
   });
@@ -251,6 +261,7 @@ async function draw() {
     "wrench lost, worst": own.lost === null || own.lost === undefined ? "-" : percent(own.lost < 1e-6 ? 0 : own.lost), "served": own.served || "-",
   })));
   const chosen = picked(shown);
+  by("more").textContent = shown.length > MOST ? `The first ${MOST} of ${shown.length} are drawn, and those that you choose.` : "";
   const tails = chosen.flatMap((size) => (size.there ?? [size])).filter((own) => own.data.sets.length).flatMap((own) => tailOf(own, several));
   const curves = chosen.flatMap((size) => curvesOf(size));
   by("curves-none").textContent = curves.length ? "" : "No curve was measured for these: an exact solver's is that of nullspace.";

@@ -352,6 +352,36 @@ def test_on_a_phone_nothing_but_wide_tables_scrolls_sideways(runs: list[Path], o
         opened.set_viewport_size({"width": 1280, "height": 900})
 
 
+def test_the_table_of_one_machine_is_whole_at_a_desk_and_no_cell_runs_into_the_next_on_a_phone(
+    runs: list[Path], opened: Any
+) -> None:
+    try:
+        opened.set_viewport_size({"width": 1400, "height": 900})
+        open_report(opened, runs[0], choice="vehicle=ukwial")
+        whole = "(t => t.scrollWidth <= t.parentElement.clientWidth)(document.getElementById('table'))"
+        assert opened.evaluate(whole)
+        opened.set_viewport_size({"width": 390, "height": 844})
+        wider = (
+            "[...document.querySelectorAll('#table td')].filter(c => c.scrollWidth > c.clientWidth).length"
+        )
+        assert opened.evaluate(wider) == 0
+    finally:
+        opened.set_viewport_size({"width": 1280, "height": 900})
+
+
+def test_legends_name_what_is_drawn_and_a_heading_has_something_under_it(
+    runs: list[Path], opened: Any
+) -> None:
+    open_report(opened, runs[0], choice="vehicle=ukwial")
+    families = set(filter(None, column(shown(opened), "kind")))
+    legend = opened.locator("#cost .role-legend-label text").all_text_contents()
+    assert set(legend) <= families
+    open_report(opened, runs[2], choice="vehicle=ukwial")
+    assert opened.is_visible("#cost svg")
+    for heading in ("Time against loss", "Share of calls that took at least so long"):
+        assert not opened.is_visible(f"text={heading}")
+
+
 def test_on_paper_there_are_no_controls_and_in_the_dark_no_white_page(runs: list[Path], opened: Any) -> None:
     open_report(opened, runs[0])
     opened.emulate_media(media="print")
