@@ -10,6 +10,7 @@ from alloc.allocation import FloatArray
 from alloc.errors import VehicleError
 from alloc.vehicle import Vehicle
 from alloc.vehicle.columns import refusals
+from alloc.vehicle.esc_file import EscKeys, escs, limits_of, table_of
 from alloc.vehicle.frame import Frame
 from alloc.vehicle.geometry import DOF, contradictions, planar_matrix, pose_matrix
 from alloc.vehicle.limits import Slew, VoltageTable
@@ -74,7 +75,8 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     ----------
     name : label in tables
     dof : controlled degrees of freedom, the rows of T
-    f_min, f_max : limits, one number for all thrusters or one for each [N]
+    f_min, f_max : limits, one number for all thrusters or one for each [N]; left out, the ends of the curve
+        in ``esc``
     source : where the numbers come from
     planar : poses in the horizontal plane
     T : rows of the (k, n) configuration matrix; force rows [-], moment rows [m]
@@ -89,6 +91,7 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     slack_weights : (k,) diagonal of Q for the soft formulation
     slew : how fast thrusts may change: one number, one for each thruster, or up and down apart [N/s]
     volts : limits [f_min, f_max] by the battery's voltage [V], each one number or one for each thruster [N]
+    esc : what stands between thrusts and the wire: one for all thrusters or one for each
     priority : the axes in levels, for a demand that can't be met: those of the first level are served first
     names : what people call each thruster, where ``thrusters`` does not say; "" for one without a name
     rank : intended rank of T where it is below k
@@ -97,8 +100,8 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
 
     name: str
     dof: list[Axis]
-    f_min: float | Numbers
-    f_max: float | Numbers
+    f_min: float | Numbers | None = None
+    f_max: float | Numbers | None = None
     source: str = ""
     planar: Planar | None = None
     T: list[Numbers] | None = None
@@ -111,6 +114,7 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     slack_weights: Numbers | None = None
     slew: float | Numbers | Rates | None = None
     volts: dict[str, tuple[float | Numbers, float | Numbers]] | None = None
+    esc: EscKeys | list[EscKeys] | None = None
     priority: list[list[Axis]] = []
     names: list[str] | None = None
     rank: int | None = None
@@ -190,22 +194,38 @@ def vehicle_with(keys: VehicleFile, T: FloatArray) -> Vehicle:
             f"weights: {len(keys.weights)} numbers for {n} thrusters; give one each", "weights"
         )
     H = np.diag(keys.weights or [1.0] * n) if keys.H is None else _rectangular("H", keys.H)
+    names = _names(keys)
+    f_min, f_max = (_said(keys, key, n) for key in ("f_min", "f_max"))
+    made = () if keys.esc is None else escs(keys.esc, n, names, f_min, f_max)
+    if f_min is None or f_max is None:
+        low, high = limits_of(made)
+        f_min, f_max = low if f_min is None else f_min, high if f_max is None else f_max
+    by_volts = table_of(made) if keys.volts is None and made else None
     return Vehicle(
         name=keys.name,
         dof=tuple(keys.dof),
         T=T,
         H=H,
-        f_min=_per_thruster(keys.f_min, n),
-        f_max=_per_thruster(keys.f_max, n),
+        f_min=f_min,
+        f_max=f_max,
         readiness=np.ones(n),
         slack_weights=np.array([SLACK_WEIGHT] * k if keys.slack_weights is None else keys.slack_weights),
         source=keys.source,
         slew=None if keys.slew is None else _slew(keys.slew, n),
-        by_volts=None if keys.volts is None else _by_volts(keys.volts, n),
+        by_volts=by_volts if keys.volts is None else _by_volts(keys.volts, n),
         priority=tuple(map(tuple, keys.priority)),
-        names=_names(keys),
+        names=names,
         frame=keys.frame,
+        esc=made,
     )
+
+
+def _said(keys: VehicleFile, key: str, n: int) -> FloatArray | None:
+    """A limit (n,) [N] as the file says it; None where it leaves that to the curves of ``esc``."""
+    limit = getattr(keys, key)
+    if limit is None and keys.esc is None:
+        raise VehicleError(f"{key}: missing; give [N] of the thrusters, or a curve in 'esc'", key)
+    return None if limit is None else _per_thruster(limit, n)
 
 
 def _names(keys: VehicleFile) -> tuple[str, ...]:

@@ -11,6 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from alloc.allocation import FloatArray, IndexArray, real
 from alloc.errors import DemandError, VehicleError
+from alloc.vehicle import esc as output
+from alloc.vehicle.esc import Esc, Sent
 from alloc.vehicle.frame import Frame, checked_frame, turned
 from alloc.vehicle.geometry import DOF
 from alloc.vehicle.limits import Interval, Slew, VoltageTable, check_slew, check_table, intersected, thrusts
@@ -46,6 +48,7 @@ class Vehicle:
     priority : axes in levels, those that are served first in front; given empty, one level with all axes
     names : (n,) what people call each thruster, "" for one without a name; empty where none has one
     frame : of T and of every wrench: frd (x ahead, y to starboard, z down) or flu (x ahead, y to port, z up)
+    esc : (n,) what stands between each thrust and the wire; empty where nothing says
     """
 
     name: str
@@ -63,6 +66,7 @@ class Vehicle:
     priority: Priority = ()
     names: tuple[str, ...] = ()
     frame: Frame = "frd"
+    esc: tuple[Esc, ...] = ()
 
     def __post_init__(self) -> None:
         """Freeze private copies of the arrays; raise VehicleError where they describe no vehicle."""
@@ -92,6 +96,8 @@ class Vehicle:
             check_slew(self.slew, self.n)
         if self.by_volts is not None:
             check_table(self.by_volts, self.n)
+        if self.esc and len(self.esc) != self.n:
+            raise VehicleError(f"{self.name}: {len(self.esc)} ESCs for {self.n} thrusters", "esc")
 
     @property
     def k(self) -> int:
@@ -215,6 +221,63 @@ class Vehicle:
         except VehicleError as error:
             raise DemandError(error.what) from None
         return np.where(still, 0.0, low), np.where(still, 0.0, high)
+
+    def commands(
+        self,
+        f: ArrayLike,
+        volts: ArrayLike | None = None,
+        *,
+        f_min: ArrayLike | None = None,
+        f_max: ArrayLike | None = None,
+    ) -> Sent:
+        """What goes to the ESCs for thrusts f (n,) or (N, n) [N], and what that makes.
+
+        The inverse of the curve in the vehicle's ``esc``, rounded to the nearest step; what is made lies
+        within the limits where a step does. A thrust that is no number gives neutral.
+
+        Parameters
+        ----------
+        f : the thrusts
+        volts : of the battery, one or (N,) [V]; left out, the nominal voltage of the curve
+        f_min, f_max : (n,) or (N, n) limits of the call [N]; left out, the vehicle's
+
+        Raises VehicleError where the vehicle has no ``esc``, DemandError for another shape and where the
+        curve has several voltages and nothing says which.
+        """
+        wishes, at, single = self._wired(f, volts, "f")
+        low, high = (
+            np.broadcast_to(own if given is None else np.asarray(given, dtype=np.float64), wishes.shape)
+            for given, own in ((f_min, self.f_min), (f_max, self.f_max))
+        )
+        sent = output.commands(self.esc, wishes, at, low, high)
+        return Sent(*(part[0] for part in sent)) if single else sent
+
+    def thrusts(self, commands: ArrayLike, volts: ArrayLike | None = None) -> FloatArray:
+        """Thrusts (n,) or (N, n) [N] that commands of that shape make: the way back of ``commands``.
+
+        Commands beyond the range make what its end makes, NaN makes NaN. Raises as ``commands``.
+        """
+        sent, at, single = self._wired(commands, volts, "commands")
+        made = output.thrusts(self.esc, sent, at)
+        return made[0] if single else made
+
+    def _wired(
+        self, values: ArrayLike, volts: ArrayLike | None, key: str
+    ) -> tuple[FloatArray, FloatArray, bool]:
+        """Values as (N, n), voltages as (N,), -inf where none is given, and whether there is one row."""
+        if not self.esc:
+            raise VehicleError(f"{self.name}: has no ESCs; add 'esc' to its file", "esc")
+        try:
+            given = np.asarray(values, dtype=np.float64)
+            at = np.asarray(-np.inf if volts is None else volts, dtype=np.float64)
+        except (TypeError, ValueError, OverflowError) as error:
+            raise DemandError(f"{key} or volts is not an array of numbers ({error})") from None
+        if given.ndim not in (1, 2) or given.shape[-1] != self.n:
+            raise DemandError(f"{key} has shape {given.shape}; give ({self.n},) or (N, {self.n})")
+        rows = np.atleast_2d(given)
+        if at.shape not in ((), (len(rows),)):
+            raise DemandError(f"volts has shape {at.shape}; give one number, or ({len(rows)},) [V]")
+        return rows, np.broadcast_to(at, (len(rows),)), given.ndim == 1
 
     def with_fault(self, thruster: int | str, readiness: float = 0.0) -> "Vehicle":
         """This vehicle with one thruster off, or weakened: p_ii = ``readiness`` (eq. 2).

@@ -9,6 +9,7 @@ import msgspec
 from alloc.errors import VehicleError, unknown
 from alloc.files.yaml_tree import YamlTree, read_yaml
 from alloc.vehicle import Vehicle
+from alloc.vehicle.esc_file import EscKeys, with_curve_read
 from alloc.vehicle.file import Planar, Thruster, VehicleFile, build_vehicle
 from alloc.vehicle.geometry import DOF
 
@@ -67,10 +68,15 @@ def read_document(path: Path) -> Document:
     if not isinstance(tree.data, dict):
         raise VehicleError("holds no keys; start with 'name:', 'dof:' and a geometry", path=path)
     try:
-        return Document(msgspec.convert(tree.data, VehicleFile), tree)
+        keys = msgspec.convert(tree.data, VehicleFile)
     except msgspec.ValidationError as error:
         what, line = _explained(str(error), tree)
         raise VehicleError(what, path=path, line=line) from None
+    if isinstance(keys.esc, EscKeys):
+        keys.esc = with_curve_read(keys.esc, path.parent)
+    elif keys.esc is not None:
+        keys.esc = [with_curve_read(one, path.parent) for one in keys.esc]
+    return Document(keys, tree)
 
 
 def _exists(path: Path) -> bool:
@@ -95,8 +101,9 @@ def _explained(message: str, tree: YamlTree) -> tuple[str, int | None]:
 def _remedy(what: str, key: str) -> str:
     place = key.partition("[")[0].partition(".")[0]
     if "field" in what:
-        keys = {"planar": Planar, "thrusters": Thruster}.get(place, VehicleFile).__struct_fields__
-        return f"the keys are {', '.join(keys)}"
+        kind = {"planar": Planar, "thrusters": Thruster, "esc": EscKeys}.get(place, VehicleFile)
+        return f"the keys are {', '.join(kind.__struct_fields__)}"
     if "enum" in what:
-        return f"give one of {', '.join(('frd', 'flu') if place == 'frame' else DOF)}"
+        known = {"frame": ("frd", "flu"), "esc": ("neutral", "jump")}.get(place, DOF)
+        return f"give one of {', '.join(known)}"
     return "docs/your-vehicle.md shows the form"

@@ -1,6 +1,7 @@
 """Stores a vehicle and demands on it as arrays in an .npz file, which a parent hands to a worker."""
 
 from collections.abc import Mapping
+from dataclasses import fields
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -9,9 +10,11 @@ from numpy.typing import NDArray
 
 from alloc import Vehicle
 from alloc.allocation import FloatArray
+from alloc.vehicle.esc import Esc
 from alloc.vehicle.limits import Slew, VoltageTable
 from bench.demands import DemandSet
 
+ESC = tuple(field.name for field in fields(Esc))
 VEHICLE_ARRAYS = ("T", "H", "f_min", "f_max", "readiness", "slack_weights")
 
 
@@ -25,6 +28,10 @@ def arrays_of(vehicle: Vehicle) -> dict[str, NDArray[Any]]:
         arrays |= {"slew up": vehicle.slew.up, "slew down": vehicle.slew.down}
     if (table := vehicle.by_volts) is not None:
         arrays |= {"volts": table.volts, "volts f_min": table.f_min, "volts f_max": table.f_max}
+    for i, esc in enumerate(kinds := tuple(dict.fromkeys(vehicle.esc))):
+        arrays |= {f"esc {i} {key}": np.array(getattr(esc, key)) for key in ESC}
+    if kinds:
+        arrays["esc"] = np.array([kinds.index(esc) for esc in vehicle.esc])
     return arrays
 
 
@@ -36,11 +43,20 @@ def vehicle_of(arrays: Mapping[str, NDArray[Any]]) -> Vehicle:
         numbers["slew"] = Slew(arrays["slew up"], arrays["slew down"])
     if "volts" in arrays:
         numbers["by_volts"] = VoltageTable(arrays["volts"], arrays["volts f_min"], arrays["volts f_max"])
+    if "esc" in arrays:
+        kinds = [_esc(arrays, i) for i in range(int(arrays["esc"].max()) + 1)]
+        numbers["esc"] = tuple(kinds[i] for i in arrays["esc"])
     for key, words in (("dof", "dof"), ("names", "thrusters")):
         numbers[key] = tuple(map(str, arrays[words]))
     numbers["priority"] = tuple(tuple(str(level).split(",")) for level in arrays["priority"])
     numbers["frame"] = frame[0] if frame else "frd"  # logs of boards before frames were said
     return Vehicle(name=name, source=source, whole=whole, **numbers)
+
+
+def _esc(arrays: Mapping[str, NDArray[Any]], i: int) -> Esc:
+    parts = ((key, arrays[f"esc {i} {key}"]) for key in ESC)
+    values: dict[str, Any] = {key: part if part.ndim else part.item() for key, part in parts}
+    return Esc(**values)
 
 
 def same_vehicle(a: Vehicle, b: Vehicle) -> bool:

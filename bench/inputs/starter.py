@@ -30,6 +30,7 @@ COMMENTS = {
     "priority": "levels for the method `priority`: what must hold, first",
     "weights": "effort of each thruster, the diagonal of H",
     "volts": "V: [f_min, f_max]; limits by the battery's voltage, linear between",
+    "esc": "what goes to the ESCs: neutral, range, step, reversed, dead_band, and the measured curve",
     "slew": "[N/s], how fast thrusts may change",
 }
 FIRST = ("name", "source", "dof", "frame", "thrusters", "T", "center_of_mass", "f_min", "f_max")

@@ -49,9 +49,9 @@ def file(tmp_path: Path) -> Path:
         (GOOD.replace("20", ".nan"), "line 8: '.nan' is not a finite number"),
         (GOOD.replace("20", "1" + "0" * 400), "line 8: "),
         (GOOD.replace("20", "1e300"), "line 8: '1e300' is not a finite number, or too large"),
-        (GOOD.replace("20", "'20'"), "line 8: f_max: Expected `float | array`, got `str`"),
-        (GOOD.replace("20", "true"), "line 8: f_max: Expected `float | array`, got `bool`"),
-        (GOOD.replace("f_max: 20\n", ""), "missing required field `f_max`"),
+        (GOOD.replace("20", "'20'"), "line 8: f_max: Expected `float | array | null`, got `str`"),
+        (GOOD.replace("20", "true"), "line 8: f_max: Expected `float | array | null`, got `bool`"),
+        (GOOD.replace("f_max: 20\n", ""), "f_max: missing; give [N] of the thrusters"),
         (
             GOOD.replace("f_max", "fmax"),
             "line 8: fmax: Object contains unknown field `fmax`; the keys are name, dof",

@@ -132,3 +132,11 @@ def test_a_vehicle_survives_the_file_it_is_handed_over_in_with_its_moving_limits
     assert f_min is f_max is None
     moment = {"volts": 13.0, "f_previous": np.ones(8), "dt": 0.1}
     np.testing.assert_array_equal(again.limits(**moment), slow.limits(**moment))
+
+
+def test_a_stored_vehicle_sends_the_same_commands(tmp_path: Path) -> None:
+    vehicle = load_vehicle("bluerov2-heavy")
+    save_case(tmp_path / "case.npz", Case(vehicle, np.zeros((1, vehicle.k))))
+    stored = load_case(tmp_path / "case.npz").vehicle
+    f = np.linspace(-39, 51, vehicle.n)
+    assert np.array_equal(stored.commands(f, 14.2).u, vehicle.commands(f, 14.2).u)

@@ -1,0 +1,227 @@
+"""From thrusts to the commands of ESCs, and back: a measured curve, a dead band, and steps of the wire."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from alloc.allocation import BoolArray, FloatArray, IndexArray, StatusArray
+from alloc.errors import DemandError
+
+ROUNDING = 1e-6
+"""Share of a step by which an end of the range may miss a whole step because of rounding [-]."""
+AT_ONCE = 2048
+"""Rows that are inverted together, so that a long log takes a few megabytes."""
+
+
+class Made(IntEnum):
+    """What became of the thrust that was asked of one thruster."""
+
+    MADE = 0
+    """It is made, to half a step of the command."""
+    IN_DEAD_BAND = 1
+    """It is less than the smallest thrust: neutral is sent, or with ``jump`` the nearer of the two."""
+    AT_END = 2
+    """It lies beyond the range of the commands, or beyond the limits of the call: the end is sent."""
+    OUTSIDE_TABLE = 3
+    """The curve was not measured at such a voltage: that of the nearest is taken, for NaN of the highest."""
+    NO_NUMBER = 4
+    """It is NaN or infinite: neutral is sent."""
+
+
+class Sent(NamedTuple):
+    """What goes to the ESCs.
+
+    Attributes
+    ----------
+    u : (n,) or (N, n) commands, integers where neutral, range and step are
+    f : (n,) or (N, n) what they make by the curve [N]
+    status : (n,) or (N, n) a ``Made`` for each thruster
+    """
+
+    u: NDArray[Any]
+    f: FloatArray
+    status: StatusArray
+
+
+@dataclass(frozen=True, eq=False)
+class Esc:
+    """An ESC and the thruster behind it.
+
+    Between two commands of the curve, and between two voltages, thrust is linear.
+
+    Attributes
+    ----------
+    neutral, low, high, step : command of no thrust, ends of the range, and what the wire resolves
+    jump : whether a thrust in the dead band goes to the nearer of neutral and the smallest thrust
+    reversed : whether the ESC runs the other way: the command is mirrored about neutral
+    volts : (m,) voltages of the curve, rising [V]; (1,) NaN where none is known
+    command : (K,) rising commands of the curve as if not reversed, neutral among them
+    curve : (m, K) never falling, 0 at neutral [N]
+    nominal : voltage where a call says none [V]; NaN where nothing says
+    """
+
+    neutral: float
+    low: float
+    high: float
+    step: float
+    jump: bool
+    reversed: bool
+    volts: FloatArray
+    command: FloatArray
+    curve: FloatArray
+    nominal: float
+
+    @property
+    def whole(self) -> bool:
+        """Whether commands are integers."""
+        return all(float(x).is_integer() for x in (self.neutral, self.low, self.high, self.step))
+
+    @property
+    def ends(self) -> tuple[int, int]:
+        """The first and the last command in steps from neutral, as if not reversed."""
+        first, last = (self.command[[0, -1]] - self.neutral) / self.step
+        return int(np.ceil(first - ROUNDING)), int(np.floor(last + ROUNDING))
+
+    def outside(self, volts: FloatArray) -> BoolArray:
+        """Whether the curve was not measured at these voltages (N,) [V]."""
+        if np.isnan(self.volts[0]):
+            return np.zeros(volts.shape, dtype=bool)
+        result: BoolArray = ~((volts >= self.volts[0]) & (volts <= self.volts[-1]))
+        return result
+
+    def at(self, volts: FloatArray) -> FloatArray:
+        """(N, K) thrust of each command of the curve at voltages (N,) [N]."""
+        if len(self.volts) == 1:
+            return np.broadcast_to(self.curve[0], (len(volts), len(self.command)))
+        held = np.where(volts <= self.volts[-1], np.maximum(volts, self.volts[0]), self.volts[-1])
+        i = np.clip(np.searchsorted(self.volts, held, side="right") - 1, 0, len(self.volts) - 2)
+        share = (held - self.volts[i]) / (self.volts[i + 1] - self.volts[i])
+        blended: FloatArray = self.curve[i] + share[:, None] * (self.curve[i + 1] - self.curve[i])
+        return blended
+
+    def span(self, volts: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The least and the largest thrust (N,) that any command makes at voltages (N,) [N]."""
+        curve = self.at(volts)
+        least, most = (self._made(np.full((len(volts), 1), j), curve)[:, 0] for j in self.ends)
+        return least, most
+
+    def made(self, u: FloatArray, volts: FloatArray) -> FloatArray:
+        """Thrusts of commands u (N, m) at voltages (N,) [N].
+
+        Commands beyond the range make what its end makes, NaN makes NaN.
+        """
+        c = np.clip(u, self.low, self.high)
+        along = (self.neutral - c if self.reversed else c - self.neutral) / self.step
+        return self._made(along, self.at(volts))
+
+    def sent(
+        self, f: FloatArray, volts: FloatArray, f_min: FloatArray, f_max: FloatArray
+    ) -> tuple[FloatArray, FloatArray, StatusArray]:
+        """Commands, what they make [N] and a status for wishes f (N, m) [N], limits (N, m) [N] each.
+
+        The wish is cut at the limits and at the ends of the curve, brought through the inverse of the curve
+        and rounded to the nearest step; where that lies beyond a limit, one step further in.
+        """
+        curve, (first, last) = self.at(volts), self.ends
+        known = np.isfinite(f)
+        least, most = self.span(volts)
+        low, high = np.maximum(f_min, least[:, None]), np.minimum(f_max, most[:, None])
+        asked = np.where(known, f, 0.0)
+        wish = np.clip(asked, low, high)
+        j = np.clip(np.rint((self._inverse(wish, curve) - self.neutral) / self.step), first, last)
+        # The dead band ends at the outermost commands that make nothing; the smallest thrusts lie a step on.
+        zero_from = self.command[(curve < 0).sum(axis=1)]
+        zero_to = self.command[(curve <= 0).sum(axis=1) - 1]
+        ahead = np.floor((zero_to - self.neutral) / self.step + ROUNDING)[:, None] + 1
+        astern = np.ceil((zero_from - self.neutral) / self.step - ROUNDING)[:, None] - 1
+        smallest = np.clip(np.where(wish < 0, astern, ahead), first, last)
+        at_least = self._made(smallest, curve)
+        inside = (np.abs(wish) < np.abs(at_least)) & (wish != 0)
+        inside |= (j > astern) & (j < ahead) & (wish != 0)
+        may_stop = (low <= 0) & (high >= 0)
+        jumps = (np.abs(wish) >= 0.5 * np.abs(at_least)) if self.jump else np.zeros_like(inside)
+        j = np.where(inside, np.where(jumps | ~may_stop, smallest, 0.0), j)
+        j = np.where((wish == 0) & may_stop, 0.0, j)
+        makes = self._made(j, curve)
+        beyond = (makes > high) | (makes < low)
+        inward = np.clip(j - np.where(makes > high, 1, -1), first, last)
+        inward = np.where((inward > astern) & (inward < ahead), 0.0, inward)
+        j = np.where(beyond, inward, j)
+        status = np.full(f.shape, int(Made.MADE), dtype=np.int8)
+        status[inside] = Made.IN_DEAD_BAND
+        status[(asked < low) | (asked > high)] = Made.AT_END
+        status[self.outside(volts)] = Made.OUTSIDE_TABLE
+        status[~known] = Made.NO_NUMBER
+        j = np.where(known, j, 0.0)
+        return self.neutral + (-j if self.reversed else j) * self.step, self._made(j, curve), status
+
+    def _made(self, along: FloatArray, curve: FloatArray) -> FloatArray:
+        """Thrust (N, m) of commands that many steps from neutral (N, m), by the rows' curves (N, K) [N]."""
+        c = np.clip(self.neutral + along * self.step, self.command[0], self.command[-1])
+        k = np.clip(np.searchsorted(self.command, c, side="right") - 1, 0, len(self.command) - 2)
+        share = (c - self.command[k]) / (self.command[k + 1] - self.command[k])
+        below, above = np.take_along_axis(curve, k, 1), np.take_along_axis(curve, k + 1, 1)
+        thrust: FloatArray = below + share * (above - below)
+        return thrust
+
+    def _inverse(self, f: FloatArray, curve: FloatArray) -> FloatArray:
+        """The command (N, m) nearest to neutral that makes f (N, m), within the ends of curve (N, K)."""
+        rows = curve[:, None, :]
+        ahead = (rows < f[..., None]).sum(axis=2)  # the first command that makes f or more
+        astern = (rows <= f[..., None]).sum(axis=2)  # the first that makes more than f
+        k = np.clip(np.where(f < 0, astern, ahead), 1, len(self.command) - 1)
+        below, above = np.take_along_axis(curve, k - 1, 1), np.take_along_axis(curve, k, 1)
+        rise = above - below
+        share = np.clip((f - below) / np.where(rise > 0, rise, 1.0), 0.0, 1.0)
+        command: FloatArray = self.command[k - 1] + share * (self.command[k] - self.command[k - 1])
+        return command
+
+
+def commands(
+    escs: Sequence[Esc], f: FloatArray, volts: FloatArray, f_min: FloatArray, f_max: FloatArray
+) -> Sent:
+    """What n ESCs are sent for f (N, n) [N] within limits (N, n) [N], each row at its voltage (N,) [V].
+
+    -inf stands for a voltage left out; raises DemandError where it is and an ESC's curve has several.
+    """
+    u, makes = np.empty(f.shape), np.empty(f.shape)
+    status = np.empty(f.shape, dtype=np.int8)
+    for esc, columns in _alike(escs):
+        at = _nominal(esc, volts)
+        for start in range(0, len(f), AT_ONCE):
+            rows = slice(start, start + AT_ONCE)
+            cell = np.ix_(np.arange(len(f))[rows], columns)
+            u[cell], makes[cell], status[cell] = esc.sent(f[cell], at[rows], f_min[cell], f_max[cell])
+    whole = all(esc.whole for esc in escs)
+    return Sent(np.rint(u).astype(np.int64) if whole else u, makes, status)
+
+
+def thrusts(escs: Sequence[Esc], u: FloatArray, volts: FloatArray) -> FloatArray:
+    """What commands u (N, n) make [N], each row at its voltage (N,) [V]; raises as ``commands``."""
+    f = np.empty(u.shape)
+    for esc, columns in _alike(escs):
+        f[:, columns] = esc.made(u[:, columns], _nominal(esc, volts))
+    return f
+
+
+def _alike(escs: Sequence[Esc]) -> list[tuple[Esc, IndexArray]]:
+    """Each ESC with the indices of the thrusters that share it."""
+    return [
+        (esc, np.array([i for i, other in enumerate(escs) if other is esc])) for esc in dict.fromkeys(escs)
+    ]
+
+
+def _nominal(esc: Esc, volts: FloatArray) -> FloatArray:
+    """The voltages (N,) [V], the nominal one where the call gives none, which is an array of -inf."""
+    if len(volts) and np.isneginf(volts[0]):
+        if np.isnan(esc.nominal) and len(esc.volts) > 1:
+            raise DemandError(
+                f"the ESC's curve has {esc.volts[0]:g} to {esc.volts[-1]:g} V; give volts,"
+                " or 'volts' in 'esc'"
+            )
+        return np.full(volts.shape, esc.volts[0] if np.isnan(esc.nominal) else esc.nominal)
+    return volts

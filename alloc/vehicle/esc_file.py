@@ -1,0 +1,316 @@
+"""The key ``esc`` of a vehicle file, and what it describes."""
+
+from collections.abc import Sequence
+from importlib import resources
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+import msgspec
+import numpy as np
+
+from alloc.allocation import FloatArray
+from alloc.errors import FileError, VehicleError
+from alloc.files.textfile import read_text
+from alloc.vehicle.esc import Esc
+from alloc.vehicle.limits import VoltageTable
+from alloc.vehicle.names import index_of
+
+GRAVITY = 9.80665
+"""Newtons of a kilogram-force."""
+LARGEST_COMMAND = 1e6
+MOST_POINTS = 20_000
+COLUMNS = {
+    "command": ("command", "pwm", "pwm (µs)", "pwm (us)", "pulse", "throttle"),
+    "N": ("n", "force (n)", "thrust (n)", "f [n]", "force [n]", "thrust [n]"),
+    "kgf": ("kgf", "force (kg f)", "force (kgf)", "thrust (kgf)", "force [kgf]", "thrust [kgf]"),
+    "volts": ("volts", "voltage", "voltage (v)", "volts [v]"),
+}
+"""What a column of a curve may be called, in small letters; makers' own headers among them."""
+
+Points = dict[str, list[tuple[float, float]]]
+
+
+class EscKeys(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
+    """An ESC, and the thruster behind it, as a vehicle file has them.
+
+    Attributes
+    ----------
+    neutral : command of no thrust [µs, or what the range is in]
+    range : the least and the largest command
+    step : what the wire resolves
+    reversed : thrusters, by index or name, whose ESC runs the other way; true for all
+    dead_band : neutral sends thrusts below the smallest to neutral; jump to the nearer of the two
+    curve : V: [[command, N], …]; or the path of a CSV with columns command, N or kgf, volts; or the name of
+        a shipped one. Left out, thrust is linear from neutral to f_min and f_max
+    volts : voltage where a call says none [V]
+    """
+
+    neutral: float
+    range: tuple[float, float]
+    step: float = 1.0
+    reversed: bool | list[int | str] = []
+    dead_band: Literal["neutral", "jump"] = "neutral"
+    curve: str | Points | None = None
+    volts: float | None = None
+
+
+class Curve(NamedTuple):
+    """A measured curve as its file has it.
+
+    Attributes
+    ----------
+    volts : (m,) rising [V]; (1,) NaN where the file does not say
+    points : commands and thrusts [N] at each of them, (p, 2), commands rising
+    """
+
+    volts: FloatArray
+    points: tuple[FloatArray, ...]
+
+
+def escs(
+    keys: EscKeys | Sequence[EscKeys],
+    n: int,
+    names: Sequence[str],
+    f_min: FloatArray | None,
+    f_max: FloatArray | None,
+) -> tuple[Esc, ...]:
+    """The ESC of each of n thrusters; those that are alike share one. Raises VehicleError.
+
+    ``f_min`` and ``f_max`` (n,) [N] are what a file says, for an ESC without a curve.
+    """
+    if isinstance(keys, EscKeys):
+        turned = _turned(keys, n, names, "esc")
+        pair = {
+            (way, limits): _esc(keys, way, limits, "esc")
+            for way, limits in {(turned[i], _limits(keys, i, f_min, f_max)) for i in range(n)}
+        }
+        return tuple(pair[turned[i], _limits(keys, i, f_min, f_max)] for i in range(n))
+    if len(keys) != n:
+        raise VehicleError(f"esc: {len(keys)} entries for {n} thrusters; give one, or one each", "esc")
+    return tuple(
+        _esc(one, _turned(one, n, names, f"esc[{i}]")[i], _limits(one, i, f_min, f_max), f"esc[{i}]")
+        for i, one in enumerate(keys)
+    )
+
+
+def limits_of(made: Sequence[Esc]) -> tuple[FloatArray, FloatArray]:
+    """f_min and f_max (n,) at the ends of the curves at their nominal voltages [N]; raises VehicleError."""
+    spans = []
+    for esc in made:
+        if np.isnan(esc.nominal) and len(esc.volts) > 1:
+            raise VehicleError(
+                "esc.volts: the curve has several voltages, so f_min and f_max need one; give 'volts' in"
+                " 'esc', or f_min and f_max",
+                "esc",
+            )
+        at = esc.volts[:1] if np.isnan(esc.nominal) else np.array([esc.nominal])
+        spans.append([side[0] for side in esc.span(at)])
+    low, high = np.array(spans).T
+    return low, high
+
+
+def table_of(made: Sequence[Esc]) -> VoltageTable | None:
+    """Limits by voltage at the ends of the curves; None where one of them has fewer than two voltages."""
+    if any(len(esc.volts) < 2 for esc in made):
+        return None
+    volts = np.unique(np.concatenate([esc.volts for esc in made]))
+    least, most = max(esc.volts[0] for esc in made), min(esc.volts[-1] for esc in made)
+    volts = volts[(volts >= least) & (volts <= most)]
+    if len(volts) < 2:
+        return None
+    sides = [np.column_stack(side) for side in zip(*(esc.span(volts) for esc in made), strict=True)]
+    return VoltageTable(volts, sides[0], sides[1])
+
+
+def measured(keys: EscKeys, key: str = "esc") -> Curve | None:
+    """The points of the file's curve as they were measured; None without one. Raises VehicleError."""
+    if keys.curve is None:
+        return None
+    if isinstance(keys.curve, str):
+        table = resources.files("alloc") / "vehicles" / f"{keys.curve}.csv"
+        if "/" in keys.curve or not table.is_file():
+            raise VehicleError(
+                f"{key}.curve: {keys.curve[:60]!r} is no shipped curve and no CSV; there are"
+                f" {', '.join(shipped_curves())}",
+                key,
+            )
+        by_volts = read_curve(Path(str(table)))
+    else:
+        by_volts = keys.curve
+    at: list[tuple[float, FloatArray]] = []
+    for text, points in by_volts.items():
+        try:
+            volts = float(text) if text else (np.nan if keys.volts is None else keys.volts)
+        except ValueError:
+            volts = -1.0
+        if not (np.isnan(volts) or 0 < volts < LARGEST_COMMAND):
+            raise VehicleError(f"{key}.curve: {text[:40]!r} is no voltage; give a number of volts", key)
+        array = np.array(sorted(points), dtype=np.float64).reshape(-1, 2)
+        if len(array) < 2 or not (np.abs(array) <= LARGEST_COMMAND).all():
+            raise VehicleError(
+                f"{key}.curve: at {text or 'no'} V give two or more pairs [command, N], none beyond"
+                f" {LARGEST_COMMAND:g}",
+                key,
+            )
+        if not (np.diff(array[:, 0]) > 0).all():
+            twice = array[np.flatnonzero(np.diff(array[:, 0]) == 0)[0], 0]
+            raise VehicleError(
+                f"{key}.curve: command {twice:g} stands twice at {text or 'no'} V; keep one, or their mean",
+                key,
+            )
+        at.append((volts, array))
+    at.sort(key=lambda entry: entry[0])
+    found = np.array([volts for volts, _ in at])
+    if not at or (len(at) > 1 and not (np.diff(found) > 0).all()):
+        raise VehicleError(f"{key}.curve: give different voltages, each with its pairs [command, N]", key)
+    return Curve(found, tuple(points for _, points in at))
+
+
+def monotone(points: FloatArray, neutral: float) -> FloatArray:
+    """Thrusts (p,) that never fall with the command, 0 on the wrong side of neutral [N].
+
+    They are the nearest in the sum of squares to those of ``points`` (p, 2).
+    """
+    command, f = points.T
+    sided = _sided(command, f, neutral)
+    if (np.diff(sided) >= 0).all():
+        return sided
+    from scipy.optimize import isotonic_regression
+
+    nearest: FloatArray = isotonic_regression(sided).x
+    return nearest
+
+
+def shipped_curves() -> tuple[str, ...]:
+    """Names of the shipped curves, sorted."""
+    folder = resources.files("alloc") / "vehicles"
+    return tuple(sorted(f.name.removesuffix(".csv") for f in folder.iterdir() if f.name.endswith(".csv")))
+
+
+def read_curve(path: Path) -> Points:
+    """The points of a CSV with columns command, N or kgf, and volts, by voltage ("" without that column).
+
+    Lines that begin with ``#`` are comments; further columns are left out. Raises FileError.
+    """
+    rows = [
+        (line, [cell.strip() for cell in text.split(",")])
+        for line, text in enumerate(read_text(path, 1_000_000).splitlines(), start=1)
+        if text.strip() and not text.lstrip().startswith("#")
+    ]
+    if not rows:
+        raise FileError("holds no curve; give columns command, N or kgf, volts", path=path)
+    (line, header), *rest = rows
+    places = {
+        kind: [i for i, cell in enumerate(header) if cell.lower() in names] for kind, names in COLUMNS.items()
+    }
+    force = "kgf" if places["kgf"] else "N"
+    if len(places["command"]) != 1 or len(places["N"]) + len(places["kgf"]) != 1 or len(places["volts"]) > 1:
+        raise FileError(
+            f"the header has {', '.join(header)[:60]!r}; give columns command, N or kgf (one of them), volts",
+            path=path,
+            line=line,
+        )
+    if len(rest) > MOST_POINTS:
+        raise FileError(f"has more than {MOST_POINTS} rows; thin it out", path=path)
+    found: Points = {}
+    for line, cells in rest:
+        try:
+            command, value = (float(cells[places[kind][0]]) for kind in ("command", force))
+            volts = f"{float(cells[places['volts'][0]]):g}" if places["volts"] else ""
+        except (ValueError, IndexError):
+            raise FileError("a number is missing or is none; mend that row", path=path, line=line) from None
+        if not np.isfinite([command, value]).all():
+            raise FileError("holds NaN or infinity; mend that row", path=path, line=line)
+        found.setdefault(volts, []).append((command, value * (GRAVITY if force == "kgf" else 1.0)))
+    return found
+
+
+def with_curve_read(keys: EscKeys, folder: Path) -> EscKeys:
+    """The keys with the points of a curve's CSV, whose path starts at ``folder``; raises FileError."""
+    if not isinstance(keys.curve, str) or keys.curve in shipped_curves():
+        return keys
+    return msgspec.structs.replace(keys, curve=read_curve(folder / keys.curve))
+
+
+def _turned(keys: EscKeys, n: int, names: Sequence[str], key: str) -> list[bool]:
+    if isinstance(keys.reversed, bool):
+        return [keys.reversed] * n
+    turned = [False] * n
+    for one in keys.reversed:
+        try:
+            i = index_of(one, names, "esc.reversed") if isinstance(one, str) else one
+        except Exception as error:
+            raise VehicleError(f"{error}", key) from None
+        if not 0 <= i < n:
+            raise VehicleError(f"{key}.reversed: there is no thruster {i}; count from 0 to {n - 1}", key)
+        turned[i] = True
+    return turned
+
+
+def _limits(
+    keys: EscKeys, i: int, f_min: FloatArray | None, f_max: FloatArray | None
+) -> tuple[float, float] | None:
+    if keys.curve is not None:
+        return None
+    if f_min is None or f_max is None:
+        raise VehicleError("esc: without a curve thrust is linear up to f_min and f_max; give both", "esc")
+    if i >= min(len(f_min), len(f_max)):
+        raise VehicleError(f"f_min: {len(f_min)} limits, {len(f_max)} of f_max; give one each", "f_min")
+    return float(f_min[i]), float(f_max[i])
+
+
+def _esc(keys: EscKeys, turned: bool, limits: tuple[float, float] | None, key: str) -> Esc:
+    neutral, (low, high), step = keys.neutral, keys.range, keys.step
+    if not -LARGEST_COMMAND <= low < high <= LARGEST_COMMAND:
+        raise VehicleError(f"{key}.range: give the least and the largest command, the least first", key)
+    if not low <= neutral <= high:
+        raise VehicleError(
+            f"{key}.neutral: {neutral:g} lies outside of the range {low:g} … {high:g}; mend one of them", key
+        )
+    if not 0 < step <= high - low:
+        raise VehicleError(f"{key}.step: {step:g} is no step in {low:g} … {high:g}; give less", key)
+    if keys.volts is not None and not 0 < keys.volts < LARGEST_COMMAND:
+        raise VehicleError(f"{key}.volts: {keys.volts:g} is no voltage; give a number of volts", key)
+    # As if not reversed: what stands on the wire is mirrored at the very end.
+    first, last = (2 * neutral - high, 2 * neutral - low) if turned else (low, high)
+    if limits is not None:
+        ends = np.array([[first, min(limits[0], 0.0)], [neutral, 0.0], [last, max(limits[1], 0.0)]])
+        curve = Curve(np.array([np.nan]), (ends[[first < neutral, True, last > neutral]],))
+    else:
+        curve = measured(keys, key) or Curve(np.array([np.nan]), ())
+    inside = [points[(points[:, 0] > first) & (points[:, 0] < last)] for points in curve.points]
+    start = max(first, *(points[0, 0] for points in curve.points))
+    stop = min(last, *(points[-1, 0] for points in curve.points))
+    if not start <= neutral <= stop or start == stop:
+        raise VehicleError(
+            f"{key}.curve: its commands {start:g} … {stop:g} within the range leave out neutral,"
+            f" {neutral:g}; give points on both sides of it",
+            key,
+        )
+    command = np.unique(np.concatenate([[start, neutral, stop], *(points[:, 0] for points in inside)]))
+    command = command[(command >= start) & (command <= stop)]
+    f = np.array([_resampled(points, neutral, command) for points in curve.points])
+    if not np.abs(f).max(axis=1).all():
+        raise VehicleError(
+            f"{key}.curve: thrust never rises with the command; if the ESC runs the other way, say so in"
+            " 'reversed', and give the curve as if it did not",
+            key,
+        )
+    nominal = np.nan if keys.volts is None else keys.volts
+    for array in (curve.volts, command, f):
+        array.setflags(write=False)
+    return Esc(
+        neutral, low, high, step, keys.dead_band == "jump", turned, curve.volts, command, f, float(nominal)
+    )
+
+
+def _resampled(points: FloatArray, neutral: float, command: FloatArray) -> FloatArray:
+    """The monotone curve of the points at other commands; neutral makes exactly 0."""
+    thrust: FloatArray = np.interp(command, points[:, 0], monotone(points, neutral))
+    # A curve that has no point at neutral rises straight through it, as from -0.1 to 0.1 N.
+    return _sided(command, thrust, neutral)
+
+
+def _sided(command: FloatArray, f: FloatArray, neutral: float) -> FloatArray:
+    """f without what lies on the wrong side of neutral: none above 0 below it, none below 0 above it."""
+    return np.clip(f, np.where(command < neutral, -np.inf, 0.0), np.where(command > neutral, np.inf, 0.0))
