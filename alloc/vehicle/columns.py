@@ -13,8 +13,9 @@ import numpy as np
 from alloc.allocation import BoolArray, FloatArray
 from alloc.vehicle.geometry import DOF, MOMENTS
 
-LEAST = 1e-5
-"""Share of |force| |moment| that counts as none: six digits are more than any published matrix has."""
+LEAST = 1e-3
+"""Share of |force| |moment| that counts as none: published directions have three digits, and not every number
+of a file is printed to as many as the longest."""
 ALIKE = 0.05
 """Share by which propellers of one kind may differ in their own moments."""
 MOST_DIGITS = 6

@@ -5,10 +5,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from alloc.allocation import FloatArray
 from alloc.files.textfile import write_text
 from alloc.vehicle.file import Thruster, VehicleFile
 from alloc.vehicle.text import to_yaml
-from bench.layouts.space import LayoutSpace, poses
+from bench.layouts.space import LayoutSpace, numbers_of, poses
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -27,25 +28,39 @@ def vehicle_file(space: LayoutSpace, row: dict[str, float]) -> VehicleFile:
         f"{parameter.name} {row[parameter.name]:.6g}, " for parameter in space.parameters
     ).removesuffix(", ")
     weights = one.weights[:, 0].tolist()
+    worst = _names(space, settings)[int(row["worst_thruster"])] or f"thruster {int(row['worst_thruster'])}"
     return VehicleFile(
         name=layout_name(space, row),
         source=f"thrustbench layouts, round {int(row['round'])}, layout {int(row['layout'])} of {space.name}",
         notes=[
             f"Varied: {numbers}.",
             f"Authority {row['authority']:.4g} of the base's, {row['authority_after_one']:.4g} after"
-            f" the worst failure, of thruster {int(row['worst_thruster'])}.",
+            f" the worst failure, of {worst}.",
         ],
         dof=list(space.dof),  # type: ignore[arg-type]  # names that were checked when the study was read
         f_min=one.f_min[:, 0].tolist(),
         f_max=one.f_max[:, 0].tolist(),
         thrusters=[
-            Thruster(position=tuple(r), direction=tuple(e))
-            for r, e in zip(one.position[..., 0].tolist(), one.direction[..., 0].tolist(), strict=True)
+            Thruster(position=tuple(r), direction=tuple(e), name=name)
+            for r, e, name in zip(
+                one.position[..., 0].tolist(),
+                one.direction[..., 0].tolist(),
+                _names(space, settings),
+                strict=True,
+            )
         ],
         center_of_mass=tuple(one.center[:, 0].tolist()),
         frame=space.frame,
         weights=weights if any(weight != 1 for weight in weights) else None,
     )
+
+
+def _names(space: LayoutSpace, settings: FloatArray) -> list[str]:
+    """The thrusters' names: those of the base, and none for new ones."""
+    names: list[str] = []
+    for group, (count,) in zip(space.groups, numbers_of(space, settings), strict=True):
+        names += group.called if len(group.called) == count else [""] * count
+    return names
 
 
 def write_best(space: LayoutSpace, best: "pa.Table", folder: Path) -> list[Path]:

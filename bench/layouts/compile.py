@@ -141,6 +141,7 @@ def _moving(
     present = [float(p) for p in keys.present] if isinstance(keys.present, list) else float(keys.present)
     return Moving(
         name=name,
+        called=tuple(base.vehicle.names[i] for i in members if base.vehicle.names and keys.like is None),
         images=images,
         polarity=polarity,
         pose=(x, y, z, turned, canted),

@@ -69,9 +69,11 @@ class Moving:
     size : factor on the limits
     present, count : whether the group is there, and how many thrusters it has
     f_min, f_max, weight : of one thruster [N, N, 1/N^2]
+    called : names of the base's thrusters in it, empty for new ones and for a base that names none
     """
 
     name: str
+    called: tuple[str, ...] = ()
     images: dict[int, FloatArray]
     polarity: dict[int, FloatArray]
     pose: tuple[Setting, Setting, Setting, Setting, Setting]
@@ -148,12 +150,17 @@ class PlacedThrusters:
         return Layouts(T=T, weights=self.weights, f_min=self.f_min, f_max=self.f_max)
 
 
-def poses(space: LayoutSpace, values: FloatArray) -> Iterator[PlacedThrusters]:
-    """The thrusters of layouts with parameters ``values`` (P, B), those of equally built layouts together."""
-    built = [
+def numbers_of(space: LayoutSpace, values: FloatArray) -> list[IndexArray]:
+    """(B,) how many thrusters each group has in layouts with parameters ``values`` (P, B)."""
+    return [
         np.where(space.values(group.present, values) > 0, space.values(group.count, values), 0).astype(int)
         for group in space.groups
     ]
+
+
+def poses(space: LayoutSpace, values: FloatArray) -> Iterator[PlacedThrusters]:
+    """The thrusters of layouts with parameters ``values`` (P, B), those of equally built layouts together."""
+    built = numbers_of(space, values)
     counts, of = np.unique(np.array(built), axis=1, return_inverse=True)
     for i, numbers in enumerate(counts.T.tolist()):
         which = np.flatnonzero(of.ravel() == i)

@@ -226,4 +226,8 @@ def test_layouts_keep_their_base_s_frame_and_thrusters_go_by_name(tmp_path: Path
     made = build_vehicle(keys)
     kept = [any(np.allclose(column, own) for own in made.T.T) for column in base.T.T]  # groups come first
     assert kept == [name not in ("FLV", "FRV") for name in base.names]
+    assert made.names == ("FLV", "FRV", *(name for name in base.names if name not in ("FLV", "FRV")))
+    for name in made.names[2:]:
+        np.testing.assert_allclose(made.T[:, made.index(name)], base.T[:, base.index(name)], atol=1e-12)
+    assert "the worst failure, of FLV." in " ".join(keys.notes)
     assert "no thruster 'FLX'; did you mean" in refusal(tmp_path, text.replace("FLV", "FLX"))
