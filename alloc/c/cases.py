@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from alloc.allocation import WRENCH_TOLERANCE, Allocator, FloatArray, Status, StatusArray
+from alloc.allocation import WRENCH_TOLERANCE, Allocator, BoolArray, FloatArray, Status, StatusArray
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.kernels.tolerance import MET, TOLERANCE
 from alloc.program import Scalar, Where
@@ -19,10 +19,13 @@ more than those the matrix, whose entries count as equal within 1.4e-14 and as z
 (``alloc.program.sums.snapped``)."""
 TRIES = 8
 """Times that all arguments of a case are moved by what rounding takes, to see what becomes of the answer."""
-JUMP = 0.1
-"""What rounding may do to an answer at most, relative to ``size``: more is another answer [-]."""
+JUMP = 0.01
+"""Largest difference of a thrust that may be right, relative to the largest limit, whatever explains it [-]:
+where rounding may do more to the answer it is not asked for."""
+MISSED: dict[Scalar, float] = {"double": 1e-6, "float": 1e-4}
+"""Largest difference of a wrench that may be right, relative to ``wrench_scale`` [-]; always asked for."""
 PER_FAULT = 24
-"""Cases for the whole vehicle, and for each fault; fewer where rounding decides what the answer is."""
+"""Cases for the whole vehicle, and for each fault."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +43,7 @@ class Cases:
     share : (N, levels) what of each level is delivered [-]; no columns where the method has no levels
     allowed : (N,) largest difference of a thrust that rounding explains [N]
     allowed_share : (N,) that of a share [-]
+    undecided : (N,) whether rounding decides what the answer is: what is SOLVED must make tau all the same
     """
 
     taus: FloatArray
@@ -51,6 +55,7 @@ class Cases:
     share: FloatArray
     allowed: FloatArray
     allowed_share: FloatArray
+    undecided: BoolArray
 
 
 def cases(
@@ -65,7 +70,7 @@ def cases(
     float takes thrusts farther beyond limits as inside than the twin does, so limits are wider by that much;
     and the end of a way is rounded too, which may cost a weak thruster more than all arguments do, so the
     demand is what its answer pushes, a little back on the way. A case whose status changes, or whose answer
-    jumps, is left out: there rounding decides.
+    jumps, is undecided.
     """
     rng = np.random.default_rng(1999)
     low, high = _limits(vehicle, limits, rng)
@@ -90,7 +95,7 @@ def cases(
         others, verdict, shares = answers(f, low, high)
         same[verdict != status] = False
         far = far_off(others, F)
-        same[far > JUMP * size[:, 0]] = False
+        same[far > JUMP * vehicle.f_scale] = False
         return far, np.abs(shares - share).max(axis=1, initial=0.0)
 
     lost = max(ROUNDING[scalar], doubt)
@@ -107,19 +112,20 @@ def cases(
     allowed = agreed * size[:, 0] + worst * np.sqrt(squares) + wider
     if doubt:  # where a demand is met in part, errors in a matrix are magnified twice (Wedin 1973)
         allowed += squares / (lost * size[:, 0])
-    same[allowed > JUMP * size[:, 0]] = False  # nothing would be asked of the answer
+    same[allowed > JUMP * vehicle.f_scale] = False
     allowed_share = agreed + worst * np.sqrt(squares_share) + wider_share
     other = status if levels else _either(vehicle, f @ vehicle.TP.T, F, status, allowed, scalar)
     return Cases(
-        taus=(f @ vehicle.TP.T)[same],
-        f_min=low[same],
-        f_max=high[same],
-        F=F[same],
-        status=status[same],
-        other=other[same],
-        share=share[same],
-        allowed=allowed[same],
-        allowed_share=allowed_share[same],
+        taus=f @ vehicle.TP.T,
+        f_min=low,
+        f_max=high,
+        F=F,
+        status=status,
+        other=other,
+        share=share,
+        allowed=allowed,
+        allowed_share=allowed_share,
+        undecided=~same,
     )
 
 

@@ -6,6 +6,7 @@ from functools import lru_cache
 from types import ModuleType
 
 from alloc.allocation import Allocator
+from alloc.kernels.tolerance import check_single
 from alloc.program import Program, Scalar, Where
 from alloc.vehicle import Vehicle
 
@@ -68,4 +69,6 @@ def _none(vehicle: Vehicle, scalar: Scalar) -> float:
 
 @lru_cache(maxsize=64)
 def _made(kernel: Recipe, vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
+    if scalar == "float":
+        check_single(vehicle)
     return kernel.make(vehicle, limits, scalar)

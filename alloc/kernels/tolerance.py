@@ -1,8 +1,11 @@
-"""What counts as met in C of either scalar."""
+"""What counts as met in C of either scalar, and which vehicles single precision can hold."""
 
 from alloc.allocation import WRENCH_TOLERANCE
+from alloc.errors import NotApplicable
 from alloc.nullspace import allocator as nullspace
 from alloc.program import Scalar
+from alloc.vehicle import Vehicle
+from alloc.vehicle.condition import condition
 
 TOLERANCE: dict[Scalar, float] = {"double": nullspace.TOLERANCE, "float": 4e-6}
 """Excess over a limit that still counts as met, relative to the largest limit [-]. Float rounds at 6e-8; some
@@ -10,3 +13,19 @@ TOLERANCE: dict[Scalar, float] = {"double": nullspace.TOLERANCE, "float": 4e-6}
 MET: dict[Scalar, float] = {"double": WRENCH_TOLERANCE, "float": 1e-5}
 """What a SOLVED wrench may miss, relative to ``wrench_scale`` [-]; in single precision some hundred
 roundings."""
+SINGLE = 2.0**-24
+"""Rounding of a number in single precision [-]."""
+
+
+def check_single(vehicle: Vehicle) -> None:
+    """Raise NotApplicable where rounding in single precision costs the wrench more than MET allows.
+
+    A wrench known to SINGLE leaves thrusts unsure by SINGLE times the condition of T P, and what takes them
+    onto limits the wrench as much: no more was seen (``docs/studies/near_degenerate.py``).
+    """
+    if (lost := SINGLE * condition(vehicle)) > MET["float"]:
+        raise NotApplicable(
+            f"{vehicle.name}: T nearly loses rank, condition {condition(vehicle):.2g}, so single precision "
+            f"misses wrenches by up to {lost:.1g} of what the thrusters can do, more than {MET['float']:g}; "
+            "leave out --float, or the weakest DOF"
+        )

@@ -8,13 +8,14 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from alloc import NotApplicable, Status, Vehicle, build, list_vehicles, load_vehicle
 from alloc import generate as files_of
-from alloc.c import compiled, function_name, missing
+from alloc.c import cases, compiled, function_name, missing, selftest
 from alloc.c import sources as sources_of
 from alloc.errors import DemandError, UnknownName
 from alloc.methods import recipe, recipes
@@ -64,10 +65,31 @@ def check_itself(vehicle: Vehicle, kernel: str, scalar: Scalar, limits: Where, f
     """Compile the kernel with its self-test, UBSan watching; run it, and see that it asked enough."""
     done = run(compile_in(folder, generate(vehicle, kernel, scalar, limits=limits), *SANITIZE))
     assert done.returncode == 0, done.stdout + done.stderr
-    asked = re.search(r"(\d+) cases, 0 wrong", done.stdout)
+    asked = re.search(r"(\d+) cases, (\d+) asked.*; 0 wrong", done.stdout)
     assert asked
-    # Of 24 cases a fault, those are left out in which rounding decides.
-    assert int(asked[1]) > 20 * (vehicle.n + 1)
+    assert int(asked[1]) >= 24 * (vehicle.n + 1)
+    assert int(asked[2]) > 20 * (vehicle.n + 1)  # rounding decides the others
+
+
+@pytest.mark.parametrize("kernel", ["nullspace", "scaled"])
+@pytest.mark.parametrize("scalar", ["double", "float"])
+@pytest.mark.parametrize("undecided", [False, True])
+def test_a_self_test_is_red_of_thrusts_two_per_cent_off_whatever_bound_was_derived(
+    kernel: str, scalar: Scalar, undecided: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def anything_goes(*args: Any) -> cases.Cases:
+        found = cases.cases(*args)
+        every = np.ones(len(found.taus))
+        return replace(found, allowed=1e9 * every, undecided=every > 1.0 - undecided)
+
+    monkeypatch.setattr(selftest, "cases", anything_goes)
+    files = generate(load_vehicle(SMALL), kernel, scalar)
+    factor = "1.02F" if scalar == "float" else "1.02"
+    broken = {
+        name: re.sub(r"f\[0\] = (\w+);", rf"f[0] = \1 * {factor};", text) for name, text in files.items()
+    }
+    assert broken != files
+    assert run(compile_in(tmp_path, broken)).returncode == 1
 
 
 @pytest.mark.parametrize("limits", ["fixed", "call"])

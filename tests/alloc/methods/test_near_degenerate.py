@@ -1,11 +1,12 @@
 """Answers on vehicles that are symmetric but for their last digits, held against their equation."""
 
+from dataclasses import replace
 from itertools import count
 
 import numpy as np
 import pytest
 
-from alloc import Allocator, Status, Vehicle, build, load_vehicle
+from alloc import Allocator, NotApplicable, Status, Vehicle, build, generate, load_vehicle
 from alloc.allocation import FloatArray
 from alloc.formulations import find_formulation
 from alloc.nullspace.allocator import Nullspace
@@ -65,6 +66,23 @@ def test_many_demands_get_the_status_of_one_call(
         met = status == Status.SOLVED
         error = np.abs(F @ vehicle.TP.T - taus)[met] / vehicle.wrench_scale
         assert error.max(initial=0.0) <= OFF
+
+
+def nearly_planar(lost: float) -> Vehicle:
+    """Four thrusters in three degrees of freedom, the last of which all but hangs on the first."""
+    T = np.array([[1.0, 1.0, -1.0, -1.0], [0.5, -0.5, 0.5, -0.5], [1.0, 1.0, -1.0, -1.0]])
+    T[2] += lost * np.array([1.0, -1.0, -1.0, 1.0])
+    vehicle = load_vehicle("ukwial")
+    return replace(vehicle, T=T)
+
+
+@pytest.mark.parametrize("method", ["nullspace", "scaled", "pinv"])
+def test_c_in_float_is_refused_where_single_precision_misses_wrenches(method: str) -> None:
+    """Rounding of 6e-8 times a condition of 2,000 is 1.2e-4 of what the thrusters can do."""
+    with pytest.raises(NotApplicable, match=r"condition 2e\+03, .* up to 0\.0001 of .* leave out --float"):
+        generate(nearly_planar(1e-3), method, scalar="float")
+    assert generate(nearly_planar(1e-3), method, scalar="double")
+    assert generate(nearly_planar(1e-1), method, scalar="float")
 
 
 def spoiled(method: str, good: int, monkeypatch: pytest.MonkeyPatch) -> Allocator:

@@ -1,0 +1,164 @@
+"""Answers on nearly symmetric vehicles against their equation: ``python docs/studies/near_degenerate.py F``.
+
+Vehicles are symmetric but for their last digits (``bench.demands.near_degenerate``), demands lie on the edges
+of what they can do. An answer says which wrench its thrusts make: SOLVED all of the demand, PARTIAL what its
+shares make of it. How far T f is from that, in parts of ``wrench_scale``, is counted for methods in Python,
+one call at a time and many at once, and for their C on every ``--c``-th vehicle: double and float, limits of
+the vehicle and of the call. File F takes a line for each vehicle, so that a study goes on where F ends.
+"""
+
+import ctypes
+import json
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import click
+import numpy as np
+from numpy.typing import NDArray
+from tabulate import tabulate
+
+from alloc import NotApplicable, Status, Vehicle, build
+from alloc.allocation import FloatArray
+from alloc.c.call import function_name
+from alloc.c.compiled import compiler
+from alloc.c.generate import sources
+from alloc.formulations import find_formulation
+from alloc.methods import recipe
+from alloc.program import Scalar, Where
+from bench.demands.near_degenerate import edge_demands, near_degenerate
+
+METHODS = ("nullspace", "scaled", "scaled-by-group", "priority")
+IN_C = ("nullspace", "scaled", "priority")
+MOST: dict[str, float] = {"double": 1e-9, "float": 1e-5}
+"""Errors above this share of what the thrusters can do along an axis are counted."""
+
+
+def errors(
+    vehicle: Vehicle,
+    formulation: str,
+    taus: FloatArray,
+    F: FloatArray,
+    status: NDArray[np.integer[Any]],
+    shares: FloatArray,
+) -> FloatArray:
+    """Largest error of a wrench of each answer that says one, relative to ``wrench_scale``."""
+    says, made = taus, status == Status.SOLVED
+    way_of = find_formulation(formulation).way
+    if way_of is not None and shares.size:
+        way = way_of(vehicle)
+        says = way.delivered(taus, way.departure(vehicle.f_min, vehicle.f_max), shares)
+        made |= status == Status.PARTIAL
+    off: FloatArray = (np.abs(F @ vehicle.TP.T - says) / vehicle.wrench_scale).max(axis=1)[made]
+    return np.nan_to_num(off, nan=np.inf)
+
+
+def in_python(vehicle: Vehicle, method: str, taus: FloatArray) -> Iterator[tuple[str, FloatArray]]:
+    """Errors of single calls, and of SOLVED answers of many demands at once."""
+    allocate = build(method, vehicle)
+    answers = [allocate(tau) for tau in taus]
+    F = np.array([answer.f for answer in answers])
+    status = np.array([answer.status for answer in answers])
+    shares = np.array([answer.share for answer in answers])
+    yield "Python", errors(vehicle, allocate.formulation, taus, F, status, shares)
+    F, status = allocate.many(taus)
+    yield "Python, many", errors(vehicle, allocate.formulation, taus, F, status, np.zeros((0, 0)))
+
+
+def in_c(
+    vehicle: Vehicle, method: str, taus: FloatArray, scalar: Scalar, limits: Where, folder: Path
+) -> FloatArray:
+    """Errors of the generated C, compiled as it is."""
+    kernel = recipe(method)
+    name = function_name(vehicle, method, scalar, limits)
+    files = sources(vehicle, kernel, scalar, False, limits)
+    for file, text in files.items():
+        (folder / file).write_text(text)
+    # A new file may have the inode of one that is gone, and would be taken for that.
+    library = folder / f"{len(list(folder.iterdir()))}.so"
+    subprocess.run(
+        [*compiler(), "-std=c99", "-O0", "-fPIC", "-shared", f"{folder / name}.c", "-o", str(library)],
+        check=True,
+    )
+    function = getattr(ctypes.CDLL(str(library)), name)
+    kind: Any = np.float32 if scalar == "float" else np.float64
+
+    def at(array: FloatArray) -> Any:
+        return array.ctypes.data_as(ctypes.c_void_p)
+
+    taus = taus.astype(kind)
+    F = np.full((len(taus), vehicle.n), np.nan, kind)
+    shares = np.full((len(taus), kernel.levels(vehicle)), np.nan, kind)
+    ends = [side.astype(kind) for side in (vehicle.f_min, vehicle.f_max)] if limits == "call" else []
+    status = np.array(
+        [
+            function(at(tau), *map(at, ends), -1, at(f), *([at(share)] if share.size else []))
+            for tau, f, share in zip(taus, F, shares, strict=True)
+        ]
+    )
+    wide = [each.astype(float) for each in (taus, F, shares)]
+    return errors(vehicle, kernel.formulation, wide[0], wide[1], status, wide[2])
+
+
+def asked(number: int, count: int, c: bool, folder: Path) -> dict[str, list[float]]:
+    """By method and where it runs: answers that say a wrench, those that are off, the largest error."""
+    rng = np.random.default_rng([29, number])
+    vehicle = near_degenerate(rng)
+    taus, found = edge_demands(vehicle, rng, count), dict[str, list[float]]()
+
+    def count_(method: str, where: str, most: float, off: FloatArray) -> None:
+        found[f"{method}|{where}"] = [len(off), int((off > most).sum()), float(off.max(initial=0.0))]
+
+    for method in METHODS:
+        try:
+            for where, off in in_python(vehicle, method, taus):
+                count_(method, where, MOST["double"], off)
+        except NotApplicable:
+            found[f"{method}|refused"] = [1, 0, 0.0]
+    scalars: tuple[Scalar, ...] = ("double", "float")
+    places: tuple[Where, ...] = ("fixed", "call")
+    for method, scalar, limits in ((m, s, w) for m in IN_C if c for s in scalars for w in places):
+        try:
+            off = in_c(vehicle, method, taus, scalar, limits, folder)
+        except NotApplicable:
+            found[f"{method}|C, {scalar}, {limits}, refused"] = [1, 0, 0.0]
+        else:
+            count_(method, f"C, {scalar}, {limits}", MOST[scalar], off)
+    return found
+
+
+@click.command()
+@click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
+@click.option("--vehicles", default=1000, show_default=True)
+@click.option("--demands", default=1000, show_default=True)
+@click.option("--c", default=10, show_default=True, help="C is compiled for every so many vehicles.")
+def main(file: Path, vehicles: int, demands: int, c: int) -> None:
+    """Append what is found to FILE, vehicle by vehicle, and print the table of all of FILE."""
+    lines = file.read_text(encoding="utf-8").splitlines() if file.exists() else []
+    with TemporaryDirectory() as folder, file.open("a", encoding="utf-8") as out:
+        for number in range(len(lines), vehicles):
+            lines.append(json.dumps(asked(number, demands, number % c == 0, Path(folder))))
+            out.write(lines[-1] + "\n")
+            out.flush()
+    total: dict[str, list[list[float]]] = {}
+    for line in lines:
+        for key, row in json.loads(line).items():
+            total.setdefault(key, []).append(row)
+    rows = [
+        [
+            *key.split("|"),
+            len(found),
+            f"{sum(row[0] for row in found):,.0f}",
+            max(row[2] for row in found),
+            str(int(sum(row[1] for row in found))),
+        ]
+        for key, found in sorted(total.items())
+    ]
+    headers = ["method", "where", "vehicles", "answers", "largest error", "off"]
+    click.echo(tabulate(rows, headers, tablefmt="github", floatfmt=".1e"))
+
+
+if __name__ == "__main__":
+    main()
