@@ -4,10 +4,11 @@ from alloc.c.bind import bound
 from alloc.c.call import arguments, function_name
 from alloc.c.compiled import missing
 from alloc.c.generate import digest, generate, printed, programs, sources
+from alloc.c.helpers import covering
 from alloc.c.page import page
 from alloc.c.recipe import Recipe
 
 __all__ = [
-    "Recipe", "arguments", "bound", "digest", "function_name", "generate", "missing", "page", "printed",
-    "programs", "sources",
+    "Recipe", "arguments", "bound", "covering", "digest", "function_name", "generate", "missing", "page",
+    "printed", "programs", "sources",
 ]  # fmt: skip

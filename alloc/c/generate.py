@@ -6,7 +6,7 @@ from textwrap import indent
 
 from alloc.allocation import IndexArray
 from alloc.c.call import arguments, function_name, in_comment, parameters
-from alloc.c.helpers import Form, helpers
+from alloc.c.helpers import helpers
 from alloc.c.recipe import Recipe
 from alloc.c.selftest import selftest
 from alloc.c.statements import STATUSES, Statements
@@ -46,13 +46,9 @@ def sources(
     scalar: Scalar = "double",
     faults: bool = True,
     limits: Where = "fixed",
-    form: Form = "usual",
 ) -> dict[str, str]:
-    """Header and source as in ``generate``, without the self-test.
-
-    ``form`` says how the least and the most of two numbers are written: ``covering`` is for analysers.
-    """
-    return printed(vehicle, kernel, programs(vehicle, kernel, scalar, faults, limits), scalar, limits, form)
+    """Header and source as in ``generate``, without the self-test."""
+    return printed(vehicle, kernel, programs(vehicle, kernel, scalar, faults, limits), scalar, limits)
 
 
 def printed(
@@ -61,13 +57,12 @@ def printed(
     made: Mapping[int, Program],
     scalar: Scalar = "double",
     limits: Where = "fixed",
-    form: Form = "usual",
 ) -> dict[str, str]:
     """Header and source that do what programs say, by the thruster that is off; see ``sources``."""
     name = function_name(vehicle, kernel.name, scalar, limits)
     return {
         f"{name}.h": _header(vehicle, name, kernel, scalar, limits, made),
-        f"{name}.c": _source(vehicle, name, scalar, limits, made, form),
+        f"{name}.c": _source(vehicle, name, scalar, limits, made),
     }
 
 
@@ -134,7 +129,6 @@ def _source(
     scalar: Scalar,
     limits: Where,
     made: Mapping[int, Program],
-    form: Form,
 ) -> str:
     levels = made[-1].size("share")
     given = parameters(vehicle, scalar, limits, levels, fault=False)
@@ -151,7 +145,7 @@ def _source(
 #include "{name}.h"
 
 enum {{ {words} }};
-{helpers(made.values(), scalar, form)}
+{helpers(made.values(), scalar)}
 {chr(10).join(parts)}
 int {name}({parameters(vehicle, scalar, limits, levels)})
 {{

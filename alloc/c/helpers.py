@@ -4,17 +4,21 @@ from collections.abc import Iterable, Iterator
 
 from alloc.program import Branch, Exit, Fence, Program, Scalar, Step
 
-Form = str
-"""How the least and the most of two numbers are written, a key of ``FORMS``."""
 
-
-def helpers(programs: Iterable[Program], scalar: Scalar, form: Form = "usual") -> str:
+def helpers(programs: Iterable[Program], scalar: Scalar) -> str:
     """Definitions of all functions that the C of these programs calls."""
     wanted = {name for program in programs for name in _used(program)}
     definitions = [
-        FORMS[form](name, scalar) if name in SIGNS else DEFINITIONS[name] for name in ORDER if name in wanted
+        _usual(name, scalar) if name in SIGNS else DEFINITIONS[name] for name in ORDER if name in wanted
     ]
     return "".join(f"\n{_in(definition, scalar)}" for definition in definitions)
+
+
+def covering(source: str, scalar: Scalar) -> str:
+    """The C with its least and most of two numbers in the form for analysers, and else as it is."""
+    for name in SIGNS:
+        source = source.replace(_in(_usual(name, scalar), scalar), _in(_covering(name, scalar), scalar))
+    return source
 
 
 def _used(program: Program) -> Iterator[str]:
@@ -149,4 +153,3 @@ static inline SCALAR {name}(SCALAR a, SCALAR b)
 
 ORDER = ("unlikely", "fence", "finite", "size", *SIGNS, "within")
 """A function stands behind those that it calls."""
-FORMS = {"usual": _usual, "covering": _covering}

@@ -34,6 +34,7 @@ static void shared(SCALAR rest[K], const int on[N], SCALAR f[N])
             B[r][i] = left;
         }
     }
+    /*@ split rank; */ /* tells Frama-C to look at each rank by itself; compilers skip it */
     while (rank < K) {
         int next = -1;
         SCALAR most2 = RANK * longest;

@@ -7,7 +7,7 @@ whose loops data end is unknown.
 
 import tempfile
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from pycparser import c_ast, c_parser
 from pycparser.c_parser import ParseError
@@ -22,17 +22,46 @@ from bench.proof.safety.harness import Subject
 
 def programs(of: Subject) -> dict[int, Program]:
     """What the kernel does for each fault, -1 for none; raises NotRead, ToolError without a compiler."""
-    unit = _parsed(of)
-    functions = {node.decl.name: node for node in unit.ext if isinstance(node, c_ast.FuncDef)}
+    unit = read(of)
+    return {
+        fault: _Reader(unit.text, unit.functions).read(unit.functions[name])
+        for fault, name in unit.cases.items()
+    }
+
+
+class Unit(NamedTuple):
+    """A kernel's C as a tree.
+
+    Attributes
+    ----------
+    text : all of it
+    functions : those that it defines, by name
+    cases : the function that answers for each fault, by name
+    """
+
+    text: c_ast.FileAST
+    functions: dict[str, c_ast.FuncDef]
+    cases: dict[int, str]
+
+    @property
+    def looping(self) -> set[str]:
+        """The functions with a loop that data end."""
+        return {name for name, function in self.functions.items() if _loops(function)}
+
+
+def read(of: Subject) -> Unit:
+    """The kernel's C, parsed; raises NotRead, ToolError without a compiler."""
+    text = _parsed(of)
+    functions = {node.decl.name: node for node in text.ext if isinstance(node, c_ast.FuncDef)}
     entry = functions[of.name].body.block_items[0]
     if not isinstance(entry, c_ast.Switch):
         raise NotRead("a function that does not begin with a switch over faults")
-    found = {}
-    for case in entry.stmt.block_items:
-        if isinstance(case, c_ast.Case):
-            called = case.stmts[0].expr
-            found[int(_literal(case.expr))] = _Reader(unit, functions).read(functions[called.name.name])
-    return found
+    cases = {
+        int(_literal(case.expr)): case.stmts[0].expr.name.name
+        for case in entry.stmt.block_items
+        if isinstance(case, c_ast.Case)
+    }
+    return Unit(text, functions, cases)
 
 
 def _parsed(of: Subject) -> c_ast.FileAST:

@@ -120,13 +120,17 @@ _EMULATION_ONLY = ("linux.c", "from_file.c")
 
 
 def _machines() -> dict[str, str]:
-    """A makefile for each of QEMU's boards, with the flags that ``emulate`` has for its processor."""
-    made = {}
+    """A makefile for each processor that QEMU has a board of, with the flags that ``emulate`` has for it.
+
+    It is named after the board; of several processors on one board all but the first add their own name.
+    """
+    made = dict[str, str]()
     for target in targets():
         if not target.bare_metal:
             continue
         qemu, option, name = target.emulator[:3]
-        made[f"ports/{name}.mk"] = (
+        own = f"ports/{name}.mk"
+        made[own if own not in made else f"ports/{name}-{target.name}.mk"] = (
             f"PROCESSOR := {target.name}\nTARGET := {' '.join(target.flags)}\n"
             f"BOARD := {' '.join(target.board)}\nQEMU := {qemu} {option} {name}\ninclude ports/mps2.mk\n"
         )

@@ -8,7 +8,7 @@ from bench.proof.not_read import NotRead
 from bench.proof.proof import Claim
 from bench.proof.safety import eva, limits
 from bench.proof.safety.harness import Subject, harness
-from bench.proof.symbolic import programs
+from bench.proof.symbolic import programs, read
 
 EVA = "Frama-C EVA"
 OWN = "the comparison that answers (bench/proof/safety/limits.py)"
@@ -37,7 +37,7 @@ def claims(of: Subject, folder: Path) -> list[Claim]:
     """What is shown of the kernel, with any bits in its arguments; raises NotInstalled without Frama-C."""
     tools.need("frama-c")
     try:
-        analysis = eva.analyse(harness(of), folder)
+        analysis = eva.analyse(harness(of), folder, *_functions(of))
     except ToolError as error:
         analysis = eva.Analysis([], False, [str(error)])
     strangers = {each.label for each in analysis.properties} - HARNESS
@@ -56,6 +56,15 @@ def claims(of: Subject, folder: Path) -> list[Claim]:
     if of.levels:
         made.append(_claim(SHARES, analysis, *SHARED))
     return made
+
+
+def _functions(of: Subject) -> tuple[set[str], set[str]]:
+    """Names of the functions that return a status, and of those whose loops data end."""
+    try:
+        unit = read(of)
+    except (NotRead, ToolError):
+        return set(), set()  # EVA says what is wrong with it
+    return {of.name, *unit.cases.values()}, unit.looping
 
 
 def _claim(sentence: str, analysis: eva.Analysis, *labels: str) -> Claim:

@@ -2,7 +2,7 @@
 
 import csv
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,8 +15,9 @@ OPTIONS = (
     "-warn-special-float", "none",  # NaN and infinity are values here, as in IEEE 754
     "-eva-slevel", "500", "-eva-min-loop-unroll", "16",
 )  # fmt: skip
-CASCADE = "shared:0,cascade:0"
-"""Where loops are long, states are kept apart by ``rank`` and no further: minutes become seconds."""
+NOT_APART = 0
+"""States that are kept apart in a function whose loops data end, but for what its own C says: minutes become
+seconds."""
 
 
 class Property(NamedTuple):
@@ -53,18 +54,22 @@ class Analysis(NamedTuple):
         return [each.text for each in self.properties if each.label in labels and not each.holds]
 
 
-def analyse(files: Mapping[str, str], folder: Path) -> Analysis:
-    """Let EVA read these files (``safety.harness``), written into ``folder``; raises ToolError."""
+def analyse(
+    files: Mapping[str, str], folder: Path, answering: Collection[str] = (), looping: Collection[str] = ()
+) -> Analysis:
+    """Let EVA read these files (``safety.harness``), written into ``folder``; raises ToolError.
+
+    ``answering`` names functions that return a status, ``looping`` those with loops that data end.
+    """
     for name, text in files.items():
         (folder / name).write_text(text, encoding="utf-8")
-    functions = {
-        found for text in files.values() for found in re.findall(r"^(?:static )?int (\w+)\(", text, re.M)
-    }
-    apart = ",".join(f"{name}:-2:-1:0:1:2" for name in sorted(functions - {"finite", "main"}))
-    several = ["-eva-slevel-function", CASCADE] if any("cascade(" in text for text in files.values()) else []
+    apart = ",".join(f"{name}:-2:-1:0:1:2" for name in sorted(answering))
+    together = ",".join(f"{name}:{NOT_APART}" for name in sorted(looping))
     command = [
-        "frama-c", *OPTIONS, *several, "-cpp-extra-args=-std=c99 -U__GNUC__",
-        "-eva-split-return-function", apart, MAIN, "-then", "-report-csv", "properties.csv",
+        "frama-c", *OPTIONS, *(["-eva-slevel-function", together] if looping else []),
+        "-cpp-extra-args=-std=c99 -U__GNUC__",
+        *(["-eva-split-return-function", apart] if answering else []),
+        MAIN, "-then", "-report-csv", "properties.csv",
     ]  # fmt: skip
     printed = tools.run(command, folder)
     return _read(printed, folder, files[MAIN].splitlines())

@@ -1,11 +1,10 @@
 """The C around a kernel for the analyser: a call with any arguments at all, and what must hold after it."""
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 from alloc import Vehicle
-from alloc.c import arguments, function_name, sources
+from alloc.c import arguments, covering, function_name, sources
 from alloc.methods import recipe
 from alloc.program import Scalar, Where
 from alloc.program.literal import number
@@ -59,45 +58,8 @@ def subject(vehicle: Vehicle, kernel: str, scalar: Scalar, limits: Where) -> Sub
 
 
 def harness(of: Subject) -> dict[str, str]:
-    """The files to analyse: the C with its minimum and maximum spelled out, and a main that calls it."""
-    source = re.sub(
-        r"^( *)(while \(rank < )", r"\1/*@ split rank; */\n\1\2", spelled_out(of.source), flags=re.M
-    )
-    return {**of.files, f"{of.name}.c": source, MAIN: _main(of)}
-
-
-def spelled_out(source: str) -> str:
-    """The C with ``least`` and ``most`` in a form that covers comparisons and the FPU's instructions alike.
-
-    Of two numbers both forms give the smaller or larger, and of NaN and a number b both give b; where b is
-    NaN a comparison gives b and the FPU gives a, so either is taken. Frama-C 25 does not know that a
-    comparison with NaN is false: the loops, which never run, tell it what is no NaN.
-    """
-    pattern = r"(static inline (double|float) (least|most)\([^)]*\)\n)\{.*?\n\}\n"
-
-    def covering(found: re.Match[str]) -> str:
-        sign = "<" if found[3] == "least" else ">"
-        return f"extern volatile int either;\n{found[1]}{_COVERING.format(sign=sign, scalar=found[2])}"
-
-    return re.sub(pattern, covering, source, flags=re.DOTALL)
-
-
-_COVERING = """\
-{{
-    const {scalar} bottom = -1.0 / 0.0;
-    if (!(b >= bottom)) {{
-        return either ? a : b;
-    }}
-    while (b != b) {{
-    }}
-    if (!(a >= bottom)) {{
-        return b;
-    }}
-    while (a != a) {{
-    }}
-    return a {sign} b ? a : b;
-}}
-"""
+    """The files to analyse: the C with the covering form of minimum and maximum, and a main that calls it."""
+    return {**of.files, f"{of.name}.c": covering(of.source, of.scalar), MAIN: _main(of)}
 
 
 def _main(of: Subject) -> str:

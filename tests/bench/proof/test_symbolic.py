@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from alloc import load_vehicle
+from alloc.c import covering
 from alloc.c.compiled import compiler, shared_library
 from bench.proof import subject
 from bench.proof.not_read import NotRead
 from bench.proof.numeric import answers
 from bench.proof.sabotage import SABOTAGES, Sabotage, sabotaged
-from bench.proof.safety.harness import spelled_out
 from bench.proof.safety.limits import within
 from bench.proof.symbolic import programs
 
@@ -79,7 +79,7 @@ def test_minimum_and_maximum_for_the_analyser_cover_both_forms() -> None:
         f"double call_{f}(double a, double b) {{ return {f}(a, b); }}\n" for f in ("least", "most")
     )
     own = ctypes.CDLL(str(shared_library("own", {"own.c": helpers + called})))
-    text = "volatile int either;\n" + spelled_out(helpers) + called
+    text = "volatile int either;\n" + covering(helpers, "double") + called
     copy = ctypes.CDLL(str(shared_library("copy", {"copy.c": text})))
     either = ctypes.c_int.in_dll(copy, "either")
     for name, ieee in (("least", np.fmin), ("most", np.fmax)):
