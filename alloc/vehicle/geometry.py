@@ -69,7 +69,8 @@ def contradictions(
     """One sentence for each row in which a given T (k, n) differs from the T (k, n) that its poses make.
 
     Entries may differ by 1 % of the row's largest, since published matrices are printed to two or
-    three digits. A row with flipped sign and a T in the other frame have sentences of their own. ``names``
+    three digits; a given entry is shown as its file has it. A row with flipped sign and a T in the other
+    frame have sentences of their own. ``names``
     are what the thrusters are called.
     """
     scale = np.abs(computed).max(axis=1).clip(min=np.abs(computed).max() * 1e-3)[:, None]
@@ -90,7 +91,7 @@ def contradictions(
             continue
         j = int(np.argmax(np.abs(given - computed)[i]))
         sentences.append(
-            f"{axis} of {names[j]} is {given[i, j]:.4g}, but its pose makes {computed[i, j]:.4g} "
+            f"{axis} of {names[j]} is {given[i, j]:.10g}, but its pose makes {computed[i, j]:.4g} "
             f"({int(wrong[i].sum())} of {given.shape[1]} thrusters differ)"
         )
     return sentences
