@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from alloc import AllocError
+from alloc import AllocError, load_vehicle
 from alloc.vehicle.geometry import DOF, pose_matrix
 from bench.inputs.imported import ImportOptions, import_vehicle
 from tests.foreign_vehicles import imported, vehicle_of
@@ -267,3 +267,26 @@ def test_a_damaged_description_is_read_or_refused_in_one_line(tmp_path: Path, na
             messages.append(str(error))
     assert len(messages) > 50
     assert [message for message in messages if "\n" in message or str(tmp_path) not in message] == []
+
+
+def test_the_published_joints_of_a_bluerov2_give_the_shipped_vehicle(tmp_path: Path) -> None:
+    """Poses and axes of CentraleNantesROV/bluerov2 @bce97d6, bluerov2_description/urdf/thrusters.xacro."""
+    joints = (
+        ("0.1355 -0.1 -0.0725", (0, 0, 45), 1),
+        ("0.1355 0.1 -0.0725", (0, 0, -45), 1),
+        ("-0.1475 -0.1 -0.0725", (0, 0, 135), -1),
+        ("-0.1475 0.1 -0.0725", (0, 0, -135), -1),
+        ("0.0025 -0.1105 -0.005", (0, -90, 0), 1),
+        ("0.0025 0.1105 -0.005", (0, -90, 0), -1),
+    )
+    text = "<robot name='bluerov2'><link name='base_link'/>" + "".join(
+        f"<link name='thruster{i}'/><joint name='thr{i}' type='continuous'><parent link='base_link'/>"
+        f"<child link='thruster{i}'/><origin xyz='{xyz}' rpy='{' '.join(map(str, np.radians(rpy)))}'/>"
+        f"<axis xyz='{sign} 0 0'/></joint>"
+        for i, (xyz, rpy, sign) in enumerate(joints)
+    )
+    limits = ImportOptions(f_min=-40, f_max=40)
+    vehicle = vehicle_of(imported(tmp_path, text + "</robot>", limits, "bluerov2.urdf"), tmp_path)
+    shipped = load_vehicle("bluerov2")
+    assert (vehicle.frame, vehicle.dof) == (shipped.frame, shipped.dof)
+    np.testing.assert_allclose(vehicle.T, shipped.T, rtol=0, atol=1e-9)
