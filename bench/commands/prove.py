@@ -70,8 +70,7 @@ def command(
             proofs.append(proof)
             folder = out / of.name if several else out
             write(of, proof, folder)
-            shown = "shown" if proof.safe else "not shown"
-            click.echo(f"{folder / 'proof.md'}: {shown}, {proof.seconds:.0f} s")
+            click.echo(f"{folder / 'proof.md'}: {proof.least}, {proof.seconds:.0f} s")
     finally:  # who ends the command ends what has not begun
         pool.shutdown(cancel_futures=True)
     if several:

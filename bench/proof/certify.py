@@ -12,7 +12,7 @@ from alloc.vehicle.condition import wrench_doubt
 from bench.chips.target import targets
 from bench.chips.toolchain import ToolError, missing
 from bench.harness import machine
-from bench.proof import misra, tools
+from bench.proof import answers, misra, tools
 from bench.proof.not_read import NotRead
 from bench.proof.path.worst import worst_path
 from bench.proof.proof import ASSUMPTIONS, Claim, Proof, Rounding, WorstPath, not_shown
@@ -59,7 +59,7 @@ def prove(of: Subject) -> Proof:
         thrustbench=machine.commit(),
         tools={name: tools.version(name) for name in tools.PACKAGES},
         assumptions=ASSUMPTIONS,
-        claims=[*claims, translated(of)],
+        claims=[*claims, *answers.claims(of), translated(of)],
         numbers=[bounded, made(of), *lacking],
         rounding=rounding,
         worst_paths=paths,

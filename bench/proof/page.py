@@ -22,6 +22,8 @@ def page(proof: Proof) -> str:
     return f"""\
 # Proof of {proof.function}
 
+**{proof.least[:1].upper()}{proof.least[1:]}.**
+
 {proof.method} for {proof.vehicle}, {proof.scalar}, limits {LIMITS[proof.limits]}.
 This page speaks of the header and the source for which
 

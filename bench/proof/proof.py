@@ -149,6 +149,16 @@ class Proof(msgspec.Struct, frozen=True, kw_only=True):
     seconds: float = 0.0
 
     @property
+    def least(self) -> str:
+        """The least of all its claims, in words."""
+        every = [*self.claims, *self.numbers]
+        missing = sum(claim.verdict == "not shown" for claim in every)
+        if missing:
+            return f"{missing} of {len(every)} claims not shown"
+        tested = sum(claim.verdict == "tested" for claim in every)
+        return f"all shown, but for {tested} that are tested" if tested else "all shown"
+
+    @property
     def safe(self) -> bool:
         """Whether all that concerns memory, status and limits is shown."""
         return all(claim.verdict != "not shown" for claim in self.claims)
