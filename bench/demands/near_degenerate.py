@@ -117,6 +117,12 @@ def near_degenerate(rng: np.random.Generator, e: float | None = None) -> Vehicle
     )
 
 
+def numbered(number: int) -> tuple[Vehicle, np.random.Generator]:
+    """A numbered vehicle of this kind, and what its demands are drawn from."""
+    rng = np.random.default_rng([29, number])
+    return near_degenerate(rng), rng
+
+
 def edge_demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
     """n demands (n, k) [N, N m] on vertices, edges and faces, shortened, as they are, and beyond.
 

@@ -3,10 +3,11 @@
 Each vehicle has something odd (``odd_vehicles``), in every fourth a thruster is off, and its demands lie
 inside, on the edge of and beyond what it can do, within its own limits or within others. Of every answer is
 asked: is SOLVED met inside the limits, is INFEASIBLE true, did nothing raise or warn, is SOLVED as near to
-the exact optimum as promised, and have calls the status that ``many`` has? A demand counts as attainable
-where it was made of thrusts inside the limits, or where the facets say so. Some calls are made again after
-all others: some solvers then give another status. Each vehicle is seeded, and FILE takes a line for each lot
-of vehicles, so that a study that was stopped goes on where FILE ends.
+the exact optimum as promised, do shares say what thrusts make, and have calls the status that ``many`` has?
+``--near`` takes vehicles that are symmetric but for their last digits (``near_degenerate``). A demand counts
+as attainable where it was made of thrusts inside the limits, or where the facets say so. Some calls are made
+again after all others: some solvers then give another status. Each vehicle is seeded, and FILE takes a line
+for each lot of vehicles, so that a study that was stopped goes on where FILE ends.
 """
 
 import json
@@ -18,10 +19,11 @@ import click
 import numpy as np
 from tabulate import tabulate
 
-from alloc import NotApplicable, Status, Vehicle, build, catalogue, solvers
-from alloc.allocation import WRENCH_TOLERANCE
+from alloc import Allocation, NotApplicable, Status, Vehicle, build, catalogue, solvers
+from alloc.allocation import WRENCH_TOLERANCE, FloatArray
 from alloc.discovery import Entry
-from alloc.formulations import Family
+from alloc.formulations import Family, find_formulation
+from bench.demands.near_degenerate import numbered
 from bench.demands.odd_vehicles import DEMANDS, DemandsAsked, asked, vehicle_of
 
 LOT = 50
@@ -69,9 +71,24 @@ def judged(vehicle: Vehicle, name: str, sets: list[DemandsAsked], count: int) ->
             found["farther than promised"] += int((solved & (distance > allocate.tolerance + of.doubt)).sum())
         for i in range(min(SINGLE, count)):
             call = taus[i], *(side[i] for side in limits)
-            found["one call, not many"] += int(single(*call).status != status[i])
+            answer = single(*call)
+            found["one call, not many"] += int(answer.status != status[i])
+            found["shares not delivered"] += int(not delivers(vehicle, allocate.formulation, answer, *call))
             found["another status after other calls"] += int(allocate(*call).status != status[i])
     return {what: number for what, number in found.items() if number}
+
+
+def delivers(
+    vehicle: Vehicle, formulation: str, answer: Allocation, tau: FloatArray, *limits: FloatArray
+) -> bool:
+    """Whether thrusts make what the shares say, where an answer says any."""
+    way_of = find_formulation(formulation).way
+    if way_of is None or not answer.found:
+        return True
+    way, ends = way_of(vehicle), limits or (vehicle.f_min, vehicle.f_max)
+    says = way.delivered(tau[None], way.departure(*ends), np.array([answer.share]))[0]
+    off = np.abs(vehicle.TP @ answer.f - says) / vehicle.wrench_scale
+    return bool((off <= WRENCH_TOLERANCE).all())
 
 
 def demands_of(entry: Entry, number: int) -> int:
@@ -86,13 +103,13 @@ def demands_of(entry: Entry, number: int) -> int:
     return ONE_SHOT if entry.family is Family.ONE_SHOT else SLOW if slow else QUICK
 
 
-def lot(numbers: range, entries: list[Entry]) -> dict[str, object]:
+def lot(numbers: range, entries: list[Entry], near: bool = False) -> dict[str, object]:
     """What methods do on the vehicles of these numbers, as a line of the file."""
     total: dict[str, Counter[str]] = {}
     first: dict[str, str] = {}
     solvers.disbelieved.clear()
     for number in numbers:
-        vehicle, rng = vehicle_of(number)
+        vehicle, rng = (numbered if near else vehicle_of)(number)
         sets = asked(vehicle, rng)
         for entry in entries:
             if not (count := demands_of(entry, number)):
@@ -116,7 +133,8 @@ def lot(numbers: range, entries: list[Entry]) -> dict[str, object]:
 @click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
 @click.option("--vehicles", default=10_000, show_default=True)
 @click.option("--method", "only", multiple=True, help="Only these.")
-def main(file: Path, vehicles: int, only: tuple[str, ...]) -> None:
+@click.option("--near", is_flag=True, help="Vehicles that are nearly symmetric.")
+def main(file: Path, vehicles: int, only: tuple[str, ...], near: bool) -> None:
     """Append to FILE what is wrong, lot by lot; then print all of FILE by method."""
     warnings.simplefilter("error")
     entries = [e for e in catalogue() if not e.missing and (not only or e.name in only)]
@@ -124,7 +142,7 @@ def main(file: Path, vehicles: int, only: tuple[str, ...]) -> None:
         [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()] if file.exists() else []
     )
     for start in range(lines[-1]["vehicles"][1] if lines else 0, vehicles, LOT):
-        line = lot(range(start, min(start + LOT, vehicles)), entries)
+        line = lot(range(start, min(start + LOT, vehicles)), entries, near)
         with file.open("a", encoding="utf-8") as out:
             out.write(json.dumps(line) + "\n")
         lines.append(json.loads(json.dumps(line)))

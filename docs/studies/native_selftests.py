@@ -25,6 +25,7 @@ import numpy as np
 from alloc import NotApplicable, Vehicle, generate, list_vehicles, load_vehicle
 from alloc.methods import recipes
 from alloc.program import Scalar, Where
+from bench.demands.near_degenerate import numbered
 from bench.demands.odd_vehicles import vehicle_of
 
 COMPILERS = ("gcc", "clang")
@@ -63,6 +64,11 @@ def random_vehicles(count: int) -> Iterator[Vehicle]:
 def odd_vehicles(count: int) -> Iterator[Vehicle]:
     """The first vehicles of the campaign."""
     return (replace(vehicle_of(i)[0], name=f"odd{i}") for i in range(count))
+
+
+def near_vehicles(count: int) -> Iterator[Vehicle]:
+    """Vehicles that are symmetric but for their last digits."""
+    return (replace(numbered(i)[0], name=f"near{i}") for i in range(count))
 
 
 def errors(
@@ -110,6 +116,7 @@ def main() -> int:
         "--from", type=int, dest="first", metavar="I", help="random vehicles alone, from there"
     )
     parser.add_argument("--odd", action="store_true", help="random vehicles of the campaign")
+    parser.add_argument("--near", action="store_true", help="random vehicles that are nearly symmetric")
     parser.add_argument("--plain", action="store_true", help="one compiler, no sanitizers")
     parser.add_argument("--limits", action="append", choices=LIMITS, help="these alone")
     arguments = parser.parse_args()
@@ -117,7 +124,8 @@ def main() -> int:
     compilers = tuple(compiler for compiler in COMPILERS if shutil.which(compiler))[: 1 if plain else None]
     without = plain or arguments.first is not None
     shipped = [] if without else [load_vehicle(name) for name in arguments.vehicle or list_vehicles()]
-    made_up = (odd_vehicles if arguments.odd else random_vehicles)(arguments.random)
+    kind = near_vehicles if arguments.near else odd_vehicles if arguments.odd else random_vehicles
+    made_up = kind(arguments.random)
     results = [
         result
         for vehicle in (*shipped, *islice(made_up, arguments.first or 0, None))

@@ -28,7 +28,7 @@ from alloc.c.generate import sources
 from alloc.formulations import find_formulation
 from alloc.methods import recipe
 from alloc.program import Scalar, Where
-from bench.demands.near_degenerate import edge_demands, near_degenerate
+from bench.demands.near_degenerate import edge_demands, numbered
 
 METHODS = ("nullspace", "scaled", "scaled-by-group", "priority")
 IN_C = ("nullspace", "scaled", "priority")
@@ -104,8 +104,7 @@ def in_c(
 
 def asked(number: int, count: int, c: bool, folder: Path) -> dict[str, list[float]]:
     """By method and where it runs: answers that say a wrench, those that are off, the largest error."""
-    rng = np.random.default_rng([29, number])
-    vehicle = near_degenerate(rng)
+    vehicle, rng = numbered(number)
     taus, found = edge_demands(vehicle, rng, count), dict[str, list[float]]()
 
     def count_(method: str, where: str, most: float, off: FloatArray) -> None:

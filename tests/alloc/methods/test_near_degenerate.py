@@ -10,7 +10,7 @@ from alloc import Allocator, NotApplicable, Status, Vehicle, build, generate, lo
 from alloc.allocation import FloatArray
 from alloc.formulations import find_formulation
 from alloc.nullspace.allocator import Nullspace
-from bench.demands.near_degenerate import edge_demands, near_degenerate
+from bench.demands.near_degenerate import edge_demands, numbered
 
 VEHICLES, DEMANDS = 100, 60
 OFF = 1e-9
@@ -20,11 +20,7 @@ EXACT = ["nullspace", "scaled", "scaled-by-group", "priority"]
 
 @pytest.fixture(scope="module")
 def cases() -> list[tuple[Vehicle, FloatArray]]:
-    rngs = [np.random.default_rng([29, number]) for number in range(VEHICLES)]
-    vehicles = [near_degenerate(rng) for rng in rngs]
-    return [
-        (vehicle, edge_demands(vehicle, rng, DEMANDS)) for vehicle, rng in zip(vehicles, rngs, strict=True)
-    ]
+    return [(vehicle, edge_demands(vehicle, rng, DEMANDS)) for vehicle, rng in map(numbered, range(VEHICLES))]
 
 
 def promised(vehicle: Vehicle, formulation: str, taus: FloatArray, shares: FloatArray) -> FloatArray:
