@@ -4,7 +4,6 @@ MkDocs calls ``on_config`` and ``on_files`` before it reads the pages, griffe ca
 """
 
 import re
-from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any
 
@@ -16,45 +15,15 @@ MOVED = {"README.md": "index.md", "CONTRIBUTING.md": "contributing.md", "CHANGEL
 """Pages that stand in the root of the repository, and where they stand in the site."""
 REPORT = "results/amd-epyc-2-cores"
 """The committed run whose report is shown."""
-GROUPS = {
-    "Use": (
-        "your-vehicle.md",
-        "results.md",
-        "scripts.md",
-        "embedded.md",
-        "board-*.md",
-        "rivals.md",
-        "gate.md",
-        "suite.md",
-    ),
-    "Understand": (
-        "exact.md",
-        "loss.md",
-        "theory.md",
-        "method.md",
-        "solvers.md",
-        "cross-*.md",
-        "glossary.md",
-    ),
-    "Extend": ("add-*.md", "contributing.md", "changelog.md"),
-}
-"""Pages by what they are for; a page that no pattern fits stands under More, so none is left out."""
+STUDIES = "results/studies"
+"""Tables that studies printed; the pages quote from them."""
 
 
 def on_config(config: Any) -> Any:
-    """Make the navigation of the pages that there are."""
-    pages = sorted([*(path.name for path in (ROOT / "docs").glob("*.md")), *list(MOVED.values())[1:]])
-    grouped = {
-        title: [page for pattern in patterns for page in pages if fnmatch(page, pattern)]
-        for title, patterns in GROUPS.items()
-    }
-    known = {page for group in grouped.values() for page in group}
-    grouped["More"] = [page for page in pages if page not in known]
-    grouped["Reference"] = [f"reference/{name}.md" for name in reference()]
-    config.nav = [
-        {"What limits cost": "index.md"},
-        {"A report": "report.html"},
-        *({title: group} for title, group in grouped.items() if group),
+    """Add what is generated to the navigation that mkdocs.yml writes out."""
+    config.nav += [
+        {"Measured": ["report.html", *(f"studies/{path.name}" for path in studies())]},
+        {"Reference": [f"reference/{name}.md" for name in reference()]},
     ]
     return config
 
@@ -63,6 +32,7 @@ def on_files(files: Files, config: Any) -> Files:
     """Add the generated pages to those of the folder."""
     made = {target: moved((ROOT / source).read_text("utf-8")) for source, target in MOVED.items()}
     made |= {f"reference/{name}.md": text for name, text in reference().items()}
+    made |= {f"studies/{path.name}": path.read_text("utf-8") for path in studies()}
     made["report.html"] = report()
     for source in ("LICENSE", "CITATION.cff", f"{REPORT}/overview.svg"):
         made[source] = (ROOT / source).read_text("utf-8")
@@ -80,6 +50,7 @@ def moved(text: str) -> str:
     text = re.sub(rf"\]\((?:\.\./)?{REPORT}/(report|details)\.(md|html)[^)]*\)", "](report.html)", text)
     for source, target in MOVED.items():
         text = re.sub(rf"\]\((?:\.\./)?{re.escape(source)}", f"]({target}", text)
+    text = re.sub(rf"\]\((?:\.\./)?{STUDIES}/", "](studies/", text)
     # A folder or a file of the source has no page; its name says where it is.
     sources = r"(?:\.\./)?(?:results|alloc|bench|tests)(?:/[^)]*)?"
     return re.sub(rf"(?<!!)\[([^\]]*)\]\({sources}\)", r"\1", text)
@@ -96,16 +67,18 @@ def report() -> str:
     return html(machines, page(run, frozenset()), details(run, frozenset()))
 
 
+def studies() -> list[Path]:
+    """The files of tables, by name."""
+    return sorted((ROOT / STUDIES).glob("*.md"))
+
+
 def reference() -> dict[str, str]:
-    """A page for what each package exports, and one for each of its rooms with all that stands in it."""
+    """A page for each package, with what it exports and no more, and one for the columns of results.csv."""
+    from bench.results.table import documentation
+
     options = "    options:\n      show_root_heading: false\n"
-    pages = {}
-    for package in ("alloc", "bench"):
-        pages[package] = f"# {package}\n\n::: {package}\n{options}"
-        for room in sorted((ROOT / package).glob("*/__init__.py")):
-            name = f"{package}.{room.parent.name}"
-            pages[name] = f"# {name}\n\n::: {name}\n{options}      show_submodules: true\n"
-    return pages
+    pages = {name: f"# {name}\n\n::: {name}\n{options}" for name in ("alloc", "alloc.plugin", "bench")}
+    return pages | {"columns": f"# Columns of results.csv\n\n{documentation()}"}
 
 
 class Words(griffe.Extension):

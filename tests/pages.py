@@ -1,13 +1,31 @@
 """README.md, CONTRIBUTING.md and the pages of docs/, for tests that try what the pages show."""
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
+
+from ruamel.yaml import YAML
 
 from tests.places import DOCS, ROOT
 
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md"))]
 SAVED = re.compile(r"[Ss]aved? (?:\w+ ){0,3}as `([\w.-]+)`")
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+def navigation() -> list[str]:
+    """The pages of the site in the order that mkdocs.yml writes out."""
+
+    def pages(entry: Any) -> Iterator[str]:
+        if isinstance(entry, str):
+            yield entry
+        else:
+            for inner in entry.values() if isinstance(entry, dict) else entry:
+                yield from pages(inner)
+
+    settings = YAML(typ="safe").load((ROOT / "mkdocs.yml").read_text(encoding="utf-8"))
+    return list(pages(settings["nav"]))
 
 
 def blocks(page: Path, language: str) -> list[str]:

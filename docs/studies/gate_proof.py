@@ -1,7 +1,7 @@
 """How often the gate raises false alarms and what it finds, beside two runs of pytest-benchmark.
 
     python docs/studies/gate_proof.py FILE --minutes 30    measure, one line a trial
-    python docs/studies/gate_table.py FILE                 the table of docs/gate.md
+    python docs/studies/gate_table.py FILE                 the table of results/studies/gate_table.md
 
 A trial compares the tree with a copy of itself or with a copy whose calls do 5, 10 or 20 % more work, by the
 gate or by two runs of pytest-benchmark. All kinds of trials take turns, so that they meet the same machine in

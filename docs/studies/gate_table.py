@@ -1,4 +1,4 @@
-"""The table of docs/gate.md, from the trials that ``docs/studies/gate_proof.py`` wrote into FILE.
+"""The table of results/studies/gate_table.md, from trials that ``docs/studies/gate_proof.py`` wrote in FILE.
 
 python docs/studies/gate_table.py FILE
 """
@@ -23,7 +23,7 @@ RULES: tuple[tuple[str, str, Says], ...] = (
     ("gate: instructions", "gate", lambda cell: cell.get("trips")),
     ("gate: either", "gate", lambda cell: cell["time"] or cell["trips"] if "trips" in cell else None),
     (
-        "one run after the other, median > +10 % (`--benchmark-compare-fail`)",
+        "one run after the other, median > +10 % (--benchmark-compare-fail)",
         "pytest",
         lambda c: c["median"] > 1.1,
     ),

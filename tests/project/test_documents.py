@@ -101,6 +101,12 @@ def test_your_vehicle_shows_what_its_commands_print(tmp_path: Path) -> None:
     run_consoles("your-vehicle.md", tmp_path)
 
 
+def test_your_dive_shows_what_its_commands_print(tmp_path: Path) -> None:
+    saved(DOCS / "your-vehicle.md", tmp_path)
+    saved(DOCS / "your-dive.md", tmp_path)
+    run_consoles("your-dive.md", tmp_path)
+
+
 def test_add_a_method_shows_what_its_commands_print(tmp_path: Path) -> None:
     saved(DOCS / "add-a-method.md", tmp_path)
     run_consoles("add-a-method.md", tmp_path)

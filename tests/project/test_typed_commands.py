@@ -11,10 +11,10 @@ import pytest
 from click.testing import CliRunner
 
 import bench.__main__
-from tests.pages import FENCE, saved
+from tests.pages import FENCE, navigation, saved
 from tests.places import DOCS, ROOT
 
-PAGES = ("README.md", *sorted(f"docs/{page.name}" for page in DOCS.glob("*.md")))
+PAGES = ("README.md", *(f"docs/{name}" for name in navigation() if (DOCS / name).exists()))
 SHELL = ("", "sh", "console")
 GIVEN = ("dive.bag", "A", "B", "qp/slsqp")
 """What a reader has and no page writes: a log of a dive, two folders with trees; and the solver that a page
@@ -52,7 +52,7 @@ LONG = {
     "prove": "takes minutes",
     "layouts": "takes minutes",
     "fleet": "needs a scheduler",
-    "run": "measures for half a minute: only README's first is typed, with less to measure",
+    "run": "measures for half a minute: the first of README and of docs/your-vehicle.md are typed, with less",
 }
 """Commands that are parsed only (options, arguments, files), and why."""
 
@@ -88,9 +88,10 @@ def type_it(words: list[str], folder: Path) -> str:
                 and text not in GIVEN
             ):
                 assert (folder / text).exists() or (ROOT / text).exists(), f"{text}: nobody has that file"
-    if words[0] == "run" and words == ["run", "--vehicle", "my-rov.yaml", "--quick"]:
+    words = [str(ROOT / word) if word.startswith("results/") else word for word in words]
+    if words[:4] == ["run", "--vehicle", "my-rov.yaml", "--quick"]:
         words = [*words, *SHORT]
-    elif words[0] in LONG or any(name in words for name in GIVEN) or "results/emulated" in words:
+    elif words[0] in LONG or any(name in words for name in GIVEN):
         return LONG.get(words[0], "needs what no page writes")
     elif "robot.urdf" in words and find_spec("urdf_parser_py") is None:
         return "needs the extra urdf"

@@ -1,4 +1,4 @@
-"""The files in results/, README.md and docs/results.md are what the committed records give.
+"""The files in results/, README.md are what the committed records give.
 
 A folder in results/ is a committed run where its record is packed.
 """
@@ -13,7 +13,6 @@ from bench.record import FILE_NAME, PACKED
 from bench.report import render
 from bench.report.readme import END, START, result_table
 from bench.results.rows import read_run
-from bench.results.table import documentation
 from tests.places import ROOT
 from tests.renderings import differences
 
@@ -102,9 +101,3 @@ def test_the_readme_s_table_is_the_one_that_a_committed_record_gives() -> None:
     shown = (ROOT / "README.md").read_text(encoding="utf-8").partition(START)[2].partition(END)[0].strip()
     tables = [result_table(read_run(directory)).strip() for directory in TIMED]
     assert not all(differences(table, shown) for table in tables)
-
-
-def test_docs_results_md_documents_the_columns() -> None:
-    text = (ROOT / "docs/results.md").read_text(encoding="utf-8")
-    shown = text.partition("<!-- columns:start -->\n")[2].partition("<!-- columns:end -->")[0]
-    assert shown == documentation(), "put what `thrustbench columns` prints between the markers"
