@@ -54,7 +54,7 @@ class EscKeys(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     volts: float | None = None
 
 
-class Curve(NamedTuple):
+class ThrustCurve(NamedTuple):
     """A measured curve as its file has it.
 
     Attributes
@@ -122,7 +122,7 @@ def table_of(made: Sequence[Esc]) -> VoltageTable | None:
     return VoltageTable(volts, sides[0], sides[1])
 
 
-def measured(keys: EscKeys, key: str = "esc") -> Curve | None:
+def measured(keys: EscKeys, key: str = "esc") -> ThrustCurve | None:
     """The points of the file's curve as they were measured; None without one. Raises VehicleError."""
     if keys.curve is None:
         return None
@@ -163,7 +163,7 @@ def measured(keys: EscKeys, key: str = "esc") -> Curve | None:
     found = np.array([volts for volts, _ in at])
     if not at or (len(at) > 1 and not (np.diff(found) > 0).all()):
         raise VehicleError(f"{key}.curve: give different voltages, each with its pairs [command, N]", key)
-    return Curve(found, tuple(points for _, points in at))
+    return ThrustCurve(found, tuple(points for _, points in at))
 
 
 def monotone(points: FloatArray, neutral: float) -> FloatArray:
@@ -275,9 +275,9 @@ def _esc(keys: EscKeys, turned: bool, limits: tuple[float, float] | None, key: s
     first, last = (2 * neutral - high, 2 * neutral - low) if turned else (low, high)
     if limits is not None:
         ends = np.array([[first, min(limits[0], 0.0)], [neutral, 0.0], [last, max(limits[1], 0.0)]])
-        curve = Curve(np.array([np.nan]), (ends[[first < neutral, True, last > neutral]],))
+        curve = ThrustCurve(np.array([np.nan]), (ends[[first < neutral, True, last > neutral]],))
     else:
-        curve = measured(keys, key) or Curve(np.array([np.nan]), ())
+        curve = measured(keys, key) or ThrustCurve(np.array([np.nan]), ())
     inside = [points[(points[:, 0] > first) & (points[:, 0] < last)] for points in curve.points]
     start = max(first, *(points[0, 0] for points in curve.points))
     stop = min(last, *(points[-1, 0] for points in curve.points))

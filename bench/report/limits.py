@@ -1,5 +1,7 @@
 """Report section: what these numbers do not say."""
 
+from collections.abc import Callable
+
 from bench.results.rows import Run
 from bench.results.text import plain
 
@@ -18,12 +20,12 @@ NOISY = """- More than one row in ten was measured while the machine was disturb
 """
 
 
-def cut_logs(run: Run) -> list[str]:
-    """A sentence for each log that was not asked whole."""
+def cut_logs(run: Run, write: Callable[[str], str] = str) -> list[str]:
+    """A sentence for each log that was not asked whole; ``write`` makes a name harmless where it stands."""
     return sorted(
         {
-            f"Of {p.demands}'s {p.n_demands + p.left_out} demands only the first {p.n_demands} were asked;"
-            " `--n` asks more."
+            f"Of {write(p.demands)}'s {p.n_demands + p.left_out} demands only the first {p.n_demands}"
+            " were asked; `--n` asks more."
             for p in run.record.problems
             if p.left_out
         }
@@ -35,5 +37,5 @@ def section(run: Run, drawn: frozenset[str]) -> str:
     measured = [row for row in run.rows if not row.failed]
     noisy = sum(bool(row.measured.disturbances) for row in measured) > len(measured) / 10
     virtual = run.record.header.machine.get("virtual")
-    cut = "".join(f"- {plain(sentence)}\n" for sentence in cut_logs(run))
+    cut = "".join(f"- {sentence}\n" for sentence in cut_logs(run, plain))
     return TEXT + cut + (VIRTUAL if virtual else "") + (NOISY if noisy else "")
