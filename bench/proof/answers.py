@@ -10,10 +10,10 @@ import re
 
 import numpy as np
 
-from alloc import Label, Status, alpha_max, build, label
+from alloc import AllocError, Label, Status, alpha_max, build, label
 from alloc.allocation import BoolArray, FloatArray, IndexArray
 from alloc.c.compiled import shared_library
-from alloc.errors import AllocError, NotInstalled
+from alloc.errors import NotInstalled
 from alloc.formulations import find_formulation
 from alloc.formulations.scaled import FORMULATION as SCALED
 from alloc.program import Scalar

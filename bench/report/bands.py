@@ -32,8 +32,10 @@ def page(
     counted = [row for row in rows(run.record.emulated) if not vehicles or row.emulated.vehicle in vehicles]
     shown = bands(counted, clock_MHz * 1e6, loop, known, given)
     parts = [
-        f"Emulated processors at {clock_MHz:g} MHz, {loop.rate_hz:g} Hz. The instructions of the most costly"
-        " call are exact; its share of the control period is a band, for instructions are not cycles.\n",
+        f"Emulated processors at {clock_MHz:g} MHz, {loop.rate_hz:g} Hz. Instructions are of the costliest"
+        " call that is known, asked or found by a search; another may take more, up to the bound that"
+        " `thrustbench prove` gives. Its share of the control period is a band, for instructions are not"
+        " cycles.\n",
         table(
             (
                 "vehicle",
