@@ -156,7 +156,10 @@ class Region:
                         return None
                     if low > high:
                         low = high = 0.5 * (low + high)
-                lo, hi = min(max(low, lo), hi), min(max(high, lo), hi)
+                if lo == -inf:  # the longest rows, mostly all there are
+                    lo, hi = low, high
+                else:
+                    lo, hi = min(max(low, lo), hi), min(max(high, lo), hi)
             los.append(lo)
             his.append(hi)
         return los, his
