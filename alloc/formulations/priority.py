@@ -1,4 +1,4 @@
-"""The least effort for the wrench that is reached level by level, the axes that matter most in front.
+"""Prioritized allocation: the least effort for the wrench reached level by level, most important axes first.
 
 The axes of the vehicle's first level go towards the demand while the others stay at rest, then those of the
 second level from where the first stopped, and so on. An attainable demand may be met in part: what the axes

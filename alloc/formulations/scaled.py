@@ -1,4 +1,4 @@
-"""The least effort for the wrench that the way straight to the demand reaches.
+"""Direct allocation: the least effort for the wrench farthest along the straight line to the demand.
 
 From thrusts at rest (alloc.reach.edge.start) the wrench goes straight to the demand, as far as it is
 attainable. Where zero thrust is allowed, that is the largest attainable share of the demand, and its

@@ -75,9 +75,9 @@ def components(linked: BoolArray) -> list[IndexArray]:
 
 
 def alike(pairs: list[int], along: FloatArray) -> list[list[tuple[int, bool]]]:
-    """Pairs that every step goes along by the same amount; along (M, k) has their rows.
+    """Pairs of facets along which every step advances equally, in groups; along (M, k) has their rows.
 
-    Each stands with whether the step goes along it the other way than along the first of its group.
+    The boolean of a pair says whether a step advances along it in the opposite direction to its group's first.
     """
     groups: dict[tuple[float, ...], list[tuple[int, bool]]] = {}
     for m, row in zip(pairs, snapped(along) if along.size else along, strict=True):

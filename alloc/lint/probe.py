@@ -1,4 +1,4 @@
-"""Which way it should really push: what each thruster alone should do, to be ticked at the pool."""
+"""What each thruster alone should do to the vehicle, as a table to be ticked at the pool."""
 
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""The allocator that always answers: as far towards the demand as a way leads, and the least effort there."""
+"""The allocator that always answers: as far towards the demand as the limits let, at least effort."""
 
 from math import inf, nan
 from operator import le

@@ -1,4 +1,4 @@
-"""SourcePackage packages of solvers whose C no installed package has: ``python -m alloc.rivals.download``."""
+"""Source packages of solvers whose C no installed package has: ``python -m alloc.rivals.download``."""
 
 import hashlib
 import subprocess

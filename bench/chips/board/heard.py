@@ -86,7 +86,7 @@ class TimedCalls:
 
 @dataclass(frozen=True, eq=False)
 class Heard:
-    """All that one board said, and arrived.
+    """What arrived of one board's log.
 
     Attributes
     ----------

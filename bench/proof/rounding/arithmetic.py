@@ -22,7 +22,7 @@ WIDER: dict[Scalar, float] = {"double": 1e-13, "float": 1e-6}
 attainable set, and for rounding in this analysis itself."""
 
 ALTERNATIVES = 64
-"""Of how many values the least is followed."""
+"""A minimum of more values than this is bounded as a whole, no longer value by value."""
 
 
 @dataclass(frozen=True)
