@@ -77,7 +77,7 @@ def components(linked: BoolArray) -> list[IndexArray]:
 def alike(pairs: list[int], along: FloatArray) -> list[list[tuple[int, bool]]]:
     """Pairs of facets along which every step advances equally, in groups; along (M, k) has their rows.
 
-    The boolean of a pair says whether a step advances along it in the opposite direction to its group's first.
+    The boolean of a pair says whether a step advances along it opposite to its group's first.
     """
     groups: dict[tuple[float, ...], list[tuple[int, bool]]] = {}
     for m, row in zip(pairs, snapped(along) if along.size else along, strict=True):

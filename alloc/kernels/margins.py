@@ -89,10 +89,10 @@ class FacetMargins:
         margins = list(dict.fromkeys(margins))
         if all(known(margin) for margin in margins):
             return min(margin for margin in margins if isinstance(margin, float))
-        # Where every value of one list is added to every value of another, the least sum is the sum of both minima.
+        # Where each value of one list is added to each of another, the least sum is the sum of minima.
         pairs = [self._terms.get(margin, []) for margin in margins]
         if len(pairs) > 1 and all(len(pair) == 2 for pair in pairs):
-            # One list: the values that are added to the first pair's second value. The other: all remaining values.
+            # One list: what is added to the first pair's second value. The other: all remaining values.
             these = {a for pair in pairs if pairs[0][1] in pair for a in pair} - {pairs[0][1]}
             those = {value for pair in pairs for value in pair} - these
             each = {frozenset((a, b)) for a in these for b in those}

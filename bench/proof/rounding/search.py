@@ -1,4 +1,4 @@
-"""A search for attainable demands with large rounding errors: the worst so far, changed a little, many times."""
+"""A search for attainable demands with large rounding errors: the worst so far, changed many times."""
 
 from typing import Any
 
