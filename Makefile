@@ -46,8 +46,8 @@ emulate: .venv/rivals
 prove: .venv/prove
 	$(BIN)/python -m bench.chips.install
 	$(BIN)/python -m bench.proof.install
-	$(BIN)/thrustbench prove --out runs/proof/double
-	$(BIN)/thrustbench prove --float --out runs/proof/float
+	$(BIN)/thrustbench prove --thorough --out runs/proof/double
+	$(BIN)/thrustbench prove --thorough --float --out runs/proof/float
 	$(BIN)/python docs/studies/sabotage.py
 
 # What the main job needs, and no more.

@@ -1,11 +1,14 @@
 """``thrustbench prove``."""
 
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import click
 
 from bench.commands import LIMITS, PATH, RUNS, SINGLE, refuse_another_s
+
+if TYPE_CHECKING:
+    from bench.proof import Proof, Subject
 
 
 @click.command()
@@ -15,6 +18,7 @@ from bench.commands import LIMITS, PATH, RUNS, SINGLE, refuse_another_s
 @click.option("--method", "methods", multiple=True, metavar="M", help="A method that can be C [all].")
 @SINGLE
 @LIMITS
+@click.option("--thorough", is_flag=True, help="Ten times the demands, searches and closer bounds: minutes.")
 @click.option(
     "--out", type=PATH, default=RUNS / "proof", show_default=True, metavar="DIR", help="Made if missing."
 )
@@ -23,21 +27,24 @@ def command(
     methods: tuple[str, ...],
     single: bool,
     limits: Literal["fixed", "call"],
+    thorough: bool,
     out: Path,
 ) -> int:
     """Prove what generated C does with any arguments: proof.json and a page beside the C.
 
-    No run-time error, thrusts inside the limits, rounding, the worst path, MISRA rules. Several kernels get a
-    folder each, and proofs.md has a line of each. Exit code 3 where an error or a thrust outside the limits
-    can't be excluded. `make prove` installs what this needs, and proves all.
+    No run-time error, thrusts inside the limits, answers to many demands, rounding, the worst path, MISRA
+    rules. Several kernels get a folder each, and proofs.md has a line of each. Exit code 3 where an error or
+    a thrust outside the limits can't be excluded, or an answer was wrong. `make prove` installs what this
+    needs, and proves all.
     """
     from concurrent.futures import ProcessPoolExecutor
+    from functools import partial
     from itertools import groupby
     from os import cpu_count
     from signal import SIG_DFL, SIGTERM, signal
 
     from alloc import AllocError, NotApplicable, catalogue, list_vehicles, load_vehicle
-    from bench.proof import prove, subject, summary, tools, write
+    from bench.proof import subject, summary, tools, write
 
     kernels = {entry.name: entry.twin for entry in catalogue() if entry.twin}
     loaded = [load_vehicle(name) for name in vehicles or list_vehicles()]
@@ -66,7 +73,7 @@ def command(
     proofs = []
     pool = ProcessPoolExecutor(cpu_count(), initializer=signal, initargs=(SIGTERM, SIG_DFL))
     try:
-        for of, proof in zip(subjects, pool.map(prove, subjects), strict=True):
+        for of, proof in zip(subjects, pool.map(partial(_proof, thorough=thorough), subjects), strict=True):
             proofs.append(proof)
             folder = out / of.name if several else out
             write(of, proof, folder)
@@ -77,3 +84,11 @@ def command(
         (out / "proofs.md").write_text(summary(proofs), encoding="utf-8")
         click.echo(out / "proofs.md")
     return 0 if all(proof.safe for proof in proofs) else 3
+
+
+def _proof(of: "Subject", *, thorough: bool) -> "Proof":
+    """The proof, with a line of each step on stderr."""
+    from bench.proof import THOROUGH, USUAL, prove
+
+    effort = THOROUGH if thorough else USUAL
+    return prove(of, effort, lambda step: click.echo(f"{of.name}: {step} ...", err=True))

@@ -5,10 +5,10 @@ into a list of operations, ``limits`` follows limits through it, ``proof`` says 
 See docs/proof.md.
 """
 
-from bench.proof.certify import prove
+from bench.proof.certify import THOROUGH, USUAL, prove
 from bench.proof.page import summary
 from bench.proof.proof import Proof
 from bench.proof.safety.harness import Subject, subject
 from bench.proof.write import write
 
-__all__ = ["Proof", "Subject", "prove", "subject", "summary", "write"]
+__all__ = ["THOROUGH", "USUAL", "Proof", "Subject", "prove", "subject", "summary", "write"]

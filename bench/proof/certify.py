@@ -2,34 +2,51 @@
 
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 from alloc import NotApplicable
 from alloc.c import digest
-from alloc.kernels.tolerance import TOLERANCE
 from alloc.program import Node
-from alloc.vehicle.condition import wrench_doubt
 from bench.chips.target import targets
 from bench.chips.toolchain import ToolError, missing
 from bench.harness import machine
-from bench.proof import answers, misra, tools
+from bench.proof import misra, tools
+from bench.proof.answers import answered
 from bench.proof.not_read import NotRead
-from bench.proof.path.worst import worst_path
+from bench.proof.path.worst import Contradicted, worst_path
 from bench.proof.proof import ASSUMPTIONS, Claim, Proof, Rounding, WorstPath, not_shown
 from bench.proof.rounding.band import verdict_band
 from bench.proof.rounding.errors import Errors
 from bench.proof.rounding.gappa import before_limits
-from bench.proof.rounding.search import searched
-from bench.proof.rounding.seen import made, seen
+from bench.proof.rounding.search import RUNS, searched
+from bench.proof.rounding.seen import seen
 from bench.proof.safety import claims as safety
 from bench.proof.safety.harness import Subject, subject
 from bench.proof.symbolic import programs
 from bench.proof.translation import translated
 
-DEMANDS = 1_000_000
-"""Demands of the whole vehicle beside whose largest error the bound stands."""
-DEMANDS_FAULT = 10_000
-"""Of each fault."""
+
+class Effort(NamedTuple):
+    """How much is tried beside what is proven.
+
+    Attributes
+    ----------
+    demands, demands_fault : those of the whole vehicle and of each fault, beside whose largest error the
+        bound on rounding stands
+    runs : how often a search for larger errors begins anew
+    closely : whether a bound far above the errors is followed more closely, for some times as long
+    """
+
+    demands: int
+    demands_fault: int
+    runs: int
+    closely: bool
+
+
+USUAL = Effort(100_000, 2_000, 1, closely=False)
+THOROUGH = Effort(1_000_000, 10_000, RUNS, closely=True)
 FAR = 10.0
 """Where the bound is so many times the largest error of random demands, a search looks for larger ones; where
 it is so many times those, too, for a closer bound."""
@@ -39,14 +56,28 @@ ALIKE = 2.0**-23
 BOUNDED = "Rounding moves no thrust of an attainable demand by more than the bound below."
 
 
-def prove(of: Subject) -> Proof:
-    """The proof of a kernel; raises NotInstalled where Frama-C is missing."""
+REFUSES = "A demand whose α* is below 1 by more than the band is refused."
+WORST = "No call takes more instructions than the bound."
+
+
+def prove(of: Subject, effort: Effort = USUAL, say: Callable[[str], None] = lambda _: None) -> Proof:
+    """The proof of a kernel; raises NotInstalled where Frama-C is missing.
+
+    ``say`` is told what is looked at next.
+    """
     begin = time.perf_counter()
+    say("memory, status and limits")
     with tempfile.TemporaryDirectory(prefix="thrustbench-") as folder:
         claims = safety.claims(of, Path(folder))
         rules = misra.broken(of, Path(folder))
-    bounded, rounding = _bounded(of)
-    paths, lacking = _paths(of)
+    claims.append(translated(of))
+    if claims[0].verdict == "shown":  # what may write anywhere is not run here
+        say("answers to many demands")
+        claims += answered(of)
+    say("rounding")
+    bounded, rounding = _bounded(of, effort)
+    say("worst paths")
+    paths, refuted, lacking = _paths(of)
     if rules is None:
         lacking.append(not_shown("MISRA C:2012", ["needs cppcheck: " + tools.remedy(["cppcheck"])]))
     return Proof(
@@ -59,8 +90,8 @@ def prove(of: Subject) -> Proof:
         thrustbench=machine.commit(),
         tools={name: tools.version(name) for name in tools.PACKAGES},
         assumptions=ASSUMPTIONS,
-        claims=[*claims, *answers.claims(of), translated(of)],
-        numbers=[bounded, made(of), *lacking],
+        claims=[*claims, *refuted],
+        numbers=[bounded, _band(rounding), *lacking],
         rounding=rounding,
         worst_paths=paths,
         misra=rules or [],
@@ -68,7 +99,19 @@ def prove(of: Subject) -> Proof:
     )
 
 
-def _bounded(of: Subject) -> tuple[Claim, list[Rounding]]:
+def _band(rounding: list[Rounding]) -> Claim:
+    bands = [each.verdict_band for each in rounding if each.verdict_band is not None]
+    if not rounding:
+        return not_shown(REFUSES, ["no band is known without a bound on rounding"])
+    if not bands:
+        return Claim(claim=REFUSES, verdict="does not apply", by="", words=["this method refuses none"])
+    if not max(bands) < 1.0:
+        return not_shown(REFUSES, ["no demand is so large that it must be refused"])
+    words = [f"at most {max(bands):.2g}"]
+    return Claim(claim=REFUSES, verdict="shown", by="the program's own numbers", words=words)
+
+
+def _bounded(of: Subject, effort: Effort) -> tuple[Claim, list[Rounding]]:
     if of.limits == "call":
         return not_shown(BOUNDED, ["limits of the call: ranges are known for the vehicle's own only"]), []
     try:
@@ -82,20 +125,19 @@ def _bounded(of: Subject) -> tuple[Claim, list[Rounding]]:
         given = program, vehicle, of.scalar, exact.get(fault)
         errors = Errors(*given)
         turned = Errors(*given, flips=True) if errors.branches else errors
-        slack = max(TOLERANCE[of.scalar], wrench_doubt(vehicle)) * vehicle.f_scale
-        demands = DEMANDS if fault < 0 else DEMANDS_FAULT
+        demands = effort.demands if fault < 0 else effort.demands_fault
         try:
             bound, flipped = errors.bound(), turned.bound()
-            band = verdict_band(program, errors, slack)
+            band = verdict_band(program, errors, vehicle, of.scalar)
             sample = seen(program, vehicle, of.scalar, exact.get(fault, {}), demands)
         except NotRead as reason:
             words.append(f"fault {fault}: {reason}")
             continue
         worse = None
         if sample.error < (enough := bound / FAR):
-            worse = searched(program, vehicle, of.scalar, exact.get(fault, {}), enough)
+            worse = searched(program, vehicle, of.scalar, exact.get(fault, {}), enough, effort.runs)
         largest = max(sample.error, worse or 0.0)
-        if largest < enough and not errors.branches:
+        if effort.closely and largest < enough and not errors.branches:
             bound = flipped = min(bound, Errors(*given, closely=True).bound())
         gappa = before_limits(program, errors, vehicle, of.scalar) if fault < 0 else None
         rows.append(
@@ -145,8 +187,9 @@ def _exact(of: Subject) -> dict[int, dict[Node, float]]:
     return exact
 
 
-def _paths(of: Subject) -> tuple[list[WorstPath], list[Claim]]:
-    paths, lacking = [], []
+def _paths(of: Subject) -> tuple[list[WorstPath], list[Claim], list[Claim]]:
+    """The worst paths, bounds that a call disproves, and targets that lack a tool."""
+    paths, refuted, lacking = list[WorstPath](), list[Claim](), list[Claim]()
     for target in targets():
         if of.scalar not in target.scalars:  # in software its length depends on the numbers
             continue
@@ -154,8 +197,10 @@ def _paths(of: Subject) -> tuple[list[WorstPath], list[Claim]]:
         try:
             if not words:
                 paths.append(worst_path(of, target))
+        except Contradicted as error:
+            refuted.append(not_shown(WORST, [str(error)]))
         except ToolError as error:
             words = str(error)
         if words:
             lacking.append(not_shown(f"The worst path on {target.name}.", [words]))
-    return paths, lacking
+    return paths, refuted, lacking

@@ -108,6 +108,7 @@ def summary(proofs: Iterable[Proof]) -> str:
     return "# Proofs\n\n" + table(
         [
             "kernel",
+            "least of all claims",
             *("errors", "status", "limits"),
             "rounding / seen",
             "worst path",
@@ -123,6 +124,7 @@ def _line(proof: Proof) -> list[str]:
     ratios = [each.ratio for each in proof.rounding]
     return [
         proof.function,
+        proof.least,
         *verdicts,
         three(max(ratios)) if any(ratios) else "-",
         ", ".join(f"{each.target} {each}" for each in proof.worst_paths) or "-",

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 from alloc.c import printed, programs
 from alloc.methods import recipe
-from alloc.program import Node, Operation, Program, Where
-from bench.proof.rounding.seen import made
+from alloc.program import Exit, Node, Operation, Program, Where
+from bench.proof.answers import answered
 from bench.proof.safety import claims as safety
 from bench.proof.safety.harness import Subject
 
@@ -103,7 +103,84 @@ def _behind_tau(program: Program) -> Program:
     return _with(program, (first, ("input", "tau", max(known) + 1)))
 
 
+def _grown(program: Program, *operations: Operation) -> tuple[Program, list[Node]]:
+    """The program with more operations behind its own, and their nodes."""
+    nodes = (*program.nodes, *operations)
+    return replace(program, nodes=nodes), list(range(len(program.nodes), len(nodes)))
+
+
+def _nan_passes(program: Program) -> Program:
+    """x < low ? low : x > high ? high : x, in place of a minimum of a maximum."""
+    cut = _cut(program)
+    grown, (below, above, _) = _grown(
+        program,
+        ("lt", cut.x, cut.low),
+        ("gt", cut.x, cut.high),
+        ("choose", len(program.nodes) + 1, cut.high, cut.x),
+    )
+    return _with(grown, (cut.whole, ("choose", below, cut.low, above + 1)))
+
+
+def _all_solved(program: Program) -> Program:
+    """Returns from within write nothing, and call that solved."""
+    steps = tuple(
+        replace(step, cases=(), status=0) if isinstance(step, Exit) else step for step in program.steps
+    )
+    return replace(program, steps=steps, exits=tuple((condition, 0) for condition, _ in program.exits))
+
+
+def _none_solved(program: Program) -> Program:
+    return _with(program, (program.status, ("const", 2.0)))
+
+
+def _named(program: Program, name: str) -> Node:
+    """The node of that name; raises ValueError where there is none."""
+    for node, own in program.names.items():
+        if own == name:
+            return node
+    raise ValueError(f"nothing is called {name}")
+
+
+def _crossed(program: Program) -> Program:
+    """The maximum of the first overlap of limits and what else must not be exceeded is the latter alone."""
+    overlap = _named(program, "m0")
+    for node, (kind, *rest) in enumerate(program.nodes):
+        if kind == "max" and rest[0] == overlap:
+            return _with(program, (node, program.nodes[rest[1]]))
+    raise ValueError("no overlap is compared")
+
+
+def _one_less(program: Program) -> Program:
+    """The sum that tells numbers from NaN leaves one of them out."""
+    total = _named(program, "s0")
+    return _with(program, (total, program.nodes[program.nodes[total][1]]))
+
+
+def _share_above_one(program: Program) -> Program:
+    share = program.outputs["share", 0]
+    grown, (more,) = _grown(program, ("add", share, share))
+    return replace(grown, outputs={**program.outputs, ("share", 0): more})
+
+
+def _share_of_tau(program: Program) -> Program:
+    share = program.outputs["share", 0]
+    grown, (made,) = _grown(program, ("mul", share, program.nodes.index(("input", "tau", 0))))
+    return replace(grown, outputs={**program.outputs, ("share", 0): made})
+
+
+def _loose(program: Program) -> Program:
+    """What demands may exceed the limits by is a million times as much."""
+    bounds = {
+        node[2] for node in program.nodes if node[0] == "le" and program.nodes[node[2]] != ("const", 0.0)
+    }
+    if len(bounds) != 1:
+        raise ValueError("no one number that all is compared with")
+    (bound,) = bounds
+    return _with(program, (bound, ("const", 1e6 * program.nodes[bound][1])))
+
+
 SABOTAGES = (
+    # What stays a change of text is no operation: an index, a write, an integer, a loop, an enumeration.
     Sabotage("an entry behind tau is read", "nullspace", "fixed", change=_behind_tau),
     Sabotage("an entry behind f is written", "nullspace", "fixed", r"f\[0\] = ", "f[n] = "),
     Sabotage("a constant behind the table is read", "nullspace", "fixed", r"c\[0\] \*", "c[999] *"),
@@ -112,13 +189,7 @@ SABOTAGES = (
     Sabotage("a thrust is not cut at its limits", "nullspace", "fixed", change=_not_cut),
     Sabotage("a lower limit stands for the upper", "nullspace", "fixed", change=_exchanged),
     Sabotage("a limit is wider by one bit", "nullspace", "fixed", change=_wider),
-    Sabotage(
-        "NaN passes the limits",
-        "nullspace",
-        "fixed",
-        r"least\(most\(x, low\), high\)",
-        r"x < low ? low : x > high ? high : x",
-    ),
+    Sabotage("NaN passes the limits", "nullspace", "fixed", change=_nan_passes),
     Sabotage("a thrust is never written", "nullspace", "fixed", r"    f\[0\] = \w+;\n", ""),
     Sabotage(
         "a number is read before it is written", "nullspace", "fixed", r"const (\w+) p0 = .*;", r"\1 p0;"
@@ -134,13 +205,7 @@ SABOTAGES = (
         r"(    if \(unlikely)",
         r"    f[0] = t0;\n\1",
     ),
-    Sabotage(
-        "a demand that is refused is called solved",
-        "nullspace",
-        "fixed",
-        r"return .* \? INFEASIBLE : .*;",
-        "return SOLVED;",
-    ),
+    Sabotage("a demand that is refused is called solved", "nullspace", "fixed", change=_all_solved),
     Sabotage(
         "another thruster is taken for the failed one",
         "nullspace",
@@ -150,29 +215,20 @@ SABOTAGES = (
     ),
     Sabotage("a status that no header names", "nullspace", "fixed", r"INFEASIBLE = 2", "INFEASIBLE = 3"),
     Sabotage("one loop goes too far", "nullspace", "fixed", r"i < n; i\+\+", "i <= n; i++"),
-    Sabotage(
-        "crossed limits are not looked at",
-        "nullspace",
-        "call",
-        r"most\(m0, (.*)\) \+ nan_or_zero",
-        r"\1 + nan_or_zero",
-    ),
-    Sabotage("a limit that is NaN is not looked for", "clip", "call", r"(s0 = .*) \+ o\d+;", r"\1;"),
+    Sabotage("crossed limits are not looked at", "nullspace", "call", change=_crossed),
+    Sabotage("a limit that is NaN is not looked for", "clip", "call", change=_one_less),
     Sabotage("limits of the call are exchanged", "clip", "call", change=_exchanged),
     Sabotage("a neighbour's limits are taken", "clip", "call", change=_neighbours),
+    Sabotage("a share is above one", "scaled", "fixed", change=_share_above_one),
+    Sabotage("NaN stands in a share", "scaled", "fixed", change=_share_of_tau),
+    Sabotage("all is refused", "nullspace", "fixed", change=_none_solved),
+    Sabotage("far too much is called solved", "nullspace", "fixed", change=_loose),
     Sabotage(
-        "a share is above one",
-        "scaled",
+        "a number outlives the call",
+        "nullspace",
         "fixed",
-        r"share0 = (\w+) < (\S+) \? .*;",
-        r"share0 = \1 < \2 ? \1 : \1 + \2;",
-    ),
-    Sabotage(
-        "NaN stands in a share",
-        "scaled",
-        "fixed",
-        r"share0 = (\w+) < .*;",
-        r"share0 = \1 * t0;",
+        r"    return SOLVED;",
+        r"    static int calls;\n    calls = 1 - calls;\n    return SOLVED;",
     ),
     Sabotage(
         "a row is taken that there is not",
@@ -194,7 +250,9 @@ SABOTAGES = (
 
 def noticed(of: Subject, folder: Path) -> list[str]:
     """What a proof does not show of this C, in words; empty where it shows all."""
-    claims = [*safety.claims(of, folder), made(of)]
+    claims = safety.claims(of, folder)
+    if claims[0].verdict == "shown":
+        claims += answered(of)
     return [text for claim in claims if claim.verdict == "not shown" for text in claim.words]
 
 

@@ -48,6 +48,18 @@ class Unit(NamedTuple):
         """The functions with a loop that data end."""
         return {name for name, function in self.functions.items() if _loops(function)}
 
+    @property
+    def kept(self) -> set[str]:
+        """The variables that outlive a call and can change."""
+        found = {node.name for node in self.text.ext if _varies(node)}
+        waiting: list[Any] = list(self.functions.values())
+        while waiting:
+            node = waiting.pop()
+            if _varies(node) and {"static", "extern"} & set(node.storage):
+                found.add(node.name)
+            waiting += [child for _, child in node.children()]
+        return found
+
 
 def read(of: Subject) -> Unit:
     """The kernel's C, parsed; raises NotRead, ToolError without a compiler."""
@@ -303,6 +315,16 @@ class _Reader:
         inner = dict(self.constants)
         inner |= {parameter.name: value for parameter, value in zip(parameters, given, strict=True)}
         return self.block(function.body.block_items, inner, None)
+
+
+def _varies(node: Any) -> bool:
+    """Whether this declares a variable that is not constant."""
+    if not isinstance(node, c_ast.Decl) or isinstance(node.type, c_ast.FuncDecl | c_ast.Enum):
+        return False
+    of = node.type
+    while isinstance(of, c_ast.ArrayDecl):
+        of = of.type
+    return "const" not in getattr(of, "quals", [])
 
 
 def _loops(function: c_ast.FuncDef) -> bool:

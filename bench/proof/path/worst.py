@@ -12,7 +12,7 @@ from bench.chips.image import Image, link
 from bench.chips.kernel import Kernel
 from bench.chips.search import PARENTS, climb
 from bench.chips.target import Target
-from bench.chips.toolchain import ToolError, versions
+from bench.chips.toolchain import versions
 from bench.proof.path.binary import Unbounded, disassembled, longest
 from bench.proof.proof import WorstPath
 from bench.proof.rounding.seen import attainable
@@ -25,12 +25,16 @@ FAR = 10.0
 """Times the size of a wrench, beyond which a search does not begin."""
 
 
+class Contradicted(Exception):
+    """A call takes more than the bound, so the bound is none; the message names the call."""
+
+
 def worst_path(of: Subject, on: Target) -> WorstPath:
     """The interval of the worst path for a target, with the costliest call that was seen.
 
     ``attained`` is the most that any call took: demands of all kinds with every thruster off, and what a
-    search makes of them. ``at_most`` is the longest way through the binary's graph. Raises ToolError where a
-    call takes more than that.
+    search makes of them. ``at_most`` is the longest way through the binary's graph. Raises Contradicted where
+    a call takes more than that.
     """
     scalar = np.float32 if of.scalar == "float" else np.float64
     with tempfile.TemporaryDirectory(prefix="thrustbench-") as folder:
@@ -41,10 +45,12 @@ def worst_path(of: Subject, on: Target) -> WorstPath:
         except Unbounded as unknown:
             reason = str(unknown)
         calls, counted, status = _searched(of, image, scalar)
-    worst = int(counted.argmax())
+    worst, k = int(counted.argmax()), of.vehicle.k
     if at_most is not None and counted[worst] > at_most:
-        raise ToolError(f"{on.name}: a call takes more instructions than the longest path has")
-    k = of.vehicle.k
+        call = f"τ = {_named(calls[worst, :k])} with thruster {int(calls[worst, k])} off"
+        raise Contradicted(
+            f"{on.name}: {call} takes {counted[worst]} instructions, the longest path {at_most}"
+        )
     return WorstPath(
         target=on.name,
         compiler=versions(on)[f"{on.tools}gcc"],

@@ -1,36 +1,53 @@
-"""How far below 1 alpha* may be of a demand that is SOLVED still: what tolerance and rounding allow."""
+"""How far below 1 alpha* may be of a demand that is SOLVED still, by the program's own numbers."""
 
 from collections.abc import Sequence
 from math import inf
+from typing import Any
 
 import numpy as np
 
-from alloc.program import Node, Operation, Program
+from alloc import Vehicle
+from alloc.program import Node, Operation, Program, Scalar
 from bench.proof.not_read import NotRead
 from bench.proof.numeric import values
+from bench.proof.rounding.arithmetic import WIDER
 from bench.proof.rounding.errors import Errors
+from bench.proof.rounding.seen import KINDS, attainable
+
+DEMANDS = 20_000
+"""Attainable demands, a third of them on the edge, that tell how large what is compared becomes there."""
+LOST = 1e-4
+"""What never becomes larger, relative to the largest limit, speaks of a direction that no thruster pushes."""
 
 
-def verdict_band(program: Program, errors: Errors, slack: float) -> float | None:
+def verdict_band(program: Program, errors: Errors, vehicle: Vehicle, scalar: Scalar) -> float | None:
     """1 - alpha* of the least attainable demand that may be SOLVED still [-]; None where none is refused.
 
-    An excess g over the limits is convex along the ray to a demand, -w at its begin and 0 at alpha*. A
-    demand is answered where g is at most slack + e, e its rounding error, so that
-    alpha* >= 1 / (1 + (slack + e) / w). Raises NotRead where an excess can't be followed.
+    What is compared with a bound b is convex along the ray to a demand: r at its begin, at most m wherever
+    the demand is attainable. It is answered where that is at most b + e, e the rounding error, so that
+    alpha* >= 1 / (1 + (b + e - m) / (m - r)). All of these are the program's own: b and r are its numbers,
+    and m is the largest of many attainable demands, which is no more than the true one and so widens the
+    band. Raises NotRead where what is compared can't be followed.
     """
-    at_rest = _at_rest(program)
+    at_rest, largest = _at_rest(program), _largest(program, vehicle, scalar)
     band = None
     for condition, _ in program.exits:
         for term, bound in _compared(program.nodes, condition):
             if term not in errors.values or bound not in errors.values:
                 raise NotRead(errors.reasons.get(term, "no number"))
-            value = errors.values[term]
-            if value.form and value.size <= errors.values[bound].high:
-                continue  # of an attainable demand this is zero: a direction that no thruster pushes
-            width = errors.values[bound].low - at_rest[term] - slack
-            beyond = slack + errors.error(term)
+            value, most = errors.values[term], float(largest[term].max())
+            if value.form and value.size <= LOST * vehicle.f_scale:
+                continue
+            width = most - at_rest[term]
+            beyond = errors.values[bound].high - most + errors.error(term) + WIDER["double"] * value.size
             band = max(band or 0.0, 1.0 - 1.0 / (1.0 + beyond / width) if width > 0 else inf)
     return band
+
+
+def _largest(program: Program, vehicle: Vehicle, scalar: Scalar) -> list[Any]:
+    """What every node is of many attainable demands, calculated in the wider scalar."""
+    taus = attainable(vehicle, np.random.default_rng(2004), DEMANDS)
+    return values(program, {"tau": taus}, KINDS[scalar][1])
 
 
 def _at_rest(program: Program) -> list[float]:

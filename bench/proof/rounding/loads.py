@@ -95,6 +95,10 @@ def _size(nodes: Sequence[Operation], node: Node) -> tuple[Node, Node | None, se
     match nodes[node]:
         case ("abs", along):
             return along, None, set()
+        case ("max", size, tiny) if nodes[size][0] == "abs" and _zero(
+            nodes, tiny
+        ):  # nothing but zero is tiny
+            return nodes[size][1], tiny, {size}
         case ("choose", asked, size, other) if nodes[size][0] == "abs" and _zero(nodes, other):
             match nodes[asked]:
                 case ("gt", compared, tiny) if nodes[compared] == nodes[size]:

@@ -21,16 +21,21 @@ KEPT = 100
 
 
 def searched(
-    program: Program, vehicle: Vehicle, scalar: Scalar, exact: dict[Node, float], enough: float
+    program: Program,
+    vehicle: Vehicle,
+    scalar: Scalar,
+    exact: dict[Node, float],
+    enough: float,
+    runs: int = RUNS,
 ) -> float:
     """The largest error found [N], of demands that take the same branches as in real numbers.
 
-    It begins anew up to ``RUNS`` times, until an error of ``enough`` is found. A demand is known by thrusts
+    It begins anew up to ``runs`` times, until an error of ``enough`` is found. A demand is known by thrusts
     within the limits that make it; they change by up to all of their range or by its last bit, some of them
     or all.
     """
     found = 0.0
-    for run in range(RUNS):
+    for run in range(runs):
         if found < enough:
             found = max(found, _searched(program, vehicle, scalar, exact, np.random.default_rng(1961 + run)))
     return found

@@ -30,6 +30,7 @@ LIMITS = (
     "Where f is written, every thrust is a number within the limits, and that of a thruster that is off is"
     " zero."
 )
+STATELESS = "An answer depends on its call's arguments alone: no data that can change outlive a call."
 SHARES = "Every share is a number from 0 to 1."
 
 
@@ -55,7 +56,7 @@ def claims(of: Subject, folder: Path) -> list[Claim]:
         made.append(_at_call(of))
     if of.levels:
         made.append(_claim(SHARES, analysis, *SHARED))
-    return made
+    return [*made, _stateless(of)]
 
 
 def _functions(of: Subject) -> tuple[set[str], set[str]]:
@@ -80,6 +81,14 @@ def _claim(sentence: str, analysis: eva.Analysis, *labels: str) -> Claim:
     return Claim(
         claim=sentence, verdict="shown", by=EVA, words=[f"{asked} assertions" if asked else "0 alarms"]
     )
+
+
+def _stateless(of: Subject) -> Claim:
+    try:
+        words = [f"{name} outlives a call, and can change" for name in sorted(read(of).kept)]
+    except (NotRead, ToolError) as reason:
+        words = [str(reason)]
+    return Claim(claim=STATELESS, verdict="not shown" if words else "shown", by="the C, read", words=words)
 
 
 def _at_call(of: Subject) -> Claim:

@@ -4,10 +4,9 @@ import pytest
 
 from alloc import load_vehicle
 from alloc.program import Scalar
-from bench.chips.toolchain import ToolError
-from bench.proof import subject
+from bench.proof import certify, subject
 from bench.proof.path.binary import Unbounded, longest
-from bench.proof.path.worst import worst_path
+from bench.proof.path.worst import Contradicted, worst_path
 from tests.emulators import available
 
 HEAD = "\n{entry:08x} <{name}>:\n"
@@ -72,11 +71,17 @@ def test_a_way_that_no_call_takes_leaves_an_interval_that_holds_all_counts() -> 
     assert str(worst) == f"{worst.attained} … {worst.at_most}"
 
 
-def test_a_call_above_the_bound_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_call_above_the_bound_makes_a_proof_red(monkeypatch: pytest.MonkeyPatch) -> None:
     """Were the graph read wrong, the emulator would tell."""
     monkeypatch.setattr("bench.proof.path.worst.longest", lambda *_: 34)
-    with pytest.raises(ToolError, match="more instructions than the longest path"):
-        worst_path(subject(load_vehicle("ukwial"), "pinv", "double", "fixed"), available("cortex-m7"))
+    cortex = available("cortex-m7")
+    monkeypatch.setattr(certify, "targets", lambda: (cortex,))
+    of = subject(load_vehicle("ukwial"), "pinv", "double", "fixed")
+    with pytest.raises(Contradicted, match="the longest path 34"):
+        worst_path(of, cortex)
+    paths, refuted, lacking = certify._paths(of)
+    assert (paths, lacking) == ([], [])
+    assert [(claim.claim, claim.verdict) for claim in refuted] == [(certify.WORST, "not shown")]
 
 
 def test_a_loop_in_a_loop_counts_all_its_rounds_in_each() -> None:

@@ -11,7 +11,7 @@ from alloc import generate, load_vehicle
 from alloc.c import digest
 from alloc.c.compiled import compiler
 from bench.commands.prove import command
-from bench.proof import Proof, subject, tools
+from bench.proof import Proof, prove, subject, tools
 from bench.proof.sabotage import SABOTAGES, Sabotage, noticed, sabotaged
 from bench.proof.safety import claims as safety
 
@@ -79,7 +79,6 @@ def test_the_command_writes_proof_page_and_the_c_they_speak_of(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The hash in proof.json is that of the files beside it, and the self-test prints it."""
-    monkeypatch.setattr("bench.proof.certify.DEMANDS", 10_000)
     monkeypatch.setattr("bench.proof.certify.targets", lambda: ())  # tests/bench/proof/test_binary.py
     out = tmp_path / "proof"
     done = CliRunner().invoke(
@@ -89,6 +88,7 @@ def test_the_command_writes_proof_page_and_the_c_they_speak_of(
         catch_exceptions=False,
     )
     assert done.return_value == 0, done.output
+    assert "proof.md: all shown, but for " in done.output
     proof = msgspec.json.decode((out / "proof.json").read_bytes(), type=Proof)
     files = {path.name: path.read_text() for path in out.glob(f"{proof.function}.[ch]")}
     assert proof.sha256 == digest(proof.function, files)
@@ -97,6 +97,19 @@ def test_the_command_writes_proof_page_and_the_c_they_speak_of(
     assert proof.assumptions
     assert proof.sha256 in (out / "proof.md").read_text()
     assert json.loads((out / "proof.json").read_text())["claims"][0]["verdict"] == "shown"
+
+
+def test_a_proof_says_what_it_looks_at(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The command prints each step; C that may write anywhere is not run."""
+    monkeypatch.setattr("bench.proof.certify.targets", lambda: ())
+    steps = list[str]()
+    made = prove(subject(UKWIAL, "pinv", "double", "fixed"), say=steps.append)
+    assert steps == ["memory, status and limits", "answers to many demands", "rounding", "worst paths"]
+    (wild,) = (each for each in SABOTAGES if each.name == "an entry behind f is written")
+    steps.clear()
+    unsafe = prove(sabotaged(subject(UKWIAL, wild.kernel, "double", wild.limits), wild), say=steps.append)
+    assert "answers to many demands" not in steps
+    assert (made.safe, unsafe.safe) == (True, False)
 
 
 def test_a_proof_says_which_rules_of_misra_are_broken_and_why(tmp_path: Path) -> None:

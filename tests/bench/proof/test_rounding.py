@@ -7,7 +7,6 @@ import pytest
 
 from alloc import Status, load_vehicle
 from alloc.c.compiled import compiler
-from alloc.kernels.tolerance import TOLERANCE
 from alloc.program import Builder, select
 from bench.proof import subject, tools
 from bench.proof.not_read import NotRead
@@ -100,7 +99,7 @@ def test_a_verdict_differs_within_the_band_only() -> None:
     """Demands of alpha* = 1 - 2 band are refused, and those of 1 + 2 band answered, each one."""
     vehicle = load_vehicle("ukwial")
     program = programs(subject(vehicle, "nullspace", "double", "fixed"))[-1]
-    band = verdict_band(program, Errors(program, vehicle, "double"), TOLERANCE["double"] * vehicle.f_scale)
+    band = verdict_band(program, Errors(program, vehicle, "double"), vehicle, "double")
     assert band is not None
     assert band < 1e-8
     corners = np.random.default_rng(5).choice([-1.0, 1.0], (500, vehicle.n)) * vehicle.f_max
