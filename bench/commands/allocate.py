@@ -26,6 +26,7 @@ from bench.commands import PATH, log_options, read_options
 @click.option("--plugin", type=PATH, help="Python file that holds the method.")
 @log_options
 @click.option("--names", is_flag=True, help="Head the thrusts' columns with the thrusters' names.")
+@click.option("--esc", is_flag=True, help="Commands of the ESCs too, and the wrench that they make.")
 @click.option("-o", "--output", type=PATH, help="Thrust CSV [standard output].")
 def command(
     demands: Path,
@@ -36,6 +37,7 @@ def command(
     level: str,
     plugin: Path | None,
     names: bool,
+    esc: bool,
     output: Path | None,
     **options: Any,
 ) -> None:
@@ -45,18 +47,22 @@ def command(
 
     Writes status,f0,f1,… with one row a demand, in order, in N; then share0,share1,… where a method says
     what it delivered of each level of the demand. Where a method says that there is no such thrust, its
-    numbers are nan.
+    numbers are nan. With --esc there follow u0,u1,…, what goes to the ESCs by the vehicle's `esc`, neutral
+    where there is no thrust, and made_surge, … [N, N m], the wrench that these commands make.
     """
     from alloc import load_vehicle
     from alloc.discovery import find, load_plugin, prepare
-    from alloc.errors import UnknownName
+    from alloc.errors import UnknownName, VehicleError
     from alloc.files.textfile import write_text
     from bench.inputs.demand_csv import format_thrusts
+    from bench.inputs.esc_columns import sent
     from bench.inputs.faults import EACH, parse_fault, with_fault
     from bench.inputs.log_limits import limits_in
     from bench.inputs.logs import read_log
 
     answering = load_vehicle(vehicle)
+    if esc and not answering.esc:
+        raise VehicleError(f"{vehicle}: has no ESCs for --esc; add 'esc' to its file (docs/esc.md)", "esc")
     for fault in map(parse_fault, faults):
         if fault == EACH:
             raise click.UsageError("--fault each: thrusts are of one vehicle; name one thruster")
@@ -78,7 +84,8 @@ def command(
             answers = [allocator(tau) for tau in taus]
         else:
             answers = list(map(allocator, taus, lows, highs))
-    text = format_thrusts(answers, header)
+    wired = sent(answering, answers, log.columns.get("volts"), lows, highs) if esc else None
+    text = format_thrusts(answers, header, wired)
     if output is None:
         click.echo(text, nl=False)
     else:

@@ -12,9 +12,18 @@ from bench.commands import PATH, log_options, read_options
 @click.argument("log", type=PATH)
 @click.option("--vehicle", required=True, metavar="V", help="A shipped name or a YAML file.")
 @log_options
+@click.option("--from-outputs", is_flag=True, help="What the commands that went to the ESCs made.")
 @click.option("-o", "--output", type=PATH, help="The demands as CSV, in the vehicle's frame.")
-def command(log: Path, vehicle: str, output: Path | None, **options: Any) -> None:
-    """Summarise a log (CSV, ROS bag, PX4 ULog): rate, gaps, labels, what a closed form could serve."""
+def command(log: Path, vehicle: str, from_outputs: bool, output: Path | None, **options: Any) -> None:
+    """Summarise a log (CSV, ROS bag, PX4 ULog): rate, gaps, labels, what a closed form could serve.
+
+    With --from-outputs, of a log of commands to the ESCs (ArduPilot .BIN, PX4 ULog, CSV with u0, u1, …):
+    which wrench they made by the vehicle's `esc`, how often a thruster stood at its end or in its dead band,
+    and what of the demand was left undone. -o writes the wrenches that were made.
+    """
+    if from_outputs:
+        _outputs(log, vehicle, output, **options)
+        return
     from alloc import load_vehicle
     from alloc.files.textfile import write_text
     from bench.demands import labelled
@@ -37,3 +46,40 @@ def command(log: Path, vehicle: str, output: Path | None, **options: Any) -> Non
     click.echo(read.said, err=True)  # at last, since a refusal is one line
     for doubt in filter(None, (read.doubt, *doubts(demands))):
         click.echo(f"warning: {doubt}", err=True)
+
+
+def _outputs(log: Path, name: str, output: Path | None, **options: Any) -> None:
+    from alloc import load_vehicle
+    from alloc.errors import DemandError, VehicleError
+    from alloc.files.textfile import write_text
+    from bench.demands.outputs_summary import as_text, made_by
+    from bench.inputs.demand_csv import format_demands
+    from bench.inputs.outputs import read_outputs
+
+    given = read_options(**options)
+    if given.topic or given.columns or given.frame:
+        raise click.UsageError(
+            "--from-outputs: commands have no topic, frame or other columns; leave them out"
+        )
+    vehicle = load_vehicle(name)
+    if not vehicle.esc:
+        raise VehicleError(
+            f"{name}: has no ESCs for --from-outputs; add 'esc' to its file (docs/esc.md)", "esc"
+        )
+    if len(given.scale) not in (0, 1, vehicle.k):
+        raise DemandError(
+            f"--scale has {len(given.scale)} factors; give one, or one for each of {vehicle.k} DOF"
+        )
+    outputs = read_outputs(log, vehicle)
+    made = made_by(outputs, vehicle, given.scale)
+    click.echo(as_text(made, outputs, vehicle))
+    if output is not None:
+        columns = {} if outputs.volts is None else {"volts": outputs.volts}
+        write_text(output, format_demands(outputs.t, made.taus, vehicle.dof, columns, frame=vehicle.frame))
+    click.echo(outputs.said, err=True)
+    if outputs.taus is not None and outputs.shares and not given.scale:
+        click.echo(
+            "warning: the log has demands in shares; 1 is taken for all that the vehicle can do on an axis;"
+            " --scale says what it is in N, N m",
+            err=True,
+        )

@@ -161,14 +161,24 @@ def parse_scale(text: str) -> tuple[float, ...]:
     return tuple(float(cell) for cell in cells)
 
 
-def format_thrusts(answers: Sequence[Allocation], header: Sequence[str]) -> str:
+def format_thrusts(
+    answers: Sequence[Allocation], header: Sequence[str], further: Mapping[str, Sequence[float]] | None = None
+) -> str:
     """The CSV of answers, a row each: status, thrusts [N] (``nan`` where there are none), shares if any.
 
-    ``header`` names the n columns of thrusts. Numbers have ten significant digits: a nanonewton of a newton.
+    ``header`` names the n columns of thrusts; ``further`` columns stand behind all others. Numbers have ten
+    significant digits: a nanonewton of a newton.
     """
     shares = [f"share{i}" for i in range(len(answers[0].share))]
+    behind = further or {}
     rows = (
-        [Status(a.status).name, *(f"{number + 0.0:.10g}" for number in (*a.f.tolist(), *a.share))]
-        for a in answers
+        [
+            Status(a.status).name,
+            *(
+                f"{number + 0.0:.10g}"
+                for number in (*a.f.tolist(), *a.share, *(c[i] for c in behind.values()))
+            ),
+        ]
+        for i, a in enumerate(answers)
     )
-    return csv_text(["status", *header, *shares], rows)
+    return csv_text(["status", *header, *shares, *behind], rows)

@@ -134,3 +134,24 @@ def test_how_a_log_was_understood_is_said_beside_the_thrusts(tmp_path: Path) -> 
     assert result.stderr.startswith("log.csv: surge from 'Fx'; ")
     _, F = thrusts(result.stdout)
     np.testing.assert_allclose(load_vehicle("ukwial").T @ F[0], [10.5, 0, 0], atol=1e-7)
+
+
+def test_with_esc_each_row_has_the_commands_and_the_wrench_that_they_make(tmp_path: Path) -> None:
+    vehicle = load_vehicle("bluerov2-heavy")
+    demands = tmp_path / "demands.csv"
+    axes = ",".join(vehicle.dof)
+    demands.write_text(f"{axes},volts\n20,-5,8,0,0,1,15\n2000,0,0,0,0,0,14\n")
+    result = allocate(demands, "--vehicle", vehicle.name, "--method", "nullspace", "--esc")
+    solved, infeasible = csv.DictReader(result.stdout.splitlines())
+    f = np.array([float(solved[f"f{i}"]) for i in range(8)])
+    sent = vehicle.commands(f, 15)
+    assert [int(solved[f"u{i}"]) for i in range(8)] == sent.u.tolist()
+    made = [float(solved[f"made_{axis}"]) for axis in vehicle.dof]
+    assert made == pytest.approx(vehicle.T @ vehicle.thrusts(sent.u, 15), abs=1e-8)  # ten digits are written
+    assert made == pytest.approx([20, -5, 8, 0, 0, 1], abs=0.5)  # eight steps of 1 µs, some 0.1 N each
+    assert {infeasible[f"u{i}"] for i in range(8)} == {"1500"}
+
+
+def test_esc_of_a_vehicle_without_one_is_refused(demands: Path) -> None:
+    result = allocate(demands, "--vehicle", "ukwial", "--method", "pinv", "--esc")
+    assert "add 'esc' to its file" in str(result.exception)

@@ -26,6 +26,7 @@ CASES = {
     "allocate|log.bag|--vehicle|ukwial|--method|pinv": ("ros", ("rosbags",)),
     "run|--vehicle|ukwial|--method|pinv|--demands|log.bag|--out|out": ("ros", ("rosbags",)),
     "demands|log.ulg|--vehicle|ukwial": ("px4", ("pyulog",)),
+    "demands|dive.bin|--vehicle|bluerov2-heavy|--from-outputs": ("ardupilot", ("pymavlink",)),
     "import|robot.urdf": ("urdf", ("urdf_parser_py",)),
     "import|model.sdf": ("urdf", ("defusedxml",)),
     f"{ALLOCATE}qp/scs": ("scs", ("scs",)),
@@ -57,6 +58,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     (tmp_path / "robot.urdf").write_text("<robot name='r'><link name='base_link'/></robot>")
     (tmp_path / "model.sdf").write_text("<sdf><model name='m'/></sdf>")
     (tmp_path / "log.bag").write_bytes(b"#ROSBAG V2.0\n" + bytes(50))
+    (tmp_path / "dive.bin").write_bytes(bytes(50))
     (tmp_path / "log.ulg").write_bytes(b"ULog\x01\x12\x35\x01" + bytes(50))
     monkeypatch.chdir(tmp_path)
     yield tmp_path

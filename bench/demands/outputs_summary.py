@@ -1,0 +1,130 @@
+"""What a log of outputs says: the wrench that was made, thrusters at their ends, and what was left undone."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from alloc import Vehicle, alpha_max
+from alloc.allocation import BoolArray, FloatArray
+from alloc.reach.attainable import single_axis_maxima
+from bench.inputs.outputs import Outputs
+
+
+class Undone(NamedTuple):
+    """What of the demands was not made.
+
+    Attributes
+    ----------
+    axes : (m,) of which the log has demands
+    mean, most : (m,) |demanded - made| on average and at most [N, N m]
+    attainable : share of the demands that thrusters within limits meet; NaN where axes are missing
+    lost : (m,) mean of |demanded - made| over those that could have been met [N, N m]
+    """
+
+    axes: tuple[str, ...]
+    mean: FloatArray
+    most: FloatArray
+    attainable: float
+    lost: FloatArray
+
+
+class Made(NamedTuple):
+    """What N rows of outputs made.
+
+    Attributes
+    ----------
+    f, taus : (N, n) thrusts [N]; (N, k) wrenches T P f [N, N m]
+    at_end, in_dead_band : (n,) share of rows with the command at an end of its range; not neutral, and still
+        making nothing
+    outside : share of rows whose voltage the curve does not cover
+    undone : what of the demands was not made; None where the log has none in newtons
+    """
+
+    f: FloatArray
+    taus: FloatArray
+    at_end: FloatArray
+    in_dead_band: FloatArray
+    outside: float
+    undone: Undone | None
+
+
+def made_by(outputs: Outputs, vehicle: Vehicle, scale: tuple[float, ...] = ()) -> Made:
+    """What the outputs made, by the curve in the vehicle's ``esc`` at the voltage of each row.
+
+    ``scale`` are factors of all DOF, or of each, over demands in shares [N, N m]; left out, a share of 1 is
+    the largest wrench on that axis alone.
+    """
+    u, volts = outputs.u, outputs.volts
+    f = vehicle.thrusts(u, volts)
+    taus = f @ vehicle.TP.T
+    neutral, low, high, step = (
+        np.array([getattr(esc, key) for esc in vehicle.esc]) for key in ("neutral", "low", "high", "step")
+    )
+    at_end = (u <= low + step / 2) | (u >= high - step / 2)
+    dead = (f == 0) & (np.abs(u - neutral) >= step / 2)
+    outside = 0.0 if volts is None else float(np.mean([esc.outside(volts) for esc in vehicle.esc]))
+    undone = None
+    if outputs.taus is not None:
+        factors = np.ones(vehicle.k)
+        if outputs.shares:
+            factors = np.broadcast_to(scale, (vehicle.k,)) if scale else full_authority(vehicle)
+        undone = _undone(vehicle, outputs.taus * factors, taus)
+    return Made(f, taus, at_end.mean(axis=0), dead.mean(axis=0), outside, undone)
+
+
+def full_authority(vehicle: Vehicle) -> FloatArray:
+    """(k,) the smaller of the largest wrenches both ways on each axis alone [N, N m]."""
+    backward, forward = single_axis_maxima(vehicle)
+    smaller: FloatArray = np.minimum(-backward, forward)
+    return smaller
+
+
+def _undone(vehicle: Vehicle, asked: FloatArray, made: FloatArray) -> Undone | None:
+    known: BoolArray = np.isfinite(asked).all(axis=0)
+    if not known.any():
+        return None
+    missed = np.abs(asked - made)[:, known]
+    axes = tuple(axis for axis, there in zip(vehicle.dof, known.tolist(), strict=True) if there)
+    attainable: BoolArray = np.ones(len(asked), dtype=bool)
+    share = np.nan
+    if known.all():
+        attainable = alpha_max(vehicle, asked) >= 1.0
+        share = float(attainable.mean())
+    lost = missed[attainable].mean(axis=0) if attainable.any() else np.zeros(len(axes))
+    return Undone(axes, missed.mean(axis=0), missed.max(axis=0), share, lost)
+
+
+def as_text(made: Made, outputs: Outputs, vehicle: Vehicle) -> str:
+    """The numbers as lines of ``what  how much``."""
+    lines = [("rows", f"{len(outputs.u)}")]
+    if outputs.t is not None:
+        lines.append(("duration", f"{outputs.t[-1] - outputs.t[0]:.4g} s"))
+    if outputs.volts is not None:
+        lines.append(("battery", f"{outputs.volts.min():.4g} … {outputs.volts.max():.4g} V"))
+        lines.append(("voltage outside of the curve", f"{100 * made.outside:.2f} %"))
+    for axis, row in zip(vehicle.dof, made.taus.T, strict=True):
+        lines.append((f"made {axis}", f"{row.min():.4g} … {row.max():.4g} {_unit(axis)}"))
+    for i in range(vehicle.n):
+        shares = (
+            f"{100 * made.at_end[i]:.2f} % at its end, {100 * made.in_dead_band[i]:.2f} % in its dead band"
+        )
+        lines.append((vehicle.called(i), shares))
+    if (undone := made.undone) is None:
+        lines.append(("left undone", "not known: the log has no demands"))
+    else:
+        if not np.isnan(undone.attainable):
+            lines.append(("demands that could be met", f"{100 * undone.attainable:.2f} %"))
+        for axis, mean, most, lost in zip(undone.axes, undone.mean, undone.most, undone.lost, strict=True):
+            unit = _unit(axis)
+            of_those = (
+                "" if np.isnan(undone.attainable) else f", {lost:.4g} {unit} of those that could be met"
+            )
+            lines.append(
+                (f"left undone, {axis}", f"{mean:.4g} {unit} on average, {most:.4g} at most{of_those}")
+            )
+    width = max(len(what) for what, _ in lines)
+    return "\n".join(f"{what:<{width}}  {much}" for what, much in lines)
+
+
+def _unit(axis: str) -> str:
+    return "N" if axis in ("surge", "sway", "heave") else "N m"

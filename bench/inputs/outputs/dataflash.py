@@ -1,0 +1,94 @@
+"""ArduPilot's dataflash logs: RCOU, BAT and RATE (library pymavlink, extra ``ardupilot``).
+
+RCOU holds the pulses of the outputs [µs], PARM which motor each output drives, BAT the voltage, and RATE
+what the attitude controller asked of the mixer, in shares of all that it has. Axes are x forward, y to
+starboard, z down.
+"""
+
+import os
+from contextlib import redirect_stderr, redirect_stdout
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from alloc import Vehicle
+from alloc.errors import DemandError, FileError, NotInstalled
+from alloc.vehicle.frame import turned
+from bench.inputs.logs import brief
+from bench.inputs.outputs import Outputs, held
+
+SUFFIXES = (".bin",)
+MOTORS = (*range(33, 41), *range(82, 86))
+"""SERVOn_FUNCTION of motors 1 to 12 (ArduPilot, SRV_Channel.h)."""
+ASKED = {"roll": "ROut", "pitch": "POut", "yaw": "YOut"}
+LARGEST = 2_000_000_000
+"""Most bytes that are read; the bound is there for a file that grows while it is read."""
+
+
+def read(path: Path, vehicle: Vehicle) -> Outputs:
+    """The outputs of a vehicle's motors, motor 1 first; a pulse of 0, which is none, counts as neutral."""
+    try:
+        from pymavlink.DFReader import DFReader_binary
+    except ImportError:
+        raise NotInstalled(
+            "reading ArduPilot's logs needs pymavlink; pip install 'thrustbench[ardupilot]'"
+        ) from None
+    # The indexer in C prints of each damaged byte past Python's streams; the one in Python can be silenced.
+    os.environ.setdefault("PYMAVLINK_FAST_INDEX", "0")
+    rows: dict[str, list[dict[str, Any]]] = {"RCOU": [], "BAT": [], "RATE": [], "PARM": []}
+    try:
+        if path.stat().st_size > LARGEST:
+            raise DemandError(f"{path}: is larger than {LARGEST / 1e9:g} GB; cut it")
+        # pymavlink prints warnings of damaged parts, but standard output is for results.
+        with redirect_stdout(StringIO()), redirect_stderr(StringIO()):
+            log = DFReader_binary(str(path))
+            try:
+                while (message := log.recv_match(type=list(rows))) is not None:
+                    rows[message.get_type()].append(message.to_dict())
+            finally:
+                log.close()
+        return _outputs(path, vehicle, rows)
+    except DemandError:
+        raise
+    except Exception as error:  # a parser may raise anything at bytes that are no log
+        raise FileError(f"{path}: not a log that pymavlink can read ({brief(error)})") from None
+
+
+def _outputs(path: Path, vehicle: Vehicle, rows: dict[str, list[dict[str, Any]]]) -> Outputs:
+    if not rows["RCOU"]:
+        raise DemandError(f"{path}: holds no RCOU; set LOG_BITMASK so that outputs are logged")
+    functions = {row["Name"]: row["Value"] for row in rows["PARM"]}
+    channels = []
+    for i in range(vehicle.n):
+        wanted = MOTORS[i] if i < len(MOTORS) else None
+        driven = [c for c in range(1, 33) if functions.get(f"SERVO{c}_FUNCTION") == wanted and wanted]
+        channels.append(driven[0] if driven else i + 1)
+    if f"C{max(channels)}" not in rows["RCOU"][0]:
+        raise DemandError(
+            f"{path}: RCOU has no C{max(channels)}, but {vehicle.name} has {vehicle.n} thrusters; is the log"
+            " of this vehicle?"
+        )
+    t = np.array([row["TimeUS"] for row in rows["RCOU"]], dtype=np.float64) / 1e6
+    u = np.array([[row[f"C{c}"] for c in channels] for row in rows["RCOU"]], dtype=np.float64)
+    order = np.argsort(t, kind="stable")
+    t, u = t[order], u[order]
+    u = np.where(u == 0, [esc.neutral for esc in vehicle.esc], u)
+    batteries = [row for row in rows["BAT"] if row.get("Inst", row.get("Instance", 0)) == 0]
+    volts = None
+    if batteries:
+        times = np.array([row["TimeUS"] for row in batteries], dtype=np.float64) / 1e6
+        volts = held(times, np.array([row["Volt"] for row in batteries], dtype=np.float64), t)
+    taus = None
+    if rows["RATE"]:
+        times = np.array([row["TimeUS"] for row in rows["RATE"]], dtype=np.float64) / 1e6
+        taus = np.full((len(t), vehicle.k), np.nan)
+        for axis, name in ASKED.items():
+            if axis in vehicle.dof:
+                asked = held(times, np.array([row[name] for row in rows["RATE"]], dtype=np.float64), t)
+                taus[:, vehicle.dof.index(axis)] = asked
+        if vehicle.frame == "flu":
+            taus = turned(taus.T, vehicle.dof).T
+    said = f"{path.name}: RCOU's outputs {', '.join(map(str, channels))} are the thrusters, in this order"
+    return Outputs(t - t[0], u, volts, taus, shares=True, said=said)

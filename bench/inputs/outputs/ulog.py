@@ -1,0 +1,79 @@
+"""PX4 ULog: ``actuator_outputs``, ``battery_status`` and the setpoints (library pyulog, extra ``px4``)."""
+
+from contextlib import redirect_stdout
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from alloc import Vehicle
+from alloc.allocation import FloatArray
+from alloc.errors import DemandError, FileError, NotInstalled
+from alloc.vehicle.frame import turned
+from alloc.vehicle.geometry import DOF
+from bench.inputs.logs import brief
+from bench.inputs.outputs import Outputs, held
+
+SUFFIXES = (".ulg", ".ulog")
+OUTPUTS, BATTERY = "actuator_outputs", "battery_status"
+ASKED = ("vehicle_thrust_setpoint", "vehicle_torque_setpoint")
+FIRST_MOTOR = 101
+"""Value of PWM_MAIN_FUNCn and PWM_AUX_FUNCn for motor 1."""
+
+
+def read(path: Path, vehicle: Vehicle) -> Outputs:
+    """The outputs of a vehicle's motors, motor 1 first; setpoints are shares of what the vehicle can do."""
+    try:
+        from pyulog.core import ULog
+    except ImportError:
+        raise NotInstalled("reading ULogs needs pyulog; pip install 'thrustbench[px4]'") from None
+    try:
+        with path.open("rb") as file, redirect_stdout(StringIO()):
+            log = ULog(file, [OUTPUTS, BATTERY, *ASKED])
+        sets = {data.name: data.data for data in log.data_list if data.multi_id == 0}
+        return _outputs(path, vehicle, sets, log.initial_parameters)
+    except DemandError:
+        raise
+    except Exception as error:  # a parser may raise anything at bytes that are no ULog
+        raise FileError(f"{path}: not a ULog that pyulog can read ({brief(error)})") from None
+
+
+def _outputs(
+    path: Path, vehicle: Vehicle, sets: dict[str, dict[str, Any]], parameters: dict[str, Any]
+) -> Outputs:
+    if OUTPUTS not in sets or not len(sets[OUTPUTS]["timestamp"]):
+        raise DemandError(f"{path}: holds no {OUTPUTS}; log it (SDLOG_PROFILE, default set)")
+    drives = {
+        parameters[f"PWM_{bank}_FUNC{c}"]: c - 1
+        for bank in ("AUX", "MAIN")
+        for c in range(1, 17)
+        if f"PWM_{bank}_FUNC{c}" in parameters
+    }
+    channels = [int(drives.get(FIRST_MOTOR + i, i)) for i in range(vehicle.n)]
+    out = sets[OUTPUTS]
+    if f"output[{max(channels)}]" not in out:
+        raise DemandError(
+            f"{path}: {OUTPUTS} has no output {max(channels)}, but {vehicle.name} has {vehicle.n} thrusters;"
+            " is the log of this vehicle?"
+        )
+    times = np.asarray(out["timestamp"], dtype=np.float64) / 1e6
+    u = np.column_stack([np.asarray(out[f"output[{c}]"], dtype=np.float64) for c in channels])
+    order = np.argsort(times, kind="stable")
+    times, u = times[order], u[order]
+    volts = taus = None
+    if BATTERY in sets and "voltage_v" in sets[BATTERY]:
+        volts = held(*_timed(sets[BATTERY], "voltage_v"), times)
+    if all(name in sets and len(sets[name]["timestamp"]) for name in ASKED):
+        six = np.column_stack(
+            [held(*_timed(sets[name], f"xyz[{i}]"), times) for name in ASKED for i in range(3)]
+        )
+        taus = six[:, [DOF.index(axis) for axis in vehicle.dof]]
+        if vehicle.frame == "flu":
+            taus = turned(taus.T, vehicle.dof).T
+    said = f"{path.name}: outputs {', '.join(map(str, channels))} are the thrusters, in this order"
+    return Outputs(times - times[0], u, volts, taus, shares=True, said=said)
+
+
+def _timed(data: dict[str, Any], key: str) -> tuple[FloatArray, FloatArray]:
+    return np.asarray(data["timestamp"], dtype=np.float64) / 1e6, np.asarray(data[key], dtype=np.float64)

@@ -1,0 +1,119 @@
+"""What went to the ESCs, out of logs of three kinds: the wrench that was made, and what was left undone."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from alloc import AllocError, load_vehicle
+from alloc.allocation import FloatArray
+from bench.__main__ import cli
+from bench.demands.outputs_summary import full_authority, made_by
+from bench.inputs.demand_csv import read_demands
+from bench.inputs.outputs import read_outputs
+from tests.output_logs import write_bin, write_outputs_ulog
+
+VEHICLE = load_vehicle("bluerov2-heavy")
+T = np.arange(50) * 0.02
+TAUS = 0.2 * full_authority(VEHICLE) * np.sin(T[:, None] * np.arange(1, 7))
+"""Wrenches within what the vehicle can do."""
+VOLTS = np.linspace(16, 15, 50)
+F = TAUS @ np.linalg.pinv(VEHICLE.T).T
+SENT = VEHICLE.commands(F, VOLTS)
+SHARES = TAUS / full_authority(VEHICLE)
+
+
+def csv(path: Path) -> Path:
+    file = path / "dive.csv"
+    header = ["t", "volts", *VEHICLE.dof, *(f"u{i}" for i in range(8))]
+    rows = np.column_stack([T, VOLTS, TAUS, SENT.u])
+    file.write_text("\n".join([",".join(header), *(",".join(map(repr, row)) for row in rows.tolist())]))
+    return file
+
+
+def binary(path: Path) -> Path:
+    pytest.importorskip("pymavlink", reason="the extra ardupilot")
+    return write_bin(path, T, SENT.u, VOLTS, SHARES[:, 3:], first_motor=3)
+
+
+def ulog(path: Path) -> Path:
+    return write_outputs_ulog(path, T, SENT.u.astype(float), VOLTS, SHARES)
+
+
+@pytest.mark.parametrize("write", [csv, binary, ulog])
+def test_a_log_of_commands_gives_the_wrench_that_they_made(
+    tmp_path: Path, write: Callable[[Path], Path]
+) -> None:
+    outputs = read_outputs(write(tmp_path), VEHICLE)
+    made = made_by(outputs, VEHICLE)
+    assert np.array_equal(outputs.u, SENT.u)
+    assert outputs.t == pytest.approx(T, abs=1e-6)
+    assert outputs.volts == pytest.approx(VOLTS, abs=1e-5)  # logs hold floats
+    assert made.taus == pytest.approx(SENT.f @ VEHICLE.T.T, abs=1e-3)
+
+
+@pytest.mark.parametrize("write", [csv, binary, ulog])
+def test_a_mixer_that_did_its_work_left_the_rounding_undone_and_one_that_halves_half(
+    tmp_path: Path, write: Callable[[Path], Path]
+) -> None:
+    outputs = read_outputs(write(tmp_path), VEHICLE)
+    well = made_by(outputs, VEHICLE).undone
+    half = made_by(outputs._replace(u=VEHICLE.commands(F / 2, VOLTS).u), VEHICLE).undone
+    assert well is not None
+    assert half is not None
+    rows = [VEHICLE.dof.index(axis) for axis in well.axes]
+    assert (well.most < 0.02 * full_authority(VEHICLE)[rows]).all()  # eight half steps of up to 0.16 N
+    asked: FloatArray = np.abs(TAUS[:, rows]).mean(axis=0)
+    assert half.mean == pytest.approx(asked / 2, rel=0.1)
+
+
+def test_ends_and_dead_bands_are_counted(tmp_path: Path) -> None:
+    file = tmp_path / "u.csv"
+    file.write_text(
+        "u0,u1,u2,u3,u4,u5,u6,u7\n" + "1900,1100,1500,1510,1600,1600,1600,1600\n" * 3 + "1600," * 7 + "1500\n"
+    )
+    outputs = read_outputs(file, VEHICLE)
+    made = made_by(outputs, VEHICLE)
+    assert made.at_end.tolist() == [0.75, 0.75, 0, 0, 0, 0, 0, 0]
+    assert made.in_dead_band.tolist() == [0, 0, 0, 0.75, 0, 0, 0, 0]
+    assert made.undone is None
+
+
+def test_the_command_writes_the_made_wrenches_as_demands(tmp_path: Path) -> None:
+    file, out = csv(tmp_path), tmp_path / "made.csv"
+    command = ["demands", str(file), "--vehicle", VEHICLE.name, "--from-outputs", "-o", str(out)]
+    result = CliRunner().invoke(cli, command, standalone_mode=False)
+    assert result.exception is None
+    assert "left undone, surge" in result.stdout
+    assert read_demands(out, VEHICLE.dof).taus == pytest.approx(SENT.f @ VEHICLE.T.T, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [
+        ("a.csv", b"u0,u1\n1500,1500\n", "no one column 'u2'"),
+        ("a.csv", b"u0,u1,u2,u3,u4,u5,u6,u7\n", "holds no outputs"),
+        ("a.csv", b"u0,u1,u2,u3,u4,u5,u6,u7\n1,2\n", "has 2 cells"),
+        ("a.csv", b"u0,u1,u2,u3,u4,u5,u6,u7\n1,2,3,4,5,6,7,x\n", "u7 is 'x'"),
+        (
+            "a.csv",
+            b"t,u0,u1,u2,u3,u4,u5,u6,u7\n1,1,2,3,4,5,6,7,8\n0,1,2,3,4,5,6,7,8\n",
+            "times in 't' go back",
+        ),
+        ("a.ulg", b"no log", "not a ULog"),
+        ("a.bin", b"no log", "not a log that pymavlink can read|holds no RCOU|pip install"),
+        ("a.bag", b"", "can't tell what kind of log"),
+    ],
+)
+def test_what_is_no_log_of_outputs_is_refused(tmp_path: Path, name: str, content: bytes, said: str) -> None:
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(AllocError, match=said):
+        read_outputs(tmp_path / name, VEHICLE)
+
+
+def test_a_vehicle_without_esc_is_refused(tmp_path: Path) -> None:
+    command = ["demands", str(csv(tmp_path)), "--vehicle", "ukwial", "--from-outputs"]
+    result = CliRunner().invoke(cli, command, standalone_mode=False)
+    assert "add 'esc' to its file" in str(result.exception)
