@@ -78,3 +78,12 @@ def write_outputs_ulog(path: Path, t: FloatArray, u: FloatArray, volts: FloatArr
     file = path / "dive.ulg"
     log.write_ulog(str(file))
     return file
+
+
+def write_csv(path: Path, t: FloatArray, u: FloatArray, volts: FloatArray, rate: FloatArray) -> Path:
+    """A table of times, voltages and commands."""
+    file = path / "dive.csv"
+    header = ["t", "volts", *(f"u{i}" for i in range(u.shape[1]))]
+    lines = [",".join(map(repr, row)) for row in np.column_stack([t, volts, u]).tolist()]
+    file.write_text("\n".join([",".join(header), *lines, ""]), encoding="utf-8")
+    return file

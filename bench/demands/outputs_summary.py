@@ -28,7 +28,7 @@ class Undone(NamedTuple):
     lost: FloatArray
 
 
-class Made(NamedTuple):
+class Delivered(NamedTuple):
     """What N rows of outputs made.
 
     Attributes
@@ -48,7 +48,7 @@ class Made(NamedTuple):
     undone: Undone | None
 
 
-def made_by(outputs: Outputs, vehicle: Vehicle, scale: tuple[float, ...] = ()) -> Made:
+def made_by(outputs: Outputs, vehicle: Vehicle, scale: tuple[float, ...] = ()) -> Delivered:
     """What the outputs made, by the curve in the vehicle's ``esc`` at the voltage of each row.
 
     ``scale`` are factors of all DOF, or of each, over demands in shares [N, N m]; left out, a share of 1 is
@@ -69,7 +69,7 @@ def made_by(outputs: Outputs, vehicle: Vehicle, scale: tuple[float, ...] = ()) -
         if outputs.shares:
             factors = np.broadcast_to(scale, (vehicle.k,)) if scale else full_authority(vehicle)
         undone = _undone(vehicle, outputs.taus * factors, taus)
-    return Made(f, taus, at_end.mean(axis=0), dead.mean(axis=0), outside, undone)
+    return Delivered(f, taus, at_end.mean(axis=0), dead.mean(axis=0), outside, undone)
 
 
 def full_authority(vehicle: Vehicle) -> FloatArray:
@@ -80,7 +80,7 @@ def full_authority(vehicle: Vehicle) -> FloatArray:
 
 
 def _undone(vehicle: Vehicle, asked: FloatArray, made: FloatArray) -> Undone | None:
-    known: BoolArray = np.isfinite(asked).all(axis=0)
+    known = np.array([np.isfinite(column).all() for column in asked.T])
     if not known.any():
         return None
     missed = np.abs(asked - made)[:, known]
@@ -94,7 +94,7 @@ def _undone(vehicle: Vehicle, asked: FloatArray, made: FloatArray) -> Undone | N
     return Undone(axes, missed.mean(axis=0), missed.max(axis=0), share, lost)
 
 
-def as_text(made: Made, outputs: Outputs, vehicle: Vehicle) -> str:
+def as_text(made: Delivered, outputs: Outputs, vehicle: Vehicle) -> str:
     """The numbers as lines of ``what  how much``."""
     lines = [("rows", f"{len(outputs.u)}")]
     if outputs.t is not None:

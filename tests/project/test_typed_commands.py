@@ -16,8 +16,8 @@ from tests.places import DOCS, ROOT
 
 PAGES = ("README.md", *(f"docs/{name}" for name in navigation() if (DOCS / name).exists()))
 SHELL = ("", "sh", "console")
-GIVEN = ("dive.bag", "A", "B", "qp/slsqp")
-"""What a reader has and no page writes: a log of a dive, two folders with trees; and the solver that a page
+GIVEN = ("dive.bag", "dive.BIN", "A", "B", "qp/slsqp")
+"""What a reader has and no page writes: logs of a dive, two folders with trees; and the solver that a page
 adds to the tree, whose command tests/project/test_documents.py runs."""
 SHORT = ("--method=pinv", "--n=4", "--budget-ms=0", "--repeats=1", "--demands=inactive")
 """What makes a run take a second; the command's own options stand before it."""

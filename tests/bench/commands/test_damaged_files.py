@@ -28,6 +28,7 @@ from tests.bench.inputs.test_import import MAELSTROM, MANTA, NAUTILUS
 from tests.board_logs import opened, sealed
 from tests.log_files import rosbag2, write_bag1, write_bag2, write_ulog
 from tests.mutations import damaged, damaged_json
+from tests.output_logs import write_csv, write_outputs_ulog
 from tests.places import ROOT
 
 MANY = int(os.environ.get("THRUSTBENCH_FUZZ", "40"))
@@ -183,6 +184,22 @@ DEMANDS = ("demands|{file}|--vehicle|ukwial",)
 IMPORT = ("import|{file}|--f-min|-20|--f-max|20|-o|{folder}/made.yaml",)
 READ = ("board|--read|{file}|--out|{folder}/read",)
 RUN = ("report|{folder}", "size|{folder}|--rate|50|--all")
+OUTPUTS = ("demands|{file}|--vehicle|bluerov2-heavy|--from-outputs",)
+
+
+def outputs(write: Callable[..., Path]) -> Callable[[Path], list[Path]]:
+    """A log of twenty outputs."""
+
+    def written(folder: Path) -> list[Path]:
+        t = np.arange(20) * 0.1
+        u = np.linspace(1150, 1850, 160).reshape(20, 8).astype(int)
+        return [
+            write(folder, t, u, np.full(20, 15.5), np.zeros((20, 6 if write is write_outputs_ulog else 3)))
+        ]
+
+    return written
+
+
 KINDS = {
     "vehicle": Kind(
         vehicles,
@@ -196,6 +213,8 @@ KINDS = {
     "ros 2 bag": Kind(log(write_bag2), as_bytes, DEMANDS),
     "mcap bag": Kind(log(write_bag2, plugin=rosbag2.StoragePlugin.MCAP), as_bytes, DEMANDS),
     "ulog": Kind(log(write_ulog), as_bytes, DEMANDS),
+    "outputs csv": Kind(outputs(write_csv), damaged, OUTPUTS),
+    "outputs ulog": Kind(outputs(write_outputs_ulog), as_bytes, OUTPUTS),
     "import csv": Kind(texts(T_csv=MATRIX), damaged, IMPORT),
     "import px4": Kind(texts(a_params=PX4), damaged, IMPORT),
     "import ros": Kind(texts(a_yaml=NAUTILUS, b_yaml=MAELSTROM, c_yaml=MANTA), damaged, IMPORT),
