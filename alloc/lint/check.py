@@ -5,6 +5,7 @@ from typing import get_args
 
 from alloc.errors import FileError, VehicleError
 from alloc.lint import remarks
+from alloc.lint.esc import on_esc
 from alloc.lint.failures import Failure, failures
 from alloc.lint.report import Facts, Finding, Level, Report
 from alloc.vehicle.condition import condition
@@ -34,6 +35,7 @@ def check_vehicle(name: str | Path) -> Report:
         collected += remarks.on_limits(vehicle)
         collected += remarks.on_units(vehicle)
         collected += remarks.on_moving_limits(vehicle)
+        collected += on_esc(keys, vehicle)
         collected += remarks.on_weights(vehicle)
         lost = tuple(failures(vehicle))
         collected += remarks.on_failures(lost, condition(vehicle))

@@ -1,0 +1,93 @@
+"""The remarks on what stands between thrusts and the wire: the key ``esc`` of a vehicle file."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from alloc.lint.report import Level
+from alloc.vehicle import Vehicle
+from alloc.vehicle.esc import Esc
+from alloc.vehicle.esc_file import GRAVITY, EscKeys, measured, monotone
+from alloc.vehicle.file import VehicleFile
+
+APART = 0.02
+"""Share by which two sources of a limit may differ: published curves are rounded to parts in a thousand."""
+NOISE = 0.01
+"""Share of the largest thrust by which a measured curve may fall before that is worth a remark."""
+
+
+def on_esc(keys: VehicleFile, vehicle: Vehicle) -> Iterator[tuple[Level, str, str]]:
+    """Remarks on curves that fall, that are of another unit, voltage or way round, and on coarse steps."""
+    if keys.esc is None:
+        return
+    for i, one in enumerate([keys.esc] if isinstance(keys.esc, EscKeys) else keys.esc):
+        yield from _on_points(one)
+        yield from _on_dead_band(one, vehicle.esc[i])
+    yield from _on_limits(vehicle)
+
+
+def _on_points(keys: EscKeys) -> Iterator[tuple[Level, str, str]]:
+    if (curve := measured(keys)) is None:
+        yield "warning", "esc", "no 'curve': thrust is taken as linear, which no propeller's is; measure one"
+        return
+    for volts, points in zip(curve.volts, curve.points, strict=True):
+        moved = np.abs(monotone(points, keys.neutral) - points[:, 1])
+        most = np.abs(points[:, 1]).max()
+        if moved.max() > NOISE * most:
+            at = int(moved.argmax())
+            yield (
+                "warning",
+                "esc",
+                f"the curve at {volts:g} V is not monotone: {points[at, 1]:g} N at {points[at, 0]:g} is moved"
+                f" by {moved[at]:.3g} N; one that never falls stands in for it",
+            )
+        if -points[:, 1].min() > points[:, 1].max() > 0:
+            yield (
+                "warning",
+                "esc",
+                f"astern is stronger than ahead at {volts:g} V ({points[:, 1].min():g} and"
+                f" {points[:, 1].max():g} N); is the curve the other way round?",
+            )
+    if keys.volts is not None and not curve.volts[0] <= keys.volts <= curve.volts[-1]:
+        yield (
+            "warning",
+            "esc",
+            f"'volts' is {keys.volts:g} V, but the curve was measured at {curve.volts[0]:g} to"
+            f" {curve.volts[-1]:g} V",
+        )
+
+
+def _on_dead_band(keys: EscKeys, esc: Esc) -> Iterator[tuple[Level, str, str]]:
+    still = esc.command[(esc.curve == 0).all(axis=0)]
+    width = float(np.ptp(still)) if len(still) else 0.0
+    if 0 < width < esc.step:
+        yield (
+            "warning",
+            "esc",
+            f"a step of {keys.step:g} is coarser than the dead band, {width:g}; the smallest thrust jumps",
+        )
+
+
+def _on_limits(vehicle: Vehicle) -> Iterator[tuple[Level, str, str]]:
+    """Limits of the file against the ends of the curve at the same voltage, with both numbers."""
+    esc = vehicle.esc[0]
+    if np.isnan(esc.volts[0]):
+        return
+    at = esc.volts[-1] if np.isnan(esc.nominal) else esc.nominal
+    sources = [("f_min", "f_max", vehicle.f_min[0], vehicle.f_max[0], at)]
+    if (table := vehicle.by_volts) is not None:
+        rows = zip(table.volts, table.f_min[:, 0], table.f_max[:, 0], strict=True)
+        sources += [("volts", "volts", low, high, volts) for volts, low, high in rows]
+    for low_key, high_key, low, high, volts in sources:
+        if not esc.volts[0] <= volts <= esc.volts[-1]:
+            continue
+        ends = [float(side[0]) for side in esc.span(np.array([volts]))]
+        for key, said, end in zip((low_key, high_key), (low, high), ends, strict=True):
+            if end == 0 or said == 0 or abs(said - end) <= APART * abs(end):
+                continue
+            numbers = f"{said:g} N, but {end:.4g} N by the curve at {volts:g} V"
+            factor = said / end
+            if any(abs(factor * unit - 1) <= 5 * APART for unit in (GRAVITY, 1 / GRAVITY)):
+                yield "warning", key, f"{numbers}: a factor of {GRAVITY:g}; is one of them in kgf?"
+            else:
+                yield "note", key, numbers
