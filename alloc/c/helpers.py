@@ -6,12 +6,22 @@ from alloc.program import Branch, Exit, Fence, Program, Scalar, Step
 
 
 def helpers(programs: Iterable[Program], scalar: Scalar) -> str:
-    """Definitions of all functions that the C of these programs calls."""
+    """Definitions of all functions that the C of these programs calls, each once in a translation unit."""
     wanted = {name for program in programs for name in _used(program)}
-    definitions = [
-        _usual(name, scalar) if name in SIGNS else DEFINITIONS[name] for name in ORDER if name in wanted
-    ]
-    return "".join(f"\n{_in(definition, scalar)}" for definition in definitions)
+    definitions = {
+        called(name, scalar): _usual(name, scalar) if name in SIGNS else DEFINITIONS[name]
+        for name in ORDER
+        if name in wanted
+    }
+    return "".join(
+        f"\n#ifndef {name.upper()}\n#define {name.upper()}\n{_in(definition, scalar)}#endif\n"
+        for name, definition in definitions.items()
+    )
+
+
+def called(name: str, scalar: Scalar) -> str:
+    """The C name of a function here: one for each type, as of the standard library's."""
+    return f"tb_{name}{'f' if scalar == 'float' and name not in MACROS else ''}"
 
 
 def covering(source: str, scalar: Scalar) -> str:
@@ -24,8 +34,7 @@ def covering(source: str, scalar: Scalar) -> str:
 def _used(program: Program) -> Iterator[str]:
     if any(kind == "min" and program.nodes[operand[0]][0] == "max" for kind, *operand in program.nodes):
         yield "within"
-    called = {"min": "least", "max": "most", "abs": "size", "finite": "finite"}
-    yield from (called[kind] for kind, *_ in program.nodes if kind in called)
+    yield from (CALLED[kind] for kind, *_ in program.nodes if kind in CALLED)
 
     def of(steps: tuple[Step, ...]) -> Iterator[str]:
         for step in steps:
@@ -40,7 +49,12 @@ def _used(program: Program) -> Iterator[str]:
 def _in(definition: str, scalar: Scalar) -> str:
     """A definition with its words for scalars in that type."""
     mark = "F" if scalar == "float" else ""
-    words = {"SCALAR": scalar, "ZERO": f"0.0{mark}", "FABS": f"__builtin_fabs{mark.lower()}"}
+    words = {
+        "SCALAR": scalar,
+        "_OF": mark.lower(),
+        "ZERO": f"0.0{mark}",
+        "FABS": f"__builtin_fabs{mark.lower()}",
+    }
     for word, text in words.items():
         definition = definition.replace(word, text)
     return definition
@@ -49,21 +63,21 @@ def _in(definition: str, scalar: Scalar) -> str:
 DEFINITIONS = {
     "unlikely": """\
 #ifdef __GNUC__
-#define unlikely(condition) __builtin_expect(!!(condition), 0)
+#define tb_unlikely(condition) __builtin_expect(!!(condition), 0)
 #else
-#define unlikely(condition) (condition)
+#define tb_unlikely(condition) (condition)
 #endif
 """,
     # Keeps a compiler from reading what comes later beforehand, which needs more registers than there are.
     "fence": """\
 #ifdef __GNUC__
-#define fence() __asm__ __volatile__("" ::: "memory")
+#define tb_fence() __asm__ __volatile__("" ::: "memory")
 #else
-#define fence() ((void)0)
+#define tb_fence() ((void)0)
 #endif
 """,
     "finite": """\
-static int finite(const SCALAR *x, int n)
+static int tb_finite_OF(const SCALAR *x, int n)
 {
     int good = 1;
     for (int i = 0; i < n; i++) {
@@ -73,7 +87,7 @@ static int finite(const SCALAR *x, int n)
 }
 """,
     "size": """\
-static inline SCALAR size(SCALAR x)
+static inline SCALAR tb_size_OF(SCALAR x)
 {
 #ifdef __GNUC__
     return FABS(x);
@@ -83,20 +97,21 @@ static inline SCALAR size(SCALAR x)
 }
 """,
     "within": """\
-static inline SCALAR within(SCALAR x, SCALAR low, SCALAR high)
+static inline SCALAR tb_within_OF(SCALAR x, SCALAR low, SCALAR high)
 {
-    return least(most(x, low), high);
+    return tb_least_OF(tb_most_OF(x, low), high);
 }
 """,
 }
 DOUBLE = """\
-#if (__ARM_FP & 8) && \\
+#if defined __ARM_FP && (__ARM_FP & 8) && \\
     (defined __ARM_FEATURE_NUMERIC_MAXMIN || (defined __ARM_ARCH_PROFILE && __ARM_ARCH_PROFILE == 'M'))
 """
 SINGLE = """\
-#if (__ARM_FP & 4) && \\
+#if defined __ARM_FP && (__ARM_FP & 4) && \\
     (defined __ARM_FEATURE_NUMERIC_MAXMIN || \\
-     (defined __ARM_ARCH_PROFILE && __ARM_ARCH_PROFILE == 'M' && (__ARM_ARCH >= 8 || (__ARM_FP & 8))))
+     (defined __ARM_ARCH_PROFILE && __ARM_ARCH_PROFILE == 'M' && (__ARM_ARCH >= 8 || (__ARM_FP & 8))) || \\
+     defined __ARM_FPV5__ || defined THRUSTBENCH_FPV5)
 """
 """Whether the FPU has a minimum and a maximum of doubles, and of floats."""
 SIGNS = {"least": "<", "most": ">"}
@@ -106,14 +121,14 @@ def _usual(name: str, scalar: Scalar) -> str:
     """Comparisons, or an FPU's own instruction for a minimum and a maximum.
 
     GCC says of a Cortex-A only whether it has them. A Cortex-M that calculates with doubles has an FPv5,
-    which has both, and so has any FPU of Armv8-M. That of a Cortex-M7 without doubles has them too, but GCC
-    says nothing by which it differs from a Cortex-M4F's, which has none. Elsewhere the built-ins are calls of
-    a library.
+    which has both, and so has any FPU of Armv8-M. That of a Cortex-M7 without doubles has them too: Clang
+    says so, but GCC says nothing by which it differs from a Cortex-M4F's, which has none, so its user does,
+    by THRUSTBENCH_FPV5. Elsewhere the built-ins are calls of a library.
     """
     has_both = SINGLE if scalar == "float" else DOUBLE
     builtin = f"__builtin_f{'min' if name == 'least' else 'max'}{'f' if scalar == 'float' else ''}"
     return f"""\
-static inline SCALAR {name}(SCALAR a, SCALAR b)
+static inline SCALAR tb_{name}_OF(SCALAR a, SCALAR b)
 {{
 {has_both}\
     return {builtin}(a, b);
@@ -133,7 +148,7 @@ def _covering(name: str, scalar: Scalar) -> str:
     """
     return f"""\
 extern volatile int either;
-static inline SCALAR {name}(SCALAR a, SCALAR b)
+static inline SCALAR tb_{name}_OF(SCALAR a, SCALAR b)
 {{
     const SCALAR bottom = -1.0 / 0.0;
     if (!(b >= bottom)) {{
@@ -151,5 +166,8 @@ static inline SCALAR {name}(SCALAR a, SCALAR b)
 """
 
 
-ORDER = ("unlikely", "fence", "finite", "size", *SIGNS, "within")
+MACROS = ("unlikely", "fence")
+CALLED = {"min": "least", "max": "most", "abs": "size", "finite": "finite"}
+"""The function of an operation."""
+ORDER = (*MACROS, "finite", "size", *SIGNS, "within")
 """A function stands behind those that it calls."""

@@ -79,12 +79,14 @@ A demand counts as met within {TOLERANCE[scalar]:g} of the largest limit ({vehic
 {moving}{shares}{warning}
 ## Check it where it will run
 
-`{name}_test.c` holds demands for the whole vehicle and for every failed thruster, with the
+`test/{name}_test.c` holds demands for the whole vehicle and for every failed thruster, with the
 answers the Python method gives. It prints the largest difference and exits with 0 where all agree:
 
-    cc -std=c99 -O2 {name}.c {name}_test.c -o selftest && ./selftest
+    cc -std=c99 -O2 -I. {name}.c test/{name}_test.c -o selftest && ./selftest
 
-Compile without `-ffast-math` (and what implies it): NaN would pass unseen.
+Compile without `-ffast-math` (and what implies it), which `{name}.c` refuses: NaN would pass unseen.
+C++ takes the files as they are. On a Cortex-M7 with a single-precision FPU give GCC `-DTHRUSTBENCH_FPV5`:
+it does not say itself that the FPU has a minimum and a maximum.
 """
 
 

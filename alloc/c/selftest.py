@@ -194,6 +194,7 @@ def _list(values: FloatArray, scalar: Scalar) -> str:
 
 
 def _literal(value: float, scalar: Scalar) -> str:
-    if np.isnan(value):
-        return "NAN"
-    return number(value, scalar) if np.isfinite(value) else "INFINITY" if value > 0 else "-INFINITY"
+    if np.isfinite(value):
+        return number(value, scalar)
+    cast = "(double)" if scalar == "double" else ""  # both are floats
+    return f"{cast}NAN" if np.isnan(value) else f"{'-' if value < 0 else ''}{cast}INFINITY"

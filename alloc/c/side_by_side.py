@@ -40,8 +40,9 @@ def side_by_side(vehicle: Vehicle, kernel: Recipe, limits: Where) -> dict[str, s
     program = kernel.program(vehicle, limits)
     if not program.straight:
         return {}
-    k, n, written = vehicle.k, vehicle.n, _Each(program)
+    k, n = vehicle.k, vehicle.n
     name = f"{function_name(vehicle, kernel.name, limits=limits)}_abreast"
+    written = _Each(program, f"{name}_")
     given = [("tau", k, str(k))]
     if limits == "call":
         given += [("f_min", n, "step"), ("f_max", n, "step")]

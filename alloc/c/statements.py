@@ -3,10 +3,17 @@
 from collections import Counter
 from collections.abc import Iterable
 
+from alloc.c.helpers import CALLED, called
 from alloc.c.table import Table
 from alloc.program import Branch, DataLoop, Exit, Fence, Node, Program, Step, Write, operands
 
-STATUSES = {0: "SOLVED", 1: "PARTIAL", 2: "INFEASIBLE", -2: "NOT_FINITE"}
+STATUSES = {
+    0: "TB_SOLVED",
+    1: "TB_PARTIAL",
+    2: "TB_INFEASIBLE",
+    -1: "TB_NO_SUCH_FAULT",
+    -2: "TB_NOT_FINITE",
+}
 """What C calls the statuses."""
 BINARY = {
     "add": ("+", 4), "sub": ("-", 4), "mul": ("*", 5), "div": ("/", 5),
@@ -14,7 +21,6 @@ BINARY = {
     "and": ("&", 1), "or": ("|", 1),
 }  # fmt: skip
 """C's operator of an operation, and how tightly it binds."""
-CALLED = {"min": "least", "max": "most", "abs": "size"}
 CONDITIONS = ("lt", "le", "gt", "ge", "eq", "ne", "and", "or", "not", "finite")
 ALONE, SIGNED, TERNARY = 7, 6, 0
 """How tightly a name or a call binds, a sign, and a ternary."""
@@ -29,8 +35,9 @@ class Statements:
     table : the constants that they refer to
     """
 
-    def __init__(self, program: Program) -> None:
-        """Write the program of one call."""
+    def __init__(self, program: Program, own: str) -> None:
+        """Write the program of one call; names of its loops' functions begin with ``own``."""
+        self.own = own
         self.program, self.table, self.lines = program, Table(program.scalar), list[str]()
         self._names: dict[Node, str] = {}
         self._taken: set[str] = {"c", "f", "tau", "f_min", "f_max", "share", "fault", "working"}
@@ -56,7 +63,7 @@ class Statements:
 
     def fence(self, step: Fence) -> None:
         """A fence."""
-        self.lines.append("fence();")
+        self.lines.append("tb_fence();")
 
     def write(self, step: Write) -> None:
         """An output."""
@@ -68,7 +75,7 @@ class Statements:
         condition = self.expression(step.condition)
         cases = "".join(f"{self.expression(case)} ? {STATUSES[status]} : " for case, status in step.cases)
         self.lines += [
-            f"if (unlikely({condition})) {{",
+            f"if (tb_unlikely({condition})) {{",
             f"    return {cases}{STATUSES[step.status]};",
             "}",
         ]
@@ -156,7 +163,7 @@ class Statements:
             flags = ", ".join(map(str, loop.flags))
             self.lines.append(f"static const int working[{len(loop.flags)}] = {{{flags}}};")
             names.insert(-1, "working")
-        self.lines.append(f"{loop.name}({', '.join(names)});")
+        self.lines.append(f"{self.own}{loop.name}({', '.join(names)});")
 
     def expression(self, node: Node, binds: int = TERNARY) -> str:
         """The C of a node, in brackets where what stands around it binds more tightly."""
@@ -176,8 +183,8 @@ class Statements:
             case ("again", int(inner)):
                 _, array, index = self.program.nodes[inner]
                 return self.argument(array, index), ALONE
-            case ("finite", str(array), int(first), int(count)):
-                return f"finite({array}{f' + {first}' if first else ''}, {count})", ALONE
+            case ("finite" as kind, str(array), int(first), int(count)):
+                return f"{self._function(kind)}({array}{f' + {first}' if first else ''}, {count})", ALONE
             case ("loop", str(name), int(index), _):
                 return f"{self._looped[name]}[{index}]", ALONE
             case ("neg", int(a)):
@@ -190,10 +197,10 @@ class Statements:
             case ("min", int(inner), int(high)) if self.clamped(inner):
                 _, x, low = self.program.nodes[inner]
                 texts = [self.expression(each) for each in (x, low, high)]
-                return f"within({', '.join(texts)})", ALONE
+                return f"{called('within', self.program.scalar)}({', '.join(texts)})", ALONE
             case (("min" | "max" | "abs") as kind, *nodes):
                 texts = [self.expression(each) for each in nodes if isinstance(each, int)]
-                return f"{CALLED[kind]}({', '.join(texts)})", ALONE
+                return f"{self._function(kind)}({', '.join(texts)})", ALONE
             case (str(kind), int(a), int(b)) if kind in BINARY:
                 sign, tightly = BINARY[kind]
                 if kind in ("and", "or"):
@@ -205,6 +212,10 @@ class Statements:
                     return f"{left} {sign} {self.expression(b, SIGNED)}", tightly
                 return f"{self.expression(a, tightly)} {sign} {self.expression(b, tightly + 1)}", tightly
         raise AssertionError(operation)
+
+    def _function(self, kind: str) -> str:
+        """The C function of an operation."""
+        return called(CALLED[kind], self.program.scalar)
 
     def clamped(self, inner: Node) -> bool:
         """Whether what a minimum is taken of is a maximum that nothing else asks for."""

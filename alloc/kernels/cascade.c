@@ -1,6 +1,6 @@
-static const SCALAR A[K][N] = TP; /* rows of unit length */
-static const SCALAR H[N][N] = HESSIAN;
-static const SCALAR unit[K] = UNITS;
+static const SCALAR OWN_A[K][N] = TP; /* rows of unit length */
+static const SCALAR OWN_H[N][N] = HESSIAN;
+static const SCALAR OWN_unit[K] = UNITS;
 
 /* Least-effort thrusts over free thrusters that push nearest to `rest`, by two Gram-Schmidt processes.
  *
@@ -9,15 +9,15 @@ static const SCALAR unit[K] = UNITS;
  * once a row is below RANK of the longest is rounding. Then w = D^-1 Q'y, and y makes R D' y nearest to rest,
  * which orthogonal columns of R answer. No square root is needed.
  */
-static void shared(SCALAR rest[K], const int on[N], SCALAR f[N])
+static void OWN_shared(SCALAR rest[K], const int on[N], SCALAR f[N])
 {
     SCALAR L[N][N], D[N], B[K][N], R[K][K], S[K][K], t[K], y[K], q2[K];
     int order[K], taken[K] = {0}, rank = 0;
     SCALAR longest = ZERO;
     for (int i = 0; i < N; i++) {
-        D[i] = on[i] ? H[i][i] : ONE;
+        D[i] = on[i] ? OWN_H[i][i] : ONE;
         for (int j = 0; j < i; j++) {
-            SCALAR left = on[i] && on[j] ? H[i][j] : ZERO;
+            SCALAR left = on[i] && on[j] ? OWN_H[i][j] : ZERO;
             for (int m = 0; m < j; m++) {
                 left -= L[i][m] * L[j][m] * D[m];
             }
@@ -27,7 +27,7 @@ static void shared(SCALAR rest[K], const int on[N], SCALAR f[N])
     }
     for (int r = 0; r < K; r++) {
         for (int i = 0; i < N; i++) {
-            SCALAR left = on[i] ? A[r][i] : ZERO;
+            SCALAR left = on[i] ? OWN_A[r][i] : ZERO;
             for (int m = 0; m < i; m++) {
                 left -= L[i][m] * B[r][m];
             }
@@ -106,7 +106,7 @@ static void shared(SCALAR rest[K], const int on[N], SCALAR f[N])
 }
 
 /* Thrusts beyond a limit by more than rounding freeze there, and the free thrusters share what is left of tau, until all are inside. */
-static void cascade(const SCALAR tau[K], const SCALAR low[N], const SCALAR high[N], const int working[N], SCALAR f[N])
+static void OWN_cascade(const SCALAR tau[K], const SCALAR low[N], const SCALAR high[N], const int working[N], SCALAR f[N])
 {
     SCALAR frozen[N] = {ZERO}, rest[K];
     int on[N];
@@ -126,12 +126,12 @@ static void cascade(const SCALAR tau[K], const SCALAR low[N], const SCALAR high[
             return;
         }
         for (int r = 0; r < K; r++) {
-            rest[r] = tau[r] * unit[r];
+            rest[r] = tau[r] * OWN_unit[r];
             for (int i = 0; i < N; i++) {
-                rest[r] -= A[r][i] * frozen[i];
+                rest[r] -= OWN_A[r][i] * frozen[i];
             }
         }
-        shared(rest, on, f);
+        OWN_shared(rest, on, f);
         for (int i = 0; i < N; i++) {
             f[i] = on[i] ? f[i] : frozen[i];
         }

@@ -5,6 +5,7 @@ from alloc.program.evaluate import Evaluated, evaluate
 from alloc.program.graph import Expression, Graph, Number, least, most, select, size, within
 from alloc.program.limits import Limits
 from alloc.program.nodes import (
+    OWN,
     Branch,
     DataLoop,
     Exit,
@@ -22,6 +23,7 @@ from alloc.program.nodes import (
 from alloc.program.order import placed
 
 __all__ = [
+    "OWN",
     "Branch",
     "Builder",
     "DataLoop",

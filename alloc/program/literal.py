@@ -1,4 +1,4 @@
-"""Numbers as C99 literals."""
+"""Numbers as C literals."""
 
 import numpy as np
 
@@ -6,5 +6,10 @@ from alloc.program.nodes import Scalar
 
 
 def number(value: float, scalar: Scalar) -> str:
-    """The C99 literal of exactly that value, rounded to the scalar type first."""
-    return float(np.float32(value)).hex() + "F" if scalar == "float" else float(value).hex()
+    """The decimal literal of exactly that value, rounded to the scalar type first.
+
+    Of a double the shortest that is read back as it, of a float nine digits, which are it also where a
+    compiler reads a double and rounds that. Hexadecimal ones are no C++ before C++17.
+    """
+    text = f"{np.float32(value):.9g}" if scalar == "float" else repr(float(value))
+    return (text if set(text) & set(".en") else f"{text}.0") + ("F" if scalar == "float" else "")

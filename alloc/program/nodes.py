@@ -9,6 +9,8 @@ Scalar = Literal["double", "float"]
 """The type of all numbers of a program, by C's name."""
 Where = Literal["fixed", "call"]
 """Whether a kernel holds the vehicle's own limits, or f_min and f_max are arguments of each call."""
+OWN = "OWN_"
+"""What stands in C text before each name that only one file may see; a printer puts its function's there."""
 Node = int
 """Index of an operation in ``Program.nodes``."""
 Operation = tuple[Any, ...]
@@ -44,8 +46,8 @@ class DataLoop:
 
     Attributes
     ----------
-    name : of the C function, and of the node
-    text : the C of ``static void name(…)`` and of what it needs
+    name : of the C function behind OWN, and of the node
+    text : the C of ``static void OWN_name(…)`` and of what it needs, whose names begin with OWN too
     arrays : name and size of each array it takes, in their order
     flags : integers that it takes before the last array, as of which thrusters work
     """

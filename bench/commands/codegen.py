@@ -23,6 +23,7 @@ def command(vehicle: str, method: str, single: bool, limits: Literal["fixed", "c
     try:
         out.mkdir(parents=True, exist_ok=True)
         for name, text in files.items():
+            (out / name).parent.mkdir(exist_ok=True)
             (out / name).write_text(text, encoding="utf-8")
     except OSError as error:
         raise AllocError(f"{out}: can't be written ({error.strerror}); give another --out") from None

@@ -9,6 +9,7 @@ import tempfile
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 from pycparser import c_ast, c_parser
 from pycparser.c_parser import ParseError
 
@@ -95,8 +96,8 @@ def _literal(node: Any) -> float:
         return -_literal(node.expr)
     if not isinstance(node, c_ast.Constant):
         raise NotRead(f"{type(node).__name__} where a number should stand")
-    text = node.value.rstrip("FfLlUu") if "x" not in node.value or "p" in node.value else node.value
-    return float.fromhex(text) if "x" in text else float(text)
+    text = node.value.rstrip("FfLlUu")
+    return float(np.float32(text)) if node.value[-1] in "Ff" else float(text)
 
 
 _BINARY = {"+": "add", "-": "sub", "*": "mul", "/": "div", "<": "lt", "<=": "le", ">": "gt", ">=": "ge"}

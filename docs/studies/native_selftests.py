@@ -94,9 +94,10 @@ def checked(files: dict[str, str], command: tuple[str, ...], name: str, size: fl
     """Compile and run one self-test; prints what is wrong."""
     with tempfile.TemporaryDirectory() as folder:
         for file, text in files.items():
+            (Path(folder) / file).parent.mkdir(exist_ok=True)
             (Path(folder) / file).write_text(text, encoding="utf-8")
         units = [file for file in files if file.endswith(".c")]
-        for step in ([*command, *units, "-o", "selftest"], ["./selftest"]):
+        for step in ([*command, "-I.", *units, "-o", "selftest"], ["./selftest"]):
             done = subprocess.run(step, cwd=folder, capture_output=True, text=True, check=False)
             if done.returncode:
                 print(name, (done.stdout + done.stderr)[:500], flush=True)

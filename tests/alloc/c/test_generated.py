@@ -49,9 +49,10 @@ def generate(
 def compile_in(folder: Path, files: dict[str, str], *flags: str) -> Path:
     """The object or program made of the files with every warning an error."""
     for name, text in files.items():
+        (folder / name).parent.mkdir(exist_ok=True)
         (folder / name).write_text(text)
     units = [name for name in files if name.endswith(".c")]
-    command = [*compiled.compiler(), *STRICT, *flags, *units, "-o", "made"]
+    command = [*compiled.compiler(), *STRICT, "-I.", *flags, *units, "-o", "made"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return folder / "made"

@@ -54,9 +54,10 @@ def test_its_self_test_is_green(meek: str, scalar, limits, tmp_path: Path) -> No
     folder = tmp_path / "c"
     folder.mkdir()
     for name, text in files.items():
+        (folder / name).parent.mkdir(exist_ok=True)
         (folder / name).write_text(text, encoding="utf-8")
     units = [name for name in files if name.endswith(".c")]
-    subprocess.run([*compiler(), "-std=c99", "-O1", *units, "-o", "selftest"], cwd=folder, check=True)
+    subprocess.run([*compiler(), "-std=c99", "-O1", "-I.", *units, "-o", "selftest"], cwd=folder, check=True)
     assert subprocess.run(["./selftest"], cwd=folder, check=False).returncode == 0
 
 

@@ -75,10 +75,10 @@ def test_vehicles_whose_names_c_cannot_tell_apart_do_not_replace_each_other_s_fi
     asked = ["--method", "pinv", "--out", str(out), "--vehicle"]
     for _ in range(2):  # its own files it may replace
         codegen(*asked, str(tmp_path / "a b.yaml"))
-    before = {path: path.read_bytes() for path in out.iterdir()}
+    before = {path: path.read_bytes() for path in out.rglob("*.*")}
     with pytest.raises(AllocError, match="is of a b, and C can't tell a-b from it; give another --out"):
         codegen(*asked, str(tmp_path / "a-b.yaml"))
-    assert {path: path.read_bytes() for path in out.iterdir()} == before
+    assert {path: path.read_bytes() for path in out.rglob("*.*")} == before
 
 
 def test_names_of_thrusters_stand_in_header_and_page(tmp_path: Path) -> None:

@@ -68,7 +68,7 @@ def test_each_sabotage_that_is_tried_is_there() -> None:
 
 def test_what_an_analyser_can_not_read_is_not_shown(tmp_path: Path) -> None:
     """C that does not compile shows nothing, and the tool's own words stand beside it."""
-    broken = Sabotage("no C", "nullspace", "fixed", r"return SOLVED;", "return SOLVED")
+    broken = Sabotage("no C", "nullspace", "fixed", r"return TB_SOLVED;", "return TB_SOLVED")
     of = sabotaged(subject(UKWIAL, "nullspace", "double", "fixed"), broken)
     claims = safety.claims(of, tmp_path)
     assert {claim.verdict for claim in claims} == {"not shown"}
@@ -92,7 +92,7 @@ def test_the_command_writes_proof_page_and_the_c_they_speak_of(
     proof = msgspec.json.decode((out / "proof.json").read_bytes(), type=Proof)
     files = {path.name: path.read_text() for path in out.glob(f"{proof.function}.[ch]")}
     assert proof.sha256 == digest(proof.function, files)
-    assert proof.sha256 in generate(UKWIAL, "nullspace")[f"{proof.function}_test.c"]
+    assert proof.sha256 in generate(UKWIAL, "nullspace")[f"test/{proof.function}_test.c"]
     assert proof.tools["frama-c"]
     assert proof.assumptions
     assert proof.sha256 in (out / "proof.md").read_text()

@@ -74,9 +74,9 @@ def test_minimum_and_maximum_for_the_analyser_cover_both_forms() -> None:
     So whatever the analyser shows of its copy holds of comparisons and of the FPU's instructions.
     """
     source = subject(UKWIAL, "nullspace", "double", "fixed").source
-    helpers = source[source.index("static inline double least") : source.index("static inline double within")]
+    helpers = source[source.index("#ifndef TB_LEAST\n") : source.index("#ifndef TB_WITHIN\n")]
     called = "".join(
-        f"double call_{f}(double a, double b) {{ return {f}(a, b); }}\n" for f in ("least", "most")
+        f"double call_{f}(double a, double b) {{ return tb_{f}(a, b); }}\n" for f in ("least", "most")
     )
     own = ctypes.CDLL(str(shared_library("own", {"own.c": helpers + called})))
     text = "volatile int either;\n" + covering(helpers, "double") + called

@@ -1,0 +1,144 @@
+"""Packages of generated C are built, installed and linked by the build systems that they are for.
+
+CMake and colcon run where they are installed; those of PlatformIO, Arduino and Zephyr are read against what
+their documents ask for, as none of them builds here.
+"""
+
+import json
+import os
+import shutil
+import subprocess
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+import yaml
+
+from alloc import generate, load_vehicle
+from alloc.c import Package
+
+NAME = "ukwial_scaled_float"
+MAIN = """\
+#include <ukwial_scaled_float.h>
+
+int main()
+{
+    const float tau[3] = {10, 5, 2};
+    float f[4], share[1];
+    return ukwial_scaled_float(tau, -1, f, share) == TB_SOLVED ? 0 : 1;
+}
+"""
+
+
+def write(kind: Package, folder: Path) -> Path:
+    """The package on disk."""
+    files = generate(load_vehicle("ukwial"), "scaled", scalar="float", package=kind)
+    assert {name.split("/")[0] for name in files} == {NAME}
+    for name, text in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text, encoding="utf-8")
+    return folder / NAME
+
+
+def do(*command: str, cwd: Path) -> str:
+    if "/" not in command[0] and shutil.which(command[0]) is None:
+        pytest.skip(f"needs {command[0]}")
+    environment = {**os.environ, "CFLAGS": "-Wall -Wextra -Wconversion -Werror"}
+    done = subprocess.run(command, cwd=cwd, capture_output=True, text=True, check=False, env=environment)
+    assert done.returncode == 0, (command, done.stdout[-2000:] + done.stderr[-2000:])
+    return done.stdout
+
+
+def user(folder: Path, found_by: str) -> Path:
+    """A C++ project that takes the package."""
+    folder.mkdir()
+    (folder / "main.cpp").write_text(MAIN, encoding="utf-8")
+    (folder / "CMakeLists.txt").write_text(
+        f"cmake_minimum_required(VERSION 3.10)\nproject(rov CXX C)\n{found_by}\n"
+        "add_executable(rov main.cpp)\n"
+        f"target_link_libraries(rov {NAME}::{NAME})\n",
+        encoding="utf-8",
+    )
+    return folder
+
+
+def build_and_run(project: Path, *options: str) -> None:
+    do("cmake", "-S", ".", "-B", "build", *options, cwd=project)
+    do("cmake", "--build", "build", cwd=project)
+    do("./build/rov", cwd=project)
+
+
+def test_cmake_builds_it_tests_it_and_installs_what_find_package_finds(tmp_path: Path) -> None:
+    place = write("cmake", tmp_path)
+    do("cmake", "-S", ".", "-B", "build", f"-DCMAKE_INSTALL_PREFIX={tmp_path / 'there'}", cwd=place)
+    do("cmake", "--build", "build", "--target", "install", cwd=place)
+    assert "1 tests passed" in do("ctest", cwd=place / "build").replace(
+        "100% tests passed, 0 tests failed out of 1", "1 tests passed"
+    )
+    shutil.rmtree(place)  # what was installed needs nothing of it
+    build_and_run(
+        user(tmp_path / "rov", f"find_package({NAME} 0.1 REQUIRED)"),
+        f"-DCMAKE_PREFIX_PATH={tmp_path / 'there'}",
+    )
+
+
+def test_add_subdirectory_gives_the_same_target_and_no_test_of_its_own(tmp_path: Path) -> None:
+    place = write("cmake", tmp_path)
+    project = user(tmp_path / "rov", f"add_subdirectory({place} part)")
+    build_and_run(project)
+    assert not list(project.rglob(f"{NAME}_test*"))
+
+
+def test_colcon_builds_it_as_plain_cmake(tmp_path: Path) -> None:
+    write("ros2", tmp_path / "src")
+    assert f"Finished <<< {NAME}" in do("colcon", "build", cwd=tmp_path)
+    build_and_run(
+        user(tmp_path / "rov", f"find_package({NAME} REQUIRED)"),
+        f"-DCMAKE_PREFIX_PATH={tmp_path / 'install' / NAME}",
+    )
+
+
+def test_package_xml_has_what_rep_149_asks_for(tmp_path: Path) -> None:
+    root = ElementTree.parse(write("ros2", tmp_path) / "package.xml").getroot()
+    assert (root.tag, root.get("format")) == ("package", "3")
+    for tag in ("name", "version", "description", "maintainer", "license"):
+        assert root.findtext(tag), tag
+    assert root.findtext("export/build_type") == "cmake"
+
+
+def test_platformio_s_and_arduino_s_files_name_a_header_that_is_there(tmp_path: Path) -> None:
+    place = write("platformio", tmp_path)
+    facts = json.loads((place / "library.json").read_text(encoding="utf-8"))
+    assert facts["name"] == NAME
+    assert (place / facts["headers"]).is_file()
+    place = write("arduino", tmp_path)
+    lines = (place / "library.properties").read_text(encoding="utf-8").splitlines()
+    facts = dict(line.split("=", 1) for line in lines)
+    for key in (
+        "version",
+        "author",
+        "maintainer",
+        "sentence",
+        "paragraph",
+        "category",
+        "url",
+        "architectures",
+    ):
+        assert key in facts, key
+    assert (place / facts["includes"]).is_file()
+    # Both take every source of the library's root, and none of test/.
+    assert {path.name for path in place.glob("*.c")} == {f"{NAME}.c"}
+
+
+def test_zephyr_s_module_names_files_that_are_there(tmp_path: Path) -> None:
+    place = write("zephyr", tmp_path)
+    module = yaml.safe_load((place / "zephyr" / "module.yml").read_text(encoding="utf-8"))
+    assert module["name"] == NAME
+    build = place / module["build"]["cmake"] / "CMakeLists.txt"
+    assert (
+        (place / module["build"]["kconfig"])
+        .read_text(encoding="utf-8")
+        .startswith(f"config {NAME.upper()}\n")
+    )
+    assert f"if(CONFIG_{NAME.upper()})" in build.read_text(encoding="utf-8")
+    assert (build.parent / f"../{NAME}.c").is_file()
