@@ -96,7 +96,13 @@ def find(name: str) -> Entry:
 
 
 def generate(
-    vehicle: Vehicle, method: str, *, scalar: Scalar = "double", limits: Where = "fixed", faults: bool = True
+    vehicle: Vehicle,
+    method: str,
+    *,
+    scalar: Scalar = "double",
+    limits: Where = "fixed",
+    faults: bool = True,
+    package: c.Package | None = None,
 ) -> dict[str, str]:
     """The C99 of a method for one vehicle, as ``thrustbench codegen`` writes it: {file name: text}.
 
@@ -110,13 +116,16 @@ def generate(
     scalar : ``double`` or ``float``, the type of all numbers
     limits : ``fixed`` where the C holds the vehicle's own, ``call`` where f_min and f_max are arguments
     faults : whether it also answers with any one thruster off
+    package : the build system whose package it shall be, ``cmake``, ``ros2``, ``platformio``, ``arduino`` or
+        ``zephyr``: then all lies in a folder with the function's name
 
     Raises UnknownName for a method that can't be C, NotApplicable where it does not cover the vehicle.
     """
     found = recipe(_in_c(method))
     name = c.function_name(vehicle, found.name, scalar, limits)  # several functions may share a folder
     files = c.generate(vehicle, found, scalar, faults, limits)
-    return files | {f"{name}.md": c.page(vehicle, found, scalar, limits)}
+    files |= {f"{name}.md": c.page(vehicle, found, scalar, limits)}
+    return c.packaged(package, name, files, vehicle.name, found.name) if package else files
 
 
 def _in_c(method: str) -> str:

@@ -5,10 +5,11 @@ from alloc.c.call import arguments, function_name
 from alloc.c.compiled import missing
 from alloc.c.generate import digest, generate, printed, programs, sources
 from alloc.c.helpers import covering
+from alloc.c.package import Package, packaged
 from alloc.c.page import page
 from alloc.c.recipe import Recipe
 
 __all__ = [
-    "Recipe", "arguments", "bound", "covering", "digest", "function_name", "generate", "missing", "page",
-    "printed", "programs", "sources",
+    "Package", "Recipe", "arguments", "bound", "covering", "digest", "function_name", "generate", "missing",
+    "packaged", "page", "printed", "programs", "sources",
 ]  # fmt: skip

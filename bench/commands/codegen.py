@@ -13,17 +13,30 @@ from bench.commands import LIMITS, PATH, SINGLE, refuse_another_s
 @click.option("--method", required=True, metavar="M", help="A method that can be C.")
 @SINGLE
 @LIMITS
+@click.option(
+    "--package",
+    type=click.Choice(["cmake", "ros2", "platformio", "arduino", "zephyr"]),
+    help="In a folder of its own, with what that build system asks for.",
+)
 @click.option("--out", required=True, type=PATH, metavar="DIR", help="Made if missing.")
-def command(vehicle: str, method: str, single: bool, limits: Literal["fixed", "call"], out: Path) -> None:
+def command(
+    vehicle: str,
+    method: str,
+    single: bool,
+    limits: Literal["fixed", "call"],
+    package: Literal["cmake", "ros2", "platformio", "arduino", "zephyr"] | None,
+    out: Path,
+) -> None:
     """C99 of one method for one vehicle: header, source, self-test, and a page on how to call it."""
     from alloc import AllocError, generate, load_vehicle
 
-    files = generate(load_vehicle(vehicle), method, scalar="float" if single else "double", limits=limits)
+    scalar: Literal["double", "float"] = "float" if single else "double"
+    files = generate(load_vehicle(vehicle), method, scalar=scalar, limits=limits, package=package)
     refuse_another_s(out, files)
     try:
         out.mkdir(parents=True, exist_ok=True)
         for name, text in files.items():
-            (out / name).parent.mkdir(exist_ok=True)
+            (out / name).parent.mkdir(parents=True, exist_ok=True)
             (out / name).write_text(text, encoding="utf-8")
     except OSError as error:
         raise AllocError(f"{out}: can't be written ({error.strerror}); give another --out") from None
