@@ -6,8 +6,10 @@ starboard, z down.
 """
 
 import os
+import re
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +25,9 @@ SUFFIXES = (".bin",)
 MOTORS = (*range(33, 41), *range(82, 86))
 """SERVOn_FUNCTION of motors 1 to 12 (ArduPilot, SRV_Channel.h)."""
 ASKED = {"roll": "ROut", "pitch": "POut", "yaw": "YOut"}
+HEADER = 3
+"""Bytes of the head of a message: two marks and its type."""
+FORMAT = re.compile(rb"\xa3\x95\x80(?P<type>.)(?P<length>.)", re.DOTALL)
 LARGEST = 2_000_000_000
 """Most bytes that are read; the bound is there for a file that grows while it is read."""
 
@@ -41,6 +46,7 @@ def read(path: Path, vehicle: Vehicle) -> Outputs:
     try:
         if path.stat().st_size > LARGEST:
             raise DemandError(f"{path}: is larger than {LARGEST / 1e9:g} GB; cut it")
+        _refuse_standing_still(path)
         # pymavlink prints warnings of damaged parts, but standard output is for results.
         with redirect_stdout(StringIO()), redirect_stderr(StringIO()):
             log = DFReader_binary(str(path))
@@ -50,10 +56,23 @@ def read(path: Path, vehicle: Vehicle) -> Outputs:
             finally:
                 log.close()
         return _outputs(path, vehicle, rows)
-    except DemandError:
+    except (DemandError, FileError):
         raise
     except Exception as error:  # a parser may raise anything at bytes that are no log
         raise FileError(f"{path}: not a log that pymavlink can read ({brief(error)})") from None
+
+
+def _refuse_standing_still(path: Path) -> None:
+    """Raise FileError where a damaged format says that a message is shorter than its header.
+
+    pymavlink 2.4.50 stays at such a message for ever.
+    """
+    with path.open("rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as data:
+        for found in FORMAT.finditer(data):
+            if found["length"][0] < HEADER and data.find(b"\xa3\x95" + found["type"]) >= 0:
+                raise FileError(
+                    f"{path}: damaged: the format at byte {found.start()} has no length; cut it out"
+                )
 
 
 def _outputs(path: Path, vehicle: Vehicle, rows: dict[str, list[dict[str, Any]]]) -> Outputs:

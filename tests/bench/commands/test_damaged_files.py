@@ -13,6 +13,7 @@ import sys
 import traceback
 from collections.abc import Callable
 from contextlib import redirect_stderr, redirect_stdout
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -28,7 +29,7 @@ from tests.bench.inputs.test_import import MAELSTROM, MANTA, NAUTILUS
 from tests.board_logs import opened, sealed
 from tests.log_files import rosbag2, write_bag1, write_bag2, write_ulog
 from tests.mutations import damaged, damaged_json
-from tests.output_logs import write_csv, write_outputs_ulog
+from tests.output_logs import write_bin, write_csv, write_outputs_ulog
 from tests.places import ROOT
 
 MANY = int(os.environ.get("THRUSTBENCH_FUZZ", "40"))
@@ -215,6 +216,7 @@ KINDS = {
     "ulog": Kind(log(write_ulog), as_bytes, DEMANDS),
     "outputs csv": Kind(outputs(write_csv), damaged, OUTPUTS),
     "outputs ulog": Kind(outputs(write_outputs_ulog), as_bytes, OUTPUTS),
+    **({"outputs dataflash": Kind(outputs(write_bin), as_bytes, OUTPUTS)} if find_spec("pymavlink") else {}),
     "import csv": Kind(texts(T_csv=MATRIX), damaged, IMPORT),
     "import px4": Kind(texts(a_params=PX4), damaged, IMPORT),
     "import ros": Kind(texts(a_yaml=NAUTILUS, b_yaml=MAELSTROM, c_yaml=MANTA), damaged, IMPORT),

@@ -117,3 +117,12 @@ def test_a_vehicle_without_esc_is_refused(tmp_path: Path) -> None:
     command = ["demands", str(csv(tmp_path)), "--vehicle", "ukwial", "--from-outputs"]
     result = CliRunner().invoke(cli, command, standalone_mode=False)
     assert "add 'esc' to its file" in str(result.exception)
+
+
+def test_a_damaged_format_that_would_hold_the_parser_for_ever_is_refused(tmp_path: Path) -> None:
+    file = binary(tmp_path)
+    good = file.read_bytes()
+    at = good.index(b"\xa3\x95\x80\x41") + 4  # the length of RCOU
+    file.write_bytes(good[:at] + b"\0" + good[at + 1 :])
+    with pytest.raises(AllocError, match="has no length"):
+        read_outputs(file, VEHICLE)
