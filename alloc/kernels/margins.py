@@ -7,7 +7,7 @@ import numpy as np
 from alloc.kernels.facets import FacetPairs
 from alloc.program import Builder, Expression, Number, least, most, select, size
 from alloc.program.graph import lifted
-from alloc.program.sums import known, signed, summed
+from alloc.program.sums import SAME, known, signed, summed
 from alloc.reach.edge import room_table
 
 WIDE = 1e-3
@@ -17,8 +17,8 @@ nothing to it."""
 
 def taken(along: Expression, ahead: float, astern: float) -> Expression:
     """The share that ``along`` takes of the margin ahead of it, or astern where it is negative."""
-    if ahead == astern:
-        return size(along * (1.0 / ahead))
+    if abs(ahead - astern) <= SAME * ahead:
+        return size(along * (1.0 / min(ahead, astern)))
     share: Expression = most(along * (1.0 / ahead), -along * (1.0 / astern))
     return share
 
