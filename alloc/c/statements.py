@@ -42,6 +42,13 @@ class Statements:
         self._names: dict[Node, str] = {}
         self._taken: set[str] = {"c", "f", "tau", "f_min", "f_max", "share", "fault", "working"}
         self._uses = _uses(program)
+        # What stands in an arm of a ternary is calculated behind a jump, which costs more than both arms.
+        self._arms = {
+            each
+            for step in program.steps
+            if isinstance(step, int) and program.nodes[step][0] == "choose"
+            for each in operands(program.nodes[step])[1:]
+        }
         self._printed: Counter[Node] = Counter()
         self._looped: dict[str, str] = {}
         self._assigned: set[Node] = set()
@@ -110,7 +117,10 @@ class Statements:
         if kind == "loop":
             self._loop(self.program.loops[operation[1]], operation[3])
         elif kind != "const" and (
-            node in self.program.names or self._uses[node] > 1 or kind in ("input", "again")
+            node in self.program.names
+            or self._uses[node] > 1
+            or node in self._arms
+            or kind in ("input", "again")
         ):
             of = "int" if kind in CONDITIONS else self.program.scalar
             value = self.expression(node)
