@@ -40,8 +40,10 @@ def _used(program: Program) -> Iterator[str]:
         for step in steps:
             if isinstance(step, Branch):
                 yield from of(step.steps)
-            elif isinstance(step, Exit | Fence):
-                yield "unlikely" if isinstance(step, Exit) else "fence"
+            elif isinstance(step, Exit) and step.unlikely:
+                yield "unlikely"
+            elif isinstance(step, Fence):
+                yield "fence"
 
     yield from of(program.steps)
 

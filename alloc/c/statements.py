@@ -82,7 +82,7 @@ class Statements:
         condition = self.expression(step.condition)
         cases = "".join(f"{self.expression(case)} ? {STATUSES[status]} : " for case, status in step.cases)
         self.lines += [
-            f"if (tb_unlikely({condition})) {{",
+            f"if (tb_unlikely({condition})) {{" if step.unlikely else f"if ({condition}) {{",
             f"    return {cases}{STATUSES[step.status]};",
             "}",
         ]

@@ -109,7 +109,7 @@ def joined(builder: Builder, region: Region, rows: list[Strip], values: Values, 
     if region.checks and refusing:
         ends = [[lifted(end, builder.graph) for end in rows[row].ends] for row in region.checks]
         held = [low <= region.tolerance for low, _ in ends] + [high >= -region.tolerance for _, high in ends]
-        builder.refuse(~all_of(held), Status.INFEASIBLE)
+        builder.refuse(~all_of(held), Status.INFEASIBLE, unlikely=False)
     slabs, room = list[Strip](), list[Expression]()
     for i, slab in enumerate(region.slabs):
         (leader, _), *others = (row for alike in slab.members for row in alike.rows)
@@ -121,7 +121,7 @@ def joined(builder: Builder, region: Region, rows: list[Strip], values: Values, 
         values[common.key] = builder.graph.constant(0.0)
         slabs.append(common)
     if room:
-        builder.refuse(~all_of(room), Status.INFEASIBLE)
+        builder.refuse(~all_of(room), Status.INFEASIBLE, unlikely=False)
     return slabs
 
 

@@ -43,9 +43,11 @@ class Builder:
         """What comes is begun only now."""
         self._open[-1].append(Fence())
 
-    def refuse(self, where: Expression, status: int, *cases: tuple[Expression, int]) -> None:
+    def refuse(
+        self, where: Expression, status: int, *cases: tuple[Expression, int], unlikely: bool = True
+    ) -> None:
         """Return where a condition holds: the status of the first case that holds, else ``status``."""
-        step = Exit(where.node, tuple((case.node, returned) for case, returned in cases), status)
+        step = Exit(where.node, tuple((case.node, returned) for case, returned in cases), status, unlikely)
         self._open[-1].append(step)
         held = reduce(lambda outer, inner: outer & inner, [*self._under, where])
         self._exits += [((held & case).node, returned) for case, returned in cases]

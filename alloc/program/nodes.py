@@ -65,11 +65,15 @@ class Fence:
 
 @dataclass(frozen=True)
 class Exit:
-    """A return where ``condition`` holds, of the first status whose own condition holds, else of the last."""
+    """A return where ``condition`` holds, of the first status whose own condition holds, else of the last.
+
+    ``unlikely`` tells the compiler to jump there, so that other calls go straight on.
+    """
 
     condition: Node
     cases: tuple[tuple[Node, int], ...]
     status: int
+    unlikely: bool = True
 
 
 @dataclass(frozen=True)

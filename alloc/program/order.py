@@ -183,7 +183,7 @@ def _step_moved(step: Step, order: dict[Node, Node]) -> Step:
             return order[step]
         case Exit():
             cases = tuple((order[case], status) for case, status in step.cases)
-            return Exit(order[step.condition], cases, step.status)
+            return Exit(order[step.condition], cases, step.status, step.unlikely)
         case Branch():
             inner = tuple(_step_moved(each, order) for each in step.steps)
             return Branch(order[step.condition], inner, tuple(order[node] for node in step.merged))
