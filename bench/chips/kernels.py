@@ -11,33 +11,42 @@ from alloc.program import Scalar, Where
 from alloc.rivals.wrapper import rival
 from bench.chips.kernel import Kernel
 
-OWN = {entry.name: entry.twin for entry in catalogue() if entry.twin}
-"""Methods that this project generates C for, each to its twin in Python."""
-RIVALS = {entry.name: entry.solver for entry in catalogue() if entry.family is Family.GENERATED}
-"""Methods whose C a solver's authors wrote or generate, each to the solver."""
-METHODS = (*OWN, *RIVALS)
+
+def own() -> dict[str, str]:
+    """Methods that this project generates C for, each to its twin in Python."""
+    return {entry.name: entry.twin for entry in catalogue() if entry.twin}
+
+
+def rivals() -> dict[str, str]:
+    """Methods whose C a solver's authors wrote or generate, each to the solver."""
+    return {entry.name: entry.solver for entry in catalogue() if entry.family is Family.GENERATED}
+
+
+def methods() -> tuple[str, ...]:
+    """All methods that are C, by name."""
+    return (*own(), *rivals())
 
 
 def build_kernel(method: str, vehicle: Vehicle, scalar: Scalar, limits: Where = "fixed") -> Kernel:
     """The C of that method for a vehicle; raises UnknownName, NotInstalled or NotApplicable."""
     check(method)
-    return (_rival if method in RIVALS else _native)(method, vehicle, scalar, limits)
+    return (_rival if method in rivals() else _native)(method, vehicle, scalar, limits)
 
 
-def as_c(methods: Iterable[str]) -> tuple[str, ...]:
+def as_c(wanted: Iterable[str]) -> tuple[str, ...]:
     """The methods of these names that are C, each once: ``pinv`` means ``pinv@native``, as in ``codegen``."""
-    named = {twin: method for method, twin in OWN.items()}
-    return tuple(dict.fromkeys(named.get(method, method) for method in methods))
+    named = {twin: method for method, twin in own().items()}
+    return tuple(dict.fromkeys(named.get(method, method) for method in wanted))
 
 
 def check(method: str) -> None:
     """Raise UnknownName for a method that has no C."""
-    if method not in METHODS:
-        raise UnknownName(f"no C is generated for method '{method}'; there is {', '.join(METHODS)}")
+    if method not in methods():
+        raise UnknownName(f"no C is generated for method '{method}'; there is {', '.join(methods())}")
 
 
 def _native(method: str, vehicle: Vehicle, scalar: Scalar, limits: Where) -> Kernel:
-    kernel = OWN[method]
+    kernel = own()[method]
     name = function_name(vehicle, kernel, scalar, limits)
     made = recipe(kernel)
     levels = made.levels(vehicle)
@@ -58,7 +67,7 @@ def _native(method: str, vehicle: Vehicle, scalar: Scalar, limits: Where) -> Ker
 
 def _rival(method: str, vehicle: Vehicle, scalar: Scalar, limits: Where, *, checked: bool = True) -> Kernel:
     """A solver's C as ``alloc.rivals.wrapper`` calls and checks it, or as it is."""
-    solver = RIVALS[method]
+    solver = rivals()[method]
     made = rival(solver, vehicle, scalar, limits, checked=checked)
     return Kernel(
         method=method,

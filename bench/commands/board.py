@@ -56,12 +56,12 @@ def _write(
     out: Path,
 ) -> int:
     from alloc import load_vehicle
+    from bench.chips import kernels
     from bench.chips.board.project import plan, write
-    from bench.chips.kernels import METHODS, as_c
     from bench.chips.study import CLASSES
 
     scalar: Literal["double", "float"] = "float" if single else "double"
-    wanted = as_c(methods) or METHODS
+    wanted = kernels.as_c(methods) or kernels.methods()
     project = plan(load_vehicle(vehicle), wanted, demands or CLASSES, scalar, limits, n, seed)
     write(project, out)
     for reason in project.left_out:

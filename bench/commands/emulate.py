@@ -52,7 +52,7 @@ def command(
 
     from alloc import list_vehicles, load_vehicle
     from alloc.errors import NotInstalled
-    from bench.chips.kernels import METHODS, as_c
+    from bench.chips import kernels
     from bench.chips.record import write
     from bench.chips.study import CLASSES, Plan
     from bench.chips.target import target
@@ -65,7 +65,7 @@ def command(
     plan = Plan(
         vehicles=tuple(load_vehicle(name) for name in vehicles or list_vehicles()),
         targets=tuple(sorted(counted, key=lambda one: one.callgrind)),
-        methods=as_c(methods) or METHODS,
+        methods=kernels.as_c(methods) or kernels.methods(),
         scalars=("double", "float") if scalars is None else ("float",) if scalars == "float" else ("double",),
         limits=limits or ("fixed", "call"),
         demands=demands or CLASSES,

@@ -13,7 +13,12 @@ from alloc import build, catalogue, generate, load_vehicle
 from alloc.c.compiled import compiler, missing
 from alloc.discovery import find
 from alloc.methods import recipes
+from bench.chips.board.project import plan, write
+from bench.chips.kernels import as_c, methods
+from bench.chips.study import Plan, emulate
+from bench.gate.worker import Orders
 from bench.proof import subject
+from tests.emulators import available
 from tests.kernel_file import METHOD
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "-")
@@ -63,3 +68,36 @@ def test_its_self_test_is_green(meek: str, scalar, limits, tmp_path: Path) -> No
 
 def test_a_proof_finds_it(meek: str) -> None:
     assert subject(load_vehicle("ukwial"), meek, "double", "call").limited
+
+
+def test_it_is_counted_on_a_processor_and_agrees_there(meek: str) -> None:
+    assert as_c([meek]) == (f"{meek}@native",)
+    assert f"{meek}@native" in methods()
+    asked = Plan(
+        vehicles=(load_vehicle("ukwial"),),
+        targets=(available("cortex-m4f"),),
+        methods=as_c([meek]),
+        scalars=("float",),
+        demands=("infeasible",),
+        seed=1,
+        n=20,
+    )
+    rows = list(emulate(asked))
+    assert [row.demands for row in rows] == ["infeasible", "search"]
+    assert all(row.agrees and row.instructions and not row.reason for row in rows)
+
+
+def test_a_project_for_a_board_asks_it(meek: str, tmp_path: Path) -> None:
+    asked = plan(load_vehicle("ukwial"), as_c([meek]), ["infeasible"], "double", "call", 5, 1)
+    assert [kernel.twin for kernel in asked.kernels] == [meek]
+    assert not asked.left_out
+    write(asked, tmp_path)
+    assert list(tmp_path.rglob(f"ukwial_{meek}_call.c"))
+
+
+def test_the_gate_has_cells_of_it(meek: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "path", [*sys.path])  # the worker puts the tree in front
+    worker = Orders()
+    worker.load(str(Path(alloc.__file__).parents[1]), [], {})
+    assert {name for _, name, _ in worker.cells()} >= {meek, f"{meek}@native"}
+    assert worker.build("cell", "ukwial", f"{meek}@native", "-")["formulation"] == meek

@@ -6,7 +6,7 @@ import pytest
 from click.testing import CliRunner
 
 from bench.__main__ import cli
-from bench.chips.kernels import METHODS, OWN, as_c
+from bench.chips.kernels import as_c, methods, own
 
 
 @pytest.mark.parametrize("command", ["board", "codegen"])
@@ -22,5 +22,5 @@ def test_a_command_that_takes_c_takes_both_of_its_names(command: str, tmp_path: 
 
 
 def test_every_method_that_has_c_is_found_by_either_name_and_once() -> None:
-    assert as_c([*OWN.values(), *METHODS]) == METHODS
+    assert as_c([*own().values(), *methods()]) == methods()
     assert as_c(["nothing"]) == ("nothing",)  # refused, by this name, where its C is built
