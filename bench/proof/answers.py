@@ -50,7 +50,7 @@ FARTHER = 1.001
 BY = "seeded demands, answered by the compiled C"
 
 
-class Answers(NamedTuple):
+class FaultAnswers(NamedTuple):
     """What the C answered to N demands of one fault.
 
     Attributes
@@ -78,7 +78,7 @@ def answered(of: Subject) -> list[Claim]:
         return [not_shown(MADE, [str(lacking)])]
     formulation = find_formulation(recipe(of.kernel).formulation)
     which = ATTAINABLE if formulation.optimal else UNSTOPPED if formulation.way else INSIDE
-    asked: list[tuple[str, Callable[[Answers], tuple[int, str]]]] = [
+    asked: list[tuple[str, Callable[[FaultAnswers], tuple[int, str]]]] = [
         (SOLVED.format(which=which), lambda each: _solved(each, which, formulation)),
         (MADE, lambda each: _made(each, of)),
     ]
@@ -88,7 +88,9 @@ def answered(of: Subject) -> list[Claim]:
     return [_claim(sentence, answers, check) for sentence, check in asked]
 
 
-def _claim(sentence: str, answers: dict[int, Answers], check: Callable[[Answers], tuple[int, str]]) -> Claim:
+def _claim(
+    sentence: str, answers: dict[int, FaultAnswers], check: Callable[[FaultAnswers], tuple[int, str]]
+) -> Claim:
     count, words = 0, list[str]()
     for fault, each in answers.items():
         held, wrong = check(each)
@@ -102,7 +104,7 @@ def _claim(sentence: str, answers: dict[int, Answers], check: Callable[[Answers]
     return Claim(claim=sentence, verdict="tested", by=BY, words=[f"{count:,} answers"])
 
 
-def _answers(of: Subject, fault: int) -> Answers:
+def _answers(of: Subject, fault: int) -> FaultAnswers:
     vehicle = of.vehicle if fault < 0 else of.vehicle.with_fault(fault)
     rng = np.random.default_rng(2004)
     scalar = np.float32 if of.scalar == "float" else np.float64
@@ -119,7 +121,9 @@ def _answers(of: Subject, fault: int) -> Answers:
     library[name](count, fault, *given)
     demands = labelled("proof", vehicle, np.ascontiguousarray(wanted))
     delivered = share[:, :levels].astype(float)
-    return Answers(vehicle, Question(demands, {}, {}), F.astype(float), status.astype(np.int8), delivered)
+    return FaultAnswers(
+        vehicle, Question(demands, {}, {}), F.astype(float), status.astype(np.int8), delivered
+    )
 
 
 def _many(of: Subject, name: str) -> str:
@@ -140,7 +144,7 @@ void {name}(int count, int fault, const {real} *tau, {ends}{real} *f, {share}int
 """
 
 
-def _solved(answers: Answers, which: str, formulation: Formulation) -> tuple[int, str]:
+def _solved(answers: FaultAnswers, which: str, formulation: Formulation) -> tuple[int, str]:
     demands, vehicle = answers.question.demands, answers.vehicle
     asked = np.isin(demands.labels, (Label.INACTIVE,) if which == INSIDE else (Label.INACTIVE, Label.ACTIVE))
     if which == UNSTOPPED and formulation.way is not None:
@@ -151,7 +155,7 @@ def _solved(answers: Answers, which: str, formulation: Formulation) -> tuple[int
     return int(asked.sum()), _first(answers, wrong, asked)
 
 
-def _made(answers: Answers, of: Subject) -> tuple[int, str]:
+def _made(answers: FaultAnswers, of: Subject) -> tuple[int, str]:
     vehicle, demands = answers.vehicle, answers.question.demands
     asked = answers.status == Status.SOLVED
     if not of.limited:
@@ -165,13 +169,13 @@ def _made(answers: Answers, of: Subject) -> tuple[int, str]:
     return int(asked.sum()), _first(answers, wrong, asked)
 
 
-def _refused(answers: Answers) -> tuple[int, str]:
+def _refused(answers: FaultAnswers) -> tuple[int, str]:
     asked = answers.question.demands.labels == Label.INFEASIBLE
     wrong = asked & (answers.status == Status.SOLVED)
     return int(asked.sum()), _first(answers, wrong, asked)
 
 
-def _effort(answers: Answers, of: Subject) -> tuple[int, str]:
+def _effort(answers: FaultAnswers, of: Subject) -> tuple[int, str]:
     solved = answers.status == Status.SOLVED
     F = np.where(solved[:, None], answers.F, np.nan)
     gap = largest_gap(answers.question, F, answers.status, HARD.name)
@@ -181,7 +185,7 @@ def _effort(answers: Answers, of: Subject) -> tuple[int, str]:
     return int(solved.sum()), f"a gap of {gap:.2g} of the effort" if wrong else ""
 
 
-def _shares(answers: Answers, of: Subject) -> tuple[int, str]:
+def _shares(answers: FaultAnswers, of: Subject) -> tuple[int, str]:
     way = find_formulation(recipe(of.kernel).formulation).way
     assert way is not None  # what writes shares has levels
     vehicle, taus = answers.vehicle, answers.question.demands.taus
@@ -221,7 +225,7 @@ def _reach(vehicle: Vehicle, at: FloatArray, step: FloatArray) -> float:
     return float(optimum.x[-1]) if optimum.x is not None else 0.0
 
 
-def _first(answers: Answers, wrong: BoolArray, asked: BoolArray) -> str:
+def _first(answers: FaultAnswers, wrong: BoolArray, asked: BoolArray) -> str:
     if not wrong.any():
         return ""
     tau = answers.question.demands.taus[int(wrong.argmax())].tolist()
