@@ -79,7 +79,7 @@ def main() -> None:
     except click.ClickException as error:
         context = getattr(error, "ctx", None)
         place = context.command_path if context else "thrustbench"
-        message = " ".join(error.format_message().split())
+        message = " ".join(error.format_message().split()).removesuffix(".")
         print(f"{place}: {message}; see '{place} --help'", file=sys.stderr)
         code = 2
     except (ReaderLeft, BrokenPipeError):

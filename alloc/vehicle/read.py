@@ -10,7 +10,7 @@ from alloc.errors import VehicleError, unknown
 from alloc.files.yaml_tree import YamlTree, read_yaml
 from alloc.vehicle import Vehicle
 from alloc.vehicle.esc_file import EscKeys, with_curve_read
-from alloc.vehicle.file import Planar, Thruster, VehicleFile, build_vehicle
+from alloc.vehicle.file import Planar, Rates, Thruster, VehicleFile, build_vehicle
 from alloc.vehicle.geometry import DOF
 
 
@@ -101,7 +101,9 @@ def _explained(message: str, tree: YamlTree) -> tuple[str, int | None]:
 def _remedy(what: str, key: str) -> str:
     place = key.partition("[")[0].partition(".")[0]
     if "field" in what:
-        kind = {"planar": Planar, "thrusters": Thruster, "esc": EscKeys}.get(place, VehicleFile)
+        kind = {"planar": Planar, "thrusters": Thruster, "slew": Rates, "esc": EscKeys}.get(
+            place, VehicleFile
+        )
         return f"the keys are {', '.join(kind.__struct_fields__)}"
     if "enum" in what:
         known = {"frame": ("frd", "flu"), "esc": ("neutral", "jump")}.get(place, DOF)

@@ -102,6 +102,8 @@ def listed(names: Sequence[str], most: int = 12) -> str:
 def _named(place: str, header: Sequence[str], units: Sequence[str], quantity: str, wanted: str) -> Column:
     """The column that --columns names, by its whole name, or by the part before a unit that is said here."""
     bare = _UNIT.fullmatch(wanted)
+    if header.count(wanted) > 1:
+        raise DemandError(f"{place}: {wanted[:40]!r} stands twice; rename one of the columns in the file")
     for i, name in enumerate(header):
         if name == wanted:
             factor = _factor(quantity, _unit_of(name, units, i))

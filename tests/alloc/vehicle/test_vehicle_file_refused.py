@@ -90,6 +90,10 @@ def file(tmp_path: Path) -> Path:
         ),
         (GOOD + "thrusters:\n  - {position: [0, 0, 0]}\n", "`direction`; the keys are position, direction"),
         (
+            GOOD + "slew: {up: 30}\n",
+            "line 9: slew: Object missing required field `down`; the keys are up, down",
+        ),
+        (
             GOOD + "thrusters:\n  - {position: [0, 0, 0], direction: [0, 0, 0]}\n",
             "line 10: thrusters[0].direction has length 0; give a unit vector, as [1, 0, 0]",
         ),

@@ -170,6 +170,7 @@ def test_columns_that_can_t_be_guessed_are_named_by_the_user(file: Path) -> None
         ("/a/force/x,/b/force/x,sway,yaw\n1,2,3,4\n", "", "surge may be '/a/force/x' and '/b/force/x'"),
         ("surge,sway,yaw [deg]\n1,2,3\n", "", "no column 'yaw' among surge, sway, yaw [deg]"),
         ("surge,sway,yaw [deg]\n1,2,3\n", "yaw=yaw [deg]", "the unit of 'yaw [deg]' is none of Nm"),
+        ("surge,sway,yaw,yaw\n1,2,3,4\n", "yaw=yaw", "'yaw' stands twice; rename one of the columns"),
         ("surge,sway,c\n1,2,3\n", "yaw=d", "no column 'd' for yaw; there are surge, sway, c"),
         (
             "surge;sway;yaw\n1,5;2;3\n1.5;2;3\n",
