@@ -230,9 +230,9 @@ function rowOf(kind, texts) {
 const views = {};
 const charts = JSON.parse(by("charts").textContent);
 if (data.machines.length < 2) charts.cost.layer.forEach((layer) => delete layer.encoding.shape);
-// A legend names what is drawn: of the families, those of these rows.
+// A legend names what is drawn: of the families, those of these rows. An axis has a domain and no range.
 const named = (chart, rows) => JSON.parse(JSON.stringify(chart), (key, value) => {
-  if (key !== "scale" || !Array.isArray(value?.domain)) return value;
+  if (key !== "scale" || !value?.domain || !value.range) return value;
   const kept = value.domain.map((_, i) => i).filter((i) => rows.some((row) => row.family === value.domain[i]));
   return { ...value, domain: kept.map((i) => value.domain[i]), range: kept.map((i) => value.range[i]) };
 });
