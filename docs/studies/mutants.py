@@ -181,8 +181,8 @@ MUTANTS = (
     ),
     Mutant(
         "the least share of answered demands is the largest",
-        'return _loss(self, "answered_share", min)',
-        'return _loss(self, "answered_share")',
+        'return lost(self.measured, "answered_share", min)',
+        'return lost(self.measured, "answered_share")',
     ),
     Mutant("the gate overlooks wrong answers", "    if lost or wrong:\n", "    if lost:\n"),
     Mutant(

@@ -186,6 +186,8 @@ def test_a_demand_of_the_wrong_shape_is_refused(entry: Entry, small: Vehicle) ->
 def test_a_zero_demand_is_solved_with_zero_thrust(entry: Entry, vehicle: Vehicle) -> None:
     allocate = prepared(entry, vehicle)
     f, status, *_ = allocate(np.zeros(vehicle.k))
+    if entry.name == "qp/qoco@generated" and status is Status.NOT_CONVERGED:
+        pytest.xfail("QOCO's C gives up on it: docs/rivals.md")
     assert status is Status.SOLVED
     assert np.abs(f).max() <= allocate.tolerance * vehicle.f_scale
 

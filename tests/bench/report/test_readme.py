@@ -23,8 +23,9 @@ def test_the_code_in_the_readme_prints_what_is_shown_below_it() -> None:
 
 
 def test_every_command_in_the_readme_exists() -> None:
-    shown = re.findall(r"^thrustbench (\w+)", "\n".join(blocks(README, "")), flags=re.MULTILINE)
-    assert len(shown) == 6, "six commands that matter; --help has the others"
+    each = [re.findall(r"^thrustbench (\w+)", block, flags=re.MULTILINE) for block in blocks(README, "")]
+    shown = [command for commands in each for command in commands]
+    assert len(next(filter(None, each))) == 6, "six commands that matter; --help has the others"
     assert set(shown) <= set(cli.list_commands(None))
 
 
