@@ -75,10 +75,15 @@ def pieces(
     rows = [i for i in structure.fixed.tolist() if builder.vehicle.readiness[i]]
     excess: Excess = []
     for i in rows:
-        low, high = limits.ends(i, wider=slack)
-        excess += [(low - x[i], 0.0), (x[i] - high, 0.0)]
+        excess += _beyond(i, x, limits, slack)
     fixed = Piece(rows, [], excess, lambda: {i: x[i] for i in rows}, False)
     return [*blocks, *([fixed] if rows else [])]
+
+
+def _beyond(i: int, x: dict[int, Expression], limits: Limits, slack: float) -> Excess:
+    """How far a thruster that no z moves lies beyond limits and slack, each at most zero if it is met."""
+    low, high = limits.ends(i, wider=slack)
+    return [(low - x[i], 0.0), (x[i] - high, 0.0)]
 
 
 def piece(
@@ -147,8 +152,7 @@ def _clamp(
         i, by = int(block.rows[row]), float(block.N[row, 0] / slab.normal[0])
         thrusts[i] = signed([(False, x[i]), *([term(by, b)] if by else [])])
         if isfinite(region.tolerance):
-            low, high = limits.ends(i, wider=region.tolerance)
-            excess += [(low - x[i], 0.0), (x[i] - high, 0.0)]
+            excess += _beyond(i, x, limits, region.tolerance)
     return Piece(block.rows.tolist(), before, excess, lambda: thrusts, False)
 
 
