@@ -15,7 +15,6 @@ from bench.harness import machine
 from bench.proof import misra, tools
 from bench.proof.answers import answered
 from bench.proof.not_read import NotRead
-from bench.proof.path.worst import Contradicted, worst_path
 from bench.proof.proof import ASSUMPTIONS, Claim, Proof, Rounding, WorstPath, not_shown
 from bench.proof.rounding.band import verdict_band
 from bench.proof.rounding.errors import Errors
@@ -26,6 +25,7 @@ from bench.proof.safety import claims as safety
 from bench.proof.safety.harness import Subject, subject
 from bench.proof.symbolic import programs
 from bench.proof.translation import translated
+from bench.proof.worst import Contradicted, worst_path
 
 
 class Effort(NamedTuple):

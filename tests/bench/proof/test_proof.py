@@ -79,7 +79,7 @@ def test_the_command_writes_proof_page_and_the_c_they_speak_of(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The hash in proof.json is that of the files beside it, and the self-test prints it."""
-    monkeypatch.setattr("bench.proof.certify.targets", lambda: ())  # tests/bench/proof/test_binary.py
+    monkeypatch.setattr("bench.proof.certify.targets", lambda: ())  # tests/bench/proof/test_worst.py
     out = tmp_path / "proof"
     done = CliRunner().invoke(
         command,

@@ -10,10 +10,10 @@ from alloc.c import arguments
 from bench.chips.count import count
 from bench.chips.image import Image, link
 from bench.chips.kernel import Kernel
+from bench.chips.longest import Unbounded, disassembled, longest
 from bench.chips.search import PARENTS, climb
 from bench.chips.target import Target
 from bench.chips.toolchain import versions
-from bench.proof.path.binary import Unbounded, disassembled, longest
 from bench.proof.proof import WorstPath
 from bench.proof.rounding.seen import attainable
 from bench.proof.safety.harness import Subject

@@ -1,1 +1,0 @@
-"""The most instructions of any call on a processor."""
