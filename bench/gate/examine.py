@@ -67,8 +67,8 @@ def examine(base: Prober, head: Prober, patterns: Sequence[str]) -> Examined:
         if name in of_base and name in of_head:
             shared.setdefault(cell.vehicle, []).append(cell)
             continue
-        cell.base_lacks = "" if name in of_base else "base has no such method, vehicle or start"
-        cell.head_lacks = "" if name in of_head else "head has no such method, vehicle or start"
+        cell.base_lacks = "" if name in of_base else _why_not(base, "base", cell.method)
+        cell.head_lacks = "" if name in of_head else _why_not(head, "head", cell.method)
         examined.cells.append(cell)
     for name, cells in shared.items():
         vehicle = _vehicle(base, name)
@@ -96,6 +96,10 @@ def examine(base: Prober, head: Prober, patterns: Sequence[str]) -> Examined:
                     f"fails on both sides, so not compared: `{cell.name}`: {cell.head_lacks}"
                 )
     return examined
+
+
+def _why_not(side: Prober, name: str, method: str) -> str:
+    return side.not_loaded.get(method, f"{name} has no such method, vehicle or start")
 
 
 def _examine(

@@ -9,11 +9,12 @@ class Prober:
     """A worker that is started again when a cell ends it, so that the other cells are still examined."""
 
     def __init__(self, tree: SourceTree) -> None:
-        """Start the worker and list the tree's cells; raises Died or Refused where that fails."""
+        """Start the worker and list the tree's cells, and why plug-ins have none; raises Died or Refused."""
         self._tree = tree
         self._side = Side(tree)
         try:
             self.cells: list[list[str]] = self._side.ask("cells")
+            self.not_loaded: dict[str, str] = self._side.ask("not_loaded")
         except BaseException:
             self._side.close()
             raise

@@ -118,12 +118,14 @@ def _answers(record: GateRecord, both: tuple[SourceTree, SourceTree], patterns: 
         try:
             base = stack.enter_context(closing(Prober(both[0])))
         except (Died, Refused) as reason:
-            raise BadTree(f"{record.base}: alloc can't be imported ({reason}); give another base") from None
+            raise BadTree(f"{record.base}: can't be imported ({reason}); give another base") from None
         try:
             head = stack.enter_context(closing(Prober(both[1])))
         except (Died, Refused) as reason:
-            record.crashed = f"alloc can't be imported: {reason}"
+            record.crashed = f"can't be imported: {reason}"
             return {}
+        for name in base.not_loaded.keys() & head.not_loaded.keys():
+            raise BadTree(f"on both sides: {head.not_loaded[name]}")
         examined = examine(base, head, patterns)
     record.cells, record.notes = examined.cells, [*record.notes, *examined.notes]
     return examined.demands

@@ -46,6 +46,7 @@ class Orders:
     alloc : the library of the measured tree
     discovery : the part of it that loads plug-ins
     plugins, vehicles : what was loaded, by name
+    broken : why a plug-in was not loaded, by its method's name
     files : of vehicles that are not the tree's, by name
     allocators : by cell
     demands : by vehicle, the demands that its cells are timed with
@@ -56,6 +57,7 @@ class Orders:
         self.alloc: Any = None
         self.discovery: Any = None
         self.plugins: dict[str, Any] = {}
+        self.broken: dict[str, str] = {}
         self.files: dict[str, str] = {}
         self.vehicles: dict[str, Any] = {}
         self.allocators: dict[str, Any] = {}
@@ -74,8 +76,17 @@ class Orders:
         # Trees of before have load_plugin and prepare in alloc itself.
         found = importlib.util.find_spec("alloc.discovery")
         self.discovery = importlib.import_module("alloc.discovery") if found else self.alloc
-        entries = [self.discovery.load_plugin(Path(file)) for file in plugins]
-        self.plugins = {entry.name: entry for entry in entries}
+        for file in map(Path, plugins):
+            try:
+                entry = self.discovery.load_plugin(file)
+            except Exception as error:  # the other plug-ins have answers
+                self.broken[file.stem.replace("_", "-")] = str(error).replace(f"{tree}{os.sep}", "")
+            else:
+                self.plugins[entry.name] = entry
+
+    def not_loaded(self) -> dict[str, str]:
+        """Why a plug-in was not loaded, by its method's name."""
+        return self.broken
 
     def cells(self) -> list[list[str]]:
         """Every (vehicle, method, start) of the tree that is installed here, built or not."""

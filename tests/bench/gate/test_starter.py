@@ -9,6 +9,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 import gate_check
+from alloc import AllocError
 from bench.commands.gate import command as gate_command
 from bench.commands.init import command as init_command
 
@@ -30,6 +31,7 @@ SABOTAGES: Mapping[str, Callable[[str], str]] = MappingProxyType(
             "        return", "        if tau[0] > 0:\n            return None\n        return"
         ),
         "not_a_number": lambda text: text.replace("G @ tau,", "np.where(tau[0] > 0, np.nan, G @ tau),"),
+        "not_imported": lambda text: f"import no_such_module\n{text}",
         "raises": lambda text: text.replace("        return", "        assert tau[0] < 0\n        return"),
     }
 )
@@ -76,3 +78,15 @@ def test_each_sabotage_of_the_starter_plug_in_is_a_regression_of_its_own(starter
         r"^\| `[^`]*my-rov.yaml:([a-z-]+):-` +\| (?:wrong answer|another answer|gone): ", result.stdout, re.M
     )
     assert {name.replace("-", "_") for name in found} == set(SABOTAGES)
+    assert "gone: not_imported.py: can't be imported" in result.stdout
+
+
+def test_a_plug_in_that_is_broken_on_both_sides_is_named(starter: Path) -> None:
+    file = starter / "broken.py"
+    file.write_text("import no_such_module\n")
+    gate_check.commit(starter, "broken")
+    file.write_text("import no_such_module  # still\n")
+    gate_check.commit(starter, "still broken")
+    result = gate(starter, "same", "broken")
+    assert isinstance(result.exception, AllocError)
+    assert str(result.exception).startswith("on both sides: broken.py: can't be imported")
