@@ -22,7 +22,7 @@ def check_vehicle(name: str | Path) -> Report:
         key = error.key if isinstance(error, VehicleError) else ""
         return Report(path, None, (Finding("error", key, error.line, error.what),))
     keys, lines = document.keys, document.tree.lines
-    collected: list[remarks.Remark] = []
+    collected = list(remarks.on_name(keys, path))
     facts = None
     lost: tuple[Failure, ...] = ()
     try:
@@ -34,7 +34,7 @@ def check_vehicle(name: str | Path) -> Report:
         collected += remarks.on_reach(keys, vehicle)
         collected += remarks.on_limits(vehicle)
         collected += remarks.on_units(vehicle)
-        collected += remarks.on_moving_limits(vehicle)
+        collected += remarks.on_moving_limits(keys, vehicle)
         collected += on_esc(keys, vehicle)
         collected += remarks.on_weights(vehicle)
         lost = tuple(failures(vehicle))

@@ -69,14 +69,24 @@ def _on_dead_band(keys: EscKeys, esc: Esc) -> Iterator[tuple[Level, str, str]]:
 
 
 def _on_limits(vehicle: Vehicle) -> Iterator[tuple[Level, str, str]]:
-    """Limits of the file against the ends of the curve at the same voltage, with both numbers."""
-    esc = vehicle.esc[0]
+    """Limits of the file against the ends of the curve at the same voltage; a remark names who has them."""
+    named: dict[tuple[Level, str, str], list[str]] = {}
+    for i in range(vehicle.n):
+        for remark in _on_limits_of(vehicle, i):
+            named.setdefault(remark, []).append(vehicle.called(i))
+    for (level, key, message), names in named.items():
+        whose = "" if len(names) == vehicle.n else f"{', '.join(names)}: "
+        yield level, key, f"{whose}{message}"
+
+
+def _on_limits_of(vehicle: Vehicle, i: int) -> Iterator[tuple[Level, str, str]]:
+    esc = vehicle.esc[i]
     if np.isnan(esc.volts[0]):
         return
     at = esc.volts[-1] if np.isnan(esc.nominal) else esc.nominal
-    sources = [("f_min", "f_max", vehicle.f_min[0], vehicle.f_max[0], at)]
+    sources = [("f_min", "f_max", vehicle.f_min[i], vehicle.f_max[i], at)]
     if (table := vehicle.by_volts) is not None:
-        rows = zip(table.volts, table.f_min[:, 0], table.f_max[:, 0], strict=True)
+        rows = zip(table.volts, table.f_min[:, i], table.f_max[:, i], strict=True)
         sources += [("volts", "volts", low, high, volts) for volts, low, high in rows]
     for low_key, high_key, low, high, volts in sources:
         if not esc.volts[0] <= volts <= esc.volts[-1]:
@@ -85,9 +95,12 @@ def _on_limits(vehicle: Vehicle) -> Iterator[tuple[Level, str, str]]:
         for key, said, end in zip((low_key, high_key), (low, high), ends, strict=True):
             if end == 0 or said == 0 or abs(said - end) <= APART * abs(end):
                 continue
-            numbers = f"{said:g} N, but {end:.4g} N by the curve at {volts:g} V"
             factor = said / end
+            which = "more than" if factor > 1 else "less than" if factor > 0 else "against"
+            numbers = f"{said:g} N is {which} the {end:.4g} N of the curve at {volts:g} V"
             if any(abs(factor * unit - 1) <= 5 * APART for unit in (GRAVITY, 1 / GRAVITY)):
-                yield "warning", key, f"{numbers}: a factor of {GRAVITY:g}; is one of them in kgf?"
+                yield "warning", key, f"{numbers}, by a factor of {GRAVITY:g}; is one of them in kgf?"
+            elif factor > 1:
+                yield "note", key, f"{numbers}: the ESC can't give it there"
             else:
                 yield "note", key, numbers

@@ -1,6 +1,7 @@
 """The remarks on a vehicle: what its file contradicts, what looks like a slip, what follows from it."""
 
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from alloc.vehicle.columns import alike, refusals
 from alloc.vehicle.condition import condition, wrench_doubt
 from alloc.vehicle.file import VehicleFile, called, reaction_torques
 from alloc.vehicle.geometry import MOMENTS, contradictions
+from alloc.vehicle.read import find_file, list_vehicles
 
 CONDITION = 20.0
 """Condition number, with rows of unit length, above which a direction is nearly lost: a push in the weakest
@@ -30,6 +32,16 @@ WIDEST_WEIGHTS = 1e4  # a wider spread costs an iterative solver half of its dig
 
 Remark = tuple[Level, str, str]
 """Level, key of the file that the remark is about, and message."""
+
+
+def on_name(keys: VehicleFile, path: Path) -> Iterator[Remark]:
+    """A remark on a file that has the name of a shipped vehicle, and is another file."""
+    if keys.name in list_vehicles() and not path.samefile(find_file(keys.name)):
+        yield (
+            "note",
+            "name",
+            f"{keys.name} is a shipped vehicle, too; with another name tables tell them apart",
+        )
 
 
 def on_poses(
@@ -201,15 +213,16 @@ def on_units(vehicle: Vehicle) -> Iterator[Remark]:
         yield "warning", "T", f"the longest arm is {arms.max():g} m; km? multiply the moment rows by 1000"
 
 
-def on_moving_limits(vehicle: Vehicle) -> Iterator[Remark]:
+def on_moving_limits(keys: VehicleFile, vehicle: Vehicle) -> Iterator[Remark]:
     """Remarks on what the lowest voltage leaves, and on how long full thrust takes by the slew rates."""
+    whence = "esc" if keys.volts is None else "volts"
     if (table := vehicle.by_volts) is not None:
         lowest = float(table.volts[0])
         low, high = vehicle.limits(volts=lowest)
         weakest = int(np.argmin(high - low))
         yield (
             "note",
-            "volts",
+            whence,
             f"at {lowest:g} V {vehicle.called(weakest)} gives {low[weakest]:g} … {high[weakest]:g} N"
             f" of {vehicle.f_min[weakest]:g} … {vehicle.f_max[weakest]:g} N",
         )
@@ -217,8 +230,8 @@ def on_moving_limits(vehicle: Vehicle) -> Iterator[Remark]:
             yield (
                 "warning",
                 "f_max",
-                f"{vehicle.called(int(i))} gives {table.f_max[:, i].max():g} N at most by 'volts', less than"
-                f" f_max = {vehicle.f_max[i]:g} N",
+                f"{vehicle.called(int(i))} gives {table.f_max[:, i].max():g} N at most by '{whence}', less"
+                f" than f_max = {vehicle.f_max[i]:g} N",
             )
     if vehicle.slew is not None:
         slowest = float((vehicle.f_max / vehicle.slew.up).max())

@@ -39,7 +39,8 @@ def as_table(report: Report) -> str:
         )
     for level, key, line, message in report.findings:
         place = f"line {line}, " if line else ""
-        lines.append(f"{level:7}  {place}{key + ': ' if key else ''}{message}")
+        named = f"{key}: {message.removeprefix(f'{key}: ')}" if key else message
+        lines.append(f"{level:7}  {place}{named}")
     counts = [(report.count(level), level) for level in get_args(Level)]
     total = ", ".join(f"{count} {level}{'' if count == 1 else 's'}" for count, level in counts)
     return "\n".join([*lines, f"{report.path}: {total}"])

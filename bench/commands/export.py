@@ -17,7 +17,7 @@ def command(vehicle: str, format_: str, output: Path | None) -> None:
     from alloc.files.textfile import write_text
     from alloc.vehicle.file import build_vehicle
     from alloc.vehicle.read import find_file, read_document
-    from bench.inputs.formats import formats, writable
+    from bench.inputs.formats import formats, left_out, writable
 
     if format_ not in writable():
         raise UnknownName(f"can't write format '{format_}'; there are {', '.join(writable())}")
@@ -27,3 +27,5 @@ def command(vehicle: str, format_: str, output: Path | None) -> None:
         click.echo(text, nl=False)
     else:
         write_text(output, text)
+    if lost := left_out(format_, keys):
+        click.echo(f"{keys.name}: {format_} has no place for {', '.join(lost)}: left out", err=True)

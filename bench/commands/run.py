@@ -33,7 +33,13 @@ from bench.commands import PATH, RUNS, Finite, latest_run, log_options, read_opt
     help="Default: both of qp/*, tight of others.",
 )
 @log_options
-@click.option("--plugin", "plugins", multiple=True, metavar="FILE", help="Python file with build(vehicle).")
+@click.option(
+    "--plugin",
+    "plugins",
+    multiple=True,
+    metavar="FILE",
+    help="Python file with build(vehicle); alone, unless --method names others.",
+)
 @click.option("--repeats", type=click.IntRange(1), help="Fresh processes a method [2].")
 @click.option("--seed", type=click.IntRange(0), help="Of demands and order [0].")
 @click.option("--n", "n_demands", type=click.IntRange(1), help="Demands of a set, the first of a log [60].")

@@ -65,6 +65,10 @@ def assign(
         columns = [c for i in range(len(header)) if (c := _meant(header[i], units, i, quantity))]
         exact = [column for column in columns if column.name == quantity]
         if len(columns) > 1 and quantity != TIME:
+            if len(exact) > 1:
+                raise DemandError(
+                    f"{place}: {quantity!r} stands twice; rename one of the columns in the file"
+                )
             several = " and ".join(repr(column.name[:40]) for column in columns[:3])
             raise DemandError(
                 f"{place}: {quantity} may be {several}; say which, as in --columns '{quantity}=NAME'"

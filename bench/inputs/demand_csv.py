@@ -78,6 +78,7 @@ def read_demands(
     limits = limit_columns(place, table.header, thrusters)
     used += [(name, index, LARGEST) for name, index in limits.items()]
     numbers: list[list[float]] = []
+    lines: list[int] = []
     blank = 0
     for line, row in table.rows:
         if len(row) != len(table.header):
@@ -87,6 +88,7 @@ def read_demands(
         if not any(row[found[axis].place].strip() for axis in dof):  # a line of another sensor
             blank += 1
             continue
+        lines.append(line)
         numbers.append([table.number(line, quantity, row[place], most) for quantity, place, most in used])
     if not numbers:
         raise DemandError(f"{path}: holds no demands; give one row a demand below the header")
@@ -95,7 +97,8 @@ def read_demands(
     times, unit = (None, "") if TIME not in found else _seconds(values[:, len(dof)], found[TIME])
     if times is not None and (back := np.flatnonzero(np.diff(times) < 0)).size:
         raise DemandError(
-            f"{path}: t goes back from {times[back[0]]:g} to {times[back[0] + 1]:g} s; put rows in time order"
+            f"{path}: line {lines[back[0] + 1]}: t goes back from {times[back[0]]:g} to"
+            f" {times[back[0] + 1]:g} s; put rows in time order"
         )
     said = _said(path, table, found, unit, blank, set(limits.values()))
     by_name = {name: values[:, len(found) + i] for i, name in enumerate(limits)}

@@ -25,7 +25,8 @@ def loop_of(run: Run) -> Loop:
 
 def rate_of(run: Run) -> float | None:
     """The rate of the log that a user brought [Hz], the fastest of several; None without one."""
-    return max((p.rate_hz for p in run.record.problems if p.given and p.rate_hz), default=None)
+    rates = [p.rate_hz for p in run.record.problems if p.given and p.rate_hz]
+    return float(f"{max(rates):.6g}") if rates else None  # of times with rounding, 50 Hz and not 50.00000001
 
 
 def verdicts(sized: Sequence[Size], loop: Loop, where: str = "") -> list[str]:

@@ -1,7 +1,8 @@
 """Vehicles in files of other projects. Each module here is one format, named after its file.
 
-A module has ``recognises(path, text) -> bool`` and ``read(path) -> Draft``; ``write(keys, vehicle) -> str``
-where the format can be written; ``PATTERN`` where ``read`` also takes a pattern of thrusters' names.
+A module has ``recognises(path, text) -> bool`` and ``read(path) -> Draft``; where the format can be written
+``write(keys, vehicle) -> str`` and ``HELD``, the keys of a vehicle file that it then holds; ``PATTERN`` where
+``read`` also takes a pattern of thrusters' names.
 """
 
 import pkgutil
@@ -10,8 +11,10 @@ from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
+import msgspec
+
 from alloc.errors import UnknownName
-from alloc.vehicle.file import Numbers
+from alloc.vehicle.file import Numbers, VehicleFile
 from alloc.vehicle.frame import described
 from bench.inputs.frames import frame_in
 
@@ -71,6 +74,15 @@ def formats() -> dict[str, ModuleType]:
 def writable() -> tuple[str, ...]:
     """Names of the formats that can be written."""
     return tuple(name for name, module in formats().items() if hasattr(module, "write"))
+
+
+def left_out(format_: str, keys: VehicleFile) -> list[str]:
+    """The keys of a vehicle file that a format has no place for, where they say something."""
+    said = [name for name, value in msgspec.to_builtins(keys).items() if value]
+    if keys.thrusters and any(thruster.name for thruster in keys.thrusters):
+        said.append("names")
+    unheard = {"name", "source", "notes", *formats()[format_].HELD}
+    return [name for name in dict.fromkeys(said) if name not in unheard]
 
 
 def recognised(path: Path, text: str) -> ModuleType:

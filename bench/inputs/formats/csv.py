@@ -16,6 +16,9 @@ from bench.inputs.delimited import numeric, read_table
 from bench.inputs.formats import Draft, commented
 from bench.inputs.frames import frame_comment
 
+HELD = frozenset({"dof", "frame", "T", "planar", "thrusters", "center_of_mass", "reaction_torque"})
+"""Keys of a vehicle file that the format holds, or makes T of."""
+
 
 def recognises(path: Path, text: str) -> bool:
     """Whether the file is named .csv."""

@@ -23,6 +23,12 @@ POSITIONS = ("thruster_position", "thruster_positions")
 DIRECTIONS = ("thruster_force_direction", "thruster_layout")
 MATRIX = ("configuration_matrix", "thrust_configuration_matrix")
 
+HELD = frozenset(
+    {"dof", "frame", "T", "planar", "thrusters", "center_of_mass", "reaction_torque"}
+    | {"f_min", "f_max", "weights", "H", "slack_weights"}
+)
+"""Keys of a vehicle file that the format holds, or makes T of."""
+
 
 def recognises(path: Path, text: str) -> bool:
     """Whether the text has a key of positions, directions or the matrix."""

@@ -10,6 +10,7 @@ import pytest
 from alloc import list_vehicles
 from alloc.lint.check import check_vehicle
 from alloc.lint.report import Level, Report
+from alloc.lint.text import as_table
 from tests.places import ROOT
 
 PUBLISHED = Path(__file__).parent / "data" / "published"
@@ -236,6 +237,27 @@ def test_what_the_lowest_voltage_and_slew_rates_leave_is_said(tmp_path: Path) ->
             "f_max",
             f"thruster {i} gives 55 N at most by 'volts', less than f_max = 60 N",
         ) in remarks
+
+
+def test_limits_by_the_voltages_of_a_curve_are_told_under_the_key_that_has_them(tmp_path: Path) -> None:
+    file = tmp_path / "curve.yaml"
+    curve = "{12: [[-100, -20], [0, 0], [100, 25]], 16: [[-100, -40], [0, 0], [100, 55]]}"
+    keys = f"f_min: -40\nf_max: 55\nesc: {{neutral: 0, range: [-100, 100], curve: {curve}}}\n"
+    file.write_text(f"name: slow\ndof: [surge]\nframe: frd\nT: [[1, 1]]\n{keys}", encoding="utf-8")
+    remarks = {(finding.key, finding.message) for finding in check_vehicle(file).findings}
+    assert ("esc", "at 12 V thruster 0 gives -20 … 25 N of -40 … 55 N") in remarks
+
+
+def test_a_file_with_the_name_of_a_shipped_vehicle_is_told_so_and_the_shipped_one_is_not(file: Path) -> None:
+    said = "ukwial is a shipped vehicle, too; with another name tables tell them apart"
+    assert said in messages(checked(file, GOOD.replace("name: ", "name: ukwial # ")), "note")
+    assert said not in messages(check_vehicle("ukwial"), "note")
+
+
+def test_a_key_stands_once_in_front_of_its_remark(file: Path) -> None:
+    twice = as_table(checked(file, GOOD + "names: [a, b, c, a]\n"))
+    assert "names: 'a' stands twice" in twice
+    assert "names: names" not in twice
 
 
 PAIRS = """\

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -9,7 +10,7 @@ from alloc import AllocError, list_vehicles
 from alloc.vehicle.file import build_vehicle
 from alloc.vehicle.read import find_file, read_document
 from alloc.vehicle.text import to_yaml
-from bench.inputs.formats import formats
+from bench.inputs.formats import formats, left_out
 from tests.foreign_vehicles import LIMITS, imported, vehicle_of
 
 
@@ -49,6 +50,16 @@ def test_any_text_in_a_vehicle_file_reads_the_same_once_written(tmp_path: Path, 
     path = tmp_path / "again.yaml"
     path.write_text(to_yaml(keys), encoding="utf-8")
     assert read_document(path).keys == keys
+
+
+def test_an_export_says_what_the_format_has_no_place_for(tmp_path: Path) -> None:
+    """What is read back lacks just these keys, and notes that say what an import took for granted."""
+    keys = read_document(find_file("bluerov2-heavy")).keys
+    keys.names = list("abcdefgh")
+    assert left_out("ros", keys) == ["slew", "volts", "esc", "priority", "names"]
+    assert set(left_out("csv", keys)) == {*left_out("ros", keys), "f_min", "f_max"}
+    back = imported(tmp_path, formats()["ros"].write(keys, build_vehicle(keys)))
+    assert not {"slew", "volts", "esc", "priority", "names"} & msgspec.to_builtins(back).keys()
 
 
 def test_a_vehicle_with_a_full_h_can_not_be_exported_to_ros() -> None:

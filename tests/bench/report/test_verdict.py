@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from bench.__main__ import cli
 from bench.record import Cell, Judged, Method, Problem, Quiet
-from bench.report.verdict import sure, usual, verdicts
+from bench.report.verdict import rate_of, sure, usual, verdicts
 from bench.results.fit import Loop
 from bench.results.rows import read_run
 from bench.results.sizing import sizes
@@ -59,6 +59,12 @@ def log(**facts: Any) -> Problem:
     labels = {"active": 8, "infeasible": 2}
     asked = replace(made_up.problem("ukwial"), demands="dive", labels=labels, rate_hz=50.0, given=True)
     return replace(asked, **facts)
+
+
+def test_the_rate_of_a_log_is_a_number_that_people_write(tmp_path: Path) -> None:
+    """Time stamps are rounded, so the median step between them is 0.02 s but for the last digits."""
+    made = made_up.record(tmp_path, made_up.header(), log(rate_hz=49.99999999995))
+    assert rate_of(read_run(made)) == 50.0
 
 
 def on_log(method: str, us: float, answered: float = 1.0, refused_longest: int = 0) -> Cell:
