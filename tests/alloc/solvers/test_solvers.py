@@ -132,6 +132,23 @@ def test_an_exit_flag_that_nobody_mapped_ends_no_control_loop_and_is_counted(
     assert count == 1
 
 
+@pytest.mark.parametrize("name", sorted(set(INSTALLED) - {"quadprog"}))  # which has no cap
+def test_a_solver_that_reaches_its_iteration_cap_proves_nothing(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each demand can be met; one iteration is too few to see it, but for some, of HiGHS's."""
+    solver, posed = solvers.load(name), pose_hard(VEHICLE)
+    level = solvers.default_level(solver)
+    monkeypatch.setitem(
+        solver.SETTINGS[level], next(key for key in solver.SETTINGS[level] if "iter" in key), 1
+    )
+    for start in solver.STARTS:
+        solve = solver.prepare(posed.qp, start, level)
+        said = {solve(posed.b_of_tau @ tau, posed.qp.lb, posed.qp.ub).status for tau in demands(9, 20)}
+        assert Status.NOT_CONVERGED in said
+        assert Status.INFEASIBLE not in said
+
+
 def test_a_binding_that_raises_ends_no_control_loop_and_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(*_: object) -> solvers.Answer:
         raise RuntimeError("Model has not been set up")
