@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from alloc.formulations import find_formulation
+from alloc.vehicle.frame import described
 from bench.record import NO_VEHICLE, Capability, Problem
 from bench.report.readme import served
 from bench.report.verdict import USUAL, rate_of, sure
@@ -49,6 +50,8 @@ def data(machines: Sequence[NamedRun]) -> dict[str, Any]:
         "sets": sorted(sets, key=lambda name: (SETS.index(name) if name in SETS else len(SETS), name)),
         "formulations": {name: find_formulation(name).title for name in sorted(formulations)},
         "machines": found,
+        # An unknown frame, as of a record of counts alone, has no entry.
+        "frames": {p.vehicle: described(p.frame) for m in machines for p in m.run.record.problems},
     }
 
 

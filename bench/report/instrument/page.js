@@ -15,7 +15,7 @@ function choice(select, pairs) {
 }
 
 function build() {
-  choice(by("vehicle"), names((m) => m.vehicle).sort().map((name) => [name, name]));
+  choice(by("vehicle"), names((m) => m.vehicle).sort().map((name) => [name, data.frames[name] ? `${name} (${data.frames[name].split(":")[0]})` : name]));
   choice(by("formulation"), [["", "any"], ...Object.entries(data.formulations).map(([name, title]) => [name, title === "a rule within limits" ? `${name}: ${title}` : title])]);
   choice(by("demands"), [["", "all kinds"], ...data.sets.map((name) => [name, name])]);
   data.machines.forEach((machine, i) => {
@@ -73,7 +73,7 @@ function update() {
   const where = machines.length > 1 ? " on every machine" : "";
   by("verdict").textContent = verdict(ranked.filter(wanted), state.vehicle, loop, where);
   const kind = state.formulation ? data.formulations[state.formulation] : "any";
-  by("asked").textContent = `A call may take ${three(loop.limit)} µs, ${percent(loop.limit / loop.period)} of the period. Answers: ${kind}${state.exact ? ", exact ones only" : ""}; demands: ${state.demands || "all kinds"}.`;
+  by("asked").textContent = `A call may take ${three(loop.limit)} µs, ${percent(loop.limit / loop.period)} of the period. Answers: ${kind}${state.exact ? ", exact ones only" : ""}; demands: ${state.demands || "all kinds"}${data.frames[state.vehicle] ? `, in ${data.frames[state.vehicle]}` : ""}.`;
   by("sure").replaceChildren(...machines.map((machine) => element("li", `${machine.name} ${machine.sure}`)));
   shown = ranked.filter(wanted).filter((size) => matches(size, state.filter));
   table(by("table"), columns(machines, loop), shown);

@@ -352,7 +352,7 @@ def test_on_a_phone_nothing_but_wide_tables_scrolls_sideways(runs: list[Path], o
         opened.set_viewport_size({"width": 1280, "height": 900})
 
 
-def test_the_table_of_one_machine_is_whole_at_a_desk_and_no_cell_runs_into_the_next_on_a_phone(
+def test_the_table_of_one_machine_is_whole_at_a_desk_and_on_a_phone_no_cell_is_cut_or_tall(
     runs: list[Path], opened: Any
 ) -> None:
     try:
@@ -365,6 +365,9 @@ def test_the_table_of_one_machine_is_whole_at_a_desk_and_no_cell_runs_into_the_n
             "[...document.querySelectorAll('#table td')].filter(c => c.scrollWidth > c.clientWidth).length"
         )
         assert opened.evaluate(wider) == 0
+        assert opened.evaluate(whole.replace("'table'", "'facts'"))
+        tallest = "Math.max(...[...document.querySelectorAll('#table tbody tr')].map(r => r.clientHeight))"
+        assert opened.evaluate(tallest) < 75  # px; three lines, for the longest names
     finally:
         opened.set_viewport_size({"width": 1280, "height": 900})
 
@@ -395,7 +398,8 @@ def test_on_paper_there_are_no_controls_and_in_the_dark_no_white_page(runs: list
 
 def test_names_and_reasons_stand_as_they_are_called(runs: list[Path], opened: Any) -> None:
     open_report(opened, runs[0], choice="vehicle=ukwial")
-    assert ODD in opened.locator("#vehicle option").all_text_contents()
+    assert f"{ODD} (frd)" in opened.locator("#vehicle option").all_text_contents()
+    assert "in frd: x ahead, y to starboard, z down" in opened.inner_text("#asked")
     assert (
         "gone: active: crashed, signal 11, <b>bold</b>" in opened.locator("#unknown li").all_text_contents()
     )
