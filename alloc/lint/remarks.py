@@ -13,7 +13,7 @@ from alloc.nullspace.allocator import exact
 from alloc.vehicle import RANK_TOLERANCE, Vehicle
 from alloc.vehicle.columns import alike, refusals
 from alloc.vehicle.condition import condition, wrench_doubt
-from alloc.vehicle.file import VehicleFile, called, reaction_torques
+from alloc.vehicle.file import VehicleFile, called, reaction_torques, suspects
 from alloc.vehicle.geometry import MOMENTS, contradictions
 from alloc.vehicle.read import find_file, list_vehicles
 
@@ -122,8 +122,15 @@ def on_columns(keys: VehicleFile, T: FloatArray) -> Iterator[Remark]:
     """Remarks on columns of T (k, n) that no thruster can make, and on moments that propellers explain."""
     n = T.shape[1]
     moments = reaction_torques(keys, n)
-    for refusal in refusals(T, keys.dof, moments, called(keys, n)):
-        yield "error", "T", refusal
+    published, names = suspects(keys, n), called(keys, n)
+    refused = refusals(T, keys.dof, moments, names)
+    for i, refusal in refused.items():
+        if i in published:
+            yield "warning", "suspect", f"taken as published: {refusal}"
+        else:
+            yield "error", "T", f"{refusal}; to take it as published, write 'suspect: [{i}]'"
+    for i in sorted(published - refused.keys()):
+        yield "warning", "suspect", f"{names[i]} is a thrust along a line; leave it out"
     if not moments.any() and (typical := alike(T, keys.dof)):
         yield (
             "warning",

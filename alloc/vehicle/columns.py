@@ -84,17 +84,17 @@ def alike(T: FloatArray, dof: Sequence[str]) -> float:
 
 def refusals(
     T: FloatArray, dof: Sequence[str], reaction_torque: FloatArray, names: Sequence[str]
-) -> list[str]:
-    """One sentence for each column that no thruster can make: its numbers, the suspect, the remedy."""
+) -> dict[int, str]:
+    """By thruster, a sentence on each column that none can make: its numbers, the suspect, the remedy."""
     sound = possible(T, dof, reaction_torque)
     if sound.all() or (alike(T, dof) and not reaction_torque.any()):
-        return []
+        return {}
     moment = along_thrust(T, dof).moment
-    sentences = []
+    sentences = {}
     for i in np.flatnonzero(~sound).tolist():
         numbers = ", ".join(f"{axis} {shown(T, dof, row, i)}" for row, axis in enumerate(dof) if T[row, i])
         product = moment[i] * (T[_forces(dof), i] ** 2).sum()
-        sentences.append(
+        sentences[i] = (
             f"{names[i]} ({numbers}) is no thrust along a line: force · moment is {product:.3g} m, not 0;"
             f" {_suspect(T, dof, i, sound, names)}; were it the propeller's own moment,"
             f" 'reaction_torque' would have {moment[i]:.3g} for it"

@@ -13,7 +13,7 @@ from alloc.errors import FileError, VehicleError
 from alloc.files.textfile import read_text
 from alloc.vehicle.esc import Esc
 from alloc.vehicle.limits import VoltageTable
-from alloc.vehicle.names import index_of
+from alloc.vehicle.names import listed
 
 GRAVITY = 9.80665
 """Newtons of a kilogram-force."""
@@ -235,16 +235,8 @@ def with_curve_read(keys: EscKeys, folder: Path) -> EscKeys:
 def _turned(keys: EscKeys, n: int, names: Sequence[str], key: str) -> list[bool]:
     if isinstance(keys.reversed, bool):
         return [keys.reversed] * n
-    turned = [False] * n
-    for one in keys.reversed:
-        try:
-            i = index_of(one, names, "esc.reversed") if isinstance(one, str) else one
-        except Exception as error:
-            raise VehicleError(f"{error}", key) from None
-        if not 0 <= i < n:
-            raise VehicleError(f"{key}.reversed: there is no thruster {i}; count from 0 to {n - 1}", key)
-        turned[i] = True
-    return turned
+    turned = listed(keys.reversed, names, n, f"{key}.reversed", key)
+    return [i in turned for i in range(n)]
 
 
 def _limits(

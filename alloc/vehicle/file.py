@@ -14,6 +14,7 @@ from alloc.vehicle.esc_file import EscKeys, escs, limits_of, table_of
 from alloc.vehicle.frame import Frame
 from alloc.vehicle.geometry import DOF, contradictions, planar_matrix, pose_matrix
 from alloc.vehicle.limits import Slew, VoltageTable
+from alloc.vehicle.names import listed
 
 Numbers = list[float]
 SLACK_WEIGHT = 2000.0
@@ -86,6 +87,8 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     center_of_mass : point about which the moments of ``thrusters`` are taken [m]
     reaction_torque : moment of each propeller along its own thrust, for 1 N: one number or one for each; T
         has it as a part [m]
+    suspect : thrusters, by index or name, whose column of T is taken as published though no thruster can
+        make it
     weights : diagonal of H; a file gives this or H [1/N^2]
     H : rows of the (n, n) matrix of eq. 4 [1/N^2]
     slack_weights : (k,) diagonal of Q for the soft formulation
@@ -109,6 +112,7 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     frame: Frame = "frd"
     center_of_mass: tuple[float, float, float] = (0.0, 0.0, 0.0)
     reaction_torque: float | Numbers | None = None
+    suspect: list[int | str] = []
     weights: Numbers | None = None
     H: list[Numbers] | None = None
     slack_weights: Numbers | None = None
@@ -128,8 +132,10 @@ def build_vehicle(keys: VehicleFile) -> Vehicle:
         for contradiction in contradictions(T, computed, keys.dof, called(keys, T.shape[1])):
             raise VehicleError(f"T: {contradiction}; correct the one that is wrong, or leave it out", "T")
     vehicle = vehicle_with(keys, T)
-    for refusal in refusals(T, keys.dof, reaction_torques(keys, vehicle.n), called(keys, vehicle.n)):
-        raise VehicleError(f"T: {refusal}", "T")
+    published, names = suspects(keys, vehicle.n), called(keys, vehicle.n)
+    for i, refusal in refusals(T, keys.dof, reaction_torques(keys, vehicle.n), names).items():
+        if i not in published:
+            raise VehicleError(f"T: {refusal}; to take it as published, write 'suspect: [{i}]'", "T")
     meant = keys.rank if keys.rank is not None else vehicle.k
     if vehicle.rank != meant:
         raise VehicleError(
@@ -174,6 +180,11 @@ def reaction_torques(keys: VehicleFile, n: int) -> FloatArray:
             f"reaction_torque: {len(moments)} numbers for {n} thrusters; give one each", "reaction_torque"
         )
     return moments
+
+
+def suspects(keys: VehicleFile, n: int) -> set[int]:
+    """The thrusters whose columns are taken as published; raises VehicleError for one that is not there."""
+    return listed(keys.suspect, called(keys, n), n, "suspect", "suspect")
 
 
 def called(keys: VehicleFile, n: int) -> list[str]:

@@ -19,6 +19,20 @@ def index_of(name: str, names: Sequence[str], vehicle: str) -> int:
     raise VehicleError(f"{vehicle}: {unknown('thruster', name, filter(None, names))}", "names")
 
 
+def listed(asked: Sequence[int | str], names: Sequence[str], n: int, what: str, key: str) -> set[int]:
+    """Indices of n thrusters that ``what`` of a file lists by index or name; raises VehicleError with ``key``."""
+    found = set()
+    for one in asked:
+        try:
+            i = index_of(one, names, what) if isinstance(one, str) else one
+        except VehicleError as error:
+            raise VehicleError(str(error), key) from None
+        if not 0 <= i < n:
+            raise VehicleError(f"{what}: there is no thruster {i}; count from 0 to {n - 1}", key)
+        found.add(i)
+    return found
+
+
 def check_names(names: Sequence[str], n: int) -> None:
     """Raise VehicleError unless there is a name for each of n thrusters ("" for none), or no name at all."""
     if names and len(names) != n:

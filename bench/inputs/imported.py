@@ -80,7 +80,8 @@ def _keys(path: Path, draft: Draft, options: ImportOptions) -> VehicleFile:
     if computed is not None:
         for contradiction in contradictions(T, computed, keys.dof, called(keys, T.shape[1])):
             raise VehicleError(f"{path}: {contradiction}; decide with --take T or --take poses", "T")
-    for refusal in refusals(T, keys.dof, reaction_torques(keys, T.shape[1]), called(keys, T.shape[1])):
+    refused = refusals(T, keys.dof, reaction_torques(keys, T.shape[1]), called(keys, T.shape[1]))
+    for refusal in refused.values():
         raise VehicleError(f"{path}: T: {refusal}", "T")
     rows = list(range(len(keys.dof))) if options.dof else _independent(T, keys.dof)
     left_out = [axis for row, axis in enumerate(keys.dof) if row not in rows]

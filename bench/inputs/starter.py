@@ -24,6 +24,7 @@ COMMENTS = {
     "thrusters": "position [m], and the direction in which positive thrust pushes the vehicle",
     "T": "rows as in dof; forces [-], moments [m]",
     "reaction_torque": "[m], each propeller's own moment along its thrust, for 1 N",
+    "suspect": "thrusters whose column of T is taken as published, though none can make it",
     "center_of_mass": "[m], from the same point as the positions",
     "f_min": "[N] astern; one number, or a list with one a thruster",
     "f_max": "[N] ahead",
@@ -72,13 +73,19 @@ def like(name: str, keys: VehicleFile, origin: str) -> VehicleFile:
     )
     if off.max() > SAME_T:
         return msgspec.structs.replace(
-            copied, T=_rounded(T), thrusters=None, planar=None, names=None, center_of_mass=(0.0, 0.0, 0.0)
+            copied,
+            T=_rounded(T),
+            thrusters=None,
+            planar=None,
+            names=list(_own_names(keys)) or None,
+            center_of_mass=(0.0, 0.0, 0.0),
         )
     return msgspec.structs.replace(
         copied,
         T=None,
         planar=None,
         names=None,
+        suspect=[],
         thrusters=_thrusters(names, positions, unit),
         center_of_mass=_three(center),
     )

@@ -12,7 +12,7 @@ from alloc import list_vehicles, load_vehicle
 from alloc.errors import VehicleError
 from alloc.lint.check import check_vehicle
 from alloc.vehicle.columns import alike, along_thrust, possible, refusals
-from alloc.vehicle.file import called, matrices
+from alloc.vehicle.file import called, matrices, suspects
 from alloc.vehicle.frame import turned
 from alloc.vehicle.geometry import DOF, pose_matrix
 from alloc.vehicle.poses import poses
@@ -74,6 +74,24 @@ def test_the_flown_matrix_is_refused_with_names_numbers_and_suspects() -> None:
         load_vehicle(TIBURON)
 
 
+def test_a_column_under_suspicion_is_taken_as_published_and_check_goes_on_saying_so(tmp_path: Path) -> None:
+    file = tmp_path / "published.yaml"
+    for told in ("[T6, 6, T8]", "[5, 6, 7]"):
+        file.write_text(f"{TIBURON.read_text()}suspect: {told}\n")
+        assert load_vehicle(file).n == 8
+        found = [(f.level, f.message) for f in check_vehicle(file).findings if "is no thrust" in f.message]
+        assert [level for level, _ in found] == ["warning"] * 3
+        assert found[0][1].startswith("taken as published: T6 (surge -0.707, ")
+    file.write_text(f"{TIBURON.read_text()}suspect: [T5, T6, T7]\n")
+    with pytest.raises(VehicleError, match=r"T: T8 .* write 'suspect: \[7\]'"):
+        load_vehicle(file)
+    assert "T5 is a thrust along a line; leave it out" in str(check_vehicle(file).findings)
+    for told, says in (("[8]", "there is no thruster 8; count from 0 to 7"), ("[T9]", "no thruster 'T9'")):
+        file.write_text(f"{TIBURON.read_text()}suspect: {told}\n")
+        with pytest.raises(VehicleError, match=f"suspect: {says}"):
+            load_vehicle(file)
+
+
 def test_mending_the_suspects_makes_it_a_vehicle(tmp_path: Path) -> None:
     text = TIBURON.read_text()
     roll = "[0.1700, -0.1200, 0.1200, -0.1200, -0.0140, 0.0140, -0.0140, 0.0140]"
@@ -130,7 +148,8 @@ def test_a_wrong_sign_in_any_arm_of_a_shipped_vehicle_is_found_where_it_breaks_t
     keys = read_document(find_file(name)).keys
     T, _ = matrices(keys)
     names, none = called(keys, T.shape[1]), np.zeros(T.shape[1])
-    assert refusals(T, keys.dof, none, names) == []
+    known = refusals(T, keys.dof, none, names)
+    assert known.keys() == suspects(keys, len(names))
     before = along_thrust(T, keys.dof)
     for i in range(T.shape[1]):
         for row in np.flatnonzero(np.abs(T[:, i]) > 0.01).tolist():
@@ -138,9 +157,10 @@ def test_a_wrong_sign_in_any_arm_of_a_shipped_vehicle_is_found_where_it_breaks_t
             wrong[row, i] *= -1
             broken = abs(along_thrust(wrong, keys.dof).moment[i]) > before.rounding[i]
             found = refusals(wrong, keys.dof, none, names)
-            assert bool(found) == broken
-            if found:
-                assert found[0].startswith(f"{names[i]} (")
+            assert (i in found) == broken
+            assert found.keys() - {i} == known.keys() - {i}
+            if broken:
+                assert found[i].startswith(f"{names[i]} (")
 
 
 def test_only_columns_of_a_line_have_a_place_where_the_thruster_stands() -> None:
@@ -153,7 +173,8 @@ def test_only_columns_of_a_line_have_a_place_where_the_thruster_stands() -> None
 
 
 def test_numbers_are_shown_with_the_digits_of_the_file() -> None:
-    (refusal,) = refusals(
+    refused = refusals(
         np.array([[1.0, 0.0], [0, 1], [0, 0], [0.0201, 0], [0, 0], [0, 0.3]]), DOF, np.zeros(2), ["a", "b"]
     )
-    assert re.match(r"a \(surge 1, roll 0\.0201\) is no thrust", refusal)
+    assert refused.keys() == {0}
+    assert re.match(r"a \(surge 1, roll 0\.0201\) is no thrust", refused[0])

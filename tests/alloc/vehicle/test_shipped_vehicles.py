@@ -16,7 +16,7 @@ def wrench_of_a_push(position: FloatArray, direction: FloatArray) -> FloatArray:
 
 
 def test_all_promised_vehicles_are_shipped() -> None:
-    promised = {"ukwial", "bluerov2", "bluerov2-heavy", "nautilus", "subjugator8", "supply-vessel"}
+    promised = {"ukwial", "bluerov2", "bluerov2-heavy", "nautilus", "subjugator8", "supply-vessel", "tiburon"}
     assert promised <= set(list_vehicles())
 
 
@@ -39,6 +39,7 @@ def test_a_shipped_vehicle_names_its_source_and_reaches_every_dof_it_controls(na
         ("nautilus", 2),
         ("subjugator8", 2),
         ("supply-vessel", 3),
+        ("tiburon", 2),
     ],
 )
 def test_a_shipped_vehicle_has_the_known_nullity(name: str, nullity: int) -> None:

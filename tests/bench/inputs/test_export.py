@@ -14,7 +14,11 @@ from bench.inputs.formats import formats, left_out
 from tests.foreign_vehicles import LIMITS, imported, vehicle_of
 
 
-@pytest.mark.parametrize("name", list_vehicles())
+SOUND = [name for name in list_vehicles() if not read_document(find_file(name)).keys.suspect]
+"""Vehicles without a column of T that no thruster can make, which an import refuses."""
+
+
+@pytest.mark.parametrize("name", SOUND)
 def test_a_vehicle_exported_to_ros_comes_back_the_same(tmp_path: Path, name: str) -> None:
     keys = read_document(find_file(name)).keys
     vehicle = build_vehicle(keys)
@@ -24,7 +28,7 @@ def test_a_vehicle_exported_to_ros_comes_back_the_same(tmp_path: Path, name: str
         np.testing.assert_allclose(getattr(back, key), getattr(vehicle, key), rtol=1e-15, atol=1e-16)
 
 
-@pytest.mark.parametrize("name", list_vehicles())
+@pytest.mark.parametrize("name", SOUND)
 def test_a_vehicle_exported_to_csv_comes_back_with_the_same_matrix(tmp_path: Path, name: str) -> None:
     keys = read_document(find_file(name)).keys
     vehicle = build_vehicle(keys)
