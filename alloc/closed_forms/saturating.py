@@ -58,11 +58,22 @@ class Saturating:
 
     limited = True
 
-    def __init__(self, vehicle: Vehicle, name: str, rule: Rule, rule_many: RuleMany | None = None) -> None:
-        """Prepare T* and the rule; without ``rule_many``, ``many`` mends row by row."""
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        name: str,
+        rule: Rule,
+        rule_many: RuleMany | None = None,
+        start: FloatArray | None = None,
+    ) -> None:
+        """Prepare T* and the rule; without ``rule_many``, ``many`` mends row by row.
+
+        A rule that begins at another ``start`` (n, k) than T* is asked at every call, inside limits too.
+        """
         self.formulation = name
         self.tolerance = promised(vehicle, TOLERANCE)
-        self.G = generalized_inverse(vehicle)
+        self.G = generalized_inverse(vehicle) if start is None else start
+        self._always = start is not None
         self._rule = rule
         self._rule_many = rule_many
         self._vehicle = vehicle
@@ -91,7 +102,8 @@ class Saturating:
             if not low <= x <= high:
                 break
         else:
-            return answer(f, Status.SOLVED if self._full_rank else self._status(f, wrench))
+            if not self._always:
+                return answer(f, Status.SOLVED if self._full_rank else self._status(f, wrench))
         thrusts, passes = self._rule(wrench, thrusts, limits)
         for i, (low, high) in enumerate(limits.pairs):
             x = thrusts[i]
@@ -108,7 +120,7 @@ class Saturating:
         low, high = limits_of(self._vehicle, len(wrenches), f_min, f_max, held=True)
         F = wrenches @ self.G.T
         empty = (low > high).any(axis=1)
-        mend = np.flatnonzero(((low > F) | (high < F)).any(axis=1) & ~empty)
+        mend = np.flatnonzero((self._always | ((low > F) | (high < F)).any(axis=1)) & ~empty)
         if mend.size:
             at, to = low[mend], high[mend]
             F[mend] = self._mended(wrenches[mend], F[mend], at, to).clip(at, to)

@@ -10,7 +10,7 @@ from alloc.kernels.entry import SeenArguments, all_thrusters, closed_form, cover
 from alloc.kernels.tolerance import MET
 from alloc.program import Builder, Expression, Program, Scalar, Where, least, most, select
 from alloc.program.graph import lifted
-from alloc.program.sums import product, shared_sums, signed
+from alloc.program.sums import Terms, product, shared_sums, signed
 from alloc.vehicle import Vehicle
 
 MEANINGS = {
@@ -33,25 +33,37 @@ def mended(rule: Rule, vehicle: Vehicle, limits: Where, scalar: Scalar) -> Progr
     seen.add(vehicle.working.tolist(), "0")
     refuse(builder, seen, [], exact=False)
     y = inside(builder, rule(builder, x), builder.limits)
-    met = _met(builder, G, x, y)
+    met = none_missed(builder, _missed(builder, G, x, y))
     builder.compute(met)
     return builder.program(all_thrusters(builder, y), select(met, Status.SOLVED, Status.PARTIAL))
 
 
-def _met(builder: Builder, G: FloatArray, x: dict[int, Expression], y: dict[int, Expression]) -> Expression:
-    """The condition that T f misses no more of tau than it may.
+def units(builder: Builder) -> FloatArray:
+    """(k, 1) what turns each entry of a wrench into units in which it may miss 1."""
+    share: FloatArray = 1.0 / (MET[builder.scalar] * builder.vehicle.wrench_scale)[:, None]
+    return share
 
-    T f - tau = T (f - T* tau) - (1 - T T*) tau, of which the last part is rounding where no rank is lost.
-    """
-    vehicle = builder.vehicle
-    share = 1.0 / (MET[builder.scalar] * vehicle.wrench_scale)[:, None]
-    moved = [(y[i] - x[i]).named(f"d{i}") for i in x]
-    rows = shared_sums(product(share * vehicle.TP[:, list(x)], moved, "q").rows, "v")[1]
-    if vehicle.rank < vehicle.k:
-        lost = product(share * (vehicle.TP @ G - np.eye(vehicle.k)), builder.tau, "u").rows
-        rows = [of_f + of_tau for of_f, of_tau in zip(rows, lost, strict=True)]
+
+def none_missed(builder: Builder, rows: list[Terms]) -> Expression:
+    """The condition that no row of T f - tau, in these ``units``, misses more than it may."""
     missed = [signed(row).named(f"missed{r}") for r, row in enumerate(rows) if row]
     if not missed:
         return lifted(0.0, builder.graph) <= 1.0
     condition: Expression = most(most(*missed), -least(*missed)) <= 1.0
     return condition.named("met")
+
+
+def _missed(
+    builder: Builder, G: FloatArray, x: dict[int, Expression], y: dict[int, Expression]
+) -> list[Terms]:
+    """The rows of T f - tau in ``units``.
+
+    T f - tau = T (f - T* tau) - (1 - T T*) tau, of which the last part is rounding where no rank is lost.
+    """
+    vehicle, share = builder.vehicle, units(builder)
+    moved = [(y[i] - x[i]).named(f"d{i}") for i in x]
+    rows = shared_sums(product(share * vehicle.TP[:, list(x)], moved, "q").rows, "v")[1]
+    if vehicle.rank < vehicle.k:
+        lost = product(share * (vehicle.TP @ G - np.eye(vehicle.k)), builder.tau, "u").rows
+        rows = [of_f + of_tau for of_f, of_tau in zip(rows, lost, strict=True)]
+    return rows

@@ -5,18 +5,13 @@ import numpy as np
 from alloc.allocation import FloatArray
 from alloc.closed_forms.saturating import Bounds, Saturating
 from alloc.kernels import rules
-from alloc.kernels.margins import taken
-from alloc.program import Builder, Expression, Number, Program, Scalar, Where, most, select
+from alloc.kernels.fitted import LEAST, fitted
+from alloc.program import Program, Scalar, Where
 from alloc.vehicle import Vehicle
 from alloc.vehicle.condition import promised
 
 FORMULATION = "shrink"
 MEANINGS = rules.MEANINGS
-
-LEAST = 1e-5
-"""A limit nearer to zero than this share of the largest one counts as that far away. Rounding asks a thruster
-that can't reverse (f_min = 0) for -1e-15 N, or in single precision for -1e-6 N, which must not stop all the
-others; and the nearer, the more of the others' thrusts a rounding error decides."""
 
 
 def build(vehicle: Vehicle) -> Saturating:
@@ -47,24 +42,9 @@ def build(vehicle: Vehicle) -> Saturating:
 
 def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     """The same for a demand within any limits."""
-    return rules.mended(_shrunk, vehicle, limits, scalar)
+    return rules.mended(fitted, vehicle, limits, scalar)
 
 
 def doubt(vehicle: Vehicle, scalar: Scalar) -> float:
     """Share of a thrust that rounding takes of products with T* [-]."""
     return promised(vehicle, 0.0)
-
-
-def _shrunk(builder: Builder, x: dict[int, Expression]) -> dict[int, Expression]:
-    least = LEAST * builder.vehicle.f_scale
-    load = most(*(_load(x[i], *builder.limits.far(i, least)) for i in x), 1.0)
-    share = (1.0 / load).named("share_of_all")
-    builder.compute(share)
-    return {i: share * x[i] for i in x}
-
-
-def _load(x: Expression, low: Number, high: Number) -> Expression:
-    """x over the limit on its side of zero, of which neither is zero."""
-    if isinstance(low, float) and isinstance(high, float):
-        return taken(x, high, -low)
-    return x / select(x > 0.0, high, low)

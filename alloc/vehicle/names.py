@@ -20,7 +20,7 @@ def index_of(name: str, names: Sequence[str], vehicle: str) -> int:
 
 
 def listed(asked: Sequence[int | str], names: Sequence[str], n: int, what: str, key: str) -> set[int]:
-    """Indices of n thrusters that ``what`` of a file lists by index or name; raises VehicleError with ``key``."""
+    """Indices of those of n thrusters that a file's ``what`` lists by index or name; raises VehicleError."""
     found = set()
     for one in asked:
         try:

@@ -13,7 +13,6 @@ from alloc.vehicle.text import to_yaml
 from bench.inputs.formats import formats, left_out
 from tests.foreign_vehicles import LIMITS, imported, vehicle_of
 
-
 SOUND = [name for name in list_vehicles() if not read_document(find_file(name)).keys.suspect]
 """Vehicles without a column of T that no thruster can make, which an import refuses."""
 

@@ -1,0 +1,98 @@
+"""Generalized inverse in groups of axes: each scaled until it fits, then added, and cut at the limits."""
+
+import numpy as np
+
+from alloc.allocation import FloatArray, Status
+from alloc.closed_forms.inverse import generalized_inverse
+from alloc.closed_forms.saturating import Bounds, Saturating
+from alloc.formulations.group_scaling import FORMULATION as ANSWERED
+from alloc.kernels import rules
+from alloc.kernels.entry import TAU, SeenArguments, all_thrusters, closed_form, cover, inside, refuse
+from alloc.kernels.fitted import LEAST, fitted
+from alloc.program import Builder, Program, Scalar, Where, select
+from alloc.program.sums import Terms, product, shared_sums, signed
+from alloc.vehicle import Vehicle
+from alloc.vehicle.condition import promised
+
+FORMULATION = ANSWERED.name
+MEANINGS = rules.MEANINGS
+
+UPWARDS = ("heave", "roll", "pitch")
+"""Axes of the thrusters that push more up or down than to a side. They are one group."""
+LEVEL = (("surge", "sway"), ("yaw",))
+"""Axes of all other thrusters, in two groups."""
+
+
+def build(vehicle: Vehicle) -> Saturating:
+    """Prepare f = clip(sum of s_g B_g tau), s_g the largest factor in [0, 1] that makes group g fit alone.
+
+    After what Suchit-Arunkumar/AUV-Thruster-Allocation describes and has flown. B_g holds of T* (eq. 9) the
+    columns of one group's axes and the rows of its thrusters. The entries between groups are dropped, so
+    where thrusters of one group push an axis of another, tau is missed also inside the limits.
+    """
+    parts, least = groups(vehicle), LEAST * vehicle.f_scale
+
+    def one(tau: FloatArray, f: list[float], limits: Bounds) -> tuple[list[float], int]:
+        thrusts = [0.0] * len(f)
+        for B in parts:
+            part: list[float] = B.dot(tau).tolist()
+            load = 1.0
+            for x, (low, high) in zip(part, limits.pairs, strict=True):
+                load = max(load, x / (max(high, least) if x > 0.0 else min(low, -least)))
+            thrusts = [whole + x / load for whole, x in zip(thrusts, part, strict=True)]
+        return thrusts, 1
+
+    def each(taus: FloatArray, F: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+        total = np.zeros_like(F)
+        for B in parts:
+            part = taus @ B.T
+            far = np.where(part > 0.0, high.clip(min=least), low.clip(max=-least))
+            total += part / (part / far).max(axis=1).clip(min=1.0)[:, None]
+        return total
+
+    return Saturating(vehicle, FORMULATION, one, each, start=np.sum(parts, axis=0))
+
+
+def groups(vehicle: Vehicle) -> list[FloatArray]:
+    """(n, k) of each group that pushes anything: T* without the other groups' axes and thrusters."""
+    G = generalized_inverse(vehicle)
+    forces = {axis: np.abs(row) for axis, row in zip(vehicle.dof, vehicle.T, strict=True)}
+    none = np.zeros(vehicle.n)
+    up = forces.get("heave", none) > np.hypot(forces.get("surge", none), forces.get("sway", none))
+    kept = [
+        np.outer(thrusters, [axis in axes for axis in vehicle.dof])
+        for thrusters, axes in [(up, UPWARDS), *((~up, axes) for axes in LEVEL)]
+    ]
+    return [G * mask for mask in kept if (G * mask).any()] or [0.0 * G]
+
+
+def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
+    """The same for a demand within any limits."""
+    builder, parts = Builder(vehicle, limits, scalar), groups(vehicle)
+    reached = {place for level, B in enumerate(parts) for place in cover(B, level) if place[0] != TAU}
+    unused = [(TAU, int(j)) for j in np.flatnonzero(~np.any(parts, axis=(0, 1)))]
+    seen = SeenArguments([*sorted(reached), *unused], builder)
+    alone = []
+    for level, B in enumerate(parts):
+        x = closed_form(builder, B)
+        alone.append({i: value for i, value in x.items() if B[i].any()})
+        seen.know(level, alone[-1])
+    seen.add(vehicle.working.tolist(), "0")
+    refuse(builder, seen, [], exact=False)
+    terms: dict[int, Terms] = {i: [] for i in vehicle.working.tolist()}
+    for level, x in enumerate(alone):
+        for i, value in fitted(builder, x, f"share{level}").items():
+            terms[i].append((False, value))
+    f = inside(builder, {i: signed(row, builder.graph) for i, row in terms.items()}, builder.limits)
+    units = rules.units(builder)
+    made = shared_sums(product(units * vehicle.TP[:, list(f)], list(f.values()), "q").rows, "v")[1]
+    asked = zip(units[:, 0].tolist(), builder.tau, strict=True)
+    missed = [[*row, (True, unit * tau)] for row, (unit, tau) in zip(made, asked, strict=True)]
+    met = rules.none_missed(builder, missed)
+    builder.compute(met)
+    return builder.program(all_thrusters(builder, f), select(met, Status.SOLVED, Status.PARTIAL))
+
+
+def doubt(vehicle: Vehicle, scalar: Scalar) -> float:
+    """Share of a thrust that rounding takes of products with T* [-]."""
+    return promised(vehicle, 0.0)
