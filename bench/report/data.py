@@ -1,29 +1,29 @@
-"""What report.html works with: for each machine, vehicle and method the numbers that verdicts are made of.
+"""What report.html works with: of each machine, vehicle and method its verdict at every limit, to look up.
 
 Single calls are multisets of times. Times repeat from method to method, so each is stored once, in ``times``,
 and a multiset is [place in ``times``, how often, distance to the next place, how often, …].
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from alloc.formulations import find_formulation
 from alloc.vehicle.frame import described
-from bench.record import NO_VEHICLE, Capability, Problem
+from bench.record import Capability
 from bench.report.readme import served
 from bench.report.verdict import USUAL, rate_of, sure
 from bench.results.bands import Counted, counted
 from bench.results.columns import Row
 from bench.results.cycles import assumed
 from bench.results.emulated import rows as emulated_rows
-from bench.results.fit import LATE_SHARE, Fit
+from bench.results.fit import Fit
 from bench.results.machines import NamedRun, emulated_name
-from bench.results.pauses import CHANCE, pauses
-from bench.results.quantiles import BEYOND, CONFIDENCE, Histogram, interval, merged
-from bench.results.ranking import exact, largest_loss
+from bench.results.quantiles import Histogram, interval, late_bound, merged
+from bench.results.ranking import largest_loss
 from bench.results.repeats import most
 from bench.results.rows import SETS
-from bench.results.sizing import CLOSE, refusal, wrong
+from bench.results.size import CLOSE
+from bench.results.sizing import Pool, of_methods, pools
 
 ATTAINED = 1 - 1e-9
 """Share of attainable demands from which on a set's losses count as a method's: rounding of a ratio."""
@@ -34,16 +34,11 @@ def data(machines: Sequence[NamedRun]) -> dict[str, Any]:
     times = sorted({ns for m in machines for row in m.run.rows for ns, _ in row.measured.singles} | {0})
     place = {ns: i for i, ns in enumerate(times)}
     found = [machine for m in machines for machine in _machine(m, place)]
-    sets = {row["name"] for machine in found for method in machine["methods"] for row in method["sets"]}
+    pools = [pool for machine in found for method in machine["methods"] for pool in method["pools"]]
+    sets = {pool["demands"] for pool in pools} - {""}
     formulations = {method["formulation"] for machine in found for method in machine["methods"]}
     return {
-        "constants": {
-            "late_share": LATE_SHARE,
-            "close": CLOSE,
-            "chance": CHANCE,
-            "confidence": CONFIDENCE,
-            "beyond": BEYOND,
-        },
+        "close": CLOSE,
         "fits": [str(fit) for fit in Fit],
         "rate_hz": max(filter(None, (rate_of(m.run) for m in machines)), default=USUAL.rate_hz),
         "times": times,
@@ -55,23 +50,18 @@ def data(machines: Sequence[NamedRun]) -> dict[str, Any]:
     }
 
 
-def _machine(machine: NamedRun, place: dict[int, int]) -> list[dict[str, Any]]:
+def _machine(machine: NamedRun, place: dict[float, int]) -> list[dict[str, Any]]:
     """The machine that was timed, and each processor that was emulated."""
-    run, found = machine.run, []
+    run = machine.run
+    found: list[dict[str, Any]] = []
     if run.by_vehicle:
-        seen = pauses(run)
-        groups: dict[tuple[str, str], list[Row]] = {}
-        for row in run.rows:
-            if not row.described.yardstick and row.vehicle != NO_VEHICLE:
-                groups.setdefault((row.vehicle, row.label), []).append(row)
-        versions = run.record.header.versions
+        methods = of_methods(run)
+        of_all = pools(run, (own for rows in methods for own in (rows, *([row] for row in rows))))
         found.append(
             {
                 "name": machine.name,
                 "sure": f"was {sure(run)}",
-                "excess": [list(pair) for pair in seen.excess],
-                "exposure_ns": seen.exposure_ns,
-                "methods": [_method(machine, rows, place, versions) for rows in groups.values()],
+                "methods": [_method(machine, rows, of_all, place) for rows in methods],
                 "curves": {
                     vehicle: _curves(capability)
                     for vehicle in run.vehicles
@@ -96,23 +86,23 @@ def _machine(machine: NamedRun, place: dict[int, int]) -> list[dict[str, Any]]:
 
 
 def _method(
-    machine: NamedRun, rows: Sequence[Row], place: dict[int, int], versions: dict[str, str]
+    machine: NamedRun, rows: Sequence[Row], pools: Iterator[Pool], place: dict[float, int]
 ) -> dict[str, Any]:
-    first = rows[0]
-    solver = first.described.solver
+    """One method; the next of ``pools`` are those of all its rows, and of each."""
+    first, solver = rows[0], rows[0].described.solver
     asked = {(p.vehicle, p.demands): p for p in machine.run.record.problems}
+    problem = asked.get((first.vehicle, first.demands))
+    version = machine.run.record.header.versions.get(solver, "")
     return {
         "vehicle": first.vehicle,
         "label": first.label,
         "method": first.method,
         "twin": first.described.twin,
         "family": first.family,
-        "solver": f"{solver} {versions.get(solver, '')}".strip(),
+        "solver": f"{solver} {version}".strip(),
         "formulation": first.formulation,
         "steps": first.worst_case_steps,
-        "freedom": asked[first.vehicle, first.demands].nullity
-        if (first.vehicle, first.demands) in asked
-        else None,
+        "freedom": problem.nullity if problem else None,
         "iterations": most(row.iterations_max for row in rows),
         "memory_MB": _worst([row.peak_rss_MB for row in rows]),
         "allocator_kB": _shown(most(row.allocator_bytes for row in rows), 1e-3),
@@ -120,28 +110,44 @@ def _method(
         "distance": _shown(most(row.distance_relative for row in rows)),
         "promise": _shown(most(row.tolerance for row in rows)),
         "served": served(machine.run, first.vehicle, first) if first.call_p50_us is not None else "",
-        "p999": _interval(merged(row.measured.singles for row in rows)),
-        "sets": [_set(row, place, asked.get((row.vehicle, row.demands))) for row in rows],
+        "pools": [{"demands": "", **_pool(next(pools), rows)}]
+        + [
+            {
+                "demands": row.demands,
+                **_pool(next(pools), [row]),
+                "singles": _packed(row.measured.singles, place),
+            }
+            for row in rows
+        ],
     }
 
 
-def _set(row: Row, place: dict[int, int], problem: Problem | None) -> dict[str, Any]:
-    refused, words = refusal(row, problem)
+def _pool(pool: Pool, rows: Sequence[Row]) -> dict[str, Any]:
+    """What was seen on some demand sets: all that the page shows but what it looks up by the limit.
+
+    ``verdicts`` holds [limit [us] from which it holds, fit, reason] one after the other; ``bounds`` the bound
+    on late calls [%] for a limit at each time of the single calls, as the table shows it.
+    """
+    seen, left, bounds = pool.seen, pool.seen.calls, []
+    for _, count in pool.singles:
+        left -= count
+        bounds.append(_shown(late_bound(left, seen.calls), 100.0, 3))
+    slowest = max(rows, key=lambda row: row.call_p50_us or 0.0)
+    met = rows if len(rows) == 1 else [row for row in rows if row.measured.attainable >= ATTAINED]
     return {
-        "name": row.demands,
-        "failed": f"{row.demands}: {row.failed.status}, {row.failed.reason}" if row.failed else "",
-        "wrong": wrong(row),
-        "exact": exact(row),
-        "refused": _shown(refused),
-        "refusal": words,
-        "asked": bool(row.measured.attainable) or row.agreed is not None,
-        "attainable": row.measured.attainable >= ATTAINED,
-        "p50_us": row.call_p50_us,
-        "cpu_us": row.call_cpu_p50_us,
-        "p50": [_shown(row.call_p50_low_us), _shown(row.call_p50_high_us)],
-        "p999": _interval(row.measured.singles),
-        "lost": _shown(largest_loss(row)),
-        "singles": _packed(row.measured.singles, place),
+        "exact": seen.exact,
+        "refused": _shown(seen.refused),
+        "refusal": seen.refusal,
+        "lost": _shown(most(largest_loss(row) for row in met)),
+        "p50": seen.p50_us,
+        "cpu": seen.cpu_us,
+        "p999": seen.p999_us,
+        "max": seen.max_us,
+        "calls": seen.calls,
+        "p50_range": [_shown(slowest.call_p50_low_us), _shown(slowest.call_p50_high_us)],
+        "p999_range": _interval(merged(row.measured.singles for row in rows)),
+        "verdicts": pool.verdicts(),
+        "bounds": bounds,
     }
 
 
@@ -162,7 +168,7 @@ def _kernel(kernel: Counted) -> dict[str, Any]:
         "steps": None,
         "memory_MB": None,
         "served": "",
-        "sets": [],
+        "pools": [],
     }
 
 
@@ -178,7 +184,7 @@ def _curves(capability: Capability) -> list[dict[str, Any]]:
     ]
 
 
-def _packed(singles: Histogram, place: dict[int, int]) -> list[int]:
+def _packed(singles: Histogram, place: dict[float, int]) -> list[int]:
     packed, before = [], 0
     for ns, count in singles:
         packed += [place[ns] - before, count]
@@ -196,9 +202,9 @@ def _worst(values: Iterable[float | None]) -> float | None:
     return None if None in known else most(known)
 
 
-def _shown(value: float | None, factor: float = 1.0) -> float | None:
+def _shown(value: float | None, factor: float = 1.0, digits: int = 4) -> float | None:
     """Four digits: one more than is shown."""
-    return None if value is None else float(f"{value * factor:.4g}")
+    return None if value is None else float(f"{value * factor:.{digits}g}")
 
 
 def _rounded(values: Iterable[float]) -> list[float]:

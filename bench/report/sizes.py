@@ -6,7 +6,7 @@ from itertools import groupby
 from bench.report.verdict import sure, verdicts
 from bench.results.fit import Fit, Loop
 from bench.results.machines import NamedRun, on_all
-from bench.results.sizing import Size, best_of_each
+from bench.results.size import Size, best_of_each
 from bench.results.text import percent, table, three
 from bench.results.transfer import Transfer
 

@@ -19,7 +19,8 @@ from bench.results.columns import Row
 from bench.results.ranking import largest_loss
 from bench.results.repeats import most
 from bench.results.rows import Run, read_run
-from bench.results.sizing import best_of_each, of_all_vehicles, sizes
+from bench.results.size import best_of_each, of_all_vehicles
+from bench.results.sizing import sizes
 from bench.results.text import number_range, three
 
 ATTAINABLE = ("inactive", "active", "uniform")

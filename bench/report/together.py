@@ -9,7 +9,8 @@ from bench.report.verdict import USUAL, sure, verdicts
 from bench.results.emulated import IN_WORDS, shown_scalar
 from bench.results.emulated import rows as emulated_rows
 from bench.results.machines import NamedRun, differences, incomparable, medians, on_all, swapped
-from bench.results.sizing import best_of_each, sizes
+from bench.results.size import best_of_each
+from bench.results.sizing import sizes
 from bench.results.text import plain, table, three
 
 MOST = 10

@@ -8,7 +8,8 @@ from bench.record import NO_VEHICLE
 from bench.results.fit import Fit, Loop
 from bench.results.pauses import pauses
 from bench.results.rows import Run
-from bench.results.sizing import Size, best_of_each, sizes
+from bench.results.size import Size, best_of_each
+from bench.results.sizing import sizes
 from bench.results.text import percent, three
 
 USUAL = Loop(rate_hz=100.0, budget=0.1)

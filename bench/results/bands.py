@@ -9,7 +9,7 @@ from alloc.formulations.hard import FORMULATION as HARD
 from bench.results.cycles import PUBLISHED, Cpi, share
 from bench.results.emulated import REFERENCE, EmulatedRow
 from bench.results.fit import Fit, Loop
-from bench.results.sizing import Size, ordered
+from bench.results.size import Size, ordered
 from bench.results.text import three
 
 USUAL_SCALAR = "double"

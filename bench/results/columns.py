@@ -383,13 +383,13 @@ def _calls(cell: Cell) -> int:
     return batched if twice else batched + singly
 
 
-def _tail(row: Repeats, q: float) -> int | None:
+def _tail(row: Repeats, q: float) -> float | None:
     """Quantile of single calls [ns]; None where batches took longer: then the machine was not the same."""
     tail, median_ns = quantile(row.singles, q), _median(row.centre(lambda cell: cell.batches))
     return None if tail is None or (median_ns is not None and tail < median_ns) else tail
 
 
-def _end(row: Repeats, q: float, end: int) -> int | None:
+def _end(row: Repeats, q: float, end: int) -> float | None:
     bounds = None if _tail(row, q) is None else interval(row.singles, q)
     return None if bounds is None else bounds[end]
 

@@ -15,7 +15,8 @@ from bench.results.emulated import rows
 from bench.results.fit import Loop
 from bench.results.ranking import best
 from bench.results.rows import Run, read_run
-from bench.results.sizing import Size, ordered, sizes, worst
+from bench.results.size import Size, ordered, worst
+from bench.results.sizing import sizes
 
 
 @dataclass(frozen=True)

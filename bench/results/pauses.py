@@ -23,17 +23,17 @@ class Pauses:
     """
 
     excess: Histogram
-    exposure_ns: int
+    exposure_ns: float
 
-    def longer_than(self, ns: float) -> int:
-        """How many calls of fixed work took longer than their median by more than ``ns``."""
-        return sum(count for excess, count in self.excess if excess > ns)
+    def late(self, limit_us: float, p50_us: float) -> int:
+        """How many of them would have made a call late that takes ``p50_us`` [us]."""
+        return sum(count for excess, count in self.excess if p50_us + excess / 1000 > limit_us)
 
 
 def pauses(run: Run) -> Pauses:
     """The pauses that a run's yardsticks show."""
     excess: list[Histogram] = []
-    exposure = 0
+    exposure = 0.0
     for row in run.rows:
         if row.measured.singles and (row.described.yardstick or row.vehicle == NO_VEHICLE):
             median = ranked(row.measured.singles, total(row.measured.singles) / 2)
@@ -60,8 +60,7 @@ def whose(
         return ""
     if steps and (late == 1 or steps * p50_us <= limit_us):
         return "its steps are bounded, so the machine was late"
-    seen = pauses.longer_than((limit_us - p50_us) * 1000)
-    if not seen or late > LATE_SHARE * total(singles):
+    if late > LATE_SHARE * total(singles) or not (seen := pauses.late(limit_us, p50_us)):
         return ""
     took = sum(ns * count for ns, count in singles)
     share = took / (took + pauses.exposure_ns)

@@ -1,12 +1,14 @@
 """Statistics of counted times: quantiles, intervals, bounds."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import cache
 from itertools import chain
 from math import ceil
 from operator import itemgetter
+from typing import TypeVar
 
-Histogram = list[tuple[int, int]]
+Time = TypeVar("Time", bound=float)
+Histogram = Sequence[tuple[float, int]]
 """A multiset of times: [(time [ns], how often), …], sorted."""
 
 CONFIDENCE = 0.95
@@ -15,9 +17,9 @@ BEYOND = 10
 """Fewest calls that must lie beyond a quantile for it to be given."""
 
 
-def merged(counted: Iterable[Histogram]) -> Histogram:
+def merged(counted: Iterable[Sequence[tuple[Time, int]]]) -> list[tuple[Time, int]]:
     """Several multisets of times as one."""
-    times: dict[int, int] = {}
+    times: dict[Time, int] = {}
     for ns, count in chain.from_iterable(counted):
         times[ns] = times.get(ns, 0) + count
     return sorted(times.items())
@@ -28,14 +30,14 @@ def total(counted: Histogram) -> int:
     return sum(map(itemgetter(1), counted))
 
 
-def quantile(counted: Histogram, q: float) -> int | None:
+def quantile(counted: Histogram, q: float) -> float | None:
     """The least time [ns] that a share ``q`` of all times does not exceed; None where n(1 - q) < BEYOND."""
     n = total(counted)
     # 10,000 (1 - 0.999) may be 9.99… by rounding and must count as ten; 9.6 must not.
     return ranked(counted, q * n) if n * (1 - q) > BEYOND - 1e-6 else None
 
 
-def interval(counted: Histogram, q: float) -> tuple[int, int] | None:
+def interval(counted: Histogram, q: float) -> tuple[float, float] | None:
     """Bounds [ns] that hold quantile ``q`` with CONFIDENCE, from order statistics; None where it has none.
 
     The number of calls below the quantile is binomial (n, q), whatever the distribution of times, if calls
@@ -62,7 +64,7 @@ def _ranks(n: int, q: float) -> tuple[float, float]:
     return least((1 - CONFIDENCE) / 2), least((1 + CONFIDENCE) / 2)
 
 
-def ranked(counted: Histogram, rank: float) -> int:
+def ranked(counted: Histogram, rank: float) -> float:
     """The time [ns] at this rank, counted from 1 at the fast end, rounded up."""
     below = 0
     for ns, count in counted:
@@ -72,20 +74,12 @@ def ranked(counted: Histogram, rank: float) -> int:
     return counted[-1][0]
 
 
-def misses(counted: Histogram, deadline_ns: float) -> tuple[int, int, float]:
-    """Number of calls later than a deadline, number of calls, and an upper bound on the share of late calls.
-
-    The bound is Clopper and Pearson's (1934), one-sided, with CONFIDENCE, as if calls were independent;
-    without a late call it is about 3 / n.
-    """
-    n = total(counted)
-    late = sum(count for ns, count in counted if ns > deadline_ns)
-    return late, n, late_bound(late, n)
-
-
 @cache
 def late_bound(late: int, n: int) -> float:
-    """The bound of ``misses``: the share at which so few of n calls are late with 1 - CONFIDENCE."""
+    """Upper bound on the share of late calls: that at which so few of n are late with 1 - CONFIDENCE.
+
+    It is Clopper and Pearson's (1934), one-sided, as if calls were independent; about 3 / n if none is late.
+    """
     from scipy.special import betaincinv
 
     return 1.0 if late == n else float(betaincinv(late + 1, n - late, CONFIDENCE))

@@ -1,168 +1,131 @@
 """Which method fits a control rate: its times, its late calls, and a verdict."""
 
-from collections.abc import Mapping, Sequence
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from itertools import pairwise
+from math import inf
 from operator import itemgetter
 
 from bench.record import NO_VEHICLE, Problem
 from bench.results.columns import Row
 from bench.results.fit import LATE_SHARE, Fit, Loop
 from bench.results.pauses import Pauses, pauses, whose
-from bench.results.quantiles import Histogram, late_bound, merged, misses, quantile
+from bench.results.quantiles import Histogram, late_bound, merged, quantile, total
 from bench.results.ranking import exact, right
-from bench.results.repeats import most
 from bench.results.rows import Run
+from bench.results.size import Size, ordered
 from bench.results.text import counted, percent, three
 from bench.results.transfer import Transfer
 
-CLOSE = 1.5
-"""Median CPU times within this factor count as equal: noise swaps them from run to run. Among equals a method
-whose worst case is known comes first."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Size:
-    """One method, with its start and level, on one vehicle over all its demand sets, or one of them.
-
-    Attributes
-    ----------
-    vehicle, method, label : what was sized; the label is method, start and level
-    twin, family, solver, formulation : of the method, as the record describes it
-    fit : the verdict
-    reason : what prevents a better ``fit``, or why late calls do not; empty where nothing does
-    exact : whether it is exact wherever an attainable demand was asked
-    refused : share of the demands that a user brought that got no thrusts [-]; of several files the largest
-    refusal : that, or what else it refuses, in words; empty where it answers all
-    freedom : n - rank T of the vehicle, None where it is not known
-    p50_us : median on the demand set that takes longest [us], None where there are too few calls
-    p999_us, max_us : p99.9 and the slowest of the single calls on all sets together [us], or None; a set with
-        so few calls that its median lies above such a p99.9 leaves it unknown
-    late, calls : number of late single calls, and of all single calls
-    bound : share of late calls that is not exceeded with 95 % confidence [-]
-    machines : whether the late calls were the machine's, not the method's
-    cpu_us : like ``p50_us`` in the thread's own CPU time, which a busy machine disturbs less [us]
-    rate_hz : highest rate that the slowest call seen allows [Hz]
-    memory_MB : peak memory of the method's process [MB]
-    steps : proven bound on the steps of a call, None for none
-    """
-
-    vehicle: str
-    method: str
-    label: str
-    twin: str = ""
-    family: str = ""
-    solver: str = ""
-    formulation: str = ""
-    fit: Fit
-    reason: str
-    exact: bool = False
-    refused: float = 0.0
-    refusal: str = ""
-    freedom: int | None = None
-    p50_us: float | None = None
-    p999_us: float | None = None
-    max_us: float | None = None
-    late: int = 0
-    calls: int = 0
-    bound: float | None = None
-    machines: bool = False
-    cpu_us: float | None = None
-    rate_hz: float | None = None
-    memory_MB: float | None = None
-    steps: int | None = None
-
 
 def sizes(run: Run, loop: Loop, transfer: Transfer | None = None, demands: str = "") -> list[Size]:
-    """Every method, start and level of a run, the one to take first; on all demand sets, or on one.
-
-    Methods are sorted by whether their median fits, then by whether they answer all demands that a user
-    brought, then by whether they are exact, then by whether their tail fits too, then by their median CPU
-    time; of what lies CLOSE, one with a known worst case is first.
-    So exactness is given up only where no exact method keeps up, and not for one late call in a million.
+    """Every method, start and level of a run, ``ordered``; on all demand sets, or on one.
 
     With a ``transfer`` every time is multiplied by the upper end of its band. A slowest call belongs to the
     machine that made it and is not transferred.
     """
+    groups = [
+        own for rows in of_methods(run) if (own := [row for row in rows if demands in ("", row.demands)])
+    ]
+    return ordered([pool.size(loop) for pool in pools(run, groups, transfer)])
+
+
+def of_methods(run: Run) -> list[list[Row]]:
+    """The rows of each method, start and level on each vehicle."""
     groups: dict[tuple[str, str], list[Row]] = {}
     for row in run.rows:
-        measures = row.described.yardstick or row.vehicle == NO_VEHICLE
-        if not measures and demands in ("", row.demands):
+        if not row.described.yardstick and row.vehicle != NO_VEHICLE:
             groups.setdefault((row.vehicle, row.label), []).append(row)
+    return list(groups.values())
+
+
+def pools(run: Run, groups: Iterable[Sequence[Row]], transfer: Transfer | None = None) -> Iterator["Pool"]:
+    """What was seen of each method; a group holds its rows on all demand sets, or on some."""
     held_up = pauses(run)
     asked = {(p.vehicle, p.demands): p for p in run.record.problems}
-    return ordered([_size(rows, loop, transfer, held_up, asked) for rows in groups.values()])
+    for rows in groups:
+        yield _pool(rows, transfer, held_up, asked)
 
 
-def ordered(sizes: Sequence[Size]) -> list[Size]:
-    """Sizes by vehicle, the one to take first: the order that ``sizes`` describes."""
-    classes: dict[tuple[str, bool, bool, bool, Fit], list[Size]] = {}
-    for size in sorted(sizes, key=lambda s: (_median(s), s.label)):
-        rank = (size.vehicle, size.fit > Fit.MAY_FIT, size.refused > 0, not size.exact, size.fit)
-        classes.setdefault(rank, []).append(size)
-    found = []
-    for _, left in sorted(classes.items()):
-        while left:
-            close = [size for size in left if _median(size) <= CLOSE * _median(left[0])]
-            found += sorted(close, key=lambda size: size.steps is None)
-            left = left[len(close) :]
-    return found
+@dataclass(frozen=True)
+class Pool:
+    """What one method, start and level was seen to take on some demand sets: its size, but for the loop.
+
+    Attributes
+    ----------
+    seen : all of the size that no loop changes; with a reason it is unfit for any
+    singles : single calls on all the sets, [(time [ns], how often), …], sorted
+    pauses : of fixed work in the same run; None where times are estimated for another machine
+    """
+
+    seen: Size
+    singles: Histogram
+    pauses: Pauses | None
+
+    def size(self, loop: Loop) -> Size:
+        """The size in a loop."""
+        seen = self.seen
+        if seen.reason:
+            return seen
+        late, bound = self.late(loop.limit_us)
+        fit, reason, machines = self.verdict(loop.limit_us)
+        longest = seen.max_us or seen.p999_us or seen.p50_us
+        rate = loop.highest_rate_hz(longest) if longest else None
+        return replace(seen, fit=fit, reason=reason, late=late, bound=bound, machines=machines, rate_hz=rate)
+
+    def late(self, limit_us: float) -> tuple[int, float | None]:
+        """Number of calls later than a limit, and the bound on their share: None without calls."""
+        late = sum(count for ns, count in self.singles if ns / 1000 > limit_us)
+        return late, late_bound(late, self.seen.calls) if self.seen.calls else None
+
+    def verdict(self, limit_us: float) -> tuple[Fit, str, bool]:
+        """Whether calls fit a limit, why not better, and whether late calls were the machine's doing."""
+        seen, (late, bound) = self.seen, self.late(limit_us)
+        excuse = ""
+        if self.pauses and seen.p50_us is not None:
+            excuse = whose(self.singles, late, limit_us, seen.p50_us, seen.steps, self.pauses)
+        if excuse:  # as if none had been late
+            fit, reason = judge(limit_us, seen.p50_us, None, None, late_bound(0, seen.calls))
+        else:
+            fit, reason = judge(
+                limit_us, seen.p50_us, seen.p999_us, seen.max_us, bound, estimated=self.pauses is None
+            )
+        return fit, reason or excuse, bool(excuse)
+
+    def verdicts(self) -> list[tuple[float, Fit, str]]:
+        """Every verdict, with the limit [us] from which it holds, up to that of the next."""
+        p50 = self.seen.p50_us
+        if self.seen.reason:
+            return [(0.0, self.seen.fit, self.seen.reason)]
+        if p50 is None:
+            return [(0.0, *self.verdict(0.0)[:2])]
+        shown = [p50, self.seen.p999_us, self.seen.max_us, p50 * (self.seen.steps or 0)]
+        times = {time for time in [*shown, *(ns / 1000 for ns, _ in self.singles)] if time and time >= p50}
+        excess = [p50 + ns / 1000 for ns, _ in self.pauses.excess] if self.pauses else []
+        limits = {0.0: self.verdict(0.0)}
+        for limit, until in pairwise([*sorted(times), inf]):
+            limits[limit] = first = self.verdict(limit)
+            if first[2]:  # pauses excuse what is late up to some limit: the longer, the fewer were as long
+                between = excess[bisect_right(excess, limit) : bisect_left(excess, until)]
+                at = bisect_left(between, True, key=lambda us: self.verdict(us) != first)
+                limits.update((us, self.verdict(us)) for us in between[at : at + 1])
+        found: list[tuple[float, Fit, str]] = []
+        for us, (fit, reason, _) in limits.items():
+            if not found or found[-1][1:] != (fit, reason):
+                found.append((us, fit, reason))
+        return found
 
 
-def _median(size: Size) -> float:
-    return size.p50_us or 0.0 if size.cpu_us is None else size.cpu_us
-
-
-def best_of_each(sizes: list[Size]) -> list[Size]:
-    """The first start and level of each method on each vehicle."""
-    first: dict[tuple[str, str], Size] = {}
-    for size in sizes:
-        first.setdefault((size.vehicle, size.method), size)
-    return list(first.values())
-
-
-def worst(there: Mapping[str, Size]) -> Size:
-    """What one method takes and promises in the worst of several places, by name: machines, or vehicles."""
-    place, size = max(there.items(), key=lambda item: item[1].fit)
-    known = [s.p999_us for s in there.values()]
-    rates = [s.rate_hz for s in there.values() if s.rate_hz is not None]
-    return replace(
-        size,
-        reason=f"{place}: {size.reason}" if size.reason else "",
-        exact=all(s.exact for s in there.values()),
-        refused=max(s.refused for s in there.values()),
-        refusal=max(there.values(), key=lambda s: (s.refused, s.refusal)).refusal,
-        p50_us=most(s.p50_us for s in there.values()),
-        p999_us=None if None in known else most(known),
-        max_us=most(s.max_us for s in there.values()),
-        cpu_us=most(s.cpu_us for s in there.values()),
-        late=sum(s.late for s in there.values()),
-        calls=sum(s.calls for s in there.values()),
-        bound=most(s.bound for s in there.values()),
-        rate_hz=min(rates, default=None),
-        memory_MB=most(s.memory_MB for s in there.values()),
-    )
-
-
-def of_all_vehicles(sizes: Sequence[Size]) -> list[str]:
-    """The labels of all methods by their worst on any vehicle, the most useful first."""
-    by_label: dict[str, dict[str, Size]] = {}
-    for size in sizes:
-        by_label.setdefault(size.label, {})[size.vehicle] = size
-    return [size.label for size in ordered([replace(worst(own), vehicle="") for own in by_label.values()])]
-
-
-def _size(
-    rows: list[Row],
-    loop: Loop,
+def _pool(
+    rows: Sequence[Row],
     transfer: Transfer | None,
     held_up: Pauses,
     asked: Mapping[tuple[str, str], Problem],
-) -> Size:
+) -> Pool:
     first = rows[0]
     problem = asked.get((first.vehicle, first.demands))
-    size = partial(
-        Size,
+    size = Size(
         vehicle=first.vehicle,
         method=first.method,
         label=first.label,
@@ -171,44 +134,31 @@ def _size(
         solver=first.described.solver,
         formulation=first.formulation,
         freedom=problem.nullity if problem else None,
+        fit=Fit.UNKNOWN,
+        reason=unfit(rows),
     )
-    if reason := unfit(rows):
-        return size(fit=Fit.UNKNOWN, reason=reason)
+    if size.reason:
+        return Pool(size, [], None)
     factor = transfer.high if transfer else 1.0
-    singles: Histogram = merged(row.measured.singles for row in rows)
-    medians = [row.call_p50_us for row in rows]
-    p50 = _largest(medians, factor)
+    singles = [(ns * factor, count) for ns, count in merged(row.measured.singles for row in rows)]
+    p50 = _largest([row.call_p50_us for row in rows], factor)
     tail = quantile(singles, 0.999)
-    p999 = None if tail is None or p50 is None or tail / 1000 * factor < p50 else tail / 1000 * factor
-    slowest = None if transfer or not singles else singles[-1][0] / 1000
-    late, calls, bound = misses(singles, loop.limit_us * 1000 / factor) if singles else (0, 0, None)
-    steps = first.worst_case_steps
-    excuse = "" if transfer or p50 is None else whose(singles, late, loop.limit_us, p50, steps, held_up)
-    if excuse:
-        fit, reason = judge(loop, p50, None, None, late_bound(0, calls))  # as if none had been late
-    else:
-        fit, reason = judge(loop, p50, p999, slowest, bound, estimated=transfer is not None)
-    longest = slowest or p999 or p50
     refusals = [refusal(row, asked.get((row.vehicle, row.demands))) for row in rows]
     refused, words = max((found for found in refusals if found[1]), key=itemgetter(0), default=(0.0, ""))
-    return size(
+    size = replace(
+        size,
         exact=exact_everywhere(rows),
         refused=refused,
         refusal=words,
-        fit=fit,
-        reason=reason or excuse,
         p50_us=p50,
-        p999_us=p999,
-        max_us=slowest,
-        late=late,
-        calls=calls,
-        bound=bound,
-        machines=bool(excuse),
+        p999_us=None if tail is None or p50 is None or tail / 1000 < p50 else tail / 1000,
+        max_us=None if transfer or not singles else singles[-1][0] / 1000,
+        calls=total(singles),
         cpu_us=_largest([row.call_cpu_p50_us for row in rows], factor),
-        rate_hz=loop.highest_rate_hz(longest) if longest else None,
         memory_MB=_largest([row.peak_rss_MB for row in rows], 1.0),
-        steps=steps,
+        steps=first.worst_case_steps,
     )
+    return Pool(size, singles, None if transfer else held_up)
 
 
 def unfit(rows: Sequence[Row]) -> str:
@@ -257,7 +207,7 @@ def exact_everywhere(rows: Sequence[Row]) -> bool:
 
 
 def judge(
-    loop: Loop,
+    limit_us: float,
     p50_us: float | None,
     p999_us: float | None,
     max_us: float | None,
@@ -270,16 +220,15 @@ def judge(
     95 % confidence; that takes 2,995 calls. It ``fits without tail`` where the median fits, and the tail does
     not or is not known. It ``does not fit`` where the median does not, and is ``unknown`` without a median.
     """
-    limit = loop.limit_us
     if p50_us is None:
         return Fit.UNKNOWN, "no call was timed"
-    if p50_us > limit:
+    if p50_us > limit_us:
         return Fit.DOES_NOT_FIT, "median"
-    if p999_us is not None and p999_us > limit:
+    if p999_us is not None and p999_us > limit_us:
         return Fit.WITHOUT_TAIL, "p99.9"
     if estimated:
         return Fit.WITHOUT_TAIL, "estimate"
-    if max_us is not None and max_us > limit:
+    if max_us is not None and max_us > limit_us:
         return Fit.WITHOUT_TAIL, "slowest call"
     if bound is None or bound > LATE_SHARE:
         return Fit.WITHOUT_TAIL, "too few calls"

@@ -67,7 +67,7 @@ function update() {
   const loop = loopOf();
   const machines = chosenMachines();
   document.querySelectorAll("[name=machine]").forEach((box) => (box.checked = machines.includes(data.machines[box.value])));
-  const sizes = machines.map((machine) => machine.methods.filter((m) => m.vehicle === state.vehicle).map((m) => sizeOf(machine, m, loop, state.demands)).filter((size) => machine.cpi || size.data.sets.some((s) => !state.demands || s.name === state.demands)));
+  const sizes = machines.map((machine) => machine.methods.filter((m) => m.vehicle === state.vehicle && (machine.cpi || m.pools.some((pool) => pool.demands === state.demands))).map((m) => sizeOf(machine, m, loop, state.demands)));
   const every = onAll(sizes);
   const ranked = state.every ? every : bestOfEach(every);
   const where = machines.length > 1 ? " on every machine" : "";
@@ -130,7 +130,7 @@ function columns(machines, loop) {
     ["slowest [%]", (s) => share(s.max), (s) => s.max],
     ...tail.slice(0, 2),
     ["late", (s) => (s.calls ? `${s.late} of ${s.calls}` : ""), (s) => s.late],
-    ["late ≤ [%]", (s) => three(s.bound === null ? null : 100 * s.bound), (s) => s.bound],
+    ["late ≤ [%]", (s) => three(s.bound), (s) => s.bound],
     ["up to [Hz]", (s) => three(s.up_to), (s) => s.up_to],
     ["memory [MB]", (s) => three(known(s) ? s.memory_MB : null), (s) => s.memory_MB],
     tail[2],
@@ -192,7 +192,6 @@ async function copy() {
 }
 
 const range = (pair) => (pair && pair[0] !== null ? ` (${three(pair[0])} … ${three(pair[1])})` : "");
-const medianRange = (size) => range(size.data.sets.find((set) => set.p50_us === size.p50)?.p50);
 
 function facts(chosen, loop) {
   const lines = [
@@ -202,8 +201,8 @@ function facts(chosen, loop) {
     ["exact", (s) => (s.exact ? "yes" : "no")],
     ["kind", (s) => s.family],
     ["solver", (s) => s.solver],
-    ["median [µs]", (s) => three(s.p50) + medianRange(s)],
-    ["p99.9 [µs]", (s) => three(s.p999) + range(s.intervals?.p999)],
+    ["median [µs]", (s) => three(s.p50) + range(s.p50_range)],
+    ["p99.9 [µs]", (s) => three(s.p999) + range(s.p999_range)],
     ["slowest [µs]", (s) => three(s.max)],
     ["set-up [µs]", (s) => three(s.data.setup_us)],
     ["worst case [steps]", (s) => String(s.steps ?? "not known")],
@@ -257,12 +256,12 @@ async function draw() {
   const loop = loopOf(), several = chosenMachines().length > 1;
   const points = shown.flatMap((size, rank) => (size.there ?? [size]).filter((own) => own.p50).map((own) => ({
     label: own.label, rank, machine: own.machine, family: own.family, verdict: data.fits[own.fit], p50: own.p50, p999: own.p999, max: own.max, loss: own.lost === null || own.lost === undefined ? null : Math.max(own.lost, 1e-6),
-    "median": `${three(own.p50)} µs${medianRange(own)}`, "p99.9": own.p999 === null ? "too few calls" : `${three(own.p999)} µs${range(own.intervals?.p999)}`, "slowest": own.max === null ? "-" : `${three(own.max)} µs`,
+    "median": `${three(own.p50)} µs${range(own.p50_range)}`, "p99.9": own.p999 === null ? "too few calls" : `${three(own.p999)} µs${range(own.p999_range)}`, "slowest": own.max === null ? "-" : `${three(own.max)} µs`,
     "wrench lost, worst": own.lost === null || own.lost === undefined ? "-" : percent(own.lost < 1e-6 ? 0 : own.lost), "served": own.served || "-",
   })));
   const chosen = picked(shown);
   by("more").textContent = shown.length > MOST ? `The first ${MOST} of ${shown.length} are drawn, and those that you choose.` : "";
-  const tails = chosen.flatMap((size) => (size.there ?? [size])).filter((own) => own.data.sets.length).flatMap((own) => tailOf(own, several));
+  const tails = chosen.flatMap((size) => (size.there ?? [size])).filter((own) => own.calls).flatMap((own) => tailOf(own, several));
   const curves = chosen.flatMap((size) => curvesOf(size));
   by("curves-none").textContent = curves.length ? "" : "No curve was measured for these: an exact solver's is that of nullspace.";
   await Promise.all([
@@ -275,10 +274,9 @@ async function draw() {
 }
 
 function tailOf(own, several) {
-  const { singles, calls } = pool(own.data, state.demands);
-  let left = calls;
-  return singles.map(([ns, count]) => {
-    const share = left / calls;
+  let left = own.calls;
+  return singlesOf(own.data, state.demands).map(([ns, count]) => {
+    const share = left / own.calls;
     left -= count;
     return { name: several ? `${own.label}, ${own.machine}` : own.label, label: own.label, us: ns / 1000, share };
   });

@@ -1,129 +1,38 @@
-// The verdicts of `thrustbench size`, worked out as bench/results/sizing.py, pauses.py, bands.py and machines.py do.
-// Those files say why; a test holds this one to them.
+// What `thrustbench size` says, looked up in tables that bench/report/data.py wrote; a test holds it to that.
 "use strict";
 
 const data = JSON.parse(document.getElementById("data").textContent);
-const { late_share, close, chance, confidence, beyond } = data.constants;
 const [FITS, WITHOUT_TAIL, MAY_FIT, DOES_NOT_FIT, UNKNOWN] = data.fits.keys();
 
-function unpacked(singles) {
-  const found = [];
-  for (let i = 0, place = 0; i < singles.length; i += 2) {
-    place += singles[i];
-    found.push([data.times[place], singles[i + 1]]);
-  }
-  return found;
-}
-
-function merged(several) {
-  const counts = new Map();
-  for (const counted of several) for (const [ns, count] of counted) counts.set(ns, (counts.get(ns) ?? 0) + count);
-  return [...counts].sort((a, b) => a[0] - b[0]);
-}
-
 const sum = (values) => values.reduce((a, b) => a + b, 0);
-const total = (counted) => sum(counted.map(([, count]) => count));
-const longerThan = (counted, ns) => sum(counted.map(([time, count]) => (time > ns ? count : 0)));
 const most = (values) => values.reduce((a, b) => (b === null ? a : a === null ? b : Math.max(a, b)), null);
 
-function quantile(counted, q) {
-  const n = total(counted);
-  if (!(n * (1 - q) > beyond - 1e-6)) return null;
-  let below = 0;
-  for (const [ns, count] of counted) if ((below += count) >= q * n) return ns;
-  return counted.at(-1)[0];
-}
-
-function logGamma(x) {
-  const c = [76.18009172947146, -86.50532032941677, 24.01409824083091, -1.231739572450155, 1.208650973866179e-3, -5.395239384953e-6];
-  const t = x + 5.5;
-  return (x + 0.5) * Math.log(t) - t + Math.log((2.5066282746310005 * c.reduce((s, v, i) => s + v / (x + 1 + i), 1.000000000190015)) / x);
-}
-
-// The regularised incomplete beta function I_x(a, b), by its continued fraction (Numerical Recipes, 6.4).
-function beta(a, b, x) {
-  if (x <= 0 || x >= 1) return x <= 0 ? 0 : 1;
-  if (x > (a + 1) / (a + b + 2)) return 1 - beta(b, a, 1 - x);
-  const tiny = 1e-300, safe = (v) => (Math.abs(v) < tiny ? tiny : v);
-  let c = 1, d = 1 / safe(1 - ((a + b) * x) / (a + 1)), h = d;
-  for (let m = 1; m < 10000; m++) {
-    for (const step of [(m * (b - m) * x) / ((a + 2 * m - 1) * (a + 2 * m)), (-(a + m) * (a + b + m) * x) / ((a + 2 * m) * (a + 2 * m + 1))]) {
-      d = 1 / safe(1 + step * d);
-      c = safe(1 + step / c);
-      h *= d * c;
+// The single calls on one demand set, or on all: [time [ns], how often], sorted.
+function singlesOf(method, demands) {
+  const counts = new Map();
+  for (const { singles } of method.pools.filter((pool) => pool.singles && (!demands || pool.demands === demands)))
+    for (let i = 0, place = 0; i < singles.length; i += 2) {
+      const ns = data.times[(place += singles[i])];
+      counts.set(ns, (counts.get(ns) ?? 0) + singles[i + 1]);
     }
-    if (Math.abs(d * c - 1) < 1e-14) break;
-  }
-  return (h / a) * Math.exp(logGamma(a + b) - logGamma(a) - logGamma(b) + a * Math.log(x) + b * Math.log1p(-x));
-}
-
-const bounds = new Map();
-function lateBound(late, n) {
-  const key = `${late}/${n}`;
-  if (!bounds.has(key)) {
-    let low = late / n, high = 1;
-    if (late < n) for (let i = 0; i < 60; i++) beta(late + 1, n - late, (low + high) / 2) < confidence ? (low = (low + high) / 2) : (high = (low + high) / 2);
-    bounds.set(key, high);
-  }
-  return bounds.get(key);
-}
-
-const pools = new Map();
-function pool(method, demands) {
-  if (!pools.has(method)) pools.set(method, new Map());
-  const own = pools.get(method);
-  if (!own.has(demands)) {
-    const sets = method.sets.filter((set) => !demands || set.name === demands);
-    const singles = merged(sets.map((set) => unpacked(set.singles)));
-    own.set(demands, { sets, singles, calls: total(singles), took: sum(singles.map(([ns, count]) => ns * count)), tail: quantile(singles, 0.999) });
-  }
-  return own.get(demands);
-}
-
-function whose(pooled, late, limit, p50, steps, machine) {
-  if (!late) return "";
-  if (steps && (late === 1 || steps * p50 <= limit)) return "its steps are bounded, so the machine was late";
-  const seen = longerThan(machine.excess, (limit - p50) * 1000);
-  if (!seen || late > late_share * pooled.calls) return "";
-  return beta(late, seen + 1, pooled.took / (pooled.took + machine.exposure_ns)) >= chance ? "fixed work was late as often, so the machine was" : "";
-}
-
-function judge(limit, p50, p999, slowest, bound) {
-  if (p50 === null) return [UNKNOWN, "no call was timed"];
-  if (p50 > limit) return [DOES_NOT_FIT, "median"];
-  if (p999 !== null && p999 > limit) return [WITHOUT_TAIL, "p99.9"];
-  if (slowest !== null && slowest > limit) return [WITHOUT_TAIL, "slowest call"];
-  if (bound === null || bound > late_share) return [WITHOUT_TAIL, "too few calls"];
-  return [FITS, ""];
+  return [...counts].sort((a, b) => a[0] - b[0]);
 }
 
 // loop: {rate [Hz], budget [-], period and limit [us], clock [Hz]}
 function sizeOf(machine, method, loop, demands) {
   const size = { ...method, data: method, machine: machine.name, fit: UNKNOWN, reason: "", exact: false, refused: 0, refusal: "", p50: null, cpu: null, p999: null, max: null, late: 0, calls: 0, bound: null, up_to: null, lost: null };
   if (machine.cpi) return counted(machine, size, loop);
-  const pooled = pool(method, demands);
-  const barred = pooled.sets.find((set) => set.failed) ?? pooled.sets.find((set) => set.wrong);
-  size.lost = most(pooled.sets.filter((set) => demands || set.attainable).map((set) => set.lost));
-  if (barred) return { ...size, reason: barred.failed || barred.wrong };
-  const medians = pooled.sets.map((set) => set.p50_us);
-  size.p50 = medians.length && !medians.includes(null) ? Math.max(...medians) : null;
-  const cpu = pooled.sets.map((set) => set.cpu_us);
-  size.cpu = cpu.length && !cpu.includes(null) ? Math.max(...cpu) : null;
-  size.p999 = pooled.tail === null || size.p50 === null || pooled.tail / 1000 < size.p50 ? null : pooled.tail / 1000;
-  size.max = pooled.calls ? pooled.singles.at(-1)[0] / 1000 : null;
-  size.calls = pooled.calls;
-  size.late = longerThan(pooled.singles, loop.limit * 1000);
-  size.bound = pooled.calls ? lateBound(size.late, size.calls) : null;
-  const excuse = size.p50 === null ? "" : whose(pooled, size.late, loop.limit, size.p50, method.steps, machine);
-  [size.fit, size.reason] = excuse ? judge(loop.limit, size.p50, null, null, lateBound(0, size.calls)) : judge(loop.limit, size.p50, size.p999, size.max, size.bound);
-  if (!size.reason && excuse) size.reason = excuse;
-  const asked = pooled.sets.filter((set) => set.asked);
-  size.exact = asked.every((set) => set.exact) && pooled.sets.some((set) => set.exact);
-  const refusals = pooled.sets.filter((set) => set.refusal);
-  if (refusals.length) ({ refused: size.refused, refusal: size.refusal } = refusals.reduce((a, b) => (b.refused > a.refused ? b : a)));
+  const pool = method.pools.find((own) => own.demands === demands);
+  Object.assign(size, pool);
+  [, size.fit, size.reason] = pool.verdicts.findLast(([from]) => from <= loop.limit);
+  if (pool.calls) {
+    pool.sorted ??= singlesOf(method, demands);
+    const late = pool.sorted.filter(([ns]) => ns / 1000 > loop.limit);
+    size.late = sum(late.map(([, count]) => count));
+    size.bound = pool.bounds[pool.sorted.length - late.length - 1] ?? 100;
+  }
   const longest = size.max || size.p999 || size.p50;
   size.up_to = longest ? (loop.budget * 1e6) / longest : null;
-  size.intervals = demands ? pooled.sets[0] : method;
   return size;
 }
 
@@ -152,7 +61,7 @@ function ordered(sizes) {
   for (const key of [...classes.keys()].sort()) {
     let left = classes.get(key);
     while (left.length) {
-      const alike = left.filter((size) => median(size) <= close * median(left[0]));
+      const alike = left.filter((size) => median(size) <= data.close * median(left[0]));
       const group = alike.length ? alike : [left[0]];
       found.push(...group.filter((size) => size.steps !== null), ...group.filter((size) => size.steps === null));
       left = left.slice(group.length);

@@ -19,7 +19,8 @@ from bench.results.machines import (
     sizes_of,
     swapped,
 )
-from bench.results.sizing import Size, sizes
+from bench.results.size import Size
+from bench.results.sizing import sizes
 from tests import made_up
 from tests.bench.results.test_sizing import steady
 

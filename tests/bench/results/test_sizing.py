@@ -10,9 +10,9 @@ from bench.commands.size import command
 from bench.record import Batch, Cell, Judged, Key
 from bench.record.canary import CanaryError, CanaryFile, read_canary
 from bench.results.fit import Fit, Loop
-from bench.results.quantiles import misses
 from bench.results.rows import Run, read_run
-from bench.results.sizing import Size, judge, sizes
+from bench.results.size import Size
+from bench.results.sizing import judge, sizes
 from bench.results.transfer import Transfer, transfer
 from tests import made_up
 
@@ -58,7 +58,7 @@ def labels(sizes: list[Size]) -> list[str]:
 def test_a_verdict_follows_from_median_tail_and_late_calls(
     p50: float | None, p999: float | None, slowest: float | None, bound: float | None, fit: Fit
 ) -> None:
-    verdict, reason = judge(HUNDRED_HZ, p50, p999, slowest, bound)
+    verdict, reason = judge(HUNDRED_HZ.limit_us, p50, p999, slowest, bound)
     assert verdict == fit
     assert (reason == "") == (fit == Fit.FITS)
 
@@ -108,8 +108,10 @@ def test_without_a_late_call_the_bound_on_late_calls_is_three_over_n(tmp_path: P
     assert size.bound == pytest.approx(3 / 20_000, rel=0.01)
 
 
-def test_a_call_one_nanosecond_beyond_the_deadline_is_late() -> None:
-    assert misses([(999, 5), (1000, 3), (1001, 2)], 1000)[:2] == (2, 10)
+def test_a_call_one_nanosecond_beyond_the_deadline_is_late(tmp_path: Path) -> None:
+    cell = replace(steady("m", 1, exact=True), singles=[(999, 5), (1000, 3), (1001, 2)])
+    (size,) = sizes(run_of(tmp_path, cell), Loop(1, deadline_us=1))
+    assert (size.late, size.calls) == (2, 10)
 
 
 def test_at_the_bound_on_late_calls_so_few_late_ones_have_a_chance_of_one_in_twenty(tmp_path: Path) -> None:

@@ -1,0 +1,127 @@
+"""What one method takes of a control loop, and which to take first."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from bench.results.fit import Fit
+from bench.results.repeats import most
+
+CLOSE = 1.5
+"""Median CPU times within this factor count as equal: noise swaps them from run to run. Among equals a method
+whose worst case is known comes first."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Size:
+    """One method, with its start and level, on one vehicle over all its demand sets, or one of them.
+
+    Attributes
+    ----------
+    vehicle, method, label : what was sized; the label is method, start and level
+    twin, family, solver, formulation : of the method, as the record describes it
+    fit : the verdict
+    reason : what prevents a better ``fit``, or why late calls do not; empty where nothing does
+    exact : whether it is exact wherever an attainable demand was asked
+    refused : share of the demands that a user brought that got no thrusts [-]; of several files the largest
+    refusal : that, or what else it refuses, in words; empty where it answers all
+    freedom : n - rank T of the vehicle, None where it is not known
+    p50_us : median on the demand set that takes longest [us], None where there are too few calls
+    p999_us, max_us : p99.9 and the slowest of the single calls on all sets together [us], or None; a set with
+        so few calls that its median lies above such a p99.9 leaves it unknown
+    late, calls : number of late single calls, and of all single calls
+    bound : share of late calls that is not exceeded with 95 % confidence [-]
+    machines : whether the late calls were the machine's, not the method's
+    cpu_us : like ``p50_us`` in the thread's own CPU time, which a busy machine disturbs less [us]
+    rate_hz : highest rate that the slowest call seen allows [Hz]
+    memory_MB : peak memory of the method's process [MB]
+    steps : proven bound on the steps of a call, None for none
+    """
+
+    vehicle: str
+    method: str
+    label: str
+    twin: str = ""
+    family: str = ""
+    solver: str = ""
+    formulation: str = ""
+    fit: Fit
+    reason: str
+    exact: bool = False
+    refused: float = 0.0
+    refusal: str = ""
+    freedom: int | None = None
+    p50_us: float | None = None
+    p999_us: float | None = None
+    max_us: float | None = None
+    late: int = 0
+    calls: int = 0
+    bound: float | None = None
+    machines: bool = False
+    cpu_us: float | None = None
+    rate_hz: float | None = None
+    memory_MB: float | None = None
+    steps: int | None = None
+
+
+def ordered(sizes: Sequence[Size]) -> list[Size]:
+    """Sizes by vehicle, the one to take first.
+
+    Methods are sorted by whether their median fits, then by whether they answer all demands that a user
+    brought, then by whether they are exact, then by whether their tail fits too, then by their median CPU
+    time; of what lies CLOSE, one with a known worst case is first.
+    So exactness is given up only where no exact method keeps up, and not for one late call in a million.
+    """
+    classes: dict[tuple[str, bool, bool, bool, Fit], list[Size]] = {}
+    for size in sorted(sizes, key=lambda s: (_median(s), s.label)):
+        rank = (size.vehicle, size.fit > Fit.MAY_FIT, size.refused > 0, not size.exact, size.fit)
+        classes.setdefault(rank, []).append(size)
+    found = []
+    for _, left in sorted(classes.items()):
+        while left:
+            close = [size for size in left if _median(size) <= CLOSE * _median(left[0])]
+            found += sorted(close, key=lambda size: size.steps is None)
+            left = left[len(close) :]
+    return found
+
+
+def _median(size: Size) -> float:
+    return size.p50_us or 0.0 if size.cpu_us is None else size.cpu_us
+
+
+def best_of_each(sizes: list[Size]) -> list[Size]:
+    """The first start and level of each method on each vehicle."""
+    first: dict[tuple[str, str], Size] = {}
+    for size in sizes:
+        first.setdefault((size.vehicle, size.method), size)
+    return list(first.values())
+
+
+def worst(there: Mapping[str, Size]) -> Size:
+    """What one method takes and promises in the worst of several places, by name: machines, or vehicles."""
+    place, size = max(there.items(), key=lambda item: item[1].fit)
+    known = [s.p999_us for s in there.values()]
+    rates = [s.rate_hz for s in there.values() if s.rate_hz is not None]
+    return replace(
+        size,
+        reason=f"{place}: {size.reason}" if size.reason else "",
+        exact=all(s.exact for s in there.values()),
+        refused=max(s.refused for s in there.values()),
+        refusal=max(there.values(), key=lambda s: (s.refused, s.refusal)).refusal,
+        p50_us=most(s.p50_us for s in there.values()),
+        p999_us=None if None in known else most(known),
+        max_us=most(s.max_us for s in there.values()),
+        cpu_us=most(s.cpu_us for s in there.values()),
+        late=sum(s.late for s in there.values()),
+        calls=sum(s.calls for s in there.values()),
+        bound=most(s.bound for s in there.values()),
+        rate_hz=min(rates, default=None),
+        memory_MB=most(s.memory_MB for s in there.values()),
+    )
+
+
+def of_all_vehicles(sizes: Sequence[Size]) -> list[str]:
+    """The labels of all methods by their worst on any vehicle, the most useful first."""
+    by_label: dict[str, dict[str, Size]] = {}
+    for size in sizes:
+        by_label.setdefault(size.label, {})[size.vehicle] = size
+    return [size.label for size in ordered([replace(worst(own), vehicle="") for own in by_label.values()])]
