@@ -1,0 +1,80 @@
+"""The C around the library for one vehicle: its numbers, and calls that look like those of generated C."""
+
+from alloc.c.call import arguments, function_name, parameters
+from alloc.library import K_MAX, N_MAX, NAME, calls, files
+from alloc.program import Scalar, Where
+from alloc.program.literal import number
+from alloc.vehicle import Vehicle
+
+FORMS: tuple[Where, ...] = ("fixed", "call")
+
+
+def levels(method: str, vehicle: Vehicle) -> int:
+    """How many shares a method of the library writes for a vehicle."""
+    return (len(vehicle.priority) if method == "priority" else 1) if calls()[method] else 0
+
+
+def name(vehicle: Vehicle, method: str, scalar: Scalar = "double") -> str:
+    """What the names of an adapter's functions and files begin with."""
+    return f"{function_name(vehicle, method, scalar)}_library"
+
+
+def sized(vehicle: Vehicle, scalar: Scalar = "double") -> dict[str, str]:
+    """The library with room for this vehicle."""
+    return files(scalar, max(N_MAX, vehicle.n), max(K_MAX, vehicle.k))
+
+
+def adapter(vehicle: Vehicle, method: str, scalar: Scalar = "double") -> dict[str, str]:
+    """``<name>.c`` and its header: ``<name>_prepare()``, then ``<name>_fixed`` and ``<name>_call``.
+
+    The last two are called as generated C is, within the vehicle's limits and those of the call.
+    ``<name>_ready(tau)`` returns tau, and prepares at its first call.
+    """
+    own, shares = name(vehicle, method, scalar), levels(method, vehicle)
+    tables = {
+        "T": vehicle.T, "H": vehicle.H, "readiness": vehicle.readiness, "f_min": vehicle.f_min,
+        "f_max": vehicle.f_max,
+    }  # fmt: skip
+    numbers = "\n".join(
+        f"static const {scalar} own_{key}[{values.size}] = "
+        f"{{{', '.join(number(value, scalar) for value in values.ravel().tolist())}}};"
+        for key, values in tables.items()
+    )
+    level = [next(i for i, axes in enumerate(vehicle.priority) if axis in axes) for axis in vehicle.dof]
+    heads = {form: f"int {own}_{form}({parameters(vehicle, scalar, form, shares)})" for form in FORMS}
+    given = {
+        form: arguments(form, shares, "" if form == "call" else "NULL, NULL") for form in FORMS
+    }  # the limits
+    bodies = "\n".join(
+        f"{head}\n{{\n    (void)fault;\n    return tb_{method}(&allocator, {given[form]});\n}}\n"
+        for form, head in heads.items()
+    )
+    prepares, ready = f"int {own}_prepare(void)", f"const {scalar} *{own}_ready(const {scalar} *tau)"
+    return {
+        f"{own}.h": f'#include "{NAME}.h"\n\n{prepares};\n{ready};\n'
+        + "".join(f"{head};\n" for head in heads.values()),
+        f"{own}.c": f"""\
+#include "{own}.h"
+#include <stddef.h>
+
+{numbers}
+static const int own_level[{vehicle.k}] = {{{", ".join(map(str, level))}}};
+static struct tb_allocator allocator;
+
+{prepares}
+{{
+    const int status =
+        tb_prepare(&allocator, {vehicle.k}, {vehicle.n}, own_T, own_H, own_readiness, own_f_min, own_f_max);
+    return status ? status : tb_levels(&allocator, own_level);
+}}
+
+{ready}
+{{
+    if (allocator.n == 0) {{
+        {own}_prepare();
+    }}
+    return tau;
+}}
+
+{bodies}""",
+    }

@@ -1,0 +1,109 @@
+/* libthrustbench: thrust allocation for a matrix that is known at run time.
+ *
+ * tb_prepare makes an allocator of a vehicle, once, at boot; tb_without of the same vehicle when thrusters fail. The
+ * other functions answer a wanted wrench tau at the control rate. No heap, no static data, no recursion, no library;
+ * every loop has a bound that k, n and the dimension of the null space d = n - rank give. Two macros, the same for all
+ * files, bound the sizes: TB_N_MAX thrusters, TB_K_MAX axes. TB_FLOAT makes all numbers single precision.
+ * C99 and later, C++11 and later; not for -ffast-math.
+ */
+#ifndef LIBTHRUSTBENCH_H
+#define LIBTHRUSTBENCH_H
+
+#if TB_K_MAX < 1 || TB_K_MAX > 6 || TB_N_MAX < TB_K_MAX || TB_N_MAX < 2 || TB_N_MAX > 32
+#error "TB_K_MAX is 1 to 6, TB_N_MAX 2 to 32 and no less than TB_K_MAX."
+#endif
+
+#ifdef TB_FLOAT
+typedef float tb_real;
+#else
+typedef double tb_real;
+#endif
+
+#ifndef THRUSTBENCH_STATUSES
+#define THRUSTBENCH_STATUSES
+enum { TB_SOLVED = 0, TB_PARTIAL = 1, TB_INFEASIBLE = 2, TB_NO_SUCH_FAULT = -1, TB_NOT_FINITE = -2 };
+#endif
+enum {
+    TB_NOT_CONVERGED = 3,   /* no thrusts that keep what a status promises were found; f is left alone */
+    TB_BAD_ARGUMENT = -3,   /* a size, a weight, a readiness or a limit that no vehicle has; or nothing is prepared */
+    TB_NEARLY_SINGULAR = -4 /* T nearly loses rank: rounding alone would miss wrenches */
+};
+
+/* Most facets of what thrusters can do, and what is stored of them; tb_scaled and tb_priority need them. */
+#define TB_CHOOSE(n, j)                                                                                         \
+    ((j) == 0   ? 1                                                                                             \
+     : (j) == 1 ? (n)                                                                                           \
+     : (j) == 2 ? (n) * ((n)-1) / 2                                                                             \
+     : (j) == 3 ? (n) * ((n)-1) * ((n)-2) / 6                                                                   \
+     : (j) == 4 ? (n) * ((n)-1) * ((n)-2) / 6 * ((n)-3) / 4                                                     \
+                : (n) * ((n)-1) * ((n)-2) / 6 * ((n)-3) / 4 * ((n)-4) / 5)
+#define TB_LESS(a, b) ((a) < (b) ? (a) : (b))
+#ifndef TB_FACETS_MAX
+#define TB_FACETS_MAX TB_CHOOSE(TB_N_MAX, TB_LESS(TB_K_MAX - 1, TB_N_MAX / 2))
+#endif
+#ifndef TB_ENTRIES_MAX
+#define TB_ENTRIES_MAX (TB_N_MAX * TB_CHOOSE(TB_N_MAX - 1, TB_LESS(TB_K_MAX - 1, (TB_N_MAX - 1) / 2)))
+#endif
+
+/* A vehicle as the calls need it. Made by tb_prepare; nothing in it is for its user. */
+struct tb_allocator {
+    int k, n, m, rank, blocks, facets; /* m thrusters work; facets is negative where they are too many */
+    int levels, level[TB_K_MAX];       /* of priority: which level each axis belongs to */
+    tb_real scale, slack, exact;       /* largest limit; excess that counts as met; thrusts that rounding leaves exact */
+    tb_real unit[TB_K_MAX];            /* 1 / length of a row of T */
+    tb_real A[TB_K_MAX][TB_N_MAX];     /* T P, rows of unit length */
+    tb_real H[TB_N_MAX][TB_N_MAX], readiness[TB_N_MAX], f_min[TB_N_MAX], f_max[TB_N_MAX];
+    int at[TB_N_MAX]; /* thrusters that work, block by block, then those that no z moves */
+    int begin[TB_N_MAX + 1], d[TB_N_MAX];
+    tb_real G[TB_N_MAX][TB_K_MAX], N[TB_N_MAX][TB_N_MAX]; /* rows in the order of `at` */
+    tb_real pushed[TB_K_MAX][TB_K_MAX], lost[TB_K_MAX][TB_K_MAX], step[TB_K_MAX][TB_K_MAX];
+    unsigned char size[TB_FACETS_MAX], of[TB_ENTRIES_MAX];
+    tb_real along[TB_ENTRIES_MAX];
+};
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Prepares an allocator. Returns TB_SOLVED, TB_BAD_ARGUMENT or TB_NEARLY_SINGULAR; then calls answer TB_BAD_ARGUMENT.
+ *
+ * T          k rows of n, row by row: thrusts to wrench
+ * H          n rows of n, the effort f'Hf that is least, symmetric positive definite; NULL: all thrusters alike
+ * readiness  1 ready, 0 off, between them weakened, n; NULL: all ready
+ * f_min, f_max  the vehicle's limits [N], n each
+ */
+int tb_prepare(struct tb_allocator *a, int k, int n, const tb_real *T, const tb_real *H, const tb_real *readiness,
+               const tb_real *f_min, const tb_real *f_max);
+
+/* The same vehicle with the thrusters off whose bits are set in `mask`, beside those that tb_prepare was told are off;
+ * 0 brings all others back. Bounded as tb_prepare is. To change vehicles under a running loop, copy, change the
+ * copy, and swap pointers. */
+int tb_without(struct tb_allocator *a, unsigned long mask);
+
+/* Levels for tb_priority: level[j] of axis j counts from 0, and no number is left out. tb_prepare puts all in one. */
+int tb_levels(struct tb_allocator *a, const int *level);
+
+/* The calls: tau (k) [N, N m]; f_min, f_max (n) the limits of this call [N], NULL: the vehicle's; f (n) [N].
+ *
+ *   TB_SOLVED         f makes tau, inside the limits
+ *   TB_PARTIAL        f lies inside the limits and makes a part of tau; share says how much (not tb_nullspace)
+ *   TB_INFEASIBLE     no f inside the limits makes tau (tb_nullspace), or limits cross; f is left alone
+ *   TB_NOT_CONVERGED  see above (tb_nullspace)
+ *   TB_NOT_FINITE     tau or a limit is NaN, infinite, or too large to add up; f is left alone
+ *   TB_BAD_ARGUMENT   nothing is prepared, or there are more facets than room (tb_scaled, tb_priority)
+ */
+int tb_nullspace(const struct tb_allocator *a, const tb_real *tau, const tb_real *f_min, const tb_real *f_max,
+                 tb_real *f);
+int tb_scaled(const struct tb_allocator *a, const tb_real *tau, const tb_real *f_min, const tb_real *f_max, tb_real *f,
+              tb_real *share);
+int tb_priority(const struct tb_allocator *a, const tb_real *tau, const tb_real *f_min, const tb_real *f_max,
+                tb_real *f, tb_real *share);
+int tb_clip(const struct tb_allocator *a, const tb_real *tau, const tb_real *f_min, const tb_real *f_max, tb_real *f);
+int tb_redistribute(const struct tb_allocator *a, const tb_real *tau, const tb_real *f_min, const tb_real *f_max,
+                    tb_real *f);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,132 @@
+/* The facets of what thrusters can do, as sums over few of them.
+ *
+ * A normal c of a facet gives y = T'c with N'y = 0, zero for as many thrusters as can be: in a block of dimension d it
+ * has d + 1 entries, and of a thruster that no z moves it is that thruster alone. A step with thrusts x stays inside as
+ * long as its share of y'x is no more than y'(limits - f0).
+ */
+#include "tb_internal.h"
+
+/* y (d + 1) with y'N = 0 over the chosen rows, its largest entry 1; 0 where more than one y does that. */
+static int normal(const struct tb_allocator *a, int d, const int rows[TB_N_MAX], tb_real y[TB_N_MAX])
+{
+    tb_real M[TB_N_MAX][TB_N_MAX], length[TB_N_MAX], most = 0;
+    int pivot_of[TB_N_MAX], taken[TB_N_MAX] = {0}, last = 0;
+    for (int i = 0; i <= d; i++) {
+        length[i] = tb_root(tb_product(a->N[rows[i]], a->N[rows[i]], d));
+        for (int j = 0; j < d; j++) {
+            M[j][i] = a->N[rows[i]][j] / length[i];
+        }
+    }
+    for (int j = 0; j < d; j++) {
+        int row = j, column = 0;
+        tb_real pivot = 0;
+        for (int r = j; r < d; r++) {
+            for (int i = 0; i <= d; i++) {
+                if (!taken[i] && tb_abs(M[r][i]) > tb_abs(pivot)) {
+                    pivot = M[r][i];
+                    row = r;
+                    column = i;
+                }
+            }
+        }
+        if (!(tb_abs(pivot) > TB_PARALLEL)) {
+            return 0;
+        }
+        taken[column] = 1;
+        pivot_of[j] = column;
+        for (int i = 0; i <= d; i++) {
+            const tb_real swapped = M[row][i] / pivot;
+            M[row][i] = M[j][i];
+            M[j][i] = swapped;
+        }
+        for (int r = 0; r < d; r++) {
+            const tb_real share = M[r][column];
+            for (int i = 0; i <= d && r != j; i++) {
+                M[r][i] -= share * M[j][i];
+            }
+        }
+    }
+    for (int i = 0; i <= d; i++) {
+        last = taken[i] ? last : i;
+    }
+    y[last] = 1 / length[last];
+    for (int j = 0; j < d; j++) {
+        const tb_real entry = -M[j][last];
+        y[pivot_of[j]] = tb_abs(entry) > TB_PARALLEL ? entry / length[pivot_of[j]] : TB_R(0);
+    }
+    for (int i = 0; i <= d; i++) {
+        most = tb_abs(y[i]) > most ? tb_abs(y[i]) : most;
+    }
+    for (int i = 0; i <= d; i++) {
+        y[i] /= most;
+    }
+    return 1;
+}
+
+/* Adds a facet unless there is one over the same thrusters; returns 0 where there is no room. */
+static int add(struct tb_allocator *a, int *entries, int first, int count, const int *rows, const tb_real *y)
+{
+    int size = 0;
+    for (int i = 0; i < count; i++) {
+        size += y[i] != 0;
+    }
+    for (int f = 0, e = 0; f < a->facets; e += a->size[f++]) {
+        int same = f >= first && a->size[f] == size;
+        for (int i = 0, at = e; i < count && same; i++) {
+            same = y[i] == 0 || a->of[at++] == rows[i];
+        }
+        if (same) {
+            return 1;
+        }
+    }
+    if (a->facets >= TB_FACETS_MAX || *entries + size > TB_ENTRIES_MAX) {
+        return 0;
+    }
+    a->size[a->facets++] = (unsigned char)size;
+    for (int i = 0; i < count; i++) {
+        if (y[i] != 0) {
+            a->of[*entries] = (unsigned char)rows[i];
+            a->along[(*entries)++] = y[i];
+        }
+    }
+    return 1;
+}
+
+/* Takes the next choice of `count` rows in front of `end`; 0 after the last. */
+static int next(int *rows, int count, int end)
+{
+    for (int i = count - 1; i >= 0; i--) {
+        if (rows[i] < end - count + i) {
+            rows[i]++;
+            for (int j = i + 1; j < count; j++) {
+                rows[j] = rows[j - 1] + 1;
+            }
+            return 1;
+        }
+    }
+    return 0;
+}
+
+void tb_find_facets(struct tb_allocator *a)
+{
+    int rows[TB_N_MAX], entries = 0, good = 1;
+    tb_real y[TB_N_MAX];
+    a->facets = 0;
+    for (int b = 0; b < a->blocks && good; b++) {
+        const int count = a->d[b] + 1, first = a->facets;
+        int more = a->begin[b] + count <= a->begin[b + 1];
+        for (int i = 0; i < count && more; i++) {
+            rows[i] = a->begin[b] + i;
+        }
+        while (more && good) {
+            good = !normal(a, a->d[b], rows, y) || add(a, &entries, first, count, rows, y);
+            more = next(rows, count, a->begin[b + 1]);
+        }
+    }
+    for (int p = a->begin[a->blocks]; p < a->m && good; p++) {
+        y[0] = 1;
+        rows[0] = p;
+        good = add(a, &entries, a->facets, 1, rows, y);
+    }
+    a->facets = good ? a->facets : -1;
+}

@@ -1,0 +1,227 @@
+/* As far towards the demand as the limits let, level by level, at least effort: tb_scaled, tb_priority. */
+#include "tb_internal.h"
+
+#define KEEP TB_R(0.99) /* a level that others follow stops at this share of the way to the edge */
+#define INSET TB_R(0.05) /* where limits exclude zero, a start lies this share of their width inside */
+
+int tb_levels(struct tb_allocator *a, const int *level)
+{
+    int most = 0, used = 0;
+    for (int j = 0; j < a->k && a->n > 0; j++) {
+        if (level[j] < 0 || level[j] >= a->k) {
+            return TB_BAD_ARGUMENT;
+        }
+        most = level[j] > most ? level[j] : most;
+        used |= 1 << level[j];
+    }
+    if (a->n < 1 || used != (1 << (most + 1)) - 1) {
+        return TB_BAD_ARGUMENT;
+    }
+    for (int j = 0; j < a->k; j++) {
+        a->level[j] = level[j];
+    }
+    a->levels = most + 1;
+    if (a->m >= 0) {
+        tb_find_steps(a);
+    }
+    return TB_SOLVED;
+}
+
+/* The step of a level is its columns of `step` times what is missing.
+ *
+ * Where the thrusters push every direction `step` is 1. Else, with F an orthonormal basis of what they push and earlier
+ * levels leave, and S the rows of the level, it is F (S F)+: nearest on the level's axes, least on those of later ones.
+ */
+void tb_find_steps(struct tb_allocator *a)
+{
+    tb_real F[TB_K_MAX][TB_K_MAX], S[TB_K_MAX][TB_N_MAX], U[TB_K_MAX][TB_K_MAX], turned[TB_K_MAX];
+    int axes[TB_K_MAX], left = a->rank;
+    for (int r = 0; r < a->k; r++) {
+        for (int s = 0; s < a->k; s++) {
+            a->step[r][s] = TB_R(r == s && a->rank == a->k);
+            F[r][s] = a->pushed[r][s];
+        }
+    }
+    for (int l = 0; l < a->levels && a->rank < a->k; l++) {
+        int size = 0, kept = 0;
+        for (int s = 0; s < a->k; s++) {
+            if (a->level[s] == l) {
+                axes[size++] = s;
+            }
+        }
+        for (int j = 0; j < left; j++) {
+            for (int i = 0; i < size; i++) {
+                S[j][i] = F[j][axes[i]];
+            }
+            for (int i = 0; i < left; i++) {
+                U[j][i] = TB_R(i == j);
+            }
+        }
+        tb_orthogonal(left, size, S, U);
+        /* F turned as S is: rows whose part on the level is zero are left for later levels. */
+        for (int r = 0; r < a->k; r++) {
+            kept = 0;
+            for (int j = 0; j < left; j++) {
+                turned[j] = 0;
+                for (int i = 0; i < left; i++) {
+                    turned[j] += U[j][i] * F[i][r];
+                }
+            }
+            for (int j = 0; j < left; j++) {
+                const tb_real square = tb_product(S[j], S[j], size);
+                if (!(square > TB_RANK * TB_RANK)) {
+                    F[kept++][r] = turned[j];
+                    continue;
+                }
+                for (int i = 0; i < size; i++) {
+                    const tb_real part = turned[j] * S[j][i] / square;
+                    a->step[r][axes[i]] += part * a->unit[axes[i]] / a->unit[r];
+                }
+            }
+        }
+        left = kept;
+    }
+}
+
+/* Where a way begins: 0 where limits allow it, else a little inside the end nearest to it. */
+static tb_real start(tb_real low, tb_real high)
+{
+    const tb_real away = low > -high ? low : -high, width = INSET * (high - low);
+    const tb_real inset = away <= 0 ? TB_R(0) : away < width ? away : width;
+    const tb_real least = low + inset > 0 ? low + inset : TB_R(0);
+    return least < high - inset ? least : high - inset;
+}
+
+/* The largest share of the step x that stays inside, as alloc.reach.edge.share; above and below is what is left. */
+static tb_real share_of(const struct tb_allocator *a, const tb_real *x, const tb_real *below, const tb_real *above,
+                        tb_real tiny, tb_real keep)
+{
+    tb_real beta = 1 / keep;
+    for (int f = 0, e = 0; f < a->facets; f++) {
+        tb_real along = 0, ahead = 0, astern = 0;
+        for (const int end = e + a->size[f]; e < end; e++) {
+            const int p = a->of[e];
+            const tb_real y = a->along[e], up = y * above[p], down = y * below[p];
+            along += y * x[p];
+            ahead += y > 0 ? up : -down;
+            astern += y > 0 ? down : -up;
+        }
+        const tb_real room = along > 0 ? ahead : astern, size = tb_abs(along), left = room > 0 ? room : TB_R(0);
+        if (size > keep * left + tiny && left < beta * size) {
+            beta = left / size;
+        }
+    }
+    const tb_real taken = keep * beta;
+    return taken < 1 - TB_EDGE ? taken : TB_R(1);
+}
+
+/* Goes level by level: thrusts `way` in all, of which share[l] of each level's, within what f0 leaves. */
+static void go(const struct tb_allocator *a, const int *level, int levels, tb_real *missing, const tb_real *f0,
+               const struct tb_thrusts *t, tb_real *way, tb_real *share)
+{
+    tb_real below[TB_N_MAX], above[TB_N_MAX], x[TB_N_MAX], step[TB_K_MAX], least = a->scale;
+    for (int p = 0; p < a->m; p++) {
+        above[p] = t->high[p] - f0[p];
+        below[p] = f0[p] - t->low[p];
+        way[p] = 0;
+        least = tb_abs(f0[p]) > least ? tb_abs(f0[p]) : least;
+    }
+    for (int l = 0; l < levels; l++) {
+        tb_real size = 0;
+        for (int r = 0; r < a->k; r++) {
+            step[r] = levels == 1 ? missing[r] : TB_R(0);
+            for (int s = 0; s < a->k && levels > 1; s++) {
+                step[r] += level[s] == l ? a->step[r][s] * missing[s] : TB_R(0);
+            }
+            size = tb_abs(step[r]) * a->unit[r] > size ? tb_abs(step[r]) * a->unit[r] : size;
+        }
+        for (int p = 0; p < a->m; p++) {
+            x[p] = tb_product(a->G[p], step, a->k);
+        }
+        share[l] = 1;
+        if (size > TB_PARALLEL * least) {
+            const tb_real tiny = TB_PARALLEL * (size > least ? size : least);
+            share[l] = share_of(a, x, below, above, tiny, l + 1 < levels ? KEEP : TB_R(1));
+        }
+        for (int p = 0; p < a->m; p++) {
+            const tb_real moved = share[l] * x[p];
+            way[p] += moved;
+            above[p] -= moved;
+            below[p] += moved;
+        }
+        for (int r = 0; r < a->k && levels > 1; r++) {
+            missing[r] -= share[l] * step[r];
+        }
+    }
+}
+
+/* The answer of a way through levels; level[j] is that of axis j. */
+static int towards(const struct tb_allocator *a, const int *level, int levels, const tb_real *tau,
+                   const tb_real *f_min, const tb_real *f_max, tb_real *f, tb_real *share)
+{
+    static const tb_real back[] = {1, TB_R(1 - 1e-6), TB_R(1 - 1e-3), TB_R(0.9), TB_R(0.5)};
+    struct tb_thrusts t;
+    tb_real missing[TB_K_MAX], part[TB_K_MAX], f0[TB_N_MAX], way[TB_N_MAX], base[TB_N_MAX];
+    int inside = 1, rests = 1, whole = 1, found = 0;
+    const int status = tb_enter(a, tau, f_min, f_max, &t);
+    if (status != TB_SOLVED || a->facets < 0) {
+        return status != TB_SOLVED ? status : TB_BAD_ARGUMENT;
+    }
+    for (int p = 0; p < a->m; p++) {
+        inside &= t.x[p] >= t.low[p] && t.x[p] <= t.high[p];
+        f0[p] = t.low[p] <= 0 && t.high[p] >= 0 ? TB_R(0) : start(t.low[p], t.high[p]);
+        rests &= f0[p] == 0;
+        base[p] = 0;
+    }
+    if (inside && levels == 1 && a->rank == a->k) { /* T* tau, the best of all that make tau */
+        for (int p = 0; p < a->m; p++) {
+            way[p] = t.x[p];
+        }
+        part[0] = 1;
+    } else {
+        for (int r = 0; r < a->k; r++) {
+            tb_real begun = 0;
+            for (int p = 0; p < a->m && !rests; p++) {
+                begun += a->A[r][a->at[p]] * f0[p];
+            }
+            missing[r] = tau[r] - begun / a->unit[r];
+            for (int p = 0; p < a->m && !rests; p++) {
+                base[p] += a->G[p][r] * (begun / a->unit[r]);
+            }
+        }
+        go(a, level, levels, missing, f0, &t, way, part);
+    }
+    /* Where rounding leaves no thrusts for the end of the way, they are those of a part of it. */
+    for (int i = 0; i < 5 && !found && (i == 0 || levels == 1 || a->rank == a->k); i++) {
+        for (int p = 0; p < a->m; p++) {
+            t.x[p] = base[p] + back[i] * way[p];
+        }
+        if (tb_nearest(a, &t, TB_LARGEST) == TB_SOLVED && tb_move_inside(a, &t) <= TB_HELD * a->scale) {
+            found = 1;
+            for (int l = 0; l < levels; l++) {
+                share[l] = back[i] * part[l];
+                whole &= share[l] >= 1;
+            }
+        }
+    }
+    for (int p = 0; p < a->m && !found; p++) {
+        t.x[p] = f0[p];
+    }
+    for (int l = 0; l < levels && !found; l++) {
+        share[l] = 0;
+    }
+    tb_leave(a, &t, f);
+    return found && whole && tb_meets(a, tau, &t, 0) ? TB_SOLVED : TB_PARTIAL;
+}
+
+int tb_scaled(const struct tb_allocator *a, const tb_real *tau, const tb_real *f_min, const tb_real *f_max, tb_real *f,
+              tb_real *share)
+{
+    return towards(a, a->level, 1, tau, f_min, f_max, f, share);
+}
+
+int tb_priority(const struct tb_allocator *a, const tb_real *tau, const tb_real *f_min, const tb_real *f_max,
+                tb_real *f, tb_real *share)
+{
+    return towards(a, a->level, a->levels, tau, f_min, f_max, f, share);
+}
