@@ -1,7 +1,7 @@
 """What a kernel computes, as a value: a graph of operations that printers, evaluators and proofs read."""
 
 from alloc.program.builder import Builder
-from alloc.program.evaluate import Evaluated, evaluate
+from alloc.program.evaluate import Evaluated, alike, answered, evaluate, values
 from alloc.program.graph import Expression, Graph, Number, least, most, select, size, within
 from alloc.program.limits import Limits
 from alloc.program.nodes import (
@@ -41,6 +41,8 @@ __all__ = [
     "Step",
     "Where",
     "Write",
+    "alike",
+    "answered",
     "evaluate",
     "least",
     "most",
@@ -49,5 +51,6 @@ __all__ = [
     "reachable",
     "select",
     "size",
+    "values",
     "within",
 ]  # fmt: skip

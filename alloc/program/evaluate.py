@@ -1,14 +1,16 @@
-"""A program calculated by numpy for many demands at once, with the bits that its C has."""
+"""A program calculated by numpy for many calls at once, with the bits that its C has or in a wider scalar."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from alloc.allocation import FloatArray, StatusArray
+from alloc.allocation import BoolArray, FloatArray, StatusArray
 from alloc.errors import NotApplicable
 from alloc.program.nodes import Node, Operation, Program, operands, reachable
+
+Array = NDArray[Any]
 
 
 class Evaluated(NamedTuple):
@@ -34,30 +36,56 @@ def evaluate(
     Every operation is rounded to the program's scalar, and C's minimum, a < b ? a : b, is taken. Raises
     NotApplicable for a program with a loop over data.
     """
-    kind = np.float32 if program.scalar == "float" else np.float64
     given = {"tau": taus, "f_min": f_min, "f_max": f_max}
-    columns = {
-        name: np.ascontiguousarray(array.T, dtype=kind) for name, array in given.items() if array is not None
-    }
-    made: dict[Node, Any] = {}
+    inputs = {name: np.ascontiguousarray(array.T) for name, array in given.items() if array is not None}
+    kind = np.float32 if program.scalar == "float" else np.float64
+    F, status, share = answered(program, values(program, inputs, kind), len(taus))
+    return Evaluated(F.astype(np.float64), status, share.astype(np.float64))
+
+
+def answered(program: Program, made: list[Any], count: int) -> Evaluated:
+    """The answers to so many calls in a program's ``values``."""
     with np.errstate(all="ignore"):
-        for node in reachable(program.nodes, program.roots):
-            made[node] = _calculated(program.nodes[node], made, columns, kind)
-        status = np.broadcast_to(made[program.status], len(taus)).astype(np.int8)
+        status = np.broadcast_to(made[program.status], count).astype(np.int8)
     for condition, returned in reversed(program.exits):
         status = np.where(made[condition], np.int8(returned), status)
 
-    def written(array: str) -> FloatArray:
+    def written(array: str) -> Array:
         rows = [made[program.outputs[array, i]] for i in range(program.size(array))]
-        both = [np.broadcast_to(row, len(taus)) for row in rows]
-        return np.array(both, dtype=np.float64).reshape(len(rows), len(taus)).T
+        both = [np.broadcast_to(row, count) for row in rows]
+        return np.array(both).reshape(len(rows), count).T
 
     return Evaluated(written("f"), status, written("share"))
 
 
-def _calculated(
-    operation: Operation, made: dict[Node, Any], columns: dict[str, NDArray[Any]], kind: Any
-) -> Any:
+def values(
+    program: Program, inputs: Mapping[str, Array], scalar: Any, constants: Mapping[Node, float] | None = None
+) -> list[Any]:
+    """What every node is that an answer needs, for inputs (size, N); None of all others.
+
+    Each operation is rounded to ``scalar``, a numpy type. ``constants`` replaces those at some nodes. Raises
+    NotApplicable where something is unknown.
+    """
+    columns = {name: array.astype(scalar, copy=False) for name, array in inputs.items()}
+    made: list[Any] = [None] * len(program.nodes)
+    with np.errstate(all="ignore"):
+        for node in reachable(program.nodes, program.roots):
+            made[node] = _calculated(program.nodes[node], made, columns, scalar)
+            if constants and node in constants:
+                made[node] = scalar(constants[node])
+    return made
+
+
+def alike(program: Program, some: list[Any], others: list[Any]) -> BoolArray:
+    """(N,) whether two calculations of the same calls take the same branches."""
+    same: Any = np.True_
+    for (kind, *needed), value in zip(program.nodes, some, strict=True):
+        if kind == "choose" and value is not None:
+            same = same & np.equal(some[needed[0]], others[needed[0]])
+    return np.broadcast_to(same, max(map(np.size, some)))
+
+
+def _calculated(operation: Operation, made: list[Any], columns: dict[str, Array], kind: Any) -> Any:
     match operation:
         case ("const", value):
             return kind(value)

@@ -130,7 +130,7 @@ def _bounded(of: Subject, effort: Effort) -> tuple[Claim, list[Rounding]]:
             bound, flipped = errors.bound(), turned.bound()
             band = verdict_band(program, errors, vehicle, of.scalar)
             sample = seen(program, vehicle, of.scalar, exact.get(fault, {}), demands)
-        except NotRead as reason:
+        except (NotRead, NotApplicable) as reason:
             words.append(f"fault {fault}: {reason}")
             continue
         worse = None

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from alloc.c import printed, programs
 from alloc.methods import recipe
-from alloc.program import Exit, Node, Operation, Program, Where
+from alloc.program import Exit, Node, Operation, Program, Where, Write
 from bench.proof.answers import answered
 from bench.proof.safety import claims as safety
 from bench.proof.safety.harness import Subject
@@ -129,6 +129,26 @@ def _all_solved(program: Program) -> Program:
     return replace(program, steps=steps, exits=tuple((condition, 0) for condition, _ in program.exits))
 
 
+def _behind_f(program: Program) -> Program:
+    first, behind = ("f", 0), ("f", program.size("f"))
+    steps = tuple(Write(*behind) if step == Write(*first) else step for step in program.steps)
+    outputs = {behind if place == first else place: node for place, node in program.outputs.items()}
+    return replace(program, steps=steps, outputs=outputs)
+
+
+def _never_written(program: Program) -> Program:
+    return replace(program, steps=tuple(step for step in program.steps if step != Write("f", 0)))
+
+
+def _touched(program: Program) -> Program:
+    """A return from within comes when the first thrust is written."""
+    at = program.steps.index(Write("f", 0))
+    before, (write, *behind) = program.steps[:at], program.steps[at:]
+    exits = [step for step in before if isinstance(step, Exit)]
+    others = [step for step in before if not isinstance(step, Exit)]
+    return replace(program, steps=(*others, write, *exits, *behind))
+
+
 def _none_solved(program: Program) -> Program:
     return _with(program, (program.status, ("const", 2.0)))
 
@@ -180,9 +200,10 @@ def _loose(program: Program) -> Program:
 
 
 SABOTAGES = (
-    # What stays a change of text is no operation: an index, a write, an integer, a loop, an enumeration.
+    # What stays a change of text is no operation: a table's index, a declaration, an integer, the switch over
+    # faults, a loop's template, an enumeration.
     Sabotage("an entry behind tau is read", "nullspace", "fixed", change=_behind_tau),
-    Sabotage("an entry behind f is written", "nullspace", "fixed", r"f\[0\] = ", "f[n] = "),
+    Sabotage("an entry behind f is written", "nullspace", "fixed", change=_behind_f),
     Sabotage("a constant behind the table is read", "nullspace", "fixed", r"c\[0\] \*", "c[999] *"),
     Sabotage("a sign is wrong", "nullspace", "fixed", change=_sign),
     Sabotage("a maximum stands for a minimum", "nullspace", "fixed", change=_maximum_for_minimum),
@@ -190,7 +211,7 @@ SABOTAGES = (
     Sabotage("a lower limit stands for the upper", "nullspace", "fixed", change=_exchanged),
     Sabotage("a limit is wider by one bit", "nullspace", "fixed", change=_wider),
     Sabotage("NaN passes the limits", "nullspace", "fixed", change=_nan_passes),
-    Sabotage("a thrust is never written", "nullspace", "fixed", r"    f\[0\] = \w+;\n", ""),
+    Sabotage("a thrust is never written", "nullspace", "fixed", change=_never_written),
     Sabotage(
         "a number is read before it is written", "nullspace", "fixed", r"const (\w+) p0 = .*;", r"\1 p0;"
     ),
@@ -202,13 +223,7 @@ SABOTAGES = (
         "return TB_SOLVED / (t0 > t0);",
     ),
     Sabotage("an integer overflows", "nullspace", "fixed", r"int good = 1;", "int good = 1 + 2147483647;"),
-    Sabotage(
-        "f is touched by a call that is refused",
-        "nullspace",
-        "fixed",
-        r"(    if \(tb_unlikely)",
-        r"    f[0] = t0;\n\1",
-    ),
+    Sabotage("f is touched by a call that is refused", "nullspace", "fixed", change=_touched),
     Sabotage("a demand that is refused is called solved", "nullspace", "fixed", change=_all_solved),
     Sabotage(
         "another thruster is taken for the failed one",
@@ -267,8 +282,7 @@ def sabotaged(of: Subject, sabotage: Sabotage) -> Subject:
         whole = programs(of.vehicle, kernel, of.scalar, limits=of.limits)
         broken = {**whole, -1: sabotage.change(whole[-1])}
         return replace(of, files=printed(of.vehicle, kernel, broken, of.scalar, of.limits))
-    instead = re.sub(r"\b([kn])\b(?=\])", lambda size: str(getattr(of.vehicle, size[1])), sabotage.instead)
-    source, count = re.subn(sabotage.pattern, instead, of.source, count=1)
+    source, count = re.subn(sabotage.pattern, sabotage.instead, of.source, count=1)
     if not count or source == of.source:
         raise ValueError(f"{of.name}: nothing to break as in '{sabotage.name}'")
     return replace(of, files={**of.files, f"{of.name}.c": source})

@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 
 from alloc import Vehicle
-from alloc.program import Node, Operation, Program, Scalar
+from alloc.program import Node, Operation, Program, Scalar, values
 from bench.proof.not_read import NotRead
-from bench.proof.numeric import values
 from bench.proof.rounding.arithmetic import WIDER
 from bench.proof.rounding.errors import Errors
 from bench.proof.rounding.seen import KINDS, attainable
@@ -50,11 +49,13 @@ def _largest(program: Program, vehicle: Vehicle, scalar: Scalar) -> list[Any]:
     return values(program, {"tau": taus}, KINDS[scalar][1])
 
 
-def _at_rest(program: Program) -> list[float]:
+def _at_rest(program: Program) -> list[Any]:
     """What every node is where tau is zero."""
     named = {operation[1]: operation[2] for operation in program.nodes if operation[0] == "input"}
     inputs = {name: np.zeros((last + 1, 1)) for name, last in named.items()}
-    return [float(np.asarray(each).ravel()[0]) for each in values(program, inputs, np.float64)]
+    return [
+        None if each is None else float(np.ravel(each)[0]) for each in values(program, inputs, np.float64)
+    ]
 
 
 def _compared(nodes: Sequence[Operation], condition: Node) -> list[tuple[Node, Node]]:

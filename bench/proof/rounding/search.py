@@ -6,8 +6,7 @@ import numpy as np
 
 from alloc import Vehicle
 from alloc.allocation import FloatArray
-from alloc.program import Node, Program, Scalar
-from bench.proof.numeric import answered, values
+from alloc.program import Node, Program, Scalar, answered, values
 from bench.proof.rounding.seen import KINDS, apart, thrusts
 
 RUNS = 20
@@ -75,7 +74,7 @@ def _errors(
     narrow, wide = kinds
     inputs = {"tau": (vehicle.TP @ f).astype(narrow)}
     some, true = values(program, inputs, narrow), values(program, inputs, wide, exact)
-    got = answered(program, some)
+    got = answered(program, some, f.shape[1])
     off, same = apart(program, got, some, true)
     errors: FloatArray = np.where(same & ((got.status == 0) | (got.status == 1)), off.astype(float), 0.0)
     return errors

@@ -6,8 +6,7 @@ import numpy as np
 
 from alloc import Vehicle
 from alloc.allocation import BoolArray, FloatArray
-from alloc.program import Node, Program, Scalar
-from bench.proof.numeric import Calculated, alike, answered, values
+from alloc.program import Evaluated, Node, Program, Scalar, alike, answered, values
 from bench.proof.safety.harness import ANSWERED
 
 CHUNK = 10_000
@@ -55,7 +54,7 @@ def seen(
         tau = attainable(vehicle, rng, count).astype(narrow)
         ends = {side: np.repeat(each[:, None], count, axis=1) for side, each in limits}
         made = values(program, {"tau": tau, **ends}, narrow)
-        got = answered(program, made)
+        got = answered(program, made, count)
         writes = np.isin(got.status, ANSWERED)
         written += int(writes.sum())
         true = values(program, {"tau": tau, **ends}, wide, exact)
@@ -66,14 +65,12 @@ def seen(
     return Seen(error, flipped, flips, written, demands)
 
 
-def apart(
-    program: Program, got: Calculated, some: list[Any], true: list[Any]
-) -> tuple[FloatArray, BoolArray]:
+def apart(program: Program, got: Evaluated, some: list[Any], true: list[Any]) -> tuple[FloatArray, BoolArray]:
     """(N,) how far thrusts lie from those in real numbers [N], and whether both took the same branches.
 
     ``some`` and ``true`` are the program's values, rounded and not; ``got`` is its answer to the first.
     """
-    off: FloatArray = np.abs(got.outputs["f"] - answered(program, true).outputs["f"]).max(axis=0)
+    off: FloatArray = np.abs(got.F - answered(program, true, len(got.F)).F).max(axis=1)
     return off, alike(program, some, true)
 
 

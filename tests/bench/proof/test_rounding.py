@@ -7,10 +7,9 @@ import pytest
 
 from alloc import Status, load_vehicle
 from alloc.c.compiled import compiler
-from alloc.program import Builder, select
+from alloc.program import Builder, alike, answered, evaluate, select, values
 from bench.proof import subject, tools
 from bench.proof.not_read import NotRead
-from bench.proof.numeric import alike, answered, answers, values
 from bench.proof.rounding.band import verdict_band
 from bench.proof.rounding.errors import Errors
 from bench.proof.rounding.gappa import before_limits
@@ -51,7 +50,7 @@ def test_the_bound_holds_against_fractions() -> None:
     rng = np.random.default_rng(3)
     f = rng.choice([of.vehicle.f_min, of.vehicle.f_max], 200)
     for tau in f @ of.vehicle.TP.T:
-        got = answers(program, {"tau": tau[:, None]}, np.float64).outputs["f"][:, 0]
+        got = evaluate(program, tau[None]).F[0]
         exact = exactly(program, tau)
         for (_, i), node in program.outputs.items():
             assert abs(Fraction(float(got[i])) - exact[node]) <= Fraction(errors.error(node))
@@ -90,7 +89,7 @@ def test_where_rounding_turns_a_branch_the_wider_bound_holds() -> None:
     narrow, wide = (values(program, {"tau": taus}, kind) for kind in (np.float64, np.longdouble))
     turns = ~alike(program, narrow, wide)
     assert 0 < turns.sum() < len(turns)
-    off = np.abs(answered(program, narrow).outputs["f"] - answered(program, wide).outputs["f"]).max(axis=0)
+    off = np.abs(answered(program, narrow, 4000).F - answered(program, wide, 4000).F).max(axis=1)
     assert off[~turns].max() <= bound < 1e-12
     assert 49.0 < off[turns].max() <= turned
 
@@ -108,7 +107,7 @@ def test_a_verdict_differs_within_the_band_only() -> None:
 
     edge = taus * alpha_max(vehicle, taus)[:, None]
     for share, status in ((1.0 + 2.0 * band, 2), (1.0 - 2.0 * band, 0)):
-        got = answers(program, {"tau": (share * edge).T}, np.float64).status
+        got = evaluate(program, share * edge).status
         assert set(got.tolist()) == {status}
 
 

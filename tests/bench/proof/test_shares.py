@@ -9,9 +9,8 @@ import pytest
 from alloc import Vehicle, load_vehicle
 from alloc.allocation import FloatArray
 from alloc.c.compiled import compiler
-from alloc.program import Program, Scalar
+from alloc.program import Program, Scalar, values
 from bench.proof import certify, subject
-from bench.proof.numeric import values
 from bench.proof.rounding.errors import Errors
 from bench.proof.rounding.forms import NOTHING, ONE, Form, constant, total
 from bench.proof.rounding.loads import shares

@@ -8,9 +8,9 @@ import pytest
 from alloc import load_vehicle
 from alloc.c import covering
 from alloc.c.compiled import compiler, shared_library
+from alloc.program import answered, values
 from bench.proof import subject
 from bench.proof.not_read import NotRead
-from bench.proof.numeric import answers
 from bench.proof.sabotage import SABOTAGES, Sabotage, sabotaged
 from bench.proof.safety.limits import within
 from bench.proof.symbolic import programs
@@ -40,14 +40,15 @@ def test_the_operations_are_those_of_the_compiled_c(name: str, kernel: str, scal
     taus = np.ascontiguousarray((f @ vehicle.TP.T).astype(kind))
     taus[0], taus[1] = np.nan, np.finfo(kind).max
     for fault in (-1, 1):
-        read = answers(programs(of)[fault], {"tau": taus.T}, kind)
+        program = programs(of)[fault]
+        read = answered(program, values(program, {"tau": taus.T}, kind), len(taus))
         for i, tau in enumerate(taus):
             thrusts, share = np.zeros(vehicle.n, kind), np.zeros(9, kind)
             arrays = [thrusts, share] if of.levels else [thrusts]
             status = function(tau.ctypes, fault, *(array.ctypes for array in arrays))
             assert status == read.status[i]
             if status in (0, 1):
-                np.testing.assert_array_equal(thrusts, read.outputs["f"][:, i])
+                np.testing.assert_array_equal(thrusts, read.F[i])
 
 
 @pytest.mark.parametrize("kernel", ["nullspace", "clip", "scaled", "redistribute"])
