@@ -3,6 +3,7 @@
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from alloc.allocation import FloatArray, IndexArray
 from bench.chips.image import FIRMWARE, METHOD, Image, link, without_kernel
 from bench.chips.kernel import SCALARS
-from bench.chips.toolchain import ToolError, run
+from bench.chips.toolchain import ToolError, run, scratch
 from bench.harness.callgrind import CALLGRIND, totals
 from bench.inputs.board_log import answered, parse
 
@@ -102,16 +103,21 @@ def _answers(image: Image, path: Path, calls: FloatArray, command: Sequence[str]
 
 
 def _plugged(image: Image, trace: str) -> tuple[str, ...]:
-    plugin = image.path.with_name("count.so")
-    if not plugin.exists():
-        # QEMU asks which version of its interface is meant; the functions used here are the same in each.
-        version = re.search(r"version (\d+)", run([image.target.emulator[0], "--version"]))
-        api = 1 if version and int(version[1]) < 9 else 2
-        run(["gcc", "-O2", "-shared", "-fPIC", f"-DAPI={api}", str(FIRMWARE / "count.c"), "-o", str(plugin)])
-    options = f"{plugin},entry={image.entry:#x},leave={image.leave:#x},ticks=ticks"
-    options += f",trace={trace}" if trace else ""
     emulator, *rest = image.target.emulator
+    options = f"{_plugin(emulator)},entry={image.entry:#x},leave={image.leave:#x},ticks=ticks"
+    options += f",trace={trace}" if trace else ""
     return (emulator, "-plugin", options, *rest)
+
+
+@cache
+def _plugin(emulator: str) -> Path:
+    """QEMU's plugin that counts, compiled once a process for this emulator."""
+    plugin = scratch() / f"count-{emulator}.so"
+    # QEMU asks which version of its interface is meant; the functions used here are the same in each.
+    version = re.search(r"version (\d+)", run([emulator, "--version"]))
+    api = 1 if version and int(version[1]) < 9 else 2
+    run(["gcc", "-O2", "-shared", "-fPIC", f"-DAPI={api}", str(FIRMWARE / "count.c"), "-o", str(plugin)])
+    return plugin
 
 
 def _callgrind(image: Image) -> tuple[str, ...]:

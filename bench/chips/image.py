@@ -1,12 +1,14 @@
 """A kernel linked with the driver for one processor, and the flash and RAM that it takes."""
 
+import tempfile
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
 from bench.chips.kernel import Kernel, shapes
 from bench.chips.target import Target
-from bench.chips.toolchain import run
+from bench.chips.toolchain import run, scratch
 
 FIRMWARE = Path(__file__).parent / "firmware"
 FLAGS = ("-O2", "-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections")
@@ -52,25 +54,24 @@ def link(kernel: Kernel, target: Target, folder: Path, options: tuple[str, ...] 
     ``options`` say how the driver calls the kernel (firmware/call.h).
     """
     sources = kernel.write(folder)
-    compiler = [f"{target.tools}gcc", *target.flags, *FLAGS, *SIZES]
     places = {folder, *((folder / name).parent for name in kernel.sources)}
     includes = [f"-I{place}" for place in sorted(places)]
-    run([*compiler, *KERNEL, *includes, "-c", *(str(source) for source in sources)], folder)
-    objects = [str(folder / f"{source.stem}.o") for source in sources]
-    port = "ports/mps2.c" if target.bare_metal else "ports/linux.c"
-    driver = [str(FIRMWARE / name) for name in (*DRIVER, port)]
-    (folder / "project.h").write_text(shapes([kernel]), encoding="utf-8")
-    for name, text in (("adapter.c", kernel.adapter), ("project.c", _project(kernel))):
-        (folder / name).write_text(text, encoding="utf-8")
-        driver.append(str(folder / name))
+    run([*_gcc(target), *KERNEL, *includes, "-c", *(str(source) for source in sources)], folder)
+    objects = [folder / f"{source.stem}.o" for source in sources]
+    driver = _driver(target, options, shapes([kernel]))
+    own = [folder / "adapter.c", folder / "project.c"]
+    for path, text in zip(own, (kernel.adapter, _project(kernel)), strict=True):
+        path.write_text(text, encoding="utf-8")
+    command = [*_gcc(target), *_bare(target), *includes, f"-I{driver}", f"-I{FIRMWARE}"]
+    built = folder / "built"
+    built.mkdir(exist_ok=True)
+    run([*command, *options, "-c", *map(str, own)], built)
+    objects += [*(driver / f"{Path(name).stem}.o" for name in _sources(target)), *sorted(built.glob("*.o"))]
     marks = f"-DMEASURED=measured_{kernel.entry}", f"-DLEFT=left_{kernel.entry}"
-    facts = *options, f'-DBOARD_PROCESSOR="{target.name}"'
-    bare = (*_BARE, *target.board) if target.bare_metal else ()
-    command = [*compiler, *includes, f"-I{FIRMWARE}", *marks, *facts, *objects, *driver]
-    command += [str(FIRMWARE / "call.S"), *bare, "-lm"]
     path, empty = folder / "kernel.elf", folder / EMPTY
-    run([*command, f"-DCALLED={kernel.entry}", "-o", str(path)])
-    run([*command, "-DCALLED=empty_kernel", "-o", str(empty)])
+    for called, elf in ((kernel.entry, path), ("empty_kernel", empty)):
+        call = [*marks, f"-DCALLED={called}", str(FIRMWARE / "call.S")]
+        run([*command, *map(str, objects), *call, "-lm", "-o", str(elf)])
     thumb = 1 if target.bare_metal else 0  # bit 0 of a symbol marks Thumb code and is no part of the address
     symbols, sizes, without = _symbols(target, path), _sizes(target, path), _sizes(target, empty)
     return Image(
@@ -82,6 +83,29 @@ def link(kernel: Kernel, target: Target, folder: Path, options: tuple[str, ...] 
         flash_bytes=sizes.text + sizes.data - without.text - without.data,
         ram_static_bytes=sizes.data + sizes.zeroed - without.data - without.zeroed,
     )
+
+
+def _gcc(target: Target) -> list[str]:
+    return [f"{target.tools}gcc", *target.flags, *FLAGS, *SIZES]
+
+
+def _bare(target: Target) -> tuple[str, ...]:
+    return (*_BARE, *target.board) if target.bare_metal else ()
+
+
+def _sources(target: Target) -> tuple[str, ...]:
+    return (*DRIVER, "ports/mps2.c" if target.bare_metal else "ports/linux.c")
+
+
+@cache
+def _driver(target: Target, options: tuple[str, ...], project: str) -> Path:
+    """A folder with what is the same for all kernels of one shape, compiled once a process, and project.h."""
+    folder = Path(tempfile.mkdtemp(dir=scratch()))
+    (folder / "project.h").write_text(project, encoding="utf-8")
+    facts = *options, f'-DBOARD_PROCESSOR="{target.name}"'
+    sources = [str(FIRMWARE / name) for name in _sources(target)]
+    run([*_gcc(target), *_bare(target), f"-I{folder}", f"-I{FIRMWARE}", *facts, "-c", *sources], folder)
+    return folder
 
 
 def _project(kernel: Kernel) -> str:

@@ -1,9 +1,12 @@
 """Compilers and emulators: which are missing, how to get those, and what they say."""
 
+import atexit
 import platform
 import re
 import shutil
 import subprocess
+import tempfile
+from functools import cache
 from pathlib import Path
 
 from alloc import AllocError
@@ -54,6 +57,14 @@ def run(command: list[str], folder: Path | None = None) -> str:
         first = next((line for line in lines if "error" in line), lines[-1])
         raise ToolError(f"{command[0]} ended with {done.returncode}: {first}")
     return done.stdout
+
+
+@cache
+def scratch() -> Path:
+    """A folder for what is compiled once for all kernels; it is removed as this process ends."""
+    folder = tempfile.TemporaryDirectory(prefix="thrustbench-")
+    atexit.register(folder.cleanup)
+    return Path(folder.name)
 
 
 def _has_c_library(target: Target) -> bool:
