@@ -3,6 +3,7 @@
 import re
 import shutil
 import subprocess
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -17,8 +18,13 @@ WARNINGS = [
     "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Wshadow", "-Wundef", "-Werror",
 ]  # fmt: skip
 C, CPP = ("c99", "c11", "c17", "gnu11", "gnu17"), ("c++11", "c++14", "c++17", "c++20")
-COMPILERS = [("gcc", each) for each in C] + [("clang", each) for each in C]
-COMPILERS += [("g++", each) for each in CPP] + [("clang++", each) for each in CPP]
+SPAN = {("gcc", "c99"), ("clang", "gnu17"), ("g++", "c++20"), ("clang++", "c++11")}
+"""The oldest and the newest standard of both languages; those between are asked with ``-m long``."""
+COMPILERS = [
+    pytest.param(compiler, standard, marks=() if (compiler, standard) in SPAN else pytest.mark.long)
+    for compilers, standards in ((("gcc", "clang"), C), (("g++", "clang++"), CPP))
+    for compiler, standard in product(compilers, standards)
+]
 METHODS = ("nullspace", "scaled", "redistribute", "pinv")
 """Between them they have all that C can be made of: branches, loops over data, shares, no status."""
 SHAPES = [("double", "fixed"), ("double", "call"), ("float", "fixed"), ("float", "call")]

@@ -84,23 +84,45 @@ def test_a_method_that_ends_its_process_is_the_only_one_that_fails(repository: P
     assert "pinv" not in result.stdout
 
 
-def test_a_method_that_fails_on_both_sides_is_mentioned_not_dropped(repository: Path) -> None:
-    with (repository / "alloc" / "methods" / "svd.py").open("a") as file:
+@pytest.fixture(scope="module")
+def mixed(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """What the gate prints of a commit in which several things come together, without valgrind.
+
+    `svd` aborts on both sides, `another` is new, and a user's own method is asked for.
+    """
+    folder = tmp_path_factory.mktemp("mixed")
+    tree, mine = folder / "repository", folder / "mine.py"
+    gate_check.copy(tree)
+    with (tree / "alloc" / "methods" / "svd.py").open("a") as file:
         file.write("\n\ndef build(vehicle):\n    import os\n    os.abort()\n")
-    gate_check.commit(repository, "it was so before")
-    result = gate(repository, lambda _: None, "--always")
-    assert "- fails on both sides, so not compared: `ukwial:svd:-`: head: ended with SIGABRT" in result.stdout
+    gate_check.commit(tree, "it was so before")
 
-
-def test_a_new_method_is_mentioned_and_the_rest_is_timed(repository: Path) -> None:
     def add(tree: Path) -> None:
         (tree / "alloc" / "methods" / "another.py").write_text(
             '"""Another."""\nfrom alloc.methods.pinv import *\n'
         )
 
-    result = gate(repository, add, "--cells", "ukwial:another")
-    assert "new: `ukwial:another:-`" in result.stdout
-    assert "| `ukwial:pinv:-` |" in result.stdout
+    mine.write_text('"""Mine."""\nfrom alloc.methods.pinv import FORMULATION, build\n')
+    options = ("--instructions", "--plugin", str(mine), "--cells", "ukwial:mine", "--cells", "ukwial:another")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(instructions, "missing", lambda: "valgrind is missing, install it")
+        return gate(tree, add, *options).stdout
+
+
+def test_a_method_that_fails_on_both_sides_is_mentioned_not_dropped(mixed: str) -> None:
+    assert "- fails on both sides, so not compared: `ukwial:svd:-`: head: ended with SIGABRT" in mixed
+
+
+def test_a_new_method_is_mentioned_and_the_rest_is_timed(mixed: str) -> None:
+    assert "new: `ukwial:another:-`" in mixed
+    assert "| `ukwial:pinv:-` |" in mixed
+
+
+def test_a_users_own_method_is_gated_too_and_without_valgrind_the_gate_says_that_it_counts_no_instructions(
+    mixed: str,
+) -> None:
+    assert "| `ukwial:mine:-` |" in mixed
+    assert "valgrind is missing, install it" in mixed
 
 
 def test_a_vehicle_whose_limits_changed_is_judged_by_its_own_numbers(repository: Path) -> None:
@@ -129,18 +151,6 @@ def test_a_slow_down_of_half_a_call_or_more_is_found_by_time_alone(repository: P
     # Two stages of three pairs are few: where a control cell moves meanwhile, the gate is inconclusive.
     assert result.return_value in (1, 3)
     assert re.search(r"\| `ukwial:pinv:-` \| .* µs, \+\d+", result.stdout)
-
-
-def test_a_users_own_method_is_gated_too_and_without_valgrind_the_gate_says_that_it_counts_no_instructions(
-    repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(instructions, "missing", lambda: "valgrind is missing, install it")
-    mine = tmp_path / "mine.py"
-    mine.write_text('"""Mine."""\nfrom alloc.methods.pinv import FORMULATION, build\n')
-    options = ("--always", "--instructions", "--plugin", str(mine), "--cells", "ukwial:mine")
-    result = gate(repository, lambda _: None, *options)
-    assert "| `ukwial:mine:-` |" in result.stdout
-    assert "valgrind is missing, install it" in result.stdout
 
 
 def test_a_spent_budget_is_inconclusive(repository: Path) -> None:

@@ -5,7 +5,6 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -20,25 +19,35 @@ from tests.places import ROOT
 from tests.plugin_files import write_plugin
 from tests.runs import started, wait_for, written
 
+LOOPS = """
+import os
+from pathlib import Path
+
+def build(vehicle):
+    def allocate(tau):
+        Path({file!r}).with_suffix(".part").write_text(str(os.getpid()))
+        Path({file!r}).with_suffix(".part").rename({file!r})
+        while True:
+            pass
+    return allocate
+"""
+"""A plain function that leaves its process's number before it loops."""
+
 
 def test_a_worker_dies_with_its_parent_even_in_an_endless_loop(tmp_path: Path) -> None:
-    plugin = write_plugin(tmp_path, "loops")
-    command = ["run", "--vehicle=ukwial", "--demands=infeasible", f"--plugin={plugin}", "--n=4"]
+    (tmp_path / "loops.py").write_text(LOOPS.format(file=str(tmp_path / "looping")))
+    command = [
+        "run",
+        "--vehicle=ukwial",
+        "--demands=infeasible",
+        f"--plugin={tmp_path / 'loops.py'}",
+        "--n=4",
+    ]
     with started("-m", "bench", *command, f"--out={tmp_path / 'out'}") as run:
-        parent = psutil.Process(run.pid)
-
-        looping: list[psutil.Process] = []
-
-        def is_looping() -> bool:
-            for child in parent.children():
-                with suppress(psutil.NoSuchProcess):  # a worker before it has ended since
-                    if child.cpu_times().user > 2.0:  # no other worker takes as long
-                        looping.append(child)
-            return bool(looping)
-
-        wait_for(is_looping)
+        wait_for((tmp_path / "looping").exists)
+        (worker,) = psutil.Process(run.pid).children()
+        assert str(worker.pid) == (tmp_path / "looping").read_text()
         run.kill()
-    (worker,) = looping
     wait_for(lambda: not worker.is_running() or worker.status() == psutil.STATUS_ZOMBIE)
 
 
@@ -83,6 +92,7 @@ def test_sigterm_ends_a_run_and_leaves_no_worker_and_no_temporary_folder(tmp_pat
     place = tmp_path / "temporary"
     place.mkdir()
     command = ["run", "--vehicle=ukwial", "--demands=infeasible", f"--plugin={plugin}", "--n=4"]
+    command += ["--time-limit=1"]  # so that its share, which comes first, is soon given up
     arguments = [sys.executable, "-m", "bench", *command, f"--out={tmp_path / 'out'}"]
     with subprocess.Popen(
         arguments, cwd=ROOT, env={**os.environ, "TMPDIR": str(place)}, stdout=subprocess.PIPE

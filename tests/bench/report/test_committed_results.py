@@ -27,16 +27,23 @@ needs_results = pytest.mark.skipif(
 
 
 @needs_results
+@pytest.mark.parametrize("pictures", [False, pytest.param(True, marks=pytest.mark.long)], ids=["text", "all"])
 @pytest.mark.parametrize("directory", COMMITTED, ids=lambda path: path.name)
-def test_a_committed_report_shows_what_its_record_renders(directory: Path, tmp_path: Path) -> None:
+def test_a_committed_report_shows_what_its_record_renders(
+    directory: Path, pictures: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Pictures take ten times as long as all the rest."""
     shutil.copy(directory / PACKED, tmp_path)
+    if not pictures:
+        drawn = frozenset(path.name for path in directory.glob("*.svg"))
+        monkeypatch.setattr("bench.report.draw_all", lambda *_: drawn)
     render(tmp_path)
     left_out = (REMADE, FILE_NAME, PACKED, ".lock")
     made, kept = (
         {
             path.name: path.read_text(encoding="utf-8")
             for path in folder.iterdir()
-            if path.name not in left_out
+            if path.name not in left_out and (pictures or path.suffix != ".svg")
         }
         for folder in (tmp_path, directory)
     )
