@@ -60,8 +60,9 @@ def test_straight_from_zero_it_is_the_largest_attainable_share(
 
 
 def test_one_demand_and_many_give_the_same(rng: np.random.Generator) -> None:
+    """An axis a level: where two are pushed together only, a level moves what later ones start from."""
     for vehicle in vehicles():
-        through = way(vehicle)
+        through = Way(vehicle, [[axis] for axis in vehicle.dof], [KEEP] * (vehicle.k - 1) + [1.0])
         low, high = limits(vehicle, rng, 20)
         taus = rng.normal(size=(20, vehicle.k)) * vehicle.wrench_scale * np.logspace(-3, 3, 20)[:, None]
         ends, shares = through.towards_many(taus, through.departure(low, high))
