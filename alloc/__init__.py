@@ -46,25 +46,6 @@ MOVED = {
         "VehicleError",
     ),
     "alloc.formulations": ("find_formulation", "list_formulations"),
-    "alloc.plugin": (
-        "QP",
-        "BoolArray",
-        "BoundedSteps",
-        "Family",
-        "FloatArray",
-        "Formulation",
-        "Posed",
-        "StatusArray",
-        "TwoStage",
-        "Way",
-        "answer",
-        "at_call",
-        "checked",
-        "checked_many",
-        "one_by_one",
-        "pose_hard",
-        "pose_soft",
-    ),
     "alloc.qp.certificate": ("Certificate", "certify", "certify_many"),
     "alloc.reach.attainable": (
         "Margins",
@@ -83,12 +64,13 @@ MOVED = {
     "alloc.vehicle.call_limits": ("limits_of",),
     "alloc.vehicle.geometry": ("DOF", "unit"),
 }
-"""Names that stood here until 0.1, and where they are; they go on working here for one release."""
+"""Names that stood here until 0.1, with all of ``alloc.plugin``; they go on working here for one release."""
 
 if not TYPE_CHECKING:  # with this function a type checker would accept any name
 
     def __getattr__(name: str) -> Any:
-        for module, names in MOVED.items():
+        moved = {**MOVED, "alloc.plugin": import_module("alloc.plugin").__all__}
+        for module, names in moved.items():
             if name in names:
                 warnings.warn(
                     f"alloc.{name} moves: from {module} import {name}", DeprecationWarning, stacklevel=2

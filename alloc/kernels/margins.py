@@ -8,7 +8,7 @@ from alloc.kernels.facets import FacetPairs
 from alloc.program import Builder, Expression, Number, least, most, select, size
 from alloc.program.graph import lifted
 from alloc.program.sums import SAME, known, signed, summed
-from alloc.reach.edge import room_table
+from alloc.reach.edge import slack_table
 
 WIDE = 1e-3
 """Where a facet leaves a wider margin than this share of the largest limit, rounding of a step along it is
@@ -47,7 +47,7 @@ class FacetMargins:
                 gaps[at] = gap.named(f"g{level}_{at}") if isinstance(gap, Expression) else gap
             if limits.at_call:
                 self._gaps[i] = gaps[i], gaps[n + i]
-        table = room_table(push)
+        table = slack_table(push)
         widths = np.array([gap if known(gap) else 0.0 for gap in gaps], dtype=float)
         rows = summed(table, [lifted(gap, graph) for gap in gaps], f"g{level}_").rows
         for j, m in enumerate(asked):

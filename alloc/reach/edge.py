@@ -4,10 +4,10 @@ Which way the facets of {T P f : f_min <= f <= f_max} look depends on the vehicl
 them. Where limits leave a thruster no choice the set is a limit of sets in which all have one, so the same
 facets bound it, some of them more than once. So with thrusts f0 inside the limits and w = T P f0, the set is
 
-    c'(tau - w) <= room(c) = sum_i max(c'T_i (f_min_i - f0_i), c'T_i (f_max_i - f0_i))
+    c'(tau - w) <= slack(c) = sum_i max(c'T_i (f_min_i - f0_i), c'T_i (f_max_i - f0_i))
 
-for the normals c of all facets and their opposites. All terms of room are at least 0, so no rounding makes it
-negative, and a step s Delta from w stays inside as long as s c'Delta <= room(c): one minimum over facets.
+for the normals c of all facets and their opposites. All terms of slack are at least 0, so no rounding makes it
+negative, and a step s Delta from w stays inside as long as s c'Delta <= slack(c): one minimum over facets.
 """
 
 from dataclasses import dataclass
@@ -82,28 +82,28 @@ def start(f_min: FloatArray, f_max: FloatArray) -> FloatArray:
     return inside
 
 
-def room_table(push: FloatArray) -> FloatArray:
-    """(2M, 2n) table with room = table [f_max - f0; f0 - f_min], for M normals and then their opposites."""
+def slack_table(push: FloatArray) -> FloatArray:
+    """(2M, 2n) table with slack = table [f_max - f0; f0 - f_min], for M normals and then their opposites."""
     ahead, astern = push.clip(min=0.0), (-push).clip(min=0.0)
     return np.block([[ahead, astern], [astern, ahead]])
 
 
-def share(along: FloatArray, room: FloatArray, size: float, begin: float, keep: float) -> float:
-    """min(1, keep beta) of one step: beta is the least room / along over the facets with along > 0.
+def share(along: FloatArray, slack: FloatArray, size: float, begin: float, keep: float) -> float:
+    """min(1, keep beta) of one step: beta is the least slack / along over the facets with along > 0.
 
     Parameters
     ----------
     along : (2M,) c'Delta of the step Delta along each normal and its opposite
-    room : (2M,) what is left along each, at least 0
+    slack : (2M,) what is left along each, at least 0
     size : largest |Delta| on any axis in unit of ``wrench_scale``
     begin : ``Departure.size``
     keep : 1 to go as far as the set reaches, less to stop before
     """
     if size <= PARALLEL * begin:  # rounding is all that is missing, which may be zero by other sums
         return 1.0
-    (tight,) = (along > keep * room + PARALLEL * max(size, begin)).nonzero()
+    (tight,) = (along > keep * slack + PARALLEL * max(size, begin)).nonzero()
     beta = 1.0 / keep
-    for a, r in zip(along[tight].tolist(), room[tight].tolist(), strict=True):
+    for a, r in zip(along[tight].tolist(), slack[tight].tolist(), strict=True):
         if r < beta * a:
             beta = r / a
     taken = keep * beta
@@ -111,11 +111,11 @@ def share(along: FloatArray, room: FloatArray, size: float, begin: float, keep: 
 
 
 def shares(
-    along: FloatArray, room: FloatArray, size: FloatArray, begin: FloatArray, keep: float
+    along: FloatArray, slack: FloatArray, size: FloatArray, begin: FloatArray, keep: float
 ) -> FloatArray:
-    """``share`` of N steps: (N,) from along (N, 2M), room (N, 2M) or (2M,), size (N,), begin (N,) or one."""
-    tight = along > keep * room + (PARALLEL * np.maximum(size, begin))[:, None]
-    beta = np.divide(room, along, out=np.full_like(along, np.inf), where=tight).min(axis=1, initial=np.inf)
+    """``share`` of N steps: (N,) from along (N, 2M), slack (N, 2M) or (2M,), size (N,), begin (N,) or one."""
+    tight = along > keep * slack + (PARALLEL * np.maximum(size, begin))[:, None]
+    beta = np.divide(slack, along, out=np.full_like(along, np.inf), where=tight).min(axis=1, initial=np.inf)
     taken = keep * beta
     most: FloatArray = np.where((taken < 1.0 - EDGE) & (size > PARALLEL * begin), taken, 1.0)
     return most

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from alloc.allocation import FloatArray
-from alloc.reach.edge import edge, room_table, share, shares, start
+from alloc.reach.edge import edge, slack_table, share, shares, start
 from alloc.reach.levels import Levels, step_maps
 from alloc.vehicle import Vehicle
 
@@ -20,12 +20,12 @@ class Departure(NamedTuple):
     Attributes
     ----------
     wrench : w = T P f0 (…, k) [N, N m]
-    room : (…, 2M) how far the set reaches from w along each facet's normal and its opposite, at least 0
+    slack : (…, 2M) how far the set reaches from w along each facet's normal and its opposite, at least 0
     size : (…,) that of the terms which make w: max(1, largest |f0| in unit of ``f_scale``) [-]
     """
 
     wrench: FloatArray
-    room: FloatArray
+    slack: FloatArray
     size: FloatArray
 
 
@@ -47,7 +47,7 @@ class Way:
         self._scale = found.scale
         half = found.normals * found.scale
         self._outward = np.vstack([half, -half])
-        self._room_of = room_table(found.push)
+        self._slack_of = slack_table(found.push)
         self._TP, self._f_scale = vehicle.TP, vehicle.f_scale
         self._rest, self._size = np.zeros(vehicle.k), np.ones(())
         self._maps = step_maps(vehicle, levels) * (found.scale / found.scale[:, None])
@@ -58,17 +58,17 @@ class Way:
     def departure(self, f_min: FloatArray, f_max: FloatArray) -> Departure:
         """Where the way begins within limits (n,), or (N, n) of N calls [N]."""
         if f_min.ndim == 1 and max(f_min.tolist()) <= 0.0 <= min(f_max.tolist()):  # the usual case, quickly
-            return Departure(self._rest, self._room_of.dot(np.concatenate((f_max, -f_min))), self._size)
+            return Departure(self._rest, self._slack_of.dot(np.concatenate((f_max, -f_min))), self._size)
         f0 = start(f_min, f_max)
         widths = np.concatenate((f_max - f0, f0 - f_min), axis=-1)
         size = np.maximum(1.0, np.abs(f0).max(axis=-1) / self._f_scale)
-        return Departure(f0 @ self._TP.T, widths @ self._room_of.T, size)
+        return Departure(f0 @ self._TP.T, widths @ self._slack_of.T, size)
 
     def towards(self, tau: FloatArray, begin: Departure) -> tuple[FloatArray, tuple[float, ...]]:
         """The wrench reached (k,) on the way to ``tau`` (k,) [N, N m], and the share of each level."""
-        w, room, size = begin
+        w, slack, size = begin
         missing = (tau - w) / self._scale
-        if (self._unstopped.dot(missing) <= room).all():
+        if (self._unstopped.dot(missing) <= slack).all():
             end = tau if self._straight else w + self._whole.dot(missing) * self._scale
             return end, (1.0,) * len(self.keep)
         taken = []
@@ -76,12 +76,12 @@ class Way:
         for D, keep in zip(self._maps, self.keep, strict=True):
             step = D.dot(missing)
             along = self._outward.dot(step)
-            s = share(along, room, max(map(abs, step.tolist())), float(size), keep)
+            s = share(along, slack, max(map(abs, step.tolist())), float(size), keep)
             taken.append(s)
             moved += s * step
             if len(taken) < len(self.keep):
                 missing = missing - s * step
-                room = np.maximum(room - s * along, 0.0)
+                slack = np.maximum(slack - s * along, 0.0)
         return w + moved * self._scale, tuple(taken)
 
     def towards_many(self, taus: FloatArray, begin: Departure) -> tuple[FloatArray, FloatArray]:
@@ -92,17 +92,17 @@ class Way:
         ends, taken = np.empty(taus.shape), np.empty((len(taus), len(self.keep)))
         for i in range(0, len(taus), CHUNK):
             chunk = slice(i, i + CHUNK)
-            w, room, size = begin if begin.room.ndim == 1 else (each[chunk] for each in begin)
+            w, slack, size = begin if begin.slack.ndim == 1 else (each[chunk] for each in begin)
             missing = (taus[chunk] - w) / self._scale
             moved = np.zeros_like(missing)
             for j, (D, keep) in enumerate(zip(self._maps, self.keep, strict=True)):
                 step = missing @ D.T
                 along = step @ self._outward.T
-                s = shares(along, room, np.abs(step).max(axis=1), size, keep)[:, None]
+                s = shares(along, slack, np.abs(step).max(axis=1), size, keep)[:, None]
                 taken[chunk, j] = s[:, 0]
                 moved += s * step
                 missing -= s * step
-                room = np.maximum(room - s * along, 0.0)
+                slack = np.maximum(slack - s * along, 0.0)
             ends[chunk] = w + moved * self._scale
         return ends, taken
 
@@ -120,7 +120,7 @@ class Way:
         """Tables for a demand that nothing stops, so that one product tells.
 
         With d what is missing at the departure, all shares are 1 where the first table, (L, 2M, k), times d
-        is at most the room; the second, (k, k), times d is the way to where the last level ends.
+        is at most the slack; the second, (k, k), times d is the way to where the last level ends.
         """
         left, before = np.eye(len(self._scale)), np.zeros_like(self._outward)
         tables = []

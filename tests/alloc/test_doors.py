@@ -10,7 +10,10 @@ import alloc
 import alloc.plugin
 from alloc import Allocation, Status
 
-OLD = [(name, module) for module, names in alloc.MOVED.items() for name in names]
+OLD = [
+    *((name, module) for module, names in alloc.MOVED.items() for name in names),
+    *((name, "alloc.plugin") for name in alloc.plugin.__all__),
+]
 
 
 @pytest.mark.parametrize(("name", "module"), OLD)

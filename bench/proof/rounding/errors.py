@@ -133,12 +133,12 @@ class Errors(Arithmetic):
         for load in share.loads:
             taken, extra = self._before_rounding(self._number(load.along))
             tiny = 0.0 if load.tiny is None else self._number(load.tiny).size
-            for sign, room in ((1.0, load.ahead), (-1.0, load.astern))[: 1 + load.both]:
-                if room is None:
+            for sign, slack in ((1.0, load.ahead), (-1.0, load.astern))[: 1 + load.both]:
+                if slack is None:
                     gauges.append(Gauge(total((sign, taken)), constant(1.0), 0.0))
                     roundings = max(roundings, 1.0 + extra)
                     continue
-                for each in self._alternatives(self._number(room)):
+                for each in self._alternatives(self._number(slack)):
                     left, more = self._before_rounding(each)
                     gauges.append(Gauge(total((sign, taken)), left, tiny))
                     roundings = max(roundings, 2.0 + extra + more)
@@ -162,7 +162,7 @@ class Errors(Arithmetic):
         """Values with a form, the least of which this is; raises NotRead where they are not known."""
         found = among(value)
         if not found or not value.least:
-            raise NotRead("a room that is no sum")
+            raise NotRead("a slack that is no sum")
         return found
 
     def _chosen(self, condition: Node, then: Node, other: Node) -> Value:
@@ -228,8 +228,8 @@ class Errors(Arithmetic):
             if a not in self.values or b not in self.values:
                 raise NotRead("a branch on what is no number")
             x, y = self._plain(self.values[a]), self._plain(self.values[b])
-            room = x.error + y.error
-            near = {a: (y.low - room, y.high + room), b: (x.low - room, x.high + room)}
+            slack = x.error + y.error
+            near = {a: (y.low - slack, y.high + slack), b: (x.low - slack, x.high + slack)}
             one = self._under(then, condition, True, near)
             two = self._under(other, condition, False, near)
             gaps = [max(p.high - q.low, q.high - p.low) for p in one for q in two]

@@ -1,7 +1,7 @@
-"""Shares in a program: k / max(k, loads), how much of a step can be taken before a room is used up.
+"""Shares in a program: k / max(k, loads), how much of a step can be taken before a slack is used up.
 
-Each load is the size of what is taken, over a room. That a share times what is taken is at most k times the
-room says more than ranges of single numbers do: what a step leaves of a room is never negative.
+Each load is the size of what is taken, over a slack. That a share times what is taken is at most k times the
+slack says more than ranges of single numbers do: what a step leaves of a slack is never negative.
 """
 
 from collections.abc import Sequence
@@ -11,12 +11,12 @@ from alloc.program import Node, Operation
 
 
 class Load(NamedTuple):
-    """What is taken of a room.
+    """What is taken of a slack.
 
     Attributes
     ----------
     along : what is taken
-    ahead, astern : the room where that is positive, and the room for its opposite; None for a room of 1
+    ahead, astern : the slack where that is positive, and the slack for its opposite; None for a slack of 1
     both : whether the opposite is taken at all
     tiny : what is no larger than this counts as zero; None where all counts
     """

@@ -1,9 +1,9 @@
 """How far rounding takes values from what they are in real numbers, where shares are a factor of them.
 
 Let what rounding adds grow from zero to what it is, so that shares move from what they are in real numbers to
-what was calculated. On that way a share p = k / max(k, taken / room, ...) is 1, or it is held by one room,
-p taken = k room. In the first case it does not move; in the second its relative rate is no more than
-e / room, e the rate of the room and of taken / k together. So a form moves by no more than the largest rate
+what was calculated. On that way a share p = k / max(k, taken / slack, ...) is 1, or it is held by one slack,
+p taken = k slack. In the first case it does not move; in the second its relative rate is no more than
+e / slack, e the rate of the slack and of taken / k together. So a form moves by no more than the largest rate
 of any attainable demand with any shares that there can be beside it.
 """
 
@@ -31,11 +31,11 @@ from bench.proof.rounding.together import Together
 Facts = tuple[Form, ...]
 """Forms that are never negative."""
 SMALL = 0.01
-"""By how much of itself rounding may move a room at most."""
+"""By how much of itself rounding may move a slack at most."""
 MINOR = 0.2
 """What moves a share by less than this, relative to what moves it most, is not looked at more closely."""
 NEAR = 4.0
-"""A room of no more than so many times the least one is looked at by itself."""
+"""A slack of no more than so many times the least one is looked at by itself."""
 PART = 0.05
 """Of what rounding adds together, what adds less than this is not looked at more closely."""
 COLLINEAR = 1e-12
@@ -47,12 +47,12 @@ class Gauge(NamedTuple):
 
     Attributes
     ----------
-    taken, room : forms
+    taken, slack : forms
     tiny : taken of this size or less may count as zero
     """
 
     taken: Form
-    room: Form
+    slack: Form
     tiny: float
 
 
@@ -61,14 +61,14 @@ class Held(NamedTuple):
 
     Attributes
     ----------
-    taken, room : the gauge's
-    least : no more than the least room under these facts
-    rate : how far room and taken / k move, together
-    facts : that it holds the share, and perhaps how large the room is
+    taken, slack : the gauge's
+    least : no more than the least slack under these facts
+    rate : how far slack and taken / k move, together
+    facts : that it holds the share, and perhaps how large the slack is
     """
 
     taken: Form
-    room: Form
+    slack: Form
     least: float
     rate: float
     facts: Facts
@@ -122,40 +122,40 @@ class Moved:
         return self._known[key]
 
     def add(self, share: Node, keep: float, gauges: list[Gauge], relative: float) -> None:
-        """A share, with its own relative rounding; raises NotRead where a room may be used up."""
+        """A share, with its own relative rounding; raises NotRead where a slack may be used up."""
         self._keep[share], self._relative[share] = keep, 1.02 * relative
         facts, held = [], []
-        for taken, room, _ in gauges:
-            least, local = self._together.least(room), self.local(room) + self.local(taken) / keep
+        for taken, slack, _ in gauges:
+            least, local = self._together.least(slack), self.local(slack) + self.local(taken) / keep
             if not local < SMALL * least:
                 raise NotRead("a division by what may be zero")
             pushed, slack = times(exact(taken), share), constant(keep * local)
-            facts.append(total((keep * (1.0 + 2.0 * relative), exact(room)), (-1.0, pushed), (1.0, slack)))
-            holds = total((1.0, pushed), (-keep * (1.0 - 2.0 * relative), exact(room)), (1.0, slack))
+            facts.append(total((keep * (1.0 + 2.0 * relative), exact(slack)), (-1.0, pushed), (1.0, slack)))
+            holds = total((1.0, pushed), (-keep * (1.0 - 2.0 * relative), exact(slack)), (1.0, slack))
             held.append((least, holds))
         for fact in facts:
             self._together.add(fact)
-        rates = [self._rate(taken, room, keep, ()) for taken, room, _ in gauges]
+        rates = [self._rate(taken, slack, keep, ()) for taken, slack, _ in gauges]
         worst = max((rate / least for rate, (least, *_) in zip(rates, held, strict=True)), default=0.0)
         self._held[share] = []
-        for (taken, room, tiny), rate, (least, holds) in zip(gauges, rates, held, strict=True):
+        for (taken, slack, tiny), rate, (least, holds) in zip(gauges, rates, held, strict=True):
             # A load that is far below k, where zero or not, ahead or astern is no matter.
             beside = tiny + rate * keep
             if 2.0 * beside > keep * least or beside > SMALL * least:
-                raise NotRead("a room that rounding may use up")
+                raise NotRead("a slack that rounding may use up")
             if self._together.most(holds) < 0.0:
                 continue
             if rate / least < MINOR * worst:
-                self._held[share].append(_held(taken, room, least, rate, (holds,)))
+                self._held[share].append(_held(taken, slack, least, rate, (holds,)))
                 continue
             edge = constant(NEAR * least)
-            far = holds, total((1.0, exact(room)), (-1.0, edge))
-            near = holds, total((1.0, edge), (-1.0, exact(room)))
-            self._held[share].append(_held(taken, room, NEAR * least, rate, far))
-            self._held[share].append(_held(taken, room, least, self._rate(taken, room, keep, near), near))
+            far = holds, total((1.0, exact(slack)), (-1.0, edge))
+            near = holds, total((1.0, edge), (-1.0, exact(slack)))
+            self._held[share].append(_held(taken, slack, NEAR * least, rate, far))
+            self._held[share].append(_held(taken, slack, least, self._rate(taken, slack, keep, near), near))
 
-    def _rate(self, taken: Form, room: Form, keep: float, holds: Facts) -> float:
-        return self.most(room, holds, closely=True) + self.most(taken, holds, closely=True) / keep
+    def _rate(self, taken: Form, slack: Form, keep: float, holds: Facts) -> float:
+        return self.most(slack, holds, closely=True) + self.most(taken, holds, closely=True) / keep
 
     def most(self, form: Form, holds: Facts = (), given: Shares = NOTHING, closely: bool = False) -> float:
         """How far a form moves at most, with a further fact; shares that are given do not move."""
@@ -179,7 +179,7 @@ class Moved:
                 break
             factor, left = _factor(moves, times(each.taken, share))
             if factor:
-                same = total((1.0, rest), (factor * keep, each.room))
+                same = total((1.0, rest), (factor * keep, each.slack))
                 rate = (
                     self.local(left, holds if closely else ())
                     + self._together.size(exact(left)) * each.rate / each.least
@@ -193,7 +193,7 @@ class Moved:
                 rate = others
                 if others + own + size * each.rate / each.least > found:
                     rate += self._under(each, keep, holds if closely else ()) * self._size(
-                        exact(moves), each.room, each.least, [*facts, *each.facts]
+                        exact(moves), each.slack, each.least, [*facts, *each.facts]
                     )
             found = max(found, rate + own)
         return found
@@ -202,7 +202,7 @@ class Moved:
         """The rate under further facts."""
         if not holds:
             return held.rate
-        rate = self._rate(held.taken, held.room, keep, (*holds, *held.facts))
+        rate = self._rate(held.taken, held.slack, keep, (*holds, *held.facts))
         return min(held.rate, rate / (1.0 - rate / held.least))
 
     def _roughly(self, form: Form, given: Shares) -> float:
@@ -218,8 +218,8 @@ class Moved:
         return max(0.0, *(self._together.ratio(each, exact(over), least, facts) for each in (form, opposite)))
 
 
-def _held(taken: Form, room: Form, least: float, rate: float, facts: Facts) -> Held:
-    return Held(taken, room, least, rate / (1.0 - rate / least), facts)
+def _held(taken: Form, slack: Form, least: float, rate: float, facts: Facts) -> Held:
+    return Held(taken, slack, least, rate / (1.0 - rate / least), facts)
 
 
 def _key(form: Form) -> object:
