@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from alloc.allocation import FloatArray
-from alloc.reach.edge import edge, slack_table, share, shares, start
+from alloc.reach.edge import edge, share, shares, slack_table, start
 from alloc.reach.levels import Levels, step_maps
 from alloc.vehicle import Vehicle
 

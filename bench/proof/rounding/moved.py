@@ -129,9 +129,9 @@ class Moved:
             least, local = self._together.least(slack), self.local(slack) + self.local(taken) / keep
             if not local < SMALL * least:
                 raise NotRead("a division by what may be zero")
-            pushed, slack = times(exact(taken), share), constant(keep * local)
-            facts.append(total((keep * (1.0 + 2.0 * relative), exact(slack)), (-1.0, pushed), (1.0, slack)))
-            holds = total((1.0, pushed), (-keep * (1.0 - 2.0 * relative), exact(slack)), (1.0, slack))
+            pushed, moved = times(exact(taken), share), constant(keep * local)
+            facts.append(total((keep * (1.0 + 2.0 * relative), exact(slack)), (-1.0, pushed), (1.0, moved)))
+            holds = total((1.0, pushed), (-keep * (1.0 - 2.0 * relative), exact(slack)), (1.0, moved))
             held.append((least, holds))
         for fact in facts:
             self._together.add(fact)
