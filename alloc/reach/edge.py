@@ -7,7 +7,8 @@ facets bound it, some of them more than once. So with thrusts f0 inside the limi
     c'(tau - w) <= slack(c) = sum_i max(c'T_i (f_min_i - f0_i), c'T_i (f_max_i - f0_i))
 
 for the normals c of all facets and their opposites. All terms of slack are at least 0, so rounding never
-makes it negative, and a step s Delta from w stays inside as long as s c'Delta <= slack(c): one minimum over facets.
+makes it negative, and a step s Delta from w stays inside as long as s c'Delta <= slack(c): one minimum over
+facets.
 """
 
 from dataclasses import dataclass
