@@ -59,6 +59,15 @@ def disassembled(image: Image) -> str:
     return "\n".join(printed.values())
 
 
+def bound(image: Image, k: int, n: int) -> int:
+    """Most instructions of any call to the kernel of an image, for a vehicle of k axes and n thrusters.
+
+    Raises Unbounded where a call's length is not known.
+    """
+    # All loops go over axes or thrusters, and look once more to end.
+    return longest(disassembled(image), image.entry, max(k, n) + 1)
+
+
 def longest(disassembly: str, entry: int, rounds: int) -> int:
     """Most instructions of any call to ``entry``, if no loop goes round more often than ``rounds``.
 

@@ -2,6 +2,7 @@
 
 import tempfile
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -18,16 +19,20 @@ from bench.chips.agreement import agreement
 from bench.chips.count import CallCounts, count
 from bench.chips.cycles import cycles
 from bench.chips.image import Image, link
-from bench.chips.kernel import Kernel
+from bench.chips.kernel import SCALARS, Kernel
 from bench.chips.kernels import build_kernel, check
+from bench.chips.longest import Unbounded, bound
 from bench.chips.target import Target
 from bench.chips.toolchain import ToolError, missing, versions
 from bench.demands import DemandSet, build_demands, labelled
+from bench.demands.corners import extremes
 from bench.harness import machine
 from bench.record import Emulated
 
 CLASSES = ("inactive", "active", "boundary", "infeasible", "mission", "jolts")
 SEARCH = "search"
+EXTREMES = 200
+"""Of each kind: about the edge of what a vehicle can do, far outside, and such as overflow or are NaN."""
 RIVALS_SHARE = 0.1
 """Share of each set that a solver's C is asked: it takes up to a hundred thousand times the instructions.
 Its most costly demand is not searched for either."""
@@ -108,7 +113,25 @@ def _kernel_rows(row: Emulated, kernel: Kernel, target: Target, sets: list[Deman
             tried = _search(image, sets, row.seed)
             row = _counted(row, tried, image, _answers(image, tried))
             # Only the largest count is kept: the others depend on how the search went.
-            yield msgspec.structs.replace(row, tried=len(tried.taus), instructions=row.instructions[-1:])
+            row = msgspec.structs.replace(row, tried=len(tried.taus), instructions=row.instructions[-1:])
+            yield _worst(row, image, sets[0].vehicle)
+
+
+def _worst(row: Emulated, image: Image, vehicle: Vehicle) -> Emulated:
+    """The row of a search with the most that is known of any call, and what none exceeds."""
+    kernel = image.kernel
+    taus = extremes(vehicle, EXTREMES, float(np.finfo(SCALARS[kernel.scalar]).max))
+    calls = kernel.calls(taus, vehicle.f_min, vehicle.f_max)
+    counted = count(image, calls)
+    known = max(row.instructions[-1][0], int(counted.instructions.max()))
+    extreme = cycles(image, calls, counted)
+    spans = [max(ends) for ends in zip(row.cycles, extreme, strict=True)] if row.cycles and extreme else []
+    at_most = None
+    in_software = kernel.scalar == "double" and image.target.scalars == ("float",)
+    if not in_software:  # where an operation's length depends on the numbers
+        with suppress(Unbounded):
+            at_most = bound(image, vehicle.k, vehicle.n)
+    return msgspec.structs.replace(row, known=known, at_most=at_most, cycles=spans)
 
 
 def _answers(image: Image, demands: DemandSet) -> CallCounts:

@@ -9,6 +9,8 @@ from bench.commands import LIMITS, PATH, RUNS, SINGLE, refuse_another_s
 
 if TYPE_CHECKING:
     from bench.proof import Proof, Subject
+    from bench.proof.worst import Counted
+    from bench.record import Emulated
 
 
 @click.command()
@@ -20,6 +22,9 @@ if TYPE_CHECKING:
 @LIMITS
 @click.option("--thorough", is_flag=True, help="Ten times the demands, searches and closer bounds: minutes.")
 @click.option(
+    "--counts", type=PATH, metavar="DIR", help="What `emulate` counted, asked again [runs/emulated if there]."
+)
+@click.option(
     "--out", type=PATH, default=RUNS / "proof", show_default=True, metavar="DIR", help="Made if missing."
 )
 def command(
@@ -28,6 +33,7 @@ def command(
     single: bool,
     limits: Literal["fixed", "call"],
     thorough: bool,
+    counts: Path | None,
     out: Path,
 ) -> int:
     """Prove what generated C does with any arguments: proof.json and a page beside the C.
@@ -45,6 +51,7 @@ def command(
 
     from alloc import AllocError, NotApplicable, catalogue, list_vehicles, load_vehicle
     from bench.proof import subject, summary, tools, write
+    from bench.proof.worst import counted_before
 
     kernels = {entry.name: entry.twin for entry in catalogue() if entry.twin}
     loaded = [load_vehicle(name) for name in vehicles or list_vehicles()]
@@ -71,9 +78,12 @@ def command(
             raise AllocError(f"{place}: is the name in C of {names}; give another name to one")
         refuse_another_s(out / place if several else out, first.files)
     proofs = []
+    rows = _rows(counts)
+    before = [counted_before(rows, of) for of in subjects]
     pool = ProcessPoolExecutor(cpu_count(), initializer=signal, initargs=(SIGTERM, SIG_DFL))
     try:
-        for of, proof in zip(subjects, pool.map(partial(_proof, thorough=thorough), subjects), strict=True):
+        made = pool.map(partial(_proof, thorough=thorough), subjects, before)
+        for of, proof in zip(subjects, made, strict=True):
             proofs.append(proof)
             folder = out / of.name if several else out
             write(of, proof, folder)
@@ -86,9 +96,19 @@ def command(
     return 0 if all(proof.safe for proof in proofs) else 3
 
 
-def _proof(of: "Subject", *, thorough: bool) -> "Proof":
+def _rows(counts: Path | None) -> "list[Emulated]":
+    """What was counted in a folder that is named, else in the usual one, where there need be nothing."""
+    from bench.record import read
+
+    usual = RUNS / "emulated"
+    if counts is None and not any(usual.glob("record.jsonl*")):
+        return []
+    return read(counts or usual).emulated
+
+
+def _proof(of: "Subject", before: "Counted", *, thorough: bool) -> "Proof":
     """The proof, with a line of each step on stderr."""
     from bench.proof import THOROUGH, USUAL, prove
 
     effort = THOROUGH if thorough else USUAL
-    return prove(of, effort, lambda step: click.echo(f"{of.name}: {step} ...", err=True))
+    return prove(of, effort, lambda step: click.echo(f"{of.name}: {step} ...", err=True), before)

@@ -19,11 +19,11 @@ from alloc.program import Scalar
 from alloc.reach.edge import start
 from alloc.reach.levels import step_maps
 from bench.demands import labelled
+from bench.demands.corners import attainable
 from bench.judging.judge import largest_gap
 from bench.judging.question import Question
 from bench.proof.proof import Claim, not_shown
 from bench.proof.rounding.arithmetic import DIGITS
-from bench.proof.rounding.seen import attainable
 from bench.proof.safety.harness import Subject
 
 DEMANDS = 2_000

@@ -4,6 +4,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
+from types import MappingProxyType
 from typing import NamedTuple
 
 from alloc import NotApplicable
@@ -25,7 +26,7 @@ from bench.proof.safety import claims as safety
 from bench.proof.safety.harness import Subject, subject
 from bench.proof.symbolic import programs
 from bench.proof.translation import translated
-from bench.proof.worst import Contradicted, worst_path
+from bench.proof.worst import Contradicted, Counted, worst_path
 
 
 class Effort(NamedTuple):
@@ -60,10 +61,15 @@ REFUSES = "A demand whose α* is below 1 by more than the band is refused."
 WORST = "No call takes more instructions than the bound."
 
 
-def prove(of: Subject, effort: Effort = USUAL, say: Callable[[str], None] = lambda _: None) -> Proof:
+def prove(
+    of: Subject,
+    effort: Effort = USUAL,
+    say: Callable[[str], None] = lambda _: None,
+    before: Counted = MappingProxyType({}),
+) -> Proof:
     """The proof of a kernel; raises NotInstalled where Frama-C is missing.
 
-    ``say`` is told what is looked at next.
+    ``say`` is told what is looked at next; ``before`` are costly demands that are known.
     """
     begin = time.perf_counter()
     say("memory, status and limits")
@@ -77,7 +83,7 @@ def prove(of: Subject, effort: Effort = USUAL, say: Callable[[str], None] = lamb
     say("rounding")
     bounded, rounding = _bounded(of, effort)
     say("worst paths")
-    paths, refuted, lacking = _paths(of)
+    paths, refuted, lacking = _paths(of, before)
     if rules is None:
         lacking.append(not_shown("MISRA C:2012", ["needs cppcheck: " + tools.remedy(["cppcheck"])]))
     return Proof(
@@ -187,7 +193,7 @@ def _exact(of: Subject) -> dict[int, dict[Node, float]]:
     return exact
 
 
-def _paths(of: Subject) -> tuple[list[WorstPath], list[Claim], list[Claim]]:
+def _paths(of: Subject, before: Counted) -> tuple[list[WorstPath], list[Claim], list[Claim]]:
     """The worst paths, bounds that a call disproves, and targets that lack a tool."""
     paths, refuted, lacking = list[WorstPath](), list[Claim](), list[Claim]()
     for target in targets():
@@ -196,7 +202,7 @@ def _paths(of: Subject) -> tuple[list[WorstPath], list[Claim], list[Claim]]:
         words = missing(target)
         try:
             if not words:
-                paths.append(worst_path(of, target))
+                paths.append(worst_path(of, target, before))
         except Contradicted as error:
             refuted.append(not_shown(WORST, [str(error)]))
         except ToolError as error:

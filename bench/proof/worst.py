@@ -1,7 +1,9 @@
 """The most instructions of any call: at least what one was seen to take, at most what the binary allows."""
 
 import tempfile
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
@@ -10,13 +12,14 @@ from alloc.c import arguments
 from bench.chips.count import count
 from bench.chips.image import Image, link
 from bench.chips.kernel import Kernel
-from bench.chips.longest import Unbounded, disassembled, longest
+from bench.chips.longest import Unbounded, bound
 from bench.chips.search import PARENTS, climb
 from bench.chips.target import Target
 from bench.chips.toolchain import versions
+from bench.demands.corners import extremes
 from bench.proof.proof import WorstPath
-from bench.proof.rounding.seen import attainable
 from bench.proof.safety.harness import Subject
+from bench.record import Emulated
 
 CALLS = 200
 """Demands of each fault that are run of each kind: about the edge of what the vehicle can do, and such as
@@ -29,22 +32,37 @@ class Contradicted(Exception):
     """A call takes more than the bound, so the bound is none; the message names the call."""
 
 
-def worst_path(of: Subject, on: Target) -> WorstPath:
+Counted = Mapping[str, Sequence[Sequence[float]]]
+"""By target, demands (k,) that were counted before, each the costliest of its set [N, N m]."""
+
+
+def counted_before(rows: Iterable[Emulated], of: Subject) -> Counted:
+    """What ``thrustbench emulate`` found to cost a kernel most, the same or an older one."""
+    found: dict[str, list[list[float]]] = {}
+    for row in rows:
+        names = row.vehicle, row.method, row.scalar, row.limits
+        mine = names == (of.vehicle.name, f"{of.kernel}@native", of.scalar, of.limits)
+        if mine and len(row.worst) == of.vehicle.k:
+            found.setdefault(row.target, []).append(row.worst)
+    return found
+
+
+def worst_path(of: Subject, on: Target, before: Counted = MappingProxyType({})) -> WorstPath:
     """The interval of the worst path for a target, with the costliest call that was seen.
 
-    ``attained`` is the most that any call took: demands of all kinds with every thruster off, and what a
-    search makes of them. ``at_most`` is the longest way through the binary's graph. Raises Contradicted where
-    a call takes more than that.
+    ``attained`` is the most that any call took: demands of all kinds with every thruster off, those that were
+    counted ``before``, and what a search makes of them. ``at_most`` is the longest way through the binary's
+    graph. Raises Contradicted where a call takes more than that.
     """
     scalar = np.float32 if of.scalar == "float" else np.float64
     with tempfile.TemporaryDirectory(prefix="thrustbench-") as folder:
         image = link(_kernel(of), on, Path(folder))
         reason, at_most = "", None
         try:
-            at_most = longest(disassembled(image), image.entry, _rounds(of))
+            at_most = bound(image, of.vehicle.k, of.vehicle.n)
         except Unbounded as unknown:
             reason = str(unknown)
-        calls, counted, status = _searched(of, image, scalar)
+        calls, counted, status = _searched(of, image, scalar, before.get(on.name, ()))
     worst, k = int(counted.argmax()), of.vehicle.k
     if at_most is not None and counted[worst] > at_most:
         call = f"τ = {_named(calls[worst, :k])} with thruster {int(calls[worst, k])} off"
@@ -69,11 +87,12 @@ def _named(call: FloatArray) -> list[float | str]:
 
 
 def _searched(
-    of: Subject, image: Image, scalar: type[np.floating]
+    of: Subject, image: Image, scalar: type[np.floating], before: Sequence[Sequence[float]]
 ) -> tuple[FloatArray, IndexArray, IndexArray]:
     """(N, width) calls, and of each its instructions and status; the search begins at the costliest."""
     vehicle, k = of.vehicle, of.vehicle.k
-    given = np.vstack([_calls(of, fault, scalar) for fault in range(-1, vehicle.n)])
+    asked = [_calls(of, _extremes(of, fault, scalar), fault) for fault in range(-1, vehicle.n)]
+    given = np.vstack([*asked, _calls(of, np.reshape(before, (-1, k)), -1)])
     first = count(image, given)
     tried, counts, statuses = [given], [first.instructions], [first.status]
     worst = given[int(first.instructions.argmax())]
@@ -111,24 +130,13 @@ def _kernel(of: Subject) -> Kernel:
     )
 
 
-def _rounds(of: Subject) -> int:
-    """How often a loop's head may be reached: all go over axes or thrusters, and look once more to end."""
-    return max(of.vehicle.k, of.vehicle.n) + 1
-
-
-def _calls(of: Subject, fault: int, scalar: type[np.floating]) -> FloatArray:
-    """(N, width) calls of one fault: demands about the edge, far outside, and such as are no numbers."""
+def _extremes(of: Subject, fault: int, scalar: type[np.floating]) -> FloatArray:
     vehicle = of.vehicle if fault < 0 else of.vehicle.with_fault(fault)
-    rng = np.random.default_rng(2004)
-    beyond = rng.choice([0.3, 1.0, 1.0, 1.0 + 1e-6, 1.0 + 1e-5, 1.001, 1.1, 1.5, 10.0, 1e3], CALLS)
-    usual = (beyond * attainable(vehicle, rng, CALLS)).T
-    usual[rng.random(usual.shape) < 0.1] = 0.0
-    largest = float(np.finfo(scalar).max)
-    odd = np.array([np.nan, np.inf, -np.inf, largest, -largest, largest / 2, -largest / 2])
-    mixed = np.where(rng.random(usual.shape) < 0.5, rng.choice([0.0, *odd], usual.shape), usual)
-    alone = [np.where(np.eye(vehicle.k) == 1, each, 0.0) for each in odd]
-    taus = np.vstack([usual, mixed, largest * rng.uniform(-1.0, 1.0, usual.shape), *alone])
-    taus = np.vstack([taus, np.zeros((1, vehicle.k)), np.repeat(odd[:, None], vehicle.k, axis=1)])
+    return extremes(vehicle, CALLS, float(np.finfo(scalar).max))
+
+
+def _calls(of: Subject, taus: FloatArray, fault: int) -> FloatArray:
+    """(N, width) calls with these demands (N, k) and a fault."""
     calls = np.hstack([taus, np.full((len(taus), 1), float(fault))])
     if of.limits == "fixed":
         return calls

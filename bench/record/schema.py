@@ -162,6 +162,8 @@ class Emulated(msgspec.Struct, tag="emulated", omit_defaults=True):
     distance_rel_max : largest |f - f in Python| of any thrust, relative to the largest limit
     other_verdicts : demands off the boundary that one side calls feasible and the other does not
     tried : demands that the search tried
+    known : of the search, the most instructions of any call: also of those whose demand overflows, or is none
+    at_most : of the search, what no call exceeds, by the binary's longest path; None where that is not known
     seed : of the demands and of the search
     tools : versions of compiler and emulator, and this project's commit
     """
@@ -185,6 +187,8 @@ class Emulated(msgspec.Struct, tag="emulated", omit_defaults=True):
     distance_rel_max: float | None = None
     other_verdicts: int = 0
     tried: int = 0
+    known: int | None = None
+    at_most: int | None = None
     seed: int = 0
     tools: dict[str, str] = {}
 

@@ -33,9 +33,9 @@ def page(
     shown = bands(counted, clock_MHz * 1e6, loop, known, given)
     parts = [
         f"Emulated processors at {clock_MHz:g} MHz, {loop.rate_hz:g} Hz. Instructions are of the costliest"
-        " call that is known, asked or found by a search; another may take more, up to the bound that"
-        " `thrustbench prove` gives. Its share of the control period is a band, for instructions are not"
-        " cycles.\n",
+        " call that is known: asked, found by a search, or with numbers that overflow or are none. No call"
+        " takes more than stands under at most, the longest way through the binary. The share of the control"
+        " period is a band, for instructions are not cycles.\n",
         table(
             (
                 "vehicle",
@@ -46,6 +46,7 @@ def page(
                 "exact",
                 "share [%]",
                 "instructions",
+                "at most",
                 "cycles",
                 "answers",
             ),
@@ -65,5 +66,6 @@ def _line(band: Band) -> list[str]:
     answers += f"; not counted: {', '.join(kernel.missed)}" if kernel.missed else ""
     optimum = "yes" if kernel.optimal else "no"
     names = [kernel.vehicle, kernel.target, kernel.method, kernel.scalar]
+    at_most = "" if kernel.at_most is None else str(kernel.at_most)
     cycles = "" if kernel.cycles is None else f"{kernel.cycles[0]} to {kernel.cycles[1]}"
-    return [*names, str(band.fit), optimum, shares, str(kernel.instructions), cycles, answers]
+    return [*names, str(band.fit), optimum, shares, str(kernel.instructions), at_most, cycles, answers]

@@ -38,7 +38,7 @@ def summary(run: Run) -> str:
 
 
 def _most(own: Sequence[EmulatedRow], target: str, scalar: str) -> str:
-    counts = [r.worst for r in own if (r.emulated.target, r.emulated.scalar) == (target, scalar)]
+    counts = [r.known for r in own if (r.emulated.target, r.emulated.scalar) == (target, scalar)]
     return str(max((count for count in counts if count is not None), default=""))
 
 

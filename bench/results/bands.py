@@ -23,7 +23,8 @@ class Counted:
     Attributes
     ----------
     vehicle, target, method, scalar : what names the kernel and the processor
-    instructions : count of the most costly call over every demand set, the search for it included
+    instructions : count of the most costly call that is known, over every demand set and what overflows
+    at_most : what no call exceeds, by the binary's longest path; None where that is not known
     cycles : of the most costly call, at least and at most, by published timings; None where none are known
     agrees : whether all of the kernel's answers were right
     missed : demand sets whose count failed; any may hold a more costly call, so then nothing is known to fit
@@ -37,6 +38,7 @@ class Counted:
     method: str
     scalar: str
     instructions: int
+    at_most: int | None = None
     cycles: tuple[int, int] | None = None
     agrees: bool
     missed: tuple[str, ...] = ()
@@ -102,7 +104,8 @@ def counted(rows: Iterable[EmulatedRow]) -> list[Counted]:
                 target=target,
                 method=method,
                 scalar=scalar,
-                instructions=max(row.worst or 0 for row in counts),
+                instructions=max(row.known or 0 for row in counts),
+                at_most=max((row.emulated.at_most for row in counts if row.emulated.at_most), default=None),
                 cycles=_cycles(counts),
                 agrees=all(row.emulated.agrees for row in counts),
                 missed=tuple(row.emulated.demands for row in group if row.worst is None),

@@ -38,6 +38,11 @@ class EmulatedRow:
         return _worst(self.emulated)
 
     @property
+    def known(self) -> int | None:
+        """Instructions of the most costly call that is known, numbers that overflow or are none included."""
+        return max(filter(None, (self.worst, self.emulated.known)), default=None)
+
+    @property
     def cycles_low(self) -> int | None:
         """Least cycles of the costliest call, None where no timing is published."""
         return self.emulated.cycles[0] if self.emulated.cycles else None
@@ -70,6 +75,8 @@ COLUMNS: dict[str, Callable[[EmulatedRow], Value]] = {
     "n_calls": lambda row: row.calls,
     "instructions_mean": lambda row: row.mean,
     "instructions_worst": lambda row: row.worst,
+    "instructions_known": lambda row: row.emulated.known,
+    "instructions_at_most": lambda row: row.emulated.at_most,
     "cycles_low": lambda row: row.cycles_low,
     "cycles_high": lambda row: row.cycles_high,
     "mean_over_x86": lambda row: row.mean_over_x86,

@@ -8,10 +8,11 @@ import numpy as np
 
 from alloc import Vehicle
 from alloc.program import Node, Operation, Program, Scalar, values
+from bench.demands.corners import attainable
 from bench.proof.not_read import NotRead
 from bench.proof.rounding.arithmetic import WIDER
 from bench.proof.rounding.errors import Errors
-from bench.proof.rounding.seen import KINDS, attainable
+from bench.proof.rounding.seen import KINDS
 
 DEMANDS = 20_000
 """Attainable demands, a third of them on the edge, that tell how large what is compared becomes there."""

@@ -7,7 +7,8 @@ import numpy as np
 from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.program import Node, Program, Scalar, answered, values
-from bench.proof.rounding.seen import KINDS, apart, thrusts
+from bench.demands.corners import thrusts
+from bench.proof.rounding.seen import KINDS, apart
 
 RUNS = 20
 ROUNDS = 100

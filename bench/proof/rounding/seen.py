@@ -7,13 +7,11 @@ import numpy as np
 from alloc import Vehicle
 from alloc.allocation import BoolArray, FloatArray
 from alloc.program import Evaluated, Node, Program, Scalar, alike, answered, values
+from bench.demands.corners import attainable
 from bench.proof.safety.harness import ANSWERED
 
 CHUNK = 10_000
 """Demands at a time: so many values of every operation fit a processor's cache."""
-CORNERS = 0.3
-"""Share of the thrusts that make demands which stand at a limit, and of demands that are as large as a
-vehicle can make them in some direction: rounding is largest there."""
 KINDS = {"double": (np.float64, np.longdouble), "float": (np.float32, np.float64)}
 """The scalar, and what the formula is calculated in beside it."""
 
@@ -72,20 +70,3 @@ def apart(program: Program, got: Evaluated, some: list[Any], true: list[Any]) ->
     """
     off: FloatArray = np.abs(got.F - answered(program, true, len(got.F)).F).max(axis=1)
     return off, alike(program, some, true)
-
-
-def attainable(vehicle: Vehicle, rng: np.random.Generator, count: int) -> FloatArray:
-    """(k, count) demands that a vehicle can meet, inside and on the edge [N, N m]."""
-    made: FloatArray = vehicle.TP @ thrusts(vehicle, rng, count)
-    return made
-
-
-def thrusts(vehicle: Vehicle, rng: np.random.Generator, count: int) -> FloatArray:
-    """(n, count) thrusts within the limits, many of them at one [N]."""
-    low, high = vehicle.f_min[:, None], vehicle.f_max[:, None]
-    shape = (vehicle.n, count)
-    ends = np.where(rng.random(shape) < 0.5, low, high)
-    some = np.where(rng.random(shape) < CORNERS, ends, rng.uniform(low, high, shape))
-    towards = rng.standard_normal((vehicle.k, count)) / vehicle.wrench_scale[:, None]
-    largest = np.where(vehicle.TP.T @ towards > 0, high, low)
-    return np.where(rng.random(count) < CORNERS, largest, some)

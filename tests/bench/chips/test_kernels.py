@@ -24,6 +24,8 @@ from bench.chips.search import climb
 from bench.chips.study import CLASSES, Plan, emulate, first
 from bench.chips.target import Target, target, targets
 from bench.demands import build_demands, labelled
+from bench.proof import subject
+from bench.proof.worst import worst_path
 from bench.record import Emulated, read
 from bench.report.goals import goals
 from bench.results.emulated import rows as counted_rows
@@ -244,6 +246,23 @@ def test_the_search_ends_early_where_every_demand_costs_the_same(rng: np.random.
 def test_a_method_without_c_is_refused_by_name() -> None:
     with pytest.raises(UnknownName, match=r"no C is generated for method 'clip'; there is .*pinv@native"):
         build_kernel("clip", load_vehicle("ukwial"), "double")
+
+
+def test_a_search_says_what_numbers_that_are_none_cost_and_what_no_call_exceeds(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A refused call of this kernel looks at more than an answered one; a proof calls it, too."""
+    name = "bluerov2-heavy"
+    monkeypatch.setattr("bench.chips.search.climb", lambda cost, start, *_: (start, cost(start)))
+    monkeypatch.setattr("bench.proof.worst.climb", lambda *_: None)
+    row = rows("nullspace@native", "cortex-m7", vehicle=name, demands=["active"])[-1]
+    assert (row.demands, row.limits) == ("search", "fixed")
+    known, at_most = row.known, row.at_most
+    assert known is not None
+    assert at_most is not None
+    assert row.instructions[-1][0] < known <= at_most
+    proven = worst_path(subject(load_vehicle(name), "nullspace", "double", "fixed"), available("cortex-m7"))
+    assert (at_most, known) == (proven.at_most, proven.attained)
 
 
 def test_a_missing_emulator_is_a_row_that_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:

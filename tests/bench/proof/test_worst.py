@@ -1,11 +1,14 @@
 """The bound on a binary is never shorter than a call, and exact where a call takes it."""
 
+import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from alloc import load_vehicle
 from alloc.program import Scalar
 from bench.proof import certify, subject
-from bench.proof.worst import Contradicted, worst_path
+from bench.proof.worst import Contradicted, counted_before, worst_path
+from bench.record import Emulated
 from tests.emulators import available
 
 
@@ -31,14 +34,28 @@ def test_a_way_that_no_call_takes_leaves_an_interval_that_holds_all_counts() -> 
     assert str(worst) == f"{worst.attained} … {worst.at_most}"
 
 
+def test_a_proof_asks_again_what_emulate_found_costly(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without calls of its own it takes the one of the record; another precision's counts for nothing."""
+    monkeypatch.setattr("bench.proof.worst.extremes", lambda vehicle, *_: np.full((2, vehicle.k), np.nan))
+    monkeypatch.setattr("bench.proof.worst.climb", lambda *_: None)
+    of, cortex = subject(load_vehicle("ukwial"), "clip", "double", "fixed"), available("cortex-m7")
+    row = Emulated("ukwial", "cortex-m7", "clip@native", "double", worst=[300.0, 20.0, 1.0])
+    before = counted_before([row, replace(row, scalar="float", worst=[1.0, 1.0, 1.0])], of)
+    assert before == {"cortex-m7": [[300.0, 20.0, 1.0]]}
+    alone, with_it = worst_path(of, cortex), worst_path(of, cortex, before)
+    assert with_it.calls == alone.calls + 1
+    assert alone.attained < with_it.attained
+    assert with_it.tau == row.worst
+
+
 def test_a_call_above_the_bound_makes_a_proof_red(monkeypatch: pytest.MonkeyPatch) -> None:
     """Were the graph read wrong, the emulator would tell."""
-    monkeypatch.setattr("bench.proof.worst.longest", lambda *_: 34)
+    monkeypatch.setattr("bench.proof.worst.bound", lambda *_: 34)
     cortex = available("cortex-m7")
     monkeypatch.setattr(certify, "targets", lambda: (cortex,))
     of = subject(load_vehicle("ukwial"), "pinv", "double", "fixed")
     with pytest.raises(Contradicted, match="the longest path 34"):
         worst_path(of, cortex)
-    paths, refuted, lacking = certify._paths(of)
+    paths, refuted, lacking = certify._paths(of, {})
     assert (paths, lacking) == ([], [])
     assert [(claim.claim, claim.verdict) for claim in refuted] == [(certify.WORST, "not shown")]
