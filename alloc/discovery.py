@@ -102,6 +102,7 @@ def generate(
     scalar: Scalar = "double",
     limits: Where = "fixed",
     faults: bool = True,
+    esc: bool = False,
     package: c.Package | None = None,
 ) -> dict[str, str]:
     """The C99 of a method for one vehicle, as ``thrustbench codegen`` writes it: {file name: text}.
@@ -116,15 +117,20 @@ def generate(
     scalar : ``double`` or ``float``, the type of all numbers
     limits : ``fixed`` where the C holds the vehicle's own, ``call`` where f_min and f_max are arguments
     faults : whether it also answers with any one thruster off
+    esc : whether there is also the way to the commands of the ESCs, ``<name>_esc.c``
     package : the build system whose package it shall be, ``cmake``, ``ros2``, ``platformio``, ``arduino`` or
         ``zephyr``: then all lies in a folder with the function's name
 
-    Raises UnknownName for a method that can't be C, NotApplicable where it does not cover the vehicle.
+    Raises UnknownName for a method that can't be C, NotApplicable where it does not cover the vehicle,
+    VehicleError where it has no ESCs and these are asked for.
     """
     found = recipe(_in_c(method))
     name = c.function_name(vehicle, found.name, scalar, limits)  # several functions may share a folder
     files = c.generate(vehicle, found, scalar, faults, limits)
-    files |= {f"{name}.md": c.page(vehicle, found, scalar, limits)}
+    last = c.last_metre(vehicle, found, scalar, limits) if esc else None
+    if last:
+        files |= c.to_escs(last) | {f"test/{name}_esc_test.c": c.esc_selftest(last)}
+    files |= {f"{name}.md": c.page(vehicle, found, scalar, limits, last)}
     return c.packaged(package, name, files, vehicle.name, found.name) if package else files
 
 

@@ -3,6 +3,8 @@
 from alloc.c.bind import bound
 from alloc.c.call import arguments, function_name
 from alloc.c.compiled import missing
+from alloc.c.esc import LastMetre, last_metre, to_escs
+from alloc.c.esc_selftest import esc_selftest
 from alloc.c.generate import digest, generate, printed, programs, sources
 from alloc.c.helpers import covering
 from alloc.c.package import Package, packaged
@@ -10,6 +12,6 @@ from alloc.c.page import page
 from alloc.c.recipe import Recipe
 
 __all__ = [
-    "Package", "Recipe", "arguments", "bound", "covering", "digest", "function_name", "generate", "missing",
-    "packaged", "page", "printed", "programs", "sources",
+    "LastMetre", "Package", "Recipe", "arguments", "bound", "covering", "digest", "esc_selftest", "function_name",
+    "generate", "last_metre", "missing", "packaged", "page", "printed", "programs", "sources", "to_escs",
 ]  # fmt: skip

@@ -1,21 +1,25 @@
 """C functions that statements call, each defined where it is used only."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 
 from alloc.program import Branch, Exit, Fence, Program, Scalar, Step
 
 
 def helpers(programs: Iterable[Program], scalar: Scalar) -> str:
     """Definitions of all functions that the C of these programs calls, each once in a translation unit."""
-    wanted = {name for program in programs for name in _used(program)}
-    definitions = {
+    return definitions({name for program in programs for name in _used(program)}, scalar)
+
+
+def definitions(wanted: Collection[str], scalar: Scalar) -> str:
+    """Those of the functions of these names."""
+    texts = {
         called(name, scalar): _usual(name, scalar) if name in SIGNS else DEFINITIONS[name]
         for name in ORDER
         if name in wanted
     }
     return "".join(
         f"\n#ifndef {name.upper()}\n#define {name.upper()}\n{_in(definition, scalar)}#endif\n"
-        for name, definition in definitions.items()
+        for name, definition in texts.items()
     )
 
 
@@ -61,6 +65,12 @@ def _in(definition: str, scalar: Scalar) -> str:
         definition = definition.replace(word, text)
     return definition
 
+
+FAST_MATH = """\
+#if defined __FAST_MATH__ || (defined __FINITE_MATH_ONLY__ && __FINITE_MATH_ONLY__)
+#error "Compile this file without -ffast-math and -Ofast: NaN would pass unseen."
+#endif"""
+"""What refuses a compiler's options."""
 
 DEFINITIONS = {
     "unlikely": """\

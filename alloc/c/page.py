@@ -2,6 +2,7 @@
 
 from alloc.allocation import BoundedSteps
 from alloc.c.call import arguments, function_name, parameters
+from alloc.c.esc import LastMetre
 from alloc.c.recipe import Recipe
 from alloc.kernels.tolerance import TOLERANCE
 from alloc.program import Scalar, Where
@@ -10,8 +11,14 @@ from alloc.vehicle.frame import described, effect
 from alloc.vehicle.geometry import unit
 
 
-def page(vehicle: Vehicle, kernel: Recipe, scalar: Scalar = "double", limits: Where = "fixed") -> str:
-    """Markdown: the files, the call, what comes back, what it costs, how to check it."""
+def page(
+    vehicle: Vehicle,
+    kernel: Recipe,
+    scalar: Scalar = "double",
+    limits: Where = "fixed",
+    last: LastMetre | None = None,
+) -> str:
+    """Markdown: the files, the call, what comes back, what it costs, how to check it; ``last`` with ESCs."""
     name = function_name(vehicle, kernel.name, scalar, limits)
     axes = "\n".join(
         f"| `tau[{i}]` | {axis} | {unit(axis)} | {effect(axis, vehicle.frame)} |"
@@ -76,7 +83,7 @@ A demand counts as met within {TOLERANCE[scalar]:g} of the largest limit ({vehic
 | out | lower limit [N] | upper limit [N] |
 |---|---|---|
 {own}
-{moving}{shares}{warning}
+{moving}{shares}{warning}{_esc(last) if last else ""}
 ## Check it where it will run
 
 `test/{name}_test.c` holds demands for the whole vehicle and for every failed thruster, with the
@@ -87,6 +94,41 @@ answers the Python method gives. It prints the largest difference and exits with
 Compile without `-ffast-math` (and what implies it), which `{name}.c` refuses: NaN would pass unseen.
 C++ takes the files as they are. On a Cortex-M7 with a single-precision FPU give GCC `-DTHRUSTBENCH_FPV5`:
 it does not say itself that the FPU has a minimum and a maximum.
+"""
+
+
+def _esc(last: LastMetre) -> str:
+    name, n = last.name, last.vehicle.n
+    limits = "f_min, f_max, " * (last.limits == "call")
+    share = f"    {last.scalar} share[{last.levels}];\n" * (last.levels > 0)
+    ends = f"const {last.scalar} f_min[{n}], const {last.scalar} f_max[{n}], " * (last.limits == "call")
+    call = f"{name}_to_esc(tau, {limits}-1, volts, command, f_made{', share' * (last.levels > 0)})"
+    send = f"int send(const {last.scalar} tau[{last.vehicle.k}], {ends}{last.scalar} volts)"
+    return f"""
+## From a wrench to {n} commands
+
+`{name}_esc.c` and `.h` beside them go on to what the ESCs take:
+
+```c
+#include "{name}_esc.h"
+
+{send};
+
+{send}
+{{
+    {last.command} command[{n}]; /* what goes to the ESCs */
+    {last.scalar} f_made[{n}];
+{share}    const int status = {call};
+    /* set_pulse_width(i, command[i]) for each thruster */
+    return status;
+}}
+```
+
+A command makes what is nearest to its thrust within the limits; NaN, and what nothing is allocated for, is
+neutral.
+`{name}_esc(f, {limits}volts, command, f_made)` takes thrusts. The self-test:
+
+    cc -std=c99 -O2 -I. {name}.c {name}_esc.c test/{name}_esc_test.c -o esc_test && ./esc_test
 """
 
 

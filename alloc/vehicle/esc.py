@@ -118,21 +118,25 @@ class Esc:
         along = (self.neutral - c if self.reversed else c - self.neutral) / self.step
         return self._made(along, self.at(volts))
 
+    def made_at(self, steps: IndexArray, volts: FloatArray) -> FloatArray:
+        """(N, K) thrusts so many steps (K,) from neutral, as if not reversed, at voltages (N,) [N]."""
+        return self._made(np.broadcast_to(steps, (len(volts), len(steps))), self.at(volts))
+
     def sent(
         self, f: FloatArray, volts: FloatArray, f_min: FloatArray, f_max: FloatArray
     ) -> tuple[FloatArray, FloatArray, StatusArray]:
         """Commands, what they make [N] and a status for wishes f (N, m) [N], limits (N, m) [N] each.
 
-        The wish is cut at the limits and at the ends of the curve, brought through the inverse of the curve
-        and rounded to the nearest step; where that lies beyond a limit, one step further in.
+        The wish is cut at the limits and at the ends of the curve, and the step is taken whose thrust is
+        nearest; where that lies beyond a limit, the next one within.
         """
         curve, (first, last) = self.at(volts), self.ends
         known = np.isfinite(f)
         least, most = self.span(volts)
-        low, high = np.maximum(f_min, least[:, None]), np.minimum(f_max, most[:, None])
+        low, high = (np.clip(side, least[:, None], most[:, None]) for side in (f_min, f_max))
         asked = np.where(known, f, 0.0)
         wish = np.clip(asked, low, high)
-        j = np.clip(np.rint((self._inverse(wish, curve) - self.neutral) / self.step), first, last)
+        j = self._nearest(wish, curve)
         # The dead band ends at the outermost commands that make nothing; the smallest thrusts lie a step on.
         zero_from = self.command[(curve < 0).sum(axis=1)]
         zero_to = self.command[(curve <= 0).sum(axis=1) - 1]
@@ -146,11 +150,13 @@ class Esc:
         jumps = (np.abs(wish) >= 0.5 * np.abs(at_least)) if self.jump else np.zeros_like(inside)
         j = np.where(inside, np.where(jumps | ~may_stop, smallest, 0.0), j)
         j = np.where((wish == 0) & may_stop, 0.0, j)
-        makes = self._made(j, curve)
-        beyond = (makes > high) | (makes < low)
-        inward = np.clip(j - np.where(makes > high, 1, -1), first, last)
-        inward = np.where((inward > astern) & (inward < ahead), 0.0, inward)
-        j = np.where(beyond, inward, j)
+        # Where no step lies within the limits, that of the smaller thrust is sent.
+        outward = np.where(wish < 0, -1.0, 1.0)
+        makes = outward * self._made(j, curve)
+        j = np.where(makes < np.where(wish < 0, -high, low), j + outward, j)
+        makes = outward * self._made(j, curve)
+        j = np.clip(np.where(makes > np.where(wish < 0, -low, high), j - outward, j), first, last)
+        j = np.where((j > astern) & (j < ahead), 0.0, j)
         status = np.full(f.shape, int(Made.MADE), dtype=np.int8)
         status[inside] = Made.IN_DEAD_BAND
         status[(asked < low) | (asked > high)] = Made.AT_END
@@ -158,6 +164,15 @@ class Esc:
         status[~known] = Made.NO_NUMBER
         j = np.where(known, j, 0.0)
         return self.neutral + (-j if self.reversed else j) * self.step, self._made(j, curve), status
+
+    def _nearest(self, wish: FloatArray, curve: FloatArray) -> FloatArray:
+        """The step (N, m) from neutral whose thrust is nearest to the wish (N, m); of two the farther one."""
+        first, last = self.ends
+        along = (self._inverse(wish, curve) - self.neutral) / self.step
+        lower = np.clip(np.floor(along), first, max(first, last - 1))
+        upper = np.minimum(lower + 1.0, last)
+        above, below = self._made(upper, curve) - wish, wish - self._made(lower, curve)
+        return np.where(np.where(wish < 0, above < below, above <= below), upper, lower)
 
     def _made(self, along: FloatArray, curve: FloatArray) -> FloatArray:
         """Thrust (N, m) of commands that many steps from neutral (N, m), by the rows' curves (N, K) [N]."""

@@ -13,6 +13,7 @@ from bench.commands import LIMITS, PATH, SINGLE, refuse_another_s
 @click.option("--method", required=True, metavar="M", help="A method that can be C.")
 @SINGLE
 @LIMITS
+@click.option("--esc", is_flag=True, help="And from thrusts to the commands of the vehicle's ESCs.")
 @click.option(
     "--package",
     type=click.Choice(["cmake", "ros2", "platformio", "arduino", "zephyr"]),
@@ -24,6 +25,7 @@ def command(
     method: str,
     single: bool,
     limits: Literal["fixed", "call"],
+    esc: bool,
     package: Literal["cmake", "ros2", "platformio", "arduino", "zephyr"] | None,
     out: Path,
 ) -> None:
@@ -31,7 +33,7 @@ def command(
     from alloc import AllocError, generate, load_vehicle
 
     scalar: Literal["double", "float"] = "float" if single else "double"
-    files = generate(load_vehicle(vehicle), method, scalar=scalar, limits=limits, package=package)
+    files = generate(load_vehicle(vehicle), method, scalar=scalar, limits=limits, esc=esc, package=package)
     refuse_another_s(out, files)
     try:
         out.mkdir(parents=True, exist_ok=True)

@@ -54,9 +54,10 @@ def generated(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name, methods in (("ukwial", METHODS), ("bluerov2-heavy", ("nullspace", "scaled"))):
         for method in methods:
             for scalar, limits in SHAPES:
-                write(folder, generate(load_vehicle(name), method, scalar=scalar, limits=limits))
+                vehicle = load_vehicle(name)
+                write(folder, generate(vehicle, method, scalar=scalar, limits=limits, esc=bool(vehicle.esc)))
     sources = sorted(path.name for path in folder.glob("*.c"))
-    assert len(sources) == 24
+    assert len(sources) == 32
     write(folder, {"all.c": "".join(f'#include "{name}"\n' for name in sources)})
     return folder
 

@@ -82,6 +82,21 @@ def test_cmake_builds_it_tests_it_and_installs_what_find_package_finds(tmp_path:
     )
 
 
+def test_a_package_with_escs_builds_and_tests_both_sources(tmp_path: Path) -> None:
+    files = generate(load_vehicle("bluerov2"), "pinv", scalar="float", esc=True, package="cmake")
+    for name, text in files.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    place = tmp_path / "bluerov2_pinv_float"
+    do("cmake", "-S", ".", "-B", "build", f"-DCMAKE_INSTALL_PREFIX={tmp_path / 'there'}", cwd=place)
+    do("cmake", "--build", "build", "--target", "install", cwd=place)
+    assert "0 tests failed out of 2" in do("ctest", cwd=place / "build")
+    assert (tmp_path / "there" / "include" / "bluerov2_pinv_float_esc.h").is_file()
+    for kind, file in (("zephyr", "zephyr/CMakeLists.txt"), ("arduino", "library.properties")):
+        beside = generate(load_vehicle("bluerov2"), "pinv", scalar="float", esc=True, package=kind)
+        assert "bluerov2_pinv_float_esc." in beside[f"bluerov2_pinv_float/{file}"]
+
+
 def test_add_subdirectory_gives_the_same_target_and_no_test_of_its_own(tmp_path: Path) -> None:
     place = write("cmake", tmp_path)
     project = user(tmp_path / "rov", f"add_subdirectory({place} part)")
@@ -110,7 +125,7 @@ def test_platformio_s_and_arduino_s_files_name_a_header_that_is_there(tmp_path: 
     place = write("platformio", tmp_path)
     facts = json.loads((place / "library.json").read_text(encoding="utf-8"))
     assert facts["name"] == NAME
-    assert (place / facts["headers"]).is_file()
+    assert [(place / header).is_file() for header in facts["headers"]] == [True]
     place = write("arduino", tmp_path)
     lines = (place / "library.properties").read_text(encoding="utf-8").splitlines()
     facts = dict(line.split("=", 1) for line in lines)

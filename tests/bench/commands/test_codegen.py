@@ -52,6 +52,19 @@ def test_the_commands_and_the_example_on_the_page_compile_and_pass(tmp_path: Pat
     subprocess.run([*command_line, "-c", "example.c"], cwd=tmp_path, check=True)
 
 
+def test_the_page_s_way_to_the_escs_compiles_and_passes(tmp_path: Path) -> None:
+    codegen("--vehicle", "bluerov2", "--method", "clip", "--float", "--esc", "--out", str(tmp_path))
+    page = (tmp_path / "bluerov2_clip_float.md").read_text()
+    line = next(line for line in page.splitlines() if line.startswith("    cc ") and "_esc.c" in line)
+    line = line.replace("cc", compiled.compiler()[0], 1)
+    done = subprocess.run(line, shell=True, cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "96 cases; 0 wrong" in done.stdout
+    (tmp_path / "example.c").write_text(page.split("## From a wrench")[1].split("```c\n")[1].split("```")[0])
+    strict = ["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-pedantic", "-Werror"]
+    subprocess.run([*compiled.compiler(), *strict, "-c", "example.c"], cwd=tmp_path, check=True)
+
+
 def test_the_page_warns_of_a_kernel_that_knows_no_limits(tmp_path: Path) -> None:
     for method in ("pinv", "nullspace"):
         codegen("--vehicle", "ukwial", "--method", method, "--out", str(tmp_path))
@@ -92,6 +105,7 @@ def test_names_of_thrusters_stand_in_header_and_page(tmp_path: Path) -> None:
     ("arguments", "says"),
     [
         (["--vehicle", "ukwial", "--method", "svd"], "no kernel 'svd'"),
+        (["--vehicle", "ukwial", "--method", "pinv", "--esc"], "ukwial: has no ESCs; add 'esc' to its file"),
         (["--vehicle", "titanic", "--method", "pinv"], "no vehicle 'titanic'"),
         (["--vehicle", "supply-vessel", "--method", "walsh"], "walsh: supply-vessel"),
         (["--vehicle", "ukwial", "--method", "pinv", "--out", "/dev/null/here"], "give another --out"),

@@ -1,0 +1,147 @@
+"""C from thrusts to the commands of ESCs: as Python sends them, whatever ESCs there are, for any bits."""
+
+import ctypes
+import re
+import subprocess
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+from alloc import Vehicle, generate, load_vehicle
+from alloc.c import compiled
+
+AT_16 = [[1100, -40], [1300, -9], [1470, 0], [1530, 0], [1900, 51]]
+CURVE = {"12": [[1100, -20], [1470, 0], [1530, 0], [1900, 25]], "16": AT_16}
+USUAL = {"neutral": 1500, "range": [1100, 1900], "curve": CURVE, "dead_band": "jump"}
+FLAT = {"14": [[1000, -30], [1520, 0], [1521, 0.3], [1777.7, 30], [1990, 30]]}
+OTHER = {"neutral": 1520, "range": [1000, 2000], "step": 7, "dead_band": "neutral", "curve": FLAT}
+ONE = {**USUAL, "curve": {"16": AT_16}}
+WIDE = {"16": [[-3200, -40], [-160, 0], [160, 0], [3200, 51]]}
+AHEAD = {"16": [[1000, 0], [1100, 0], [2000, 60]]}
+KINDS = {
+    "the T200's table": {"neutral": 1500, "range": [1100, 1900], "curve": "t200", "volts": 16},
+    "one voltage, some reversed": {**ONE, "reversed": [1, 2]},
+    "all reversed, to neutral in the dead band": {**USUAL, "reversed": True, "dead_band": "neutral"},
+    "DShot 3D in steps": {"neutral": 0, "range": [-3200, 3200], "step": 8, "curve": WIDE},
+    "a share of full power": {"neutral": 0, "range": [-1, 1], "step": 0.01},
+    "RPM beyond 16 bits": {"neutral": 0, "range": [-60000, 60000], "step": 10},
+    "ahead only": {"neutral": 1000, "range": [1000, 2000], "curve": AHEAD},
+    "each another": [USUAL, ONE, OTHER, {**OTHER, "reversed": True}],
+}
+SANITIZED = ["-fsanitize=undefined,float-divide-by-zero,float-cast-overflow", "-fno-sanitize-recover=all"]
+
+
+def vehicle(folder: Path, esc: object, **keys: object) -> Vehicle:
+    """Four thrusters in the plane with these ESCs."""
+    usual = {
+        "name": "wired",
+        "dof": ["surge", "sway", "yaw"],
+        "T": [[1, 1, 1, 1], [1, -1, -1, 1], [0.3, 0.3, -0.3, -0.3]],
+        "f_min": -40,
+        "f_max": 60,
+    }
+    (folder / "wired.yaml").write_bytes(msgspec.yaml.encode(usual | {"esc": esc} | keys))
+    return load_vehicle(folder / "wired.yaml")
+
+
+def built(of: Vehicle, folder: Path, *, single: bool, limits: str, edit: tuple[str, str] = ("", "")) -> str:
+    """What the self-test prints; ``edit`` changes the C before."""
+    files = generate(of, "scaled", scalar="float" if single else "double", limits=limits, esc=True)
+    for name, text in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        if name.endswith("_esc.c") and edit[0]:
+            assert edit[0] in text
+            text = text.replace(*edit)
+        (folder / name).write_text(text, encoding="utf-8")
+    (kernel,) = (name for name in files if re.search(r"(?<!_test)(?<!_esc)\.c$", name))
+    units = [name for name in files if re.search(r"_esc(_test)?\.c$", name)]
+    command = [*compiled.compiler(), "-std=c99", "-O1", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-I."]
+    subprocess.run([*command, "-c", kernel, "-o", "kernel.o"], cwd=folder, check=True)
+    subprocess.run([*command, *SANITIZED, *units, "kernel.o", "-o", "selftest"], cwd=folder, check=True)
+    done = subprocess.run(["./selftest"], cwd=folder, capture_output=True, text=True, check=False)
+    assert "wrong" in done.stdout, done.stderr
+    assert (done.returncode == 0) == (" 0 wrong" in done.stdout)
+    return done.stdout
+
+
+@pytest.mark.parametrize("limits", ["fixed", "call"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_self_test_finds_what_python_sends_and_nothing_undefined(kind, limits, tmp_path: Path) -> None:
+    single = list(KINDS).index(kind) % 2 == (limits == "call")
+    said = built(vehicle(tmp_path, KINDS[kind]), tmp_path, single=single, limits=limits)
+    assert re.search(r"96 cases; 0 wrong", said), said
+
+
+@pytest.mark.parametrize(
+    "keys", [{"f_min": [-40, -5, 0, -40], "f_max": [60, 5, 20, 0]}, {"f_min": 5, "f_max": 5.3}]
+)
+def test_limits_of_their_own_and_limits_without_zero_hold(keys, tmp_path: Path) -> None:
+    said = built(vehicle(tmp_path, USUAL, **keys), tmp_path, single=True, limits="fixed")
+    assert " 0 wrong" in said, said
+
+
+@pytest.mark.parametrize(
+    "edit",
+    [
+        ("(int)(along", "1 + (int)(along"),
+        ("n = along <", "n = along * 2 <"),
+        ("j = -j;", ";"),
+        ("made = -made;", ";"),
+        ("cut |= known;", ";"),
+        ("unknown |= !known;", ";"),
+        ("while (above < a", "while (0 && above < a"),
+        ("now->up = up <", "now->up = 2 * up <"),
+    ],
+    ids=str,
+)
+def test_a_broken_line_is_seen(edit: tuple[str, str], tmp_path: Path) -> None:
+    said = built(vehicle(tmp_path, USUAL), tmp_path, single=True, limits="fixed", edit=edit)
+    assert " 0 wrong" not in said
+
+
+def test_any_bits_give_commands_within_the_range_and_thrusts_within_the_limits(tmp_path: Path) -> None:
+    """Arguments are bits, so that NaN, infinities, the tiniest and the largest numbers come up often."""
+    of = vehicle(tmp_path, USUAL)
+    files = generate(of, "nullspace", scalar="float", limits="call", esc=True)
+    units = {name: text for name, text in files.items() if "/" not in name and not name.endswith(".md")}
+    library = ctypes.CDLL(str(compiled.shared_library("esc_bits", units)))
+    send = library.wired_nullspace_call_float_esc
+    pointer = np.ctypeslib.ndpointer(dtype=np.float32)
+    send.argtypes = [pointer] * 3 + [ctypes.c_float, np.ctypeslib.ndpointer(dtype=np.int16), pointer]
+    rng = np.random.default_rng(5)
+    pool = np.array([0, -0.0, 1e-45, 1e-38, 3e38, -3e38, np.nan, np.inf, -np.inf, 5, -5, 40, -40], np.float32)
+    for _ in range(3000):
+        words = rng.integers(0, 2**32, 13, dtype=np.uint32).view(np.float32)
+        words = np.where(rng.random(13) < 0.6, rng.choice(pool, 13), words).astype(np.float32)
+        f, low, high = (np.ascontiguousarray(part) for part in words[:12].reshape(3, 4))
+        u, made = np.zeros(4, np.int16), np.full(4, 777, np.float32)
+        status = send(f, low, high, float(words[12]), u, made)
+        assert status in (0, 1, -2)
+        assert ((u >= 1100) & (u <= 1900)).all()
+        assert (u[~np.isfinite(f)] == 1500).all()
+        assert (status == -2) == (not np.isfinite(f).all())
+        around = (low <= 0) & (high >= 0)
+        assert ((made >= low) & (made <= high))[around].all(), (f, low, high, made)
+        assert (made[~(low <= high)] == 0).all()
+
+
+def test_a_thruster_that_is_off_and_a_demand_that_is_not_met_are_neutral(tmp_path: Path) -> None:
+    of = vehicle(tmp_path, USUAL)
+    files = generate(of, "nullspace", esc=True)
+    units = {name: text for name, text in files.items() if "/" not in name and not name.endswith(".md")}
+    send = ctypes.CDLL(str(compiled.shared_library("esc_off", units))).wired_nullspace_to_esc
+    pointer = np.ctypeslib.ndpointer(dtype=np.float64)
+    send.argtypes = [
+        pointer, ctypes.c_int, ctypes.c_double, np.ctypeslib.ndpointer(dtype=np.int16), pointer,
+    ]  # fmt: skip
+    u, made = np.zeros(4, np.int16), np.full(4, 777.0)
+    assert send(np.array([60.0, 0.0, 0.0]), 2, 16.0, u, made) == 0
+    assert u[2] == 1500
+    assert (u != 1500).sum() == 3 or made[2] == 0
+    for tau, fault, status in (([900.0, 0, 0], -1, 2), ([np.nan, 0, 0], -1, -2), ([1.0, 0, 0], 7, -1)):
+        u[:], made[:] = 1234, 777
+        assert send(np.array(tau), fault, 16.0, u, made) == status
+        assert (u == 1500).all()
+        assert (made == 0).all()
