@@ -12,6 +12,6 @@ from alloc.c.page import page
 from alloc.c.recipe import Recipe
 
 __all__ = [
-    "LastMetre", "Package", "Recipe", "arguments", "bound", "covering", "digest", "esc_selftest", "function_name",
-    "generate", "last_metre", "missing", "packaged", "page", "printed", "programs", "sources", "to_escs",
+    "LastMetre", "Package", "Recipe", "arguments", "bound", "covering", "digest", "esc_selftest",
+    "function_name", "generate", "last_metre", "missing", "packaged", "page", "printed", "programs", "sources", "to_escs",
 ]  # fmt: skip

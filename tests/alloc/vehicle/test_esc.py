@@ -80,15 +80,16 @@ def test_what_is_sent_makes_what_it_says_and_lies_on_a_step_within_the_range(
     assert (status == Made.OUTSIDE_TABLE) == (outside or (len(esc.volts) == 1 and volts != 12))
 
 
-@given(curves(), st.floats(-200, 200))
-def test_no_step_makes_a_thrust_nearer_than_its_neighbours_do(esc: Esc, f: float) -> None:
+@given(curves(), st.floats(-1, 1))
+def test_no_step_makes_a_thrust_nearer_than_its_neighbours_do(esc: Esc, share: float) -> None:
+    f = share * float(np.abs(esc.curve).max())
     u, makes, status = wired(esc, f, 13.0)
     assume(status in (Made.MADE, Made.OUTSIDE_TABLE))
     assume(makes != 0)
     around = np.array([[u - esc.step, u, u + esc.step]])
-    lower, _, upper = sorted(esc.made(around, np.array([13.0]))[0])
-    least, most = (float(side[0]) for side in esc.span(np.array([13.0])))
-    assert lower - 1e-9 <= min(max(f, least), most) <= upper + 1e-9
+    beside = esc.made(around, np.array([13.0]))[0]
+    wish = float(np.clip(f, *np.concatenate(esc.span(np.array([13.0])))))
+    assert abs(makes - wish) <= np.abs(beside - wish).min() + 1e-9  # of 150 N: rounding
 
 
 @given(curves(), st.floats(-60, 60), st.floats(0, 30), st.floats(0, 30))
