@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from alloc.allocation import FloatArray, IndexArray, real
 from alloc.errors import DemandError, VehicleError
 from alloc.vehicle import esc as output
+from alloc.vehicle.checks import ARRAYS, check_shapes, check_values
 from alloc.vehicle.esc import Esc, Sent
 from alloc.vehicle.frame import Frame, checked_frame, turned
-from alloc.vehicle.geometry import DOF
 from alloc.vehicle.limits import Interval, Slew, VoltageTable, check_slew, check_table, intersected, thrusts
 from alloc.vehicle.names import check_names, index_of
 from alloc.vehicle.priority import Priority, checked_priority
@@ -23,9 +23,6 @@ RANK_TOLERANCE = 1e-9
 """Singular values of T below this count as zero, once its rows have unit length: the largest then lies
 between 1 and sqrt(k). Published geometry carries at most five digits, so a true zero stands near 1e-16
 and the smallest real singular values near 1e-2."""
-
-LARGEST, SMALLEST = 1e15, 1e-9
-"""Bounds on the sizes in a vehicle [N, m]; between them no product over- or underflows."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,28 +67,20 @@ class Vehicle:
 
     def __post_init__(self) -> None:
         """Freeze private copies of the arrays; raise VehicleError where they describe no vehicle."""
-        for key in ("T", "H", "f_min", "f_max", "readiness", "slack_weights"):
+        for key in ARRAYS:
             try:
                 array = real(np.asarray(getattr(self, key)))
             except (TypeError, ValueError, OverflowError) as error:
                 raise VehicleError(f"{self.name}: {key} is not an array of numbers ({error})", key) from None
-            if not np.isfinite(array).all():
-                raise VehicleError(
-                    f"{self.name}: {key} holds NaN or infinity; every entry must be finite", key
-                )
-            if np.abs(array).max(initial=0.0) > LARGEST:
-                raise VehicleError(
-                    f"{self.name}: {key} holds a number above {LARGEST:g}; check its unit", key
-                )
             object.__setattr__(self, key, _frozen(array))
         checked_frame(self.frame)
-        _check_shapes(self)
+        check_shapes(self)
         object.__setattr__(self, "priority", checked_priority(self.priority, self.dof))
         check_names(self.names, self.n)
         for key in ("f_min", "f_max"):  # a thruster that is off gives 0, however the vehicle was made
             limits = np.where(self.readiness == 0, 0.0, getattr(self, key))
             object.__setattr__(self, key, _frozen(limits))
-        _check_values(self)
+        check_values(self)
         if self.slew is not None:
             check_slew(self.slew, self.n)
         if self.by_volts is not None:
@@ -313,51 +302,3 @@ class Vehicle:
 def _frozen(array: NDArray[Any]) -> NDArray[Any]:
     array.setflags(write=False)
     return array
-
-
-def _check_shapes(vehicle: Vehicle) -> None:
-    name, dof = vehicle.name, vehicle.dof
-    unknown = [axis for axis in dof if axis not in DOF]
-    if unknown or len(set(dof)) != len(dof) or not dof:
-        raise VehicleError(f"{name}: dof {list(dof)} must be distinct names out of {list(DOF)}", "dof")
-    if vehicle.T.ndim != 2 or vehicle.T.shape[0] != len(dof) or vehicle.T.shape[1] == 0:
-        raise VehicleError(f"{name}: T has shape {vehicle.T.shape}; give {len(dof)} rows, one a DOF", "T")
-    k, n = vehicle.T.shape
-    shapes = {"H": (n, n), "f_min": (n,), "f_max": (n,), "readiness": (n,), "slack_weights": (k,)}
-    for key, shape in shapes.items():
-        actual = getattr(vehicle, key).shape
-        if actual != shape:
-            raise VehicleError(
-                f"{name}: {key} has shape {actual}; {n} thrusters and {k} DOF need {shape}", key
-            )
-
-
-def _check_values(vehicle: Vehicle) -> None:
-    name, H = vehicle.name, vehicle.H
-    if np.abs(vehicle.T).max() < SMALLEST:
-        raise VehicleError(f"{name}: T is all zeros; no thruster pushes any controlled DOF", "T")
-    wrong = np.flatnonzero(vehicle.f_min > vehicle.f_max)
-    if wrong.size:
-        i = int(wrong[0])
-        named = f" of {vehicle.called(i)}" if vehicle.names else ""
-        raise VehicleError(
-            f"{name}: f_min[{i}] = {vehicle.f_min[i]:g} exceeds f_max[{i}] = {vehicle.f_max[i]:g}{named}",
-            "f_min",
-        )
-    if vehicle.f_scale < SMALLEST:
-        raise VehicleError(
-            f"{name}: f_min and f_max are all 0; give what the thrusters can push [N]", "f_max"
-        )
-    sizes = np.linalg.eigvalsh(H)
-    # Asymmetry is relative to sqrt(H_ii H_jj), the bound of |H_ij|, so that rounding in H passes. An
-    # eigenvalue 1e-12 of the largest can't be told from zero in T H^-1 T' because of rounding.
-    diagonal = np.sqrt(np.abs(np.diag(H)))
-    lopsided = (np.abs(H - H.T) > 1e-12 * np.outer(diagonal, diagonal)).any()
-    if lopsided or sizes.min() <= 1e-12 * sizes.max():
-        raise VehicleError(f"{name}: H (or weights) must be symmetric positive definite (eq. 4)", "H")
-    if ((vehicle.readiness < 0) | (vehicle.readiness > 1)).any():
-        raise VehicleError(f"{name}: readiness must lie between 0 (off) and 1 (ready)")
-    if not vehicle.readiness.any():
-        raise VehicleError(f"{name}: every thruster is off; at least one must work")
-    if (vehicle.slack_weights <= 0).any():
-        raise VehicleError(f"{name}: slack_weights must be positive", "slack_weights")

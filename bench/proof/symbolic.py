@@ -5,19 +5,13 @@ returns becomes an exit, and one that assigns becomes a choice between two value
 whose loops data end is unknown.
 """
 
-import tempfile
-from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
-import numpy as np
-from pycparser import c_ast, c_parser
-from pycparser.c_parser import ParseError
+from pycparser import c_ast
 
-from alloc.c.compiled import compiler
 from alloc.program import Graph, Node, Program
-from bench.chips.toolchain import ToolError
-from bench.proof import tools
 from bench.proof.not_read import NotRead
+from bench.proof.parsed import literal, loops, read
 from bench.proof.safety.harness import Subject
 
 
@@ -28,76 +22,6 @@ def programs(of: Subject) -> dict[int, Program]:
         fault: _Reader(unit.text, unit.functions).read(unit.functions[name])
         for fault, name in unit.cases.items()
     }
-
-
-class Unit(NamedTuple):
-    """A kernel's C as a tree.
-
-    Attributes
-    ----------
-    text : all of it
-    functions : those that it defines, by name
-    cases : the function that answers for each fault, by name
-    """
-
-    text: c_ast.FileAST
-    functions: dict[str, c_ast.FuncDef]
-    cases: dict[int, str]
-
-    @property
-    def looping(self) -> set[str]:
-        """The functions with a loop that data end."""
-        return {name for name, function in self.functions.items() if _loops(function)}
-
-    @property
-    def kept(self) -> set[str]:
-        """The variables that outlive a call and can change."""
-        found = {node.name for node in self.text.ext if _varies(node)}
-        waiting: list[Any] = list(self.functions.values())
-        while waiting:
-            node = waiting.pop()
-            if _varies(node) and {"static", "extern"} & set(node.storage):
-                found.add(node.name)
-            waiting += [child for _, child in node.children()]
-        return found
-
-
-def read(of: Subject) -> Unit:
-    """The kernel's C, parsed; raises NotRead, ToolError without a compiler."""
-    text = _parsed(of)
-    functions = {node.decl.name: node for node in text.ext if isinstance(node, c_ast.FuncDef)}
-    entry = functions[of.name].body.block_items[0]
-    if not isinstance(entry, c_ast.Switch):
-        raise NotRead("a function that does not begin with a switch over faults")
-    cases = {
-        int(_literal(case.expr)): case.stmts[0].expr.name.name
-        for case in entry.stmt.block_items
-        if isinstance(case, c_ast.Case)
-    }
-    return Unit(text, functions, cases)
-
-
-def _parsed(of: Subject) -> c_ast.FileAST:
-    if not compiler():
-        raise ToolError("needs a C compiler to read C with")
-    with tempfile.TemporaryDirectory(prefix="thrustbench-") as place:
-        for name, text in of.files.items():
-            (Path(place) / name).write_text(text, encoding="utf-8")
-        flags = ["-E", "-P", "-std=c99", "-U__GNUC__", "-U__ARM_FP"]
-        text = tools.run([*compiler(), *flags, f"{of.name}.c"], Path(place))
-    try:
-        return c_parser.CParser().parse(text)
-    except ParseError as error:
-        raise NotRead(f"no C: {error}") from None
-
-
-def _literal(node: Any) -> float:
-    if isinstance(node, c_ast.UnaryOp) and node.op == "-":
-        return -_literal(node.expr)
-    if not isinstance(node, c_ast.Constant):
-        raise NotRead(f"{type(node).__name__} where a number should stand")
-    text = node.value.rstrip("FfLlUu")
-    return float(np.float32(text)) if node.value[-1] in "Ff" else float(text)
 
 
 _BINARY = {"+": "add", "-": "sub", "*": "mul", "/": "div", "<": "lt", "<=": "le", ">": "gt", ">=": "ge"}
@@ -115,7 +39,7 @@ class _Reader:
         for node in unit.ext:
             if isinstance(node, c_ast.Decl) and isinstance(node.type, c_ast.Enum):
                 for each in node.type.values.enumerators:
-                    self.constants[each.name] = self.const(_literal(each.value))
+                    self.constants[each.name] = self.const(literal(each.value))
 
     def const(self, value: float) -> Node:
         return self.graph.add("const", value)
@@ -126,7 +50,7 @@ class _Reader:
     def read(self, function: c_ast.FuncDef) -> Program:
         names: dict[str, Any] = dict(self.constants)
         for parameter in function.decl.type.args.params:
-            size = int(_literal(parameter.type.dim))
+            size = int(literal(parameter.type.dim))
             written = "const" not in parameter.type.type.quals
             names[parameter.name] = [
                 None if written else self.graph.add("input", parameter.name, i) for i in range(size)
@@ -173,9 +97,9 @@ class _Reader:
     def declared(self, statement: c_ast.Decl, names: dict[str, Any]) -> Any:
         if isinstance(statement.type, c_ast.ArrayDecl):
             if statement.init is None:
-                return [None] * int(_literal(statement.type.dim))
+                return [None] * int(literal(statement.type.dim))
             if "const" in statement.type.type.quals:  # a table: each use is a node of its own
-                return tuple(_literal(each) for each in statement.init.exprs)
+                return tuple(literal(each) for each in statement.init.exprs)
             return [self.value(each, names) for each in statement.init.exprs]
         return None if statement.init is None else self.value(statement.init, names)
 
@@ -245,7 +169,7 @@ class _Reader:
     def value(self, node: Any, names: dict[str, Any]) -> Any:
         match node:
             case c_ast.Constant():
-                return self.const(_literal(node))
+                return self.const(literal(node))
             case c_ast.ID():
                 if names.get(node.name) is None:
                     raise NotRead(f"{node.name} is read and was never written")
@@ -308,7 +232,7 @@ class _Reader:
         if function is None:
             raise NotRead(f"a call of {name}, which is not in the file")
         parameters = function.decl.type.args.params
-        if _loops(function):
+        if loops(function):
             for parameter, value in zip(parameters, given, strict=True):
                 if isinstance(value, list) and "const" not in parameter.type.type.quals:
                     value[:] = [self.unknown() for _ in value]
@@ -316,25 +240,3 @@ class _Reader:
         inner = dict(self.constants)
         inner |= {parameter.name: value for parameter, value in zip(parameters, given, strict=True)}
         return self.block(function.body.block_items, inner, None)
-
-
-def _varies(node: Any) -> bool:
-    """Whether this declares a variable that is not constant."""
-    if not isinstance(node, c_ast.Decl) or isinstance(node.type, c_ast.FuncDecl | c_ast.Enum):
-        return False
-    of = node.type
-    while isinstance(of, c_ast.ArrayDecl):
-        of = of.type
-    return "const" not in getattr(of, "quals", [])
-
-
-def _loops(function: c_ast.FuncDef) -> bool:
-    """Whether a function has a loop that data end: with while, break, or a return inside."""
-    found: list[tuple[Any, bool]] = [(function.body, False)]
-    while found:
-        node, inside = found.pop()
-        ends = isinstance(node, c_ast.Break | c_ast.Return) and inside
-        if ends or isinstance(node, c_ast.While | c_ast.DoWhile):
-            return True
-        found += [(child, inside or isinstance(node, c_ast.For)) for _, child in node.children()]
-    return False

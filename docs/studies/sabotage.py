@@ -1,6 +1,6 @@
 """How many breaks of generated C a proof finds: ``python docs/studies/sabotage.py [VEHICLE]...``.
 
-All of ``bench.proof.sabotage``, for these vehicles, else for every shipped one, in double and float.
+All of ``sabotages.py``, for these vehicles, else for every shipped one, in double and float.
 Numbers of docs/proof.md; ``make prove`` runs it. Exit code 1 where one was not found.
 """
 
@@ -14,7 +14,7 @@ from pathlib import Path
 from alloc import list_vehicles, load_vehicle
 from alloc.program import Scalar
 from bench.proof import subject
-from bench.proof.sabotage import SABOTAGES, Sabotage, noticed, sabotaged
+from sabotages import SABOTAGES, Sabotage, noticed, sabotaged
 
 SCALARS: tuple[Scalar, ...] = ("double", "float")
 

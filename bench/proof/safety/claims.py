@@ -5,10 +5,11 @@ from pathlib import Path
 from bench.chips.toolchain import ToolError
 from bench.proof import tools
 from bench.proof.not_read import NotRead
+from bench.proof.parsed import read
 from bench.proof.proof import Claim
 from bench.proof.safety import eva, limits
 from bench.proof.safety.harness import Subject, harness
-from bench.proof.symbolic import programs, read
+from bench.proof.symbolic import programs
 
 EVA = "Frama-C EVA"
 OWN = "the comparison that answers (bench/proof/safety/limits.py)"

@@ -15,9 +15,9 @@ from bench.proof.certify import REFUSES, _band
 from bench.proof.proof import Claim, Rounding
 from bench.proof.rounding.band import verdict_band
 from bench.proof.rounding.errors import Errors
-from bench.proof.sabotage import SABOTAGES, sabotaged
 from bench.proof.safety.claims import _stateless
 from bench.proof.symbolic import programs as read_back
+from sabotages import SABOTAGES, sabotaged
 
 pytestmark = pytest.mark.skipif(not compiler(), reason="needs a C compiler")
 UKWIAL = load_vehicle("ukwial")

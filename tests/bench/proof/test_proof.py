@@ -12,8 +12,8 @@ from alloc.c import digest
 from alloc.c.compiled import compiler
 from bench.commands.prove import command
 from bench.proof import Proof, prove, subject, tools
-from bench.proof.sabotage import SABOTAGES, Sabotage, noticed, sabotaged
 from bench.proof.safety import claims as safety
+from sabotages import SABOTAGES, Sabotage, noticed, sabotaged
 
 UKWIAL = load_vehicle("ukwial")
 QUICK = {

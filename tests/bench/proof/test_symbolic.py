@@ -11,9 +11,9 @@ from alloc.c.compiled import compiler, shared_library
 from alloc.program import answered, values
 from bench.proof import subject
 from bench.proof.not_read import NotRead
-from bench.proof.sabotage import SABOTAGES, Sabotage, sabotaged
 from bench.proof.safety.limits import within
 from bench.proof.symbolic import programs
+from sabotages import SABOTAGES, Sabotage, sabotaged
 
 pytestmark = pytest.mark.skipif(not compiler(), reason="needs a C compiler")
 UKWIAL = load_vehicle("ukwial")

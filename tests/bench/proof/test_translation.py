@@ -10,8 +10,8 @@ from alloc.c.compiled import compiler
 from alloc.methods import recipe
 from alloc.program import Where
 from bench.proof import subject
-from bench.proof.sabotage import SABOTAGES, Sabotage, sabotaged
 from bench.proof.translation import difference, translated
+from sabotages import SABOTAGES, Sabotage, sabotaged
 
 pytestmark = pytest.mark.skipif(not compiler(), reason="needs a C compiler")
 ONE_BIT = 2.0**-52

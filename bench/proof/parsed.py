@@ -1,0 +1,108 @@
+"""The generated C as a tree, of functions that a compiler's preprocessor left whole."""
+
+import tempfile
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from pycparser import c_ast, c_parser
+from pycparser.c_parser import ParseError
+
+from alloc.c.compiled import compiler
+from bench.chips.toolchain import ToolError
+from bench.proof import tools
+from bench.proof.not_read import NotRead
+from bench.proof.safety.harness import Subject
+
+
+class Unit(NamedTuple):
+    """A kernel's C as a tree.
+
+    Attributes
+    ----------
+    text : all of it
+    functions : those that it defines, by name
+    cases : the function that answers for each fault, by name
+    """
+
+    text: c_ast.FileAST
+    functions: dict[str, c_ast.FuncDef]
+    cases: dict[int, str]
+
+    @property
+    def looping(self) -> set[str]:
+        """The functions with a loop that data end."""
+        return {name for name, function in self.functions.items() if loops(function)}
+
+    @property
+    def kept(self) -> set[str]:
+        """The variables that outlive a call and can change."""
+        found = {node.name for node in self.text.ext if _varies(node)}
+        waiting: list[Any] = list(self.functions.values())
+        while waiting:
+            node = waiting.pop()
+            if _varies(node) and {"static", "extern"} & set(node.storage):
+                found.add(node.name)
+            waiting += [child for _, child in node.children()]
+        return found
+
+
+def read(of: Subject) -> Unit:
+    """The kernel's C, parsed; raises NotRead, ToolError without a compiler."""
+    text = _parsed(of)
+    functions = {node.decl.name: node for node in text.ext if isinstance(node, c_ast.FuncDef)}
+    entry = functions[of.name].body.block_items[0]
+    if not isinstance(entry, c_ast.Switch):
+        raise NotRead("a function that does not begin with a switch over faults")
+    cases = {
+        int(literal(case.expr)): case.stmts[0].expr.name.name
+        for case in entry.stmt.block_items
+        if isinstance(case, c_ast.Case)
+    }
+    return Unit(text, functions, cases)
+
+
+def _parsed(of: Subject) -> c_ast.FileAST:
+    if not compiler():
+        raise ToolError("needs a C compiler to read C with")
+    with tempfile.TemporaryDirectory(prefix="thrustbench-") as place:
+        for name, text in of.files.items():
+            (Path(place) / name).write_text(text, encoding="utf-8")
+        flags = ["-E", "-P", "-std=c99", "-U__GNUC__", "-U__ARM_FP"]
+        text = tools.run([*compiler(), *flags, f"{of.name}.c"], Path(place))
+    try:
+        return c_parser.CParser().parse(text)
+    except ParseError as error:
+        raise NotRead(f"no C: {error}") from None
+
+
+def literal(node: Any) -> float:
+    """The number that a constant stands for; raises NotRead."""
+    if isinstance(node, c_ast.UnaryOp) and node.op == "-":
+        return -literal(node.expr)
+    if not isinstance(node, c_ast.Constant):
+        raise NotRead(f"{type(node).__name__} where a number should stand")
+    text = node.value.rstrip("FfLlUu")
+    return float(np.float32(text)) if node.value[-1] in "Ff" else float(text)
+
+
+def _varies(node: Any) -> bool:
+    """Whether this declares a variable that is not constant."""
+    if not isinstance(node, c_ast.Decl) or isinstance(node.type, c_ast.FuncDecl | c_ast.Enum):
+        return False
+    of = node.type
+    while isinstance(of, c_ast.ArrayDecl):
+        of = of.type
+    return "const" not in getattr(of, "quals", [])
+
+
+def loops(function: c_ast.FuncDef) -> bool:
+    """Whether a function has a loop that data end: with while, break, or a return inside."""
+    found: list[tuple[Any, bool]] = [(function.body, False)]
+    while found:
+        node, inside = found.pop()
+        ends = isinstance(node, c_ast.Break | c_ast.Return) and inside
+        if ends or isinstance(node, c_ast.While | c_ast.DoWhile):
+            return True
+        found += [(child, inside or isinstance(node, c_ast.For)) for _, child in node.children()]
+    return False
