@@ -12,17 +12,18 @@ from alloc.allocation import WRENCH_TOLERANCE
 from alloc.discovery import Entry
 from alloc.errors import DemandError
 from alloc.formulations import Family, find_formulation
+from tests.not_asked import not_asked
 
 N_DEMANDS = 12
 
 
 def prepared(entry: Entry, vehicle: Vehicle) -> Allocator:
     if slow_to_compile(entry, vehicle):
-        pytest.skip("each vehicle takes a second to compile; tests/alloc/rivals asks others")
+        not_asked("each vehicle takes a second to compile; tests/alloc/rivals asks others")
     try:
         return build(entry.name, vehicle)
     except NotApplicable as reason:
-        pytest.skip(f"{entry.name} refuses {vehicle.name}: {reason}")
+        not_asked(f"{entry.name} refuses {vehicle.name}: {reason}")
 
 
 def slow_to_compile(entry: Entry, vehicle: Vehicle) -> bool:

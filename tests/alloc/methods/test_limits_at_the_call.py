@@ -8,6 +8,7 @@ from alloc.allocation import WRENCH_TOLERANCE, FloatArray
 from alloc.discovery import Entry
 from alloc.errors import DemandError
 from alloc.formulations import Family, find_formulation
+from tests.not_asked import not_asked
 
 N = 10
 WITHOUT_THRUST = (Status.INFEASIBLE, Status.NOT_CONVERGED)
@@ -15,15 +16,13 @@ WITHOUT_THRUST = (Status.INFEASIBLE, Status.NOT_CONVERGED)
 
 def prepared(entry: Entry, vehicle: Vehicle) -> Allocator:
     if entry.family is Family.GENERATED and (vehicle.name, vehicle.readiness[0]) != ("supply-vessel", 1.0):
-        pytest.skip("each vehicle takes a second to compile")
+        not_asked("each vehicle takes a second to compile")
     if entry.family is Family.ONE_SHOT and entry.solver not in ("daqp", "quadprog"):
-        pytest.skip(
-            "without caps: where a thruster has one thrust left, ProxQP's own let a solve run for 17 s"
-        )
+        not_asked("without caps: where a thruster has one thrust left, ProxQP's own let a solve run for 17 s")
     try:
         return build(entry.name, vehicle)
     except NotApplicable as reason:
-        pytest.skip(f"{entry.name} refuses {vehicle.name}: {reason}")
+        not_asked(f"{entry.name} refuses {vehicle.name}: {reason}")
 
 
 def moving(vehicle: Vehicle, rng: np.random.Generator, n: int = N) -> tuple[FloatArray, FloatArray]:
