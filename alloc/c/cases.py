@@ -6,6 +6,7 @@ import numpy as np
 
 from alloc.allocation import WRENCH_TOLERANCE, Allocator, BoolArray, FloatArray, Status, StatusArray
 from alloc.closed_forms.inverse import generalized_inverse
+from alloc.kernels.held import at_rest
 from alloc.kernels.tolerance import MET, TOLERANCE
 from alloc.program import Scalar, Where
 from alloc.reach.edge import start
@@ -107,7 +108,12 @@ def cases(
     wider, wider_share = moved(f, low - slack, high + slack)
     if levels:
         short = F - lost * (F - start(low, np.maximum(low, high)))
-        wider += far_off(answers(np.nan_to_num(short), low, high)[0], F)
+        back = far_off(answers(np.nan_to_num(short), low, high)[0], F)
+        wider += back
+        # A kernel draws thrusts in that end beyond limits (``alloc.kernels.held``), and shares with them.
+        rest = at_rest(vehicle) if limits == "fixed" else start(low, np.maximum(low, high))
+        room = np.minimum(high - rest, rest - low)[:, vehicle.working].min(axis=1)
+        wider_share += JUMP * back / np.maximum(np.maximum(JUMP * room, back), 1e-300)
     worst, agreed = np.sqrt(3.0 * vehicle.n), max(AGREEMENT[scalar], doubt)
     allowed = agreed * size[:, 0] + worst * np.sqrt(squares) + wider
     if doubt:  # where a demand is met in part, errors in a matrix are magnified twice (Wedin 1973)

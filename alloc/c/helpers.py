@@ -43,6 +43,7 @@ def _used(program: Program) -> Iterator[str]:
     def of(steps: tuple[Step, ...]) -> Iterator[str]:
         for step in steps:
             if isinstance(step, Branch):
+                yield from ["unlikely"] * step.unlikely
                 yield from of(step.steps)
             elif isinstance(step, Exit) and step.unlikely:
                 yield "unlikely"

@@ -7,8 +7,8 @@ from alloc.c.call import function_name
 from alloc.c.compiled import NATIVE
 from alloc.c.helpers import helpers
 from alloc.c.recipe import Recipe
-from alloc.c.statements import Statements
-from alloc.program import Exit, Fence, Node, Where, Write
+from alloc.c.statements import ALONE, Statements
+from alloc.program import Branch, Exit, Fence, Node, Where, Write
 from alloc.vehicle import Vehicle
 
 COUNT = 64
@@ -125,6 +125,12 @@ class _Each(Statements):
             f"{known} ? {status}.0 : " for case, status in step.cases if (known := self._told(case))
         )
         self.refused += f"({self.expression(step.condition)}) ? ({cases}{AGAIN}.0) : "
+
+    def branch(self, step: Branch) -> None:
+        """What is unlikely is answered by the kernel for one demand."""
+        self.refused += f"({self.expression(step.condition)}) ? {AGAIN}.0 : "
+        for node in step.merged:
+            self._names[node] = self.expression(self.program.nodes[node][3], ALONE)
 
     def _told(self, case: Node) -> str:
         """The part of a condition that looks at no array; empty where there is none."""

@@ -99,7 +99,7 @@ class Statements:
                 case Exit():
                     self.leave(step)
                 case Branch():
-                    self._branch(step)
+                    self.branch(step)
 
     def status(self, node: Node) -> str:
         """The expression of a status."""
@@ -135,7 +135,8 @@ class Statements:
         self._taken.add(found)
         return found
 
-    def _branch(self, step: Branch) -> None:
+    def branch(self, step: Branch) -> None:
+        """Steps under a condition."""
         outside, self.lines = self.lines, []
         condition = self.expression(step.condition)
         self._block(step.steps)
@@ -152,7 +153,8 @@ class Statements:
             self._assigned.add(node)
             then.append(f"{self._names[node]} = {value};")
         inner = [f"    {line}" for line in [*self.lines, *then]]
-        self.lines = [*outside, *before, f"if ({condition}) {{", *inner, "}"]
+        asked = f"tb_unlikely({condition})" if step.unlikely else condition
+        self.lines = [*outside, *before, f"if ({asked}) {{", *inner, "}"]
 
     def _loop(self, loop: DataLoop, given: tuple[Node, ...]) -> None:
         if loop.name in self._looped:

@@ -10,6 +10,7 @@ from alloc.allocation import FloatArray, Status
 from alloc.formulations import Formulation
 from alloc.kernels.entry import all_thrusters, inside, refuse
 from alloc.kernels.exact import piece
+from alloc.kernels.held import Gap, beyond, held
 from alloc.kernels.rules import MEANINGS as RULE
 from alloc.kernels.tolerance import MET
 from alloc.kernels.walk import Walk
@@ -36,12 +37,11 @@ def by_level(formulation: Formulation, vehicle: Vehicle, limits: Where, scalar: 
     fixed = [i for i in structure.fixed.tolist() if vehicle.readiness[i]]
     # A part of the thrusters is answered as soon as no later level moves it, from limits that are read anew.
     arrival = [walk.arrived(_coupled(vehicle, block)) for block in structure.blocks]
-    y: dict[int, Expression] = {}
+    thrusts, gaps = dict[int, Expression](), list[Gap]()
     for level in range(walk.levels):
         walk.take(level)
         if level == walk.levels - 1:
             refuse(builder, walk.seen, [], exact=False)
-            builder.write(y)
         for b, block in enumerate(structure.blocks):
             if arrival[b] == level:
                 x, zero = _ends(builder, walk, b, block)
@@ -49,15 +49,20 @@ def by_level(formulation: Formulation, vehicle: Vehicle, limits: Where, scalar: 
                 if again.at_call:
                     builder.fence()
                 builder.compute(*part.before)
-                y |= (ended := inside(builder, part.thrusts(), again))
-                if level == walk.levels - 1:
-                    builder.write(ended)
+                ended = part.thrusts()
+                builder.compute(*ended.values())
+                gaps += [beyond(i, x, again) for i, x in ended.items()] if part.gaps is None else part.gaps
+                thrusts |= ended
         if fixed and walk.arrived(fixed) == level:
             if again.at_call:
                 builder.fence()
-            y |= inside(builder, {i: lifted(walk.f[i], builder.graph) for i in fixed}, again)
-    status = select(_met(builder, structure.unreachable, walk.shares), Status.SOLVED, Status.PARTIAL)
-    return builder.program(all_thrusters(builder, y), status, walk.shares)
+            ended = {i: lifted(walk.f[i], builder.graph) for i in fixed}
+            gaps += [beyond(i, x, again) for i, x in ended.items()]
+            thrusts |= ended
+    found = held(builder, gaps, thrusts, walk.shares, walk.proportional, again)
+    y = inside(builder, found.thrusts, again)
+    status = select(_met(builder, structure.unreachable, found.shares), Status.SOLVED, Status.PARTIAL)
+    return builder.program(all_thrusters(builder, y), status, found.shares)
 
 
 def _coupled(vehicle: Vehicle, block: Block) -> list[int]:

@@ -2,15 +2,15 @@
 
 import numpy as np
 
-from alloc.program import Builder, Expression, Number, within
+from alloc.program import Builder, Expression, Limits, Number, within
 from alloc.program.sums import Terms, gathered, known, signed
 from alloc.reach.edge import INSET, start
 from alloc.vehicle import Vehicle
 
 
-def departure(builder: Builder) -> list[Number]:
-    """The thrusts f0 (see ``alloc.reach.edge.start``)."""
-    vehicle, limits = builder.vehicle, builder.limits
+def departure(builder: Builder, limits: Limits) -> list[Number]:
+    """The thrusts f0 within limits (see ``alloc.reach.edge.start``)."""
+    vehicle = builder.vehicle
     if not limits.at_call:
         return list(np.where(vehicle.readiness > 0, start(vehicle.f_min, vehicle.f_max), 0.0))
     f: list[Number] = [0.0] * vehicle.n

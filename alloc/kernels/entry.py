@@ -27,6 +27,18 @@ def closed_form(builder: Builder, G: FloatArray) -> dict[int, Expression]:
     return {i: signed(rows[i], builder.graph).named(f"x{i}") for i in builder.vehicle.working.tolist()}
 
 
+def refined(builder: Builder, G: FloatArray, x: dict[int, Expression]) -> dict[int, Expression]:
+    """x with what rounding of G takes of tau given back: x + G (tau - T x)."""
+    T, graph = builder.vehicle.TP[:, list(x)], builder.graph
+    made = shared_sums(product(T, list(x.values()), "m").rows, "ms")[1]
+    rest = [
+        signed([(False, tau), *((not minus, value) for minus, value in terms)]).named(f"rest{r}")
+        for r, (tau, terms) in enumerate(zip(builder.tau, made, strict=True))
+    ]
+    rows = shared_sums(product(G, rest, "r").rows, "rs")[1]
+    return {i: (value + signed(rows[i], graph)).named(f"xr{i}") for i, value in x.items()}
+
+
 class SeenArguments:
     """What the steps so far have summed up of the arguments: no sum is finite if one of them is not.
 

@@ -9,9 +9,20 @@ import numpy as np
 
 from alloc.allocation import FloatArray, Status
 from alloc.errors import NotApplicable
-from alloc.kernels.entry import Excess, SeenArguments, all_thrusters, closed_form, cover, inside, lost, refuse
+from alloc.kernels.entry import (
+    Excess,
+    SeenArguments,
+    all_thrusters,
+    closed_form,
+    cover,
+    inside,
+    lost,
+    refined,
+    refuse,
+)
+from alloc.kernels.held import Gap, beyond
 from alloc.kernels.steps import Ratios, Strip, joined, nearest
-from alloc.kernels.tolerance import TOLERANCE
+from alloc.kernels.tolerance import HELD, TOLERANCE, rounds
 from alloc.nullspace.region import Region, prepare
 from alloc.nullspace.structure import Block, Structure, decompose
 from alloc.program import Builder, Expression, Limits, Number, Program, Scalar, Where, least, most
@@ -36,6 +47,7 @@ class Piece(NamedTuple):
     excess : what must not be exceeded, or the demand is infeasible
     thrusts : makes the steps to the thrusters' thrusts, and returns these
     branches : whether those steps have branches; they are taken only of a demand that exceeds nothing
+    gaps : how far its thrusts lie beyond limits; None where that is seen by the thrusts only
     """
 
     rows: list[int]
@@ -43,6 +55,7 @@ class Piece(NamedTuple):
     excess: Excess
     thrusts: Callable[[], dict[int, Expression]]
     branches: bool
+    gaps: list[Gap] | None = None
 
 
 def exact(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
@@ -51,6 +64,11 @@ def exact(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     structure = decompose(vehicle)
     excess, x = lost(builder, structure), closed_form(builder, structure.G)
     slack = max(TOLERANCE[scalar], wrench_doubt(vehicle)) * vehicle.f_scale
+    if rounds(vehicle, scalar):
+        x = refined(builder, structure.G, x)
+        # T x is tau, so what counts as met covers no rounding of T*: all thrusts moved by it miss twice HELD.
+        pushed = (np.abs(vehicle.TP) / vehicle.wrench_scale[:, None]).sum(axis=1).max()
+        slack = min(slack, float(2.0 * HELD[scalar] / pushed))
     parts = pieces(builder, structure, x, slack, builder.limits)
     seen, y = SeenArguments(cover(structure.G), builder), dict[int, Expression]()
     seen.know(0, x)
@@ -122,6 +140,7 @@ def _clamp(
     """
     (slab,) = region.slabs
     before, excess, scales = list[Expression](), Excess(), dict[int, float]()
+    gaps = list[Gap]()
     longer, nearest = list[tuple[Expression, Expression]](), zero
     for at, alike in enumerate(slab.members):
         lows: dict[tuple[bool, Number], list[Expression]] = {}
@@ -138,9 +157,10 @@ def _clamp(
         mark = f"{name}_{at}" if at else name
         lo, hi = most(*los).named(f"lo{mark}"), least(*his).named(f"hi{mark}")
         before += [lo, hi]
+        before.append((lo - hi).named(f"gap{mark}"))
+        apart = [before[-1], *(lo - upper for _, upper in longer), *(lower - hi for lower, _ in longer)]
+        gaps += [Gap(each, {int(block.rows[row]): 1.0 / abs(s) for row, s in alike.rows}) for each in apart]
         if isfinite(alike.slack):
-            before.append((lo - hi).named(f"gap{mark}"))
-            apart = [before[-1], *(lo - upper for _, upper in longer), *(lower - hi for lower, _ in longer)]
             excess += [(each, alike.slack) for each in apart]
         longer.append((lo, hi))
     for lo, hi in reversed(longer):  # where they contradict each other the longest have the last word
@@ -151,9 +171,10 @@ def _clamp(
     for row in region.checks:  # z moves these by less than rounding of its limits, so they say nothing of it
         i, by = int(block.rows[row]), float(block.N[row, 0] / slab.normal[0])
         thrusts[i] = signed([(False, x[i]), *([term(by, b)] if by else [])])
+        gaps.append(beyond(i, thrusts[i], limits))
         if isfinite(region.tolerance):
             excess += _beyond(i, x, limits, region.tolerance)
-    return Piece(block.rows.tolist(), before, excess, lambda: thrusts, False)
+    return Piece(block.rows.tolist(), before, excess, lambda: thrusts, False, gaps)
 
 
 def _steps(

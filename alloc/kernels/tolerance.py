@@ -13,8 +13,18 @@ TOLERANCE: dict[Scalar, float] = {"double": nullspace.TOLERANCE, "float": 4e-6}
 MET: dict[Scalar, float] = {"double": WRENCH_TOLERANCE, "float": 1e-5}
 """What a SOLVED wrench may miss, relative to ``wrench_scale`` [-]; in single precision some hundred
 roundings."""
+HELD: dict[Scalar, float] = {"double": 5e-10, "float": 5e-6}
+"""What thrusts moved onto limits may miss of what shares say, relative to ``wrench_scale`` [-]: half of what
+is promised of nearly symmetric vehicles, as rounding of sums takes some too."""
 SINGLE = 2.0**-24
-"""Rounding of a number in single precision [-]."""
+DOUBLE = 2.0**-53
+"""Rounding of a number in single and in double precision [-]."""
+
+
+def rounds(vehicle: Vehicle, scalar: Scalar) -> bool:
+    """Whether rounding of T* takes that much of a wrench that a second product pays."""
+    unit = SINGLE if scalar == "float" else DOUBLE
+    return unit * condition(vehicle) > HELD[scalar] / 10
 
 
 def check_single(vehicle: Vehicle) -> None:

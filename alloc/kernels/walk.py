@@ -30,6 +30,7 @@ class Walk:
     ----------
     levels : how many levels there are
     f : (n,) thrusts that make the wrench which is reached so far
+    proportional : whether all shares together are a factor of the way: no step depends on those before it
     starts_at_rest : whether it begins without thrust, so that f is what G makes of the wrench
     shares : of each level so far, what is delivered
     seen : the sums of arguments that the steps hold, of all arguments in the end
@@ -43,11 +44,14 @@ class Walk:
         self._margins = FacetMargins(builder, self._facets)
         self._maps = step_maps(vehicle, way.levels)
         self._whole = _whole(vehicle, way)
+        self.proportional = not any(
+            np.abs(later @ D).max() > 0.0 for j, D in enumerate(self._maps) for later in self._maps[j + 1 :]
+        )
         self._part: int | None = None
         self._entered: set[int] = set()
         self.levels, self.shares = len(self._maps), list[Expression]()
         self.seen = SeenArguments(self._cover(), builder)
-        self.f = departure(builder)
+        self.f = departure(builder, builder.limits)
         self.starts_at_rest = all(f == 0.0 for f in self.f)
         self._missing = [] if self._whole[0].all() else missing(builder, self.f)
         # Several levels take f0 through T and then G.

@@ -54,14 +54,16 @@ class Builder:
         self._exits.append((held.node, status))
 
     @contextmanager
-    def where(self, condition: Expression) -> Iterator[Callable[[Expression, Number], Expression]]:
+    def where(
+        self, condition: Expression, unlikely: bool = False
+    ) -> Iterator[Callable[[Number, Number], Expression]]:
         """Steps that are taken where a condition holds only.
 
         Gives a function of what a number is then and what it is else; it returns what it is behind the steps.
         """
         merged: list[Node] = []
 
-        def merge(then: Expression, other: Number) -> Expression:
+        def merge(then: Number, other: Number) -> Expression:
             value = select(condition, then, other)
             merged.append(value.node)
             return value
@@ -71,7 +73,7 @@ class Builder:
         yield merge
         self._under.pop()
         steps = self._open.pop()
-        self._open[-1].append(Branch(condition.node, tuple(steps), tuple(merged)))
+        self._open[-1].append(Branch(condition.node, tuple(steps), tuple(merged), unlikely))
 
     def write(self, thrusts: dict[int, Expression]) -> None:
         """These thrusts are written next, and hold no register from then on; nothing is refused behind it."""

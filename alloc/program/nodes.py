@@ -78,11 +78,15 @@ class Exit:
 
 @dataclass(frozen=True)
 class Branch:
-    """Steps that are taken where ``condition`` holds; behind them stand the ``merged`` nodes (``choose``)."""
+    """Steps that are taken where ``condition`` holds; behind them stand the ``merged`` nodes (``choose``).
+
+    ``unlikely`` tells the compiler to jump there, so that other calls go straight on.
+    """
 
     condition: Node
     steps: "tuple[Step, ...]"
     merged: tuple[Node, ...]
+    unlikely: bool = False
 
 
 @dataclass(frozen=True)
@@ -125,8 +129,9 @@ class Program:
 
     @cached_property
     def straight(self) -> bool:
-        """Whether it has neither loops nor branches, so that demands can be answered side by side."""
-        return not self.loops and not any(isinstance(step, Branch) for step in self.steps)
+        """Whether nearly all calls take the same steps, so that demands can be answered side by side."""
+        branches = [step for step in self.steps if isinstance(step, Branch)]
+        return not self.loops and all(step.unlikely for step in branches)
 
     @cached_property
     def roots(self) -> tuple[Node, ...]:

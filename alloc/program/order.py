@@ -30,7 +30,7 @@ def _pruned(steps: Iterable[Step], live: set[Node]) -> tuple[Step, ...]:
             inner = _pruned(step.steps, live)
             merged = tuple(node for node in step.merged if node in live)
             if merged or any(isinstance(each, Exit | Branch) for each in inner):
-                kept.append(Branch(step.condition, inner, merged))
+                kept.append(replace(step, steps=inner, merged=merged))
         elif not isinstance(step, int) or step in live:
             kept.append(step)
     return tuple(kept)
@@ -118,7 +118,7 @@ class _Placing:
                 for node in step.merged:
                     self._place(self._program.nodes[node][2], inner, block, set())
                 self._done.update(step.merged)
-                into.append(Branch(step.condition, tuple(inner), step.merged))
+                into.append(replace(step, steps=tuple(inner)))
             elif not isinstance(step, int):
                 into.append(step)
 
@@ -186,5 +186,6 @@ def _step_moved(step: Step, order: dict[Node, Node]) -> Step:
             return Exit(order[step.condition], cases, step.status, step.unlikely)
         case Branch():
             inner = tuple(_step_moved(each, order) for each in step.steps)
-            return Branch(order[step.condition], inner, tuple(order[node] for node in step.merged))
+            merged = tuple(order[node] for node in step.merged)
+            return Branch(order[step.condition], inner, merged, step.unlikely)
     return step

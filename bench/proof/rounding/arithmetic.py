@@ -10,7 +10,7 @@ from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.program import Scalar
 from bench.proof.not_read import NotRead
-from bench.proof.rounding.forms import ONE, Form, has_tau, multiplied, shares_of, total
+from bench.proof.rounding.forms import ONE, Form, constant, has_tau, multiplied, shares_of, total
 from bench.proof.rounding.moved import Moved
 from bench.proof.rounding.together import Together
 
@@ -164,11 +164,20 @@ class Arithmetic:
                 if doubled and not a.error:
                     return replace(value, own=b.own)
                 return self._rounded(value, a.error * (b.size + b.error))
+        if doubled and (a.among or b.among):
+            return self._scaled(*((a, b.low) if a.among else (b, a.low)))
         a, b = self._plain(a), self._plain(b)
         error = a.error * b.size + b.error * a.size + a.error * b.error
         corners = [x * y for x in (a.low, a.high) for y in (b.low, b.high)]
         value = Value(min(corners), max(corners), error)
         return value if doubled else self._rounded(value)  # a power of two rounds nothing but what is tiny
+
+    def _scaled(self, value: Value, factor: float) -> Value:
+        """A value times a power of two, of which all that it is chosen from are multiples."""
+        by = self._linear(constant(factor))
+        found = tuple(self._mul(each, by) for each in value.among)
+        low, high = sorted((factor * value.low, factor * value.high))
+        return Value(low, high, 0.0, among=found, least=value.least and factor > 0.0)
 
     def _div(self, a: Value, b: Value) -> Value:
         least = min(abs(b.low), abs(b.high)) if b.low > 0 or b.high < 0 else 0.0

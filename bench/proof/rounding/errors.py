@@ -14,7 +14,7 @@ from alloc import Vehicle
 from alloc.program import Node, Operation, Program, Scalar
 from bench.proof.not_read import NotRead
 from bench.proof.rounding.arithmetic import DIGITS, Arithmetic, Value, among
-from bench.proof.rounding.forms import NOTHING, ONE, Form, constant, total
+from bench.proof.rounding.forms import NOTHING, ONE, Form, constant, exact, total
 from bench.proof.rounding.loads import Share, shares
 from bench.proof.rounding.moved import Gauge
 from bench.proof.rounding.regions import Region, both, compared, regions
@@ -50,7 +50,7 @@ class Errors(Arithmetic):
         self.values: MutableMapping[Node, Value] = {}
         self.reasons: dict[Node, str] = {}
         self._shares = shares(program.nodes)
-        within = set().union(*(each.within for each in self._shares.values()))
+        self._within = within = set().union(*(each.within for each in self._shares.values()))
         self._thrusts = [node for (name, _), node in program.outputs.items() if name == "f"]
         needed = {each for root in self._thrusts for each in _cone(program.nodes, root)} - within
         self.branches = any(program.nodes[node][0] == "choose" for node in needed)
@@ -176,12 +176,45 @@ class Errors(Arithmetic):
                         return b
                     jump = abs(limit.low - b.low)
                     return Value(min(a.low, b.low), max(min(a.high, b.high), b.high), a.error + jump)
+        if other in self.values and self._never(condition):
+            return self.values[other]
+        match self._nodes[then]:
+            case ("sub", same, less) if same == other:
+                return self._lessened(condition, other, less)
         sides = [
             self._under(branch, condition, holds, {}) for branch, holds in ((then, True), (other, False))
         ]
         value = _union([each for side in sides for each in side])
         jump = self._jump(condition, then, other) if self._flips else 0.0
         return replace(value, error=value.error + jump)
+
+    def _never(self, condition: Node) -> bool:
+        """Whether no attainable demand fulfils a condition, as linear programs show of what it compares.
+
+        That holds in real numbers, and with ``flips`` of what is calculated too.
+        """
+        match self._nodes[condition]:
+            case ("gt", a, b) if a in self.values and self._nodes[b][0] == "const":
+                found, bound = among(self.values[a]), self.values[b].low
+                return bool(found) and all(self._most(each) < bound for each in found)
+        return False
+
+    def _most(self, value: Value) -> float:
+        """No less than a value with a form."""
+        assert value.form is not None
+        found = self._together.most(exact(value.form))
+        return found + self._error(value) if self._flips else found
+
+    def _lessened(self, condition: Node, other: Node, less: Node) -> Value:
+        """What is ``other`` less something where a condition holds, so that it moves by no more than that."""
+        found = self._under(less, condition, True, {})
+        if not found:
+            return self.values[other]
+        whole, part = self._plain(self.values[other]), _union(found)
+        low, high = min(0.0, -part.high), max(0.0, -part.low)
+        jump = self._jump(condition, less, None) if self._flips else 0.0
+        value = Value(whole.low + low, whole.high + high, whole.error + part.error)
+        return replace(self._rounded(value), error=self._rounded(value).error + jump)
 
     def _under(self, branch: Node, condition: Node, holds: bool, near: Region) -> list[Value]:
         """A branch's values where a condition holds, or does not, one for each region of that."""
@@ -209,6 +242,8 @@ class Errors(Arithmetic):
             for node in changed:
                 made[node] = Value(*region[node], self._plain(kept[node]).error)
             for node in _cone(self._nodes, root):
+                if node in self._within and node not in kept:
+                    continue  # it is followed with its share, whose range holds in narrower ranges too
                 operands = set(_operands(self._nodes[node]))
                 if node not in changed and (operands & changed or node not in kept):
                     value = self._value(node, self._nodes[node])
@@ -221,8 +256,11 @@ class Errors(Arithmetic):
         finally:
             self.values, self._depth = kept, self._depth - 1
 
-    def _jump(self, condition: Node, then: Node, other: Node) -> float:
-        """How far the two branches may lie apart where rounding turns a comparison of the condition."""
+    def _jump(self, condition: Node, then: Node, other: Node | None) -> float:
+        """How far the two branches may lie apart where rounding turns a comparison of the condition.
+
+        Where ``other`` is None that is zero.
+        """
         most = 0.0
         for a, b in compared(self._nodes, condition):
             if a not in self.values or b not in self.values:
@@ -231,7 +269,7 @@ class Errors(Arithmetic):
             slack = x.error + y.error
             near = {a: (y.low - slack, y.high + slack), b: (x.low - slack, x.high + slack)}
             one = self._under(then, condition, True, near)
-            two = self._under(other, condition, False, near)
+            two = [Value(0.0, 0.0, 0.0)] if other is None else self._under(other, condition, False, near)
             gaps = [max(p.high - q.low, q.high - p.low) for p in one for q in two]
             most = max([most, *gaps])
         return most

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from itertools import count
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,7 +10,13 @@ import pytest
 from alloc import Allocator, NotApplicable, Status, Vehicle, build, generate, load_vehicle
 from alloc.allocation import FloatArray
 from alloc.formulations import find_formulation
+from alloc.kernels import by_level
+from alloc.kernels.exact import Piece, piece
+from alloc.kernels.held import Held
+from alloc.methods import recipe
 from alloc.nullspace.allocator import Nullspace
+from alloc.nullspace.structure import Block
+from alloc.program import Evaluated, Expression, Scalar, Where, evaluate
 from bench.demands.near_degenerate import edge_demands, numbered
 
 VEHICLES, DEMANDS = 100, 60
@@ -127,3 +134,65 @@ def test_what_never_makes_the_end_of_the_way_says_a_smaller_share(
     says = promised(vehicle, method, tau[None], np.array([answer.share]))[0]
     np.testing.assert_allclose(vehicle.T @ answer.f, says, rtol=0, atol=1e-9 * vehicle.f_scale)
     assert max(answer.share) <= 0.5
+
+
+def in_c(vehicle: Vehicle, method: str, scalar: Scalar, limits: Where, taus: FloatArray) -> Evaluated:
+    """What generated C answers."""
+    program = recipe(method).make(vehicle, limits, scalar)
+    own = [np.tile(side, (len(taus), 1)) for side in (vehicle.f_min, vehicle.f_max)]
+    return evaluate(program, taus, *(own if limits == "call" else []))
+
+
+@pytest.mark.parametrize("limits", ["fixed", "call"])
+@pytest.mark.parametrize(
+    ("number", "method", "scalar"),
+    [(880, "nullspace", "double"), (12, "priority", "float"), (94, "priority", "float")],
+)
+def test_c_makes_the_wrench_that_status_and_share_say(
+    number: int, method: str, scalar: Scalar, limits: Where
+) -> None:
+    """Vehicles of which C was off by 2.6e-9 in double, by 1.5e-5 and 3.4e-5 in float."""
+    vehicle, rng = numbered(number)
+    taus = edge_demands(vehicle, rng, 1000)
+    if scalar == "float":
+        taus = taus.astype(np.float32).astype(float)
+    got = in_c(vehicle, method, scalar, limits, taus)
+    says = promised(vehicle, recipe(method).formulation, taus, got.share)
+    answered = np.isin(got.status, (Status.SOLVED, Status.PARTIAL))
+    error = (np.abs(got.F @ vehicle.TP.T - says) / vehicle.wrench_scale)[answered]
+    assert answered.sum() > 300
+    assert error.max() <= (OFF if scalar == "double" else 1e-5)
+
+
+def spoiled_piece(*given: Any) -> Piece:
+    """A part of the kernel whose steps end far outside, at thrusts that make the same wrench."""
+    part = piece(*given)
+    block: Block = given[2]
+    by = 100.0 * block.N[:, 0] / np.abs(block.N[:, 0]).max()
+
+    def thrusts() -> dict[int, Expression]:
+        return {i: x + float(by[block.rows.tolist().index(i)]) for i, x in part.thrusts().items()}
+
+    return part._replace(thrusts=thrusts, gaps=None)
+
+
+@pytest.mark.parametrize("limits", ["fixed", "call"])
+@pytest.mark.parametrize("scalar", ["double", "float"])
+@pytest.mark.parametrize("method", ["scaled", "priority"])
+def test_c_that_went_astray_says_a_smaller_share(
+    method: str, scalar: Scalar, limits: Where, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(by_level, "piece", spoiled_piece)
+    vehicle = load_vehicle("bluerov2-heavy")
+    taus = edge_demands(vehicle, np.random.default_rng(3), 200)
+    got = in_c(vehicle, method, scalar, limits, taus)
+    says = promised(vehicle, method, taus, got.share)
+    assert set(got.status.tolist()) == {Status.PARTIAL}
+    assert ((vehicle.f_min <= got.F) & (vehicle.f_max >= got.F)).all()
+    assert 0.0 < got.share.max() < 0.7
+    error = np.abs(got.F @ vehicle.TP.T - says) / vehicle.wrench_scale
+    assert error.max() <= (OFF if scalar == "double" else 1e-5)
+    monkeypatch.setattr(by_level, "held", lambda _, __, thrusts, shares, *___: Held(thrusts, shares))
+    got = in_c(vehicle, method, scalar, limits, taus)
+    error = np.abs(got.F @ vehicle.TP.T - promised(vehicle, method, taus, got.share)) / vehicle.wrench_scale
+    assert error.max() > 0.1

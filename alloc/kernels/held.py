@@ -1,0 +1,154 @@
+"""What leaves a kernel makes what its shares say: thrusts that went wrong are drawn in before they leave.
+
+T p is what the shares say whatever z is, so an answer misses its wrench by what its thrusts p are moved onto
+limits: by rounding, unless facets or rows that all but depend on each other magnified that. With thrusts c
+inside the limits that make the wrench at rest, p - (1 - s) (p - c) makes what s times the shares say, for
+any s. So where thrusts would be moved by more, s is taken so small that none is.
+"""
+
+from math import ceil, log2
+from typing import NamedTuple
+
+import numpy as np
+
+from alloc.allocation import FloatArray, Status
+from alloc.kernels.departure import departure
+from alloc.kernels.tolerance import HELD
+from alloc.nullspace.allocator import exact
+from alloc.program import Builder, Expression, Limits, Number, least, most
+from alloc.reach.edge import start
+from alloc.vehicle import Vehicle
+
+INSET = (1 / 4, 1 / 8, 1 / 16, 1 / 32, 1 / 64)
+"""How far inside the limits thrusts at rest shall lie, of their width, tried in turn."""
+NARROW = 1e-20
+"""A room counts as no smaller than this share of the largest limit: one divides by it."""
+HUGE = 1e18
+"""Thrusts that go so many times beyond the room are at rest behind that."""
+
+
+class Gap(NamedTuple):
+    """How far thrusts lie beyond limits.
+
+    Attributes
+    ----------
+    value : not above zero where they lie inside
+    moved : thruster i lies beyond by no more than ``moved[i]`` times the value
+    """
+
+    value: Expression
+    moved: dict[int, float]
+
+
+def beyond(i: int, thrust: Expression, limits: Limits) -> Gap:
+    """The gap of one thruster."""
+    low, high = limits.ends(i)
+    return Gap(most(low - thrust, thrust - high).named(f"beyond{i}"), {i: 1.0})
+
+
+class Held(NamedTuple):
+    """Thrusts by thruster before they are cut at limits, and the shares that they make."""
+
+    thrusts: dict[int, Expression]
+    shares: list[Expression]
+
+
+def held(
+    builder: Builder,
+    gaps: list[Gap],
+    thrusts: dict[int, Expression],
+    shares: list[Expression],
+    proportional: bool,
+    limits: Limits,
+) -> Held:
+    """Steps that draw thrusts in where they would miss by more than HELD what the shares say.
+
+    ``proportional`` says that all shares together are a factor of what they make; where they are not, thrusts
+    are at rest then.
+    """
+    units, spare = _units(builder, gaps)
+    if not units:
+        return Held(thrusts, shares)
+    bound = max(units)
+    each = [(bound / unit) * most(*(gap.value for gap in alike)) for unit, alike in units.items()]
+    worst: Expression = most(*each).named("worst")
+    builder.compute(worst)
+    with builder.where(worst > bound, unlikely=True) as merged:
+        center = _center(builder, limits)
+        if not proportional:
+            drawn = {i: merged(center[i], thrust) for i, thrust in thrusts.items()}
+            return Held(_named(drawn), [merged(0.0, share) for share in shares])
+        rooms = _rooms(builder, center, limits)
+        taken = [over(beyond(i, x, limits).value - spare, rooms[i]) for i, x in thrusts.items()]
+        at_most = over((spare / bound) * (worst - bound), least(*rooms.values()))
+        # Both are the same but for rounding, and the second tells that little is taken of a small gap.
+        more = most(least(most(*taken), at_most, HUGE), 0.0)
+        kept = (1.0 / (1.0 + more)).named("kept")
+        lost = (1.0 - kept).named("lost")
+        builder.compute(kept, lost)
+        drawn = {}
+        for i, x in thrusts.items():
+            away = x if center[i] == 0.0 else x - center[i]
+            drawn[i] = merged(x - lost * away, x)
+        return Held(_named(drawn), [merged(share * kept, share) for share in shares])
+
+
+def over(value: Expression, room: Number) -> Expression:
+    """value / room."""
+    return value / room if isinstance(room, Expression) else value * (1.0 / room)
+
+
+def _named(drawn: dict[int, Expression]) -> dict[int, Expression]:
+    return {i: x.named(f"in{i}") for i, x in drawn.items()}
+
+
+def _units(builder: Builder, gaps: list[Gap]) -> tuple[dict[float, list[Gap]], float]:
+    """Gaps by what they may be, and how far every thruster may lie beyond a limit [N].
+
+    Gaps g_j miss an axis by no more than sum_j g_j sum_i |T_i| moved_ij, which may be HELD. So that few units
+    differ each g_j may be as large as any other, but for those that take thrusts beyond by much less.
+    """
+    vehicle = builder.vehicle
+    A = np.abs(vehicle.TP) / vehicle.wrench_scale[:, None]
+    missed, units = np.zeros(vehicle.k), dict[float, list[Gap]]()
+    for gap in gaps:
+        unit = 2.0 ** -ceil(log2(max(gap.moved.values())))  # a product with a power of two is exact
+        missed += A[:, list(gap.moved)] @ list(gap.moved.values()) * unit
+        units.setdefault(unit, []).append(gap)
+    largest = missed.max(initial=0.0)
+    if not largest > 0.0:
+        return {}, 0.0
+    spare = float(HELD[builder.scalar] / largest)
+    return {spare * unit: found for unit, found in units.items()}, spare
+
+
+def _rooms(builder: Builder, center: dict[int, Number], limits: Limits) -> dict[int, Number]:
+    """How far inside the nearer limit each thrust of c lies; one divides by it."""
+    found: dict[int, Number] = {}
+    for i, c in center.items():
+        low, high = limits.ends(i)
+        found[i] = most(least(high - c, c - low), NARROW * builder.vehicle.f_scale)
+    return found
+
+
+def _center(builder: Builder, limits: Limits) -> dict[int, Number]:
+    """c of each working thruster."""
+    vehicle = builder.vehicle
+    c: list[Number] = departure(builder, limits) if limits.at_call else list(at_rest(vehicle))
+    return {i: c[i] for i in vehicle.working.tolist()}
+
+
+def at_rest(vehicle: Vehicle) -> FloatArray:
+    """(n,) thrusts that make what the start makes, inside the vehicle's limits as far as INSET asks."""
+    ready = vehicle.readiness > 0
+    f0 = np.where(ready, start(vehicle.f_min, vehicle.f_max), 0.0)
+    low = np.where(ready, vehicle.f_min, -vehicle.f_scale)
+    high = np.where(ready, vehicle.f_max, vehicle.f_scale)
+    allocate = exact(vehicle)
+    for inset in INSET:
+        by = inset * (high - low)
+        pairs = list(zip((low + by).tolist(), (high - by).tolist(), strict=True))
+        found = allocate.within(vehicle.TP @ f0, pairs)
+        if found.status is Status.SOLVED:
+            return found.f
+    return f0
