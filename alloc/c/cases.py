@@ -112,7 +112,8 @@ def cases(
         wider += back
         # A kernel draws thrusts in that end beyond limits (``alloc.kernels.held``), and shares with them.
         rest = at_rest(vehicle) if limits == "fixed" else start(low, np.maximum(low, high))
-        room = np.minimum(high - rest, rest - low)[:, vehicle.working].min(axis=1)
+        room = np.where(low < high, np.minimum(high - rest, rest - low), np.inf)
+        room = room[:, vehicle.working].min(axis=1)
         wider_share += JUMP * back / np.maximum(np.maximum(JUMP * room, back), 1e-300)
     worst, agreed = np.sqrt(3.0 * vehicle.n), max(AGREEMENT[scalar], doubt)
     allowed = agreed * size[:, 0] + worst * np.sqrt(squares) + wider
