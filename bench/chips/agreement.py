@@ -7,10 +7,12 @@ import numpy as np
 from alloc import Label, Status, build
 from alloc.allocation import FloatArray
 from alloc.c.cases import AGREEMENT, ROUNDING, TRIES, far_off
+from alloc.kernels.tolerance import MET
 from alloc.rivals import load
 from bench.chips.count import CallCounts
 from bench.chips.kernel import Kernel
 from bench.demands import DemandSet
+from bench.judging.shares import misstated
 
 
 @dataclass(frozen=True)
@@ -19,16 +21,18 @@ class Agreement:
 
     Attributes
     ----------
-    agrees : whether every verdict is the same and every thrust within the tolerance, or within what rounding
-        explains
+    agrees : whether every verdict is the same, every thrust within the tolerance, or within what rounding
+        explains, and every share what its thrusts deliver
     distance_rel_max : largest |f - f of Python|, relative to the largest limit or thrust [-]
     other_verdicts : demands off the boundary that one calls feasible and the other does not; of a solver's
         C: that can be met and get no thrusts, or can't be met and are called met
+    misstated : answers that say shares which their thrusts do not deliver
     """
 
     agrees: bool
     distance_rel_max: float
     other_verdicts: int
+    misstated: int = 0
 
 
 def agreement(kernel: Kernel, demands: DemandSet, counted: CallCounts) -> Agreement:
@@ -39,7 +43,8 @@ def agreement(kernel: Kernel, demands: DemandSet, counted: CallCounts) -> Agreem
     """
     vehicle = demands.vehicle
     given = (demands.f_min, demands.f_max) if kernel.limits == "call" else (None, None)
-    F, status = build(kernel.twin, vehicle).many(demands.taus, *given)
+    twin = build(kernel.twin, vehicle)
+    F, status = twin.many(demands.taus, *given)
     clear = demands.labels != Label.BOUNDARY
     met = status != Status.INFEASIBLE
     if kernel.solver:
@@ -57,10 +62,14 @@ def agreement(kernel: Kernel, demands: DemandSet, counted: CallCounts) -> Agreem
     if kernel.levels and not near.all():
         near = apart <= tolerance * size + explained(kernel, demands, F)[both]
     wrong = int(np.count_nonzero(other & clear))
+    said = np.flatnonzero(np.isin(counted.status, (Status.SOLVED, Status.PARTIAL)))
+    shares, allowed = list(counted.shares[said]), MET[kernel.scalar] / vehicle.n
+    undelivered = misstated(demands, said, shares, counted.F[said], twin.formulation, allowed)
     return Agreement(
-        agrees=wrong == 0 and bool(near.all()),
+        agrees=wrong == 0 and bool(near.all()) and not undelivered.any(),
         distance_rel_max=float((apart / size).max(initial=0.0)),
         other_verdicts=wrong,
+        misstated=int(undelivered.sum()),
     )
 
 

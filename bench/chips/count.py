@@ -35,12 +35,14 @@ class CallCounts:
     status : (N,) what the kernel returned
     instructions : (N,) executed from the kernel's first instruction to its return, callees included
     stack_bytes : (N,) stack below the caller's that was written to [bytes]
+    shares : (N, levels) what the kernel says that it delivered of each level [-]
     """
 
     F: FloatArray
     status: IndexArray
     instructions: IndexArray
     stack_bytes: IndexArray
+    shares: FloatArray
 
 
 def count(image: Image, calls: FloatArray, trace: str = "") -> CallCounts:
@@ -50,7 +52,7 @@ def count(image: Image, calls: FloatArray, trace: str = "") -> CallCounts:
     """
     most = max(1, ROOM // (image.kernel.width * np.dtype(SCALARS[image.kernel.scalar]).itemsize))
     parts = [_count(image, calls[start : start + most], trace) for start in range(0, len(calls), most)]
-    columns = zip(*((c.F, c.status, c.instructions, c.stack_bytes) for c in parts), strict=True)
+    columns = zip(*((c.F, c.status, c.instructions, c.stack_bytes, c.shares) for c in parts), strict=True)
     return CallCounts(*(np.concatenate(column) for column in columns))
 
 
@@ -99,7 +101,7 @@ def _answers(image: Image, path: Path, calls: FloatArray, command: Sequence[str]
         said = "; ".join(log.nonsense) or "the driver did not answer each call"
         raise ToolError(f"{image.target.name}: {said}")
     found = answered(asked[0], kernel.n, scalar, kernel.levels)
-    return CallCounts(found.F, found.status, found.ticks, found.stack_bytes)
+    return CallCounts(found.F, found.status, found.ticks, found.stack_bytes, found.shares)
 
 
 def _plugged(image: Image, trace: str) -> tuple[str, ...]:

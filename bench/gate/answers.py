@@ -60,7 +60,10 @@ def answered(side: Prober, cell: GateCell, question: Question) -> SideAnswers:
     # Each f is an array of its own: the judge looks for answers that share memory.
     thrusts = [f.copy() for f in unpacked(raw["F"])]
     # A wrong plug-in's status may be any number, which is for the judge to say.
-    answers = [Allocation(f, cast("Status", s)) for f, s in zip(thrusts, raw["status"], strict=True)]
+    answers = [
+        Allocation(f, cast("Status", status), share=tuple(share))
+        for f, status, share in zip(thrusts, raw["status"], raw["shares"], strict=True)
+    ]
     at_odds = ""
     if raw["other"] is not None:
         at_odds = f"many() gives demand {raw['other']} another status than a call of its own"

@@ -122,7 +122,7 @@ class Orders:
         self.allocators[cell] = matrix.dot if kind == "product" else lambda _: sum(i * i for i in LOOP)
 
     def answers(self, cell: str, taus: Packed, limits: list[Packed], *, seconds: float) -> dict[str, Any]:
-        """Status and f of each demand in order, and whether ``many`` answers as single calls do.
+        """Status, f and shares of each demand in order, and whether ``many`` answers as single calls do.
 
         ``limits`` are f_min and f_max of each demand, or nothing. No more demands are asked than take
         ``seconds``.
@@ -138,7 +138,9 @@ class Orders:
                 break
             answers.append(allocate(*call))
         status, F = [int(answer[1]) for answer in answers], np.array([answer[0] for answer in answers])
-        reply = {"status": status, "F": packed(F), "apart": 0.0, "other": None}
+        # A user's plug-in, and a tree of before, may say no shares.
+        shares = [list(map(float, answer[4])) if len(answer) > 4 else [] for answer in answers]
+        reply = {"status": status, "F": packed(F), "shares": shares, "apart": 0.0, "other": None}
         if many := getattr(allocate, "many", None):  # a user's plug-in may have no such function
             together, verdicts = many(*(column[: len(answers)] for column in columns))
             other = np.flatnonzero(np.asarray(verdicts) != status)

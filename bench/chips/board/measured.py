@@ -153,7 +153,9 @@ def _counts(heard: Heard) -> Iterator[Emulated]:
         if method == NOOP:  # a driver that counts instructions does not ask it
             continue
         kernel, demands, run = heard.board.kernels[method], heard.demands[name], runs[0]
-        agreed = agreement(kernel, demands, CallCounts(run.F, run.status, run.ticks, run.stack_bytes))
+        agreed = agreement(
+            kernel, demands, CallCounts(run.F, run.status, run.ticks, run.stack_bytes, run.shares)
+        )
         values, calls = np.unique(run.ticks, return_counts=True)
         yield Emulated(
             vehicle=heard.board.vehicle.name,

@@ -81,8 +81,23 @@ def test_an_answer_at_the_end_of_a_way_may_differ_by_what_rounding_explains_and_
         moved = F.copy()
         moved[i, 0] += times * most[i]
         none = np.zeros(len(F), dtype=np.intp)
-        counted = CallCounts(moved, status.astype(np.intp), none, none)
+        counted = CallCounts(moved, status.astype(np.intp), none, none, np.zeros((len(moved), 0)))
         assert agreement(kernel, demands, counted).agrees is agrees
+
+
+@pytest.mark.parametrize(("scalar", "off"), [("double", 2e-6), ("float", 1e-4)])
+def test_a_share_that_thrusts_do_not_deliver_does_not_agree(scalar: Scalar, off: float) -> None:
+    vehicle = load_vehicle("nautilus")
+    kernel = build_kernel("priority@native", vehicle, scalar)
+    demands = build_demands("infeasible", vehicle, 0, 30)
+    allocate = build("priority", vehicle)
+    F, status = allocate.many(demands.taus)
+    shares = np.array([allocate(tau).share for tau in demands.taus])
+    none = np.zeros(len(F), dtype=np.intp)
+    for by, misstated in ((0.0, 0), (off, 30)):
+        counted = CallCounts(F, status.astype(np.intp), none, none, shares * (1.0 - by))
+        found = agreement(kernel, demands, counted)
+        assert (found.agrees, found.misstated) == (not misstated, misstated)
 
 
 def rows(

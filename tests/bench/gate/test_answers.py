@@ -1,12 +1,17 @@
 """Which answers the gate calls wrong, and which different."""
 
+from typing import Any, cast
+
 import numpy as np
 import pytest
 
 from alloc import Allocation, Label, Status, Vehicle, build, load_vehicle
 from alloc.allocation import FloatArray
-from bench.gate.answers import SideAnswers, differ, first, wrong
+from bench.gate.answers import SideAnswers, answered, differ, first, wrong
 from bench.gate.examine import LOOKED_AT, MOVING, demand_sets
+from bench.gate.prober import Prober
+from bench.gate.record import GateCell
+from bench.gate.worker import Orders
 from bench.judging.question import Question, ask_here, questions
 
 PROMISES = {"formulation": "hard", "limited": True, "tolerance": 1e-6}
@@ -70,6 +75,36 @@ def test_what_is_wrong_in_one_demand_of_a_thousand_is_found(
         answers = [bad if c else good for c, good, bad in zip(chosen, exact, spoilt, strict=True)]
         found += bool(wrong(whole, SideAnswers("", PROMISES, answers)))
     assert found >= 19
+
+
+class Here:
+    """A side that answers in this process by ``priority``, with shares that are ``off`` by a factor."""
+
+    def __init__(self, vehicle: Vehicle, off: float) -> None:
+        allocate = build("priority", vehicle)
+
+        def spoilt(tau: FloatArray) -> Allocation:
+            answer = allocate(tau)
+            return answer._replace(share=tuple(off * share for share in answer.share))
+
+        self.orders = Orders()
+        self.orders.allocators["cell"] = spoilt
+
+    def ask(self, order: str, **given: Any) -> Any:
+        """Carry an order out."""
+        if order == "build":
+            return {"formulation": "priority", "limited": True, "tolerance": 1e-9}
+        return self.orders.answers("cell", given["taus"], given["limits"], seconds=10.0)
+
+
+@pytest.mark.parametrize(("off", "says"), [(1.0, ""), (0.999, "shares of its levels")])
+def test_a_share_that_thrusts_do_not_deliver_is_wrong(
+    vehicle: Vehicle, question: Question, off: float, says: str
+) -> None:
+    side = cast("Prober", Here(vehicle, off))
+    found = answered(side, GateCell(vehicle="ukwial", method="priority"), question)
+    assert says in wrong(question, found)
+    assert bool(says) == bool(wrong(question, found))
 
 
 def test_an_allocator_whose_many_is_at_odds_with_its_calls_is_wrong(
