@@ -13,5 +13,6 @@ from alloc.c.recipe import Recipe
 
 __all__ = [
     "LastMetre", "Package", "Recipe", "arguments", "bound", "covering", "digest", "esc_selftest",
-    "function_name", "generate", "last_metre", "missing", "packaged", "page", "printed", "programs", "sources", "to_escs",
+    "function_name", "generate", "last_metre", "missing", "packaged", "page", "printed", "programs",
+    "sources", "to_escs",
 ]  # fmt: skip

@@ -4,14 +4,12 @@ from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 
-import msgspec
-
 from alloc.errors import VehicleError, unknown
+from alloc.files.keys import convert
 from alloc.files.yaml_tree import YamlTree, read_yaml
 from alloc.vehicle import Vehicle
 from alloc.vehicle.esc_file import EscKeys, with_curve_read
-from alloc.vehicle.file import Planar, Rates, Thruster, VehicleFile, build_vehicle
-from alloc.vehicle.geometry import DOF
+from alloc.vehicle.file import VehicleFile, build_vehicle
 
 
 @dataclass(frozen=True)
@@ -67,11 +65,7 @@ def read_document(path: Path) -> Document:
     tree = read_yaml(path)
     if not isinstance(tree.data, dict):
         raise VehicleError("holds no keys; start with 'name:', 'dof:' and a geometry", path=path)
-    try:
-        keys = msgspec.convert(tree.data, VehicleFile)
-    except msgspec.ValidationError as error:
-        what, line = _explained(str(error), tree)
-        raise VehicleError(what, path=path, line=line) from None
+    keys = convert(tree, VehicleFile, "docs/your-vehicle.md", VehicleError)
     if isinstance(keys.esc, EscKeys):
         keys.esc = with_curve_read(keys.esc, path.parent)
     elif keys.esc is not None:
@@ -84,28 +78,3 @@ def _exists(path: Path) -> bool:
         return path.exists()
     except (OSError, ValueError):  # the name is too long for a file, or holds a zero byte
         return False
-
-
-def _explained(message: str, tree: YamlTree) -> tuple[str, int | None]:
-    """The message of msgspec, which ends in "- at `$.f_min[2]`", with its key in front; and that line."""
-    what, _, where = message.partition(" - at `$")
-    key = where.rstrip("`").lstrip(".")
-    if "unknown field" in what:
-        key = f"{key}.{what.split('`')[1]}".lstrip(".")
-    line = tree.line(key) if key else None
-    named = f"{key}: {what}" if key else what
-    short = "".join(c if c.isprintable() else " " for c in named)[:80]  # a key may be any text
-    return f"{short}; {_remedy(what, key)}", line
-
-
-def _remedy(what: str, key: str) -> str:
-    place = key.partition("[")[0].partition(".")[0]
-    if "field" in what:
-        kind = {"planar": Planar, "thrusters": Thruster, "slew": Rates, "esc": EscKeys}.get(
-            place, VehicleFile
-        )
-        return f"the keys are {', '.join(kind.__struct_fields__)}"
-    if "enum" in what:
-        known = {"frame": ("frd", "flu"), "esc": ("neutral", "jump")}.get(place, DOF)
-        return f"give one of {', '.join(known)}"
-    return "docs/your-vehicle.md shows the form"

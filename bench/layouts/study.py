@@ -1,19 +1,19 @@
 """The keys of a study file: a base vehicle and what varies about it."""
 
-import re
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import msgspec
 
-from alloc import AllocError
+from alloc.errors import FileError
+from alloc.files.keys import convert
 from alloc.files.yaml_tree import YamlTree, read_yaml
 
 MOST = 2**30
 """Most layouts of a round: Sobol' points in 30 bits."""
 
 
-class StudyError(AllocError):
+class StudyError(FileError):
     """A study file says something that can't be done; the message names file, line and key."""
 
 
@@ -164,18 +164,6 @@ class StudyFile(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only
     refine: Refine = Refine()
 
 
-_PLACES: dict[str, type[msgspec.Struct]] = {
-    "": StudyFile,
-    "groups": VariedGroup,
-    "center_of_mass": Center,
-    "constraints": Constraints,
-    "constraints.box": MountingBox,
-    "constraints.wake": Wake,
-    "demands": AskedDemands,
-    "refine": Refine,
-}
-
-
 class StudyDocument(msgspec.Struct, frozen=True):
     """A study file as read.
 
@@ -190,8 +178,7 @@ class StudyDocument(msgspec.Struct, frozen=True):
 
     def refusal(self, where: str, why: str) -> StudyError:
         """The error that names file, line and key: ``where`` is a place as ``groups.aft.x``."""
-        line = self.tree.line(where)
-        return StudyError(f"{self.tree.path}: {f'line {line}: ' if line else ''}{where}: {why}")
+        return StudyError(f"{where}: {why}", path=self.tree.path, line=self.tree.line(where))
 
 
 def read_study(path: Path) -> StudyDocument:
@@ -199,63 +186,9 @@ def read_study(path: Path) -> StudyDocument:
     tree = read_yaml(path)
     if not isinstance(tree.data, dict):
         raise StudyError(f"{path}: holds no keys; start with 'base:' and 'groups:'")
-    try:
-        document = StudyDocument(msgspec.convert(tree.data, StudyFile), tree)
-    except msgspec.ValidationError as error:
-        raise StudyError(f"{path}: {_explained(str(error), tree)}") from None
+    document = StudyDocument(convert(tree, StudyFile, "docs/layouts.md", StudyError), tree)
     _check(document)
     return document
-
-
-def _explained(message: str, tree: YamlTree) -> str:
-    """The message of msgspec, which ends in "- at `$.groups[...].x`", with line and remedy."""
-    what, _, where = message.partition(" - at `$")
-    place = where.rstrip("`").lstrip(".").replace("[...]", "")
-    if "field `" in what:
-        key = what.split("`")[1]
-        known = _PLACES.get(place, Span).__struct_encode_fields__
-        lines = [at for name, at in tree.lines.items() if name.rpartition(".")[2] == key]
-        line = f"line {lines[0]}: " if lines and "unknown" in what else ""
-        said = f"unknown key '{key[:40]}'" if "unknown" in what else f"key '{key}' is missing"
-        return f"{line}{place + ': ' if place else ''}{said}; the keys are {', '.join(known)}"
-    asked = re.match(r"Expected `(.*)`, got `(.*)`$", what)
-    place = _place(tree.data, where.rstrip("`"), asked[2]) if asked else place
-    if asked:
-        wanted = " or ".join(_KINDS.get(kind, kind) for kind in asked[1].split(" | "))
-        what = f"is {_KINDS.get(asked[2], asked[2])}; give {wanted}"
-    at = tree.line(place)
-    return f"{f'line {at}: ' if at else ''}{place}: {what[:120]}; docs/layouts.md shows the form"
-
-
-_KINDS = {
-    "int": "a whole number",
-    "float": "a number",
-    "str": "text",
-    "bool": "true or false",
-    "array": "a list",
-    "object": "keys with values",
-    "null": "nothing",
-}
-"""What msgspec calls a value, in words."""
-_TYPES = {"int": int, "float": float, "str": str, "bool": bool, "array": list, "object": dict}
-
-
-def _place(data: Any, where: str, got: str) -> str:
-    """The place of the wrong value, ``groups.aft.thrusters[0]``; msgspec says ``groups[...]`` of any."""
-    found = [("", data)]
-    for step in re.findall(r"\.(\w+)|\[(\d+|\.\.\.)\]", where):
-        key, index = step
-        following = []
-        for name, value in found:
-            if key and isinstance(value, dict) and key in value:
-                following.append((f"{name}.{key}".lstrip("."), value[key]))
-            elif index == "..." and isinstance(value, dict):
-                following += [(f"{name}.{each}", inner) for each, inner in value.items()]
-            elif index.isdigit() and isinstance(value, list) and int(index) < len(value):
-                following.append((f"{name}[{index}]", value[int(index)]))
-        found = following
-    kind = _TYPES.get(got, type(None))
-    return next((name for name, value in found if type(value) is kind), where.lstrip("."))
 
 
 def _check(document: StudyDocument) -> None:

@@ -161,8 +161,8 @@ def test_a_sound_file_gets_only_the_notes_on_what_failures_cost(file: Path) -> N
             None,
             "without thruster 2: no sway",
         ),
-        ("name: x\n", "error", None, "missing required field `dof`"),
-        (GOOD + "fmin: 1\n", "error", 7, "fmin: Object contains unknown field"),
+        ("name: x\n", "error", None, "key 'dof' is missing"),
+        (GOOD + "fmin: 1\n", "error", 7, "unknown key 'fmin'"),
         ("name: x\n[", "error", 2, "not valid YAML"),
     ],
 )

@@ -246,7 +246,7 @@ def test_the_shipped_curve_never_falls() -> None:
         ("{neutral: 1500, range: [1100, 1900], reversed: [7], curve: t200, volts: 16}", "no thruster 7"),
         ("{neutral: 1500, range: [1100, 1900], reversed: [bow], curve: t200, volts: 16}", "bow"),
         ("{neutral: 1500, range: [1100, 1900], curve: t200}", "esc.volts"),
-        ("{neutral: 1500, range: [1100, 1900], dead_band: leap}", "neutral, jump"),
+        ("{neutral: 1500, range: [1100, 1900], dead_band: leap}", "jump, neutral"),
         ("{neutral: 1500, range: [1100, 1900], nuetral: 3}", "the keys are neutral, range"),
         ("[{neutral: 1500, range: [1100, 1900], curve: t200, volts: 16}]", "1 entries for 2 thrusters"),
         ("{neutral: 1500, range: [1100, 1900]}", "f_min"),

@@ -40,7 +40,7 @@ def checked(folder: Path, text: str) -> None:
         (
             "azimuth_deg: {from: 10",
             "azimut_deg: {from: 10",
-            "line 3: groups: unknown key 'azimut_deg'; the keys are",
+            "line 3: groups.bow: unknown key 'azimut_deg'; the keys are",
         ),
         ("from: 10, to: 80", "from: 10, till: 80", "unknown key 'till'; the keys are from, to, steps"),
         ("demands:", "demand:", "line 5: unknown key 'demand'; the keys are base, groups"),

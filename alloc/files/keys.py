@@ -1,0 +1,89 @@
+"""YAML as typed keys, or in words what is wrong, where, and what to give instead."""
+
+import re
+from collections.abc import Iterator
+from typing import Any, TypeVar
+
+import msgspec
+from msgspec import inspect
+
+from alloc.errors import FileError, VehicleError
+from alloc.files.yaml_tree import YamlTree
+
+Keys = TypeVar("Keys", bound=msgspec.Struct)
+KINDS = {
+    "int": ("a whole number", int),
+    "float": ("a number", float),
+    "str": ("text", str),
+    "bool": ("true or false", bool),
+    "array": ("a list", list),
+    "object": ("keys with values", dict),
+    "null": ("nothing", type(None)),
+}
+"""What msgspec calls a value, in words, and its type."""
+
+
+def convert(
+    tree: YamlTree, to: type[Keys], form: str, refused: type[FileError] | type[VehicleError] = FileError
+) -> Keys:
+    """The data as a Struct; raises ``refused`` with place and remedy: ``form`` is the page with the form."""
+    try:
+        return msgspec.convert(tree.data, to)
+    except msgspec.ValidationError as error:
+        what, _, where = str(error).partition(" - at `$")
+    steps = re.findall(r"\w+|\.\.\.", where.rstrip("`"))
+    found, kinds = list(_values(tree.data, steps)), list(_types(inspect.type_info(to), steps))
+    told, got, *_ = [*re.findall("(?s)`(.*?)`", what), "", ""]
+    if "field `" in what:
+        unknown = "unknown" in what
+        place = next((p for p, v in found if isinstance(v, dict) and (told in v) == unknown), "")
+        known = (field.encode_name for kind in kinds for field in getattr(kind, "fields", ()))
+        said = f"unknown key '{_brief(told)}'" if unknown else f"key '{told}' is missing"
+        remedy, at = f"the keys are {', '.join(known)}", f"{place}.{told}".lstrip(".") if unknown else place
+    else:
+        at = place = next((p for p, v in found if type(v) is KINDS.get(got, ("", object))[1]), found[0][0])
+        said, remedy = _brief(what), f"{form} shows the form"
+        if "enum" in what:
+            values = (str(value) for kind in kinds for value in getattr(kind, "values", ()))
+            remedy = f"give one of {', '.join(values)}"
+        elif got:
+            wanted = " or ".join(KINDS[kind][0] for kind in told.split(" | ") if kind != "null")
+            said = f"is {KINDS[got][0]}; give {wanted}"
+    line = tree.line(at) if at else None
+    raise refused(f"{f'{place}: ' if place else ''}{said}; {remedy}", path=tree.path, line=line)
+
+
+def _values(data: Any, steps: list[str]) -> Iterator[tuple[str, Any]]:
+    """All that lies at a place, each with its own place; a step ``...`` is any key of a map."""
+    found = [("", data)]
+    for step in steps:
+        following = []
+        for place, value in found:
+            if isinstance(value, dict):
+                names = value if step == "..." else [step] if step in value else []
+                following += [(f"{place}.{name}".lstrip("."), value[name]) for name in names]
+            elif isinstance(value, list) and step.isdigit() and int(step) < len(value):
+                following.append((f"{place}[{step}]", value[int(step)]))
+        found = following
+    yield from found
+
+
+def _types(kind: Any, steps: list[str]) -> Iterator[Any]:
+    """The types that a value at that place may have, those of a union each."""
+    if isinstance(kind, inspect.UnionType):
+        for each in kind.types:
+            yield from _types(each, steps)
+    elif not steps:
+        yield kind
+    elif isinstance(kind, inspect.StructType):
+        for field in kind.fields:
+            if field.encode_name == steps[0]:
+                yield from _types(field.type, steps[1:])
+    elif isinstance(kind, inspect.DictType):
+        yield from _types(kind.value_type, steps[1:])
+    elif isinstance(kind, inspect.ListType):
+        yield from _types(kind.item_type, steps[1:])
+
+
+def _brief(text: str) -> str:
+    return "".join(c if c.isprintable() else " " for c in text)[:60]
