@@ -31,7 +31,7 @@ static inline int OWN_steps(const struct OWN_now *now, int s, SCALAR a, INNER SC
         below = above;
         above = OWN_thrust(now, k + 1);
     }
-    int n = OWN_step[k + 1] - OWN_step[k];
+    int n = OWN_length[k];
     const SCALAR rise = (above - below + TINY) / (SCALAR)n, along = SIZE((a - below) / rise);
     n = along < MOST_STEPS ? (int)(along + HALF) : n;STAY
     SCALAR makes = below + (SCALAR)n * rise;WITHIN

@@ -246,6 +246,8 @@ def _tables(of: LastMetre, known: Tables, *, mixed: bool) -> Iterator[str]:
     f = np.concatenate([side.f for side in known.sides], axis=1)
     begin = np.cumsum([0, *(len(side.steps) for side in known.sides)])
     yield _array(integers(float(steps.max())), f"step[{len(steps)}]", map(str, steps.tolist()))
+    lengths = np.maximum(np.diff(steps, append=0), 1)  # from one side to the next there is none
+    yield _array(integers(float(lengths.max())), f"length[{len(steps)}]", map(str, lengths.tolist()))
     yield _array("int", f"last[{len(known.sides)}]", map(str, (begin[1:] - 1).tolist()))
     places = [side.start() + at for side, at in zip(known.sides, begin[:-1].tolist(), strict=True)]
     rows = (f"{{{', '.join(map(str, row.tolist()))}}}" for row in places)
@@ -344,7 +346,7 @@ static int OWN_send({of.parameters(tau=False).replace(f"{of.scalar} volts", f"in
         const int known = f[i] - f[i] == ZERO, good = known && low <= high && i != fault;
         const SCALAR x = good ? WITHIN_ENDS(f[i], low, high) : ZERO;
         const int back = x < ZERO, s = {side};
-        const SCALAR most = good ? LEAST(back ? -low : high, now.most[s]) : ZERO;
+        const SCALAR end = LEAST(back ? -low : high, now.most[s]), most = good && end > ZERO ? end : ZERO;
         const SCALAR a = LEAST(SIZE(x), most);
         SCALAR made;
         int j = OWN_steps(&now, s, a, INNER_END most, &made);

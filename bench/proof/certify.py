@@ -23,6 +23,7 @@ from bench.proof.rounding.gappa import before_limits
 from bench.proof.rounding.search import RUNS, searched
 from bench.proof.rounding.seen import seen
 from bench.proof.safety import claims as safety
+from bench.proof.safety import esc
 from bench.proof.safety.harness import Subject, subject
 from bench.proof.symbolic import programs
 from bench.proof.translation import translated
@@ -74,7 +75,7 @@ def prove(
     begin = time.perf_counter()
     say("memory, status and limits")
     with tempfile.TemporaryDirectory(prefix="thrustbench-") as folder:
-        claims = safety.claims(of, Path(folder))
+        claims = [*safety.claims(of, Path(folder)), *esc.claims(of, Path(folder))]
         rules = misra.broken(of, Path(folder))
     claims.append(translated(of))
     if claims[0].verdict == "shown":  # what may write anywhere is not run here

@@ -7,6 +7,7 @@ import msgspec
 from alloc import AllocError
 from bench.proof.page import page
 from bench.proof.proof import Proof
+from bench.proof.safety import esc
 from bench.proof.safety.harness import Subject
 from bench.report.document import document
 
@@ -16,6 +17,7 @@ def write(of: Subject, proof: Proof, folder: Path) -> None:
     text = page(proof)
     files = {
         **of.files,
+        **esc.files(of),
         "proof.json": msgspec.json.format(msgspec.json.encode(proof), indent=2).decode() + "\n",
         "proof.md": text,
     }

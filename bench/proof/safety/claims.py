@@ -11,7 +11,6 @@ from bench.proof.safety import eva, limits
 from bench.proof.safety.harness import Subject, harness
 from bench.proof.symbolic import programs
 
-EVA = "Frama-C EVA"
 OWN = "the comparison that answers (bench/proof/safety/limits.py)"
 WRITTEN = ("status", "written_f", "written_share", "untouched_f", "untouched_share")
 WITHIN = ("number_f", "low", "high", "off")
@@ -44,19 +43,19 @@ def claims(of: Subject, folder: Path) -> list[Claim]:
         analysis = eva.Analysis([], False, [str(error)])
     strangers = {each.label for each in analysis.properties} - HARNESS
     made = [
-        _claim(NO_ERROR, analysis, *strangers),
-        _claim(STATUS, analysis, *WRITTEN),
+        eva.claim(NO_ERROR, analysis, *strangers),
+        eva.claim(STATUS, analysis, *WRITTEN),
     ]
     if not of.limited:
         made.append(
             Claim(claim=LIMITS, verdict="does not apply", by="", words=["this method knows no limits"])
         )
     elif of.limits == "fixed":
-        made.append(_claim(LIMITS, analysis, *WITHIN))
+        made.append(eva.claim(LIMITS, analysis, *WITHIN))
     else:
         made.append(_at_call(of))
     if of.levels:
-        made.append(_claim(SHARES, analysis, *SHARED))
+        made.append(eva.claim(SHARES, analysis, *SHARED))
     return [*made, _stateless(of)]
 
 
@@ -67,21 +66,6 @@ def _functions(of: Subject) -> tuple[set[str], set[str]]:
     except (NotRead, ToolError):
         return set(), set()  # EVA says what is wrong with it
     return {of.name, *unit.cases.values()}, unit.looping
-
-
-def _claim(sentence: str, analysis: eva.Analysis, *labels: str) -> Claim:
-    if not analysis.answered:
-        return Claim(
-            claim=sentence, verdict="not shown", by=EVA, words=analysis.words or ["no call was answered"]
-        )
-    words = analysis.failed(*labels)
-    errors = [each for each in analysis.words if "User Error" in each]
-    if words or errors:
-        return Claim(claim=sentence, verdict="not shown", by=EVA, words=[*words, *errors])
-    asked = sum(each.label in labels for each in analysis.properties)
-    return Claim(
-        claim=sentence, verdict="shown", by=EVA, words=[f"{asked} assertions" if asked else "0 alarms"]
-    )
 
 
 def _stateless(of: Subject) -> Claim:

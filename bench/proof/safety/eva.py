@@ -7,8 +7,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from bench.proof import tools
+from bench.proof.proof import Claim
 from bench.proof.safety.harness import ANSWERED, MAIN
 
+NAME = "Frama-C EVA"
 OPTIONS = (
     "-machdep", "gcc_x86_64",
     "-eva", "-eva-verbose", "1",
@@ -75,6 +77,22 @@ def analyse(
     return _read(printed, folder, files[MAIN].splitlines())
 
 
+def claim(sentence: str, analysis: Analysis, *labels: str) -> Claim:
+    """Whether all properties of these labels are shown, as a claim."""
+    if not analysis.answered:
+        return Claim(
+            claim=sentence, verdict="not shown", by=NAME, words=analysis.words or ["no call was answered"]
+        )
+    words = analysis.failed(*labels)
+    errors = [each for each in analysis.words if "User Error" in each]
+    if words or errors:
+        return Claim(claim=sentence, verdict="not shown", by=NAME, words=[*words, *errors])
+    asked = sum(each.label in labels for each in analysis.properties)
+    return Claim(
+        claim=sentence, verdict="shown", by=NAME, words=[f"{asked} assertions" if asked else "0 alarms"]
+    )
+
+
 def _read(printed: str, folder: Path, harness: list[str]) -> Analysis:
     table = folder / "properties.csv"
     words = [
@@ -89,6 +107,8 @@ def _read(printed: str, folder: Path, harness: list[str]) -> Analysis:
     for row in csv.DictReader(
         table.read_text(encoding="utf-8").splitlines(), delimiter="\t", quoting=csv.QUOTE_NONE
     ):
+        if row["file"].startswith("__fc_"):  # contracts of its own headers
+            continue
         mine = row["file"] == MAIN and re.search(r"assert (\w+):", harness[int(row["line"]) - 1])
         label = mine[1] if mine and row["property kind"] == "user assertion" else row["property kind"]
         text = f"{row['file']}:{row['line']}: {label}: {row['property']}: {row['status']}"

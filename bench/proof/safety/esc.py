@@ -1,0 +1,86 @@
+"""What is shown of the way to the ESCs: a call with any bits in thrusts, limits and voltage."""
+
+from pathlib import Path
+
+from alloc.c import covering, last_metre, to_escs
+from alloc.methods import recipe
+from bench.chips.toolchain import ToolError
+from bench.proof import tools
+from bench.proof.proof import Claim
+from bench.proof.safety import eva
+from bench.proof.safety.harness import MAIN, Subject
+
+NO_ERROR = (
+    "NAME_esc: no run-time error, for all bits of f, limits and volts; a number becomes an integer only where"
+    " that can hold it."
+)
+RANGE = "NAME_esc: each command lies within the range of its ESC, each thrust that it makes is a number."
+NO_NAN = {
+    "!(a <= most)": "!(a <= most) || a != a",
+    "along < ": "along == along && along < ",
+    "= up < ": "= up == up && up < ",
+}
+"""Comparisons in the C, and the same for an analyser that does not know that those with NaN are false."""
+LABELS = {"status", "command", "made"}
+
+
+def files(of: Subject) -> dict[str, str]:
+    """The C that ``codegen --esc`` writes beside the kernel; none for a vehicle without ESCs."""
+    if not of.vehicle.esc:
+        return {}
+    return to_escs(last_metre(of.vehicle, recipe(of.kernel), of.scalar, of.limits))
+
+
+def claims(of: Subject, folder: Path) -> list[Claim]:
+    """The claims; none for a vehicle without ESCs. Raises NotInstalled without Frama-C."""
+    if not (made := files(of)):
+        return []
+    tools.need("frama-c")
+    place = folder / "esc"
+    place.mkdir()
+    name = f"{of.name}_esc.c"
+    text = covering(made[name], of.scalar)
+    for usual, told in NO_NAN.items():
+        text = text.replace(usual, told)
+    analysed = {**of.files, **made, name: text, MAIN: _main(of)}
+    try:
+        found = eva.analyse(analysed, place)
+    except ToolError as error:
+        found = eva.Analysis([], False, [str(error)])
+    strangers = {each.label for each in found.properties} - LABELS
+    return [eva.claim(NO_ERROR, found, *strangers), eva.claim(RANGE, found, *sorted(LABELS))]
+
+
+def _main(of: Subject) -> str:
+    last = last_metre(of.vehicle, recipe(of.kernel), of.scalar, of.limits)
+    n, call = of.vehicle.n, of.limits == "call"
+    inputs = ["f", *["f_min", "f_max"] * call]
+    declared = "\n".join(f"    {of.scalar} {name}[{n}];" for name in [*inputs, "f_made"])
+    filled = "\n".join(f"        {name}[i] = any;" for name in inputs)
+    ends = "".join(f"{name}, " for name in inputs)
+    ranges = "\n".join(
+        f"    /*@ assert command: {esc.low!r} <= command[{i}] <= {esc.high!r}; */"
+        for i, esc in enumerate(of.vehicle.esc)
+    )
+    return f"""\
+#include "{of.name}_esc.c"
+
+extern volatile {of.scalar} any;
+
+int main(void)
+{{
+{declared}
+    {last.command} command[{n}];
+    int status;
+    for (int i = 0; i < {n}; i++) {{
+{filled}
+    }}
+    status = {of.name}_esc({ends}any, command, f_made);
+    /*@ assert status: status == 0 || status == 1 || status == -2; */
+{ranges}
+    for (int i = 0; i < {n}; i++) {{
+        /*@ assert made: \\is_finite(f_made[i]); */
+    }}
+    return status;
+}}
+"""

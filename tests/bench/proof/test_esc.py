@@ -1,0 +1,50 @@
+"""What is shown of the way to the ESCs, and that it is not where the C is broken."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from alloc import load_vehicle
+from bench.proof import subject, tools
+from bench.proof.safety import esc
+
+BLUEROV2 = load_vehicle("bluerov2")
+
+
+@pytest.fixture(autouse=True)
+def _analyser() -> None:
+    lacking = [tool for tool in tools.absent() if tool in ("frama-c", "cc")]
+    if lacking:
+        pytest.skip(f"needs {', '.join(lacking)}: {tools.remedy(lacking)}")
+
+
+@pytest.mark.parametrize("limits", ["fixed", "call"])
+def test_any_bits_give_commands_within_the_range_and_no_error(limits: str, tmp_path: Path) -> None:
+    of = subject(BLUEROV2, "pinv", "float", limits)  # type: ignore[arg-type]  # pytest's parameters are text
+    assert [claim.verdict for claim in esc.claims(of, tmp_path)] == ["shown", "shown"]
+
+
+def test_a_vehicle_without_escs_has_no_such_claim(tmp_path: Path) -> None:
+    of = subject(load_vehicle("ukwial"), "pinv", "float", "fixed")
+    assert esc.claims(of, tmp_path) == []
+    assert esc.files(of) == {}
+
+
+@pytest.mark.parametrize(
+    ("line", "broken"),
+    [
+        (r"return n < \d+ \? n : \d+;", "return n;"),
+        (r" & 63\]", "]"),
+        (r"while \(above < a && k < \d+\)", "while (above < a)"),
+        (r"if \(!\(a <= most\)\)", "if (0)"),
+        (r"1500 \+ j\)", "1500 + 2 * j)"),
+    ],
+)
+def test_a_broken_line_is_not_shown(line, broken, tmp_path: Path, monkeypatch) -> None:
+    of = subject(BLUEROV2, "pinv", "float", "fixed")
+    made, name = esc.files(of), f"{of.name}_esc.c"
+    text, changed = re.subn(line, broken, made[name])
+    assert changed == 1
+    monkeypatch.setattr(esc, "files", lambda _: made | {name: text})
+    assert "not shown" in [claim.verdict for claim in esc.claims(of, tmp_path)]
