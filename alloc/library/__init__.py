@@ -22,6 +22,12 @@ def files(scalar: Scalar = "double", n_max: int = N_MAX, k_max: int = K_MAX) -> 
     return _texts() | {f"{NAME}.h": "".join(lines) + _texts()[f"{NAME}.h"]}
 
 
+def selftest() -> dict[str, str]:
+    """A program that holds answers on vehicles drawn at random against their equations, by file name."""
+    name = f"test/{NAME}_test.c"
+    return {name: (resources.files(__name__) / name).read_text(encoding="utf-8")}
+
+
 @cache
 def _texts() -> dict[str, str]:
     found = sorted(resources.files(__name__).iterdir(), key=lambda file: file.name)

@@ -54,7 +54,7 @@ struct tb_allocator {
     tb_real A[TB_K_MAX][TB_N_MAX];     /* T P, rows of unit length */
     tb_real H[TB_N_MAX][TB_N_MAX], readiness[TB_N_MAX], f_min[TB_N_MAX], f_max[TB_N_MAX];
     int at[TB_N_MAX]; /* thrusters that work, block by block, then those that no z moves */
-    int begin[TB_N_MAX + 1], d[TB_N_MAX];
+    int begin[TB_N_MAX + 1], astern[TB_N_MAX], d[TB_N_MAX]; /* of each block; of one dimension those that it moves astern */
     tb_real G[TB_N_MAX][TB_K_MAX], N[TB_N_MAX][TB_N_MAX]; /* rows in the order of `at` */
     tb_real pushed[TB_K_MAX][TB_K_MAX], lost[TB_K_MAX][TB_K_MAX], step[TB_K_MAX][TB_K_MAX];
     unsigned char size[TB_FACETS_MAX], of[TB_ENTRIES_MAX];

@@ -3,43 +3,67 @@
 
 enum { CAP = 8 }; /* steps for each slab and dimension; a random search over vehicles saw fewer than 2 */
 
+/* A row of G times tau, both filled up with zeros: without a loop, which would cost more than the products. */
+static inline tb_real row(const tb_real *g, const tb_real *tau)
+{
+    tb_real sum = g[0] * tau[0];
+    sum += TB_K_MAX > 1 ? g[1] * tau[1] : TB_R(0);
+    sum += TB_K_MAX > 2 ? g[2] * tau[2] : TB_R(0);
+    sum += TB_K_MAX > 3 ? g[3] * tau[3] : TB_R(0);
+    sum += TB_K_MAX > 4 ? g[4] * tau[4] : TB_R(0);
+    sum += TB_K_MAX > 5 ? g[5] * tau[5] : TB_R(0);
+    return sum;
+}
+
+/* x = G tau and the limits, in the order of `at`. A limit that is NaN or infinite makes the sum of widths so. */
 int tb_enter(const struct tb_allocator *a, const tb_real *tau, const tb_real *f_min, const tb_real *f_max,
              struct tb_thrusts *t)
 {
     const int m = a->m, k = a->k;
-    tb_real sum = 0, crossing = 0;
+    tb_real widths = 0, filled[TB_K_MAX];
+    const tb_real *given = tau;
     if (a->n < 1 || m < 0) {
         return TB_BAD_ARGUMENT;
     }
     f_min = f_min == NULL ? a->f_min : f_min;
     f_max = f_max == NULL ? a->f_max : f_max;
-    if (m == 0 || a->rank < k) {
-        sum = tb_product(tau, tau, k); /* which G may not look at */
+    if (k < TB_K_MAX) {
+        for (int r = 0; r < TB_K_MAX; r++) {
+            filled[r] = r < k ? tau[r] : TB_R(0);
+        }
+        given = filled;
     }
     for (int p = 0; p < m; p++) {
         const int i = a->at[p];
-        const tb_real x = tb_product(a->G[p], tau, k), low = f_min[i], high = f_max[i], width = high - low;
-        t->x[p] = x;
+        const tb_real low = f_min[i], high = f_max[i];
+        t->x[p] = row(a->G[p], given);
         t->low[p] = low;
         t->high[p] = high;
-        sum += x + width;
-        crossing = width < crossing ? width : crossing;
+        widths += high - low;
     }
-    if (!(sum - sum == 0)) { /* what is NaN or infinite makes a sum so */
-        return TB_NOT_FINITE;
-    }
-    return crossing < 0 ? TB_INFEASIBLE : TB_SOLVED;
+    return widths - widths == 0 ? TB_SOLVED : TB_NOT_FINITE;
 }
 
-/* One dimension: 0 clamped into the interval that all rows allow. The first rows look ahead, the others astern. */
-static int clamped(const struct tb_allocator *a, struct tb_thrusts *t, int begin, int end, tb_real slack)
+/* The status of a call without an answer: whether tau is finite is asked only here, where no call that is answered
+ * pays. NaN or infinity in tau leaves some x that no comparison finds inside. */
+int tb_refused(const struct tb_allocator *a, const tb_real *tau, int status)
+{
+    return status == TB_BAD_ARGUMENT || tb_is_finite(tau, a->k) ? status : TB_NOT_FINITE;
+}
+
+/* One dimension: 0 clamped into the interval that all rows allow; those in front of `astern` look ahead. */
+static int clamped(const struct tb_allocator *a, struct tb_thrusts *t, int begin, int astern, int end, tb_real slack)
 {
     tb_real low = -TB_LARGEST, high = TB_LARGEST, most = 0;
-    for (int p = begin; p < end; p++) {
-        const tb_real per = a->N[p][1], below = (t->low[p] - t->x[p]) * per, above = (t->high[p] - t->x[p]) * per;
-        const tb_real least = per > 0 ? below : above, largest = per > 0 ? above : below;
-        low = least > low ? least : low;
-        high = largest < high ? largest : high;
+    for (int p = begin; p < astern; p++) {
+        const tb_real x = t->x[p], below = (t->low[p] - x) * a->N[p][1], above = (t->high[p] - x) * a->N[p][1];
+        low = below > low ? below : low;
+        high = above < high ? above : high;
+    }
+    for (int p = astern; p < end; p++) {
+        const tb_real x = t->x[p], below = (t->high[p] - x) * a->N[p][1], above = (t->low[p] - x) * a->N[p][1];
+        low = below > low ? below : low;
+        high = above < high ? above : high;
     }
     if (low > high) {
         for (int p = begin; p < end; p++) {
@@ -50,64 +74,91 @@ static int clamped(const struct tb_allocator *a, struct tb_thrusts *t, int begin
         }
         low = high = TB_R(0.5) * (low + high);
     }
-    const tb_real z = low > 0 ? low : high < 0 ? high : TB_R(0);
-    for (int p = begin; p < end; p++) {
-        t->x[p] += a->N[p][0] * z;
+    if (low > 0 || high < 0) {
+        const tb_real z = low > 0 ? low : high;
+        for (int p = begin; p < end; p++) {
+            t->x[p] += a->N[p][0] * z;
+        }
     }
     return TB_SOLVED;
 }
 
-/* Rows that hold as equations, with what they cost: A_W' = Q R, multipliers u. */
+/* Rows that hold as equations: A_W' = Q R with orthogonal columns Q, R with ones in its diagonal; multipliers u. */
 struct active {
     int q, row[TB_N_MAX];
-    tb_real side[TB_N_MAX], u[TB_N_MAX], Q[TB_N_MAX][TB_N_MAX], R[TB_N_MAX][TB_N_MAX];
+    tb_real side[TB_N_MAX], u[TB_N_MAX], square[TB_N_MAX], Q[TB_N_MAX][TB_N_MAX], R[TB_N_MAX][TB_N_MAX];
 };
 
-/* What Q leaves of g (d) as h, with its coefficients c; twice, for what rounding leaves the first time. */
-static tb_real left_over(const struct active *w, int d, const tb_real *g, tb_real *h, tb_real *c)
+/* What Q leaves of a row g (d), as h, with its coefficients c; again where little is left, for rounding's sake.
+ * Returns the square of its length, and 0 where that is rounding: g is then a sum of the rows of Q. */
+static tb_real left_over(const struct active *w, int d, const tb_real *g, tb_real side, tb_real *h, tb_real *c)
 {
-    for (int j = 0; j < d; j++) {
-        h[j] = g[j];
+    tb_real whole = 0, square;
+    for (int l = 0; l < d; l++) {
+        h[l] = side * g[l];
+        whole += g[l] * g[l];
+    }
+    square = whole;
+    for (int j = 0; j < w->q; j++) {
         c[j] = 0;
     }
-    for (int again = 0; again < 2; again++) {
+    for (int again = 0; again < 2 && w->q > 0 && (!again || square < TB_R(0.01) * whole); again++) {
         for (int j = 0; j < w->q; j++) {
-            const tb_real along = tb_product(w->Q[j], h, d);
+            const tb_real along = tb_product(w->Q[j], h, d) / w->square[j];
             c[j] += along;
             for (int l = 0; l < d; l++) {
                 h[l] -= along * w->Q[j][l];
             }
         }
+        square = tb_product(h, h, d);
     }
-    return tb_product(h, h, d);
+    return w->q < d && square > TB_ZERO * TB_ZERO * whole ? square : TB_R(0);
 }
 
-static void append(struct active *w, int d, const tb_real *h, const tb_real *c, tb_real length)
+static void append(struct active *w, int d, const tb_real *h, const tb_real *c, tb_real square)
 {
     for (int l = 0; l < d; l++) {
-        w->Q[w->q][l] = h[l] / length;
-        w->R[w->q][l] = c[l];
+        w->Q[w->q][l] = h[l];
     }
-    w->R[w->q][w->q] = length;
-    w->q++;
+    for (int j = 0; j < w->q; j++) {
+        w->R[w->q][j] = c[j];
+    }
+    w->square[w->q++] = square;
 }
 
 /* Takes a row out, and makes Q and R of those behind it again. */
-static void take_out(struct active *w, int d, tb_real N[TB_N_MAX][TB_N_MAX], int begin, int out)
+static void take_out(const struct tb_allocator *a, struct active *w, int d, int out)
 {
     const int count = w->q;
-    tb_real g[TB_N_MAX], h[TB_N_MAX], c[TB_N_MAX];
+    tb_real h[TB_N_MAX], c[TB_N_MAX];
     w->q = out;
     for (int j = out + 1; j < count; j++) {
         w->row[j - 1] = w->row[j];
         w->side[j - 1] = w->side[j];
         w->u[j - 1] = w->u[j];
-        for (int l = 0; l < d; l++) {
-            g[l] = w->side[j - 1] * N[begin + w->row[j - 1]][l];
-        }
-        const tb_real square = left_over(w, d, g, h, c);
-        append(w, d, h, c, tb_root(square > TB_EPS * TB_EPS ? square : TB_EPS * TB_EPS));
+        const tb_real square = left_over(w, d, a->N[w->row[j]], w->side[j], h, c);
+        append(w, d, h, c, square > 0 ? square : TB_ZERO * TB_ZERO);
     }
+}
+
+/* The row whose limit is exceeded most, beyond rounding, and on which side; -1 where none is. */
+static int worst_of(const struct tb_thrusts *t, int begin, int end, const int *held, tb_real rounding, tb_real *side)
+{
+    int chosen = -1;
+    for (int p = begin; p < end; p++) {
+        const tb_real x = t->x[p], below = t->low[p] - x, above = x - t->high[p];
+        if (below > rounding && !held[p]) {
+            rounding = below;
+            *side = 1;
+            chosen = p;
+        }
+        if (above > rounding && !held[p]) {
+            rounding = above;
+            *side = -1;
+            chosen = p;
+        }
+    }
+    return chosen;
 }
 
 /* More dimensions: the dual active set of Goldfarb and Idnani (1983). z goes from 0, the best of all, to the nearest
@@ -115,65 +166,36 @@ static void take_out(struct active *w, int d, tb_real N[TB_N_MAX][TB_N_MAX], int
 static int active_set(const struct tb_allocator *a, struct tb_thrusts *t, int begin, int end, int d, tb_real slack)
 {
     struct active w;
-    tb_real N[TB_N_MAX][TB_N_MAX], z[TB_N_MAX], g[TB_N_MAX], h[TB_N_MAX], c[TB_N_MAX];
+    tb_real h[TB_N_MAX], c[TB_N_MAX], r[TB_N_MAX];
     int held[TB_N_MAX], left = CAP * (end - begin + d);
-    const int m = end - begin;
     w.q = 0;
-    for (int i = 0; i < m; i++) {
-        held[i] = 0;
-    }
     for (int p = begin; p < end; p++) {
-        for (int l = 0; l < d; l++) {
-            N[p][l] = a->N[p][l];
-        }
-    }
-    for (int l = 0; l < d; l++) {
-        z[l] = 0;
+        held[p] = 0;
     }
     while (left > 0) {
-        tb_real worst = 4 * TB_EPS * a->scale, side = 1, cost = 0;
-        int chosen = -1;
-        for (int i = 0; i < m; i++) {
-            const int p = begin + i;
-            const tb_real s = t->x[p] + tb_product(N[p], z, d);
-            if (!held[i] && (t->low[p] - s > worst || s - t->high[p] > worst)) {
-                side = t->low[p] - s > worst ? TB_R(1) : TB_R(-1);
-                worst = side > 0 ? t->low[p] - s : s - t->high[p];
-                chosen = i;
-            }
-        }
+        tb_real side = 1, cost = 0;
+        const int chosen = worst_of(t, begin, end, held, 4 * TB_EPS * a->scale, &side);
         if (chosen < 0) {
-            for (int p = begin; p < end; p++) {
-                t->x[p] += tb_product(N[p], z, d);
-            }
             return TB_SOLVED;
         }
-        const int row = begin + chosen;
-        for (int l = 0; l < d; l++) {
-            g[l] = side * N[row][l];
-        }
         for (int done = 0; !done && left > 0; left--) {
-            const tb_real square = left_over(&w, d, g, h, c), s = t->x[row] + tb_product(N[row], z, d);
-            const tb_real short_of = side > 0 ? t->low[row] - s : s - t->high[row];
-            const tb_real whole = tb_product(g, g, d);
-            const int free = w.q < d && square > TB_ZERO * TB_ZERO * whole;
-            tb_real r[TB_N_MAX], step = free ? short_of / square : TB_LARGEST;
+            const tb_real square = left_over(&w, d, a->N[chosen], side, h, c), x = t->x[chosen];
+            const tb_real short_of = side > 0 ? t->low[chosen] - x : x - t->high[chosen];
+            tb_real step = square > 0 ? short_of / square : TB_LARGEST, rows = 1;
             int out = -1;
             for (int j = w.q - 1; j >= 0; j--) {
                 r[j] = c[j];
                 for (int l = j + 1; l < w.q; l++) {
                     r[j] -= w.R[l][j] * r[l];
                 }
-                r[j] /= w.R[j][j];
-            }
-            for (int j = 0; j < w.q; j++) {
+                rows += tb_abs(r[j]);
                 if (r[j] > TB_EPS && w.u[j] < step * r[j]) {
                     step = w.u[j] / r[j];
                     out = j;
                 }
             }
-            if (!free && out < 0) { /* no z holds all of these rows */
-                if (short_of > slack) {
+            if (!(square > 0) && out < 0) { /* no z holds all of these rows; each may be off by the slack */
+                if (short_of > slack * rows) {
                     return TB_INFEASIBLE;
                 }
                 held[chosen] = done = 1;
@@ -182,19 +204,19 @@ static int active_set(const struct tb_allocator *a, struct tb_thrusts *t, int be
             for (int j = 0; j < w.q; j++) {
                 w.u[j] -= step * r[j];
             }
-            for (int l = 0; l < d && free; l++) {
-                z[l] += step * h[l];
+            for (int p = begin; p < end && square > 0; p++) {
+                t->x[p] += step * tb_product(a->N[p], h, d);
             }
             cost += step;
             if (out >= 0) {
                 held[w.row[out]] = 0;
-                take_out(&w, d, N, begin, out);
+                take_out(a, &w, d, out);
                 continue;
             }
             w.row[w.q] = chosen;
             w.side[w.q] = side;
             w.u[w.q] = cost;
-            append(&w, d, h, c, tb_root(square));
+            append(&w, d, h, c, square);
             held[chosen] = done = 1;
         }
     }
@@ -206,7 +228,7 @@ int tb_nearest(const struct tb_allocator *a, struct tb_thrusts *t, tb_real slack
 {
     int status = TB_SOLVED;
     for (int b = 0; b < a->blocks && status == TB_SOLVED; b++) {
-        status = a->d[b] == 1 ? clamped(a, t, a->begin[b], a->begin[b + 1], slack)
+        status = a->d[b] == 1 ? clamped(a, t, a->begin[b], a->astern[b], a->begin[b + 1], slack)
                               : active_set(a, t, a->begin[b], a->begin[b + 1], a->d[b], slack);
     }
     for (int p = a->begin[a->blocks]; p < a->m && status == TB_SOLVED; p++) {
@@ -218,17 +240,21 @@ int tb_nearest(const struct tb_allocator *a, struct tb_thrusts *t, tb_real slack
 }
 
 /* Moves thrusts onto limits that rounding took them across. T (G tau + N z) is tau whatever z is, so the sum of these
- * moves, which it returns, is what the wrench errs by. */
+ * moves, which it returns, is what the wrench errs by. Negative where limits cross: then no thrust is inside. */
 tb_real tb_move_inside(const struct tb_allocator *a, struct tb_thrusts *t)
 {
     tb_real moved = 0, size = 0;
     for (int p = 0; p < a->m; p++) {
-        const tb_real x = t->x[p];
-        tb_real y = x > t->low[p] ? x : t->low[p];
-        y = y < t->high[p] ? y : t->high[p];
-        t->x[p] = y;
-        moved += tb_abs(x - y);
-        size += tb_abs(y);
+        const tb_real x = t->x[p], low = t->low[p], high = t->high[p];
+        size += tb_abs(x);
+        if (x >= low && x <= high) {
+            continue;
+        }
+        if (!(low <= high)) {
+            return -1;
+        }
+        t->x[p] = x < low ? low : high;
+        moved += tb_abs(x - t->x[p]);
     }
     t->size = size;
     return moved;
@@ -266,20 +292,22 @@ int tb_nullspace(const struct tb_allocator *a, const tb_real *tau, const tb_real
                  tb_real *f)
 {
     struct tb_thrusts t;
+    tb_real moved;
     int status = tb_enter(a, tau, f_min, f_max, &t);
     for (int j = 0; status == TB_SOLVED && j < a->k - a->rank; j++) {
-        if (tb_abs(tb_product(a->lost[j], tau, a->k)) > TB_TOLERANCE) {
-            return TB_INFEASIBLE;
+        if (!(tb_abs(tb_product(a->lost[j], tau, a->k)) <= TB_TOLERANCE)) {
+            status = TB_INFEASIBLE;
         }
     }
     if (status == TB_SOLVED) {
         status = tb_nearest(a, &t, a->slack);
     }
     if (status != TB_SOLVED) {
-        return status;
+        return tb_refused(a, tau, status);
     }
-    if (!tb_meets(a, tau, &t, tb_move_inside(a, &t))) {
-        return TB_NOT_CONVERGED;
+    moved = tb_move_inside(a, &t);
+    if (moved < 0 || !tb_meets(a, tau, &t, moved)) {
+        return tb_refused(a, tau, moved < 0 ? (int)TB_INFEASIBLE : (int)TB_NOT_CONVERGED);
     }
     tb_leave(a, &t, f);
     return TB_SOLVED;

@@ -11,9 +11,10 @@
 
 #define TB_R(x) ((tb_real)(x))
 /* Rounding; what counts as zero in a basis and as a lost direction; excess over a limit that counts as met, what a
- * SOLVED wrench may miss, how near to an edge a demand lies on it (shares of the largest limit), and how much farther
- * than its facet a step leads that runs in it; how many
- * roundings times the condition of T a thrust may lose (alloc.vehicle.condition, alloc.kernels.tolerance). */
+ * SOLVED wrench may miss, moves onto limits that need no other look, how near to an edge a demand lies on it (shares of
+ * the largest limit), and how much farther than its facet a step leads that runs in it. What rounding takes of a thrust
+ * is TB_DOUBT roundings times the condition of T, for each thruster where TB_EACH says so; more than TB_LARGEST_DOUBT is
+ * refused (alloc.vehicle.condition, alloc.kernels.tolerance). */
 #ifdef TB_FLOAT
 #define TB_EPS TB_R(1.2e-7)
 #define TB_ZERO TB_R(2e-6)
@@ -24,7 +25,9 @@
 #define TB_EDGE TB_R(4e-6)
 #define TB_PARALLEL TB_R(2e-6)
 #define TB_LARGEST TB_R(1e30)
-#define TB_DOUBT TB_R(0.03)
+#define TB_DOUBT TB_R(1)
+#define TB_EACH(n) TB_R(1)
+#define TB_LARGEST_DOUBT (2 * TB_MET)
 #else
 #define TB_EPS TB_R(2.3e-16)
 #define TB_ZERO TB_R(1e-12)
@@ -36,16 +39,24 @@
 #define TB_PARALLEL TB_R(1e-13)
 #define TB_LARGEST TB_R(1e100)
 #define TB_DOUBT TB_R(8)
+#define TB_EACH(n) TB_R(n)
+#define TB_LARGEST_DOUBT (TB_MET / 4)
 #endif
 
 /* Thrusts of one call, in the order of `at`. */
 struct tb_thrusts {
-    tb_real x[TB_N_MAX], low[TB_N_MAX], high[TB_N_MAX], size; /* size: sum of |x| */
+    tb_real x[TB_N_MAX], low[TB_N_MAX], high[TB_N_MAX], size; /* the sum of |x| once inside */
 };
 
 static inline tb_real tb_abs(tb_real x)
 {
+#if defined __GNUC__ && defined TB_FLOAT
+    return __builtin_fabsf(x);
+#elif defined __GNUC__
+    return __builtin_fabs(x);
+#else
     return x < 0 ? -x : x;
+#endif
 }
 
 static inline tb_real tb_product(const tb_real *a, const tb_real *b, int n)
@@ -84,6 +95,7 @@ int tb_enter(const struct tb_allocator *a, const tb_real *tau, const tb_real *f_
 int tb_nearest(const struct tb_allocator *a, struct tb_thrusts *t, tb_real slack);
 tb_real tb_move_inside(const struct tb_allocator *a, struct tb_thrusts *t);
 int tb_meets(const struct tb_allocator *a, const tb_real *tau, const struct tb_thrusts *t, tb_real moved);
+int tb_refused(const struct tb_allocator *a, const tb_real *tau, int status);
 void tb_leave(const struct tb_allocator *a, const struct tb_thrusts *t, tb_real *f);
 
 #ifdef __cplusplus

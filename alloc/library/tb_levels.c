@@ -159,19 +159,26 @@ static void go(const struct tb_allocator *a, const int *level, int levels, tb_re
 static int towards(const struct tb_allocator *a, const int *level, int levels, const tb_real *tau,
                    const tb_real *f_min, const tb_real *f_max, tb_real *f, tb_real *share)
 {
-    static const tb_real back[] = {1, TB_R(1 - 1e-6), TB_R(1 - 1e-3), TB_R(0.9), TB_R(0.5)};
+    const tb_real back[] = {1, TB_R(1 - 1e-6), TB_R(1 - 1e-3), TB_R(0.9), TB_R(0.5)};
     struct tb_thrusts t;
     tb_real missing[TB_K_MAX], part[TB_K_MAX], f0[TB_N_MAX], way[TB_N_MAX], base[TB_N_MAX];
-    int inside = 1, rests = 1, whole = 1, found = 0;
+    int inside = 1, rests = 1, whole = 1, found = 0, crossing = 0;
     const int status = tb_enter(a, tau, f_min, f_max, &t);
-    if (status != TB_SOLVED || a->facets < 0) {
-        return status != TB_SOLVED ? status : TB_BAD_ARGUMENT;
+    if (status == TB_SOLVED && a->facets < 0) {
+        return TB_BAD_ARGUMENT;
+    }
+    if (status != TB_SOLVED || !tb_is_finite(tau, a->k)) {
+        return tb_refused(a, tau, status);
     }
     for (int p = 0; p < a->m; p++) {
         inside &= t.x[p] >= t.low[p] && t.x[p] <= t.high[p];
         f0[p] = t.low[p] <= 0 && t.high[p] >= 0 ? TB_R(0) : start(t.low[p], t.high[p]);
         rests &= f0[p] == 0;
+        crossing |= !(t.low[p] <= t.high[p]);
         base[p] = 0;
+    }
+    if (crossing) {
+        return TB_INFEASIBLE;
     }
     if (inside && levels == 1 && a->rank == a->k) { /* T* tau, the best of all that make tau */
         for (int p = 0; p < a->m; p++) {

@@ -89,6 +89,7 @@ static int blocks(struct tb_allocator *a, int d, tb_real B[TB_N_MAX][TB_N_MAX])
         }
         /* Of one dimension those that z moves ahead come first, so that a call needs no look at signs. */
         for (int astern = 0; astern < 2 && size > 0; astern++) {
+            a->astern[a->blocks] = filled;
             for (int p = 0; p < a->m && filled < a->m; p++) {
                 int moved = 0;
                 for (int j = 0; j < size; j++) {
@@ -155,6 +156,11 @@ static void inverse(struct tb_allocator *a, const tb_real square[TB_K_MAX], tb_r
         }
         for (int p = 0; p < a->m; p++) {
             a->G[p][r] *= a->unit[r];
+        }
+    }
+    for (int p = 0; p < a->m; p++) {
+        for (int r = a->k; r < TB_K_MAX; r++) {
+            a->G[p][r] = 0;
         }
     }
 }
@@ -231,7 +237,7 @@ static int refresh(struct tb_allocator *a, unsigned long off)
         }
     }
     const int d = tb_null_basis(a->rank, a->m, V, B);
-    const tb_real doubt = TB_EPS * TB_R(a->n) * (a->rank ? most / least : TB_R(1)); /* rounding of a thrust */
+    const tb_real doubt = TB_DOUBT * TB_EPS * (a->rank ? most / least : TB_R(1)) * TB_EACH(a->n);
     int places[TB_N_MAX], there[TB_N_MAX];
     for (int p = 0; p < a->m; p++) {
         places[p] = a->at[p];
@@ -252,9 +258,9 @@ static int refresh(struct tb_allocator *a, unsigned long off)
         }
     }
     inverse(a, square, U, V);
-    a->slack = a->scale * (TB_TOLERANCE > TB_DOUBT * doubt ? TB_TOLERANCE : TB_DOUBT * doubt);
-    a->exact = a->scale * (TB_MET > 4 * TB_R(a->n) * doubt ? TB_MET / 4 / doubt : TB_R(a->n));
-    if (!(missed(a) <= TB_MET / 4) || !(TB_DOUBT * doubt <= TB_MET / 4)) {
+    a->slack = a->scale * (TB_TOLERANCE > doubt ? TB_TOLERANCE : doubt);
+    a->exact = a->scale * (TB_MET > 16 * TB_R(a->n) * doubt ? TB_MET / 4 / doubt : 4 * TB_R(a->n));
+    if (!(missed(a) <= TB_MET / 4) || !(doubt <= TB_LARGEST_DOUBT)) {
         return TB_NEARLY_SINGULAR;
     }
     tb_find_steps(a);

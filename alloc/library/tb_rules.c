@@ -10,16 +10,19 @@
 /* Cuts thrusts at the limits and writes them; `off` is what they were moved by before. */
 static int cut(const struct tb_allocator *a, const tb_real *tau, struct tb_thrusts *t, tb_real off, tb_real *f)
 {
-    const tb_real moved = tb_move_inside(a, t) + off;
+    const tb_real moved = tb_move_inside(a, t);
+    if (moved < 0 || !(moved - moved == 0)) {
+        return moved < 0 ? tb_refused(a, tau, TB_INFEASIBLE) : (int)TB_NOT_FINITE;
+    }
     tb_leave(a, t, f);
-    return tb_meets(a, tau, t, moved) ? TB_SOLVED : TB_PARTIAL;
+    return tb_meets(a, tau, t, moved + off) ? TB_SOLVED : TB_PARTIAL;
 }
 
 int tb_clip(const struct tb_allocator *a, const tb_real *tau, const tb_real *f_min, const tb_real *f_max, tb_real *f)
 {
     struct tb_thrusts t;
     const int status = tb_enter(a, tau, f_min, f_max, &t);
-    return status == TB_SOLVED ? cut(a, tau, &t, 0, f) : status;
+    return status == TB_SOLVED ? cut(a, tau, &t, 0, f) : tb_refused(a, tau, status);
 }
 
 /* Least-effort thrusts over free thrusters that push nearest to `rest` (axes in unit of row lengths).
@@ -129,8 +132,8 @@ int tb_redistribute(const struct tb_allocator *a, const tb_real *tau, const tb_r
     tb_real frozen[TB_N_MAX], rest[TB_K_MAX];
     int on[TB_N_MAX], more = 1, passes = 0;
     const int status = tb_enter(a, tau, f_min, f_max, &t);
-    if (status != TB_SOLVED) {
-        return status;
+    if (status != TB_SOLVED || !tb_is_finite(tau, a->k)) {
+        return tb_refused(a, tau, status);
     }
     for (int p = 0; p < a->m; p++) {
         on[p] = 1;

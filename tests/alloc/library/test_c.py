@@ -1,0 +1,111 @@
+"""The C of libthrustbench: its self-test under sanitizers, every standard, beside generated C in one unit."""
+
+from pathlib import Path
+
+import pytest
+
+from alloc import generate, load_vehicle
+from alloc.library import files, selftest
+from alloc.program import Scalar
+from tests.alloc.c.test_linkable import COMPILERS, WARNINGS, needs, run, write
+
+SIZES: list[tuple[Scalar, int, int]] = [
+    ("double", 8, 6), ("float", 8, 6), ("double", 4, 3), ("float", 12, 6),
+]  # fmt: skip
+
+
+def said_of(folder: Path, made: dict[str, str]) -> str:
+    """What the self-test says of this C; raises where it finds nothing wrong, and where it can't be built."""
+    write(folder, made | selftest())
+    sources = [path.name for path in folder.glob("*.c")]
+    sanitized = ["-fsanitize=address,undefined", "-fno-sanitize-recover=undefined"]
+    built = run(
+        [
+            "gcc",
+            "-std=c99",
+            "-O1",
+            "-ffp-contract=off",
+            *sanitized,
+            *WARNINGS,
+            *sources,
+            *selftest(),
+            "-o",
+            "t",
+        ],
+        folder,
+    )
+    assert built.returncode == 0, built.stderr[:2000]
+    done = run(["./t"], folder)
+    return done.stdout + done.stderr + f"exit {done.returncode}"
+
+
+@pytest.mark.parametrize(("scalar", "n_max", "k_max"), SIZES)
+def test_the_self_test_finds_nothing_wrong_and_sanitizers_neither(
+    scalar: Scalar, n_max: int, k_max: int, tmp_path: Path
+) -> None:
+    needs("gcc")
+    said = said_of(tmp_path, files(scalar, n_max, k_max))
+    assert ", 0 wrong, " in said
+    assert said.endswith("exit 0")
+
+
+SABOTAGED = {
+    "a thrust beyond a limit stays there": ("t->x[p] = x < low ? low : high;", ""),
+    "z of a block is cut in half": ("low > 0 ? low : high;", "(low > 0 ? low : high) / 2;"),
+    "a row is never taken out of the active set": ("r[j] > TB_EPS &&", "r[j] > TB_LARGEST &&"),
+    "limits may be missed by a percent": ("4 * TB_EPS * a->scale, &side", "TB_R(0.01) * a->scale, &side"),
+    "steps count twice at facets": ("along += y * x[p];", "along += y * x[p] * 2;"),
+    "a failed thruster works on": ("!(off >> i & 1UL)", "!(off >> i & 2UL)"),
+    "the effort is not weighed": ("share += a->N[p][j] * cost[p];", "share += 0 * cost[p];"),
+    "NaN is not looked for": ("a->k) ? status : TB_NOT_FINITE", "a->k) ? status : status"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("sabotage", SABOTAGED)
+def test_the_self_test_finds_what_is_broken(sabotage: str, tmp_path: Path) -> None:
+    needs("gcc")
+    before, after = SABOTAGED[sabotage]
+    made = {name: text.replace(before, after) for name, text in files().items()}
+    assert made != files()
+    assert not said_of(tmp_path, made).endswith("exit 0")
+
+
+@pytest.mark.parametrize(("compiler", "standard"), COMPILERS)
+def test_it_is_clean_under_every_standard_alone_and_in_one_unit_with_generated_c(
+    compiler: str, standard: str, tmp_path: Path
+) -> None:
+    needs(compiler)
+    language = ["-x", "c++"] if "+" in compiler else []
+    for scalar in ("double", "float"):
+        folder = tmp_path / scalar
+        write(folder, files(scalar) | selftest() | generate(load_vehicle("ukwial"), "scaled", scalar=scalar))
+        sources = sorted(path.name for path in folder.glob("*.c"))
+        write(folder, {"all.c": "".join(f'#include "{name}"\n' for name in sources)})
+        done = run(
+            [
+                compiler,
+                f"-std={standard}",
+                *WARNINGS,
+                "-fsyntax-only",
+                *language,
+                *sources,
+                "all.c",
+                *selftest(),
+            ],
+            folder,
+        )
+        assert done.returncode == 0, done.stderr[:2000]
+
+
+def test_fast_math_is_refused_with_the_reason(tmp_path: Path) -> None:
+    needs("gcc")
+    write(tmp_path, files())
+    done = run(["gcc", "-Ofast", "-fsyntax-only", "tb_exact.c"], tmp_path)
+    assert "without -ffast-math" in done.stderr
+
+
+def test_sizes_that_it_has_no_room_for_are_refused(tmp_path: Path) -> None:
+    needs("gcc")
+    write(tmp_path, files(n_max=33))
+    done = run(["gcc", "-fsyntax-only", "tb_exact.c"], tmp_path)
+    assert "TB_N_MAX" in done.stderr
