@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from statistics import median
 
+from alloc.formulations import find_formulation
 from bench.record import Cell, Method
 from bench.record.machine import machine_name
 from bench.results.given import by_level, lost, worst_axis
@@ -35,28 +36,30 @@ class Row:
 
     @cached_property
     def label(self) -> str:
-        """Method, start and level as tables show them."""
-        return self.measured.label
+        """Method, start and level as tables show them, e.g. ``qp/osqp warm tight``, without ``default``."""
+        choices = (self.start, self.level)
+        return " ".join([self.method, *(choice for choice in choices if choice not in ("-", "default"))])
 
     @cached_property
     def family(self) -> str:
         """Family of the method: reports show its methods together."""
-        return self.measured.family
+        return self.described.family or find_formulation(self.formulation).family
 
     @cached_property
     def failed(self) -> Cell | None:
         """The first repeat that was not measured, None where all were."""
-        return self.measured.failed
+        return next((cell for cell in self.measured.cells if cell.status != "ok"), None)
 
     @cached_property
     def agreed(self) -> bool | None:
         """``agrees`` as True or False; None where no right answer is known."""
-        return self.measured.agreed
+        verdicts = {judged.agrees for judged in self.measured.judged if judged.agrees is not None}
+        return None if not verdicts else verdicts == {True}
 
     @cached_property
     def undisturbed(self) -> bool:
         """``quiet`` as True or False."""
-        return self.measured.undisturbed
+        return not self.measured.disturbances
 
     @property
     def vehicle(self) -> str:

@@ -6,7 +6,6 @@ from functools import cached_property
 from statistics import median
 from typing import TypeVar
 
-from alloc.formulations import find_formulation
 from bench.record import Batch, Cell, Header, Judged, Key, Method, Worker
 from bench.results.quantiles import Histogram, merged
 
@@ -36,23 +35,6 @@ class Repeats:
     disturbances: tuple[str, ...]
     attainable: float = 0.0
 
-    @property
-    def label(self) -> str:
-        """Method, start and level as tables show them, e.g. ``qp/osqp warm tight``, without ``default``."""
-        choices = (self.key.start, self.key.level)
-        return " ".join([self.key.method, *(choice for choice in choices if choice not in ("-", "default"))])
-
-    @property
-    def family(self) -> str:
-        """Family of the method: reports show its methods together."""
-        formulation = next((cell.formulation for cell in self.cells if cell.formulation), "")
-        return self.described.family or find_formulation(formulation).family
-
-    @cached_property
-    def failed(self) -> Cell | None:
-        """The first repeat that was not measured, None where all were."""
-        return next((cell for cell in self.cells if cell.status != "ok"), None)
-
     @cached_property
     def singles(self) -> Histogram:
         """Times of single calls of all repeats together [ns]."""
@@ -62,17 +44,6 @@ class Repeats:
     def judged(self) -> list[Judged]:
         """Judgements by the equations, one for each repeat that was judged."""
         return [cell.judged for cell in self.cells if cell.judged is not None]
-
-    @cached_property
-    def agreed(self) -> bool | None:
-        """Whether every answer is as near the right one as promised; None where no right one is known."""
-        verdicts = {judged.agrees for judged in self.judged if judged.agrees is not None}
-        return None if not verdicts else verdicts == {True}
-
-    @cached_property
-    def undisturbed(self) -> bool:
-        """Whether the machine did nothing else while these repeats were timed."""
-        return not self.disturbances
 
     def centre(self, batches: Callable[[Cell], Sequence[Batch]], clock: str = "wall_ns") -> list[float]:
         """Median time of a call [ns] over the batches of each repeat, one number a repeat."""
