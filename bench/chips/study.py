@@ -18,9 +18,11 @@ from bench.chips import search
 from bench.chips.agreement import agreement
 from bench.chips.count import CallCounts, count
 from bench.chips.cycles import cycles
+from bench.chips.delivered import delivered
 from bench.chips.image import Image, link
 from bench.chips.kernel import SCALARS, Kernel
 from bench.chips.kernels import build_kernel, check
+from bench.chips.least import least_instructions
 from bench.chips.longest import Unbounded, bound
 from bench.chips.target import Target
 from bench.chips.toolchain import ToolError, missing, versions
@@ -125,13 +127,18 @@ def _worst(row: Emulated, image: Image, vehicle: Vehicle) -> Emulated:
     counted = count(image, calls)
     known = max(row.instructions[-1][0], int(counted.instructions.max()))
     extreme = cycles(image, calls, counted)
-    spans = [max(ends) for ends in zip(row.cycles, extreme, strict=True)] if row.cycles and extreme else []
+    spans = {
+        name: [max(ends) for ends in zip(span, extreme[name], strict=True)]
+        for name, span in {image.target.name: row.cycles, **row.boards}.items()
+        if span and name in extreme
+    }
+    own = spans.pop(image.target.name, [])
     at_most = None
     in_software = kernel.scalar == "double" and image.target.scalars == ("float",)
     if not in_software:  # where an operation's length depends on the numbers
         with suppress(Unbounded):
             at_most = bound(image, vehicle.k, vehicle.n)
-    return msgspec.structs.replace(row, known=known, at_most=at_most, cycles=spans)
+    return msgspec.structs.replace(row, known=known, at_most=at_most, cycles=own, boards=spans)
 
 
 def _answers(image: Image, demands: DemandSet) -> CallCounts:
@@ -168,15 +175,19 @@ def _search(image: Image, sets: list[DemandSet], seed: int) -> DemandSet:
 
 def _counted(row: Emulated, demands: DemandSet, image: Image, counted: CallCounts) -> Emulated:
     agreed = agreement(image.kernel, demands, counted)
+    known = cycles(image, image.kernel.calls(demands.taus, *demands.limits), counted)
     values, calls = np.unique(counted.instructions, return_counts=True)
     return msgspec.structs.replace(
         row,
         demands=demands.name,
         instructions=list(zip(values.tolist(), calls.tolist(), strict=True)),
-        cycles=list(cycles(image, image.kernel.calls(demands.taus, *demands.limits), counted) or ()),
+        cycles=list(known.pop(image.target.name, ())),
+        boards={board: list(span) for board, span in known.items()},
         worst=demands.taus[int(counted.instructions.argmax())].tolist(),
         stack_bytes=int(counted.stack_bytes.max()),
         agrees=agreed.agrees,
         distance_rel_max=agreed.distance_rel_max,
         other_verdicts=agreed.other_verdicts,
+        least=least_instructions(image.kernel, demands.vehicle),
+        **delivered(demands, counted),
     )

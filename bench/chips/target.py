@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import bench.chips.processors
 from alloc.errors import unknown
 from alloc.program import Scalar
+from bench.chips.boards import boards
 from bench.record import Processor
 
 if TYPE_CHECKING:
@@ -72,6 +73,7 @@ class Target:
             basis=self.basis,
             goal=self.goal,
             microcontroller=self.bare_metal,
+            boards=[board.facts for board in boards(self.name)],
         )
 
 

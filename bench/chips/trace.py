@@ -1,7 +1,7 @@
 """Which instructions calls executed: from the plugin's addresses and the image's disassembly."""
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache, cached_property
 from pathlib import Path
 
@@ -74,10 +74,17 @@ class Trace:
     ----------
     known : every instruction of the image
     calls : for each call the indices in ``known`` of what it executed, in order
+    loads : for each call the addresses of the words that it read where code lies, in order
     """
 
     known: list[Executed]
     calls: list[IndexArray]
+    loads: list[IndexArray] = field(default_factory=list)
+
+    def addresses(self, call: int) -> IndexArray:
+        """Where the instructions lie that a call executed, in order."""
+        places: IndexArray = np.array([one.address for one in self.known])[self.calls[call]]
+        return places
 
 
 def trace(image: Image, calls: FloatArray, instructions: IndexArray) -> Trace:
@@ -95,8 +102,18 @@ def trace(image: Image, calls: FloatArray, instructions: IndexArray) -> Trace:
     addresses = np.fromfile(path, "<u4")
     path.unlink()
     ends = np.flatnonzero(addresses == 0xFFFFFFFF)
-    places = np.searchsorted([one.address for one in known], addresses)
-    return Trace(known, [part[:-1] for part in np.split(places, ends + 1)[:-1]])
+    parts = [part[:-1] for part in np.split(addresses.astype(np.intp), ends + 1)[:-1]]
+    where, code = [one.address for one in known], _code(image)
+    executed = [np.searchsorted(where, part[part % 2 == 0]) for part in parts]
+    loads = [part[part % 2 == 1] - 1 for part in parts]
+    return Trace(known, executed, [part[(code.start <= part) & (part < code.stop)] for part in loads])
+
+
+def _code(image: Image) -> range:
+    """Addresses of code and constants."""
+    printed = run([f"{image.target.tools}size", "-A", "-d", str(image.path)])
+    sizes = re.findall(r"^\.text +(\d+) +(\d+)", printed, re.M)
+    return range(int(sizes[0][1]), int(sizes[0][1]) + int(sizes[0][0]))
 
 
 @cache

@@ -54,6 +54,9 @@ if TYPE_CHECKING:
     metavar="LOW HIGH",
     help="Cycles an instruction there, if you measured them.",
 )
+@click.option(
+    "--board", default="", metavar="BOARD", help="A board of such a processor: its clock, its flash included."
+)
 @click.option("--all", "every", is_flag=True, help="Every start and level, not only each method's best.")
 def command(
     directories: tuple[Path, ...],
@@ -67,6 +70,7 @@ def command(
     every: bool,
     clock_MHz: float | None,
     cpi: tuple[float, float] | None,
+    board: str,
 ) -> None:
     """Which method of the run in DIRECTORY fits a control rate; a vehicle's first row is the one to take.
 
@@ -74,7 +78,7 @@ def command(
     Given the folders of several machines it says what fits on all of them, then what fits on each.
     """
     from bench.record.canary import read_canary
-    from bench.report import bands
+    from bench.report import bands, on_board
     from bench.report.sizes import page
     from bench.results.cycles import Cpi
     from bench.results.fit import Loop
@@ -84,6 +88,8 @@ def command(
 
     if cpi is not None and cpi[0] > cpi[1]:
         raise click.UsageError(f"--cpi {cpi[0]:g} {cpi[1]:g}: give the lower number first")
+    if board and (clock_MHz or cpi):
+        raise click.UsageError("--board has a clock and cycles of its own; leave out --clock and --cpi")
     directories = directories or (latest_run(),)
     if len(directories) > 1 and (canary or demands):
         raise click.UsageError("--canary and --demands are for one run; give one folder")
@@ -113,7 +119,9 @@ def command(
         trusted = [machine for machine in timed if machine.name in shown]
         click.echo(page(trusted, {name: own for name, own in shown.items() if own}, loop, moved, every))
     for machine in machines:
-        if machine.run.record.emulated or (clock_MHz and not counted):
+        if board:
+            click.echo(on_board.page(machine.run, loop, board, vehicles))
+        elif machine.run.record.emulated or (clock_MHz and not counted):
             click.echo(bands.page(machine.run, loop, clock_MHz, given, vehicles))
 
 

@@ -60,6 +60,18 @@ def direction_error_deg(
     return degrees
 
 
+def share_along(vehicle: Vehicle, taus: FloatArray, F: FloatArray, limits: Limits = None) -> FloatArray:
+    """Share (N,) of each demand that is delivered along it, w . tau / tau . tau in wrench_scale [-].
+
+    NaN where f is NaN or the demand is smaller than FLOOR.
+    """
+    a, b = taus / vehicle.wrench_scale, delivered(vehicle, F, limits) / vehicle.wrench_scale
+    size = np.linalg.norm(a, axis=1)
+    asked = size >= FLOOR
+    share: FloatArray = np.where(asked, (a * b).sum(axis=1) / np.where(asked, size, 1.0) ** 2, np.nan)
+    return share
+
+
 def effort_over_optimum(
     vehicle: Vehicle, taus: FloatArray, F: FloatArray, reference: FloatArray, limits: Limits = None
 ) -> FloatArray:

@@ -6,6 +6,7 @@ from bench.record.reader import FILE_NAME, PACKED, Record, RecordError, parse, r
 from bench.record.schema import (
     NO_VEHICLE,
     SCHEMA,
+    Board,
     Emulated,
     Event,
     Header,
@@ -23,6 +24,7 @@ __all__ = [
     "SCHEMA",
     "Authority",
     "Batch",
+    "Board",
     "Capability",
     "Cell",
     "Curve",

@@ -1,11 +1,12 @@
 """Shares of the control period from counts of instructions: bands, because instructions are not cycles."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from alloc import catalogue
 from alloc.formulations import find_formulation
 from alloc.formulations.hard import FORMULATION as HARD
+from bench.record import Emulated
 from bench.results.cycles import PUBLISHED, Cpi, share
 from bench.results.emulated import REFERENCE, EmulatedRow
 from bench.results.fit import Fit, Loop
@@ -26,6 +27,8 @@ class Counted:
     instructions : count of the most costly call that is known, over every demand set and what overflows
     at_most : what no call exceeds, by the binary's longest path; None where that is not known
     cycles : of the most costly call, at least and at most, by published timings; None where none are known
+    flash_bytes : code and tables, for all failures [bytes]
+    rows : what was counted, by demand set
     agrees : whether all of the kernel's answers were right
     missed : demand sets whose count failed; any may hold a more costly call, so then nothing is known to fit
     formulation, family, twin : of the method, as the catalogue describes it; a solver's generated C is posed
@@ -40,6 +43,8 @@ class Counted:
     instructions: int
     at_most: int | None = None
     cycles: tuple[int, int] | None = None
+    flash_bytes: int = 0
+    rows: Mapping[str, Emulated] = field(default_factory=dict)
     agrees: bool
     missed: tuple[str, ...] = ()
     formulation: str = ""
@@ -82,8 +87,8 @@ class Band:
     fit: Fit
 
 
-def counted(rows: Iterable[EmulatedRow]) -> list[Counted]:
-    """Each kernel that was counted on each processor, by their names."""
+def counted(rows: Iterable[EmulatedRow], board: str = "") -> list[Counted]:
+    """Each kernel that was counted on each processor, by their names; cycles are those of a ``board``."""
     known = {entry.name: entry for entry in catalogue()}
     groups: dict[tuple[str, str, str, str], list[EmulatedRow]] = {}
     for row in rows:
@@ -106,7 +111,9 @@ def counted(rows: Iterable[EmulatedRow]) -> list[Counted]:
                 scalar=scalar,
                 instructions=max(row.known or 0 for row in counts),
                 at_most=max((row.emulated.at_most for row in counts if row.emulated.at_most), default=None),
-                cycles=_cycles(counts),
+                cycles=_cycles(counts, board),
+                flash_bytes=max(row.emulated.flash_bytes or 0 for row in counts),
+                rows={row.emulated.demands: row.emulated for row in counts},
                 agrees=all(row.emulated.agrees for row in counts),
                 missed=tuple(row.emulated.demands for row in group if row.worst is None),
                 formulation=formulation.name,
@@ -139,11 +146,12 @@ def bands(
     return sorted(made, key=_usefulness)
 
 
-def _cycles(rows: Sequence[EmulatedRow]) -> tuple[int, int] | None:
-    if not all(row.emulated.cycles for row in rows):
+def _cycles(rows: Sequence[EmulatedRow], board: str) -> tuple[int, int] | None:
+    spans = [row.emulated.boards.get(board) if board else row.emulated.cycles for row in rows]
+    known = [span for span in spans if span]
+    if len(known) < len(spans):
         return None
-    low, high = (max(row.emulated.cycles[i] for row in rows) for i in (0, 1))
-    return low, high
+    return max(low for low, _ in known), max(high for _, high in known)
 
 
 def as_sizes(bands: Sequence[Band], loop: Loop) -> list[Size]:

@@ -4,10 +4,11 @@
  * A call's count goes from the instruction at `entry`, its first, to before the one at the `leave` behind it, where its
  * caller goes on: callees and the return are in it. After each call FILE holds the sum of all calls so far (32 bits,
  * little-endian), which the driver's port reads as its ticks. With trace=FILE the address of each instruction of a kernel (32 bits) goes
- * there, and all ones after each call.
+ * there, that of each word that it reads with the lowest bit set, and all ones after each call. Code lies at even
+ * addresses.
  *
  * Not by blocks, though that is faster: QEMU 7.2 now and then counts the instruction after a block to it.
- * Debian packages QEMU with the interface but without its header, so the six functions used are declared
+ * Debian packages QEMU with the interface but without its header, so the eight functions used are declared
  * here, as the interface documents them.
  */
 #include <fcntl.h>
@@ -22,8 +23,11 @@ struct qemu_plugin_insn;
 typedef void (*translated)(uint64_t id, struct qemu_plugin_tb *block);
 typedef void (*executed)(unsigned int cpu, void *data);
 typedef void (*finished)(uint64_t id, void *data);
+typedef void (*accessed)(unsigned int cpu, uint32_t how, uint64_t address, void *data);
 void qemu_plugin_register_vcpu_tb_trans_cb(uint64_t id, translated call);
 void qemu_plugin_register_vcpu_insn_exec_cb(struct qemu_plugin_insn *one, executed call, int flags, void *data);
+void qemu_plugin_register_vcpu_mem_cb(struct qemu_plugin_insn *one, accessed call, int flags, int which, void *data);
+_Bool qemu_plugin_mem_is_store(uint32_t how);
 void qemu_plugin_register_atexit_cb(uint64_t id, finished call, void *data);
 size_t qemu_plugin_tb_n_insns(const struct qemu_plugin_tb *block);
 struct qemu_plugin_insn *qemu_plugin_tb_get_insn(const struct qemu_plugin_tb *block, size_t index);
@@ -31,6 +35,7 @@ uint64_t qemu_plugin_insn_vaddr(const struct qemu_plugin_insn *one);
 
 int qemu_plugin_version = API;
 
+enum { ANY = 3 }; /* of an instruction's accesses; QEMU 7.2 takes stores for loads where it is asked for one */
 enum { MOST = 64 }; /* kernels in one image */
 static struct { uint64_t entry, leave; } kernels[MOST];
 static int known;
@@ -45,6 +50,14 @@ static void on_any(unsigned int cpu, void *address)
     count++;
     if (trace && inside)
         fwrite(&(uint32_t){ (uint32_t)(uintptr_t)address }, 4, 1, trace);
+}
+
+static void on_access(unsigned int cpu, uint32_t how, uint64_t address, void *nothing)
+{
+    (void)cpu;
+    (void)nothing;
+    if (inside && !qemu_plugin_mem_is_store(how))
+        fwrite(&(uint32_t){ ((uint32_t)address & ~3u) | 1u }, 4, 1, trace);
 }
 
 static void on_entry(unsigned int cpu, void *address)
@@ -83,6 +96,8 @@ static void at_translation(uint64_t id, struct qemu_plugin_tb *block)
         for (int j = 0; j < known; j++)
             call = address == kernels[j].entry ? on_entry : address == kernels[j].leave ? on_leave : call;
         qemu_plugin_register_vcpu_insn_exec_cb(one, call, 0, (void *)(uintptr_t)address);
+        if (trace)
+            qemu_plugin_register_vcpu_mem_cb(one, on_access, 0, ANY, NULL);
     }
 }
 

@@ -11,6 +11,7 @@ import pytest
 from alloc import Status, build, load_vehicle
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.methods.group_scaling import groups
+from flown_cycles import asked, pulses
 
 VEHICLE = load_vehicle("tiburon")
 FLOAT = np.float32
@@ -18,20 +19,6 @@ FLOWN_HASH, UNIFORM_HASH = 0x8FFA1F75, 0x9B3F2F6B
 ROUNDED = generalized_inverse(VEHICLE).round(4)
 """The flown firmware has four decimals of the pseudoinverse."""
 UPWARD, REST = slice(0, 4), slice(4, 8)
-
-
-def asked() -> np.ndarray:
-    """The board's demands (1000, 6): each axis up to three times what it gets alone, by xorshift32."""
-    alone = FLOAT(1) / np.array([0.7072, 0.8347, 0.3060, 2.0482, 2.0306, 2.9767], FLOAT)
-    state, drawn = 2026, np.zeros(7000, FLOAT)
-    for i in range(7000):
-        state ^= state << 13 & 0xFFFFFFFF
-        state ^= state >> 17
-        state ^= state << 5 & 0xFFFFFFFF
-        drawn[i] = FLOAT(state >> 8) * FLOAT(2.0**-24)
-    rows = drawn.reshape(1000, 7)
-    taus: np.ndarray = (FLOAT(2) * rows[:, 1:] - FLOAT(1)) * (FLOAT(3) * rows[:, :1]) * alone
-    return taus
 
 
 def fitted(part: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -70,13 +57,9 @@ def fnv(rows: list[bytes]) -> int:
 def test_the_flown_rule_as_described_gives_the_board_s_answers_bit_for_bit() -> None:
     """The hash covers thrusts, pulse widths with and without slew, and which groups were scaled."""
     F, scaled = flown(asked())
-    u = F * np.array([-1, 1, 1, 1, 1, 1, 1, 1], FLOAT)  # T1 is mounted the other way round
-    aimed = np.where(np.abs(u) < FLOAT(0.02), 1500, 1500 + np.trunc(u * FLOAT(400))).astype(np.int16)
-    sent, rows = np.full(8, 1500, np.int16), []
-    for f, aim, flags in zip(F, aimed, scaled, strict=True):
-        sent = (sent + (aim - sent).clip(-50, 50)).astype(np.int16)
-        rows += [f.tobytes(), aim.tobytes(), sent.tobytes(), flags.tobytes()]
-    assert fnv(rows) == FLOWN_HASH
+    aimed, sent = pulses(F)
+    told = zip(F, aimed, sent[1:], scaled, strict=True)
+    assert fnv([part.tobytes() for parts in told for part in parts]) == FLOWN_HASH
 
 
 def test_the_scaled_generalized_inverse_gives_the_board_s_answers_bit_for_bit() -> None:

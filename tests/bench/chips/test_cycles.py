@@ -139,8 +139,7 @@ def test_a_kernel_s_interval_holds_its_instructions_and_is_narrow(
     image = link(build_kernel(method, vehicle, scalar), available(name), tmp_path)
     taus = build_demands("active", vehicle, 0, 10).taus
     counted = count(image, taus)
-    span = cycles(image, taus, counted)
-    assert span is not None
+    span = cycles(image, taus, counted)[name]
     assert span.high <= ratio * span.low
     assert span.low >= counted.instructions.max() * (0.9 if name == "cortex-m4f" else 0.5)
     traced = trace(image, taus, counted.instructions)
