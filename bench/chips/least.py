@@ -12,10 +12,10 @@ from bench.chips.kernel import Kernel
 def least_instructions(kernel: Kernel, vehicle: Vehicle) -> int | None:
     """What none may leave out: reads, writes, a comparison a facet; None for a kernel that is not exact.
 
-    Every input is read (k, with limits of the call 2 n more), every thrust of a working thruster written, and
-    made by an operation of its own. Of each pair of opposite facets of the attainable set it must be known
-    whether the demand lies beyond: one comparison, and an operation that makes what is compared unless that is
-    an input. A method that finds its facets by a table of regions of tau would compare fewer; none here does.
+    Every input is read (k, with limits of the call 2 n more), every thrust of a working thruster written,
+    and made by an operation of its own. Of each pair of opposite facets of the attainable set it must be
+    known whether the demand lies beyond: one comparison, and an operation that makes what is compared unless
+    it is an input. A method that finds its facets in a table of regions would compare fewer; none here does.
     """
     if find_formulation(find(kernel.twin).formulation).family is not Family.EXACT:
         return None

@@ -17,76 +17,64 @@ BEYOND = "infeasible"
 
 
 def page(run: Run, loop: Loop, board: str, vehicles: Collection[str] = ()) -> str:
-    """A table for each vehicle that was counted on a board's processor; raises UnknownName for another board.
+    """A table of all that was counted on a board's processor; raises UnknownName for another board.
 
     ``vehicles`` are the only ones to show, all if empty.
     """
-    places = {
-        one.name: (processor, one) for processor in by_name(run.record.processors) for one in processor.boards
-    }
-    if board not in places:
-        known = ", ".join(sorted(places)) or "none; `thrustbench emulate` of today counts for boards too"
-        raise UnknownName(f"no board '{board}' in this record; there is {known}")
-    processor, facts = places[board]
-    own = [
+    processors = by_name(run.record.processors)
+    known = {one.name: (processor, one) for processor in processors for one in processor.boards}
+    if board not in known:
+        there = ", ".join(sorted(known)) or "none; `thrustbench emulate --out DIR` counts for boards"
+        raise UnknownName(f"no board '{board}' in this record; there is {there}")
+    processor, facts = known[board]
+    kernels = [
         kernel
         for kernel in counted(rows(run.record.emulated), board)
-        if kernel.target == processor.name and kernel.scalar in processor.scalars
-        if kernel.cycles is not None and (not vehicles or kernel.vehicle in vehicles)
+        if (kernel.target, kernel.cycles is None) == (processor.name, False)
+        if kernel.scalar in processor.scalars and (not vehicles or kernel.vehicle in vehicles)
     ]
-    parts = [_basis(facts, processor.name, loop)]
-    for vehicle in dict.fromkeys(kernel.vehicle for kernel in own):
-        there = [kernel for kernel in own if kernel.vehicle == vehicle]
-        parts += [f"{vehicle}:\n", _table(there, facts, loop)]
-    return "\n".join([*parts, _notes()])
+    kernels.sort(key=lambda kernel: (kernel.vehicle, kernel.cycles))
+    return (
+        f"{board}, a {processor.name} at {facts.clock_MHz:g} MHz, {'/'.join(processor.scalars)}. Cycles are"
+        f" those of the board: {facts.basis}. At least with warm caches, at most with cold ones; `--clock`"
+        f" gives the processor's without waits.\n\n{_table(kernels, facts, loop)}\n"
+        "Cycles are of the costliest call that is known. Over least: its instructions over those that no"
+        " exact method can leave out. Flash has the tables for every failed thruster. Delivered: of"
+        " attainable demands, to 1 %. Beyond: what of other demands is delivered along them, in the mean, and"
+        " the largest angle between the two.\n"
+    )
 
 
 def _table(kernels: Sequence[Counted], board: Board, loop: Loop) -> str:
-    headers = (
-        *("method", "scalar", "cycles, costliest call", f"share of {loop.rate_hz:g} Hz", "flash [kB]"),
-        *("attainable, delivered to 1 %", "beyond: share along the demand", "largest turn"),
+    headers = ("vehicle", "method", "cycles", f"of {loop.rate_hz:g} Hz [%]", "over least", "flash [kB]")
+    return table(
+        (*headers, "delivered", "beyond", "turned by"), [_line(kernel, board, loop) for kernel in kernels]
     )
-    by_cost = sorted(kernels, key=lambda kernel: kernel.cycles or (0, 0))
-    return table(headers, [_line(kernel, board, loop) for kernel in by_cost])
 
 
 def _line(kernel: Counted, board: Board, loop: Loop) -> list[str]:
     low, high = kernel.cycles or (0, 0)
-    shares = " to ".join(three(each / (board.clock_MHz * 1e4) * loop.rate_hz) for each in (low, high))
+    shares = [three(100 * each * loop.rate_hz / (1e6 * board.clock_MHz)) for each in (low, high)]
     asked = [row for name in ATTAINABLE if (row := kernel.rows.get(name)) is not None]
     calls = sum(_calls(row) for row in asked)
     met = sum(_calls(row) * (row.within_1pct_share or 0.0) for row in asked) / calls if calls else None
     beyond = kernel.rows.get(BEYOND)
-    along = None if beyond is None else beyond.along_mean
+    along = "" if beyond is None else "refused" if beyond.along_mean is None else f"{beyond.along_mean:.2f}"
     turned = None if beyond is None else beyond.direction_error_max_deg
+    least = min((row.least for row in kernel.rows.values() if row.least), default=None)
     limited = find_formulation(kernel.formulation).limited
     return [
-        kernel.method.removesuffix("@native") + ("" if limited else ", cut by the thrusters"),
-        kernel.scalar,
-        f"{low:,} to {high:,}",
-        f"{shares} %",
+        kernel.vehicle,
+        kernel.method.removesuffix("@native") + ("" if limited else ", cut"),
+        f"{low:,}–{high:,}",
+        "–".join(shares),
+        "" if least is None else three(kernel.instructions / least),
         f"{kernel.flash_bytes / 1000:.1f}",
-        "" if met is None else percent(met),
-        "refuses" if along is None else f"{along:.2f}",
+        percent(met),
+        along,
         "" if turned is None else f"{turned:.0f}°",
     ]
 
 
 def _calls(row: Emulated) -> int:
     return sum(calls for _, calls in row.instructions)
-
-
-def _basis(board: Board, processor: str, loop: Loop) -> str:
-    return (
-        f"{board.name}: a {processor} at {board.clock_MHz:g} MHz, {loop.rate_hz:g} Hz. Cycles are those of"
-        f" the board, its flash included ({board.basis}), and not the processor's without wait states, which"
-        " `size --clock` prints.\n"
-    )
-
-
-def _notes() -> str:
-    return (
-        "At least with warm caches, at most with cold ones. The costliest call is of all that were asked or"
-        " found by a search. Flash has the tables for every single failed thruster. Beyond what can be met:"
-        " the mean share of the demand that is delivered along it, and the largest angle between the two.\n"
-    )

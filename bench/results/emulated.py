@@ -84,6 +84,7 @@ COLUMNS: dict[str, Callable[[EmulatedRow], Value]] = {
     "boards": lambda row: "; ".join(
         f"{name} {low} to {high}" for name, (low, high) in row.emulated.boards.items()
     ),
+    "least": lambda row: row.emulated.least,
     "flash_bytes": lambda row: row.emulated.flash_bytes,
     "ram_static_bytes": lambda row: row.emulated.ram_static_bytes,
     "stack_bytes": lambda row: row.emulated.stack_bytes,

@@ -1,0 +1,93 @@
+"""size --board: whose cycles stand in its table, and what a method delivers, from made-up counts."""
+
+from pathlib import Path
+
+import msgspec
+import pytest
+from click.testing import CliRunner
+
+from alloc.errors import UnknownName
+from bench.__main__ import cli
+from bench.chips.target import target
+from bench.record import SCHEMA, Emulated, Header
+from bench.record.writer import Writer
+
+COUNTED = Emulated(
+    vehicle="tiburon",
+    target="cortex-m4f",
+    method="scaled@native",
+    scalar="float",
+    demands="active",
+    instructions=[(700, 30), (740, 10)],
+    known=740,
+    cycles=[900, 1000],
+    boards={"stm32f446": [1800, 3600]},
+    flash_bytes=19_600,
+    agrees=True,
+    within_1pct_share=1.0,
+    along_mean=1.0,
+    direction_error_max_deg=0.0,
+    least=74,
+)
+
+
+def printed(folder: Path, *rows: Emulated, board: str = "stm32f446", more: tuple[str, ...] = ()) -> str:
+    with Writer(folder) as writer:
+        writer.create(
+            Header(schema=SCHEMA, started="", commit="", seed=0, machine={}, versions={}, settings={})
+        )
+        writer.extend([target("cortex-m4f").facts])
+        writer.extend(rows)
+    arguments = ["size", str(folder), "--rate", "100", "--board", board, *more]
+    result = CliRunner().invoke(cli, arguments, standalone_mode=False)
+    if result.exception:
+        raise result.exception
+    return result.stdout
+
+
+def cells(text: str, method: str) -> list[str]:
+    (line,) = (line for line in text.splitlines() if f"| {method} " in line)
+    return [cell.strip() for cell in line.strip("|").split("|")]
+
+
+def test_cycles_are_the_board_s_and_the_page_says_so(tmp_path: Path) -> None:
+    """1,800 and 3,600 cycles at 180 MHz are 10 and 20 us, of a period of 10 ms."""
+    text = printed(tmp_path, COUNTED)
+    assert cells(text, "scaled")[2:6] == ["1,800–3,600", "0.100–0.200", "10.0", "19.6"]
+    assert "Cycles are those of the board: 5 wait states at 180 MHz" in text
+
+
+def test_what_is_delivered_counts_each_attainable_call_once(tmp_path: Path) -> None:
+    beyond = {"within_1pct_share": 0.0, "along_mean": 0.494, "direction_error_max_deg": 61.2}
+    text = printed(
+        tmp_path,
+        COUNTED,
+        msgspec.structs.replace(
+            COUNTED, demands="inactive", instructions=[(700, 120)], known=700, within_1pct_share=0.5
+        ),
+        msgspec.structs.replace(COUNTED, demands="infeasible", **beyond),
+    )
+    assert cells(text, "scaled")[6:] == ["62.5 %", "0.49", "61°"]  # (40 + 60) of 160
+
+
+def test_a_method_without_answers_beyond_refuses_and_one_without_limits_is_cut(
+    tmp_path: Path,
+) -> None:
+    nothing = {"along_mean": None, "direction_error_max_deg": None, "demands": "infeasible"}
+    text = printed(
+        tmp_path,
+        msgspec.structs.replace(COUNTED, method="nullspace@native", **nothing),
+        msgspec.structs.replace(COUNTED, method="pinv@native", least=None),
+    )
+    assert cells(text, "nullspace")[7:] == ["refused", ""]
+    assert cells(text, "pinv, cut")[4] == ""
+
+
+def test_a_board_that_nobody_counted_for_is_named_with_those_there_are(tmp_path: Path) -> None:
+    with pytest.raises(UnknownName, match="no board 'nucleo' in this record; there is stm32f446"):
+        printed(tmp_path, COUNTED, board="nucleo")
+
+
+def test_a_board_brings_its_own_clock(tmp_path: Path) -> None:
+    with pytest.raises(Exception, match="--board has a clock and cycles of its own; leave out --clock"):
+        printed(tmp_path, COUNTED, more=("--clock", "168"))
