@@ -81,19 +81,19 @@ COLUMNS: dict[str, Callable[[EmulatedRow], Value]] = {
     "cycles_high": lambda row: row.cycles_high,
     "mean_over_x86": lambda row: row.mean_over_x86,
     "worst_over_x86": lambda row: row.worst_over_x86,
-    "boards": lambda row: "; ".join(
-        f"{name} {low} to {high}" for name, (low, high) in row.emulated.boards.items()
-    ),
-    "least": lambda row: row.emulated.least,
     "flash_bytes": lambda row: row.emulated.flash_bytes,
     "ram_static_bytes": lambda row: row.emulated.ram_static_bytes,
     "stack_bytes": lambda row: row.emulated.stack_bytes,
     "distance_rel_max": lambda row: row.emulated.distance_rel_max,
     "other_verdicts": lambda row: row.emulated.other_verdicts if row.calls else None,
+    "agrees": lambda row: {True: "yes", False: "no", None: "-"}[row.emulated.agrees],
+    "boards": lambda row: "; ".join(
+        f"{name} {low} to {high}" for name, (low, high) in row.emulated.boards.items()
+    ),
+    "least": lambda row: row.emulated.least,
     "within_1pct_share": lambda row: row.emulated.within_1pct_share,
     "along_mean": lambda row: row.emulated.along_mean,
     "direction_error_max_deg": lambda row: row.emulated.direction_error_max_deg,
-    "agrees": lambda row: {True: "yes", False: "no", None: "-"}[row.emulated.agrees],
 }
 """The columns of emulation.csv, in order; docs/counting.md says what they mean."""
 
