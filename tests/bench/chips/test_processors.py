@@ -64,7 +64,7 @@ def test_a_made_up_processor_has_a_worst_path_and_a_board_of_qemu_s(
 ) -> None:
     monkeypatch.setattr(certify, "targets", lambda: [one for one in targets() if one.name == made_up])
     vehicle = load_vehicle("ukwial")
-    paths, refuted, lacking = certify._paths(subject(vehicle, "pinv", "float", "fixed"))
+    paths, refuted, lacking = certify._paths(subject(vehicle, "pinv", "float", "fixed"), {})
     assert not lacking + refuted
     assert [(path.target, path.exact) for path in paths] == [(made_up, True)]
     project = plan(vehicle, ("pinv@native",), ("active",), "float", "fixed", 3, 0)
