@@ -32,6 +32,7 @@ def check_vehicle(name: str | Path) -> Report:
         vehicle = vehicle_with(keys, T)
         collected += remarks.on_columns(keys, T)
         collected += remarks.on_reach(keys, vehicle)
+        collected += remarks.on_digits(keys, vehicle)
         collected += remarks.on_limits(vehicle)
         collected += remarks.on_units(vehicle)
         collected += remarks.on_moving_limits(keys, vehicle)

@@ -7,6 +7,7 @@ import numpy as np
 
 from alloc.allocation import FloatArray
 from alloc.errors import NotApplicable
+from alloc.lint.digits import decimals, nearly_dependent
 from alloc.lint.failures import Failure, lost_directions
 from alloc.lint.report import Level
 from alloc.nullspace.allocator import exact
@@ -168,6 +169,21 @@ def on_reach(keys: VehicleFile, vehicle: Vehicle) -> Iterator[Remark]:
     for i in np.flatnonzero(strongest <= RANK_TOLERANCE):  # 0, or rounding such as cos 90 deg
         name = vehicle.called(int(i))
         yield "warning", "T", f"{name} moves no controlled DOF; leave it out, or name the DOF it moves"
+
+
+def on_digits(keys: VehicleFile, vehicle: Vehicle) -> Iterator[Remark]:
+    """A remark on a printed T whose last digits decide which thrusters depend on each other."""
+    if keys.T is None or (digits := decimals(vehicle.T)) is None:
+        return
+    near, count = nearly_dependent(vehicle, digits)
+    if near:
+        yield (
+            "note",
+            "T",
+            f"looks like a symmetric vehicle printed to {digits} decimals: {near} of {count} sets of"
+            f" {vehicle.rank} thrusters depend on each other but for the last digit; poses ('thrusters') give"
+            " it exactly",
+        )
 
 
 def on_limits(vehicle: Vehicle) -> Iterator[Remark]:

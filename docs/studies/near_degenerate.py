@@ -3,14 +3,17 @@
 Vehicles are symmetric but for their last digits (``bench.demands.near_degenerate``), demands lie on the edges
 of what they can do. An answer says which wrench its thrusts make: SOLVED all of the demand, PARTIAL what its
 shares make of it. How far T f is from that, in parts of ``wrench_scale``, is counted for methods in Python,
-one call at a time and many at once, and for their C on every ``--c``-th vehicle: double and float, limits of
-the vehicle and of the call. File F takes a line for each vehicle, so that a study goes on where F ends.
+one call at a time and many at once, and for their C: double and float, limits of the vehicle and of the call.
+C is calculated operation by operation by ``alloc.program.evaluate``; on every ``--c``-th vehicle it is
+compiled too, and must answer with the same bits. What has a loop over data is compiled only. File F takes a
+line for each vehicle, so that a study goes on where F ends.
 """
 
 import ctypes
 import json
 import subprocess
 from collections.abc import Iterator
+from itertools import product
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -25,15 +28,23 @@ from alloc.allocation import FloatArray
 from alloc.c.call import function_name
 from alloc.c.compiled import compiler
 from alloc.c.generate import sources
+from alloc.c.recipe import Recipe
 from alloc.formulations import find_formulation
-from alloc.methods import recipe
-from alloc.program import Scalar, Where
+from alloc.kernels.tolerance import MET
+from alloc.methods import recipe, recipes
+from alloc.program import Evaluated, Scalar, Where, evaluate
 from bench.demands.near_degenerate import edge_demands, numbered
 
-METHODS = ("nullspace", "scaled", "scaled-by-group", "priority")
-IN_C = ("nullspace", "scaled", "priority")
+METHODS = ("nullspace", "scaled", "scaled-by-group", "priority", "redistribute", "clip", "shrink")
 MOST: dict[str, float] = {"double": 1e-9, "float": 1e-5}
 """Errors above this share of what the thrusters can do along an axis are counted."""
+RULES = ("redistribute", "clip", "shrink")
+"""Rules of practice may leave anything, and call it SOLVED where that is within MET."""
+
+
+def most(method: str, scalar: Scalar) -> float:
+    """The largest error that is not counted."""
+    return MET[scalar] if method in RULES else MOST[scalar]
 
 
 def errors(
@@ -68,13 +79,41 @@ def in_python(vehicle: Vehicle, method: str, taus: FloatArray) -> Iterator[tuple
 
 
 def in_c(
-    vehicle: Vehicle, method: str, taus: FloatArray, scalar: Scalar, limits: Where, folder: Path
-) -> FloatArray:
-    """Errors of the generated C, compiled as it is."""
+    vehicle: Vehicle, method: str, taus: FloatArray, scalar: Scalar, limits: Where, folder: Path | None
+) -> FloatArray | None:
+    """Errors of generated C, compiled where there is a folder; None where it must be, and there is none."""
     kernel = recipe(method)
-    name = function_name(vehicle, method, scalar, limits)
-    files = sources(vehicle, kernel, scalar, False, limits)
-    for file, text in files.items():
+    program = kernel.program(vehicle, limits, scalar)
+    kind: Any = np.float32 if scalar == "float" else np.float64
+    taus = taus.astype(kind)
+    ends = [np.tile(side, (len(taus), 1)).astype(kind) for side in (vehicle.f_min, vehicle.f_max)]
+    given = ends if limits == "call" else []
+    answers = []
+    if not program.loops:
+        answers.append(evaluate(program, taus, *given))
+    if folder is not None:
+        answers.append(compiled(vehicle, kernel, scalar, limits, taus, given, folder))
+    if not answers:
+        return None
+    first, found = answers[0], answers[-1]
+    thrusts = first.status < Status.INFEASIBLE
+    np.testing.assert_array_equal(first.status, found.status)
+    np.testing.assert_array_equal(first.F[thrusts], found.F[thrusts])
+    return errors(vehicle, kernel.formulation, taus.astype(float), found.F, found.status, found.share)
+
+
+def compiled(
+    vehicle: Vehicle,
+    kernel: Recipe,
+    scalar: Scalar,
+    limits: Where,
+    taus: NDArray[Any],
+    ends: list[NDArray[Any]],
+    folder: Path,
+) -> Evaluated:
+    """What the C answers."""
+    name = function_name(vehicle, kernel.name, scalar, limits)
+    for file, text in sources(vehicle, kernel, scalar, False, limits).items():
         (folder / file).write_text(text)
     # A new file may have the inode of one that is gone, and would be taken for that.
     library = folder / f"{len(list(folder.iterdir()))}.so"
@@ -83,23 +122,17 @@ def in_c(
         check=True,
     )
     function = getattr(ctypes.CDLL(str(library)), name)
-    kind: Any = np.float32 if scalar == "float" else np.float64
 
-    def at(array: FloatArray) -> Any:
+    def at(array: NDArray[Any]) -> Any:
         return array.ctypes.data_as(ctypes.c_void_p)
 
-    taus = taus.astype(kind)
-    F = np.full((len(taus), vehicle.n), np.nan, kind)
-    shares = np.full((len(taus), kernel.levels(vehicle)), np.nan, kind)
-    ends = [side.astype(kind) for side in (vehicle.f_min, vehicle.f_max)] if limits == "call" else []
-    status = np.array(
-        [
-            function(at(tau), *map(at, ends), -1, at(f), *([at(share)] if share.size else []))
-            for tau, f, share in zip(taus, F, shares, strict=True)
-        ]
-    )
-    wide = [each.astype(float) for each in (taus, F, shares)]
-    return errors(vehicle, kernel.formulation, wide[0], wide[1], status, wide[2])
+    F = np.full((len(taus), vehicle.n), np.nan, taus.dtype)
+    shares = np.full((len(taus), kernel.levels(vehicle)), np.nan, taus.dtype)
+    status = [
+        function(at(tau), *(at(side[i]) for side in ends), -1, at(f), *([at(share)] if share.size else []))
+        for i, (tau, f, share) in enumerate(zip(taus, F, shares, strict=True))
+    ]
+    return Evaluated(F.astype(float), np.array(status, dtype=np.int8), shares.astype(float))
 
 
 def asked(number: int, count: int, c: bool, folder: Path) -> dict[str, list[float]]:
@@ -107,24 +140,26 @@ def asked(number: int, count: int, c: bool, folder: Path) -> dict[str, list[floa
     vehicle, rng = numbered(number)
     taus, found = edge_demands(vehicle, rng, count), dict[str, list[float]]()
 
-    def count_(method: str, where: str, most: float, off: FloatArray) -> None:
-        found[f"{method}|{where}"] = [len(off), int((off > most).sum()), float(off.max(initial=0.0))]
+    def count_(method: str, where: str, at_most: float, off: FloatArray) -> None:
+        found[f"{method}|{where}"] = [len(off), int((off > at_most).sum()), float(off.max(initial=0.0))]
 
     for method in METHODS:
         try:
             for where, off in in_python(vehicle, method, taus):
-                count_(method, where, MOST["double"], off)
+                count_(method, where, most(method, "double"), off)
         except NotApplicable:
             found[f"{method}|refused"] = [1, 0, 0.0]
     scalars: tuple[Scalar, ...] = ("double", "float")
     places: tuple[Where, ...] = ("fixed", "call")
-    for method, scalar, limits in ((m, s, w) for m in IN_C if c for s in scalars for w in places):
+    in_c_too = [method for method in METHODS if method in recipes()]
+    for method, scalar, limits in product(in_c_too, scalars, places):
         try:
-            off = in_c(vehicle, method, taus, scalar, limits, folder)
+            answered = in_c(vehicle, method, taus, scalar, limits, folder if c else None)
         except NotApplicable:
             found[f"{method}|C, {scalar}, {limits}, refused"] = [1, 0, 0.0]
         else:
-            count_(method, f"C, {scalar}, {limits}", MOST[scalar], off)
+            if answered is not None:
+                count_(method, f"C, {scalar}, {limits}", most(method, scalar), answered)
     return found
 
 
@@ -132,7 +167,7 @@ def asked(number: int, count: int, c: bool, folder: Path) -> dict[str, list[floa
 @click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
 @click.option("--vehicles", default=1000, show_default=True)
 @click.option("--demands", default=1000, show_default=True)
-@click.option("--c", default=10, show_default=True, help="C is compiled for every so many vehicles.")
+@click.option("--c", default=10, show_default=True, help="C is compiled on every so many vehicles.")
 def main(file: Path, vehicles: int, demands: int, c: int) -> None:
     """Append what is found to FILE, vehicle by vehicle, and print the table of all of FILE."""
     lines = file.read_text(encoding="utf-8").splitlines() if file.exists() else []
