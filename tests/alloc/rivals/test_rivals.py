@@ -73,6 +73,19 @@ def test_thrusts_that_do_not_make_the_wrench_are_no_answer_whatever_a_solver_cla
 
 
 @needs_compiler
+@pytest.mark.parametrize("value", ["0.0 / 0.0", "-0.0 / 0.0"])
+def test_an_x_that_is_no_number_is_no_answer_also_where_a_limit_in_its_place_would_make_the_wrench(
+    value: str, vehicle: Vehicle, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Clipping NaN gives a limit, and Ukwial's thrusters all at f_max push against one another: no wrench."""
+    assert vehicle.TP @ vehicle.f_max == pytest.approx([0.0, 0.0, 0.0], abs=1e-9)
+    body = f"for (int i = 0; i < 4; i++) x[i] = {value}; y[0] = y[1] = y[2] = 0; return 0;"
+    status, f = claimed(monkeypatch, body, vehicle)(np.zeros(3))
+    assert status == Status.NOT_CONVERGED
+    assert (f == UNTOUCHED).all()
+
+
+@needs_compiler
 def test_thrusts_beyond_the_limits_are_clipped(vehicle: Vehicle, monkeypatch: pytest.MonkeyPatch) -> None:
     """x beyond the limits by 0.005 in their unit: once clipped, the thrusts make the demand of most surge."""
     body = "for (int i = 0; i < 4; i++) x[i] = i < 2 ? 1.005 : -1.005; return 2;"
