@@ -2,6 +2,7 @@
 
 import ctypes
 from collections.abc import Callable
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -24,7 +25,7 @@ from bench.judging.judge import largest_gap
 from bench.judging.question import Question
 from bench.proof.proof import Claim, not_shown
 from bench.proof.rounding.arithmetic import DIGITS
-from bench.proof.safety.harness import Subject
+from bench.proof.safety.harness import ANSWERED, Subject
 
 DEMANDS = 2_000
 """Of each fault."""
@@ -44,6 +45,7 @@ MADE = "SOLVED means that the wrench is made, T f = τ, inside and beyond the ed
 REFUSED = "A demand with α* below 0.999 is not SOLVED."
 EFFORT = "A SOLVED demand is met with least effort, by the duality gap."
 SHARES = "Each share is the linear program's: as far along the way as the thrusters reach."
+DELIVERED = "An answer makes the part of the wrench that its shares say, with least effort."
 ATTAINABLE, INSIDE = "those with α* above 1.001", "those whose T* τ lies inside the limits"
 UNSTOPPED = "those with α* above 1.001 that no level stops on the way to 1.001 τ"
 FARTHER = 1.001
@@ -84,7 +86,8 @@ def answered(of: Subject) -> list[Claim]:
     ]
     asked += [(REFUSED, _refused)] if of.limited else []
     asked += [(EFFORT, lambda each: _effort(each, of))] if formulation.optimal else []
-    asked += [(SHARES, lambda each: _shares(each, of))] if of.levels else []
+    if of.levels:
+        asked += [(SHARES, lambda each: _shares(each, of)), (DELIVERED, lambda each: _delivered(each, of))]
     return [_claim(sentence, answers, check) for sentence, check in asked]
 
 
@@ -156,17 +159,23 @@ def _solved(answers: FaultAnswers, which: str, formulation: Formulation) -> tupl
 
 
 def _made(answers: FaultAnswers, of: Subject) -> tuple[int, str]:
-    vehicle, demands = answers.vehicle, answers.question.demands
+    demands = answers.question.demands
     asked = answers.status == Status.SOLVED
     if not of.limited:
         asked &= demands.labels != Label.INFEASIBLE
-    miss = np.abs(answers.F @ vehicle.TP.T - demands.taus)
-    # A kernel holds T f - tau against MET in its own scalar: each of its sums may be off by this much.
-    terms = np.abs(answers.F) @ np.abs(vehicle.TP.T) + np.abs(demands.taus)
-    rounding = (vehicle.n + 2) * 2.0 ** -DIGITS[of.scalar] * terms
-    allowed = MET[of.scalar] * vehicle.wrench_scale + rounding
-    wrong = asked & ~(miss <= allowed).all(axis=1)
+    wrong = asked & ~_makes(answers, demands.taus, of)
     return int(asked.sum()), _first(answers, wrong, asked)
+
+
+def _makes(answers: FaultAnswers, wrenches: FloatArray, of: Subject) -> BoolArray:
+    """Which answers (N,) make these wrenches (N, k) [N, N m]."""
+    vehicle = answers.vehicle
+    miss = np.abs(answers.F @ vehicle.TP.T - wrenches)
+    # A kernel holds T f - tau against MET in its own scalar: each of its sums may be off by this much.
+    terms = np.abs(answers.F) @ np.abs(vehicle.TP.T) + np.abs(answers.question.demands.taus)
+    rounding = (vehicle.n + 2) * 2.0 ** -DIGITS[of.scalar] * terms
+    makes: BoolArray = (miss <= MET[of.scalar] * vehicle.wrench_scale + rounding).all(axis=1)
+    return makes
 
 
 def _refused(answers: FaultAnswers) -> tuple[int, str]:
@@ -176,13 +185,36 @@ def _refused(answers: FaultAnswers) -> tuple[int, str]:
 
 
 def _effort(answers: FaultAnswers, of: Subject) -> tuple[int, str]:
-    solved = answers.status == Status.SOLVED
-    F = np.where(solved[:, None], answers.F, np.nan)
-    gap = largest_gap(answers.question, F, answers.status, HARD.name)
+    return _least(answers, answers.question, answers.status == Status.SOLVED, of)
+
+
+def _least(answers: FaultAnswers, question: Question, asked: BoolArray, of: Subject) -> tuple[int, str]:
+    """Whether the answers to a question that are asked for make its demands with least effort."""
+    F = np.where(asked[:, None], answers.F, np.nan)
+    gap = largest_gap(question, F, np.where(asked, Status.SOLVED, answers.status), HARD.name)
     if gap is None:
         return 0, ""
     wrong = not gap <= GAP[of.scalar]
-    return int(solved.sum()), f"a gap of {gap:.2g} of the effort" if wrong else ""
+    return int(asked.sum()), f"a gap of {gap:.2g} of the effort" if wrong else ""
+
+
+def _delivered(answers: FaultAnswers, of: Subject) -> tuple[int, str]:
+    """Whether thrusts and shares of an answer belong together, also where a demand is met in part."""
+    way = find_formulation(recipe(of.kernel).formulation).way
+    assert way is not None  # what writes shares has levels
+    vehicle, demands = answers.vehicle, answers.question.demands
+    try:
+        maps = step_maps(vehicle, way(vehicle).levels)
+    except NotApplicable as refusal:
+        return 0, str(refusal)
+    at = np.tile(vehicle.TP @ start(vehicle.f_min, vehicle.f_max), (len(demands.taus), 1))
+    for level, D in enumerate(maps):
+        at = at + answers.share[:, level, None] * ((demands.taus - at) @ D.T)
+    asked = np.isin(answers.status, ANSWERED)
+    wrong = asked & ~_makes(answers, at, of)
+    if wrong.any():
+        return int(asked.sum()), _first(answers, wrong, asked)
+    return _least(answers, replace(answers.question, demands=replace(demands, taus=at)), asked, of)
 
 
 def _shares(answers: FaultAnswers, of: Subject) -> tuple[int, str]:

@@ -57,6 +57,16 @@ def half(program: Program) -> Program:
     return replace(program, nodes=nodes, outputs={**program.outputs, ("share", 0): less + 1})
 
 
+def nothing_of_a_part(program: Program) -> Program:
+    """No thrust where less than all of a demand is delivered, and the shares as before."""
+    first = len(program.nodes)
+    thrusts = {place: node for place, node in program.outputs.items() if place[0] == "f"}
+    cut = [("choose", first + 2, first + 1, node) for node in thrusts.values()]
+    nodes = (("const", 1.0), ("const", 0.0), ("lt", program.outputs["share", 0], first), *cut)
+    outputs = {place: first + 3 + i for i, place in enumerate(thrusts)}
+    return replace(program, nodes=program.nodes + nodes, outputs={**program.outputs, **outputs})
+
+
 def red(of: Subject) -> list[str]:
     return [claim.claim for claim in answers.answered(of) if claim.verdict != "tested"]
 
@@ -87,8 +97,17 @@ def test_answers_are_met_refused_and_least_as_the_method_says(
         (broken("far too much is called solved"), answers.MADE),
         (changed("nullspace", not_least), answers.EFFORT),
         (changed("scaled", half), answers.SHARES),
+        (changed("scaled", nothing_of_a_part), answers.DELIVERED),
+        (changed("priority", not_least), answers.DELIVERED),
     ],
-    ids=["refuses all", "a slack a million times as large", "more effort than needed", "half a share"],
+    ids=[
+        "refuses all",
+        "a slack a million times as large",
+        "more effort than needed",
+        "half a share",
+        "shares without thrusts",
+        "more effort than a part needs",
+    ],
 )
 def test_c_that_is_safe_and_wrong_is_told(of: Subject, claim: str) -> None:
     assert claim in red(of)
