@@ -174,7 +174,7 @@ def _makes(answers: FaultAnswers, wrenches: FloatArray, of: Subject) -> BoolArra
     # A kernel holds T f - tau against MET in its own scalar: each of its sums may be off by this much.
     terms = np.abs(answers.F) @ np.abs(vehicle.TP.T) + np.abs(answers.question.demands.taus)
     rounding = (vehicle.n + 2) * 2.0 ** -DIGITS[of.scalar] * terms
-    makes: BoolArray = (miss <= MET[of.scalar] * vehicle.wrench_scale + rounding).all(axis=1)
+    makes: BoolArray = np.all(miss <= MET[of.scalar] * vehicle.wrench_scale + rounding, axis=1)
     return makes
 
 
