@@ -2,7 +2,7 @@
 
 from alloc.c import programs as made_programs
 from alloc.methods import recipe
-from alloc.program import Graph, Node, Program
+from alloc.program import Graph, Node, Program, operands
 from bench.chips.toolchain import ToolError
 from bench.proof.not_read import NotRead
 from bench.proof.proof import Claim, not_shown
@@ -62,13 +62,16 @@ class _Plain:
         waiting = [at]
         while waiting:
             node = waiting[-1]
-            needed = [each for each in _needed(self.program, node) if each not in self._known]
+            operation = self.program.nodes[node]  # a loop's operands are not looked at, it is opaque
+            needed = [
+                each for each in operands(operation) if each not in self._known and operation[0] != "loop"
+            ]
             if needed:
                 waiting += reversed(needed)
             else:
                 waiting.pop()
                 if node not in self._known:
-                    self._known[node] = self._made(self.program.nodes[node])
+                    self._known[node] = self._made(operation)
         return self._known[at]
 
     def _made(self, operation: tuple[object, ...]) -> Node:
@@ -110,8 +113,3 @@ class _Plain:
             case ("and", a, b):
                 return self.graph.add("and", self._all(held, a), b)
         return self.graph.add("and", held, more)
-
-
-def _needed(program: Program, node: Node) -> tuple[Node, ...]:
-    operation = program.nodes[node]
-    return () if operation[0] in ("const", "input", "finite", "loop", "unknown") else operation[1:]

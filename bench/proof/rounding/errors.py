@@ -6,12 +6,12 @@ attainable set along its direction, without loss; minimum and maximum move by no
 """
 
 from collections import ChainMap
-from collections.abc import MutableMapping, Sequence
+from collections.abc import MutableMapping
 from dataclasses import replace
 from math import isfinite
 
 from alloc import Vehicle
-from alloc.program import Node, Operation, Program, Scalar
+from alloc.program import Node, Operation, Program, Scalar, operands, reachable
 from bench.proof.not_read import NotRead
 from bench.proof.rounding.arithmetic import DIGITS, Arithmetic, Value, among
 from bench.proof.rounding.forms import NOTHING, ONE, Form, constant, exact, total
@@ -52,13 +52,13 @@ class Errors(Arithmetic):
         self._shares = shares(program.nodes)
         self._within = within = set().union(*(each.within for each in self._shares.values()))
         self._thrusts = [node for (name, _), node in program.outputs.items() if name == "f"]
-        needed = {each for root in self._thrusts for each in _cone(program.nodes, root)} - within
+        needed = set(reachable(program.nodes, tuple(self._thrusts))) - within
         self.branches = any(program.nodes[node][0] == "choose" for node in needed)
-        needed |= {each for root, _ in program.exits for each in _cone(program.nodes, root)} - within
+        needed |= set(reachable(program.nodes, tuple(root for root, _ in program.exits))) - within
         for node in sorted(needed):  # what is within a share is followed with it
             operation = program.nodes[node]
             branch = operation[0] == "choose"  # of its values each counts only where it is taken
-            lost = [each for each in _operands(operation) if each in self.reasons and not branch]
+            lost = [each for each in operands(operation) if each in self.reasons and not branch]
             if lost:
                 self.reasons[node] = self.reasons[lost[0]]
                 continue
@@ -241,11 +241,11 @@ class Errors(Arithmetic):
             }
             for node in changed:
                 made[node] = Value(*region[node], self._plain(kept[node]).error)
-            for node in _cone(self._nodes, root):
+            for node in sorted(reachable(self._nodes, (root,))):
                 if node in self._within and node not in kept:
                     continue  # it is followed with its share, whose range holds in narrower ranges too
-                operands = set(_operands(self._nodes[node]))
-                if node not in changed and (operands & changed or node not in kept):
+                moved = not changed.isdisjoint(operands(self._nodes[node]))
+                if node not in changed and (moved or node not in kept):
                     value = self._value(node, self._nodes[node])
                     if value is not None:
                         made[node] = value
@@ -280,18 +280,3 @@ def _union(values: list[Value]) -> Value:
         raise NotRead("a choice that is never made")
     error = max(each.error for each in values)
     return Value(min(each.low for each in values), max(each.high for each in values), error)
-
-
-def _cone(nodes: Sequence[Operation], root: Node) -> list[Node]:
-    """A node and all that it is made of, operands first."""
-    found, waiting = set[Node](), [root]
-    while waiting:
-        node = waiting.pop()
-        if node not in found:
-            found.add(node)
-            waiting += _operands(nodes[node])
-    return sorted(found)
-
-
-def _operands(operation: Operation) -> tuple[Node, ...]:
-    return () if operation[0] in ("const", "input", "unknown") else operation[1:]

@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 from alloc import Vehicle
-from alloc.program import Node, Program, Scalar
+from alloc.program import Node, Program, Scalar, reachable
 from bench.proof import tools
 from bench.proof.rounding.errors import Errors
 from bench.proof.rounding.forms import has_tau, shares_of
@@ -28,7 +28,7 @@ def before_limits(program: Program, errors: Errors, vehicle: Vehicle, scalar: Sc
     lines = [f"@rnd = float<{FORMATS[scalar]}, ne>;"]
     for j in range(vehicle.k):
         lines.append(f"t{j} = rnd(T{j});")
-    cone = _cone(program, wanted)
+    cone = sorted(reachable(program.nodes, tuple(wanted)))
     if any(program.nodes[node][0] not in KNOWN for node in cone):
         return None
     for node in cone:
@@ -58,17 +58,6 @@ def _linear(program: Program, errors: Errors, node: Node) -> list[Node]:
         case ("add" | "sub", a, b):
             return _linear(program, errors, a) or _linear(program, errors, b)
     return []
-
-
-def _cone(program: Program, wanted: list[Node]) -> list[Node]:
-    needed, rest = set(wanted), list(wanted)
-    while rest:
-        operation = program.nodes[rest.pop()]
-        if operation[0] not in ("const", "input"):
-            fresh = set(operation[1:]) - needed
-            needed |= fresh
-            rest += fresh
-    return sorted(needed)
 
 
 def _defined(program: Program, node: Node) -> list[str]:
