@@ -6,16 +6,17 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
 from alloc import Vehicle, catalogue, list_vehicles, load_vehicle
 from alloc.discovery import Entry
 from alloc.nullspace.structure import decompose
 from tests.places import ROOT
 
-# No deadline, since a busy machine is not the code's fault. Examples are the same in every run, so that
-# a red test comes from a change.
-settings.register_profile("thrustbench", deadline=None, derandomize=True)
+# No deadline, and slow examples are no error, since a busy machine is not the code's fault. Examples are the same
+# in every run, so that a red test comes from a change.
+BUSY = [HealthCheck.too_slow]
+settings.register_profile("thrustbench", deadline=None, derandomize=True, suppress_health_check=BUSY)
 settings.load_profile("thrustbench")
 
 # The first two colour what is compared as plain text. The others are set in a git hook, where git commands in

@@ -20,9 +20,12 @@ ROOT = Path(__file__).parents[2]
 CONTRACT = "tests/alloc/methods"
 """The tests that every method of the catalogue has to pass."""
 UNSHRUNK = """
-from hypothesis import Phase, settings
+from hypothesis import HealthCheck, Phase, settings
 phases = [Phase.explicit, Phase.generate]
-settings.register_profile("unshrunk", deadline=None, derandomize=True, phases=phases)
+busy = [HealthCheck.too_slow]
+settings.register_profile(
+    "unshrunk", deadline=None, derandomize=True, phases=phases, suppress_health_check=busy
+)
 """
 """A plug-in of pytest's: one counterexample is enough, the smallest takes minutes."""
 
