@@ -13,8 +13,8 @@ from alloc.discovery import Entry
 from alloc.nullspace.structure import decompose
 from tests.places import ROOT
 
-# No deadline, and slow examples are no error, since a busy machine is not the code's fault. Examples are the same
-# in every run, so that a red test comes from a change.
+# No deadline, and slow examples are no error, since a busy machine is not the code's fault. Examples are
+# the same in every run, so that a red test comes from a change.
 BUSY = [HealthCheck.too_slow]
 settings.register_profile("thrustbench", deadline=None, derandomize=True, suppress_health_check=BUSY)
 settings.load_profile("thrustbench")
