@@ -85,6 +85,7 @@ class Formulation:
     limited : whether f is promised to lie inside the limits
     optimal : whether every attainable demand is met at least effort, so that answers may be called exact
     gives_way : whether an attainable wrench may be met in part; SOLVED then says nothing about the wrench
+    keeps_inside : whether T* tau is the answer wherever it lies inside the limits
     references : methods that can give the right answers, best first; empty where the only right answers
         known are T* tau, on inactive demands
     reference_demands : function of the vehicle, the demands and the limits of each that returns the demands
@@ -102,6 +103,7 @@ class Formulation:
     limited: bool
     optimal: bool = False
     gives_way: bool = False
+    keeps_inside: bool = True
     references: tuple[str, ...] = ()
     reference_demands: ReferenceDemands = as_they_are
     way: Callable[[Vehicle], Way] | None = None

@@ -8,4 +8,5 @@ FORMULATION = Formulation(
     meaning="is a rule of practice",
     family=Family.PRACTICE,
     limited=True,
+    keeps_inside=False,
 )

@@ -13,6 +13,7 @@ FORMULATION = Formulation(
     family=Family.SOFT,
     limited=True,
     gives_way=True,
+    keeps_inside=False,
     references=("qp-soft/daqp",),
     pose=pose_soft,
 )

@@ -81,9 +81,10 @@ def answered(of: Subject) -> list[Claim]:
     formulation = find_formulation(recipe(of.kernel).formulation)
     which = ATTAINABLE if formulation.optimal else UNSTOPPED if formulation.way else INSIDE
     asked: list[tuple[str, Callable[[FaultAnswers], tuple[int, str]]]] = [
-        (SOLVED.format(which=which), lambda each: _solved(each, which, formulation)),
-        (MADE, lambda each: _made(each, of)),
+        (MADE, lambda each: _made(each, of))
     ]
+    if formulation.keeps_inside:
+        asked.insert(0, (SOLVED.format(which=which), lambda each: _solved(each, which, formulation)))
     asked += [(REFUSED, _refused)] if of.limited else []
     asked += [(EFFORT, lambda each: _effort(each, of))] if formulation.optimal else []
     if of.levels:

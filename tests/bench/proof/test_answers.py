@@ -80,6 +80,7 @@ def red(of: Subject) -> list[str]:
         ("bluerov2", "priority", "double"),
         ("ukwial", "redistribute", "double"),
         ("ukwial", "clip", "float"),
+        ("ukwial", "group-scaling", "float"),
         ("ukwial", "pinv", "double"),
     ],
 )
