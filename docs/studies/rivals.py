@@ -8,11 +8,13 @@ emulate`` counts the rest. The study prints tables of docs/rivals.md.
 """
 
 import ctypes
+import re
 import sys
 import tempfile
 from itertools import product
 from pathlib import Path
 from typing import NamedTuple
+from unittest.mock import patch
 
 import numpy as np
 
@@ -20,6 +22,8 @@ from alloc import Label, NotApplicable, Status, Vehicle, build, list_vehicles, l
 from alloc.allocation import BoolArray, FloatArray, IndexArray
 from alloc.c.compiled import shared_library
 from alloc.program import Scalar, Where
+from alloc.rivals import Files
+from alloc.rivals.generators import qoco
 from alloc.rivals.wrapper import rival
 from bench.chips.count import count
 from bench.chips.image import link
@@ -146,6 +150,26 @@ def price(method: str, vehicle: Vehicle, board: Target, scalar: Scalar) -> list[
     return [three(size) for size in (checked - claimed).tolist()]
 
 
+def stops(vehicle: Vehicle, n: int) -> list[list[str]]:
+    """The share of n demands of a class that QOCO gives up on the later it stops, and how near the rest is."""
+    generate, lines = qoco.generate, []
+    for stop, kind in product(("1e-7", "1e-8", "1e-9"), ("inactive", "active")):
+        taus = build_demands(kind, vehicle, SEED, n).taus
+        with patch.object(qoco, "generate", lambda *given, stop=stop: _stopped(generate(*given), stop)):
+            F, status = answers("qoco", vehicle, "double", taus, "fixed", checked=True)
+        exact, _ = build("nullspace", vehicle).many(taus)
+        there = np.isin(status, (Status.SOLVED, Status.PARTIAL))
+        farthest = float(np.abs(F - exact)[there].max(initial=0.0)) / vehicle.f_scale
+        lines.append([vehicle.name, kind, stop, f"{1 - there.mean():.0%}", three(farthest)])
+    return lines
+
+
+def _stopped(files: Files, stop: str) -> Files:
+    text, found = re.subn(r"(settings\.(?:abs|rel)tol = )[^;]+", rf"\g<1>{stop}", files.own["utils.c"])
+    assert found == 2
+    return Files({**files.own, "utils.c": text}, files.shared)
+
+
 def main(arguments: list[str]) -> None:
     """Print a table of answers that were checked, one of what the solvers claim, and one of the price."""
     limits: Where = "call" if arguments[0] == "call" else "fixed"
@@ -165,6 +189,10 @@ def main(arguments: list[str]) -> None:
         *fields, distance_field, refused_field = Outcomes._fields
         headers = ("solver", "scalar", *fields, refused_field, distance_field, "on")
         print(table(headers, lines), flush=True)
+    if "qoco" in there and limits == "fixed":
+        told = [line for vehicle in vehicles for line in stops(vehicle, n)]
+        headers = ("vehicle", "demands", "told to stop at", "given up", "farthest")
+        print(f"\nQOCO:\n\n{table(headers, told)}", flush=True)
     board = target("cortex-m7")
     if limits == "call" or missing(board):
         return

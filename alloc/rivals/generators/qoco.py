@@ -19,8 +19,8 @@ ALGORITHM = "primal-dual interior point"
 LICENCE = "BSD-3-Clause"
 CAP: dict[Level, int] = {"default": 50}
 TOLERANCE: dict[Level, dict[Scalar, float]] = {"default": {"double": 1e-3, "float": 1e-3}}
-"""Told to stop at 1e-9 in place of 1e-7, QOCO gives up on 40 to 87 % of demands near the limits, whatever its
-regularisation and refinement: it has no level that is tighter."""
+"""There is no tighter level: told to stop at 1e-9 in place of 1e-7, QOCO gives up on a third of the demands
+that take thrusters to their limits, whatever its regularisation and refinement (docs/studies/rivals.py)."""
 
 
 _DEFINED = re.compile(r"^(?:void|double|int|unsigned char) (\w+)\(", re.MULTILINE)
