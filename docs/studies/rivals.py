@@ -151,7 +151,7 @@ def price(method: str, vehicle: Vehicle, board: Target, scalar: Scalar) -> list[
 
 
 def stops(vehicle: Vehicle, n: int) -> list[list[str]]:
-    """The share of n demands of a class that QOCO gives up on the later it stops, and how near the rest is."""
+    """The share of n demands of a class that QOCO gives up on the later it stops; how near the others are."""
     generate, lines = qoco.generate, []
     for stop, kind in product(("1e-7", "1e-8", "1e-9"), ("inactive", "active")):
         taus = build_demands(kind, vehicle, SEED, n).taus
