@@ -104,6 +104,7 @@ def generate(
     faults: bool = True,
     esc: bool = False,
     package: c.Package | None = None,
+    maintainer: str = "",
 ) -> dict[str, str]:
     """The C99 of a method for one vehicle, as ``thrustbench codegen`` writes it: {file name: text}.
 
@@ -120,6 +121,7 @@ def generate(
     esc : whether there is also the way to the commands of the ESCs, ``<name>_esc.c``
     package : the build system whose package it shall be, ``cmake``, ``ros2``, ``platformio``, ``arduino`` or
         ``zephyr``: then all lies in a folder with the function's name
+    maintainer : ``NAME <MAIL>`` for ROS 2's package.xml, which has a placeholder without
 
     Raises UnknownName for a method that can't be C, NotApplicable where it does not cover the vehicle,
     VehicleError where it has no ESCs and these are asked for.
@@ -131,7 +133,8 @@ def generate(
     if last:
         files |= c.to_escs(last) | {f"test/{name}_esc_test.c": c.esc_selftest(last)}
     files |= {f"{name}.md": c.page(vehicle, found, scalar, limits, last)}
-    return c.packaged(package, name, files, vehicle.name, found.name) if package else files
+    about = f"Thrust allocation for {c.in_comment(vehicle.name)} by {found.name}"
+    return c.packaged(package, name, files, about, maintainer) if package else files
 
 
 def _in_c(method: str) -> str:

@@ -1,7 +1,7 @@
 """C99 generated for one vehicle out of programs, and the compiled C as an allocator in Python."""
 
 from alloc.c.bind import bound
-from alloc.c.call import arguments, function_name
+from alloc.c.call import arguments, function_name, in_comment
 from alloc.c.compiled import missing
 from alloc.c.esc import LastMetre, last_metre, to_escs
 from alloc.c.esc_selftest import esc_selftest
@@ -13,6 +13,6 @@ from alloc.c.recipe import Recipe
 
 __all__ = [
     "LastMetre", "Package", "Recipe", "arguments", "bound", "covering", "digest", "esc_selftest",
-    "function_name", "generate", "last_metre", "missing", "packaged", "page", "printed", "programs",
-    "sources", "to_escs",
+    "function_name", "generate", "in_comment", "last_metre", "missing", "packaged", "page", "printed",
+    "programs", "sources", "to_escs",
 ]  # fmt: skip

@@ -4,11 +4,33 @@ import re
 from functools import cache
 from importlib import resources
 
+from alloc.c import Package, packaged
 from alloc.program import Scalar
+from alloc.vehicle import Vehicle
 
 NAME = "libthrustbench"
 N_MAX, K_MAX = 8, 6
 """Its sizes where nothing says otherwise: thrusters and axes."""
+
+
+def generate(
+    scalar: Scalar = "double",
+    vehicle: Vehicle | None = None,
+    package: Package | None = None,
+    maintainer: str = "",
+) -> dict[str, str]:
+    """The library as ``thrustbench codegen --library`` writes it: its C, a self-test, a page, by file name.
+
+    Parameters
+    ----------
+    scalar : ``double`` or ``float``, the type of all numbers
+    vehicle : the largest that it shall have room for; left out, N_MAX thrusters and K_MAX axes
+    package, maintainer : as of ``alloc.generate``
+    """
+    n_max, k_max = (N_MAX, K_MAX) if vehicle is None else (max(vehicle.n, vehicle.k, 2), vehicle.k)
+    made = files(scalar, n_max, k_max) | selftest() | {f"{NAME}.md": _text(f"{NAME}.md")}
+    about = "Thrust allocation for matrices that are known at run time"
+    return packaged(package, NAME, made, about, maintainer) if package else made
 
 
 def files(scalar: Scalar = "double", n_max: int = N_MAX, k_max: int = K_MAX) -> dict[str, str]:
@@ -25,7 +47,11 @@ def files(scalar: Scalar = "double", n_max: int = N_MAX, k_max: int = K_MAX) -> 
 def selftest() -> dict[str, str]:
     """A program that holds answers on vehicles drawn at random against their equations, by file name."""
     name = f"test/{NAME}_test.c"
-    return {name: (resources.files(__name__) / name).read_text(encoding="utf-8")}
+    return {name: _text(name)}
+
+
+def _text(name: str) -> str:
+    return (resources.files(__name__) / name).read_text(encoding="utf-8")
 
 
 @cache

@@ -9,8 +9,13 @@ from bench.commands import LIMITS, PATH, SINGLE, refuse_another_s
 
 
 @click.command()
-@click.option("--vehicle", required=True, metavar="V", help="A shipped name or a YAML file.")
-@click.option("--method", required=True, metavar="M", help="A method that can be C.")
+@click.option("--vehicle", metavar="V", help="A shipped name or a YAML file.")
+@click.option("--method", metavar="M", help="A method that can be C.")
+@click.option(
+    "--library",
+    is_flag=True,
+    help="In place of a method: C that takes the matrix at run time, with room for 8 thrusters, or for V.",
+)
 @SINGLE
 @LIMITS
 @click.option("--esc", is_flag=True, help="And from thrusts to the commands of the vehicle's ESCs.")
@@ -19,21 +24,41 @@ from bench.commands import LIMITS, PATH, SINGLE, refuse_another_s
     type=click.Choice(["cmake", "ros2", "platformio", "arduino", "zephyr"]),
     help="In a folder of its own, with what that build system asks for.",
 )
+@click.option("--maintainer", default="", metavar="'NAME <MAIL>'", help="Who looks after a ROS 2 package.")
 @click.option("--out", required=True, type=PATH, metavar="DIR", help="Made if missing.")
 def command(
-    vehicle: str,
-    method: str,
+    vehicle: str | None,
+    method: str | None,
+    library: bool,
     single: bool,
     limits: Literal["fixed", "call"],
     esc: bool,
     package: Literal["cmake", "ros2", "platformio", "arduino", "zephyr"] | None,
+    maintainer: str,
     out: Path,
 ) -> None:
-    """C99 of one method for one vehicle: header, source, self-test, and a page on how to call it."""
+    """C99 of one method for one vehicle: header, source, self-test, and a page on how to call it.
+
+    With --library it is libthrustbench, for vehicles whose matrix is known when they boot.
+    """
     from alloc import AllocError, generate, load_vehicle
+    from alloc import library as made_at_boot
 
     scalar: Literal["double", "float"] = "float" if single else "double"
-    files = generate(load_vehicle(vehicle), method, scalar=scalar, limits=limits, esc=esc, package=package)
+    if library:
+        if method or limits != "fixed" or esc:
+            raise click.UsageError(
+                "--library has every method, and limits of each call; leave out the others."
+            )
+        room = load_vehicle(vehicle) if vehicle else None
+        files = made_at_boot.generate(scalar, room, package, maintainer)
+    elif vehicle and method:
+        files = generate(
+            load_vehicle(vehicle), method, scalar=scalar, limits=limits, esc=esc, package=package,
+            maintainer=maintainer,
+        )  # fmt: skip
+    else:
+        raise click.UsageError(f"Missing option '{'--method' if vehicle else '--vehicle'}'.")
     refuse_another_s(out, files)
     try:
         out.mkdir(parents=True, exist_ok=True)
@@ -44,3 +69,7 @@ def command(
         raise AllocError(f"{out}: can't be written ({error.strerror}); give another --out") from None
     for name in files:
         click.echo(out / name)
+    if package == "ros2" and not maintainer:
+        click.echo(
+            "package.xml has a placeholder: say by --maintainer 'NAME <MAIL>' who looks after it", err=True
+        )
