@@ -1,20 +1,18 @@
 """The catalogue: all methods, what is missing to build some of them, and ``build`` by name."""
 
-import pkgutil
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cache, partial
-from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
 from typing import Any, get_args
 
-import alloc.methods
 from alloc import c
 from alloc.allocation import Allocator
 from alloc.errors import NotInstalled, PluginError, UnknownName, unknown
+from alloc.files.modules import modules
 from alloc.formulations import Family, find_formulation
 from alloc.live.plain import ANY_DISTANCE, EXACT, Plain
 from alloc.methods import Variant, recipe
@@ -57,10 +55,7 @@ class Entry:
 @cache
 def catalogue() -> tuple[Entry, ...]:
     """All methods that the modules of ``alloc.methods`` offer, sorted by name; imports no solver."""
-    names = (module.name for module in pkgutil.iter_modules(alloc.methods.__path__))
-    entries = (
-        entry for name in names for entry in _entries(import_module(f"{alloc.methods.__name__}.{name}"))
-    )
+    entries = (entry for module in modules("alloc.methods").values() for entry in _entries(module))
     return tuple(sorted(entries, key=lambda entry: entry.name))
 
 

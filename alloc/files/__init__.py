@@ -1,1 +1,1 @@
-"""Text files, read within a bound and written whole; YAML as plain data with line numbers."""
+"""Text files, read within a bound and written whole; YAML as plain data or as typed keys; modules by name."""

@@ -6,16 +6,15 @@ Published allocators mean several different optima by "QP", so a method names th
 and answers are compared only within one. Judging, drawing and ranking read the formulation's fields.
 """
 
-import pkgutil
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cache
-from importlib import import_module
 
 import numpy as np
 
 from alloc.allocation import FloatArray
+from alloc.files.modules import modules
 from alloc.qp import Posed
 from alloc.reach.way import Way
 from alloc.vehicle import Vehicle
@@ -113,8 +112,7 @@ class Formulation:
 @cache
 def list_formulations() -> tuple[Formulation, ...]:
     """Every formulation there is a file for, sorted by name."""
-    modules = (import_module(f"{__name__}.{module.name}") for module in pkgutil.iter_modules(__path__))
-    formulations: list[Formulation] = [module.FORMULATION for module in modules]
+    formulations: list[Formulation] = [module.FORMULATION for module in modules(__name__).values()]
     return tuple(sorted(formulations, key=lambda formulation: formulation.name))
 
 

@@ -19,14 +19,13 @@ A module that holds several methods has ``variants() -> dict[name, Variant]``, a
 variant's key first.
 """
 
-import pkgutil
 from dataclasses import dataclass
 from functools import cache
-from importlib import import_module
 
 from alloc import solvers
 from alloc.c.recipe import Recipe, recipe_of
 from alloc.errors import UnknownName
+from alloc.files.modules import modules
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,11 +71,8 @@ def by_solver(prefix: str, summary: str) -> dict[str, Variant]:
 @cache
 def recipes() -> dict[str, Recipe]:
     """All methods that can be C, by name: those whose module has ``program``."""
-    modules = {
-        found.name.replace("_", "-"): import_module(f"{__name__}.{found.name}")
-        for found in pkgutil.iter_modules(__path__)
-    }
-    return {name: recipe_of(name, module) for name, module in modules.items() if hasattr(module, "program")}
+    found = modules(__name__).items()
+    return {name: recipe_of(name, module) for name, module in found if hasattr(module, "program")}
 
 
 def recipe(name: str) -> Recipe:

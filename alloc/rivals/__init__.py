@@ -6,11 +6,10 @@ equations. The C itself is not part of this project: it is taken from installed 
 package that pip downloaded.
 """
 
-import pkgutil
 from collections.abc import Mapping
-from importlib import import_module
 from typing import NamedTuple, Protocol
 
+from alloc.files import modules
 from alloc.program import Scalar
 from alloc.qp import QP
 from alloc.rivals import generators
@@ -58,11 +57,10 @@ class Generator(Protocol):
 
 def names() -> tuple[str, ...]:
     """Names of the generators, sorted, whether what they need is there or not; underscores are hyphens."""
-    files = (module.name for module in pkgutil.iter_modules(generators.__path__))
-    return tuple(sorted(name.replace("_", "-") for name in files))
+    return tuple(modules.names(generators.__name__))
 
 
 def load(name: str) -> Generator:
     """The module of the generator of that name; imports no solver."""
-    module: Generator = import_module(f"{generators.__name__}.{name.replace('-', '_')}")
-    return module
+    found: Generator = modules.module(generators.__name__, name)
+    return found

@@ -8,15 +8,14 @@ weight by which thrusts get smaller units (``alloc.qp.problem``). ERRATIC, where
 refusals the solver gives depends on more than the problem, so equations alone tell them apart.
 """
 
-import pkgutil
 from collections import Counter
 from collections.abc import Callable, Mapping
-from importlib import import_module
 from importlib.util import find_spec
 from math import nan
 from typing import Any, Literal, NamedTuple, Protocol, TypeVar
 
 from alloc.allocation import FloatArray, Status
+from alloc.files import modules
 from alloc.qp import QP
 from alloc.qp.problem import SHARED
 
@@ -86,13 +85,13 @@ class Solver(Protocol):
 
 def names() -> tuple[str, ...]:
     """Names of the solvers that have a file, sorted, installed or not."""
-    return tuple(sorted(module.name for module in pkgutil.iter_modules(__path__)))
+    return tuple(modules.names(__name__))
 
 
 def load(name: str) -> Solver:
     """The module of the solver of that name; imports no binding."""
-    module: Solver = import_module(f"alloc.solvers.{name}")
-    return module
+    found: Solver = modules.module(__name__, name)
+    return found
 
 
 def shared(name: str) -> float:

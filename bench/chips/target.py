@@ -3,14 +3,12 @@
 Each file in ``processors`` holds one as ``TARGET``, and is its name: ``cortex_m4f.py`` is ``cortex-m4f``.
 """
 
-import pkgutil
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-import bench.chips.processors
 from alloc.errors import unknown
+from alloc.files import modules
 from alloc.program import Scalar
 from bench.chips.boards import boards
 from bench.record import Processor
@@ -19,6 +17,7 @@ if TYPE_CHECKING:
     from bench.chips.interval import Cycles
     from bench.chips.trace import Trace
 
+PROCESSORS = "bench.chips.processors"
 HOST = ("gcc", "libc6-dev")
 """Debian's packages for the plugin that QEMU loads."""
 
@@ -108,16 +107,14 @@ def cortex_m(
 
 def names() -> list[str]:
     """The names of all processors, sorted; imports none."""
-    found = pkgutil.iter_modules(bench.chips.processors.__path__)
-    return sorted(module.name.replace("_", "-") for module in found)
+    return modules.names(PROCESSORS)
 
 
 def target(name: str) -> Target:
     """The target of that name; raises UnknownName."""
     if name not in names():
         raise unknown("target", name, names())
-    module = import_module(f"{bench.chips.processors.__name__}.{name.replace('-', '_')}")
-    found: Target = module.TARGET
+    found: Target = modules.module(PROCESSORS, name).TARGET
     return replace(found, name=name)
 
 

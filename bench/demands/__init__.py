@@ -10,24 +10,23 @@ answering(vehicle) : the vehicle that must answer the demands, where that is a d
 """
 
 import hashlib
-import pkgutil
 from dataclasses import dataclass, replace
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-import bench.demands.sets
 from alloc import Vehicle, label
 from alloc.allocation import FloatArray
 from alloc.errors import unknown
+from alloc.files import modules
 from alloc.vehicle.call_limits import limits_of
 
 if TYPE_CHECKING:
     from bench.inputs.logs import LogOptions
 
+SETS = "bench.demands.sets"
 COUNT = 1000
 """Demands in a set by default: enough for a p99 with its interval; a p99.9 comes from several passes."""
 
@@ -86,7 +85,7 @@ class DemandSet:
 
 def list_demands() -> tuple[str, ...]:
     """Names of all sets, sorted."""
-    return tuple(sorted(_modules()))
+    return tuple(modules.names(SETS))
 
 
 def build_demands(
@@ -100,12 +99,11 @@ def build_demands(
     others were made before it. Raises UnknownName; NotApplicable where the vehicle has no such
     demands, with the reason; FileError or DemandError for a file that can't be read.
     """
-    known = _modules()
-    if name not in known:  # a set's name means the set, even where the current folder has a file of that name
+    if name not in list_demands():  # a set's name means the set, even beside a file of that name
         if _is_file(name):
             return _from_file(Path(name), vehicle, n, log)
         raise unknown("demand set", str(name), list_demands(), "; or give a log (.csv, .bag, .mcap, .ulg)")
-    module = import_module(f"{bench.demands.sets.__name__}.{known[str(name)]}")
+    module = modules.module(SETS, str(name))
     rng = np.random.default_rng(
         [seed, _stable(vehicle.name), _stable(getattr(module, "SEED_NAME", str(name)))]
     )
@@ -146,12 +144,6 @@ def labelled(
         f_min=f_min,
         f_max=f_max,
     )
-
-
-def _modules() -> dict[str, str]:
-    """Modules by the name of their set, which has a hyphen for an underscore."""
-    names = (module.name for module in pkgutil.iter_modules(bench.demands.sets.__path__))
-    return {name.replace("_", "-"): name for name in names}
 
 
 def _is_file(name: str | Path) -> bool:

@@ -1,9 +1,8 @@
 """Boards: a processor at a clock, behind a flash. Each file holds one as ``BOARD``, and is its name."""
 
-import pkgutil
 from dataclasses import dataclass, replace
-from importlib import import_module
 
+from alloc.files.modules import modules
 from bench.chips.flash import Flash
 from bench.record import Board as Facts
 
@@ -35,6 +34,5 @@ class Board:
 
 def boards(processor: str) -> list[Board]:
     """All boards that have this processor, by name."""
-    names = sorted(module.name for module in pkgutil.iter_modules(__path__))
-    found = [replace(import_module(f"{__name__}.{name}").BOARD, name=name) for name in names]
+    found = [replace(module.BOARD, name=name) for name, module in modules(__name__).items()]
     return [board for board in found if board.processor == processor]

@@ -5,15 +5,14 @@ A module has ``recognises(path, text) -> bool`` and ``read(path) -> Draft``; whe
 ``read`` also takes a pattern of thrusters' names.
 """
 
-import pkgutil
 from dataclasses import dataclass, field
-from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
 import msgspec
 
 from alloc.errors import UnknownName
+from alloc.files.modules import modules
 from alloc.vehicle.file import Numbers, VehicleFile
 from alloc.vehicle.frame import described
 from bench.inputs.frames import frame_in
@@ -67,8 +66,7 @@ def commented(draft: Draft, text: str) -> Draft:
 
 def formats() -> dict[str, ModuleType]:
     """Every format by name."""
-    names = [module.name for module in pkgutil.iter_modules(__path__)]
-    return {name: import_module(f"{__name__}.{name}") for name in names}
+    return modules(__name__)
 
 
 def writable() -> tuple[str, ...]:

@@ -4,10 +4,8 @@ A module has ``SUFFIXES`` of the files it reads ("/" for a folder) and ``read(pa
 ``bench.inputs.demand_csv`` reads tables.
 """
 
-import pkgutil
 import re
 from collections.abc import Sequence
-from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
@@ -17,6 +15,7 @@ import numpy as np
 
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError, FileError
+from alloc.files.modules import modules
 from alloc.vehicle import LARGEST
 from alloc.vehicle.geometry import DOF
 from bench.inputs.demand_csv import Demanded, read_demands
@@ -89,8 +88,7 @@ def read_log(
     if mark and not path.exists():
         path, topic = Path(name), topic or fragment
     kinds: dict[str, ModuleType] = {}
-    for info in pkgutil.iter_modules(__path__):
-        module = import_module(f"{__name__}.{info.name}")
+    for module in modules(__name__).values():
         kinds.update(dict.fromkeys(module.SUFFIXES, module))
     suffix = "/" if path.is_dir() else path.suffix.lower()
     if suffix in (".csv", ""):  # a pipe, as in <(zcat demands.csv.gz), has no suffix

@@ -3,8 +3,6 @@
 A module has ``SUFFIXES`` of the files it reads and ``read(path, vehicle) -> Outputs``.
 """
 
-import pkgutil
-from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,6 +11,7 @@ import numpy as np
 from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError, FileError
+from alloc.files.modules import modules
 
 
 class Outputs(NamedTuple):
@@ -40,8 +39,7 @@ class Outputs(NamedTuple):
 def read_outputs(path: Path, vehicle: Vehicle) -> Outputs:
     """What a log says of a vehicle's outputs; raises FileError, DemandError or NotInstalled."""
     kinds = {}
-    for info in pkgutil.iter_modules(__path__):
-        module = import_module(f"{__name__}.{info.name}")
+    for module in modules(__name__).values():
         kinds.update(dict.fromkeys(module.SUFFIXES, module))
     suffix = path.suffix.lower()
     if suffix not in kinds:

@@ -4,13 +4,12 @@
 show. ``draw_run(run)`` does so for the whole run; its figure is saved as ``<file>.svg``.
 """
 
-import pkgutil
 import re
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
+from alloc.files.modules import modules
 from bench.results.rows import Run
 
 
@@ -21,9 +20,8 @@ def draw_all(run: Run, directory: Path) -> frozenset[str]:
     from bench.report.pictures.style import SETTINGS, save
 
     drawn = set()
-    kinds = [file.name for file in pkgutil.iter_modules(__path__)]
-    for kind in kinds:
-        module = import_module(f"bench.report.pictures.{kind}")
+    kinds = modules(__name__)
+    for kind, module in kinds.items():
         pictures: dict[str, tuple[Any, ...]] = {}
         if hasattr(module, "draw"):
             pictures = {

@@ -1,0 +1,21 @@
+"""What a folder of modules holds: each is found by its file's name, so nothing is registered."""
+
+import pkgutil
+from importlib import import_module
+from typing import Any
+
+
+def names(package: str) -> list[str]:
+    """The names of a package's modules, sorted, with a hyphen for an underscore; imports none of them."""
+    found = pkgutil.iter_modules(import_module(package).__path__)
+    return sorted(module.name.replace("_", "-") for module in found)
+
+
+def module(package: str, name: str) -> Any:
+    """The module of that name."""
+    return import_module(f"{package}.{name.replace('-', '_')}")
+
+
+def modules(package: str) -> dict[str, Any]:
+    """All modules of a package by name."""
+    return {name: module(package, name) for name in names(package)}
