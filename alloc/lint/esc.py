@@ -6,9 +6,9 @@ import numpy as np
 
 from alloc.lint.report import Level
 from alloc.vehicle import Vehicle
+from alloc.vehicle.curve import GRAVITY, measured, monotone
 from alloc.vehicle.esc import Esc
-from alloc.vehicle.esc_file import GRAVITY, EscKeys, measured, monotone
-from alloc.vehicle.file import VehicleFile
+from alloc.vehicle.keys import EscKeys, VehicleFile
 
 APART = 0.02
 """Share by which two sources of a limit may differ: published curves are rounded to parts in a thousand."""

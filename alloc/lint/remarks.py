@@ -14,8 +14,9 @@ from alloc.nullspace.allocator import exact
 from alloc.vehicle import RANK_TOLERANCE, Vehicle
 from alloc.vehicle.columns import alike, refusals
 from alloc.vehicle.condition import condition, wrench_doubt
-from alloc.vehicle.file import VehicleFile, called, reaction_torques, suspects
+from alloc.vehicle.file import called, reaction_torques, suspects
 from alloc.vehicle.geometry import MOMENTS, contradictions
+from alloc.vehicle.keys import VehicleFile
 from alloc.vehicle.read import find_file, list_vehicles
 
 CONDITION = 20.0

@@ -1,128 +1,24 @@
-"""The keys of a vehicle file, and the ``Vehicle`` that they describe."""
+"""The ``Vehicle`` that the keys of a vehicle file describe."""
 
 from collections.abc import Sequence
-from typing import Literal
 
-import msgspec
 import numpy as np
 
 from alloc.allocation import FloatArray
 from alloc.errors import VehicleError
 from alloc.vehicle import Vehicle
 from alloc.vehicle.columns import refusals
-from alloc.vehicle.esc_file import EscKeys, escs, limits_of, table_of
-from alloc.vehicle.frame import Frame
+from alloc.vehicle.esc_file import escs, limits_of, table_of
 from alloc.vehicle.geometry import DOF, contradictions, planar_matrix, pose_matrix
+from alloc.vehicle.keys import Numbers, Planar, Rates, VehicleFile
 from alloc.vehicle.limits import Slew, VoltageTable
 from alloc.vehicle.names import listed
 
-Numbers = list[float]
 SLACK_WEIGHT = 2000.0
 """Default diagonal of Q, relative to H = I: the value vortex-auv ships (auv_setup, nautilus.yaml)."""
 
 LONGEST_NAME = 60
 """Most characters of a name, since it stands in tables, messages and file names."""
-
-
-class Planar(msgspec.Struct, forbid_unknown_fields=True):
-    """Thrusters in the horizontal plane, as eq. 3 takes them.
-
-    Attributes
-    ----------
-    alpha_deg : direction of each thrust from the longitudinal axis [deg]
-    d : distance of each thruster from the centre of gravity [m]
-    phi_deg : direction from the centre of gravity to each thruster [deg]
-    """
-
-    alpha_deg: Numbers
-    d: Numbers
-    phi_deg: Numbers
-
-
-class Rates(msgspec.Struct, forbid_unknown_fields=True):
-    """How fast thrusts may change, rise and fall apart.
-
-    Attributes
-    ----------
-    up, down : one number for all thrusters or one for each [N/s]
-    """
-
-    up: float | Numbers
-    down: float | Numbers
-
-
-class Thruster(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
-    """One thruster at a pose.
-
-    Attributes
-    ----------
-    position : where the thruster sits [m]
-    direction : unit vector along which positive thrust pushes the vehicle [-]
-    name : what people call it, as ``--fault`` and every table do then
-    """
-
-    position: tuple[float, float, float]
-    direction: tuple[float, float, float]
-    name: str = ""
-
-
-Axis = Literal["surge", "sway", "heave", "roll", "pitch", "yaw"]
-
-
-class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
-    """The keys of a vehicle file. T, poses (planar or thrusters), or both in agreement give the geometry.
-
-    Attributes
-    ----------
-    name : label in tables
-    dof : controlled degrees of freedom, the rows of T
-    f_min, f_max : limits, one number for all thrusters or one for each [N]; left out, the ends of the curve
-        in ``esc``
-    source : where the numbers come from
-    planar : poses in the horizontal plane
-    T : rows of the (k, n) configuration matrix; force rows [-], moment rows [m]
-    thrusters : poses in space
-    frame : of everything in the file, and of every demand: frd for x ahead, y to starboard, z down; flu for
-        x ahead, y to port, z up
-    center_of_mass : point about which the moments of ``thrusters`` are taken [m]
-    reaction_torque : moment of each propeller along its own thrust, for 1 N: one number or one for each; T
-        has it as a part [m]
-    suspect : thrusters, by index or name, whose column of T is taken as published though no thruster can
-        make it
-    weights : diagonal of H; a file gives this or H [1/N^2]
-    H : rows of the (n, n) matrix of eq. 4 [1/N^2]
-    slack_weights : (k,) diagonal of Q for the soft formulation
-    slew : how fast thrusts may change: one number, one for each thruster, or up and down apart [N/s]
-    volts : limits [f_min, f_max] by the battery's voltage [V], each one number or one for each thruster [N]
-    esc : what stands between thrusts and the wire: one for all thrusters or one for each
-    priority : the axes in levels, for a demand that can't be met: those of the first level are served first
-    names : what people call each thruster, where ``thrusters`` does not say; "" for one without a name
-    rank : intended rank of T where it is below k
-    notes : remarks, such as what an import assumed
-    """
-
-    name: str
-    dof: list[Axis]
-    f_min: float | Numbers | None = None
-    f_max: float | Numbers | None = None
-    source: str = ""
-    planar: Planar | None = None
-    T: list[Numbers] | None = None
-    thrusters: list[Thruster] | None = None
-    frame: Frame = "frd"
-    center_of_mass: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    reaction_torque: float | Numbers | None = None
-    suspect: list[int | str] = []
-    weights: Numbers | None = None
-    H: list[Numbers] | None = None
-    slack_weights: Numbers | None = None
-    slew: float | Numbers | Rates | None = None
-    volts: dict[str, tuple[float | Numbers, float | Numbers]] | None = None
-    esc: EscKeys | list[EscKeys] | None = None
-    priority: list[list[Axis]] = []
-    names: list[str] | None = None
-    rank: int | None = None
-    notes: list[str] = []
 
 
 def build_vehicle(keys: VehicleFile) -> Vehicle:

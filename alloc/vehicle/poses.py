@@ -6,8 +6,9 @@ import numpy as np
 
 from alloc.allocation import BoolArray, FloatArray
 from alloc.vehicle.columns import possible
-from alloc.vehicle.file import VehicleFile, reaction_torques
+from alloc.vehicle.file import reaction_torques
 from alloc.vehicle.geometry import DOF
+from alloc.vehicle.keys import VehicleFile
 
 
 class Mounting(NamedTuple):

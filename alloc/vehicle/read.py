@@ -8,8 +8,9 @@ from alloc.errors import VehicleError, unknown
 from alloc.files.keys import convert
 from alloc.files.yaml_tree import YamlTree, read_yaml
 from alloc.vehicle import Vehicle
-from alloc.vehicle.esc_file import EscKeys, with_curve_read
-from alloc.vehicle.file import VehicleFile, build_vehicle
+from alloc.vehicle.curve import with_curve_read
+from alloc.vehicle.file import build_vehicle
+from alloc.vehicle.keys import EscKeys, VehicleFile
 
 
 @dataclass(frozen=True)

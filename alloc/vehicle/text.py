@@ -6,7 +6,7 @@ from typing import Any
 
 import msgspec
 
-from alloc.vehicle.file import VehicleFile
+from alloc.vehicle.keys import VehicleFile
 
 _PLAIN = re.compile(r"[A-Za-z][\w.,/@()+-]*( [\w.,/@()+-]+)*")
 _WORDS = {"null", "true", "false", "yes", "no", "on", "off", "y", "n"}  # no text in some version of YAML

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from alloc.vehicle.file import VehicleFile
+    from alloc.vehicle.keys import VehicleFile
 
 
 @click.command()

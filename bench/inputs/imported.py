@@ -12,9 +12,10 @@ from alloc.allocation import FloatArray
 from alloc.errors import VehicleError, unknown
 from alloc.files.textfile import read_text
 from alloc.vehicle.columns import refusals
-from alloc.vehicle.file import VehicleFile, build_vehicle, called, matrices, reaction_torques
+from alloc.vehicle.file import build_vehicle, called, matrices, reaction_torques
 from alloc.vehicle.frame import described
 from alloc.vehicle.geometry import DOF, contradictions
+from alloc.vehicle.keys import VehicleFile
 from bench.inputs.formats import Draft, formats, recognised
 
 PLANAR = ("surge", "sway", "yaw")

@@ -4,7 +4,7 @@ from typing import Any
 
 from alloc.errors import VehicleError
 from alloc.files.yaml_tree import YamlTree
-from alloc.vehicle.file import Numbers
+from alloc.vehicle.keys import Numbers
 
 
 def find(tree: YamlTree, *names: str) -> Any:

@@ -7,8 +7,9 @@ import numpy as np
 from alloc import Vehicle, list_vehicles
 from alloc.allocation import FloatArray
 from alloc.errors import FileError, UnknownName, VehicleError, unknown
-from alloc.vehicle.file import VehicleFile, matrices, vehicle_with
+from alloc.vehicle.file import matrices, vehicle_with
 from alloc.vehicle.geometry import DOF, pose_matrix
+from alloc.vehicle.keys import VehicleFile
 from alloc.vehicle.poses import Mounting, poses
 from alloc.vehicle.read import find_file, read_document
 from bench.layouts.study import StudyDocument

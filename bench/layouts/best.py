@@ -7,7 +7,7 @@ import numpy as np
 
 from alloc.allocation import FloatArray
 from alloc.files.textfile import write_text
-from alloc.vehicle.file import Thruster, VehicleFile
+from alloc.vehicle.keys import Thruster, VehicleFile
 from alloc.vehicle.text import to_yaml
 from bench.layouts.space import LayoutSpace, numbers_of, poses
 

@@ -13,8 +13,8 @@ import msgspec
 
 from alloc.errors import UnknownName
 from alloc.files.modules import modules
-from alloc.vehicle.file import Numbers, VehicleFile
 from alloc.vehicle.frame import described
+from alloc.vehicle.keys import Numbers, VehicleFile
 from bench.inputs.frames import frame_in
 
 

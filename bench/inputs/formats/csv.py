@@ -9,8 +9,8 @@ from alloc import Vehicle
 from alloc.errors import VehicleError
 from alloc.files.textfile import read_text
 from alloc.vehicle import LARGEST
-from alloc.vehicle.file import VehicleFile
 from alloc.vehicle.geometry import DOF
+from alloc.vehicle.keys import VehicleFile
 from bench.inputs.csv_text import csv_text
 from bench.inputs.delimited import numeric, read_table
 from bench.inputs.formats import Draft, commented

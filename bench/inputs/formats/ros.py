@@ -13,8 +13,8 @@ from alloc import Vehicle
 from alloc.errors import VehicleError
 from alloc.files.textfile import read_text
 from alloc.files.yaml_tree import YamlTree, read_yaml
-from alloc.vehicle.file import Numbers, VehicleFile
 from alloc.vehicle.geometry import DOF
+from alloc.vehicle.keys import Numbers, VehicleFile
 from bench.inputs.formats import Draft, commented
 from bench.inputs.frames import frame_comment
 from bench.inputs.parameters import find, numbers, rows

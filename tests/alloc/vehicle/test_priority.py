@@ -7,8 +7,8 @@ import pytest
 
 from alloc import list_vehicles, load_vehicle
 from alloc.errors import VehicleError
-from alloc.vehicle.file import VehicleFile
 from alloc.vehicle.geometry import DOF
+from alloc.vehicle.keys import VehicleFile
 from alloc.vehicle.text import to_yaml
 from tests.readers import written
 from tests.vehicle_files import GOOD, refusal

@@ -1,0 +1,135 @@
+"""The keys of a vehicle file."""
+
+from typing import Literal
+
+import msgspec
+
+from alloc.vehicle.frame import Frame
+
+Numbers = list[float]
+Points = dict[str, list[tuple[float, float]]]
+
+
+class EscKeys(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
+    """An ESC, and the thruster behind it, as a vehicle file has them.
+
+    Attributes
+    ----------
+    neutral : command of no thrust [µs, or what the range is in]
+    range : the least and the largest command
+    step : what the wire resolves
+    reversed : thrusters, by index or name, whose ESC runs the other way; true for all
+    dead_band : neutral sends thrusts below the smallest to neutral; jump to the nearer of the two
+    curve : V: [[command, N], …]; or the path of a CSV with columns command, N or kgf, volts; or the name of
+        a shipped one. Left out, thrust is linear from neutral to f_min and f_max
+    volts : voltage where a call says none [V]
+    """
+
+    neutral: float
+    range: tuple[float, float]
+    step: float = 1.0
+    reversed: bool | list[int | str] = []
+    dead_band: Literal["neutral", "jump"] = "neutral"
+    curve: str | Points | None = None
+    volts: float | None = None
+
+
+class Planar(msgspec.Struct, forbid_unknown_fields=True):
+    """Thrusters in the horizontal plane, as eq. 3 takes them.
+
+    Attributes
+    ----------
+    alpha_deg : direction of each thrust from the longitudinal axis [deg]
+    d : distance of each thruster from the centre of gravity [m]
+    phi_deg : direction from the centre of gravity to each thruster [deg]
+    """
+
+    alpha_deg: Numbers
+    d: Numbers
+    phi_deg: Numbers
+
+
+class Rates(msgspec.Struct, forbid_unknown_fields=True):
+    """How fast thrusts may change, rise and fall apart.
+
+    Attributes
+    ----------
+    up, down : one number for all thrusters or one for each [N/s]
+    """
+
+    up: float | Numbers
+    down: float | Numbers
+
+
+class Thruster(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
+    """One thruster at a pose.
+
+    Attributes
+    ----------
+    position : where the thruster sits [m]
+    direction : unit vector along which positive thrust pushes the vehicle [-]
+    name : what people call it, as ``--fault`` and every table do then
+    """
+
+    position: tuple[float, float, float]
+    direction: tuple[float, float, float]
+    name: str = ""
+
+
+Axis = Literal["surge", "sway", "heave", "roll", "pitch", "yaw"]
+
+
+class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
+    """The keys of a vehicle file. T, poses (planar or thrusters), or both in agreement give the geometry.
+
+    Attributes
+    ----------
+    name : label in tables
+    dof : controlled degrees of freedom, the rows of T
+    f_min, f_max : limits, one number for all thrusters or one for each [N]; left out, the ends of the curve
+        in ``esc``
+    source : where the numbers come from
+    planar : poses in the horizontal plane
+    T : rows of the (k, n) configuration matrix; force rows [-], moment rows [m]
+    thrusters : poses in space
+    frame : of everything in the file, and of every demand: frd for x ahead, y to starboard, z down; flu for
+        x ahead, y to port, z up
+    center_of_mass : point about which the moments of ``thrusters`` are taken [m]
+    reaction_torque : moment of each propeller along its own thrust, for 1 N: one number or one for each; T
+        has it as a part [m]
+    suspect : thrusters, by index or name, whose column of T is taken as published though no thruster can
+        make it
+    weights : diagonal of H; a file gives this or H [1/N^2]
+    H : rows of the (n, n) matrix of eq. 4 [1/N^2]
+    slack_weights : (k,) diagonal of Q for the soft formulation
+    slew : how fast thrusts may change: one number, one for each thruster, or up and down apart [N/s]
+    volts : limits [f_min, f_max] by the battery's voltage [V], each one number or one for each thruster [N]
+    esc : what stands between thrusts and the wire: one for all thrusters or one for each
+    priority : the axes in levels, for a demand that can't be met: those of the first level are served first
+    names : what people call each thruster, where ``thrusters`` does not say; "" for one without a name
+    rank : intended rank of T where it is below k
+    notes : remarks, such as what an import assumed
+    """
+
+    name: str
+    dof: list[Axis]
+    f_min: float | Numbers | None = None
+    f_max: float | Numbers | None = None
+    source: str = ""
+    planar: Planar | None = None
+    T: list[Numbers] | None = None
+    thrusters: list[Thruster] | None = None
+    frame: Frame = "frd"
+    center_of_mass: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    reaction_torque: float | Numbers | None = None
+    suspect: list[int | str] = []
+    weights: Numbers | None = None
+    H: list[Numbers] | None = None
+    slack_weights: Numbers | None = None
+    slew: float | Numbers | Rates | None = None
+    volts: dict[str, tuple[float | Numbers, float | Numbers]] | None = None
+    esc: EscKeys | list[EscKeys] | None = None
+    priority: list[list[Axis]] = []
+    names: list[str] | None = None
+    rank: int | None = None
+    notes: list[str] = []
