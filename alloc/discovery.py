@@ -16,7 +16,7 @@ from alloc.files.modules import modules
 from alloc.formulations import Family, find_formulation
 from alloc.live.plain import ANY_DISTANCE, EXACT, Plain
 from alloc.methods import Variant, recipe
-from alloc.program import Scalar, Where
+from alloc.program import Faults, Scalar, Where
 from alloc.solvers import Level, Start
 from alloc.vehicle import Vehicle
 
@@ -96,7 +96,7 @@ def generate(
     *,
     scalar: Scalar = "double",
     limits: Where = "fixed",
-    faults: bool = True,
+    faults: Faults | bool = "one",
     esc: bool = False,
     package: c.Package | None = None,
     maintainer: str = "",
@@ -112,7 +112,8 @@ def generate(
         ``scaled@native``
     scalar : ``double`` or ``float``, the type of all numbers
     limits : ``fixed`` where the C holds the vehicle's own, ``call`` where f_min and f_max are arguments
-    faults : whether it also answers with any one thruster off
+    faults : ``none``, or any ``one`` thruster off, in code for each, or ``all`` these in one function and a
+        table, which takes less flash; False and True are ``none`` and ``one``
     esc : whether there is also the way to the commands of the ESCs, ``<name>_esc.c``
     package : the build system whose package it shall be, ``cmake``, ``ros2``, ``platformio``, ``arduino`` or
         ``zephyr``: then all lies in a folder with the function's name
@@ -123,7 +124,8 @@ def generate(
     """
     found = recipe(_in_c(method))
     name = c.function_name(vehicle, found.name, scalar, limits)  # several functions may share a folder
-    files = c.generate(vehicle, found, scalar, faults, limits)
+    known: Faults = faults if isinstance(faults, str) else "one" if faults else "none"
+    files = c.generate(vehicle, found, scalar, known, limits)
     last = c.last_metre(vehicle, found, scalar, limits) if esc else None
     if last:
         files |= c.to_escs(last) | {f"test/{name}_esc_test.c": c.esc_selftest(last)}

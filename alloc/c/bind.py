@@ -40,7 +40,7 @@ def bound(kernel: Recipe, vehicle: Vehicle) -> Allocator:
     that takes them; one library has both.
     """
     twin = kernel.build(vehicle)  # states the promises, and refuses what the C would not cover
-    both = [sources(vehicle, kernel, faults=False, limits=limits) for limits in ("fixed", "call")]
+    both = [sources(vehicle, kernel, faults="none", limits=limits) for limits in ("fixed", "call")]
     return native(
         shared_library(kernel.name, both[0] | both[1]),
         (function_name(vehicle, kernel.name), function_name(vehicle, kernel.name, limits="call")),

@@ -13,14 +13,14 @@ def function_name(vehicle: Vehicle, kernel: str, scalar: Scalar = "double", limi
     return stem + ("_call" if limits == "call" else "") + ("_float" if scalar == "float" else "")
 
 
-def parameters(vehicle: Vehicle, scalar: Scalar, limits: Where, levels: int, *, fault: bool = True) -> str:
-    """The parameters of the C function, or without ``fault`` of the one that answers for one fault."""
+def parameters(vehicle: Vehicle, scalar: Scalar, limits: Where, levels: int, fault: str = "int fault") -> str:
+    """The parameters of the C function, with others in place of ``fault``, or none, of one behind it."""
     names = [(f"const {scalar} tau", vehicle.k)]
     if limits == "call":
         names += [(f"const {scalar} f_min", vehicle.n), (f"const {scalar} f_max", vehicle.n)]
     arrays = [f"{name}[{size}]" for name, size in names]
     shares = [f"{scalar} share[{levels}]"] if levels else []
-    return ", ".join([*arrays, *["int fault"] * fault, f"{scalar} f[{vehicle.n}]", *shares])
+    return ", ".join([*arrays, *[fault] * bool(fault), f"{scalar} f[{vehicle.n}]", *shares])
 
 
 def arguments(limits: Where, levels: int, fault: str = "") -> str:

@@ -29,7 +29,7 @@ def page(
         for i, (low, high) in enumerate(zip(vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True))
     )
     levels = kernel.levels(vehicle)
-    given = parameters(vehicle, scalar, limits, levels, fault=False)
+    given = parameters(vehicle, scalar, limits, levels, fault="")
     shares = (
         f"\n`share[i]` is what of level i was delivered, 0 … 1: {_levels(vehicle, levels)}.\n"
         if levels

@@ -6,6 +6,7 @@ from functools import lru_cache
 from types import ModuleType
 
 from alloc.allocation import Allocator
+from alloc.errors import NotApplicable
 from alloc.kernels.tolerance import check_single
 from alloc.program import Program, Scalar, Where
 from alloc.vehicle import Vehicle
@@ -24,6 +25,8 @@ class Recipe:
     meanings : what each value that the C function returns means, in words for its caller
     doubt : function of the vehicle with its faults and the scalar; share of a thrust that rounding takes
         beyond that of a few dozen terms [-]
+    make_for_all : the same for one program of many faults, which ``Program.faults`` names; None where the
+        method has none
     """
 
     name: str
@@ -32,10 +35,21 @@ class Recipe:
     make: Callable[[Vehicle, Where, Scalar], Program]
     meanings: dict[int, str]
     doubt: Callable[[Vehicle, Scalar], float]
+    make_for_all: Callable[[Vehicle, Where, Scalar], Program] | None
 
     def program(self, vehicle: Vehicle, limits: Where = "fixed", scalar: Scalar = "double") -> Program:
         """What it calculates for a vehicle; raises NotApplicable, with the reason, where it can't."""
         return _made(self, vehicle, limits, scalar)
+
+    def program_for_all(
+        self, vehicle: Vehicle, limits: Where = "fixed", scalar: Scalar = "double"
+    ) -> Program:
+        """What it calculates for a vehicle and many faults; raises NotApplicable as ``program`` does."""
+        if self.make_for_all is None:
+            raise NotApplicable(f"{self.name}: has no one function for all faults; leave out --faults all")
+        if scalar == "float":
+            check_single(vehicle)
+        return self.make_for_all(vehicle, limits, scalar)
 
     def levels(self, vehicle: Vehicle) -> int:
         """How many shares the C function writes behind f."""
@@ -60,6 +74,7 @@ def recipe_of(name: str, module: ModuleType) -> Recipe:
         make=module.program,
         meanings=module.MEANINGS,
         doubt=getattr(module, "doubt", _none),
+        make_for_all=getattr(module, "program_for_all", None),
     )
 
 

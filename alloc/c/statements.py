@@ -40,7 +40,7 @@ class Statements:
         self.own = own
         self.program, self.table, self.lines = program, Table(program.scalar), list[str]()
         self._names: dict[Node, str] = {}
-        self._taken: set[str] = {"c", "f", "tau", "f_min", "f_max", "share", "fault", "working"}
+        self._taken: set[str] = {"c", "f", "tau", "f_min", "f_max", "share", "fault", "working", "of"}
         self._uses = _uses(program)
         # What stands in an arm of a ternary is calculated behind a jump, which costs more than both arms.
         self._arms = {
@@ -116,7 +116,7 @@ class Statements:
         kind = operation[0]
         if kind == "loop":
             self._loop(self.program.loops[operation[1]], operation[3])
-        elif kind != "const" and (
+        elif kind not in ("const", "by_fault") and (
             node in self.program.names
             or self._uses[node] > 1
             or node in self._arms
@@ -190,6 +190,8 @@ class Statements:
         match operation:
             case ("const", float(value)):
                 return self.table(value), SIGNED if value < 0 else ALONE
+            case ("by_fault", tuple(values)):
+                return self.table.by_fault(values), ALONE
             case ("input", str(array), int(index)):
                 return self.argument(array, index), ALONE
             case ("again", int(inner)):

@@ -11,6 +11,7 @@ class Table:
         """An empty table of that type."""
         self.scalar = scalar
         self._index: dict[str, int] = {}
+        self._columns: dict[tuple[str, ...], int] = {}
 
     def __call__(self, value: float) -> str:
         """The C expression for a constant; its sign stands in front, so that +-x share an entry."""
@@ -18,6 +19,16 @@ class Table:
             return number(0.0, self.scalar)
         entry = self._index.setdefault(number(abs(value), self.scalar), len(self._index))
         return f"{'-' if value < 0 else ''}c[{entry}]"
+
+    def by_fault(self, values: tuple[float, ...]) -> str:
+        """The C expression for a constant that each fault has its own of, in the row of the fault."""
+        column = tuple(number(value, self.scalar) for value in values)
+        return f"of[{self._columns.setdefault(column, len(self._columns))}]"
+
+    @property
+    def rows(self) -> list[tuple[str, ...]]:
+        """What each fault has its own of, a row a fault; none where nothing differs."""
+        return list(zip(*self._columns, strict=True))
 
     def define(self) -> list[str]:
         """The lines that define the table; none where it is empty."""

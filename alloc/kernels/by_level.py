@@ -11,6 +11,7 @@ from alloc.formulations import Formulation
 from alloc.kernels.entry import all_thrusters, inside, refuse
 from alloc.kernels.exact import piece
 from alloc.kernels.held import Gap, beyond, held
+from alloc.kernels.off import together
 from alloc.kernels.rules import MEANINGS as RULE
 from alloc.kernels.tolerance import MET
 from alloc.kernels.walk import Walk
@@ -28,12 +29,24 @@ MEANINGS = RULE | {
 """What each value that the C function of such a method returns means."""
 
 
-def by_level(formulation: Formulation, vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
-    """The answer of a formulation with a way; raises NotApplicable for too many facets or steps."""
+def by_level(
+    formulation: Formulation, vehicle: Vehicle, limits: Where, scalar: Scalar, *, faults: bool = False
+) -> Program:
+    """The answer of a formulation with a way; raises NotApplicable for too many facets or steps.
+
+    With ``faults`` it is one program for many: a thruster that is off is one whose limits are zero. Where
+    that loses a direction, the steps of several levels are others, so of these it is left out.
+    """
     assert formulation.way is not None
-    builder = Builder(vehicle, limits, scalar)
+    way = formulation.way(vehicle)
+    known = {
+        fault: state
+        for fault, state in (together(vehicle) if faults else {}).items()
+        if len(way.levels) == 1 or state.rank == vehicle.rank
+    }
+    builder = Builder(vehicle, limits, scalar, known)
     structure, again = decompose(vehicle), builder.limits.again()
-    walk = Walk(builder, formulation.way(vehicle), structure.G)
+    walk = Walk(builder, way, structure.G)
     fixed = [i for i in structure.fixed.tolist() if vehicle.readiness[i]]
     # A part of the thrusters is answered as soon as no later level moves it, from limits that are read anew.
     arrival = [walk.arrived(_coupled(vehicle, block)) for block in structure.blocks]
@@ -51,17 +64,23 @@ def by_level(formulation: Formulation, vehicle: Vehicle, limits: Where, scalar: 
                 builder.compute(*part.before)
                 ended = part.thrusts()
                 builder.compute(*ended.values())
-                gaps += [beyond(i, x, again) for i, x in ended.items()] if part.gaps is None else part.gaps
+                gaps += (
+                    [beyond(builder, i, x, again) for i, x in ended.items()]
+                    if part.gaps is None
+                    else part.gaps
+                )
                 thrusts |= ended
         if fixed and walk.arrived(fixed) == level:
             if again.at_call:
                 builder.fence()
             ended = {i: lifted(walk.f[i], builder.graph) for i in fixed}
-            gaps += [beyond(i, x, again) for i, x in ended.items()]
+            gaps += [beyond(builder, i, x, again) for i, x in ended.items()]
             thrusts |= ended
     found = held(builder, gaps, thrusts, walk.shares, walk.proportional, again)
     y = inside(builder, found.thrusts, again)
-    status = select(_met(builder, structure.unreachable, found.shares), Status.SOLVED, Status.PARTIAL)
+    status = select(
+        _met(builder, structure.unreachable, walk.reachable.lost, found.shares), Status.SOLVED, Status.PARTIAL
+    )
     return builder.program(all_thrusters(builder, y), status, found.shares)
 
 
@@ -93,13 +112,17 @@ def _ends(builder: Builder, walk: Walk, b: int, block: Block) -> tuple[dict[int,
     return {i: signed([(False, x[i]), *row]).named(f"x{i}") for i, row in zip(x, moves, strict=True)}, 0.0
 
 
-def _met(builder: Builder, lost: FloatArray, shares: list[Expression]) -> Expression:
-    """The condition that all of tau is delivered, also what no thruster pushes."""
+def _met(
+    builder: Builder, lost: FloatArray, by_fault: Expression | None, shares: list[Expression]
+) -> Expression:
+    """The condition that all of tau is delivered, also what no thruster pushes, by a fault or without."""
     whole: Expression = least(*shares) >= 1.0
-    if not len(lost):
-        return whole
     # In unit of wrench_scale the rows are orthonormal, so their squares add up to that of what is missing.
-    rows = product(lost / MET[builder.scalar], builder.tau, "pm").rows
+    rows = product(lost / MET[builder.scalar], builder.tau, "pm").rows if len(lost) else []
     missed = [signed(row).named(f"missed{i}") for i, row in enumerate(rows)]
+    if by_fault is not None:
+        missed.append((by_fault * (1.0 / MET[builder.scalar])).named("missed_off"))
+    if not missed:
+        return whole
     squares = reduce(add, [each * each for each in missed])
     return whole & (squares <= 1.0)

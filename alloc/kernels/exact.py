@@ -25,7 +25,7 @@ from alloc.kernels.steps import Ratios, Strip, joined, nearest
 from alloc.kernels.tolerance import HELD, TOLERANCE, rounds
 from alloc.nullspace.region import Region, prepare
 from alloc.nullspace.structure import Block, Structure, decompose
-from alloc.program import Builder, Expression, Limits, Number, Program, Scalar, Where, least, most
+from alloc.program import Builder, Expression, Limits, Number, Program, Scalar, States, Where, least, most
 from alloc.program.graph import lifted
 from alloc.program.sums import signed, term
 from alloc.vehicle import Vehicle
@@ -58,9 +58,12 @@ class Piece(NamedTuple):
     gaps: list[Gap] | None = None
 
 
-def exact(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
-    """The exact optimum of eq. 4-5; raises NotApplicable where it takes too many steps."""
-    builder = Builder(vehicle, limits, scalar)
+def exact(vehicle: Vehicle, limits: Where, scalar: Scalar, faults: States | None = None) -> Program:
+    """The exact optimum of eq. 4-5; raises NotApplicable where it takes too many steps.
+
+    Of ``faults`` it is one program for all: a thruster that is off is one whose limits are zero.
+    """
+    builder = Builder(vehicle, limits, scalar, faults)
     structure = decompose(vehicle)
     excess, x = lost(builder, structure), closed_form(builder, structure.G)
     slack = max(TOLERANCE[scalar], wrench_doubt(vehicle)) * vehicle.f_scale
@@ -125,13 +128,19 @@ def piece(
             f"more than {STEPS_LIMIT}; use nullspace, or a qp/ method"
         )
     if region.d == 1:
-        return _clamp(block, region, x, name, limits, zero)
+        return _clamp(builder, block, region, x, name, limits, zero)
     rows = block.rows.tolist()
     return Piece(rows, [], [], lambda: _steps(builder, block, region, x, name, limits), True)
 
 
 def _clamp(
-    block: Block, region: Region, x: dict[int, Expression], name: str, limits: Limits, zero: Number
+    builder: Builder,
+    block: Block,
+    region: Region,
+    x: dict[int, Expression],
+    name: str,
+    limits: Limits,
+    zero: Number,
 ) -> Piece:
     """A block of one dimension, without a branch: the slab's lo and hi, and its point nearest to zero.
 
@@ -171,7 +180,7 @@ def _clamp(
     for row in region.checks:  # z moves these by less than rounding of its limits, so they say nothing of it
         i, by = int(block.rows[row]), float(block.N[row, 0] / slab.normal[0])
         thrusts[i] = signed([(False, x[i]), *([term(by, b)] if by else [])])
-        gaps.append(beyond(i, thrusts[i], limits))
+        gaps.append(beyond(builder, i, thrusts[i], limits))
         if isfinite(region.tolerance):
             excess += _beyond(i, x, limits, region.tolerance)
     return Piece(block.rows.tolist(), before, excess, lambda: thrusts, False, gaps)

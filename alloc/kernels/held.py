@@ -40,10 +40,14 @@ class Gap(NamedTuple):
     moved: dict[int, float]
 
 
-def beyond(i: int, thrust: Expression, limits: Limits) -> Gap:
-    """The gap of one thruster."""
+def beyond(builder: Builder, i: int, thrust: Expression, limits: Limits) -> Gap:
+    """The gap of one thruster; none of one that is off, which no drawing in brings nearer to its zero."""
     low, high = limits.ends(i)
-    return Gap(most(low - thrust, thrust - high).named(f"beyond{i}"), {i: 1.0})
+    value: Expression = most(low - thrust, thrust - high)
+    if any(state.readiness[i] == 0 for state in builder.faults.values()):
+        on = builder.graph.by_fault(float(state.readiness[i] > 0) for state in builder.faults.values())
+        value = on * value
+    return Gap(value.named(f"beyond{i}"), {i: 1.0})
 
 
 class Held(NamedTuple):
@@ -79,7 +83,7 @@ def held(
             drawn = {i: merged(center[i], thrust) for i, thrust in thrusts.items()}
             return Held(_named(drawn), [merged(0.0, share) for share in shares])
         rooms = _rooms(builder, center, limits)
-        taken = [over(beyond(i, x, limits).value - spare, rooms[i]) for i, x in thrusts.items()]
+        taken = [over(beyond(builder, i, x, limits).value - spare, rooms[i]) for i, x in thrusts.items()]
         at_most = over((spare / bound) * (worst - bound), least(*rooms.values()))
         # Both are the same but for rounding, and the second tells that little is taken of a small gap.
         more = most(least(most(*taken), at_most, HUGE), 0.0)
@@ -134,6 +138,9 @@ def _rooms(builder: Builder, center: dict[int, Number], limits: Limits) -> dict[
 def _center(builder: Builder, limits: Limits) -> dict[int, Number]:
     """c of each working thruster."""
     vehicle = builder.vehicle
+    if limits.by_fault:
+        each = np.array([at_rest(state) for state in builder.faults.values()])
+        return {i: builder.graph.by_fault(each[:, i]) for i in vehicle.working.tolist()}
     c: list[Number] = departure(builder, limits) if limits.at_call else list(at_rest(vehicle))
     return {i: c[i] for i in vehicle.working.tolist()}
 

@@ -15,12 +15,17 @@ WIDE = 1e-3
 nothing to it."""
 
 
-def taken(along: Expression, ahead: float, astern: float) -> Expression:
+def taken(along: Expression, ahead: Number, astern: Number) -> Expression:
     """The share that ``along`` takes of the margin ahead of it, or astern where it is negative."""
-    if abs(ahead - astern) <= SAME * ahead:
-        return size(along * (1.0 / min(ahead, astern)))
+    if max(map(abs, values(ahead - astern))) <= SAME * min(values(ahead)):
+        return size(along * (1.0 / least(ahead, astern)))
     share: Expression = most(along * (1.0 / ahead), -along * (1.0 / astern))
     return share
+
+
+def values(number: Number) -> tuple[float, ...]:
+    """What a number is, of each fault where these have their own; empty where it is not known beforehand."""
+    return number.graph.known(number.node) if isinstance(number, Expression) else (number,)
 
 
 class FacetMargins:
@@ -70,7 +75,8 @@ class FacetMargins:
         margins = [self._known[m][:: -1 if turned else 1] for m, turned in group]
         ahead, astern = (self._least(list(side)) for side in zip(*margins, strict=True))
         wide = WIDE * self._draft.vehicle.f_scale
-        if isinstance(ahead, float) and isinstance(astern, float) and min(ahead, astern) > wide:
+        both = values(ahead), values(astern)
+        if all(both) and min(map(min, both)) > wide:
             return taken(along, ahead, astern)
         self._draft.compute(along, ahead, astern, tiny)
         step = select(size(along) > tiny, size(along), 0.0)

@@ -11,6 +11,7 @@ from alloc.kernels.departure import departure, largest, missing
 from alloc.kernels.entry import TAU, Place, SeenArguments, cover
 from alloc.kernels.facets import alike, facet_pairs, steps_along
 from alloc.kernels.margins import FacetMargins
+from alloc.kernels.off import reachable
 from alloc.program import Builder, Expression, Number, Scalar, most, select, size
 from alloc.program.sums import Terms, dot, known, product, shared_sums, signed, snapped
 from alloc.reach import edge
@@ -34,12 +35,14 @@ class Walk:
     starts_at_rest : whether it begins without thrust, so that f is what G makes of the wrench
     shares : of each level so far, what is delivered
     seen : the sums of arguments that the steps hold, of all arguments in the end
+    reachable : the demand without what a fault leaves unreachable
     """
 
     def __init__(self, builder: Builder, way: Way, G: FloatArray) -> None:
         """Prepare the way; G is (n, k), T*. Raises NotApplicable where there are too many facets."""
         vehicle = builder.vehicle
         self._draft, self._G, self._keep = builder, G, way.keep
+        self.reachable = reachable(builder)
         self._facets = facet_pairs(vehicle)
         self._margins = FacetMargins(builder, self._facets)
         self._maps = step_maps(vehicle, way.levels)
@@ -57,6 +60,7 @@ class Walk:
         # Several levels take f0 through T and then G.
         through = (np.abs(G) @ np.abs(vehicle.TP)).sum(axis=1).max() if self.levels > 1 else 1.0
         self._size = max(1.0, float(through)) * largest(vehicle, self.f)
+        self._unreached = self.reachable.size(builder, G)
 
     def arrived(self, rows: list[int]) -> int:
         """The last level that moves one of these thrusters; the last of all where none does."""
@@ -100,7 +104,7 @@ class Walk:
 
     def _wanted(self, level: int) -> dict[int, Expression]:
         """What the level's axes are to reach, or their step D n where others go along; n is tau - T f."""
-        D, tau = self._maps[level], self._draft.tau
+        D, tau = self._maps[level], self.reachable.tau
         return {
             r: tau[r]
             if self._whole[level, r]
@@ -147,6 +151,7 @@ class Walk:
             if len(sizes) == 1 and all(away[i] == 0.0 for i in pushing):
                 sizes = []  # what goes along one product alone is never tiny beside it
             sizes += [self._size] if self._size else []
+            sizes += [self._unreached] if self._unreached else []
             if sizes:
                 tiny = PARALLEL[self._draft.scalar] * most(*sizes)
                 found[part] = tiny.named(f"tiny{level}_{part}") if isinstance(tiny, Expression) else tiny

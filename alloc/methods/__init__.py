@@ -9,11 +9,12 @@ FOREIGN : whether calls run code that is not Python's: a solver's binding, or co
 STARTS, LEVELS : the starts and accuracy levels it offers; ("-",) where there is no choice
 SUMMARY : one line for the catalogue, in place of the first line of the module's docstring
 
-A method that can be C offers it by two names more, and a third where rounding costs it much:
+A method that can be C offers it by two names more, and others where they apply:
 
 program(vehicle, limits, scalar) : what a call calculates, as an ``alloc.program.Program``
 MEANINGS : what each value that its C function returns means, in words for its caller
 doubt(vehicle, scalar) : share of a thrust that rounding takes beyond that of a few dozen terms [-]
+program_for_all(vehicle, limits, scalar) : one program for the vehicle and many faults, its ``faults``
 
 A module that holds several methods has ``variants() -> dict[name, Variant]``, and its ``build`` takes the
 variant's key first.

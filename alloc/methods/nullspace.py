@@ -1,6 +1,7 @@
 """Exact optimum of eq. 4-5: f = G tau + N z with the shortest z that respects the limits."""
 
 from alloc.kernels import exact as kernels
+from alloc.kernels.off import together
 from alloc.nullspace.allocator import Nullspace, exact
 from alloc.program import Program, Scalar, Where
 from alloc.vehicle import Vehicle
@@ -22,3 +23,8 @@ def build(vehicle: Vehicle) -> Nullspace:
 def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     """The same with each step written out; raises NotApplicable where that fills a microcontroller."""
     return kernels.exact(vehicle, limits, scalar)
+
+
+def program_for_all(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
+    """One program for the vehicle and many faults."""
+    return kernels.exact(vehicle, limits, scalar, together(vehicle))

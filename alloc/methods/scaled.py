@@ -7,7 +7,7 @@ from alloc.program import Program, Scalar, Where
 from alloc.vehicle import Vehicle
 from alloc.vehicle.condition import promised
 
-__all__ = ["FORMULATION", "MEANINGS", "build", "doubt", "program"]
+__all__ = ["FORMULATION", "MEANINGS", "build", "doubt", "program", "program_for_all"]
 FORMULATION = ANSWERED.name
 
 
@@ -19,6 +19,11 @@ def build(vehicle: Vehicle) -> ByLevel:
 def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     """The same with each facet and step written out; raises NotApplicable where these are too many."""
     return by_level(ANSWERED, vehicle, limits, scalar)
+
+
+def program_for_all(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
+    """One program for the vehicle and many faults."""
+    return by_level(ANSWERED, vehicle, limits, scalar, faults=True)
 
 
 def doubt(vehicle: Vehicle, scalar: Scalar) -> float:

@@ -1,14 +1,16 @@
 """What a kernel computes, as a value: a graph of operations that printers, evaluators and proofs read."""
 
+from alloc.program.at_fault import at_fault
 from alloc.program.builder import Builder
 from alloc.program.evaluate import Evaluated, alike, answered, evaluate, values
 from alloc.program.graph import Expression, Graph, Number, least, most, select, size, within
-from alloc.program.limits import Limits
+from alloc.program.limits import Limits, States, states
 from alloc.program.nodes import (
     OWN,
     Branch,
     DataLoop,
     Exit,
+    Faults,
     Fence,
     Node,
     Operation,
@@ -30,6 +32,7 @@ __all__ = [
     "Evaluated",
     "Exit",
     "Expression",
+    "Faults",
     "Fence",
     "Graph",
     "Limits",
@@ -38,11 +41,13 @@ __all__ = [
     "Operation",
     "Program",
     "Scalar",
+    "States",
     "Step",
     "Where",
     "Write",
     "alike",
     "answered",
+    "at_fault",
     "evaluate",
     "least",
     "most",
@@ -51,6 +56,7 @@ __all__ = [
     "reachable",
     "select",
     "size",
+    "states",
     "values",
     "within",
 ]  # fmt: skip

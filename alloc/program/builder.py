@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from functools import reduce
 
 from alloc.program.graph import Expression, Graph, Number, lifted, select
-from alloc.program.limits import Limits
+from alloc.program.limits import Limits, States
 from alloc.program.nodes import Branch, DataLoop, Exit, Fence, Node, Program, Scalar, Step, Where, Write
 from alloc.program.order import placed
 from alloc.vehicle import Vehicle
@@ -21,14 +21,21 @@ class Builder:
     tau : (k,) the demand's entries
     limits : those of thrusts
     graph : the nodes so far
+    faults : the vehicle with each fault that the program is for; empty where it is for this vehicle alone
     """
 
-    def __init__(self, vehicle: Vehicle, limits: Where = "fixed", scalar: Scalar = "double") -> None:
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        limits: Where = "fixed",
+        scalar: Scalar = "double",
+        faults: States | None = None,
+    ) -> None:
         """Without a step."""
-        self.vehicle, self.scalar = vehicle, scalar
+        self.vehicle, self.scalar, self.faults = vehicle, scalar, faults or {}
         self.graph = Graph(scalar)
         self.tau = [self.graph.value("input", "tau", j).named(f"t{j}") for j in range(vehicle.k)]
-        self.limits = Limits(vehicle, limits, self.graph)
+        self.limits = Limits(vehicle, limits, self.graph, faults=faults)
         self._open: list[list[Step]] = [[]]
         self._under: list[Expression] = []
         self._exits: list[tuple[Node, int]] = []
@@ -101,5 +108,6 @@ class Builder:
                 names=self.graph.names,
                 steps=(*self._open[0], *(Write(*place) for place in written if place not in self._written)),
                 loops=self._loops,
+                faults=tuple(self.faults),
             )
         )

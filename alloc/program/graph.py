@@ -1,10 +1,18 @@
 """Values with operators, which make the nodes of a program; equal nodes are made once."""
 
+import operator
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
 
 from alloc.program.nodes import Node, Operation, Scalar
+
+FOLDED: dict[str, Callable[..., float]] = {
+    "add": operator.add, "sub": operator.sub, "mul": operator.mul, "div": operator.truediv,
+    "neg": operator.neg, "abs": abs, "min": min, "max": max,
+}  # fmt: skip
+"""Operations that are calculated beforehand where their operands are known for each fault."""
 
 
 class Graph:
@@ -27,19 +35,41 @@ class Graph:
     def add(self, *operation: Any) -> Node:
         """The node of an operation, an old one where there is an equal one."""
         # Zero and its opposite are equal to Python, and two numbers to C.
-        key = (repr(operation[1]) if operation[0] == "const" else "", operation)
+        key = (repr(operation[1]) if operation[0] in ("const", "by_fault") else "", operation)
         node = self._known.setdefault(key, len(self.nodes))
         if node == len(self.nodes):
             self.nodes.append(operation)
         return node
 
     def value(self, *operation: Any) -> "Expression":
-        """The same as a value."""
+        """The same as a value; of numbers that are known for each fault it is calculated now."""
+        if operation[0] in FOLDED:
+            rows = [self.known(node) for node in operation[1:]]
+            if all(rows) and any(len(row) > 1 for row in rows):
+                wide = max(map(len, rows))
+                columns = zip(*(row if len(row) > 1 else row * wide for row in rows), strict=True)
+                return self.by_fault([FOLDED[operation[0]](*column) for column in columns])
         return Expression(self, self.add(*operation))
 
     def constant(self, number: float) -> "Expression":
         """A number, rounded to the scalar."""
         return self.value("const", float(np.float32(number)) if self.scalar == "float" else float(number))
+
+    def by_fault(self, numbers: Iterable[float]) -> "Expression":
+        """What each fault has its own of, or a constant where that is the same of all; not rounded yet."""
+        first, *others = values = tuple(map(float, numbers))
+        if all(each == first for each in others):
+            return self.constant(first)
+        return self.value("by_fault", values)
+
+    def known(self, node: Node) -> tuple[float, ...]:
+        """The number of each fault, or the one of all; empty where it is not known beforehand."""
+        match self.nodes[node]:
+            case ("const", value):
+                return (value,)
+            case ("by_fault", values):
+                return tuple(values)
+        return ()
 
 
 class Expression:
@@ -59,7 +89,7 @@ class Expression:
 
     def named(self, name: str) -> "Expression":
         """The same, with a name in C unless it is a number or has one."""
-        if self.graph.nodes[self.node][0] != "const":
+        if self.graph.nodes[self.node][0] not in ("const", "by_fault"):
             self.graph.names.setdefault(self.node, name)
         return self
 

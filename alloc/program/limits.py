@@ -1,8 +1,20 @@
 """The limits of a kernel as numbers of its program: constants of the vehicle, or arguments of the call."""
 
+import numpy as np
+
+from alloc.allocation import FloatArray
 from alloc.program.graph import Expression, Graph, Number, least, most
 from alloc.program.nodes import Where
 from alloc.vehicle import Vehicle
+
+States = dict[int, Vehicle]
+"""A vehicle, under -1, and with each of some thrusters off, under its index."""
+
+
+def states(vehicle: Vehicle) -> States:
+    """The vehicle, and with each one thruster off."""
+    off = vehicle.working.tolist() if len(vehicle.working) > 1 else []
+    return {-1: vehicle} | {i: vehicle.with_fault(i) for i in off}
 
 
 class Limits:
@@ -11,17 +23,30 @@ class Limits:
     Attributes
     ----------
     at_call : whether they are arguments
+    by_fault : (faults, n) twice, f_min and f_max for each fault [N]; None where there is one of each
     """
 
-    def __init__(self, vehicle: Vehicle, where: Where, graph: Graph, anew: bool = False) -> None:
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        where: Where,
+        graph: Graph,
+        anew: bool = False,
+        faults: States | None = None,
+    ) -> None:
         """Limits of the working thrusters; ``anew`` where the arguments were read before."""
-        self._vehicle, self._graph, self._anew = vehicle, graph, anew
+        self._vehicle, self._graph, self._anew, self._faults = vehicle, graph, anew, faults
         self.at_call = where == "call"
         self._f_min, self._f_max = vehicle.f_min.tolist(), vehicle.f_max.tolist()
+        self.by_fault: tuple[FloatArray, FloatArray] | None = None
+        if faults and not self.at_call:
+            each = faults.values()
+            self.by_fault = np.array([one.f_min for one in each]), np.array([one.f_max for one in each])
 
     def again(self) -> "Limits":
         """The same limits, read again, so that they hold no register until then."""
-        return Limits(self._vehicle, "call" if self.at_call else "fixed", self._graph, anew=True)
+        where: Where = "call" if self.at_call else "fixed"
+        return Limits(self._vehicle, where, self._graph, anew=True, faults=self._faults)
 
     def _argument(self, array: str, i: int) -> Expression:
         begins = "l" if array == "f_min" else "h"
@@ -30,6 +55,9 @@ class Limits:
 
     def ends(self, i: int, scale: float = 1.0, wider: float = 0.0) -> tuple[Number, Number]:
         """Limits of ``scale`` (above zero) times thrust i, moved apart by ``wider`` on either side."""
+        if self.by_fault:
+            lows, highs = (scale * side[:, i] for side in self.by_fault)
+            return self._graph.by_fault(lows - wider), self._graph.by_fault(highs + wider)
         if not self.at_call:
             return scale * self._f_min[i] - wider, scale * self._f_max[i] + wider
         low, high = scale * self._argument("f_min", i), scale * self._argument("f_max", i)

@@ -9,6 +9,8 @@ Scalar = Literal["double", "float"]
 """The type of all numbers of a program, by C's name."""
 Where = Literal["fixed", "call"]
 """Whether a kernel holds the vehicle's own limits, or f_min and f_max are arguments of each call."""
+Faults = Literal["none", "one", "all"]
+"""Which faults a C function knows: none, any one thruster off with code for each, or the same in one code."""
 OWN = "OWN_"
 """What stands in C text before each name that only one file may see; a printer puts its function's there."""
 Node = int
@@ -18,6 +20,8 @@ Operation = tuple[Any, ...]
 
 ("const", 1.5), ("input", "tau", 0)
     a number; an entry of an argument
+("by_fault", (1.5, 2.5, …))
+    a number that each fault has its own of, in the order of ``Program.faults``
 ("add", a, b), ("sub", a, b), ("mul", a, b), ("div", a, b), ("neg", a), ("abs", a)
     arithmetic, rounded to the scalar after each operation
 ("min", a, b), ("max", a, b)
@@ -116,6 +120,7 @@ class Program:
     names : what nodes are called in C, of those that have a name
     steps : in which order a printer calculates; only counts of instructions depend on it
     loops : by name, the loops that nodes belong to
+    faults : of a program for several faults, which these are, -1 for none; see ``alloc.program.at_fault``
     """
 
     nodes: tuple[Operation, ...]
@@ -126,6 +131,7 @@ class Program:
     names: Mapping[Node, str] = field(default_factory=dict)
     steps: tuple[Step, ...] = ()
     loops: Mapping[str, DataLoop] = field(default_factory=dict)
+    faults: tuple[int, ...] = ()
 
     @cached_property
     def straight(self) -> bool:
@@ -159,7 +165,7 @@ class Program:
 def operands(operation: Operation) -> tuple[Node, ...]:
     """The nodes that an operation needs."""
     match operation:
-        case ("const" | "input" | "finite" | "unknown", *_):
+        case ("const" | "by_fault" | "input" | "finite" | "unknown", *_):
             return ()
         case ("loop", _, _, needed):
             return tuple(needed)

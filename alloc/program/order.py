@@ -3,10 +3,10 @@
 So few numbers are alive at a time, and fit a processor's registers.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
-from alloc.program.nodes import Branch, Exit, Node, Program, Step, Write, operands, reachable
+from alloc.program.nodes import Branch, Exit, Node, Operation, Program, Step, Write, operands, reachable
 
 Block = tuple[int, ...]
 """Where a step stands: the number of each branch around it, from the outside."""
@@ -157,7 +157,7 @@ def _renumbered(program: Program, steps: tuple[Step, ...]) -> Program:
         order.setdefault(node, len(order))
     return replace(
         program,
-        nodes=tuple(_moved(program.nodes[node], order) for node in order),
+        nodes=tuple(moved(program.nodes[node], order) for node in order),
         exits=tuple((order[condition], status) for condition, status in program.exits),
         outputs={place: order[node] for place, node in program.outputs.items()},
         status=order[program.status],
@@ -166,9 +166,10 @@ def _renumbered(program: Program, steps: tuple[Step, ...]) -> Program:
     )
 
 
-def _moved(operation: tuple[object, ...], order: dict[Node, Node]) -> tuple[object, ...]:
+def moved(operation: Operation, order: Mapping[Node, Node]) -> Operation:
+    """An operation whose operands have moved."""
     match operation:
-        case ("const" | "input" | "finite" | "unknown", *_):
+        case ("const" | "by_fault" | "input" | "finite" | "unknown", *_):
             return operation
         case ("loop", name, index, tuple(given)):
             return ("loop", name, index, tuple(order[each] for each in given))

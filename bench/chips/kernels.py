@@ -7,7 +7,7 @@ from alloc.c import arguments, function_name, sources
 from alloc.errors import UnknownName
 from alloc.formulations import EXACT_METHODS, Family
 from alloc.methods import recipe
-from alloc.program import Scalar, Where
+from alloc.program import Faults, Scalar, Where
 from alloc.rivals.wrapper import rival
 from bench.chips.kernel import Kernel
 
@@ -27,10 +27,17 @@ def methods() -> tuple[str, ...]:
     return (*own(), *rivals())
 
 
-def build_kernel(method: str, vehicle: Vehicle, scalar: Scalar, limits: Where = "fixed") -> Kernel:
-    """The C of that method for a vehicle; raises UnknownName, NotInstalled or NotApplicable."""
+def build_kernel(
+    method: str, vehicle: Vehicle, scalar: Scalar, limits: Where = "fixed", faults: Faults = "one"
+) -> Kernel:
+    """The C of that method for a vehicle; raises UnknownName, NotInstalled or NotApplicable.
+
+    A solver's C knows no ``faults``.
+    """
     check(method)
-    return (_rival if method in rivals() else _native)(method, vehicle, scalar, limits)
+    if method in rivals():
+        return _rival(method, vehicle, scalar, limits)
+    return _native(method, vehicle, scalar, limits, faults)
 
 
 def as_c(wanted: Iterable[str]) -> tuple[str, ...]:
@@ -45,7 +52,7 @@ def check(method: str) -> None:
         raise UnknownName(f"no C is generated for method '{method}'; there is {', '.join(methods())}")
 
 
-def _native(method: str, vehicle: Vehicle, scalar: Scalar, limits: Where) -> Kernel:
+def _native(method: str, vehicle: Vehicle, scalar: Scalar, limits: Where, faults: Faults) -> Kernel:
     kernel = own()[method]
     name = function_name(vehicle, kernel, scalar, limits)
     made = recipe(kernel)
@@ -59,7 +66,7 @@ def _native(method: str, vehicle: Vehicle, scalar: Scalar, limits: Where) -> Ker
         entry=name,
         declaration=f'#include "{name}.h"',
         arguments=arguments(limits, levels, "-1"),
-        sources=sources(vehicle, made, scalar, limits=limits),
+        sources=sources(vehicle, made, scalar, faults, limits),
         limits=limits,
         levels=levels,
     )

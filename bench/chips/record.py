@@ -42,6 +42,7 @@ def _header(plan: Plan) -> Header:
             "methods": list(plan.methods),
             "scalars": list(plan.scalars),
             "limits": list(plan.limits),
+            "faults": plan.faults,
             "demands": list(plan.demands),
             "n_demands": plan.n,
         },

@@ -13,7 +13,7 @@ import numpy as np
 from alloc import NotApplicable, Vehicle
 from alloc.allocation import FloatArray, IndexArray
 from alloc.errors import NotInstalled
-from alloc.program import Scalar, Where
+from alloc.program import Faults, Scalar, Where
 from bench.chips import search
 from bench.chips.agreement import agreement
 from bench.chips.count import CallCounts, count
@@ -47,6 +47,7 @@ class Plan:
     Attributes
     ----------
     vehicles, targets, methods, scalars, limits : what is combined; methods by name
+    faults : which the C knows
     demands : names of the sets that every vehicle is asked, before the search for the most costly demand
     seed : of demands and search
     n : demands of each set
@@ -57,6 +58,7 @@ class Plan:
     methods: tuple[str, ...]
     scalars: tuple[Scalar, ...]
     limits: tuple[Where, ...] = ("fixed",)
+    faults: Faults = "one"
     demands: tuple[str, ...]
     seed: int
     n: int
@@ -84,6 +86,7 @@ def _rows(plan: Plan, asked: list[tuple[Vehicle, list[DemandSet]]]) -> Iterator[
             method=method,
             scalar=scalar,
             limits=limits,
+            faults=plan.faults,
             seed=plan.seed,
         )
         if target not in tools:
@@ -91,7 +94,9 @@ def _rows(plan: Plan, asked: list[tuple[Vehicle, list[DemandSet]]]) -> Iterator[
             continue
         row = msgspec.structs.replace(row, tools=tools[target])
         try:
-            yield from _kernel_rows(row, build_kernel(method, vehicle, scalar, limits), target, sets)
+            yield from _kernel_rows(
+                row, build_kernel(method, vehicle, scalar, limits, plan.faults), target, sets
+            )
         except NotInstalled as lacking:
             yield msgspec.structs.replace(row, status="missing", reason=str(lacking))
         except NotApplicable as refusal:

@@ -23,6 +23,13 @@ LIMITS = click.option(
     show_default=True,
     help="The vehicle's, in the C; or f_min and f_max, arguments of each call.",
 )
+FAULTS = click.option(
+    "--faults",
+    type=click.Choice(["none", "one", "all"]),
+    default="one",
+    show_default=True,
+    help="Any one thruster off: unknown to the C, code for each, or all in one function, the smallest.",
+)
 """The options of every command that writes C."""
 
 RUNS = Path("runs")

@@ -5,7 +5,7 @@ from typing import Literal
 
 import click
 
-from bench.commands import LIMITS, PATH, SINGLE, refuse_another_s
+from bench.commands import FAULTS, LIMITS, PATH, SINGLE, refuse_another_s
 
 
 @click.command()
@@ -18,6 +18,7 @@ from bench.commands import LIMITS, PATH, SINGLE, refuse_another_s
 )
 @SINGLE
 @LIMITS
+@FAULTS
 @click.option("--esc", is_flag=True, help="And from thrusts to the commands of the vehicle's ESCs.")
 @click.option(
     "--package",
@@ -32,6 +33,7 @@ def command(
     library: bool,
     single: bool,
     limits: Literal["fixed", "call"],
+    faults: Literal["none", "one", "all"],
     esc: bool,
     package: Literal["cmake", "ros2", "platformio", "arduino", "zephyr"] | None,
     maintainer: str,
@@ -46,7 +48,7 @@ def command(
 
     scalar: Literal["double", "float"] = "float" if single else "double"
     if library:
-        if method or limits != "fixed" or esc:
+        if method or limits != "fixed" or faults != "one" or esc:
             raise click.UsageError(
                 "--library has every method, and limits of each call; leave out the others."
             )
@@ -54,8 +56,8 @@ def command(
         files = made_at_boot.generate(scalar, room, package, maintainer)
     elif vehicle and method:
         files = generate(
-            load_vehicle(vehicle), method, scalar=scalar, limits=limits, esc=esc, package=package,
-            maintainer=maintainer,
+            load_vehicle(vehicle), method, scalar=scalar, limits=limits, faults=faults, esc=esc,
+            package=package, maintainer=maintainer,
         )  # fmt: skip
     else:
         raise click.UsageError(f"Missing option '{'--method' if vehicle else '--vehicle'}'.")

@@ -5,7 +5,7 @@ from typing import Literal
 
 import click
 
-from bench.commands import PATH, RUNS
+from bench.commands import FAULTS, PATH, RUNS
 
 
 @click.command()
@@ -20,6 +20,7 @@ from bench.commands import PATH, RUNS
 @click.option(
     "--limits", type=click.Choice(["fixed", "call"]), multiple=True, help="In the C, or of each call [both]."
 )
+@FAULTS
 @click.option("--n", type=click.IntRange(1), default=200, show_default=True, help="Demands of each set.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of demands and search.")
 @click.option("--add", is_flag=True, help="Put the rows into the record in the folder, not a new one.")
@@ -37,6 +38,7 @@ def command(
     demands: tuple[str, ...],
     scalars: str | None,
     limits: tuple[Literal["fixed", "call"], ...],
+    faults: Literal["none", "one", "all"],
     n: int,
     seed: int,
     add: bool,
@@ -68,6 +70,7 @@ def command(
         methods=kernels.as_c(methods) or kernels.methods(),
         scalars=("double", "float") if scalars is None else ("float",) if scalars == "float" else ("double",),
         limits=limits or ("fixed", "call"),
+        faults=faults,
         demands=demands or CLASSES,
         seed=seed,
         n=n,
@@ -79,7 +82,12 @@ def command(
         rows.append(row)
         answered = row.agrees is not False or row.solver != ""
         good = good and answered and row.status in ("ok", "missing", "refused")
-        worst = f"{row.instructions[-1][0]} instructions at most" if row.instructions else row.reason
+        worst = (
+            f"{row.instructions[-1][0]} instructions at most, {row.flash_bytes} bytes of flash, "
+            f"{row.stack_bytes} of stack"
+            if row.instructions
+            else row.reason
+        )
         console.print(
             row.vehicle, row.target, row.method, row.scalar, row.limits, row.demands, row.status, worst
         )

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
-from bench.commands import LIMITS, PATH, RUNS, SINGLE, refuse_another_s
+from bench.commands import FAULTS, LIMITS, PATH, RUNS, SINGLE, refuse_another_s
 
 if TYPE_CHECKING:
     from bench.proof import Proof, Subject
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 @click.option("--method", "methods", multiple=True, metavar="M", help="A method that can be C [all].")
 @SINGLE
 @LIMITS
+@FAULTS
 @click.option("--thorough", is_flag=True, help="Ten times the demands, searches and closer bounds: minutes.")
 @click.option(
     "--counts", type=PATH, metavar="DIR", help="What `emulate` counted, asked again [runs/emulated if there]."
@@ -32,6 +33,7 @@ def command(
     methods: tuple[str, ...],
     single: bool,
     limits: Literal["fixed", "call"],
+    faults: Literal["none", "one", "all"],
     thorough: bool,
     counts: Path | None,
     out: Path,
@@ -60,7 +62,7 @@ def command(
     for vehicle in loaded:
         for kernel in wanted:
             try:
-                subjects.append(subject(vehicle, kernel, "float" if single else "double", limits))
+                subjects.append(subject(vehicle, kernel, "float" if single else "double", limits, faults))
             except NotApplicable as refusal:
                 if methods and len(loaded) == 1:
                     raise

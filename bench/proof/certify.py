@@ -177,7 +177,7 @@ def _exact(of: Subject) -> dict[int, dict[Node, float]]:
     if of.scalar == "double":
         return {}
     try:
-        double = programs(subject(of.vehicle, of.kernel, "double", of.limits))
+        double = programs(subject(of.vehicle, of.kernel, "double", of.limits, of.faults))
     except NotApplicable:
         return {}
     exact: dict[int, dict[Node, float]] = {}

@@ -22,12 +22,24 @@ class Unit(NamedTuple):
     ----------
     text : all of it
     functions : those that it defines, by name
-    cases : the function that answers for each fault, by name
+    cases : the call that answers for each fault
     """
 
     text: c_ast.FileAST
     functions: dict[str, c_ast.FuncDef]
-    cases: dict[int, str]
+    cases: dict[int, c_ast.FuncCall]
+
+    @property
+    def answering(self) -> set[str]:
+        """The functions that return a status to the one that is called, or to another of them."""
+        found, waiting = set[str](), [call.name.name for call in self.cases.values()]
+        while waiting:
+            if (name := waiting.pop()) not in found:
+                found.add(name)
+                last = self.functions[name].body.block_items[-1]
+                if isinstance(last, c_ast.Return) and isinstance(last.expr, c_ast.FuncCall):
+                    waiting.append(last.expr.name.name)
+        return found
 
     @property
     def looping(self) -> set[str]:
@@ -55,7 +67,7 @@ def read(of: Subject) -> Unit:
     if not isinstance(entry, c_ast.Switch):
         raise NotRead("a function that does not begin with a switch over faults")
     cases = {
-        int(literal(case.expr)): case.stmts[0].expr.name.name
+        int(literal(case.expr)): case.stmts[0].expr
         for case in entry.stmt.block_items
         if isinstance(case, c_ast.Case)
     }
@@ -84,6 +96,11 @@ def literal(node: Any) -> float:
         raise NotRead(f"{type(node).__name__} where a number should stand")
     text = node.value.rstrip("FfLlUu")
     return float(np.float32(text)) if node.value[-1] in "Ff" else float(text)
+
+
+def table(node: Any) -> Any:
+    """Numbers, or rows of them."""
+    return tuple(map(table, node.exprs)) if isinstance(node, c_ast.InitList) else literal(node)
 
 
 def _varies(node: Any) -> bool:

@@ -11,16 +11,17 @@ from pycparser import c_ast
 
 from alloc.program import Graph, Node, Program
 from bench.proof.not_read import NotRead
-from bench.proof.parsed import literal, loops, read
+from bench.proof.parsed import literal, loops, read, table
 from bench.proof.safety.harness import Subject
 
 
 def programs(of: Subject) -> dict[int, Program]:
     """What the kernel does for each fault, -1 for none; raises NotRead, ToolError without a compiler."""
     unit = read(of)
+    entry = unit.functions[of.name]
     return {
-        fault: _Reader(unit.text, unit.functions).read(unit.functions[name])
-        for fault, name in unit.cases.items()
+        fault: _Reader(unit.text, unit.functions).read(entry, fault, call)
+        for fault, call in unit.cases.items()
     }
 
 
@@ -40,6 +41,8 @@ class _Reader:
             if isinstance(node, c_ast.Decl) and isinstance(node.type, c_ast.Enum):
                 for each in node.type.values.enumerators:
                     self.constants[each.name] = self.const(literal(each.value))
+            elif isinstance(node, c_ast.Decl) and isinstance(node.init, c_ast.InitList):
+                self.constants[node.name] = table(node.init)
 
     def const(self, value: float) -> Node:
         return self.graph.add("const", value)
@@ -47,17 +50,23 @@ class _Reader:
     def unknown(self) -> Node:
         return self.graph.add("unknown", len(self.graph.nodes))
 
-    def read(self, function: c_ast.FuncDef) -> Program:
+    def read(self, entry: c_ast.FuncDef, fault: int, call: c_ast.FuncCall) -> Program:
+        """What the function that is called does where it comes to this call, of one fault."""
         names: dict[str, Any] = dict(self.constants)
-        for parameter in function.decl.type.args.params:
+        arrays: list[Any] = []
+        for parameter in entry.decl.type.args.params:
+            if not isinstance(parameter.type, c_ast.ArrayDecl):
+                names[parameter.name] = self.const(fault)
+                continue
+            arrays.append(parameter)
             size = int(literal(parameter.type.dim))
             written = "const" not in parameter.type.type.quals
             names[parameter.name] = [
                 None if written else self.graph.add("input", parameter.name, i) for i in range(size)
             ]
-        status = self.block(function.body.block_items, names, None)
+        status = self.value(call, names)
         outputs: dict[tuple[str, int], Node] = {}
-        for parameter in function.decl.type.args.params:
+        for parameter in arrays:
             if "const" not in parameter.type.type.quals:
                 for i, value in enumerate(names[parameter.name]):
                     if value is None:
@@ -98,8 +107,8 @@ class _Reader:
         if isinstance(statement.type, c_ast.ArrayDecl):
             if statement.init is None:
                 return [None] * int(literal(statement.type.dim))
-            if "const" in statement.type.type.quals:  # a table: each use is a node of its own
-                return tuple(literal(each) for each in statement.init.exprs)
+            if "const" in statement.type.type.quals:
+                return table(statement.init)
             return [self.value(each, names) for each in statement.init.exprs]
         return None if statement.init is None else self.value(statement.init, names)
 
@@ -114,6 +123,8 @@ class _Reader:
             self.block(statement.stmt.block_items, names, None)
 
     def constant(self, node: Any, names: dict[str, Any]) -> int:
+        if isinstance(node, c_ast.BinaryOp) and node.op == "+":
+            return self.constant(node.left, names) + self.constant(node.right, names)
         operation = self.graph.nodes[self.value(node, names)]
         if operation[0] != "const":
             raise NotRead("an index that is calculated")
@@ -179,6 +190,8 @@ class _Reader:
                 if not 0 <= index < len(array):
                     raise NotRead(f"{node.name.name}[{index}] lies behind the array's end")
                 found = array[index]
+                if isinstance(found, tuple):  # a row of a table
+                    return found
                 if isinstance(found, float):
                     return self.const(found)
                 if found is None:

@@ -2,7 +2,7 @@
 
 from alloc.c import programs as made_programs
 from alloc.methods import recipe
-from alloc.program import Graph, Node, Program, operands
+from alloc.program import Graph, Node, Program, at_fault, operands
 from bench.chips.toolchain import ToolError
 from bench.proof.not_read import NotRead
 from bench.proof.proof import Claim, not_shown
@@ -17,7 +17,10 @@ TRANSLATED = (
 
 def translated(of: Subject) -> Claim:
     """Whether the C of a subject does what its method's program says, for every fault."""
-    made = made_programs(of.vehicle, recipe(of.kernel), of.scalar, limits=of.limits)
+    shared = made_programs(of.vehicle, recipe(of.kernel), of.scalar, of.faults, of.limits)
+    made = {
+        fault: at_fault(program, fault) if program.faults else program for fault, program in shared.items()
+    }
     try:
         read = programs(of)
     except (NotRead, ToolError) as reason:

@@ -147,6 +147,7 @@ class Emulated(msgspec.Struct, tag="emulated", omit_defaults=True):
     ----------
     vehicle, target, method, scalar : what ran on which processor, in which precision
     limits : fixed where they stand in the C, call where each call gives them
+    faults : which the C knows: none, any one in code of its own, or all in one function
     demands : a set's name; ``search`` for the most costly demand that a search tried; "-" where nothing
         was counted
     solver : the solver whose own generator wrote the C, empty for this project's generator
@@ -178,6 +179,7 @@ class Emulated(msgspec.Struct, tag="emulated", omit_defaults=True):
     method: str
     scalar: str
     limits: str = "fixed"
+    faults: str = "one"
     demands: str = "-"
     solver: str = ""
     status: str = "ok"

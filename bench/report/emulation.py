@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from itertools import groupby
 
-from bench.record import Emulated
 from bench.report.goals import goals
 from bench.report.microcontroller import microcontroller
 from bench.results.cycles import PUBLISHED, assumed
@@ -20,8 +19,8 @@ def summary(run: Run) -> str:
     targets = list(dict.fromkeys(each.target for each in shown))
     lines = []
     # Rows come by scalar, then by limits; here scalars don't matter.
-    by_kernel = sorted(emulated, key=lambda r: _names(r.emulated, without_scalar=True))
-    for names, group in groupby(by_kernel, key=lambda r: _names(r.emulated, without_scalar=True)):
+    by_kernel = sorted(emulated, key=lambda r: _names(r, without_scalar=True))
+    for names, group in groupby(by_kernel, key=lambda r: _names(r, without_scalar=True)):
         own = list(group)
         worst = [_most(own, target, scalar) for target in targets]
         if any(worst):
@@ -83,7 +82,7 @@ def _target(counted: Sequence[EmulatedRow]) -> str:
         *("worst", *published, "over x86", "flash [B]", "RAM [B]", "stack [B]"),
     )
     lines = []
-    for names, group in groupby(counted, key=lambda row: _names(row.emulated)):
+    for names, group in groupby(counted, key=lambda row: _names(row)):
         by_class = {row.emulated.demands: row for row in group}
         worst = max(by_class.values(), key=lambda row: row.worst or 0)
         means = [three(by_class[name].mean) if name in by_class else "" for name in classes]
@@ -101,9 +100,9 @@ def _cycles(rows: Sequence[EmulatedRow]) -> str:
     return f"{max(low for low, _ in known)} to {max(high for _, high in known)}" if known else ""
 
 
-def _names(row: Emulated, *, without_scalar: bool = False) -> tuple[str, ...]:
-    scalar = () if without_scalar else (row.scalar,)
-    return row.vehicle, row.method, *scalar, row.limits
+def _names(row: EmulatedRow, *, without_scalar: bool = False) -> tuple[str, ...]:
+    scalar = () if without_scalar else (row.emulated.scalar,)
+    return row.emulated.vehicle, row.method, *scalar, row.emulated.limits
 
 
 def _failures(failed: Sequence[EmulatedRow]) -> str:
@@ -111,7 +110,7 @@ def _failures(failed: Sequence[EmulatedRow]) -> str:
     alike: dict[tuple[str, ...], list[EmulatedRow]] = {}
     for row in failed:
         limits = "" if row.emulated.limits == "fixed" else ", limits of each call"
-        key = (row.emulated.vehicle, f"{row.emulated.method}{limits}", row.emulated.demands, _why(row))
+        key = (row.emulated.vehicle, f"{row.method}{limits}", row.emulated.demands, _why(row))
         alike.setdefault(key, []).append(row)
     lines = []
     for (vehicle, method, demands, why), group in alike.items():

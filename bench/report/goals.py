@@ -14,7 +14,7 @@ def goals(rows: Sequence[EmulatedRow], processors: Sequence[Processor]) -> str:
     by_kernel: dict[tuple[str, ...], list[EmulatedRow]] = {}
     for row in rows:
         kernel = row.emulated
-        if kernel.limits != "fixed":
+        if (kernel.limits, kernel.faults) != ("fixed", "one"):
             continue
         key = (kernel.vehicle, kernel.method, kernel.target, kernel.scalar)
         by_kernel.setdefault(key, []).append(row)

@@ -24,7 +24,9 @@ def microcontroller(rows: Sequence[EmulatedRow], processors: Sequence[Processor]
     parts = []
     boards = [(one.name, each) for one in by_name(processors) if one.microcontroller for each in one.scalars]
     for (target, scalar), (limits, said) in product(boards, FORMS.items()):
-        own = [row for row in rows if _of(row) == (target, scalar, limits) and row.emulated.instructions]
+        own = [
+            row for row in rows if _of(row) == (target, scalar, limits, "one") and row.emulated.instructions
+        ]
         shared = {row.emulated.vehicle for row in own if row.emulated.solver}
         if shared:
             alike = [row for row in own if row.emulated.vehicle in shared]
@@ -41,8 +43,8 @@ def microcontroller(rows: Sequence[EmulatedRow], processors: Sequence[Processor]
     return "\n".join(["## Which method on a microcontroller\n", note, *parts])
 
 
-def _of(row: EmulatedRow) -> tuple[str, str, str]:
-    return row.emulated.target, row.emulated.scalar, row.emulated.limits
+def _of(row: EmulatedRow) -> tuple[str, ...]:
+    return row.emulated.target, row.emulated.scalar, row.emulated.limits, row.emulated.faults
 
 
 def _table(rows: Sequence[EmulatedRow]) -> str:

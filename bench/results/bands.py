@@ -92,7 +92,8 @@ def counted(rows: Iterable[EmulatedRow], board: str = "") -> list[Counted]:
     known = {entry.name: entry for entry in catalogue()}
     groups: dict[tuple[str, str, str, str], list[EmulatedRow]] = {}
     for row in rows:
-        if row.emulated.limits != "fixed":  # a size is asked for the C that knows its vehicle
+        # A size is asked for the C that knows its vehicle, as codegen writes it by itself.
+        if (row.emulated.limits, row.emulated.faults) != ("fixed", "one"):
             continue
         key = (row.emulated.vehicle, row.emulated.target, row.emulated.method, row.emulated.scalar)
         groups.setdefault(key, []).append(row)

@@ -23,6 +23,12 @@ class EmulatedRow:
     x86: Emulated | None
 
     @property
+    def method(self) -> str:
+        """The method, with which faults its C knows where that is not what ``codegen`` writes by itself."""
+        one = self.emulated
+        return one.method if one.faults == "one" else f"{one.method}, --faults {one.faults}"
+
+    @property
     def calls(self) -> int:
         """How many calls were counted."""
         return self.emulated.tried or sum(calls for _, calls in self.emulated.instructions)
@@ -66,7 +72,7 @@ class EmulatedRow:
 COLUMNS: dict[str, Callable[[EmulatedRow], Value]] = {
     "vehicle": lambda row: row.emulated.vehicle,
     "target": lambda row: row.emulated.target,
-    "method": lambda row: row.emulated.method,
+    "method": lambda row: row.method,
     "scalar": lambda row: row.emulated.scalar,
     "limits": lambda row: row.emulated.limits,
     "demands": lambda row: row.emulated.demands,
@@ -106,7 +112,7 @@ def by_name(processors: Iterable[Processor]) -> list[Processor]:
 
 def rows(emulated: Iterable[Emulated]) -> list[EmulatedRow]:
     """Rows in the order of their names; where two have the same names, the later one counts."""
-    latest = {(r.vehicle, r.method, r.scalar, r.limits, r.demands, r.target): r for r in emulated}
+    latest = {(r.vehicle, r.method, r.scalar, r.limits, r.faults, r.demands, r.target): r for r in emulated}
     return [EmulatedRow(latest[key], latest.get((*key[:-1], REFERENCE))) for key in sorted(latest)]
 
 

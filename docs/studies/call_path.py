@@ -31,7 +31,7 @@ Bare = Callable[[FloatArray, FloatArray], int]
 
 def by_ctypes(vehicle: Vehicle) -> Bare:
     """The library's function by ctypes; arrays go as buffers, at half the price of ``array.ctypes.data``."""
-    library = ctypes.CDLL(str(shared_library(KERNEL, sources(vehicle, recipe(KERNEL), faults=False))))
+    library = ctypes.CDLL(str(shared_library(KERNEL, sources(vehicle, recipe(KERNEL), faults="none"))))
     solve = library[function_name(vehicle, KERNEL)]
     # The type is Any, because a type checker takes an array for a buffer from Python 3.12 on only.
     wrench: Any = ctypes.c_double * vehicle.k
@@ -47,7 +47,7 @@ def by_ctypes(vehicle: Vehicle) -> Bare:
 def by_cffi(vehicle: Vehicle, folder: Path) -> Bare:
     """A module that cffi generates and compiles (API mode); arrays go as buffers."""
     name = function_name(vehicle, KERNEL)
-    files = sources(vehicle, recipe(KERNEL), faults=False)
+    files = sources(vehicle, recipe(KERNEL), faults="none")
     ffi = cffi.FFI()
     ffi.cdef(f"int {name}(const double *tau, int fault, double *f);")
     source = files[f"{name}.c"].replace(f'#include "{name}.h"', files[f"{name}.h"])

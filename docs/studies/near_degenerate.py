@@ -113,7 +113,7 @@ def compiled(
 ) -> Evaluated:
     """What the C answers."""
     name = function_name(vehicle, kernel.name, scalar, limits)
-    for file, text in sources(vehicle, kernel, scalar, False, limits).items():
+    for file, text in sources(vehicle, kernel, scalar, "none", limits).items():
         (folder / file).write_text(text)
     # A new file may have the inode of one that is gone, and would be taken for that.
     library = folder / f"{len(list(folder.iterdir()))}.so"

@@ -279,7 +279,7 @@ def sabotaged(of: Subject, sabotage: Sabotage) -> Subject:
     """The subject with its C broken; raises ValueError where there is nothing of the kind to break."""
     if sabotage.change is not None:
         kernel = recipe(of.kernel)
-        whole = programs(of.vehicle, kernel, of.scalar, limits=of.limits)
+        whole = programs(of.vehicle, kernel, of.scalar, of.faults, of.limits)
         broken = {**whole, -1: sabotage.change(whole[-1])}
         return replace(of, files=printed(of.vehicle, kernel, broken, of.scalar, of.limits))
     source, count = re.subn(sabotage.pattern, sabotage.instead, of.source, count=1)

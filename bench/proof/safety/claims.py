@@ -65,7 +65,7 @@ def _functions(of: Subject) -> tuple[set[str], set[str]]:
         unit = read(of)
     except (NotRead, ToolError):
         return set(), set()  # EVA says what is wrong with it
-    return {of.name, *unit.cases.values()}, unit.looping
+    return {of.name, *unit.answering}, unit.looping
 
 
 def _stateless(of: Subject) -> Claim:

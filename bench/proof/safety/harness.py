@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from alloc import Vehicle
 from alloc.c import arguments, covering, function_name, sources
 from alloc.methods import recipe
-from alloc.program import Scalar, Where
+from alloc.program import Faults, Scalar, Where
 from alloc.program.literal import number
 
 MAIN = "main.c"
@@ -20,7 +20,7 @@ class Subject:
 
     Attributes
     ----------
-    vehicle, kernel, scalar, limits : as ``alloc.c.sources`` takes them
+    vehicle, kernel, scalar, limits, faults : as ``alloc.c.sources`` takes them
     files : that C, by file name
     """
 
@@ -29,6 +29,7 @@ class Subject:
     scalar: Scalar
     limits: Where
     files: Mapping[str, str]
+    faults: Faults = "one"
 
     @property
     def name(self) -> str:
@@ -51,10 +52,10 @@ class Subject:
         return recipe(self.kernel).limited
 
 
-def subject(vehicle: Vehicle, kernel: str, scalar: Scalar, limits: Where) -> Subject:
+def subject(vehicle: Vehicle, kernel: str, scalar: Scalar, limits: Where, faults: Faults = "one") -> Subject:
     """The C that ``thrustbench codegen`` writes; raises UnknownName, or NotApplicable with the reason."""
-    files = sources(vehicle, recipe(kernel), scalar, limits=limits)
-    return Subject(vehicle=vehicle, kernel=kernel, scalar=scalar, limits=limits, files=files)
+    files = sources(vehicle, recipe(kernel), scalar, faults, limits)
+    return Subject(vehicle=vehicle, kernel=kernel, scalar=scalar, limits=limits, faults=faults, files=files)
 
 
 def harness(of: Subject) -> dict[str, str]:

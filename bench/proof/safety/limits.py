@@ -26,7 +26,7 @@ def within(program: Program, fault: int, n: int) -> list[str]:
     for i in range(n):
         value = program.outputs["f", i]
         if fault == i:
-            if program.nodes[value] != ("const", 0.0):
+            if not facts.zero(value):
                 reasons.append(f"fault {fault}: f[{i}] is not zero")
         elif not facts.clamped(value, i):
             reasons.append(f"fault {fault}: f[{i}] is not shown to lie in f_min[{i}] … f_max[{i}]")
@@ -122,6 +122,15 @@ class Known:
     def _certain(self, node: Node) -> bool:
         """Whether the node is known to be finite."""
         return node in self._finite or (self._nodes[node][0] == "const" and isfinite(self._nodes[node][1]))
+
+    def zero(self, value: Node) -> bool:
+        """Whether a value is zero: the constant, or min(max(x, 0), 0), whatever x is."""
+        match self._nodes[value]:
+            case ("min", inner, high) if self._nodes[high] == ("const", 0.0):
+                match self._nodes[inner]:
+                    case ("max", _, low):
+                        return self._nodes[low] == ("const", 0.0)
+        return self._nodes[value] == ("const", 0.0)
 
     def clamped(self, value: Node, i: int) -> bool:
         """Whether a value is min(max(x, f_min[i]), f_max[i]) with limits that are known not to cross."""

@@ -72,7 +72,9 @@ def test_a_failing_compiler_and_an_unusable_cache_folder_are_named(monkeypatch, 
 def test_a_library_that_cannot_be_loaded_is_named_with_the_remedy(tmp_path, monkeypatch) -> None:
     monkeypatch.setenv("THRUSTBENCH_CACHE", str(tmp_path))
     vehicle = load_vehicle("ukwial")
-    fixed, call = (sources(vehicle, recipe("nullspace"), faults=False, limits=at) for at in ("fixed", "call"))
+    fixed, call = (
+        sources(vehicle, recipe("nullspace"), faults="none", limits=at) for at in ("fixed", "call")
+    )
     library = compiled.shared_library("nullspace", fixed | call)
     library.write_bytes(b"")
     with pytest.raises(NotInstalled, match="THRUSTBENCH_CACHE"):

@@ -19,7 +19,7 @@ from alloc.c import cases, compiled, function_name, missing, selftest
 from alloc.c import sources as sources_of
 from alloc.errors import DemandError, UnknownName
 from alloc.methods import recipe, recipes
-from alloc.program import Scalar, Where
+from alloc.program import Faults, Scalar, Where
 from bench.demands import build_demands
 from bench.demands.odd_vehicles import vehicle_of
 from tests.nullspace_cases import SHAPES, demands_of_known_verdict, random_vehicle
@@ -39,10 +39,14 @@ LIMITED = tuple(name for name, each in recipes().items() if each.limited)
 
 
 def generate(
-    vehicle: Vehicle, method: str, scalar: Scalar = "double", limits: Where = "fixed"
+    vehicle: Vehicle,
+    method: str,
+    scalar: Scalar = "double",
+    limits: Where = "fixed",
+    faults: Faults = "one",
 ) -> dict[str, str]:
     """The C files of a method, without the page on them."""
-    made = files_of(vehicle, method, scalar=scalar, limits=limits)
+    made = files_of(vehicle, method, scalar=scalar, limits=limits, faults=faults)
     return {name: text for name, text in made.items() if not name.endswith(".md")}
 
 
@@ -62,9 +66,11 @@ def run(program: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run([str(program)], capture_output=True, text=True, check=False)
 
 
-def check_itself(vehicle: Vehicle, kernel: str, scalar: Scalar, limits: Where, folder: Path) -> None:
+def check_itself(
+    vehicle: Vehicle, kernel: str, scalar: Scalar, limits: Where, folder: Path, faults: Faults = "one"
+) -> None:
     """Compile the kernel with its self-test, UBSan watching; run it, and see that it asked enough."""
-    done = run(compile_in(folder, generate(vehicle, kernel, scalar, limits=limits), *SANITIZE))
+    done = run(compile_in(folder, generate(vehicle, kernel, scalar, limits, faults), *SANITIZE))
     assert done.returncode == 0, done.stdout + done.stderr
     asked = re.search(r"(\d+) cases, (\d+) asked.*; 0 wrong", done.stdout)
     assert asked
@@ -101,6 +107,34 @@ def test_generated_c_is_clean_and_agrees_with_python_for_every_fault(
 ) -> None:
     """The self-test holds double to 1e-12 and float to 1e-5 of the largest limit, and what rounding adds."""
     check_itself(load_vehicle(SMALL), kernel, scalar, limits, tmp_path)
+
+
+@pytest.mark.parametrize("limits", ["fixed", "call"])
+@pytest.mark.parametrize("name", ["bluerov2", "tiburon"])
+@pytest.mark.parametrize("kernel", [name for name, each in recipes().items() if each.make_for_all])
+def test_one_function_for_all_faults_agrees_with_python_for_each(kernel, name, limits, tmp_path) -> None:
+    """Faults that lose a direction are among them; of several levels these have code of their own."""
+    check_itself(load_vehicle(name), kernel, "float", limits, tmp_path, "all")
+
+
+def test_a_number_of_one_fault_that_is_wrong_is_told_by_the_self_test(tmp_path) -> None:
+    files = generate(load_vehicle(SMALL), "nullspace", faults="all")
+    rows = re.search(r"_of\[\d\]\[\d+\] = \{\n(.*?)\n\};", files["ukwial_nullspace.c"], re.S)
+    assert rows
+    last = rows[1].splitlines()[-1]
+    files["ukwial_nullspace.c"] = files["ukwial_nullspace.c"].replace(last, last.replace("250.0", "240.0"))
+    done = run(compile_in(tmp_path, files))
+    assert done.returncode == 1
+    assert "fault 3" in done.stdout
+
+
+def test_without_faults_a_fault_is_not_known_and_nothing_else_is_other(tmp_path) -> None:
+    vehicle = load_vehicle(SMALL)
+    none, one = (generate(vehicle, "scaled", faults=each)["ukwial_scaled.c"] for each in ("none", "one"))
+    assert "case 0:" in one
+    assert "case 0:" not in none
+    assert files_of(vehicle, "scaled", faults=False)["ukwial_scaled.c"] == none
+    assert files_of(vehicle, "scaled", faults=True)["ukwial_scaled.c"] == one
 
 
 @pytest.mark.parametrize("kernel", EVERYWHERE)

@@ -1,6 +1,7 @@
 """The C as a list of operations answers as the compiled C does, and its limits follow from the comparison."""
 
 import ctypes
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ import pytest
 from alloc import load_vehicle
 from alloc.c import covering
 from alloc.c.compiled import compiler, shared_library
-from alloc.program import answered, values
+from alloc.program import Faults, answered, values
 from bench.proof import subject
 from bench.proof.not_read import NotRead
 from bench.proof.safety.limits import within
@@ -51,11 +52,22 @@ def test_the_operations_are_those_of_the_compiled_c(name: str, kernel: str, scal
                 np.testing.assert_array_equal(thrusts, read.F[i])
 
 
-@pytest.mark.parametrize("kernel", ["nullspace", "clip", "scaled", "redistribute"])
-def test_limits_of_the_call_follow_from_the_comparison_that_answers(kernel: str) -> None:
-    of = subject(load_vehicle("bluerov2-heavy"), kernel, "float", "call")
+@pytest.mark.parametrize(
+    ("kernel", "faults"),
+    [("nullspace", "one"), ("clip", "one"), ("scaled", "one"), ("redistribute", "one"), ("scaled", "all")],
+)
+def test_limits_of_the_call_follow_from_the_comparison_that_answers(kernel: str, faults: Faults) -> None:
+    of = subject(load_vehicle("bluerov2-heavy"), kernel, "float", "call", faults)
     for fault, program in programs(of).items():
         assert within(program, fault, of.vehicle.n) == []
+
+
+def test_a_thruster_that_is_off_and_keeps_its_limits_is_told() -> None:
+    of = subject(UKWIAL, "nullspace", "double", "call", "all")
+    kept = of.source.replace("high[off] = 0.0;", "")
+    assert kept != of.source
+    broken = replace(of, files={**of.files, f"{of.name}.c": kept})
+    assert within(programs(broken)[2], 2, UKWIAL.n)
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """The C is read back and is the program that it was printed from; C that is anything else is told."""
 
+import re
 from dataclasses import replace
 
 import pytest
@@ -42,6 +43,18 @@ def test_the_c_is_the_program_node_by_node(name: str, kernel: str, limits: Where
     """Steps with branches, levels, straight code, a loop over data, and a closed form."""
     claim = translated(subject(load_vehicle(name), kernel, "float", limits))
     assert claim.verdict == "shown", claim.words
+
+
+@pytest.mark.parametrize("limits", ["fixed", "call"])
+def test_a_function_for_all_faults_is_the_program_of_each(limits: Where) -> None:
+    of = subject(load_vehicle("bluerov2"), "scaled", "float", limits, "all")
+    claim = translated(of)
+    assert claim.verdict == "shown", claim.words
+    row = re.search(r"_of\[7\]\[\d+\] = \{\n(.*)\n    \{([^,]*)", of.source)
+    assert row
+    wrong = of.source.replace(row[0], row[0][: -len(row[2])] + "0.125F")
+    claim = translated(replace(of, files={**of.files, f"{of.name}.c": wrong}))
+    assert [word[:7] for word in claim.words] == ["fault 0"]
 
 
 BROKEN = [each for each in SABOTAGES if not any(word in each.name for word in NO_OPERATION)]

@@ -1,0 +1,78 @@
+"""Thrusters that are off, in one program for many faults: their limits are zero.
+
+So one program answers for a fault as the optimum of the whole vehicle with these limits. What a fault leaves
+without any thruster, a direction, must be left out of a demand first.
+"""
+
+from functools import reduce
+from operator import add
+from typing import NamedTuple
+
+import numpy as np
+
+from alloc.allocation import FloatArray
+from alloc.nullspace.structure import decompose
+from alloc.program import Builder, Expression, Number, States, size, states
+from alloc.vehicle import Vehicle
+
+MAGNIFIED = 10.0
+"""Most that another thrust may move where one moves to zero: so many times its rounding it gets, too [-]."""
+
+
+def together(vehicle: Vehicle) -> States:
+    """The vehicle, and with each thruster off that its null space moves to zero without large factors.
+
+    With N'HN = I a thrust moves by |N_i| a unit of z, and to move it by one takes z of length 1 / |N_i|.
+    """
+    far = set[int]()
+    for block in decompose(vehicle).blocks:
+        moved = np.linalg.norm(block.N, axis=1)
+        far |= set(block.rows[moved * MAGNIFIED < moved.max()].tolist())
+    return {fault: state for fault, state in states(vehicle).items() if fault not in far}
+
+
+class Reachable(NamedTuple):
+    """What a fault leaves of a demand, of one program for many faults.
+
+    Attributes
+    ----------
+    tau : (k,) the demand without the part along the lost direction
+    lost : that part, relative to ``wrench_scale``; None where no fault loses a direction
+    weight : (k,) what is left out of tau where ``lost`` is one, of each fault
+    """
+
+    tau: list[Expression]
+    lost: Expression | None
+    weight: FloatArray
+
+    def size(self, builder: Builder, G: FloatArray) -> Number:
+        """The largest thrust that the part which is left out would need [N]."""
+        if self.lost is None:
+            return 0.0
+        return size(self.lost) * builder.graph.by_fault(np.abs(self.weight @ G.T).max(axis=1))
+
+
+def reachable(builder: Builder) -> Reachable:
+    """tau - u (v'tau), with v the direction in unit of ``wrench_scale`` and u the wrench of that size.
+
+    One thruster that is off loses one direction at most; of a fault that loses none u and v are zero.
+    """
+    vehicle, graph, tau = builder.vehicle, builder.graph, builder.tau
+    scale = vehicle.wrench_scale
+    before = decompose(vehicle).unreachable * scale
+    directions = np.zeros((len(builder.faults), vehicle.k))
+    for row, state in enumerate(builder.faults.values()):
+        if state.rank < vehicle.rank:
+            now = decompose(state).unreachable * scale
+            directions[row] = np.linalg.svd(now - now @ before.T @ before)[2][0]
+    directions[np.abs(directions) <= 1e-14] = 0.0
+    if not directions.any():
+        return Reachable(tau, None, directions)
+    moved = np.flatnonzero(directions.any(axis=0)).tolist()
+    lost = reduce(add, [graph.by_fault(directions[:, j] / scale[j]) * tau[j] for j in moved]).named("lost")
+    weight = directions * scale
+    left = [
+        (each - graph.by_fault(weight[:, j]) * lost).named(f"r{j}") if j in moved else each
+        for j, each in enumerate(tau)
+    ]
+    return Reachable(left, lost, weight)
