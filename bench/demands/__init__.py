@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from alloc import Vehicle, label
-from alloc.allocation import FloatArray
+from alloc import Label, Vehicle, label
+from alloc.allocation import BoolArray, FloatArray
 from alloc.errors import unknown
 from alloc.files import modules
 from alloc.vehicle.call_limits import limits_of
@@ -58,6 +58,8 @@ class DemandSet:
     alpha : (N,) alpha* of each demand
     rate_hz : sampling rate, None where the demands are no sequence in time
     left_out : demands of a file that are beyond the number asked for
+    beyond, beyond_longest : of all demands of a file, these included, how many can't be met, and how many of
+        them follow one another at most
     said : how a file was understood, and what is doubtful about it, one line each
     given : whether they come from a file
     f_min, f_max : (N, n) limits of each demand [N]; None where all have the vehicle's
@@ -70,6 +72,8 @@ class DemandSet:
     alpha: FloatArray
     rate_hz: float | None = None
     left_out: int = 0
+    beyond: int = 0
+    beyond_longest: int = 0
     said: tuple[str, ...] = ()
     given: bool = False
     f_min: FloatArray | None = None
@@ -156,10 +160,24 @@ def _from_file(path: Path, vehicle: Vehicle, n: int | None, options: "LogOptions
     from bench.inputs.logs import rate_hz, read_log  # imported only where a file is named, which is rare
 
     log = read_log(path, vehicle.dof, options, frame=vehicle.frame, thrusters=vehicle.names)
-    low, high = limits_in(path, {name: values[:n] for name, values in log.columns.items()}, vehicle)
+    low, high = limits_in(path, log.columns, vehicle)
+    unmet = np.equal(label(vehicle, log.taus, f_min=low, f_max=high).label, Label.INFEASIBLE)
+    low, high = (None if side is None else side[:n] for side in (low, high))
     demands = labelled(path.stem, vehicle, np.array(log.taus[:n]), low, high, rate_hz=rate_hz(log.t))
-    lines = tuple(filter(None, (log.said, log.doubt, *doubts(demands))))
-    return replace(demands, left_out=len(log.taus) - len(demands.taus), said=lines, given=True)
+    return replace(
+        demands,
+        left_out=len(log.taus) - len(demands.taus),
+        beyond=int(unmet.sum()),
+        beyond_longest=longest(unmet),
+        said=tuple(filter(None, (log.said, log.doubt, *doubts(demands)))),
+        given=True,
+    )
+
+
+def longest(marked: BoolArray) -> int:
+    """The longest run of marked entries, one after another."""
+    ends = np.flatnonzero(np.diff(np.concatenate([[0], marked.astype(np.int8), [0]])))
+    return int((ends[1::2] - ends[::2]).max(initial=0))
 
 
 def _stable(text: str) -> int:
@@ -167,4 +185,4 @@ def _stable(text: str) -> int:
     return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "little")
 
 
-__all__ = ["COUNT", "DemandSet", "Within", "build_demands", "labelled", "list_demands"]
+__all__ = ["COUNT", "DemandSet", "Within", "build_demands", "labelled", "list_demands", "longest"]

@@ -9,6 +9,7 @@ from alloc.allocation import WRENCH_TOLERANCE, BoolArray, FloatArray, IndexArray
 from alloc.formulations import find_formulation
 from alloc.formulations.hard import FORMULATION as HARD
 from alloc.qp.certificate import certify_many
+from bench.demands import longest
 from bench.judging.faults import faults, measured
 from bench.judging.loss import loss, relative_wrench_error
 from bench.judging.question import Question
@@ -116,12 +117,6 @@ def largest_miss(question: Question, F: FloatArray) -> float | None:
     error = relative_wrench_error(demands.vehicle, demands.taus, F[: len(demands.taus)], demands.limits)
     attainable = np.isin(demands.labels, (Label.INACTIVE, Label.ACTIVE))
     return rounded(float(np.nan_to_num(error[attainable], nan=1.0).max())) if attainable.any() else None
-
-
-def longest(marked: BoolArray) -> int:
-    """The longest run of marked entries, one after another."""
-    ends = np.flatnonzero(np.diff(np.concatenate([[0], marked.astype(np.int8), [0]])))
-    return int((ends[1::2] - ends[::2]).max(initial=0))
 
 
 def rounded(value: float) -> float:

@@ -84,6 +84,8 @@ class Problem(msgspec.Struct, tag="problem", omit_defaults=True, kw_only=True):
     f_scale : the vehicle's largest limit [N]
     wrench_scale : (k,) size of a wrench on each axis [N, N m]
     left_out : demands of a log that were not asked
+    beyond, beyond_longest : of all demands of a log, these included, how many can't be met, and how many of
+        them follow one another at most
     moving : whether each demand had limits of its own
     said : how a log was understood, and what is doubtful about it
     names : of the vehicle's thrusters, empty where they have none
@@ -108,6 +110,8 @@ class Problem(msgspec.Struct, tag="problem", omit_defaults=True, kw_only=True):
     f_scale: float
     wrench_scale: list[float]
     left_out: int = 0
+    beyond: int = 0
+    beyond_longest: int = 0
     moving: bool = False
     said: list[str] = []
     names: list[str] = []

@@ -7,6 +7,7 @@ from itertools import pairwise
 from math import inf
 from operator import itemgetter
 
+from alloc.formulations import find_formulation
 from bench.record import NO_VEHICLE, Problem
 from bench.results.columns import Row
 from bench.results.fit import LATE_SHARE, Fit, Loop
@@ -175,20 +176,32 @@ def unfit(rows: Sequence[Row]) -> str:
 def refusal(row: Row, problem: Problem | None) -> tuple[float, str]:
     """The share of a user's demands that got no thrusts, and in words what got none; 0 and empty for nothing.
 
-    Of demands that were drawn to be beyond what the vehicle can do a share would say nothing.
+    Of a log that was not asked whole it is the share that can't be met, for methods that refuse those. Of
+    demands that were drawn to be beyond what the vehicle can do a share would say nothing.
     """
     answered = row.answered_share
-    if answered is None or answered == 1.0:
+    if answered is None:
+        return 0.0, ""
+    refused, run = 1 - answered, max(judged.refused_longest for judged in row.measured.judged)
+    if problem is not None and problem.left_out and refuses(row.formulation):  # then more than was asked
+        refused = problem.beyond / (problem.n_demands + problem.left_out)
+        run = problem.beyond_longest
+    if not refused:
         return 0.0, ""
     if problem is None or not problem.given:
         return 0.0, "what can't be met"
-    words = f"{percent(1 - answered)} of {row.demands}"
-    run = max(judged.refused_longest for judged in row.measured.judged)
+    words = f"{percent(refused)} of {row.demands}"
     if run and problem.rate_hz:
         words += f", up to {three(run / problem.rate_hz)} s at a stretch"
     elif run:
         words += f", up to {counted(run, 'demand')} in a row"
-    return 1 - answered, words
+    return refused, words
+
+
+def refuses(formulation: str) -> bool:
+    """Whether methods of that formulation give no thrusts where a demand can't be met."""
+    known = find_formulation(formulation)
+    return known.optimal and known.way is None and not known.gives_way
 
 
 def wrong(row: Row) -> str:

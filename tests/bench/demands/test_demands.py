@@ -141,3 +141,12 @@ def test_a_stored_vehicle_sends_the_same_commands(tmp_path: Path) -> None:
     stored = load_case(tmp_path / "case.npz").vehicle
     f = np.linspace(-39, 51, vehicle.n)
     assert np.array_equal(stored.commands(f, 14.2).u, vehicle.commands(f, 14.2).u)
+
+
+def test_a_log_that_is_cut_still_says_how_many_of_its_demands_cannot_be_met(tmp_path: Path) -> None:
+    log = tmp_path / "dive.csv"
+    surges = [10, 20, 5000, 30, 5000, 5000, 40]
+    log.write_text("surge,sway,yaw\n" + "".join(f"{surge},0,0\n" for surge in surges))
+    demands = build_demands(log, load_vehicle("ukwial"), 0, 2)
+    assert (len(demands.taus), demands.left_out) == (2, 5)
+    assert (demands.beyond, demands.beyond_longest) == (3, 2)

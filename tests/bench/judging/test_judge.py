@@ -9,11 +9,11 @@ import pytest
 
 from alloc import Allocation, Label, Status, build, load_vehicle
 from alloc.allocation import FloatArray
-from bench.demands import build_demands, labelled
+from bench.demands import build_demands, labelled, longest
 from bench.demands.generated import growth_vehicle
 from bench.demands.store import Case
 from bench.judging.faults import shared
-from bench.judging.judge import after_failure, judge, longest
+from bench.judging.judge import after_failure, judge
 from bench.judging.question import Answers, Question, Unanswered, ask_here, questions
 from bench.record import Judged
 from saturation import limits

@@ -89,6 +89,17 @@ def test_demands_that_a_user_gave_are_answered_and_what_refuses_some_is_named_wi
     )
 
 
+def test_of_a_log_that_was_asked_in_part_what_it_holds_beyond_reach_counts_whole(tmp_path: Path) -> None:
+    """The ten demands that were asked can be met, and 300 of the other 990 can't, 125 of them in a row."""
+    cells = [on_log("nullspace", 1), on_log("scaled", 2)]
+    cells[1] = replace(cells[1], formulation="scaled")
+    long = log(labels={"active": 10}, left_out=990, beyond=300, beyond_longest=125)
+    assert said(tmp_path, 50, long, *cells) == (
+        "ukwial at 50 Hz: take scaled; exact, answers all; 0.0100 % of the period;"
+        " nullspace refuses 30.0 % of dive, up to 2.50 s at a stretch."
+    )
+
+
 def test_a_method_that_refuses_what_was_drawn_beyond_reach_is_named_as_such_and_stays_first(
     tmp_path: Path,
 ) -> None:
