@@ -51,8 +51,13 @@ class VoltageTable:
                 f"volts = {volts:g} lies outside of the table, which has {self.volts[0]:g} to"
                 f" {self.volts[-1]:g} V; give a voltage within, or more of the table"
             )
+        low, high = self.between(np.array([volts]))
+        return low[0], high[0]
+
+    def between(self, volts: FloatArray) -> Interval:
+        """The limits (N, n) at voltages (N,) inside of the table [N]."""
         low, high = (
-            np.array([np.interp(volts, self.volts, column) for column in side.T])
+            np.column_stack([np.interp(volts, self.volts, column) for column in side.T])
             for side in (self.f_min, self.f_max)
         )
         return low, high

@@ -82,8 +82,4 @@ def _by_volts(path: Path, volts: FloatArray, vehicle: Vehicle) -> tuple[FloatArr
             f"{path}: demand {outside[0]} (counted from 0): {volts[outside[0]]:g} V lies outside of the"
             f" vehicle's table, {least:g} to {most:g} V; cut the row out, or give more of the table"
         )
-    low, high = (
-        np.column_stack([np.interp(volts, table.volts, column) for column in side.T])
-        for side in (table.f_min, table.f_max)
-    )
-    return low, high
+    return table.between(volts)
