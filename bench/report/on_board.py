@@ -19,7 +19,7 @@ BEYOND = "infeasible"
 def page(run: Run, loop: Loop, board: str, vehicles: Collection[str] = ()) -> str:
     """A table of all that was counted on a board's processor; raises UnknownName for another board.
 
-    ``vehicles`` are the only ones to show, all if empty.
+    ``vehicles`` are the only ones to show, in this order; all if empty.
     """
     processors = by_name(run.record.processors)
     known = {one.name: (processor, one) for processor in processors for one in processor.boards}
@@ -33,11 +33,12 @@ def page(run: Run, loop: Loop, board: str, vehicles: Collection[str] = ()) -> st
         if (kernel.target, kernel.cycles is None) == (processor.name, False)
         if kernel.scalar in processor.scalars and (not vehicles or kernel.vehicle in vehicles)
     ]
-    kernels.sort(key=lambda kernel: (kernel.vehicle, kernel.cycles))
+    order = list(vehicles) or sorted({kernel.vehicle for kernel in kernels})
+    kernels.sort(key=lambda kernel: (order.index(kernel.vehicle), kernel.cycles))
     return (
         f"{board}, a {processor.name} at {facts.clock_MHz:g} MHz, {'/'.join(processor.scalars)}. Cycles are"
-        f" those of the board: {facts.basis}. At least with warm caches, at most with cold ones; `--clock`"
-        f" gives the processor's without waits.\n\n{_table(kernels, facts, loop)}\n"
+        f" those of the board: {facts.basis}. At least with warm caches, at most with cold ones. Without"
+        f" waits they are the processor's.\n\n{_table(kernels, facts, loop)}\n"
         "Cycles are of the costliest call that is known. Over least: its instructions over those that no"
         " exact method can leave out. Flash has the tables for every failed thruster. Delivered: of"
         " attainable demands, to 1 %. Beyond: what of other demands is delivered along them, in the mean, and"
@@ -46,7 +47,15 @@ def page(run: Run, loop: Loop, board: str, vehicles: Collection[str] = ()) -> st
 
 
 def _table(kernels: Sequence[Counted], board: Board, loop: Loop) -> str:
-    headers = ("vehicle", "method", "cycles", f"of {loop.rate_hz:g} Hz [%]", "over least", "flash [kB]")
+    headers = (
+        "vehicle",
+        "method",
+        "cycles",
+        "without waits",
+        f"of {loop.rate_hz:g} Hz [%]",
+        "over least",
+        "flash [kB]",
+    )
     return table(
         (*headers, "delivered", "beyond", "turned by"), [_line(kernel, board, loop) for kernel in kernels]
     )
@@ -67,6 +76,7 @@ def _line(kernel: Counted, board: Board, loop: Loop) -> list[str]:
         kernel.vehicle,
         kernel.method.removesuffix("@native") + ("" if limited else ", cut"),
         f"{low:,}–{high:,}",
+        _without(kernel),
         "–".join(shares),
         "" if least is None else three(kernel.instructions / least),
         f"{kernel.flash_bytes / 1000:.1f}",
@@ -74,6 +84,11 @@ def _line(kernel: Counted, board: Board, loop: Loop) -> list[str]:
         along,
         "" if turned is None else f"{turned:.0f}°",
     ]
+
+
+def _without(kernel: Counted) -> str:
+    spans = [row.cycles for row in kernel.rows.values() if row.cycles]
+    return f"{max(low for low, _ in spans):,}–{max(high for _, high in spans):,}" if spans else ""
 
 
 def _calls(row: Emulated) -> int:

@@ -1,5 +1,6 @@
 """size --board: whose cycles stand in its table, and what a method delivers, from made-up counts."""
 
+import re
 from pathlib import Path
 
 import msgspec
@@ -11,6 +12,7 @@ from bench.__main__ import cli
 from bench.chips.target import target
 from bench.record import SCHEMA, Emulated, Header
 from bench.record.writer import Writer
+from tests.places import DOCS, ROOT
 
 COUNTED = Emulated(
     vehicle="tiburon",
@@ -53,7 +55,7 @@ def cells(text: str, method: str) -> list[str]:
 def test_cycles_are_the_board_s_and_the_page_says_so(tmp_path: Path) -> None:
     """1,800 and 3,600 cycles at 180 MHz are 10 and 20 us, of a period of 10 ms."""
     text = printed(tmp_path, COUNTED)
-    assert cells(text, "scaled")[2:6] == ["1,800–3,600", "0.100–0.200", "10.0", "19.6"]
+    assert cells(text, "scaled")[2:7] == ["1,800–3,600", "900–1,000", "0.100–0.200", "10.0", "19.6"]
     assert "Cycles are those of the board: 5 wait states at 180 MHz" in text
 
 
@@ -67,7 +69,7 @@ def test_what_is_delivered_counts_each_attainable_call_once(tmp_path: Path) -> N
         ),
         msgspec.structs.replace(COUNTED, demands="infeasible", **beyond),
     )
-    assert cells(text, "scaled")[6:] == ["62.5 %", "0.49", "61°"]  # (40 + 60) of 160
+    assert cells(text, "scaled")[7:] == ["62.5 %", "0.49", "61°"]  # (40 + 60) of 160
 
 
 def test_a_method_without_answers_beyond_refuses_and_one_without_limits_is_cut(
@@ -79,8 +81,8 @@ def test_a_method_without_answers_beyond_refuses_and_one_without_limits_is_cut(
         msgspec.structs.replace(COUNTED, method="nullspace@native", **nothing),
         msgspec.structs.replace(COUNTED, method="pinv@native", least=None),
     )
-    assert cells(text, "nullspace")[7:] == ["refused", ""]
-    assert cells(text, "pinv, cut")[4] == ""
+    assert cells(text, "nullspace")[8:] == ["refused", ""]
+    assert cells(text, "pinv, cut")[5] == ""
 
 
 def test_a_board_that_nobody_counted_for_is_named_with_those_there_are(tmp_path: Path) -> None:
@@ -91,3 +93,15 @@ def test_a_board_that_nobody_counted_for_is_named_with_those_there_are(tmp_path:
 def test_a_board_brings_its_own_clock(tmp_path: Path) -> None:
     with pytest.raises(Exception, match="--board has a clock and cycles of its own; leave out --clock"):
         printed(tmp_path, COUNTED, more=("--clock", "168"))
+
+
+def test_the_tutorial_opens_with_the_table_of_the_committed_counts() -> None:
+    """The command that the page names, of the record that it names."""
+    text = (DOCS / "embedded.md").read_text(encoding="utf-8")
+    shown = text.partition("<!-- stm32f446:start -->\n")[2].partition("<!-- stm32f446:end -->")[0]
+    (typed,) = re.findall(r"`thrustbench (size results/stm32f446 .*)`", text)
+    arguments = typed.replace("results", str(ROOT / "results")).split()
+    result = CliRunner().invoke(cli, arguments)
+    table = [line for line in result.stdout.splitlines() if line.startswith("|")]
+    assert len(table) == 2 + 16  # eight methods on two vehicles
+    assert shown.splitlines() == table
