@@ -11,6 +11,7 @@ from alloc import NotApplicable, Vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import UnknownName
 from bench.demands import DemandSet, build_demands, labelled
+from bench.demands.near_degenerate import edge_demands
 from bench.demands.store import VEHICLE_ARRAYS, Case
 from bench.gate.answers import SideAnswers, answered, calls, differ, first, wrong
 from bench.gate.cells import CONTROL_DEMANDS, DEFAULT_CELLS, chosen, controls
@@ -27,6 +28,9 @@ time on them, and a slow-down of the rest of a call would not show beside it."""
 LOOKED_AT = {"inactive": 1000, "active": 3000, "boundary": 1000, "infeasible": 1000}
 """How many demands of each kind are asked for answers. What is wrong in one of a thousand, of active demands
 alone, is among 3,000 of them with a probability of 1 - 0.999^3000 = 95 %; of all, with 99.8 %."""
+
+EDGES = 500
+"""The same, of demands on vertices, edges and faces of what the vehicle can do, shortened and lengthened."""
 
 MOVING = {"jolts": 3000}
 """The same, of demands that come with limits of their own."""
@@ -150,8 +154,8 @@ def _at_once(
 
 def demand_sets(vehicle: Vehicle) -> list[DemandSet]:
     """The demands that cells of a vehicle are asked, all kinds mixed; then those with limits of their own."""
-    mixed = _of_kinds(vehicle, LOOKED_AT)
-    mixed = np.random.default_rng(SEED).permutation(mixed)
+    edges = edge_demands(vehicle, np.random.default_rng(SEED), EDGES)
+    mixed = np.random.default_rng(SEED).permutation(np.vstack([_of_kinds(vehicle, LOOKED_AT), edges]))
     moving = [build_demands(name, vehicle, SEED, n) for name, n in MOVING.items()]
     return [labelled("gate", vehicle, mixed), *moving]
 

@@ -4,7 +4,8 @@ The optimum is found in fractions, by the KKT conditions alone: from a guess of 
 one linear system gives thrusts and multipliers, and the guess is mended until every condition holds exactly.
 That is done for eq. 4-5, for the soft problem, and without limits (eq. 6-7). Vehicles are odd
 (``odd_vehicles``), in half of them T nearly loses rank, and of 20 demands the one is taken that leaves most
-thrusters at their limits. What is printed is the largest distance of each method's answers to the optimum,
+thrusters at their limits. ``--near`` takes vehicles that are symmetric but for their last digits, and demands
+on their edges. What is printed is the largest distance of each method's answers to the optimum,
 over the largest limit, by the condition of T, and how many lie farther off than their method promises.
 """
 
@@ -24,6 +25,7 @@ from alloc.allocation import FloatArray
 from alloc.formulations import Family
 from alloc.reach.attainable import alpha_range
 from alloc.vehicle.condition import condition
+from bench.demands.near_degenerate import edge_demands, near_degenerate
 from bench.demands.odd_vehicles import inside, odd_vehicle
 
 Rows = list[list[Fraction]]
@@ -167,13 +169,19 @@ def nearly_singular(vehicle: Vehicle, rng: np.random.Generator, decades: float) 
     return replace(vehicle, T=(U * sigma) @ Vt * scale)
 
 
-def hard_problem(trial: int) -> tuple[Vehicle, FloatArray, dict[str, list[Fraction]]] | None:
+def hard_problem(
+    trial: int, near_symmetric: bool = False
+) -> tuple[Vehicle, FloatArray, dict[str, list[Fraction]]] | None:
     """A vehicle, its hardest demand (k,) [N, N m], and the optimum by formulation; None where it has none."""
     rng = np.random.default_rng([2004, trial])
-    vehicle = odd_vehicle(rng)
-    if rng.integers(2):
-        vehicle = nearly_singular(vehicle, rng, rng.uniform(0, 8))
-    taus = inside(vehicle, rng, CHOICE)
+    if near_symmetric:
+        vehicle = near_degenerate(rng)
+        taus = edge_demands(vehicle, rng, CHOICE)
+    else:
+        vehicle = odd_vehicle(rng)
+        if rng.integers(2):
+            vehicle = nearly_singular(vehicle, rng, rng.uniform(0, 8))
+        taus = inside(vehicle, rng, CHOICE)
     least, most = alpha_range(vehicle, taus)
     inner = (least <= 1 - 1e-6) & (most >= 1 + 1e-6)
     F, status = build("qp/highs", vehicle).many(taus)
@@ -201,7 +209,8 @@ def hard_problem(trial: int) -> tuple[Vehicle, FloatArray, dict[str, list[Fracti
 @click.command()
 @click.option("--problems", "wanted", default=1000, show_default=True)
 @click.option("--seed", default=0, show_default=True)
-def main(wanted: int, seed: int) -> None:
+@click.option("--near", is_flag=True, help="Vehicles that are nearly symmetric.")
+def main(wanted: int, seed: int, near: bool) -> None:
     """Print the distance to the exact optimum, for each method that answers a problem with an optimum."""
     names = [e.name for e in catalogue() if e.family in FAMILIES and not e.missing and not e.twin]
     far: dict[tuple[str, str], float] = defaultdict(float)
@@ -210,7 +219,7 @@ def main(wanted: int, seed: int) -> None:
     done = trial = 0
     while done < wanted:
         trial += 1
-        if (problem := hard_problem(seed + trial)) is None:
+        if (problem := hard_problem(seed + trial, near)) is None:
             continue
         done += 1
         vehicle, tau, optimum = problem

@@ -12,6 +12,7 @@ from alloc.allocation import WRENCH_TOLERANCE
 from alloc.discovery import Entry
 from alloc.errors import DemandError
 from alloc.formulations import Family, find_formulation
+from bench.demands.near_degenerate import edge_demands, numbered
 from tests.not_asked import not_asked
 
 N_DEMANDS = 12
@@ -55,9 +56,23 @@ def small() -> Vehicle:
 
 
 def test_every_answer_is_what_its_status_says(entry: Entry, case: Vehicle, rng: np.random.Generator) -> None:
-    allocate = prepared(entry, case)
-    for tau in np.vstack([demands(case, rng, size) for size in (0.3, 1.0, 3.0)]):
-        f, status, *_ = allocate(tau)
+    says_what_it_makes(
+        prepared(entry, case), case, np.vstack([demands(case, rng, size) for size in (0.3, 1.0, 3.0)])
+    )
+
+
+@pytest.mark.parametrize("number", [12])
+def test_every_answer_is_what_its_status_says_where_printed_digits_decide(entry: Entry, number: int) -> None:
+    """A vehicle that is symmetric but for its last digits, asked for what lies on its edges."""
+    vehicle, rng = numbered(number)
+    says_what_it_makes(prepared(entry, vehicle), vehicle, edge_demands(vehicle, rng, 3 * N_DEMANDS))
+
+
+def says_what_it_makes(allocate: Allocator, case: Vehicle, taus: np.ndarray) -> None:
+    """Each answer lies inside the limits, and makes what status and share say."""
+    way = find_formulation(allocate.formulation).way
+    for tau in taus:
+        f, status, _, _, share = allocate(tau)
         assert f.shape == (case.n,)
         assert f.dtype == np.float64
         if status in (Status.INFEASIBLE, Status.NOT_CONVERGED):
@@ -67,6 +82,12 @@ def test_every_answer_is_what_its_status_says(entry: Entry, case: Vehicle, rng: 
         assert inside(f, case) or not allocate.limited
         if status is Status.SOLVED and not find_formulation(allocate.formulation).gives_way:
             error = np.abs(case.TP @ f - tau) / case.wrench_scale
+            assert error.max() <= WRENCH_TOLERANCE
+        if way is not None and share:
+            on = way(case)
+            begin = on.departure(case.f_min, case.f_max)
+            says = on.delivered(tau[None], begin, np.array([share]))[0]
+            error = np.abs(case.TP @ f - says) / case.wrench_scale
             assert error.max() <= WRENCH_TOLERANCE
 
 
