@@ -42,19 +42,6 @@ def command(
     if log is not None:
         return _read(log, out, name)
     assert vehicle is not None
-    return _write(vehicle, methods, demands, single, limits, n, seed, out)
-
-
-def _write(
-    vehicle: str,
-    methods: tuple[str, ...],
-    demands: tuple[str, ...],
-    single: bool,
-    limits: Literal["fixed", "call"],
-    n: int,
-    seed: int,
-    out: Path,
-) -> int:
     from alloc import load_vehicle
     from bench.chips import kernels
     from bench.chips.board.project import plan, write
