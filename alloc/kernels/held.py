@@ -15,7 +15,7 @@ from alloc.allocation import FloatArray, Status
 from alloc.kernels.departure import departure
 from alloc.kernels.tolerance import HELD
 from alloc.nullspace.allocator import exact
-from alloc.program import Builder, Expression, Limits, Number, least, most
+from alloc.program import Builder, Expression, Limits, Number, least, most, select
 from alloc.reach.edge import start
 from alloc.vehicle import Vehicle
 
@@ -83,7 +83,9 @@ def held(
             drawn = {i: merged(center[i], thrust) for i, thrust in thrusts.items()}
             return Held(_named(drawn), [merged(0.0, share) for share in shares])
         rooms = _rooms(builder, center, limits)
-        taken = [over(beyond(builder, i, x, limits).value - spare, rooms[i]) for i, x in thrusts.items()]
+        taken = [
+            _taken(builder, beyond(builder, i, x, limits).value - spare, rooms[i]) for i, x in thrusts.items()
+        ]
         at_most = over((spare / bound) * (worst - bound), least(*rooms.values()))
         # Both are the same but for rounding, and the second tells that little is taken of a small gap.
         more = most(least(most(*taken), at_most, HUGE), 0.0)
@@ -95,6 +97,17 @@ def held(
             away = x if center[i] == 0.0 else x - center[i]
             drawn[i] = merged(x - lost * away, x)
         return Held(_named(drawn), [merged(share * kept, share) for share in shares])
+
+
+def _taken(builder: Builder, value: Expression, room: Number) -> Expression:
+    """What of the way from c to its thrust a thruster goes beyond what it may.
+
+    One that is stuck has no room, and a program for many faults, whose steps hold one thruster more, takes it
+    beyond by rounding: so there it does not bring all others to rest.
+    """
+    if not builder.faults or not isinstance(room, Expression):
+        return over(value, room)
+    return select(room > NARROW * builder.vehicle.f_scale, over(value, room), 0.0)
 
 
 def over(value: Expression, room: Number) -> Expression:
