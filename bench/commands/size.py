@@ -103,6 +103,8 @@ def command(
     _known(where, "demand set", (demands,) if demands else (), sets)
     given = None if cpi is None else Cpi(*cpi, "as given")
     loop = Loop(rate or _own_rate(machines), budget / 100, deadline_us)
+    on_boards = [machine for machine in machines if board in on_board.known_boards(machine.run)]
+    pages = [on_board.page(one.run, loop, board, vehicles) for one in on_boards or machines] if board else []
     moved = None
     if len(directories) > 1:
         sized = sizes_of(machines, loop, clock_MHz and clock_MHz * 1e6, given)
@@ -119,10 +121,10 @@ def command(
         trusted = [machine for machine in timed if machine.name in shown]
         click.echo(page(trusted, {name: own for name, own in shown.items() if own}, loop, moved, every))
     for machine in machines:
-        if board:
-            click.echo(on_board.page(machine.run, loop, board, vehicles))
-        elif machine.run.record.emulated or (clock_MHz and not counted):
+        if not board and (machine.run.record.emulated or (clock_MHz and not counted)):
             click.echo(bands.page(machine.run, loop, clock_MHz, given, vehicles))
+    for text in pages:
+        click.echo(text)
 
 
 def _own_rate(machines: "Sequence[NamedRun]") -> float:

@@ -4,7 +4,7 @@ from collections.abc import Collection, Sequence
 
 from alloc.errors import UnknownName
 from alloc.formulations import find_formulation
-from bench.record import Board, Emulated
+from bench.record import Board, Emulated, Processor
 from bench.results.bands import Counted, counted
 from bench.results.emulated import by_name, rows
 from bench.results.fit import Loop
@@ -21,8 +21,7 @@ def page(run: Run, loop: Loop, board: str, vehicles: Collection[str] = ()) -> st
 
     ``vehicles`` are the only ones to show, in this order; all if empty.
     """
-    processors = by_name(run.record.processors)
-    known = {one.name: (processor, one) for processor in processors for one in processor.boards}
+    known = known_boards(run)
     if board not in known:
         there = ", ".join(sorted(known)) or "none; `thrustbench emulate --out DIR` counts for boards"
         raise UnknownName(f"no board '{board}' in this record; there is {there}")
@@ -44,6 +43,12 @@ def page(run: Run, loop: Loop, board: str, vehicles: Collection[str] = ()) -> st
         " attainable demands, to 1 %. Beyond: what of other demands is delivered along them, in the mean, and"
         " the largest angle between the two.\n"
     )
+
+
+def known_boards(run: Run) -> dict[str, tuple[Processor, Board]]:
+    """The boards that a record has cycles for, by name, each with its processor."""
+    processors = by_name(run.record.processors)
+    return {board.name: (processor, board) for processor in processors for board in processor.boards}
 
 
 def _table(kernels: Sequence[Counted], board: Board, loop: Loop) -> str:
