@@ -20,8 +20,8 @@ from bench.results.fit import Fit
 from bench.results.machines import NamedRun, emulated_name
 from bench.results.quantiles import Histogram, interval, late_bound, merged
 from bench.results.ranking import largest_loss
-from bench.results.repeats import most
-from bench.results.rows import SETS
+from bench.results.repeats import most, most_of_all
+from bench.results.rows import in_order
 from bench.results.size import CLOSE
 from bench.results.sizing import Pool, of_methods, pools
 
@@ -42,7 +42,7 @@ def data(machines: Sequence[NamedRun]) -> dict[str, Any]:
         "fits": [str(fit) for fit in Fit],
         "rate_hz": max(filter(None, (rate_of(m.run) for m in machines)), default=USUAL.rate_hz),
         "times": times,
-        "sets": sorted(sets, key=lambda name: (SETS.index(name) if name in SETS else len(SETS), name)),
+        "sets": in_order(sets),
         "formulations": {name: find_formulation(name).title for name in sorted(formulations)},
         "machines": found,
         # An unknown frame, as of a record of counts alone, has no entry.
@@ -104,7 +104,7 @@ def _method(
         "steps": first.worst_case_steps,
         "freedom": problem.nullity if problem else None,
         "iterations": most(row.iterations_max for row in rows),
-        "memory_MB": _worst([row.peak_rss_MB for row in rows]),
+        "memory_MB": most_of_all([row.peak_rss_MB for row in rows]),
         "allocator_kB": _shown(most(row.allocator_bytes for row in rows), 1e-3),
         "setup_us": _shown(most(row.setup_us for row in rows)),
         "distance": _shown(most(row.distance_relative for row in rows)),
@@ -195,11 +195,6 @@ def _packed(singles: Histogram, place: dict[float, int]) -> list[int]:
 def _interval(singles: Histogram) -> list[float | None]:
     ends = interval(singles, 0.999)
     return [None, None] if ends is None else [end / 1000 for end in ends]
-
-
-def _worst(values: Iterable[float | None]) -> float | None:
-    known = list(values)
-    return None if None in known else most(known)
 
 
 def _shown(value: float | None, factor: float = 1.0, digits: int = 4) -> float | None:

@@ -58,3 +58,9 @@ class Repeats:
 def most(values: Iterable[N | None]) -> N | None:
     """The largest of the values that are not None; None where all are."""
     return max((value for value in values if value is not None), default=None)
+
+
+def most_of_all(values: Iterable[N | None]) -> N | None:
+    """The largest of the values; None where one is, for it might be larger."""
+    known = list(values)
+    return None if None in known else most(known)

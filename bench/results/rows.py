@@ -1,6 +1,7 @@
 """A run as reports see it: the record's cells gathered into rows, one for each line of results.csv."""
 
 from collections import defaultdict
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -81,8 +82,7 @@ class Run:
 
     def sets(self, vehicle: str) -> list[str]:
         """Demand sets of a vehicle, in the order of tables."""
-        names = {row.demands for row in self.by_vehicle[vehicle]}
-        return sorted(names, key=lambda name: (SETS.index(name) if name in SETS else len(SETS), name))
+        return in_order({row.demands for row in self.by_vehicle[vehicle]})
 
     def singles(self, row: Row) -> Histogram:
         """Single calls of a row's method, start and level on all of its vehicle's demand sets [ns]."""
@@ -106,6 +106,11 @@ class Run:
     def of(self, vehicle: str, demands: str = "") -> list[Row]:
         """Rows of a vehicle on one demand set, or on all."""
         return [row for row in self.by_vehicle.get(vehicle, []) if demands in ("", row.demands)]
+
+
+def in_order(sets: Iterable[str]) -> list[str]:
+    """Names of demand sets in the order of tables."""
+    return sorted(sets, key=lambda name: (SETS.index(name) if name in SETS else len(SETS), name))
 
 
 def read_run(directory: Path) -> Run:

@@ -14,6 +14,7 @@ from bench.results.fit import LATE_SHARE, Fit, Loop
 from bench.results.pauses import Pauses, pauses, whose
 from bench.results.quantiles import Histogram, late_bound, merged, quantile, total
 from bench.results.ranking import exact, right
+from bench.results.repeats import most_of_all
 from bench.results.rows import Run
 from bench.results.size import Size, ordered
 from bench.results.text import counted, percent, three
@@ -142,7 +143,7 @@ def _pool(
         return Pool(size, [], None)
     factor = transfer.high if transfer else 1.0
     singles = [(ns * factor, count) for ns, count in merged(row.measured.singles for row in rows)]
-    p50 = _largest([row.call_p50_us for row in rows], factor)
+    p50 = _times(factor, most_of_all(row.call_p50_us for row in rows))
     tail = quantile(singles, 0.999)
     refusals = [refusal(row, asked.get((row.vehicle, row.demands))) for row in rows]
     refused, words = max((found for found in refusals if found[1]), key=itemgetter(0), default=(0.0, ""))
@@ -155,8 +156,8 @@ def _pool(
         p999_us=None if tail is None or p50 is None or tail / 1000 < p50 else tail / 1000,
         max_us=None if transfer or not singles else singles[-1][0] / 1000,
         calls=total(singles),
-        cpu_us=_largest([row.call_cpu_p50_us for row in rows], factor),
-        memory_MB=_largest([row.peak_rss_MB for row in rows], 1.0),
+        cpu_us=_times(factor, most_of_all(row.call_cpu_p50_us for row in rows)),
+        memory_MB=most_of_all(row.peak_rss_MB for row in rows),
         steps=first.worst_case_steps,
     )
     return Pool(size, singles, None if transfer else held_up)
@@ -248,6 +249,5 @@ def judge(
     return Fit.FITS, ""
 
 
-def _largest(values: list[float | None], factor: float) -> float | None:
-    known = [value for value in values if value is not None]
-    return max(known) * factor if len(known) == len(values) and known else None
+def _times(factor: float, us: float | None) -> float | None:
+    return None if us is None else factor * us
