@@ -9,7 +9,7 @@
 /* y (d + 1) with y'N = 0 over the chosen rows, its largest entry 1; 0 where more than one y does that. */
 static int normal(const struct tb_allocator *a, int d, const int rows[TB_N_MAX], tb_real y[TB_N_MAX])
 {
-    tb_real M[TB_N_MAX][TB_N_MAX], length[TB_N_MAX], most = 0;
+    tb_real M[TB_N_MAX][TB_N_MAX], length[TB_N_MAX] = {0}, most = 0;
     int pivot_of[TB_N_MAX], taken[TB_N_MAX] = {0}, last = 0;
     for (int i = 0; i <= d; i++) {
         length[i] = tb_root(tb_product(a->N[rows[i]], a->N[rows[i]], d));

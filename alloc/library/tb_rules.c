@@ -34,7 +34,7 @@ int tb_clip(const struct tb_allocator *a, const tb_real *tau, const tb_real *f_m
  */
 static void shared(const struct tb_allocator *a, tb_real rest[TB_K_MAX], const int on[TB_N_MAX], tb_real x[TB_N_MAX])
 {
-    tb_real L[TB_N_MAX][TB_N_MAX], D[TB_N_MAX], B[TB_K_MAX][TB_N_MAX], R[TB_K_MAX][TB_K_MAX];
+    tb_real L[TB_N_MAX][TB_N_MAX] = {{0}}, D[TB_N_MAX], B[TB_K_MAX][TB_N_MAX], R[TB_K_MAX][TB_K_MAX];
     tb_real S[TB_K_MAX][TB_K_MAX], y[TB_K_MAX], q2[TB_K_MAX], longest = 0;
     int order[TB_K_MAX], taken[TB_K_MAX], rank = 0;
     const int k = a->k, m = a->m;

@@ -1,0 +1,93 @@
+// Shaped like a controller of ros2_control, against stand-ins of our own for its headers: the matrix is a parameter,
+// update() answers within slew rates, leaves out thrusters that failed, and hands back what was not delivered.
+#include "controller_interface.hpp"
+#include "libthrustbench.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+using controller_interface::CallbackReturn;
+using controller_interface::return_type;
+
+class ThrustController : public controller_interface::ControllerInterface
+{
+public:
+    CallbackReturn on_configure() override
+    {
+        const auto T = parameters.as_double_array("T");
+        low_ = parameters.as_double_array("f_min");
+        high_ = parameters.as_double_array("f_max");
+        slew_ = parameters.as_double_array("slew");
+        n_ = low_.size();
+        k_ = n_ ? T.size() / n_ : 0;
+        const bool fits = k_ * n_ == T.size() && high_.size() == n_ && slew_.size() == n_ && n_ <= TB_N_MAX &&
+                          k_ <= TB_K_MAX;
+        if (!fits || tb_prepare(&allocator_, static_cast<int>(k_), static_cast<int>(n_), T.data(), nullptr, nullptr,
+                                low_.data(), high_.data()) != TB_SOLVED) {
+            return CallbackReturn::FAILURE;
+        }
+        failed_ = 0;
+        return CallbackReturn::SUCCESS;
+    }
+
+    return_type update(const rclcpp::Time &, const rclcpp::Duration &period) override
+    {
+        double low[TB_N_MAX], high[TB_N_MAX], f[TB_N_MAX];
+        unsigned long failed = 0;
+        for (std::size_t i = 0; i < n_; i++) {
+            const double now = state_interfaces[i], step = slew_[i] * period.seconds();
+            failed |= std::isfinite(now) ? 0UL : 1UL << i;
+            low[i] = std::isfinite(now) ? std::min(std::max(low_[i], now - step), high_[i]) : 0;
+            high[i] = std::isfinite(now) ? std::max(std::min(high_[i], now + step), low_[i]) : 0;
+        }
+        if (failed != failed_) { // bounded, so this may happen in a period
+            if (tb_without(&allocator_, failed) != TB_SOLVED) {
+                return return_type::ERROR;
+            }
+            failed_ = failed;
+        }
+        const int status = tb_scaled(&allocator_, reference.data(), low, high, f, &share);
+        if (status != TB_SOLVED && status != TB_PARTIAL) {
+            return return_type::ERROR;
+        }
+        std::copy(f, f + n_, command_interfaces.begin());
+        return return_type::OK;
+    }
+
+    tb_real share{0}; // below 1: the controllers in front of this one hold their integrators
+
+private:
+    tb_allocator allocator_{};
+    std::vector<double> low_, high_, slew_;
+    std::size_t k_{0}, n_{0};
+    unsigned long failed_{0};
+};
+
+int main()
+{
+    static ThrustController controller;
+    controller.parameters["T"] = {0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 0, 0, 30, 22, -22, -30, -8, 8};
+    controller.parameters["f_min"] = {-2e5, -2e5, -2e5, -2e5, -798720, -798720};
+    controller.parameters["f_max"] = {2e5, 2e5, 2e5, 2e5, 798720, 798720};
+    controller.parameters["slew"] = std::vector<double>(6, 2e6);
+    if (controller.on_configure() != CallbackReturn::SUCCESS) {
+        return 1;
+    }
+    controller.reference = {3e5, -4e5, 2e6};
+    controller.state_interfaces.assign(6, 0.0);
+    controller.command_interfaces.assign(6, 0.0);
+    for (int period = 0; period < 3; period++) {
+        if (controller.update({}, {0.05}) != return_type::OK) {
+            return 2;
+        }
+        std::printf("%.17g", controller.share);
+        for (double f : controller.command_interfaces) {
+            std::printf(" %.17g", f);
+        }
+        std::printf("\n");
+        controller.state_interfaces = controller.command_interfaces; // as if thrusters followed at once
+        controller.state_interfaces[1] = period ? std::nan("") : controller.state_interfaces[1];
+    }
+    return 0;
+}
