@@ -26,6 +26,7 @@ TITLE = "drawn by thrustbench check"
 def command(vehicle: str, as_json: bool, probe: bool, picture: Path | None, no_picture: bool) -> int:
     """Lint a vehicle file: errors (exit code 2), warnings, what each failure costs; and draw it.
 
+    What commands make is drawn where it has 'esc', as <vehicle>-esc.svg.
     With --probe the table of the pool is drawn too, as <vehicle>-probe.svg and .pdf beside the drawing.
     """
     from alloc.lint.check import check_vehicle
@@ -77,11 +78,17 @@ def _pictures(
     from bench.report.pictures.probe import sheet
     from bench.report.pictures.sketch import sketch
     from bench.report.pictures.style import SETTINGS
+    from bench.report.pictures.thrust_curve import thrust_curve
 
     target = picture or Path(f"{file.stem}.svg")
     with mpl.rc_context(SETTINGS):
         said = "drawn from three sides; arrows show which way positive thrust pushes"
         lines = [_saved(sketch(vehicle, mounting), target, picture is not None, said)]
+        if vehicle.esc:
+            beside = target.with_name(f"{target.stem}-esc{target.suffix}")
+            lines.append(
+                _saved(thrust_curve(vehicle), beside, picture is not None, "what its ESCs' commands make")
+            )
         if probe:
             drawn = sheet(vehicle, probes(vehicle))
             for suffix in (".svg", ".pdf"):

@@ -17,6 +17,7 @@ from alloc.reach.volumes import (
     worst_fault,
 )
 from bench.demands.store import Case
+from bench.judging.last_metre import last_metre
 from bench.judging.loss import relative_wrench_error
 from bench.judging.question import Answers, Ask, Unanswered
 from bench.judging.reach import demands_of_growing_size, error_curve, planes
@@ -91,6 +92,7 @@ def _without_methods(vehicle: Vehicle, seed: int) -> Capability:
         curves=[],
         planes=planes(vehicle, seed),
         names=list(vehicle.names),
+        last_metre=last_metre(vehicle, seed),
     )
 
 

@@ -1,6 +1,6 @@
 """What a run leaves behind: facts as they were measured, one line each, and how they are read back."""
 
-from bench.record.capability import Authority, Capability, Curve, Plane, Served, Unserved
+from bench.record.capability import Authority, Capability, Curve, LastMetre, Plane, Served, Unserved
 from bench.record.cell import Batch, Cell, Judged, Key, Quiet
 from bench.record.reader import FILE_NAME, PACKED, Record, RecordError, parse, read
 from bench.record.schema import (
@@ -33,6 +33,7 @@ __all__ = [
     "Header",
     "Judged",
     "Key",
+    "LastMetre",
     "Line",
     "Method",
     "Plane",

@@ -103,6 +103,37 @@ class Plane(msgspec.Struct, kw_only=True):
     demands: list[tuple[float, float, str]]
 
 
+class LastMetre(msgspec.Struct, kw_only=True):
+    """What one way from thrusts to the commands of ESCs costs.
+
+    Attributes
+    ----------
+    way : in words
+    share : sizes of demands, of what is attainable in their direction [-]
+    error_p50, error_p95 : at each size, |made - tau| / |tau| over all directions [-]
+    step_p50 : median of that error which the steps of the wire alone explain [-]
+    missed : median of |made - tau| in a flight, in units of what the vehicle can do [-]; None where the
+        vehicle can't fly it
+    off_m : root mean square distance from where the vehicle should be [m]
+    turns_hz : how often a thruster starts, stops or turns round, mean of all [1/s]
+    """
+
+    way: str
+    share: list[float]
+    error_p50: list[float]
+    error_p95: list[float]
+    step_p50: list[float]
+    missed: float | None
+    off_m: float | None
+    turns_hz: float | None
+
+    def __post_init__(self) -> None:
+        """Raise ValueError, which the reader names with its line, where a size lacks its errors."""
+        lengths = {len(each) for each in (self.share, self.error_p50, self.error_p95, self.step_p50)}
+        if len(lengths) != 1:
+            raise ValueError("share, error_p50, error_p95 and step_p50 need as many numbers each")
+
+
 class Capability(msgspec.Struct, tag="capability", kw_only=True, omit_defaults=True):
     """What one vehicle can do, whole and after each failure, and how much of that each method serves.
 
@@ -110,6 +141,7 @@ class Capability(msgspec.Struct, tag="capability", kw_only=True, omit_defaults=T
     ----------
     vehicle, dof : which vehicle, and its axes
     names : of its thrusters, empty where they have none
+    last_metre : what each way to its ESCs costs, empty for a vehicle without
     authority : of the whole vehicle, then with each working thruster off
     served, unserved : what each method serves, or why its answers could not be had
     curves : wrench error over the size of the demand
@@ -124,6 +156,7 @@ class Capability(msgspec.Struct, tag="capability", kw_only=True, omit_defaults=T
     curves: list[Curve]
     planes: list[Plane]
     names: list[str] = []
+    last_metre: list[LastMetre] = []
 
     def __post_init__(self) -> None:
         """Raise ValueError, which the reader names with its line, where an axis lacks its ends."""

@@ -16,7 +16,8 @@ def within(vehicle: Vehicle, rng: np.random.Generator, n: int) -> Within:
     """n consecutive demands of the mission, and what slew rates leave of the limits from one to the next.
 
     Thrusters are at rest at first. Then the thrusts of the call before are those of ``scaled``: the exact
-    answer where there is one, else the largest share of the demand. So all methods are asked the same,
+    answer where there is one, else the largest share of the demand; where the vehicle has ESCs, what these
+    made of it. So all methods are asked the same,
     whatever they answered before. Raises NotApplicable for a vehicle without slew rates.
     """
     if vehicle.slew is None:
@@ -28,4 +29,6 @@ def within(vehicle: Vehicle, rng: np.random.Generator, n: int) -> Within:
     for i, tau in enumerate(taus):
         lows[i], highs[i] = vehicle.limits(f_previous=f, dt=1 / RATE_HZ)
         f = allocate(tau, lows[i], highs[i]).f
+        if vehicle.esc:
+            f = vehicle.commands(f, f_min=lows[i], f_max=highs[i]).f
     return Within(taus, lows, highs)

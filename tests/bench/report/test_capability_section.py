@@ -13,14 +13,16 @@ from bench.record import (
     Curve,
     Judged,
     Key,
+    LastMetre,
     Plane,
     Quiet,
     RecordError,
     Served,
 )
-from bench.report import mission
+from bench.report import last_metre, mission
 from bench.report.capability import section
 from bench.report.pictures import error, reach
+from bench.report.pictures import last_metre as pictured
 from bench.results.rows import Run, read_run
 from tests.made_up import cell, header, problem, record
 
@@ -120,6 +122,35 @@ def test_pictures_are_drawn_and_curves_that_coincide_share_a_line(tmp_path: Path
     drawn = error.draw(run, "ukwial")
     assert drawn is not None
     assert [text.get_text() for text in drawn.legends[0].get_texts()] == ["scaled", "pinv, svd"]
+
+
+def test_the_last_metre_has_a_line_for_each_way_one_for_steps_and_a_picture(tmp_path: Path) -> None:
+    sizes = {"share": [0.02, 0.05], "step_p50": [0.0274, 0.0108]}
+    ways = [
+        LastMetre(way="linear map", error_p50=[1.0, 0.9], error_p95=[1.0, 1.0], missed=0.25, off_m=0.33,
+                  turns_hz=2.5, **sizes),
+        LastMetre(way="curve", error_p50=[0.028, 0.0107], error_p95=[0.05, 0.0167], missed=None, off_m=None,
+                  turns_hz=None, **sizes),
+    ]  # fmt: skip
+    run = run_with(tmp_path, msgspec.structs.replace(CAPABILITY, last_metre=ways))
+    text = last_metre.section(run, frozenset({"last_metre-ukwial.svg"}))
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in text.splitlines() if "|" in line]
+    assert rows[0][1:3] == ["2.00 %: missed, 95 %", "5.00 %: missed, 95 %"]
+    assert rows[2] == ["linear map", "100 %, 100 %", "90.0 %, 100 %", "25.0 %", "0.330", "2.50"]
+    assert rows[3][:3] == ["curve", "2.80 %, 5.00 %", "1.07 %, 1.67 %"]
+    assert rows[4][:3] == ["by steps alone", "2.74 %", "1.08 %"]
+    assert "last_metre-ukwial.svg" in text
+    drawn = pictured.draw(run, "ukwial")
+    assert drawn is not None
+    assert [each.get_text() for each in drawn.legends[0].get_texts()] == [
+        "linear map",
+        "curve",
+        "by steps alone",
+    ]
+    (tmp_path / "nothing").mkdir()
+    nothing = run_with(tmp_path / "nothing", CAPABILITY)
+    assert last_metre.section(nothing, frozenset()) == ""
+    assert pictured.draw(nothing, "ukwial") is None
 
 
 def test_a_flight_through_a_failure_shows_before_and_after(tmp_path: Path) -> None:
