@@ -13,6 +13,7 @@ FORMATS = {
     "PARM": (64, "QNff", "TimeUS,Name,Value,Default"),
     "RCOU": (65, "QHHHHHHHH", "TimeUS,C1,C2,C3,C4,C5,C6,C7,C8"),
     "BAT": (66, "QBf", "TimeUS,Inst,Volt"),
+    "ATT": (68, "Qffffff", "TimeUS,DesRoll,Roll,DesPitch,Pitch,DesYaw,Yaw"),
     "RATE": (67, "Qfff", "TimeUS,ROut,POut,YOut"),
 }
 """Message types of a dataflash log, with fewer fields than ArduPilot's."""
@@ -45,6 +46,7 @@ def write_bin(
         wire[place] = row
         put(66, stamp, 0, volt)
         put(67, stamp, *asked)
+        put(68, stamp, 1.0, 3.0, 0.0, -1.0, 359.0, 2.0)  # off by 2, 1 and 3 degrees
         put(65, stamp, *wire.tolist())
     file = path / "dive.BIN"
     file.write_bytes(out)

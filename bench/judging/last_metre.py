@@ -124,7 +124,7 @@ def _flown(vehicle: Vehicle, sends: Sends, seed: int, *, told: bool) -> dict[str
 
     def act(tau: FloatArray) -> FloatArray:
         slews = {} if vehicle.slew is None else {"f_previous": previous[-1], "dt": 1 / RATE_HZ}
-        low, high = vehicle.limits(**slews)  # type: ignore[arg-type]  # of each key its own
+        low, high = vehicle.limits(**slews)
         f = allocate(tau, low, high).f
         sent.append(sends(f[None], low[None], high[None])[0])
         made = vehicle.thrusts(sent[-1])

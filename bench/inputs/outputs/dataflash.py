@@ -1,7 +1,8 @@
-"""ArduPilot's dataflash logs: RCOU, BAT and RATE (library pymavlink, extra ``ardupilot``).
+"""ArduPilot's dataflash logs: RCOU, BAT, RATE and ATT (library pymavlink, extra ``ardupilot``).
 
 RCOU holds the pulses of the outputs [µs], PARM which motor each output drives, BAT the voltage, and RATE
-what the attitude controller asked of the mixer, in shares of all that it has. Axes are x forward, y to
+what the attitude controller asked of the mixer, in shares of all that it has; ATT says how far off the
+attitude was. Axes are x forward, y to
 starboard, z down.
 """
 
@@ -25,6 +26,7 @@ SUFFIXES = (".bin",)
 MOTORS = (*range(33, 41), *range(82, 86))
 """SERVOn_FUNCTION of motors 1 to 12 (ArduPilot, SRV_Channel.h)."""
 ASKED = {"roll": "ROut", "pitch": "POut", "yaw": "YOut"}
+ANGLES = ("Roll", "Pitch", "Yaw")
 HEADER = 3
 """Bytes of the head of a message: two marks and its type."""
 FORMAT = re.compile(rb"\xa3\x95\x80(?P<type>.)(?P<length>.)", re.DOTALL)
@@ -42,19 +44,22 @@ def read(path: Path, vehicle: Vehicle) -> Outputs:
         ) from None
     # The indexer in C prints of each damaged byte past Python's streams; the one in Python can be silenced.
     os.environ.setdefault("PYMAVLINK_FAST_INDEX", "0")
-    rows: dict[str, list[dict[str, Any]]] = {"RCOU": [], "BAT": [], "RATE": [], "PARM": []}
+    rows: dict[str, list[dict[str, Any]]] = {"RCOU": [], "BAT": [], "RATE": [], "ATT": [], "PARM": []}
     try:
         if path.stat().st_size > LARGEST:
             raise DemandError(f"{path}: is larger than {LARGEST / 1e9:g} GB; cut it")
         _refuse_standing_still(path)
         # pymavlink prints warnings of damaged parts, but standard output is for results.
         with redirect_stdout(StringIO()), redirect_stderr(StringIO()):
-            log = DFReader_binary(str(path))
+            log = DFReader_binary.__new__(DFReader_binary)  # which leaves the file open where it raises
             try:
+                log.__init__(str(path))
                 while (message := log.recv_match(type=list(rows))) is not None:
                     rows[message.get_type()].append(message.to_dict())
             finally:
-                log.close()
+                for part in ("data_map", "filehandle"):
+                    if hasattr(log, part):
+                        getattr(log, part).close()
         return _outputs(path, vehicle, rows)
     except (DemandError, FileError):
         raise
@@ -110,4 +115,14 @@ def _outputs(path: Path, vehicle: Vehicle, rows: dict[str, list[dict[str, Any]]]
         if vehicle.frame == "flu":
             taus = turned(taus.T, vehicle.dof).T
     said = f"{path.name}: RCOU's outputs {', '.join(map(str, channels))} are the thrusters, in this order"
-    return Outputs(t - t[0], u, volts, taus, shares=True, said=said)
+    return Outputs(t - t[0], u, volts, taus, shares=True, said=said + _attitude(rows["ATT"]))
+
+
+def _attitude(rows: list[dict[str, Any]]) -> str:
+    """How far the attitude was off its setpoint, the largest of three angles; empty where nothing says."""
+    pairs = np.array([[row[f"Des{axis}"] - row[axis] for axis in ANGLES] for row in rows], dtype=np.float64)
+    off = np.abs((pairs + 180.0) % 360.0 - 180.0).max(axis=1) if len(rows) else np.empty(0)
+    off = off[np.isfinite(off)]
+    if not off.size:
+        return ""
+    return f"; the attitude was off by {np.median(off):.3g}° (median), at most {off.max():.3g}° (ATT)"

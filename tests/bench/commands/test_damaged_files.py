@@ -201,11 +201,53 @@ def outputs(write: Callable[..., Path]) -> Callable[[Path], list[Path]]:
     return written
 
 
+ESC = """\
+esc:
+  neutral: 1500
+  range: [1100, 1900]
+  step: 1
+  reversed: [b]
+  dead_band: jump
+  curve: {16: [[1100, -40], [1472, 0], [1528, 0], [1900, 51]], 12: [[1100, -29], [1500, 0], [1900, 36]]}
+  volts: 16
+"""
+WIRED = "name: wired\ndof: [surge, yaw]\nT: [[1, 1], [0.2, -0.2]]\nnames: [a, b]\n"
+CURVE = "command,kgf,volts\n" + "".join(
+    f"{u},{(u - 1500) / 80 * v / 16:.3g},{v}\n" for v in (12, 16) for u in range(1100, 1901, 100)
+)
+
+
+def curve(folder: Path) -> list[Path]:
+    """A CSV that a vehicle file beside it names."""
+    (folder / "wired.yaml").write_text(
+        WIRED + ESC.replace(ESC[ESC.index("{") : ESC.index("}") + 1], "curve.csv")
+    )
+    (folder / "curve.csv").write_text(CURVE)
+    return [folder / "curve.csv"]
+
+
 KINDS = {
     "vehicle": Kind(
         vehicles,
         damaged,
         ("check|{file}|--no-picture", "allocate|/dev/null|--vehicle|{file}|--method|nullspace"),
+    ),
+    "esc": Kind(
+        texts(wired_yaml=WIRED + ESC),
+        damaged,
+        (
+            "check|{file}|--no-picture",
+            "allocate|/dev/null|--vehicle|{file}|--method|nullspace|--esc",
+            "codegen|--vehicle|{file}|--method|pinv|--esc|--out|{folder}/c",
+        ),
+    ),
+    "curve csv": Kind(
+        curve,
+        damaged,
+        (
+            "check|{folder}/wired.yaml|--no-picture",
+            "codegen|--vehicle|{folder}/wired.yaml|--method|pinv|--esc|--out|{folder}/c",
+        ),
     ),
     "demand csv": Kind(
         texts(a_csv=CSV, b_csv=TIMED), damaged, (*DEMANDS, "allocate|{file}|--vehicle|ukwial|--method|pinv")

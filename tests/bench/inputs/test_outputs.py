@@ -54,6 +54,11 @@ def test_a_log_of_commands_gives_the_wrench_that_they_made(
     assert made.taus == pytest.approx(SENT.f @ VEHICLE.T.T, abs=1e-3)
 
 
+def test_a_dataflash_log_says_how_far_off_the_attitude_was_across_north(tmp_path: Path) -> None:
+    said = read_outputs(binary(tmp_path), VEHICLE).said
+    assert "the attitude was off by 3° (median), at most 3° (ATT)" in said
+
+
 @pytest.mark.parametrize("write", [csv, binary, ulog])
 def test_a_mixer_that_did_its_work_left_the_rounding_undone_and_one_that_halves_half(
     tmp_path: Path, write: Callable[[Path], Path]
