@@ -4,7 +4,7 @@ BIN := .venv/bin
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 RUN ?= $(patsubst %/record.jsonl,%,$(wildcard runs/*/record.jsonl runs/*/*/record.jsonl))
 
-.PHONY: bench test docs elsewhere keep emulate prove clean
+.PHONY: bench test types pytest docs elsewhere keep emulate prove clean
 
 bench: .venv/lean
 	$(BIN)/thrustbench run
@@ -12,8 +12,13 @@ bench: .venv/lean
 test: .venv/test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/mypy
 	$(BIN)/lint-imports --no-logo
+	@$(MAKE) --no-print-directory --jobs 2 --keep-going types pytest
+
+types: .venv/test
+	$(BIN)/mypy
+
+pytest: .venv/test
 	$(BIN)/python -m pytest -n 2 --dist loadfile $(OPTIONS)
 
 # The documentation as a site, links checked: build/site/index.html.

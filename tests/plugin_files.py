@@ -30,7 +30,7 @@ def build(vehicle):
 
 BODIES = {
     "segfaults": "if large: ctypes.string_at(0)",
-    "loops": "while large: pass",
+    "loops": "while large: time.sleep(0.01)",  # a loop that keeps a core busy is in test_signals.py
     "raises": "if large: raise ValueError('no such demand')",
     "leaks": "if large: self.kept.append(np.empty(4_000_000))",
     "exits": "if large: os._exit(0)",

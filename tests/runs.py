@@ -23,7 +23,7 @@ def written(folder: Path) -> bytes:
     return path.read_bytes() if path.exists() else b""
 
 
-def wait_for(condition: Callable[[], object], seconds: float = 30.0) -> None:
+def wait_for(condition: Callable[[], object], seconds: float = 100.0) -> None:
     """Return as soon as the condition holds; fails where it does not within so many seconds."""
     end = time.monotonic() + seconds
     while not condition():

@@ -62,6 +62,7 @@ def disturbed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
+@pytest.mark.long  # a cluster of its own, whose worker is killed
 def test_nothing_is_lost_or_twice_when_a_worker_and_then_the_parent_are_killed(
     disturbed: Path, tmp_path: Path
 ) -> None:
@@ -104,6 +105,7 @@ def test_without_a_scheduler_this_machine_s_own_workers_do_the_work(tmp_path: Pa
     assert "64 layouts were drawn" in (tmp_path / "out" / "report.md").read_text()
 
 
+@pytest.mark.long  # a cluster of its own, whose worker is killed
 def test_a_best_layout_s_numbers_are_met_by_a_run_on_its_file(disturbed: Path, tmp_path: Path) -> None:
     """Its volume, maxima and shares as a run records them, and the shares of the study's own demands."""
     rows = pq.read_table(disturbed / "front.parquet").to_pylist()
@@ -133,6 +135,7 @@ def test_a_best_layout_s_numbers_are_met_by_a_run_on_its_file(disturbed: Path, t
     assert worst.volume_share * row["authority"] == pytest.approx(row["authority_after_one"], rel=1e-9)
 
 
+@pytest.mark.long  # a cluster of its own, whose worker is killed
 def test_best_layouts_are_vehicle_files_that_check_and_codegen_take(disturbed: Path, tmp_path: Path) -> None:
     file = sorted((disturbed / "best").glob("*.yaml"))[0]
     assert "0 errors" in ended(started("-m", "bench", "check", str(file), "--no-picture"))
