@@ -178,9 +178,9 @@ MUTANTS = (
     Mutant("a quantile is given with one call beyond it", "BEYOND = 10\n", "BEYOND = 1\n"),
     Mutant("a control period is in milliseconds", "return 1e6 / self.rate_hz", "return 1e3 / self.rate_hz"),
     Mutant(
-        "late calls are counted from the deadline on",
-        "late = sum(count for ns, count in counted if ns > deadline_ns)",
-        "late = sum(count for ns, count in counted if ns >= deadline_ns)",
+        "late calls are counted from the limit on",
+        "late = sum(count for ns, count in self.singles if ns / 1000 > limit_us)",
+        "late = sum(count for ns, count in self.singles if ns / 1000 >= limit_us)",
     ),
     Mutant(
         "the least share of answered demands is the largest",
