@@ -109,6 +109,16 @@ def test_a_row_shows_the_worst_answer_of_all_repeats(tmp_path: Path) -> None:
     assert row(tmp_path, *cells).agrees == "no"
 
 
+def test_of_what_repeats_lose_the_most_counts_and_of_what_they_serve_the_least(tmp_path: Path) -> None:
+    repeats = []
+    for repeat, lost in enumerate((0.1, 0.3, 0.2)):
+        loss = {"lost_wrench_max": lost, "answered_share": 1 - lost, "within_1pct_share": 0.5 - lost}
+        judged = Judged(answers=10, counts={"SOLVED": 10}, wrench_error_max=[0.0], loss=loss)
+        repeats.append(made_up.cell(key=Key("ukwial", "inactive", "pinv", repeat=repeat), judged=judged))
+    worst = row(tmp_path, *repeats)
+    assert (worst.lost_wrench_max, worst.answered_share, worst.within_1pct_share) == (0.3, 0.7, 0.2)
+
+
 def test_one_failed_repeat_makes_the_row_failed_with_its_reason(tmp_path: Path) -> None:
     crashed = made_up.cell(
         key=Key("ukwial", "inactive", "pinv", repeat=1), status="crashed", reason="signal 11"
