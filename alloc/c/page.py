@@ -4,6 +4,7 @@ from alloc.allocation import BoundedSteps
 from alloc.c.call import arguments, function_name, parameters
 from alloc.c.esc import LastMetre
 from alloc.c.recipe import Recipe
+from alloc.formulations import find_formulation
 from alloc.kernels.tolerance import TOLERANCE
 from alloc.program import Scalar, Where
 from alloc.vehicle import Vehicle
@@ -31,7 +32,7 @@ def page(
     levels = kernel.levels(vehicle)
     given = parameters(vehicle, scalar, limits, levels, fault="")
     shares = (
-        f"\n`share[i]` is what of level i was delivered, 0 … 1: {_levels(vehicle, levels)}.\n"
+        f"\n`share[i]` is what of level i was delivered, 0 … 1: {_levels(vehicle, kernel)}.\n"
         if levels
         else ""
     )
@@ -132,6 +133,7 @@ neutral.
 """
 
 
-def _levels(vehicle: Vehicle, levels: int) -> str:
-    named = vehicle.priority if levels == len(vehicle.priority) > 1 else (vehicle.dof,)
+def _levels(vehicle: Vehicle, kernel: Recipe) -> str:
+    way = find_formulation(kernel.formulation).way
+    named = way(vehicle).levels if way else (vehicle.dof,)
     return "; ".join(", ".join(axes) for axes in named)

@@ -108,6 +108,12 @@ class Formulation:
     way: Callable[[Vehicle], Way] | None = None
     pose: Callable[..., Posed] | None = None
 
+    def optimal_for(self, vehicle: Vehicle) -> bool:
+        """Whether that holds of this vehicle too: groups of its file that share thrusters take turns."""
+        if not (self.optimal and self.way and vehicle.groups):
+            return self.optimal
+        return min(self.way(vehicle).keep) == 1.0
+
 
 @cache
 def list_formulations() -> tuple[Formulation, ...]:

@@ -1,19 +1,20 @@
-"""The least effort for the wrench that is reached straight in each group of axes that share no thruster.
+"""The least effort for the wrench that is reached straight in each group of axes.
 
 What the thrusters of one group can't push takes nothing from the others: a yaw that saturates does not slow
-heave.
+heave. The groups are the file's, or the axes that share thrusters on the vehicle without faults. Groups that
+share thrusters go one after the other, as the levels of priority do.
 """
 
 from alloc.formulations import EXACT_METHODS, Family, Formulation, end_of
-from alloc.reach.levels import groups
+from alloc.reach.levels import groups, keeps
 from alloc.reach.way import Way
 from alloc.vehicle import Vehicle
 
 
 def straight_in_each_group(vehicle: Vehicle) -> Way:
-    """A level a group, each to the edge: no level takes from another, so none has to leave anything."""
-    independent = groups(vehicle)
-    return Way(vehicle, independent, [1.0] * len(independent))
+    """A level a group; to the edge where none that comes later shares a thruster, and so nothing is left."""
+    levels = vehicle.groups or groups(vehicle, vehicle.T)
+    return Way(vehicle, levels, keeps(vehicle, levels))
 
 
 FORMULATION = Formulation(

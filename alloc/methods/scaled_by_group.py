@@ -1,12 +1,31 @@
-"""The optimum that keeps the direction in each group of axes that share no thruster, at least effort."""
+"""The optimum that keeps the direction in each group of axes, at least effort."""
 
 from alloc.formulations.scaled_by_group import FORMULATION as ANSWERED
+from alloc.kernels.by_level import MEANINGS, by_level
 from alloc.nullspace.by_level import ByLevel
+from alloc.program import Program, Scalar, Where
 from alloc.vehicle import Vehicle
+from alloc.vehicle.condition import promised
 
+__all__ = ["FORMULATION", "MEANINGS", "build", "doubt", "program", "program_for_all"]
 FORMULATION = ANSWERED.name
 
 
 def build(vehicle: Vehicle) -> ByLevel:
     """Prepare to go straight towards the demand in each group of axes, at least effort."""
     return ByLevel(vehicle, ANSWERED)
+
+
+def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
+    """The same with each facet and step written out; raises NotApplicable where these are too many."""
+    return by_level(ANSWERED, vehicle, limits, scalar)
+
+
+def program_for_all(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
+    """One program for the vehicle and many faults."""
+    return by_level(ANSWERED, vehicle, limits, scalar, faults=True)
+
+
+def doubt(vehicle: Vehicle, scalar: Scalar) -> float:
+    """Share of a thrust that rounding takes of products with T* and N'H [-]."""
+    return promised(vehicle, 0.0)

@@ -41,12 +41,20 @@ def step_maps(vehicle: Vehicle, levels: Levels) -> FloatArray:
     return maps * (unit[:, None] / unit)
 
 
-def groups(vehicle: Vehicle) -> tuple[tuple[str, ...], ...]:
+def keeps(vehicle: Vehicle, levels: Levels) -> list[float]:
+    """Of each level the share of its way to the edge: all of it where no later level shares a thruster."""
+    parts = [{*part} for part in groups(vehicle, vehicle.T)]
+    reached = [{i for i, part in enumerate(parts) if part & {*level}} for level in levels]
+    return [KEEP if any(own & later for later in reached[j + 1 :]) else 1.0 for j, own in enumerate(reached)]
+
+
+def groups(vehicle: Vehicle, T: FloatArray | None = None) -> tuple[tuple[str, ...], ...]:
     """The axes in groups that share no thruster, in the order of ``vehicle.dof``.
 
-    The attainable set is the product of those of the groups, so no group's demand takes from another's.
+    The attainable set is the product of those of the groups, so no group's demand takes from another's. ``T``
+    is the vehicle's with its faults, unless another is given.
     """
-    moved = np.abs(vehicle.TP) > RANK_TOLERANCE * vehicle.row_lengths[:, None]
+    moved = np.abs(vehicle.TP if T is None else T) > RANK_TOLERANCE * vehicle.row_lengths[:, None]
     linked = (moved @ moved.T) | np.eye(vehicle.k, dtype=bool)
     connected = np.linalg.matrix_power(linked, vehicle.k)
     names = (tuple(vehicle.dof[i] for i in np.flatnonzero(row)) for row in connected)

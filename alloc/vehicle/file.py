@@ -121,6 +121,7 @@ def vehicle_with(keys: VehicleFile, T: FloatArray) -> Vehicle:
         slew=None if keys.slew is None else _slew(keys.slew, n),
         by_volts=by_volts if keys.volts is None else _by_volts(keys.volts, n),
         priority=tuple(map(tuple, keys.priority)),
+        groups=tuple(map(tuple, keys.groups)),
         names=names,
         frame=keys.frame,
         esc=made,

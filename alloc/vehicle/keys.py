@@ -106,6 +106,7 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     volts : limits [f_min, f_max] by the battery's voltage [V], each one number or one for each thruster [N]
     esc : what stands between thrusts and the wire: one for all thrusters or one for each
     priority : the axes in levels, for a demand that can't be met: those of the first level are served first
+    groups : the axes in groups, each of which keeps its direction then; left out, those that share thrusters
     names : what people call each thruster, where ``thrusters`` does not say; "" for one without a name
     rank : intended rank of T where it is below k
     notes : remarks, such as what an import assumed
@@ -130,6 +131,7 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     volts: dict[str, tuple[float | Numbers, float | Numbers]] | None = None
     esc: EscKeys | list[EscKeys] | None = None
     priority: list[list[Axis]] = []
+    groups: list[list[Axis]] = []
     names: list[str] | None = None
     rank: int | None = None
     notes: list[str] = []

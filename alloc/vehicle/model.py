@@ -17,7 +17,7 @@ from alloc.vehicle.esc import Esc, Sent
 from alloc.vehicle.frame import Frame, checked_frame, turned
 from alloc.vehicle.limits import Interval, Slew, VoltageTable, check_slew, check_table, intersected, thrusts
 from alloc.vehicle.names import check_names, index_of
-from alloc.vehicle.priority import Priority, checked_priority
+from alloc.vehicle.priority import Priority, checked_levels, checked_priority
 
 RANK_TOLERANCE = 1e-9
 """Singular values of T below this count as zero, once its rows have unit length: the largest then lies
@@ -43,6 +43,7 @@ class Vehicle:
     slew : how fast thrusts may change, None where nothing says
     by_volts : limits by the battery's voltage, None where nothing says
     priority : axes in levels, those that are served first in front; given empty, one level with all axes
+    groups : axes in groups that are scaled together; empty for those that share thrusters
     names : (n,) what people call each thruster, "" for one without a name; empty where none has one
     frame : of T and of every wrench: frd (x ahead, y to starboard, z down) or flu (x ahead, y to port, z up)
     esc : (n,) what stands between each thrust and the wire; empty where nothing says
@@ -64,6 +65,7 @@ class Vehicle:
     names: tuple[str, ...] = ()
     frame: Frame = "frd"
     esc: tuple[Esc, ...] = ()
+    groups: Priority = ()
 
     def __post_init__(self) -> None:
         """Freeze private copies of the arrays; raise VehicleError where they describe no vehicle."""
@@ -76,6 +78,7 @@ class Vehicle:
         checked_frame(self.frame)
         check_shapes(self)
         object.__setattr__(self, "priority", checked_priority(self.priority, self.dof))
+        object.__setattr__(self, "groups", checked_levels(self.groups, self.dof, "groups", "group"))
         check_names(self.names, self.n)
         for key in ("f_min", "f_max"):  # a thruster that is off gives 0, however the vehicle was made
             limits = np.where(self.readiness == 0, 0.0, getattr(self, key))

@@ -15,6 +15,7 @@ from alloc.vehicle.limits import Slew, VoltageTable
 from bench.demands import DemandSet
 
 ESC = tuple(field.name for field in fields(Esc))
+LEVELS = ("priority", "groups")
 VEHICLE_ARRAYS = ("T", "H", "f_min", "f_max", "readiness", "slack_weights")
 
 
@@ -23,7 +24,8 @@ def arrays_of(vehicle: Vehicle) -> dict[str, NDArray[Any]]:
     names = np.array([vehicle.name, vehicle.source, vehicle.whole, vehicle.frame])
     arrays = {"vehicle": names, "dof": np.array(vehicle.dof), "thrusters": np.array(vehicle.names, dtype=str)}
     arrays |= {k: getattr(vehicle, k) for k in VEHICLE_ARRAYS}
-    arrays["priority"] = np.array([",".join(level) for level in vehicle.priority])
+    for key in LEVELS:
+        arrays[key] = np.array([",".join(level) for level in getattr(vehicle, key)], dtype=str)
     if vehicle.slew is not None:
         arrays |= {"slew up": vehicle.slew.up, "slew down": vehicle.slew.down}
     if (table := vehicle.by_volts) is not None:
@@ -48,7 +50,8 @@ def vehicle_of(arrays: Mapping[str, NDArray[Any]]) -> Vehicle:
         numbers["esc"] = tuple(kinds[i] for i in arrays["esc"])
     for key, words in (("dof", "dof"), ("names", "thrusters")):
         numbers[key] = tuple(map(str, arrays[words]))
-    numbers["priority"] = tuple(tuple(str(level).split(",")) for level in arrays["priority"])
+    for key in LEVELS:
+        numbers[key] = tuple(tuple(str(level).split(",")) for level in arrays[key])
     numbers["frame"] = frame[0] if frame else "frd"  # logs of boards before frames were said
     return Vehicle(name=name, source=source, whole=whole, **numbers)
 
@@ -62,7 +65,7 @@ def _esc(arrays: Mapping[str, NDArray[Any]], i: int) -> Esc:
 def same_vehicle(a: Vehicle, b: Vehicle) -> bool:
     """Whether two vehicles have the same numbers."""
     same = all(np.array_equal(getattr(a, key), getattr(b, key)) for key in VEHICLE_ARRAYS)
-    return same and (a.priority, a.frame) == (b.priority, b.frame)
+    return same and (a.priority, a.groups, a.frame) == (b.priority, b.groups, b.frame)
 
 
 def save(path: Path, **arrays: NDArray[Any]) -> None:

@@ -30,6 +30,7 @@ COMMENTS = {
     "f_min": "[N] astern; one number, or a list with one a thruster",
     "f_max": "[N] ahead",
     "priority": "levels for the method `priority`: what must hold, first",
+    "groups": "what the method `scaled-by-group` scales together",
     "weights": "effort of each thruster, the diagonal of H",
     "volts": "V: [f_min, f_max]; limits by the battery's voltage, linear between",
     "esc": "what goes to the ESCs: neutral, range, step, reversed, dead_band, and the measured curve",

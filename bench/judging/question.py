@@ -134,7 +134,9 @@ def _right(formulation: Formulation, question: Question, answers: Answers) -> Fl
     if formulation.gives_way:
         given |= answers.status == Status.PARTIAL
     F: FloatArray = np.where(given[:, None], answers.F, np.nan)
-    return _closed_form_where_inactive(question, F) if formulation.optimal else F
+    return (
+        _closed_form_where_inactive(question, F) if formulation.optimal_for(question.demands.vehicle) else F
+    )
 
 
 def right_answers(question: Question, name: str) -> FloatArray:

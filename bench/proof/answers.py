@@ -79,14 +79,15 @@ def answered(of: Subject) -> list[Claim]:
     except NotInstalled as lacking:
         return [not_shown(MADE, [str(lacking)])]
     formulation = find_formulation(recipe(of.kernel).formulation)
-    which = ATTAINABLE if formulation.optimal else UNSTOPPED if formulation.way else INSIDE
+    optimal = formulation.optimal_for(of.vehicle)
+    which = ATTAINABLE if optimal else UNSTOPPED if formulation.way else INSIDE
     asked: list[tuple[str, Callable[[FaultAnswers], tuple[int, str]]]] = [
         (MADE, lambda each: _made(each, of))
     ]
     if formulation.keeps_inside:
         asked.insert(0, (SOLVED.format(which=which), lambda each: _solved(each, which, formulation)))
     asked += [(REFUSED, _refused)] if of.limited else []
-    asked += [(EFFORT, lambda each: _effort(each, of))] if formulation.optimal else []
+    asked += [(EFFORT, lambda each: _effort(each, of))] if optimal else []
     if of.levels:
         asked += [(SHARES, lambda each: _shares(each, of)), (DELIVERED, lambda each: _delivered(each, of))]
     return [_claim(sentence, answers, check) for sentence, check in asked]
