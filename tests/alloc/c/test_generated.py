@@ -212,7 +212,7 @@ def test_the_self_test_notices_a_thrust_that_is_off_by_a_thousandth_of_a_limit_i
 ) -> None:
     vehicle = load_vehicle(SMALL)
     files = generate(vehicle, kernel, "float")
-    source = f"{SMALL}_{kernel}_float.c"
+    source = f"{function_name(vehicle, kernel, 'float')}.c"
     broken, written = re.subn(
         r"f\[0\] = (.+);", rf"f[0] = (\1) + {vehicle.f_scale / 1000:.3f}F;", files[source]
     )
