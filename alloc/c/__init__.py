@@ -3,7 +3,7 @@
 from alloc.c.bind import bound
 from alloc.c.call import arguments, function_name, in_comment
 from alloc.c.compiled import missing
-from alloc.c.esc import LastMetre, last_metre, to_escs
+from alloc.c.esc import EscCode, last_metre, to_escs
 from alloc.c.esc_selftest import esc_selftest
 from alloc.c.generate import digest, generate, printed, programs, sources
 from alloc.c.helpers import covering
@@ -12,7 +12,7 @@ from alloc.c.page import page
 from alloc.c.recipe import Recipe
 
 __all__ = [
-    "LastMetre", "Package", "Recipe", "arguments", "bound", "covering", "digest", "esc_selftest",
+    "EscCode", "Package", "Recipe", "arguments", "bound", "covering", "digest", "esc_selftest",
     "function_name", "generate", "in_comment", "last_metre", "missing", "packaged", "page", "printed",
     "programs", "sources", "to_escs",
 ]  # fmt: skip

@@ -31,7 +31,7 @@ MEANINGS = {
 
 
 @dataclass(frozen=True, eq=False)
-class LastMetre:
+class EscCode:
     """What C is written of.
 
     Attributes
@@ -98,20 +98,20 @@ def integers(largest: float) -> str:
     return "int16_t" if largest <= np.iinfo(np.int16).max else "int32_t"
 
 
-def last_metre(vehicle: Vehicle, kernel: Recipe, scalar: Scalar, limits: Where) -> LastMetre:
+def last_metre(vehicle: Vehicle, kernel: Recipe, scalar: Scalar, limits: Where) -> EscCode:
     """What the C behind a kernel is written of; raises VehicleError for a vehicle without ``esc``."""
     if not vehicle.esc:
         raise VehicleError(f"{vehicle.name}: has no ESCs; add 'esc' to its file", "esc")
     name = function_name(vehicle, kernel.name, scalar, limits)
-    return LastMetre(vehicle, scalar, limits, kernel.levels(vehicle), name)
+    return EscCode(vehicle, scalar, limits, kernel.levels(vehicle), name)
 
 
-def to_escs(of: LastMetre) -> dict[str, str]:
+def to_escs(of: EscCode) -> dict[str, str]:
     """Header and source of NAME_esc and NAME_to_esc, as {file name: text}."""
     return {f"{of.name}_esc.h": _header(of), f"{of.name}_esc.c": _source(of)}
 
 
-def _header(of: LastMetre) -> str:
+def _header(of: EscCode) -> str:
     guard = f"{of.name.upper()}_ESC_H"
     returns = "\n".join(f" *   {status:2d}  {meaning}" for status, meaning in MEANINGS.items())
     ends = "\n * f_min    lower limit of each thrust in this call [N]\n * f_max    upper limit [N]"
@@ -156,7 +156,7 @@ int {of.name}_to_esc({of.parameters(tau=True)});
 """
 
 
-def _source(of: LastMetre) -> str:
+def _source(of: EscCode) -> str:
     known = tables(of.vehicle.esc)
     steps = np.concatenate([side.steps for side in known.sides])
     mixed = len(set(known.jumps)) > 1
@@ -213,7 +213,7 @@ _WITHIN = """
     }"""
 
 
-def _found(of: LastMetre, known: Tables) -> str:
+def _found(of: EscCode, known: Tables) -> str:
     """The C that finds the row of the tables."""
     low, high = known.measured
     outside = f"!(volts >= {of(low)} && volts <= {of(high)})"
@@ -239,7 +239,7 @@ def _array(kind: str, name: str, values: Iterable[str]) -> str:
     return f"static const {kind} OWN_{name} = {{\n{indent(chr(10).join(lines), '    ')}\n}};"
 
 
-def _tables(of: LastMetre, known: Tables, *, mixed: bool) -> Iterator[str]:
+def _tables(of: EscCode, known: Tables, *, mixed: bool) -> Iterator[str]:
     """The tables of all curves, and those with an entry for each thruster."""
     vehicle = of.vehicle
     steps = np.concatenate([side.steps for side in known.sides])
@@ -270,7 +270,7 @@ def _tables(of: LastMetre, known: Tables, *, mixed: bool) -> Iterator[str]:
         yield _array("SCALAR", f"high[{vehicle.n}]", map(of, vehicle.f_max.tolist()))
 
 
-def _wire(of: LastMetre) -> dict[str, list[str]]:
+def _wire(of: EscCode) -> dict[str, list[str]]:
     """Of each thruster the command of neutral, and what a step adds to it, as literals."""
     columns = {
         "neutral": [esc.neutral for esc in of.vehicle.esc],
@@ -287,7 +287,7 @@ def _one(values: Sequence[str], name: str) -> str:
     return values[0] if len(set(values)) == 1 else f"OWN_{name}[i]"
 
 
-def _sent(of: LastMetre) -> str:
+def _sent(of: EscCode) -> str:
     """The C of the command that is j steps from neutral."""
     wire = _wire(of)
     by, step = _one(wire["by"], "by"), f"({of.scalar})j" if of.command == of.scalar else "j"
@@ -296,7 +296,7 @@ def _sent(of: LastMetre) -> str:
     return whole if of.command == of.scalar else f"({of.command})({whole})"
 
 
-def _esc(of: LastMetre, known: Tables) -> str:
+def _esc(of: EscCode, known: Tables) -> str:
     """The C of NAME_esc."""
     n = of.vehicle.n
     side = "back" if len(known.jumps) == 1 else "2 * OWN_curve[i] + back"
@@ -374,7 +374,7 @@ int {of.name}_esc({of.parameters(tau=False)})
     )
 
 
-def _to_esc(of: LastMetre) -> str:
+def _to_esc(of: EscCode) -> str:
     """The C of NAME_to_esc."""
     ends = "f_min, f_max, " * (of.limits == "call")
     sent = f"{of.name}_esc(f, volts" if of.alike else f"OWN_send(f, {ends}fault, volts"

@@ -3,7 +3,7 @@
 import numpy as np
 
 from alloc.allocation import FloatArray
-from alloc.c.esc import LastMetre
+from alloc.c.esc import EscCode
 from alloc.c.selftest import listed
 from alloc.program import Scalar
 from alloc.vehicle import Vehicle
@@ -17,7 +17,7 @@ SHARES = (1.2, 0.3, 0.05)
 """Largest thrusts that are asked, relative to the vehicle's largest limit: beyond the end, usual, small."""
 
 
-def esc_selftest(of: LastMetre) -> str:
+def esc_selftest(of: EscCode) -> str:
     """C that compares commands, thrusts made and status with Python's; exits with 0 where all agree."""
     vehicle, scalar, n = of.vehicle, of.scalar, of.vehicle.n
     allowed = ROUNDING[scalar] * _size(vehicle)
@@ -97,7 +97,7 @@ def _size(vehicle: Vehicle) -> float:
     return max(float(np.abs(esc.curve).max()) for esc in vehicle.esc)
 
 
-def _rows(of: LastMetre) -> str:
+def _rows(of: EscCode) -> str:
     """The initialisers of CASES calls that rounding does not decide, and of some with what is no number."""
     vehicle, rng = of.vehicle, np.random.default_rng(1999)
     real = np.float32 if of.scalar == "float" else np.float64
@@ -134,7 +134,7 @@ def _measured(vehicle: Vehicle) -> tuple[float, float]:
     return (min(ends), max(ends)) if ends else (1.0, 1.0)
 
 
-def _decided(of: LastMetre, call: list[FloatArray], volts: float) -> Sent | None:
+def _decided(of: EscCode, call: list[FloatArray], volts: float) -> Sent | None:
     """What Python sends; None where what rounding moves thrusts and limits by changes a command."""
     f, low, high = call
     by = ROUNDING[of.scalar] * _size(of.vehicle)

@@ -13,7 +13,7 @@ BUCKETS = 64
 
 
 @dataclass(frozen=True, eq=False)
-class Side:
+class CurveSide:
     """One side of a curve, sizes of thrusts at whole steps.
 
     Attributes
@@ -50,7 +50,7 @@ class Tables:
 
     volts: FloatArray
     measured: tuple[float, float]
-    sides: list[Side]
+    sides: list[CurveSide]
     jumps: list[bool]
     which: list[int]
 
@@ -59,7 +59,7 @@ def tables(escs: Sequence[Esc]) -> Tables:
     """The tables of n ESCs."""
     several = [esc.volts for esc in escs if len(esc.volts) > 1]
     volts = np.unique(np.concatenate(several)) if several else np.zeros(1)
-    kinds: dict[object, tuple[int, tuple[Side, Side], bool]] = {}
+    kinds: dict[object, tuple[int, tuple[CurveSide, CurveSide], bool]] = {}
     which = []
     for esc in escs:
         pair = _sides(esc, volts)
@@ -73,7 +73,7 @@ def tables(escs: Sequence[Esc]) -> Tables:
     )
 
 
-def _sides(esc: Esc, volts: FloatArray) -> tuple[Side, Side]:
+def _sides(esc: Esc, volts: FloatArray) -> tuple[CurveSide, CurveSide]:
     """An ESC's curve ahead and astern. Between whole steps no command can be sent, and none is a knot."""
     first, last = esc.ends
     along = (esc.command - esc.neutral) / esc.step
@@ -84,9 +84,9 @@ def _sides(esc: Esc, volts: FloatArray) -> tuple[Side, Side]:
     return _side(steps[ahead], f[:, ahead]), _side(-steps[astern][::-1], -f[:, astern][:, ::-1])
 
 
-def _side(steps: IndexArray, f: FloatArray) -> Side:
+def _side(steps: IndexArray, f: FloatArray) -> CurveSide:
     idle = int((f <= 0).all(axis=0).sum()) - 1  # the last that makes nothing at any voltage
     steps, f = steps[idle:], f[:, idle:]
     if len(steps) == 1:  # no thrust on this side: a piece that no call comes to
         steps, f = np.append(steps, steps + 1), np.repeat(f, 2, axis=1)
-    return Side(steps, f)
+    return CurveSide(steps, f)

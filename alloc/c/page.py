@@ -2,7 +2,7 @@
 
 from alloc.allocation import BoundedSteps
 from alloc.c.call import arguments, function_name, parameters
-from alloc.c.esc import LastMetre
+from alloc.c.esc import EscCode
 from alloc.c.recipe import Recipe
 from alloc.formulations import find_formulation
 from alloc.kernels.tolerance import TOLERANCE
@@ -17,7 +17,7 @@ def page(
     kernel: Recipe,
     scalar: Scalar = "double",
     limits: Where = "fixed",
-    last: LastMetre | None = None,
+    last: EscCode | None = None,
 ) -> str:
     """Markdown: the files, the call, what comes back, what it costs, how to check it; ``last`` with ESCs."""
     name = function_name(vehicle, kernel.name, scalar, limits)
@@ -98,7 +98,7 @@ it does not say itself that the FPU has a minimum and a maximum.
 """
 
 
-def _esc(last: LastMetre) -> str:
+def _esc(last: EscCode) -> str:
     name, n = last.name, last.vehicle.n
     limits = "f_min, f_max, " * (last.limits == "call")
     share = f"    {last.scalar} share[{last.levels}];\n" * (last.levels > 0)

@@ -6,7 +6,7 @@ from bench.record.reader import FILE_NAME, PACKED, Record, RecordError, parse, r
 from bench.record.schema import (
     NO_VEHICLE,
     SCHEMA,
-    Board,
+    BoardFacts,
     Emulated,
     Event,
     Header,
@@ -24,7 +24,7 @@ __all__ = [
     "SCHEMA",
     "Authority",
     "Batch",
-    "Board",
+    "BoardFacts",
     "Capability",
     "Cell",
     "Curve",

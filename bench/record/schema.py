@@ -209,7 +209,7 @@ class Emulated(msgspec.Struct, tag="emulated", omit_defaults=True):
     tools: dict[str, str] = {}
 
 
-class Board(msgspec.Struct, omit_defaults=True, kw_only=True):
+class BoardFacts(msgspec.Struct, omit_defaults=True, kw_only=True):
     """A board that cycles were worked out for; ``Emulated.boards`` names it.
 
     Attributes
@@ -244,7 +244,7 @@ class Processor(msgspec.Struct, tag="processor", omit_defaults=True, kw_only=Tru
     basis: str = ""
     goal: float | None = None
     microcontroller: bool = False
-    boards: list[Board] = []
+    boards: list[BoardFacts] = []
 
 
 class Event(msgspec.Struct, tag="event", omit_defaults=True, kw_only=True):

@@ -4,7 +4,7 @@ from collections.abc import Collection, Sequence
 
 from alloc.errors import UnknownName
 from alloc.formulations import find_formulation
-from bench.record import Board, Emulated, Processor
+from bench.record import BoardFacts, Emulated, Processor
 from bench.results.bands import Counted, counted
 from bench.results.emulated import by_name, rows
 from bench.results.fit import Loop
@@ -45,13 +45,13 @@ def page(run: Run, loop: Loop, board: str, vehicles: Collection[str] = ()) -> st
     )
 
 
-def known_boards(run: Run) -> dict[str, tuple[Processor, Board]]:
+def known_boards(run: Run) -> dict[str, tuple[Processor, BoardFacts]]:
     """The boards that a record has cycles for, by name, each with its processor."""
     processors = by_name(run.record.processors)
     return {board.name: (processor, board) for processor in processors for board in processor.boards}
 
 
-def _table(kernels: Sequence[Counted], board: Board, loop: Loop) -> str:
+def _table(kernels: Sequence[Counted], board: BoardFacts, loop: Loop) -> str:
     headers = (
         "vehicle",
         "method",
@@ -66,7 +66,7 @@ def _table(kernels: Sequence[Counted], board: Board, loop: Loop) -> str:
     )
 
 
-def _line(kernel: Counted, board: Board, loop: Loop) -> list[str]:
+def _line(kernel: Counted, board: BoardFacts, loop: Loop) -> list[str]:
     low, high = kernel.cycles or (0, 0)
     shares = [three(100 * each * loop.rate_hz / (1e6 * board.clock_MHz)) for each in (low, high)]
     asked = [row for name in ATTAINABLE if (row := kernel.rows.get(name)) is not None]

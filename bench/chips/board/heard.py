@@ -29,7 +29,7 @@ _LARGEST = 1 << 22
 
 
 @dataclass(frozen=True, kw_only=True)
-class Board:
+class LogHeader:
     """The header of a log.
 
     Attributes
@@ -96,7 +96,7 @@ class Heard:
     missing : what the project asks and no block says, in words
     """
 
-    board: Board
+    board: LogHeader
     demands: dict[str, DemandSet]
     asked: dict[tuple[str, str], list[TimedCalls]]
     missing: list[str]
@@ -124,7 +124,7 @@ def boards(path: Path, log: BoardLog) -> list[Heard]:
     return heard
 
 
-def _board(block: LogBlock) -> Board:
+def _board(block: LogBlock) -> LogHeader:
     facts: dict[str, str] = {}
     several: dict[str, list[list[str]]] = {"method": [], "demands": [], "vehicle": []}
     for name, *words in block.rows("fact"):
@@ -162,7 +162,7 @@ def _board(block: LogBlock) -> Board:
     if not kernels or not {kernel.solver for kernel in kernels.values()} <= {"", *rivals.names()}:
         raise ValueError(f"methods {', '.join(kernels) or 'none'}, of which a solver is not known here")
     rates = {name: None if rate == "-" else _rate(rate) for name, rate in several["demands"]}
-    return Board(
+    return LogHeader(
         facts=facts,
         ticks_per_s=ticks_per_s,
         seed=whole(facts.get("seed", "0"), (1 << 63) - 1),
@@ -179,7 +179,7 @@ def _rate(word: str) -> float:
     return rate
 
 
-def _heard(board: Board, blocks: Sequence[LogBlock]) -> Heard:
+def _heard(board: LogHeader, blocks: Sequence[LogBlock]) -> Heard:
     kernel = next(iter(board.kernels.values()))
     scalar = np.dtype(SCALARS[kernel.scalar])
     vehicle = _rounded(board.vehicle, scalar)

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 from alloc.files.modules import modules
 from bench.chips.flash import Flash
-from bench.record import Board as Facts
+from bench.record import BoardFacts
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,9 +27,9 @@ class Board:
     basis: str
 
     @property
-    def facts(self) -> Facts:
+    def facts(self) -> BoardFacts:
         """What reports say of it: a part of its processor's line in a record."""
-        return Facts(name=self.name, clock_MHz=self.clock_MHz, basis=self.basis)
+        return BoardFacts(name=self.name, clock_MHz=self.clock_MHz, basis=self.basis)
 
 
 def boards(processor: str) -> list[Board]:

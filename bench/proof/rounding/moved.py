@@ -56,7 +56,7 @@ class Gauge(NamedTuple):
     tiny: float
 
 
-class Held(NamedTuple):
+class HeldGauge(NamedTuple):
     """A gauge that holds its share for some demand.
 
     Attributes
@@ -86,7 +86,7 @@ class Moved:
         self._together = together
         self._halves: list[float] = []
         self._of: list[tuple[Form, Callable[[float], float]] | None] = []
-        self._held: dict[Node, list[Held]] = {}
+        self._held: dict[Node, list[HeldGauge]] = {}
         self._keep: dict[Node, float] = {}
         self._relative: dict[Node, float] = {}
         self._known: dict[object, float] = {}
@@ -198,7 +198,7 @@ class Moved:
             found = max(found, rate + own)
         return found
 
-    def _under(self, held: Held, keep: float, holds: Facts) -> float:
+    def _under(self, held: HeldGauge, keep: float, holds: Facts) -> float:
         """The rate under further facts."""
         if not holds:
             return held.rate
@@ -218,8 +218,8 @@ class Moved:
         return max(0.0, *(self._together.ratio(each, exact(over), least, facts) for each in (form, opposite)))
 
 
-def _held(taken: Form, slack: Form, least: float, rate: float, facts: Facts) -> Held:
-    return Held(taken, slack, least, rate / (1.0 - rate / least), facts)
+def _held(taken: Form, slack: Form, least: float, rate: float, facts: Facts) -> HeldGauge:
+    return HeldGauge(taken, slack, least, rate / (1.0 - rate / least), facts)
 
 
 def _key(form: Form) -> object:
