@@ -281,6 +281,7 @@ def main() -> int:
     options = parser.parse_args()
     chosen = [m for m in MUTANTS if not options.words or any(word in m.name for word in options.words)]
     survivors = 0
+    print("| mutant | the first test that finds it |\n|:--|:--|", flush=True)
     with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
         tree = Path(folder) / "tree"
         subprocess.run(["git", "clone", "--quiet", str(ROOT), str(tree)], check=True)
@@ -293,7 +294,7 @@ def main() -> int:
                 path, text = mutated(tree, mutant)
             except LookupError as error:
                 survivors += 1
-                print(f"NO LINE  {error.args[0]}", flush=True)
+                print(f"| {mutant.name} | NONE: {error.args[0]} |", flush=True)
                 continue
             tests = (
                 [["tests"]]
@@ -303,11 +304,8 @@ def main() -> int:
             found = next(filter(None, (notices(tree, some) for some in tests)), "")
             path.write_text(text, encoding="utf-8")
             survivors += not found
-            print(
-                f"{'found   ' if found else 'SURVIVES'} {mutant.name}: {found or path.relative_to(tree)}",
-                flush=True,
-            )
-    print(f"{len(chosen) - survivors} of {len(chosen)} found")
+            print(f"| {mutant.name} | {found or f'NONE: {path.relative_to(tree)}'} |", flush=True)
+    print(f"\n{len(chosen) - survivors} of {len(chosen)} found")
     return int(survivors > 0)
 
 
