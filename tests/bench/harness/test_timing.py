@@ -42,6 +42,12 @@ def test_batches_of_a_fast_call_last_about_as_long_as_they_should() -> None:
     assert BATCH_NS / 4 < quickest < BATCH_NS * 2
 
 
+def test_the_first_pass_of_a_fast_call_ran_on_cold_caches_and_is_no_sample() -> None:
+    samples = sample(lambda _: None, [INPUTS], budget_ns=0, singles=0)
+    assert samples.singles == []
+    assert samples.batches
+
+
 def test_a_slow_call_is_timed_singly_and_each_pass_is_a_batch_too() -> None:
     def call(_: int) -> None:
         time.sleep(4 * SLOW_NS / 1e9)
