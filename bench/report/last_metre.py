@@ -24,7 +24,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
             alt = f"{name}: share of small demands that is missed, by the way from thrusts to commands"
             parts += [
                 f"### {plain(name)}\n",
-                picture(f"last_metre-{name}.svg", alt, drawn),
+                picture(f"last-metre-{name}.svg", alt, drawn),
                 _table(capability.last_metre),
             ]
     return "\n".join([INTRODUCTION, *parts]) if parts else ""

@@ -21,7 +21,7 @@ from bench.record import (
 )
 from bench.report import last_metre, mission
 from bench.report.capability import section
-from bench.report.pictures import error, reach
+from bench.report.pictures import draw_all, error, reach
 from bench.report.pictures import last_metre as pictured
 from bench.results.rows import Run, read_run
 from tests.made_up import cell, header, problem, record
@@ -133,13 +133,13 @@ def test_the_last_metre_has_a_line_for_each_way_one_for_steps_and_a_picture(tmp_
                   turns_hz=None, **sizes),
     ]  # fmt: skip
     run = run_with(tmp_path, msgspec.structs.replace(CAPABILITY, last_metre=ways))
-    text = last_metre.section(run, frozenset({"last_metre-ukwial.svg"}))
+    text = last_metre.section(run, draw_all(run, tmp_path))
     rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in text.splitlines() if "|" in line]
     assert rows[0][1:3] == ["2.00 %: missed, 95 %", "5.00 %: missed, 95 %"]
     assert rows[2] == ["linear map", "100 %, 100 %", "90.0 %, 100 %", "25.0 %", "0.330", "2.50"]
     assert rows[3][:3] == ["curve", "2.80 %, 5.00 %", "1.07 %, 1.67 %"]
     assert rows[4][:3] == ["by steps alone", "2.74 %", "1.08 %"]
-    assert "last_metre-ukwial.svg" in text
+    assert "](last-metre-ukwial.svg)" in text
     drawn = pictured.draw(run, "ukwial")
     assert drawn is not None
     assert [each.get_text() for each in drawn.legends[0].get_texts()] == [
