@@ -9,9 +9,12 @@ from alloc.library import files, selftest
 from alloc.program import Scalar
 from tests.alloc.c.test_linkable import COMPILERS, WARNINGS, needs, run, write
 
-SIZES: list[tuple[Scalar, int, int]] = [
-    ("double", 8, 6), ("float", 8, 6), ("double", 4, 3), ("float", 12, 6),
-]  # fmt: skip
+SIZES = [
+    ("double", 8, 6),
+    ("float", 8, 6),
+    *(pytest.param(*each, marks=pytest.mark.long) for each in (("double", 4, 3), ("float", 12, 6))),
+]
+"""Scalars, TB_N_MAX and TB_K_MAX."""
 
 
 def said_of(folder: Path, made: dict[str, str]) -> str:
@@ -61,7 +64,14 @@ SABOTAGED = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("sabotage", SABOTAGED)
+OFTEN = {"a thrust beyond a limit stays there", "a failed thruster works on"}
+"""Each takes a compiler seconds; the others are asked with ``-m long``."""
+
+
+@pytest.mark.parametrize(
+    "sabotage",
+    [pytest.param(each, marks=() if each in OFTEN else pytest.mark.long) for each in SABOTAGED],
+)
 def test_the_self_test_finds_what_is_broken(sabotage: str, tmp_path: Path) -> None:
     needs("gcc")
     before, after = SABOTAGED[sabotage]
@@ -81,21 +91,10 @@ def test_it_is_clean_under_every_standard_alone_and_in_one_unit_with_generated_c
         write(folder, files(scalar) | selftest() | generate(load_vehicle("ukwial"), "scaled", scalar=scalar))
         sources = sorted(path.name for path in folder.glob("*.c"))
         write(folder, {"all.c": "".join(f'#include "{name}"\n' for name in sources)})
-        done = run(
-            [
-                compiler,
-                f"-std={standard}",
-                *WARNINGS,
-                "-O2",  # what is never set shows itself where functions are put into each other
-                "-c",
-                *language,
-                *sources,
-                "all.c",
-                *selftest(),
-            ],
-            folder,
-        )
-        assert done.returncode == 0, done.stderr[:2000]
+        # What is never set shows itself where functions are put into each other.
+        for units in (["-O2", "-c", *sources], ["-fsyntax-only", "all.c", *selftest()]):
+            done = run([compiler, f"-std={standard}", *WARNINGS, *language, *units], folder)
+            assert done.returncode == 0, done.stderr[:2000]
 
 
 def test_fast_math_is_refused_with_the_reason(tmp_path: Path) -> None:
