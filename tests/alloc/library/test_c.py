@@ -18,7 +18,7 @@ SIZES = [
 
 
 def said_of(folder: Path, made: dict[str, str]) -> str:
-    """What the self-test says of this C; raises where it finds nothing wrong, and where it can't be built."""
+    """What the self-test says of this C, and its exit code; raises where it can't be built."""
     write(folder, made | selftest())
     sources = [path.name for path in folder.glob("*.c")]
     sanitized = ["-fsanitize=address,undefined", "-fno-sanitize-recover=undefined"]
