@@ -139,8 +139,10 @@ def test_refinement_stays_near_the_best_and_inside_the_spans(
 
 
 def test_unbeaten_are_the_points_that_no_other_one_beats(rng: np.random.Generator) -> None:
-    points = rng.integers(0, 6, size=(200, 3)).astype(float)
+    points = rng.integers(0, 20, size=(200, 3)).astype(float)
+    points = np.vstack([points, points[unbeaten(points)]])  # and twins
     kept = unbeaten(points)
+    assert kept.sum() > 5
     for i, point in enumerate(points):
         others = np.delete(points, i, axis=0)
         beaten = ((others <= point).all(axis=1) & (others < point).any(axis=1)).any()
