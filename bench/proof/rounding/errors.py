@@ -200,10 +200,13 @@ class Errors(Arithmetic):
         return False
 
     def _most(self, value: Value) -> float:
-        """No less than a value with a form."""
+        """No less than a value with a form.
+
+        The facts hold for the shares as they were calculated too, so what moves those is in the first number.
+        """
         assert value.form is not None
         found = self._together.most(exact(value.form))
-        return found + self._error(value) if self._flips else found
+        return found + value.error if self._flips else found
 
     def _lessened(self, condition: Node, other: Node, less: Node) -> Value:
         """What is ``other`` less something where a condition holds, so that it moves by no more than that."""

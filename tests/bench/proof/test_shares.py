@@ -10,7 +10,9 @@ from alloc import Vehicle, load_vehicle
 from alloc.allocation import FloatArray
 from alloc.c.compiled import compiler
 from alloc.program import Program, Scalar, values
+from bench.demands.corners import thrusts
 from bench.proof import certify, subject
+from bench.proof.rounding.arithmetic import among
 from bench.proof.rounding.errors import Errors
 from bench.proof.rounding.forms import NOTHING, ONE, Form, constant, total
 from bench.proof.rounding.loads import shares
@@ -92,6 +94,32 @@ def test_an_error_above_the_bound_is_not_shown(monkeypatch: pytest.MonkeyPatch) 
     assert claim.verdict == "not shown"
     assert "an error of 1 N was seen, above the bound" in claim.words[0]
     assert all(row.bound_n < 1e-11 for row in rows)
+
+
+def test_in_float_no_rounding_draws_thrusts_in(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What holds thrusts against shares is never taken, so its bound is that without it, of all faults."""
+    monkeypatch.setattr(certify, "FAR", 0.5)
+    monkeypatch.setattr(certify, "searched", lambda *_: 0.0)
+    monkeypatch.setattr(certify, "before_limits", lambda *_: None)
+    few = certify.Effort(demands=100, demands_fault=100, runs=1, closely=False)
+    claim, rows = certify._bounded(subject(load_vehicle("ukwial"), "scaled", "float", "fixed"), few)
+    assert (claim.verdict, claim.words) == ("shown", [])
+    assert [row.fault for row in rows] == [-1, 0, 1, 2, 3]
+    assert all(row.flipped_n is None for row in rows)
+
+
+def test_thrusts_in_float_go_no_further_beyond_limits_than_is_followed() -> None:
+    """Attainable demands take them beyond by rounding alone, and by no more than its bound."""
+    of = subject(load_vehicle("ukwial"), "scaled", "float", "fixed")
+    program, exact = programs(of)[-1], certify._exact(of)[-1]
+    errors = Errors(program, of.vehicle, "float", exact, flips=True)
+    asked = {program.nodes[each[1]] for each in program.nodes if each[0] == "choose"}
+    ((_, worst, bound),) = [each for each in asked if each[0] == "gt"]
+    limit = errors.values[bound].low
+    most = max(errors._most(each) for each in among(errors.values[worst]))
+    taus = (of.vehicle.TP @ thrusts(of.vehicle, np.random.default_rng(8), 20_000)).astype(np.float32)
+    found = np.asarray(values(program, {"tau": taus}, np.float32)[worst])
+    assert 0.0 < found.max() <= most < limit
 
 
 def test_three_levels_have_three_shares_and_no_other_division_is_one() -> None:
