@@ -16,7 +16,7 @@ class RowSamples(NamedTuple):
     repeat : (B,) which repeat measured each batch, counted from 0
     calls : (B,) calls in each batch
     wall_ns, cpu_ns : (B,) time that each batch took, by the clock and of the thread's own CPU time [ns]
-    single_ns : (S,) time of each single call [ns], sorted; records keep it in bins 1 % wide
+    single_ns : (S,) time of each single call [ns], sorted; records keep it in bins 2 % wide
     """
 
     repeat: NDArray[np.int64]
