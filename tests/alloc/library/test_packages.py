@@ -38,7 +38,7 @@ def codegen(*arguments: str) -> tuple[int, str]:
     return done.exit_code, done.output
 
 
-@pytest.mark.parametrize("kind", ["cmake", "ros2"])
+@pytest.mark.parametrize("kind", ["cmake", pytest.param("ros2", marks=pytest.mark.long)])
 def test_it_is_built_tested_installed_and_found_by_a_cpp_program(kind: str, tmp_path: Path) -> None:
     status, said = codegen("--library", "--float", "--package", kind, "--out", str(tmp_path / "src"))
     assert status == 0
