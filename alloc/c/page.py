@@ -88,7 +88,8 @@ A demand counts as met within {TOLERANCE[scalar]:g} of the largest limit ({vehic
 ## Check it where it will run
 
 `test/{name}_test.c` holds demands for the whole vehicle and for every failed thruster, with the
-answers the Python method gives. It prints the largest difference and exits with 0 where all agree:
+answers the Python method gives. It prints the largest difference and exits with 0 where all agree.
+On a board compile it with `-Dmain=selftest`, and call that:
 
     cc -std=c99 -O2 -I. {name}.c test/{name}_test.c -o selftest && ./selftest
 

@@ -75,12 +75,13 @@ extern "C" {
 int tb_prepare(struct tb_allocator *a, int k, int n, const tb_real *T, const tb_real *H, const tb_real *readiness,
                const tb_real *f_min, const tb_real *f_max);
 
-/* The same vehicle with the thrusters off whose bits are set in `mask`, beside those that tb_prepare was told are off;
- * 0 brings all others back. Bounded as tb_prepare is. To change vehicles under a running loop, copy, change the
- * copy, and swap pointers. */
+/* The same vehicle with the thrusters off whose bits are set in `mask` (1UL << i), beside those that tb_prepare was
+ * told are off; 0 brings all others back. Returns and is bounded as tb_prepare. To change vehicles under a running
+ * loop, copy, change the copy, and swap pointers. */
 int tb_without(struct tb_allocator *a, unsigned long mask);
 
-/* Levels for tb_priority: level[j] of axis j counts from 0, and no number is left out. tb_prepare puts all in one. */
+/* Levels for tb_priority: level[j] of axis j counts from 0, and no number is left out; else TB_BAD_ARGUMENT, and
+ * nothing changes. tb_prepare puts all in one. */
 int tb_levels(struct tb_allocator *a, const int *level);
 
 /* The calls: tau (k) [N, N m]; f_min, f_max (n) the limits of this call [N], NULL: the vehicle's; f (n) [N].

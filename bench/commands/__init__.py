@@ -28,7 +28,7 @@ FAULTS = click.option(
     type=click.Choice(["none", "one", "all"]),
     default="one",
     show_default=True,
-    help="Any one thruster off: unknown to the C, code for each, or all in one function, the smallest.",
+    help="A thruster that is off: unknown to the C, code for each, or one smaller function for all.",
 )
 """The options of every command that writes C."""
 
