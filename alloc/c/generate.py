@@ -110,6 +110,7 @@ def _header(
         else ""
     )
     shares = "\n * share  what of each level was delivered, 0 to 1" if levels else ""
+    divided = _DIVIDED if limits == "call" and levels else ""
     signs = "\n".join(
         f" *        tau[{i}] {axis} [{unit(axis)}], {axis_of(axis, vehicle.frame)}: positive"
         f" {effect(axis, vehicle.frame)}"
@@ -128,7 +129,7 @@ def _header(
 {returns}
  *
  * No heap, no static data that changes, no recursion, no library call; a call takes bounded time and
- * may be interrupted and re-entered. Not for -ffast-math. C99 and later, C++11 and later.
+ * may be interrupted and re-entered. Not for -ffast-math. C99 and later, C++11 and later.{divided}
  */
 #ifndef {guard}
 #define {guard}
@@ -148,6 +149,12 @@ int {name}({parameters(vehicle, scalar, limits, levels)});
 #endif
 """
 
+
+_DIVIDED = """
+ *
+ * Limits that leave no margin divide by zero, as IEEE 754 has it: x / 0 is infinite and the share 0, and
+ * 0 / 0 is NaN, which the maximum leaves out. So the FPU may not trap these two."""
+"""What -fsanitize=float-divide-by-zero tells of; to keep it from zero would cost an operation a facet."""
 
 _STATUSES = f"""\
 #ifndef THRUSTBENCH_STATUSES

@@ -70,7 +70,7 @@ class FacetMargins:
 
         ``along`` is how far it goes along the pairs' normals, or where a pair is turned their opposites, and
         what is smaller than ``tiny`` is rounding. Nothing of no margin is NaN, which compares and the FPU's
-        maximum drop alike.
+        maximum drop alike; something of none is infinite, so the share is zero.
         """
         margins = [self._known[m][:: -1 if turned else 1] for m, turned in group]
         ahead, astern = (self._least(list(side)) for side in zip(*margins, strict=True))

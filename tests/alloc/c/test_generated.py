@@ -377,6 +377,25 @@ def test_limits_of_the_call_are_taken_as_every_method_takes_them(kernel) -> None
             assert not native.limited or ((f_min <= answer.f) & (answer.f <= f_max)).all()
 
 
+@pytest.mark.parametrize("kernel", ["scaled", "priority"])
+def test_limits_without_any_margin_take_nothing_of_a_demand_but_what_they_make(kernel) -> None:
+    """Loads are 0 / 0 there, which must not count, or x / 0, which must; the header says so."""
+    vehicle = load_vehicle(SMALL)
+    native = build(f"{kernel}@native", vehicle)
+    fixed = np.full(vehicle.n, 10.0)
+    made = vehicle.T @ fixed
+    for tau, status, share in (
+        (made, Status.SOLVED, 1.0),
+        (made + vehicle.wrench_scale, Status.PARTIAL, 0.0),
+    ):
+        answer = native(tau, fixed, fixed)
+        assert (answer.status, set(answer.share)) == (status, {share})
+        np.testing.assert_array_equal(answer.f, fixed)
+    headers = [generate(vehicle, kernel, limits=each) for each in ("call", "fixed")]
+    told = ["divide by zero" in next(iter(files.values())) for files in headers]
+    assert told == [True, False]
+
+
 @pytest.mark.parametrize(
     ("f_min", "says"), [([0.0] * 3, "shape"), ([np.nan] * 4, "NaN"), (["a"] * 4, "f_min"), (1.0, "shape")]
 )
