@@ -4,6 +4,7 @@
 /* Steps for each slab and dimension. Searches of 100,000 random and 100,000 nearly symmetric vehicles of up to 12
  * thrusters took 1.25 and 1.7 at most. */
 enum { CAP = 8 };
+enum { WIDER = 5, PASSES = 4 }; /* of limits, and of thrusts moved inside them */
 
 /* A row of G times tau, both filled up with zeros: without a loop, which would cost more than the products. */
 static inline tb_real row(const tb_real *g, const tb_real *tau)
@@ -262,6 +263,67 @@ tb_real tb_move_inside(const struct tb_allocator *a, struct tb_thrusts *t)
     return moved;
 }
 
+/* Thrusts where the steps from t went wrong by more than rounding: the same within wider limits (WIDER).
+ *
+ * A wrench on the edge leaves thrusts no room, so a step onto a thin row may go anywhere. Limits moved apart leave
+ * some; thrusts are moved back from those, and thrusters that are free share what the wrench tau (NULL: that of t) then
+ * misses. Returns whether it is missed by no more than `miss` times the largest limit; t is inside in any case.
+ */
+int tb_again(const struct tb_allocator *a, const tb_real *tau, struct tb_thrusts *t, tb_real miss)
+{
+    const tb_real wider[WIDER] = {TB_R(1e-3), TB_R(1e-2), TB_R(1e-1), 1, 10};
+    tb_real wanted[TB_K_MAX], rest[TB_K_MAX], more[TB_N_MAX], best[TB_N_MAX], x[TB_N_MAX], least = TB_LARGEST;
+    struct tb_thrusts wide;
+    int on[TB_N_MAX];
+    for (int r = 0; r < a->k; r++) {
+        wanted[r] = tau == NULL ? TB_R(0) : tau[r] * a->unit[r];
+        for (int p = 0; p < a->m && tau == NULL; p++) {
+            wanted[r] += a->A[r][a->at[p]] * t->x[p];
+        }
+    }
+    for (int p = 0; p < a->m; p++) {
+        x[p] = best[p] = t->x[p];
+    }
+    for (int i = 0; i < WIDER && least > TB_HELD * TB_R(0.01) * a->scale; i++) {
+        for (int p = 0; p < a->m; p++) {
+            wide.x[p] = x[p];
+            wide.low[p] = t->low[p] - wider[i] * TB_HELD * a->scale;
+            wide.high[p] = t->high[p] + wider[i] * TB_HELD * a->scale;
+        }
+        if (tb_nearest(a, &wide, TB_LARGEST) != TB_SOLVED) {
+            continue;
+        }
+        for (int p = 0; p < a->m; p++) {
+            t->x[p] = wide.x[p];
+        }
+        for (int pass = 0; pass < PASSES && least > TB_HELD * TB_R(0.01) * a->scale; pass++) {
+            tb_real missed = 0;
+            tb_move_inside(a, t);
+            for (int r = 0; r < a->k; r++) {
+                rest[r] = wanted[r];
+                for (int p = 0; p < a->m; p++) {
+                    rest[r] -= a->A[r][a->at[p]] * t->x[p];
+                }
+                missed = tb_abs(rest[r]) > missed ? tb_abs(rest[r]) : missed;
+            }
+            for (int p = 0; p < a->m; p++) {
+                on[p] = t->x[p] > t->low[p] && t->x[p] < t->high[p];
+                best[p] = missed < least ? t->x[p] : best[p];
+            }
+            least = missed < least ? missed : least;
+            tb_shared(a, rest, on, more);
+            for (int p = 0; p < a->m; p++) {
+                t->x[p] += on[p] ? more[p] : TB_R(0);
+            }
+        }
+    }
+    for (int p = 0; p < a->m; p++) {
+        t->x[p] = best[p];
+    }
+    tb_move_inside(a, t);
+    return least <= miss * a->scale;
+}
+
 /* Whether T f = tau holds within what SOLVED may miss, for thrusts that were `moved` in all. */
 int tb_meets(const struct tb_allocator *a, const tb_real *tau, const struct tb_thrusts *t, tb_real moved)
 {
@@ -308,6 +370,10 @@ int tb_nullspace(const struct tb_allocator *a, const tb_real *tau, const tb_real
         return tb_refused(a, tau, status);
     }
     moved = tb_move_inside(a, &t);
+    if (moved > TB_HELD * a->scale) {
+        tb_enter(a, tau, f_min, f_max, &t);
+        tb_again(a, tau, &t, TB_MET);
+    }
     if (moved < 0 || !tb_meets(a, tau, &t, moved)) {
         return tb_refused(a, tau, moved < 0 ? (int)TB_INFEASIBLE : (int)TB_NOT_CONVERGED);
     }

@@ -34,7 +34,7 @@
 #define TB_RANK TB_R(1e-9)
 #define TB_TOLERANCE TB_R(1e-9)
 #define TB_MET TB_R(1e-6)
-#define TB_HELD TB_R(1e-8)
+#define TB_HELD TB_R(5e-10)
 #define TB_EDGE TB_R(1e-10)
 #define TB_PARALLEL TB_R(1e-13)
 #define TB_LARGEST TB_R(1e100)
@@ -89,12 +89,15 @@ int tb_null_basis(int rank, int m, tb_real V[TB_K_MAX][TB_N_MAX], tb_real N[TB_N
 void tb_find_facets(struct tb_allocator *a);
 /* tb_levels.c */
 void tb_find_steps(struct tb_allocator *a);
+/* tb_rules.c */
+void tb_shared(const struct tb_allocator *a, tb_real rest[TB_K_MAX], const int on[TB_N_MAX], tb_real x[TB_N_MAX]);
 /* tb_exact.c */
 int tb_enter(const struct tb_allocator *a, const tb_real *tau, const tb_real *f_min, const tb_real *f_max,
              struct tb_thrusts *t);
 int tb_nearest(const struct tb_allocator *a, struct tb_thrusts *t, tb_real slack);
 tb_real tb_move_inside(const struct tb_allocator *a, struct tb_thrusts *t);
 int tb_meets(const struct tb_allocator *a, const tb_real *tau, const struct tb_thrusts *t, tb_real moved);
+int tb_again(const struct tb_allocator *a, const tb_real *tau, struct tb_thrusts *t, tb_real miss);
 int tb_refused(const struct tb_allocator *a, const tb_real *tau, int status);
 void tb_leave(const struct tb_allocator *a, const struct tb_thrusts *t, tb_real *f);
 

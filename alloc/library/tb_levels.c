@@ -155,6 +155,15 @@ static void go(const struct tb_allocator *a, const int *level, int levels, tb_re
     }
 }
 
+/* Thrusts for a part of a way. */
+static void along(const struct tb_allocator *a, const tb_real *base, tb_real part, const tb_real *way,
+                  struct tb_thrusts *t)
+{
+    for (int p = 0; p < a->m; p++) {
+        t->x[p] = base[p] + part * way[p];
+    }
+}
+
 /* The answer of a way through levels; level[j] is that of axis j. */
 static int towards(const struct tb_allocator *a, const int *level, int levels, const tb_real *tau,
                    const tb_real *f_min, const tb_real *f_max, tb_real *f, tb_real *share)
@@ -200,11 +209,13 @@ static int towards(const struct tb_allocator *a, const int *level, int levels, c
     }
     /* Where rounding leaves no thrusts for the end of the way, they are those of a part of it. */
     for (int i = 0; i < 5 && !found && (i == 0 || levels == 1 || a->rank == a->k); i++) {
-        for (int p = 0; p < a->m; p++) {
-            t.x[p] = base[p] + back[i] * way[p];
+        along(a, base, back[i], way, &t);
+        found = tb_nearest(a, &t, TB_LARGEST) == TB_SOLVED;
+        if (found && !(tb_move_inside(a, &t) <= TB_HELD * a->scale)) {
+            along(a, base, back[i], way, &t);
+            found = tb_again(a, NULL, &t, TB_HELD);
         }
-        if (tb_nearest(a, &t, TB_LARGEST) == TB_SOLVED && tb_move_inside(a, &t) <= TB_HELD * a->scale) {
-            found = 1;
+        if (found) {
             for (int l = 0; l < levels; l++) {
                 share[l] = back[i] * part[l];
                 whole &= share[l] >= 1;

@@ -32,7 +32,7 @@ int tb_clip(const struct tb_allocator *a, const tb_real *tau, const tb_real *f_m
  * below TB_RANK of the longest is rounding. Then w = D^-1 Q'y, and y makes R y nearest to rest, which orthogonal
  * columns of R answer.
  */
-static void shared(const struct tb_allocator *a, tb_real rest[TB_K_MAX], const int on[TB_N_MAX], tb_real x[TB_N_MAX])
+void tb_shared(const struct tb_allocator *a, tb_real rest[TB_K_MAX], const int on[TB_N_MAX], tb_real x[TB_N_MAX])
 {
     tb_real L[TB_N_MAX][TB_N_MAX] = {{0}}, D[TB_N_MAX], B[TB_K_MAX][TB_N_MAX], R[TB_K_MAX][TB_K_MAX];
     tb_real S[TB_K_MAX][TB_K_MAX], y[TB_K_MAX], q2[TB_K_MAX], longest = 0;
@@ -155,7 +155,7 @@ int tb_redistribute(const struct tb_allocator *a, const tb_real *tau, const tb_r
             }
         }
         if (more) {
-            shared(a, rest, on, t.x);
+            tb_shared(a, rest, on, t.x);
             passes++;
         }
         for (int p = 0; p < a->m; p++) {
