@@ -205,9 +205,13 @@ def refusal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
 def test_bad_input_ends_with_2_and_one_line(
     place: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, line: str, says: str
 ) -> None:
+    if line.startswith("layouts"):
+        pytest.importorskip("pyarrow", reason="the extra layouts")
     before = sorted(place.rglob("*"))
     assert says in refusal(capsys, monkeypatch, line)
-    assert sorted(place.rglob("*")) == before, "something half done was left behind"
+    # __pycache__ is Python's own, of a plug-in.
+    after = sorted(path for path in place.rglob("*") if "__pycache__" not in path.parts)
+    assert after == before, "something half done was left behind"
 
 
 not_root = pytest.mark.skipif(os.geteuid() == 0, reason="root may read and write everything")
@@ -224,7 +228,7 @@ not_root = pytest.mark.skipif(os.geteuid() == 0, reason="root may read and write
         ("zero.json", "compare|zero.json|zero.json", "can't be read (Permission denied)"),
         ("blocked/record.jsonl", "report|blocked", "can't be read (Permission denied)"),
         ("folder", "size|folder|--rate|50", "permission denied"),
-        ("folder", "run|--vehicle|ukwial|--method|pinv|--out|folder", "can't be written (Permission denied)"),
+        ("folder", "run|--vehicle|ukwial|--method|pinv|--out|folder", "permission denied; make room"),
         ("folder", "allocate|good.csv|--vehicle|ukwial|--method|pinv|-o|folder/f.csv", "can't be written"),
     ],
 )
