@@ -22,8 +22,9 @@ BINARY = {
 }  # fmt: skip
 """C's operator of an operation, and how tightly it binds."""
 CONDITIONS = ("lt", "le", "gt", "ge", "eq", "ne", "and", "or", "not", "finite")
-ALONE, SIGNED, TERNARY = 7, 6, 0
-"""How tightly a name or a call binds, a sign, and a ternary."""
+ALONE, SIGNED, CONDITION, TERNARY = 7, 6, 2, 0
+"""How tightly a name or a call binds, a sign, what a ternary asks (with brackets around & and |,
+without which Clang warns), and a ternary."""
 
 
 class Statements:
@@ -80,7 +81,9 @@ class Statements:
     def leave(self, step: Exit) -> None:
         """A return from within."""
         condition = self.expression(step.condition)
-        cases = "".join(f"{self.expression(case)} ? {STATUSES[status]} : " for case, status in step.cases)
+        cases = "".join(
+            f"{self.expression(case, CONDITION)} ? {STATUSES[status]} : " for case, status in step.cases
+        )
         self.lines += [
             f"if (tb_unlikely({condition})) {{" if step.unlikely else f"if ({condition}) {{",
             f"    return {cases}{STATUSES[step.status]};",
@@ -107,7 +110,7 @@ class Statements:
             case ("const", value):
                 return STATUSES[int(value)]
             case ("choose", condition, a, b):
-                return f"{self.expression(condition)} ? {self.status(a)} : {self.status(b)}"
+                return f"{self.expression(condition, CONDITION)} ? {self.status(a)} : {self.status(b)}"
         raise AssertionError(self.program.nodes[node])
 
     def _define(self, node: Node) -> None:
@@ -206,8 +209,8 @@ class Statements:
             case ("not", int(a)):
                 return f"!{self.expression(a, ALONE)}", SIGNED
             case ("choose", int(condition), int(a), int(b)):
-                texts = [self.expression(each, TERNARY + 1) for each in (condition, a, b)]
-                return "{} ? {} : {}".format(*texts), TERNARY
+                texts = [self.expression(each, TERNARY + 1) for each in (a, b)]
+                return "{} ? {} : {}".format(self.expression(condition, CONDITION), *texts), TERNARY
             case ("min", int(inner), int(high)) if self.clamped(inner):
                 _, x, low = self.program.nodes[inner]
                 texts = [self.expression(each) for each in (x, low, high)]

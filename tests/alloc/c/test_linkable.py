@@ -62,6 +62,18 @@ def generated(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+def test_what_is_asked_of_several_conditions_stands_in_brackets(compiler: str, tmp_path: Path) -> None:
+    """Clang warns of a & b ? c : d; a vehicle that can't push every axis asks so for its status."""
+    needs(compiler)
+    files = generate(load_vehicle("bluerov2"), "scaled")
+    assert any(") & (" in text for text in files.values())
+    write(tmp_path, files)
+    sources = [path.name for path in tmp_path.glob("*.c")]
+    done = run([compiler, "-std=c99", *WARNINGS, "-I.", "-fsyntax-only", *sources], tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 @pytest.mark.parametrize(("compiler", "standard"), COMPILERS)
 def test_every_file_is_clean_alone_and_all_in_one_translation_unit(compiler, standard, generated) -> None:
     needs(compiler)
