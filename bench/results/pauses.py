@@ -1,10 +1,11 @@
 """Whether a late call is the method's or the machine's: fixed work in the same run tells."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 from bench.record import NO_VEHICLE
 from bench.results.fit import LATE_SHARE
-from bench.results.quantiles import Histogram, merged, ranked, total
+from bench.results.quantiles import Histogram, Tally, merged, ranked, total
 from bench.results.rows import Run
 
 CHANCE = 1e-3
@@ -27,7 +28,11 @@ class Pauses:
 
     def late(self, limit_us: float, p50_us: float) -> int:
         """How many of them would have made a call late that takes ``p50_us`` [us]."""
-        return sum(count for excess, count in self.excess if p50_us + excess / 1000 > limit_us)
+        return self._tally.later(limit_us, p50_us)
+
+    @cached_property
+    def _tally(self) -> Tally:
+        return Tally(self.excess)
 
 
 def pauses(run: Run) -> Pauses:
@@ -43,7 +48,7 @@ def pauses(run: Run) -> Pauses:
 
 
 def whose(
-    singles: Histogram, late: int, limit_us: float, p50_us: float, steps: int | None, pauses: Pauses
+    singles: Tally, late: int, limit_us: float, p50_us: float, steps: int | None, pauses: Pauses
 ) -> str:
     """Why the late calls are the machine's, in words; empty where they may be the method's own.
 
@@ -60,10 +65,9 @@ def whose(
         return ""
     if steps and (late == 1 or steps * p50_us <= limit_us):
         return "its steps are bounded, so the machine was late"
-    if late > LATE_SHARE * total(singles) or not (seen := pauses.late(limit_us, p50_us)):
+    if late > LATE_SHARE * singles.calls or not (seen := pauses.late(limit_us, p50_us)):
         return ""
-    took = sum(ns * count for ns, count in singles)
-    share = took / (took + pauses.exposure_ns)
+    share = singles.took_ns / (singles.took_ns + pauses.exposure_ns)
     return (
         "fixed work was late as often, so the machine was" if betainc(late, seen + 1, share) >= CHANCE else ""
     )

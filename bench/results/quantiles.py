@@ -1,8 +1,10 @@
 """Statistics of counted times: quantiles, intervals, bounds."""
 
+from bisect import bisect_right
 from collections.abc import Iterable, Sequence
-from functools import cache
-from itertools import chain
+from dataclasses import dataclass
+from functools import cache, cached_property
+from itertools import accumulate, chain
 from math import ceil
 from operator import itemgetter
 from typing import TypeVar
@@ -15,6 +17,36 @@ CONFIDENCE = 0.95
 """Confidence of every interval and bound, here and in the gate."""
 BEYOND = 10
 """Fewest calls that must lie beyond a quantile for it to be given."""
+
+
+@dataclass(frozen=True)
+class Tally:
+    """A multiset of times that is asked for many limits: its sums are made once.
+
+    Attributes
+    ----------
+    counted : the times
+    """
+
+    counted: Histogram
+
+    @cached_property
+    def calls(self) -> int:
+        """Number of times."""
+        return total(self.counted)
+
+    @cached_property
+    def took_ns(self) -> float:
+        """All times together [ns]."""
+        return sum(ns * count for ns, count in self.counted)
+
+    @cached_property
+    def _from(self) -> list[int]:
+        return [*accumulate((count for _, count in reversed(self.counted)), initial=0)][::-1]
+
+    def later(self, limit_us: float, beyond_us: float = 0.0) -> int:
+        """How many times are longer than a limit, ``beyond_us`` added to each [us]."""
+        return self._from[bisect_right(self.counted, limit_us, key=lambda each: beyond_us + each[0] / 1000)]
 
 
 def merged(counted: Iterable[Sequence[tuple[Time, int]]]) -> list[tuple[Time, int]]:

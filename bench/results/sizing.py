@@ -3,6 +3,7 @@
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from math import inf
 from operator import itemgetter
@@ -12,7 +13,7 @@ from bench.record import NO_VEHICLE, Problem
 from bench.results.columns import Row
 from bench.results.fit import LATE_SHARE, Fit, Loop
 from bench.results.pauses import Pauses, pauses, whose
-from bench.results.quantiles import Histogram, late_bound, merged, quantile, total
+from bench.results.quantiles import Histogram, Tally, late_bound, merged, quantile, total
 from bench.results.ranking import exact, right
 from bench.results.repeats import most_of_all
 from bench.results.rows import Run
@@ -65,6 +66,10 @@ class Pool:
     singles: Histogram
     pauses: Pauses | None
 
+    @cached_property
+    def _tally(self) -> Tally:
+        return Tally(self.singles)
+
     def size(self, loop: Loop) -> Size:
         """The size in a loop."""
         seen = self.seen
@@ -78,7 +83,7 @@ class Pool:
 
     def late(self, limit_us: float) -> tuple[int, float | None]:
         """Number of calls later than a limit, and the bound on their share: None without calls."""
-        late = sum(count for ns, count in self.singles if ns / 1000 > limit_us)
+        late = self._tally.later(limit_us)
         return late, late_bound(late, self.seen.calls) if self.seen.calls else None
 
     def verdict(self, limit_us: float) -> tuple[Fit, str, bool]:
@@ -86,7 +91,7 @@ class Pool:
         seen, (late, bound) = self.seen, self.late(limit_us)
         excuse = ""
         if self.pauses and seen.p50_us is not None:
-            excuse = whose(self.singles, late, limit_us, seen.p50_us, seen.steps, self.pauses)
+            excuse = whose(self._tally, late, limit_us, seen.p50_us, seen.steps, self.pauses)
         if excuse:  # as if none had been late
             fit, reason = judge(limit_us, seen.p50_us, None, None, late_bound(0, seen.calls))
         else:

@@ -10,6 +10,7 @@ from msgspec.structs import replace
 from bench.record import Batch, Cell, Key, Method
 from bench.results.fit import LATE_SHARE, Fit, Loop
 from bench.results.pauses import CHANCE, Pauses, pauses, whose
+from bench.results.quantiles import Tally
 from bench.results.rows import read_run
 from bench.results.size import Size
 from bench.results.sizing import Pool, sizes
@@ -33,26 +34,31 @@ def test_fixed_work_s_pauses_are_what_it_took_beyond_its_median(tmp_path: Path) 
 def test_all_late_calls_of_bounded_steps_are_the_machine_s_where_the_bound_fits() -> None:
     """A hundred steps, each as long as a median call of 10 µs, just fit 1,000 µs; 101 do not."""
     late = [(10_000, 10_000), (2_000_000, 50)]
-    assert whose(late, 50, LIMIT_US, 10.0, 100, QUIET) == "its steps are bounded, so the machine was late"
-    assert whose(late, 50, LIMIT_US, 10.0, 101, QUIET) == ""
+    assert (
+        whose(Tally(late), 50, LIMIT_US, 10.0, 100, QUIET) == "its steps are bounded, so the machine was late"
+    )
+    assert whose(Tally(late), 50, LIMIT_US, 10.0, 101, QUIET) == ""
 
 
 def test_one_late_call_of_bounded_steps_is_the_machine_s_and_two_are_not() -> None:
     """The same demands were asked again and again: the steps of one would make many calls late."""
     singles = [(900_000, 10_000), (2_000_000, 2)]
-    assert whose(singles, 1, LIMIT_US, 900.0, 50, QUIET) == "its steps are bounded, so the machine was late"
-    assert whose(singles, 2, LIMIT_US, 900.0, 50, QUIET) == ""
+    assert (
+        whose(Tally(singles), 1, LIMIT_US, 900.0, 50, QUIET)
+        == "its steps are bounded, so the machine was late"
+    )
+    assert whose(Tally(singles), 2, LIMIT_US, 900.0, 50, QUIET) == ""
 
 
 def test_without_a_pause_of_fixed_work_nothing_else_is_excused() -> None:
-    assert whose([(10_000, 10_000), (2_000_000, 1)], 1, LIMIT_US, 10.0, None, QUIET) == ""
+    assert whose(Tally([(10_000, 10_000), (2_000_000, 1)]), 1, LIMIT_US, 10.0, None, QUIET) == ""
 
 
 def test_a_pause_of_fixed_work_counts_only_where_it_is_as_long() -> None:
     singles = [(10_000, 10_000), (2_000_000, 1)]  # late by a pause of at least 990 µs
-    assert whose(singles, 1, LIMIT_US, 10.0, None, Pauses([(990_000, 1)], 10**8)) == ""
+    assert whose(Tally(singles), 1, LIMIT_US, 10.0, None, Pauses([(990_000, 1)], 10**8)) == ""
     assert (
-        whose(singles, 1, LIMIT_US, 10.0, None, Pauses([(990_001, 1)], 10**8))
+        whose(Tally(singles), 1, LIMIT_US, 10.0, None, Pauses([(990_001, 1)], 10**8))
         == "fixed work was late as often, so the machine was"
     )
 
@@ -69,7 +75,7 @@ def test_late_calls_are_excused_as_long_as_chance_allows(late: int, seen: int, s
     share = took / (took + fixed.exposure_ns)
     chance = sum(comb(n, k) * share**k * (1 - share) ** (n - k) for k in range(late, n + 1))
     calls = 100_000
-    verdict = whose([(took // calls, calls)], late, LIMIT_US, 10.0, None, fixed)
+    verdict = whose(Tally([(took // calls, calls)]), late, LIMIT_US, 10.0, None, fixed)
     assert (verdict == "fixed work was late as often, so the machine was") == (chance >= CHANCE)
 
 
@@ -79,10 +85,10 @@ def test_what_is_late_more_often_than_a_fitting_method_may_be_is_not_excused_by_
     singles = [(10_000, 100_000)]
     most = round(LATE_SHARE * 100_000)
     assert (
-        whose(singles, most, LIMIT_US, 10.0, None, fixed)
+        whose(Tally(singles), most, LIMIT_US, 10.0, None, fixed)
         == "fixed work was late as often, so the machine was"
     )
-    assert whose(singles, most + 1, LIMIT_US, 10.0, None, fixed) == ""
+    assert whose(Tally(singles), most + 1, LIMIT_US, 10.0, None, fixed) == ""
 
 
 times = st.integers(1, 3_000).map(lambda us: 1000 * us)
