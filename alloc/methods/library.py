@@ -4,7 +4,7 @@ from alloc import library
 from alloc.allocation import Allocator
 from alloc.c.compiled import missing
 from alloc.library.bind import bound
-from alloc.methods import Variant, recipe
+from alloc.methods import Variant, recipe, recipes
 from alloc.vehicle import Vehicle
 
 FOREIGN = True
@@ -12,14 +12,16 @@ FOREIGN = True
 
 def variants() -> dict[str, Variant]:
     """``<method>@library`` for every method that the library's header declares."""
+    known = recipes()
     return {
         f"{name}@library": Variant(
             key=name,
             summary=f"{name} by libthrustbench, C for any vehicle up to its sizes.",
             missing=missing(),
-            formulation=recipe(name).formulation,
+            formulation=known[name].formulation,
         )
         for name in library.calls()
+        if name in known
     }
 
 
