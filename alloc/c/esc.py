@@ -300,6 +300,20 @@ def _esc(of: EscCode, known: Tables) -> str:
     """The C of NAME_esc."""
     n = of.vehicle.n
     side = "back" if len(known.jumps) == 1 else "2 * OWN_curve[i] + back"
+    sent = f"""\
+        if (!(made > ZERO)) {{
+            cut |= a > ZERO;
+            j = 0;
+        }}
+        if (back) {{
+            j = -j;
+            made = -made;
+        }}
+        command[i] = {_sent(of)};
+        f_made[i] = made;
+    }}
+    return unknown ? TB_NOT_FINITE : cut ? TB_PARTIAL : TB_SOLVED;
+}}"""
     if of.alike:
         ahead, astern = (of(float(side[0])) for side in (of.vehicle.f_max, -of.vehicle.f_min))
         return f"""\
@@ -321,19 +335,7 @@ int {of.name}_esc({of.parameters(tau=False)})
             a = known ? most : ZERO;
         }}
         int j = OWN_steps(&now, s, a, most, &made);
-        if (!(made > ZERO)) {{
-            cut |= a > ZERO;
-            j = 0;
-        }}
-        if (back) {{
-            j = -j;
-            made = -made;
-        }}
-        command[i] = {_sent(of)};
-        f_made[i] = made;
-    }}
-    return unknown ? TB_NOT_FINITE : cut ? TB_PARTIAL : TB_SOLVED;
-}}"""
+{sent}"""
     low, high = ("f_min[i]", "f_max[i]") if of.limits == "call" else ("OWN_low[i]", "OWN_high[i]")
     ends = "f_min, f_max, " * (of.limits == "call")
     return f"""\
@@ -352,19 +354,7 @@ static int OWN_send({of.parameters(tau=False).replace(f"{of.scalar} volts", f"in
         int j = OWN_steps(&now, s, a, INNER_END most, &made);
         unknown |= !known;
         cut |= i != fault && !(a == SIZE(f[i]));
-        if (!(made > ZERO)) {{
-            cut |= a > ZERO;
-            j = 0;
-        }}
-        if (back) {{
-            j = -j;
-            made = -made;
-        }}
-        command[i] = {_sent(of)};
-        f_made[i] = made;
-    }}
-    return unknown ? TB_NOT_FINITE : cut ? TB_PARTIAL : TB_SOLVED;
-}}
+{sent}
 
 int {of.name}_esc({of.parameters(tau=False)})
 {{

@@ -1,12 +1,8 @@
 """Thrusts scaled by one factor until they fit their limits."""
 
+from alloc.closed_forms.load import LEAST
 from alloc.kernels.margins import taken
 from alloc.program import Builder, Expression, Number, most, select
-
-LEAST = 1e-5
-"""A limit nearer to zero than this share of the largest one counts as that far away. Rounding asks a thruster
-that can't reverse (f_min = 0) for -1e-15 N, or in single precision for -1e-6 N, which must not stop all the
-others; and the nearer, the more of the others' thrusts a rounding error decides."""
 
 
 def fitted(builder: Builder, x: dict[int, Expression], name: str = "share_of_all") -> dict[int, Expression]:

@@ -12,6 +12,7 @@ from alloc.program import Builder, Expression, Program, Scalar, Where, least, mo
 from alloc.program.graph import lifted
 from alloc.program.sums import Terms, product, shared_sums, signed
 from alloc.vehicle import Vehicle
+from alloc.vehicle.condition import promised
 
 MEANINGS = {
     0: "f makes tau, inside the limits",
@@ -36,6 +37,11 @@ def mended(rule: Rule, vehicle: Vehicle, limits: Where, scalar: Scalar) -> Progr
     met = none_missed(builder, _missed(builder, G, x, y))
     builder.compute(met)
     return builder.program(all_thrusters(builder, y), select(met, Status.SOLVED, Status.PARTIAL))
+
+
+def doubt(vehicle: Vehicle, scalar: Scalar) -> float:
+    """Share of a thrust that rounding takes of products with T* and N'H [-]."""
+    return promised(vehicle, 0.0)
 
 
 def units(builder: Builder) -> FloatArray:

@@ -5,10 +5,10 @@ from alloc.closed_forms.saturating import Bounds, Saturating
 from alloc.kernels import rules
 from alloc.program import Program, Scalar, Where
 from alloc.vehicle import Vehicle
-from alloc.vehicle.condition import promised
 
 FORMULATION = "clip"
 MEANINGS = rules.MEANINGS
+doubt = rules.doubt
 
 
 def build(vehicle: Vehicle) -> Saturating:
@@ -27,8 +27,3 @@ def _leave_many(taus: FloatArray, F: FloatArray, low: FloatArray, high: FloatArr
 def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     """The same for a demand within any limits."""
     return rules.mended(lambda builder, x: x, vehicle, limits, scalar)
-
-
-def doubt(vehicle: Vehicle, scalar: Scalar) -> float:
-    """Share of a thrust that rounding takes of products with T* [-]."""
-    return promised(vehicle, 0.0)

@@ -4,18 +4,19 @@ import numpy as np
 
 from alloc.allocation import FloatArray, Status
 from alloc.closed_forms.inverse import generalized_inverse
+from alloc.closed_forms.load import LEAST, load, loads
 from alloc.closed_forms.saturating import Bounds, Saturating
 from alloc.formulations.group_scaling import FORMULATION as ANSWERED
 from alloc.kernels import rules
 from alloc.kernels.entry import TAU, SeenArguments, all_thrusters, closed_form, cover, inside, refuse
-from alloc.kernels.fitted import LEAST, fitted
+from alloc.kernels.fitted import fitted
 from alloc.program import Builder, Program, Scalar, Where, select
 from alloc.program.sums import Terms, product, shared_sums, signed
 from alloc.vehicle import Vehicle
-from alloc.vehicle.condition import promised
 
 FORMULATION = ANSWERED.name
 MEANINGS = rules.MEANINGS
+doubt = rules.doubt
 
 UPWARDS = ("heave", "roll", "pitch")
 """Axes of the thrusters that push more up or down than to a side. They are one group."""
@@ -36,18 +37,15 @@ def build(vehicle: Vehicle) -> Saturating:
         thrusts = [0.0] * len(f)
         for B in parts:
             part: list[float] = B.dot(tau).tolist()
-            load = 1.0
-            for x, (low, high) in zip(part, limits.pairs, strict=True):
-                load = max(load, x / (max(high, least) if x > 0.0 else min(low, -least)))
-            thrusts = [whole + x / load for whole, x in zip(thrusts, part, strict=True)]
+            too_large = load(part, limits.pairs, least)
+            thrusts = [whole + x / too_large for whole, x in zip(thrusts, part, strict=True)]
         return thrusts, 1
 
     def each(taus: FloatArray, F: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
         total = np.zeros_like(F)
         for B in parts:
             part = taus @ B.T
-            far = np.where(part > 0.0, high.clip(min=least), low.clip(max=-least))
-            total += part / (part / far).max(axis=1).clip(min=1.0)[:, None]
+            total += part / loads(part, low, high, least)[:, None]
         return total
 
     return Saturating(vehicle, FORMULATION, one, each, start=np.sum(parts, axis=0))
@@ -91,8 +89,3 @@ def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     met = rules.none_missed(builder, missed)
     builder.compute(met)
     return builder.program(all_thrusters(builder, f), select(met, Status.SOLVED, Status.PARTIAL))
-
-
-def doubt(vehicle: Vehicle, scalar: Scalar) -> float:
-    """Share of a thrust that rounding takes of products with T* [-]."""
-    return promised(vehicle, 0.0)

@@ -2,10 +2,10 @@
 
 from alloc.formulations.scaled_by_group import FORMULATION as ANSWERED
 from alloc.kernels.by_level import MEANINGS, by_level
+from alloc.kernels.rules import doubt
 from alloc.nullspace.by_level import ByLevel
 from alloc.program import Program, Scalar, Where
 from alloc.vehicle import Vehicle
-from alloc.vehicle.condition import promised
 
 __all__ = ["FORMULATION", "MEANINGS", "build", "doubt", "program", "program_for_all"]
 FORMULATION = ANSWERED.name
@@ -24,8 +24,3 @@ def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
 def program_for_all(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     """One program for the vehicle and many faults."""
     return by_level(ANSWERED, vehicle, limits, scalar, faults=True)
-
-
-def doubt(vehicle: Vehicle, scalar: Scalar) -> float:
-    """Share of a thrust that rounding takes of products with T* and N'H [-]."""
-    return promised(vehicle, 0.0)

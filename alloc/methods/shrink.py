@@ -1,17 +1,16 @@
 """Generalized inverse, then all thrusts scaled by one factor until they fit: keeps the wrench's direction."""
 
-import numpy as np
-
 from alloc.allocation import FloatArray
+from alloc.closed_forms.load import LEAST, load, loads
 from alloc.closed_forms.saturating import Bounds, Saturating
 from alloc.kernels import rules
-from alloc.kernels.fitted import LEAST, fitted
+from alloc.kernels.fitted import fitted
 from alloc.program import Program, Scalar, Where
 from alloc.vehicle import Vehicle
-from alloc.vehicle.condition import promised
 
 FORMULATION = "shrink"
 MEANINGS = rules.MEANINGS
+doubt = rules.doubt
 
 
 def build(vehicle: Vehicle) -> Saturating:
@@ -25,16 +24,11 @@ def build(vehicle: Vehicle) -> Saturating:
     least = LEAST * vehicle.f_scale
 
     def one(tau: FloatArray, f: list[float], limits: Bounds) -> tuple[list[float], int]:
-        load = 1.0
-        for x, (low, high) in zip(f, limits.pairs, strict=True):
-            load = max(load, x / (max(high, least) if x > 0.0 else min(low, -least)))
-        s = 1.0 / load
+        s = 1.0 / load(f, limits.pairs, least)
         return [s * x for x in f], 1
 
     def each(taus: FloatArray, F: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-        far = np.where(F > 0.0, high.clip(min=least), low.clip(max=-least))
-        s = 1.0 / (F / far).max(axis=1).clip(min=1.0)
-        shrunk: FloatArray = s[:, None] * F
+        shrunk: FloatArray = (1.0 / loads(F, low, high, least))[:, None] * F
         return shrunk
 
     return Saturating(vehicle, FORMULATION, one, each)
@@ -43,8 +37,3 @@ def build(vehicle: Vehicle) -> Saturating:
 def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     """The same for a demand within any limits."""
     return rules.mended(fitted, vehicle, limits, scalar)
-
-
-def doubt(vehicle: Vehicle, scalar: Scalar) -> float:
-    """Share of a thrust that rounding takes of products with T* [-]."""
-    return promised(vehicle, 0.0)

@@ -18,7 +18,7 @@ from bench.results.cycles import assumed
 from bench.results.emulated import rows as emulated_rows
 from bench.results.fit import Fit
 from bench.results.machines import NamedRun, emulated_name
-from bench.results.quantiles import Histogram, interval, late_bound, merged
+from bench.results.quantiles import Histogram, interval, merged
 from bench.results.ranking import largest_loss
 from bench.results.repeats import most, most_of_all
 from bench.results.rows import in_order
@@ -128,10 +128,8 @@ def _pool(pool: Pool, rows: Sequence[Row]) -> dict[str, Any]:
     ``verdicts`` holds [limit [us] from which it holds, fit, reason] one after the other; ``bounds`` the bound
     on late calls [%] for a limit at each time of the single calls, as the table shows it.
     """
-    seen, left, bounds = pool.seen, pool.seen.calls, []
-    for _, count in pool.singles:
-        left -= count
-        bounds.append(_shown(late_bound(left, seen.calls), 100.0, 3))
+    seen = pool.seen
+    bounds = [_shown(pool.late(ns / 1000)[1], 100.0, 3) for ns, _ in pool.singles]
     slowest = max(rows, key=lambda row: row.call_p50_us or 0.0)
     met = rows if len(rows) == 1 else [row for row in rows if row.measured.attainable >= ATTAINED]
     return {

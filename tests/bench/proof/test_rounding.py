@@ -8,6 +8,7 @@ import pytest
 from alloc import Status, load_vehicle
 from alloc.c.compiled import compiler
 from alloc.program import Builder, alike, answered, evaluate, select, values
+from bench.demands.corners import attainable
 from bench.proof import subject, tools
 from bench.proof.not_read import NotRead
 from bench.proof.rounding.band import verdict_band
@@ -48,8 +49,7 @@ def test_the_bound_holds_against_fractions() -> None:
     program = programs(of)[-1]
     errors = Errors(program, of.vehicle, "double")
     rng = np.random.default_rng(3)
-    f = rng.choice([of.vehicle.f_min, of.vehicle.f_max], 200)
-    for tau in f @ of.vehicle.TP.T:
+    for tau in attainable(of.vehicle, rng, 200).T:
         got = evaluate(program, tau[None]).F[0]
         exact = exactly(program, tau)
         for (_, i), node in program.outputs.items():
