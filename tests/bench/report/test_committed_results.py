@@ -4,6 +4,7 @@ A folder in results/ is a committed run where its record is packed.
 """
 
 import gzip
+import re
 import shutil
 from pathlib import Path
 
@@ -95,12 +96,26 @@ def test_a_picture_differs_by_elements_words_and_more_than_a_hundredth_of_a_pixe
     assert bool(differences(picture.replace(*change), picture, svg=True)) == other
 
 
+ABSOLUTE = re.compile(r"(?:(?<![\w./~*)\]}])|(?<=file://)|(?<=\s-[A-Z]))/[\w.~][^\s/\"'`|<>]*/")
+"""A path from a machine's root with a folder in it; no quotient, no address, no path inside the tree."""
+
+
+@pytest.mark.parametrize(
+    "path", ["/{}/a.py", "in '/{}/a'", "CC=/{}/cc", ".:/{}/b", "file:///{}/a", "cc -I/{}/c"]
+)
+@pytest.mark.parametrize("folder", ["home", "root", "tmp", "Users", "opt/x.y", "mnt/~a"])
+def test_a_path_from_the_root_is_told_from_others(path: str, folder: str) -> None:
+    assert ABSOLUTE.search(path.format(folder))
+    for other in (f"docs/{folder}/a.md", f"../{folder}/a", f"https://a.org/{folder}/a", f"N/m/{folder}/s"):
+        assert not ABSOLUTE.search(other)
+
+
 @needs_results
 @pytest.mark.parametrize("directory", COMMITTED, ids=lambda path: path.name)
 def test_a_committed_report_names_no_path_of_the_machine_it_was_made_on(directory: Path) -> None:
-    record = gzip.decompress((directory / PACKED).read_bytes()).decode()
-    text = record + (directory / "report.md").read_text(encoding="utf-8")
-    assert not [place for place in ("/home/", "/root/", "/tmp/", "/work/", "/Users/") if place in text]
+    texts = [path.read_text(encoding="utf-8") for path in directory.iterdir() if path.name != PACKED]
+    for text in (gzip.decompress((directory / PACKED).read_bytes()).decode(), *texts):
+        assert ABSOLUTE.findall(text) == []
 
 
 @pytest.mark.skipif(not TIMED, reason="no timed results are committed yet: `make bench`, `make keep`")
