@@ -5,6 +5,7 @@ from functools import cache
 from importlib import resources
 
 from alloc.c import Package, packaged
+from alloc.c.license import IN_C
 from alloc.program import Scalar
 from alloc.vehicle import Vehicle
 
@@ -41,13 +42,14 @@ def files(scalar: Scalar = "double", n_max: int = N_MAX, k_max: int = K_MAX) -> 
     lines = (
         f"#ifndef {name}\n#define {name} {value}".rstrip() + "\n#endif\n" for name, value in chosen.items()
     )
-    return _texts() | {f"{NAME}.h": "".join(lines) + _texts()[f"{NAME}.h"]}
+    chosen_first = {f"{NAME}.h": "".join(lines) + _texts()[f"{NAME}.h"]}
+    return {name: f"{IN_C}\n{text}" for name, text in (_texts() | chosen_first).items()}
 
 
 def selftest() -> dict[str, str]:
     """A program that holds answers on vehicles drawn at random against their equations, by file name."""
     name = f"test/{NAME}_test.c"
-    return {name: _text(name)}
+    return {name: f"{IN_C}\n{_text(name)}"}
 
 
 def _text(name: str) -> str:

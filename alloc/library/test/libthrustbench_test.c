@@ -1,7 +1,8 @@
 /* Self-test of libthrustbench: vehicles, failures and demands at random, answers held against their equations.
  *
  * What is asked of nullspace is made of thrusts inside the limits, so there is an answer, and none dearer than these.
- * Of scaled it is a multiple of such, so the share has a bound below. Exit code 0 where nothing is wrong.
+ * Of scaled it is a multiple of such, so the share has a bound below. Exit code 0 where nothing is wrong. It prints
+ * whole numbers only, so newlib-nano needs no -u _printf_float.
  */
 #include "../libthrustbench.h"
 #include <stddef.h>

@@ -9,12 +9,13 @@ import os
 import shutil
 import subprocess
 from pathlib import Path
+from typing import get_args
 from xml.etree import ElementTree
 
 import pytest
 import yaml
 
-from alloc import generate, load_vehicle
+from alloc import generate, library, load_vehicle
 from alloc.c import Package
 
 NAME = "ukwial_scaled_float"
@@ -150,10 +151,15 @@ def test_zephyr_s_module_names_files_that_are_there(tmp_path: Path) -> None:
     module = yaml.safe_load((place / "zephyr" / "module.yml").read_text(encoding="utf-8"))
     assert module["name"] == NAME
     build = place / module["build"]["cmake"] / "CMakeLists.txt"
-    assert (
-        (place / module["build"]["kconfig"])
-        .read_text(encoding="utf-8")
-        .startswith(f"config {NAME.upper()}\n")
-    )
+    kconfig = (place / module["build"]["kconfig"]).read_text(encoding="utf-8")
+    assert f"\nconfig {NAME.upper()}\n" in kconfig
     assert f"if(CONFIG_{NAME.upper()})" in build.read_text(encoding="utf-8")
     assert (build.parent / f"../{NAME}.c").is_file()
+
+
+@pytest.mark.parametrize("kind", get_args(Package))
+def test_every_file_of_a_package_names_its_licence(kind: Package) -> None:
+    made = generate(load_vehicle("bluerov2-heavy"), "pinv", esc=True, package=kind)
+    for name, text in (made | library.generate(package=kind)).items():
+        named = "SPDX-License-Identifier: MIT" if name.endswith((".c", ".h", ".txt", ".yml")) else "MIT"
+        assert named in text or name.endswith(".md"), name

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from alloc import AllocError
 from bench.__main__ import cli
 from bench.chips.kernels import as_c, methods, own
 
@@ -24,3 +25,14 @@ def test_a_command_that_takes_c_takes_both_of_its_names(command: str, tmp_path: 
 def test_every_method_that_has_c_is_found_by_either_name_and_once() -> None:
     assert as_c([*own().values(), *methods()]) == methods()
     assert as_c(["nothing"]) == ("nothing",)  # refused, by this name, where its C is built
+
+
+def test_forms_of_one_name_do_not_replace_each_other(tmp_path: Path) -> None:
+    wanted = ["codegen", "--vehicle", "ukwial", "--method", "pinv", "--out", str(tmp_path)]
+    assert CliRunner().invoke(cli, [*wanted, "--faults", "none"]).exit_code == 0
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir() if path.is_file()}
+    again = CliRunner().invoke(cli, [*wanted, "--faults", "none"])
+    assert again.exit_code == 0
+    with pytest.raises(AllocError, match=r"ukwial_pinv\.h: was written with --faults none; delete it, or"):
+        CliRunner().invoke(cli, wanted, standalone_mode=False, catch_exceptions=False)
+    assert before == {path.name: path.read_bytes() for path in tmp_path.iterdir() if path.is_file()}
