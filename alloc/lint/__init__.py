@@ -1,1 +1,1 @@
-"""``thrustbench check``: a vehicle file checked (``check``), the ``remarks`` on it, and the ``report``."""
+"""``thrustbench check``: a vehicle file checked, the remarks on it by what they are about, and the report."""

@@ -4,10 +4,13 @@ from pathlib import Path
 from typing import get_args
 
 from alloc.errors import FileError, VehicleError
-from alloc.lint import remarks
 from alloc.lint.esc import on_esc
 from alloc.lint.failures import Failure, failures
-from alloc.lint.report import Facts, Finding, Level, Report
+from alloc.lint.limits import on_limits, on_moving_limits, on_units
+from alloc.lint.losses import on_exact_method, on_failures
+from alloc.lint.matrix import on_columns, on_digits, on_reach, on_weights
+from alloc.lint.poses import on_mirror_images, on_name, on_poses
+from alloc.lint.report import Facts, Finding, Level, Report, error
 from alloc.vehicle.condition import condition
 from alloc.vehicle.file import matrices, vehicle_with
 from alloc.vehicle.read import find_file, read_document
@@ -18,29 +21,29 @@ def check_vehicle(name: str | Path) -> Report:
     path = find_file(name)
     try:
         document = read_document(path)
-    except (FileError, VehicleError) as error:
-        key = error.key if isinstance(error, VehicleError) else ""
-        return Report(path, None, (Finding("error", key, error.line, error.what),))
+    except (FileError, VehicleError) as reason:
+        key = reason.key if isinstance(reason, VehicleError) else ""
+        return Report(path, None, (Finding("error", key, reason.line, reason.what),))
     keys, lines = document.keys, document.tree.lines
-    collected = list(remarks.on_name(keys, path))
+    collected = list(on_name(keys, path))
     facts = None
     lost: tuple[Failure, ...] = ()
     try:
         T, computed = matrices(keys)
-        collected += remarks.on_poses(keys, set(lines), T, computed)
-        collected += remarks.on_mirror_images(keys)
+        collected += on_poses(keys, set(lines), T, computed)
+        collected += on_mirror_images(keys)
         vehicle = vehicle_with(keys, T)
-        collected += remarks.on_columns(keys, T)
-        collected += remarks.on_reach(keys, vehicle)
-        collected += remarks.on_digits(keys, vehicle)
-        collected += remarks.on_limits(vehicle)
-        collected += remarks.on_units(vehicle)
-        collected += remarks.on_moving_limits(keys, vehicle)
+        collected += on_columns(keys, T)
+        collected += on_reach(keys, vehicle)
+        collected += on_digits(keys, vehicle)
+        collected += on_limits(vehicle)
+        collected += on_units(vehicle)
+        collected += on_moving_limits(keys, vehicle)
         collected += on_esc(keys, vehicle)
-        collected += remarks.on_weights(vehicle)
+        collected += on_weights(vehicle)
         lost = tuple(failures(vehicle))
-        collected += remarks.on_failures(lost, condition(vehicle))
-        steps, remarked = remarks.on_exact_method(vehicle)
+        collected += on_failures(lost, condition(vehicle))
+        steps, remarked = on_exact_method(vehicle)
         collected += remarked
         facts = Facts(
             name=vehicle.name,
@@ -52,8 +55,8 @@ def check_vehicle(name: str | Path) -> Report:
             worst_case_steps=steps,
             frame=vehicle.frame,
         )
-    except VehicleError as error:
-        collected.append(("error", error.key, error.what))
+    except VehicleError as reason:
+        collected.append(error(reason.key, reason.what))
     findings = [
         Finding(level, key, lines.get(key) if key else None, message) for level, key, message in collected
     ]

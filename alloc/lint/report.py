@@ -9,6 +9,24 @@ from alloc.lint.failures import Failure
 Level = Literal["error", "warning", "note"]
 """An error makes the file unusable, a warning deserves a second look, a note states an assumption or a
 consequence."""
+Remark = tuple[Level, str, str]
+"""Level, key of the file that the remark is about (empty where there is none), and message."""
+FARTHEST_ARM = 100.0  # m; a longer arm is probably written in mm
+
+
+def error(key: str, message: str) -> Remark:
+    """A remark that the file can't be used as it is."""
+    return "error", key, message
+
+
+def warning(key: str, message: str) -> Remark:
+    """A remark on what deserves a second look."""
+    return "warning", key, message
+
+
+def note(key: str, message: str) -> Remark:
+    """A remark on an assumption or a consequence."""
+    return "note", key, message
 
 
 class Finding(NamedTuple):

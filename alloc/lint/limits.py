@@ -1,0 +1,88 @@
+"""The remarks on limits: one-sided, uneven or assumed ones, another unit than newtons, what moves them."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from alloc.lint.report import FARTHEST_ARM, Remark, note, warning
+from alloc.vehicle import Vehicle
+from alloc.vehicle.geometry import MOMENTS
+from alloc.vehicle.keys import VehicleFile
+
+SHORTEST_ARM = 2e-3  # m; where no arm is longer, they are probably written in km or the vehicle is a toy
+NORMALISED = 1.0
+"""Largest limit [N] that looks like a share of full throttle, or like kilonewtons: the weakest thrusters sold
+for underwater vehicles give some 5 N."""
+STRONGEST = 1e7  # N; ten times the thrust of a large ship's bow thruster, so probably mN
+
+
+def on_limits(vehicle: Vehicle) -> Iterator[Remark]:
+    """Remarks on limits that are one-sided, uneven, equal or look assumed."""
+    low, high = vehicle.f_min, vehicle.f_max
+    for i in np.flatnonzero((low > 0) | (high < 0)):
+        yield warning(
+            "f_min" if low[i] > 0 else "f_max",
+            f"{vehicle.called(int(i))} can't stop: 0 N is outside its limits",
+        )
+    for i in np.flatnonzero(low == high):
+        name = vehicle.called(int(i))
+        yield warning("f_max", f"{name} has f_min = f_max = {low[i]:g} N; it can't be commanded")
+    one_way = np.flatnonzero(((low == 0) | (high == 0)) & (low != high))
+    if one_way.size:
+        yield note("f_min", f"{one_way.size} of {vehicle.n} thrusters push one way only")
+    uneven = np.flatnonzero((low < 0) & (high > 0) & (low != -high))
+    if uneven.size:
+        first = int(uneven[0])
+        span = f"{low[first]:g} … {high[first]:g} N"
+        yield note("f_max", f"not the same ahead and astern ({span}): mind which way each one points")
+    sizes = np.concatenate([np.abs(low), np.abs(high)])
+    if len(set(sizes[sizes > 0])) == 1 and _round(sizes.max()):
+        yield note("f_max", f"{sizes.max():g} N for every thruster is a round number; measured, or assumed?")
+
+
+def on_units(vehicle: Vehicle) -> Iterator[Remark]:
+    """Remarks on limits and arms that can't be newtons and metres, with the factor that they are off by."""
+    if vehicle.f_scale <= NORMALISED:
+        yield warning(
+            "f_max",
+            f"no thruster gives more than {vehicle.f_scale:g} N: a share of full throttle, as PX4 has it, or"
+            " kN? multiply f_min and f_max by full thrust in N (kN: by 1000)",
+        )
+    if vehicle.f_scale > STRONGEST:
+        yield warning("f_max", f"{vehicle.f_scale:g} N is more than any thruster gives; mN? divide by 1000")
+    rows = [row for axis, row in zip(vehicle.dof, vehicle.T, strict=True) if axis in MOMENTS]
+    arms = np.abs(rows)
+    if not arms.size or not arms.any():
+        return
+    if arms.max() > FARTHEST_ARM:
+        yield warning("T", f"an arm is {arms.max():g} m long; mm? divide the moment rows by 1000")
+    if arms.max() < SHORTEST_ARM:
+        yield warning("T", f"the longest arm is {arms.max():g} m; km? multiply the moment rows by 1000")
+
+
+def on_moving_limits(keys: VehicleFile, vehicle: Vehicle) -> Iterator[Remark]:
+    """Remarks on what the lowest voltage leaves, and on how long full thrust takes by the slew rates."""
+    whence = "esc" if keys.volts is None else "volts"
+    if (table := vehicle.by_volts) is not None:
+        lowest = float(table.volts[0])
+        low, high = vehicle.limits(volts=lowest)
+        weakest = int(np.argmin(high - low))
+        yield note(
+            whence,
+            f"at {lowest:g} V {vehicle.called(weakest)} gives {low[weakest]:g} … {high[weakest]:g} N"
+            f" of {vehicle.f_min[weakest]:g} … {vehicle.f_max[weakest]:g} N",
+        )
+        for i in np.flatnonzero(table.f_max.max(axis=0) < vehicle.f_max):
+            yield warning(
+                "f_max",
+                f"{vehicle.called(int(i))} gives {table.f_max[:, i].max():g} N at most by '{whence}', less"
+                f" than f_max = {vehicle.f_max[i]:g} N",
+            )
+    if vehicle.slew is not None:
+        slowest = float((vehicle.f_max / vehicle.slew.up).max())
+        yield note("slew", f"from 0 N to f_max the slowest thruster takes {slowest:.2g} s")
+
+
+def _round(value: float) -> bool:
+    # Round numbers have one digit and zeros, as 40, 200 or 1.
+    return float(f"{value:.0e}") == value
