@@ -13,7 +13,8 @@ from bench.chips.image import FIRMWARE, METHOD, Image, link, without_kernel
 from bench.chips.kernel import SCALARS
 from bench.chips.toolchain import ToolError, run, scratch
 from bench.harness.callgrind import CALLGRIND, totals
-from bench.inputs.board_log import answered, parse
+from bench.inputs.board_answers import answered
+from bench.inputs.board_log import parse
 
 REPEATS = 1000
 ROOM = 1 << 20

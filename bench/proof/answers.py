@@ -1,16 +1,12 @@
-"""Many demands answered by the compiled C itself and held against equations: tested, not proven."""
+"""Answers of the compiled C to many demands, held against equations: tested, not proven."""
 
-import ctypes
 from collections.abc import Callable
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
 from alloc import Label, NotApplicable, Status, Vehicle
-from alloc.allocation import BoolArray, FloatArray, StatusArray
-from alloc.c import arguments
-from alloc.c.compiled import shared_library
+from alloc.allocation import BoolArray, FloatArray
 from alloc.errors import NotInstalled
 from alloc.formulations import Formulation, find_formulation
 from alloc.formulations.hard import FORMULATION as HARD
@@ -19,18 +15,13 @@ from alloc.methods import recipe
 from alloc.program import Scalar
 from alloc.reach.edge import start
 from alloc.reach.levels import step_maps
-from bench.demands import labelled
-from bench.demands.corners import attainable
 from bench.judging.judge import largest_gap
 from bench.judging.question import Question
+from bench.proof.asked import FaultAnswers, asked
 from bench.proof.proof import Claim, not_shown
 from bench.proof.rounding.arithmetic import DIGITS
 from bench.proof.safety.harness import ANSWERED, Subject
 
-DEMANDS = 2_000
-"""Of each fault."""
-SIZES = (0.1, 0.5, 0.9, 0.99, 1.0, 1 + 1e-7, 1 + 1e-5, 1.0003, 1.0009, 1.01, 2.0)
-"""Demands are as many times as large as those of thrusts within the limits, many of which lie on the edge."""
 PROGRAMS = 12
 """Demands of each fault whose shares linear programs tell."""
 SHARE: dict[Scalar, float] = {"double": 1e-6, "float": 1e-4}
@@ -52,45 +43,28 @@ FARTHER = 1.001
 BY = "seeded demands, answered by the compiled C"
 
 
-class FaultAnswers(NamedTuple):
-    """What the C answered to N demands of one fault.
-
-    Attributes
-    ----------
-    vehicle : with that fault
-    question : the demands, labelled
-    F, status, share : (N, n) thrusts [N], zero where there are none, (N,) statuses and (N, levels) shares
-    """
-
-    vehicle: Vehicle
-    question: Question
-    F: FloatArray
-    status: StatusArray
-    share: FloatArray
-
-
 def answered(of: Subject) -> list[Claim]:
     """What many answers show: a claim that no answer bears on is not shown.
 
     Runs the C in this process, so memory must be known to be safe.
     """
     try:
-        answers = {fault: _answers(of, fault) for fault in (-1, *of.vehicle.working.tolist())}
+        answers = {fault: asked(of, fault) for fault in (-1, *of.vehicle.working.tolist())}
     except NotInstalled as lacking:
         return [not_shown(MADE, [str(lacking)])]
     formulation = find_formulation(recipe(of.kernel).formulation)
     optimal = formulation.optimal_for(of.vehicle)
     which = ATTAINABLE if optimal else UNSTOPPED if formulation.way else INSIDE
-    asked: list[tuple[str, Callable[[FaultAnswers], tuple[int, str]]]] = [
+    checks: list[tuple[str, Callable[[FaultAnswers], tuple[int, str]]]] = [
         (MADE, lambda each: _made(each, of))
     ]
     if formulation.keeps_inside:
-        asked.insert(0, (SOLVED.format(which=which), lambda each: _solved(each, which, formulation)))
-    asked += [(REFUSED, _refused)] if of.limited else []
-    asked += [(EFFORT, lambda each: _effort(each, of))] if optimal else []
+        checks.insert(0, (SOLVED.format(which=which), lambda each: _solved(each, which, formulation)))
+    checks += [(REFUSED, _refused)] if of.limited else []
+    checks += [(EFFORT, lambda each: _effort(each, of))] if optimal else []
     if of.levels:
-        asked += [(SHARES, lambda each: _shares(each, of)), (DELIVERED, lambda each: _delivered(each, of))]
-    return [_claim(sentence, answers, check) for sentence, check in asked]
+        checks += [(SHARES, lambda each: _shares(each, of)), (DELIVERED, lambda each: _delivered(each, of))]
+    return [_claim(sentence, answers, check) for sentence, check in checks]
 
 
 def _claim(
@@ -107,46 +81,6 @@ def _claim(
     if words:
         return not_shown(sentence, words)
     return Claim(claim=sentence, verdict="tested", by=BY, words=[f"{count:,} answers"])
-
-
-def _answers(of: Subject, fault: int) -> FaultAnswers:
-    vehicle = of.vehicle if fault < 0 else of.vehicle.with_fault(fault)
-    rng = np.random.default_rng(2004)
-    scalar = np.float32 if of.scalar == "float" else np.float64
-    wanted = (attainable(vehicle, rng, DEMANDS) * rng.choice(SIZES, DEMANDS)).T
-    taus = wanted.astype(scalar)  # labelled before they are rounded: that may leave what thrusters span
-    count, n, levels = len(taus), vehicle.n, of.levels
-    F, share = np.zeros((count, n), scalar), np.zeros((count, max(levels, 1)), scalar)
-    status = np.zeros(count, np.intc)
-    name = f"{of.name}_many"
-    library = ctypes.CDLL(str(shared_library("proof", {**of.files, f"{name}.c": _many(of, name)})))
-    ends = (of.vehicle.f_min.astype(scalar), of.vehicle.f_max.astype(scalar))
-    arrays = [np.ascontiguousarray(taus), *(ends if of.limits == "call" else ())]
-    given = [array.ctypes for array in (*arrays, F, *([share] if levels else []), status)]
-    library[name](count, fault, *given)
-    demands = labelled("proof", vehicle, np.ascontiguousarray(wanted))
-    delivered = share[:, :levels].astype(float)
-    return FaultAnswers(
-        vehicle, Question(demands, {}, {}), F.astype(float), status.astype(np.int8), delivered
-    )
-
-
-def _many(of: Subject, name: str) -> str:
-    """C that answers many demands of one fault, one after the other."""
-    n, k, levels, real = of.vehicle.n, of.vehicle.k, of.levels, of.scalar
-    ends = f"const {real} *f_min, const {real} *f_max, " if of.limits == "call" else ""
-    share = f"{real} *share, " if levels else ""
-    further = f"tau += {k}, f += {n}" + (f", share += {levels}" if levels else "")
-    return f"""\
-#include "{of.name}.h"
-
-void {name}(int count, int fault, const {real} *tau, {ends}{real} *f, {share}int *status)
-{{
-    for (int i = 0; i < count; i++, {further}) {{
-        status[i] = {of.name}({arguments(of.limits, levels, "fault")});
-    }}
-}}
-"""
 
 
 def _solved(answers: FaultAnswers, which: str, formulation: Formulation) -> tuple[int, str]:

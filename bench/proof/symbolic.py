@@ -130,13 +130,18 @@ class _Reader:
             raise NotRead("an index that is calculated")
         return int(operation[1])
 
+    def element(self, node: c_ast.ArrayRef, names: dict[str, Any]) -> tuple[Any, int]:
+        """An array, and the index in it that is written or read."""
+        array, index = names[node.name.name], self.constant(node.subscript, names)
+        if not 0 <= index < len(array):
+            raise NotRead(f"{node.name.name}[{index}] lies behind the array's end")
+        return array, index
+
     def assign(self, place: Any, value: Node, names: dict[str, Any]) -> None:
         if isinstance(place, c_ast.ID):
             names[place.name] = value
         elif isinstance(place, c_ast.ArrayRef):
-            array, index = names[place.name.name], self.constant(place.subscript, names)
-            if not 0 <= index < len(array):
-                raise NotRead(f"{place.name.name}[{index}] lies behind the array's end")
+            array, index = self.element(place, names)
             array[index] = value
         else:
             raise NotRead(f"an assignment to {type(place).__name__}")
@@ -145,11 +150,8 @@ class _Reader:
         condition = self.value(statement.cond, names)
         held = condition if under is None else self.graph.add("and", under, condition)
         inner = {name: list(value) if isinstance(value, list) else value for name, value in names.items()}
-        body = (
-            statement.iftrue.block_items
-            if isinstance(statement.iftrue, c_ast.Compound)
-            else [statement.iftrue]
-        )
+        then = statement.iftrue
+        body = then.block_items if isinstance(then, c_ast.Compound) else [then]
         returned = self.block(body, inner, held)
         if statement.iffalse is not None:
             raise NotRead("else in straight code")
@@ -186,9 +188,7 @@ class _Reader:
                     raise NotRead(f"{node.name} is read and was never written")
                 return names[node.name]
             case c_ast.ArrayRef():
-                array, index = names[node.name.name], self.constant(node.subscript, names)
-                if not 0 <= index < len(array):
-                    raise NotRead(f"{node.name.name}[{index}] lies behind the array's end")
+                array, index = self.element(node, names)
                 found = array[index]
                 if isinstance(found, tuple):  # a row of a table
                     return found
@@ -202,9 +202,8 @@ class _Reader:
             case c_ast.UnaryOp():
                 return self.unary(node, names)
             case c_ast.TernaryOp():
-                return self.ternary(
-                    *(self.value(each, names) for each in (node.cond, node.iftrue, node.iffalse))
-                )
+                parts = node.cond, node.iftrue, node.iffalse
+                return self.ternary(*(self.value(each, names) for each in parts))
             case c_ast.FuncCall():
                 return self.call(node.name.name, [self.value(each, names) for each in node.args.exprs])
             case c_ast.Cast():

@@ -2,20 +2,9 @@
 
 from bench.record.capability import Authority, Capability, Curve, LastMetre, Plane, Served, Unserved
 from bench.record.cell import Batch, Cell, Judged, Key, Quiet
+from bench.record.emulated import BoardFacts, Emulated, Processor
 from bench.record.reader import FILE_NAME, PACKED, Record, RecordError, parse, read
-from bench.record.schema import (
-    NO_VEHICLE,
-    SCHEMA,
-    BoardFacts,
-    Emulated,
-    Event,
-    Header,
-    Line,
-    Method,
-    Problem,
-    Processor,
-    Worker,
-)
+from bench.record.schema import NO_VEHICLE, SCHEMA, Event, Header, Line, Method, Problem, Worker
 
 __all__ = [
     "FILE_NAME",

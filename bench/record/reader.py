@@ -12,7 +12,8 @@ import msgspec
 from alloc import AllocError
 from bench.record.capability import Capability
 from bench.record.cell import Cell, Key
-from bench.record.schema import SCHEMA, Emulated, Event, Header, Line, Method, Problem, Processor, Worker
+from bench.record.emulated import Emulated, Processor
+from bench.record.schema import SCHEMA, Event, Header, Line, Method, Problem, Worker
 
 FILE_NAME = "record.jsonl"
 PACKED = FILE_NAME + ".gz"

@@ -8,18 +8,17 @@ from itertools import pairwise
 from math import inf
 from operator import itemgetter
 
-from alloc.formulations import find_formulation
 from bench.record import NO_VEHICLE, Problem
 from bench.results.columns import Row
 from bench.results.fit import LATE_SHARE, Fit, Loop
 from bench.results.pauses import Pauses, pauses, whose
 from bench.results.quantiles import Histogram, Tally, late_bound, merged, quantile, total
-from bench.results.ranking import exact, right
+from bench.results.ranking import exact
 from bench.results.repeats import most_of_all
 from bench.results.rows import Run
 from bench.results.size import Size, ordered
-from bench.results.text import counted, percent, three
 from bench.results.transfer import Transfer
+from bench.results.unfit import refusal, unfit
 
 
 def sizes(run: Run, loop: Loop, transfer: Transfer | None = None, demands: str = "") -> list[Size]:
@@ -166,56 +165,6 @@ def _pool(
         steps=first.worst_case_steps,
     )
     return Pool(size, singles, None if transfer else held_up)
-
-
-def unfit(rows: Sequence[Row]) -> str:
-    """Why a method on these rows has no time at all: not measured, or wrong; empty where it has one."""
-    for row in rows:
-        if row.failed:
-            return f"{row.demands}: {row.failed.status}, {row.failed.reason}"
-    for row in rows:
-        if reason := wrong(row):
-            return reason
-    return ""
-
-
-def refusal(row: Row, problem: Problem | None) -> tuple[float, str]:
-    """The share of a user's demands that got no thrusts, and in words what got none; 0 and empty for nothing.
-
-    Of a log that was not asked whole it is the share that can't be met, for methods that refuse those. Of
-    demands that were drawn to be beyond what the vehicle can do a share would say nothing.
-    """
-    answered = row.answered_share
-    if answered is None:
-        return 0.0, ""
-    refused, run = 1 - answered, max(judged.refused_longest for judged in row.measured.judged)
-    if problem is not None and problem.left_out and refuses(row.formulation):  # then more than was asked
-        refused = problem.beyond / (problem.n_demands + problem.left_out)
-        run = problem.beyond_longest
-    if not refused:
-        return 0.0, ""
-    if problem is None or not problem.given:
-        return 0.0, "what can't be met"
-    words = f"{percent(refused)} of {row.demands}"
-    if run and problem.rate_hz:
-        words += f", up to {three(run / problem.rate_hz)} s at a stretch"
-    elif run:
-        words += f", up to {counted(run, 'demand')} in a row"
-    return refused, words
-
-
-def refuses(formulation: str) -> bool:
-    """Whether methods of that formulation give no thrusts where a demand can't be met."""
-    known = find_formulation(formulation)
-    return known.optimal and known.way is None and not known.gives_way
-
-
-def wrong(row: Row) -> str:
-    """Why a row's answers rule out a verdict on its time; empty where they are right, or there are none."""
-    if row.failed or right(row):
-        return ""
-    reason = row.wrong or "farther from the optimum than promised"
-    return f"a wrong answer has no time; {row.demands}: {reason}"
 
 
 def exact_everywhere(rows: Sequence[Row]) -> bool:

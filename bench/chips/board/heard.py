@@ -20,7 +20,8 @@ from alloc.program import Scalar, Where
 from bench.chips.kernel import SCALARS, Kernel
 from bench.demands import DemandSet, labelled
 from bench.demands.store import vehicle_of
-from bench.inputs.board_log import BoardLog, LogBlock, LogError, answered, seen, whole
+from bench.inputs.board_answers import answered, seen
+from bench.inputs.board_log import BoardLog, LogBlock, LogError, whole
 
 NOOP = "noop"
 """The driver's own method, which does nothing: what timing a call costs by itself."""

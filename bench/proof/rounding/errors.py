@@ -14,9 +14,9 @@ from alloc import Vehicle
 from alloc.program import Node, Operation, Program, Scalar, operands, reachable
 from bench.proof.not_read import NotRead
 from bench.proof.rounding.arithmetic import DIGITS, Arithmetic, Value, among
-from bench.proof.rounding.forms import NOTHING, ONE, Form, constant, exact, total
+from bench.proof.rounding.forms import NOTHING, ONE, constant, exact
+from bench.proof.rounding.gauges import gauges
 from bench.proof.rounding.loads import Share, shares
-from bench.proof.rounding.moved import Gauge
 from bench.proof.rounding.regions import Region, both, compared, regions
 
 DEPTH = 2
@@ -97,14 +97,11 @@ class Errors(Arithmetic):
                 return self._chosen(condition, then, other)
         if node in self._shares:
             return self._followed(node, self._shares[node], operation)
-        operands = [self.values.get(each) for each in operation[1:]]
-        if any(each is None for each in operands):
-            return None  # of conditions
-        known = [each for each in operands if each is not None]
+        given = [self.values.get(each) for each in operation[1:]]
         combine = getattr(self, f"_{operation[0]}", None)
-        if combine is None:
-            return None
-        made: Value = combine(*known)
+        if combine is None or None in given:
+            return None  # a condition, or made of one
+        made: Value = combine(*given)
         return made
 
     def _followed(self, node: Node, share: Share, operation: Operation) -> Value:
@@ -129,41 +126,15 @@ class Errors(Arithmetic):
         if not keep.low == least.low > 0.0:
             raise NotRead("a share of two different numbers")
         digits, k = 2.0 ** -DIGITS[self._scalar], keep.low
-        gauges, roundings = [], 1.0
-        for load in share.loads:
-            taken, extra = self._before_rounding(self._number(load.along))
-            tiny = 0.0 if load.tiny is None else self._number(load.tiny).size
-            for sign, slack in ((1.0, load.ahead), (-1.0, load.astern))[: 1 + load.both]:
-                if slack is None:
-                    gauges.append(Gauge(total((sign, taken)), constant(1.0), 0.0))
-                    roundings = max(roundings, 1.0 + extra)
-                    continue
-                for each in self._alternatives(self._number(slack)):
-                    left, more = self._before_rounding(each)
-                    gauges.append(Gauge(total((sign, taken)), left, tiny))
-                    roundings = max(roundings, 2.0 + extra + more)
+        found, roundings = gauges(share, self._number)
         relative = 1.001 * roundings * digits + 2.0 * (keep.error + least.error) / k
-        self._moved.add(node, k, gauges, relative)
+        self._moved.add(node, k, found, relative)
         return Value(0.0, 1.0, 0.0, {(frozenset({node}), ONE): 1.0})
-
-    def _before_rounding(self, value: Value) -> tuple[Form, float]:
-        """A value's form before its own rounding, and how many relative roundings that is."""
-        if value.form is None:
-            raise NotRead("a share of what is no sum")
-        form = dict(value.form)
-        return (form, 0.0) if form.pop((NOTHING, value.own), None) is None else (form, 1.0)
 
     def _number(self, node: Node) -> Value:
         if node not in self.values:
             raise NotRead(self.reasons.get(node, "no number"))
         return self.values[node]
-
-    def _alternatives(self, value: Value) -> tuple[Value, ...]:
-        """Values with a form, the least of which this is; raises NotRead where they are not known."""
-        found = among(value)
-        if not found or not value.least:
-            raise NotRead("a slack that is no sum")
-        return found
 
     def _chosen(self, condition: Node, then: Node, other: Node) -> Value:
         match self._nodes[condition]:
@@ -181,10 +152,7 @@ class Errors(Arithmetic):
         match self._nodes[then]:
             case ("sub", same, less) if same == other:
                 return self._lessened(condition, other, less)
-        sides = [
-            self._under(branch, condition, holds, {}) for branch, holds in ((then, True), (other, False))
-        ]
-        value = _union([each for side in sides for each in side])
+        value = _union([*self._under(then, condition, True, {}), *self._under(other, condition, False, {})])
         jump = self._jump(condition, then, other) if self._flips else 0.0
         return replace(value, error=value.error + jump)
 
@@ -216,8 +184,8 @@ class Errors(Arithmetic):
         whole, part = self._plain(self.values[other]), _union(found)
         low, high = min(0.0, -part.high), max(0.0, -part.low)
         jump = self._jump(condition, less, None) if self._flips else 0.0
-        value = Value(whole.low + low, whole.high + high, whole.error + part.error)
-        return replace(self._rounded(value), error=self._rounded(value).error + jump)
+        value = self._rounded(Value(whole.low + low, whole.high + high, whole.error + part.error))
+        return replace(value, error=value.error + jump)
 
     def _under(self, branch: Node, condition: Node, holds: bool, near: Region) -> list[Value]:
         """A branch's values where a condition holds, or does not, one for each region of that."""

@@ -18,7 +18,8 @@ from bench.chips.board.keep import keep
 from bench.chips.board.project import Project, plan, write
 from bench.chips.count import count
 from bench.chips.image import link
-from bench.inputs.board_log import LogError, answered, parse, read_board_log, seen
+from bench.inputs.board_answers import answered, seen
+from bench.inputs.board_log import LogError, parse, read_board_log
 from bench.record import read
 from bench.report import slowest
 from bench.results.fit import Fit, Loop

@@ -1,0 +1,78 @@
+"""Many demands answered by the compiled C itself, in this process."""
+
+import ctypes
+from typing import NamedTuple
+
+import numpy as np
+
+from alloc import Vehicle
+from alloc.allocation import FloatArray, StatusArray
+from alloc.c import arguments
+from alloc.c.compiled import shared_library
+from bench.demands import labelled
+from bench.demands.corners import attainable
+from bench.judging.question import Question
+from bench.proof.safety.harness import Subject
+
+DEMANDS = 2_000
+"""Of each fault."""
+SIZES = (0.1, 0.5, 0.9, 0.99, 1.0, 1 + 1e-7, 1 + 1e-5, 1.0003, 1.0009, 1.01, 2.0)
+"""Demands are as many times as large as those of thrusts within the limits, many of which lie on the edge."""
+
+
+class FaultAnswers(NamedTuple):
+    """What the C answered to N demands of one fault.
+
+    Attributes
+    ----------
+    vehicle : with that fault
+    question : the demands, labelled
+    F, status, share : (N, n) thrusts [N], zero where there are none, (N,) statuses and (N, levels) shares
+    """
+
+    vehicle: Vehicle
+    question: Question
+    F: FloatArray
+    status: StatusArray
+    share: FloatArray
+
+
+def asked(of: Subject, fault: int) -> FaultAnswers:
+    """What the C answers to seeded demands of a fault; raises NotInstalled without a compiler."""
+    vehicle = of.vehicle if fault < 0 else of.vehicle.with_fault(fault)
+    rng = np.random.default_rng(2004)
+    scalar = np.float32 if of.scalar == "float" else np.float64
+    wanted = (attainable(vehicle, rng, DEMANDS) * rng.choice(SIZES, DEMANDS)).T
+    taus = wanted.astype(scalar)  # labelled before they are rounded: that may leave what thrusters span
+    count, n, levels = len(taus), vehicle.n, of.levels
+    F, share = np.zeros((count, n), scalar), np.zeros((count, max(levels, 1)), scalar)
+    status = np.zeros(count, np.intc)
+    name = f"{of.name}_many"
+    library = ctypes.CDLL(str(shared_library("proof", {**of.files, f"{name}.c": _many(of, name)})))
+    ends = (of.vehicle.f_min.astype(scalar), of.vehicle.f_max.astype(scalar))
+    arrays = [np.ascontiguousarray(taus), *(ends if of.limits == "call" else ())]
+    given = [array.ctypes for array in (*arrays, F, *([share] if levels else []), status)]
+    library[name](count, fault, *given)
+    demands = labelled("proof", vehicle, np.ascontiguousarray(wanted))
+    delivered = share[:, :levels].astype(float)
+    return FaultAnswers(
+        vehicle, Question(demands, {}, {}), F.astype(float), status.astype(np.int8), delivered
+    )
+
+
+def _many(of: Subject, name: str) -> str:
+    """C that answers many demands of one fault, one after the other."""
+    n, k, levels, real = of.vehicle.n, of.vehicle.k, of.levels, of.scalar
+    ends = f"const {real} *f_min, const {real} *f_max, " if of.limits == "call" else ""
+    share = f"{real} *share, " if levels else ""
+    further = f"tau += {k}, f += {n}" + (f", share += {levels}" if levels else "")
+    return f"""\
+#include "{of.name}.h"
+
+void {name}(int count, int fault, const {real} *tau, {ends}{real} *f, {share}int *status)
+{{
+    for (int i = 0; i < count; i++, {further}) {{
+        status[i] = {of.name}({arguments(of.limits, levels, "fault")});
+    }}
+}}
+"""

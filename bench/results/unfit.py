@@ -1,0 +1,59 @@
+"""Why a method has no verdict on its time, and which demands it gives no thrusts for."""
+
+from collections.abc import Sequence
+
+from alloc.formulations import find_formulation
+from bench.record import Problem
+from bench.results.columns import Row
+from bench.results.ranking import right
+from bench.results.text import counted, percent, three
+
+
+def unfit(rows: Sequence[Row]) -> str:
+    """Why a method on these rows has no time at all: not measured, or wrong; empty where it has one."""
+    for row in rows:
+        if row.failed:
+            return f"{row.demands}: {row.failed.status}, {row.failed.reason}"
+    for row in rows:
+        if reason := wrong(row):
+            return reason
+    return ""
+
+
+def refusal(row: Row, problem: Problem | None) -> tuple[float, str]:
+    """The share of a user's demands that got no thrusts, and in words what got none; 0 and empty for nothing.
+
+    Of a log that was not asked whole it is the share that can't be met, for methods that refuse those. Of
+    demands that were drawn to be beyond what the vehicle can do a share would say nothing.
+    """
+    answered = row.answered_share
+    if answered is None:
+        return 0.0, ""
+    refused, run = 1 - answered, max(judged.refused_longest for judged in row.measured.judged)
+    if problem is not None and problem.left_out and refuses(row.formulation):  # then more than was asked
+        refused = problem.beyond / (problem.n_demands + problem.left_out)
+        run = problem.beyond_longest
+    if not refused:
+        return 0.0, ""
+    if problem is None or not problem.given:
+        return 0.0, "what can't be met"
+    words = f"{percent(refused)} of {row.demands}"
+    if run and problem.rate_hz:
+        words += f", up to {three(run / problem.rate_hz)} s at a stretch"
+    elif run:
+        words += f", up to {counted(run, 'demand')} in a row"
+    return refused, words
+
+
+def refuses(formulation: str) -> bool:
+    """Whether methods of that formulation give no thrusts where a demand can't be met."""
+    known = find_formulation(formulation)
+    return known.optimal and known.way is None and not known.gives_way
+
+
+def wrong(row: Row) -> str:
+    """Why a row's answers rule out a verdict on its time; empty where they are right, or there are none."""
+    if row.failed or right(row):
+        return ""
+    reason = row.wrong or "farther from the optimum than promised"
+    return f"a wrong answer has no time; {row.demands}: {reason}"
