@@ -17,9 +17,9 @@ from alloc.vehicle.condition import promised
 MEANINGS = {
     0: "f makes tau, inside the limits",
     1: "f lies inside the limits, but makes tau in part only",
-    2: "limits cross: f_min is above f_max for a thruster that is not off; f is left alone",
+    2: "limits of the call cross: f_min is above f_max for a thruster that is not off; f is left alone",
     -1: "there is no such fault; f is left alone",
-    -2: "tau or a limit is NaN, infinite or too large to add up; f is left alone",
+    -2: "an argument is NaN, infinite or too large to add up; f is left alone",
 }
 """What each value that the C function of a rule returns means."""
 Rule = Callable[[Builder, dict[int, Expression]], dict[int, Expression]]

@@ -11,7 +11,7 @@ MEANINGS = {
     0: "f makes tau, inside the limits, with the least effort",
     2: "no f inside the limits makes tau; f is left alone",
     -1: "there is no such fault; f is left alone",
-    -2: "tau or a limit is NaN or infinite; f is left alone",
+    -2: "an argument is NaN or infinite; f is left alone",
 }
 
 

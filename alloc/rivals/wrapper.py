@@ -27,7 +27,7 @@ MEANINGS = {
     1: f"f lies inside the limits and misses tau by up to {PARTIAL_TOLERANCE:g}",
     2: "no f inside the limits makes tau, which is proven; f is left alone",
     3: "the solver has no answer that holds; f is left alone",
-    -2: "tau or a limit is NaN or infinite; f is left alone",
+    -2: "an argument is NaN or infinite; f is left alone",
 }
 """What the C returns. Without the check 0, 2 and 3 are the solver's own claim, and f is what it left."""
 
