@@ -1,6 +1,5 @@
 """The report of a study: report.md, report.html, pictures, the best layouts' files, front.parquet."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +15,7 @@ from bench.layouts.space import LayoutSpace
 from bench.layouts.summary import COMPARED, OUTCOMES, StudySummary, summarise
 from bench.report.document import document
 from bench.report.pictures.style import SETTINGS, save
+from bench.results.text import plain, table
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -79,15 +79,16 @@ def page(space: LayoutSpace, base: Columns, said: StudySummary, best: "pa.Table"
         (parameter.name, *(f"{100 * share:.1f} %" for share in shares))
         for parameter, shares in zip(space.parameters, said.matters().T, strict=True)
     ]
-    return f"""# Layouts of {space.name}
+    name = plain(space.name)
+    return f"""# Layouts of {name}
 
 {said.asked:,} layouts were drawn; {said.measured:,} keep to the constraints and push every axis{refused}.
-Authority is the volume of what can be pushed, over {space.name}'s. A failure takes the worst thruster.
+Authority is the volume of what can be pushed, over {name}'s. A failure takes the worst thruster.
 Positions, directions and demands are in the frame {described(space.frame)}.
 
-## The place of {space.name}
+## The place of {name}
 
-{_table(place, ("number", space.name, "best of all", "layouts that are better"))}
+{table(("number", space.name, "best of all", "layouts that are better"), place)}
 
 The last column counts the study's own {said.even:,} layouts, not those around the best.
 {said.at_least_as_good:,} layouts are better in something that counts and worse in nothing: authority,
@@ -100,14 +101,14 @@ authority after the worst failure, steps of the exact method, thrusters.
 No other layout beats {said.front.num_rows:,} of them in everything that counts (front.parquet).
 {len(rows)} of these stand in the folder `best` as vehicle files.
 
-{_table(rows, BEST_HEADERS)}
+{table(BEST_HEADERS, rows)}
 
 ## What matters
 
 Share of the variance over the layouts of the study's own round that each parameter explains alone. What is
 missing to 100 % is due to several together.
 
-{_table(matters, ("parameter", *map(_words, OUTCOMES)))}
+{table(("parameter", *map(_words, OUTCOMES)), matters)}
 
 ![What matters](matters.svg)
 
@@ -117,12 +118,6 @@ missing to 100 % is due to several together.
 asked here. All numbers of all layouts stand in `shards/*.parquet`, a row each; docs/layouts.md says what the
 columns mean.
 """
-
-
-def _table(rows: Sequence[tuple[str, ...]], headers: tuple[str, ...]) -> str:
-    from tabulate import tabulate
-
-    return tabulate(rows, headers, tablefmt="github", disable_numparse=True)
 
 
 BEST_HEADERS = (

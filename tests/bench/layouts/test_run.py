@@ -1,6 +1,8 @@
 """Shards: the same bytes whoever works them out, whole or not there; a study goes on where it stopped."""
 
+import re
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,13 +13,14 @@ from alloc import AllocError
 from bench.layouts import sampling, shards
 from bench.layouts.front import losses, merged, spread, unbeaten
 from bench.layouts.measure import numbers
-from bench.layouts.report import render_study
+from bench.layouts.report import page, render_study
 from bench.layouts.run import Compute, Done, check_folder, front_of, run_study
 from bench.layouts.sampling import SHARD, ShardTask, tasks, values
 from bench.layouts.shards import OtherVersion, compute, file_name, read_shard, source_digest, whole_shards
 from bench.layouts.space import LayoutSpace
 from bench.layouts.spaces import layout_of
 from bench.layouts.study import StudyFile, read_study
+from bench.layouts.summary import OUTCOMES, summarise
 from tests.layout_studies import PLANAR, compiled
 
 pa = pytest.importorskip("pyarrow", reason="needs the extra layouts")
@@ -183,11 +186,29 @@ def test_a_report_says_the_same_of_the_same_shards(
     assert "bow.azimuth_deg" in text
     even = [read_shard(path) for (round_, _), path in whole_shards(folder / "shards").items() if round_ == 0]
     authority = np.concatenate([table["authority"].to_numpy() for table in even])
-    assert f"| {100 * (authority > 1 + 1e-9).mean():.2f} % " in text
+    assert f" {100 * (authority > 1 + 1e-9).mean():.2f} % " in text
     assert f"No other layout beats {front_of(folder / 'shards').num_rows:,} of them" in text
     pictures = {name: (folder / name).read_bytes() for name in ("front.svg", "matters.svg", "front.parquet")}
     assert render_study(space, own, folder).read_text(encoding="utf-8") == text
     assert {name: (folder / name).read_bytes() for name in pictures} == pictures
+
+
+def test_bars_and_stars_in_the_names_of_vehicle_and_group_leave_the_report_s_tables_whole(
+    study: tuple[LayoutSpace, StudyFile, Path], tmp_path: Path
+) -> None:
+    space, _, folder = study
+    _, base = compiled(tmp_path, TEXT)
+    own = numbers(layout_of(base), space.dof, space.taus, space.scale, space.volume)[1]
+    first, *others = space.parameters
+    odd = replace(space, name="my|rov *1* *2*", parameters=(replace(first, name="b|w.x"), *others))
+    text = page(odd, own, summarise(space, folder / "shards", own), front_of(folder / "shards").slice(0, 1))
+    assert text.startswith(r"# Layouts of my\|rov \*1\* \*2\*")
+    tables = re.findall(r"(?:^\|.*\n)+", text, re.MULTILINE)
+    assert [{line.replace(r"\|", "").count("|") for line in table.splitlines()} for table in tables] == [
+        {5},
+        {10},
+        {2 + len(OUTCOMES)},
+    ]
 
 
 def test_a_shard_s_name_is_its_content(study: tuple[LayoutSpace, StudyFile, Path]) -> None:
