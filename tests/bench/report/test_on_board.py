@@ -1,6 +1,5 @@
 """size --board: whose cycles stand in its table, and what a method delivers, from made-up counts."""
 
-import re
 from pathlib import Path
 
 import msgspec
@@ -12,7 +11,6 @@ from bench.__main__ import cli
 from bench.chips.target import target
 from bench.record import SCHEMA, Emulated, Header
 from bench.record.writer import Writer
-from tests.places import DOCS, ROOT
 
 COUNTED = Emulated(
     vehicle="tiburon",
@@ -93,15 +91,3 @@ def test_a_board_that_nobody_counted_for_is_named_with_those_there_are(tmp_path:
 def test_a_board_brings_its_own_clock(tmp_path: Path) -> None:
     with pytest.raises(Exception, match="--board has a clock and cycles of its own; leave out --clock"):
         printed(tmp_path, COUNTED, more=("--clock", "168"))
-
-
-def test_the_tutorial_opens_with_the_table_of_the_committed_counts() -> None:
-    """The command that the page names, of the record that it names."""
-    text = (DOCS / "embedded.md").read_text(encoding="utf-8")
-    shown = text.partition("<!-- stm32f446:start -->\n")[2].partition("<!-- stm32f446:end -->")[0]
-    (typed,) = re.findall(r"`thrustbench (size results/stm32f446 .*)`", text)
-    arguments = typed.replace("results", str(ROOT / "results")).split()
-    result = CliRunner().invoke(cli, arguments)
-    table = [line for line in result.stdout.splitlines() if line.startswith("|")]
-    assert len(table) == 2 + 16  # eight methods on two vehicles
-    assert shown.splitlines() == table

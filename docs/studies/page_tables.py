@@ -1,0 +1,236 @@
+"""Puts tables that records give into the pages that show them, each between its two marks.
+
+``python docs/studies/page_tables.py`` writes those of results/; ``… page_tables.py sizes`` writes README's
+sizes of C, which it counts anew under QEMU in three minutes. A mark is ``<!-- NAME:start -->``, then
+``<!-- NAME:end -->``; the function of that name is the table. ``thrustbench report --readme`` writes README's
+times.
+"""
+
+import re
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from statistics import fmean
+
+from click.testing import CliRunner
+
+import bench.report.goals
+from bench.__main__ import cli
+from bench.record import Record, read
+from bench.results.emulated import EmulatedRow, rows
+from bench.results.text import table
+
+ROOT = Path(__file__).parents[2]
+EMULATED = ROOT / "results/emulated"
+PAGES = {
+    "goals": "docs/counting.md",
+    "ratios": "docs/counting.md",
+    "rivals": "docs/rivals.md",
+    "stm32f446": "docs/embedded.md",
+    "sizes": "README.md",
+}
+"""Where each table stands."""
+
+Kernel = tuple[str, str, str, str, str]
+"""Vehicle, method, target, scalar and limits."""
+VEHICLES = ("ukwial", "bluerov2-heavy", "supply-vessel")
+M4F, M7 = ("cortex-m4f", "float"), ("cortex-m7", "double")
+ASKED = ("inactive", "active", "infeasible")
+"""Classes of demands whose counts are compared with goals."""
+
+
+def goals() -> str:
+    """What was asked of each kernel, and what was counted."""
+    record = read(EMULATED)
+    return bench.report.goals.goals(rows(record.emulated), record.processors)
+
+
+def ratios() -> str:
+    """Counts and ratios of counts on a Cortex-M7 in double precision, beside their goals."""
+    kernels = _kernels(read(EMULATED))
+
+    def most(vehicle: str, method: str, limits: str) -> int:
+        return _most(row for row in kernels[vehicle, method, *M7, limits] if row.emulated.demands in ASKED)
+
+    def steady(vehicle: str) -> float:
+        answered = [
+            row
+            for row in kernels[vehicle, "nullspace@native", *M7, "fixed"]
+            if row.emulated.demands in ("inactive", "active")
+        ]
+        return _most(answered) / fmean(row.mean or 0.0 for row in answered)
+
+    exact = {
+        v: {limits: most(v, "nullspace@native", limits) for limits in ("fixed", "call")} for v in VEHICLES
+    }
+    lines = [
+        _goal("`nullspace`, fixed limits", (75, 140, 420), [float(exact[v]["fixed"]) for v in VEHICLES], "d"),
+        _goal("worst over mean of answered demands", (1.02, 1.02, None), [steady(v) for v in VEHICLES]),
+        _goal(
+            "`nullspace`, limits of the call over fixed",
+            (1.4,) * 3,
+            [exact[v]["call"] / exact[v]["fixed"] for v in VEHICLES],
+        ),
+    ]
+    for limits, words in (("fixed", "fixed"), ("call", "limits of the call")):
+        for method in ("scaled", "priority"):
+            found = [most(v, f"{method}@native", limits) / exact[v][limits] for v in VEHICLES]
+            lines.append(_goal(f"`{method}` over `nullspace`, {words}", (3,) * 3, found))
+    return table(("what", "goal", *VEHICLES, ""), lines, markdown=True)
+
+
+def _goal(what: str, most: tuple[float | None, ...], found: list[float], digits: str = ".2f") -> list[str]:
+    """A line of ``ratios``: a goal a vehicle, none where it was not asked."""
+    missed = [
+        name
+        for name, value, end in zip(VEHICLES, found, most, strict=True)
+        if end is not None and not value <= end
+    ]
+    asked = dict.fromkeys(f"{end:g}" for end in most if end is not None)
+    said = f"**not met**: {', '.join(missed)}" if missed else "met"
+    whole = digits == "d"
+    return [what, f"≤ {' / '.join(asked)}", *(f"{int(v)}" if whole else f"{v:{digits}}" for v in found), said]
+
+
+def rivals() -> str:
+    """The costliest call of the exact method, of no limits at all and of solvers' own C."""
+    kernels = _kernels(read(EMULATED))
+    solvers = [f"qp/{name}@generated" for name in ("daqp-reduced", "daqp", "qrqp", "qoco", "osqp")]
+    exact, reduced, direct = "nullspace@native", *solvers[:2]
+    columns = [(vehicle, *board) for board in (M4F, M7) for vehicle in VEHICLES]
+    headers = ("method", *(f"{t.removeprefix('cortex-').upper()} {scalar}: {v}" for v, t, scalar in columns))
+    lines = [
+        [
+            f"`{method}`",
+            *(f"{_most(kernels[v, method, target, scalar, 'fixed']):,}" for v, target, scalar in columns),
+        ]
+        for method in ("pinv@native", exact, *solvers)
+    ]
+
+    def over(method: str) -> str:
+        found = [
+            _most(own) / _most(kernels[vehicle, exact, target, scalar, "fixed"])
+            for (vehicle, name, target, scalar, limits), own in kernels.items()
+            if name == method and limits == "fixed" and (target, scalar) in (M4F, M7)
+        ]
+        return f"{min(found):.0f} to {max(found):.0f}"
+
+    beside = {k[0] for k in kernels if k[1] == reduced}
+    own = {
+        name: [k for k in kernels if k[1] == name and k[2:4] in (M4F, M7) and k[0] in beside]
+        for name in (exact, *solvers)
+    }
+    flash = {name: [kernels[k][0].emulated.flash_bytes or 0 for k in keys] for name, keys in own.items()}
+    ram = [kernels[k][0].emulated.ram_static_bytes or 0 for name in solvers for k in own[name]]
+    moved = [
+        _most(kernels[v, exact, target, scalar, "call"]) / _most(kernels[v, exact, target, scalar, "fixed"])
+        for v, _, target, scalar, limits in own[exact]
+        if limits == "fixed"
+    ]
+    largest = [max(flash[name]) / 1024 for name in solvers]
+    ratio = f"{min(moved):.1f} to {max(moved):.1f} times the instructions"
+    return "\n".join(
+        [
+            f"{table(headers, lines, markdown=True)}\nOver all vehicles and both precisions:\n",
+            f"- The strongest rival takes {over(reduced)} times the instructions of the exact method, DAQP as"
+            f" its users call it {over(direct)} times.",
+            f"- The largest flash of a rival is {min(largest):.1f} to {max(largest):.1f} KiB, of the exact"
+            f" method {max(flash[exact]) / 1024:.1f} KiB, tables for every failed thruster included. RAM is"
+            f" {min(ram) / 1024:.1f} to {max(ram) / 1024:.1f} KiB against none.",
+            f"- Limits of each call cost a solver's C hardly anything; the exact method takes {ratio}.\n",
+        ]
+    )
+
+
+def stm32f446() -> str:
+    """What the command prints that stands above the table."""
+    page = (ROOT / PAGES["stm32f446"]).read_text(encoding="utf-8")
+    (typed,) = re.findall(r"`thrustbench (size results/stm32f446 .*)`", page)
+    done = CliRunner().invoke(cli, typed.replace("results", str(ROOT / "results")).split())
+    return "".join(f"{line}\n" for line in done.stdout.splitlines() if line.startswith("|"))
+
+
+def sizes() -> str:
+    """Flash, stack and instructions of C that has code for each failed thruster, or one table for all."""
+    with tempfile.TemporaryDirectory() as folder:
+        for limits, methods in (("fixed", ("nullspace", "scaled")), ("call", ("scaled",))):
+            for faults in ("one", "all"):
+                named = [word for method in methods for word in ("--method", method)]
+                emulate = [
+                    "emulate",
+                    "--vehicle",
+                    "tiburon",
+                    "--target",
+                    M4F[0],
+                    "--float",
+                    "--limits",
+                    limits,
+                ]
+                told = [*emulate, "--faults", faults, *named, "--out", folder, "--add"]
+                subprocess.run([sys.executable, "-m", "bench", *told], check=True, stdout=subprocess.PIPE)
+        counted = read(Path(folder))
+    by_faults = {faults: _kernels(counted, faults) for faults in ("one", "all")}
+    lines = []
+    for method, limits in (("nullspace", "fixed"), ("scaled", "fixed"), ("scaled", "call")):
+        one, every = (by_faults[f]["tiburon", f"{method}@native", *M4F, limits] for f in ("one", "all"))
+        flash = [f"{each[0].emulated.flash_bytes:,}" for each in (one, every)]
+        stack = max(row.emulated.stack_bytes or 0 for row in every)
+        most = [f"{_most(each):,}" for each in (one, every)]
+        option = f"`--method {method}{' --limits call' * (limits == 'call')}`"
+        lines.append([option, " / ".join(flash), str(stack), " / ".join(most)])
+    headers = ("`codegen`", "flash [B]", "stack of `all` [B]", "most instructions, no fault")
+    return table(headers, lines, markdown=True)
+
+
+def _kernels(record: Record, faults: str = "one") -> dict[Kernel, list[EmulatedRow]]:
+    """What was counted of each kernel, a row for each class of demands."""
+    found: dict[Kernel, list[EmulatedRow]] = {}
+    for row in rows(record.emulated):
+        one = row.emulated
+        if one.faults == faults and row.worst is not None:
+            key = (one.vehicle, one.method, one.target, one.scalar, one.limits)
+            found.setdefault(key, []).append(row)
+    return found
+
+
+def _most(counted: Iterable[EmulatedRow]) -> int:
+    """Instructions of the costliest call."""
+    return max(row.worst or 0 for row in counted)
+
+
+TABLES: dict[str, Callable[[], str]] = {
+    "goals": goals,
+    "ratios": ratios,
+    "rivals": rivals,
+    "stm32f446": stm32f446,
+    "sizes": sizes,
+}
+"""Each table by the name of its marks."""
+
+
+def shown(name: str) -> str:
+    """What stands between the marks of a table."""
+    return _parts(name)[1]
+
+
+def write(name: str) -> None:
+    """Replace what stands between the marks of a table."""
+    before, _, after = _parts(name)
+    (ROOT / PAGES[name]).write_text(before + TABLES[name]() + after, encoding="utf-8")
+
+
+def _parts(name: str) -> tuple[str, str, str]:
+    """A page before a table, the table, and the page after it, its marks not in the table."""
+    text = (ROOT / PAGES[name]).read_text(encoding="utf-8")
+    start, end = f"<!-- {name}:start -->\n", f"<!-- {name}:end -->"
+    before, opened, rest = text.partition(start)
+    inner, closed, after = rest.partition(end)
+    assert opened + closed == start + end, f"{PAGES[name]} lacks the marks of {name}"
+    return before + opened, inner, closed + after
+
+
+if __name__ == "__main__":
+    for name in sys.argv[1:] or [name for name in TABLES if name != "sizes"]:
+        write(name)
