@@ -7,8 +7,9 @@ import numpy as np
 from alloc.allocation import FloatArray, Status
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.kernels.entry import SeenArguments, all_thrusters, closed_form, cover, inside, refuse
+from alloc.kernels.fitted import Fitted
 from alloc.kernels.tolerance import MET
-from alloc.program import Builder, Expression, Program, Scalar, Where, least, most, select
+from alloc.program import Builder, Expression, Program, Scalar, Where, least, most, select, size
 from alloc.program.graph import lifted
 from alloc.program.sums import Terms, product, shared_sums, signed
 from alloc.vehicle import Vehicle
@@ -22,7 +23,7 @@ MEANINGS = {
     -2: "an argument is NaN, infinite or too large to add up; f is left alone",
 }
 """What each value that the C function of a rule returns means."""
-Rule = Callable[[Builder, dict[int, Expression]], dict[int, Expression]]
+Rule = Callable[[Builder, dict[int, Expression]], dict[int, Expression] | Fitted]
 """What makes of x = T* tau of the working thrusters the thrusts that are then cut at the limits."""
 
 
@@ -33,8 +34,15 @@ def mended(rule: Rule, vehicle: Vehicle, limits: Where, scalar: Scalar) -> Progr
     seen.know(0, x)
     seen.add(vehicle.working.tolist(), "0")
     refuse(builder, seen, [], exact=False)
-    y = inside(builder, rule(builder, x), builder.limits)
-    met = none_missed(builder, _missed(builder, G, x, y))
+    made = rule(builder, x)
+    y = inside(builder, made.thrusts if isinstance(made, Fitted) else made, builder.limits)
+    if isinstance(made, Fitted) and made.within and vehicle.rank == vehicle.k:
+        # T y is share times tau but for rounding, so no product with T tells more.
+        asked = zip(units(builder)[:, 0].tolist(), builder.tau, strict=True)
+        most_of: Expression = most(*(size(unit * tau) for unit, tau in asked))
+        met = ((1.0 - made.share) * most_of <= 1.0).named("met")
+    else:
+        met = none_missed(builder, _missed(builder, G, x, y))
     builder.compute(met)
     return builder.program(all_thrusters(builder, y), select(met, Status.SOLVED, Status.PARTIAL))
 

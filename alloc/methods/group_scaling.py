@@ -79,7 +79,7 @@ def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     refuse(builder, seen, [], exact=False)
     terms: dict[int, Terms] = {i: [] for i in vehicle.working.tolist()}
     for level, x in enumerate(alone):
-        for i, value in fitted(builder, x, f"share{level}").items():
+        for i, value in fitted(builder, x, f"share{level}").thrusts.items():
             terms[i].append((False, value))
     f = inside(builder, {i: signed(row, builder.graph) for i, row in terms.items()}, builder.limits)
     units = rules.units(builder)
