@@ -12,6 +12,9 @@ import click
 
 import bench.commands
 
+REPEATED = " Repeatable."
+"""What ``--help`` says of an option that may be given more than once."""
+
 
 class Commands(click.Group):
     """Finds commands by file name and imports only the one that is called (or all, for --help)."""
@@ -25,6 +28,9 @@ class Commands(click.Group):
         for name in (cmd_name, f"{cmd_name}_"):
             if any(m.name == name for m in pkgutil.iter_modules(bench.commands.__path__)):
                 command: click.Command = import_module(f"bench.commands.{name}").command
+                for option in command.params:
+                    if isinstance(option, click.Option) and option.multiple and option.help:
+                        option.help = f"{option.help.removesuffix(REPEATED)}{REPEATED}"
                 return command
         return None
 

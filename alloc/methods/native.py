@@ -14,7 +14,7 @@ def variants() -> dict[str, Variant]:
     return {
         f"{each.name}@native": Variant(
             key=each.name,
-            summary=f"{each.name} as C99 generated for the vehicle; limits of the vehicle, or of each call.",
+            summary=f"{each.name} as C99 generated for the vehicle.",
             missing=missing(),
             twin=each.name,
             formulation=each.formulation,

@@ -21,14 +21,14 @@ LIMITS = click.option(
     type=click.Choice(["fixed", "call"]),
     default="fixed",
     show_default=True,
-    help="The vehicle's, in the C; or f_min and f_max, arguments of each call.",
+    help="fixed: the vehicle's, in the C; call: f_min and f_max are arguments of each call.",
 )
 FAULTS = click.option(
     "--faults",
     type=click.Choice(["none", "one", "all"]),
     default="one",
     show_default=True,
-    help="A thruster that is off: unknown to the C, code for each, or one smaller function for all.",
+    help="none: the C knows no failed thruster; one: code for each; all: one smaller function for all.",
 )
 """The options of every command that writes C."""
 

@@ -41,14 +41,15 @@ def command(
     output: Path | None,
     **options: Any,
 ) -> None:
-    """Thrusts for the demands in a CSV, bag or ULog; a CSV's header names the DOF, each row is a demand.
+    """Compute the thrusts for the demands of a CSV, ROS bag or ULog.
 
-    A CSV may say the limits of each demand: columns volts, and f0_min, f0_max, … in N.
+    A CSV's header names the DOF, each row is a demand. It may say the limits of each demand: columns volts,
+    and f0_min, f0_max, … in N.
 
-    Writes status,f0,f1,… with one row a demand, in order, in N; then share0,share1,… where a method says
-    what it delivered of each level of the demand. Where a method says that there is no such thrust, its
-    numbers are nan. With --esc there follow u0,u1,…, what goes to the ESCs by the vehicle's `esc`, neutral
-    where there is no thrust, and made_surge, … [N, N m], the wrench that these commands make.
+    Writes status,f0,f1,… with one row a demand, in order, in N; then share0,share1,… where a method says what
+    it delivered of each level of the demand. Where a method says that there is no such thrust, its numbers
+    are nan. With --esc there follow u0,u1,…, what goes to the ESCs by the vehicle's `esc`, neutral where
+    there is no thrust, and made_surge, … [N, N m], the wrench that these commands make.
     """
     from alloc import load_vehicle
     from alloc.discovery import find, load_plugin, prepare

@@ -17,7 +17,7 @@ from bench.commands import LIMITS, PATH, SINGLE
 @click.option("--n", type=click.IntRange(1), default=200, show_default=True, help="Demands of each set.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the demands.")
 @click.option("--read", "log", type=PATH, metavar="LOG", help="Make a record of what a board printed.")
-@click.option("--name", default="", help="Of the board, with --read [its processor's].")
+@click.option("--name", default="", help="Name of the board, with --read [its processor's].")
 @click.option("--out", required=True, type=PATH, metavar="DIR", help="Made if missing.")
 def command(
     vehicle: str | None,
@@ -31,11 +31,12 @@ def command(
     name: str,
     out: Path,
 ) -> int:
-    """A C99 project that measures methods on a board, or, with --read, a record of what the board printed.
+    """Write C99 that times methods on a board, or read its log.
 
-    `make` in DIR builds it for this computer; its Makefile says what else. A record is rendered at once, and
-    `thrustbench report` and `size` take it like any other run. Exit code 1 where an answer of this project's
-    C is wrong, 2 where nothing in LOG can be used.
+    With --read LOG it makes a record of what the board printed. Else `make` in DIR builds the C for this
+    computer; its Makefile says what else. A record is rendered at once, and `thrustbench report` and `size`
+    take it like any other run. Exit code 1 where an answer of this project's C is wrong, 2 where nothing in
+    LOG can be used.
     """
     if (vehicle is None) == (log is None):
         raise click.UsageError("give --vehicle V to write a project, or --read LOG to make a record of a log")

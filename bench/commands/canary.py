@@ -8,7 +8,10 @@ import click
 @click.command()
 @click.argument("file", type=click.Path(path_type=Path, dir_okay=False), default=Path("canary.json"))
 def command(file: Path) -> None:
-    """Time fixed work on this machine into FILE [canary.json], for `thrustbench size --canary` elsewhere."""
+    """Time fixed work on this machine, for `size --canary` elsewhere.
+
+    FILE is canary.json unless given.
+    """
     import msgspec
 
     from bench.harness.canary import measure

@@ -24,10 +24,11 @@ TITLE = "drawn by thrustbench check"
 @click.option("--picture", type=PATH, metavar="FILE", help="An .svg, .pdf or .png [<vehicle>.svg, here].")
 @click.option("--no-picture", is_flag=True, help="Draw nothing.")
 def command(vehicle: str, as_json: bool, probe: bool, picture: Path | None, no_picture: bool) -> int:
-    """Lint a vehicle file: errors (exit code 2), warnings, what each failure costs; and draw it.
+    """Say what is odd about a vehicle file, and draw the vehicle.
 
-    What commands make is drawn where it has 'esc', as <vehicle>-esc.svg.
-    With --probe the table of the pool is drawn too, as <vehicle>-probe.svg and .pdf beside the drawing.
+    Errors (exit code 2), warnings, and what each failure costs. What commands make is drawn where it has
+    'esc', as <vehicle>-esc.svg. With --probe the table of the pool is drawn too, as <vehicle>-probe.svg and
+    .pdf beside the drawing.
     """
     from alloc.lint.check import check_vehicle
     from alloc.lint.probe import as_text, probes

@@ -10,7 +10,7 @@ from bench.commands import FAULTS, LIMITS, PATH, SINGLE, refuse_another_s
 
 @click.command()
 @click.option("--vehicle", metavar="V", help="A shipped name or a YAML file.")
-@click.option("--method", metavar="M", help="A method that can be C.")
+@click.option("--method", metavar="M", help="A method that has C.")
 @click.option(
     "--library",
     is_flag=True,
@@ -19,7 +19,7 @@ from bench.commands import FAULTS, LIMITS, PATH, SINGLE, refuse_another_s
 @SINGLE
 @LIMITS
 @FAULTS
-@click.option("--esc", is_flag=True, help="And from thrusts to the commands of the vehicle's ESCs.")
+@click.option("--esc", is_flag=True, help="Also C from thrusts to the commands of the vehicle's ESCs.")
 @click.option(
     "--package",
     type=click.Choice(["cmake", "ros2", "platformio", "arduino", "zephyr"]),
@@ -39,9 +39,10 @@ def command(
     maintainer: str,
     out: Path,
 ) -> None:
-    """C99 of one method for one vehicle: header, source, self-test, and a page on how to call it.
+    """Write C99 of one method for one vehicle, with its self-test.
 
-    With --library it is libthrustbench, for vehicles whose matrix is known when they boot.
+    Header, source, self-test, and a page on how to call it. With --library it is libthrustbench, for vehicles
+    whose matrix is known when they boot.
     """
     from alloc import AllocError, generate, load_vehicle
     from alloc import library as made_at_boot

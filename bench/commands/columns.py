@@ -5,7 +5,7 @@ import click
 
 @click.command()
 def command() -> None:
-    """What each column of results.csv means, as a Markdown table."""
+    """Say what each column of results.csv means, as Markdown."""
     from bench.results.table import documentation
 
     click.echo(documentation(), nl=False)

@@ -11,7 +11,10 @@ from bench.commands import PATH
 @click.argument("a", type=PATH)
 @click.argument("b", type=PATH)
 def command(a: Path, b: Path) -> None:
-    """Ratios B / A of two pytest-benchmark files; informs, never gates."""
+    """Show ratios B / A of two pytest-benchmark files.
+
+    It informs and never fails: `thrustbench gate` says whether a commit is slower.
+    """
     from tabulate import tabulate
 
     from bench.suite.compare import compare, read

@@ -15,11 +15,12 @@ from bench.commands import PATH, log_options, read_options
 @click.option("--from-outputs", is_flag=True, help="What the commands that went to the ESCs made.")
 @click.option("-o", "--output", type=PATH, help="The demands as CSV, in the vehicle's frame.")
 def command(log: Path, vehicle: str, from_outputs: bool, output: Path | None, **options: Any) -> None:
-    """Summarise a log (CSV, ROS bag, PX4 ULog): rate, gaps, labels, what a closed form could serve.
+    """Say what a log (CSV, ROS bag, PX4 ULog) asks of a vehicle.
 
-    With --from-outputs, of a log of commands to the ESCs (ArduPilot .BIN, PX4 ULog, CSV with u0, u1, …):
-    which wrench they made by the vehicle's `esc`, how often a thruster stood at its end or in its dead band,
-    and what of the demand was left undone. -o writes the wrenches that were made.
+    Rate, gaps, labels, and what a closed form could serve. With --from-outputs, of a log of commands to the
+    ESCs (ArduPilot .BIN, PX4 ULog, CSV with u0, u1, …): which wrench they made by the vehicle's `esc`, how
+    often a thruster stood at its end or in its dead band, and what of the demand was left undone. -o writes
+    the wrenches that were made.
     """
     if from_outputs:
         _outputs(log, vehicle, output, **options)

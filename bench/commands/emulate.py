@@ -18,18 +18,22 @@ from bench.commands import FAULTS, PATH, RUNS
 @click.option("--double", "scalars", flag_value="double", help="Double precision only.")
 @click.option("--float", "scalars", flag_value="float", help="Single precision only.")
 @click.option(
-    "--limits", type=click.Choice(["fixed", "call"]), multiple=True, help="In the C, or of each call [both]."
+    "--limits",
+    type=click.Choice(["fixed", "call"]),
+    multiple=True,
+    help="fixed: in the C; call: arguments of each call [both].",
 )
 @FAULTS
 @click.option("--n", type=click.IntRange(1), default=200, show_default=True, help="Demands of each set.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of demands and search.")
-@click.option("--add", is_flag=True, help="Put the rows into the record in the folder, not a new one.")
+@click.option("--add", is_flag=True, help="Add to the record in --out, in place of a new one.")
 @click.option(
     "--out",
     type=PATH,
     default=RUNS / "emulated",
     show_default=True,
     metavar="DIR",
+    help="Made if missing.",
 )
 def command(
     vehicles: tuple[str, ...],
@@ -44,11 +48,11 @@ def command(
     add: bool,
     out: Path,
 ) -> int:
-    """Count instructions, flash and memory of the generated C on processors that are not on the desk.
+    """Count instructions and memory of generated C under QEMU.
 
-    Beside each count stands callgrind's of the same C on x86-64. Exit code 1 where this
-    project's C does not answer as Python does (what solvers' does is in the report), 2 where a --target
-    lacks its tools. `make emulate` installs what this needs.
+    Beside each count stands callgrind's of the same C on x86-64. Exit code 1 where this project's C does not
+    answer as Python does (what solvers' does is in the report), 2 where a --target lacks its tools. `make
+    emulate` installs what this needs.
     """
     from rich.console import Console
 

@@ -10,15 +10,17 @@ from bench.commands import PATH, RUNS, Finite
 @click.command(context_settings={"ignore_unknown_options": True})
 @click.option("--scheduler", required=True, metavar="ADDRESS", help="As tcp://10.0.0.1:8786.")
 @click.option("--out", type=PATH, default=RUNS, show_default=True, metavar="DIR", help="A folder a machine.")
-@click.option("--limit", type=Finite(1), default=7200.0, show_default=True, metavar="S", help="Of a host.")
+@click.option(
+    "--limit", type=Finite(1), default=7200.0, show_default=True, metavar="S", help="Longest run of a host."
+)
 @click.argument("options", nargs=-1, type=click.UNPROCESSED, metavar="[OPTIONS OF RUN]")
 @click.pass_context
 def command(ctx: click.Context, scheduler: str, out: Path, limit: float, options: tuple[str, ...]) -> int:
-    """Let every host that works for a Dask scheduler run `thrustbench run` on itself.
+    """Measure several computers: the workers of a Dask scheduler.
 
-    Each host makes one run at a time. Its record comes back into a folder named after its machine.
-    Files that the options name travel along. Exit code 1 where an answer is wrong, 3 where a host sent no
-    record.
+    Each host runs `thrustbench run` on itself, one run at a time. Its record comes back into a folder named
+    after its machine. Files that the options name travel along. Exit code 1 where an answer is wrong, 3 where
+    a host sent no record.
     """
     from rich.console import Console
 

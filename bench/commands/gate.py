@@ -18,11 +18,17 @@ FILE = click.Path(dir_okay=False, path_type=Path)  # it may be in the two sides 
 @click.option("--head-path", type=FOLDER, help="A folder with a tree, instead of HEAD.")
 @click.option("--repo", type=FOLDER, default=".", help="The repository of BASE and HEAD; default: here.")
 @click.option("--cells", multiple=True, metavar="PATTERN", help="vehicle:method:start, * and ? allowed.")
-@click.option("--threshold", type=Finite(min=1), default=3.0, show_default=True, help="Per cent.")
-@click.option("--pairs", type=click.IntRange(min=2), default=10, show_default=True, help="Of processes.")
-@click.option("--budget", type=Finite(min=1), default=120.0, show_default=True, help="Seconds.")
+@click.option(
+    "--threshold", type=Finite(min=1), default=3.0, show_default=True, help="What a cell may get slower [%]."
+)
+@click.option(
+    "--pairs", type=click.IntRange(min=2), default=10, show_default=True, help="Pairs of processes a cell."
+)
+@click.option("--budget", type=Finite(min=1), default=120.0, show_default=True, help="Of the whole gate [s].")
 @click.option("--plugin", "plugins", type=FILE, multiple=True, help="Your method, as each side has it.")
-@click.option("--vehicle", "vehicles", multiple=True, metavar="V", help="A shipped name or a YAML file.")
+@click.option(
+    "--vehicle", "vehicles", multiple=True, metavar="V", help="In place of ukwial and bluerov2-heavy."
+)
 @click.option("--instructions/--no-instructions", default=True, help="Count them where valgrind is there.")
 @click.option("--always", is_flag=True, help="Measure even where nothing that can matter differs.")
 @click.option("--markdown", type=PATH, help="Write the report into this file too.")
@@ -47,8 +53,8 @@ def command(
     """Did HEAD get slower than BASE, or wrong? Exit code 1 says yes.
 
     BASE and HEAD are git revisions; HEAD is the current commit unless given. In a repository of your own,
-    --plugin names the file of your method in it. Exit codes: 0 pass, 1 regression, 2 bad usage,
-    3 inconclusive.
+    --plugin names the file of your method in it. Exit codes: 0 pass, 1 regression, 2 bad usage, 3
+    inconclusive.
     """
     from alloc import list_vehicles
     from alloc.files.textfile import write_text

@@ -38,7 +38,10 @@ def command(
     thruster: str,
     output: Path | None,
 ) -> None:
-    """Make a vehicle file of URDF, SDF, ROS parameters, a TAM.yaml, PX4 parameters or a CSV of T."""
+    """Make a vehicle file of a URDF, SDF, ROS, PX4 or CSV file.
+
+    ROS: parameters of a thruster manager, or a TAM.yaml. CSV: rows of T.
+    """
     from alloc.files.textfile import write_text
     from alloc.vehicle.text import to_yaml
     from bench.inputs.imported import ImportOptions, import_vehicle

@@ -13,7 +13,10 @@ if TYPE_CHECKING:
 @click.argument("name")
 @click.option("--like", default="", metavar="VEHICLE", help="Start from this one; else a few questions.")
 def command(name: str, like: str) -> None:
-    """Write files to start from: NAME.yaml, a vehicle; demands.csv; my_allocator.py, a plug-in."""
+    """Write files to start from: a vehicle, demands and a plug-in.
+
+    They are NAME.yaml, demands.csv and my_allocator.py.
+    """
     from alloc.errors import FileError
     from alloc.files.textfile import write_text
     from alloc.vehicle.file import build_vehicle

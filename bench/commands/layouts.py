@@ -17,7 +17,7 @@ from bench.commands import PATH
 def command(
     study: Path, out: Path, n: int | None, scheduler: str | None, workers: int | None, resume: bool
 ) -> None:
-    """Work out what each of many layouts of a vehicle can do, on this machine or on many.
+    """Compare many layouts of a vehicle, on this machine or on many.
 
     Writes shards (Parquet), a report, the Pareto front, and the best layouts as vehicle files.
     docs/layouts.md says how to write a study.

@@ -14,10 +14,14 @@ WIDE = 140
 
 @click.command()
 def command() -> None:
-    """Methods, demand sets, processors and vehicles; what is missing and how to get it."""
+    """List methods, demand sets, processors, boards and vehicles.
+
+    What is missing is named with how to get it.
+    """
     from rich.console import Console
 
     from alloc import catalogue, list_vehicles, load_vehicle
+    from bench.chips.boards import boards
     from bench.chips.target import names
     from bench.demands import list_demands
 
@@ -28,7 +32,9 @@ def command() -> None:
         methods.append((e.name, e.formulation, choices, e.missing or e.summary))
     _table(console, ("method", "formulation", "starts, levels", "what it does"), methods)
     console.print("\nDemand sets:", ", ".join(list_demands()), "\nor a CSV, a ROS bag, a PX4 log")
-    console.print("\nProcessors for `emulate` and `prove`:", ", ".join(names()), "\n")
+    console.print("\nProcessors for `emulate` and `prove`:", ", ".join(names()))
+    there = (board.name for processor in names() for board in boards(processor))
+    console.print("\nBoards for `size --board`:", ", ".join(there), "\n")
     vehicles = []
     for name in list_vehicles():
         v = load_vehicle(name)

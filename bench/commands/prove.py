@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 @click.option(
     "--vehicle", "vehicles", multiple=True, metavar="V", help="A shipped name or a YAML file [all]."
 )
-@click.option("--method", "methods", multiple=True, metavar="M", help="A method that can be C [all].")
+@click.option("--method", "methods", multiple=True, metavar="M", help="A method that has C [all].")
 @SINGLE
 @LIMITS
 @FAULTS
@@ -38,12 +38,12 @@ def command(
     counts: Path | None,
     out: Path,
 ) -> int:
-    """Prove what generated C does with any arguments: proof.json and a page beside the C.
+    """Prove what generated C does for every input.
 
-    No run-time error, thrusts inside the limits, answers to many demands, rounding, the worst path, MISRA
-    rules. Several kernels get a folder each, and proofs.md has a line of each. Exit code 3 where an error or
-    a thrust outside the limits can't be excluded, or an answer was wrong. `make prove` installs what this
-    needs, and proves all.
+    Writes proof.json and a page beside the C: no run-time error, thrusts inside the limits, answers to many
+    demands, rounding, the worst path, MISRA rules. Several kernels get a folder each, and proofs.md has a
+    line of each. Exit code 3 where an error or a thrust outside the limits can't be excluded, or an answer
+    was wrong. `make prove` installs what this needs, and proves all.
     """
     from concurrent.futures import ProcessPoolExecutor
     from functools import partial

@@ -17,10 +17,10 @@ from bench.commands import PATH, latest_run
     help="Also put the result table between the markers of this file.",
 )
 def command(directories: tuple[Path, ...], out: Path | None, readme: Path | None) -> None:
-    """Render results.csv, report.md, details.md and report.html from the record in each DIRECTORY.
+    """Render the report of a run, or one report of several machines.
 
-    Without a DIRECTORY it is the latest run under runs/. The runs of several machines become one report, in
-    OUT.
+    Makes results.csv, report.md, details.md and report.html of the record in DIRECTORY. Without a DIRECTORY
+    it is the latest run under runs/. The runs of several machines become one report, in OUT.
     """
     from bench.report import render
     from bench.report.readme import put, result_table

@@ -30,7 +30,7 @@ from bench.commands import PATH, RUNS, Finite, latest_run, log_options, read_opt
     "levels",
     multiple=True,
     type=click.Choice(["default", "tight"]),
-    help="Default: both of qp/*, tight of others.",
+    help="Default: both for qp/*, tight for others.",
 )
 @log_options
 @click.option(
@@ -43,16 +43,29 @@ from bench.commands import PATH, RUNS, Finite, latest_run, log_options, read_opt
 @click.option("--repeats", type=click.IntRange(1), help="Fresh processes a method [2].")
 @click.option("--seed", type=click.IntRange(0), help="Of demands and order [0].")
 @click.option("--n", "n_demands", type=click.IntRange(1), help="Demands of a set, the first of a log [60].")
-@click.option("--budget-ms", type=Finite(0), help="Timed calls of a cell, one repeat.")
-@click.option("--time-limit", "time_limit_s", type=Finite(0.1), metavar="S", help="Of a cell [10 s].")
+@click.option("--budget-ms", type=Finite(0), help="Time for the calls of a cell in one repeat [ms].")
 @click.option(
-    "--memory", "memory_MB", type=click.IntRange(64, 1 << 24), metavar="MB", help="Of a worker [2048]."
+    "--time-limit", "time_limit_s", type=Finite(0.1), metavar="S", help="Longest time of a cell [10 s]."
 )
-@click.option("--quick", "preset", flag_value="quick", help="Two vehicles, or yours, once, no soft QPs.")
+@click.option(
+    "--memory",
+    "memory_MB",
+    type=click.IntRange(64, 1 << 24),
+    metavar="MB",
+    help="Most memory of a worker [2048].",
+)
+@click.option(
+    "--quick",
+    "preset",
+    flag_value="quick",
+    help="Half a minute: two vehicles, or yours, in one repeat; no soft QPs.",
+)
 @click.option("--all", "preset", flag_value="full", help="The full matrix: about an hour, resumable.")
-@click.option("--study", type=click.Choice(["growth"]), help="growth: 4 to 64 thrusters, fitted exponents.")
+@click.option("--study", type=click.Choice(["growth"]), help="growth: made-up vehicles of 4 to 64 thrusters.")
 @click.option("--resume", is_flag=True, help="Go on with the record in --out, or with this machine's latest.")
-@click.option("--out", type=PATH, metavar="DIR", help="[runs/<machine>/<date and time>]")
+@click.option(
+    "--out", type=PATH, metavar="DIR", help="Of record and report [runs/<machine>/<date and time>]."
+)
 def command(
     out: Path | None,
     preset: str | None,
@@ -65,10 +78,10 @@ def command(
     scale: str,
     **options: object,
 ) -> int:
-    """Time and judge every method, each in its own process; write the record and the report.
+    """Time and judge every method, and write a report.
 
-    --vehicle, --method, --demands, --fault, --start, --level and --plugin may be repeated.
-    Exit code 1 where an answer is wrong or disagrees, 130 after Ctrl-C, with a report of what there is.
+    Each method has a process of its own. Exit code 1 where an answer is wrong or disagrees, 130 after Ctrl-C,
+    with a report of what there is.
     """
     from msgspec.structs import replace
     from rich.console import Console

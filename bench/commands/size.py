@@ -72,10 +72,10 @@ def command(
     cpi: tuple[float, float] | None,
     board: str,
 ) -> None:
-    """Which method of the run in DIRECTORY fits a control rate; a vehicle's first row is the one to take.
+    """Say which method fits a control rate.
 
-    Without a DIRECTORY it is the latest run under runs/.
-    Given the folders of several machines it says what fits on all of them, then what fits on each.
+    A vehicle's first row is the method to take. Without a DIRECTORY it is the latest run under runs/. Given
+    the folders of several machines it says what fits on all of them, then what fits on each.
     """
     from bench.record.canary import read_canary
     from bench.report import bands, on_board

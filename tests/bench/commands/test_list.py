@@ -4,6 +4,8 @@ import pytest
 from click.testing import CliRunner
 
 from alloc import catalogue, list_vehicles
+from bench.chips.boards import boards
+from bench.chips.target import names
 from bench.commands.list import command
 from bench.demands import list_demands
 
@@ -23,3 +25,4 @@ def test_every_name_stands_whole_also_in_a_narrow_window(columns: str) -> None:
     assert done.exit_code == 0
     words = set(done.output.replace(",", " ").split())
     assert {entry.name for entry in catalogue()} | set(list_vehicles()) | set(list_demands()) <= words
+    assert {board.name for name in names() for board in boards(name)} <= words
