@@ -66,14 +66,14 @@ def open_closed_streams() -> None:
             if null != number:
                 os.dup2(null, number)
                 os.close(null)
-            os.set_inheritable(number, True)  # as a standard stream is
+            os.set_inheritable(number, True)  # standard streams are
             setattr(sys, name, os.fdopen(number, mode, closefd=False))
 
 
 def main() -> None:
     """Run the command line; bad input ends with exit code 2 and one line on stderr."""
     open_closed_streams()
-    if isinstance(sys.stdout, TextIOWrapper):  # where a terminal lacks a letter, print its number
+    if isinstance(sys.stdout, TextIOWrapper):  # a letter that the terminal lacks is printed as its number
         sys.stdout.reconfigure(errors="backslashreplace")
     # sys.exit ends worker processes and removes temporary folders on the way out, as Ctrl-C does.
     signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))

@@ -1,7 +1,8 @@
-"""Text files, read whole within a bound and written whole or not at all."""
+"""Text files, read whole within a bound and written whole or not at all; folders of them."""
 
 import os
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 
 from alloc.errors import FileError
@@ -50,6 +51,17 @@ def write_text(path: Path, text: str) -> None:
         if temporary:
             Path(temporary).unlink(missing_ok=True)
         raise FileError(f"can't be written ({_reason(error)}); name a place that can", path=path) from None
+
+
+def write_folder(folder: Path, files: Mapping[str, str]) -> None:
+    """Write texts by their names into a folder, made if missing; raises FileError."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, text in files.items():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (folder / name).write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise FileError(f"can't be written ({_reason(error)}); give another --out", path=folder) from None
 
 
 def _reason(error: OSError | ValueError) -> str:

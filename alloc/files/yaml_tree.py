@@ -54,7 +54,7 @@ def read_yaml(path: Path) -> YamlTree:
         raise FileError(f"nested too deeply; no more than {DEEPEST} levels are read", path=path)
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("error")  # as for an anchor used twice: the file is refused
+            warnings.simplefilter("error")  # a warning, as of an anchor used twice, refuses the file
             root = YAML(typ="safe", pure=True).compose(text)
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark

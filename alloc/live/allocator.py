@@ -6,15 +6,7 @@ from threading import Lock
 import numpy as np
 from numpy.typing import ArrayLike
 
-from alloc.allocation import (
-    WRENCH_TOLERANCE,
-    Allocation,
-    FloatArray,
-    Status,
-    StatusArray,
-    answer,
-    checked,
-)
+from alloc.allocation import WRENCH_TOLERANCE, Allocation, FloatArray, Status, StatusArray, answer, checked
 from alloc.errors import NotApplicable
 from alloc.formulations import Formulation
 from alloc.qp import Posed
@@ -70,9 +62,8 @@ class Live:
         # A soft answer is held to the promise in the call itself, whatever the vehicle.
         self.tolerance = promised(vehicle, tolerance if soft else tolerance * magnified(vehicle))
         self.solve = solve
-        self._alone = (
-            Lock()
-        )  # a binding's object holds one problem; without the GIL two calls would mix theirs
+        # A binding's object holds one problem; without the GIL two calls would mix theirs.
+        self._alone = Lock()
         self._solver = solver
         self._erratic = erratic
         self._b_of_tau = posed.b_of_tau

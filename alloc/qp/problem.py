@@ -112,13 +112,7 @@ def pose_soft(vehicle: Vehicle, scaled: bool = True, shared: float = SHARED) -> 
     full_H = np.block([[H, zero], [zero.T, Q]])
     A = np.hstack([rows[:, None] * vehicle.TP[:, vehicle.working] * (unit / f_scale), -np.eye(k)])
     free = np.full(k, np.inf)
-    qp = QP(
-        H=full_H,
-        g=np.zeros(m + k),
-        A=A,
-        lb=np.concatenate([lb, -free]),
-        ub=np.concatenate([ub, free]),
-    )
+    qp = QP(H=full_H, g=np.zeros(m + k), A=A, lb=np.concatenate([lb, -free]), ub=np.concatenate([ub, free]))
     return Posed(
         qp=qp,
         b_of_tau=np.diag(rows / f_scale),

@@ -12,7 +12,7 @@ from alloc.solvers import Answer, Level, Solve, Start, meaning
 REQUIRES = PACKAGE = "ecos"
 ALGORITHM = "interior point for second-order cones"
 LICENCE = "GPL-3.0-or-later"
-SHARED = 0.0  # with weights 1e8 apart units of our own cost it 2 % of its answers
+SHARED = 0.0  # units of our own cost it 2 % of its answers where weights are 1e8 apart
 STARTS: tuple[Start, ...] = ("cold",)  # ECOS's binding is one function: set-up and solve
 
 # The iteration cap is ECOS's default, written down; it has no time cap. Where its steps stall, ECOS calls an

@@ -35,7 +35,7 @@ ERRATIC = True
 
 STATUS = {
     "PROXQP_SOLVED": Status.SOLVED,
-    "PROXQP_SOLVED_CLOSEST_PRIMAL_FEASIBLE": Status.INFEASIBLE,  # of a shifted problem
+    "PROXQP_SOLVED_CLOSEST_PRIMAL_FEASIBLE": Status.INFEASIBLE,  # the answer is that of a shifted problem
     "PROXQP_PRIMAL_INFEASIBLE": Status.INFEASIBLE,
     "PROXQP_DUAL_INFEASIBLE": Status.NOT_CONVERGED,  # impossible with a positive definite H
     "PROXQP_MAX_ITER_REACHED": Status.NOT_CONVERGED,

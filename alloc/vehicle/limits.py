@@ -1,7 +1,7 @@
 """Limits that move: what a battery's voltage, the last thrusts and a blocked thruster leave of them."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -63,8 +63,32 @@ class VoltageTable:
         return low, high
 
 
-def intersected(intervals: Sequence[Interval]) -> Interval:
-    """The limits that all of them allow; f_min exceeds f_max where there are none."""
+def of_a_moment(
+    name: str,
+    own: Interval,
+    table: VoltageTable | None,
+    slew: Slew | None,
+    volts: float | None,
+    f_previous: ArrayLike | None,
+    dt: float | None,
+) -> Interval:
+    """A vehicle's ``own`` limits, intersected with those at a voltage and with those around the last thrusts.
+
+    Raises as ``Vehicle.limits``; f_min exceeds f_max where nothing is left.
+    """
+    intervals = [own]
+    if volts is not None:
+        if table is None:
+            raise VehicleError(f"{name}: has no limits by voltage; add 'volts' to its file", "volts")
+        intervals.append(table.at(volts))
+    if (f_previous is None) != (dt is None):
+        raise DemandError("f_previous and dt say together how far thrusts may have moved; give both")
+    if f_previous is not None and dt is not None:
+        if slew is None:
+            raise VehicleError(f"{name}: has no slew rates; add 'slew' [N/s] to its file", "slew")
+        if not (isfinite(dt) and dt > 0):
+            raise DemandError(f"dt = {dt:g} is no time since the last call; give seconds above 0")
+        intervals.append(slew.around(thrusts(f_previous, len(own[0])), dt))
     lows, highs = zip(*intervals, strict=True)
     return np.max(lows, axis=0), np.min(highs, axis=0)
 

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -11,11 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from alloc.allocation import FloatArray, IndexArray, real
 from alloc.errors import DemandError, VehicleError
-from alloc.vehicle import esc as output
+from alloc.vehicle import wire
 from alloc.vehicle.checks import ARRAYS, check_shapes, check_values
 from alloc.vehicle.esc import Esc, Sent
 from alloc.vehicle.frame import Frame, checked_frame, turned
-from alloc.vehicle.limits import Interval, Slew, VoltageTable, check_slew, check_table, intersected, thrusts
+from alloc.vehicle.limits import Interval, Slew, VoltageTable, check_slew, check_table, of_a_moment
 from alloc.vehicle.names import check_names, index_of
 from alloc.vehicle.priority import Priority, checked_levels, checked_priority
 
@@ -193,20 +192,8 @@ class Vehicle:
         VehicleError where the vehicle has no table or no slew rates, DemandError for a voltage outside of the
         table, and for what is no thrusts, no time or no thruster.
         """
-        intervals = [(self.f_min, self.f_max)]
-        if volts is not None:
-            if self.by_volts is None:
-                raise VehicleError(f"{self.name}: has no limits by voltage; add 'volts' to its file", "volts")
-            intervals.append(self.by_volts.at(volts))
-        if (f_previous is None) != (dt is None):
-            raise DemandError("f_previous and dt say together how far thrusts may have moved; give both")
-        if f_previous is not None and dt is not None:
-            if self.slew is None:
-                raise VehicleError(f"{self.name}: has no slew rates; add 'slew' [N/s] to its file", "slew")
-            if not (isfinite(dt) and dt > 0):
-                raise DemandError(f"dt = {dt:g} is no time since the last call; give seconds above 0")
-            intervals.append(self.slew.around(thrusts(f_previous, self.n), dt))
-        low, high = intersected(intervals)
+        own = self.f_min, self.f_max
+        low, high = of_a_moment(self.name, own, self.by_volts, self.slew, volts, f_previous, dt)
         still = self.readiness == 0
         try:
             still[[self.index(thruster) for thruster in blocked]] = True
@@ -236,40 +223,20 @@ class Vehicle:
         Raises VehicleError where the vehicle has no ``esc``, DemandError for another shape and where the
         curve has several voltages and nothing says which.
         """
-        wishes, at, single = self._wired(f, volts, "f")
-        low, high = (
-            np.broadcast_to(own if given is None else np.asarray(given, dtype=np.float64), wishes.shape)
-            for given, own in ((f_min, self.f_min), (f_max, self.f_max))
-        )
-        sent = output.commands(self.esc, wishes, at, low, high)
-        return Sent(*(part[0] for part in sent)) if single else sent
+        low, high = self.f_min if f_min is None else f_min, self.f_max if f_max is None else f_max
+        return wire.commands(self._escs(), f, volts, low, high)
 
     def thrusts(self, commands: ArrayLike, volts: ArrayLike | None = None) -> FloatArray:
         """Thrusts (n,) or (N, n) [N] that commands of that shape make: the way back of ``commands``.
 
         Commands beyond the range make what its end makes, NaN makes NaN. Raises as ``commands``.
         """
-        sent, at, single = self._wired(commands, volts, "commands")
-        made = output.thrusts(self.esc, sent, at)
-        return made[0] if single else made
+        return wire.thrusts(self._escs(), commands, volts)
 
-    def _wired(
-        self, values: ArrayLike, volts: ArrayLike | None, key: str
-    ) -> tuple[FloatArray, FloatArray, bool]:
-        """Values as (N, n), voltages as (N,), -inf where none is given, and whether there is one row."""
+    def _escs(self) -> tuple[Esc, ...]:
         if not self.esc:
             raise VehicleError(f"{self.name}: has no ESCs; add 'esc' to its file", "esc")
-        try:
-            given = np.asarray(values, dtype=np.float64)
-            at = np.asarray(-np.inf if volts is None else volts, dtype=np.float64)
-        except (TypeError, ValueError, OverflowError) as error:
-            raise DemandError(f"{key} or volts is not an array of numbers ({error})") from None
-        if given.ndim not in (1, 2) or given.shape[-1] != self.n:
-            raise DemandError(f"{key} has shape {given.shape}; give ({self.n},) or (N, {self.n})")
-        rows = np.atleast_2d(given)
-        if at.shape not in ((), (len(rows),)):
-            raise DemandError(f"volts has shape {at.shape}; give one number, or ({len(rows)},) [V]")
-        return rows, np.broadcast_to(at, (len(rows),)), given.ndim == 1
+        return self.esc
 
     def with_fault(self, thruster: int | str, readiness: float = 0.0) -> "Vehicle":
         """This vehicle with one thruster off, or weakened: p_ii = ``readiness`` (eq. 2).

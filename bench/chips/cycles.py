@@ -5,10 +5,11 @@ import numpy as np
 from alloc.allocation import FloatArray
 from bench.chips.boards import boards
 from bench.chips.count import CallCounts
+from bench.chips.executed import Trace
 from bench.chips.flash import Flash, touched, waiting
 from bench.chips.image import Image
 from bench.chips.interval import Cycles, Unpublished
-from bench.chips.trace import Trace, trace
+from bench.chips.trace import trace
 
 TRACED = 20
 """Calls that are followed: those that take most instructions."""

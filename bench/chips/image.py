@@ -13,7 +13,7 @@ from bench.chips.toolchain import run, scratch
 FIRMWARE = Path(__file__).parent / "firmware"
 FLAGS = ("-O2", "-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections")
 """-O2 is what firmware is commonly built with; functions that nobody calls are left out."""
-KERNEL = ("-std=c99",)  # as generated C is compiled for its self-test and for Python
+KERNEL = ("-std=c99",)  # the standard that self-tests and Python's extension are compiled by too
 SIZES = ("-fno-asynchronous-unwind-tables", "-Wl,--sort-section=alignment")
 """Leave out tables that only debuggers and C++ read, and gaps in which a few bytes more would vanish."""
 

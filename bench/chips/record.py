@@ -1,12 +1,11 @@
 """Writes counted rows into a record: a new one, or that of a run."""
 
 from collections.abc import Iterator
-from datetime import UTC, datetime
 from pathlib import Path
 
 from bench.chips.study import Plan, emulate
-from bench.harness import machine
-from bench.record import SCHEMA, Emulated, Header
+from bench.harness.lines import begun
+from bench.record import Emulated, Header
 from bench.record.writer import Writer
 
 
@@ -29,21 +28,14 @@ def write(plan: Plan, directory: Path, *, add: bool) -> Iterator[Emulated]:
 
 
 def _header(plan: Plan) -> Header:
-    return Header(
-        schema=SCHEMA,
-        started=datetime.now(UTC).isoformat(timespec="seconds"),
-        commit=machine.commit(),
-        seed=plan.seed,
-        machine=machine.describe(),
-        versions=machine.versions(),
-        settings={
-            "vehicles": [vehicle.name for vehicle in plan.vehicles],
-            "targets": [target.name for target in plan.targets],
-            "methods": list(plan.methods),
-            "scalars": list(plan.scalars),
-            "limits": list(plan.limits),
-            "faults": plan.faults,
-            "demands": list(plan.demands),
-            "n_demands": plan.n,
-        },
-    )
+    settings = {
+        "vehicles": [vehicle.name for vehicle in plan.vehicles],
+        "targets": [target.name for target in plan.targets],
+        "methods": list(plan.methods),
+        "scalars": list(plan.scalars),
+        "limits": list(plan.limits),
+        "faults": plan.faults,
+        "demands": list(plan.demands),
+        "n_demands": plan.n,
+    }
+    return begun(plan.seed, settings)

@@ -5,17 +5,15 @@ Each file in ``processors`` holds one as ``TARGET``, and is its name: ``cortex_m
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from alloc.errors import unknown
 from alloc.files import modules
 from alloc.program import Scalar
 from bench.chips.boards import boards
+from bench.chips.executed import Trace
+from bench.chips.interval import Cycles
 from bench.record import Processor
-
-if TYPE_CHECKING:
-    from bench.chips.interval import Cycles
-    from bench.chips.trace import Trace
 
 PROCESSORS = "bench.chips.processors"
 HOST = ("gcc", "libc6-dev")
@@ -55,7 +53,7 @@ class Target:
     board: tuple[str, ...] = ()
     tick_ns: float = 0.0
     callgrind: bool = False
-    cycles: "Callable[[Trace], list[Cycles]] | None" = field(default=None, compare=False)
+    cycles: Callable[[Trace], list[Cycles]] | None = field(default=None, compare=False)
 
     @property
     def bare_metal(self) -> bool:

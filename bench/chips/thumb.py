@@ -2,48 +2,20 @@
 
 import re
 
-from bench.chips.trace import Executed
+from bench.chips.executed import Executed
 
 ONE = {
     *("mov", "movw", "movt", "mvn", "add", "addw", "adc", "adr", "sub", "subw", "sbc", "rsb", "cmp", "cmn"),
-    *(
-        "tst",
-        "teq",
-        "and",
-        "orr",
-        "orn",
-        "eor",
-        "bic",
-        "lsl",
-        "lsr",
-        "asr",
-        "ror",
-        "rrx",
-        "clz",
-        "rbit",
-        "rev",
-    ),
-    *("rev16", "revsh", "uxtb", "uxth", "sxtb", "sxth", "ubfx", "sbfx", "bfi", "bfc", "ssat", "usat", "mul"),
-    *("smull", "umull", "smlal", "umlal", "umaal", "uxtab", "uxtah", "pkhbt", "pkhtb"),
+    *("tst", "teq", "and", "orr", "orn", "eor", "bic", "lsl", "lsr", "asr", "ror", "rrx", "clz", "rbit"),
+    *("rev", "rev16", "revsh", "uxtb", "uxth", "sxtb", "sxth", "ubfx", "sbfx", "bfi", "bfc", "ssat", "usat"),
+    *("mul", "smull", "umull", "smlal", "umlal", "umaal", "uxtab", "uxtah", "pkhbt", "pkhtb"),
     *("neg", "vabs", "vneg", "vcmp", "vcmpe", "vmrs", "vmsr"),
 }
 """What takes one cycle; where it writes pc, P more."""
 WORDS = {"ldr", "ldrb", "ldrh", "ldrsb", "ldrsh", "str", "strb", "strh", "vldr", "vstr"}
 MANY = {
-    "push",
-    "pop",
-    "ldm",
-    "ldmia",
-    "ldmdb",
-    "stm",
-    "stmia",
-    "stmdb",
-    "vpush",
-    "vpop",
-    "vldmia",
-    "vldmdb",
-    "vstmia",
-    "vstmdb",
+    *("push", "pop", "ldm", "ldmia", "ldmdb", "stm", "stmia", "stmdb"),
+    *("vpush", "vpop", "vldmia", "vldmdb", "vstmia", "vstmdb"),
 }
 BRANCHES = {"b", "bl", "bx", "blx", "cbz", "cbnz"}
 

@@ -1,90 +1,21 @@
-"""Which instructions calls executed: from the plugin's addresses and the image's disassembly."""
+"""Follows calls: from the plugin's addresses and the image's disassembly to what was executed."""
 
 import re
-from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 
 from alloc.allocation import FloatArray, IndexArray
 from bench.chips.count import count
+from bench.chips.executed import Executed, Trace
 from bench.chips.image import Image
 from bench.chips.toolchain import run
 
 MOST = 1_000_000
 """Instructions that are traced at most: one call of QOCO's C, none of OSQP's where it gives up."""
 _LINE = re.compile(r"^ *([0-9a-f]+):\t(\S+)(?:\t([^;@<\n]*))?", re.M)
-_REGISTER = re.compile(r"\b(?:[rsd]\d+|sp|lr|pc|ip|fp|sl)\b")
 _CONDITION = re.compile(r"it[te]{0,3}")
-_READ_FIRST = (
-    "str",
-    "vstr",
-    "stm",
-    "vstm",
-    "cmp",
-    "cmn",
-    "tst",
-    "teq",
-    "vcmp",
-    "b",
-    "cb",
-    "tb",
-    "push",
-    "vpush",
-)
-"""What reads its first operand and writes none."""
-
-
-@dataclass(frozen=True)
-class Executed:
-    """One line of a disassembly.
-
-    Attributes
-    ----------
-    address : where it lies
-    following : address of the next one, where execution goes on unless it branches
-    name : mnemonic without its type, its width and a condition out of an IT block: ``vadd``, ``bls``
-    operands : as the disassembly has them
-    conditional : whether it stands in an IT block, so that it may do nothing
-    """
-
-    address: int
-    following: int
-    name: str
-    operands: tuple[str, ...]
-    conditional: bool
-
-    def registers(self, *, of: slice = slice(None)) -> set[str]:
-        """Registers in some of the operands, by name."""
-        return set(_REGISTER.findall(" ".join(self.operands[of])))
-
-    @cached_property
-    def written(self) -> set[str]:
-        """The register that it writes; empty where its first operand is read."""
-        reads = self.name.startswith(_READ_FIRST) and not self.name.startswith(("bic", "bfi", "bfc"))
-        return set() if reads else self.registers(of=slice(1))
-
-
-@dataclass(frozen=True, eq=False)
-class Trace:
-    """What calls executed.
-
-    Attributes
-    ----------
-    known : every instruction of the image
-    calls : for each call the indices in ``known`` of what it executed, in order
-    loads : for each call the addresses of the words that it read where code lies, in order
-    """
-
-    known: list[Executed]
-    calls: list[IndexArray]
-    loads: list[IndexArray] = field(default_factory=list)
-
-    def addresses(self, call: int) -> IndexArray:
-        """Where the instructions lie that a call executed, in order."""
-        places: IndexArray = np.array([one.address for one in self.known])[self.calls[call]]
-        return places
 
 
 def trace(image: Image, calls: FloatArray, instructions: IndexArray) -> Trace:

@@ -44,8 +44,9 @@ def command(
     Header, source, self-test, and a page on how to call it. With --library it is libthrustbench, for vehicles
     whose matrix is known when they boot.
     """
-    from alloc import AllocError, generate, load_vehicle
+    from alloc import generate, load_vehicle
     from alloc import library as made_at_boot
+    from alloc.files.textfile import write_folder
 
     scalar: Literal["double", "float"] = "float" if single else "double"
     if library:
@@ -63,13 +64,7 @@ def command(
     else:
         raise click.UsageError(f"Missing option '{'--method' if vehicle else '--vehicle'}'.")
     refuse_another_s(out, files)
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        for name, text in files.items():
-            (out / name).parent.mkdir(parents=True, exist_ok=True)
-            (out / name).write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise AllocError(f"{out}: can't be written ({error.strerror}); give another --out") from None
+    write_folder(out, files)
     for name in files:
         click.echo(out / name)
     if package == "ros2" and not maintainer:

@@ -76,7 +76,7 @@ def command(
         trees.folder(head_path) if head_path else trees.revision(repo, head or "HEAD"),
     )
     asked = vehicles or VEHICLES
-    methods = [plugin.stem.replace("_", "-") for plugin in plugins]  # as the catalogue names a file's method
+    methods = [plugin.stem.replace("_", "-") for plugin in plugins]  # as in the catalogue
     patterns = [f"{vehicle}:{method}" for vehicle in asked for method in methods]
     if not all(map(trees.is_own, sides)):
         patterns += [f"{v}:{method}" for v in asked for method in METHODS]

@@ -52,6 +52,7 @@ def command(
     from signal import SIG_DFL, SIGTERM, signal
 
     from alloc import AllocError, NotApplicable, catalogue, list_vehicles, load_vehicle
+    from alloc.files.textfile import write_folder
     from bench.proof import subject, summary, tools, write
     from bench.proof.worst import counted_before
 
@@ -68,10 +69,7 @@ def command(
                     raise
                 click.echo(str(refusal))
     tools.need("frama-c")
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise AllocError(f"{out}: can't be written ({error.strerror}); give another --out") from None
+    write_folder(out, {})  # fails before the minutes of work, not after them
     several = len(subjects) > 1
     for place, own in groupby(sorted(subjects, key=lambda of: of.name), key=lambda of: of.name):
         first, *others = own

@@ -78,7 +78,9 @@ def command(
     the folders of several machines it says what fits on all of them, then what fits on each.
     """
     from bench.record.canary import read_canary
-    from bench.report import bands, on_board
+    from bench.report import bands
+    from bench.report.board import known_boards
+    from bench.report.board import page as of_board
     from bench.report.sizes import page
     from bench.results.cycles import Cpi
     from bench.results.fit import Loop
@@ -103,8 +105,8 @@ def command(
     _known(where, "demand set", (demands,) if demands else (), sets)
     given = None if cpi is None else Cpi(*cpi, "as given")
     loop = Loop(rate or _own_rate(machines), budget / 100, deadline_us)
-    on_boards = [machine for machine in machines if board in on_board.known_boards(machine.run)]
-    pages = [on_board.page(one.run, loop, board, vehicles) for one in on_boards or machines] if board else []
+    on_boards = [machine for machine in machines if board in known_boards(machine.run)]
+    pages = [of_board(one.run, loop, board, vehicles) for one in on_boards or machines] if board else []
     moved = None
     if len(directories) > 1:
         sized = sizes_of(machines, loop, clock_MHz and clock_MHz * 1e6, given)

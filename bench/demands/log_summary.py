@@ -1,5 +1,6 @@
 """What a log of demands asks of a vehicle: rate, gaps, labels, and for how long it asks too much."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -92,6 +93,11 @@ def as_text(summary: Summary, demands: DemandSet) -> str:
     lines.append(("smallest alpha*", f"{s.alpha_min:.3g}"))
     for axis, largest in zip(vehicle.dof, s.largest, strict=True):
         lines.append((f"largest {axis}", f"{largest:.4g} {unit(axis)}"))
+    return aligned(lines)
+
+
+def aligned(lines: Sequence[tuple[str, str]]) -> str:
+    """Lines of ``what  how much``, the second parts below each other."""
     width = max(len(what) for what, _ in lines)
     return "\n".join(f"{what:{width}}  {value}" for what, value in lines)
 

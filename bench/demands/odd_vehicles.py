@@ -80,7 +80,7 @@ def vehicle_of(number: int) -> tuple[Vehicle, np.random.Generator]:
     rng = np.random.default_rng([2004, number])
     vehicle = odd_vehicle(rng)
     if number % 4 == 0:
-        with suppress(VehicleError):  # where no other thruster pushes
+        with suppress(VehicleError):  # the last thruster that pushes can't be taken off
             return vehicle.with_fault(number % vehicle.n), rng
     return vehicle, rng
 

@@ -7,6 +7,8 @@ import numpy as np
 from alloc import Vehicle, alpha_max
 from alloc.allocation import BoolArray, FloatArray
 from alloc.reach.attainable import single_axis_maxima
+from alloc.vehicle.geometry import unit
+from bench.demands.log_summary import aligned
 from bench.inputs.outputs import Outputs
 
 
@@ -103,7 +105,7 @@ def as_text(made: Delivered, outputs: Outputs, vehicle: Vehicle) -> str:
         lines.append(("battery", f"{outputs.volts.min():.4g} … {outputs.volts.max():.4g} V"))
         lines.append(("voltage outside of the curve", f"{100 * made.outside:.2f} %"))
     for axis, row in zip(vehicle.dof, made.taus.T, strict=True):
-        lines.append((f"made {axis}", f"{row.min():.4g} … {row.max():.4g} {_unit(axis)}"))
+        lines.append((f"made {axis}", f"{row.min():.4g} … {row.max():.4g} {unit(axis)}"))
     for i in range(vehicle.n):
         shares = (
             f"{100 * made.at_end[i]:.2f} % at its end, {100 * made.in_dead_band[i]:.2f} % in its dead band"
@@ -115,16 +117,8 @@ def as_text(made: Delivered, outputs: Outputs, vehicle: Vehicle) -> str:
         if not np.isnan(undone.attainable):
             lines.append(("demands that could be met", f"{100 * undone.attainable:.2f} %"))
         for axis, mean, most, lost in zip(undone.axes, undone.mean, undone.most, undone.lost, strict=True):
-            unit = _unit(axis)
-            of_those = (
-                "" if np.isnan(undone.attainable) else f", {lost:.4g} {unit} of those that could be met"
-            )
-            lines.append(
-                (f"left undone, {axis}", f"{mean:.4g} {unit} on average, {most:.4g} at most{of_those}")
-            )
-    width = max(len(what) for what, _ in lines)
-    return "\n".join(f"{what:<{width}}  {much}" for what, much in lines)
-
-
-def _unit(axis: str) -> str:
-    return "N" if axis in ("surge", "sway", "heave") else "N m"
+            said = f"{mean:.4g} {unit(axis)} on average, {most:.4g} at most"
+            if not np.isnan(undone.attainable):
+                said += f", {lost:.4g} {unit(axis)} of those that could be met"
+            lines.append((f"left undone, {axis}", said))
+    return aligned(lines)

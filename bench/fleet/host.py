@@ -63,7 +63,7 @@ def _run(name: str, parcel: Parcel, folder: Path, limit_s: float) -> HostRun:
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
-        start_new_session=True,  # so that its workers end with it
+        start_new_session=True,  # its workers end with it
     ) as process:
         try:
             _, said = process.communicate(timeout=limit_s)

@@ -95,7 +95,7 @@ def examine(base: Prober, head: Prober, patterns: Sequence[str]) -> Examined:
             examined.notes.extend(remarks)
             if not (cell.base_lacks and cell.head_lacks):
                 examined.cells.append(cell)
-            elif not refused:  # as walsh refuses most vehicles
+            elif not refused:  # a refusal is no failure: walsh refuses most vehicles
                 examined.notes.append(
                     f"fails on both sides, so not compared: `{cell.name}`: {cell.head_lacks}"
                 )

@@ -1,4 +1,4 @@
-"""A side that outlives a cell which ends its process."""
+"""One side's worker, which is started again where a cell ended its process."""
 
 from typing import Any
 

@@ -91,4 +91,4 @@ def _times(rows: Sequence[Standing]) -> str:
 
 def _commits(record: GateRecord) -> str:
     n = len(record.commits)
-    return f"{n} commit{'' if n == 1 else 's'} between them" if n else "two trees"
+    return f"{counted(n, 'commit')} between them" if n else "two trees"

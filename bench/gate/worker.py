@@ -193,7 +193,7 @@ class Orders:
 def main() -> None:
     """Carry out orders until stdin ends; an exception is sent as a reply."""
     replies = os.fdopen(os.dup(1), "w")
-    os.dup2(2, 1)  # so that what a solver prints goes to stderr and not between the replies
+    os.dup2(2, 1)  # what a solver prints goes to stderr, not between the replies
     orders = Orders()
     for line in sys.stdin:
         order = json.loads(line)

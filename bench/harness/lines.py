@@ -3,6 +3,7 @@
 import hashlib
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -17,17 +18,26 @@ from bench.record import SCHEMA, Header, Method, Problem
 
 
 def header(settings: RunSettings) -> Header:
-    """The first line of a record: settings, machine, versions and source of a run that starts now."""
+    """The first line of the record of a run that starts now, which names what users brought."""
     named = (*settings.plugins, *settings.vehicles, *settings.demands)
+    return begun(
+        settings.seed,
+        msgspec.json.decode(msgspec.json.encode(settings)),  # the types that a record read back has
+        {name: digest for name in named if (digest := _sha256(Path(name)))},
+    )
+
+
+def begun(seed: int, settings: dict[str, Any], files: dict[str, str] | None = None) -> Header:
+    """The first line of a record that starts now: settings, machine, versions and source."""
     return Header(
         schema=SCHEMA,
         started=now(),
         commit=machine.commit(),
-        seed=settings.seed,
+        seed=seed,
         machine=machine.describe(),
         versions=machine.versions(),
-        settings=msgspec.json.decode(msgspec.json.encode(settings)),  # the types that a record read back has
-        files={name: digest for name in named if (digest := _sha256(Path(name)))},
+        settings=settings,
+        files=files or {},
     )
 
 

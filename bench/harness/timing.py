@@ -100,9 +100,7 @@ def _time_singly(call: Callable[..., Y], inputs: Columns, samples: Samples[Y]) -
     times: list[int] = []
     switches, cpu = _switches(), thread_time_ns()
     start = clock()
-    for y in map(
-        call, *inputs
-    ):  # each step is one call, made in C with as many arguments as there are columns
+    for y in map(call, *inputs):  # a step is one call, made in C, with an argument of each column
         times.append(clock() - start)
         keep(y)
         start = clock()

@@ -46,10 +46,7 @@ class Demanded(NamedTuple):
 
 
 def read_demands(
-    path: Path,
-    dof: tuple[str, ...],
-    columns: Mapping[str, str] | None = None,
-    thrusters: Sequence[str] = (),
+    path: Path, dof: tuple[str, ...], columns: Mapping[str, str] | None = None, thrusters: Sequence[str] = ()
 ) -> Demanded:
     """Demands from a table whose header names the DOF, in any order and much as loggers do, as they stand.
 

@@ -1,4 +1,4 @@
-"""Judges answers by equations alone, whatever their solver says of them."""
+"""The verdict on the answers to a question: what is wrong, how far off they are, and what they lose."""
 
 from collections.abc import Sequence
 

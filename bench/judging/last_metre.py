@@ -20,6 +20,8 @@ METHOD = "scaled"
 """Whose thrusts are sent: exact where a demand can be met, and it always answers."""
 
 LINEAR = "linear map"
+ROUNDING = 1e-9
+"""What is made may exceed what was asked by this much because of rounding [N]."""
 Sends = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 """A function of thrusts and limits (N, n) [N] that returns commands (N, n)."""
 
@@ -58,9 +60,8 @@ def truncated(vehicle: Vehicle, f: FloatArray, low: FloatArray, high: FloatArray
     """Commands (N, n) that code makes which turns a float into an integer: never more than was asked."""
     u, made, _ = vehicle.commands(f, f_min=low, f_max=high)
     steps, neutral = (np.array([getattr(esc, key) for esc in vehicle.esc]) for key in ("step", "neutral"))
-    nearer: FloatArray = u - np.sign(u - neutral) * steps * (
-        np.abs(made) > np.abs(f) + 1e-9
-    )  # of 50 N: rounding
+    too_much = np.abs(made) > np.abs(f) + ROUNDING
+    nearer: FloatArray = u - np.sign(u - neutral) * steps * too_much
     return nearer
 
 

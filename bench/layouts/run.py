@@ -112,12 +112,7 @@ def run_study(
 
 
 def _rounds(
-    space: LayoutSpace,
-    keys: StudyFile,
-    n: int,
-    shards: Path,
-    compute: Compute,
-    watch: Callable[[Done], None],
+    space: LayoutSpace, keys: StudyFile, n: int, shards: Path, compute: Compute, watch: Callable[[Done], None]
 ) -> None:
     rounds = keys.refine.rounds
     done = Done(0, n + rounds * keys.refine.n, 0)
@@ -144,11 +139,7 @@ def _rounds(
 
 
 def _round(
-    planned: Sequence[ShardTask],
-    shards: Path,
-    compute: Compute,
-    done: Done,
-    watch: Callable[[Done], None],
+    planned: Sequence[ShardTask], shards: Path, compute: Compute, done: Done, watch: Callable[[Done], None]
 ) -> Done:
     """Work out the shards of a round that are missing, and check that layouts are left by the constraints."""
     there = whole_shards(shards)
@@ -194,11 +185,7 @@ def front_of(shards: Path) -> "pa.Table":
 
 def identity(space: LayoutSpace, keys: StudyFile, n: int) -> str:
     """All that decides the bytes of a study's shards, as JSON."""
-    numbers = {
-        "n": n,
-        "study": msgspec.to_builtins(keys),
-        "base": _plain(space),
-    }
+    numbers = {"n": n, "study": msgspec.to_builtins(keys), "base": _plain(space)}
     return msgspec.json.format(msgspec.json.encode(numbers, order="sorted")).decode() + "\n"
 
 

@@ -47,20 +47,11 @@ Made by thrustbench {proof.thrustbench} with {named} in {proof.seconds:.0f} s.
 def _rounding(proof: Proof) -> str:
     if not proof.rounding:
         return ""
-    return "\n## Rounding\n\n" + table(
-        [
-            "thruster off",
-            "bound [N]",
-            "largest seen [N]",
-            "of demands",
-            "found by a search [N]",
-            "bound / largest",
-            "bound where a branch turns [N]",
-            "Gappa, before limits [N]",
-            "1 - α*",
-        ],
-        (_rounding_row(each) for each in proof.rounding),
+    head = (
+        *("thruster off", "bound [N]", "largest seen [N]", "of demands", "found by a search [N]"),
+        *("bound / largest", "bound where a branch turns [N]", "Gappa, before limits [N]", "1 - α*"),
     )
+    return "\n## Rounding\n\n" + table(head, map(_rounding_row, proof.rounding))
 
 
 def _rounding_row(each: Rounding) -> list[str]:
@@ -69,11 +60,11 @@ def _rounding_row(each: Rounding) -> list[str]:
         three(each.bound_n),
         three(each.observed_n),
         f"{each.demands:,}",
-        three(each.searched_n) if each.searched_n is not None else "-",
+        three(each.searched_n) or "-",
         three(each.ratio) if each.ratio else "-",
-        three(each.flipped_n) if each.flipped_n is not None else "-",
-        three(each.gappa_n) if each.gappa_n is not None else "-",
-        three(each.verdict_band) if each.verdict_band is not None else "-",
+        three(each.flipped_n) or "-",
+        three(each.gappa_n) or "-",
+        three(each.verdict_band) or "-",
     ]
 
 
@@ -105,18 +96,11 @@ def _misra(proof: Proof) -> str:
 
 def summary(proofs: Iterable[Proof]) -> str:
     """Markdown: one line a kernel."""
-    return "# Proofs\n\n" + table(
-        [
-            "kernel",
-            "least of all claims",
-            *("errors", "status", "limits"),
-            "rounding / seen",
-            "worst path",
-            "MISRA without a reason",
-            "s",
-        ],
-        (_line(proof) for proof in proofs),
+    head = (
+        *("kernel", "least of all claims", "errors", "status", "limits"),
+        *("rounding / seen", "worst path", "MISRA without a reason", "s"),
     )
+    return "# Proofs\n\n" + table(head, map(_line, proofs))
 
 
 def _line(proof: Proof) -> list[str]:

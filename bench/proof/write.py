@@ -4,7 +4,7 @@ from pathlib import Path
 
 import msgspec
 
-from alloc import AllocError
+from alloc.files.textfile import write_folder
 from bench.proof.page import page
 from bench.proof.proof import Proof
 from bench.proof.safety import esc
@@ -13,17 +13,13 @@ from bench.report.document import document
 
 
 def write(of: Subject, proof: Proof, folder: Path) -> None:
-    """Write the C with its proof into ``folder``, made if missing; raises AllocError where that fails."""
+    """Write the C with its proof into ``folder``, made if missing; raises FileError where that fails."""
     text = page(proof)
     files = {
         **of.files,
         **esc.files(of),
         "proof.json": msgspec.json.format(msgspec.json.encode(proof), indent=2).decode() + "\n",
         "proof.md": text,
+        "proof.html": document(text, folder),
     }
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for name, content in {**files, "proof.html": document(text, folder)}.items():
-            (folder / name).write_text(content, encoding="utf-8")
-    except OSError as error:
-        raise AllocError(f"{folder}: can't be written ({error.strerror}); give another --out") from None
+    write_folder(folder, files)

@@ -11,11 +11,7 @@ from bench.results.text import table, three
 
 
 def page(
-    run: Run,
-    loop: Loop,
-    clock_MHz: float | None,
-    given: Cpi | None = None,
-    vehicles: Collection[str] = (),
+    run: Run, loop: Loop, clock_MHz: float | None, given: Cpi | None = None, vehicles: Collection[str] = ()
 ) -> str:
     """Bands for a record's emulated processors and the assumptions behind them, or what is missing for them.
 

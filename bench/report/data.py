@@ -90,8 +90,7 @@ def _method(
 ) -> dict[str, Any]:
     """One method; the next of ``pools`` are those of all its rows, and of each."""
     first, solver = rows[0], rows[0].described.solver
-    asked = {(p.vehicle, p.demands): p for p in machine.run.record.problems}
-    problem = asked.get((first.vehicle, first.demands))
+    problem = machine.run.asked.get((first.vehicle, first.demands))
     version = machine.run.record.header.versions.get(solver, "")
     return {
         "vehicle": first.vehicle,

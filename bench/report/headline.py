@@ -1,4 +1,4 @@
-"""Report section: three sentences with numbers."""
+"""Report section: what exactness costs, what is lost without limits, and how far to trust both."""
 
 from alloc.formulations import Family
 from bench.record import NO_VEHICLE

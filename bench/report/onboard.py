@@ -55,7 +55,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
 
 def kind_of(run: Run, vehicle: str, demands: str) -> str:
     """Whether all, none or some of a set's demands can be met; empty where the record does not say."""
-    problem = next((p for p in run.record.problems if (p.vehicle, p.demands) == (vehicle, demands)), None)
+    problem = run.asked.get((vehicle, demands))
     if problem is None or not problem.labels:
         return ""
     beyond = problem.labels.get("infeasible", 0)

@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterable
+from functools import partial
 from itertools import groupby
 from pathlib import Path
 
@@ -60,11 +61,12 @@ def show(directory: Path, console: Console) -> bool:
 
     That a rival is farther off than it promises is said, and makes no run a bad one.
     """
+    say = partial(console.print, highlight=False, markup=False, soft_wrap=True)
     run = read_run(directory)
     loop = loop_of(run)
     sized = sizes(run, loop)
     for line in [*verdicts([s for s in best_of_each(sized) if s.vehicle in run.vehicles], loop), ""]:
-        console.print(line, highlight=False, markup=False, soft_wrap=True)
+        say(line)
     usefulness = {label: i for i, label in enumerate(of_all_vehicles(sized))}
     absent = {row.method: row.reason for row in run.rows if row.status == "missing"}
     rows = sorted(
@@ -82,19 +84,17 @@ def show(directory: Path, console: Console) -> bool:
     console.print(table)
     console.width = width
     if run.vehicles:
-        said = f"{machine_name(run.record.header.machine)} was {sure(run)}"
-        console.print(said, highlight=False, markup=False, soft_wrap=True)
+        say(f"{machine_name(run.record.header.machine)} was {sure(run)}")
     for problem in sequences(run):
         if problem.moving:
-            console.print(f"{title(problem)}\n", highlight=False, markup=False, soft_wrap=True)
-            console.print(of(run, problem), highlight=False, markup=False, soft_wrap=True)
+            say(f"{title(problem)}\n")
+            say(of(run, problem))
     for line in cut_logs(run):
-        console.print(line, highlight=False, markup=False, soft_wrap=True)
+        say(line)
     if absent:
-        said = f"not installed: {', '.join(absent)}; `thrustbench list` says how to get them"
-        console.print(said, highlight=False, markup=False, soft_wrap=True)
+        say(f"not installed: {', '.join(absent)}; `thrustbench list` says how to get them")
     for line in objections(rows):
-        console.print(line, style="red", highlight=False, markup=False, soft_wrap=True)
+        say(line, style="red")
     return not objections(row for row in rows if not _is_rival(row))
 
 

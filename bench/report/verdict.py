@@ -27,7 +27,7 @@ def loop_of(run: Run) -> Loop:
 def rate_of(run: Run) -> float | None:
     """The rate of the log that a user brought [Hz], the fastest of several; None without one."""
     rates = [p.rate_hz for p in run.record.problems if p.given and p.rate_hz]
-    return float(f"{max(rates):.6g}") if rates else None  # of times with rounding, 50 Hz and not 50.00000001
+    return float(f"{max(rates):.6g}") if rates else None  # times are rounded: 50 Hz, not 50.00000001
 
 
 def verdicts(sized: Sequence[Size], loop: Loop, where: str = "") -> list[str]:

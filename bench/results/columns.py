@@ -14,8 +14,9 @@ from alloc.formulations import find_formulation
 from bench.record import Cell, Method
 from bench.record.machine import machine_name
 from bench.results.given import by_level, lost, worst_axis
-from bench.results.quantiles import interval, merged, quantile, total
+from bench.results.quantiles import merged, quantile, total
 from bench.results.repeats import Repeats, most
+from bench.results.times import calls, end_ns, middle, tail_ns, us
 
 
 @dataclass(frozen=True)
@@ -99,38 +100,38 @@ class Row:
     @property
     def n_calls(self) -> int:
         """How many calls were timed over all repeats; a call timed both in a batch and singly counts once."""
-        return sum(map(_calls, self.measured.cells))
+        return sum(map(calls, self.measured.cells))
 
     @property
     def setup_us(self) -> float | None:
         """Median time to prepare the method for the vehicle."""
         times = [ns for cell in self.measured.cells for ns in cell.setup_ns]
-        return _us(median(times) if times else None)
+        return us(median(times) if times else None)
 
     @property
     def call_p50_us(self) -> float | None:
         """Time of one call: median over batches, then over repeats."""
-        return _us(_median(self.measured.centre(lambda cell: cell.batches)))
+        return us(middle(self.measured.centre(lambda cell: cell.batches)))
 
     @property
     def call_p99_us(self) -> float | None:
         """Time that 99 % of single calls did not exceed; empty below 1,000 calls, or below the median."""
-        return _us(_tail(self.measured, 0.99))
+        return us(tail_ns(self.measured, 0.99))
 
     @property
     def call_p999_us(self) -> float | None:
         """Time that 99.9 % of single calls did not exceed; empty below 10,000 calls, or below the median."""
-        return _us(_tail(self.measured, 0.999))
+        return us(tail_ns(self.measured, 0.999))
 
     @property
     def call_max_us(self) -> float | None:
         """The slowest single call seen: method, interpreter and machine together."""
-        return _us(self.measured.singles[-1][0] if self.measured.singles else None)
+        return us(self.measured.singles[-1][0] if self.measured.singles else None)
 
     @property
     def solver_p50_us(self) -> float | None:
         """Median of the time that the solver itself reports; empty where it reports none."""
-        return _us(quantile(merged(cell.solver_singles for cell in self.measured.cells), 0.5))
+        return us(quantile(merged(cell.solver_singles for cell in self.measured.cells), 0.5))
 
     @property
     def iterations_max(self) -> int | None:
@@ -207,32 +208,32 @@ class Row:
     @property
     def call_p50_low_us(self) -> float | None:
         """Lowest ``call_p50_us`` of a single repeat."""
-        return _us(min(self.measured.centre(lambda cell: cell.batches), default=None))
+        return us(min(self.measured.centre(lambda cell: cell.batches), default=None))
 
     @property
     def call_p50_high_us(self) -> float | None:
         """Highest ``call_p50_us`` of a single repeat."""
-        return _us(max(self.measured.centre(lambda cell: cell.batches), default=None))
+        return us(max(self.measured.centre(lambda cell: cell.batches), default=None))
 
     @property
     def call_p99_low_us(self) -> float | None:
         """Lower end of the 95 % interval of ``call_p99_us``, as if calls were independent."""
-        return _us(_end(self.measured, 0.99, 0))
+        return us(end_ns(self.measured, 0.99, 0))
 
     @property
     def call_p99_high_us(self) -> float | None:
         """Upper end of the 95 % interval of ``call_p99_us``, as if calls were independent."""
-        return _us(_end(self.measured, 0.99, 1))
+        return us(end_ns(self.measured, 0.99, 1))
 
     @property
     def call_p999_low_us(self) -> float | None:
         """Lower end of the 95 % interval of ``call_p999_us``, as if calls were independent."""
-        return _us(_end(self.measured, 0.999, 0))
+        return us(end_ns(self.measured, 0.999, 0))
 
     @property
     def call_p999_high_us(self) -> float | None:
         """Upper end of the 95 % interval of ``call_p999_us``, as if calls were independent."""
-        return _us(_end(self.measured, 0.999, 1))
+        return us(end_ns(self.measured, 0.999, 1))
 
     @property
     def n_single_calls(self) -> int:
@@ -242,12 +243,12 @@ class Row:
     @property
     def call_cpu_p50_us(self) -> float | None:
         """Like ``call_p50_us``, on the clock of the thread's own CPU time."""
-        return _us(_median(self.measured.centre(lambda cell: cell.batches, "cpu_ns")))
+        return us(middle(self.measured.centre(lambda cell: cell.batches, "cpu_ns")))
 
     @property
     def binding_p50_us(self) -> float | None:
         """Time of the solver's own Python binding inside the call: median over batches, then repeats."""
-        return _us(_median(self.measured.centre(lambda cell: cell.binding_batches)))
+        return us(middle(self.measured.centre(lambda cell: cell.binding_batches)))
 
     @property
     def worst_case_steps(self) -> int | None:
@@ -374,32 +375,3 @@ class Row:
     def share_min(self) -> str:
         """Least share (0 to 1) delivered of each level of any demand, first level first."""
         return by_level([j.share_min for j in self.measured.judged], min)
-
-
-def _calls(cell: Cell) -> int:
-    batched, singly = sum(batch.calls for batch in cell.batches), total(cell.singles)
-    # Slow single calls are stored as batches too. Then batches and singles together hold more time than was
-    # timed at all. The bins of the singles are 1 % off at most.
-    batches_ns = sum(batch.wall_ns for batch in (*cell.batches, *cell.binding_batches))
-    singles_ns = sum(ns * count for ns, count in cell.singles)
-    twice = batched == singly and cell.timed_ns < batches_ns + 0.98 * singles_ns
-    return batched if twice else batched + singly
-
-
-def _tail(row: Repeats, q: float) -> float | None:
-    """Quantile of single calls [ns]; None where batches took longer: then the machine was not the same."""
-    tail, median_ns = quantile(row.singles, q), _median(row.centre(lambda cell: cell.batches))
-    return None if tail is None or (median_ns is not None and tail < median_ns) else tail
-
-
-def _end(row: Repeats, q: float, end: int) -> float | None:
-    bounds = None if _tail(row, q) is None else interval(row.singles, q)
-    return None if bounds is None else bounds[end]
-
-
-def _us(ns: float | None) -> float | None:
-    return None if ns is None else ns / 1000
-
-
-def _median(values: list[float]) -> float | None:
-    return median(values) if values else None

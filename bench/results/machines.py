@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import isclose
 from pathlib import Path
 
-from bench.record import Problem, RecordError
+from bench.record import RecordError
 from bench.record.machine import machine_name
 from bench.results.bands import as_sizes, bands
 from bench.results.columns import Row
@@ -71,7 +71,7 @@ def differences(a: Run, b: Run) -> list[str]:
 
 def incomparable(a: Run, b: Run, vehicle: str, demands: str) -> str:
     """Why two runs on this vehicle's demand set were not asked the same; empty where they were."""
-    ours, theirs = _problem(a, vehicle, demands), _problem(b, vehicle, demands)
+    ours, theirs = (run.asked.get((vehicle, demands)) for run in (a, b))
     if ours is None or theirs is None:
         return "not asked on both"
     if ours.rate_hz is None and a.record.header.seed != b.record.header.seed:
@@ -151,11 +151,6 @@ def on_all(sized: Mapping[str, Sequence[Size]]) -> list[Size]:
     }
     whole = [there for (vehicle, _), there in by_name.items() if there.keys() == asked[vehicle]]
     return ordered([worst(there) for there in whole])
-
-
-def _problem(run: Run, vehicle: str, demands: str) -> Problem | None:
-    asked = (p for p in run.record.problems if (p.vehicle, p.demands) == (vehicle, demands))
-    return next(asked, None)
 
 
 def _before(one: tuple[float | None, float | None], other: tuple[float | None, float | None]) -> bool:

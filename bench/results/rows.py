@@ -57,6 +57,11 @@ class Run:
         return rows
 
     @cached_property
+    def asked(self) -> dict[tuple[str, str], Problem]:
+        """The problem of each vehicle and demand set."""
+        return {(problem.vehicle, problem.demands): problem for problem in self.record.problems}
+
+    @cached_property
     def problems(self) -> dict[str, Problem]:
         """One problem for each vehicle, for the facts about the vehicle itself."""
         return {problem.vehicle: problem for problem in self.record.problems}

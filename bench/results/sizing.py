@@ -45,9 +45,8 @@ def of_methods(run: Run) -> list[list[Row]]:
 def pools(run: Run, groups: Iterable[Sequence[Row]], transfer: Transfer | None = None) -> Iterator["Pool"]:
     """What was seen of each method; a group holds its rows on all demand sets, or on some."""
     held_up = pauses(run)
-    asked = {(p.vehicle, p.demands): p for p in run.record.problems}
     for rows in groups:
-        yield _pool(rows, transfer, held_up, asked)
+        yield _pool(rows, transfer, held_up, run.asked)
 
 
 @dataclass(frozen=True)
@@ -91,7 +90,7 @@ class Pool:
         excuse = ""
         if self.pauses and seen.p50_us is not None:
             excuse = whose(self._tally, late, limit_us, seen.p50_us, seen.steps, self.pauses)
-        if excuse:  # as if none had been late
+        if excuse:  # an excused call counts as if it had not been late
             fit, reason = judge(limit_us, seen.p50_us, None, None, late_bound(0, seen.calls))
         else:
             fit, reason = judge(
@@ -124,10 +123,7 @@ class Pool:
 
 
 def _pool(
-    rows: Sequence[Row],
-    transfer: Transfer | None,
-    held_up: Pauses,
-    asked: Mapping[tuple[str, str], Problem],
+    rows: Sequence[Row], transfer: Transfer | None, held_up: Pauses, asked: Mapping[tuple[str, str], Problem]
 ) -> Pool:
     first = rows[0]
     problem = asked.get((first.vehicle, first.demands))

@@ -42,12 +42,7 @@ def generate(qp: QP, scalar: Scalar, level: Level) -> Files:
         factor = ".RinvD = (real *)R_inv"
     else:
         factor = ".Rinv = NULL"
-    text = _TEXT % {
-        "m": m,
-        "p": p,
-        "tables": "\n".join(tables),
-        "factor": factor,
-    }
+    text = _TEXT % {"m": m, "p": p, "tables": "\n".join(tables), "factor": factor}
     return daqp_core.files("rival_daqp", text, scalar, level)
 
 

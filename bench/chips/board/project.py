@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from alloc import AllocError, NotApplicable, Vehicle
+from alloc import NotApplicable, Vehicle
 from alloc.errors import NotInstalled
+from alloc.files.textfile import write_folder
 from alloc.program import Scalar, Where
 from alloc.program.literal import number
 from alloc.vehicle.frame import described
@@ -83,18 +84,9 @@ def plan(
     )
 
 
-def write(project: Project, folder: Path) -> list[Path]:
-    """Write the project's files into ``folder``; raises AllocError where that can't be."""
-    written = []
-    try:
-        for name, text in files(project).items():
-            path = folder / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, encoding="utf-8")
-            written.append(path)
-    except OSError as error:
-        raise AllocError(f"{folder}: can't be written ({error.strerror}); give another --out") from None
-    return written
+def write(project: Project, folder: Path) -> None:
+    """Write the project's files into ``folder``; raises FileError where that can't be."""
+    write_folder(folder, files(project))
 
 
 def files(project: Project) -> dict[str, str]:

@@ -22,10 +22,10 @@ from typing import NamedTuple
 import numpy as np
 
 from alloc.allocation import BoolArray, IndexArray
+from bench.chips.executed import Executed, Trace
 from bench.chips.interval import Cycles, Unpublished
 from bench.chips.target import cortex_m
 from bench.chips.thumb import BRANCHES, MANY, ONE, WORDS, listed, plain
-from bench.chips.trace import Executed, Trace
 
 EARLY, LATE = 1, 2
 """Cycles to refill the pipeline where the target's address was known early, and where it was not; 1 more for
@@ -152,7 +152,7 @@ def _refill(one: Executed, after: Executed | None) -> Cycles:
     if after is not None and after.address == one.following:
         return Cycles(0, 0)
     between = int(after is not None and _between_words(after))
-    if plain(one) == "ldr":  # of pc: the manual's three
+    if plain(one) == "ldr":  # a load of pc takes the manual's three
         return Cycles(3, 3 + _at_most_between(after))
     return Cycles(EARLY + between, LATE + _at_most_between(after))
 

@@ -7,20 +7,21 @@ A module has ``SUFFIXES`` of the files it reads ("/" for a folder) and ``read(pa
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from types import ModuleType
 from typing import NamedTuple
 
 import msgspec
 import numpy as np
 
 from alloc.allocation import FloatArray
-from alloc.errors import DemandError, FileError
-from alloc.files.modules import modules
+from alloc.errors import DemandError
 from alloc.vehicle import LARGEST
 from alloc.vehicle.geometry import DOF
+from bench.inputs.by_suffix import reader
 from bench.inputs.demand_csv import Demanded, read_demands
 from bench.inputs.frames import met
 
+TABLES = (".csv", "")
+"""Suffixes of what ``bench.inputs.demand_csv`` reads; a pipe, as in <(zcat demands.csv.gz), has none."""
 _ROS = re.compile(r"(force|torque|linear|angular)[./_]+[yz]\b", re.IGNORECASE)
 """Names of geometry_msgs' fields along y and z, whose signs depend on the frame."""
 
@@ -87,11 +88,7 @@ def read_log(
     name, mark, fragment = str(path).rpartition("#")
     if mark and not path.exists():
         path, topic = Path(name), topic or fragment
-    kinds: dict[str, ModuleType] = {}
-    for module in modules(__name__).values():
-        kinds.update(dict.fromkeys(module.SUFFIXES, module))
-    suffix = "/" if path.is_dir() else path.suffix.lower()
-    if suffix in (".csv", ""):  # a pipe, as in <(zcat demands.csv.gz), has no suffix
+    if not path.is_dir() and path.suffix.lower() in TABLES:
         if topic:
             raise DemandError(f"{path}: a table has no topic {topic!r}; --columns says which column is what")
         table = read_demands(path, dof, options.columns, thrusters)
@@ -103,14 +100,10 @@ def read_log(
         said = f"{table.said}; {turning}" if table.said else f"{path.name}: {turning}"
         doubt = "" if options.frame or table.frame else _like_ros(path, table, frame)
         return table._replace(taus=_scaled(taus, dof, options.scale), said=said, doubt=doubt)
-    if suffix not in kinds:
-        known = ", ".join(sorted(set(kinds) - {"/"}))
-        raise FileError(f"{path}: can't tell what kind of log this is; give .csv, {known} or a bag's folder")
-    if not path.exists():
-        raise FileError(f"{path}: can't be read (no such file or directory); give a readable file")
+    module = reader(__name__, path, "log", TABLES[:1])
     if options.columns:
         raise DemandError(f"{path}: has no columns; --columns is for tables, leave it out")
-    log: Log = kinds[suffix].read(path, topic)
+    log: Log = module.read(path, topic)
     t, taus = _checked(path, log, dof)
     given, why = (options.frame, "--frame") if options.frame else (log.frame, log.why)
     taus, turning = met(taus, dof, given, why, frame)
@@ -129,11 +122,6 @@ def _scaled(taus: FloatArray, dof: tuple[str, ...], scale: tuple[float, ...]) ->
     if len(scale) > 1 and len(scale) != len(dof):
         raise DemandError(f"--scale has {len(scale)} factors; give one, or one for each of {', '.join(dof)}")
     return taus * np.array(scale) if scale else taus
-
-
-def brief(error: Exception) -> str:
-    """What a parser raised, as one short line."""
-    return " ".join(f"{type(error).__name__}: {error}".split())[:80]
 
 
 def _checked(path: Path, log: Log, dof: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:

@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 
 from alloc.allocation import FloatArray
-from alloc.errors import DemandError, FileError, NotInstalled
+from alloc.errors import DemandError, NotInstalled
 from alloc.vehicle.geometry import DOF
-from bench.inputs.logs import Log, brief
+from bench.inputs.logs import Log
+from bench.inputs.parsers import parsing
 
 SUFFIXES = (".bag", ".db3", ".mcap", "/")
 TYPES = ("geometry_msgs/msg/Wrench", "geometry_msgs/msg/WrenchStamped")
@@ -27,21 +28,17 @@ def read(path: Path, topic: str) -> Log:
         raise NotInstalled("reading bags needs rosbags; pip install 'thrustbench[ros]'") from None
     # A ROS 2 recording is a folder, so a file of it stands for the folder.
     bag = path.parent if path.suffix.lower() in (".db3", ".mcap") else path
-    try:
-        with AnyReader([bag], default_typestore=get_typestore(Stores.LATEST)) as reader:
-            wrenches = [connection for connection in reader.connections if connection.msgtype in TYPES]
-            others = sorted({f"{c.topic} ({c.msgtype})" for c in reader.connections})
-            chosen = _choose(path, sorted({connection.topic for connection in wrenches}), others, topic)
-            wanted = [connection for connection in wrenches if connection.topic == chosen]
-            messages = [
-                (received, reader.deserialize(raw, connection.msgtype))
-                for connection, received, raw in reader.messages(connections=wanted)
-            ]
-            return _log(messages)
-    except DemandError:
-        raise
-    except Exception as error:  # a parser may raise anything at bytes that are no bag
-        raise FileError(f"{path}: not a bag that rosbags can read ({brief(error)})") from None
+    types = get_typestore(Stores.LATEST)
+    with parsing(path, "bag", "rosbags"), AnyReader([bag], default_typestore=types) as reader:
+        wrenches = [connection for connection in reader.connections if connection.msgtype in TYPES]
+        others = sorted({f"{c.topic} ({c.msgtype})" for c in reader.connections})
+        chosen = _choose(path, sorted({connection.topic for connection in wrenches}), others, topic)
+        wanted = [connection for connection in wrenches if connection.topic == chosen]
+        messages = [
+            (received, reader.deserialize(raw, connection.msgtype))
+            for connection, received, raw in reader.messages(connections=wanted)
+        ]
+        return _log(messages)
 
 
 def _choose(path: Path, topics: list[str], others: list[str], topic: str) -> str:

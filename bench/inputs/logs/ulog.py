@@ -4,15 +4,14 @@ PX4's setpoints are normalised: 1 is what the vehicle can do on an axis, not 1 N
 into newtons. Axes are x forward, y starboard, z down.
 """
 
-from contextlib import redirect_stdout
-from io import StringIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from alloc.errors import DemandError, FileError, NotInstalled
-from bench.inputs.logs import Log, brief
+from alloc.errors import DemandError
+from bench.inputs.logs import Log
+from bench.inputs.parsers import parsing, read_ulog
 
 SUFFIXES = (".ulg", ".ulog")
 THRUST, TORQUE = "vehicle_thrust_setpoint", "vehicle_torque_setpoint"
@@ -20,21 +19,10 @@ THRUST, TORQUE = "vehicle_thrust_setpoint", "vehicle_torque_setpoint"
 
 def read(path: Path, topic: str) -> Log:
     """One demand a thrust setpoint, with the torque setpoint that held then; none before the first torque."""
-    try:
-        from pyulog.core import ULog
-    except ImportError:
-        raise NotInstalled("reading ULogs needs pyulog; pip install 'thrustbench[px4]'") from None
     if topic:
         raise DemandError(f"{path}: a ULog's demands are {THRUST} and {TORQUE}; leave out {topic!r}")
-    try:
-        # pyulog prints warnings of damaged parts, but standard output is for results; gaps show the damage.
-        with path.open("rb") as file, redirect_stdout(StringIO()):
-            log = ULog(file, [THRUST, TORQUE])
-        return _log(path, {data.name: data.data for data in log.data_list if data.multi_id == 0})
-    except DemandError:
-        raise
-    except Exception as error:  # a parser may raise anything at bytes that are no ULog
-        raise FileError(f"{path}: not a ULog that pyulog can read ({brief(error)})") from None
+    with parsing(path, "ULog", "pyulog"):
+        return _log(path, read_ulog(path, THRUST, TORQUE)[0])
 
 
 def _log(path: Path, sets: dict[str, dict[str, Any]]) -> Log:

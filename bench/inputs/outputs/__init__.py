@@ -10,8 +10,8 @@ import numpy as np
 
 from alloc import Vehicle
 from alloc.allocation import FloatArray
-from alloc.errors import DemandError, FileError
-from alloc.files.modules import modules
+from alloc.errors import DemandError
+from bench.inputs.by_suffix import reader
 
 
 class Outputs(NamedTuple):
@@ -38,16 +38,7 @@ class Outputs(NamedTuple):
 
 def read_outputs(path: Path, vehicle: Vehicle) -> Outputs:
     """What a log says of a vehicle's outputs; raises FileError, DemandError or NotInstalled."""
-    kinds = {}
-    for module in modules(__name__).values():
-        kinds.update(dict.fromkeys(module.SUFFIXES, module))
-    suffix = path.suffix.lower()
-    if suffix not in kinds:
-        known = ", ".join(sorted(filter(None, kinds)))
-        raise FileError(f"{path}: can't tell what kind of log of outputs this is; give one of {known}")
-    if not path.exists():
-        raise FileError(f"{path}: can't be read (no such file or directory); give a readable file")
-    outputs: Outputs = kinds[suffix].read(path, vehicle)
+    outputs: Outputs = reader(__name__, path, "log of outputs").read(path, vehicle)
     if not len(outputs.u):
         raise DemandError(f"{path}: holds no outputs; log them")
     bad = np.flatnonzero(~np.isfinite(outputs.u).all(axis=1))

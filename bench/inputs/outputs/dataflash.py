@@ -2,8 +2,7 @@
 
 RCOU holds the pulses of the outputs [µs], PARM which motor each output drives, BAT the voltage, and RATE
 what the attitude controller asked of the mixer, in shares of all that it has; ATT says how far off the
-attitude was. Axes are x forward, y to
-starboard, z down.
+attitude was. Axes are x forward, y to starboard, z down.
 """
 
 import os
@@ -19,8 +18,8 @@ import numpy as np
 from alloc import Vehicle
 from alloc.errors import DemandError, FileError, NotInstalled
 from alloc.vehicle.frame import turned
-from bench.inputs.logs import brief
 from bench.inputs.outputs import Outputs, held
+from bench.inputs.parsers import parsing
 
 SUFFIXES = (".bin",)
 MOTORS = (*range(33, 41), *range(82, 86))
@@ -45,13 +44,15 @@ def read(path: Path, vehicle: Vehicle) -> Outputs:
     # The indexer in C prints of each damaged byte past Python's streams; the one in Python can be silenced.
     os.environ.setdefault("PYMAVLINK_FAST_INDEX", "0")
     rows: dict[str, list[dict[str, Any]]] = {"RCOU": [], "BAT": [], "RATE": [], "ATT": [], "PARM": []}
-    try:
+    with parsing(path, "log", "pymavlink"):
         if path.stat().st_size > LARGEST:
             raise DemandError(f"{path}: is larger than {LARGEST / 1e9:g} GB; cut it")
         _refuse_standing_still(path)
         # pymavlink prints warnings of damaged parts, but standard output is for results.
         with redirect_stdout(StringIO()), redirect_stderr(StringIO()):
-            log = DFReader_binary.__new__(DFReader_binary)  # which leaves the file open where it raises
+            log = DFReader_binary.__new__(
+                DFReader_binary
+            )  # its __init__ leaves the file open where it raises
             try:
                 log.__init__(str(path))
                 while (message := log.recv_match(type=list(rows))) is not None:
@@ -61,10 +62,6 @@ def read(path: Path, vehicle: Vehicle) -> Outputs:
                     if hasattr(log, part):
                         getattr(log, part).close()
         return _outputs(path, vehicle, rows)
-    except (DemandError, FileError):
-        raise
-    except Exception as error:  # a parser may raise anything at bytes that are no log
-        raise FileError(f"{path}: not a log that pymavlink can read ({brief(error)})") from None
 
 
 def _refuse_standing_still(path: Path) -> None:

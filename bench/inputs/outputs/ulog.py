@@ -1,7 +1,5 @@
 """PX4 ULog: ``actuator_outputs``, ``battery_status`` and the setpoints (library pyulog, extra ``px4``)."""
 
-from contextlib import redirect_stdout
-from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -9,11 +7,11 @@ import numpy as np
 
 from alloc import Vehicle
 from alloc.allocation import FloatArray
-from alloc.errors import DemandError, FileError, NotInstalled
+from alloc.errors import DemandError
 from alloc.vehicle.frame import turned
 from alloc.vehicle.geometry import DOF
-from bench.inputs.logs import brief
 from bench.inputs.outputs import Outputs, held
+from bench.inputs.parsers import parsing, read_ulog
 
 SUFFIXES = (".ulg", ".ulog")
 OUTPUTS, BATTERY = "actuator_outputs", "battery_status"
@@ -24,19 +22,8 @@ FIRST_MOTOR = 101
 
 def read(path: Path, vehicle: Vehicle) -> Outputs:
     """The outputs of a vehicle's motors, motor 1 first; setpoints are shares of what the vehicle can do."""
-    try:
-        from pyulog.core import ULog
-    except ImportError:
-        raise NotInstalled("reading ULogs needs pyulog; pip install 'thrustbench[px4]'") from None
-    try:
-        with path.open("rb") as file, redirect_stdout(StringIO()):
-            log = ULog(file, [OUTPUTS, BATTERY, *ASKED])
-        sets = {data.name: data.data for data in log.data_list if data.multi_id == 0}
-        return _outputs(path, vehicle, sets, log.initial_parameters)
-    except DemandError:
-        raise
-    except Exception as error:  # a parser may raise anything at bytes that are no ULog
-        raise FileError(f"{path}: not a ULog that pyulog can read ({brief(error)})") from None
+    with parsing(path, "ULog", "pyulog"):
+        return _outputs(path, vehicle, *read_ulog(path, OUTPUTS, BATTERY, *ASKED))
 
 
 def _outputs(

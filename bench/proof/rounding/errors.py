@@ -57,7 +57,7 @@ class Errors(Arithmetic):
         needed |= set(reachable(program.nodes, tuple(root for root, _ in program.exits))) - within
         for node in sorted(needed):  # what is within a share is followed with it
             operation = program.nodes[node]
-            branch = operation[0] == "choose"  # of its values each counts only where it is taken
+            branch = operation[0] == "choose"  # a side that is not taken does not count
             lost = [each for each in operands(operation) if each in self.reasons and not branch]
             if lost:
                 self.reasons[node] = self.reasons[lost[0]]

@@ -95,9 +95,8 @@ def _size(nodes: Sequence[Operation], node: Node) -> tuple[Node, Node | None, se
     match nodes[node]:
         case ("abs", along):
             return along, None, set()
-        case ("max", size, tiny) if nodes[size][0] == "abs" and _zero(
-            nodes, tiny
-        ):  # nothing but zero is tiny
+        case ("max", size, tiny) if nodes[size][0] == "abs" and _zero(nodes, tiny):
+            # Nothing but zero is tiny.
             return nodes[size][1], tiny, {size}
         case ("choose", asked, size, other) if nodes[size][0] == "abs" and _zero(nodes, other):
             match nodes[asked]:

@@ -1,23 +1,17 @@
 """What a call of each method costs: median, p99.9 and the slowest call seen, on a log axis."""
 
-from typing import TYPE_CHECKING
+from matplotlib.figure import Figure
 
 from bench.report.pictures.style import colour, legend, time_axis
 from bench.results.ranking import best, telling
 from bench.results.rows import Run
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-
 MOST = 12
 """Most methods in one picture."""
 
 
-def draw(run: Run, vehicle: str) -> "Figure | None":
+def draw(run: Run, vehicle: str) -> Figure | None:
     """Median of each method as a dot, a thick whisker to p99.9, a thin one to the slowest call."""
-    from matplotlib.figure import Figure
-
     demands = run.sets(vehicle)[0]
     rows = telling(best(run, vehicle, demands), MOST)[::-1]
     if not rows:

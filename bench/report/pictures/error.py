@@ -1,20 +1,15 @@
 """Wrench error of each method over the size of the demand, up to twice the edge of the attainable set."""
 
-from typing import TYPE_CHECKING
+from matplotlib.figure import Figure
 
 from alloc.allocation import WRENCH_TOLERANCE
 from bench.record import Curve
 from bench.report.pictures.style import FAINT, FAMILIES, looks
 from bench.results.rows import Run
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
-
-def draw(run: Run, vehicle: str) -> "Figure | None":
+def draw(run: Run, vehicle: str) -> Figure | None:
     """Median and worst error over the directions tried; methods whose curves coincide share a line."""
-    from matplotlib.figure import Figure
-
     capability = run.capability(vehicle)
     if capability is None or not capability.curves:
         return None

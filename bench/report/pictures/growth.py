@@ -1,21 +1,17 @@
 """How time and memory of each method grow with the number of thrusters, both axes logarithmic."""
 
 from itertools import product
-from typing import TYPE_CHECKING
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from bench.report.pictures.style import FAMILIES, time_axis
 from bench.results.growth import series
 from bench.results.rows import Run
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
-
-def draw_run(run: Run) -> "Figure | None":
+def draw_run(run: Run) -> Figure | None:
     """Median call above, allocator size below; a column for each number of degrees of freedom."""
-    from matplotlib.figure import Figure
-
     measured = series(run)
     if not measured:
         return None
@@ -39,7 +35,7 @@ def draw_run(run: Run) -> "Figure | None":
     return figure
 
 
-def _line(axes: "Axes", values: dict[int, float], look: tuple[object, str], label: str) -> None:
+def _line(axes: Axes, values: dict[int, float], look: tuple[object, str], label: str) -> None:
     dashes, colour = look
     axes.set_xscale("log")
     axes.set_yscale("log")

@@ -1,12 +1,11 @@
 """Labels beside points that overlap no other label, no point, and not the frame."""
 
 from math import cos, hypot, pi, sin
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
+
+from matplotlib.axes import Axes
 
 from bench.report.pictures.style import GREY
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 
 class Box(NamedTuple):
@@ -38,7 +37,7 @@ CANDIDATES = [(radius, turn * pi / 8) for radius in (9, 16, 24, 34, 46, 60, 76) 
 """Places to try, nearest first: distance from the point [px] and direction."""
 
 
-def label_points(axes: "Axes", points: list[tuple[float, float, str]], size: float = 7.5) -> None:
+def label_points(axes: Axes, points: list[tuple[float, float, str]], size: float = 7.5) -> None:
     """Write each (x, y, text) near its point, with a thin line where it stands away.
 
     Labels take the nearest free place in the given order; a label without a free place is left out. A point
@@ -75,7 +74,7 @@ def _within(box: Box, frame: Box) -> bool:
 
 
 def _write(
-    axes: "Axes", point: tuple[float, float], centre: tuple[float, float], text: str, size: float, line: bool
+    axes: Axes, point: tuple[float, float], centre: tuple[float, float], text: str, size: float, line: bool
 ) -> None:
     arrow = {"arrowstyle": "-", "color": GREY, "linewidth": 0.5, "shrinkA": 0, "shrinkB": 3}
     axes.annotate(

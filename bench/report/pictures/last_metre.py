@@ -1,20 +1,15 @@
 """What of small demands is missed on each way from thrusts to the commands of ESCs."""
 
-from typing import TYPE_CHECKING
+from matplotlib.figure import Figure
 
 from bench.report.pictures.style import BLUE, GREEN, GREY, INK, ORANGE, VERMILION
 from bench.results.rows import Run
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 LOOKS = ((VERMILION, "s"), (ORANGE, "^"), (GREEN, "D"), (BLUE, "o"))
 
 
-def draw(run: Run, vehicle: str) -> "Figure | None":
+def draw(run: Run, vehicle: str) -> Figure | None:
     """Median, and a line to 95 %, over the size of the demand; grey is what steps alone explain."""
-    from matplotlib.figure import Figure
-
     capability = run.capability(vehicle)
     if capability is None or not capability.last_metre:
         return None

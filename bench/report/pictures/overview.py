@@ -1,6 +1,8 @@
 """Both sides in one picture: what limits cost, and what leaving them out costs, vehicle by vehicle."""
 
-from typing import TYPE_CHECKING
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from alloc.formulations import Family
 from bench.report.pictures.style import BLUE, BROWN, FAMILIES, GREY, INK, time_axis
@@ -8,10 +10,6 @@ from bench.report.readme import served_share
 from bench.results.columns import Row
 from bench.results.ranking import best, largest_loss, representatives
 from bench.results.rows import Run
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 CLOSED, EXACT = FAMILIES[Family.CLOSED_FORM], FAMILIES[Family.EXACT]
 WAYS = {
@@ -25,11 +23,8 @@ WAYS = {
 """Colour, mark and filling of each way to allocate."""
 
 
-def draw_run(run: Run) -> "Figure | None":
+def draw_run(run: Run) -> Figure | None:
     """Left: the median of a call, by six ways. Right: what the way without limits does not deliver."""
-    from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
-
     rows = {v: representatives(best(run, v, run.sets(v)[0])) for v in reversed(run.vehicles)}
     rows = {vehicle: ways for vehicle, ways in rows.items() if ways}
     if not rows:
@@ -57,7 +52,7 @@ def draw_run(run: Run) -> "Figure | None":
     return figure
 
 
-def _times(axes: "Axes", y: int, ways: dict[str, Row]) -> None:
+def _times(axes: Axes, y: int, ways: dict[str, Row]) -> None:
     times = [time for row in ways.values() if (time := row.call_p50_us) is not None]
     axes.plot([min(times), max(times)], [y, y], color=GREY, linewidth=0.6)
     for way, row in ways.items():
@@ -65,7 +60,7 @@ def _times(axes: "Axes", y: int, ways: dict[str, Row]) -> None:
         axes.plot([row.call_p50_us or 0.0], [y], mark, color=colour, fillstyle=fill, markersize=6)
 
 
-def _losses(axes: "Axes", y: int, run: Run, vehicle: str, ways: dict[str, Row]) -> None:
+def _losses(axes: Axes, y: int, run: Run, vehicle: str, ways: dict[str, Row]) -> None:
     closed = ways.get("without limits, in Python") or ways.get("without limits, in C")
     served = served_share(run, vehicle, closed) if closed else None
     if served is not None:

@@ -1,6 +1,6 @@
 """Error against time: what each method loses of the wrench, and the Pareto front."""
 
-from typing import TYPE_CHECKING
+from matplotlib.figure import Figure
 
 from alloc.allocation import WRENCH_TOLERANCE
 from bench.report.pictures.labels import label_points
@@ -8,19 +8,14 @@ from bench.report.pictures.style import FAINT, colour, legend, share_axis, time_
 from bench.results.ranking import best, front, largest_loss, telling
 from bench.results.rows import Run
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 FLOOR = WRENCH_TOLERANCE
 """A wrench missed by less counts as met and is drawn at this height, because a log axis has no zero."""
 MOST = 12
 """Most methods in one picture."""
 
 
-def draw(run: Run, vehicle: str) -> "Figure | None":
+def draw(run: Run, vehicle: str) -> Figure | None:
     """Worst share of the wrench lost over median time; the line joins the Pareto front."""
-    from matplotlib.figure import Figure
-
     demands = run.sets(vehicle)[0]
     points = [
         (time, max(error, FLOOR), row)

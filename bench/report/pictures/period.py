@@ -1,13 +1,12 @@
 """The share of a control period that a call takes, at three rates."""
 
-from typing import TYPE_CHECKING
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, LogLocator
 
 from bench.report.pictures.style import BLUE, GREEN, INK, PAPER, VERMILION
 from bench.results.ranking import best, telling
 from bench.results.rows import Run
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 RATES_HZ = {50: (GREEN, "o"), 100: (BLUE, "s"), 400: (VERMILION, "^")}
 """Colour and mark of each control rate."""
@@ -16,16 +15,12 @@ MOST = 12
 """Most methods in one picture."""
 
 
-def draw(run: Run, vehicle: str) -> "Figure | None":
+def draw(run: Run, vehicle: str) -> Figure | None:
     """p99 over the period as a mark for each rate; 100 % is a missed deadline.
 
     p99 is of the single calls on all of the vehicle's demand sets. Where there are too few calls for it, a
     hollow mark shows the slowest call.
     """
-    from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
-    from matplotlib.ticker import FuncFormatter, LogLocator
-
     shown: list[tuple[str, float, bool]] = []
     for row in telling(best(run, vehicle, run.sets(vehicle)[0]), MOST):
         singles = run.singles(row)

@@ -2,15 +2,14 @@
 
 import textwrap
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
 from alloc import Vehicle
 from alloc.lint.probe import Probe
 from alloc.vehicle.frame import described
 from bench.report.pictures.style import FAINT, GREY, INK
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 COLUMNS = (0.0, 0.22, 0.32, 0.66, 0.94)
 """Left edges of the columns: thruster, thrust, words, numbers, boxes."""
@@ -18,11 +17,8 @@ WIDTHS = (22, 10, 44, 34)
 """Letters of a line in each column but the last."""
 
 
-def sheet(vehicle: Vehicle, found: Sequence[Probe]) -> "Figure":
+def sheet(vehicle: Vehicle, found: Sequence[Probe]) -> Figure:
     """The figure, to be made and saved within the settings of ``style``."""
-    from matplotlib.figure import Figure
-    from matplotlib.patches import Rectangle
-
     rows = [(p.thruster, f"{p.thrust:+.3g} N", p.words, p.numbers) for p in found]
     cells = [
         [textwrap.wrap(text, width) or [""] for text, width in zip(row, WIDTHS, strict=True)] for row in rows

@@ -1,17 +1,15 @@
 """The attainable set and the part of it that the closed form serves, with a mission's demands."""
 
 from itertools import groupby
-from typing import TYPE_CHECKING
+
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from alloc.vehicle.geometry import unit
 from bench.record import Plane
 from bench.report.pictures.style import BLUE, GREEN, GREY, INK, ORANGE, VERMILION
 from bench.results.rows import Run
-
-if TYPE_CHECKING:
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 LABELS = {
     "inactive": (GREEN, "o"),
@@ -22,10 +20,8 @@ LABELS = {
 """Colour and marker of each label: a reader who can't tell the colours apart has the marker."""
 
 
-def draw(run: Run, vehicle: str) -> "Figure | None":
+def draw(run: Run, vehicle: str) -> Figure | None:
     """Sections in the surge-sway and surge-yaw planes: all other axes zero, and the third one under load."""
-    from matplotlib.figure import Figure
-
     capability = run.capability(vehicle)
     if capability is None or not capability.planes:
         return None
@@ -45,7 +41,7 @@ def draw(run: Run, vehicle: str) -> "Figure | None":
     return figure
 
 
-def _section(axes: "Axes", plane: Plane) -> None:
+def _section(axes: Axes, plane: Plane) -> None:
     axes.fill(*_closed(plane.attainable), facecolor=BLUE, alpha=0.15)
     axes.plot(*_closed(plane.attainable), color=BLUE, label="attainable")
     if plane.closed_form:
@@ -66,7 +62,7 @@ def _section(axes: "Axes", plane: Plane) -> None:
     axes.set_ylabel(f"{plane.y} [{unit(plane.y)}]")
 
 
-def _handles(figure: "Figure") -> "tuple[list[Artist], list[str]]":
+def _handles(figure: Figure) -> "tuple[list[Artist], list[str]]":
     """The legend's handles and labels, each label once, over all axes of the figure."""
     by_label: dict[str, Artist] = {}
     for axes in figure.axes:

@@ -3,19 +3,17 @@
 The views are the same in every frame; their axes have the signs of the vehicle's own.
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.vehicle.frame import TURN, described
 from alloc.vehicle.poses import Mounting
 from bench.report.pictures.style import BLUE, FAINT, GREY, INK, PAPER, VERMILION
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 LONG_ARROW = 0.28
 """Length of an arrow in the plane of the page, over the vehicle's largest extent."""
@@ -62,13 +60,11 @@ def views(frame: str) -> list[View]:
     ]
 
 
-def sketch(vehicle: Vehicle, poses: Mounting) -> "Figure":
+def sketch(vehicle: Vehicle, poses: Mounting) -> Figure:
     """The figure of a vehicle, to be made and saved within the settings of ``style``.
 
     Only thrusters that stand on a line of thrust are drawn; the others are listed.
     """
-    from matplotlib.figure import Figure
-
     figure = Figure(figsize=(9, 8.2))
     grid = figure.subplots(2, 2)
     standing = np.flatnonzero(poses.stands)
@@ -86,7 +82,7 @@ def sketch(vehicle: Vehicle, poses: Mounting) -> "Figure":
     return figure
 
 
-def _draw(axes: "Axes", view: View, poses: Mounting, thrusters: list[int], extent: float) -> None:
+def _draw(axes: Axes, view: View, poses: Mounting, thrusters: list[int], extent: float) -> None:
     points, arrows = _seen(view, poses.positions), _seen(view, poses.directions)
     facing = view.towards[1] * poses.directions[:, view.towards[0]]
     arrow = {"arrowstyle": "-|>,head_width=0.25,head_length=0.5", "color": BLUE, "linewidth": 1.6}
@@ -107,7 +103,7 @@ def _draw(axes: "Axes", view: View, poses: Mounting, thrusters: list[int], exten
     _frame(axes, view, points, extent)
 
 
-def _frame(axes: "Axes", view: View, points: FloatArray, extent: float) -> None:
+def _frame(axes: Axes, view: View, points: FloatArray, extent: float) -> None:
     """Room for the arrows, words at the edges, and metres."""
     middle = (points.max(axis=0) + points.min(axis=0)) / 2
     half = extent * (0.5 + 1.35 * LONG_ARROW)
@@ -123,7 +119,7 @@ def _frame(axes: "Axes", view: View, points: FloatArray, extent: float) -> None:
     axes.axvline(0, color=FAINT, linewidth=1.2)
 
 
-def _listing(axes: "Axes", vehicle: Vehicle, poses: Mounting) -> None:
+def _listing(axes: Axes, vehicle: Vehicle, poses: Mounting) -> None:
     """Names and limits of the thrusters, and what the signs mean."""
     axes.axis("off")
     axes.set_xlim(0, 1)

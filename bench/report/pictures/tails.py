@@ -1,23 +1,18 @@
 """Tail curves: the share of calls that took at least a time, both axes logarithmic."""
 
-from typing import TYPE_CHECKING
+from matplotlib.figure import Figure
 
 from bench.report.pictures.style import looks, share_axis, time_axis
 from bench.results.quantiles import Histogram, total
 from bench.results.ranking import best, telling
 from bench.results.rows import Run
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 MOST = 10
 """Most curves in one picture."""
 
 
-def draw(run: Run, vehicle: str) -> "Figure | None":
+def draw(run: Run, vehicle: str) -> Figure | None:
     """A curve for each of the telling methods down to its slowest call, labelled at the right."""
-    from matplotlib.figure import Figure
-
     demands = run.sets(vehicle)[0]
     rows = telling([row for row in best(run, vehicle, demands) if row.measured.singles], MOST)
     if not rows:

@@ -1,22 +1,16 @@
 """The thrust that commands make, drawn: an ESC's curve at each voltage, its dead band, and the limits."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from alloc import Vehicle
 from alloc.vehicle.esc import Esc
 from bench.report.pictures.style import BLUE, FAINT, GREY, INK, VERMILION
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
-
-def thrust_curve(vehicle: Vehicle) -> "Figure":
+def thrust_curve(vehicle: Vehicle) -> Figure:
     """One panel for each ESC of the vehicle that differs from the others."""
-    from matplotlib.figure import Figure
-
     thrusters: dict[Esc, list[str]] = {}
     for i, esc in enumerate(vehicle.esc):
         thrusters.setdefault(esc, []).append(vehicle.called(i))
@@ -32,7 +26,7 @@ def thrust_curve(vehicle: Vehicle) -> "Figure":
     return figure
 
 
-def _panel(axes: "Axes", esc: Esc, ends: tuple[float, float]) -> None:
+def _panel(axes: Axes, esc: Esc, ends: tuple[float, float]) -> None:
     u = 2 * esc.neutral - esc.command if esc.reversed else esc.command
     # The voltage that calls take where they name none stands out.
     chosen = esc.nominal if np.isfinite(esc.nominal) else esc.volts[0]

@@ -9,12 +9,13 @@ from alloc import load_vehicle
 from alloc.program import Scalar
 from bench.chips.count import count
 from bench.chips.cycles import cycles
+from bench.chips.executed import Executed, Trace
 from bench.chips.image import link
 from bench.chips.interval import Cycles, Unpublished
 from bench.chips.kernels import build_kernel
 from bench.chips.processors.cortex_m4f import cycles as cortex_m4f
 from bench.chips.processors.cortex_m7 import cycles as cortex_m7
-from bench.chips.trace import Executed, Trace, disassembly, trace
+from bench.chips.trace import disassembly, trace
 from bench.demands import build_demands
 from tests.emulators import available
 
