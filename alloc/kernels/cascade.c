@@ -1,139 +1,115 @@
-static const SCALAR OWN_A[K][N] = TP; /* rows of unit length */
-static const SCALAR OWN_H[N][N] = HESSIAN;
-static const SCALAR OWN_unit[K] = UNITS;
+/* What thrusts may do, f + Z z + E e: z moves them without a wrench, e [rows of T P of unit length] is the wrench that they miss. */
+static const SCALAR OWN_Z[N][D] = NULL_SPACE;
+static const SCALAR OWN_E[N][K] = INVERSE;
+static const SCALAR OWN_least[N][2] = LEAST; /* of a row's length squared: what is no more is rounding */
 
-/* Least-effort thrusts over free thrusters that push nearest to `rest`, by two Gram-Schmidt processes.
- *
- * With H = L D L' over the free thrusters and w = L'f, effort is w'Dw and the wrench B w, B = A L'^-1. Rows of B,
- * the longest left over first, become orthogonal rows Q in the metric 1/D, B = R Q: what is left of the others
- * once a row is below RANK of the longest is rounding. Then w = D^-1 Q'y, and y makes R D' y nearest to rest,
- * which orthogonal columns of R answer. No square root is needed.
- */
-static void OWN_shared(SCALAR rest[K], const int on[N], SCALAR f[N])
+/* Thruster j stays at `end`. The shortest e that takes it there, and for that the shortest z, move the others;
+ * what then is left to them is orthogonal to what it could do, as a Gram-Schmidt process makes rows. */
+static void OWN_leave(int j, SCALAR end, const int on[N], SCALAR Z[N][D], SCALAR E[N][K], SCALAR f[N])
 {
-    SCALAR L[N][N], D[N], B[K][N], R[K][K], S[K][K], t[K], y[K], q2[K];
-    int order[K], taken[K] = {0}, rank = 0;
-    SCALAR longest = ZERO;
-    for (int i = 0; i < N; i++) {
-        D[i] = on[i] ? OWN_H[i][i] : ONE;
-        for (int j = 0; j < i; j++) {
-            SCALAR left = on[i] && on[j] ? OWN_H[i][j] : ZERO;
-            for (int m = 0; m < j; m++) {
-                left -= L[i][m] * L[j][m] * D[m];
-            }
-            L[i][j] = left / D[j];
-            D[i] -= L[i][j] * left;
-        }
+    SCALAR of_z = ZERO, of_e = ZERO;
+    for (int m = 0; m < D; m++) {
+        of_z += Z[j][m] * Z[j][m];
     }
     for (int r = 0; r < K; r++) {
-        for (int i = 0; i < N; i++) {
-            SCALAR left = on[i] ? OWN_A[r][i] : ZERO;
-            for (int m = 0; m < i; m++) {
-                left -= L[i][m] * B[r][m];
-            }
-            B[r][i] = left;
-        }
+        of_e += E[j][r] * E[j][r];
     }
-    /*@ split rank; */ /* tells Frama-C to look at each rank by itself; compilers skip it */
-    while (rank < K) {
-        int next = -1;
-        SCALAR most2 = RANK * longest;
-        for (int r = 0; r < K; r++) {
-            SCALAR size2 = ZERO;
-            for (int i = 0; i < N && !taken[r]; i++) {
-                size2 += B[r][i] * B[r][i] / D[i];
+    const int freely = of_z > OWN_least[j][0];
+    const SCALAR each = freely ? ONE / of_z : of_e > OWN_least[j][1] ? ONE / of_e : ZERO;
+    for (int i = 0; i < N; i++) {
+        SCALAR along = ZERO;
+        if (on[i]) {
+            for (int m = 0; m < D && freely; m++) {
+                along += Z[i][m] * Z[j][m];
             }
-            if (size2 > most2) {
-                most2 = size2;
-                next = r;
+            for (int r = 0; r < K && !freely; r++) {
+                along += E[i][r] * E[j][r];
             }
-        }
-        if (next < 0) {
-            break;
-        }
-        longest = rank ? longest : most2;
-        taken[next] = 1;
-        order[rank] = next;
-        q2[rank] = most2;
-        for (int r = 0; r < K; r++) {
-            SCALAR along = r == next ? ONE : ZERO;
-            for (int i = 0; i < N && !taken[r]; i++) {
-                along += B[r][i] * B[next][i] / D[i] / most2;
-            }
-            for (int i = 0; i < N && !taken[r]; i++) {
-                B[r][i] -= along * B[next][i];
-            }
-            R[r][rank] = along;
-        }
-        rank++;
-    }
-    for (int j = 0; j < rank; j++) {
-        SCALAR size2 = ZERO;
-        t[j] = ZERO;
-        for (int r = 0; r < K; r++) {
-            size2 += R[r][j] * R[r][j];
-            t[j] += R[r][j] * rest[r];
-        }
-        t[j] /= size2;
-        for (int r = 0; r < K; r++) {
-            rest[r] -= t[j] * R[r][j];
-        }
-        for (int m = j + 1; m < rank; m++) {
-            S[j][m] = ZERO;
-            for (int r = 0; r < K; r++) {
-                S[j][m] += R[r][j] * R[r][m] / size2;
+            along *= each;
+            for (int m = 0; m < D && freely; m++) {
+                Z[i][m] -= along * Z[j][m];
             }
             for (int r = 0; r < K; r++) {
-                R[r][m] -= S[j][m] * R[r][j];
+                E[i][r] -= along * E[j][r];
             }
+            f[i] += along * (end - f[j]);
         }
     }
-    for (int j = rank - 1; j >= 0; j--) {
-        y[j] = t[j];
-        for (int m = j + 1; m < rank; m++) {
-            y[j] -= S[j][m] * y[m];
-        }
-    }
-    for (int i = N - 1; i >= 0; i--) {
-        f[i] = ZERO;
-        for (int j = 0; j < rank; j++) {
-            f[i] += y[j] / q2[j] * B[order[j]][i] / D[i];
-        }
-        for (int m = i + 1; m < N; m++) {
-            f[i] -= L[m][i] * f[m];
-        }
-    }
+    f[j] = end;
 }
 
-/* Thrusts beyond a limit by more than rounding freeze there, and the free thrusters share what is left of tau, until all are inside. */
-static void OWN_cascade(const SCALAR tau[K], const SCALAR low[N], const SCALAR high[N], const int working[N], SCALAR f[N])
+//full static const SCALAR OWN_H[N][N] = HESSIAN;
+//full 
+//full /* y has the least effort of all thrusts; f that of the free ones alone, as if H did not couple them with others. */
+//full static void OWN_alone(const int on[N], SCALAR Z[N][D], const SCALAR y[N], SCALAR f[N])
+//full {
+//full     SCALAR z[D];
+//full     for (int m = 0; m < D; m++) {
+//full         z[m] = ZERO;
+//full         for (int i = 0; i < N; i++) {
+//full             for (int j = 0; j < N && on[i]; j++) {
+//full                 z[m] += on[j] ? ZERO : Z[i][m] * OWN_H[i][j] * y[j];
+//full             }
+//full         }
+//full     }
+//full     for (int i = 0; i < N; i++) {
+//full         f[i] = y[i];
+//full         for (int m = 0; m < D && on[i]; m++) {
+//full             f[i] += Z[i][m] * z[m];
+//full         }
+//full     }
+//full }
+//full 
+/* Thrusts beyond a limit by more than rounding freeze there, and the free thrusters share what is left of tau, until all are inside.
+ * At most N freeze, each for 2 (N + 1) (D + K) products at most where H couples none. */
+static void OWN_cascade(const SCALAR low[N], const SCALAR high[N], const int working[N], SCALAR f[N])
 {
-    SCALAR frozen[N] = {ZERO}, rest[K];
-    int on[N];
+    SCALAR Z[N][D], E[N][K], end[N];
+    int on[N], leaving[N], more = 0;
+    //full SCALAR MOVED[N];
     for (int i = 0; i < N; i++) {
-        on[i] = working[i];
+        more |= working[i] && !(f[i] >= low[i] - SPARE && f[i] <= high[i] + SPARE);
     }
-    for (int pass = 0; pass < N; pass++) {
-        int more = 0;
+    if (!more) {
+        return;
+    }
+    more = 0;
+    for (int i = 0; i < N; i++) {
+        on[i] = 1;
+        leaving[i] = 0;
+        end[i] = ZERO;
+        //full MOVED[i] = f[i];
+        for (int m = 0; m < D; m++) {
+            Z[i][m] = OWN_Z[i][m];
+        }
+        for (int r = 0; r < K; r++) {
+            E[i][r] = OWN_E[i][r];
+        }
+    }
+    for (int j = 0; j < N; j++) {
+        if (!working[j]) {
+            on[j] = 0;
+            OWN_leave(j, ZERO, on, Z, E, MOVED);
+        }
+    }
+    for (int turn = 0; turn < N; turn++) { /* each freezes one, all those that one look finds before the next look */
+        int j = 0;
+        for (int i = 0; i < N && !more; i++) {
+            leaving[i] = on[i] && !(f[i] >= low[i] - SPARE && f[i] <= high[i] + SPARE);
+            end[i] = f[i] < low[i] ? low[i] : high[i];
+        }
+        more = 0;
         for (int i = 0; i < N; i++) {
-            if (on[i] && !(f[i] >= low[i] - SPARE && f[i] <= high[i] + SPARE)) {
-                frozen[i] = f[i] < low[i] ? low[i] : high[i];
-                on[i] = 0;
-                more = 1;
-            }
+            more += leaving[i];
+            j = leaving[i] ? i : j;
         }
         if (!more) {
             return;
         }
-        for (int r = 0; r < K; r++) {
-            rest[r] = tau[r] * OWN_unit[r];
-            for (int i = 0; i < N; i++) {
-                rest[r] -= OWN_A[r][i] * frozen[i];
-            }
-        }
-        OWN_shared(rest, on, f);
-        for (int i = 0; i < N; i++) {
-            f[i] = on[i] ? f[i] : frozen[i];
-        }
+        on[j] = 0;
+        leaving[j] = 0;
+        more--;
+        OWN_leave(j, end[j], on, Z, E, MOVED);
+        //full OWN_alone(on, Z, MOVED, f);
     }
 }

@@ -1,4 +1,4 @@
-"""Redistribute's passes as a loop over data: which thrusts freeze decides what is factorised next."""
+"""Redistribute's passes as a loop over data: which thrusts freeze decides what the others can still do."""
 
 import re
 from importlib import resources
@@ -6,13 +6,15 @@ from importlib import resources
 import numpy as np
 
 from alloc.allocation import FloatArray
+from alloc.nullspace.structure import decompose
 from alloc.program import Builder, DataLoop, Expression, Scalar
 from alloc.program.literal import number
+from alloc.program.sums import snapped
 from alloc.vehicle import RANK_TOLERANCE, Vehicle
 from alloc.vehicle.condition import magnified
 
 RANK: dict[Scalar, float] = {"double": RANK_TOLERANCE, "float": 1e-5}
-"""Length of a row below which it is rounding, relative to the longest [-]."""
+"""Length of a row below which it is rounding, relative to what it was before any froze [-]."""
 DOUBT: dict[Scalar, float] = {"double": 1e-5, "float": 1e-2}
 """What rounding may take of the thrusts, relative to the largest limit [-]; more is refused."""
 EACH = 8
@@ -30,19 +32,20 @@ def frozen(spare: float, builder: Builder, x: dict[int, Expression]) -> dict[int
     loop = DataLoop(
         name="cascade",
         text=_text(vehicle, builder.scalar, spare),
-        arrays=(("tau", vehicle.k), ("low", n), ("high", n), ("g", n)),
+        arrays=(("low", n), ("high", n), ("g", n)),
         flags=tuple(int(i in ends) for i in range(n)),
     )
-    g = builder.loop(loop, builder.tau, low, high, [x.get(i, 0.0) for i in range(n)])
+    g = builder.loop(loop, low, high, [x.get(i, 0.0) for i in range(n)])
     return {i: g[i] for i in x}
 
 
 def doubt(vehicle: Vehicle, scalar: Scalar) -> float:
     """Share of the largest limit by which rounding may move a thrust of the cascade in C [-].
 
-    With H = L L' the effort is |L'f|^2, and orthogonal rows of A L'^-1 are found by Gram-Schmidt, which loses
-    a share EACH n u cond(A L'^-1) of L'f (Bjorck 1967); of f that is up to sqrt(cond H) times as much. Where
-    others are frozen the weakest thruster may push alone: max |T_i| / min |T_i| times as much again.
+    With H = L L' the effort is |L'f|^2. A thruster that freezes takes its part out of what the others can do,
+    as a step of Gram-Schmidt does with rows, which loses a share EACH n u cond(A L'^-1) of L'f (Bjorck 1967);
+    of f that is up to sqrt(cond H) times as much. Where others are frozen the weakest thruster may push alone:
+    max |T_i| / min |T_i| times as much again.
     """
     on = vehicle.working
     L = np.linalg.cholesky(vehicle.H[np.ix_(on, on)])
@@ -56,19 +59,40 @@ def doubt(vehicle: Vehicle, scalar: Scalar) -> float:
 def _text(vehicle: Vehicle, scalar: Scalar, spare: float) -> str:
     """The C of the loop with this vehicle's numbers in it."""
     text = (resources.files("alloc.kernels") / "cascade.c").read_text(encoding="utf-8")
+    full = np.count_nonzero(vehicle.H - np.diag(np.diag(vehicle.H)))
+    text = re.sub(r"^( *)//full ?(.*\n)", r"\1\2" if full else "", text, flags=re.MULTILINE)
+    Z, E = _responses(vehicle)
+    least = RANK[scalar] ** 2 * np.column_stack([(Z**2).sum(axis=1), (E**2).sum(axis=1)])
     words = {
         "SCALAR": scalar,
         "K": str(vehicle.k),
         "N": str(vehicle.n),
+        "D": str(Z.shape[1]),
         "ZERO": number(0.0, scalar),
         "ONE": number(1.0, scalar),
         "SPARE": number(spare * vehicle.f_scale, scalar),
-        "RANK": number(RANK[scalar] ** 2, scalar),
-        "TP": _rows(vehicle.TP / vehicle.row_lengths[:, None], scalar),
+        "NULL_SPACE": _rows(Z, scalar),
+        "INVERSE": _rows(E, scalar),
+        "LEAST": _rows(least, scalar),
         "HESSIAN": _rows(vehicle.H, scalar),
-        "UNITS": _rows(1.0 / vehicle.row_lengths[None, :], scalar)[1:-1],
+        "MOVED": "y" if full else "f",
     }
     return re.sub(rf"\b({'|'.join(words)})\b", lambda word: words[word[0]], text)
+
+
+def _responses(vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
+    """(n, d) thrusts without a wrench, Z'HZ = I, and (n, k) those of a wrench in rows of unit length.
+
+    Of a vehicle without a null space Z has one column of zeros.
+    """
+    structure = decompose(vehicle)
+    columns = []
+    for block in structure.blocks:
+        part = np.zeros((vehicle.n, block.N.shape[1]))
+        part[block.rows] = block.N
+        columns.append(part)
+    Z = np.hstack(columns or [np.zeros((vehicle.n, 1))])
+    return Z, snapped(structure.G * vehicle.row_lengths)
 
 
 def _rows(matrix: FloatArray, scalar: Scalar) -> str:

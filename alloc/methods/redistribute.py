@@ -117,7 +117,7 @@ def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     if not (lost := doubt(vehicle, scalar)) <= cascade.DOUBT[scalar]:
         finer = "generate it in double, or " if scalar == "float" else ""
         raise NotApplicable(
-            f"{vehicle.name}: redistribute factorises T and H in the call, and in {scalar} that may cost"
+            f"{vehicle.name}: redistribute downdates T* in the call, and in {scalar} that may cost"
             f" {lost:.1g} of the largest limit; {finer}take nullspace, scaled or clip"
         )
     spare = BEYOND if scalar == "double" else TOLERANCE["float"]  # float rounds more
