@@ -44,8 +44,8 @@ def doubt(vehicle: Vehicle, scalar: Scalar) -> float:
 
     With H = L L' the effort is |L'f|^2. A thruster that freezes takes its part out of what the others can do,
     as a step of Gram-Schmidt does with rows, which loses a share EACH n u cond(A L'^-1) of L'f (Bjorck 1967);
-    of f that is up to sqrt(cond H) times as much. Where others are frozen the weakest thruster may push alone:
-    max |T_i| / min |T_i| times as much again.
+    of f that is up to sqrt(cond H) times as much. Where others are frozen the weakest thruster may push
+    alone: max |T_i| / min |T_i| times as much again.
     """
     on = vehicle.working
     L = np.linalg.cholesky(vehicle.H[np.ix_(on, on)])
