@@ -3,6 +3,7 @@
 import os
 import signal
 from collections.abc import Iterator
+from functools import cache
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from hypothesis import HealthCheck, settings
 
 from alloc import Vehicle, catalogue, list_vehicles, load_vehicle
 from alloc.discovery import Entry
+from alloc.formulations import Family
 from alloc.nullspace.structure import decompose
 from tests.places import ROOT
 
@@ -28,14 +30,31 @@ for name in ("FORCE_COLOR", "PY_COLORS", "GIT_DIR", "GIT_INDEX_FILE", "GIT_WORK_
 os.environ.setdefault("THRUSTBENCH_CACHE", str(ROOT / "build" / "kernels"))
 
 
+shipped = cache(load_vehicle)
+"""A shipped vehicle, its file read once: nothing can be written into it."""
+
+
 def structure(name: str) -> tuple[object, ...]:
     """What decides a shipped vehicle's way through the code: k, n, rank, and the blocks of its null space."""
-    vehicle = load_vehicle(name)
+    vehicle = shipped(name)
     return vehicle.k, vehicle.n, vehicle.rank, *(block.N.shape for block in decompose(vehicle).blocks)
 
 
 FIRST = {structure(name): name for name in reversed(list_vehicles())}
 """Of the shipped vehicles that share a structure, the first."""
+SOLVERS_SEE = ("bluerov2", "supply-vessel")
+"""The vehicles that solvers are asked about: T without full rank, and a null space of three dimensions."""
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """A solver gets the numbers of every vehicle by the same code; about the others it is asked in CI."""
+    for item in items:
+        given: dict[str, object] = getattr(getattr(item, "callspec", None), "params", {})
+        entry, vehicle = given.get("entry"), given.get("vehicle")
+        solves = isinstance(entry, Entry) and entry.solver and entry.family is not Family.GENERATED
+        if solves and isinstance(vehicle, str) and vehicle not in SOLVERS_SEE:
+            item.add_marker(pytest.mark.long)
 
 
 @pytest.fixture(
@@ -47,7 +66,7 @@ FIRST = {structure(name): name for name in reversed(list_vehicles())}
 )
 def vehicle(request: pytest.FixtureRequest) -> Vehicle:
     """Each shipped vehicle in turn; those whose structure an earlier one has are asked with ``-m long``."""
-    return load_vehicle(request.param)
+    return shipped(request.param)
 
 
 @pytest.fixture(params=[e for e in catalogue() if not e.missing], ids=lambda e: e.name, scope="session")
