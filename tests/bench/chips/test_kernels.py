@@ -3,6 +3,7 @@
 import csv
 import subprocess
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -105,6 +106,12 @@ def rows(
     return list(emulate(plan))
 
 
+@pytest.fixture
+def short_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A search goes on for one generation, not for eight: its use is asked, not how far it comes."""
+    monkeypatch.setattr("bench.chips.search.climb", partial(climb, generations=1))
+
+
 SAME_PATHS = ("nautilus", "subjugator8")
 """Their null spaces split as bluerov2-heavy's does."""
 
@@ -179,6 +186,7 @@ def test_an_answer_to_every_demand_costs_less_than_three_exact_ones(method: str,
     assert max(answered)[0] <= 3 * max(exact)[0]
 
 
+@pytest.mark.usefixtures("short_search")
 @pytest.mark.parametrize("name", ["cortex-m7", pytest.param("aarch64", marks=pytest.mark.long)])
 def test_one_plan_emulated_twice_gives_equal_counts_to_the_instruction(name: str) -> None:
     first, second = (
@@ -320,6 +328,7 @@ def test_a_method_that_does_not_cover_the_vehicle_is_a_row_with_the_reason() -> 
     assert "eq. 18" in row.reason
 
 
+@pytest.mark.usefixtures("short_search")
 def test_the_command_writes_counts_beside_those_on_x86_and_never_times(tmp_path: Path) -> None:
     available("cortex-m7")
     available("x86-64")
