@@ -66,7 +66,7 @@ def built(of: Vehicle, folder: Path, *, single: bool, limits: str, edit: tuple[s
     return done.stdout
 
 
-@pytest.mark.parametrize("limits", ["fixed", "call"])
+@pytest.mark.parametrize("limits", [pytest.param("fixed", marks=pytest.mark.long), "call"])
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_self_test_finds_what_python_sends_and_nothing_undefined(kind, limits, tmp_path: Path) -> None:
     single = list(KINDS).index(kind) % 2 == (limits == "call")

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from alloc import NotApplicable, Status, Vehicle, build, list_vehicles, load_vehicle
+from alloc import NotApplicable, Status, Vehicle, build, load_vehicle
 from alloc import generate as files_of
 from alloc.c import cases, compiled, function_name, missing, selftest
 from alloc.c import sources as sources_of
@@ -31,7 +31,7 @@ SANITIZE = ["-fsanitize=undefined", "-fno-sanitize-recover=all"]
 REFUSED = 2
 UNKNOWN_FAULT = -1
 NOT_FINITE = -2
-EVERYWHERE = ("nullspace", "priority")
+EVERYWHERE = ("nullspace", pytest.param("priority", marks=pytest.mark.long))
 """Kernels that are compiled for every vehicle here; ``docs/studies/native_selftests.py`` does so with all."""
 SMALL = "ukwial"
 KERNELS = tuple(recipes())
@@ -109,8 +109,15 @@ def test_generated_c_is_clean_and_agrees_with_python_for_every_fault(
     check_itself(load_vehicle(SMALL), kernel, scalar, limits, tmp_path)
 
 
-@pytest.mark.parametrize("limits", ["fixed", "call"])
-@pytest.mark.parametrize("name", ["bluerov2", "tiburon"])
+@pytest.mark.parametrize(
+    ("name", "limits"),
+    [
+        ("bluerov2", "fixed"),
+        ("tiburon", "call"),
+        pytest.param("bluerov2", "call", marks=pytest.mark.long),
+        pytest.param("tiburon", "fixed", marks=pytest.mark.long),
+    ],
+)
 @pytest.mark.parametrize("kernel", [name for name, each in recipes().items() if each.make_for_all])
 def test_one_function_for_all_faults_agrees_with_python_for_each(kernel, name, limits, tmp_path) -> None:
     """Faults that lose a direction are among them; of several levels these have code of their own."""
@@ -298,7 +305,7 @@ DOUBLES = {
 """Least and greatest bit pattern of each class of doubles, normal ones up to 16; the sign is one bit more."""
 
 
-@pytest.mark.parametrize("limits", ["fixed", "call"])
+@pytest.mark.parametrize("limits", ["call", pytest.param("fixed", marks=pytest.mark.long)])
 @pytest.mark.parametrize("kernel", LIMITED)
 def test_a_bit_pattern_that_is_no_finite_number_has_a_status_of_its_own(kernel, limits, tmp_path) -> None:
     """In any argument of a thruster that works; every pattern that is a number is answered or infeasible."""
@@ -339,20 +346,20 @@ def test_limits_that_cross_by_one_ulp_are_infeasible_and_leave_f_alone(kernel, t
         assert (f == 7.0).all()
 
 
+@pytest.mark.parametrize("diagonal", [pytest.param(True, marks=pytest.mark.long), False])
 @pytest.mark.parametrize("shape", SHAPES, ids=lambda s: f"{s[0]}x{s[1]}")
-def test_native_and_python_agree_on_random_vehicles_of_every_nullity(shape) -> None:
+def test_native_and_python_agree_on_random_vehicles_of_every_nullity(shape, diagonal: bool) -> None:
     rng = np.random.default_rng(2)
-    for diagonal in (True, False):
-        vehicle = random_vehicle(*shape, rng, diagonal)
-        taus = demands_of_known_verdict(vehicle, 600, rng).taus
-        F, status = build("nullspace", vehicle).many(taus)
-        native_F, native_status = build("nullspace@native", vehicle).many(taus)
-        np.testing.assert_array_equal(native_status, status)
-        interior = np.arange(len(taus)) % 6 == 0  # at the boundary rounding of tau moves f further
-        np.testing.assert_allclose(native_F[interior], F[interior], rtol=0, atol=1e-12 * vehicle.f_scale)
-        np.testing.assert_allclose(native_F, F, rtol=0, atol=1e-8 * vehicle.f_scale)
-        assert not (native_F < vehicle.f_min).any()  # not by one ulp; NaN compares false
-        assert not (native_F > vehicle.f_max).any()
+    vehicle = random_vehicle(*shape, rng, diagonal)
+    taus = demands_of_known_verdict(vehicle, 600, rng).taus
+    F, status = build("nullspace", vehicle).many(taus)
+    native_F, native_status = build("nullspace@native", vehicle).many(taus)
+    np.testing.assert_array_equal(native_status, status)
+    interior = np.arange(len(taus)) % 6 == 0  # at the boundary rounding of tau moves f further
+    np.testing.assert_allclose(native_F[interior], F[interior], rtol=0, atol=1e-12 * vehicle.f_scale)
+    np.testing.assert_allclose(native_F, F, rtol=0, atol=1e-8 * vehicle.f_scale)
+    assert not (native_F < vehicle.f_min).any()  # not by one ulp; NaN compares false
+    assert not (native_F > vehicle.f_max).any()
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
@@ -472,6 +479,5 @@ def test_a_thruster_that_pushes_no_controlled_axis_gets_the_thrust_nearest_zero(
 
 
 def test_the_same_vehicle_gives_the_same_text() -> None:
-    for name in list_vehicles():
-        vehicle = load_vehicle(name)
-        assert generate(vehicle, "nullspace") == generate(vehicle, "nullspace")
+    first, second = (generate(load_vehicle(SMALL), "nullspace") for _ in range(2))
+    assert first == second

@@ -174,7 +174,17 @@ ODD = {
 }
 
 
-@pytest.mark.parametrize("vehicle", ODD.values(), ids=ODD)
+FEW = ("an axis that nothing moves", "thrusters that must push", "one thruster left")
+"""What differs most; the others are asked with ``-m long``."""
+
+
+@pytest.mark.parametrize(
+    "vehicle",
+    [
+        pytest.param(each, id=name, marks=() if name in FEW else pytest.mark.long)
+        for name, each in ODD.items()
+    ],
+)
 def test_an_odd_vehicle_has_a_capability_and_each_demand_set_or_a_reason(vehicle: Vehicle):
     measured = capability(vehicle, "pinv", "nullspace", n=50)
     assert msgspec.json.decode(msgspec.json.encode(measured), type=Capability) == measured

@@ -30,6 +30,14 @@ QUICK = {
 }
 """What is broken here; test_symbolic.py breaks C with limits of the call, ``make prove`` all there is."""
 
+ALIKE = {
+    "a sign is wrong",
+    "a lower limit stands for the upper",
+    "a limit is wider by one bit",
+    "another thruster is taken for the failed one",
+}
+"""Of those the ones that the same claim tells as another: asked with ``-m long``."""
+
 
 @pytest.fixture(autouse=True)
 def _analyser() -> None:
@@ -38,8 +46,17 @@ def _analyser() -> None:
         pytest.skip(f"needs {', '.join(lacking)}: {tools.remedy(lacking)}")
 
 
-@pytest.mark.parametrize("kernel", ["nullspace", "pinv", "scaled"])
-@pytest.mark.parametrize("limits", ["fixed", "call"])
+@pytest.mark.parametrize(
+    ("kernel", "limits"),
+    [
+        ("nullspace", "fixed"),
+        ("scaled", "call"),
+        ("pinv", "fixed"),
+        pytest.param("nullspace", "call", marks=pytest.mark.long),
+        pytest.param("scaled", "fixed", marks=pytest.mark.long),
+        pytest.param("pinv", "call", marks=pytest.mark.long),
+    ],
+)
 def test_a_kernel_is_free_of_errors_and_keeps_limits(kernel: str, limits: str, tmp_path: Path) -> None:
     """Each claim is shown; of the closed form, which knows no limits, all but that on limits."""
     of = subject(UKWIAL, kernel, "double", limits)  # type: ignore[arg-type]  # pytest's parameters are text
@@ -53,8 +70,11 @@ def test_a_kernel_is_free_of_errors_and_keeps_limits(kernel: str, limits: str, t
 
 @pytest.mark.parametrize(
     "sabotage",
-    [each for each in SABOTAGES if each.name in QUICK],
-    ids=lambda each: each.name,
+    [
+        pytest.param(each, id=each.name, marks=pytest.mark.long if each.name in ALIKE else ())
+        for each in SABOTAGES
+        if each.name in QUICK
+    ],
 )
 def test_a_proof_finds_sabotage(sabotage: Sabotage, tmp_path: Path) -> None:
     """The same C, broken in one place, is not shown, and the words say why."""

@@ -60,7 +60,12 @@ def test_the_report_shows_every_picture_in_the_folder_and_no_other(rendered: Pat
     assert sorted(shown) == sorted(path.name for path in rendered.glob("*.svg"))
 
 
-@pytest.mark.parametrize("name", ["Fähre 1", "a)b]", "a/b", '<b>&"c', "50%20"])
+NAMES = ["Fähre 1", "a)b]", "a/b", '<b>&"c', "50%20"]
+
+
+@pytest.mark.parametrize(
+    "name", ["-".join(NAMES), *(pytest.param(each, marks=pytest.mark.long) for each in NAMES)]
+)
 def test_a_vehicle_of_any_name_has_its_pictures_in_the_report(name: str, tmp_path: Path) -> None:
     cell = made_up.cell(key=Key(name, "inactive", "pinv"))
     render(made_up.record(tmp_path, made_up.header(), cell))
@@ -292,7 +297,10 @@ def test_the_page_lets_nothing_in_from_outside(rendered: Path) -> None:
     assert text.index(policy) < text.index("<style") < text.index("<script")
 
 
-@pytest.mark.parametrize("name", ["$a$", "$\\frac$", "a$b$c_{", "${", "$$"])
+@pytest.mark.parametrize(
+    "name",
+    ["$\\frac$", *(pytest.param(each, marks=pytest.mark.long) for each in ("$a$", "a$b$c_{", "${", "$$"))],
+)
 def test_a_name_may_hold_what_a_drawing_library_takes_for_mathematics(name: str, tmp_path: Path) -> None:
     made = record(
         tmp_path, header(), problem(name), *(exact_cell(name, m, us) for m, us in (("a", 1.0), ("b", 2.0)))
