@@ -1,6 +1,7 @@
 """The how-to documents do what they say: files are written, commands run, output compared."""
 
 import ast
+import os
 import re
 import shlex
 import subprocess
@@ -48,7 +49,12 @@ def run_consoles(document: str, folder: Path) -> None:
             capture_output=True,
             encoding="utf-8",
             cwd=folder,
-            env={"PYTHONPATH": str(ROOT), "PATH": "/usr/bin:/bin"},
+            # The account's own home may not exist, which matplotlib says.
+            env={
+                "PYTHONPATH": str(ROOT),
+                "PATH": "/usr/bin:/bin",
+                "HOME": os.environ.get("HOME", str(folder)),
+            },
             timeout=60,
             check=False,
         )
