@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from alloc import Status, Vehicle, alpha_max, build, catalogue, list_vehicles, load_vehicle, solvers
+from alloc import Status, Vehicle, alpha_max, build, catalogue, load_vehicle, solvers
 from alloc.allocation import WRENCH_TOLERANCE, FloatArray
 from alloc.discovery import Entry
 from alloc.formulations import Family
@@ -237,18 +237,16 @@ def test_any_strictly_convex_problem_is_solved_up_to_its_certificate(name: str) 
         assert certificate.gap.max() < 1e-6
 
 
-@pytest.mark.parametrize("vehicle_name", list_vehicles())
 @pytest.mark.parametrize(
     "entry", [e for e in catalogue() if e.solver and not e.missing], ids=lambda e: e.name
 )
 def test_answers_keep_the_distance_that_is_promised(
-    entry: Entry, vehicle_name: str, request: pytest.FixtureRequest
+    entry: Entry, vehicle: Vehicle, request: pytest.FixtureRequest
 ) -> None:
     """The optimum is that of the exact method; for the soft formulation, of the most accurate solver."""
     if entry.name == "qp/qoco@generated":
         stalls = "QOCO's C stalls far from the optimum on four vehicles, which a run says: docs/rivals.md"
         request.applymarker(pytest.mark.xfail(reason=stalls, strict=False))
-    vehicle = load_vehicle(vehicle_name)
     rng = np.random.default_rng(6)
     taus = 0.9 * rng.uniform(vehicle.f_min, vehicle.f_max, (20, vehicle.n)) @ vehicle.TP.T
     best, tightest = {"hard": ("nullspace", ""), "soft": ("qp-soft/daqp", "tight")}[entry.formulation]
