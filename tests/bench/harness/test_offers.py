@@ -29,10 +29,8 @@ def build(vehicle):
 """
 OFFERS = {
     "nothing": "",
-    "stages": "self.pose, self.solve = lambda tau: (2 * tau,), self.G.dot",
-    "half": "self.solve = self.G.dot",
-    "bound": "self.worst_case_steps = 7",
-    "no_bound": "self.worst_case_steps = None",
+    "both": "self.pose, self.solve, self.worst_case_steps = lambda tau: (2 * tau,), self.G.dot, 7",
+    "neither": "self.solve, self.worst_case_steps = self.G.dot, None",  # half of two stages, and no bound
 }
 
 
@@ -54,12 +52,12 @@ def test_the_second_stage_is_timed_alone_where_a_method_has_both_stages(
     cells: dict[str, Cell], name: str
 ) -> None:
     assert cells[name].status == "ok", cells[name].reason
-    assert bool(cells[name].binding_batches) == (name == "stages")
+    assert bool(cells[name].binding_batches) == (name == "both")
 
 
 @pytest.mark.parametrize("name", OFFERS)
 def test_a_bound_on_steps_is_recorded_where_a_method_has_one(cells: dict[str, Cell], name: str) -> None:
-    assert cells[name].worst_case_steps == (7 if name == "bound" else None)
+    assert cells[name].worst_case_steps == (7 if name == "both" else None)
 
 
 def test_what_goes_wrong_with_a_plug_in_is_said_as_a_run_begins_with_its_line(tmp_path: Path) -> None:
