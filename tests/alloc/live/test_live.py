@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.linalg import null_space
 
 from alloc import Status, build, load_vehicle
 from alloc.errors import DemandError, NotInstalled, SolverError
@@ -53,6 +54,20 @@ def test_the_status_follows_the_miss_of_the_wrench_and_not_the_solvers_claim(
     f, judged, *_ = allocate([10.0, 5.0, 1.0])
     assert judged == status
     assert np.isnan(f).all() == (status == Status.NOT_CONVERGED)
+
+
+@pytest.mark.parametrize("off", [0.0, 1e-3])
+def test_a_soft_answer_is_kept_within_its_tolerance_only_though_it_makes_the_wrench(off: float) -> None:
+    """A false solver stands in: it moves the right thrusts where the wrench feels nothing, and is content."""
+    allocate = build("qp-soft/daqp", VEHICLE, level="tight")
+    assert allocate.tolerance < 1e-3
+    honest = allocate.solve  # type: ignore[attr-defined]  # Live's half, not part of the protocol
+    unseen = np.zeros(VEHICLE.n + VEHICLE.k)
+    unseen[: VEHICLE.n] = null_space(VEHICLE.T)[:, 0]
+    assert unseen.any()
+    allocate.solve = lambda b, lb, ub: Answer(honest(b, lb, ub).x + off * unseen, Status.SOLVED)  # type: ignore[attr-defined]
+    f, judged, *_ = allocate([10.0, 5.0, 1.0])
+    assert (judged == Status.NOT_CONVERGED) == np.isnan(f).all() == (off > allocate.tolerance)
 
 
 def test_bad_demands_never_reach_a_solver() -> None:
