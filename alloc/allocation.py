@@ -22,6 +22,10 @@ WRENCH_TOLERANCE = 1e-6
 thruster's curve is known to a percent at best, so this tolerance is far below what a vehicle can notice,
 and still ten times what the tight settings of an iterative solver leave."""
 
+EXACT_TOLERANCE = 1e-9
+"""The same for methods that do not iterate [-]: what rounding leaves on nearly symmetric vehicles too, and so
+the largest |T P f - (w + share Delta)| of an answer with shares."""
+
 
 class Status(IntEnum):
     """What an allocator claims about its answer; the judge checks the claim."""

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from alloc.allocation import WRENCH_TOLERANCE, Allocator, BoolArray, FloatArray, Status, StatusArray
+from alloc.allocation import Allocator, BoolArray, FloatArray, Status, StatusArray
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.kernels.held import at_rest
 from alloc.kernels.tolerance import MET, TOLERANCE
@@ -152,12 +152,12 @@ def _either(
 ) -> StatusArray:
     """The other one of SOLVED and PARTIAL where thrusts ``allowed`` apart may decide between them.
 
-    The twin draws the line at WRENCH_TOLERANCE, a kernel at MET of its scalar; between them both are right.
+    The twin draws the line at MET of double, a kernel at that of its scalar; between them both are right.
     """
     unit = 1.0 / vehicle.wrench_scale
     missed = np.abs((F @ vehicle.TP.T - taus) * unit).max(axis=1)
     moved = allowed * (np.abs(vehicle.TP) * unit[:, None]).sum(axis=1).max()
-    near = (missed >= WRENCH_TOLERANCE - moved) & (missed <= MET[scalar] + moved)
+    near = (missed >= MET["double"] - moved) & (missed <= MET[scalar] + moved)
     decided = np.isin(status, (Status.SOLVED, Status.PARTIAL)) & near
     other: StatusArray = np.where(decided, Status.SOLVED + Status.PARTIAL - status, status).astype(np.int8)
     return other

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from alloc.allocation import (
-    WRENCH_TOLERANCE,
+    EXACT_TOLERANCE,
     Allocation,
     FloatArray,
     Status,
@@ -20,7 +20,7 @@ from alloc.closed_forms.inverse import generalized_inverse
 from alloc.closed_forms.linear import TOLERANCE
 from alloc.vehicle import Vehicle
 from alloc.vehicle.call_limits import at_call, limits_of
-from alloc.vehicle.condition import promised
+from alloc.vehicle.condition import promised, wrench_doubt
 
 
 class Bounds(NamedTuple):
@@ -44,8 +44,8 @@ RuleMany = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray
 """A rule for many demands at once: (tau (N, k), T* tau (N, n), f_min, f_max (N, n)) -> thrusts (N, n), NaN
 where rounding would decide: a single call then does."""
 
-ON_THE_LINE = 1e-6
-"""Share by which a miss may differ from what counts as met for rounding to decide [-]."""
+ON_THE_LINE = (0.1, 10.0)
+"""Misses, in units of what counts as met, within which rounding might decide: a single call then does."""
 
 
 class Saturating:
@@ -65,10 +65,12 @@ class Saturating:
         rule: Rule,
         rule_many: RuleMany | None = None,
         start: FloatArray | None = None,
+        tolerance: float = EXACT_TOLERANCE,
     ) -> None:
         """Prepare T* and the rule; without ``rule_many``, ``many`` mends row by row.
 
-        A rule that begins at another ``start`` (n, k) than T* is asked at every call, inside limits too.
+        A rule that begins at another ``start`` (n, k) than T* is asked at every call, inside limits too. A
+        wrench that is missed by ``tolerance`` [-] counts as met; iterating leaves more than rounding does.
         """
         self.formulation = name
         self.tolerance = promised(vehicle, TOLERANCE)
@@ -81,9 +83,10 @@ class Saturating:
         self._bounds = bounds(vehicle.f_min, vehicle.f_max)
         self._limits_of_call = at_call(vehicle, held=True)
         # (k, n) and (k,): T f - tau in units in which 1 is the largest miss that counts as met.
-        self._unit = 1.0 / (WRENCH_TOLERANCE * vehicle.wrench_scale)
+        self._unit = 1.0 / (tolerance * vehicle.wrench_scale)
         self._T = vehicle.TP * self._unit[:, None]
-        self._full_rank = vehicle.rank == vehicle.k
+        # Inside limits T* tau makes tau, unless a direction is lost, or rounding of T* takes too much of it.
+        self._makes = vehicle.rank == vehicle.k and wrench_doubt(vehicle) <= tolerance
 
     def __call__(
         self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
@@ -103,7 +106,7 @@ class Saturating:
                 break
         else:
             if not self._always:
-                return answer(f, Status.SOLVED if self._full_rank else self._status(f, wrench))
+                return answer(f, Status.SOLVED if self._makes else self._status(f, wrench))
         thrusts, passes = self._rule(wrench, thrusts, limits)
         for i, (low, high) in enumerate(limits.pairs):
             x = thrusts[i]
@@ -126,7 +129,8 @@ class Saturating:
             F[mend] = self._mended(wrenches[mend], F[mend], at, to).clip(at, to)
         missed = np.abs(F @ self._T.T - wrenches * self._unit).max(axis=1)
         status = np.where(missed <= 1.0, Status.SOLVED, Status.PARTIAL).astype(np.int8)
-        for i in np.flatnonzero(~(np.abs(missed - 1.0) > ON_THE_LINE)):
+        least, most = ON_THE_LINE
+        for i in np.flatnonzero(~((missed < least) | (missed > most))):
             F[i], status[i], *_ = self(wrenches[i], low[i], high[i])
         F[empty], status[empty] = np.nan, Status.INFEASIBLE
         return F, status

@@ -13,7 +13,7 @@ from alloc.kernels.exact import piece
 from alloc.kernels.held import Gap, beyond, held
 from alloc.kernels.off import together
 from alloc.kernels.rules import MEANINGS as RULE
-from alloc.kernels.tolerance import MET
+from alloc.kernels.tolerance import HELD
 from alloc.kernels.walk import Walk
 from alloc.nullspace.region import leading
 from alloc.nullspace.structure import Block, decompose
@@ -118,10 +118,10 @@ def _met(
     """The condition that all of tau is delivered, also what no thruster pushes, by a fault or without."""
     whole: Expression = least(*shares) >= 1.0
     # In unit of wrench_scale the rows are orthonormal, so their squares add up to that of what is missing.
-    rows = product(lost / MET[builder.scalar], builder.tau, "pm").rows if len(lost) else []
+    rows = product(lost / HELD[builder.scalar], builder.tau, "pm").rows if len(lost) else []
     missed = [signed(row).named(f"missed{i}") for i, row in enumerate(rows)]
     if by_fault is not None:
-        missed.append((by_fault * (1.0 / MET[builder.scalar])).named("missed_off"))
+        missed.append((by_fault * (1.0 / HELD[builder.scalar])).named("missed_off"))
     if not missed:
         return whole
     squares = reduce(add, [each * each for each in missed])

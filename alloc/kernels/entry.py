@@ -7,7 +7,7 @@ from operator import add
 import numpy as np
 
 from alloc.allocation import FloatArray, Status
-from alloc.kernels.tolerance import TOLERANCE
+from alloc.kernels.tolerance import HELD
 from alloc.nullspace.structure import Structure
 from alloc.program import Builder, Expression, Limits, Number, most, within
 from alloc.program.sums import dot, product, shared_sums, signed, snapped
@@ -120,7 +120,7 @@ def lost(builder: Builder, structure: Structure) -> Excess:
     excess: Excess = []
     for i, row in enumerate(structure.unreachable):
         part = signed(dot(row.tolist(), builder.tau), builder.graph).named(f"lost{i}")
-        excess += [(part, TOLERANCE[builder.scalar]), (-part, TOLERANCE[builder.scalar])]
+        excess += [(part, HELD[builder.scalar]), (-part, HELD[builder.scalar])]
     return excess
 
 

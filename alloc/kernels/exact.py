@@ -29,7 +29,7 @@ from alloc.program import Builder, Expression, Limits, Number, Program, Scalar, 
 from alloc.program.graph import lifted
 from alloc.program.sums import signed, term
 from alloc.vehicle import Vehicle
-from alloc.vehicle.condition import wrench_doubt
+from alloc.vehicle.condition import excess_that_misses, wrench_doubt
 
 STEPS_LIMIT = 500
 """Most steps of a block: each is written out, and more would fill a microcontroller's flash."""
@@ -66,12 +66,12 @@ def exact(vehicle: Vehicle, limits: Where, scalar: Scalar, faults: States | None
     builder = Builder(vehicle, limits, scalar, faults)
     structure = decompose(vehicle)
     excess, x = lost(builder, structure), closed_form(builder, structure.G)
-    slack = max(TOLERANCE[scalar], wrench_doubt(vehicle)) * vehicle.f_scale
+    # All thrusts moved by what counts as met miss twice HELD, lost directions included.
+    missed = (1.0 if excess else 2.0) * HELD[scalar]
+    doubt = max(TOLERANCE[scalar], wrench_doubt(vehicle)) * vehicle.f_scale
+    slack = min(doubt, excess_that_misses(vehicle, missed))
     if rounds(vehicle, scalar):
         x = refined(builder, structure.G, x)
-        # T x is tau, so what counts as met covers no rounding of T*: all thrusts moved by it miss twice HELD.
-        pushed = (np.abs(vehicle.TP) / vehicle.wrench_scale[:, None]).sum(axis=1).max()
-        slack = min(slack, float(2.0 * HELD[scalar] / pushed))
     parts = pieces(builder, structure, x, slack, builder.limits)
     seen, y = SeenArguments(cover(structure.G), builder), dict[int, Expression]()
     seen.know(0, x)

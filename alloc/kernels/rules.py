@@ -13,7 +13,7 @@ from alloc.program import Builder, Expression, Program, Scalar, Where, least, mo
 from alloc.program.graph import lifted
 from alloc.program.sums import Terms, product, shared_sums, signed
 from alloc.vehicle import Vehicle
-from alloc.vehicle.condition import promised
+from alloc.vehicle.condition import promised, wrench_doubt
 
 MEANINGS = {
     0: "f makes tau, inside the limits",
@@ -72,12 +72,12 @@ def _missed(
 ) -> list[Terms]:
     """The rows of T f - tau in ``units``.
 
-    T f - tau = T (f - T* tau) - (1 - T T*) tau, of which the last part is rounding where no rank is lost.
+    T f - tau = T (f - T* tau) - (1 - T T*) tau, whose last part is rounding where no rank is lost.
     """
     vehicle, share = builder.vehicle, units(builder)
     moved = [(y[i] - x[i]).named(f"d{i}") for i in x]
     rows = shared_sums(product(share * vehicle.TP[:, list(x)], moved, "q").rows, "v")[1]
-    if vehicle.rank < vehicle.k:
+    if vehicle.rank < vehicle.k or wrench_doubt(vehicle) > MET[builder.scalar]:
         lost = product(share * (vehicle.TP @ G - np.eye(vehicle.k)), builder.tau, "u").rows
         rows = [of_f + of_tau for of_f, of_tau in zip(rows, lost, strict=True)]
     return rows

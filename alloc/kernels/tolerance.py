@@ -1,6 +1,6 @@
 """What counts as met in C of either scalar, and which vehicles single precision can hold."""
 
-from alloc.allocation import WRENCH_TOLERANCE
+from alloc.allocation import EXACT_TOLERANCE
 from alloc.errors import NotApplicable
 from alloc.nullspace import allocator as nullspace
 from alloc.program import Scalar
@@ -10,12 +10,12 @@ from alloc.vehicle.condition import condition
 TOLERANCE: dict[Scalar, float] = {"double": nullspace.TOLERANCE, "float": 4e-6}
 """Excess over a limit that still counts as met, relative to the largest limit [-]. Float rounds at 6e-8; some
 70 times that is left for the sums."""
-MET: dict[Scalar, float] = {"double": WRENCH_TOLERANCE, "float": 1e-5}
+MET: dict[Scalar, float] = {"double": EXACT_TOLERANCE, "float": 1e-5}
 """What a SOLVED wrench may miss, relative to ``wrench_scale`` [-]; in single precision some hundred
 roundings."""
-HELD: dict[Scalar, float] = {"double": 5e-10, "float": 5e-6}
-"""What thrusts moved onto limits may miss of what shares say, relative to ``wrench_scale`` [-]: half of what
-is promised of nearly symmetric vehicles, as rounding of sums takes some too."""
+HELD: dict[Scalar, float] = {"double": MET["double"] / 2, "float": MET["float"] / 2}
+"""What thrusts moved onto limits may miss of what shares say, relative to ``wrench_scale`` [-]: half of MET,
+for rounding of sums takes some too."""
 SINGLE = 2.0**-24
 DOUBLE = 2.0**-53
 """Rounding of a number in single and in double precision [-]."""

@@ -15,13 +15,16 @@ from alloc.kernels.off import reachable
 from alloc.program import Builder, Expression, Number, Scalar, most, select, size
 from alloc.program.sums import Terms, dot, known, product, shared_sums, signed, snapped
 from alloc.reach import edge
-from alloc.reach.levels import groups, step_maps
+from alloc.reach.levels import groups, pushes, step_maps
 from alloc.reach.way import Way
 from alloc.vehicle import Vehicle
 
 PARALLEL: dict[Scalar, float] = {"double": edge.PARALLEL, "float": 2e-6}
 EDGE: dict[Scalar, float] = {"double": edge.EDGE, "float": 4e-6}
 """What ``alloc.reach.edge`` has for double, and what rounding makes of it in float."""
+APART = 1e-14
+"""Share of a row of T that is rounding, as ``alloc.program.sums.snapped`` has it [-]: a thruster that pushes
+an axis by no more has no part in its step."""
 
 
 class Walk:
@@ -47,6 +50,7 @@ class Walk:
         self._margins = FacetMargins(builder, self._facets)
         self._maps = step_maps(vehicle, way.levels)
         self._whole = _whole(vehicle, way)
+        self._pushes = pushes(vehicle, vehicle.TP, APART)
         self.proportional = not any(
             np.abs(later @ D).max() > 0.0 for j, D in enumerate(self._maps) for later in self._maps[j + 1 :]
         )
@@ -121,7 +125,7 @@ class Walk:
         """
         vehicle = self._draft.vehicle
         away: list[Number] = [0.0] * vehicle.n
-        for i in np.flatnonzero(vehicle.TP[self._whole[level]].any(axis=0)).tolist():
+        for i in np.flatnonzero(self._pushes[self._whole[level]].any(axis=0)).tolist():
             away[i] = self.f[i]
         wanted = self._wanted(level)
         matrix = self._matrix(level)[:, list(wanted)]
@@ -216,7 +220,7 @@ def _whole(vehicle: Vehicle, way: Way) -> BoolArray:
     """
     if len(way.levels) == 1:
         return np.ones((1, vehicle.k), dtype=bool)
-    alone = [group for group in groups(vehicle) if vehicle.rank == vehicle.k]
+    alone = groups(vehicle, least=APART) if vehicle.rank == vehicle.k else ()
     return np.array(
         [
             [any(axis in group and {*group} <= {*level} for group in alone) for axis in vehicle.dof]

@@ -335,7 +335,7 @@ int tb_meets(const struct tb_allocator *a, const tb_real *tau, const struct tb_t
         for (int p = 0; p < a->m; p++) {
             sum += a->A[r][a->at[p]] * t->x[p];
         }
-        if (!(tb_abs(sum) <= TB_MET * a->scale)) {
+        if (!(tb_abs(sum) <= 2 * TB_HELD * a->scale)) {
             return 0;
         }
     }
@@ -357,7 +357,7 @@ int tb_nullspace(const struct tb_allocator *a, const tb_real *tau, const tb_real
 {
     struct tb_thrusts t;
     tb_real moved;
-    int status = tb_enter(a, tau, f_min, f_max, &t);
+    int near = 0, status = tb_enter(a, tau, f_min, f_max, &t);
     for (int j = 0; status == TB_SOLVED && j < a->k - a->rank; j++) {
         if (!(tb_abs(tb_product(a->lost[j], tau, a->k)) <= TB_TOLERANCE)) {
             status = TB_INFEASIBLE;
@@ -372,10 +372,10 @@ int tb_nullspace(const struct tb_allocator *a, const tb_real *tau, const tb_real
     moved = tb_move_inside(a, &t);
     if (moved > TB_HELD * a->scale) {
         tb_enter(a, tau, f_min, f_max, &t);
-        tb_again(a, tau, &t, TB_MET);
+        near = tb_again(a, tau, &t, TB_MET);
     }
     if (moved < 0 || !tb_meets(a, tau, &t, moved)) {
-        return tb_refused(a, tau, moved < 0 ? (int)TB_INFEASIBLE : (int)TB_NOT_CONVERGED);
+        return tb_refused(a, tau, moved < 0 || near ? (int)TB_INFEASIBLE : (int)TB_NOT_CONVERGED);
     }
     tb_leave(a, &t, f);
     return TB_SOLVED;

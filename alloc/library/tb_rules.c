@@ -4,7 +4,7 @@
 #ifdef TB_FLOAT
 #define SPARE TB_TOLERANCE /* a thrust freezes where it is beyond a limit by more than this share of the largest */
 #else
-#define SPARE TB_R(1e-9)
+#define SPARE TB_R(1e-10)
 #endif
 
 /* Cuts thrusts at the limits and writes them; `off` is what they were moved by before. */

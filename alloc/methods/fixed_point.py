@@ -66,4 +66,4 @@ def build(vehicle: Vehicle) -> Saturating:
             moving = moving[change > still]
         return F
 
-    return Saturating(vehicle, FORMULATION, iterate, iterate_many)
+    return Saturating(vehicle, FORMULATION, iterate, iterate_many, tolerance=WRENCH_TOLERANCE)

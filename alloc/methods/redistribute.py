@@ -5,7 +5,7 @@ from itertools import product
 
 import numpy as np
 
-from alloc.allocation import FloatArray
+from alloc.allocation import EXACT_TOLERANCE, FloatArray
 from alloc.closed_forms.inverse import inverse_over
 from alloc.closed_forms.saturating import Bounds, Saturating
 from alloc.errors import NotApplicable
@@ -21,9 +21,10 @@ TABLE_THRUSTERS = 8
 """Up to this many working thrusters ``build`` makes the inverses of all patterns of frozen thrusters (256).
 For more thrusters an inverse is made at its first use, so that a first call may cost tens of later ones."""
 
-BEYOND = 1e-9
+BEYOND = EXACT_TOLERANCE / 10
 """A thrust freezes where it is beyond a limit by more than this share of the largest one [-]. Rounding puts a
-stuck thruster (f_min = f_max) just inside its limit or just beyond, which must not decide what others do."""
+stuck thruster (f_min = f_max) just inside its limit or just beyond, which must not decide what others do; a
+hundred thrusters that are cut by this miss no more of a wrench than SOLVED may."""
 ROUNDING = 1e-12
 """What rounding may move a thrust by, relative to the largest limit [-]."""
 

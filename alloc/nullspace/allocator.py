@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from alloc.allocation import (
+    EXACT_TOLERANCE,
     WRENCH_TOLERANCE,
     Allocation,
     FloatArray,
@@ -23,13 +24,13 @@ from alloc.nullspace.region import prepare, steps_bound
 from alloc.nullspace.structure import Structure, decompose
 from alloc.vehicle import Vehicle
 from alloc.vehicle.call_limits import at_call, limits_of
-from alloc.vehicle.condition import condition, promised, wrench_doubt
+from alloc.vehicle.condition import condition, excess_that_misses, promised, wrench_doubt
 
 TOLERANCE = 1e-9
 """Excess over a limit that still counts as met, relative to the largest limit [-]: far below anything a
 thruster resolves, and above rounding unless T nearly loses rank, where it is what rounding leaves
-(``alloc.vehicle.condition``). A demand outside the attainable set by less is SOLVED: its thrusts are moved
-onto the limits, and the wrench errs by that much."""
+(``alloc.vehicle.condition``). A demand outside the attainable set by less may be SOLVED: its thrusts are
+moved onto the limits, and the wrench errs by EXACT_TOLERANCE at most."""
 
 LARGEST_DOUBT = WRENCH_TOLERANCE / 4
 """Largest excess that may count as met [-]: thrusts off by it, n up to 16, still meet a wrench."""
@@ -38,10 +39,6 @@ NEAR_EDGE = (1e-3, 1e3)
 """Excesses over a limit, in units of the one that counts as met, within which rounding might decide a
 verdict: ``many`` then takes the verdict of a single call."""
 
-
-HELD = 1e-9
-"""Largest sum of what thrusts are moved onto limits, relative to the largest limit [-]. No entry of T exceeds
-the length of its row, so a wrench is missed by no more than this share of ``wrench_scale``."""
 
 WIDER = (1e-12, 1e-11, 1e-10, 1e-9, 1e-8)
 """By how much limits are moved apart, in turn, where a wrench was missed, relative to the largest [-]."""
@@ -67,11 +64,17 @@ class Nullspace:
         self._vehicle = vehicle
         self._limits_of_call = at_call(vehicle)
         # Rounding of G is magnified where T nearly loses rank, and then a second product pays.
-        self._rounds = wrench_doubt(vehicle) > HELD / 10
+        self._rounds = wrench_doubt(vehicle) > EXACT_TOLERANCE / 10
         self._closed_form = self._refined if self._rounds else self.G.dot
         self._slack = tolerance * vehicle.f_scale
+        # A demand may ask for what no thruster pushes, too: most of what may be missed is left for that.
+        moving = EXACT_TOLERANCE if self._unreachable is None else EXACT_TOLERANCE / 100
+        self._lost = EXACT_TOLERANCE - moving
+        if tolerance < inf and not self._rounds:
+            self._slack = min(self._slack, excess_that_misses(vehicle, EXACT_TOLERANCE))
         self._A = vehicle.TP / vehicle.wrench_scale[:, None]
-        self._held = HELD * vehicle.f_scale
+        # No entry of T exceeds the length of its row: moving thrusts by this in all misses no more.
+        self._held = moving * vehicle.f_scale
         self._limits = list(zip(vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True))
         self._fixed = structure.fixed.tolist()
         self._blocks = [
@@ -92,10 +95,10 @@ class Nullspace:
             for low, high in limits:
                 if low > high:
                     return self._infeasible(0)
-        if self._unreachable is not None and np.abs(self._unreachable.dot(wrench)).max() > TOLERANCE:
+        if self._unreachable is not None and np.abs(self._unreachable.dot(wrench)).max() > self._lost:
             return self._infeasible(0)
         found = self.within(wrench, limits)
-        if found.status is Status.NOT_CONVERGED:
+        if found.status is not Status.SOLVED:
             return answer(np.full(self._n, nan), found.status, found.iterations)
         return found
 
@@ -103,7 +106,7 @@ class Nullspace:
         """Allocate one wrench (k,) that the thrusters can push, inside pairs of f_min <= f_max [N].
 
         T (G tau + N z) is tau whatever z is, so thrusts miss the wrench by what they are moved onto limits.
-        With NOT_CONVERGED they are finite and inside, and miss it by more than SOLVED may.
+        Where that is more than EXACT_TOLERANCE the status is not SOLVED.
         """
         f = self._closed_form(wrench)
         thrusts = f.tolist()
@@ -170,14 +173,16 @@ class Nullspace:
                 if missed < least:
                     best, least = f, missed
                 free = [i for i, (low, high) in enumerate(limits) if low < thrusts[i] < high]
-                if missed <= HELD / 100 or not free:
+                if missed <= EXACT_TOLERANCE / 100 or not free:
                     break
                 share = np.linalg.lstsq(self._A[:, free], rest, rcond=1e-7)[0]
                 for i, more in zip(free, share.tolist(), strict=True):
                     thrusts[i] += more
-            if least <= HELD / 100:
+            if least <= EXACT_TOLERANCE / 100:
                 break
-        return answer(best, Status.SOLVED if least <= WRENCH_TOLERANCE else Status.NOT_CONVERGED, steps)
+        # Thrusts this near that do not make the wrench stand at the edge of what can be made.
+        missed_by = Status.INFEASIBLE if least <= WRENCH_TOLERANCE else Status.NOT_CONVERGED
+        return answer(best, Status.SOLVED if least <= EXACT_TOLERANCE else missed_by, steps)
 
     def many(
         self, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
@@ -187,7 +192,7 @@ class Nullspace:
         lows, highs = limits_of(self._vehicle, len(wrenches), f_min, f_max)
         F, excess = self.many_within(wrenches, lows, highs)
         if self._unreachable is not None:
-            excess = np.maximum(excess, np.abs(self._unreachable @ wrenches.T).max(axis=0) / TOLERANCE)
+            excess = np.maximum(excess, np.abs(self._unreachable @ wrenches.T).max(axis=0) / self._lost)
         excess[(lows > highs).any(axis=1)] = inf
         status = np.where(excess <= 1.0, Status.SOLVED, Status.INFEASIBLE).astype(np.int8)
         F[excess > 1.0] = np.nan
@@ -202,7 +207,8 @@ class Nullspace:
         """``within`` for wrenches (N, k) and limits (N, n): F (N, n) [N], and the excess over limits (N,).
 
         The excess is in units of what counts as met: up to 1 a wrench is attainable. Wrenches that are missed
-        by more than rounding are allocated one by one; those that are missed again have an infinite excess.
+        by more than rounding are allocated one by one; those that are missed again have an excess above 1, so
+        small that a single call gives the verdict.
         """
         f = self.G @ wrenches.T
         if self._rounds:
@@ -220,7 +226,7 @@ class Nullspace:
             F[i], status, *_ = self.within(
                 wrenches[i], list(zip(lows[i].tolist(), highs[i].tolist(), strict=True))
             )
-            excess[i] = inf if status is Status.NOT_CONVERGED else excess[i]
+            excess[i] = excess[i] if status is Status.SOLVED else 2.0
         return F, excess
 
     def _infeasible(self, steps: int) -> Allocation:

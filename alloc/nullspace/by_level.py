@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from alloc.allocation import (
-    WRENCH_TOLERANCE,
+    EXACT_TOLERANCE,
     Allocation,
     FloatArray,
     Status,
@@ -50,7 +50,7 @@ class ByLevel:
         self._limits = list(zip(vehicle.f_min.tolist(), vehicle.f_max.tolist(), strict=True))
         self._all, self._nothing = (1.0,) * len(way.keep), (0.0,) * len(way.keep)
         # (k, n) and (k,): T f - tau in units in which 1 is the largest miss that counts as met.
-        self._unit = 1.0 / (WRENCH_TOLERANCE * vehicle.wrench_scale)
+        self._unit = 1.0 / (EXACT_TOLERANCE * vehicle.wrench_scale)
         self._T = vehicle.TP * self._unit[:, None]
 
     def __call__(
@@ -76,7 +76,7 @@ class ByLevel:
                 return answer(f, Status.SOLVED, self._vehicle.n, share=self._all)
         end, share = self._way.towards(wrench, begin)
         f, found, steps, _, _ = self._exact.within(end, limits)
-        if found is Status.NOT_CONVERGED:
+        if found is not Status.SOLVED:
             return self._back(wrench, begin, share, limits)
         if min(share) == 1.0:
             missed = self._T.dot(f) - self._unit * wrench

@@ -96,6 +96,7 @@ class _Placing:
     def __init__(self, program: Program, homes: dict[Node, Block]) -> None:
         self._program, self._homes = program, homes
         self._done: set[Node] = set()
+        self._merged: dict[Node, list[Block]] = {}
 
     def all(self, steps: Numbered) -> tuple[Step, ...]:
         into: list[Step] = []
@@ -114,13 +115,21 @@ class _Placing:
                 self._place(node, into, here, seen)
             if isinstance(step, Branch):
                 inner: list[Step] = []
+                # A branch that came to the same before, here or around here, has its result already.
+                merged = tuple(node for node in step.merged if not self._known(node, here))
                 self._steps(_numbered(step.steps, block), inner, block)
-                for node in step.merged:
+                for node in merged:
                     self._place(self._program.nodes[node][2], inner, block, set())
-                self._done.update(step.merged)
-                into.append(replace(step, steps=tuple(inner)))
+                    self._merged.setdefault(node, []).append(here)
+                self._done.update(merged)
+                if merged or any(isinstance(each, Exit | Branch) for each in inner):
+                    into.append(replace(step, steps=tuple(inner), merged=merged))
             elif not isinstance(step, int):
                 into.append(step)
+
+    def _known(self, node: Node, here: Block) -> bool:
+        """Whether a branch in this block, or in one around it, has merged the node already."""
+        return any(here[: len(block)] == block for block in self._merged.get(node, []))
 
     def _read_all(self, into: list[Step]) -> None:
         for node, (kind, *_) in enumerate(self._program.nodes):

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from alloc.allocation import FloatArray
+from alloc.allocation import BoolArray, FloatArray
 from alloc.vehicle import RANK_TOLERANCE, Vehicle
 
 Levels = Sequence[Sequence[str]]
@@ -48,13 +48,21 @@ def keeps(vehicle: Vehicle, levels: Levels) -> list[float]:
     return [KEEP if any(own & later for later in reached[j + 1 :]) else 1.0 for j, own in enumerate(reached)]
 
 
-def groups(vehicle: Vehicle, T: FloatArray | None = None) -> tuple[tuple[str, ...], ...]:
+def pushes(vehicle: Vehicle, T: FloatArray, least: float) -> BoolArray:
+    """(k, n) which thrusters push which axis, by more than ``least`` of the length of its row of T [-]."""
+    return np.abs(T) > least * vehicle.row_lengths[:, None]
+
+
+def groups(
+    vehicle: Vehicle, T: FloatArray | None = None, least: float = RANK_TOLERANCE
+) -> tuple[tuple[str, ...], ...]:
     """The axes in groups that share no thruster, in the order of ``vehicle.dof``.
 
     The attainable set is the product of those of the groups, so no group's demand takes from another's. ``T``
-    is the vehicle's with its faults, unless another is given.
+    is the vehicle's with its faults, unless another is given; a thruster that pushes an axis by no more than
+    ``least`` is not shared.
     """
-    moved = np.abs(vehicle.TP if T is None else T) > RANK_TOLERANCE * vehicle.row_lengths[:, None]
+    moved = pushes(vehicle, vehicle.TP if T is None else T, least)
     linked = (moved @ moved.T) | np.eye(vehicle.k, dtype=bool)
     connected = np.linalg.matrix_power(linked, vehicle.k)
     names = (tuple(vehicle.dof[i] for i in np.flatnonzero(row)) for row in connected)

@@ -34,6 +34,15 @@ def wrench_doubt(vehicle: Vehicle) -> float:
     return ROUNDING * vehicle.n * condition(vehicle)
 
 
+def excess_that_misses(vehicle: Vehicle, share: float) -> float:
+    """By how much every thrust may be moved, and the wrench misses ``share`` of ``wrench_scale`` at most [N].
+
+    That is share / max_r sum_i |T_ri| / wrench_scale_r.
+    """
+    pushed = (np.abs(vehicle.TP) / vehicle.wrench_scale[:, None]).sum(axis=1).max()
+    return float(share / pushed) if pushed > 0 else vehicle.f_scale
+
+
 def magnified(vehicle: Vehicle) -> float:
     """How much farther from the optimum a solver may stop than on a vehicle whose thrusters are alike [-].
 

@@ -63,8 +63,15 @@ def agreement(kernel: Kernel, demands: DemandSet, counted: CallCounts) -> Agreem
         near = apart <= tolerance * size + explained(kernel, demands, F)[both]
     wrong = int(np.count_nonzero(other & clear))
     said = np.flatnonzero(np.isin(counted.status, (Status.SOLVED, Status.PARTIAL)))
-    shares, allowed = list(counted.shares[said]), MET[kernel.scalar] / vehicle.n
-    undelivered = misstated(demands, said, shares, counted.F[said], twin.formulation, allowed)
+    undelivered = misstated(
+        demands,
+        said,
+        list(counted.shares[said]),
+        counted.F[said],
+        twin.formulation,
+        tolerance=AGREEMENT[kernel.scalar] / vehicle.n,  # demands are rounded to the scalar, T f is not
+        wrench_tolerance=MET[kernel.scalar],
+    )
     return Agreement(
         agrees=wrong == 0 and bool(near.all()) and not undelivered.any(),
         distance_rel_max=float((apart / size).max(initial=0.0)),

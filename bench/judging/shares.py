@@ -17,12 +17,13 @@ def misstated(
     f: FloatArray,
     formulation: str,
     tolerance: float,
+    wrench_tolerance: float = WRENCH_TOLERANCE,
 ) -> BoolArray:
     """Which of M answers say shares that their thrusts f (M, n) [N] do not deliver.
 
     By the formulation's way, the shares of an answer make a wrench of its demand, ``demands.taus[demand]``.
-    It may differ from T P f by WRENCH_TOLERANCE, and by as much as thrusts ``tolerance`` apart, relative to
-    the largest limit, may make. An answer that says nothing misstates nothing.
+    It may differ from T P f by ``wrench_tolerance``, and by as much as thrusts ``tolerance`` apart, relative
+    to the largest limit, may make. An answer that says nothing misstates nothing.
     """
     wrong = np.zeros(len(shares), dtype=bool)
     said = np.flatnonzero([len(share) > 0 for share in shares])
@@ -43,7 +44,7 @@ def misstated(
     missed = f[rows] @ vehicle.TP.T - way.delivered(demands.taus[demand[rows]], begin, taken)
     off = np.abs(missed / vehicle.wrench_scale).max(axis=1, initial=0.0)
     in_range = ((taken >= 0.0) & (taken <= 1.0)).all(axis=1)
-    wrong[rows] = ~((off <= WRENCH_TOLERANCE + vehicle.n * tolerance) & in_range)
+    wrong[rows] = ~((off <= wrench_tolerance + vehicle.n * tolerance) & in_range)
     return wrong
 
 

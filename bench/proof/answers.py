@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from alloc import Label, NotApplicable, Status, Vehicle
-from alloc.allocation import BoolArray, FloatArray
+from alloc.allocation import WRENCH_TOLERANCE, BoolArray, FloatArray
 from alloc.errors import NotInstalled
 from alloc.formulations import Formulation, find_formulation
 from alloc.formulations.hard import FORMULATION as HARD
@@ -182,7 +182,7 @@ def _reach(vehicle: Vehicle, at: FloatArray, step: FloatArray) -> float:
     from scipy.optimize import linprog
 
     scale = vehicle.wrench_scale
-    if not np.abs(step / scale).max() > MET["double"]:
+    if not np.abs(step / scale).max() > WRENCH_TOLERANCE:
         return np.inf
     optimum = linprog(
         np.append(np.zeros(vehicle.n), -1.0),

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from alloc import NotApplicable, Status, Vehicle, build, load_vehicle
-from alloc.allocation import WRENCH_TOLERANCE, FloatArray
+from alloc.allocation import FloatArray
 from alloc.formulations import find_formulation
 from alloc.library import calls
 from bench.demands.near_degenerate import edge_demands, numbered
@@ -163,15 +163,17 @@ def test_what_is_said_of_a_nearly_symmetric_vehicle_is_made(number: int) -> None
         way_of = find_formulation(allocate.formulation).way
         for tau in taus:
             status, f, share = library(method, tau)
-            assert status == allocate(tau).status
+            # What redistribute has left may hang on the last digits: PARTIAL is right where tau is missed.
+            missed = (np.abs(vehicle.TP @ f - tau) > CLOSE * vehicle.wrench_scale).any()
+            assert status == allocate(tau).status or (
+                (method, status) == ("redistribute", Status.PARTIAL) and missed
+            )
             said = tau
             if way_of is not None and share.size:
                 way = way_of(vehicle)
                 said = way.delivered(tau[None], way.departure(vehicle.f_min, vehicle.f_max), share[None])[0]
             elif status != Status.SOLVED:
                 continue
-            # Rules of practice call SOLVED what is within WRENCH_TOLERANCE.
-            at_most = WRENCH_TOLERANCE if method in ("clip", "redistribute") else CLOSE
-            assert (np.abs(vehicle.TP @ f - said) / vehicle.wrench_scale).max() <= at_most
+            assert (np.abs(vehicle.TP @ f - said) / vehicle.wrench_scale).max() <= CLOSE
             answered += 1
     assert answered > 400

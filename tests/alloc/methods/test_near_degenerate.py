@@ -20,8 +20,9 @@ from alloc.program import Evaluated, Expression, Scalar, Where, evaluate
 from bench.demands.near_degenerate import edge_demands, numbered
 
 VEHICLES, DEMANDS = 100, 60
-OFF = 1e-9
-"""Largest error of a wrench, relative to ``wrench_scale``: a thousandth of what SOLVED promises."""
+OFF = 1e-9 + 1e-15
+"""Largest error of a wrench, relative to ``wrench_scale``, and what rounding takes of T f."""
+RULES = ["clip", "shrink", "redistribute", "group-scaling"]
 EXACT = ["nullspace", "scaled", "scaled-by-group", "priority"]
 
 
@@ -57,18 +58,22 @@ def test_thrusts_make_the_wrench_that_status_and_share_say(
     assert off == {}
 
 
-@pytest.mark.parametrize("method", EXACT)
-def test_many_demands_get_the_status_of_one_call(
+@pytest.mark.parametrize("method", [*EXACT, *RULES])
+def test_solved_makes_the_demand_to_a_billionth_and_many_demands_get_the_status_of_one_call(
     method: str, cases: list[tuple[Vehicle, FloatArray]]
 ) -> None:
-    for vehicle, taus in cases:
-        allocate = build(method, vehicle)
-        F, status = allocate.many(taus)
-        answers = [allocate(tau) for tau in taus]
+    solved = 0
+    for vehicle, taus in cases[: VEHICLES // 2]:
+        allocate, beyond = build(method, vehicle), taus.copy()
+        beyond[::2] *= 1 + 1e-9  # so near to the edge that no thruster lies beyond its limits by much
+        F, status = allocate.many(beyond)
+        answers = [allocate(tau) for tau in beyond]
         assert status.tolist() == [answer.status for answer in answers]
-        met = status == Status.SOLVED
-        error = np.abs(F @ vehicle.TP.T - taus)[met] / vehicle.wrench_scale
-        assert error.max(initial=0.0) <= OFF
+        for thrusts in (F, np.array([answer.f for answer in answers])):
+            error = np.abs(thrusts @ vehicle.TP.T - beyond)[status == Status.SOLVED] / vehicle.wrench_scale
+            assert error.max(initial=0.0) <= OFF
+        solved += np.count_nonzero(status == Status.SOLVED)
+    assert solved > 100
 
 
 def nearly_planar(lost: float) -> Vehicle:
@@ -146,19 +151,28 @@ def in_c(vehicle: Vehicle, method: str, scalar: Scalar, limits: Where, taus: Flo
 @pytest.mark.parametrize("limits", ["fixed", "call"])
 @pytest.mark.parametrize(
     ("number", "method", "scalar"),
-    [(880, "nullspace", "double"), (12, "priority", "float"), (94, "priority", "float")],
+    [
+        (880, "nullspace", "double"),
+        (12, "priority", "float"),
+        (94, "priority", "float"),
+        (13, "shrink", "double"),
+        (5, "nullspace", "double"),
+    ],
 )
 def test_c_makes_the_wrench_that_status_and_share_say(
     number: int, method: str, scalar: Scalar, limits: Where
 ) -> None:
-    """Vehicles of which C was off by 2.6e-9 in double, by 1.5e-5 and 3.4e-5 in float."""
+    """Vehicles of which C was off by 2.6e-9 in double, by 1.5e-5 and 3.4e-5 in float.
+
+    Nullspace and shrink missed demands a billionth beyond the edge by 1.7e-9 and 5e-9, and said SOLVED.
+    """
     vehicle, rng = numbered(number)
-    taus = edge_demands(vehicle, rng, 1000)
+    taus = edge_demands(vehicle, rng, 1000) * (1 + 1e-9)
     if scalar == "float":
         taus = taus.astype(np.float32).astype(float)
     got = in_c(vehicle, method, scalar, limits, taus)
     says = promised(vehicle, recipe(method).formulation, taus, got.share)
-    answered = np.isin(got.status, (Status.SOLVED, Status.PARTIAL))
+    answered = np.isin(got.status, (Status.SOLVED, Status.PARTIAL) if got.share.size else (Status.SOLVED,))
     error = (np.abs(got.F @ vehicle.TP.T - says) / vehicle.wrench_scale)[answered]
     assert answered.sum() > 300
     assert error.max() <= (OFF if scalar == "double" else 1e-5)
@@ -196,3 +210,16 @@ def test_c_that_went_astray_says_a_smaller_share(
     got = in_c(vehicle, method, scalar, limits, taus)
     error = np.abs(got.F @ vehicle.TP.T - promised(vehicle, method, taus, got.share)) / vehicle.wrench_scale
     assert error.max() > 0.1
+
+
+@pytest.mark.parametrize("apart", [1e-15, 5e-12, 1e-10])
+@pytest.mark.parametrize("method", ["scaled-by-group", "priority"])
+def test_c_takes_no_thrust_away_from_groups_that_last_digits_couple(method: str, apart: float) -> None:
+    """Groups counted as apart up to 1e-9, and the second one's step took all thrusts of the first away."""
+    shipped, rng = load_vehicle("bluerov2-heavy"), np.random.default_rng(4)
+    vehicle = replace(shipped, T=shipped.T + apart * rng.uniform(-1.0, 1.0, shipped.T.shape))
+    taus = edge_demands(vehicle, rng, 300)
+    got = in_c(vehicle, method, "double", "fixed", taus)
+    says = promised(vehicle, recipe(method).formulation, taus, got.share)
+    error = np.abs(got.F @ vehicle.TP.T - says) / vehicle.wrench_scale
+    assert error.max() <= OFF

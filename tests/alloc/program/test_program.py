@@ -69,6 +69,26 @@ def test_a_number_that_a_branch_shares_with_later_steps_is_calculated_before_it(
     assert not program.straight
 
 
+def test_a_branch_that_comes_to_what_is_known_already_is_left_out() -> None:
+    """C declared the variable of its result again, in the inner block, and took that for the outer one's."""
+    builder = Builder(UKWIAL)
+    a, b, c = builder.tau
+    with builder.where(a > 0.0) as merged:
+        x = merged(b + 1.0, b).named("x")
+    with builder.where(b > 0.0) as outer:
+        with builder.where(a > 0.0) as merged:
+            assert merged(b + 1.0, b) == x
+        with builder.where(c > 0.0) as merged:
+            y = merged(c * b, x)
+        z = outer(y, x)
+    program = builder.program([z, x, 0.0, 0.0], Status.SOLVED)
+    first, second = (step for step in program.steps if isinstance(step, Branch))
+    assert len(first.merged) == 1
+    inner = [step.merged for step in second.steps if isinstance(step, Branch)]
+    assert len(inner) == 1
+    assert not {*first.merged} & {*inner[0], *second.merged}
+
+
 def test_exits_inside_a_branch_are_taken_only_where_its_condition_holds() -> None:
     builder = Builder(UKWIAL)
     a, b, _ = builder.tau
