@@ -1,35 +1,20 @@
 """Thrusts scaled by one factor until they fit their limits."""
 
-from typing import NamedTuple
-
 from alloc.closed_forms.load import LEAST
 from alloc.kernels.margins import taken
+from alloc.kernels.rules import Made
 from alloc.program import Builder, Expression, Number, most, select
 
 
-class Fitted(NamedTuple):
-    """Scaled thrusts.
-
-    Attributes
-    ----------
-    thrusts : by thruster [N]
-    share : the factor that they were scaled by [-]
-    within : whether they lie inside the limits but for rounding, whatever the demand is
-    """
-
-    thrusts: dict[int, Expression]
-    share: Expression
-    within: bool
-
-
-def fitted(builder: Builder, x: dict[int, Expression], name: str = "share_of_all") -> Fitted:
+def fitted(builder: Builder, x: dict[int, Expression], name: str = "share_of_all") -> Made:
     """Thrusts x times the largest factor in 0 … 1 that brings each to its limit on x's side of zero."""
     least = LEAST * builder.vehicle.f_scale
     far = {i: builder.limits.far(i, least) for i in x}
     load = most(*(_load(x[i], *far[i]) for i in x), 1.0)
     share = (1.0 / load).named(name)
     builder.compute(share)
-    return Fitted({i: share * x[i] for i in x}, share, all(far[i] == builder.limits.ends(i) for i in x))
+    within = all(far[i] == builder.limits.ends(i) for i in x)
+    return Made({i: share * x[i] for i in x}, share if within else None)
 
 
 def _load(x: Expression, low: Number, high: Number) -> Expression:

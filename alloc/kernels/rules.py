@@ -1,13 +1,13 @@
 """The practical rules: T* tau, mended where it lies beyond limits, and whether it makes tau still."""
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
 from alloc.allocation import FloatArray, Status
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.kernels.entry import SeenArguments, all_thrusters, closed_form, cover, inside, refuse
-from alloc.kernels.fitted import Fitted
 from alloc.kernels.tolerance import MET
 from alloc.program import Builder, Expression, Program, Scalar, Where, least, most, select, size
 from alloc.program.graph import lifted
@@ -23,7 +23,22 @@ MEANINGS = {
     -2: "an argument is NaN, infinite or too large to add up; f is left alone",
 }
 """What each value that the C function of a rule returns means."""
-Rule = Callable[[Builder, dict[int, Expression]], dict[int, Expression] | Fitted]
+
+
+class Made(NamedTuple):
+    """What a rule makes.
+
+    Attributes
+    ----------
+    thrusts : by thruster [N]
+    share : of tau that they make [-]; None where limits may cut more of them than rounding
+    """
+
+    thrusts: dict[int, Expression]
+    share: Expression | None = None
+
+
+Rule = Callable[[Builder, dict[int, Expression]], Made]
 """What makes of x = T* tau of the working thrusters the thrusts that are then cut at the limits."""
 
 
@@ -35,8 +50,8 @@ def mended(rule: Rule, vehicle: Vehicle, limits: Where, scalar: Scalar) -> Progr
     seen.add(vehicle.working.tolist(), "0")
     refuse(builder, seen, [], exact=False)
     made = rule(builder, x)
-    y = inside(builder, made.thrusts if isinstance(made, Fitted) else made, builder.limits)
-    if isinstance(made, Fitted) and made.within and vehicle.rank == vehicle.k:
+    y = inside(builder, made.thrusts, builder.limits)
+    if made.share is not None and vehicle.rank == vehicle.k:
         # T y is share times tau but for rounding, so no product with T tells more.
         asked = zip(units(builder)[:, 0].tolist(), builder.tau, strict=True)
         most_of: Expression = most(*(size(unit * tau) for unit, tau in asked))
