@@ -1,4 +1,4 @@
-"""The columns of results.csv, in order: each property of ``Row`` is one; a cached_property is none.
+"""The columns of results.csv, in order: each property of ``Row`` is one, no cached_property is.
 
 A property's name is the column's, with the unit at the end; its docstring is the column's documentation
 (``docs/results.md``). A column that does not apply to a row is empty in the file and None here. Times are
@@ -13,7 +13,7 @@ from statistics import median
 from alloc.formulations import find_formulation
 from bench.record import Cell, Method
 from bench.record.machine import machine_name
-from bench.results.given import by_level, lost, worst_axis
+from bench.results.given import Worst, by_level, worst_axis
 from bench.results.quantiles import merged, quantile, total
 from bench.results.repeats import Repeats, most
 from bench.results.times import calls, end_ns, middle, tail_ns, us
@@ -144,20 +144,17 @@ class Row:
         answers = sum(j.answers for j in self.measured.judged)
         return sum(j.counts.get("SOLVED", 0) for j in self.measured.judged) / answers if answers else None
 
-    @property
-    def wrench_error_max(self) -> float | None:
-        """Largest |T P f - tau| of any axis and demand, in N or N m as the axis has it."""
-        return self.measured.worst(lambda j: most(j.wrench_error_max))
-
-    @property
-    def limit_violation_max_N(self) -> float | None:
-        """Largest excess of any thrust over its limit."""
-        return self.measured.worst(lambda j: j.limit_violation_max_N)
-
-    @property
-    def distance_max_N(self) -> float | None:
-        """Largest |f - f*| to the optimum of the same formulation; empty where no optimum is known."""
-        return self.measured.worst(lambda j: j.distance_max_N)
+    wrench_error_max = Worst(
+        "Largest |T P f - tau| of any axis and demand, in N or N m as the axis has it.",
+        lambda j: most(j.wrench_error_max),
+    )
+    limit_violation_max_N = Worst(
+        "Largest excess of any thrust over its limit.", lambda j: j.limit_violation_max_N
+    )
+    distance_max_N = Worst(
+        "Largest |f - f*| to the optimum of the same formulation; empty where no optimum is known.",
+        lambda j: j.distance_max_N,
+    )
 
     @property
     def agrees(self) -> str:
@@ -260,25 +257,20 @@ class Row:
         """Bytes that the prepared allocator holds."""
         return most(cell.allocator_bytes for cell in self.measured.cells)
 
-    @property
-    def wrench_error_relative(self) -> float | None:
-        """Largest wrench error over the size of a wrench on its axis (row of T times the largest limit)."""
-        return self.measured.worst(lambda j: j.wrench_error_rel_max)
-
-    @property
-    def distance_relative(self) -> float | None:
-        """``distance_max_N`` over the largest thrust limit."""
-        return self.measured.worst(lambda j: j.distance_rel_max)
-
-    @property
-    def gap_relative(self) -> float | None:
-        """Largest relative duality gap: a certificate that needs no reference."""
-        return self.measured.worst(lambda j: j.gap_rel_max)
-
-    @property
-    def failed_after_failure_share(self) -> float | None:
-        """Share (0 to 1) without thrusts, of attainable demands right after an answer without thrusts."""
-        return self.measured.worst(lambda j: j.failed_after_failure)
+    wrench_error_relative = Worst(
+        "Largest wrench error over the size of a wrench on its axis (row of T times the largest limit).",
+        lambda j: j.wrench_error_rel_max,
+    )
+    distance_relative = Worst(
+        "``distance_max_N`` over the largest thrust limit.", lambda j: j.distance_rel_max
+    )
+    gap_relative = Worst(
+        "Largest relative duality gap: a certificate that needs no reference.", lambda j: j.gap_rel_max
+    )
+    failed_after_failure_share = Worst(
+        "Share (0 to 1) without thrusts, of attainable demands right after an answer without thrusts.",
+        lambda j: j.failed_after_failure,
+    )
 
     @property
     def disbelieved(self) -> str:
@@ -286,85 +278,66 @@ class Row:
         counts = sum((Counter(cell.disbelieved) for cell in self.measured.cells), Counter())
         return "; ".join(f"{what} ({count:,} of {self.n_calls:,} calls)" for what, count in counts.items())
 
-    @property
-    def tolerance(self) -> float | None:
-        """Distance over the largest thrust limit that ``agrees`` allows."""
-        return self.measured.worst(lambda j: j.tolerance)
+    tolerance = Worst("Distance over the largest thrust limit that ``agrees`` allows.", lambda j: j.tolerance)
 
     @property
     def wrong(self) -> str:
         """Why an answer is wrong; empty where none is."""
         return next((j.wrong for j in self.measured.judged if j.wrong), "")
 
-    @property
-    def lost_wrench_p50(self) -> float | None:
-        """Median of |delivered - tau| / |tau|, delivered being what thrusts clipped to their limits push."""
-        return lost(self.measured, "lost_wrench_p50")
-
-    @property
-    def lost_wrench_p99(self) -> float | None:
-        """99 % of demands lose no more of their wrench than this share."""
-        return lost(self.measured, "lost_wrench_p99")
-
-    @property
-    def lost_wrench_max(self) -> float | None:
-        """Largest share of any demand's wrench that is not delivered."""
-        return lost(self.measured, "lost_wrench_max")
-
-    @property
-    def lost_force_max_N(self) -> float | None:
-        """Largest |delivered - tau| on any force axis."""
-        return worst_axis(self.measured, moments=False)
-
-    @property
-    def lost_moment_max_Nm(self) -> float | None:
-        """Largest |delivered - tau| on any moment axis."""
-        return worst_axis(self.measured, moments=True)
-
-    @property
-    def answered_share(self) -> float | None:
-        """Share of demands (0 to 1) that got a finite f; losses are of these."""
-        return lost(self.measured, "answered_share", min)
-
-    @property
-    def within_1pct_share(self) -> float | None:
-        """Share of demands (0 to 1) whose wrench is delivered within 1 %."""
-        return lost(self.measured, "within_1pct_share", min)
-
-    @property
-    def within_5pct_share(self) -> float | None:
-        """Share of demands (0 to 1) whose wrench is delivered within 5 %."""
-        return lost(self.measured, "within_5pct_share", min)
-
-    @property
-    def direction_error_p50_deg(self) -> float | None:
-        """Median angle between delivered and demanded wrench."""
-        return lost(self.measured, "direction_error_p50_deg")
-
-    @property
-    def direction_error_max_deg(self) -> float | None:
-        """Largest angle between delivered and demanded wrench."""
-        return lost(self.measured, "direction_error_max_deg")
-
-    @property
-    def effort_over_optimum_p50(self) -> float | None:
-        """Median of f'Hf / f*'Hf* - 1 where f meets the demand, f* the optimum of eq. 4-5."""
-        return lost(self.measured, "effort_over_optimum_p50")
-
-    @property
-    def effort_over_optimum_max(self) -> float | None:
-        """Largest f'Hf / f*'Hf* - 1."""
-        return lost(self.measured, "effort_over_optimum_max")
-
-    @property
-    def limits_violated_share(self) -> float | None:
-        """Share of answers (0 to 1) with a thrust beyond a limit, before clipping."""
-        return lost(self.measured, "limits_violated_share")
-
-    @property
-    def thrusters_saturated_mean(self) -> float | None:
-        """Mean number of thrusters at or beyond a limit."""
-        return lost(self.measured, "thrusters_saturated_mean")
+    lost_wrench_p50 = Worst(
+        "Median of |delivered - tau| / |tau|, delivered being what thrusts clipped to their limits push.",
+        lambda j: j.loss.get("lost_wrench_p50"),
+    )
+    lost_wrench_p99 = Worst(
+        "99 % of demands lose no more of their wrench than this share.",
+        lambda j: j.loss.get("lost_wrench_p99"),
+    )
+    lost_wrench_max = Worst(
+        "Largest share of any demand's wrench that is not delivered.", lambda j: j.loss.get("lost_wrench_max")
+    )
+    lost_force_max_N = Worst(
+        "Largest |delivered - tau| on any force axis.", lambda j: worst_axis(j, moments=False)
+    )
+    lost_moment_max_Nm = Worst(
+        "Largest |delivered - tau| on any moment axis.", lambda j: worst_axis(j, moments=True)
+    )
+    answered_share = Worst(
+        "Share of demands (0 to 1) that got a finite f; losses are of these.",
+        lambda j: j.loss.get("answered_share"),
+        min,
+    )
+    within_1pct_share = Worst(
+        "Share of demands (0 to 1) whose wrench is delivered within 1 %.",
+        lambda j: j.loss.get("within_1pct_share"),
+        min,
+    )
+    within_5pct_share = Worst(
+        "Share of demands (0 to 1) whose wrench is delivered within 5 %.",
+        lambda j: j.loss.get("within_5pct_share"),
+        min,
+    )
+    direction_error_p50_deg = Worst(
+        "Median angle between delivered and demanded wrench.", lambda j: j.loss.get("direction_error_p50_deg")
+    )
+    direction_error_max_deg = Worst(
+        "Largest angle between delivered and demanded wrench.",
+        lambda j: j.loss.get("direction_error_max_deg"),
+    )
+    effort_over_optimum_p50 = Worst(
+        "Median of f'Hf / f*'Hf* - 1 where f meets the demand, f* the optimum of eq. 4-5.",
+        lambda j: j.loss.get("effort_over_optimum_p50"),
+    )
+    effort_over_optimum_max = Worst(
+        "Largest f'Hf / f*'Hf* - 1.", lambda j: j.loss.get("effort_over_optimum_max")
+    )
+    limits_violated_share = Worst(
+        "Share of answers (0 to 1) with a thrust beyond a limit, before clipping.",
+        lambda j: j.loss.get("limits_violated_share"),
+    )
+    thrusters_saturated_mean = Worst(
+        "Mean number of thrusters at or beyond a limit.", lambda j: j.loss.get("thrusters_saturated_mean")
+    )
 
     @property
     def share_p50(self) -> str:

@@ -1,9 +1,34 @@
-"""What the answers of some repeats deliver of their demands, and what they give away."""
+"""Columns that are worked out from judgements: how right answers are, what they deliver and give away."""
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 from alloc.vehicle.geometry import DOF, MOMENTS
-from bench.results.repeats import Repeats, most
+from bench.record import Judged
+from bench.results.repeats import most
+
+
+class Worst(property):
+    """A column with the worst number of the judgements of a row's repeats, None where none has it."""
+
+    def __init__(
+        self,
+        meaning: str,
+        of: Callable[[Judged], float | None],
+        worst: Callable[[list[float]], float] = max,
+    ) -> None:
+        """Make the column of what it means, of the number of one judgement, and of what is worse."""
+
+        def column(row: Any) -> float | None:
+            values = [value for judged in row.measured.judged if (value := of(judged)) is not None]
+            return worst(values) if values else None
+
+        column.__doc__ = meaning  # as ``doc`` of a subclass's property, CPython 3.11 would lose it
+        super().__init__(column)
+
+    if TYPE_CHECKING:  # what a property gives that no decorator made has any type
+        # Of a class it would be itself, which nobody asks.
+        def __get__(self, row: Any, owner: type | None = None, /) -> float | None: ...  # type: ignore[override]
 
 
 def by_level(repeats: list[list[float]], of: Callable[[list[float]], float]) -> str:
@@ -12,14 +37,8 @@ def by_level(repeats: list[list[float]], of: Callable[[list[float]], float]) -> 
     return " ".join(f"{of(list(shares)):.6g}" for shares in levels)
 
 
-def lost(measured: Repeats, key: str, worst: Callable[[list[float]], float] = max) -> float | None:
-    """The worst of a number of ``loss`` over the repeats, the largest unless told; None where none has it."""
-    values = [value for j in measured.judged if (value := j.loss.get(key)) is not None]
-    return worst(values) if values else None
-
-
-def worst_axis(measured: Repeats, moments: bool) -> float | None:
+def worst_axis(judged: Judged, moments: bool) -> float | None:
     """Largest |delivered - tau| on any force axis [N], or on any moment axis [N m]."""
     suffix = "max_Nm" if moments else "max_N"
     axes = [axis for axis in DOF if (axis in MOMENTS) == moments]
-    return most(lost(measured, f"wrench_error_{axis}_{suffix}") for axis in axes)
+    return most(judged.loss.get(f"wrench_error_{axis}_{suffix}") for axis in axes)

@@ -50,10 +50,6 @@ class Repeats:
         timed = [batches(cell) for cell in self.cells]
         return [median(getattr(b, clock) / b.calls for b in repeat) for repeat in timed if repeat]
 
-    def worst(self, what: Callable[[Judged], float | None]) -> float | None:
-        """The largest value of ``what`` over the repeats, None where no repeat has one."""
-        return most(map(what, self.judged))
-
 
 def most(values: Iterable[N | None]) -> N | None:
     """The largest of the values that are not None; None where all are."""
