@@ -1,5 +1,6 @@
 """What a study prints is kept with the command and the commit that made it."""
 
+import re
 import subprocess
 from pathlib import Path
 
@@ -24,9 +25,11 @@ def test_a_study_that_fails_keeps_nothing(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("page", sorted((ROOT / "results/studies").glob("*.md")), ids=lambda page: page.stem)
-def test_kept_tables_name_the_study_and_a_commit(page: Path) -> None:
+def test_kept_tables_name_a_commit_and_the_study_that_is_here_or_was_there(page: Path) -> None:
     _, _, head, *tables = page.read_text(encoding="utf-8").splitlines()
-    assert f"python docs/studies/{page.stem}.py" in head
-    assert " commit" in head
-    assert (DOCS / "studies" / f"{page.stem}.py").exists()
+    if (DOCS / "studies" / f"{page.stem}.py").exists():
+        assert f"python docs/studies/{page.stem}.py" in head
+        assert " commit" in head
+    else:
+        assert re.match(rf"`python bench/studies/{page.stem}.py\b[^`]*` at commits? [0-9a-f]{{7}}\b", head)
     assert any(line.startswith("|") for line in tables)
