@@ -24,14 +24,7 @@ from bench.results.text import table
 
 ROOT = Path(__file__).parents[2]
 EMULATED = ROOT / "results/emulated"
-PAGES = {
-    "goals": "docs/counting.md",
-    "ratios": "docs/counting.md",
-    "rivals": "docs/rivals.md",
-    "stm32f446": "docs/embedded.md",
-    "sizes": "README.md",
-}
-"""Where each table stands."""
+EMBEDDED = "docs/embedded.md"
 
 Kernel = tuple[str, str, str, str, str]
 """Vehicle, method, target, scalar and limits."""
@@ -78,7 +71,41 @@ def ratios() -> str:
         for method in ("scaled", "priority"):
             found = [most(v, f"{method}@native", limits) / exact[v][limits] for v in VEHICLES]
             lines.append(_goal(f"`{method}` over `nullspace`, {words}", (3,) * 3, found))
-    return table(("what", "goal", *VEHICLES, ""), lines, markdown=True)
+    software = [
+        _most(own) / _most(kernels[vehicle, method, *M4F, limits])
+        for (vehicle, method, target, scalar, limits), own in kernels.items()
+        if (target, scalar) == (M4F[0], "double") and (vehicle, method, *M4F, limits) in kernels
+        if method.endswith("@native")
+    ]
+    return (
+        f"{table(('what', 'goal', *VEHICLES, ''), lines, markdown=True)}\n"
+        f"Double precision on a Cortex-M4F is software: {_span(software, '.0f')} times the instructions.\n"
+    )
+
+
+def cycles() -> str:
+    """How far the ends of a cycle interval are apart."""
+    kernels = _kernels(read(EMULATED))
+    apart = {
+        board: [
+            row.cycles_high / row.cycles_low
+            for (_, method, *on, limits), own in kernels.items()
+            if method in ("nullspace@native", "priority@native") and (*on, limits) == (*board, "fixed")
+            for row in own
+            if row.emulated.demands == "active" and row.cycles_low and row.cycles_high
+        ]
+        for board in (M4F, M7)
+    }
+    return (
+        f"For `active` demands the upper end is {_span(apart[M4F], '.2f')} times the lower on the M4F,"
+        f" {_span(apart[M7], '.1f')} times on the M7 (`nullspace`, `priority`).\n"
+    )
+
+
+def _span(values: Iterable[float], digits: str) -> str:
+    """The least and the largest of some numbers, in words."""
+    found = list(values)
+    return f"{min(found):{digits}} to {max(found):{digits}}"
 
 
 def _goal(what: str, most: tuple[float | None, ...], found: list[float], digits: str = ".2f") -> list[str]:
@@ -115,7 +142,7 @@ def rivals() -> str:
             for (vehicle, name, target, scalar, limits), own in kernels.items()
             if name == method and limits == "fixed" and (target, scalar) in (M4F, M7)
         ]
-        return f"{min(found):.0f} to {max(found):.0f}"
+        return _span(found, ".0f")
 
     beside = {k[0] for k in kernels if k[1] == reduced}
     own = {
@@ -123,30 +150,30 @@ def rivals() -> str:
         for name in (exact, *solvers)
     }
     flash = {name: [kernels[k][0].emulated.flash_bytes or 0 for k in keys] for name, keys in own.items()}
-    ram = [kernels[k][0].emulated.ram_static_bytes or 0 for name in solvers for k in own[name]]
+    ram = [(kernels[k][0].emulated.ram_static_bytes or 0) / 1024 for name in solvers for k in own[name]]
     moved = [
         _most(kernels[v, exact, target, scalar, "call"]) / _most(kernels[v, exact, target, scalar, "fixed"])
         for v, _, target, scalar, limits in own[exact]
         if limits == "fixed"
     ]
     largest = [max(flash[name]) / 1024 for name in solvers]
-    ratio = f"{min(moved):.1f} to {max(moved):.1f} times the instructions"
     return "\n".join(
         [
             f"{table(headers, lines, markdown=True)}\nOver all vehicles and both precisions:\n",
             f"- The strongest rival takes {over(reduced)} times the instructions of the exact method, DAQP as"
             f" its users call it {over(direct)} times.",
-            f"- The largest flash of a rival is {min(largest):.1f} to {max(largest):.1f} KiB, of the exact"
+            f"- The largest flash of a rival is {_span(largest, '.1f')} KiB, of the exact"
             f" method {max(flash[exact]) / 1024:.1f} KiB, tables for every failed thruster included. RAM is"
-            f" {min(ram) / 1024:.1f} to {max(ram) / 1024:.1f} KiB against none.",
-            f"- Limits of each call cost a solver's C hardly anything; the exact method takes {ratio}.\n",
+            f" {_span(ram, '.1f')} KiB against none.",
+            f"- Limits of each call cost a solver's C hardly anything; the exact method takes"
+            f" {_span(moved, '.1f')} times the instructions.\n",
         ]
     )
 
 
 def stm32f446() -> str:
     """What the command prints that stands above the table."""
-    page = (ROOT / PAGES["stm32f446"]).read_text(encoding="utf-8")
+    page = (ROOT / EMBEDDED).read_text(encoding="utf-8")
     (typed,) = re.findall(r"`thrustbench (size results/stm32f446 .*)`", page)
     done = CliRunner().invoke(cli, typed.replace("results", str(ROOT / "results")).split())
     return "".join(f"{line}\n" for line in done.stdout.splitlines() if line.startswith("|"))
@@ -200,14 +227,15 @@ def _most(counted: Iterable[EmulatedRow]) -> int:
     return max(row.worst or 0 for row in counted)
 
 
-TABLES: dict[str, Callable[[], str]] = {
-    "goals": goals,
-    "ratios": ratios,
-    "rivals": rivals,
-    "stm32f446": stm32f446,
-    "sizes": sizes,
+TABLES: dict[str, tuple[str, Callable[[], str]]] = {
+    "goals": ("docs/counting.md", goals),
+    "ratios": ("docs/counting.md", ratios),
+    "cycles": ("docs/counting.md", cycles),
+    "rivals": ("docs/rivals.md", rivals),
+    "stm32f446": (EMBEDDED, stm32f446),
+    "sizes": ("README.md", sizes),
 }
-"""Each table by the name of its marks."""
+"""Each table by the name of its marks: the page, and what makes it."""
 
 
 def shown(name: str) -> str:
@@ -218,16 +246,18 @@ def shown(name: str) -> str:
 def write(name: str) -> None:
     """Replace what stands between the marks of a table."""
     before, _, after = _parts(name)
-    (ROOT / PAGES[name]).write_text(before + TABLES[name]() + after, encoding="utf-8")
+    page, made = TABLES[name]
+    (ROOT / page).write_text(before + made() + after, encoding="utf-8")
 
 
 def _parts(name: str) -> tuple[str, str, str]:
     """A page before a table, the table, and the page after it, its marks not in the table."""
-    text = (ROOT / PAGES[name]).read_text(encoding="utf-8")
+    page = TABLES[name][0]
+    text = (ROOT / page).read_text(encoding="utf-8")
     start, end = f"<!-- {name}:start -->\n", f"<!-- {name}:end -->"
     before, opened, rest = text.partition(start)
     inner, closed, after = rest.partition(end)
-    assert opened + closed == start + end, f"{PAGES[name]} lacks the marks of {name}"
+    assert opened + closed == start + end, f"{page} lacks the marks of {name}"
     return before + opened, inner, closed + after
 
 
