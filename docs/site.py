@@ -32,7 +32,7 @@ def on_files(files: Files, config: Any) -> Files:
     """Add the generated pages to those of the folder."""
     made = {target: moved((ROOT / source).read_text("utf-8")) for source, target in MOVED.items()}
     made |= {f"reference/{name}.md": text for name, text in reference().items()}
-    made |= {f"studies/{path.name}": path.read_text("utf-8") for path in studies()}
+    made |= {f"studies/{path.name}": moved(path.read_text("utf-8")) for path in studies()}
     made["report.html"] = report()
     for source in ("LICENSE", "CITATION.cff", f"{REPORT}/overview.svg"):
         made[source] = (ROOT / source).read_text("utf-8")
@@ -51,6 +51,8 @@ def moved(text: str) -> str:
     for source, target in MOVED.items():
         text = re.sub(rf"\]\((?:\.\./)?{re.escape(source)}", f"]({target}", text)
     text = re.sub(rf"\]\((?:\.\./)?{STUDIES}/", "](studies/", text)
+    # A name of a test would make a table wider than the window; shorter ones are not cut (site.css).
+    text = re.sub(r"(`[^`\n]{60,}`)(?= \|)", r"\1{ .long }", text)
     # A folder or a file of the source has no page; its name says where it is.
     sources = r"(?:\.\./)?(?:results|alloc|bench|tests)(?:/[^)]*)?"
     return re.sub(rf"(?<!!)\[([^\]]*)\]\({sources}\)", r"\1", text)
