@@ -7,14 +7,16 @@ round. Where a way through the graph can't be taken this is too much; never too 
 
 import re
 from collections.abc import Callable
-from itertools import pairwise
-from typing import NamedTuple
+from graphlib import TopologicalSorter
 
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
+
+from bench.chips.disassembly import Line, lines
 from bench.chips.image import Image
 from bench.chips.toolchain import run
 
-LINE = re.compile(r"^ *([0-9a-f]+):\t(\S+)(?:\s+(.*))?$")
-NAME = re.compile(r"^([0-9a-f]+) <([^>]+)>:$")
 RETURNS = re.compile(r"ret\w* |bx lr|(pop|ldmia)(\.w)? .*\bpc\}|ldr(\.w)? pc, \[sp\]")
 """Of mnemonic and operands; loading the program counter is Thumb's other way to return."""
 ALWAYS = {"b", "b.n", "b.w", "jmp"}
@@ -28,15 +30,6 @@ LIBRARY = ("memcpy", "memset")
 WORD = 8
 """Bytes of such a number: these loops go over bytes, if not over more at a time."""
 CONDITIONAL_RETURN = re.compile(rf"(bx|pop|ldmia){CONDITION}(\.w)?$")
-
-
-class Disassembled(NamedTuple):
-    """One instruction: the function it stands in, mnemonic and operands, and whether data stand behind it."""
-
-    function: str
-    mnemonic: str
-    operands: str
-    last: bool = False
 
 
 class Unbounded(Exception):
@@ -73,15 +66,7 @@ def longest(disassembly: str, entry: int, rounds: int) -> int:
 
     Raises Unbounded where a call's length is not known.
     """
-    return remaining(disassembly, entry, rounds)[entry]
-
-
-def remaining(disassembly: str, entry: int, rounds: int) -> dict[int, int]:
-    """Most instructions from each address that ``entry`` leads to until its function returns.
-
-    Functions that it calls are in it too. Raises Unbounded as ``longest`` does.
-    """
-    code = _code(disassembly)
+    code = {one.address: one for one in lines(disassembly) if one.mnemonic[0] != "."}
     found: dict[int, int] = {}
     begun: set[int] = set()
 
@@ -96,36 +81,12 @@ def remaining(disassembly: str, entry: int, rounds: int) -> dict[int, int]:
             found.update(_longest(code, entry, most, length))
         return found[entry]
 
-    length(entry)
-    return found
+    return length(entry)
 
 
-def _code(printed: str) -> dict[int, Disassembled]:
-    code: dict[int, Disassembled] = {}
-    function, before = "", -1
-    for line in printed.splitlines():
-        if named := NAME.match(line):
-            function = named[2]
-        found = LINE.match(line)
-        if named or (found and found[2].startswith(".")):
-            if before in code:
-                code[before] = code[before]._replace(last=True)
-        elif found:
-            before = int(found[1], 16)
-            mnemonic, operands = found[2], re.sub(r"\s*[@;/].*", "", found[3] or "")
-            if mnemonic in ("notrack", "bnd", "repz"):
-                mnemonic, _, operands = operands.partition(" ")
-            code[before] = Disassembled(function, mnemonic, operands.strip())
-    return code
-
-
-def _successors(code: dict[int, Disassembled], entry: int) -> dict[int, list[int]]:
+def _successors(code: dict[int, Line], entry: int) -> dict[int, list[int]]:
     """All instructions that follow each one that the entry leads to; none behind a return."""
-    addresses = sorted(code)
-    following = dict(pairwise(addresses))
-    direct: dict[int, list[int] | None] = {}
-    for at in addresses:
-        direct[at] = _next(code[at], following.get(at))
+    direct = {at: _next(instruction) for at, instruction in code.items()}
     reached: dict[int, list[int]] = {}
     waiting = [entry]
     while waiting:
@@ -138,10 +99,10 @@ def _successors(code: dict[int, Disassembled], entry: int) -> dict[int, list[int
     return reached
 
 
-def _next(instruction: Disassembled, following: int | None) -> list[int] | None:
+def _next(instruction: Line) -> list[int] | None:
     """Where an instruction leads; None for a jump by a table."""
     mnemonic, operands = instruction.mnemonic, instruction.operands
-    after = [] if following is None or instruction.last else [following]
+    after = [] if instruction.last else [instruction.following]
     target = re.search(r"([0-9a-f]+) <", operands) or re.search(r"(?:^|, )([0-9a-f]+)$", operands)
     if mnemonic in TABLE or (mnemonic == "jmp" and "*" in operands):
         return None
@@ -158,9 +119,7 @@ def _next(instruction: Disassembled, following: int | None) -> list[int] | None:
     return after
 
 
-def _table_targets(
-    code: dict[int, Disassembled], direct: dict[int, list[int] | None], function: str
-) -> list[int]:
+def _table_targets(code: dict[int, Line], direct: dict[int, list[int] | None], function: str) -> list[int]:
     """Where a table may lead: what nothing else in the function leads to; what follows that is shorter."""
     own = {at for at, instruction in code.items() if instruction.function == function}
     padding = {at for at in own if code[at].mnemonic.startswith("nop")}
@@ -168,9 +127,7 @@ def _table_targets(
     return sorted(own - led - padding - {min(own)})
 
 
-def _longest(
-    code: dict[int, Disassembled], entry: int, rounds: int, length: Callable[[int], int]
-) -> dict[int, int]:
+def _longest(code: dict[int, Line], entry: int, rounds: int, length: Callable[[int], int]) -> dict[int, int]:
     graph = _successors(code, entry)
 
     def cost(at: int) -> int:
@@ -182,7 +139,7 @@ def _longest(
         return 1 + length(int(target[1], 16))
 
     best: dict[int, int] = {}
-    for component in _components(graph, entry):  # what a component leads to comes before it
+    for component in _components(graph):  # what a component leads to comes before it
         inside = set(component)
         out = max(
             (best[to] for at in component for to in graph[at] if to in best and to not in inside), default=0
@@ -201,36 +158,24 @@ def _rounds(graph: dict[int, list[int]], inside: set[int], rounds: int, cost: Ca
     head = min(entered or inside)
     round_ = {at: [to for to in graph[at] if to in inside and to != head] for at in inside}
     best: dict[int, int] = {}
-    for component in _components(round_, head):
+    for component in _components(round_):
         after = max((best[to] for at in component for to in round_[at] if to in best), default=0)
         best |= dict.fromkeys(component, _rounds(round_, set(component), rounds, cost) + after)
     return rounds * max(best.values())
 
 
-def _components(graph: dict[int, list[int]], entry: int) -> list[list[int]]:
-    """Strongly connected components that the entry leads to, each after all it leads to (Tarjan)."""
-    index: dict[int, int] = {}
-    low: dict[int, int] = {}
-    stack: list[int] = []
-    found: list[list[int]] = []
-    work: list[tuple[int, int]] = [(entry, 0)]
-    while work:
-        at, child = work.pop()
-        if child == 0:
-            index[at] = low[at] = len(index)
-            stack.append(at)
-        leads = [to for to in graph[at] if to in graph]
-        if child > 0:
-            low[at] = min(low[at], low[leads[child - 1]] if leads[child - 1] in stack else low[at])
-        while child < len(leads) and leads[child] in index:
-            if leads[child] in stack:
-                low[at] = min(low[at], index[leads[child]])
-            child += 1
-        if child < len(leads):
-            work += [(at, child + 1), (leads[child], 0)]
-            continue
-        if low[at] == index[at]:
-            place = stack.index(at)
-            found.append(stack[place:])
-            del stack[place:]
-    return found
+def _components(graph: dict[int, list[int]]) -> list[list[int]]:
+    """Strongly connected components, each after all that it leads to."""
+    at = {address: i for i, address in enumerate(graph)}
+    edges = [(at[address], at[to]) for address, leads in graph.items() for to in leads if to in at]
+    size, ends = len(graph), np.array(edges, dtype=np.intp).reshape(-1, 2).T
+    ties = csr_array((np.ones(len(edges)), (ends[0], ends[1])), shape=(size, size))
+    count, component = connected_components(ties, connection="strong")
+    leads_to: dict[int, set[int]] = {i: set() for i in range(count)}
+    for one, other in component[ends].T.tolist():
+        if one != other:
+            leads_to[one].add(other)
+    members: list[list[int]] = [[] for _ in range(count)]
+    for address, i in zip(graph, component.tolist(), strict=True):
+        members[i].append(address)
+    return [members[i] for i in TopologicalSorter(leads_to).static_order()]

@@ -8,13 +8,13 @@ import numpy as np
 
 from alloc.allocation import FloatArray, IndexArray
 from bench.chips.count import count
+from bench.chips.disassembly import lines
 from bench.chips.executed import Executed, Trace
 from bench.chips.image import Image
 from bench.chips.toolchain import run
 
 MOST = 1_000_000
 """Instructions that are traced at most: one call of QOCO's C, none of OSQP's where it gives up."""
-_LINE = re.compile(r"^ *([0-9a-f]+):\t(\S+)(?:\t([^;@<\n]*))?", re.M)
 _CONDITION = re.compile(r"it[te]{0,3}")
 
 
@@ -50,12 +50,11 @@ def _code(image: Image) -> range:
 @cache
 def disassembly(path: Path, tools: str) -> list[Executed]:
     """Every instruction of an image, by address."""
-    lines = _LINE.findall(run([f"{tools}objdump", "-d", "--no-show-raw-insn", str(path)]))
-    places = [int(address, 16) for address, _, _ in lines]
     found, conditional = [], 0
-    for (_, mnemonic, text), address, after in zip(lines, places, [*places[1:], -1], strict=True):
-        name = mnemonic.partition(".")[0]
-        operands = tuple(part.strip() for part in re.split(r",\s*(?![^\[{]*[\]}])", text.strip()) if part)
-        found.append(Executed(address, after, name[:-2] if conditional else name, operands, conditional > 0))
+    for one in lines(run([f"{tools}objdump", "-d", "--no-show-raw-insn", str(path)])):
+        name, text = one.mnemonic.partition(".")[0], one.operands.partition("<")[0].strip()
+        operands = tuple(part.strip() for part in re.split(r",\s*(?![^\[{]*[\]}])", text) if part)
+        executed = name[:-2] if conditional else name
+        found.append(Executed(one.address, one.following, executed, operands, conditional > 0))
         conditional = len(name) - 1 if _CONDITION.fullmatch(name) else max(0, conditional - 1)
     return sorted(found, key=lambda one: one.address)
