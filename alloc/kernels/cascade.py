@@ -6,7 +6,7 @@ from importlib import resources
 import numpy as np
 
 from alloc.allocation import FloatArray
-from alloc.kernels.rules import Made
+from alloc.kernels.rules import Ruled
 from alloc.nullspace.structure import decompose
 from alloc.program import Builder, DataLoop, Expression, Scalar
 from alloc.program.literal import number
@@ -22,7 +22,7 @@ EACH = 8
 """Roundings of a Gram-Schmidt process for each thruster, as ``alloc.vehicle.condition`` counts them."""
 
 
-def frozen(spare: float, builder: Builder, x: dict[int, Expression]) -> Made:
+def frozen(spare: float, builder: Builder, x: dict[int, Expression]) -> Ruled:
     """Thrusts beyond a limit by more than ``spare`` freeze there, the others share the rest of tau.
 
     ``spare`` is relative to the largest limit [-].
@@ -37,7 +37,7 @@ def frozen(spare: float, builder: Builder, x: dict[int, Expression]) -> Made:
         flags=tuple(int(i in ends) for i in range(n)),
     )
     g = builder.loop(loop, low, high, [x.get(i, 0.0) for i in range(n)])
-    return Made({i: g[i] for i in x})
+    return Ruled({i: g[i] for i in x})
 
 
 def doubt(vehicle: Vehicle, scalar: Scalar) -> float:

@@ -2,11 +2,11 @@
 
 from alloc.closed_forms.load import LEAST
 from alloc.kernels.margins import taken
-from alloc.kernels.rules import Made
+from alloc.kernels.rules import Ruled
 from alloc.program import Builder, Expression, Number, most, select
 
 
-def fitted(builder: Builder, x: dict[int, Expression], name: str = "share_of_all") -> Made:
+def fitted(builder: Builder, x: dict[int, Expression], name: str = "share_of_all") -> Ruled:
     """Thrusts x times the largest factor in 0 … 1 that brings each to its limit on x's side of zero."""
     least = LEAST * builder.vehicle.f_scale
     far = {i: builder.limits.far(i, least) for i in x}
@@ -14,7 +14,7 @@ def fitted(builder: Builder, x: dict[int, Expression], name: str = "share_of_all
     share = (1.0 / load).named(name)
     builder.compute(share)
     within = all(far[i] == builder.limits.ends(i) for i in x)
-    return Made({i: share * x[i] for i in x}, share if within else None)
+    return Ruled({i: share * x[i] for i in x}, share if within else None)
 
 
 def _load(x: Expression, low: Number, high: Number) -> Expression:

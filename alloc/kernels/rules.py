@@ -25,8 +25,8 @@ MEANINGS = {
 """What each value that the C function of a rule returns means."""
 
 
-class Made(NamedTuple):
-    """What a rule makes.
+class Ruled(NamedTuple):
+    """What a rule of practice makes of x = T* tau.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class Made(NamedTuple):
     share: Expression | None = None
 
 
-Rule = Callable[[Builder, dict[int, Expression]], Made]
+Rule = Callable[[Builder, dict[int, Expression]], Ruled]
 """What makes of x = T* tau of the working thrusters the thrusts that are then cut at the limits."""
 
 

@@ -26,4 +26,4 @@ def _leave_many(taus: FloatArray, F: FloatArray, low: FloatArray, high: FloatArr
 
 def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     """The same for a demand within any limits."""
-    return rules.mended(lambda builder, x: rules.Made(x), vehicle, limits, scalar)
+    return rules.mended(lambda builder, x: rules.Ruled(x), vehicle, limits, scalar)
