@@ -136,6 +136,7 @@ static void take_out(const struct tb_allocator *a, struct active *w, int d, int 
     tb_real h[TB_N_MAX], c[TB_N_MAX];
     w->q = out;
     for (int j = out + 1; j < count; j++) {
+        w->q = j - 1;
         w->row[j - 1] = w->row[j];
         w->side[j - 1] = w->side[j];
         w->u[j - 1] = w->u[j];
@@ -174,6 +175,9 @@ static int active_set(const struct tb_allocator *a, struct tb_thrusts *t, int be
     w.q = 0;
     for (int p = begin; p < end; p++) {
         held[p] = 0;
+    }
+    for (int j = 0; j < TB_N_MAX; j++) {
+        w.row[j] = 0;
     }
     while (left > 0) {
         tb_real side = 1, cost = 0;
@@ -215,6 +219,9 @@ static int active_set(const struct tb_allocator *a, struct tb_thrusts *t, int be
                 held[w.row[out]] = 0;
                 take_out(a, &w, d, out);
                 continue;
+            }
+            if (w.q >= d) { /* never: rows that leave each other something are no more than dimensions */
+                return TB_NOT_CONVERGED;
             }
             w.row[w.q] = chosen;
             w.side[w.q] = side;

@@ -10,7 +10,7 @@
 static int normal(const struct tb_allocator *a, int d, const int rows[TB_N_MAX], tb_real y[TB_N_MAX])
 {
     tb_real M[TB_N_MAX][TB_N_MAX], length[TB_N_MAX] = {0}, most = 0;
-    int pivot_of[TB_N_MAX], taken[TB_N_MAX] = {0}, last = 0;
+    int pivot_of[TB_N_MAX] = {0}, taken[TB_N_MAX] = {0}, last = 0;
     for (int i = 0; i <= d; i++) {
         length[i] = tb_root(tb_product(a->N[rows[i]], a->N[rows[i]], d));
         for (int j = 0; j < d; j++) {
@@ -70,10 +70,11 @@ static int add(struct tb_allocator *a, int *entries, int first, int count, const
     for (int i = 0; i < count; i++) {
         size += y[i] != 0;
     }
-    for (int f = 0, e = 0; f < a->facets; e += a->size[f++]) {
-        int same = f >= first && a->size[f] == size;
-        for (int i = 0, at = e; i < count && same; i++) {
-            same = y[i] == 0 || a->of[at++] == rows[i];
+    for (int f = first; f < a->facets; f++) {
+        const int end = a->end[f];
+        int at = f ? a->end[f - 1] : 0, same = end - at == size;
+        for (int i = 0; i < count && same; i++) {
+            same = y[i] == 0 || (at < end && a->of[at++] == rows[i]);
         }
         if (same) {
             return 1;
@@ -82,13 +83,13 @@ static int add(struct tb_allocator *a, int *entries, int first, int count, const
     if (a->facets >= TB_FACETS_MAX || *entries + size > TB_ENTRIES_MAX) {
         return 0;
     }
-    a->size[a->facets++] = (unsigned char)size;
     for (int i = 0; i < count; i++) {
         if (y[i] != 0) {
             a->of[*entries] = (unsigned char)rows[i];
             a->along[(*entries)++] = y[i];
         }
     }
+    a->end[a->facets++] = *entries;
     return 1;
 }
 
@@ -109,13 +110,16 @@ static int next(int *rows, int count, int end)
 
 void tb_find_facets(struct tb_allocator *a)
 {
-    int rows[TB_N_MAX], entries = 0, good = 1;
+    int rows[TB_N_MAX] = {0}, entries = 0, good = 1;
     tb_real y[TB_N_MAX];
     a->facets = 0;
     for (int b = 0; b < a->blocks && good; b++) {
         const int count = a->d[b] + 1, first = a->facets;
-        int more = a->begin[b] + count <= a->begin[b + 1];
-        for (int i = 0; i < count && more; i++) {
+        int more = 1;
+        if (a->begin[b] + count > a->begin[b + 1]) {
+            continue;
+        }
+        for (int i = 0; i < count; i++) {
             rows[i] = a->begin[b] + i;
         }
         while (more && good) {

@@ -65,7 +65,7 @@ void tb_orthogonal(int k, int m, tb_real W[TB_K_MAX][TB_N_MAX], tb_real U[TB_K_M
 int tb_null_basis(int rank, int m, tb_real V[TB_K_MAX][TB_N_MAX], tb_real N[TB_N_MAX][TB_N_MAX])
 {
     int row_of[TB_N_MAX], columns = 0;
-    for (int c = 0; c < m; c++) {
+    for (int c = 0; c < TB_N_MAX; c++) {
         row_of[c] = -1;
     }
     for (int step = 0; step < rank; step++) {

@@ -35,7 +35,7 @@ int tb_levels(struct tb_allocator *a, const int *level)
 void tb_find_steps(struct tb_allocator *a)
 {
     tb_real F[TB_K_MAX][TB_K_MAX], S[TB_K_MAX][TB_N_MAX], U[TB_K_MAX][TB_K_MAX], turned[TB_K_MAX];
-    int axes[TB_K_MAX], left = a->rank;
+    int axes[TB_K_MAX] = {0}, left = a->rank;
     for (int r = 0; r < a->k; r++) {
         for (int s = 0; s < a->k; s++) {
             a->step[r][s] = TB_R(r == s && a->rank == a->k);
@@ -99,7 +99,7 @@ static tb_real share_of(const struct tb_allocator *a, const tb_real *x, const tb
     tb_real beta = 1 / keep;
     for (int f = 0, e = 0; f < a->facets; f++) {
         tb_real along = 0, ahead = 0, astern = 0;
-        for (const int end = e + a->size[f]; e < end; e++) {
+        for (const int end = a->end[f]; e < end; e++) {
             const int p = a->of[e];
             const tb_real y = a->along[e], up = y * above[p], down = y * below[p];
             along += y * x[p];

@@ -67,7 +67,7 @@ static void split(int m, int d, tb_real B[TB_N_MAX][TB_N_MAX], tb_real M[TB_N_MA
 static int blocks(struct tb_allocator *a, int d, tb_real B[TB_N_MAX][TB_N_MAX])
 {
     tb_real M[TB_N_MAX][TB_N_MAX], L[TB_N_MAX][TB_N_MAX];
-    int part[TB_N_MAX], column[TB_N_MAX], at[TB_N_MAX], taken[TB_N_MAX] = {0}, filled = 0;
+    int part[TB_N_MAX], column[TB_N_MAX] = {0}, at[TB_N_MAX] = {0}, taken[TB_N_MAX] = {0}, filled = 0;
     metric(a, d, B, M);
     split(a->m, d, B, M, part);
     a->blocks = 0;
@@ -200,6 +200,9 @@ static int refresh(struct tb_allocator *a, unsigned long off)
     tb_real W[TB_K_MAX][TB_N_MAX], V[TB_K_MAX][TB_N_MAX], U[TB_K_MAX][TB_K_MAX], B[TB_N_MAX][TB_N_MAX];
     tb_real square[TB_K_MAX], least = 0, most = 0;
     a->m = a->rank = 0;
+    for (int p = 0; p < TB_N_MAX; p++) {
+        a->at[p] = 0;
+    }
     for (int i = 0; i < a->n; i++) {
         if (a->readiness[i] > 0 && !(off >> i & 1UL)) {
             a->at[a->m++] = i;
@@ -238,7 +241,7 @@ static int refresh(struct tb_allocator *a, unsigned long off)
     }
     const int d = tb_null_basis(a->rank, a->m, V, B);
     const tb_real doubt = TB_DOUBT * TB_EPS * (a->rank ? most / least : TB_R(1)) * TB_EACH(a->n);
-    int places[TB_N_MAX], there[TB_N_MAX];
+    int places[TB_N_MAX] = {0}, there[TB_N_MAX] = {0};
     for (int p = 0; p < a->m; p++) {
         places[p] = a->at[p];
     }
@@ -272,9 +275,6 @@ static int refresh(struct tb_allocator *a, unsigned long off)
 static int sound(int k, int n, const tb_real *T, const tb_real *H, const tb_real *readiness, const tb_real *f_min,
                  const tb_real *f_max)
 {
-    if (k < 1 || k > TB_K_MAX || n < 1 || n > TB_N_MAX || T == NULL || f_min == NULL || f_max == NULL) {
-        return 0;
-    }
     if (!tb_is_finite(T, k * n) || (H != NULL && !tb_is_finite(H, n * n)) || !tb_is_finite(f_min, n) ||
         !tb_is_finite(f_max, n)) {
         return 0;
@@ -292,7 +292,8 @@ int tb_prepare(struct tb_allocator *a, int k, int n, const tb_real *T, const tb_
 {
     tb_real L[TB_N_MAX][TB_N_MAX], longest = 0;
     a->n = 0;
-    if (!sound(k, n, T, H, readiness, f_min, f_max)) {
+    if (k < 1 || k > TB_K_MAX || n < 1 || n > TB_N_MAX || T == NULL || f_min == NULL || f_max == NULL ||
+        !sound(k, n, T, H, readiness, f_min, f_max)) {
         return TB_BAD_ARGUMENT;
     }
     a->scale = 0;

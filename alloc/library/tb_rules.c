@@ -36,7 +36,7 @@ void tb_shared(const struct tb_allocator *a, tb_real rest[TB_K_MAX], const int o
 {
     tb_real L[TB_N_MAX][TB_N_MAX] = {{0}}, D[TB_N_MAX], B[TB_K_MAX][TB_N_MAX], R[TB_K_MAX][TB_K_MAX];
     tb_real S[TB_K_MAX][TB_K_MAX], y[TB_K_MAX], q2[TB_K_MAX], longest = 0;
-    int order[TB_K_MAX], taken[TB_K_MAX], rank = 0;
+    int order[TB_K_MAX] = {0}, taken[TB_K_MAX], rank = 0;
     const int k = a->k, m = a->m;
     for (int i = 0; i < m; i++) {
         D[i] = on[i] ? a->H[a->at[i]][a->at[i]] : TB_R(1);

@@ -31,6 +31,8 @@ class Kernel:
     arguments : how it is called, with ``tau``, ``f_min``, ``f_max``, ``f`` and ``share``, e.g. ``tau, f``
     sources : text by file name; every .c is compiled, other files are included by these
     levels : how many shares it writes, which the driver finds behind f
+    prepared : whether its first call prepares what others use, as firmware does at boot; loops over what it
+        prepares go round more often than there are axes or thrusters
     """
 
     method: str
@@ -45,6 +47,7 @@ class Kernel:
     solver: str = ""
     limits: Where = "fixed"
     levels: int = 0
+    prepared: bool = False
 
     @property
     def width(self) -> int:

@@ -1,4 +1,4 @@
-"""The C of each method for a vehicle: what this project generates, and solvers' own to compare with."""
+"""The C of each method for a vehicle: what this project generates, its library, and solvers' own."""
 
 from collections.abc import Iterable
 
@@ -6,7 +6,8 @@ from alloc import Vehicle, catalogue
 from alloc.c import arguments, function_name, sources
 from alloc.errors import UnknownName
 from alloc.formulations import EXACT_METHODS, Family
-from alloc.methods import recipe
+from alloc.library import adapter
+from alloc.methods import library, recipe
 from alloc.program import Faults, Scalar, Where
 from alloc.rivals.wrapper import rival
 from bench.chips.kernel import Kernel
@@ -22,8 +23,13 @@ def rivals() -> dict[str, str]:
     return {entry.name: entry.solver for entry in catalogue() if entry.family is Family.GENERATED}
 
 
+def prepared() -> dict[str, str]:
+    """Methods that libthrustbench answers, each to its twin in Python."""
+    return {name: variant.key for name, variant in library.variants().items()}
+
+
 def methods() -> tuple[str, ...]:
-    """All methods that are C, by name."""
+    """All methods that are C for one vehicle, by name."""
     return (*own(), *rivals())
 
 
@@ -32,9 +38,11 @@ def build_kernel(
 ) -> Kernel:
     """The C of that method for a vehicle; raises UnknownName, NotInstalled or NotApplicable.
 
-    A solver's C knows no ``faults``.
+    A solver's C knows no ``faults``; the library any, whatever is asked.
     """
     check(method)
+    if method in prepared():
+        return _library(method, vehicle, scalar, limits)
     if method in rivals():
         return _rival(method, vehicle, scalar, limits)
     return _native(method, vehicle, scalar, limits, faults)
@@ -48,8 +56,8 @@ def as_c(wanted: Iterable[str]) -> tuple[str, ...]:
 
 def check(method: str) -> None:
     """Raise UnknownName for a method that has no C."""
-    if method not in methods():
-        raise UnknownName(f"no C is generated for method '{method}'; there is {', '.join(methods())}")
+    if method not in (known := (*methods(), *prepared())):
+        raise UnknownName(f"no C is generated for method '{method}'; there is {', '.join(known)}")
 
 
 def _native(method: str, vehicle: Vehicle, scalar: Scalar, limits: Where, faults: Faults) -> Kernel:
@@ -69,6 +77,27 @@ def _native(method: str, vehicle: Vehicle, scalar: Scalar, limits: Where, faults
         sources=sources(vehicle, made, scalar, faults, limits),
         limits=limits,
         levels=levels,
+    )
+
+
+def _library(method: str, vehicle: Vehicle, scalar: Scalar, limits: Where) -> Kernel:
+    """libthrustbench, with room for this vehicle, and the C that prepares it and calls it."""
+    twin = prepared()[method]
+    recipe(twin).build(vehicle)  # refuses what the method does not cover
+    name, levels = adapter.name(vehicle, twin, scalar), adapter.levels(twin, vehicle)
+    return Kernel(
+        method=method,
+        twin=twin,
+        scalar=scalar,
+        k=vehicle.k,
+        n=vehicle.n,
+        entry=f"{name}_{limits}",
+        declaration=f'#include "{name}.h"',
+        arguments=arguments(limits, levels, "-1").replace("tau", f"{name}_ready(tau)"),
+        sources=adapter.sized(vehicle, scalar) | adapter.adapter(vehicle, twin, scalar),
+        limits=limits,
+        levels=levels,
+        prepared=True,
     )
 
 

@@ -145,7 +145,8 @@ def _worst(row: Emulated, image: Image, vehicle: Vehicle) -> Emulated:
     own = spans.pop(image.target.name, [])
     at_most = None
     in_software = kernel.scalar == "double" and image.target.scalars == ("float",)
-    if not in_software:  # in software an operation's length depends on the numbers
+    # Where an operation's length depends on the numbers, or loops on what was prepared, no bound is known.
+    if not (in_software or kernel.prepared):
         with suppress(Unbounded):
             at_most = bound(image, vehicle.k, vehicle.n)
     return msgspec.structs.replace(row, known=known, at_most=at_most, cycles=own, boards=spans)

@@ -71,7 +71,7 @@ def command(
     plan = Plan(
         vehicles=tuple(load_vehicle(name) for name in vehicles or list_vehicles()),
         targets=tuple(sorted(counted, key=lambda one: one.callgrind)),
-        methods=kernels.as_c(methods) or kernels.methods(),
+        methods=kernels.as_c(methods) or (*kernels.methods(), *kernels.prepared()),
         scalars=("double", "float") if scalars is None else ("float",) if scalars == "float" else ("double",),
         limits=limits or ("fixed", "call"),
         faults=faults,

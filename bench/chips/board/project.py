@@ -62,7 +62,11 @@ def plan(
     kernels, asked, left_out = list[Kernel](), list[DemandSet](), list[str]()
     for method in methods:
         try:
-            kernels.append(build_kernel(method, vehicle, scalar, limits))
+            kernel = build_kernel(method, vehicle, scalar, limits)
+            if kernel.prepared:
+                left_out.append(f"{method}: prepares at its first call, which would be timed with the others")
+            else:
+                kernels.append(kernel)
         except (NotApplicable, NotInstalled) as refusal:
             left_out.append(f"{method}: {refusal}")
     for name in sets:
