@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Iterable, Iterator
 
-from alloc.program import Branch, Exit, Fence, Program, Scalar, Step
+from alloc.program import Branch, Exit, Fence, Program, Scalar, every
 
 
 def helpers(programs: Iterable[Program], scalar: Scalar) -> str:
@@ -40,17 +40,11 @@ def _used(program: Program) -> Iterator[str]:
         yield "within"
     yield from (CALLED[kind] for kind, *_ in program.nodes if kind in CALLED)
 
-    def of(steps: tuple[Step, ...]) -> Iterator[str]:
-        for step in steps:
-            if isinstance(step, Branch):
-                yield from ["unlikely"] * step.unlikely
-                yield from of(step.steps)
-            elif isinstance(step, Exit) and step.unlikely:
-                yield "unlikely"
-            elif isinstance(step, Fence):
-                yield "fence"
-
-    yield from of(program.steps)
+    for step in every(program.steps):
+        if isinstance(step, Exit | Branch) and step.unlikely:
+            yield "unlikely"
+        elif isinstance(step, Fence):
+            yield "fence"
 
 
 def _in(definition: str, scalar: Scalar) -> str:

@@ -2,10 +2,11 @@
 
 from collections import Counter
 from collections.abc import Iterable
+from itertools import chain
 
 from alloc.c.helpers import CALLED, called
 from alloc.c.table import Table
-from alloc.program import Branch, DataLoop, Exit, Fence, Node, Program, Step, Write, operands
+from alloc.program import Branch, DataLoop, Exit, Fence, Node, Program, Step, Write, every, named, operands
 
 STATUSES = {
     0: "TB_SOLVED",
@@ -42,7 +43,8 @@ class Statements:
         self.program, self.table, self.lines = program, Table(program.scalar), list[str]()
         self._names: dict[Node, str] = {}
         self._taken: set[str] = {"c", "f", "tau", "f_min", "f_max", "share", "fault", "working", "of"}
-        self._uses = _uses(program)
+        asked = (named(step, program) for step in every(program.steps))
+        self._uses = Counter([program.status, *chain.from_iterable(asked)])  # how often C names each node
         # What stands in an arm of a ternary is calculated behind a jump, which costs more than both arms.
         self._arms = {
             each
@@ -244,26 +246,3 @@ class Statements:
         if operation[0] in ("and", "or", "not"):
             return any(self.looks(each) for each in operands(operation))
         return bool(operation[0] == "finite")
-
-
-def _uses(program: Program) -> Counter[Node]:
-    """How often C names each node."""
-    uses: Counter[Node] = Counter([program.status])
-
-    def count(steps: Iterable[Step]) -> None:
-        for step in steps:
-            match step:
-                case int():
-                    uses.update(operands(program.nodes[step]))
-                case Exit():
-                    uses.update([step.condition, *(case for case, _ in step.cases)])
-                case Write():
-                    uses[program.outputs[step.array, step.index]] += 1
-                case Branch():
-                    uses[step.condition] += 1
-                    for node in step.merged:
-                        uses.update(operands(program.nodes[node])[1:])
-                    count(step.steps)
-
-    count(program.steps)
-    return uses

@@ -1,8 +1,9 @@
 """What a kernel computes, as a value: operations on numbers, what is refused, what comes out."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import chain
 from typing import Any, Literal
 
 Scalar = Literal["double", "float"]
@@ -105,6 +106,14 @@ Step = Node | Fence | Exit | Branch | Write
 """What a printer does next; a node stands for its being calculated, and all that it needs before it."""
 
 
+def every(steps: Iterable[Step]) -> Iterator[Step]:
+    """All steps, those of a branch behind it."""
+    for step in steps:
+        yield step
+        if isinstance(step, Branch):
+            yield from every(step.steps)
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Program:
     """One kernel for one state of the thrusters.
@@ -160,6 +169,21 @@ class Program:
     def size(self, array: str) -> int:
         """How many entries of an output there are."""
         return sum(name == array for name, _ in self.outputs)
+
+
+def named(step: Step, program: Program) -> tuple[Node, ...]:
+    """The nodes that a step itself asks for, those of a branch's own steps left out."""
+    match step:
+        case int():
+            return operands(program.nodes[step])
+        case Exit():
+            return (step.condition, *(case for case, _ in step.cases))
+        case Write():
+            return (program.outputs[step.array, step.index],)
+        case Branch():
+            ends = (operands(program.nodes[node])[1:] for node in step.merged)
+            return (step.condition, *chain.from_iterable(ends))
+    return ()
 
 
 def operands(operation: Operation) -> tuple[Node, ...]:

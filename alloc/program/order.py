@@ -6,7 +6,19 @@ So few numbers are alive at a time, and fit a processor's registers.
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
-from alloc.program.nodes import Branch, Exit, Node, Operation, Program, Step, Write, operands, reachable
+from alloc.program.nodes import (
+    Branch,
+    Exit,
+    Node,
+    Operation,
+    Program,
+    Step,
+    Write,
+    every,
+    named,
+    operands,
+    reachable,
+)
 
 Block = tuple[int, ...]
 """Where a step stands: the number of each branch around it, from the outside."""
@@ -49,10 +61,8 @@ def _demands(step: Step, block: Block, program: Program) -> list[tuple[Node, Blo
     match step:
         case int():
             return [(step, block)]
-        case Exit():
-            return [(node, block) for node in (step.condition, *(case for case, _ in step.cases))]
-        case Write():
-            return [(program.outputs[step.array, step.index], block)]
+        case Exit() | Write():
+            return [(node, block) for node in named(step, program)]
         case Branch():
             found = [(step.condition, block[:-1])]
             for node in step.merged:
@@ -66,15 +76,8 @@ def _demands(step: Step, block: Block, program: Program) -> list[tuple[Node, Blo
 
 def _homes(program: Program, steps: Numbered) -> dict[Node, Block]:
     """The block in which each node is calculated: the innermost around all that need it."""
-    merged: set[Node] = set()
-
-    def all_merged(some: Iterable[Step]) -> None:
-        for step in some:
-            if isinstance(step, Branch):
-                merged.update(step.merged)
-                all_merged(step.steps)
-
-    all_merged(step for step, _ in steps)
+    taken = every(step for step, _ in steps)
+    merged = {node for step in taken if isinstance(step, Branch) for node in step.merged}
     homes: dict[Node, Block] = {program.status: ()}
 
     def needed(node: Node, block: Block) -> None:
