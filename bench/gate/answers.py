@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from alloc import Allocation, NotApplicable, Status
+from alloc import Allocation, NotApplicable, Status, Vehicle
 from alloc.allocation import BoolArray
 from alloc.live.plain import ANY_DISTANCE
 from bench.demands import DemandSet
@@ -52,7 +52,7 @@ class SideAnswers(NamedTuple):
 def answered(side: Prober, cell: GateCell, question: Question) -> SideAnswers:
     """Ask one side for its answers to the question's demands, as many as it gives in SECONDS."""
     try:
-        promises = side.ask("build", cell=cell.name, **names(cell))
+        promises = side.ask("build", cell=cell.name, **names(cell) | state(question.demands.vehicle))
         raw = side.ask("answers", cell=cell.name, seconds=SECONDS, **calls(question.demands))
     except (Died, Refused) as reason:
         refused = isinstance(reason, Refused) and reason.kind == NotApplicable.__name__
@@ -76,6 +76,11 @@ def calls(demands: DemandSet | Case) -> dict[str, Any]:
     """The demands, with their limits where they have any, as a worker takes them."""
     limits = () if demands.f_min is None or demands.f_max is None else (demands.f_min, demands.f_max)
     return {"taus": packed(demands.taus), "limits": [packed(side) for side in limits]}
+
+
+def state(vehicle: Vehicle) -> dict[str, Any]:
+    """The vehicle's name, and which of its thrusters are off, as a worker takes them."""
+    return {"vehicle": vehicle.whole or vehicle.name, "off": np.flatnonzero(vehicle.readiness == 0).tolist()}
 
 
 def first(question: Question, count: int) -> Question:

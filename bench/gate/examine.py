@@ -13,13 +13,13 @@ from alloc.errors import UnknownName
 from bench.demands import DemandSet, build_demands, labelled
 from bench.demands.near_degenerate import edge_demands
 from bench.demands.store import VEHICLE_ARRAYS, Case
-from bench.gate.answers import SideAnswers, answered, calls, differ, first, wrong
+from bench.gate.answers import SideAnswers, answered, calls, differ, first, state, wrong
 from bench.gate.cells import CONTROL_DEMANDS, DEFAULT_CELLS, chosen, controls
 from bench.gate.prober import Prober
 from bench.gate.record import CONTROL, GateCell
 from bench.gate.side import Died, Refused
 from bench.gate.worker import unpacked
-from bench.judging.question import Answers, Ask, Question, Unanswered, questions
+from bench.judging.question import Answers, Question, Unanswered, questions
 
 TIMED = {"inactive": 15, "active": 15}
 """How many demands of each kind are timed. Infeasible ones are not: an iterative solver spends most of its
@@ -34,6 +34,9 @@ EDGES = 500
 
 MOVING = {"jolts": 3000}
 """The same, of demands that come with limits of their own."""
+
+FAILED = {"inactive": 20, "active": 40, "infeasible": 20}
+"""The same, with each thruster off in turn: what a failure breaks, it breaks in many demands."""
 
 SEED = 2004
 
@@ -76,7 +79,7 @@ def examine(base: Prober, head: Prober, patterns: Sequence[str]) -> Examined:
         examined.cells.append(cell)
     for name, cells in shared.items():
         vehicle = _vehicle(base, name)
-        asked = [_question(demands, partial(_ask, base)) for demands in demand_sets(vehicle)]
+        asked = questions(demand_sets(vehicle), partial(_ask, base))
         examined.demands[name] = _of_kinds(vehicle, TIMED).tolist()
         try:
             same_numbers = head.ask("vehicle", name=name) == base.ask("vehicle", name=name)
@@ -89,7 +92,7 @@ def examine(base: Prober, head: Prober, patterns: Sequence[str]) -> Examined:
             examined.notes.append(
                 f"{name}: its numbers differ, so each side is judged by its own, not by the other"
             )
-        theirs = asked if same_numbers else [_on_other_numbers(q, _vehicle(head, name)) for q in asked]
+        theirs = asked if same_numbers else _on_other_numbers(asked, _vehicle(head, name))
         for cell in cells:
             remarks, refused = _examine(cell, (base, head), asked, theirs)
             examined.notes.extend(remarks)
@@ -119,11 +122,14 @@ def _examine(
     for of_base, of_head in zip(asked, theirs, strict=True):
         base, head = _at_once(sides, cell, (of_base, of_head))
         count = min(len(side.answers) or len(of_base.demands.taus) for side in (base, head))
-        if base.lacks and of_base.demands.f_min is not None:
+        if base.lacks and of_base is not asked[0]:  # it takes no limits of each call, or no failed thruster
             if not head.lacks:
-                remarks.append(f"limits of each call are new: `{cell.name}`")
+                limits = of_base.demands.f_min is not None
+                beyond = "limits of each call" if limits else f"answers with {of_base.demands.name}"
+                remarks.append(f"{beyond} are new: `{cell.name}`")
             continue
-        cell.base_lacks, cell.head_lacks = base.lacks or cell.base_lacks, head.lacks or cell.head_lacks
+        cell.base_lacks = base.lacks or cell.base_lacks
+        cell.head_lacks = _when(of_head, head.lacks) or cell.head_lacks
         refused |= head.refused
         if base.lacks or head.lacks:
             break
@@ -131,12 +137,17 @@ def _examine(
             of_base, of_head = first(of_base, count), first(of_head, count)
             base, head = (side._replace(answers=side.answers[:count]) for side in (base, head))
             remarks.append(f"only {count:,} demands were looked at: `{cell.name}`")
-        before, now = wrong(of_base, base), wrong(of_head, head)
+        before, now = _when(of_base, wrong(of_base, base)), _when(of_head, wrong(of_head, head))
         cell.base_wrong, cell.head_wrong = cell.base_wrong or before, cell.head_wrong or now
         cell.turned_wrong = cell.turned_wrong or ("" if before else now)
         if asked is theirs:
-            cell.differ = cell.differ or differ(of_base, base, head)
+            cell.differ = cell.differ or _when(of_base, differ(of_base, base, head))
     return remarks, refused
+
+
+def _when(question: Question, what: str) -> str:
+    """What was found, and with which thruster off, where one is."""
+    return f"{question.demands.name}: {what}" if what and question.demands.vehicle.whole else what
 
 
 def _at_once(
@@ -153,11 +164,16 @@ def _at_once(
 
 
 def demand_sets(vehicle: Vehicle) -> list[DemandSet]:
-    """The demands that cells of a vehicle are asked, all kinds mixed; then those with limits of their own."""
+    """The demands that cells of a vehicle are asked.
+
+    All kinds mixed; then those with limits of their own; then those with each thruster off in turn.
+    """
     edges = edge_demands(vehicle, np.random.default_rng(SEED), EDGES)
     mixed = np.random.default_rng(SEED).permutation(np.vstack([_of_kinds(vehicle, LOOKED_AT), edges]))
     moving = [build_demands(name, vehicle, SEED, n) for name, n in MOVING.items()]
-    return [labelled("gate", vehicle, mixed), *moving]
+    states = {i: vehicle.with_fault(i) for i in vehicle.working.tolist() if len(vehicle.working) > 1}
+    failed = [labelled(f"thruster {i} off", state, _of_kinds(state, FAILED)) for i, state in states.items()]
+    return [labelled("gate", vehicle, mixed), *moving, *failed]
 
 
 def _of_kinds(vehicle: Vehicle, kinds: Mapping[str, int]) -> FloatArray:
@@ -182,7 +198,7 @@ def _ask(side: Prober, method: str, cases: Sequence[Case]) -> list[Answers | Una
     cell = f"reference:{method}"
     for case in cases:
         try:
-            side.ask("build", cell=cell, vehicle=case.vehicle.name, method=method, start="-")
+            side.ask("build", cell=cell, method=method, start="-", **state(case.vehicle))
             raw = side.ask("many", cell=cell, **calls(case))
         except (Died, Refused) as reason:
             answers.append(Unanswered("failed", str(reason)))
@@ -195,13 +211,16 @@ def _nobody(method: str, cases: Sequence[Case]) -> list[Answers | Unanswered]:
     return [Unanswered("missing", "the head is not trusted with an optimum")] * len(cases)
 
 
-def _on_other_numbers(question: Question, vehicle: Vehicle) -> Question:
+def _on_other_numbers(asked: Sequence[Question], vehicle: Vehicle) -> list[Question]:
     # Other numbers give the same demands other labels, and no right answer is known but T* tau.
-    if vehicle.k != question.demands.vehicle.k:
-        raise Refused(f"{vehicle.name}: its DOF differ between the sides; give --cells without it")
-    d = question.demands
-    return _question(labelled(d.name, vehicle, d.taus, d.f_min, d.f_max), _nobody)
-
-
-def _question(demands: DemandSet, ask: Ask) -> Question:
-    return questions([demands], ask)[0]
+    first_asked = asked[0].demands.vehicle
+    for what, before, now in (("DOF", first_asked.k, vehicle.k), ("thrusters", first_asked.n, vehicle.n)):
+        if before != now:
+            raise Refused(f"{vehicle.name}: its {what} differ between the sides; give --cells without it")
+    sets = []
+    for d in (question.demands for question in asked):
+        numbers = vehicle
+        for i in state(d.vehicle)["off"]:
+            numbers = numbers.with_fault(i)
+        sets.append(labelled(d.name, numbers, d.taus, d.f_min, d.f_max))
+    return questions(sets, _nobody)

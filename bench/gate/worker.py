@@ -12,6 +12,7 @@ import json
 import os
 import sys
 from base64 import b64decode, b64encode
+from collections.abc import Sequence
 from pathlib import Path
 from time import monotonic, thread_time_ns
 from typing import Any
@@ -27,8 +28,9 @@ Packed = dict[str, Any]
 
 
 def packed(array: Any) -> Packed:
-    """The array as JSON can hold it."""
-    return {"shape": list(array.shape), "bytes": b64encode(array.astype("<f8").tobytes()).decode()}
+    """The array as JSON can hold it; raises TypeError for complex numbers."""
+    real = array.astype("<f8", casting="same_kind")
+    return {"shape": list(real.shape), "bytes": b64encode(real.tobytes()).decode()}
 
 
 def unpacked(array: Packed) -> Any:
@@ -101,11 +103,15 @@ class Orders:
         arrays = {key: getattr(v, key).tolist() for key in ARRAYS}
         return {"dof": list(v.dof), **arrays}
 
-    def build(self, cell: str, vehicle: str, method: str, start: str) -> dict[str, Any]:
-        """Prepare a cell's allocator; returns what it promises."""
+    def build(
+        self, cell: str, vehicle: str, method: str, start: str, off: Sequence[int] = ()
+    ) -> dict[str, Any]:
+        """Prepare a cell's allocator, with those thrusters off; returns what it promises."""
         if vehicle not in self.vehicles:  # parsing YAML takes longer than building most allocators
             self.vehicles[vehicle] = self.alloc.load_vehicle(self.files.get(vehicle, vehicle))
         loaded = self.vehicles[vehicle]
+        for thruster in off:
+            loaded = loaded.with_fault(thruster)
         if method in self.plugins:
             allocate = self.discovery.prepare(self.plugins[method], loaded, start=start)
         else:

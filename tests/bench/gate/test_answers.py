@@ -8,10 +8,10 @@ import pytest
 from alloc import Allocation, Label, Status, Vehicle, build, load_vehicle
 from alloc.allocation import FloatArray
 from bench.gate.answers import SideAnswers, answered, differ, first, wrong
-from bench.gate.examine import EDGES, LOOKED_AT, MOVING, demand_sets
+from bench.gate.examine import EDGES, FAILED, LOOKED_AT, MOVING, demand_sets
 from bench.gate.prober import Prober
 from bench.gate.record import GateCell
-from bench.gate.worker import Orders
+from bench.gate.worker import Orders, packed
 from bench.judging.question import Question, ask_here, questions
 
 PROMISES = {"formulation": "hard", "limited": True, "tolerance": 1e-6}
@@ -48,8 +48,10 @@ def changed(answers: list[Allocation], i: int, f: FloatArray, status: Status = S
     return SideAnswers("", PROMISES, [*answers[:i], Allocation(f, status), *answers[i + 1 :]])
 
 
-def test_demands_of_each_kind_are_asked_and_with_limits_of_their_own(vehicle: Vehicle) -> None:
-    mixed, moving = demand_sets(vehicle)
+def test_each_kind_is_asked_and_with_limits_of_its_own_and_with_each_thruster_off(
+    vehicle: Vehicle,
+) -> None:
+    mixed, moving, *failed = demand_sets(vehicle)
     counts = np.bincount(mixed.labels, minlength=4)
     assert len(mixed.taus) == sum(LOOKED_AT.values()) + EDGES
     assert counts[Label.ACTIVE] >= LOOKED_AT["active"]
@@ -57,6 +59,8 @@ def test_demands_of_each_kind_are_asked_and_with_limits_of_their_own(vehicle: Ve
     assert (np.abs(mixed.alpha - 1.0) < 1e-12).sum() > EDGES / 8
     assert moving.f_min is not None
     assert len(moving.f_min) == MOVING["jolts"]
+    assert [d.vehicle.faults for d in failed] == [((i, 0.0),) for i in range(vehicle.n)]
+    assert all(len(d.taus) >= sum(FAILED.values()) - FAILED["active"] for d in failed)
 
 
 @pytest.mark.parametrize("hit", ["all", "active"])
@@ -198,3 +202,8 @@ def test_answers_differ_where_only_one_side_promises_limits(
 ) -> None:
     free = SideAnswers("", {**PROMISES, "limited": False}, right)
     assert differ(question, SideAnswers("", PROMISES, right), free) == "limited True → False"
+
+
+def test_thrusts_that_are_no_real_numbers_are_not_taken_for_their_real_parts() -> None:
+    with pytest.raises(TypeError, match="complex"):
+        packed(np.ones(3) * (1 + 1j))

@@ -31,6 +31,7 @@ SABOTAGES: Mapping[str, Callable[[str], str]] = MappingProxyType(
             "        return", "        if tau[0] > 0:\n            return None\n        return"
         ),
         "not_a_number": lambda text: text.replace("G @ tau,", "np.where(tau[0] > 0, np.nan, G @ tau),"),
+        "failed_thruster": lambda text: text.replace("G @ tau,", "vehicle.readiness.min() * (G @ tau),"),
         "not_imported": lambda text: f"import no_such_module\n{text}",
         "raises": lambda text: text.replace("        return", "        assert tau[0] < 0\n        return"),
     }
