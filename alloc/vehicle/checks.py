@@ -4,8 +4,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from alloc.allocation import FloatArray, real
 from alloc.errors import VehicleError
+from alloc.vehicle.frame import checked_frame
 from alloc.vehicle.geometry import DOF
+from alloc.vehicle.limits import check_slew, check_table
+from alloc.vehicle.names import check_names
 
 if TYPE_CHECKING:
     from alloc.vehicle.model import Vehicle
@@ -15,15 +19,24 @@ LARGEST, SMALLEST = 1e15, 1e-9
 """Bounds on the sizes in a vehicle [N, m]; between them no product over- or underflows."""
 
 
+def checked_array(vehicle: "Vehicle", key: str) -> FloatArray:
+    """The numbers of an array as they were given; raises VehicleError where they are none or too large."""
+    name = vehicle.name
+    try:
+        array = real(np.asarray(getattr(vehicle, key)))
+    except (TypeError, ValueError, OverflowError) as error:
+        raise VehicleError(f"{name}: {key} is not an array of numbers ({error})", key) from None
+    if not np.isfinite(array).all():
+        raise VehicleError(f"{name}: {key} holds NaN or infinity; every entry must be finite", key)
+    if np.abs(array).max(initial=0.0) > LARGEST:
+        raise VehicleError(f"{name}: {key} holds a number above {LARGEST:g}; check its unit", key)
+    return array
+
+
 def check_shapes(vehicle: "Vehicle") -> None:
-    """Raise VehicleError where an array's numbers or shape, or the DOFs, are those of no vehicle."""
+    """Raise VehicleError where an array's shape, DOFs, names or the frame are those of no vehicle."""
     name, dof = vehicle.name, vehicle.dof
-    for key in ARRAYS:
-        array = getattr(vehicle, key)
-        if not np.isfinite(array).all():
-            raise VehicleError(f"{name}: {key} holds NaN or infinity; every entry must be finite", key)
-        if np.abs(array).max(initial=0.0) > LARGEST:
-            raise VehicleError(f"{name}: {key} holds a number above {LARGEST:g}; check its unit", key)
+    checked_frame(vehicle.frame)
     unknown = [axis for axis in dof if axis not in DOF]
     if unknown or len(set(dof)) != len(dof) or not dof:
         raise VehicleError(f"{name}: dof {list(dof)} must be distinct names out of {list(DOF)}", "dof")
@@ -37,6 +50,7 @@ def check_shapes(vehicle: "Vehicle") -> None:
             raise VehicleError(
                 f"{name}: {key} has shape {actual}; {n} thrusters and {k} DOF need {shape}", key
             )
+    check_names(vehicle.names, n)
 
 
 def check_values(vehicle: "Vehicle") -> None:
@@ -69,3 +83,13 @@ def check_values(vehicle: "Vehicle") -> None:
         raise VehicleError(f"{name}: every thruster is off; at least one must work")
     if (vehicle.slack_weights <= 0).any():
         raise VehicleError(f"{name}: slack_weights must be positive", "slack_weights")
+
+
+def check_parts(vehicle: "Vehicle") -> None:
+    """Raise VehicleError where slew rates, limits by voltage or ESCs are those of other thrusters."""
+    if vehicle.slew is not None:
+        check_slew(vehicle.slew, vehicle.n)
+    if vehicle.by_volts is not None:
+        check_table(vehicle.by_volts, vehicle.n)
+    if vehicle.esc and len(vehicle.esc) != vehicle.n:
+        raise VehicleError(f"{vehicle.name}: {len(vehicle.esc)} ESCs for {vehicle.n} thrusters", "esc")

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from alloc.allocation import FloatArray, IndexArray, real
+from alloc.allocation import FloatArray, IndexArray
 from alloc.errors import DemandError, VehicleError
 from alloc.vehicle import wire
-from alloc.vehicle.checks import ARRAYS, check_shapes, check_values
+from alloc.vehicle.checks import ARRAYS, check_parts, check_shapes, check_values, checked_array
 from alloc.vehicle.esc import Esc, Sent
 from alloc.vehicle.frame import Frame, checked_frame, turned
-from alloc.vehicle.limits import Interval, Slew, VoltageTable, check_slew, check_table, of_a_moment
-from alloc.vehicle.names import check_names, index_of
+from alloc.vehicle.limits import Interval, Slew, VoltageTable, of_a_moment
+from alloc.vehicle.names import index_of
 from alloc.vehicle.priority import Priority, checked_levels, checked_priority
 
 RANK_TOLERANCE = 1e-9
@@ -69,26 +69,15 @@ class Vehicle:
     def __post_init__(self) -> None:
         """Freeze private copies of the arrays; raise VehicleError where they describe no vehicle."""
         for key in ARRAYS:
-            try:
-                array = real(np.asarray(getattr(self, key)))
-            except (TypeError, ValueError, OverflowError) as error:
-                raise VehicleError(f"{self.name}: {key} is not an array of numbers ({error})", key) from None
-            object.__setattr__(self, key, _frozen(array))
-        checked_frame(self.frame)
+            object.__setattr__(self, key, _frozen(checked_array(self, key)))
         check_shapes(self)
         object.__setattr__(self, "priority", checked_priority(self.priority, self.dof))
         object.__setattr__(self, "groups", checked_levels(self.groups, self.dof, "groups", "group"))
-        check_names(self.names, self.n)
         for key in ("f_min", "f_max"):  # a thruster that is off gives 0, however the vehicle was made
             limits = np.where(self.readiness == 0, 0.0, getattr(self, key))
             object.__setattr__(self, key, _frozen(limits))
         check_values(self)
-        if self.slew is not None:
-            check_slew(self.slew, self.n)
-        if self.by_volts is not None:
-            check_table(self.by_volts, self.n)
-        if self.esc and len(self.esc) != self.n:
-            raise VehicleError(f"{self.name}: {len(self.esc)} ESCs for {self.n} thrusters", "esc")
+        check_parts(self)
 
     @property
     def k(self) -> int:
@@ -224,19 +213,14 @@ class Vehicle:
         curve has several voltages and nothing says which.
         """
         low, high = self.f_min if f_min is None else f_min, self.f_max if f_max is None else f_max
-        return wire.commands(self._escs(), f, volts, low, high)
+        return wire.commands(self.name, self.esc, f, volts, low, high)
 
     def thrusts(self, commands: ArrayLike, volts: ArrayLike | None = None) -> FloatArray:
         """Thrusts (n,) or (N, n) [N] that commands of that shape make: the way back of ``commands``.
 
         Commands beyond the range make what its end makes, NaN makes NaN. Raises as ``commands``.
         """
-        return wire.thrusts(self._escs(), commands, volts)
-
-    def _escs(self) -> tuple[Esc, ...]:
-        if not self.esc:
-            raise VehicleError(f"{self.name}: has no ESCs; add 'esc' to its file", "esc")
-        return self.esc
+        return wire.thrusts(self.name, self.esc, commands, volts)
 
     def with_fault(self, thruster: int | str, readiness: float = 0.0) -> "Vehicle":
         """This vehicle with one thruster off, or weakened: p_ii = ``readiness`` (eq. 2).

@@ -6,32 +6,34 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from alloc.allocation import FloatArray
-from alloc.errors import DemandError
+from alloc.errors import DemandError, VehicleError
 from alloc.vehicle import esc
 from alloc.vehicle.esc import Esc, Sent
 
 
 def commands(
-    escs: Sequence[Esc], f: ArrayLike, volts: ArrayLike | None, f_min: ArrayLike, f_max: ArrayLike
+    name: str, escs: Sequence[Esc], f: ArrayLike, volts: ArrayLike | None, f_min: ArrayLike, f_max: ArrayLike
 ) -> Sent:
     """As ``Vehicle.commands``, with the limits given."""
-    wishes, at, single = _rows(escs, f, volts, "f")
+    wishes, at, single = _rows(name, escs, f, volts, "f")
     low, high = (np.broadcast_to(np.asarray(side, np.float64), wishes.shape) for side in (f_min, f_max))
     sent = esc.commands(escs, wishes, at, low, high)
     return Sent(*(part[0] for part in sent)) if single else sent
 
 
-def thrusts(escs: Sequence[Esc], sent: ArrayLike, volts: ArrayLike | None) -> FloatArray:
+def thrusts(name: str, escs: Sequence[Esc], sent: ArrayLike, volts: ArrayLike | None) -> FloatArray:
     """As ``Vehicle.thrusts``."""
-    rows, at, single = _rows(escs, sent, volts, "commands")
+    rows, at, single = _rows(name, escs, sent, volts, "commands")
     made = esc.thrusts(escs, rows, at)
     return made[0] if single else made
 
 
 def _rows(
-    escs: Sequence[Esc], values: ArrayLike, volts: ArrayLike | None, key: str
+    name: str, escs: Sequence[Esc], values: ArrayLike, volts: ArrayLike | None, key: str
 ) -> tuple[FloatArray, FloatArray, bool]:
     """Values as (N, n), voltages as (N,), -inf where none is given, and whether there is one row."""
+    if not escs:
+        raise VehicleError(f"{name}: has no ESCs; add 'esc' to its file", "esc")
     n = len(escs)
     try:
         given = np.asarray(values, dtype=np.float64)

@@ -10,20 +10,20 @@ from numpy.typing import NDArray
 
 from alloc import Vehicle
 from alloc.allocation import FloatArray
+from alloc.vehicle.checks import ARRAYS
 from alloc.vehicle.esc import Esc
 from alloc.vehicle.limits import Slew, VoltageTable
 from bench.demands import DemandSet
 
 ESC = tuple(field.name for field in fields(Esc))
 LEVELS = ("priority", "groups")
-VEHICLE_ARRAYS = ("T", "H", "f_min", "f_max", "readiness", "slack_weights")
 
 
 def arrays_of(vehicle: Vehicle) -> dict[str, NDArray[Any]]:
     """The arrays that a vehicle is made of."""
     names = np.array([vehicle.name, vehicle.source, vehicle.whole, vehicle.frame])
     arrays = {"vehicle": names, "dof": np.array(vehicle.dof), "thrusters": np.array(vehicle.names, dtype=str)}
-    arrays |= {k: getattr(vehicle, k) for k in VEHICLE_ARRAYS}
+    arrays |= {k: getattr(vehicle, k) for k in ARRAYS}
     for key in LEVELS:
         arrays[key] = np.array([",".join(level) for level in getattr(vehicle, key)], dtype=str)
     if vehicle.slew is not None:
@@ -40,7 +40,7 @@ def arrays_of(vehicle: Vehicle) -> dict[str, NDArray[Any]]:
 def vehicle_of(arrays: Mapping[str, NDArray[Any]]) -> Vehicle:
     """The vehicle made of what ``arrays_of`` returned."""
     name, source, whole, *frame = map(str, arrays["vehicle"])
-    numbers: dict[str, Any] = {key: arrays[key] for key in VEHICLE_ARRAYS}
+    numbers: dict[str, Any] = {key: arrays[key] for key in ARRAYS}
     if "slew up" in arrays:
         numbers["slew"] = Slew(arrays["slew up"], arrays["slew down"])
     if "volts" in arrays:
@@ -64,7 +64,7 @@ def _esc(arrays: Mapping[str, NDArray[Any]], i: int) -> Esc:
 
 def same_vehicle(a: Vehicle, b: Vehicle) -> bool:
     """Whether two vehicles have the same numbers."""
-    same = all(np.array_equal(getattr(a, key), getattr(b, key)) for key in VEHICLE_ARRAYS)
+    same = all(np.array_equal(getattr(a, key), getattr(b, key)) for key in ARRAYS)
     return same and (a.priority, a.groups, a.frame) == (b.priority, b.groups, b.frame)
 
 

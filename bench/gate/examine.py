@@ -10,9 +10,10 @@ import numpy as np
 from alloc import NotApplicable, Vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import UnknownName
+from alloc.vehicle.checks import ARRAYS
 from bench.demands import DemandSet, build_demands, labelled
 from bench.demands.near_degenerate import edge_demands
-from bench.demands.store import VEHICLE_ARRAYS, Case
+from bench.demands.store import Case
 from bench.gate.answers import SideAnswers, answered, calls, differ, first, state, wrong
 from bench.gate.cells import CONTROL_DEMANDS, DEFAULT_CELLS, chosen, controls
 from bench.gate.prober import Prober
@@ -188,7 +189,7 @@ def _of_kinds(vehicle: Vehicle, kinds: Mapping[str, int]) -> FloatArray:
 
 def _vehicle(side: Prober, name: str) -> Vehicle:
     numbers = side.ask("vehicle", name=name)
-    arrays: dict[str, Any] = {key: np.array(numbers[key]) for key in VEHICLE_ARRAYS}
+    arrays: dict[str, Any] = {key: np.array(numbers[key]) for key in ARRAYS}
     return Vehicle(name=name, dof=tuple(numbers["dof"]), **arrays)
 
 
