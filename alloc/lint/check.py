@@ -23,6 +23,8 @@ def check_vehicle(name: str | Path) -> Report:
         document = read_document(path)
     except (FileError, VehicleError) as reason:
         key = reason.key if isinstance(reason, VehicleError) else ""
+        if reason.path != path:  # a curve's file, which the vehicle's names
+            return Report(path, None, (Finding("error", "esc", None, str(reason)),))
         return Report(path, None, (Finding("error", key, reason.line, reason.what),))
     keys, lines = document.keys, document.tree.lines
     collected = list(on_name(keys, path))

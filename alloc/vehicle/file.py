@@ -100,6 +100,8 @@ def vehicle_with(keys: VehicleFile, T: FloatArray) -> Vehicle:
         raise VehicleError(
             f"weights: {len(keys.weights)} numbers for {n} thrusters; give one each", "weights"
         )
+    if any(not weight > 0 for weight in keys.weights or ()):
+        raise VehicleError("weights: give numbers above 0, so that each thrust has a price", "weights")
     H = np.diag(keys.weights or [1.0] * n) if keys.H is None else _rectangular("H", keys.H)
     names = _names(keys)
     f_min, f_max = (_said(keys, key, n) for key in ("f_min", "f_max"))

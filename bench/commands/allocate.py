@@ -1,7 +1,9 @@
 """``thrustbench allocate``."""
 
 import sys
-from contextlib import redirect_stdout
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
 from typing import Any
 
@@ -78,9 +80,10 @@ def command(
     )
     taus = log.taus
     lows, highs = limits_in(demands, log.columns, answering)
-    allocator = prepare(entry, answering, start=start, level=level)
     header = [answering.called(i) if names else f"f{i}" for i in range(answering.n)]
-    with redirect_stdout(sys.stderr):  # silent or not, SCS and OSQP print what they can't do
+    # Silent or not, SCS and OSQP print what they can't do.
+    with redirect_stdout(sys.stderr), _faults_of(plugin):
+        allocator = prepare(entry, answering, start=start, level=level)
         if lows is None or highs is None:
             answers = [allocator(tau) for tau in taus]
         else:
@@ -94,3 +97,21 @@ def command(
     click.echo(log.said, err=True)  # at last, since a refusal is one line
     if log.doubt:
         click.echo(f"warning: {log.doubt}", err=True)
+
+
+@contextmanager
+def _faults_of(plugin: Path | None) -> Iterator[None]:
+    """Say in one line where a plug-in's own code raised; raises PluginError."""
+    from alloc.errors import AllocError, PluginError
+
+    try:
+        yield
+    except AllocError:
+        raise
+    except Exception as error:
+        if plugin is None:
+            raise
+        frames = traceback.extract_tb(error.__traceback__)
+        lines = [frame.lineno for frame in frames if Path(frame.filename).name == plugin.name]
+        place = f"line {lines[-1]}: " if lines else ""
+        raise PluginError(f"{plugin}: {place}{type(error).__name__}: {error}; mend it") from error

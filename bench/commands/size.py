@@ -98,6 +98,8 @@ def command(
     machines = read_machines(directories)
     timed = [machine for machine in machines if machine.run.by_vehicle]
     where = ", ".join(map(str, directories))
+    if canary and not timed:
+        raise click.UsageError("--canary transfers times to another machine; no method was timed here")
     measured = {name for machine in timed for name in machine.run.by_vehicle}
     counted = {kernel.vehicle for machine in machines for kernel in machine.run.record.emulated}
     _known(where, "vehicle", vehicles, measured | counted)
@@ -143,4 +145,6 @@ def _known(where: str, what: str, asked: tuple[str, ...], known: set[str]) -> No
 
     unknown = sorted(set(asked) - known)
     if unknown:
-        raise UnknownName(f"{where}: no {what} '{unknown[0]}' here; there is {', '.join(sorted(known))}")
+        raise UnknownName(
+            f"{where}: no {what} '{unknown[0]}' here; there is {', '.join(sorted(known)) or 'none'}"
+        )

@@ -188,8 +188,10 @@ def _chosen(
         if kind:
             return kind, f"The thrusters are what {pattern or 'thruster or propeller'!r} names"
     names = listed([name for mount in mounts for name in (mount.joint, mount.link) if name], 20)
+    if not names:
+        raise VehicleError(f"{path}: has no joints, so no thrusters; give a description that has them")
     raise VehicleError(
-        f"{path}: {pattern or 'thruster or propeller'!r} names none of {names or 'no joints'}; say which with"
+        f"{path}: {pattern or 'thruster or propeller'!r} names none of {names}; say which with"
         " --thruster PATTERN, as in '.*prop.*'"
     )
 

@@ -33,6 +33,11 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "tagged.yaml").write_text("name: !!python/object/apply:os.system [ls]\n")
     (tmp_path / "broken.py").write_text("def build(:\n")
     (tmp_path / "empty.py").write_text("")
+    (tmp_path / "unbuilt.py").write_text("def build(vehicle):\n    raise RuntimeError('no')\n")
+    (tmp_path / "divides.py").write_text("def build(vehicle):\n    return lambda tau: 1 / 0\n")
+    (tmp_path / "no-curve.yaml").write_text(
+        "name: v\ndof: [surge]\nT: [[1]]\nesc: {neutral: 0, range: [-1, 1], curve: gone.csv}\n"
+    )
     (tmp_path / "exits.py").write_text("import sys; sys.exit(0)\n")
     (tmp_path / "fake.bag").write_bytes(b"#ROSBAG V2.0\n" + bytes(50))
     (tmp_path / "fake.ulg").write_bytes(b"ULog\x01\x12\x35\x01" + bytes(50))
@@ -125,7 +130,16 @@ def refusal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
             "allocate|good.csv|--vehicle|ukwial|--method|pinv|--plugin|good.py",
             "good.py: holds method 'good', not 'pinv'; give --method good",
         ),
+        (
+            "allocate|good.csv|--vehicle|ukwial|--method|unbuilt|--plugin|unbuilt.py",
+            "unbuilt.py: line 2: RuntimeError: no",
+        ),
+        (
+            "allocate|good.csv|--vehicle|ukwial|--method|divides|--plugin|divides.py",
+            "divides.py: line 2: ZeroDivisionError",
+        ),
         ("check|gone.yaml", "gone.yaml: can't be read"),
+        ("check|no-curve.yaml", "no-curve.yaml: gone.csv: can't be read"),
         ("check|binary.csv", "binary.csv: "),
         ("import|TAM.yaml", "no limits in it; give --f-min and --f-max"),
         ("import|TAM.yaml|--f-min|nan|--f-max|1", "f_min holds NaN"),
