@@ -19,10 +19,10 @@ from bench.record import (
     RecordError,
     Served,
 )
-from bench.report import last_metre, mission
-from bench.report.capability import section
 from bench.report.pictures import draw_all, error, reach
 from bench.report.pictures import last_metre as pictured
+from bench.report.sections import last_metre, mission
+from bench.report.sections.capability import section
 from bench.results.rows import Run, read_run
 from tests.made_up import cell, header, problem, record
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from bench.record import Batch, Cell, Judged, Key, Line, Method
-from bench.report.onboard import section
+from bench.report.sections.onboard import section
 from bench.results.rows import read_run
 from tests import made_up
 

@@ -15,9 +15,10 @@ from markdown_it import MarkdownIt
 
 from bench.__main__ import main
 from bench.record import Batch, Cell, Emulated, Event, Judged, Key, Method
-from bench.report import cost, emulation, failures, render, worth
+from bench.report import render
 from bench.report.page import details, page
-from bench.report.tails import unmet
+from bench.report.sections import cost, emulation, failures, worth
+from bench.report.sections.tails import unmet
 from bench.results.rows import read_run
 from bench.results.text import number_range, plain, table, three
 from tests import made_up

@@ -21,7 +21,7 @@ from bench.chips.image import link
 from bench.inputs.board_answers import answered, seen
 from bench.inputs.board_log import LogError, parse, read_board_log
 from bench.record import read
-from bench.report import slowest
+from bench.report.sections import slowest
 from bench.results.fit import Fit, Loop
 from bench.results.machines import read_machines
 from bench.results.sizing import sizes
