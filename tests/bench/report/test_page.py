@@ -27,11 +27,10 @@ def test_a_made_up_section_is_shown_where_its_name_stands(
     monkeypatch.setattr(sections, "__path__", [*sections.__path__, str(tmp_path)])
     monkeypatch.setattr(sys.modules["bench.report.page"], "REST", ("made-up", "method"))
     try:
-        before, shown, after = page.details(run, frozenset()).partition(
-            f"\n## Made up of {len(run.rows)} rows\n"
-        )
+        text = details(run, frozenset())
     finally:
-        sys.modules.pop(f"{page.SECTIONS}.made_up", None)
+        sys.modules.pop(f"{SECTIONS}.made_up", None)
+    before, shown, after = text.partition(f"\n## Made up of {len(run.rows)} rows\n")
     assert before.startswith("# The details")
     assert shown
     assert "## How it was measured" in after
