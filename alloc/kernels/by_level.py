@@ -76,7 +76,7 @@ def by_level(
             ended = {i: lifted(walk.f[i], builder.graph) for i in fixed}
             gaps += [beyond(builder, i, x, again) for i, x in ended.items()]
             thrusts |= ended
-    found = held(builder, gaps, thrusts, walk.shares, walk.proportional, again)
+    found = held(builder, gaps, thrusts, walk, again)
     y = inside(builder, found.thrusts, again)
     status = select(
         _met(builder, structure.unreachable, walk.reachable.lost, found.shares), Status.SOLVED, Status.PARTIAL

@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 from alloc.allocation import FloatArray, Status
-from alloc.kernels.departure import departure
 from alloc.kernels.tolerance import HELD
+from alloc.kernels.walk import Walk
 from alloc.nullspace.allocator import exact
-from alloc.program import Builder, Expression, Limits, Number, least, most, select
+from alloc.program import Builder, Expression, Limits, Number, least, most, select, size
 from alloc.reach.edge import start
 from alloc.vehicle import Vehicle
 
@@ -43,7 +43,8 @@ class Gap(NamedTuple):
 def beyond(builder: Builder, i: int, thrust: Expression, limits: Limits) -> Gap:
     """The gap of one thruster; none of one that is off, which no drawing in brings nearer to its zero."""
     low, high = limits.ends(i)
-    value: Expression = most(low - thrust, thrust - high)
+    same = isinstance(high, float) and low == -high
+    value: Expression = size(thrust) - high if same else most(low - thrust, thrust - high)
     if any(state.readiness[i] == 0 for state in builder.faults.values()):
         on = builder.graph.by_fault(float(state.readiness[i] > 0) for state in builder.faults.values())
         value = on * value
@@ -61,16 +62,14 @@ def held(
     builder: Builder,
     gaps: list[Gap],
     thrusts: dict[int, Expression],
-    shares: list[Expression],
-    proportional: bool,
+    walk: Walk,
     limits: Limits,
 ) -> Held:
-    """Steps that draw thrusts in where they would miss by more than HELD what the shares say.
+    """Steps that draw thrusts in where they would miss by more than HELD what the walk's shares say.
 
-    ``proportional`` says that all shares together are a factor of what they make; where they are not, thrusts
-    are at rest then.
+    Where all shares together are no factor of what they make, thrusts are at rest then.
     """
-    units, spare = _units(builder, gaps)
+    shares, (units, spare) = walk.shares, _units(builder, gaps)
     if not units:
         return Held(thrusts, shares)
     bound = max(units)
@@ -78,17 +77,18 @@ def held(
     worst: Expression = most(*each).named("worst")
     builder.compute(worst)
     with builder.where(worst > bound, unlikely=True) as merged:
-        center = _center(builder, limits)
-        if not proportional:
+        center = _center(builder, walk)
+        if not walk.proportional:
             drawn = {i: merged(center[i], thrust) for i, thrust in thrusts.items()}
             return Held(_named(drawn), [merged(0.0, share) for share in shares])
         rooms = _rooms(builder, center, limits)
-        taken = [
-            _taken(builder, beyond(builder, i, x, limits).value - spare, rooms[i]) for i, x in thrusts.items()
-        ]
-        at_most = over((spare / bound) * (worst - bound), least(*rooms.values()))
-        # Both are the same but for rounding, and the second tells that little is taken of a small gap.
-        more = most(least(most(*taken), at_most, HUGE), 0.0)
+        taken: list[Number] = [HUGE]
+        if not limits.at_call:  # no more than what the largest gap takes of the narrowest room
+            taken.append(over((spare / bound) * (worst - bound), least(*rooms.values())))
+        if limits.at_call or len({*rooms.values()}) > 1:
+            gone = {i: beyond(builder, i, x, limits).value - spare for i, x in thrusts.items()}
+            taken.append(most(*(_taken(builder, value, rooms[i]) for i, value in gone.items())))
+        more = most(least(*taken[::-1]), 0.0)
         kept = (1.0 / (1.0 + more)).named("kept")
         lost = (1.0 - kept).named("lost")
         builder.compute(kept, lost)
@@ -148,13 +148,13 @@ def _rooms(builder: Builder, center: dict[int, Number], limits: Limits) -> dict[
     return found
 
 
-def _center(builder: Builder, limits: Limits) -> dict[int, Number]:
+def _center(builder: Builder, walk: Walk) -> dict[int, Number]:
     """c of each working thruster."""
     vehicle = builder.vehicle
-    if limits.by_fault:
+    if builder.limits.by_fault:
         each = np.array([at_rest(state) for state in builder.faults.values()])
         return {i: builder.graph.by_fault(each[:, i]) for i in vehicle.working.tolist()}
-    c: list[Number] = departure(builder, limits) if limits.at_call else list(at_rest(vehicle))
+    c: list[Number] = walk.start if builder.limits.at_call else list(at_rest(vehicle))
     return {i: c[i] for i in vehicle.working.tolist()}
 
 

@@ -33,6 +33,7 @@ class Walk:
     Attributes
     ----------
     levels : how many levels there are
+    start : (n,) thrusts that it begins with
     f : (n,) thrusts that make the wrench which is reached so far
     proportional : whether all shares together are a factor of the way: no step depends on those before it
     starts_at_rest : whether it begins without thrust, so that f is what G makes of the wrench
@@ -58,7 +59,8 @@ class Walk:
         self._entered: set[int] = set()
         self.levels, self.shares = len(self._maps), list[Expression]()
         self.seen = SeenArguments(self._cover(), builder)
-        self.f = departure(builder, builder.limits)
+        self.start = departure(builder, builder.limits)
+        self.f = [*self.start]
         self.starts_at_rest = all(f == 0.0 for f in self.f)
         self._missing = [] if self._whole[0].all() else missing(builder, self.f)
         # Several levels take f0 through T and then G.

@@ -206,7 +206,7 @@ def test_c_that_went_astray_says_a_smaller_share(
     assert 0.0 < got.share.max() < 0.7
     error = np.abs(got.F @ vehicle.TP.T - says) / vehicle.wrench_scale
     assert error.max() <= (OFF if scalar == "double" else 1e-5)
-    monkeypatch.setattr(by_level, "held", lambda _, __, thrusts, shares, *___: Held(thrusts, shares))
+    monkeypatch.setattr(by_level, "held", lambda _, __, thrusts, walk, *___: Held(thrusts, walk.shares))
     got = in_c(vehicle, method, scalar, limits, taus)
     error = np.abs(got.F @ vehicle.TP.T - promised(vehicle, method, taus, got.share)) / vehicle.wrench_scale
     assert error.max() > 0.1
