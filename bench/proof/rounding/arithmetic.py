@@ -137,8 +137,8 @@ class Arithmetic:
         return Value(-a.high, -a.low, a.error, form, a.own)
 
     def _abs(self, a: Value) -> Value:
-        a = self._plain(a)
-        return Value(0.0 if a.low <= 0 <= a.high else min(abs(a.low), abs(a.high)), a.size, a.error)
+        """The larger of a value and its opposite."""
+        return replace(self._max(a, self._neg(a)), low=max(0.0, a.low, -a.high))
 
     def _min(self, a: Value, b: Value) -> Value:
         return self._one_of(a, b, min, a.least and b.least)
