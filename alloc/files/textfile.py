@@ -31,18 +31,27 @@ def read_text(path: Path, largest: int = LARGEST) -> str:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a file whole, or leave the old one as it was; raises FileError.
+    """Write a text as UTF-8, line ends as they are; raises FileError as ``write_bytes``."""
+    try:
+        data = text.encode("utf-8")
+    except UnicodeEncodeError as error:  # half a letter, as in a name that was no UTF-8
+        raise FileError(f"can't be written ({_reason(error)}); write names in UTF-8", path=path) from None
+    write_bytes(path, data)
 
-    The text goes to a temporary file in the same folder, which takes the name once all of it is on the disk.
+
+def write_bytes(path: Path, data: bytes, remedy: str = "name a place that can") -> None:
+    """Write a file whole, or leave the old one as it was; raises FileError with the ``remedy``.
+
+    The data go to a temporary file in the same folder, which takes the name once all of them are on the disk.
     """
     temporary = ""
     try:
         if path.exists() and not path.is_file():  # a pipe or /dev/stdout can't be replaced
-            path.write_text(text, encoding="utf-8")
+            path.write_bytes(data)
             return
         handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-        with os.fdopen(handle, "w", encoding="utf-8", newline="") as file:
-            file.write(text)
+        with os.fdopen(handle, "wb") as file:
+            file.write(data)
             file.flush()
             os.fsync(file.fileno())
         os.chmod(temporary, 0o666 & ~_umask())
@@ -50,7 +59,7 @@ def write_text(path: Path, text: str) -> None:
     except (OSError, ValueError) as error:
         if temporary:
             Path(temporary).unlink(missing_ok=True)
-        raise FileError(f"can't be written ({_reason(error)}); name a place that can", path=path) from None
+        raise FileError(f"can't be written ({_reason(error)}); {remedy}", path=path) from None
 
 
 def write_folder(folder: Path, files: Mapping[str, str]) -> None:

@@ -14,14 +14,11 @@ def command(file: Path) -> None:
     """
     import msgspec
 
+    from alloc.files.textfile import write_bytes
     from bench.harness.canary import measure
-    from bench.record.canary import CanaryError
 
     canaries = measure()
-    try:
-        file.write_bytes(msgspec.json.format(msgspec.json.encode(canaries)) + b"\n")
-    except OSError as error:
-        raise CanaryError(f"{file}: can't be written ({error.strerror}); give another file") from None
+    write_bytes(file, msgspec.json.format(msgspec.json.encode(canaries)) + b"\n", "give another file")
     for name, us in canaries.median_us.items():
         click.echo(f"{name}: {us:.3g} µs")
     click.echo(f"Written: {file}")

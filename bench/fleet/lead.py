@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from alloc.errors import FileError
+from alloc.files.textfile import write_bytes
 from bench.fleet.cluster import workers_of
 from bench.fleet.host import HostRun, run_here
 from bench.fleet.parcel import Parcel
@@ -120,8 +121,6 @@ def keep(run: HostRun, folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         if path.exists():
             path.replace(folder / PREVIOUS)
-        temporary = folder / f".{FILE_NAME}"
-        temporary.write_bytes(gzip.decompress(run.record))
-        temporary.replace(path)
     except OSError as error:
         raise FileError(f"can't be written ({error.strerror}); give another --out", path=path) from None
+    write_bytes(path, gzip.decompress(run.record), "give another --out")

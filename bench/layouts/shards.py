@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import os
 import re
 from functools import lru_cache
 from importlib.util import find_spec
@@ -13,7 +12,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from alloc import AllocError
-from alloc.errors import FileError, NotInstalled
+from alloc.errors import NotInstalled
+from alloc.files.textfile import write_bytes
 from bench.layouts.measure import COUNTS, measure
 from bench.layouts.memory import keep_freed_memory
 from bench.layouts.sampling import ShardTask, values
@@ -86,20 +86,7 @@ def file_name(round_: int, index: int, data: bytes) -> str:
 def keep(folder: Path, task: ShardTask, data: bytes) -> Path:
     """Write a shard whole, or not at all."""
     path = folder / file_name(task.round, task.index, data)
-    temporary = folder / f".{path.name}"
-    try:
-        with temporary.open("wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(path)
-    except OSError as error:
-        temporary.unlink(missing_ok=True)
-        reason = (error.strerror or str(error)).lower()
-        raise FileError(
-            f"can't be written ({reason}); make room and go on with --resume, or give another --out",
-            path=path,
-        ) from None
+    write_bytes(path, data, "make room and go on with --resume, or give another --out")
     return path
 
 
@@ -107,7 +94,7 @@ def whole_shards(folder: Path) -> dict[tuple[int, int], Path]:
     """The shards of a folder by round and piece; a file that is not what its name says is removed."""
     found = {}
     for path in sorted(folder.iterdir()):
-        named = NAME.fullmatch(path.name.removeprefix("."))
+        named = NAME.match(path.name.removeprefix("."))  # a kill while writing leaves a file with a dot
         if named and path.name == file_name(int(named[1]), int(named[2]), path.read_bytes()):
             found[int(named[1]), int(named[2])] = path
         elif named:
