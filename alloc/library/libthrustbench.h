@@ -49,6 +49,7 @@ enum {
 struct tb_allocator {
     int k, n, m, rank, blocks, facets; /* m thrusters work; facets is negative where they are too many */
     int levels, level[TB_K_MAX];       /* of priority: which level each axis belongs to */
+    int crossed;                       /* whether H has entries beside its diagonal */
     tb_real scale, slack, exact;       /* largest limit; excess that counts as met; thrusts that rounding leaves exact */
     tb_real unit[TB_K_MAX];            /* 1 / length of a row of T */
     tb_real A[TB_K_MAX][TB_N_MAX];     /* T P, rows of unit length */

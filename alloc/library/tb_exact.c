@@ -6,15 +6,21 @@
 enum { CAP = 8 };
 enum { WIDER = 5, PASSES = 4 }; /* of limits, and of thrusts moved inside them */
 
-/* A row of G times tau, both filled up with zeros: without a loop, which would cost more than the products. */
-static inline tb_real row(const tb_real *g, const tb_real *tau)
+/* Entry r of tau, and 0 behind its last. */
+static inline tb_real entry(const tb_real *tau, int k, int r)
 {
-    tb_real sum = g[0] * tau[0];
-    sum += TB_K_MAX > 1 ? g[1] * tau[1] : TB_R(0);
-    sum += TB_K_MAX > 2 ? g[2] * tau[2] : TB_R(0);
-    sum += TB_K_MAX > 3 ? g[3] * tau[3] : TB_R(0);
-    sum += TB_K_MAX > 4 ? g[4] * tau[4] : TB_R(0);
-    sum += TB_K_MAX > 5 ? g[5] * tau[5] : TB_R(0);
+    return r < k ? tau[r] : TB_R(0);
+}
+
+/* A row of G, filled up with zeros, times tau: without a loop, which would cost more than the products. */
+static inline tb_real row(const tb_real *g, tb_real t0, tb_real t1, tb_real t2, tb_real t3, tb_real t4, tb_real t5)
+{
+    tb_real sum = g[0] * t0;
+    sum += TB_K_MAX > 1 ? g[1] * t1 : TB_R(0);
+    sum += TB_K_MAX > 2 ? g[2] * t2 : TB_R(0);
+    sum += TB_K_MAX > 3 ? g[3] * t3 : TB_R(0);
+    sum += TB_K_MAX > 4 ? g[4] * t4 : TB_R(0);
+    sum += TB_K_MAX > 5 ? g[5] * t5 : TB_R(0);
     return sum;
 }
 
@@ -23,23 +29,19 @@ int tb_enter(const struct tb_allocator *a, const tb_real *tau, const tb_real *f_
              struct tb_thrusts *t)
 {
     const int m = a->m, k = a->k;
-    tb_real widths = 0, filled[TB_K_MAX];
-    const tb_real *given = tau;
+    tb_real widths = 0;
     if (a->n < 1 || m < 0) {
         return TB_BAD_ARGUMENT;
     }
     f_min = f_min == NULL ? a->f_min : f_min;
     f_max = f_max == NULL ? a->f_max : f_max;
-    if (k < TB_K_MAX) {
-        for (int r = 0; r < TB_K_MAX; r++) {
-            filled[r] = r < k ? tau[r] : TB_R(0);
-        }
-        given = filled;
-    }
+    /* In variables, since what is written to t might be tau for all that a compiler knows. */
+    const tb_real t0 = tau[0], t1 = entry(tau, k, 1), t2 = entry(tau, k, 2), t3 = entry(tau, k, 3);
+    const tb_real t4 = entry(tau, k, 4), t5 = entry(tau, k, 5);
     for (int p = 0; p < m; p++) {
         const int i = a->at[p];
         const tb_real low = f_min[i], high = f_max[i];
-        t->x[p] = row(a->G[p], given);
+        t->x[p] = row(a->G[p], t0, t1, t2, t3, t4, t5);
         t->low[p] = low;
         t->high[p] = high;
         widths += high - low;
@@ -92,6 +94,16 @@ struct active {
     tb_real side[TB_N_MAX], u[TB_N_MAX], square[TB_N_MAX], Q[TB_N_MAX][TB_N_MAX], R[TB_N_MAX][TB_N_MAX];
 };
 
+/* g'h of d >= 2 entries, the first two of them without a loop. */
+static inline tb_real along_of(const tb_real *g, const tb_real *h, int d)
+{
+    tb_real sum = g[0] * h[0] + g[1] * h[1];
+    for (int l = 2; l < d; l++) {
+        sum += g[l] * h[l];
+    }
+    return sum;
+}
+
 /* What Q leaves of a row g (d), as h, with its coefficients c; again where little is left, for rounding's sake.
  * Returns the square of its length, and 0 where that is rounding: g is then a sum of the rows of Q. */
 static tb_real left_over(const struct active *w, int d, const tb_real *g, tb_real side, tb_real *h, tb_real *c)
@@ -107,13 +119,13 @@ static tb_real left_over(const struct active *w, int d, const tb_real *g, tb_rea
     }
     for (int again = 0; again < 2 && w->q > 0 && (!again || square < TB_R(0.01) * whole); again++) {
         for (int j = 0; j < w->q; j++) {
-            const tb_real along = tb_product(w->Q[j], h, d) / w->square[j];
+            const tb_real along = along_of(w->Q[j], h, d) / w->square[j];
             c[j] += along;
             for (int l = 0; l < d; l++) {
                 h[l] -= along * w->Q[j][l];
             }
         }
-        square = tb_product(h, h, d);
+        square = along_of(h, h, d);
     }
     return w->q < d && square > TB_ZERO * TB_ZERO * whole ? square : TB_R(0);
 }
@@ -212,7 +224,7 @@ static int active_set(const struct tb_allocator *a, struct tb_thrusts *t, int be
                 w.u[j] -= step * r[j];
             }
             for (int p = begin; p < end && square > 0; p++) {
-                t->x[p] += step * tb_product(a->N[p], h, d);
+                t->x[p] += step * along_of(a->N[p], h, d);
             }
             cost += step;
             if (out >= 0) {
@@ -291,7 +303,7 @@ int tb_again(const struct tb_allocator *a, const tb_real *tau, struct tb_thrusts
     for (int p = 0; p < a->m; p++) {
         x[p] = best[p] = t->x[p];
     }
-    for (int i = 0; i < WIDER && least > TB_HELD * TB_R(0.01) * a->scale; i++) {
+    for (int i = 0; i < WIDER && least > TB_BEST * a->scale; i++) {
         for (int p = 0; p < a->m; p++) {
             wide.x[p] = x[p];
             wide.low[p] = t->low[p] - wider[i] * TB_HELD * a->scale;
@@ -303,7 +315,7 @@ int tb_again(const struct tb_allocator *a, const tb_real *tau, struct tb_thrusts
         for (int p = 0; p < a->m; p++) {
             t->x[p] = wide.x[p];
         }
-        for (int pass = 0; pass < PASSES && least > TB_HELD * TB_R(0.01) * a->scale; pass++) {
+        for (int pass = 0; pass < PASSES; pass++) {
             tb_real missed = 0;
             tb_move_inside(a, t);
             for (int r = 0; r < a->k; r++) {
@@ -318,6 +330,9 @@ int tb_again(const struct tb_allocator *a, const tb_real *tau, struct tb_thrusts
                 best[p] = missed < least ? t->x[p] : best[p];
             }
             least = missed < least ? missed : least;
+            if (pass + 1 == PASSES || least <= TB_BEST * a->scale) {
+                break;
+            }
             tb_shared(a, rest, on, more);
             for (int p = 0; p < a->m; p++) {
                 t->x[p] += on[p] ? more[p] : TB_R(0);

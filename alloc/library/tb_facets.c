@@ -80,11 +80,14 @@ static int add(struct tb_allocator *a, int *entries, int first, int count, const
             return 1;
         }
     }
-    if (a->facets >= TB_FACETS_MAX || *entries + size > TB_ENTRIES_MAX) {
+    if (a->facets >= TB_FACETS_MAX) {
         return 0;
     }
     for (int i = 0; i < count; i++) {
         if (y[i] != 0) {
+            if (*entries >= TB_ENTRIES_MAX) {
+                return 0;
+            }
             a->of[*entries] = (unsigned char)rows[i];
             a->along[(*entries)++] = y[i];
         }
@@ -93,15 +96,20 @@ static int add(struct tb_allocator *a, int *entries, int first, int count, const
     return 1;
 }
 
+/* Rows one after another from place i on; the clamp is never needed, and keeps every one a row of N. */
+static void count_on(int *rows, int i, int count, int row)
+{
+    for (; i < count; i++, row++) {
+        rows[i] = row < TB_N_MAX ? row : TB_N_MAX - 1;
+    }
+}
+
 /* Takes the next choice of `count` rows in front of `end`; 0 after the last. */
 static int next(int *rows, int count, int end)
 {
     for (int i = count - 1; i >= 0; i--) {
         if (rows[i] < end - count + i) {
-            rows[i]++;
-            for (int j = i + 1; j < count; j++) {
-                rows[j] = rows[j - 1] + 1;
-            }
+            count_on(rows, i, count, rows[i] + 1);
             return 1;
         }
     }
@@ -116,14 +124,12 @@ void tb_find_facets(struct tb_allocator *a)
     for (int b = 0; b < a->blocks && good; b++) {
         const int count = a->d[b] + 1, first = a->facets;
         int more = 1;
-        if (a->begin[b] + count > a->begin[b + 1]) {
+        if (count > TB_N_MAX || a->begin[b] + count > a->begin[b + 1]) {
             continue;
         }
-        for (int i = 0; i < count; i++) {
-            rows[i] = a->begin[b] + i;
-        }
+        count_on(rows, 0, count, a->begin[b]);
         while (more && good) {
-            good = !normal(a, a->d[b], rows, y) || add(a, &entries, first, count, rows, y);
+            good = !normal(a, count - 1, rows, y) || add(a, &entries, first, count, rows, y);
             more = next(rows, count, a->begin[b + 1]);
         }
     }

@@ -6,19 +6,20 @@
 
 int tb_levels(struct tb_allocator *a, const int *level)
 {
-    int most = 0, used = 0;
+    int most = 0, used = 0, own[TB_K_MAX] = {0};
     for (int j = 0; j < a->k && a->n > 0; j++) {
         if (level[j] < 0 || level[j] >= a->k) {
             return TB_BAD_ARGUMENT;
         }
+        own[j] = level[j];
         most = level[j] > most ? level[j] : most;
         used |= 1 << level[j];
     }
     if (a->n < 1 || used != (1 << (most + 1)) - 1) {
         return TB_BAD_ARGUMENT;
     }
-    for (int j = 0; j < a->k; j++) {
-        a->level[j] = level[j];
+    for (int j = 0; j < TB_K_MAX; j++) {
+        a->level[j] = own[j];
     }
     a->levels = most + 1;
     if (a->m >= 0) {

@@ -297,6 +297,7 @@ int tb_prepare(struct tb_allocator *a, int k, int n, const tb_real *T, const tb_
         return TB_BAD_ARGUMENT;
     }
     a->scale = 0;
+    a->crossed = 0;
     for (int i = 0; i < n; i++) {
         a->readiness[i] = readiness == NULL ? TB_R(1) : readiness[i];
         a->f_min[i] = f_min[i];
@@ -305,6 +306,7 @@ int tb_prepare(struct tb_allocator *a, int k, int n, const tb_real *T, const tb_
         a->scale = tb_abs(f_max[i]) > a->scale ? tb_abs(f_max[i]) : a->scale;
         for (int j = 0; j < n; j++) {
             a->H[i][j] = L[i][j] = H == NULL ? TB_R(i == j) : H[i * n + j];
+            a->crossed |= i != j && L[i][j] != 0;
         }
     }
     for (int r = 0; r < k; r++) {

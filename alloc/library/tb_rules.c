@@ -40,7 +40,7 @@ void tb_shared(const struct tb_allocator *a, tb_real rest[TB_K_MAX], const int o
     const int k = a->k, m = a->m;
     for (int i = 0; i < m; i++) {
         D[i] = on[i] ? a->H[a->at[i]][a->at[i]] : TB_R(1);
-        for (int j = 0; j < i; j++) {
+        for (int j = 0; j < i && a->crossed; j++) {
             tb_real left = on[i] && on[j] ? a->H[a->at[i]][a->at[j]] : TB_R(0);
             for (int l = 0; l < j; l++) {
                 left -= L[i][l] * L[j][l] * D[l];
@@ -52,7 +52,7 @@ void tb_shared(const struct tb_allocator *a, tb_real rest[TB_K_MAX], const int o
     for (int r = 0; r < k; r++) {
         taken[r] = 0;
         for (int i = 0; i < m; i++) {
-            B[r][i] = (on[i] ? a->A[r][a->at[i]] : TB_R(0)) - tb_product(L[i], B[r], i);
+            B[r][i] = (on[i] ? a->A[r][a->at[i]] : TB_R(0)) - tb_product(L[i], B[r], a->crossed ? i : 0);
         }
     }
     while (rank < k) {
@@ -118,7 +118,7 @@ void tb_shared(const struct tb_allocator *a, tb_real rest[TB_K_MAX], const int o
         for (int j = 0; j < rank; j++) {
             sum += y[j] / q2[j] * B[order[j]][i] / D[i];
         }
-        for (int l = i + 1; l < m; l++) {
+        for (int l = i + 1; l < m && a->crossed; l++) {
             sum -= L[l][i] * x[l];
         }
         x[i] = sum;
