@@ -29,6 +29,8 @@ HALF = np.array([1.35, 0.95])
 """Half the picture's width and height, relative to the farthest coordinate on the path."""
 FAR = 0.5
 """Smallest distance of an answer to draw, relative to the largest limit: nearer ones show no polygon."""
+CORNER = 0.1
+"""Shortest line to draw, relative to the picture: a shorter one only cuts a corner off."""
 GRID = 700
 """Points on each side of the grid at which the plane is tested: finer than a pixel."""
 
@@ -113,12 +115,13 @@ def lines(axes: "Axes", block: Block, lower: FloatArray, upper: FloatArray, box:
     for thruster, a, low, high in zip(block.rows, block.N, lower, upper, strict=True):
         for bound, name in ((low, "min"), (high, "max")):
             ends = crossing(a * bound / (a @ a), np.array([-a[1], a[0]]), box)
-            if ends is not None:
+            if ends is not None and np.ptp(ends, axis=0).max() > CORNER * np.ptp(box):
                 axes.plot(*ends.T, color=BLUE, linewidth=1.2)
-                at = max(ends, key=lambda end: end[1] + 0.01 * end[0])
+                at, foot = sorted(ends, key=lambda end: -end[1] - 0.01 * end[0])
+                side = "left" if at[0] > foot[0] else "right"
                 axes.annotate(
                     f"$f_{thruster}$ {name}", at, xytext=(0, 3), textcoords="offset points", color=BLUE,
-                    ha="center", fontsize=8, annotation_clip=False, parse_math=True,
+                    ha=side, fontsize=8, annotation_clip=False, parse_math=True,
                 )  # fmt: skip
 
 
