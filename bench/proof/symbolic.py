@@ -27,6 +27,7 @@ def programs(of: Subject) -> dict[int, Program]:
 
 _BINARY = {"+": "add", "-": "sub", "*": "mul", "/": "div", "<": "lt", "<=": "le", ">": "gt", ">=": "ge"}
 _BINARY |= {"==": "eq", "!=": "ne", "&&": "and", "||": "or", "&": "and", "|": "or"}
+_UNARY = {"-": "neg", "!": "not"}
 
 
 class _Reader:
@@ -81,10 +82,8 @@ class _Reader:
                 case c_ast.Return():
                     returned: Node = self.value(statement.expr, names)
                     return returned
-                case c_ast.Decl():
-                    names[statement.name] = self.declared(statement, names)
-                case c_ast.DeclList():
-                    for each in statement.decls:
+                case c_ast.Decl() | c_ast.DeclList():
+                    for each in getattr(statement, "decls", [statement]):
                         names[each.name] = self.declared(each, names)
                 case c_ast.Assignment() if statement.op == "=":
                     self.assign(statement.lvalue, self.value(statement.rvalue, names), names)
@@ -219,14 +218,11 @@ class _Reader:
     def unary(self, node: c_ast.UnaryOp, names: dict[str, Any]) -> Node:
         operand = self.value(node.expr, names)
         inner = self.graph.nodes[operand]
-        match node.op:
-            case "-" if inner[0] == "const":
-                return self.const(-inner[1])
-            case "-":
-                return self.graph.add("neg", operand)
-            case "!":
-                return self.graph.add("not", operand)
-        raise NotRead(f"the operator {node.op}")
+        if node.op not in _UNARY:
+            raise NotRead(f"the operator {node.op}")
+        if node.op == "-" and inner[0] == "const":
+            return self.const(-inner[1])
+        return self.graph.add(_UNARY[node.op], operand)
 
     def ternary(self, condition: Node, then: Node, other: Node) -> Node:
         nodes = self.graph.nodes

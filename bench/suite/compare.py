@@ -54,36 +54,8 @@ class Benchmark(msgspec.Struct):
     extra_info: Extra = Extra()
 
 
-class Cpu(msgspec.Struct, frozen=True):
-    """The processor, as pytest-benchmark describes it.
-
-    Attributes
-    ----------
-    brand_raw : its name
-    count : of cores
-    """
-
-    brand_raw: str | None = None
-    count: int | None = None
-
-
-class Machine(msgspec.Struct):
-    """Machine and software, as pytest-benchmark describes them.
-
-    Attributes
-    ----------
-    cpu : processor
-    node, machine, system, release : as ``platform.uname`` gives them
-    python_implementation, python_version : of the interpreter
-    """
-
-    cpu: Cpu | None = None
-    node: str | None = None
-    machine: str | None = None
-    system: str | None = None
-    release: str | None = None
-    python_implementation: str | None = None
-    python_version: str | None = None
+MACHINE = ("node", "machine", "system", "release", "python_implementation", "python_version")
+"""What pytest-benchmark says of machine and interpreter, besides the processor."""
 
 
 class BenchmarkFile(msgspec.Struct):
@@ -95,7 +67,7 @@ class BenchmarkFile(msgspec.Struct):
     benchmarks : in the order of the file
     """
 
-    machine_info: Machine
+    machine_info: dict[str, Any]
     benchmarks: list[Benchmark]
 
 
@@ -169,10 +141,11 @@ def compare(a: BenchmarkFile, b: BenchmarkFile) -> Comparison:
     )
 
 
-def _differences(a: Machine, b: Machine) -> list[str]:
-    def facts(info: Machine) -> dict[str, Any]:
-        cpu = info.cpu or Cpu()
-        return msgspec.structs.asdict(info) | {"cpu": cpu.brand_raw, "cores": cpu.count}
+def _differences(a: dict[str, Any], b: dict[str, Any]) -> list[str]:
+    def facts(info: dict[str, Any]) -> dict[str, Any]:
+        cpu = info.get("cpu")
+        name, cores = (cpu.get("brand_raw"), cpu.get("count")) if isinstance(cpu, dict) else (None, None)
+        return {"cpu": name, "cores": cores} | {key: info.get(key) for key in MACHINE}
 
     before, after = facts(a), facts(b)
     return [f"{key}: {before[key]} | {after[key]}" for key in before if before[key] != after[key]]

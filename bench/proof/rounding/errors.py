@@ -74,12 +74,9 @@ class Errors(Arithmetic):
 
     def error(self, node: Node) -> float:
         """The bound on a node's error; raises NotRead where there is none."""
-        if node not in self.values:
-            raise NotRead(self.reasons.get(node, "no number"))
-        error = self._plain(self.values[node]).error
-        if not isfinite(error):
-            raise NotRead("no bound was found")
-        return error
+        if isfinite(error := self._plain(self._number(node)).error):
+            return error
+        raise NotRead("no bound was found")
 
     def _value(self, node: Node, operation: Operation) -> Value | None:
         match operation:

@@ -14,7 +14,7 @@ from click.testing import CliRunner
 from alloc import NotApplicable, load_vehicle
 from bench.commands.compare import command as compare
 from bench.suite.answers import question
-from bench.suite.compare import BadBenchmarkFile, Benchmark, BenchmarkFile, Extra, Machine, Stats, read
+from bench.suite.compare import BadBenchmarkFile, Benchmark, BenchmarkFile, Extra, Stats, read
 from bench.suite.compare import compare as ratios
 from tests.places import ROOT
 
@@ -135,7 +135,7 @@ def test_every_ratio_is_per_call_where_rounds_differ_in_calls() -> None:
     def file(calls: int) -> BenchmarkFile:
         # 2 µs a call in the fastest round, 3 µs in the middle one.
         stats = Stats(min=2e-6 * calls, median=3e-6 * calls)
-        return BenchmarkFile(Machine(), [Benchmark("a", stats, Extra(calls))])
+        return BenchmarkFile({}, [Benchmark("a", stats, Extra(calls))])
 
     (ratio,) = ratios(file(1000), file(500)).ratios
     assert (ratio.a_us, ratio.b_us) == pytest.approx((3.0, 3.0))
