@@ -16,6 +16,7 @@ import numpy as np
 
 from alloc import AllocError, Vehicle, rivals
 from alloc.allocation import FloatArray, IndexArray
+from alloc.discovery import find
 from alloc.program import Scalar, Where
 from bench.chips.kernel import SCALARS, Kernel
 from bench.demands import DemandSet, labelled
@@ -120,7 +121,7 @@ def boards(path: Path, log: BoardLog) -> list[Heard]:
         try:
             heard.append(_heard(_board(block), own))
         except (KeyError, ValueError, IndexError, TypeError, zlib.error, binascii.Error, AllocError) as error:
-            reason = f"is of another version of the driver ({type(error).__name__}: {error})"
+            reason = f"is of another version of the driver ({type(error).__name__}: {str(error)[:200]})"
             raise LogError(f"{path}: {reason}; read it with the version that wrote the project") from None
     return heard
 
@@ -160,6 +161,8 @@ def _board(block: LogBlock) -> LogHeader:
         )
         for method, twin, solver, levels in described
     }
+    for kernel in kernels.values():
+        find(kernel.twin)
     if not kernels or not {kernel.solver for kernel in kernels.values()} <= {"", *rivals.names()}:
         raise ValueError(f"methods {', '.join(kernels) or 'none'}, of which a solver is not known here")
     rates = {name: None if rate == "-" else _rate(rate) for name, rate in several["demands"]}

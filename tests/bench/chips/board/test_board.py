@@ -306,6 +306,8 @@ FORGED: tuple[tuple[bytes, bytes], ...] = (
     (rb"fact method pinv@native (\S+) -", rb"fact method pinv@native \1 ../../x"),
     (rb"fact method pinv@native (\S+) -", rb"fact method pinv@native \1 os"),
     (rb"fact method pinv@native \S+ -", b"fact method pinv@native pi\x00nv -"),
+    (rb"fact method pinv@native (\S+) -", b"fact method pinv@native none -"),
+    (rb"fact demands inactive \S+", b"fact demands inactive " + b"a" * 5000),
     (rb"fact method pinv@native (\S+) - (\d+)", rb"fact method pinv@native \1 - 999999999"),
     (rb"fact method .*", b"fact method"),
     (rb"fact (method|demands) .*", b"fact nothing"),
@@ -333,7 +335,10 @@ def test_a_forged_log_whose_checksums_are_right_is_refused_in_one_line(
     (tmp_path / "LOG").write_bytes(sealed(forged))
     with pytest.raises(AllocError) as refused:
         keep(tmp_path / "LOG", tmp_path / "out")
-    assert str(refused.value).isprintable()
+    message = str(refused.value)
+    assert message.isprintable()
+    assert message.startswith(f"{tmp_path / 'LOG'}: ")
+    assert len(message) < len(str(tmp_path)) + 500
 
 
 def test_a_log_with_a_clock_that_says_it_has_none_is_counts_without_the_driver_s_own_method(
