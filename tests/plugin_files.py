@@ -16,7 +16,7 @@ class Allocator:
 
     def __init__(self, vehicle):
         self.G, self.kept, self.f = generalized_inverse(vehicle), [], np.empty(vehicle.n)
-        self.limit = vehicle.f_scale
+        self.limit, self.failed = vehicle.f_scale, bool(vehicle.faults)
 
     def __call__(self, tau):
         f = self.G @ tau
@@ -39,6 +39,7 @@ BODIES = {
     "sleeps": "time.sleep(0.003)",
     "floods": "print('x' * 10_000); sys.stdout.flush()",
     "off": "f *= 1.001",
+    "off-after-a-failure": "f *= 1.001 if self.failed else 1.0",
     "scribbles": "tau *= 0; f = f * 0; self.formulation = 'mine'",  # 'mine' has no reference
     "nan": "f = f * np.nan if large else f",
 }

@@ -40,7 +40,7 @@ from bench.harness.quiet import between, reading
 from bench.harness.timing import Samples, counted, no_garbage_collection, sample
 from bench.harness.yardsticks import YARDSTICKS, canary_ns, yardstick
 from bench.judging.judge import judge
-from bench.judging.question import Question
+from bench.judging.question import PROMISES, Question
 from bench.record import Cell, Worker
 
 SETUP_NS = 10_000_000
@@ -149,7 +149,8 @@ def write_answers(task: AnswerTask, job: Job) -> None:
             f"many() gave thrusts of shape {F.shape} and statuses of shape {status.shape}"
             f" for {len(taus)} demands on {vehicle.n} thrusters"
         )
-    save(Path(task.answers), F=F, status=status)
+    promises = {name: np.array(getattr(allocator, name)) for name in PROMISES}
+    save(Path(task.answers), F=F, status=status, **promises)
 
 
 def measure(task: MeasureTask, question: Question, job: Job, line: Worker) -> Cell:

@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 from math import isfinite
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
-from alloc import NotApplicable, Vehicle, alpha_max
+from alloc import Allocation, NotApplicable, Status, Vehicle, alpha_max
 from alloc.allocation import FloatArray
 from alloc.errors import SolverError
 from alloc.reach.volumes import (
@@ -16,10 +16,12 @@ from alloc.reach.volumes import (
     uniform_demands,
     worst_fault,
 )
+from bench.demands import labelled
 from bench.demands.store import Case
+from bench.judging.judge import judge
 from bench.judging.last_metre import last_metre
 from bench.judging.loss import relative_wrench_error
-from bench.judging.question import Answers, Ask, Unanswered
+from bench.judging.question import Answers, Ask, Question, Unanswered, questions
 from bench.judging.reach import demands_of_growing_size, error_curve, planes
 from bench.record import Authority, Capability, Served, Unserved
 
@@ -32,17 +34,18 @@ class Asked(NamedTuple):
 
     Attributes
     ----------
-    states : no fault and the worst one, each with the vehicle that has it and demands uniform in volume
+    states : no fault and the worst one, each with demands uniform in volume on the vehicle that has it
     growing : demands of growing size on the whole vehicle
     """
 
-    states: list[tuple[int | None, Case]]
+    states: list[tuple[int | None, Question]]
     growing: Case
 
     @property
     def cases(self) -> list[Case]:
         """The cases of the states, then the growing one."""
-        return [*(case for _, case in self.states), self.growing]
+        sets = [question.demands for _, question in self.states]
+        return [*(Case(demands.vehicle, demands.taus) for demands in sets), self.growing]
 
 
 def measure_capabilities(
@@ -74,11 +77,14 @@ def _asked(vehicle: Vehicle, seed: int, n: int) -> Asked:
     if len(vehicle.working) > 1:
         worst = worst_fault(vehicle)
         states[worst] = vehicle.with_fault(worst)
+    sets = [
+        labelled("uniform", state, uniform_demands(state, np.random.default_rng(seed), n))
+        for state in states.values()
+    ]
+    # What is wrong is found without an optimum, so no reference is asked.
+    asked = questions(sets, lambda _, cases: [Unanswered("missing", "")] * len(cases))
     return Asked(
-        [
-            (f, Case(state, uniform_demands(state, np.random.default_rng(seed), n)))
-            for f, state in states.items()
-        ],
+        list(zip(states, asked, strict=True)),
         Case(vehicle, demands_of_growing_size(vehicle, np.random.default_rng(seed))),
     )
 
@@ -104,20 +110,34 @@ def _add(capability: Capability, method: str, asked: Asked, answers: list[Answer
         capability.unserved.append(Unserved(method=method, status=first.status, reason=first.reason))
         return
     *of_states, of_growing = answers
-    for (fault, case), answer in zip(asked.states, of_states, strict=True):
+    for (fault, question), answer in zip(asked.states, of_states, strict=True):
         if isinstance(answer, Answers):
-            error = relative_wrench_error(case.vehicle, case.taus, answer.F)
+            vehicle, taus = question.demands.vehicle, question.demands.taus
+            if wrong := _wrong(question, answer):
+                off = "" if fault is None else f" with {vehicle.called(fault)} off"
+                capability.wrong.setdefault(method, f"demands drawn evenly{off}: {wrong}")
+            error = relative_wrench_error(vehicle, taus, answer.F)
             capability.served.append(
                 Served(
                     fault=fault,
                     method=method,
-                    n_demands=len(case.taus),
+                    n_demands=len(taus),
                     within_1pct=int(np.count_nonzero(error <= 0.01)),
                     within_5pct=int(np.count_nonzero(error <= 0.05)),
                 )
             )
     if isinstance(of_growing, Answers):
         capability.curves.append(error_curve(method, asked.growing, of_growing.F))
+
+
+def _wrong(question: Question, answer: Answers) -> str:
+    """What is wrong with answers by the equations; empty where nothing is, or nothing is promised."""
+    if not answer.promises:
+        return ""
+    # A wrong plug-in's status may be any number, which is for the judge to say.
+    pairs = zip(np.ascontiguousarray(answer.F), cast("list[Status]", answer.status.tolist()), strict=True)
+    given = [Allocation(f, status) for f, status in pairs]
+    return judge(question, given, **answer.promises, thorough=False).wrong
 
 
 def remaining_authority(vehicle: Vehicle) -> list[Authority]:

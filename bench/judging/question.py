@@ -1,9 +1,10 @@
 """Demands with their right answers, made once a run and handed to the workers."""
 
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -52,10 +53,16 @@ class Answers(NamedTuple):
     ----------
     F : (N, n) thrusts [N]
     status : (N,) values of ``alloc.Status``
+    promises : formulation, limited and tolerance of the allocator, by name; empty where nobody asked for them
     """
 
     F: FloatArray
     status: StatusArray
+    promises: Mapping[str, Any] = MappingProxyType({})
+
+
+PROMISES = ("formulation", "limited", "tolerance")
+"""What an allocator promises, and its answers are held to."""
 
 
 class Unanswered(NamedTuple):

@@ -144,6 +144,7 @@ class Capability(msgspec.Struct, tag="capability", kw_only=True, omit_defaults=T
     last_metre : what each way to its ESCs costs, empty for a vehicle without
     authority : of the whole vehicle, then with each working thruster off
     served, unserved : what each method serves, or why its answers could not be had
+    wrong : by method, what is wrong with those answers
     curves : wrench error over the size of the demand
     planes : sections to draw
     """
@@ -153,6 +154,7 @@ class Capability(msgspec.Struct, tag="capability", kw_only=True, omit_defaults=T
     authority: list[Authority]
     served: list[Served]
     unserved: list[Unserved] = []
+    wrong: dict[str, str] = {}
     curves: list[Curve]
     planes: list[Plane]
     names: list[str] = []

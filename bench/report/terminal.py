@@ -43,13 +43,15 @@ def objections(rows: Iterable[Row]) -> list[str]:
     for row in rows:
         judged = next((j for j in row.measured.judged if j.wrong or j.agrees is False), None)
         if judged is None:
+            if row.wrong:
+                lines.append(f"{row.label} on {row.vehicle}, {row.wrong}")
             continue
         what = judged.wrong or (
             f"{_two(judged.distance_rel_max)} of the largest limit away from the reference, "
             f"where {_two(judged.tolerance)} is promised"
         )
         lines.append(f"{row.label} on {row.vehicle}, {row.demands} demands: {what}")
-    return lines
+    return list(dict.fromkeys(lines))  # what is wrong elsewhere stands in each of a method's rows
 
 
 def _two(value: float | None) -> str:

@@ -283,7 +283,7 @@ class Row:
     @property
     def wrong(self) -> str:
         """Why an answer is wrong; empty where none is."""
-        return next((j.wrong for j in self.measured.judged if j.wrong), "")
+        return next((j.wrong for j in self.measured.judged if j.wrong), self.measured.wrong_elsewhere)
 
     lost_wrench_p50 = Worst(
         "Median of |delivered - tau| / |tau|, delivered being what thrusts clipped to their limits push.",

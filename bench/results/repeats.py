@@ -25,6 +25,7 @@ class Repeats:
     workers : the processes that measured them
     disturbances : what disturbed the machine meanwhile, empty where it was quiet
     attainable : share of the set's demands that are labelled inactive or active [-]
+    wrong_elsewhere : what is wrong with the method's untimed answers on this vehicle, empty where nothing is
     """
 
     key: Key
@@ -34,6 +35,7 @@ class Repeats:
     workers: tuple[Worker, ...]
     disturbances: tuple[str, ...]
     attainable: float = 0.0
+    wrong_elsewhere: str = ""
 
     @cached_property
     def singles(self) -> Histogram:

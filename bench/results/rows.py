@@ -140,6 +140,7 @@ def gather(record: Record) -> tuple[Row, ...]:
     for worker in record.workers:
         workers[worker.method, worker.start, worker.level].append(worker)
     methods = {method.name: method for method in record.methods}
+    wrong = {(c.vehicle, method): what for c in record.capabilities for method, what in c.wrong.items()}
     rows = []
     for key, cells in sorted(repeats.items()):
         repeated = tuple(cells[r] for r in sorted(cells))
@@ -153,6 +154,7 @@ def gather(record: Record) -> tuple[Row, ...]:
                     workers=tuple(workers[key.method, key.start, key.level]),
                     disturbances=disturbances(repeated, usual, cores),
                     attainable=attainable.get((key.vehicle, key.demands), 0.0),
+                    wrong_elsewhere=wrong.get((key.vehicle, key.method), ""),
                 )
             )
         )

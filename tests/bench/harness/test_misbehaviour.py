@@ -1,6 +1,7 @@
 """Methods that crash, hang, leak or lie when they are called are rows with a reason; others are measured."""
 
 import os
+import re
 from pathlib import Path
 
 import pytest
@@ -8,6 +9,8 @@ from click.testing import CliRunner, Result
 
 from bench.__main__ import cli
 from bench.record import Cell, Record, read
+from bench.results.ranking import right
+from bench.results.rows import gather
 from tests.places import ROOT
 from tests.plugin_files import BODIES, write_plugin
 
@@ -119,6 +122,23 @@ def test_a_method_that_is_off_by_a_thousandth_is_named_and_the_exit_code_is_1(
     assert judged.agrees is False
     assert "off on ukwial, inactive demands" in result.output
     assert result.return_value == 1
+
+
+def test_a_method_that_is_off_after_a_failure_only_is_wrong_in_each_row_and_named_once(
+    outcome: tuple[Result, Record],
+) -> None:
+    result, record = outcome
+    rows = [row for row in gather(record) if row.method == "off-after-a-failure"]
+    assert [row.failed for row in rows] == [None, None]
+    for row in rows:
+        assert row.agreed is not False
+        assert not right(row)
+    (line,) = [
+        line for line in result.output.splitlines() if line.startswith("off-after-a-failure on ukwial")
+    ]
+    assert re.search(r"demands drawn evenly with thruster \d off: SOLVED, but the wrench is not met", line)
+    (capability,) = record.capabilities
+    assert not {"pinv", "noop", "sleeps", "floods"} & capability.wrong.keys()
 
 
 def test_a_sleep_counts_on_the_wall_clock_and_not_on_the_cpu_clock(outcome: tuple[Result, Record]) -> None:
