@@ -29,7 +29,7 @@ static int normal(const struct tb_allocator *a, int d, const int rows[TB_N_MAX],
                 }
             }
         }
-        if (!(tb_abs(pivot) > TB_PARALLEL)) {
+        if (!(tb_abs(pivot) > TB_FLAT)) {
             return 0;
         }
         taken[column] = 1;
@@ -52,7 +52,7 @@ static int normal(const struct tb_allocator *a, int d, const int rows[TB_N_MAX],
     y[last] = 1 / length[last];
     for (int j = 0; j < d; j++) {
         const tb_real entry = -M[j][last];
-        y[pivot_of[j]] = tb_abs(entry) > TB_PARALLEL ? entry / length[pivot_of[j]] : TB_R(0);
+        y[pivot_of[j]] = tb_abs(entry) > TB_FLAT ? entry / length[pivot_of[j]] : TB_R(0);
     }
     for (int i = 0; i <= d; i++) {
         most = tb_abs(y[i]) > most ? tb_abs(y[i]) : most;

@@ -12,9 +12,10 @@
 #define TB_R(x) ((tb_real)(x))
 /* Rounding; what counts as zero in a basis and as a lost direction; excess over a limit that counts as met, what a
  * SOLVED wrench may miss, moves onto limits that need no other look, a miss that nobody makes smaller, how near to an
- * edge a demand lies on it (shares of the largest limit), and how much farther than its facet a step leads that runs in
- * it. What rounding takes of a thrust is TB_DOUBT roundings times the condition of T, for each thruster where TB_EACH
- * says so; more than TB_LARGEST_DOUBT is refused (alloc.vehicle.condition, alloc.kernels.tolerance). */
+ * edge a demand lies on it (shares of the largest limit), how much farther than its facet a step leads that runs in it,
+ * and the pivot at which columns of unit length depend on each other. What rounding takes of a thrust is TB_DOUBT
+ * roundings times the condition of T, for each thruster where TB_EACH says so; more than TB_LARGEST_DOUBT is refused
+ * (alloc.vehicle.condition, alloc.kernels.tolerance). */
 #ifdef TB_FLOAT
 #define TB_EPS TB_R(1.2e-7)
 #define TB_ZERO TB_R(2e-6)
@@ -25,6 +26,7 @@
 #define TB_BEST TB_R(1e-6)
 #define TB_EDGE TB_R(4e-6)
 #define TB_PARALLEL TB_R(2e-6)
+#define TB_FLAT TB_R(2e-6)
 #define TB_LARGEST TB_R(1e30)
 #define TB_DOUBT TB_R(1)
 #define TB_EACH(n) TB_R(1)
@@ -38,7 +40,8 @@
 #define TB_HELD TB_R(5e-10)
 #define TB_BEST TB_R(5e-12)
 #define TB_EDGE TB_R(1e-10)
-#define TB_PARALLEL TB_R(1e-13)
+#define TB_PARALLEL TB_R(1e-10)
+#define TB_FLAT TB_R(1e-13)
 #define TB_LARGEST TB_R(1e100)
 #define TB_DOUBT TB_R(8)
 #define TB_EACH(n) TB_R(n)

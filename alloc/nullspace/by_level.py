@@ -23,8 +23,10 @@ from alloc.reach.way import Departure
 from alloc.vehicle import Vehicle
 from alloc.vehicle.call_limits import at_call, limits_of
 
-BACK = (1 - 1e-9, 1 - 1e-6, 1 - 1e-3, 0.9, 0.5)
-"""Shares of a way that are tried in turn where no thrusts are found for its end."""
+LOST = (0.0, 1e-9, 1e-6, 1e-3, 0.1, 1.0)
+"""Shares of a way that are left out in turn where no thrusts are found for its end."""
+HALVINGS = 20
+"""How often what is left out is then drawn nearer to the share before, for which none were found."""
 
 
 class ByLevel:
@@ -91,15 +93,24 @@ class ByLevel:
         share: tuple[float, ...],
         limits: list[tuple[float, float]],
     ) -> Allocation:
-        """The answer where no thrusts are found for the end of the way: that for a part of the way."""
-        for kept in BACK:
-            less = np.array([share]) * kept
+        """The answer where no thrusts are found for the end of the way: for as much of it as they are."""
+        best = answer(start(*np.array(limits).T), Status.PARTIAL, share=self._nothing)
+
+        def reached(lost: float) -> bool:
+            nonlocal best
+            less = np.array([share]) * (1.0 - lost)
             end = self._way.delivered(wrench[None], begin, less)[0]
             f, found, steps, _, _ = self._exact.within(end, limits)
             if found is Status.SOLVED:
-                return answer(f, Status.PARTIAL, steps, share=tuple(less[0].tolist()))
-        rest = start(*np.array(limits).T)
-        return answer(rest, Status.PARTIAL, share=self._nothing)
+                best = answer(f, Status.PARTIAL, steps, share=tuple(less[0].tolist()))
+            return found is Status.SOLVED
+
+        high = next(i for i in range(1, len(LOST)) if LOST[i] == 1.0 or reached(LOST[i]))
+        none, some = LOST[high - 1], LOST[high]
+        for _ in range(HALVINGS):
+            middle = 0.5 * (none + some)
+            none, some = (none, middle) if reached(middle) else (middle, some)
+        return best
 
     def many(
         self, taus: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None

@@ -23,11 +23,11 @@ from alloc.reach.attainable import FACETS
 from alloc.reach.zonotope import FLAT, ROUNDING, facets
 from alloc.vehicle import Vehicle
 
-PARALLEL = 1e-13
-"""A step that leaves a facet by less than this share of its size, or of ``Departure.size``, runs in it. That
-is above what rounding makes of c'Delta, and the set is left by no more: with u = 1.1e-16 and |c| = 1, tau - w
-is off by (n + 2) u times |tau| and sum_i |T_i f0_i|, D and c' add 2 k u |Delta|; |tau| <= |Delta| + |w| makes
-that at most (n + 2 k + 4) sqrt(n k) u times both sizes, 4e-14 for 20 thrusters in six axes."""
+PARALLEL = 1e-10
+"""A step that leaves a facet by less than this share of its size, or of ``Departure.size``, runs in it. The
+set is left by no more, a tenth of what SOLVED may miss. Rounding makes less of c'Delta: up to 4e-14 for 20
+thrusters in six axes, and n FLAT where a facet is thin. Where no thruster reverses, w is a vertex, whose
+facets have no slack: there rounding of a step that runs in one of them would take all of it."""
 
 EDGE = 1e-10
 """A demand that lies beyond the edge by this share of the way to it lies on it. Rounding leaves up to 1e-12,

@@ -74,11 +74,14 @@ FAMILIES: tuple[Callable[[np.random.Generator], Poses], ...] = (
 )
 
 
-def near_degenerate(rng: np.random.Generator, e: float | None = None) -> Vehicle:
+def near_degenerate(
+    rng: np.random.Generator, e: float | None = None, zeros: bool = False, ahead: bool = False
+) -> Vehicle:
     """A vehicle that is symmetric but for ``e``, or for about 10^-3 ... 10^-15 where that is left out.
 
     In turn the entries of T are moved by up to e, the poses are, or either is rounded to as many decimals;
-    with e = 0 nothing is. In every sixth vehicle the last axis is all but lost.
+    with e = 0 nothing is. In every sixth vehicle the last axis is all but lost. With ``zeros`` entries of T
+    that are zero are moved too. With ``ahead`` no thruster reverses: no thrust is a vertex of what they do.
     """
     family = FAMILIES[int(rng.integers(len(FAMILIES)))]
     places, pushes = family(rng)
@@ -94,11 +97,13 @@ def near_degenerate(rng: np.random.Generator, e: float | None = None) -> Vehicle
         T[-1] = T[0] * 0.3 + T[-1] * 10.0 ** -rng.uniform(1, 5)
     if how in (0, 2):
         T = _moved(T, e, rng, rounded=how == 2)
+    if zeros:
+        T = T + e * rng.uniform(-1, 1, T.shape)
     k, n = T.shape
     high = np.full(n, 60.0)
     high *= rng.uniform(0.3, 1.3, n) if rng.integers(2) else 1.0
     reversing = rng.choice([1.0, 2 / 3, 0.0], n, p=[0.3, 0.6, 0.1])
-    low = -high * (reversing if rng.integers(4) == 0 else reversing[0])
+    low = -high * (reversing if rng.integers(4) == 0 else reversing[0]) * (not ahead)
     weights = rng.choice([1.0, 2.0], n) if rng.integers(4) == 0 else np.ones(n)
     return Vehicle(
         name=f"near-{family.__name__.replace('_', '-')}",
@@ -118,9 +123,12 @@ def near_degenerate(rng: np.random.Generator, e: float | None = None) -> Vehicle
 
 
 def numbered(number: int) -> tuple[Vehicle, np.random.Generator]:
-    """A numbered vehicle of this kind, and what its demands are drawn from."""
+    """A numbered vehicle of this kind, and what its demands are drawn from.
+
+    Of each nine one has zeros moved, one does not reverse, and one has both.
+    """
     rng = np.random.default_rng([29, number])
-    return near_degenerate(rng), rng
+    return near_degenerate(rng, zeros=number % 9 in (2, 8), ahead=number % 9 in (2, 6)), rng
 
 
 def edge_demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
@@ -128,7 +136,8 @@ def edge_demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArr
 
     Half of the thrusts that make them stand at the limits which a direction favours, so that the wrench is on
     the edge of the attainable set: a random direction, or one at right angles to k - 1 thrusters, whose
-    thrusts are then free. The others stand at limits at random, but for up to k that are free.
+    thrusts are then free. The others stand at limits at random, but for up to k that are free. Some lie
+    beyond by 2e-5 to 2e-11 of the way: powers of ten are where verdicts change.
     """
     k, on = vehicle.k, vehicle.working
     scaled = vehicle.TP[:, on] / vehicle.wrench_scale[:, None]
@@ -145,7 +154,17 @@ def edge_demands(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArr
                 free = spanning[: int(rng.integers(0, k))]
         f[on] = np.where(along > 0, vehicle.f_max[on], vehicle.f_min[on])
         f[on[free]] = rng.uniform(vehicle.f_min[on[free]], vehicle.f_max[on[free]])
-    taus: FloatArray = F @ vehicle.TP.T * rng.choice([0.5, 0.999, 1.0, 1.3], (n, 1))
+    length, number = rng.choice([0.5, 0.999, 1.0, 1.3], n), np.arange(n)
+    length += np.where((length == 1.0) & (number % 3 == 2), 2.0 * 10.0 ** -(5 + number % 7), 0.0)
+    taus: FloatArray = F @ vehicle.TP.T * length[:, None]
+    return taus
+
+
+def made_by_few(vehicle: Vehicle, rng: np.random.Generator, n: int) -> FloatArray:
+    """Demands (n, k) [N, N m] that few thrusters make ahead, at their limits and inside; the others rest."""
+    part = rng.choice([0.0, 1.0, 2.0], (n, vehicle.n), p=[0.6, 0.2, 0.2])
+    F = np.where(part == 2.0, rng.random((n, vehicle.n)), part) * vehicle.f_max
+    taus: FloatArray = F @ vehicle.TP.T
     return taus
 
 
