@@ -48,12 +48,17 @@ SOLVERS_SEE = ("bluerov2", "supply-vessel")
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """A solver gets the numbers of every vehicle by the same code; about the others it is asked in CI."""
+    """A solver gets the numbers of every vehicle by the same code, as does C where a thruster is off.
+
+    About the other vehicles they are asked in CI.
+    """
     for item in items:
         given: dict[str, object] = getattr(getattr(item, "callspec", None), "params", {})
         entry, vehicle = given.get("entry"), given.get("vehicle")
-        solves = isinstance(entry, Entry) and entry.solver and entry.family is not Family.GENERATED
-        if solves and isinstance(vehicle, str) and vehicle not in SOLVERS_SEE:
+        if not isinstance(entry, Entry) or not isinstance(vehicle, str) or vehicle in SOLVERS_SEE:
+            continue
+        solves = entry.solver and entry.family is not Family.GENERATED
+        if solves or (entry.twin and given.get("case") == 0):
             item.add_marker(pytest.mark.long)
 
 

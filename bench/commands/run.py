@@ -87,7 +87,6 @@ def command(
     from rich.console import Console
 
     from bench.harness import machine, presets
-    from bench.harness.contenders import troubles
     from bench.harness.progress import bar
     from bench.harness.run import Interrupted, run
     from bench.inputs.faults import parse_fault
@@ -109,12 +108,14 @@ def command(
     directory = out or _folder(RUNS / machine.name(), study or "", resume)
     if not resume and (directory / FILE_NAME).exists():
         console.print(f"{directory}: the earlier run's record is kept beside the new one", highlight=False)
-    for line in troubles(settings) if settings.plugins else ():
+
+    def warn(line: str) -> None:
         console.print(f"warning: {line}", style="red", highlight=False, markup=False, soft_wrap=True)
+
     interrupted = False
     with bar(console) as watch:
         try:
-            run(settings, directory, resume=resume, watch=watch)
+            run(settings, directory, resume=resume, watch=watch, warn=warn)
         except Interrupted:
             interrupted = True
     for line in dict.fromkeys(line for problem in read(directory).problems for line in problem.said):

@@ -13,7 +13,7 @@ from alloc.discovery import find
 from alloc.errors import UnknownName
 from alloc.formulations import EXACT_METHODS, find_formulation
 from bench.demands.store import Case, save_case
-from bench.harness.job import AnswerTask, Described, DescribeTask, Failed, Job
+from bench.harness.job import AnswerTask, Described, DescribeTask, Failed, Job, Task
 from bench.harness.lines import method_line
 from bench.harness.plan import Contender, RunSettings, check_offers
 from bench.harness.process import work
@@ -31,7 +31,7 @@ def contenders(settings: RunSettings) -> list[Contender]:
     would share their rows. Raises SettingsError for a named method, or a plug-in, that has none of the starts
     or levels that were named: it would be left without a row.
     """
-    plugged = [described(path, settings) for path in dict.fromkeys(settings.plugins)]
+    plugged = plugged_in(settings)
     wanted = settings.methods or (() if plugged else ("*",))
     known = [*(contender.method.name for contender in plugged), *(entry.name for entry in catalogue())]
     for name in wanted:
@@ -55,40 +55,38 @@ def contenders(settings: RunSettings) -> list[Contender]:
     return [*plugged, *chosen]
 
 
-def described(path: str, settings: RunSettings) -> Contender:
-    """The plug-in in a file, imported and described by a worker; raises UnknownName where it is no plug-in.
+def plugged_in(settings: RunSettings) -> list[Contender]:
+    """The plug-ins, each imported, built for the run's first vehicle and asked twice by a worker.
 
-    A file that crashes or hangs when it is imported takes part under its name; each of its rows says so.
+    A file that crashes or hangs meanwhile takes part under its name. The run measures a plug-in that has a
+    ``trouble`` too, and its rows say why it has no times; its author should not have to wait for that.
+    Raises UnknownName where a file is no plug-in.
     """
-    name = Path(path).stem.replace("_", "-")
-    job = Job(method=name, plugin=path, tasks=[DescribeTask()], memory_bytes=settings.memory_MB << 20)
-    for message in work(job, settings.time_limit_s):
-        if isinstance(message, Described):
-            own = replace(message.method, plugin=True)
-            return Contender(method=own, starts=message.starts, levels=message.levels, plugin=path)
-        if isinstance(message, Failed) and message.status == "refused":
-            raise UnknownName(message.reason)
-    return Contender(method=Method(name=name, plugin=True), plugin=path)
-
-
-def troubles(settings: RunSettings) -> list[str]:
-    """What goes wrong when each plug-in is built for the run's first vehicle and asked twice; a line each.
-
-    The run measures such a plug-in all the same, and its rows say why it has no times; its author should
-    not have to wait for that.
-    """
-    lines = []
+    if not settings.plugins:
+        return []
     vehicle = (vehicles(settings) or [load_vehicle(list_vehicles()[0])])[0]
     taus = np.array([np.zeros(vehicle.k), 0.1 * vehicle.TP @ (vehicle.f_min + vehicle.f_max)])
     with TemporaryDirectory(prefix="thrustbench-") as folder:
         task = AnswerTask(str(Path(folder) / "case.npz"), str(Path(folder) / "answers.npz"))
         save_case(Path(task.case), Case(vehicle, taus))
-        for path in dict.fromkeys(settings.plugins):
-            job = Job(method=path, plugin=path, tasks=[task], memory_bytes=settings.memory_MB << 20)
-            for message in work(job, settings.time_limit_s):
-                if isinstance(message, Failed):
-                    lines.append(f"{path}, on {vehicle.name}: {message.status}: {message.reason}")
-    return lines
+        return [_described(path, vehicle.name, task, settings) for path in dict.fromkeys(settings.plugins)]
+
+
+def _described(path: str, vehicle: str, task: AnswerTask, settings: RunSettings) -> Contender:
+    name = Path(path).stem.replace("_", "-")
+    contender = Contender(method=Method(name=name, plugin=True), plugin=path)
+    tasks: list[Task] = [DescribeTask(), task]
+    job = Job(method=name, plugin=path, tasks=tasks, memory_bytes=settings.memory_MB << 20)
+    for message in work(job, settings.time_limit_s):
+        if isinstance(message, Described):
+            own = replace(message.method, plugin=True)
+            contender = contender._replace(method=own, starts=message.starts, levels=message.levels)
+        elif isinstance(message, Failed):
+            if message.task == 0 and message.status == "refused":
+                raise UnknownName(message.reason)
+            trouble = f"{path}, on {vehicle}: {message.status}: {message.reason}"
+            contender = contender._replace(trouble=trouble)
+    return contender
 
 
 def sampled(taking_part: Iterable[Contender]) -> list[str]:

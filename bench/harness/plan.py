@@ -78,6 +78,7 @@ class Contender(NamedTuple):
     starts, levels : what it offers
     missing : what to install for the method, empty where nothing is missing
     plugin : file of a plug-in, None for a method of the catalogue
+    trouble : what goes wrong with a plug-in when it is tried before the run, empty for nothing
     """
 
     method: Method
@@ -85,6 +86,7 @@ class Contender(NamedTuple):
     levels: tuple[str, ...] = ("-",)
     missing: str = ""
     plugin: str | None = None
+    trouble: str = ""
 
 
 class Group(msgspec.Struct, frozen=True, kw_only=True):

@@ -27,8 +27,17 @@ class Interrupted(KeyboardInterrupt):
     """Ctrl-C ended a run; its record holds what was measured before."""
 
 
-def run(settings: RunSettings, directory: Path, *, resume: bool, watch: Callable[[Progress], None]) -> None:
+def run(
+    settings: RunSettings,
+    directory: Path,
+    *,
+    resume: bool,
+    watch: Callable[[Progress], None],
+    warn: Callable[[str], None] = lambda line: None,
+) -> None:
     """Measure what the settings ask for into ``directory/record.jsonl``; tell ``watch`` how far the run is.
+
+    ``warn`` is told of each plug-in that goes wrong, before anything is measured.
 
     With ``resume``, cells that are in the record already are not measured again. Raises RecordError
     where the record can't be written or continued, and AllocError for unknown names. On Ctrl-C the
@@ -38,6 +47,9 @@ def run(settings: RunSettings, directory: Path, *, resume: bool, watch: Callable
     check(settings)
     # Names are looked up before the folder is touched, so that a wrong one leaves nothing behind.
     taking_part = contenders(settings)
+    for contender in taking_part:
+        if contender.trouble:
+            warn(contender.trouble)
     named = vehicles(settings)
     sets = demand_sets(settings, named)
     with Writer(directory) as writer, tempfile.TemporaryDirectory(prefix="thrustbench-") as folder:

@@ -79,6 +79,7 @@ def says_what_it_makes(allocate: Allocator, case: Vehicle, taus: np.ndarray) -> 
             assert np.isnan(f).all()
             continue
         assert np.isfinite(f).all()
+        assert (f[case.readiness == 0] == 0.0).all()
         assert inside(f, case) or not allocate.limited
         if status is Status.SOLVED and not find_formulation(allocate.formulation).gives_way:
             error = np.abs(case.TP @ f - tau) / case.wrench_scale
@@ -147,8 +148,8 @@ def test_many_gives_the_answers_of_single_calls(
 def test_a_thruster_that_is_off_gets_no_thrust(
     entry: Entry, vehicle: Vehicle, rng: np.random.Generator
 ) -> None:
-    """Of solvers and C the first and the last: a solver sees only what works, and C's self-tests try all."""
-    for thruster in (0, vehicle.n - 1) if entry.foreign else range(vehicle.n):
+    """Of solvers and C the last, as the first is off above: self-tests of C try all."""
+    for thruster in (vehicle.n - 1,) if entry.foreign else range(vehicle.n):
         degraded = vehicle.with_fault(thruster)
         if slow_to_compile(entry, degraded):
             continue

@@ -6,7 +6,7 @@ import pytest
 from click.testing import CliRunner
 
 from bench.__main__ import cli
-from bench.harness.contenders import troubles
+from bench.harness.contenders import plugged_in
 from bench.harness.plan import RunSettings
 from bench.record import Cell, read
 
@@ -66,6 +66,8 @@ def test_what_goes_wrong_with_a_plug_in_is_said_as_a_run_begins_with_its_line(tm
     (tmp_path / "breaks.py").write_text("def build(vehicle):\n\n    return lambda tau: vehicle.thrust\n")
     (tmp_path / "short.py").write_text("def build(vehicle):\n    return lambda tau: [1, 2]\n")
     plugins = tuple(str(tmp_path / f"{name}.py") for name in ("sound", "breaks", "short"))
-    breaks, short = troubles(RunSettings(demands=(), vehicles=("ukwial",), plugins=plugins))
+    settings = RunSettings(demands=(), vehicles=("ukwial",), plugins=plugins)
+    sound, breaks, short = (contender.trouble for contender in plugged_in(settings))
+    assert sound == ""
     assert "breaks.py, on ukwial: failed: line 3: AttributeError: 'Vehicle' object has no attr" in breaks
     assert "short.py, on ukwial: failed: PluginError: the function gave an array of shape (2,)" in short

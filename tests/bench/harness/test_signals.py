@@ -54,7 +54,7 @@ def test_a_worker_dies_with_its_parent_even_in_an_endless_loop(tmp_path: Path) -
 @pytest.mark.usefixtures("ctrl_c")
 def test_ctrl_c_stops_the_worker_and_reports_what_there_is(tmp_path: Path) -> None:
     plugin = write_plugin(tmp_path, "sleeps")
-    command = ["run", "--vehicle=ukwial", f"--plugin={plugin}", "--n=100", "--budget-ms=2000"]
+    command = ["run", "--vehicle=ukwial", "--demands=inactive", f"--plugin={plugin}", "--budget-ms=2000"]
     command += ["--time-limit=4"]  # so that the share of so slow a method is soon given up
     out = tmp_path / "out"
     with started("-m", "bench", *command, f"--out={out}") as run:
