@@ -7,18 +7,20 @@ from functools import cache, partial
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
-from typing import Any, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
-from alloc import c
 from alloc.allocation import Allocator
 from alloc.errors import NotInstalled, PluginError, UnknownName, unknown
 from alloc.files.modules import modules
 from alloc.formulations import Family, find_formulation
 from alloc.live.plain import ANY_DISTANCE, EXACT, Plain
-from alloc.methods import Variant, recipe
-from alloc.program import Faults, Scalar, Where
 from alloc.solvers import Level, Start
 from alloc.vehicle import Vehicle
+
+if TYPE_CHECKING:  # What makes C is a third of all modules, and most programs make none.
+    from alloc.c import Package
+    from alloc.methods import Variant
+    from alloc.program import Faults, Scalar, Where
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,11 +96,11 @@ def generate(
     vehicle: Vehicle,
     method: str,
     *,
-    scalar: Scalar = "double",
-    limits: Where = "fixed",
-    faults: Faults | bool = "one",
+    scalar: "Scalar" = "double",
+    limits: "Where" = "fixed",
+    faults: "Faults | bool" = "one",
     esc: bool = False,
-    package: c.Package | None = None,
+    package: "Package | None" = None,
     maintainer: str = "",
 ) -> dict[str, str]:
     """The C99 of a method for one vehicle, as ``thrustbench codegen`` writes it: {file name: text}.
@@ -122,6 +124,9 @@ def generate(
     Raises UnknownName for a method that can't be C, NotApplicable where it does not cover the vehicle,
     VehicleError where it has no ESCs and these are asked for.
     """
+    from alloc import c
+    from alloc.methods import recipe
+
     found = recipe(_in_c(method))
     name = c.function_name(vehicle, found.name, scalar, limits)  # several functions may share a folder
     known: Faults = faults if isinstance(faults, str) else "one" if faults else "none"
@@ -216,7 +221,7 @@ def _hyphened(file: str) -> str:
     return file.replace("_", "-")
 
 
-def _entry(name: str, module: ModuleType, variant: Variant | None = None) -> Entry:
+def _entry(name: str, module: ModuleType, variant: "Variant | None" = None) -> Entry:
     formulation: str = getattr(module, "FORMULATION", "")
     if variant and variant.formulation:
         formulation = variant.formulation
