@@ -102,7 +102,8 @@ def command(
 @contextmanager
 def _faults_of(plugin: Path | None) -> Iterator[None]:
     """Say in one line where a plug-in's own code raised; raises PluginError."""
-    from alloc.errors import AllocError, PluginError
+    from alloc import AllocError
+    from alloc.errors import PluginError
 
     try:
         yield
