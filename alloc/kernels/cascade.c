@@ -1,38 +1,41 @@
 /* What thrusts may do, f + Z z + E e: z moves them without a wrench, e [rows of T P of unit length] is the wrench that they miss. */
 static const SCALAR OWN_Z[N][D] = NULL_SPACE;
 static const SCALAR OWN_E[N][K] = INVERSE;
+enum { OWN_LEAVES = 2 }; /* in on[]: found beyond a limit, and yet to freeze */
 static const SCALAR OWN_least[N][2] = LEAST; /* of a row's length squared: what is no more is rounding */
 
 /* Thruster j stays at `end`. The shortest e that takes it there, and for that the shortest z, move the others;
  * what then is left to them is orthogonal to what it could do, as a Gram-Schmidt process makes rows. */
 static void OWN_leave(int j, SCALAR end, const int on[N], SCALAR Z[N][D], SCALAR E[N][K], SCALAR f[N])
 {
+    const SCALAR by = end - f[j];
     SCALAR of_z = ZERO, of_e = ZERO;
-    for (int m = 0; m < D; m++) {
-        of_z += Z[j][m] * Z[j][m];
-    }
-    for (int r = 0; r < K; r++) {
-        of_e += E[j][r] * E[j][r];
-    }
-    const int freely = of_z > OWN_least[j][0];
-    const SCALAR each = freely ? ONE / of_z : of_e > OWN_least[j][1] ? ONE / of_e : ZERO;
-    for (int i = 0; i < N; i++) {
-        SCALAR along = ZERO;
-        if (on[i]) {
-            for (int m = 0; m < D && freely; m++) {
-                along += Z[i][m] * Z[j][m];
+    //each D const SCALAR z_ = Z[j][_];
+    //each K const SCALAR e_ = E[j][_];
+    //each D of_z += z_ * z_;
+    //each K of_e += e_ * e_;
+    if (of_z > OWN_least[j][0]) {
+        const SCALAR each = ONE / of_z;
+        for (int i = 0; i < N; i++) {
+            if (on[i]) {
+                SCALAR along = ZERO;
+                //each D along += Z[i][_] * z_;
+                along *= each;
+                //each D Z[i][_] -= along * z_;
+                //each K E[i][_] -= along * e_;
+                f[i] += along * by;
             }
-            for (int r = 0; r < K && !freely; r++) {
-                along += E[i][r] * E[j][r];
+        }
+    } else if (of_e > OWN_least[j][1]) {
+        const SCALAR each = ONE / of_e;
+        for (int i = 0; i < N; i++) {
+            if (on[i]) {
+                SCALAR along = ZERO;
+                //each K along += E[i][_] * e_;
+                along *= each;
+                //each K E[i][_] -= along * e_;
+                f[i] += along * by;
             }
-            along *= each;
-            for (int m = 0; m < D && freely; m++) {
-                Z[i][m] -= along * Z[j][m];
-            }
-            for (int r = 0; r < K; r++) {
-                E[i][r] -= along * E[j][r];
-            }
-            f[i] += along * (end - f[j]);
         }
     }
     f[j] = end;
@@ -65,7 +68,7 @@ static void OWN_leave(int j, SCALAR end, const int on[N], SCALAR Z[N][D], SCALAR
 static void OWN_cascade(const SCALAR low[N], const SCALAR high[N], const int working[N], SCALAR f[N])
 {
     SCALAR Z[N][D], E[N][K], end[N];
-    int on[N], leaving[N], more = 0;
+    int on[N], more = 0, leaving = 0;
     //full SCALAR MOVED[N];
     for (int i = 0; i < N; i++) {
         more |= working[i] && !(f[i] >= low[i] - SPARE && f[i] <= high[i] + SPARE);
@@ -73,18 +76,12 @@ static void OWN_cascade(const SCALAR low[N], const SCALAR high[N], const int wor
     if (!more) {
         return;
     }
-    more = 0;
     for (int i = 0; i < N; i++) {
         on[i] = 1;
-        leaving[i] = 0;
         end[i] = ZERO;
         //full MOVED[i] = f[i];
-        for (int m = 0; m < D; m++) {
-            Z[i][m] = OWN_Z[i][m];
-        }
-        for (int r = 0; r < K; r++) {
-            E[i][r] = OWN_E[i][r];
-        }
+        //each D Z[i][_] = OWN_Z[i][_];
+        //each K E[i][_] = OWN_E[i][_];
     }
     for (int j = 0; j < N; j++) {
         if (!working[j]) {
@@ -94,21 +91,15 @@ static void OWN_cascade(const SCALAR low[N], const SCALAR high[N], const int wor
     }
     for (int turn = 0; turn < N; turn++) { /* each freezes one, all those that one look finds before the next look */
         int j = 0;
-        for (int i = 0; i < N && !more; i++) {
-            leaving[i] = on[i] && !(f[i] >= low[i] - SPARE && f[i] <= high[i] + SPARE);
-            end[i] = f[i] < low[i] ? low[i] : high[i];
+        if (!leaving) {
+            //each N if (on[_] && !(f[_] >= low[_] - SPARE && f[_] <= high[_] + SPARE)) { on[_] = OWN_LEAVES; end[_] = f[_] < low[_] ? low[_] : high[_]; leaving++; }
         }
-        more = 0;
-        for (int i = 0; i < N; i++) {
-            more += leaving[i];
-            j = leaving[i] ? i : j;
-        }
-        if (!more) {
+        if (!leaving) {
             return;
         }
+        //each N j = on[_] == OWN_LEAVES ? _ : j;
+        leaving--;
         on[j] = 0;
-        leaving[j] = 0;
-        more--;
         OWN_leave(j, end[j], on, Z, E, MOVED);
         //full OWN_alone(on, Z, MOVED, f);
     }
