@@ -156,9 +156,7 @@ class Nullspace:
         misses is shared by the thrusters that are free.
         """
         T = self._vehicle.TP
-        x = self.G.dot(
-            2.0 * wrench - T.dot(self.G.dot(wrench))
-        )  # what rounding of G takes of it is given back
+        x = self._refined(wrench)
         best, least = x, inf
         for wider in WIDER:
             by = wider * self._vehicle.f_scale
