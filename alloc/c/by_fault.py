@@ -52,7 +52,7 @@ def _call(
     row = ""
     if tables[program]:
         at = program.faults.index(fault)
-        # The same text where it can be, so that a compiler makes one call of all.
+        # Faults get the same text where possible, so that a compiler makes one call of them all.
         row = f"{own}of[{'fault + 1' if at == fault + 1 else at}]"
     if program.faults and limits == "call" and fault >= 0:
         return f"{own}without({arguments(limits, levels, ', '.join(filter(None, ('fault', row))))})"

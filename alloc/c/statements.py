@@ -65,7 +65,7 @@ class Statements:
         """The last statement."""
         self.lines.append(f"return {self.status(self.program.status)};")
 
-    # What other forms of a program print otherwise.
+    # Subclasses, which print other forms of a program, override what follows.
 
     def argument(self, array: str, index: int) -> str:
         """An entry of an argument."""
@@ -225,7 +225,7 @@ class Statements:
                 if kind in ("and", "or"):
                     if self.looks(a) or self.looks(b):  # only where it must
                         sign *= 2
-                    # Of conditions each stands in brackets, as compilers ask for.
+                    # Each condition stands in brackets; without them compilers warn.
                     again = kind == self.program.nodes[a][0]
                     left = self.expression(a, tightly if again else SIGNED)
                     return f"{left} {sign} {self.expression(b, SIGNED)}", tightly

@@ -165,7 +165,7 @@ def _renumbered(program: Program, steps: tuple[Step, ...]) -> Program:
                     order.setdefault(node, len(order))
 
     number(steps)
-    for node in reachable(program.nodes, program.roots):  # conditions of exits that C holds in parts
+    for node in reachable(program.nodes, program.roots):  # exits' conditions of which C prints only the parts
         order.setdefault(node, len(order))
     return replace(
         program,

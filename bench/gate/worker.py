@@ -75,7 +75,7 @@ class Orders:
         self.alloc = importlib.import_module("alloc")
         if not Path(self.alloc.__file__).is_relative_to(tree):
             raise ImportError(f"alloc came from {self.alloc.__file__}, not from {tree}")
-        # Trees of before have load_plugin and prepare in alloc itself.
+        # Older trees have load_plugin and prepare in alloc itself.
         found = importlib.util.find_spec("alloc.discovery")
         self.discovery = importlib.import_module("alloc.discovery") if found else self.alloc
         for file in map(Path, plugins):
@@ -144,7 +144,7 @@ class Orders:
                 break
             answers.append(allocate(*call))
         status, F = [int(answer[1]) for answer in answers], np.array([answer[0] for answer in answers])
-        # A user's plug-in, and a tree of before, may say no shares.
+        # A user's plug-in, and an older tree, may say no shares.
         shares = [list(map(float, answer[4])) if len(answer) > 4 else [] for answer in answers]
         reply = {"status": status, "F": packed(F), "shares": shares, "apart": 0.0, "other": None}
         if many := getattr(allocate, "many", None):  # a user's plug-in may have no such function

@@ -71,7 +71,7 @@ def values(space: LayoutSpace, task: ShardTask) -> FloatArray:
         centre = np.array(task.around)[(task.first + np.arange(task.count)) % len(task.around)].T
         moved = np.clip(centre + (share - 0.5) * task.width, 0.0, 1.0)
         listed = np.array([bool(parameter.choices) for parameter in space.parameters])
-        share = np.where(listed[:, None], centre, moved)  # around a layout there is no other choice of a list
+        share = np.where(listed[:, None], centre, moved)  # choices from a list stay as they are
     return np.array([parameter.at(column) for parameter, column in zip(space.parameters, share, strict=True)])
 
 

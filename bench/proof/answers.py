@@ -137,7 +137,7 @@ def _least(answers: FaultAnswers, question: Question, asked: BoolArray, of: Subj
 def _delivered(answers: FaultAnswers, of: Subject) -> tuple[int, str]:
     """Whether thrusts and shares of an answer belong together, also where a demand is met in part."""
     way = find_formulation(recipe(of.kernel).formulation).way
-    assert way is not None  # what writes shares has levels
+    assert way is not None  # a kernel that writes shares has levels
     vehicle, demands = answers.vehicle, answers.question.demands
     try:
         maps = step_maps(vehicle, way(vehicle).levels)
@@ -155,7 +155,7 @@ def _delivered(answers: FaultAnswers, of: Subject) -> tuple[int, str]:
 
 def _shares(answers: FaultAnswers, of: Subject) -> tuple[int, str]:
     way = find_formulation(recipe(of.kernel).formulation).way
-    assert way is not None  # what writes shares has levels
+    assert way is not None  # a kernel that writes shares has levels
     vehicle, taus = answers.vehicle, answers.question.demands.taus
     try:
         through = way(vehicle)

@@ -78,7 +78,7 @@ def prove(
         claims = [*safety.claims(of, Path(folder)), *esc.claims(of, Path(folder))]
         rules = misra.broken(of, Path(folder))
     claims.append(translated(of))
-    if claims[0].verdict == "shown":  # what may write anywhere is not run here
+    if claims[0].verdict == "shown":  # C that may write anywhere is not run
         say("answers to many demands")
         claims += answered(of)
     say("rounding")

@@ -51,7 +51,7 @@ def objections(rows: Iterable[Row]) -> list[str]:
             f"where {_two(judged.tolerance)} is promised"
         )
         lines.append(f"{row.label} on {row.vehicle}, {row.demands} demands: {what}")
-    return list(dict.fromkeys(lines))  # what is wrong elsewhere stands in each of a method's rows
+    return list(dict.fromkeys(lines))  # a method's rows repeat what is wrong with it
 
 
 def _two(value: float | None) -> str:

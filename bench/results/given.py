@@ -26,7 +26,7 @@ class Worst(property):
         column.__doc__ = meaning  # as ``doc`` of a subclass's property, CPython 3.11 would lose it
         super().__init__(column)
 
-    if TYPE_CHECKING:  # what a property gives that no decorator made has any type
+    if TYPE_CHECKING:  # mypy takes the value of a property for Any unless a decorator made it
         # Of a class it would be itself, which nobody asks.
         def __get__(self, row: Any, owner: type | None = None, /) -> float | None: ...  # type: ignore[override]
 

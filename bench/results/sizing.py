@@ -111,7 +111,7 @@ class Pool:
         limits = {0.0: self.verdict(0.0)}
         for limit, until in pairwise([*sorted(times), inf]):
             limits[limit] = first = self.verdict(limit)
-            if first[2]:  # pauses excuse what is late up to some limit: the longer, the fewer were as long
+            if first[2]:  # the longer a call, the fewer pauses were as long: excuses end at some limit
                 between = excess[bisect_right(excess, limit) : bisect_left(excess, until)]
                 at = bisect_left(between, True, key=lambda us: self.verdict(us) != first)
                 limits.update((us, self.verdict(us)) for us in between[at : at + 1])

@@ -66,7 +66,7 @@ def write(keys: VehicleFile, vehicle: Vehicle) -> str:
     """The vehicle as a ROS 2 parameter file: poses where the vehicle file has nothing else, else T."""
     if np.count_nonzero(vehicle.H - np.diag(vehicle.H.diagonal())):
         raise VehicleError(f"{keys.name}: H is not diagonal, which ROS parameters can't say; export csv")
-    # Of T and poses, T is what the vehicle allocates by; and poses leave out a propeller's own moment.
+    # T goes before poses: the vehicle allocates by it, and poses leave out a propeller's own moment.
     if keys.thrusters is None or keys.T is not None or keys.reaction_torque:
         geometry = [f"        configuration_matrix: {_array(vehicle.T.ravel())}  # rows, one after the other"]
         center = ""

@@ -55,7 +55,7 @@ class Errors(Arithmetic):
         needed = set(reachable(program.nodes, tuple(self._thrusts))) - within
         self.branches = any(program.nodes[node][0] == "choose" for node in needed)
         needed |= set(reachable(program.nodes, tuple(root for root, _ in program.exits))) - within
-        for node in sorted(needed):  # what is within a share is followed with it
+        for node in sorted(needed):  # nodes of a share are followed when the share is
             operation = program.nodes[node]
             branch = operation[0] == "choose"  # a side that is not taken does not count
             lost = [each for each in operands(operation) if each in self.reasons and not branch]

@@ -139,7 +139,7 @@ class Moved:
         worst = max((rate / least for rate, (least, *_) in zip(rates, held, strict=True)), default=0.0)
         self._held[share] = []
         for (taken, slack, tiny), rate, (least, holds) in zip(gauges, rates, held, strict=True):
-            # A load that is far below k, where zero or not, ahead or astern is no matter.
+            # What rounding may move must be small beside the slack that is kept.
             beside = tiny + rate * keep
             if 2.0 * beside > keep * least or beside > SMALL * least:
                 raise NotRead("a slack that rounding may use up")

@@ -86,7 +86,7 @@ class Together:
         model = self._models[key]
         solved = model.largest(objective, below)
         if solved is None:
-            # Where no demand at all satisfies these facts, the last is negative wherever the others hold.
+            # No demand satisfies these facts where the last is negative whenever the others hold.
             return -inf if more and self.most(more[-1], more[:-1]) < 0.0 else inf
         bound, z = solved
         left = np.abs(bound * below - objective - z @ model.A)

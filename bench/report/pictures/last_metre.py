@@ -1,4 +1,4 @@
-"""What of small demands is missed on each way from thrusts to the commands of ESCs."""
+"""How much of small demands is missed, for each way to turn thrusts into commands of ESCs."""
 
 from matplotlib.figure import Figure
 
