@@ -9,7 +9,7 @@ NAME = re.compile(r"^[0-9a-f]+ <([^>]+)>:$")
 COMMENT = re.compile(r"\s*[@;/].*")
 
 
-class Line(NamedTuple):
+class Disassembled(NamedTuple):
     """An instruction, or data between instructions: a directive as ``.word``.
 
     Attributes
@@ -28,7 +28,7 @@ class Line(NamedTuple):
     last: bool
 
 
-def lines(printed: str) -> list[Line]:
+def lines(printed: str) -> list[Disassembled]:
     """The lines of ``objdump -d --no-show-raw-insn``, in its order."""
     found: list[tuple[int, str, str, str]] = []
     function = ""
@@ -38,7 +38,9 @@ def lines(printed: str) -> list[Line]:
         elif said := LINE.match(line):
             found.append((int(said[1], 16), function, said[2], COMMENT.sub("", said[3] or "").strip()))
     return [
-        Line(address, after[0], function, mnemonic, operands, after[1] != function or after[2][0] == ".")
+        Disassembled(
+            address, after[0], function, mnemonic, operands, after[1] != function or after[2][0] == "."
+        )
         for (address, function, mnemonic, operands), after in zip_longest(
             found, found[1:], fillvalue=(-1, "", ".", "")
         )

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
-from bench.chips.disassembly import Line, lines
+from bench.chips.disassembly import Disassembled, lines
 from bench.chips.image import Image
 from bench.chips.toolchain import run
 
@@ -84,7 +84,7 @@ def longest(disassembly: str, entry: int, rounds: int) -> int:
     return length(entry)
 
 
-def _successors(code: dict[int, Line], entry: int) -> dict[int, list[int]]:
+def _successors(code: dict[int, Disassembled], entry: int) -> dict[int, list[int]]:
     """All instructions that follow each one that the entry leads to; none behind a return."""
     direct = {at: _next(instruction) for at, instruction in code.items()}
     reached: dict[int, list[int]] = {}
@@ -99,7 +99,7 @@ def _successors(code: dict[int, Line], entry: int) -> dict[int, list[int]]:
     return reached
 
 
-def _next(instruction: Line) -> list[int] | None:
+def _next(instruction: Disassembled) -> list[int] | None:
     """Where an instruction leads; None for a jump by a table."""
     mnemonic, operands = instruction.mnemonic, instruction.operands
     after = [] if instruction.last else [instruction.following]
@@ -119,7 +119,9 @@ def _next(instruction: Line) -> list[int] | None:
     return after
 
 
-def _table_targets(code: dict[int, Line], direct: dict[int, list[int] | None], function: str) -> list[int]:
+def _table_targets(
+    code: dict[int, Disassembled], direct: dict[int, list[int] | None], function: str
+) -> list[int]:
     """Where a table may lead: what nothing else in the function leads to; what follows that is shorter."""
     own = {at for at, instruction in code.items() if instruction.function == function}
     padding = {at for at in own if code[at].mnemonic.startswith("nop")}
@@ -127,7 +129,9 @@ def _table_targets(code: dict[int, Line], direct: dict[int, list[int] | None], f
     return sorted(own - led - padding - {min(own)})
 
 
-def _longest(code: dict[int, Line], entry: int, rounds: int, length: Callable[[int], int]) -> dict[int, int]:
+def _longest(
+    code: dict[int, Disassembled], entry: int, rounds: int, length: Callable[[int], int]
+) -> dict[int, int]:
     graph = _successors(code, entry)
 
     def cost(at: int) -> int:
