@@ -3,6 +3,7 @@
 import re
 import shlex
 from collections.abc import Iterator
+from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -142,6 +143,41 @@ def test_every_command_of_every_page_can_be_typed_in_order(
             except (AssertionError, click.ClickException) as wrong:
                 raise AssertionError(f"{page}: {typed}: {wrong}") from wrong
     assert typed_in_full >= 15
+
+
+def in_prose(text: str) -> Iterator[str]:
+    """The commands that stand within sentences; what a reader puts in capitals is his to fill in."""
+    for code in re.findall(r"`([^`]+)`", FENCE.sub("", text)):
+        if re.match(r"(thrustbench|make|python) [\w-]", code) and not re.search(r"\bHZ\b|…", code):
+            yield " ".join(code.split())
+
+
+def check_in_prose(typed: str) -> None:
+    """Raise where a command, an option, a target or a script is not there."""
+    words = shlex.split(typed)
+    if words[0] == "make":
+        check_other(typed)
+    elif words[0] == "python" and "/" in words[1]:
+        assert (ROOT / words[1]).exists(), "no such script"
+    elif words[0] == "thrustbench" and not words[1].startswith("--"):
+        with suppress(click.MissingParameter):  # a sentence may name a command alone
+            parsed(words[1:])
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_a_command_within_a_sentence_exists_with_its_options(page: str) -> None:
+    for typed in in_prose((ROOT / page).read_text(encoding="utf-8")):
+        try:
+            check_in_prose(typed)
+        except (AssertionError, click.ClickException) as wrong:
+            raise AssertionError(f"{page}: {typed}: {wrong}") from wrong
+
+
+@pytest.mark.parametrize("stale", ["make coffee", "python docs/studies/gone.py", "thrustbench size --fast"])
+def test_a_sentence_s_command_that_went_stale_is_found(stale: str) -> None:
+    (typed,) = in_prose(f"Type `{stale}` now.")
+    with pytest.raises((AssertionError, click.ClickException)):
+        check_in_prose(typed)
 
 
 @pytest.mark.parametrize(
