@@ -53,6 +53,7 @@ prove: .venv/prove
 	$(BIN)/python -m bench.proof.install
 	$(BIN)/thrustbench prove --thorough --out runs/proof/double
 	$(BIN)/thrustbench prove --thorough --float --out runs/proof/float
+	$(BIN)/thrustbench prove --library --out runs/proof/library
 	$(BIN)/python docs/studies/sabotage.py
 
 # What the main job needs, and no more.

@@ -28,10 +28,14 @@ def generate(
     vehicle : the largest that it shall have room for; left out, N_MAX thrusters and K_MAX axes
     package, maintainer : as of ``alloc.generate``
     """
-    n_max, k_max = (N_MAX, K_MAX) if vehicle is None else (max(vehicle.n, vehicle.k, 2), vehicle.k)
-    made = files(scalar, n_max, k_max) | selftest() | {f"{NAME}.md": _text(f"{NAME}.md")}
+    made = files(scalar, *room(vehicle)) | selftest() | {f"{NAME}.md": _text(f"{NAME}.md")}
     about = "Thrust allocation for matrices that are known at run time"
     return packaged(package, NAME, made, about, maintainer) if package else made
+
+
+def room(vehicle: Vehicle | None) -> tuple[int, int]:
+    """Most thrusters and axes that it has room for, with a vehicle as the largest or with none given."""
+    return (N_MAX, K_MAX) if vehicle is None else (max(vehicle.n, vehicle.k, 2), vehicle.k)
 
 
 def files(scalar: Scalar = "double", n_max: int = N_MAX, k_max: int = K_MAX) -> dict[str, str]:

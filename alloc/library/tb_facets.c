@@ -6,15 +6,16 @@
  */
 #include "tb_internal.h"
 
-/* y (d + 1) with y'N = 0 over the chosen rows, its largest entry 1; 0 where more than one y does that. */
-static int normal(const struct tb_allocator *a, int d, const int rows[TB_N_MAX], tb_real y[TB_N_MAX])
+/* y (d + 1) with y'N = 0 over the chosen rows, its largest entry 1; 0 where more than one y does that. `unit` is 1 over
+ * the length of each row of N. */
+static int normal(const struct tb_allocator *a, int d, const int rows[TB_N_MAX], const tb_real unit[TB_N_MAX],
+                  tb_real y[TB_N_MAX])
 {
-    tb_real M[TB_N_MAX][TB_N_MAX], length[TB_N_MAX] = {0}, most = 0;
+    tb_real M[TB_N_MAX][TB_N_MAX], most = 0;
     int pivot_of[TB_N_MAX] = {0}, taken[TB_N_MAX] = {0}, last = 0;
     for (int i = 0; i <= d; i++) {
-        length[i] = tb_root(tb_product(a->N[rows[i]], a->N[rows[i]], d));
         for (int j = 0; j < d; j++) {
-            M[j][i] = a->N[rows[i]][j] / length[i];
+            M[j][i] = a->N[rows[i]][j] * unit[rows[i]];
         }
     }
     for (int j = 0; j < d; j++) {
@@ -49,10 +50,10 @@ static int normal(const struct tb_allocator *a, int d, const int rows[TB_N_MAX],
     for (int i = 0; i <= d; i++) {
         last = taken[i] ? last : i;
     }
-    y[last] = 1 / length[last];
+    y[last] = unit[rows[last]];
     for (int j = 0; j < d; j++) {
         const tb_real entry = -M[j][last];
-        y[pivot_of[j]] = tb_abs(entry) > TB_FLAT ? entry / length[pivot_of[j]] : TB_R(0);
+        y[pivot_of[j]] = tb_abs(entry) > TB_FLAT ? entry * unit[rows[pivot_of[j]]] : TB_R(0);
     }
     for (int i = 0; i <= d; i++) {
         most = tb_abs(y[i]) > most ? tb_abs(y[i]) : most;
@@ -70,7 +71,8 @@ static int add(struct tb_allocator *a, int *entries, int first, int count, const
     for (int i = 0; i < count; i++) {
         size += y[i] != 0;
     }
-    for (int f = first; f < a->facets; f++) {
+    /* Each choice of rows comes once, so that only where y is zero for one another choice may have led here. */
+    for (int f = first; f < a->facets && size < count; f++) {
         const int end = a->end[f];
         int at = f ? a->end[f - 1] : 0, same = end - at == size;
         for (int i = 0; i < count && same; i++) {
@@ -119,7 +121,7 @@ static int next(int *rows, int count, int end)
 void tb_find_facets(struct tb_allocator *a)
 {
     int rows[TB_N_MAX] = {0}, entries = 0, good = 1;
-    tb_real y[TB_N_MAX];
+    tb_real y[TB_N_MAX], unit[TB_N_MAX];
     a->facets = 0;
     for (int b = 0; b < a->blocks && good; b++) {
         const int count = a->d[b] + 1, first = a->facets;
@@ -127,9 +129,12 @@ void tb_find_facets(struct tb_allocator *a)
         if (count > TB_N_MAX || a->begin[b] + count > a->begin[b + 1]) {
             continue;
         }
+        for (int p = a->begin[b]; p < a->begin[b + 1]; p++) {
+            unit[p] = 1 / tb_root(tb_product(a->N[p], a->N[p], a->d[b]));
+        }
         count_on(rows, 0, count, a->begin[b]);
         while (more && good) {
-            good = !normal(a, count - 1, rows, y) || add(a, &entries, first, count, rows, y);
+            good = !normal(a, count - 1, rows, unit, y) || add(a, &entries, first, count, rows, y);
             more = next(rows, count, a->begin[b + 1]);
         }
     }

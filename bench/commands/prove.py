@@ -18,6 +18,11 @@ if TYPE_CHECKING:
     "--vehicle", "vehicles", multiple=True, metavar="V", help="A shipped name or a YAML file [all]."
 )
 @click.option("--method", "methods", multiple=True, metavar="M", help="A method that has C [all].")
+@click.option(
+    "--library",
+    is_flag=True,
+    help="In place of methods: the C that takes the matrix at run time, with room for 8 thrusters, or for V.",
+)
 @SINGLE
 @LIMITS
 @FAULTS
@@ -31,6 +36,7 @@ if TYPE_CHECKING:
 def command(
     vehicles: tuple[str, ...],
     methods: tuple[str, ...],
+    library: bool,
     single: bool,
     limits: Literal["fixed", "call"],
     faults: Literal["none", "one", "all"],
@@ -53,9 +59,23 @@ def command(
 
     from alloc import AllocError, NotApplicable, catalogue, list_vehicles, load_vehicle
     from alloc.files.textfile import write_folder
-    from bench.proof import subject, summary, tools, write
+    from bench.proof import prove_library, subject, summary, tools, write
+    from bench.proof.safety import esc
     from bench.proof.worst import counted_before
 
+    scalar: Literal["double", "float"] = "float" if single else "double"
+    if library:
+        if methods or len(vehicles) > 1 or limits != "fixed" or faults != "one" or thorough or counts:
+            raise click.UsageError(
+                "--library goes with --vehicle (one), --float and --out; leave out the others."
+            )
+        room = load_vehicle(vehicles[0]) if vehicles else None
+        tools.need("frama-c")
+        write_folder(out, {})
+        shown, files = prove_library(scalar, room, lambda step: click.echo(f"library: {step} ...", err=True))
+        write(files, shown, out)
+        click.echo(f"{out / 'proof.md'}: {shown.least}, {shown.seconds:.0f} s")
+        return 0 if shown.safe else 3
     kernels = {entry.name: entry.twin for entry in catalogue() if entry.twin}
     loaded = [load_vehicle(name) for name in vehicles or list_vehicles()]
     wanted = [kernels.get(name, name) for name in methods or kernels]
@@ -63,7 +83,7 @@ def command(
     for vehicle in loaded:
         for kernel in wanted:
             try:
-                subjects.append(subject(vehicle, kernel, "float" if single else "double", limits, faults))
+                subjects.append(subject(vehicle, kernel, scalar, limits, faults))
             except NotApplicable as refusal:
                 if methods and len(loaded) == 1:
                     raise
@@ -86,7 +106,7 @@ def command(
         for of, proof in zip(subjects, made, strict=True):
             proofs.append(proof)
             folder = out / of.name if several else out
-            write(of, proof, folder)
+            write({**of.files, **esc.files(of)}, proof, folder)
             click.echo(f"{folder / 'proof.md'}: {proof.least}, {proof.seconds:.0f} s")
     finally:  # who ends the command ends what has not begun
         pool.shutdown(cancel_futures=True)

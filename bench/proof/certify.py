@@ -93,6 +93,7 @@ def prove(
         scalar=of.scalar,
         limits=of.limits,
         function=of.name,
+        files=[f"{of.name}.h", f"{of.name}.c"],
         sha256=digest(of.name, of.files),
         thrustbench=machine.commit(),
         tools={name: tools.version(name) for name in tools.PACKAGES},

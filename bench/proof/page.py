@@ -25,11 +25,11 @@ def page(proof: Proof) -> str:
 **{proof.least[:1].upper()}{proof.least[1:]}.**
 
 {proof.method} for {proof.vehicle}, {proof.scalar}, limits {LIMITS[proof.limits]}.
-This page speaks of the header and the source for which
+This page speaks of the files for which
 
-    cat {proof.function}.h {proof.function}.c | sha256sum
+    cat {" ".join(proof.files)} | sha256sum
 
-prints `{proof.sha256}`; the self-test prints the same number.
+prints `{proof.sha256}`, as the self-test of generated C does.
 
 ## What is shown
 

@@ -121,8 +121,9 @@ class Proof(msgspec.Struct, frozen=True, kw_only=True):
     Attributes
     ----------
     vehicle, method, scalar, limits, function : the kernel
-    sha256 : of the header and then the source, as ``cat NAME.h NAME.c | sha256sum`` prints it; the self-test
-        prints the same
+    files : header and source, by name
+    sha256 : of these one after the other, as ``cat NAME.h NAME.c | sha256sum`` prints it; the self-test of
+        generated C prints the same
     thrustbench : this program's commit
     tools : version of each tool
     assumptions : what the claims rest on
@@ -137,6 +138,7 @@ class Proof(msgspec.Struct, frozen=True, kw_only=True):
     scalar: str
     limits: str
     function: str
+    files: list[str]
     sha256: str
     thrustbench: str
     tools: dict[str, str]

@@ -1,5 +1,6 @@
 """The folder of one proof: the C, proof.json, and the page in two forms."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import msgspec
@@ -7,17 +8,14 @@ import msgspec
 from alloc.files.textfile import write_folder
 from bench.proof.page import page
 from bench.proof.proof import Proof
-from bench.proof.safety import esc
-from bench.proof.safety.harness import Subject
 from bench.report.document import document
 
 
-def write(of: Subject, proof: Proof, folder: Path) -> None:
-    """Write the C with its proof into ``folder``, made if missing; raises FileError where that fails."""
+def write(made: Mapping[str, str], proof: Proof, folder: Path) -> None:
+    """Write this C with its proof into ``folder``, made if missing; raises FileError where that fails."""
     text = page(proof)
     files = {
-        **of.files,
-        **esc.files(of),
+        **made,
         "proof.json": msgspec.json.format(msgspec.json.encode(proof), indent=2).decode() + "\n",
         "proof.md": text,
         "proof.html": document(text, folder),

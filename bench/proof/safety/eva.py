@@ -11,12 +11,12 @@ from bench.proof.proof import Claim
 from bench.proof.safety.harness import ANSWERED, MAIN
 
 NAME = "Frama-C EVA"
-OPTIONS = (
+ALWAYS = (
     "-machdep", "gcc_x86_64",
     "-eva", "-eva-verbose", "1",
     "-warn-special-float", "none",  # NaN and infinity are values here, as in IEEE 754
-    "-eva-slevel", "500", "-eva-min-loop-unroll", "16",
 )  # fmt: skip
+OPTIONS = (*ALWAYS, "-eva-slevel", "500", "-eva-min-loop-unroll", "16")
 NOT_APART = 0
 """States that are kept apart in a function whose loops data end, but for what its own C says: minutes become
 seconds."""
@@ -57,18 +57,23 @@ class Analysis(NamedTuple):
 
 
 def analyse(
-    files: Mapping[str, str], folder: Path, answering: Collection[str] = (), looping: Collection[str] = ()
+    files: Mapping[str, str],
+    folder: Path,
+    answering: Collection[str] = (),
+    looping: Collection[str] = (),
+    options: tuple[str, ...] = OPTIONS,
 ) -> Analysis:
     """Let EVA read these files (``safety.harness``), written into ``folder``; raises ToolError.
 
-    ``answering`` names functions that return a status, ``looping`` those with loops that data end.
+    ``answering`` names functions that return a status, ``looping`` those with loops that data end;
+    ``options`` say how deep it looks.
     """
     for name, text in files.items():
         (folder / name).write_text(text, encoding="utf-8")
     apart = ",".join(f"{name}:-2:-1:0:1:2" for name in sorted(answering))
     together = ",".join(f"{name}:{NOT_APART}" for name in sorted(looping))
     command = [
-        "frama-c", *OPTIONS, *(["-eva-slevel-function", together] if looping else []),
+        "frama-c", *options, *(["-eva-slevel-function", together] if looping else []),
         "-cpp-extra-args=-std=c99 -U__GNUC__",
         *(["-eva-split-return-function", apart] if answering else []),
         MAIN, "-then", "-report-csv", "properties.csv",

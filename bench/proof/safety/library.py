@@ -1,0 +1,169 @@
+"""What is shown of libthrustbench: any calls in any order, with any bits in their arguments.
+
+Between calls an allocator is nothing but numbers and indices. Three analyses begin with any numbers and any
+indices that lie within their arrays: calls that answer, functions that prepare, and the search for facets,
+which stands apart since it would take minutes among them. Those that write an allocator must leave such
+indices behind.
+"""
+
+from collections.abc import Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from os import cpu_count
+from pathlib import Path
+
+from alloc.library import calls
+from bench.chips.toolchain import ToolError
+from bench.proof import tools
+from bench.proof.proof import Claim
+from bench.proof.safety import eva
+from bench.proof.safety.harness import MAIN
+
+FACETS_IN = "tb_facets.c"
+INDICES = {
+    "k": (0, "TB_K_MAX"), "n": (0, "TB_N_MAX"), "m": (-1, "TB_N_MAX"), "rank": (0, "TB_K_MAX"),
+    "blocks": (0, "TB_N_MAX"), "facets": (-1, "TB_FACETS_MAX"), "levels": (0, "TB_K_MAX"),
+}  # fmt: skip
+TABLES = {
+    "level": ("TB_K_MAX", "TB_K_MAX - 1"), "at": ("TB_N_MAX", "TB_N_MAX - 1"), "d": ("TB_N_MAX", "TB_N_MAX"),
+    "begin": ("TB_N_MAX + 1", "TB_N_MAX"), "astern": ("TB_N_MAX", "TB_N_MAX"),
+    "end": ("TB_FACETS_MAX", "TB_ENTRIES_MAX"), "of": ("TB_ENTRIES_MAX", "TB_N_MAX - 1"),
+}  # fmt: skip
+"""Indices of an allocator, with the least and the most; tables of indices from 0, with length and most."""
+
+NO_ERROR = (
+    "{0}: no run-time error: no access outside of an array, no overflow of an integer, no shift too far, for"
+    " all bits of the arguments, whatever stands in memory that was never written."
+)
+STATUS = "The status of each call is one that the header names."
+KEPT = "What prepares an allocator leaves indices that lie within its arrays, so that any call may follow."
+PREPARING = ("tb_prepare", "tb_without", "tb_levels")
+
+
+def claims(made: Mapping[str, str], n_max: int, folder: Path) -> list[Claim]:
+    """The claims about this C (``alloc.library.files``); raises NotInstalled without Frama-C."""
+    tools.need("frama-c")
+    unroll = ("-eva-min-loop-unroll", str(n_max + 1))
+    asked = {
+        "answers": (_answers(), unroll),
+        "prepares": (_prepares(), unroll),
+        "facets": (_facets(), ("-eva-auto-loop-unroll", str(n_max + 1))),
+    }
+    with ThreadPoolExecutor(cpu_count()) as pool:
+        made_of = pool.map(lambda name: _analysis(made, name, *asked[name], folder), asked)
+        found = dict(zip(asked, made_of, strict=True))
+    shown = [
+        eva.claim(NO_ERROR.format(who), found[name], *_strangers(found[name]))
+        for name, who in (
+            ("answers", ", ".join(f"tb_{method}" for method in calls())),
+            ("prepares", ", ".join(PREPARING)),
+            ("facets", "the search for facets"),
+        )
+    ]
+    kept = [eva.claim(KEPT, found[name], "kept") for name in ("prepares", "facets")]
+    worst = max(kept, key=lambda claim: claim.verdict == "not shown")
+    return [*shown, eva.claim(STATUS, found["answers"], "status"), worst]
+
+
+ANY_MEMORY = ("-lib-entry", "-eva-initialized-locals")
+"""Memory holds anything: an allocator, arguments, and what a function has not yet written."""
+
+
+def _analysis(
+    made: Mapping[str, str], name: str, main: str, options: tuple[str, ...], folder: Path
+) -> eva.Analysis:
+    place = folder / name
+    place.mkdir()
+    sources = [each for each in made if each.endswith(".c") and (name, each) != ("prepares", FACETS_IN)]
+    included = "".join(f'#include "{source}"\n' for source in sorted(sources))
+    try:
+        return eva.analyse(
+            {**made, MAIN: included + main}, place, options=(*eva.ALWAYS, *ANY_MEMORY, *options)
+        )
+    except ToolError as error:
+        return eva.Analysis([], False, [str(error)])
+
+
+def _strangers(analysis: eva.Analysis) -> set[str]:
+    return {each.label for each in analysis.properties} - {"status", "kept"}
+
+
+def _every(statement: str, names: Iterable[str]) -> str:
+    """The statement for these indices, whose place, least and most stand in braces."""
+    lines = []
+    for name in names:
+        if name in INDICES:
+            low, high = INDICES[name]
+            lines.append("    " + statement.format(f"a.{name}", low, high))
+        else:
+            size, high = TABLES[name]
+            one = statement.format(f"a.{name}[i]", 0, high)
+            lines.append(
+                f"    /*@ loop unroll {size}; */\n    for (int i = 0; i < {size}; i++) {{\n"
+                f"        {one}\n    }}"
+            )
+    return "\n".join(lines) + "\n"
+
+
+ALL = (*INDICES, *TABLES)
+ANY = _every("{0} = between({1}, {2});", ALL)
+HELD = _every("/*@ assert kept: {1} <= {0} <= {2}; */", ALL)
+HEAD = """
+extern volatile int any;
+extern volatile unsigned long any_mask;
+struct tb_allocator a;
+tb_real tau[TB_K_MAX], f_min[TB_N_MAX], f_max[TB_N_MAX], f[TB_N_MAX], share[TB_K_MAX];
+tb_real T[TB_K_MAX * TB_N_MAX], H[TB_N_MAX * TB_N_MAX], readiness[TB_N_MAX];
+int level[TB_K_MAX];
+
+static int between(int least, int most)
+{
+    const int x = any;
+    return x < least || x > most ? least : x;
+}
+"""
+
+
+def _main(body: str, before: str = "") -> str:
+    return f"{HEAD}{before}\nint main(void)\n{{\n    int status = 0;\n{ANY}{body}    return status;\n}}\n"
+
+
+def _answers() -> str:
+    cases = "\n".join(
+        f"    case {i}: status = tb_{method}(&a, tau, low, high, f{', share' * shares}); break;"
+        for i, (method, shares) in enumerate(calls().items())
+    )
+    return _main(f"""\
+    const tb_real *low = any ? f_min : NULL, *high = any ? f_max : NULL;
+    switch (any) {{
+{cases}
+    default: break;
+    }}
+    /*@ assert status: -3 <= status <= 3; */
+""")
+
+
+def _prepares() -> str:
+    """Facets are any that the analysis beside this one finds them to be."""
+    facets = f"""
+void tb_find_facets(struct tb_allocator *made)
+{{
+    (void)made;
+{HELD}{_every("{0} = between({1}, {2});", ("facets", "end", "of"))}}}
+"""
+    given = ", ".join(f"any ? {name} : NULL" for name in ("T", "H", "readiness", "f_min", "f_max"))
+    return _main(
+        f"""\
+    switch (any) {{
+    case 0: status = tb_prepare(&a, any, any, {given}); break;
+    case 1: status = tb_without(&a, any_mask); break;
+    default: status = tb_levels(&a, level);
+    }}
+{HELD}""",
+        facets,
+    )
+
+
+def _facets() -> str:
+    """Bounds of loops that go over facets are told, or intervals would grow past them."""
+    told = '    /*@ widen_hints global:"all", TB_FACETS_MAX, TB_ENTRIES_MAX, TB_N_MAX; */\n'
+    return _main(f"{told}    tb_find_facets(&a);\n{HELD}")

@@ -1,0 +1,77 @@
+"""libthrustbench has no run-time error with any bits in its arguments, and what is broken in it is found."""
+
+import subprocess
+from pathlib import Path
+
+import msgspec
+import pytest
+from click.testing import CliRunner
+
+from alloc.library import files
+from bench.commands.prove import command
+from bench.proof import Proof, tools
+from bench.proof.safety.library import claims
+
+SMALL = 3, 2
+"""Thrusters and axes: the same C as with 8 and 6, which ``-m long`` asks, in a tenth of the time."""
+
+
+@pytest.fixture(autouse=True)
+def _analyser() -> None:
+    lacking = [tool for tool in tools.absent() if tool in ("frama-c", "cc")]
+    if lacking:
+        pytest.skip(f"needs {', '.join(lacking)}: {tools.remedy(lacking)}")
+
+
+def test_any_calls_in_any_order_have_no_error_and_return_what_the_header_names(tmp_path: Path) -> None:
+    made = claims(files("double", *SMALL), SMALL[0], tmp_path)
+    assert [claim.verdict for claim in made] == ["shown"] * 5, [claim.words for claim in made]
+
+
+SABOTAGED = {
+    "one thruster too many is looked at": (
+        "p < m; p++) {\n        const int i",
+        "p <= m; p++) {\n        const int i",
+    ),
+    "the room for entries of facets is not looked at": ("if (*entries >= TB_ENTRIES_MAX)", "if (0)"),
+    "a level may be one too large": ("level[j] >= a->k)", "level[j] > a->k)"),
+    "a size is not looked at": ("k > TB_K_MAX ||", ""),
+    "the active set may grow": ("if (w.q >= d)", "if (0)"),
+    "rows of a facet may lie behind the last": ("row < TB_N_MAX ? row : TB_N_MAX - 1", "row"),
+    "a status is none of the header's": ("return TB_NOT_CONVERGED;", "return 7;"),
+}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("sabotage", SABOTAGED)
+def test_what_is_broken_is_not_shown(sabotage: str, tmp_path: Path) -> None:
+    before, after = SABOTAGED[sabotage]
+    whole = files("double", *SMALL)
+    broken = {name: text.replace(before, after) for name, text in whole.items()}
+    assert broken != whole
+    assert "not shown" in [claim.verdict for claim in claims(broken, SMALL[0], tmp_path)]
+
+
+@pytest.mark.long
+@pytest.mark.timeout(900)
+@pytest.mark.parametrize(("chosen", "room"), [((), 8), (("--vehicle", "ukwial", "--float"), 4)])
+def test_the_command_proves_the_library_and_writes_the_c_that_it_speaks_of(
+    chosen: tuple[str, ...], room: int, tmp_path: Path
+) -> None:
+    """With room for eight thrusters it takes a minute where nothing else runs."""
+    done = CliRunner().invoke(command, ["--library", *chosen, "--out", str(tmp_path)], standalone_mode=False)
+    assert done.return_value == 0, done.output
+    proof = msgspec.json.decode((tmp_path / "proof.json").read_bytes(), type=Proof)
+    assert {claim.verdict for claim in proof.claims} == {"shown", "tested"}
+    summed = subprocess.run(
+        f"cat {' '.join(proof.files)} | sha256sum",
+        shell=True, cwd=tmp_path, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert summed.stdout.startswith(proof.sha256)
+    assert f"{room} thrusters" in (tmp_path / "proof.md").read_text()
+
+
+def test_options_of_a_kernel_are_none_of_the_library_s() -> None:
+    done = CliRunner().invoke(command, ["--library", "--method", "scaled"])
+    assert done.exit_code == 2
+    assert "--library" in done.output
