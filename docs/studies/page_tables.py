@@ -1,9 +1,9 @@
 """Puts tables that records give into the pages that show them, each between its two marks.
 
-``python docs/studies/page_tables.py`` writes those of results/; ``… page_tables.py sizes`` writes README's
-sizes of C, which it counts anew under QEMU in three minutes. A mark is ``<!-- NAME:start -->``, then
-``<!-- NAME:end -->``; the function of that name is the table. ``thrustbench report --readme`` writes README's
-times.
+``python docs/studies/page_tables.py`` writes those of results/; ``… page_tables.py sizes esc`` writes what
+README and docs/esc.md say of C, which it counts anew under QEMU in three minutes. A mark is
+``<!-- NAME:start -->``, then ``<!-- NAME:end -->``; the function of that name is the table.
+``thrustbench report --readme`` writes README's times.
 """
 
 import re
@@ -181,23 +181,13 @@ def stm32f446() -> str:
 
 def sizes() -> str:
     """Flash, stack and instructions of C that has code for each failed thruster, or one table for all."""
-    with tempfile.TemporaryDirectory() as folder:
-        for limits, methods in (("fixed", ("nullspace", "scaled")), ("call", ("scaled",))):
-            for faults in ("one", "all"):
-                named = [word for method in methods for word in ("--method", method)]
-                emulate = [
-                    "emulate",
-                    "--vehicle",
-                    "tiburon",
-                    "--target",
-                    M4F[0],
-                    "--float",
-                    "--limits",
-                    limits,
-                ]
-                told = [*emulate, "--faults", faults, *named, "--out", folder, "--add"]
-                subprocess.run([sys.executable, "-m", "bench", *told], check=True, stdout=subprocess.PIPE)
-        counted = read(Path(folder))
+    counted = _emulated(
+        *(
+            f"tiburon --limits {limits} --faults {faults} {' '.join(f'--method {m}' for m in methods)}"
+            for limits, methods in (("fixed", ("nullspace", "scaled")), ("call", ("scaled",)))
+            for faults in ("one", "all")
+        )
+    )
     by_faults = {faults: _kernels(counted, faults) for faults in ("one", "all")}
     lines = []
     for method, limits in (("nullspace", "fixed"), ("scaled", "fixed"), ("scaled", "call")):
@@ -209,6 +199,30 @@ def sizes() -> str:
         lines.append([option, " / ".join(flash), str(stack), " / ".join(most)])
     headers = ("`codegen`", "flash [B]", "stack of all [B]", "most instructions, no fault")
     return table(headers, lines, markdown=True)
+
+
+def esc() -> str:
+    """What the C from thrusts to ESCs takes, with limits that are fixed and with those of the call."""
+    counted = _kernels(_emulated("bluerov2-heavy --method esc"))
+    flash, most = (
+        [of(counted["bluerov2-heavy", "esc", *M4F, limits]) for limits in ("fixed", "call")]
+        for of in (lambda rows: rows[0].emulated.flash_bytes or 0, _most)
+    )
+    return (
+        f"With six voltages and eight thrusters on a Cortex-M4F it takes {flash[0]:,} B of flash and at most"
+        f" {most[0]:,} instructions, with limits of the call {flash[1]:,} B and {most[1]:,}"
+        " (`thrustbench emulate --method esc`).\n"
+    )
+
+
+def _emulated(*asked: str) -> Record:
+    """What ``thrustbench emulate`` counts on a Cortex-M4F in float, asked these."""
+    with tempfile.TemporaryDirectory() as folder:
+        for words in asked:
+            typed = f"emulate --vehicle {words} --target {M4F[0]} --float --out {folder} --add"
+            command = [sys.executable, "-m", "bench", *typed.split()]
+            subprocess.run(command, check=True, stdout=subprocess.PIPE)
+        return read(Path(folder))
 
 
 def _kernels(record: Record, faults: str = "one") -> dict[Kernel, list[EmulatedRow]]:
@@ -234,8 +248,11 @@ TABLES: dict[str, tuple[str, Callable[[], str]]] = {
     "rivals": ("docs/rivals.md", rivals),
     "stm32f446": (EMBEDDED, stm32f446),
     "sizes": ("README.md", sizes),
+    "esc": ("docs/esc.md", esc),
 }
 """Each table by the name of its marks: the page, and what makes it."""
+COUNTED = ("sizes", "esc")
+"""Tables that no record gives: they are counted anew."""
 
 
 def shown(name: str) -> str:
@@ -262,5 +279,5 @@ def _parts(name: str) -> tuple[str, str, str]:
 
 
 if __name__ == "__main__":
-    for name in sys.argv[1:] or [name for name in TABLES if name != "sizes"]:
+    for name in sys.argv[1:] or [name for name in TABLES if name not in COUNTED]:
         write(name)
