@@ -12,7 +12,7 @@ from scipy.stats import qmc
 from alloc import AllocError
 from bench.layouts import sampling, shards
 from bench.layouts.front import losses, merged, spread, unbeaten
-from bench.layouts.measure import numbers
+from bench.layouts.measure import Columns, numbers
 from bench.layouts.report import page, render_study
 from bench.layouts.run import Compute, Done, check_folder, front_of, run_study
 from bench.layouts.sampling import SHARD, ShardTask, tasks, values
@@ -174,12 +174,18 @@ def test_a_front_does_not_depend_on_the_shards_it_comes_in(rng: np.random.Genera
     )
 
 
+@pytest.fixture
+def own(study: tuple[LayoutSpace, StudyFile, Path], tmp_path: Path) -> Columns:
+    """The numbers of the layout that the vehicle has."""
+    space, _, _ = study
+    _, base = compiled(tmp_path, TEXT)
+    return numbers(layout_of(base), space.dof, space.taus, space.scale, space.volume)[1]
+
+
 def test_a_report_says_the_same_of_the_same_shards(
-    study: tuple[LayoutSpace, StudyFile, Path], tmp_path: Path
+    study: tuple[LayoutSpace, StudyFile, Path], own: Columns
 ) -> None:
     space, _, folder = study
-    _, base = compiled(tmp_path, TEXT)
-    own = numbers(layout_of(base), space.dof, space.taus, space.scale, space.volume)[1]
     report = render_study(space, own, folder)
     text = report.read_text(encoding="utf-8")
     assert f"{N + 100:,} layouts were drawn" in text
@@ -194,11 +200,9 @@ def test_a_report_says_the_same_of_the_same_shards(
 
 
 def test_bars_and_stars_in_the_names_of_vehicle_and_group_leave_the_report_s_tables_whole(
-    study: tuple[LayoutSpace, StudyFile, Path], tmp_path: Path
+    study: tuple[LayoutSpace, StudyFile, Path], own: Columns
 ) -> None:
     space, _, folder = study
-    _, base = compiled(tmp_path, TEXT)
-    own = numbers(layout_of(base), space.dof, space.taus, space.scale, space.volume)[1]
     first, *others = space.parameters
     odd = replace(space, name="my|rov *1* *2*", parameters=(replace(first, name="b|w.x"), *others))
     text = page(odd, own, summarise(space, folder / "shards", own), front_of(folder / "shards").slice(0, 1))
