@@ -168,6 +168,7 @@ def test_proxqp_started_from_a_result_it_does_not_have_is_a_row_with_a_reason(tm
     assert status["pinv"] == "ok"
 
 
+@pytest.mark.usefixtures("bare_runs")
 def test_a_cell_that_hung_is_not_tried_in_later_repeats_and_no_other_cell_pays_for_it(tmp_path: Path) -> None:
     plugin = write_plugin(tmp_path, "loops")
     options = ["--vehicle=ukwial", "--demands=inactive", "--demands=infeasible", f"--plugin={plugin}"]

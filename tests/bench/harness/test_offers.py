@@ -35,7 +35,7 @@ OFFERS = {
 
 
 @pytest.fixture(scope="module")
-def cells(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Cell]:
+def cells(tmp_path_factory: pytest.TempPathFactory, bare_runs: None) -> dict[str, Cell]:
     """The cell of each plug-in, by its name."""
     folder = tmp_path_factory.mktemp("offers")
     for name, offer in OFFERS.items():

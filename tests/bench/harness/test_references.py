@@ -61,6 +61,7 @@ def test_a_reference_that_goes_wrong_gives_way_to_the_next_one(tmp_path: Path, h
     assert agrees["qp/piqp"] is True  # it is held to the right answers of the second reference
 
 
+@pytest.mark.usefixtures("bare_runs")
 def test_a_plug_in_named_as_a_reference_is_held_to_the_catalogue_s(tmp_path: Path) -> None:
     plugin = tmp_path / "nullspace.py"
     plugin.write_text(
@@ -80,6 +81,7 @@ def test_a_plug_in_named_as_a_reference_is_held_to_the_catalogue_s(tmp_path: Pat
     assert cell.judged.agrees is False
 
 
+@pytest.mark.usefixtures("bare_runs")
 def test_a_time_limit_too_short_for_any_cell_is_no_limit_for_references(tmp_path: Path) -> None:
     record = measured(tmp_path / "out", methods=("pinv",), time_limit_s=0.001)
     assert [problem.reference for problem in record.problems] == ["nullspace"]

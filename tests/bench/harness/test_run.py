@@ -78,6 +78,7 @@ def test_an_unknown_name_is_refused_before_anything_is_written(
     assert before[0].read_bytes() == before[1]
 
 
+@pytest.mark.usefixtures("bare_runs")
 def test_a_plug_in_on_a_faulty_vehicle_and_a_pattern_of_methods_are_measured(tmp_path: Path) -> None:
     plugin = tmp_path / "my_pinv.py"
     plugin.write_text("from alloc.methods.pinv import FORMULATION, build\n")
@@ -113,6 +114,7 @@ def test_two_methods_of_one_name_are_refused_not_dropped(tmp_path: Path) -> None
     )  # a file named twice is one plug-in
 
 
+@pytest.mark.usefixtures("bare_runs")
 def test_the_parent_keeps_off_the_core_that_workers_are_pinned_to(tmp_path: Path) -> None:
     seen = []
 

@@ -128,7 +128,7 @@ def interrupted(folder: Path, watch: Callable[[Progress], None]) -> None:
     assert read(folder).events[-1].what == "interrupted"
 
 
-@pytest.mark.usefixtures("ctrl_c")
+@pytest.mark.usefixtures("ctrl_c", "bare_runs")
 def test_ctrl_c_between_two_results_leaves_no_worker(tmp_path: Path) -> None:
     def stop(progress: Progress) -> None:
         if progress.done == 2:
@@ -137,7 +137,7 @@ def test_ctrl_c_between_two_results_leaves_no_worker(tmp_path: Path) -> None:
     interrupted(tmp_path, stop)
 
 
-@pytest.mark.usefixtures("ctrl_c")
+@pytest.mark.usefixtures("ctrl_c", "bare_runs")
 def test_ctrl_c_while_a_worker_is_being_started_leaves_no_worker(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
