@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from alloc.allocation import FloatArray
+from alloc.files.textfile import write_folder
 from alloc.program import Scalar, Where
 
 SCALARS: dict[Scalar, str] = {"double": "<f8", "float": "<f4"}
@@ -78,10 +79,7 @@ class Kernel:
 
     def write(self, folder: Path) -> list[Path]:
         """Write the kernel's own sources into ``folder``; returns those to compile."""
-        for name, text in self.sources.items():
-            path = folder / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, encoding="utf-8")
+        write_folder(folder, self.sources)
         return sorted(folder / name for name in self.sources if name.endswith(".c"))
 
 

@@ -1,6 +1,7 @@
 """Compilers and emulators: which are missing, how to get those, and what they say."""
 
 import atexit
+import os
 import platform
 import re
 import shutil
@@ -39,19 +40,31 @@ def versions(target: Target) -> dict[str, str]:
     return {name: (re.search(r"\d+\.\d+(\.\d+)?", text) or [""])[0] for name, text in printed.items()}
 
 
-def run(command: list[str], folder: Path | None = None) -> str:
-    """What a command prints; raises ToolError with the command's words where it fails or takes too long."""
+def ended(
+    command: list[str], folder: Path | None = None, limit_s: float = TIME_LIMIT_S, given: str = "", **env: str
+) -> "subprocess.CompletedProcess[str]":
+    """A command that was run to its end, ``given`` a text; raises ToolError where it takes too long.
+
+    ``env`` are variables of its environment besides this process's.
+    """
     try:
-        done = subprocess.run(
+        return subprocess.run(
             command,
             cwd=folder,
+            env={**os.environ, **env},
+            input=given,
             capture_output=True,
-            text=True,
-            stdin=subprocess.DEVNULL,
-            timeout=TIME_LIMIT_S,
+            encoding="utf-8",
+            errors="replace",
+            timeout=limit_s,
         )
     except subprocess.TimeoutExpired:
-        raise ToolError(f"{command[0]} did not end within {TIME_LIMIT_S} s") from None
+        raise ToolError(f"{command[0]} did not end within {limit_s} s") from None
+
+
+def run(command: list[str], folder: Path | None = None) -> str:
+    """What a command prints; raises ToolError with the command's words where it fails or takes too long."""
+    done = ended(command, folder)
     if done.returncode:
         lines = (done.stderr or done.stdout).strip().splitlines() or ["nothing said"]
         first = next((line for line in lines if "error" in line), lines[-1])
@@ -71,5 +84,4 @@ def _has_c_library(target: Target) -> bool:
     # Debian's compilers come without a C library, which is another package.
     headers = ["-xc", "-E", "-o", "/dev/null", "-"]
     code = "#include <unistd.h>\n"
-    command = [f"{target.tools}gcc", *target.flags, *headers]
-    return subprocess.run(command, input=code, capture_output=True, text=True).returncode == 0
+    return ended([f"{target.tools}gcc", *target.flags, *headers], given=code).returncode == 0

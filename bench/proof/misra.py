@@ -4,6 +4,7 @@ import re
 from collections import Counter
 from pathlib import Path
 
+from alloc.files.textfile import write_folder
 from bench.proof import tools
 from bench.proof.proof import Broken
 from bench.proof.safety.harness import Subject
@@ -25,8 +26,7 @@ def broken(of: Subject, folder: Path) -> list[Broken] | None:
     """The rules that header and source break; None where cppcheck is not there."""
     if "cppcheck" in tools.absent():
         return None
-    for name, text in of.files.items():
-        (folder / name).write_text(text, encoding="utf-8")
+    write_folder(folder, of.files)
     command = [
         "cppcheck", "--addon=misra", "--enable=style", "--std=c99", "--quiet", "-D__GNUC__=12", "-U__ARM_FP",
         "--suppress=missingIncludeSystem", "--template={id} {file}:{line}", f"{of.name}.c",

@@ -9,6 +9,7 @@ from pycparser import c_ast, c_parser
 from pycparser.c_parser import ParseError
 
 from alloc.c.compiled import compiler
+from alloc.files.textfile import write_folder
 from bench.chips.toolchain import ToolError
 from bench.proof import tools
 from bench.proof.not_read import NotRead
@@ -78,8 +79,7 @@ def _parsed(of: Subject) -> c_ast.FileAST:
     if not compiler():
         raise ToolError("needs a C compiler to read C with")
     with tempfile.TemporaryDirectory(prefix="thrustbench-") as place:
-        for name, text in of.files.items():
-            (Path(place) / name).write_text(text, encoding="utf-8")
+        write_folder(Path(place), of.files)
         flags = ["-E", "-P", "-std=c99", "-U__GNUC__", "-U__ARM_FP"]
         text = tools.run([*compiler(), *flags, f"{of.name}.c"], Path(place))
     try:

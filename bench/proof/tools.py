@@ -1,14 +1,12 @@
 """The analysers that proofs come from: which are there, how to get the others, and what they say."""
 
-import os
 import re
 import shutil
-import subprocess
 from pathlib import Path
 
 from alloc.c.compiled import compiler
 from alloc.errors import NotInstalled
-from bench.chips.toolchain import ToolError
+from bench.chips.toolchain import ended
 
 PACKAGES = {"frama-c": "frama-c-base", "gappa": "gappa", "cppcheck": "cppcheck"}
 """Debian's package of each tool."""
@@ -37,24 +35,13 @@ def version(tool: str) -> str:
     if not shutil.which(tool):
         return ""
     option = "-version" if tool == "frama-c" else "--version"
-    done = subprocess.run([tool, option], capture_output=True, text=True, check=False)
+    done = ended([tool, option])
     return (re.search(r"\d[^\s]*", done.stdout + done.stderr) or [""])[0]
 
 
 def run(command: list[str], folder: Path, given: str = "") -> str:
     """What a tool prints, whatever its exit code; raises ToolError where it takes too long."""
-    try:
-        done = subprocess.run(
-            command,
-            cwd=folder,
-            env={**os.environ, "PWD": str(folder), "LC_ALL": "C.UTF-8"},  # Frama-C goes by PWD
-            input=given,
-            capture_output=True,
-            encoding="utf-8",
-            errors="replace",
-            timeout=TIME_LIMIT_S,
-            check=False,
-        )
-    except subprocess.TimeoutExpired:
-        raise ToolError(f"{command[0]} did not end within {TIME_LIMIT_S} s") from None
+    done = ended(
+        command, folder, TIME_LIMIT_S, given, PWD=str(folder), LC_ALL="C.UTF-8"
+    )  # Frama-C goes by PWD
     return done.stdout + done.stderr

@@ -6,6 +6,7 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
+from alloc.files.textfile import write_folder
 from bench.proof import tools
 from bench.proof.proof import Claim
 from bench.proof.safety.harness import ANSWERED, MAIN
@@ -68,8 +69,7 @@ def analyse(
     ``answering`` names functions that return a status, ``looping`` those with loops that data end;
     ``options`` say how deep it looks.
     """
-    for name, text in files.items():
-        (folder / name).write_text(text, encoding="utf-8")
+    write_folder(folder, files)
     apart = ",".join(f"{name}:-2:-1:0:1:2" for name in sorted(answering))
     together = ",".join(f"{name}:{NOT_APART}" for name in sorted(looping))
     command = [
