@@ -95,11 +95,7 @@ class Vehicle:
 
     def index(self, thruster: int | str) -> int:
         """Index of a thruster given by index or by name; raises VehicleError where there is none such."""
-        if isinstance(thruster, str):
-            return index_of(thruster, self.names, self.name)
-        if not 0 <= thruster < self.n:
-            raise VehicleError(f"{self.name} has no thruster {thruster}; count from 0 to {self.n - 1}")
-        return thruster
+        return index_of(thruster, self.names, self.n, self.name)
 
     @cached_property
     def working(self) -> IndexArray:

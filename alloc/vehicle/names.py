@@ -10,27 +10,27 @@ TAKEN = set('@,"/')
 """Characters that ``--fault`` and CSV use, and file names can't have."""
 
 
-def index_of(name: str, names: Sequence[str], vehicle: str) -> int:
-    """Index of the thruster with that name; raises VehicleError with the ``vehicle`` and its names."""
-    if name and name in names:
-        return names.index(name)
+def index_of(thruster: int | str, names: Sequence[str], n: int, vehicle: str) -> int:
+    """Index of one of n thrusters, given by index or by name; raises VehicleError, with the ``vehicle``."""
+    if not isinstance(thruster, str):
+        if not 0 <= thruster < n:
+            raise VehicleError(f"{vehicle}: there is no thruster {thruster}; count from 0 to {n - 1}")
+        return thruster
+    if thruster and thruster in names:
+        return names.index(thruster)
     if not any(names):
-        raise VehicleError(f"{vehicle}: no thruster has the name {name[:40]!r}, nor any other; give a number")
-    raise VehicleError(f"{vehicle}: {unknown('thruster', name, filter(None, names))}", "names")
+        raise VehicleError(
+            f"{vehicle}: no thruster has the name {thruster[:40]!r}, nor any other; give a number"
+        )
+    raise VehicleError(f"{vehicle}: {unknown('thruster', thruster, filter(None, names))}", "names")
 
 
 def listed(asked: Sequence[int | str], names: Sequence[str], n: int, what: str, key: str) -> set[int]:
     """Indices of those of n thrusters that a file's ``what`` lists by index or name; raises VehicleError."""
-    found = set()
-    for one in asked:
-        try:
-            i = index_of(one, names, what) if isinstance(one, str) else one
-        except VehicleError as error:
-            raise VehicleError(str(error), key) from None
-        if not 0 <= i < n:
-            raise VehicleError(f"{what}: there is no thruster {i}; count from 0 to {n - 1}", key)
-        found.add(i)
-    return found
+    try:
+        return {index_of(one, names, n, what) for one in asked}
+    except VehicleError as error:
+        raise VehicleError(str(error), key) from None
 
 
 def check_names(names: Sequence[str], n: int) -> None:

@@ -5,7 +5,7 @@ the reader's setting, so a picture is legible on any page.
 """
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -114,7 +114,6 @@ def legend(drawn: "Figure", rows: list[Row]) -> None:
 
 def time_axis(axis: "Axis", label: str) -> None:
     """Make a log axis of times [us], with ticks in ns to s."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     def plain(us: float, position: int) -> str:
         for unit, size in (("s", 1e6), ("ms", 1e3), ("µs", 1.0)):
@@ -122,22 +121,24 @@ def time_axis(axis: "Axis", label: str) -> None:
                 return f"{us / size:g} {unit}"
         return f"{us * 1e3:g} ns"
 
-    axis.set_major_locator(LogLocator(numticks=20))
-    axis.set_major_formatter(FuncFormatter(plain))
-    axis.set_minor_formatter(NullFormatter())
-    axis.set_label_text(label)
+    _log_axis(axis, label, plain, 20)
 
 
 def share_axis(axis: "Axis", label: str, floor: float = 0.0) -> None:
     """Make a log axis of shares [-], with ticks in per cent; what is less than ``floor`` was drawn there."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     def named(share: float, position: int) -> str:
         less = " or less" if share <= floor * (1 + 1e-9) else ""
         return f"{100 * share:g} %{less}"
 
-    axis.set_major_locator(LogLocator(numticks=9))
-    axis.set_major_formatter(FuncFormatter(named))
+    _log_axis(axis, label, named, 9)
+
+
+def _log_axis(axis: "Axis", label: str, tick: Callable[[float, int], str], most: int) -> None:
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    axis.set_major_locator(LogLocator(numticks=most))
+    axis.set_major_formatter(FuncFormatter(tick))
     axis.set_minor_formatter(NullFormatter())
     axis.set_label_text(label)
 

@@ -102,7 +102,7 @@ def refusal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
         ("allocate|binary.csv|--vehicle|ukwial|--method|pinv", "not UTF-8"),
         (
             "allocate|good.csv|--vehicle|ukwial|--method|walsh|--fault|9",
-            "has no thruster 9; count from 0 to 3",
+            "there is no thruster 9; count from 0 to 3",
         ),
         ("allocate|good.csv|--vehicle|ukwial|--method|walsh|--fault|0@0.5", "thruster 0 is weakened"),
         ("allocate|good.csv|--vehicle|ukwial|--method|pinv|--fault|x", "no thruster has the name 'x'"),

@@ -56,7 +56,7 @@ def checked(folder: Path, text: str) -> None:
         ("thrusters: [0, 1]", "thrusters: [0, 1.5]", "line 3: groups.bow.thrusters[1]: is a number; give "),
         ("base: ukwial", "base: yellow", "line 1: base: no vehicle 'yellow'; there are bluerov2"),
         ("base: ukwial", "base: cross.yaml", "line 1: base: cross has T, but no poses that could vary"),
-        ("thrusters: [0, 1]", "thrusters: [0, 7]", "has no thruster 7; count from 0 to 3"),
+        ("thrusters: [0, 1]", "thrusters: [0, 7]", "there is no thruster 7; count from 0 to 3"),
         (
             "thrusters: [2, 3]",
             "thrusters: [1, 3]",
