@@ -60,6 +60,12 @@ def gate(
             SourceTree(head_tree, plugins=files[1], vehicles=vehicles),
         )
         record.commits = trees.commits(base, head)
+        given = set(vehicles.values())  # these are taken as they lie there
+        left_out = [
+            name for name in trees.uncommitted(head) if str((head.path / name).resolve()) not in given
+        ]
+        if left_out:
+            record.notes.append(f"not committed, so not looked at: {', '.join(left_out)}")
         record.unchanged = "" if always else trees.unchanged(*both, everything=users)
         if not record.unchanged:
             if not users and trees.requirements(base_tree) != trees.requirements(head_tree):

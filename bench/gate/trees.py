@@ -137,6 +137,16 @@ def commits(base: Source, head: Source) -> list[str]:
     return _git(head.path, "log", "--oneline", "--no-decorate", span).splitlines()
 
 
+def uncommitted(head: Source) -> list[str]:
+    """Files that lie in the repository otherwise than in the commit, where the head is the current commit."""
+    if not head.commit or _git(head.path, "rev-parse", "HEAD") != head.commit:
+        return []
+    try:
+        return _git(head.path, "diff", "--name-only", "--relative", "HEAD").splitlines()
+    except BadTree:  # a bare repository has no files
+        return []
+
+
 def influences(tree: Path, files: Sequence[Path] = (), everything: bool = False) -> dict[str, str]:
     """Everything in a tree that can influence measured code: digests by file, and the requirements.
 

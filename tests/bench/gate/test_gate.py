@@ -239,6 +239,14 @@ def test_a_plug_in_that_the_head_lost_is_gone(own: Path) -> None:
     assert "head has no such method, vehicle or start" in result.stdout
 
 
+def test_what_is_not_committed_is_named_where_the_head_is_the_current_commit(own: Path) -> None:
+    (own / "control" / "mine.py").write_text(PLUGIN.replace("G @ tau", "-G @ tau"))
+    options = ("--repo", str(own), "--plugin", str(own / "control" / "mine.py"))
+    result = CliRunner().invoke(command, ["HEAD", *options], standalone_mode=False)
+    assert result.return_value == 0, result.output
+    assert "- not committed, so not looked at: control/mine.py\n" in result.stdout
+
+
 def test_a_repository_without_a_library_needs_a_plug_in(own: Path) -> None:
     result = CliRunner().invoke(command, ["HEAD", "HEAD", "--repo", str(own)], standalone_mode=False)
     assert "holds no package 'alloc'" in str(result.exception)
