@@ -34,7 +34,6 @@ from bench.harness.job import (
     Message,
     Task,
 )
-from bench.harness.lines import method_line
 from bench.harness.memory import peak_rss_bytes, reachable_bytes
 from bench.harness.quiet import between, reading
 from bench.harness.timing import Samples, counted, no_garbage_collection, sample
@@ -104,6 +103,9 @@ def do(task: Task, number: int, job: Job, line: Worker) -> Message:
             write_answers(task, job)
             return AnswersWritten(number)
         case DescribeTask():
+            # It describes machines too, and few workers are asked for a line.
+            from bench.harness.lines import method_line
+
             try:
                 entry = entry_of(job.method, job.plugin)
             except UnknownName as error:  # the file is no plug-in, which ends the run

@@ -200,8 +200,13 @@ def column(rows: list[list[str]], name: str) -> list[str]:
     return [row[rows[0].index(name)] for row in rows[1:]]
 
 
-@pytest.mark.parametrize(("rate", "budget"), LOOPS)
-@pytest.mark.parametrize("demands", ["", "active"])
+@pytest.mark.parametrize(
+    ("rate", "budget", "demands"),
+    [
+        *((*loop, "") for loop in LOOPS),
+        *(pytest.param(*loop, "active", marks=pytest.mark.long if i else ()) for i, loop in enumerate(LOOPS)),
+    ],
+)
 def test_the_page_says_of_every_method_what_size_prints(
     runs: list[Path], opened: Any, rate: float, budget: float, demands: str
 ) -> None:
@@ -231,7 +236,7 @@ def test_lates_are_excused_in_some_of_these_rows_and_not_in_others(runs: list[Pa
     assert {"slowest call", "p99.9", "median", "too few calls", ""} <= reasons
 
 
-@pytest.mark.parametrize(("rate", "budget"), LOOPS[:2])
+@pytest.mark.parametrize(("rate", "budget"), [LOOPS[0], pytest.param(*LOOPS[1], marks=pytest.mark.long)])
 def test_on_several_machines_the_page_ranks_as_size_does(
     runs: list[Path], opened: Any, rate: float, budget: float
 ) -> None:
