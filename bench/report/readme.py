@@ -96,7 +96,7 @@ def _caption(run: Run, shown: list[str]) -> str:
     cpu = run.record.header.machine.get("cpu", "this machine")
     python = run.record.header.versions.get("python", "Python")
     return (
-        f"Time of one call from Python, which half of all calls take at most, on {cpu} with {python}, asked"
+        f"Median time of one call from Python on {cpu} with {python}, asked"
         " for what takes the thrusters to their limits. The last three columns are"
         f" {shown[-1]}'s: what one call in a thousand exceeds, how much of the worst command is not"
         " delivered, and which share of all that the vehicle can do is delivered within 1 %.\n"
