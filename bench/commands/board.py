@@ -47,6 +47,7 @@ def command(
     from bench.chips import kernels
     from bench.chips.board.project import plan, write
     from bench.chips.study import CLASSES
+    from bench.results.text import counted
 
     scalar: Literal["double", "float"] = "float" if single else "double"
     wanted = kernels.as_c(methods) or kernels.methods()
@@ -54,7 +55,8 @@ def command(
     write(project, out)
     for reason in project.left_out:
         click.echo(f"left out: {reason}")
-    click.echo(f"{out}: {len(project.kernels)} methods, {len(project.sets)} demand sets; `make` builds it")
+    said = f"{counted(len(project.kernels), 'method')}, {counted(len(project.sets), 'demand set')}"
+    click.echo(f"{out}: {said}; `make` builds it")
     return 0
 
 
