@@ -10,6 +10,9 @@ from alloc.program.graph import lifted
 from alloc.program.sums import SAME, known, signed, summed
 from alloc.reach.edge import slack_table
 
+Ways = list[tuple[Expression, list[tuple[int, bool]]]]
+"""How far a step goes along the normals of pairs of facets, or where a pair is turned their opposites."""
+
 WIDE = 1e-3
 """Where a facet leaves a wider margin than this share of the largest limit, rounding of a step along it is
 nothing to it."""
@@ -39,7 +42,7 @@ class FacetMargins:
         self._gaps: dict[int, tuple[Number, Number]] = {}
 
     def measure(self, level: int, pairs: list[int], f: Sequence[Number]) -> None:
-        """Find the margins from thrusts f, of those pairs that no level has measured before."""
+        """Find the margins from thrusts f, of those pairs whose margins are not known."""
         graph, limits, n = self._draft.graph, self._draft.limits, self._draft.vehicle.n
         asked = [m for m in pairs if m not in self._known]
         push = self._facets.push[asked]
@@ -79,12 +82,23 @@ class FacetMargins:
         if all(both) and min(map(min, both)) > wide:
             return taken(along, ahead, astern)
         self._draft.compute(along, ahead, astern, tiny)
-        step = select(size(along) > tiny, size(along), 0.0)
+        step = size(along) if tiny == 0.0 else select(size(along) > tiny, size(along), 0.0)
         return step / select(along > 0.0, ahead, astern)
 
-    def moved(self, steps: dict[int, Expression]) -> None:
-        """Thrusters have moved by these steps: margins along what they push must be measured again."""
-        for i in steps.keys() & self._gaps.keys():  # so that limits need not be kept, nor read again
+    def moved(self, steps: dict[int, Expression], share: Expression, ways: Ways) -> None:
+        """The way has gone on: thrusters by these steps, and along pairs' normals by a share of these ways.
+
+        Margins of a vehicle's own limits are known at the start, so only the way is taken off. Those of the
+        call's are measured again: it is shorter than to keep them, or to read limits again.
+        """
+        if not self._draft.limits.at_call:
+            for along, group in ways:
+                by = share * along
+                for m, turned in group:
+                    ahead, astern = self._known[m]
+                    self._known[m] = (ahead + by, astern - by) if turned else (ahead - by, astern + by)
+            return
+        for i in steps.keys() & self._gaps.keys():
             up, down = self._gaps[i]
             self._gaps[i] = (up - steps[i], down + steps[i])
         touched = np.flatnonzero(self._facets.push[:, list(steps)].any(axis=1))

@@ -10,7 +10,7 @@ from alloc.allocation import BoolArray, FloatArray
 from alloc.kernels.departure import departure, largest, missing
 from alloc.kernels.entry import TAU, Place, SeenArguments, cover
 from alloc.kernels.facets import alike, facet_pairs, steps_along
-from alloc.kernels.margins import FacetMargins
+from alloc.kernels.margins import FacetMargins, Ways
 from alloc.kernels.off import reachable
 from alloc.program import Builder, Expression, Number, Scalar, most, select, size
 from alloc.program.sums import Terms, dot, known, product, shared_sums, signed, snapped
@@ -78,11 +78,11 @@ class Walk:
         builder = self._draft
         steps, products, tiny = self._step(level)
         self.seen.know(level, steps)
-        part = self._stop(level, steps, products, tiny)
+        part, ways = self._stop(level, steps, products, tiny)
         # What is reported is rounded and what is moved is not, so that no branch is needed in between.
         self.shares.append(select(part < 1.0 - EDGE[builder.scalar], part, 1.0).named(f"share{level}"))
         moves = {i: part * d for i, d in steps.items()}
-        self._margins.moved(moves)
+        self._margins.moved(moves, part, ways)
         for i, move in moves.items():
             self.f[i] = (move if self.f[i] == 0.0 else self.f[i] + move).named(f"f{level + 1}_{i}")
         if self._missing and level + 1 < self.levels:
@@ -165,16 +165,20 @@ class Walk:
 
     def _stop(
         self, level: int, steps: dict[int, Expression], products: dict[int, Terms], tiny: list[Number]
-    ) -> Expression:
-        """Steps to the level's share, not rounded: the least that a facet's margin leaves of the step."""
+    ) -> tuple[Expression, Ways]:
+        """Steps to the level's share, not rounded: the least that a facet's margin leaves of the step.
+
+        Gives the share, and how far the whole step goes along the facets' normals.
+        """
         builder, D, keep = self._draft, self._maps[level], self._keep[level]
         met = self._facets.met(D)
         # A facet that the step runs in leaves rounding only of thrusts that push along it.
         push = np.zeros_like(self._facets.push[met])
         push[:, list(steps)] = self._facets.push[np.ix_(met, list(steps))]
         terms = dict(zip(met, steps_along(push, steps, products, f"{level}_"), strict=True))
-        self._margins.measure(level, met, self.f)
+        self._margins.measure(level, met, self.f if builder.limits.at_call else self.start)
         load: Number = keep
+        ways = Ways()
         G = np.where(D.any(axis=1), self._G, 0.0)
         together = alike(met, push @ G if self.levels > 1 else np.eye(len(met)))
         # With margins to be found, backwards: GCC then spills fewer registers of a Cortex-M7 to the stack.
@@ -186,13 +190,14 @@ class Walk:
             back = all(minus for minus, _ in terms[m])
             along = signed([(minus != back, value) for minus, value in terms[m]], builder.graph)
             pairs = [(pair, turned != back) for pair, turned in group]
-            found = self._margins.load(along.named(f"a{level}_{m}"), pairs, tiny[part])
+            ways.append((along.named(f"a{level}_{m}"), pairs))
+            found = self._margins.load(along, pairs, tiny[part])
             # One after the other: all at once would need more registers than a processor has.
             load = most(found, load).named(f"load{level}_{m}")
             builder.compute(load)
         share = keep / (load if isinstance(load, Expression) else self._constant(load))
         builder.compute(share.named(f"part{level}"))
-        return share
+        return share, ways
 
     def _turn_to(self, part: int) -> None:
         """Steps before the first facet of another part; with a fence no argument is read earlier."""
