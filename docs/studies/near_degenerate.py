@@ -133,7 +133,7 @@ def compiled(
     return Evaluated(F.astype(float), np.array(status, dtype=np.int8), shares.astype(float))
 
 
-def asked(number: int, count: int, c: bool, folder: Path) -> dict[str, list[float]]:
+def asked(number: int, count: int, c: bool, folder: Path, only: str | None) -> dict[str, list[float]]:
     """By method and where it runs: answers that say a wrench, those that are off, the largest error."""
     vehicle, rng = numbered(number)
     taus, found = edge_demands(vehicle, rng, count), dict[str, list[float]]()
@@ -141,7 +141,7 @@ def asked(number: int, count: int, c: bool, folder: Path) -> dict[str, list[floa
     def count_(method: str, where: str, at_most: float, off: FloatArray) -> None:
         found[f"{method}|{where}"] = [len(off), int((off > at_most).sum()), float(off.max(initial=0.0))]
 
-    for method in METHODS:
+    for method in METHODS if only != "c" else ():
         try:
             for where, off in in_python(vehicle, method, taus):
                 count_(method, where, most("double"), off)
@@ -149,7 +149,7 @@ def asked(number: int, count: int, c: bool, folder: Path) -> dict[str, list[floa
             found[f"{method}|refused"] = [1, 0, 0.0]
     scalars: tuple[Scalar, ...] = ("double", "float")
     places: tuple[Where, ...] = ("fixed", "call")
-    in_c_too = [method for method in METHODS if method in recipes()]
+    in_c_too = [method for method in METHODS if method in recipes() and only != "python"]
     for method, scalar, limits in product(in_c_too, scalars, places):
         try:
             answered = in_c(vehicle, method, taus, scalar, limits, folder if c else None)
@@ -166,12 +166,13 @@ def asked(number: int, count: int, c: bool, folder: Path) -> dict[str, list[floa
 @click.option("--vehicles", default=1000, show_default=True)
 @click.option("--demands", default=1000, show_default=True)
 @click.option("--c", default=10, show_default=True, help="C is compiled on every so many vehicles.")
-def main(file: Path, vehicles: int, demands: int, c: int) -> None:
+@click.option("--only", type=click.Choice(["python", "c"]), help="Leave the other out.")
+def main(file: Path, vehicles: int, demands: int, c: int, only: str | None) -> None:
     """Append what is found to FILE, vehicle by vehicle, and print the table of all of FILE."""
     lines = file.read_text(encoding="utf-8").splitlines() if file.exists() else []
     with TemporaryDirectory() as folder, file.open("a", encoding="utf-8") as out:
         for number in range(len(lines), vehicles):
-            lines.append(json.dumps(asked(number, demands, number % c == 0, Path(folder))))
+            lines.append(json.dumps(asked(number, demands, number % c == 0, Path(folder), only)))
             out.write(lines[-1] + "\n")
             out.flush()
     total: dict[str, list[list[float]]] = {}
