@@ -3,7 +3,8 @@
 import numpy as np
 
 from alloc.allocation import FloatArray, IndexArray
-from alloc.vehicle import RANK_TOLERANCE, Vehicle
+from alloc.vehicle import Vehicle
+from alloc.vehicle.degeneracy import independent
 
 
 def generalized_inverse(vehicle: Vehicle) -> FloatArray:
@@ -32,7 +33,7 @@ def least_effort(A: FloatArray, H: FloatArray) -> FloatArray:
     the 1e12 that a vehicle may have. Rows of A have unit length, or had before a fault.
     """
     U, sigma, Vt = np.linalg.svd(A, full_matrices=False)
-    r = int(np.count_nonzero(sigma > RANK_TOLERANCE))
+    r = independent(sigma)
     plain: FloatArray = Vt[:r].T @ ((1.0 / sigma[:r])[:, None] * U[:, :r].T)
     if np.array_equal(H, np.diag(np.full(len(H), H.max(initial=0.0)))):
         return plain  # N'A+ = 0: the part along N is only rounding

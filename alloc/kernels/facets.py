@@ -9,8 +9,8 @@ from alloc.errors import NotApplicable
 from alloc.program import Expression
 from alloc.program.sums import Terms, snapped, summed
 from alloc.reach.edge import edge
-from alloc.reach.zonotope import ROUNDING
 from alloc.vehicle import Vehicle
+from alloc.vehicle.degeneracy import NOTHING
 
 FACETS_LIMIT = 300
 """Most pairs of facets: each is written out, and more would fill a microcontroller's flash."""
@@ -36,7 +36,7 @@ class FacetPairs:
     def met(self, D: FloatArray) -> list[int]:
         """Those that steps D (tau - w) of a level go towards or away from, part by part."""
         along = np.abs(self.normals @ (D * (self.scale / self.scale[:, None])))
-        return [m for part in self.parts for m in part.tolist() if along[m].max() > ROUNDING]
+        return [m for part in self.parts for m in part.tolist() if along[m].max() > NOTHING]
 
     def part_of(self, m: int) -> int:
         """The index of the part that a pair belongs to."""

@@ -14,6 +14,7 @@ from alloc.allocation import FloatArray
 from alloc.nullspace.structure import decompose
 from alloc.program import Builder, Expression, Number, States, size, states
 from alloc.vehicle import Vehicle
+from alloc.vehicle.degeneracy import ROUNDED
 
 MAGNIFIED = 10.0
 """Most that another thrust may move where one moves to zero: so many times its rounding it gets, too [-]."""
@@ -65,7 +66,7 @@ def reachable(builder: Builder) -> Reachable:
         if state.rank < vehicle.rank:
             now = decompose(state).unreachable * scale
             directions[row] = np.linalg.svd(now - now @ before.T @ before)[2][0]
-    directions[np.abs(directions) <= 1e-14] = 0.0
+    directions[np.abs(directions) <= ROUNDED] = 0.0
     if not directions.any():
         return Reachable(tau, None, directions)
     moved = np.flatnonzero(directions.any(axis=0)).tolist()

@@ -16,6 +16,7 @@ from alloc.nullspace.region import Region, Slab
 from alloc.program import Builder, Expression, Number, least, most, within
 from alloc.program.graph import lifted
 from alloc.program.sums import SAME, dot, signed, term
+from alloc.vehicle.degeneracy import ROUNDED
 
 
 class Strip(NamedTuple):
@@ -59,7 +60,7 @@ class Ratios:
     def __call__(self, value: float) -> float:
         """The value, or one given before that differs from it by rounding only."""
         size = abs(value)
-        if size <= 1e-14:
+        if size <= ROUNDED:
             return 0.0
         same = [known for known in self._known if abs(known - size) <= SAME * size]
         self._known += [] if same else [size]

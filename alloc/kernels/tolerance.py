@@ -1,6 +1,6 @@
 """What counts as met in C of either scalar, and which vehicles single precision can hold."""
 
-from alloc.allocation import EXACT_TOLERANCE
+from alloc.allocation import EXACT_TOLERANCE, WRENCH_TOLERANCE
 from alloc.errors import NotApplicable
 from alloc.nullspace import allocator as nullspace
 from alloc.program import Scalar
@@ -13,6 +13,8 @@ TOLERANCE: dict[Scalar, float] = {"double": nullspace.TOLERANCE, "float": 4e-6}
 MET: dict[Scalar, float] = {"double": EXACT_TOLERANCE, "float": 1e-5}
 """What a SOLVED wrench may miss, relative to ``wrench_scale`` [-]; in single precision some hundred
 roundings."""
+MET_BY_SOLVERS: dict[Scalar, float] = {scalar: max(WRENCH_TOLERANCE, met) for scalar, met in MET.items()}
+"""MET of solvers' own C, which SOLVED of any method in Python may miss, too [-]."""
 HELD: dict[Scalar, float] = {"double": MET["double"] / 2, "float": MET["float"] / 2}
 """What thrusts moved onto limits may miss of what shares say, relative to ``wrench_scale`` [-]: half of MET,
 for rounding of sums takes some too."""

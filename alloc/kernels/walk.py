@@ -18,13 +18,11 @@ from alloc.reach import edge
 from alloc.reach.levels import groups, pushes, step_maps
 from alloc.reach.way import Way
 from alloc.vehicle import Vehicle
+from alloc.vehicle.degeneracy import ROUNDED
 
 PARALLEL: dict[Scalar, float] = {"double": edge.PARALLEL, "float": 2e-6}
 EDGE: dict[Scalar, float] = {"double": edge.EDGE, "float": 4e-6}
 """What ``alloc.reach.edge`` has for double, and what rounding makes of it in float."""
-APART = 1e-14
-"""Share of a row of T that is rounding, as ``alloc.program.sums.snapped`` has it [-]: a thruster that pushes
-an axis by no more has no part in its step."""
 
 
 class Walk:
@@ -51,7 +49,7 @@ class Walk:
         self._margins = FacetMargins(builder, self._facets)
         self._maps = step_maps(vehicle, way.levels)
         self._whole = _whole(vehicle, way)
-        self._pushes = pushes(vehicle, vehicle.TP, APART)
+        self._pushes = pushes(vehicle, vehicle.TP, ROUNDED)
         self.proportional = not any(
             np.abs(later @ D).max() > 0.0 for j, D in enumerate(self._maps) for later in self._maps[j + 1 :]
         )
@@ -227,7 +225,7 @@ def _whole(vehicle: Vehicle, way: Way) -> BoolArray:
     """
     if len(way.levels) == 1:
         return np.ones((1, vehicle.k), dtype=bool)
-    alone = groups(vehicle, least=APART) if vehicle.rank == vehicle.k else ()
+    alone = groups(vehicle, least=ROUNDED) if vehicle.rank == vehicle.k else ()
     return np.array(
         [
             [any(axis in group and {*group} <= {*level} for group in alone) for axis in vehicle.dof]

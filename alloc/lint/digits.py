@@ -6,8 +6,8 @@ from math import comb
 import numpy as np
 
 from alloc.allocation import FloatArray
-from alloc.reach.zonotope import FLAT
 from alloc.vehicle import Vehicle
+from alloc.vehicle.degeneracy import FLAT
 
 FEWEST, MOST = 4, 12
 """Decimals of a T that looks printed: with fewer, columns depend on each other by chance; with more the last

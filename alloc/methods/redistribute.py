@@ -13,6 +13,7 @@ from alloc.kernels import cascade, rules
 from alloc.kernels.tolerance import TOLERANCE
 from alloc.program import Program, Scalar, Where
 from alloc.vehicle import Vehicle
+from alloc.vehicle.degeneracy import NOTHING
 
 FORMULATION = "redistribute"
 MEANINGS = rules.MEANINGS
@@ -25,9 +26,6 @@ BEYOND = EXACT_TOLERANCE / 10
 """A thrust freezes where it is beyond a limit by more than this share of the largest one [-]. Rounding puts a
 stuck thruster (f_min = f_max) just inside its limit or just beyond, which must not decide what others do; a
 hundred thrusters that are cut by this miss no more of a wrench than SOLVED may."""
-ROUNDING = 1e-12
-"""What rounding may move a thrust by, relative to the largest limit [-]."""
-
 MOST_THRUSTERS = 62
 """Patterns of frozen thrusters are bits of signed 64-bit integers."""
 
@@ -80,7 +78,7 @@ class Cascade:
         free = np.tile(v.readiness > 0, (len(taus), 1))
         F = F.copy()
         open_ = np.ones(len(taus), dtype=bool)
-        spare, doubt = self._spare, ROUNDING * v.f_scale
+        spare, doubt = self._spare, NOTHING * v.f_scale
         while True:
             clipped = F.clip(low, high)
             excess = np.abs(F - clipped)

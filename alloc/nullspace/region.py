@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from alloc.allocation import FloatArray
-from alloc.nullspace.structure import PARALLEL, ZERO
+from alloc.vehicle.degeneracy import NOTHING, PARALLEL
 
 Point = list[float]
 
@@ -242,5 +242,5 @@ def _alike(A: FloatArray, leader: int, rows: list[int], tolerance: float) -> Ali
     for row in rows:
         share = _share(A, row, leader)
         # Rows that differ by rounding count as equal: one multiplication less, here and in C.
-        scales.append(float(np.sign(share)) if abs(abs(share) - 1.0) <= ZERO else 1.0 / share)
+        scales.append(float(np.sign(share)) if abs(abs(share) - 1.0) <= NOTHING else 1.0 / share)
     return Alike(tuple(zip(rows, scales, strict=True)), tolerance * min(map(abs, scales)))

@@ -7,17 +7,7 @@ import numpy as np
 from alloc.allocation import FloatArray, IndexArray
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.vehicle import Vehicle
-
-ZERO = 1e-12
-"""Entries of a basis below this count as zero: rounding leaves 1e-16 times cond(T) < 1e3, and
-leaving out a true entry of this size would cost the wrench 1e-12, a thousandth of what is promised."""
-
-PARALLEL = 1e-11
-"""A row of a basis of which a plane leaves this share is parallel to it, and rows that differ by this share
-are parallel: it moves a thrust by a hundredth of what is promised."""
-
-EXACT = 1e-14
-"""What rounding leaves of A B = 0, with rows of A of unit length and entries of B up to 1."""
+from alloc.vehicle.degeneracy import NOTHING, PARALLEL, ROUNDED
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +70,7 @@ def split(N: FloatArray, H: FloatArray, A: FloatArray) -> list[Block]:
     B = _cleared(_echelon(N), A)
     metric = B.T @ H @ B
     size = np.sqrt(np.diag(metric))
-    linked = (np.abs(metric) > ZERO * np.outer(size, size)) | ((B != 0).T @ (B != 0))
+    linked = (np.abs(metric) > NOTHING * np.outer(size, size)) | ((B != 0).T @ (B != 0))
     # ``linked`` says which two columns share something, its power which are linked over other columns. Equal
     # rows of the power are one block; sorted backwards, the block that holds the first column comes first.
     connected = np.linalg.matrix_power(linked, len(linked))
@@ -91,7 +81,7 @@ def split(N: FloatArray, H: FloatArray, A: FloatArray) -> list[Block]:
         L = np.linalg.cholesky(metric[np.ix_(columns, columns)])
         basis = np.linalg.solve(L, part.T).T
         sizes = np.linalg.norm(basis, axis=1)
-        moved = sizes > EXACT * sizes.max()  # what is left moves a thruster by rounding, if at all
+        moved = sizes > ROUNDED * sizes.max()  # what is left moves a thruster by rounding, if at all
         rows, basis = rows[moved], basis[moved]
         order = _apart(basis)
         blocks.append(Block(rows[order], basis[order]))
@@ -108,7 +98,7 @@ def _apart(N: FloatArray) -> IndexArray:
     rest, first = N.copy(), list[int]()
     for _ in range(d if d > 1 else 0):
         sizes = np.linalg.norm(rest, axis=1)
-        first.append(int(np.argmax(sizes > sizes.max() - ZERO)))
+        first.append(int(np.argmax(sizes > sizes.max() - NOTHING)))
         along = rest[first[-1]] / sizes[first[-1]]
         rest = rest - np.outer(rest @ along, along)
     return np.array([*first, *(i for i in range(m) if i not in first)], dtype=np.intp)
@@ -133,16 +123,16 @@ def _cleared(B: FloatArray, A: FloatArray) -> FloatArray:
     """B (m, d) with its entries of rounding zero, and with A B = 0 up to rounding all the same.
 
     Where A nearly loses rank rounding moves B by more than it moves A B, and thrusts have to make up for A B.
-    So entries below ZERO are left out where the others can do without them, and stay where they can't.
+    So entries below NOTHING are left out where the others can do without them, and stay where they can't.
     """
     cleared = B.copy()
     for column in range(B.shape[1]):
-        kept = np.abs(B[:, column]) > ZERO
+        kept = np.abs(B[:, column]) > NOTHING
         only, part = A[:, kept], B[kept, column]
         U, sigma, Vt = np.linalg.svd(only, full_matrices=False)
         r = int(np.count_nonzero(sigma > PARALLEL))
         part = part - Vt[:r].T @ (U[:, :r].T @ (only @ part) / sigma[:r])
-        if np.abs(only @ part).max() <= EXACT:
+        if np.abs(only @ part).max() <= ROUNDED:
             cleared[:, column] = 0.0
             cleared[kept, column] = part
     return cleared

@@ -8,6 +8,7 @@ import numpy as np
 
 from alloc.allocation import FloatArray
 from alloc.program.graph import Expression, Graph, Number
+from alloc.vehicle.degeneracy import ROUNDED
 
 Terms = list[tuple[bool, Expression]]
 """A sum: for each term whether it is subtracted."""
@@ -22,7 +23,7 @@ def snapped(matrix: FloatArray) -> FloatArray:
     order = sorted(np.ndindex(matrix.shape), key=lambda at: float(sizes[at]))
     last = 0.0
     for at in order:
-        if sizes[at] <= 1e-14 * sizes.max():  # far below the tolerance of any method
+        if sizes[at] <= ROUNDED * sizes.max():  # far below the tolerance of any method
             continue
         if sizes[at] - last > SAME * sizes[at]:
             last = 1.0 if abs(sizes[at] - 1.0) <= SAME else float(sizes[at])

@@ -10,9 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 from alloc.allocation import FloatArray, checked, checked_many
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.errors import NotApplicable, SolverError
-from alloc.reach.zonotope import ROUNDING, facets, zonotope
+from alloc.reach.zonotope import facets, zonotope
 from alloc.vehicle import Vehicle
 from alloc.vehicle.call_limits import limits_of
+from alloc.vehicle.degeneracy import NOTHING
 
 BAND = 1e-3
 """Half width of the boundary label in alpha: within it, solvers at their default accuracy (1e-3 to 1e-6)
@@ -120,7 +121,7 @@ def _range_within(
         middle = (low[rows] + high[rows]) / 2 @ vehicle.TP.T / vehicle.wrench_scale @ found.half.T
         reach = (high[rows] - low[rows]) / 2 @ found.reach_of.T
         support = np.hstack([middle + reach, reach - middle])
-        support[np.abs(support) <= ROUNDING] = 0.0
+        support[np.abs(support) <= NOTHING] = 0.0
         least[rows], most[rows] = _range(
             demands[rows] / vehicle.wrench_scale,
             np.vstack([found.half, -found.half]),
@@ -143,7 +144,7 @@ def _range(
         ratio = support / along
         high = np.where(along > 0, ratio, np.inf).min(axis=1) / size
         low = np.where(along < 0, ratio, -np.inf).max(axis=1) / size
-    missed = ((along == 0) & (support < 0)).any(axis=1) | (low > high + ROUNDING * np.abs(high))
+    missed = ((along == 0) & (support < 0)).any(axis=1) | (low > high + NOTHING * np.abs(high))
     low[missed], high[missed] = np.inf, -np.inf
     return low, high
 
@@ -154,7 +155,7 @@ def closed_form_range(vehicle: Vehicle, taus: ArrayLike) -> tuple[FloatArray, Fl
     (inf, -inf) where there is none; (0, 0) for a demand with a part that no thruster pushes, if zero is met.
     """
     f = checked_many(taus, vehicle.k) @ generalized_inverse(vehicle).T
-    f[np.abs(f) < 1e-12 * np.abs(f).max(axis=1, keepdims=True, initial=0.0)] = 0.0  # rounding of T* tau
+    f[np.abs(f) < NOTHING * np.abs(f).max(axis=1, keepdims=True, initial=0.0)] = 0.0  # rounding of T* tau
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         upper, lower = vehicle.f_max / f, vehicle.f_min / f
     high = np.where(f > 0, upper, np.where(f < 0, lower, np.inf)).min(axis=1)

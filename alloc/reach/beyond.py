@@ -6,8 +6,9 @@ from math import comb
 import numpy as np
 
 from alloc.allocation import FloatArray
-from alloc.reach.zonotope import ROUNDING, facets
+from alloc.reach.zonotope import facets
 from alloc.vehicle import Vehicle
+from alloc.vehicle.degeneracy import NOTHING
 
 ENUMERATED = 5_000
 """Most candidate facets that are enumerated when an allocator is built, within a tenth of a second."""
@@ -38,7 +39,7 @@ def beyond(vehicle: Vehicle) -> Beyond:
 
     def proven(tau: FloatArray, f_min: FloatArray, f_max: FloatArray) -> bool:
         t = tau / vehicle.wrench_scale
-        doubt = ROUNDING * (np.linalg.norm(t) + lengths @ np.maximum(np.abs(f_min), np.abs(f_max)))
+        doubt = NOTHING * (np.linalg.norm(t) + lengths @ np.maximum(np.abs(f_min), np.abs(f_max)))
         if normals is None:
             c = step_to(t, scaled, f_min, f_max)
             along, wanted = c @ scaled, np.atleast_1d(c @ t)

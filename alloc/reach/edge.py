@@ -20,8 +20,9 @@ import numpy as np
 from alloc.allocation import FloatArray
 from alloc.errors import NotApplicable
 from alloc.reach.attainable import FACETS
-from alloc.reach.zonotope import FLAT, ROUNDING, facets
+from alloc.reach.zonotope import facets
 from alloc.vehicle import Vehicle
+from alloc.vehicle.degeneracy import FLAT, NOTHING
 
 PARALLEL = 1e-10
 """A step that leaves a facet by less than this share of its size, or of ``Departure.size``, runs in it. The
@@ -64,8 +65,8 @@ def edge(vehicle: Vehicle) -> Edge:
         )
     scale = vehicle.wrench_scale
     found = facets(vehicle, tuple(vehicle.working.tolist()))
-    proper = found.tolerance <= ROUNDING  # the others span what no thruster pushes
-    half = np.where(np.abs(found.half) <= ROUNDING, 0.0, found.half)[proper]
+    proper = found.tolerance <= NOTHING  # the others span what no thruster pushes
+    half = np.where(np.abs(found.half) <= NOTHING, 0.0, found.half)[proper]
     push = half @ (vehicle.TP / scale[:, None])
     # Entries that are zero up to rounding belong to thrusters that push along the facet.
     push[np.abs(push) * vehicle.f_scale <= FLAT] = 0.0

@@ -6,6 +6,7 @@ import numpy as np
 
 from alloc.allocation import BoolArray, FloatArray
 from alloc.vehicle import RANK_TOLERANCE, Vehicle
+from alloc.vehicle.degeneracy import independent
 
 Levels = Sequence[Sequence[str]]
 """Axes, in levels; each axis of the vehicle stands in one of them."""
@@ -34,7 +35,7 @@ def step_maps(vehicle: Vehicle, levels: Levels) -> FloatArray:
     free = np.linalg.svd(vehicle.TP / unit[:, None])[0][:, : vehicle.rank]
     for D, rows in zip(maps, axes, strict=True):
         U, sigma, Vt = np.linalg.svd(free[rows])
-        r = int(np.count_nonzero(sigma > RANK_TOLERANCE))
+        r = independent(sigma)
         D[:, rows] = free @ (Vt[:r].T / sigma[:r]) @ U[:, :r].T
         free = free @ Vt[r:].T
     maps[np.abs(maps) <= RANK_TOLERANCE] = 0.0

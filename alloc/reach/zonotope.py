@@ -13,14 +13,7 @@ import numpy as np
 
 from alloc.allocation import FloatArray
 from alloc.vehicle import RANK_TOLERANCE, Vehicle
-
-ROUNDING = 1e-12
-"""What counts as zero in scaled wrench: far above the rounding of a dozen additions (1e-15), far below
-the 1e-5 that separates the tightest demands from the boundary."""
-
-FLAT = 1e-13
-"""Generators of unit length whose smallest singular value is below this depend on each other, and unit
-normals that are no more apart are the same. Rounding leaves 1e-15; what is left out costs as much as this."""
+from alloc.vehicle.degeneracy import FLAT, NOTHING, independent
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -62,7 +55,7 @@ def zonotope(vehicle: Vehicle) -> Zonotope:
     generators = generators[:, generators.any(axis=0)]
     scaled = generators / scale[:, None]
     U, sigma, _ = np.linalg.svd(scaled)
-    r = int(np.count_nonzero(sigma > RANK_TOLERANCE * max(sigma.max(initial=0.0), ROUNDING)))
+    r = independent(sigma, max(sigma.max(initial=0.0), NOTHING))
     normals = _normals(U[:, :r].T @ scaled) @ U[:, :r].T
     across = U[:, r:].T
     half = np.vstack([normals, across])
@@ -71,8 +64,8 @@ def zonotope(vehicle: Vehicle) -> Zonotope:
     support = np.concatenate([middle + reach, reach - middle])
     return Zonotope(
         facets=np.vstack([half, -half]),
-        support=np.where(np.abs(support) <= ROUNDING, 0.0, support),
-        tolerance=np.tile(np.repeat([ROUNDING, RANK_TOLERANCE], [len(normals), len(across)]), 2),
+        support=np.where(np.abs(support) <= NOTHING, 0.0, support),
+        tolerance=np.tile(np.repeat([NOTHING, RANK_TOLERANCE], [len(normals), len(across)]), 2),
         scale=scale,
         center=center,
         generators=generators,
@@ -102,12 +95,12 @@ def facets(vehicle: Vehicle, choosing: tuple[int, ...]) -> Facets:
     scaled = vehicle.TP / vehicle.wrench_scale[:, None]
     columns = scaled[:, list(choosing)]
     U, sigma, _ = np.linalg.svd(columns)
-    r = int(np.count_nonzero(sigma > RANK_TOLERANCE * max(sigma.max(initial=0.0), ROUNDING)))
+    r = independent(sigma, max(sigma.max(initial=0.0), NOTHING))
     normals = _normals(U[:, :r].T @ columns) @ U[:, :r].T
     across = U[:, r:].T
     reach_of = np.zeros((len(normals) + len(across), vehicle.n))
     reach_of[: len(normals), list(choosing)] = np.abs(normals @ columns)
-    tolerance = np.repeat([ROUNDING, RANK_TOLERANCE], [len(normals), len(across)])
+    tolerance = np.repeat([NOTHING, RANK_TOLERANCE], [len(normals), len(across)])
     return Facets(half=np.vstack([normals, across]), reach_of=reach_of, tolerance=tolerance)
 
 
@@ -129,7 +122,7 @@ def _normals(generators: FloatArray) -> FloatArray:
     _, sigma, Vt = np.linalg.svd(unit.T[subsets])
     proper = sigma[:, -1] > FLAT if r > 1 else np.ones(len(subsets), dtype=bool)
     normals = Vt[proper, -1]
-    leading = np.take_along_axis(normals, np.argmax(np.abs(normals) > ROUNDING, axis=1)[:, None], axis=1)
+    leading = np.take_along_axis(normals, np.argmax(np.abs(normals) > NOTHING, axis=1)[:, None], axis=1)
     return _distinct(normals * np.sign(leading))
 
 

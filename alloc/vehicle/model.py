@@ -12,16 +12,12 @@ from alloc.allocation import FloatArray, IndexArray
 from alloc.errors import DemandError, VehicleError
 from alloc.vehicle import wire
 from alloc.vehicle.checks import ARRAYS, check_parts, check_shapes, check_values, checked_array
+from alloc.vehicle.degeneracy import RANK_TOLERANCE, independent
 from alloc.vehicle.esc import Esc, Sent
 from alloc.vehicle.frame import Frame, checked_frame, turned
 from alloc.vehicle.limits import Interval, Slew, VoltageTable, of_a_moment
 from alloc.vehicle.names import index_of
 from alloc.vehicle.priority import Priority, checked_levels, checked_priority
-
-RANK_TOLERANCE = 1e-9
-"""Singular values of T below this count as zero, once its rows have unit length: the largest then lies
-between 1 and sqrt(k). Published geometry carries at most five digits, so a true zero stands near 1e-16
-and the smallest real singular values near 1e-2."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +110,7 @@ class Vehicle:
         It is 0 where they push nothing but rounding, as a lateral thruster does along surge.
         """
         sigma = np.linalg.svd(self.TP / self.row_lengths[:, None], compute_uv=False)
-        return int(np.count_nonzero(sigma > RANK_TOLERANCE))
+        return independent(sigma)
 
     @property
     def faults(self) -> tuple[tuple[int, float], ...]:

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from alloc import Allocation, Status, build
-from alloc.allocation import WRENCH_TOLERANCE
 from alloc.c.cases import AGREEMENT
 from alloc.formulations.hard import FORMULATION as HARD
-from alloc.kernels.tolerance import MET
+from alloc.kernels.tolerance import MET, MET_BY_SOLVERS
 from alloc.rivals import load
 from bench.chips.agreement import agreement
 from bench.chips.board.heard import NOOP, Heard, TimedCalls
@@ -139,7 +138,7 @@ def _judged(question: Question, kernel: Kernel, promised: Promise, run: TimedCal
         formulation=promised.formulation,
         limited=promised.limited,
         tolerance=promised.tolerance,
-        wrench_tolerance=max(WRENCH_TOLERANCE, MET[kernel.scalar]) if kernel.solver else MET[kernel.scalar],
+        wrench_tolerance=(MET_BY_SOLVERS if kernel.solver else MET)[kernel.scalar],
         thorough=thorough,
     )
     if run.other_answers and not kernel.solver:  # this project's C keeps nothing between calls

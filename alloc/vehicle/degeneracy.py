@@ -1,0 +1,38 @@
+"""What counts as lost, dependent and zero: decided here, so that no two rooms see different vehicles.
+
+Directions and rows depend on each other within the digits of T; what is no more than rounding of a sum is
+zero. Both are shares of numbers that were brought to about 1 first: rows of T of unit length, wrenches in
+unit of ``wrench_scale``, bases with N'HN = I. What an answer may miss is another matter
+(``alloc.kernels.tolerance``), and above all but the first.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+RANK_TOLERANCE = 1e-9
+"""Singular values of T below this count as zero, once its rows have unit length: the largest then lies
+between 1 and sqrt(k). Published geometry carries at most five digits, so a true zero stands near 1e-16
+and the smallest real singular values near 1e-2."""
+
+PARALLEL = 1e-11
+"""A row of a basis of the null space of which a plane leaves this share is parallel to it, and rows that
+differ by this share are parallel: it moves a thrust by a hundredth of what is promised."""
+
+FLAT = 1e-13
+"""Thrusters of unit length whose smallest singular value is below this span no facet, and unit normals that
+are no more apart are the same. Rounding leaves 1e-15; what is left out costs as much as this."""
+
+NOTHING = 1e-12
+"""What counts as zero after sums of sums, as T* tau or a decomposition makes them: a dozen additions leave
+1e-15, times cond(T) < 1e3. An entry of this size that is left out costs the wrench a thousandth of what is
+promised."""
+
+ROUNDED = 1e-14
+"""What one sum of products leaves of zero, relative to the largest of them."""
+
+
+def independent(sigma: NDArray[np.floating[Any]], size: float = 1.0) -> int:
+    """How many directions singular values ``sigma`` (r,) tell apart, with rows of length ``size``."""
+    return int(np.count_nonzero(sigma > RANK_TOLERANCE * size))
