@@ -21,6 +21,7 @@ from alloc.errors import DemandError, UnknownName
 from alloc.methods import recipe, recipes
 from alloc.program import Faults, Scalar, Where
 from bench.demands import build_demands
+from bench.demands.near_degenerate import numbered
 from bench.demands.odd_vehicles import vehicle_of
 from tests.nullspace_cases import SHAPES, demands_of_known_verdict, random_vehicle
 
@@ -481,3 +482,26 @@ def test_a_thruster_that_pushes_no_controlled_axis_gets_the_thrust_nearest_zero(
 def test_the_same_vehicle_gives_the_same_text() -> None:
     first, second = (generate(load_vehicle(SMALL), "nullspace") for _ in range(2))
     assert first == second
+
+
+def test_a_self_test_is_red_of_thrusts_that_make_the_same_wrench_with_more_effort(tmp_path) -> None:
+    """At the end of a way thrusts may differ, with no more effort; here they move along the null space."""
+    vehicle = load_vehicle(SMALL)
+    files = generate(vehicle, "scaled")
+    source = f"{function_name(vehicle, 'scaled', 'double')}.c"
+    along = 1e-3 * vehicle.f_scale * np.linalg.svd(vehicle.T)[2][-1]
+    by = dict(enumerate(along.tolist()))
+    broken, written = re.subn(
+        r"f\[(\d)\] = (.+);", lambda at: f"f[{at[1]}] = ({at[2]}) + {by[int(at[1])]!r};", files[source]
+    )
+    assert written >= vehicle.n
+    done = run(compile_in(tmp_path, files | {source: broken}))
+    assert done.returncode == 1
+    told = re.search(r"; (\d+) wrong", done.stdout)
+    assert told
+    assert int(told[1]) > 90  # nearly all of 120 cases, SOLVED and PARTIAL
+
+
+def test_a_self_test_is_green_where_rounding_moves_the_end_of_a_way(tmp_path) -> None:
+    """Four cases were red whose thrusts make the same wrench with no more effort, 6e-8 N apart."""
+    check_itself(numbered(4)[0], "priority", "double", "call", tmp_path)
