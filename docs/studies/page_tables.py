@@ -2,7 +2,8 @@
 
 ``python docs/studies/page_tables.py`` writes those of results/; ``… page_tables.py sizes esc`` writes what
 README and docs/esc.md say of C, which it counts anew under QEMU in three minutes. A mark is
-``<!-- NAME:start -->``, then ``<!-- NAME:end -->``; the function of that name is the table.
+``<!-- NAME:start -->``, then ``<!-- NAME:end -->``, on lines of their own or within one; the function of that
+name is the table, or the words.
 ``thrustbench report --readme`` writes README's times.
 """
 
@@ -171,6 +172,19 @@ def rivals() -> str:
     )
 
 
+def exact() -> str:
+    """The exact method's costliest call on a Cortex-M7 in double precision, by size of the vehicle."""
+    kernels = _kernels(read(EMULATED))
+    most = [_most(kernels[vehicle, "nullspace@native", *M7, "fixed"]) for vehicle in VEHICLES]
+    return "{} (4 thrusters, 3 axes), {} (8, 6), {} (6, 3)".format(*most)
+
+
+def strongest() -> str:
+    """How many times the exact method's instructions the strongest rival takes at least."""
+    found = re.findall(r"strongest rival takes (\d+) to", rivals())
+    return f"{found[0]} and more"
+
+
 def stm32f446() -> str:
     """What the command prints that stands above the table."""
     page = (ROOT / EMBEDDED).read_text(encoding="utf-8")
@@ -246,6 +260,8 @@ TABLES: dict[str, tuple[str, Callable[[], str]]] = {
     "ratios": ("docs/counting.md", ratios),
     "cycles": ("docs/counting.md", cycles),
     "rivals": ("docs/rivals.md", rivals),
+    "exact": ("docs/paper.md", exact),
+    "strongest": ("docs/paper.md", strongest),
     "stm32f446": (EMBEDDED, stm32f446),
     "sizes": ("README.md", sizes),
     "esc": ("docs/esc.md", esc),
@@ -257,21 +273,22 @@ COUNTED = ("sizes", "esc")
 
 def shown(name: str) -> str:
     """What stands between the marks of a table."""
-    return _parts(name)[1]
+    return _parts(name)[1].removeprefix("\n")
 
 
 def write(name: str) -> None:
     """Replace what stands between the marks of a table."""
-    before, _, after = _parts(name)
+    before, inner, after = _parts(name)
     page, made = TABLES[name]
-    (ROOT / page).write_text(before + made() + after, encoding="utf-8")
+    own_lines = "\n" if inner.startswith("\n") else ""
+    (ROOT / page).write_text(before + own_lines + made() + after, encoding="utf-8")
 
 
 def _parts(name: str) -> tuple[str, str, str]:
     """A page before a table, the table, and the page after it, its marks not in the table."""
     page = TABLES[name][0]
     text = (ROOT / page).read_text(encoding="utf-8")
-    start, end = f"<!-- {name}:start -->\n", f"<!-- {name}:end -->"
+    start, end = f"<!-- {name}:start -->", f"<!-- {name}:end -->"
     before, opened, rest = text.partition(start)
     inner, closed, after = rest.partition(end)
     assert opened + closed == start + end, f"{page} lacks the marks of {name}"

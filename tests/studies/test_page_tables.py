@@ -12,8 +12,7 @@ import page_tables
 from bench import Run, load_run
 from bench.chips.target import target
 from bench.chips.toolchain import missing
-from bench.record import Capability, read
-from bench.results.emulated import rows as emulated_rows
+from bench.record import Capability
 from tests.places import DOCS, ROOT
 
 RESULTS = ROOT / "results"
@@ -143,23 +142,3 @@ def test_readme_and_paper_say_what_clipping_misses_in_the_committed_run() -> Non
         number for claim, number, _ in lines("paper.md", "## What was shown") if "clipping misses" in claim
     ]
     assert paper == f"{said} of the attainable set"
-
-
-def test_the_paper_counts_instructions_as_the_committed_record_does() -> None:
-    counts = {
-        vehicle: max(
-            row.worst or 0
-            for row in emulated_rows(read(page_tables.EMULATED).emulated)
-            if (row.emulated.vehicle, row.emulated.method) == (vehicle, "nullspace@native")
-            and (row.emulated.target, row.emulated.scalar, row.emulated.limits) == (*page_tables.M7, "fixed")
-        )
-        for vehicle in page_tables.VEHICLES
-    }
-    (said,) = [number for claim, number, _ in lines("paper.md", "## What was shown") if "Cortex-M7" in claim]
-    assert list(map(int, re.findall(r"(\d+) \(", said))) == list(counts.values())
-
-
-def test_the_paper_says_how_far_the_strongest_rival_is_as_the_page_of_rivals_does() -> None:
-    (least,) = re.findall(r"strongest rival takes (\d+) to", page_tables.shown("rivals"))
-    (said,) = [number for claim, number, _ in lines("paper.md", "## What was shown") if "own C over" in claim]
-    assert said == f"{least} and more"
