@@ -1,49 +1,71 @@
 struct OWN_now { /* the curves at the voltage of a call */
-    const SCALAR *at;                  /* of each knot thrust [N]ADDED */
-    SCALAR up;                         /* from one voltage to the next, 0 to 1 */
-    SCALAR most[SIDES], scale[SIDES];  /* of each side the largest thrust [N], and what makes a bucket of a thrust */
+    const SCALAR *at;            /* of each knot thrust [N]ADDED */
+    SCALAR up, down;             /* shares of the next voltage and of this one */
+    const FIRST (*first)[CELLS]; /* of each cell of thrusts the first piece that may hold one */
+    struct OWN_ends {
+        SCALAR low, high, scale; /* what the outermost commands make [N], and what makes cells of a thrust */
+        int astern, ahead;       /* those commands in steps from neutral */
+    } ends[CURVES];
+};
+
+struct OWN_step { /* a step along a piece of the curve */
+    int j, n;                   /* how many from neutral, and from where the piece begins */
+    SCALAR below, rise, length; /* where that is [N], how far the piece rises [N], and in how many steps */
+    SCALAR makes;               /* [N] */
 };
 
 /* Thrust of a knot at the voltage of the call [N]. */
-static inline SCALAR OWN_thrust(const struct OWN_now *now, int knot)
+OWN_INLINE SCALAR OWN_thrust(const struct OWN_now *now, const SCALAR *at)
 {
-    return THRUST;
+    THRUST
 }
 
 /* Finds the curves at a voltage; returns whether nothing was measured there. */
-static int OWN_find(SCALAR volts, struct OWN_now *now)
+OWN_INLINE int OWN_find(SCALAR volts, struct OWN_now *now)
 {
     FOUND
-    for (int s = 0; s < SIDES; s++) {
-        now->most[s] = OWN_thrust(now, OWN_last[s]);
-        now->scale[s] = now->most[s] > ZERO ? BUCKETS / now->most[s] : ZERO;
+    now->first = OWN_first[row];
+    for (int c = 0; c < CURVES; c++) {
+        struct OWN_ends *const ends = &now->ends[c];
+        const SCALAR *const from = now->at + BEGIN, *const to = now->at + LAST;
+        ends->low = OWN_thrust(now, from);
+        ends->high = OWN_thrust(now, to);
+        ends->scale = SCALE;OUTERMOST
     }
     return outside;
 }
 
-/* Steps from neutral that make the thrust nearest to a, which is 0 to most[s]; what they make goes to made [N]. */
-static inline int OWN_steps(const struct OWN_now *now, int s, SCALAR a, INNER SCALAR outer, SCALAR *made)
+/* The step whose thrust is nearest to x, which lies on the curve. */
+OWN_INLINE struct OWN_step OWN_nearest(const struct OWN_now *now, OF_CURVE SCALAR x)
 {
-    int k = OWN_start[s][(int)(a * now->scale[s]) & LAST_BUCKET];
-    SCALAR below = OWN_thrust(now, k), above = OWN_thrust(now, k + 1);
-    while (above < a && k < LAST_PIECE) {
+    int k = now->first[CURVE][(int)(MIDDLE + x * now->ends[CURVE].scale) & LAST_CELL];
+    SCALAR below = OWN_thrust(now, now->at + k), above = OWN_thrust(now, now->at + k + 1);
+    while (above < x && k < LAST_PIECE) {
         k++;
         below = above;
-        above = OWN_thrust(now, k + 1);
+        above = OWN_thrust(now, now->at + k + 1);
     }
-    int n = OWN_length[k];
-    const SCALAR rise = (above - below + TINY) / (SCALAR)n, along = SIZE((a - below) / rise);
-    n = along < MOST_STEPS ? (int)(along + HALF) : n;STAY
-    SCALAR makes = below + (SCALAR)n * rise;WITHIN
-    if (makes > outer) {
-        if (makes - outer > SPARE && n > 0) {
-            n--;
-            makes = below + (SCALAR)n * rise;
-        } else { /* rounding: a step that makes just the limit */
-            makes = outer;
-        }
+    const SCALAR length = OWN_length[k];
+    const SCALAR rise = above - below, along = LEAST(SIZE((x - below) / (rise + TINY)), ONE);
+    const int n = (int)(along * length + HALF);
+    const struct OWN_step step = {OWN_step[k] + n, n, below, rise, length, below + rise * ((SCALAR)n / length)};
+    return step;
+}
+
+/* Takes a step to limits, where x lies, if it is outside of them: to the next one towards them, and of two that both lie
+ * outside to the smaller thrust. Where only rounding is in the way the step stays. */
+OWN_INLINE void OWN_hold(struct OWN_step *step, SCALAR low, SCALAR high)
+{
+    int by = 0;
+    if (step->makes > high) {
+        by = high >= step->makes - SPARE ? 0 : -1;
+        step->makes = by == 0 ? high : step->makes;
+    } else if (step->makes < low) {
+        by = low <= step->makes + SPARE ? 0 : 1;
+        step->makes = by == 0 ? low : step->makes;
     }
-    n += OWN_step[k];
-    *made = makes;
-    return n < LAST_STEP ? n : LAST_STEP;
+    if (by != 0) {
+        const int j = step->j + by;
+        const SCALAR makes = step->below + step->rise * ((SCALAR)(step->n + by) / step->length);TAKEN
+    }
 }

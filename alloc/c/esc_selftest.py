@@ -3,7 +3,7 @@
 import numpy as np
 
 from alloc.allocation import FloatArray
-from alloc.c.esc import EscCode
+from alloc.c.esc_code import EscCode
 from alloc.c.license import IN_C
 from alloc.c.selftest import listed
 from alloc.program import Scalar
@@ -51,7 +51,7 @@ static const struct {{
 int main(void)
 {{
     const size_t count = sizeof cases / sizeof cases[0];
-    const {of.command} neutral[{n}] = {{{", ".join(of.neutrals)}}};
+    const {of.command} neutral[{n}] = {{{", ".join(of.wire["neutral"])}}};
     const {scalar} allowed = {of(allowed)};
     {scalar} tau[{vehicle.k}], f[{n}], made[{n}], other[{n}], worst = {of(0.0)};
     {of.command} command[{n}], sent[{n}];

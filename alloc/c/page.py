@@ -2,7 +2,7 @@
 
 from alloc.allocation import BoundedSteps
 from alloc.c.call import arguments, function_name, parameters
-from alloc.c.esc import EscCode
+from alloc.c.esc_code import EscCode
 from alloc.c.recipe import Recipe
 from alloc.formulations import find_formulation
 from alloc.kernels.tolerance import TOLERANCE

@@ -100,7 +100,8 @@ class Esc:
         held = np.where(volts <= self.volts[-1], np.maximum(volts, self.volts[0]), self.volts[-1])
         i = np.clip(np.searchsorted(self.volts, held, side="right") - 1, 0, len(self.volts) - 2)
         share = (held - self.volts[i]) / (self.volts[i + 1] - self.volts[i])
-        blended: FloatArray = self.curve[i] + share[:, None] * (self.curve[i + 1] - self.curve[i])
+        # Two products, because their sum rises where both curves do, and is either one at its own voltage.
+        blended: FloatArray = (1.0 - share)[:, None] * self.curve[i] + share[:, None] * self.curve[i + 1]
         return blended
 
     def span(self, volts: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -1,5 +1,6 @@
 """What is shown of the way to the ESCs: a call with any bits in thrusts, limits and voltage."""
 
+import re
 from pathlib import Path
 
 from alloc.c import covering, last_metre, to_escs
@@ -15,12 +16,14 @@ NO_ERROR = (
     " that can hold it."
 )
 RANGE = "NAME_esc: each command lies within the range of its ESC, each thrust that it makes is a number."
-NO_NAN = {
-    "!(a <= most)": "!(a <= most) || a != a",
-    "along < ": "along == along && along < ",
-    "= up < ": "= up == up && up < ",
+TOLD = {
+    r"!\(x >(=?) ": r"!(x == x && x >\1 ",
+    r"known && low <= high": "known && x == x && low == low && high == high && low <= high",
+    r"step->makes ([<>] (\w+))": r"\2 == \2 && step->makes \1",
+    r"= up < ": "= up == up && up < ",
+    r"(    const \w+ length = )": r"    /*@ split k; */\n\1",
 }
-"""Comparisons in the C, and the same for an analyser that does not know that those with NaN are false."""
+"""What the analyser is told of the same C: comparisons with NaN are false, and pieces are looked at apart."""
 LABELS = {"status", "command", "made"}
 
 
@@ -40,8 +43,8 @@ def claims(of: Subject, folder: Path) -> list[Claim]:
     place.mkdir()
     name = f"{of.name}_esc.c"
     text = covering(made[name], of.scalar)
-    for usual, told in NO_NAN.items():
-        text = text.replace(usual, told)
+    for usual, told in TOLD.items():
+        text = re.sub(usual, told, text)
     analysed = {**of.files, **made, name: text, MAIN: _main(of)}
     try:
         found = eva.analyse(analysed, place)

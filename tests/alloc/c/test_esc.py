@@ -86,18 +86,21 @@ def test_limits_of_their_own_and_limits_without_zero_hold(keys, tmp_path: Path) 
     "edit",
     [
         ("(int)(along", "1 + (int)(along"),
-        ("n = along <", "n = along * 2 <"),
-        ("j = -j;", ";"),
-        ("made = -made;", ";"),
-        ("cut |= known;", ";"),
-        ("unknown |= !known;", ";"),
-        ("while (above < a", "while (0 && above < a"),
+        ("(along * length", "(0.9F * along * length"),
+        ("j = step.j;", "j = -step.j;"),
+        ("step->j + by", "step->j"),
+        ("made = step.makes;", "made = -step.makes;"),
+        ("x == wish ? 0", "x != wish ? 0"),
+        ("!known ? 2", "!known ? 1"),
+        ("while (above < x", "while (0 && above < x"),
         ("now->up = up <", "now->up = 2 * up <"),
+        ("end > 0 ? ends->high", "end < 0 ? ends->high"),
     ],
     ids=str,
 )
 def test_a_broken_line_is_seen(edit: tuple[str, str], tmp_path: Path) -> None:
-    said = built(vehicle(tmp_path, USUAL), tmp_path, single=True, limits="fixed", edit=edit)
+    of = vehicle(tmp_path, USUAL, f_min=-25, f_max=30)  # beyond the curve at 12 V, within it at 16 V
+    said = built(of, tmp_path, single=True, limits="fixed", edit=edit)
     assert " 0 wrong" not in said
 
 

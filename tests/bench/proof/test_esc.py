@@ -34,10 +34,11 @@ def test_a_vehicle_without_escs_has_no_such_claim(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("line", "broken"),
     [
-        (r"return n < \d+ \? n : \d+;", "return n;"),
-        (r" & 63\]", "]"),
-        (r"while \(above < a && k < \d+\)", "while (above < a)"),
-        (r"if \(!\(a <= most\)\)", "if (0)"),
+        (r"j > \d+ \? \d+ : j < -\d+ \? -\d+ : j", "j"),
+        (r" & 127\]", "]"),
+        (r"while \(above < x && k < \d+\)", "while (above < x)"),
+        (r"!\(x > least\[0\] && x < most\[0\]\)", "0"),
+        (r"tb_leastf\((tb_sizef\([^,]*), 1.0F\)", r"\1"),
         (r"1500 \+ j\)", "1500 + 2 * j)"),
     ],
 )

@@ -1,0 +1,95 @@
+"""What the C from thrusts to the commands of ESCs is written of."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from alloc.c.call import function_name
+from alloc.c.recipe import Recipe
+from alloc.errors import VehicleError
+from alloc.program import Scalar, Where
+from alloc.program.literal import number
+from alloc.vehicle import Vehicle
+
+
+@dataclass(frozen=True, eq=False)
+class EscCode:
+    """What C is written of.
+
+    Attributes
+    ----------
+    vehicle, scalar, limits : as of the kernel that it stands behind
+    levels : how many shares that writes
+    name : of the kernel
+    """
+
+    vehicle: Vehicle
+    scalar: Scalar
+    limits: Where
+    levels: int
+    name: str
+
+    @property
+    def command(self) -> str:
+        """The C type of a command: an integer where neutral, range and step are."""
+        escs = self.vehicle.esc
+        if not all(esc.whole for esc in escs):
+            return self.scalar
+        return integers(max(abs(end) for esc in escs for end in (esc.low, esc.high)))
+
+    def parameters(self, *, tau: bool) -> str:
+        """The parameters of NAME_to_esc, which begin with tau, or of NAME_esc, which begin with f."""
+        n, scalar = self.vehicle.n, self.scalar
+        given = [f"const {scalar} {f'tau[{self.vehicle.k}]' if tau else f'f[{n}]'}"]
+        if self.limits == "call":
+            given += [f"const {scalar} f_min[{n}]", f"const {scalar} f_max[{n}]"]
+        given += ["int fault"] * tau + [f"{scalar} volts"]
+        given += [f"{self.command} command[{n}]", f"{scalar} f_made[{n}]"]
+        return ", ".join([*given, *[f"{scalar} share[{self.levels}]"] * (tau and self.levels > 0)])
+
+    @property
+    def alike(self) -> bool:
+        """Whether one pair of limits stands in the C, for all thrusters, with 0 between them."""
+        low, high = self.vehicle.f_min, self.vehicle.f_max
+        same = np.ptp(low) == np.ptp(high) == 0.0
+        return self.limits == "fixed" and bool(same and low[0] <= 0 <= high[0])
+
+    @property
+    def stops(self) -> bool:
+        """Whether each thruster may stand still in every call."""
+        low, high = self.vehicle.f_min, self.vehicle.f_max
+        return self.limits == "fixed" and bool(((low <= 0) & (high >= 0)).all())
+
+    @property
+    def by_volts(self) -> bool:
+        """Whether some curve has more than one voltage."""
+        return any(len(esc.volts) > 1 for esc in self.vehicle.esc)
+
+    @property
+    def wire(self) -> dict[str, list[str]]:
+        """Of each thruster the command of neutral, and what a step adds to it, as literals."""
+        columns = {
+            "neutral": [esc.neutral for esc in self.vehicle.esc],
+            "by": [-esc.step if esc.reversed else esc.step for esc in self.vehicle.esc],
+        }
+        return {
+            name: [self(x) if self.command == self.scalar else f"{x:.0f}" for x in values]
+            for name, values in columns.items()
+        }
+
+    def __call__(self, value: float) -> str:
+        """The literal of a number."""
+        return number(value, self.scalar)
+
+
+def integers(largest: float) -> str:
+    """The C type of integers up to that size."""
+    return "int16_t" if largest <= np.iinfo(np.int16).max else "int32_t"
+
+
+def last_metre(vehicle: Vehicle, kernel: Recipe, scalar: Scalar, limits: Where) -> EscCode:
+    """What the C behind a kernel is written of; raises VehicleError for a vehicle without ``esc``."""
+    if not vehicle.esc:
+        raise VehicleError(f"{vehicle.name}: has no ESCs; add 'esc' to its file", "esc")
+    name = function_name(vehicle, kernel.name, scalar, limits)
+    return EscCode(vehicle, scalar, limits, kernel.levels(vehicle), name)
