@@ -9,7 +9,7 @@ from alloc.allocation import FloatArray, Status
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.kernels.entry import SeenArguments, all_thrusters, closed_form, cover, inside, refuse
 from alloc.kernels.tolerance import MET
-from alloc.program import Builder, Expression, Program, Scalar, Where, least, most, select, size
+from alloc.program import Builder, Expression, Program, Scalar, Where, least, most, select
 from alloc.program.graph import lifted
 from alloc.program.sums import Terms, product, shared_sums, signed
 from alloc.vehicle import Vehicle
@@ -52,10 +52,11 @@ def mended(rule: Rule, vehicle: Vehicle, limits: Where, scalar: Scalar) -> Progr
     made = rule(builder, x)
     y = inside(builder, made.thrusts, builder.limits)
     if made.share is not None and vehicle.rank == vehicle.k:
-        # T y is share times tau but for rounding, so no product with T tells more.
-        asked = zip(units(builder)[:, 0].tolist(), builder.tau, strict=True)
-        most_of: Expression = most(*(size(unit * tau) for unit, tau in asked))
-        met = ((1.0 - made.share) * most_of <= 1.0).named("met")
+        # T y is share times tau but for rounding. Share times tau is no more than limits allow, |T| far, so
+        # tau is missed by (1 - share) / share times that at most, and neither T nor tau is looked at.
+        far = np.maximum(np.abs(vehicle.f_min), np.abs(vehicle.f_max))
+        allowed = float((units(builder) * np.abs(vehicle.TP) @ far).max())
+        met = (made.share >= allowed / (1.0 + allowed)).named("met")
     else:
         met = none_missed(builder, _missed(builder, G, x, y))
     builder.compute(met)
