@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from alloc import Allocator, NotApplicable, Status, Vehicle, build, load_vehicle
+from alloc import Allocator, NotApplicable, Status, Vehicle, build, catalogue, load_vehicle
 from alloc.allocation import WRENCH_TOLERANCE
 from alloc.discovery import Entry
 from alloc.errors import DemandError
@@ -46,7 +46,7 @@ def inside(f: np.ndarray, vehicle: Vehicle) -> bool:
 
 @pytest.fixture(params=[None, 0], ids=["whole", "thruster 0 off"])
 def case(request: pytest.FixtureRequest, vehicle: Vehicle) -> Vehicle:
-    return vehicle if request.param is None else vehicle.with_fault(request.param)
+    return vehicle if request.param is None else vehicle.with_fault(request.param % vehicle.n)
 
 
 @pytest.fixture(scope="module")
@@ -145,16 +145,23 @@ def test_many_gives_the_answers_of_single_calls(
         np.testing.assert_allclose(f, single.f, rtol=0, atol=2 * allocate.tolerance * case.f_scale)
 
 
-def test_a_thruster_that_is_off_gets_no_thrust(
-    entry: Entry, vehicle: Vehicle, rng: np.random.Generator
+@pytest.mark.parametrize("case", [-1], indirect=True, ids=["last thruster off"])
+def test_a_thruster_that_is_off_gets_no_thrust(entry: Entry, case: Vehicle, rng: np.random.Generator) -> None:
+    """The last one; the first is off above, and self-tests of C try all."""
+    allocate = prepared(entry, case)
+    for tau in demands(case, rng, 0.5)[:3]:
+        f = allocate(tau).f
+        assert np.isnan(f).all() or f[-1] == 0.0
+
+
+@pytest.mark.parametrize("method", [each.name for each in catalogue() if not each.foreign])
+def test_whatever_thruster_is_off_a_method_in_python_gives_it_no_thrust(
+    method: str, vehicle: Vehicle, rng: np.random.Generator
 ) -> None:
-    """Of solvers and C the last, as the first is off above: self-tests of C try all."""
-    for thruster in (vehicle.n - 1,) if entry.foreign else range(vehicle.n):
+    for thruster in range(vehicle.n):
         degraded = vehicle.with_fault(thruster)
-        if slow_to_compile(entry, degraded):
-            continue
         try:
-            allocate = build(entry.name, degraded)
+            allocate = build(method, degraded)
         except NotApplicable:
             continue
         for tau in demands(degraded, rng, 0.5)[:3]:
