@@ -13,7 +13,7 @@ from statistics import median
 from alloc.formulations import find_formulation
 from bench.record import Cell, Method
 from bench.record.machine import machine_name
-from bench.results.given import Worst, by_level, worst_axis
+from bench.results.judgements import Worst, by_level, worst_axis
 from bench.results.quantiles import merged, quantile, total
 from bench.results.repeats import Repeats, most
 from bench.results.times import calls, end_ns, middle, tail_ns, us
