@@ -1,7 +1,7 @@
 """C99 generated for one vehicle out of programs, and the compiled C as an allocator in Python."""
 
 from alloc.c.bind import bound
-from alloc.c.call import arguments, function_name, in_comment
+from alloc.c.call import arguments, function_name, in_comment, parameters
 from alloc.c.compiled import missing
 from alloc.c.esc import to_escs
 from alloc.c.esc_code import EscCode, last_metre
@@ -14,6 +14,6 @@ from alloc.c.recipe import Recipe
 
 __all__ = [
     "EscCode", "Package", "Recipe", "arguments", "bound", "covering", "digest", "esc_selftest",
-    "function_name", "generate", "in_comment", "last_metre", "missing", "packaged", "page", "printed",
-    "programs", "sources", "to_escs",
+    "function_name", "generate", "in_comment", "last_metre", "missing", "packaged", "page", "parameters",
+    "printed", "programs", "sources", "to_escs",
 ]  # fmt: skip

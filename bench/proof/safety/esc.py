@@ -1,9 +1,9 @@
-"""What is shown of the way to the ESCs: a call with any bits in thrusts, limits and voltage."""
+"""What is shown of the way to the ESCs: calls with any bits in thrusts, limits and voltage."""
 
 import re
 from pathlib import Path
 
-from alloc.c import covering, last_metre, to_escs
+from alloc.c import covering, last_metre, parameters, to_escs
 from alloc.methods import recipe
 from bench.chips.toolchain import ToolError
 from bench.proof import tools
@@ -12,10 +12,13 @@ from bench.proof.safety import eva
 from bench.proof.safety.harness import MAIN, Subject
 
 NO_ERROR = (
-    "NAME_esc: no run-time error, for all bits of f, limits and volts; a number becomes an integer only where"
-    " that can hold it."
+    "NAME_esc, and NAME_to_esc whatever its kernel returns: no run-time error, for all bits of f, limits and"
+    " volts; a number becomes an integer only where that can hold it."
 )
-RANGE = "NAME_esc: each command lies within the range of its ESC, each thrust that it makes is a number."
+RANGE = (
+    "NAME_esc, and NAME_to_esc whatever its kernel returns: each command lies within the range of its ESC,"
+    " each thrust that it makes is a number."
+)
 TOLD = {
     r"!\(x >(=?) ": r"!(x == x && x >\1 ",
     r"known && low <= high": "known && x == x && low == low && high == high && low <= high",
@@ -55,35 +58,50 @@ def claims(of: Subject, folder: Path) -> list[Claim]:
 
 
 def _main(of: Subject) -> str:
+    """Both calls, the second behind a kernel that returns any bits and any status."""
     last = last_metre(of.vehicle, recipe(of.kernel), of.scalar, of.limits)
-    n, call = of.vehicle.n, of.limits == "call"
-    inputs = ["f", *["f_min", "f_max"] * call]
-    declared = "\n".join(f"    {of.scalar} {name}[{n}];" for name in [*inputs, "f_made"])
-    filled = "\n".join(f"        {name}[i] = any;" for name in inputs)
-    ends = "".join(f"{name}, " for name in inputs)
+    n, limits = of.vehicle.n, ["f_min", "f_max"] * (of.limits == "call")
+    ends = "".join(f"{name}, " for name in limits)
+    declared = "\n".join(f"    {of.scalar} {name}[{n}];" for name in ["f", *limits, "f_made"])
+    filled = "\n".join(f"        {name}[i] = any;" for name in ["f", *limits])
     ranges = "\n".join(
         f"    /*@ assert command: {esc.low!r} <= command[{i}] <= {esc.high!r}; */"
         for i, esc in enumerate(of.vehicle.esc)
     )
+    checked = f"""\
+{ranges}
+    for (int i = 0; i < {n}; i++) {{
+        /*@ assert made: \\is_finite(f_made[i]); */
+    }}"""
+    levels, share = last.levels, ", share" * (last.levels > 0)
     return f"""\
 #include "{of.name}_esc.c"
 
 extern volatile {of.scalar} any;
+extern volatile int found;
+
+int {of.name}({parameters(of.vehicle, of.scalar, of.limits, levels)})
+{{
+    for (int i = 0; i < {n}; i++) {{
+        f[i] = any;
+    }}
+    return found;
+}}
 
 int main(void)
 {{
 {declared}
+    {of.scalar} tau[{of.vehicle.k}]{f", share[{levels}]" * (levels > 0)};
     {last.command} command[{n}];
     int status;
     for (int i = 0; i < {n}; i++) {{
 {filled}
     }}
-    status = {of.name}_esc({ends}any, command, f_made);
+    status = {of.name}_to_esc(tau, {ends}found, any, command, f_made{share});
+{checked}
+    status = {of.name}_esc(f, {ends}any, command, f_made);
     /*@ assert status: status == 0 || status == 1 || status == -2; */
-{ranges}
-    for (int i = 0; i < {n}; i++) {{
-        /*@ assert made: \\is_finite(f_made[i]); */
-    }}
+{checked}
     return status;
 }}
 """

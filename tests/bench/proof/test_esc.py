@@ -40,6 +40,7 @@ def test_a_vehicle_without_escs_has_no_such_claim(tmp_path: Path) -> None:
         (r"!\(x > least\[0\] && x < most\[0\]\)", "0"),
         (r"tb_leastf\((tb_sizef\([^,]*), 1.0F\)", r"\1"),
         (r"1500 \+ j\)", "1500 + 2 * j)"),
+        (r"command\[i\] = 1500;", "command[i] = (int16_t)found;"),  # of NAME_to_esc alone
     ],
 )
 def test_a_broken_line_is_not_shown(line, broken, tmp_path: Path, monkeypatch) -> None:
