@@ -18,7 +18,7 @@ ROUNDING = 0.01
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class SteppedCurve:
     """One curve, thrusts at whole steps.
 
     Attributes
@@ -71,7 +71,7 @@ class Tables:
 
     volts: FloatArray
     measured: tuple[float, float]
-    curves: list[Curve]
+    curves: list[SteppedCurve]
     which: list[int]
 
 
@@ -79,7 +79,7 @@ def tables(escs: Sequence[Esc]) -> Tables:
     """The tables of n ESCs."""
     several = [esc.volts for esc in escs if len(esc.volts) > 1]
     volts = np.unique(np.concatenate(several)) if several else np.zeros(1)
-    kinds: dict[object, tuple[int, Curve]] = {}
+    kinds: dict[object, tuple[int, SteppedCurve]] = {}
     which = []
     for esc in escs:
         curve = _curve(esc, volts)
@@ -90,7 +90,7 @@ def tables(escs: Sequence[Esc]) -> Tables:
     return Tables(volts, measured, [curve for _, curve in kinds.values()], which)
 
 
-def _curve(esc: Esc, volts: FloatArray) -> Curve:
+def _curve(esc: Esc, volts: FloatArray) -> SteppedCurve:
     """An ESC's curve. Between whole steps no command can be sent, and none is a knot."""
     first, last = esc.ends
     along = (esc.command - esc.neutral) / esc.step
@@ -99,4 +99,4 @@ def _curve(esc: Esc, volts: FloatArray) -> Curve:
     f = esc.made_at(steps, volts)
     idle: BoolArray = (f == 0).all(axis=0)
     within = np.concatenate([[False], idle[:-2] & idle[1:-1] & idle[2:], [False]])
-    return Curve(steps[~within], f[:, ~within], esc.jump)
+    return SteppedCurve(steps[~within], f[:, ~within], esc.jump)
