@@ -114,13 +114,10 @@ static tb_real left_over(const struct active *w, int d, const tb_real *g, tb_rea
         whole += g[l] * g[l];
     }
     square = whole;
-    for (int j = 0; j < w->q; j++) {
-        c[j] = 0;
-    }
     for (int again = 0; again < 2 && w->q > 0 && (!again || square < TB_R(0.01) * whole); again++) {
         for (int j = 0; j < w->q; j++) {
             const tb_real along = along_of(w->Q[j], h, d) / w->square[j];
-            c[j] += along;
+            c[j] = again ? c[j] + along : along;
             for (int l = 0; l < d; l++) {
                 h[l] -= along * w->Q[j][l];
             }

@@ -3,6 +3,7 @@
 import csv
 import subprocess
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -273,6 +274,16 @@ def test_the_search_ends_early_where_every_demand_costs_the_same(rng: np.random.
         lambda taus: np.full(len(taus), 29), np.zeros((1, 3)), np.ones(3), rng, generations=8, size=10
     )
     assert len(taus) == len(costs) == 11
+
+
+@pytest.mark.long
+def test_the_library_is_counted_as_it_answers_once_it_is_prepared() -> None:
+    """Its first call prepares, outside of what is counted; how often its loops go round no text bounds."""
+    asked = small_plan("ukwial", available("cortex-m4f"), "scaled@library", ("active",))
+    first_rows = list(emulate(replace(asked, scalars=("float",), limits=("fixed",))))
+    assert {(row.status, row.agrees) for row in first_rows} == {("ok", True)}
+    assert first_rows[0].instructions[-1][0] < 3_000
+    assert first_rows[-1].at_most is None
 
 
 def test_a_method_without_c_is_refused_by_name() -> None:

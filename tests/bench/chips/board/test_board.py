@@ -364,10 +364,11 @@ def test_what_would_move_a_terminal_s_cursor_is_not_printed(log: bytes, tmp_path
 
 def test_what_a_vehicle_does_not_have_is_left_out_and_said() -> None:
     vehicle = load_vehicle("supply-vessel")
-    made = plan(vehicle, ("walsh@native", "pinv@native"), ("active", "jolts"), "double", "fixed", 5, 0)
+    asked = ("walsh@native", "pinv@native", "clip@library")
+    made = plan(vehicle, asked, ("active", "jolts"), "double", "fixed", 5, 0)
     assert [kernel.method for kernel in made.kernels] == ["pinv@native"]
     assert [demands.name for demands in made.sets] == ["active"]
-    assert [reason.partition(":")[0] for reason in made.left_out] == ["walsh@native", "jolts"]
+    assert [reason.partition(":")[0] for reason in made.left_out] == ["walsh@native", "clip@library", "jolts"]
     with pytest.raises(NotApplicable, match="supply-vessel: nothing is left to ask"):
         plan(vehicle, ("walsh@native",), ("active",), "double", "fixed", 5, 0)
 
