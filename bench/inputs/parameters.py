@@ -45,9 +45,8 @@ def rows(tree: YamlTree, key: str, value: Any, n: int | None = None) -> list[Num
     else:
         flat = numbers(tree, key, value)
         if not n or not flat or len(flat) % n:
-            raise VehicleError(
-                f"{tree.path}: {key} has {len(flat)} numbers; give 'thrusters: num:' to split it"
-            )
+            remedy = f"give {n} for each row" if n else "give 'thrusters: num:' to split it"
+            raise VehicleError(f"{tree.path}: {key} has {len(flat)} numbers; {remedy}")
         matrix = [flat[i : i + n] for i in range(0, len(flat), n)]
     if len({len(row) for row in matrix}) != 1 or not matrix[0]:
         raise VehicleError(

@@ -14,6 +14,8 @@ from bench.judging.shares import misstated
 COMPARED = 256
 """Answers whose memory is compared; comparing all of them would take longer than measuring them."""
 
+VIOLATED = "a limit is violated"
+
 
 class Measured(NamedTuple):
     """M answers as arrays, and what the equations say of each; no verdict yet.
@@ -98,7 +100,7 @@ def faults(
         "NaN or infinity although it says SOLVED or PARTIAL": ~finite & ~gave_up,
         "a thrust although it says that there is none": ~np.isnan(seen.F).all(axis=1) & gave_up,
         "SOLVED, but the wrench is not met": solved & finite & ~met & (not definition.gives_way),
-        "a limit is violated": finite & ~(seen.violation <= 0.0) & limited,
+        VIOLATED: finite & ~(seen.violation <= 0.0) & limited,
         "SOLVED, but no thrust inside the limits gives this wrench": solved
         & (label == Label.INFEASIBLE)
         & (limited and not definition.gives_way),

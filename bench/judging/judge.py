@@ -5,12 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from alloc import Allocation, Label, NotApplicable, Status
-from alloc.allocation import WRENCH_TOLERANCE, BoolArray, FloatArray, IndexArray, StatusArray
+from alloc.allocation import WRENCH_TOLERANCE, BoolArray, FloatArray, StatusArray
 from alloc.formulations import find_formulation
 from alloc.formulations.hard import FORMULATION as HARD
 from alloc.qp.certificate import certify_many
 from bench.demands import longest
-from bench.judging.faults import faults, measured
+from bench.judging.faults import VIOLATED, Measured, faults, measured
 from bench.judging.loss import loss, relative_wrench_error
 from bench.judging.question import Question
 from bench.judging.shares import by_level
@@ -63,7 +63,7 @@ def judge(
         refused_longest=longest(~finite[: len(question.demands.taus)]) if thorough else 0,
         share_p50=[rounded(share) for share in by_level(seen.shares, 0.5)],
         share_min=[rounded(share) for share in by_level(seen.shares, 0.0)],
-        wrong="; ".join(_counted(what, mask, seen.demand) for what, mask in wrong.items() if mask.any()),
+        wrong="; ".join(_counted(what, mask, seen) for what, mask in wrong.items() if mask.any()),
     )
 
 
@@ -128,5 +128,8 @@ def _largest(values: FloatArray) -> float | None:
     return rounded(float(values.max())) if values.size else None
 
 
-def _counted(what: str, mask: BoolArray, demand: IndexArray) -> str:
-    return f"{what} ({np.count_nonzero(mask)} of {len(mask)} answers, first for demand {demand[mask][0]})"
+def _counted(what: str, mask: BoolArray, seen: Measured) -> str:
+    """What is wrong, how often, and by how much for limits: rounding looks unlike an error of the method."""
+    most = f", by {seen.violation[mask].max():.2g} N at most" if what == VIOLATED else ""
+    first = seen.demand[mask][0]
+    return f"{what} ({np.count_nonzero(mask)} of {len(mask)} answers, first for demand {first}{most})"

@@ -207,6 +207,9 @@ def _check(document: StudyDocument) -> None:
         raise document.refusal("refine.width", "give a share of each span, above 0 and up to 1")
     if not keys.groups:
         raise document.refusal("groups", "is empty; name at least one group of thrusters")
+    for name in keys.groups:
+        if not name.isprintable():
+            raise document.refusal("groups", f"{name!r} can't be shown; give names of printable characters")
     for axis in ("x", "y", "z"):
         ends = getattr(keys.constraints.box, axis)
         if ends is not None and not ends[0] <= ends[1]:

@@ -174,6 +174,11 @@ def test_a_csv_of_t_is_read_with_and_without_names_and_header(tmp_path: Path, te
             "has only one of thruster_position and",
         ),
         (NAUTILUS.replace("[0.413892,", "["), ImportOptions(), "thruster_position has 23 numbers"),
+        (
+            MAELSTROM.split("configuration_matrix:")[0] + "configuration_matrix: [1, 2, 3]\n",
+            LIMITS,
+            "configuration_matrix has 3 numbers; give 6 for each row",
+        ),
         (NAUTILUS.replace("2000.0, 2000.0, ", ""), ImportOptions(), "slack_weights has 2 entries for 6 DOF"),
         (TAM.replace("- [0.0, 0.0, 0.0]\n", ""), LIMITS, "tam has 4 rows; give six"),
         ("hello: 1\n", LIMITS, "none of the known formats"),

@@ -78,6 +78,7 @@ def test_each_kind_of_wrong_answer_is_named_with_its_demand(asked: dict[str, Que
         wrong = verdict(active, replaced(active, f, status)).wrong
         assert words in wrong
         assert "first for demand 0" in wrong
+        assert ("demand 0, by 2.8e-14 N at most)" in wrong) == (f is over)
 
 
 @pytest.mark.parametrize(

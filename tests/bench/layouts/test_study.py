@@ -45,6 +45,7 @@ def checked(folder: Path, text: str) -> None:
         ("from: 10, to: 80", "from: 10, till: 80", "unknown key 'till'; the keys are from, to, steps"),
         ("demands:", "demand:", "line 5: unknown key 'demand'; the keys are base, groups"),
         ("base: ukwial\n", "", "key 'base' is missing"),
+        ("bow:", '"bow\\e[2J":', r"line 2: groups: 'bow\x1b[2J' can't be shown; give names of printable"),
         (
             "from: 10, to: 80",
             "from: 80, to: 10",
