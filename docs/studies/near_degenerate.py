@@ -166,13 +166,16 @@ def asked(number: int, count: int, c: bool, folder: Path, only: str | None) -> d
 @click.option("--vehicles", default=1000, show_default=True)
 @click.option("--demands", default=1000, show_default=True)
 @click.option("--c", default=10, show_default=True, help="C is compiled on every so many vehicles.")
+@click.option("--thrusters", default=99, help="Vehicles with more are left out.")
 @click.option("--only", type=click.Choice(["python", "c"]), help="Leave the other out.")
-def main(file: Path, vehicles: int, demands: int, c: int, only: str | None) -> None:
+def main(file: Path, vehicles: int, demands: int, c: int, thrusters: int, only: str | None) -> None:
     """Append what is found to FILE, vehicle by vehicle, and print the table of all of FILE."""
     lines = file.read_text(encoding="utf-8").splitlines() if file.exists() else []
     with TemporaryDirectory() as folder, file.open("a", encoding="utf-8") as out:
         for number in range(len(lines), vehicles):
-            lines.append(json.dumps(asked(number, demands, number % c == 0, Path(folder), only)))
+            left_out = numbered(number)[0].n > thrusters
+            found = {} if left_out else asked(number, demands, number % c == 0, Path(folder), only)
+            lines.append(json.dumps(found))
             out.write(lines[-1] + "\n")
             out.flush()
     total: dict[str, list[list[float]]] = {}
