@@ -7,11 +7,6 @@ programs ran and how far the worst answer lay from Python's, relative to the lar
 one failed. ``--plain --odd --random 300`` asks whether answers agree, on vehicles of every kind: no shipped
 ones, one compiler, neither sanitizers nor optimization. ``--from 20`` begins at that random vehicle and
 leaves the shipped ones out, so that a long trial can be made in pieces, as ``--limits call`` and others do.
-
-Known: near1 of ``--near`` is red, priority with limits of the call in double, in 3 of 281 cases. There the C
-lies inside the limits and makes Python's wrench within 6e-14 of its scale, with 1e-7 to 5e-6 less effort:
-of columns that all but depend on each other rounding chooses thrusts, there up to 3e-4 N apart, which is more
-than ``alloc.c.cases`` allows.
 """
 
 import argparse

@@ -61,9 +61,9 @@ def test_every_answer_is_what_its_status_says(entry: Entry, case: Vehicle, rng: 
     )
 
 
-@pytest.mark.parametrize("number", [12])
+@pytest.mark.parametrize("number", [2, 12])
 def test_every_answer_is_what_its_status_says_where_printed_digits_decide(entry: Entry, number: int) -> None:
-    """A vehicle that is symmetric but for its last digits, asked for what lies on its edges."""
+    """Vehicles symmetric but for their last digits, asked for their edges; the first does not reverse."""
     vehicle, rng = numbered(number)
     says_what_it_makes(prepared(entry, vehicle), vehicle, edge_demands(vehicle, rng, 3 * N_DEMANDS))
 
