@@ -17,6 +17,7 @@ class Allocator:
     def __init__(self, vehicle):
         self.G, self.kept, self.f = generalized_inverse(vehicle), [], np.empty(vehicle.n)
         self.limit, self.failed = vehicle.f_scale, bool(vehicle.faults)
+        self.vehicle = vehicle
 
     def __call__(self, tau):
         f = self.G @ tau
@@ -41,6 +42,7 @@ BODIES = {
     "off": "f *= 1.001",
     "off-after-a-failure": "f *= 1.001 if self.failed else 1.0",
     "scribbles": "tau *= 0; f = f * 0; self.formulation = 'mine'",  # 'mine' has no reference
+    "changes-its-vehicle": "self.vehicle.__dict__['TP'] = 2 * self.vehicle.T; f /= 2",
     "nan": "f = f * np.nan if large else f",
 }
 TAMPERING = {

@@ -157,7 +157,9 @@ def write_answers(task: AnswerTask, job: Job) -> None:
 
 def measure(task: MeasureTask, question: Question, job: Job, line: Worker) -> Cell:
     """Set a method up, time its calls on a question, and judge its answers."""
-    allocator, setup_ns = set_up(lambda: callable_of(job, question.demands.vehicle))
+    # A vehicle of its own: a method that writes into it must not change what it is judged by.
+    given = Question.load(Path(task.question)).demands.vehicle
+    allocator, setup_ns = set_up(lambda: callable_of(job, given))
     if line.import_ns is None and len(setup_ns) > 1:  # the first build of a process imports the method
         line.import_ns = setup_ns[0] - min(setup_ns[1:])
         setup_ns = setup_ns[1:]

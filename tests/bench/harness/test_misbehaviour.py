@@ -107,6 +107,15 @@ def test_a_demand_that_a_method_writes_into_is_judged_as_it_was_asked(outcome: t
     assert judged.loss["lost_wrench_max"] == 1.0
 
 
+def test_a_vehicle_that_a_method_writes_into_is_judged_as_it_was_given(
+    outcome: tuple[Result, Record],
+) -> None:
+    for demands in ("inactive", "infeasible"):
+        judged = cell(outcome, "changes-its-vehicle", demands).judged
+        assert judged is not None
+        assert "the wrench is not met" in judged.wrong
+
+
 def test_nan_that_claims_to_be_solved_is_a_wrong_answer(outcome: tuple[Result, Record]) -> None:
     judged = cell(outcome, "nan", "infeasible").judged
     assert judged is not None
