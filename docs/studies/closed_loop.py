@@ -1,9 +1,10 @@
-"""What a method costs a vehicle that flies with it: ``python docs/studies/closed_loop.py [VEHICLE]``.
+"""What a method costs a vehicle that flies with it: ``python docs/studies/closed_loop.py [VEHICLE] [--esc]``.
 
 Every method lives with its own last answer: the next call's limits are what slew rates leave around it, and
 the vehicle's autopilot answers to what its thrusters did. Half a second into a turn a thruster fails. The
 study prints a table of ``docs/limits.md``; a comparison with one method's numbers alone would say little, so
-``scaled`` flies the same missions: exact where the demand can be met, else its largest share.
+``scaled`` flies the same missions: exact where the demand can be met, else its largest share. With ``--esc``
+only ``scaled`` flies, through each way to the vehicle's ESCs, and slew limits lie around what those made.
 """
 
 import sys
@@ -15,6 +16,7 @@ from alloc import NotApplicable, Vehicle, build, load_vehicle
 from alloc.allocation import FloatArray
 from alloc.reach.volumes import worst_fault
 from bench.demands.mission.simulate import HALF, RATE_HZ, STEPS, Act, Flight, fly
+from bench.judging.last_metre import METHOD, ways
 from bench.results.text import table, three
 
 METHODS = (
@@ -49,14 +51,20 @@ class Crew:
     f: FloatArray
     missed: list[float] = field(default_factory=list)
 
-    def act(self, method: str, vehicle: Vehicle) -> Act:
-        """What acts on the vehicle where the method answers; where it has no answer, thrusts stay."""
+    def act(self, method: str, vehicle: Vehicle, way: str = "") -> Act:
+        """What acts on the vehicle where the method answers; where it has no answer, thrusts stay.
+
+        With a way to the ESCs (``last_metre.ways``) thrusters make what that sends.
+        """
         allocate = build(method, vehicle)
+        sends = ways(vehicle)[way] if way else None
 
         def act(tau: FloatArray) -> FloatArray:
             low, high = vehicle.limits(f_previous=self.f, dt=1 / RATE_HZ)
             wanted = allocate(tau, low, high).f
             self.f = np.clip(wanted if np.isfinite(wanted).all() else self.f, low, high)
+            if sends is not None:
+                self.f = vehicle.thrusts(sends(self.f[None], low[None], high[None])[0])
             wrench: FloatArray = vehicle.TP @ self.f
             self.missed.append(float(np.linalg.norm((wrench - tau) / vehicle.wrench_scale)))
             return wrench
@@ -82,11 +90,14 @@ class Flown:
     recovery_s: float
 
 
-def mission(method: str, vehicle: Vehicle, seed: int) -> Flown:
-    """Fly one mission; raises NotApplicable where the method or the mission does not cover the vehicle."""
+def mission(method: str, vehicle: Vehicle, seed: int, way: str = "") -> Flown:
+    """Fly one mission, with a way to the ESCs or without.
+
+    Raises NotApplicable where the method or the mission does not cover the vehicle.
+    """
     degraded = vehicle.with_fault(worst_fault(vehicle, keep_rank=True))
     crew = Crew(np.clip(0.0, vehicle.f_min, vehicle.f_max))
-    acts = crew.act(method, vehicle), crew.act(method, degraded)
+    acts = crew.act(method, vehicle, way), crew.act(method, degraded, way)
     flight = fly(vehicle, degraded, np.random.default_rng(seed), 2 * HALF, FAILURE, acts)
     metres, degrees = errors(flight)
     return Flown(
@@ -115,11 +126,15 @@ def recovery(metres: FloatArray, degrees: FloatArray) -> float:
 
 def main(arguments: list[str]) -> None:
     """Print the table: medians over FLIGHTS missions, and how many of them recovered."""
-    vehicle = load_vehicle(arguments[0] if arguments else "bluerov2-heavy")
+    named = [each for each in arguments if each != "--esc"]
+    vehicle = load_vehicle(named[0] if named else "bluerov2-heavy")
+    flights = [(method, method, "") for method in METHODS]
+    if "--esc" in arguments:
+        flights = [("thrusts as allocated", METHOD, ""), *((way, METHOD, way) for way in ways(vehicle))]
     rows = []
-    for method in METHODS:
+    for label, method, way in flights:
         try:
-            flown = [mission(method, vehicle, seed) for seed in range(FLIGHTS)]
+            flown = [mission(method, vehicle, seed, way) for seed in range(FLIGHTS)]
         except NotApplicable as reason:
             print(f"left out: {reason}")
             continue
@@ -130,8 +145,16 @@ def main(arguments: list[str]) -> None:
         worst = three(max(outcome.worst for outcome in flown))
         recovered = sorted(outcome.recovery_s for outcome in flown if np.isfinite(outcome.recovery_s))
         median = three(float(np.median(recovered))) if recovered else "-"
-        rows.append((method, mean, worst, off_m, off_deg, median, f"{len(recovered)} of {FLIGHTS}"))
-    header = ("method", "missed, mean", "worst", "off, m", "off, deg", "recovery, s", "recovered")
+        rows.append((label, mean, worst, off_m, off_deg, median, f"{len(recovered)} of {FLIGHTS}"))
+    header = (
+        "way" if "--esc" in arguments else "method",
+        "missed, mean",
+        "worst",
+        "off, m",
+        "off, deg",
+        "recovery, s",
+        "recovered",
+    )
     print(f"{vehicle.name}, {FLIGHTS} missions of a minute, a thruster fails in a turn\n")
     print(table(header, rows))
 
