@@ -158,7 +158,7 @@ def test_a_proof_s_first_line_is_the_least_of_its_claims() -> None:
     )
 
     def least(*claims: Claim, numbers: list[Claim]) -> str:
-        made = Proof(**facts, tools={}, assumptions=[], claims=list(claims), numbers=numbers)
+        made = Proof(**facts, files=[], tools={}, assumptions=[], claims=list(claims), numbers=numbers)
         return made.least
 
     assert least(shown, numbers=[shown]) == "all shown"
