@@ -1,11 +1,13 @@
+struct OWN_ends { /* of a curve at the voltage of a call */
+    SCALAR low, high, scale; /* what the outermost commands make [N], and what makes cells of a thrust */
+    int astern, ahead;       /* those commands in steps from neutral */
+};
+
 struct OWN_now { /* the curves at the voltage of a call */
     const SCALAR *at;            /* of each knot thrust [N]ADDED */
     SCALAR up, down;             /* shares of the next voltage and of this one */
     const FIRST (*first)[CELLS]; /* of each cell of thrusts the first piece that may hold one */
-    struct OWN_ends {
-        SCALAR low, high, scale; /* what the outermost commands make [N], and what makes cells of a thrust */
-        int astern, ahead;       /* those commands in steps from neutral */
-    } ends[CURVES];
+    struct OWN_ends ends[CURVES];
 };
 
 struct OWN_step { /* a step along a piece of the curve */
