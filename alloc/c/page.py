@@ -91,10 +91,11 @@ A demand counts as met within {TOLERANCE[scalar]:g} of the largest limit ({vehic
 answers the Python method gives. It prints the largest difference and exits with 0 where all agree.
 On a board compile it with `-Dmain=selftest`, and call that:
 
-    cc -std=c99 -O2 -I. {name}.c test/{name}_test.c -o selftest && ./selftest
+    cc -std=c99 -O2 -ffp-contract=off -I. {name}.c test/{name}_test.c -o selftest && ./selftest
 
-Compile without `-ffast-math` (and what implies it), which `{name}.c` refuses: NaN would pass unseen.
-C++ takes the files as they are. On a Cortex-M7 with a single-precision FPU give GCC `-DTHRUSTBENCH_FPV5`:
+Compile with `-ffp-contract=off`: C++ and some C compilers fuse a * b + c, which rounds otherwise. Compile
+without `-ffast-math` (and what implies it), which `{name}.c` refuses: NaN would pass unseen. C++ takes the
+files as they are. On a Cortex-M7 with a single-precision FPU give GCC `-DTHRUSTBENCH_FPV5`:
 it does not say itself that the FPU has a minimum and a maximum.
 """
 

@@ -31,7 +31,7 @@ public:
         return true;
     }
 
-    // Called by the loop. Share 1: all of tau is delivered; less: the integrators of the controller stop.
+    // Called by the loop. Status 0: all of tau is delivered; 1: the integrators of the controller stop.
     int operator()(const tb_real *tau, tb_real *f, tb_real *share) const
     {
         return tb_scaled(active_.load(), tau, nullptr, nullptr, f, share);

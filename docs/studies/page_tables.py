@@ -61,7 +61,7 @@ def ratios() -> str:
     }
     lines = [
         _goal("`nullspace`, fixed limits", (75, 140, 420), [float(exact[v]["fixed"]) for v in VEHICLES], "d"),
-        _goal("worst over mean of answered demands", (1.02, 1.02, None), [steady(v) for v in VEHICLES]),
+        _goal("worst over mean of answered demands, d ≤ 2", (1.02, 1.02, None), [steady(v) for v in VEHICLES]),
         _goal(
             "`nullspace`, limits of the call over fixed",
             (1.4,) * 3,
@@ -211,7 +211,7 @@ def sizes() -> str:
         most = [f"{_most(each):,}" for each in (one, every)]
         option = f"`--method {method}{' --limits call' * (limits == 'call')}`"
         lines.append([option, " / ".join(flash), str(stack), " / ".join(most)])
-    headers = ("`codegen`", "flash [B]", "stack of all [B]", "most instructions, no fault")
+    headers = ("`codegen`", "flash [B]", "stack, `all` [B]", "most instructions, no fault")
     return table(headers, lines, markdown=True)
 
 

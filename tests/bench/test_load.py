@@ -136,6 +136,7 @@ def test_booleans_say_what_the_words_say(agrees: bool | None, word: str, tmp_pat
     assert row.undisturbed is (row.quiet == "yes")
 
 
+@pytest.mark.long
 def test_a_type_checker_knows_the_columns_of_a_row(tmp_path: Path) -> None:
     examples = blocks(DOCS / "scripts.md", "python")
     (tmp_path / "typed.py").write_text(TYPED)

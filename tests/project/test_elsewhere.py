@@ -12,10 +12,13 @@ import pytest
 from tests.places import ROOT
 
 CPU = Path("/proc/cpuinfo")
-pytestmark = pytest.mark.skipif(
-    platform.machine() != "x86_64" or not CPU.exists() or "avx2" not in CPU.read_text(),
-    reason="has no two kinds of OpenBLAS's kernels to compare",
-)
+pytestmark = [
+    pytest.mark.long,
+    pytest.mark.skipif(
+        platform.machine() != "x86_64" or not CPU.exists() or "avx2" not in CPU.read_text(),
+        reason="has no two kinds of OpenBLAS's kernels to compare",
+    ),
+]
 COMPUTED = """\
 import numpy as np
 

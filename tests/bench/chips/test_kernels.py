@@ -197,8 +197,9 @@ def test_an_answer_to_every_demand_costs_less_than_three_exact_ones(method: str,
     assert max(answered)[0] <= 3 * max(exact)[0]
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("short_search")
-@pytest.mark.parametrize("name", ["cortex-m7", pytest.param("aarch64", marks=pytest.mark.long)])
+@pytest.mark.parametrize("name", ["cortex-m7", "aarch64"])
 def test_one_plan_emulated_twice_gives_equal_counts_to_the_instruction(name: str) -> None:
     first, second = (
         rows("nullspace@native", name, vehicle="supply-vessel", demands=("active",)) for _ in range(2)
@@ -291,6 +292,7 @@ def test_a_method_without_c_is_refused_by_name() -> None:
         build_kernel("clip", load_vehicle("ukwial"), "double")
 
 
+@pytest.mark.long
 def test_a_search_says_what_numbers_that_are_none_cost_and_what_no_call_exceeds(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

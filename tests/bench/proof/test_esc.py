@@ -35,11 +35,16 @@ def test_a_vehicle_without_escs_has_no_such_claim(tmp_path: Path) -> None:
     ("line", "broken"),
     [
         (r"j > \d+ \? \d+ : j < -\d+ \? -\d+ : j", "j"),
-        (r" & 127\]", "]"),
-        (r"while \(above < x && k < \d+\)", "while (above < x)"),
-        (r"!\(x > least\[0\] && x < most\[0\]\)", "0"),
-        (r"tb_leastf\((tb_sizef\([^,]*), 1.0F\)", r"\1"),
-        (r"1500 \+ j\)", "1500 + 2 * j)"),
+        *(
+            pytest.param(*each, marks=pytest.mark.long)
+            for each in (
+                (r" & 127\]", "]"),
+                (r"while \(above < x && k < \d+\)", "while (above < x)"),
+                (r"!\(x > least\[0\] && x < most\[0\]\)", "0"),
+                (r"tb_leastf\((tb_sizef\([^,]*), 1.0F\)", r"\1"),
+                (r"1500 \+ j\)", "1500 + 2 * j)"),
+            )
+        ),
         (r"command\[i\] = 1500;", "command[i] = (int16_t)found;"),  # of NAME_to_esc alone
     ],
 )
