@@ -61,7 +61,9 @@ def ratios() -> str:
     }
     lines = [
         _goal("`nullspace`, fixed limits", (75, 140, 420), [float(exact[v]["fixed"]) for v in VEHICLES], "d"),
-        _goal("worst over mean of answered demands, d ≤ 2", (1.02, 1.02, None), [steady(v) for v in VEHICLES]),
+        _goal(
+            "worst over mean of answered demands, d ≤ 2", (1.02, 1.02, None), [steady(v) for v in VEHICLES]
+        ),
         _goal(
             "`nullspace`, limits of the call over fixed",
             (1.4,) * 3,
