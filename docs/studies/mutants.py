@@ -184,8 +184,8 @@ MUTANTS = (
     ),
     Mutant(
         "the least share of answered demands is the largest",
-        'return lost(self.measured, "answered_share", min)',
-        'return lost(self.measured, "answered_share")',
+        'j.loss.get("answered_share"),\n        min,',
+        'j.loss.get("answered_share"),\n        max,',
     ),
     Mutant("the gate overlooks wrong answers", "    if lost or wrong:\n", "    if lost:\n"),
     Mutant(

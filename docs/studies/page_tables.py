@@ -213,7 +213,7 @@ def sizes() -> str:
         most = [f"{_most(each):,}" for each in (one, every)]
         option = f"`--method {method}{' --limits call' * (limits == 'call')}`"
         lines.append([option, " / ".join(flash), str(stack), " / ".join(most)])
-    headers = ("`codegen`", "flash [B]", "stack, `all` [B]", "most instructions, no fault")
+    headers = ("`codegen`", "flash [B]", "stack of all [B]", "most instructions, no fault")
     return table(headers, lines, markdown=True)
 
 
