@@ -5,7 +5,6 @@ from pathlib import Path
 
 from alloc.c import covering, last_metre, parameters, to_escs
 from alloc.methods import recipe
-from bench.chips.toolchain import ToolError
 from bench.proof import tools
 from bench.proof.proof import Claim
 from bench.proof.safety import eva
@@ -48,13 +47,8 @@ def claims(of: Subject, folder: Path) -> list[Claim]:
     text = covering(made[name], of.scalar)
     for usual, told in TOLD.items():
         text = re.sub(usual, told, text)
-    analysed = {**of.files, **made, name: text, MAIN: _main(of)}
-    try:
-        found = eva.analyse(analysed, place)
-    except ToolError as error:
-        found = eva.Analysis([], False, [str(error)])
-    strangers = {each.label for each in found.properties} - LABELS
-    return [eva.claim(NO_ERROR, found, *strangers), eva.claim(RANGE, found, *sorted(LABELS))]
+    found = eva.analyse({**of.files, **made, name: text, MAIN: _main(of)}, place)
+    return [eva.claim(NO_ERROR, found, *found.alarms(*LABELS)), eva.claim(RANGE, found, *sorted(LABELS))]
 
 
 def _main(of: Subject) -> str:

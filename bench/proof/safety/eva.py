@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from alloc.files.textfile import write_folder
+from bench.chips.toolchain import ToolError
 from bench.proof import tools
 from bench.proof.proof import Claim
 from bench.proof.safety.harness import ANSWERED, MAIN
@@ -56,6 +57,10 @@ class Analysis(NamedTuple):
         """EVA's words on the properties of these labels that it does not show; empty where it shows all."""
         return [each.text for each in self.properties if each.label in labels and not each.holds]
 
+    def alarms(self, *asserted: str) -> set[str]:
+        """The labels that are none of the harness's assertions: kinds of run-time errors."""
+        return {each.label for each in self.properties} - {*asserted}
+
 
 def analyse(
     files: Mapping[str, str],
@@ -64,7 +69,7 @@ def analyse(
     looping: Collection[str] = (),
     options: tuple[str, ...] = OPTIONS,
 ) -> Analysis:
-    """Let EVA read these files (``safety.harness``), written into ``folder``; raises ToolError.
+    """Let EVA read these files (``safety.harness``), written into ``folder``; nothing if it takes too long.
 
     ``answering`` names functions that return a status, ``looping`` those with loops that data end;
     ``options`` say how deep it looks.
@@ -78,7 +83,10 @@ def analyse(
         *(["-eva-split-return-function", apart] if answering else []),
         MAIN, "-then", "-report-csv", "properties.csv",
     ]  # fmt: skip
-    printed = tools.run(command, folder)
+    try:
+        printed = tools.run(command, folder)
+    except ToolError as error:
+        return Analysis([], False, [str(error)])
     return _read(printed, folder, files[MAIN].splitlines())
 
 

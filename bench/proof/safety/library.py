@@ -12,7 +12,6 @@ from os import cpu_count
 from pathlib import Path
 
 from alloc.library import calls
-from bench.chips.toolchain import ToolError
 from bench.proof import tools
 from bench.proof.proof import Claim
 from bench.proof.safety import eva
@@ -52,7 +51,7 @@ def claims(made: Mapping[str, str], n_max: int, folder: Path) -> list[Claim]:
         made_of = pool.map(lambda name: _analysis(made, name, *asked[name], folder), asked)
         found = dict(zip(asked, made_of, strict=True))
     shown = [
-        eva.claim(NO_ERROR.format(who), found[name], *_strangers(found[name]))
+        eva.claim(NO_ERROR.format(who), found[name], *found[name].alarms("status", "kept"))
         for name, who in (
             ("answers", ", ".join(f"tb_{method}" for method in calls())),
             ("prepares", ", ".join(PREPARING)),
@@ -75,16 +74,7 @@ def _analysis(
     place.mkdir()
     sources = [each for each in made if each.endswith(".c") and (name, each) != ("prepares", FACETS_IN)]
     included = "".join(f'#include "{source}"\n' for source in sorted(sources))
-    try:
-        return eva.analyse(
-            {**made, MAIN: included + main}, place, options=(*eva.ALWAYS, *ANY_MEMORY, *options)
-        )
-    except ToolError as error:
-        return eva.Analysis([], False, [str(error)])
-
-
-def _strangers(analysis: eva.Analysis) -> set[str]:
-    return {each.label for each in analysis.properties} - {"status", "kept"}
+    return eva.analyse({**made, MAIN: included + main}, place, options=(*eva.ALWAYS, *ANY_MEMORY, *options))
 
 
 def _every(statement: str, names: Iterable[str]) -> str:

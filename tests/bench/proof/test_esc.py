@@ -6,17 +6,16 @@ from pathlib import Path
 import pytest
 
 from alloc import load_vehicle
-from bench.proof import subject, tools
+from bench.proof import subject
 from bench.proof.safety import esc
+from tests.analysers import needs_frama_c
 
 BLUEROV2 = load_vehicle("bluerov2")
 
 
 @pytest.fixture(autouse=True)
 def _analyser() -> None:
-    lacking = [tool for tool in tools.absent() if tool in ("frama-c", "cc")]
-    if lacking:
-        pytest.skip(f"needs {', '.join(lacking)}: {tools.remedy(lacking)}")
+    needs_frama_c()
 
 
 @pytest.mark.parametrize("limits", ["fixed", "call"])

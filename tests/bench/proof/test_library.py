@@ -9,8 +9,9 @@ from click.testing import CliRunner
 
 from alloc.library import files
 from bench.commands.prove import command
-from bench.proof import Proof, tools
+from bench.proof import Proof
 from bench.proof.safety.library import claims
+from tests.analysers import needs_frama_c
 
 SMALL = 3, 2
 """Thrusters and axes: the same C as with 8 and 6, which ``-m long`` asks, in a tenth of the time."""
@@ -18,9 +19,7 @@ SMALL = 3, 2
 
 @pytest.fixture(autouse=True)
 def _analyser() -> None:
-    lacking = [tool for tool in tools.absent() if tool in ("frama-c", "cc")]
-    if lacking:
-        pytest.skip(f"needs {', '.join(lacking)}: {tools.remedy(lacking)}")
+    needs_frama_c()
 
 
 def test_any_calls_in_any_order_have_no_error_and_return_what_the_header_names(tmp_path: Path) -> None:

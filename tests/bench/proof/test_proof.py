@@ -14,6 +14,7 @@ from bench.commands.prove import command
 from bench.proof import Proof, prove, subject, tools
 from bench.proof.safety import claims as safety
 from sabotages import SABOTAGES, Sabotage, noticed, sabotaged
+from tests.analysers import needs_frama_c
 
 UKWIAL = load_vehicle("ukwial")
 QUICK = {
@@ -41,9 +42,7 @@ ALIKE = {
 
 @pytest.fixture(autouse=True)
 def _analyser() -> None:
-    lacking = [tool for tool in tools.absent() if tool in ("frama-c", "cc")]
-    if lacking:
-        pytest.skip(f"needs {', '.join(lacking)}: {tools.remedy(lacking)}")
+    needs_frama_c()
 
 
 @pytest.mark.parametrize(
