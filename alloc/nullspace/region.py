@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from alloc.allocation import FloatArray
-from alloc.vehicle.degeneracy import NOTHING, PARALLEL
+from alloc.vehicle.degeneracy import COLLINEAR, NOTHING
 
 Point = list[float]
 
@@ -184,13 +184,13 @@ def _region(A: FloatArray, tolerance: float, thin: float, above: FloatArray, lon
     """Tables for rows whose lengths were ``above`` before a plane was taken, and ``longest`` those of all."""
     m, d = A.shape
     sizes = np.linalg.norm(A, axis=1)
-    zero = sizes <= PARALLEL * above  # such a row is parallel to the plane, and rounding is no direction
+    zero = sizes <= COLLINEAR * above  # such a row is parallel to the plane, and rounding is no direction
     # How thin a row is, in whole steps.
     steps = [int(log(size / most, thin)) if size else 0 for size, most in zip(sizes, longest, strict=True)]
     groups: list[list[int]] = []
     for row in np.flatnonzero(~zero).tolist():
         for group in groups:
-            if np.linalg.norm(A[row] - _share(A, row, group[0]) * A[group[0]]) <= PARALLEL * sizes[row]:
+            if np.linalg.norm(A[row] - _share(A, row, group[0]) * A[group[0]]) <= COLLINEAR * sizes[row]:
                 group.append(row)
                 break
         else:

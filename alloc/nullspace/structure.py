@@ -7,7 +7,7 @@ import numpy as np
 from alloc.allocation import FloatArray, IndexArray
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.vehicle import Vehicle
-from alloc.vehicle.degeneracy import NOTHING, PARALLEL, ROUNDED
+from alloc.vehicle.degeneracy import COLLINEAR, NOTHING, ROUNDED
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +130,7 @@ def _cleared(B: FloatArray, A: FloatArray) -> FloatArray:
         kept = np.abs(B[:, column]) > NOTHING
         only, part = A[:, kept], B[kept, column]
         U, sigma, Vt = np.linalg.svd(only, full_matrices=False)
-        r = int(np.count_nonzero(sigma > PARALLEL))
+        r = int(np.count_nonzero(sigma > COLLINEAR))
         part = part - Vt[:r].T @ (U[:, :r].T @ (only @ part) / sigma[:r])
         if np.abs(only @ part).max() <= ROUNDED:
             cleared[:, column] = 0.0

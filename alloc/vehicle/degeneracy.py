@@ -16,7 +16,7 @@ RANK_TOLERANCE = 1e-9
 between 1 and sqrt(k). Published geometry carries at most five digits, so a true zero stands near 1e-16
 and the smallest real singular values near 1e-2."""
 
-PARALLEL = 1e-11
+COLLINEAR = 1e-11
 """A row of a basis of the null space of which a plane leaves this share is parallel to it, and rows that
 differ by this share are parallel: it moves a thrust by a hundredth of what is promised."""
 
