@@ -1,11 +1,16 @@
 """Columns that are worked out from judgements: how right answers are, what they deliver and give away."""
 
+from collections import Counter
 from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from statistics import median
 from typing import TYPE_CHECKING, Any
 
 from alloc.vehicle.geometry import DOF, MOMENTS
 from bench.record import Judged
-from bench.results.repeats import most
+from bench.results.repeats import Repeats, most
+from bench.results.times import calls
 
 
 class Worst(property):
@@ -42,3 +47,114 @@ def worst_axis(judged: Judged, moments: bool) -> float | None:
     suffix = "max_Nm" if moments else "max_N"
     axes = [axis for axis in DOF if (axis in MOMENTS) == moments]
     return most(judged.loss.get(f"wrench_error_{axis}_{suffix}") for axis in axes)
+
+
+@dataclass(frozen=True)
+class Judgements:
+    """What judgements say of a line of results.csv; its properties are columns behind those of ``Row``.
+
+    Attributes
+    ----------
+    measured : the repeats that the columns are worked out from
+    """
+
+    measured: Repeats
+
+    @cached_property
+    def agreed(self) -> bool | None:
+        """``agrees`` as True or False; None where no right answer is known."""
+        verdicts = {judged.agrees for judged in self.measured.judged if judged.agrees is not None}
+        return None if not verdicts else verdicts == {True}
+
+    wrench_error_relative = Worst(
+        "Largest wrench error over the size of a wrench on its axis (row of T times the largest limit).",
+        lambda j: j.wrench_error_rel_max,
+    )
+    distance_relative = Worst(
+        "``distance_max_N`` over the largest thrust limit.", lambda j: j.distance_rel_max
+    )
+    gap_relative = Worst(
+        "Largest relative duality gap: a certificate that needs no reference.", lambda j: j.gap_rel_max
+    )
+    failed_after_failure_share = Worst(
+        "Share (0 to 1) without thrusts, of attainable demands right after an answer without thrusts.",
+        lambda j: j.failed_after_failure,
+    )
+
+    @property
+    def disbelieved(self) -> str:
+        """What a solver said and was not believed, with calls: false INFEASIBLE, unknown exit flags."""
+        counts = sum((Counter(cell.disbelieved) for cell in self.measured.cells), Counter())
+        n_calls = sum(map(calls, self.measured.cells))
+        return "; ".join(f"{what} ({count:,} of {n_calls:,} calls)" for what, count in counts.items())
+
+    tolerance = Worst("Distance over the largest thrust limit that ``agrees`` allows.", lambda j: j.tolerance)
+
+    @property
+    def wrong(self) -> str:
+        """Why an answer is wrong; empty where none is."""
+        return next((j.wrong for j in self.measured.judged if j.wrong), self.measured.wrong_elsewhere)
+
+    lost_wrench_p50 = Worst(
+        "Median of |delivered - tau| / |tau|, delivered being what thrusts clipped to their limits push.",
+        lambda j: j.loss.get("lost_wrench_p50"),
+    )
+    lost_wrench_p99 = Worst(
+        "99 % of demands lose no more of their wrench than this share.",
+        lambda j: j.loss.get("lost_wrench_p99"),
+    )
+    lost_wrench_max = Worst(
+        "Largest share of any demand's wrench that is not delivered.", lambda j: j.loss.get("lost_wrench_max")
+    )
+    lost_force_max_N = Worst(
+        "Largest |delivered - tau| on any force axis.", lambda j: worst_axis(j, moments=False)
+    )
+    lost_moment_max_Nm = Worst(
+        "Largest |delivered - tau| on any moment axis.", lambda j: worst_axis(j, moments=True)
+    )
+    answered_share = Worst(
+        "Share of demands (0 to 1) that got a finite f; losses are of these.",
+        lambda j: j.loss.get("answered_share"),
+        min,
+    )
+    within_1pct_share = Worst(
+        "Share of demands (0 to 1) whose wrench is delivered within 1 %.",
+        lambda j: j.loss.get("within_1pct_share"),
+        min,
+    )
+    within_5pct_share = Worst(
+        "Share of demands (0 to 1) whose wrench is delivered within 5 %.",
+        lambda j: j.loss.get("within_5pct_share"),
+        min,
+    )
+    direction_error_p50_deg = Worst(
+        "Median angle between delivered and demanded wrench.", lambda j: j.loss.get("direction_error_p50_deg")
+    )
+    direction_error_max_deg = Worst(
+        "Largest angle between delivered and demanded wrench.",
+        lambda j: j.loss.get("direction_error_max_deg"),
+    )
+    effort_over_optimum_p50 = Worst(
+        "Median of f'Hf / f*'Hf* - 1 where f meets the demand, f* the optimum of eq. 4-5.",
+        lambda j: j.loss.get("effort_over_optimum_p50"),
+    )
+    effort_over_optimum_max = Worst(
+        "Largest f'Hf / f*'Hf* - 1.", lambda j: j.loss.get("effort_over_optimum_max")
+    )
+    limits_violated_share = Worst(
+        "Share of answers (0 to 1) with a thrust beyond a limit, before clipping.",
+        lambda j: j.loss.get("limits_violated_share"),
+    )
+    thrusters_saturated_mean = Worst(
+        "Mean number of thrusters at or beyond a limit.", lambda j: j.loss.get("thrusters_saturated_mean")
+    )
+
+    @property
+    def share_p50(self) -> str:
+        """Median share (0 to 1) delivered of each level of a demand; empty where answers say none."""
+        return by_level([j.share_p50 for j in self.measured.judged], median)
+
+    @property
+    def share_min(self) -> str:
+        """Least share (0 to 1) delivered of each level of any demand, first level first."""
+        return by_level([j.share_min for j in self.measured.judged], min)

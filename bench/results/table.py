@@ -14,9 +14,9 @@ Value = str | int | float | None
 
 
 def columns() -> dict[str, Callable[[Row], Value]]:
-    """Every column of results.csv by name, in the order in which ``Row`` has them."""
-    properties = {name: member for name, member in vars(Row).items() if isinstance(member, property)}
-    return {name: column.fget for name, column in properties.items() if column.fget}
+    """Every column of results.csv by name, in the order in which ``Row`` has them, then ``Judgements``."""
+    members = (member for owner in Row.__mro__ for member in vars(owner).items())
+    return {name: one.fget for name, one in members if isinstance(one, property) and one.fget}
 
 
 def write_csv(
