@@ -4,6 +4,7 @@ from alloc.allocation import BoundedSteps
 from alloc.c.call import arguments, function_name, parameters
 from alloc.c.esc_code import EscCode
 from alloc.c.recipe import Recipe
+from alloc.c.volts import limits_at
 from alloc.formulations import find_formulation
 from alloc.kernels.tolerance import TOLERANCE
 from alloc.program import Scalar, Where
@@ -32,7 +33,8 @@ def page(
     levels = kernel.levels(vehicle)
     given = parameters(vehicle, scalar, limits, levels, fault="")
     shares = (
-        f"\n`share[i]` is what of level i was delivered, 0 … 1: {_levels(vehicle, kernel)}.\n"
+        f"\n`share[i]` is the part of level i that was delivered, 0 … 1: {_levels(vehicle, kernel)}. What no"
+        " working thruster pushes does not count in it.\n"
         if levels
         else ""
     )
@@ -84,7 +86,7 @@ A demand counts as met within {TOLERANCE[scalar]:g} of the largest limit ({vehic
 | out | lower limit [N] | upper limit [N] |
 |---|---|---|
 {own}
-{moving}{shares}{warning}{_esc(last) if last else ""}
+{moving}{shares}{warning}{limits_at(vehicle, scalar) if limits == "call" else ""}{_esc(last) if last else ""}
 ## Check it where it will run
 
 `test/{name}_test.c` holds demands for the whole vehicle and for every failed thruster, with the

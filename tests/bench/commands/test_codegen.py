@@ -1,13 +1,16 @@
 """``thrustbench codegen`` writes all that is needed to compile, test and call the C."""
 
+import ctypes
 import subprocess
 import sys
+from math import nan
 from pathlib import Path
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from alloc import AllocError
+from alloc import AllocError, load_vehicle
 from alloc.c import compiled, missing
 from alloc.vehicle.read import find_file
 from bench.commands.codegen import command
@@ -63,6 +66,21 @@ def test_the_page_s_way_to_the_escs_compiles_and_passes(tmp_path: Path) -> None:
     (tmp_path / "example.c").write_text(page.split("## From a wrench")[1].split("```c\n")[1].split("```")[0])
     strict = ["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-pedantic", "-Werror"]
     subprocess.run([*compiled.compiler(), *strict, "-c", "example.c"], cwd=tmp_path, check=True)
+
+
+def test_the_page_s_limits_at_a_voltage_are_those_of_the_vehicle(tmp_path: Path) -> None:
+    codegen("--vehicle", "bluerov2-heavy", "--method", "clip", "--limits", "call", "--out", str(tmp_path))
+    page = (tmp_path / "bluerov2_heavy_clip_call.md").read_text()
+    code = page.split("## Limits at")[1].split("```c\n")[1].split("```")[0]
+    (tmp_path / "limits.c").write_text(code)
+    flags = ["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-pedantic", "-Werror", "-shared", "-fPIC"]
+    subprocess.run([*compiled.compiler(), *flags, "limits.c", "-o", "limits.so"], cwd=tmp_path, check=True)
+    function = ctypes.CDLL(str(tmp_path / "limits.so")).limits_at
+    vehicle = load_vehicle("bluerov2-heavy")
+    for volts, known in ((11.3, 11.3), (16.0, 16.0), (10.0, 10.0), (3.0, 10.0), (99.0, 20.0), (nan, 10.0)):
+        low, high = (ctypes.c_double * 8)(), (ctypes.c_double * 8)()
+        function(ctypes.c_double(volts), low, high)
+        np.testing.assert_allclose((low, high), vehicle.limits(volts=known), rtol=1e-15)
 
 
 def test_the_page_warns_of_a_kernel_that_knows_no_limits(tmp_path: Path) -> None:
