@@ -31,9 +31,8 @@ def selftest(
 
     Whatever explains it, a thrust may differ by JUMP and a wrench by MISSED, and what is SOLVED must make tau
     also where rounding decides what the answer is. At the end of a way, which rounding moves, thrusts may
-    differ that make the same wrench inside the limits with no more effort. The program
-    exits with 0 where all answers agree, else with 1, and prints the largest error. It prints the ``digest``
-    of header and source too, which a proof of them names.
+    differ that make the same wrench inside the limits with no more effort. The program exits with 0 where
+    all answers agree, else with 1; it prints the largest error, and the ``digest`` of header and source.
     """
     rows, levels = list[str](), kernel.levels(vehicle)
     for fault in [-1, *faults.tolist()]:

@@ -14,7 +14,7 @@ import numpy as np
 from alloc.allocation import FloatArray, Status
 from alloc.kernels.tolerance import HELD
 from alloc.kernels.walk import Walk
-from alloc.nullspace.allocator import exact
+from alloc.nullspace.exact import exact
 from alloc.program import Builder, Expression, Limits, Number, least, most, select, size
 from alloc.reach.edge import start
 from alloc.vehicle import Vehicle

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from alloc.errors import NotApplicable
 from alloc.lint.failures import Failure
 from alloc.lint.report import Level, Remark, warning
-from alloc.nullspace.allocator import exact
+from alloc.nullspace.exact import exact
 from alloc.vehicle import Vehicle
 
 WORSE = 10.0

@@ -2,7 +2,8 @@
 
 from alloc.kernels import exact as kernels
 from alloc.kernels.off import together
-from alloc.nullspace.allocator import Nullspace, exact
+from alloc.nullspace.allocator import Nullspace
+from alloc.nullspace.exact import exact
 from alloc.program import Program, Scalar, Where
 from alloc.vehicle import Vehicle
 

@@ -17,7 +17,7 @@ from alloc.allocation import (
     checked_many,
 )
 from alloc.formulations import Formulation
-from alloc.nullspace.allocator import exact
+from alloc.nullspace.exact import exact
 from alloc.reach.edge import start
 from alloc.reach.way import Departure
 from alloc.vehicle import Vehicle

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from alloc.allocation import BoolArray, FloatArray, IndexArray
-from alloc.nullspace.allocator import STEPS_LIMIT
+from alloc.nullspace.exact import STEPS_LIMIT
 from alloc.nullspace.region import steps_bound
 from bench.judging.loss import FLOOR
 from bench.layouts.minors import subsets
