@@ -22,7 +22,7 @@ from alloc.errors import NotApplicable
 from alloc.reach.attainable import FACETS
 from alloc.reach.zonotope import facets
 from alloc.vehicle import Vehicle
-from alloc.vehicle.degeneracy import FLAT, NOTHING
+from alloc.vehicle.degeneracy import NOTHING
 
 PARALLEL = 1e-10
 """A step that leaves a facet by less than this share of its size, or of ``Departure.size``, runs in it. The
@@ -67,10 +67,7 @@ def edge(vehicle: Vehicle) -> Edge:
     found = facets(vehicle, tuple(vehicle.working.tolist()))
     proper = found.tolerance <= NOTHING  # the others span what no thruster pushes
     half = np.where(np.abs(found.half) <= NOTHING, 0.0, found.half)[proper]
-    push = half @ (vehicle.TP / scale[:, None])
-    # Entries that are zero up to rounding belong to thrusters that push along the facet.
-    push[np.abs(push) * vehicle.f_scale <= FLAT] = 0.0
-    return Edge(normals=half / scale, push=push, scale=scale)
+    return Edge(normals=half / scale, push=half @ (vehicle.TP / scale[:, None]), scale=scale)
 
 
 def start(f_min: FloatArray, f_max: FloatArray) -> FloatArray:

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from itertools import count
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -108,6 +108,33 @@ def test_c_in_float_is_refused_where_single_precision_misses_wrenches(method: st
         generate(nearly_planar(1e-3), method, scalar="float")
     assert generate(nearly_planar(1e-3), method, scalar="double")
     assert generate(nearly_planar(1e-1), method, scalar="float")
+
+
+@pytest.mark.parametrize("where", ["Python", "fixed", "call"])
+def test_a_thruster_that_hardly_pushes_across_a_facet_counts_for_what_it_does(where: str) -> None:
+    """Thrusters 0 and 1 go ahead and astern; to port only 1 pushes, by 9e-14 N a newton.
+
+    A step by 2e-10 N to port for a newton ahead is made to 9e-14 / 2e-10 of what 1 can do; left out as
+    rounding, the push made it a share of zero.
+    """
+    vehicle = Vehicle(
+        name="hardly",
+        dof=("surge", "sway"),
+        T=np.array([[1.0, 1.0, 0.0], [0.0, 9e-14, -1.0]]),
+        H=np.eye(3),
+        f_min=np.array([-60.0, -60.0, 0.0]),
+        f_max=np.full(3, 60.0),
+        readiness=np.ones(3),
+        slack_weights=np.ones(2),
+        source="made up",
+    )
+    tau = np.array([60.0, 60.0 * 2e-10])
+    if where == "Python":
+        share = build("scaled", vehicle)(tau).share[0]
+    else:
+        share = in_c(vehicle, "scaled", "double", cast(Where, where), tau[None]).share[0, 0]
+    # The facet along thruster 1 has a margin of 9e-14 of 0's thrust, and the demand leaves it by 9e-14 less.
+    assert share == pytest.approx(9e-14 / 2e-10, rel=1e-3)
 
 
 def spoiled(method: str, good: int, monkeypatch: pytest.MonkeyPatch) -> Allocator:
