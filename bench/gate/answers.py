@@ -9,6 +9,7 @@ import numpy as np
 from alloc import Allocation, NotApplicable, Status, Vehicle
 from alloc.allocation import BoolArray
 from alloc.live.plain import ANY_DISTANCE
+from alloc.vehicle.checks import ARRAYS
 from bench.demands import DemandSet
 from bench.demands.store import Case
 from bench.gate.cells import names
@@ -50,9 +51,19 @@ class SideAnswers(NamedTuple):
 
 
 def answered(side: Prober, cell: GateCell, question: Question) -> SideAnswers:
-    """Ask one side for its answers to the question's demands, as many as it gives in SECONDS."""
+    """Ask one side for its answers to the question's demands, as many as it gives in SECONDS.
+
+    On a vehicle that is not the cell's own, how far thrusts of many calls are from those of single ones is
+    not asked: the one there is (``bench.gate.examine.nearly_symmetric``) leaves that to rounding.
+    """
+    vehicle, build = question.demands.vehicle, names(cell) | state(question.demands.vehicle)
+    own = build["vehicle"] == cell.vehicle
+    if not own:
+        build["numbers"] = {"dof": vehicle.dof, "priority": vehicle.priority} | {
+            key: getattr(vehicle, key).tolist() for key in ARRAYS
+        }
     try:
-        promises = side.ask("build", cell=cell.name, **names(cell) | state(question.demands.vehicle))
+        promises = side.ask("build", cell=cell.name, **build)
         raw = side.ask("answers", cell=cell.name, seconds=SECONDS, **calls(question.demands))
     except (Died, Refused) as reason:
         refused = isinstance(reason, Refused) and reason.kind == NotApplicable.__name__
@@ -67,7 +78,7 @@ def answered(side: Prober, cell: GateCell, question: Question) -> SideAnswers:
     at_odds = ""
     if raw["other"] is not None:
         at_odds = f"many() gives demand {raw['other']} another status than a call of its own"
-    elif raw["apart"] > 2 * promises["tolerance"] * question.demands.vehicle.f_scale:
+    elif own and raw["apart"] > 2 * promises["tolerance"] * vehicle.f_scale:
         at_odds = f"many() gives thrusts {raw['apart']:.3g} N from those of single calls"
     return SideAnswers("", promises, answers, at_odds)
 

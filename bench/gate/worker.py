@@ -104,11 +104,24 @@ class Orders:
         return {"dof": list(v.dof), **arrays}
 
     def build(
-        self, cell: str, vehicle: str, method: str, start: str, off: Sequence[int] = ()
+        self,
+        cell: str,
+        vehicle: str,
+        method: str,
+        start: str,
+        off: Sequence[int] = (),
+        numbers: dict[str, Any] | None = None,
     ) -> dict[str, Any]:
-        """Prepare a cell's allocator, with those thrusters off; returns what it promises."""
+        """Prepare a cell's allocator, with those thrusters off; returns what it promises.
+
+        With ``numbers`` the vehicle is none of the tree's files: these are its attributes.
+        """
         if vehicle not in self.vehicles:  # parsing YAML takes longer than building most allocators
-            self.vehicles[vehicle] = self.alloc.load_vehicle(self.files.get(vehicle, vehicle))
+            self.vehicles[vehicle] = (
+                self._made(vehicle, **numbers)
+                if numbers
+                else self.alloc.load_vehicle(self.files.get(vehicle, vehicle))
+            )
         loaded = self.vehicles[vehicle]
         for thruster in off:
             loaded = loaded.with_fault(thruster)
@@ -119,6 +132,14 @@ class Orders:
         self.allocators[cell] = allocate
         promises = ("formulation", "limited", "tolerance")
         return {promise: getattr(allocate, promise) for promise in promises}
+
+    def _made(self, name: str, dof: list[str], priority: list[list[str]], **arrays: Any) -> Any:
+        """A vehicle of these numbers."""
+        import numpy as np
+
+        levels = tuple(map(tuple, priority))
+        given = {key: np.array(value) for key, value in arrays.items()}
+        return self.alloc.Vehicle(name=name, dof=tuple(dof), priority=levels, **given)
 
     def control(self, cell: str, kind: str) -> None:
         """Prepare a cell that no commit can change: a numpy ``product``, or a ``loop`` in Python."""

@@ -1,14 +1,18 @@
 """Which answers the gate calls wrong, and which different."""
 
+from collections.abc import Callable
+from math import inf
 from typing import Any, cast
 
 import numpy as np
 import pytest
 
+import alloc
 from alloc import Allocation, Label, Status, Vehicle, build, load_vehicle
 from alloc.allocation import FloatArray
+from alloc.nullspace.region import prepare
 from bench.gate.answers import SideAnswers, answered, differ, first, wrong
-from bench.gate.examine import EDGES, FAILED, LOOKED_AT, MOVING, demand_sets
+from bench.gate.examine import EDGES, FAILED, LOOKED_AT, MOVING, demand_sets, judge_cell
 from bench.gate.prober import Prober
 from bench.gate.record import GateCell
 from bench.gate.worker import Orders, packed
@@ -110,6 +114,45 @@ def test_a_share_that_thrusts_do_not_deliver_is_wrong(
     found = answered(side, GateCell(vehicle="ukwial", method="priority"), question)
     assert says in wrong(question, found)
     assert bool(says) == bool(wrong(question, found))
+
+
+class Whole:
+    """A side that carries every order out in this process, with allocators that are ``spoilt``."""
+
+    def __init__(self, spoilt: Callable[[Any], object]) -> None:
+        self.orders, self.spoilt = Orders(), spoilt
+        self.orders.alloc = alloc
+
+    def ask(self, order: str, **given: Any) -> Any:
+        """Carry an order out."""
+        reply = getattr(self.orders, order)(**given)
+        if order == "build":
+            self.spoilt(self.orders.allocators[given["cell"]])
+        return reply
+
+
+def astray(allocate: Any) -> None:
+    """As ``scaled`` once was: a thin row has the last word, and nobody looks where thrusts end."""
+    exact = allocate._exact
+    exact._held = inf
+    exact._blocks = [
+        (rows, N, prepare(np.array(N), exact._slack, thin=1e-300)) for rows, N, _ in exact._blocks
+    ]
+
+
+@pytest.mark.parametrize(
+    ("spoilt", "says"), [(astray, "nearly symmetric: shares of its levels"), (lambda _: None, "")]
+)
+def test_every_method_is_asked_a_nearly_symmetric_vehicle_too(
+    question: Question, spoilt: Callable[[Any], object], says: str
+) -> None:
+    cell = GateCell(vehicle="ukwial", method="scaled")
+    sides = cast("tuple[Prober, Prober]", (Whole(lambda _: None), Whole(spoilt)))
+    few = [first(question, 20)]
+    assert judge_cell(cell, sides, few, few) == ([], False)
+    assert cell.turned_wrong.startswith(says)
+    assert bool(cell.turned_wrong) == bool(says)
+    assert cell.base_wrong == cell.differ == ""
 
 
 def test_an_allocator_whose_many_is_at_odds_with_its_calls_is_wrong(
