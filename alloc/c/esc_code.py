@@ -1,4 +1,4 @@
-"""What the C from thrusts to the commands of ESCs is written of."""
+"""The names, types and tables that the C from thrusts to the commands of ESCs is written with."""
 
 from dataclasses import dataclass
 

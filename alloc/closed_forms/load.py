@@ -1,4 +1,4 @@
-"""How many times too large thrusts are for their limits."""
+"""The factor by which thrusts exceed their limits."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""The scaled generalized inverse in parts: a rule that leaves out what couples them, also inside limits."""
+"""The scaled generalized inverse by groups of axes: it leaves out what couples them, inside limits too."""
 
 from alloc.formulations import Family, Formulation
 

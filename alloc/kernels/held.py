@@ -1,4 +1,4 @@
-"""What leaves a kernel makes what its shares say: thrusts that went wrong are drawn in before they leave.
+"""A kernel's last step: thrusts that rounding spoilt are reduced, with the shares, until they agree again.
 
 T p is what the shares say whatever z is, so an answer misses its wrench by what its thrusts p are moved onto
 limits: by rounding, unless facets or rows that all but depend on each other magnified that. With thrusts c

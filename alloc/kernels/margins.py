@@ -1,4 +1,4 @@
-"""The margin of each facet: how far the attainable set reaches beyond the thrusts that a way has come to."""
+"""The margin of each facet: how far the attainable set reaches beyond the wrench reached so far."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""The way towards a demand, level by level: what ``alloc.reach.way`` takes out of tables, written out.
+"""The way towards a demand, level by level: ``alloc.reach.way`` with its tables written out as operations.
 
 On the way only the wrench T f counts, so f may lie beyond limits: a step of the wrench is any d with T d
 that step, and the margin along a facet is a sum over thrusters of what lies between f and a limit.

@@ -1,4 +1,4 @@
-"""What of the demands the thrusts of the C deliver, in three numbers of a record."""
+"""Which part of the demands the C's thrusts deliver, in three numbers of a record."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""What objdump prints of code, line by line."""
+"""The instructions that objdump prints, line by line."""
 
 import re
 from itertools import zip_longest

@@ -1,4 +1,4 @@
-"""An interval of cycles, and what stands in the way of one."""
+"""An interval of cycles, and the error where none is published."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""What can't be right about a log: its units, told by the vehicle that should answer it."""
+"""Units of a log that can't be right, as the vehicle that should answer it tells."""
 
 import numpy as np
 

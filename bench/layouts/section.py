@@ -1,4 +1,4 @@
-"""Volume of what a closed form serves: the section of the box of thrusts by the thrusts that T* gives.
+"""Volume of what a closed form serves: the part of the box of limits that lies in the range of T*.
 
 T* gives the f with N'H f = 0, so what it serves inside the limits is a section of a box. Its volume is the
 density at 0 of sum_i m_i f_i, f_i even between its limits, m_i the rows of H N: a box spline. A section is

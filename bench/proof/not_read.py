@@ -1,4 +1,4 @@
-"""What is raised where C, or a program, is not followed."""
+"""The error of an analysis that can't follow C, or a program."""
 
 
 class NotRead(Exception):

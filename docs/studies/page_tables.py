@@ -162,7 +162,8 @@ def rivals() -> str:
     largest = [max(flash[name]) / 1024 for name in solvers]
     return "\n".join(
         [
-            f"{table(headers, lines, markdown=True)}\nOver all vehicles and both precisions:\n",
+            f"{table(headers, lines, markdown=True)}\n"
+            f"Over {', '.join(sorted(beside))}, in both precisions:\n",
             f"- The strongest rival takes {over(reduced)} times the instructions of the exact method, DAQP as"
             f" its users call it {over(direct)} times.",
             f"- The largest flash of a rival is {_span(largest, '.1f')} KiB, of the exact"

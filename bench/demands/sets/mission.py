@@ -1,4 +1,4 @@
-"""First half of a minute under way: stationkeeping and waypoints in a current, with all thrusters working."""
+"""The first half-minute under way: stationkeeping and waypoints in a current, with all thrusters working."""
 
 import numpy as np
 

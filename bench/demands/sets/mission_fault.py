@@ -1,4 +1,4 @@
-"""Second half of a minute under way: ``mission`` after the thruster that costs most has failed."""
+"""The second half-minute under way: ``mission`` after the thruster that costs most has failed."""
 
 import numpy as np
 

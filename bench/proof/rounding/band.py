@@ -1,4 +1,4 @@
-"""How far below 1 alpha* may be of a demand that is SOLVED still, by the program's own numbers."""
+"""The least alpha* at which a demand may still be SOLVED, from the program's own numbers."""
 
 from collections.abc import Sequence
 from math import inf

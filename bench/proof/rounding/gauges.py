@@ -1,4 +1,4 @@
-"""What holds a share below 1: each of its loads, as a form over the form of the slack that it uses up."""
+"""The loads that hold a share below 1, each as a quotient: the form of the load over that of its slack."""
 
 from collections.abc import Callable
 

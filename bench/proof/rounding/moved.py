@@ -1,4 +1,4 @@
-"""How far rounding takes values from what they are in real numbers, where shares are a factor of them.
+"""How far rounding moves values that have shares as factors, against the same values in real numbers.
 
 Let what rounding adds grow from zero to what it is, so that shares move from what they are in real numbers to
 what was calculated. On that way a share p = k / max(k, taken / slack, ...) is 1, or it is held by one slack,
