@@ -47,10 +47,11 @@ OWN_INLINE struct OWN_step OWN_nearest(const struct OWN_now *now, OF_CURVE SCALA
         below = above;
         above = OWN_thrust(now, now->at + k + 1);
     }
-    const SCALAR length = OWN_length[k];
+    const int from = OWN_step[k];
+    const SCALAR length = (SCALAR)(OWN_step[k + 1] - from);
     const SCALAR rise = above - below, along = LEAST(SIZE((x - below) / (rise + TINY)), ONE);
     const int n = (int)(along * length + HALF);
-    const struct OWN_step step = {OWN_step[k] + n, n, below, rise, length, below + rise * ((SCALAR)n / length)};
+    const struct OWN_step step = {from + n, n, below, rise, length, below + rise * ((SCALAR)n / length)};
     return step;
 }
 

@@ -22,8 +22,6 @@ def arrays(of: EscCode, known: Tables) -> Iterator[str]:
     f = np.concatenate([curve.f for curve in curves], axis=1)
     begin = np.cumsum([0, *(len(curve.steps) for curve in curves)])
     yield _array(integers(float(np.abs(steps).max())), f"step[{len(steps)}]", map(str, steps.tolist()))
-    lengths = np.maximum(np.diff(steps, append=0), 1)  # from one curve to the next there is none
-    yield _array(of.scalar, f"length[{len(steps)}]", map(of, lengths.astype(float).tolist()))
     first = np.stack(
         [each.first() + at for each, at in zip(curves, begin[:-1].tolist(), strict=True)], axis=1
     )

@@ -23,7 +23,7 @@ TOLD = {
     r"known && low <= high": "known && x == x && low == low && high == high && low <= high",
     r"step->makes ([<>] (\w+))": r"\2 == \2 && step->makes \1",
     r"= up < ": "= up == up && up < ",
-    r"(    const \w+ length = )": r"    /*@ split k; */\n\1",
+    r"(    const int from = )": r"    /*@ split k; */\n\1",
 }
 """What the analyser is told of the same C: comparisons with NaN are false, and pieces are looked at apart."""
 LABELS = {"status", "command", "made"}
