@@ -167,13 +167,18 @@ class Esc:
         return self.neutral + (-j if self.reversed else j) * self.step, self._made(j, curve), status
 
     def _nearest(self, wish: FloatArray, curve: FloatArray) -> FloatArray:
-        """The step (N, m) from neutral whose thrust is nearest to the wish (N, m); of two the farther one."""
+        """The step (N, m) from neutral whose thrust is nearest to the wish (N, m).
+
+        Of two that are as near the one that makes more is taken; of two that make the same the one nearer to
+        neutral, so a curve that ends flat is not driven to its end.
+        """
         first, last = self.ends
         along = (self._inverse(wish, curve) - self.neutral) / self.step
         lower = np.clip(np.floor(along), first, max(first, last - 1))
         upper = np.minimum(lower + 1.0, last)
-        above, below = self._made(upper, curve) - wish, wish - self._made(lower, curve)
-        return np.where(np.where(wish < 0, above < below, above <= below), upper, lower)
+        least, most = self._made(lower, curve), self._made(upper, curve)
+        above, below, same = most - wish, wish - least, most == least
+        return np.where(np.where(wish < 0, same | (above < below), ~same & (above <= below)), upper, lower)
 
     def _made(self, along: FloatArray, curve: FloatArray) -> FloatArray:
         """Thrust (N, m) of commands that many steps from neutral (N, m), by the rows' curves (N, K) [N]."""

@@ -19,7 +19,7 @@ FLAT = {"14": [[1000, -30], [1520, 0], [1521, 0.3], [1777.7, 30], [1990, 30]]}
 OTHER = {"neutral": 1520, "range": [1000, 2000], "step": 7, "dead_band": "neutral", "curve": FLAT}
 ONE = {**USUAL, "curve": {"16": AT_16}}
 WIDE = {"16": [[-3200, -40], [-160, 0], [160, 0], [3200, 51]]}
-AHEAD = {"16": [[1000, 0], [1100, 0], [2000, 60]]}
+AHEAD = {"16": [[1000, 0], [1100, 0], [1800, 50], [2000, 50]]}
 KINDS = {
     "the T200's table": {"neutral": 1500, "range": [1100, 1900], "curve": "t200", "volts": 16},
     "one voltage, some reversed": {**ONE, "reversed": [1, 2]},
@@ -27,7 +27,7 @@ KINDS = {
     "DShot 3D in steps": {"neutral": 0, "range": [-3200, 3200], "step": 8, "curve": WIDE},
     "a share of full power": {"neutral": 0, "range": [-1, 1], "step": 0.01},
     "RPM beyond 16 bits": {"neutral": 0, "range": [-60000, 60000], "step": 10},
-    "ahead only": {"neutral": 1000, "range": [1000, 2000], "curve": AHEAD},
+    "ahead only, flat at its end": {"neutral": 1000, "range": [1000, 2000], "curve": AHEAD},
     "each another": [USUAL, ONE, OTHER, {**OTHER, "reversed": True}],
 }
 SANITIZED = ["-fsanitize=undefined,float-divide-by-zero,float-cast-overflow", "-fno-sanitize-recover=all"]
