@@ -133,6 +133,13 @@ def test_what_is_no_number_gives_neutral(f: float, esc: Esc) -> None:
     assert wired(esc, f, 13.0) == (esc.neutral, 0.0, Made.NO_NUMBER)
 
 
+@pytest.mark.parametrize(("f", "u"), [(40.0, 1810.0), (90.0, 1810.0), (-30.0, 1204.0), (-90.0, 1204.0)])
+def test_a_curve_that_ends_flat_is_driven_to_where_its_flat_end_begins(f: float, u: float) -> None:
+    """Astern that is 1204.9, which is no step: the next one makes 0.01 N less."""
+    ends = built(curve={"16": [[1100, -30], [1204.9, -30], [1500, 0], [1810, 40], [1900, 40]]})
+    assert wired(ends, f, 16.0)[0] == u
+
+
 def test_a_reversed_esc_is_sent_the_mirror_image() -> None:
     vehicle = load_vehicle(HEAVY)
     f = np.linspace(-39, 51, vehicle.n)
