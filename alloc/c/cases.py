@@ -110,7 +110,7 @@ def cases(
         short = F - lost * (F - start(low, np.maximum(low, high)))
         back = far_off(answers(np.nan_to_num(short), low, high)[0], F)
         wider += back
-        # A kernel draws thrusts in that end beyond limits (``alloc.kernels.held``), and shares with them.
+        # A kernel reduces thrusts that end beyond limits, and their shares (``alloc.kernels.held``).
         rest = at_rest(vehicle) if limits == "fixed" else start(low, np.maximum(low, high))
         room = np.where(low < high, np.minimum(high - rest, rest - low), np.inf)
         room = room[:, vehicle.working].min(axis=1)

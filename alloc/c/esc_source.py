@@ -90,7 +90,7 @@ def source(of: EscCode) -> str:
     }
     template = (resources.files("alloc.c") / "esc.c").read_text(encoding="utf-8")
     text = "\n".join([*arrays(of, known), "", template, send(of, known), "", to_esc(of)])
-    for _ in range(3):  # some words stand in what others mean
+    for _ in range(3):  # what replaces a word may hold other words
         text = re.sub(rf"(?<!\w)({'|'.join(words)})(?!\w)", lambda word: words[word[0]], text)
     return f"""\
 {IN_C}

@@ -75,7 +75,7 @@ DEFINITIONS = {
 #define tb_unlikely(condition) (condition)
 #endif
 """,
-    # Keeps a compiler from reading what comes later beforehand, which needs more registers than there are.
+    # A compiler that read later values early would need more registers than there are.
     "fence": """\
 #ifdef __GNUC__
 #define tb_fence() __asm__ __volatile__("" ::: "memory")

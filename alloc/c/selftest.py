@@ -205,7 +205,7 @@ def _rows(
 ) -> Iterator[str]:
     """The initialisers of all cases of one fault."""
     asked = cases(vehicle, allocator, scalar, limits, levels, doubt)
-    # Nobody may look at the limits of a thruster that is off.
+    # NaN shows a kernel that reads the limits of a thruster that is off.
     off = vehicle.readiness == 0
     low, high = (np.where(off, np.nan, side) for side in (asked.f_min, asked.f_max))
 

@@ -149,7 +149,7 @@ class Statements:
         for node in step.merged:
             _, _, new, old = self.program.nodes[node]
             value = self.expression(new)
-            # The variable of what it was before goes on where nothing else asks for that.
+            # The old value's variable takes the new one where nothing else reads the old one.
             if old in self._assigned and self._printed[old] == self._uses[old] - 1:
                 self._names[node] = self._names[old]
             else:

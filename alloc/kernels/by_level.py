@@ -91,18 +91,18 @@ def _coupled(vehicle: Vehicle, block: Block) -> list[int]:
 
 
 def _ends(builder: Builder, walk: Walk, b: int, block: Block) -> tuple[dict[int, Expression], Number]:
-    """x, where the way ends without what the thrusts have in the null space, and where z would be zero.
+    """The thrusts x of a block where the way ends, without their part in the null space; and 0.
 
-    Of a block of one dimension x is f, and z says where it would be without.
+    In one dimension x keeps that part, and the second number is the z that takes it away.
     """
     vehicle = builder.vehicle
     f = [lifted(each, builder.graph) for each in walk.f]
     x = {i: f[i] for i in block.rows.tolist()}
     if walk.starts_at_rest:  # thrusts that are products with G alone have nothing there
         return x, 0.0
-    # N in unit of its slab, or so that zero entries stay zero and equal sizes become one.
+    # In one dimension N is in unit of its slab, else its largest entries are 1: zeros stay zero.
     N = block.N / (np.abs(block.N).max(axis=0) if block.N.shape[1] > 1 else leading(block.N))
-    # A full H also couples what z moves with thrusters that it doesn't.
+    # Where H is full, the effort also couples the block with thrusters that z does not move.
     NtH = np.where(vehicle.readiness > 0, N.T @ vehicle.H[block.rows], 0.0)
     rows = gathered(-np.linalg.solve(NtH[:, block.rows] @ N, NtH), f, f"sz{b}_")
     z = [signed(row).named(f"z{b}_{j}") for j, row in enumerate(rows)]
@@ -115,9 +115,9 @@ def _ends(builder: Builder, walk: Walk, b: int, block: Block) -> tuple[dict[int,
 def _met(
     builder: Builder, lost: FloatArray, by_fault: Expression | None, shares: list[Expression]
 ) -> Expression:
-    """The condition that all of tau is delivered, also what no thruster pushes, by a fault or without."""
+    """The condition that all of tau is delivered, its part along lost directions included."""
     whole: Expression = least(*shares) >= 1.0
-    # In unit of wrench_scale the rows are orthonormal, so their squares add up to that of what is missing.
+    # In unit of wrench_scale the rows are orthonormal, so the sum of their squares is the square of the miss.
     rows = product(lost / HELD[builder.scalar], builder.tau, "pm").rows if len(lost) else []
     missed = [signed(row).named(f"missed{i}") for i, row in enumerate(rows)]
     if by_fault is not None:

@@ -172,7 +172,7 @@ def _clamp(
         if isfinite(alike.slack):
             excess += [(each, alike.slack) for each in apart]
         longer.append((lo, hi))
-    for lo, hi in reversed(longer):  # where they contradict each other the longest have the last word
+    for lo, hi in reversed(longer):  # where rows contradict each other the longest decides
         nearest = most(lo, least(hi, nearest))
     b = lifted(nearest, longer[0][0].graph).named(f"b{name}")
     before.append(b)

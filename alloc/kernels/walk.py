@@ -61,7 +61,7 @@ class Walk:
         self.f = [*self.start]
         self.starts_at_rest = all(f == 0.0 for f in self.f)
         self._missing = [] if self._whole[0].all() else missing(builder, self.f)
-        # Several levels take f0 through T and then G.
+        # With several levels f0 is multiplied by T and then by G.
         through = (np.abs(G) @ np.abs(vehicle.TP)).sum(axis=1).max() if self.levels > 1 else 1.0
         self._size = max(1.0, float(through)) * largest(vehicle, self.f)
         self._unreached = self.reachable.size(builder, G)
@@ -153,7 +153,7 @@ class Walk:
             pushing = self._facets.thrusters(part)
             sizes: list[Number] = [size(most_of[r]) for r in np.flatnonzero(G[pushing].any(axis=0)).tolist()]
             if len(sizes) == 1 and all(away[i] == 0.0 for i in pushing):
-                sizes = []  # what goes along one product alone is never tiny beside it
+                sizes = []  # a sum of one product is never tiny beside that product
             sizes += [self._size] if self._size else []
             sizes += [self._unreached] if self._unreached else []
             if sizes:

@@ -112,13 +112,13 @@ class _Placing:
             if isinstance(step, Write) and not any(isinstance(each, Write) for each in into):
                 self._read_all(into)
             demands = _demands(step, block, self._program)
-            # Of a branch, what is shared with steps outside comes before it.
+            # What a branch shares with steps outside is calculated before it.
             seen: set[Node] = set()
             for node, _ in demands:
                 self._place(node, into, here, seen)
             if isinstance(step, Branch):
                 inner: list[Step] = []
-                # A branch that came to the same before, here or around here, has its result already.
+                # What an equal branch calculated before, in this block or around it, is there already.
                 merged = tuple(node for node in step.merged if not self._known(node, here))
                 self._steps(_numbered(step.steps, block), inner, block)
                 for node in merged:
@@ -165,7 +165,7 @@ def _renumbered(program: Program, steps: tuple[Step, ...]) -> Program:
                     order.setdefault(node, len(order))
 
     number(steps)
-    for node in reachable(program.nodes, program.roots):  # exits' conditions of which C prints only the parts
+    for node in reachable(program.nodes, program.roots):  # conditions of exits, which C prints in parts
         order.setdefault(node, len(order))
     return replace(
         program,

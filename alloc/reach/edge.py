@@ -25,14 +25,14 @@ from alloc.vehicle import Vehicle
 from alloc.vehicle.degeneracy import NOTHING
 
 PARALLEL = 1e-10
-"""A step that leaves a facet by less than this share of its size, or of ``Departure.size``, runs in it. The
-set is left by no more, a tenth of what SOLVED may miss. Rounding makes less of c'Delta: up to 4e-14 for 20
-thrusters in six axes, and n FLAT where a facet is thin. Where no thruster reverses, w is a vertex, whose
-facets have no slack: there rounding of a step that runs in one of them would take all of it."""
+"""A step is parallel to a facet where it leaves the facet by less than this share of its own size, or of
+``Departure.size``. An answer leaves the set by no more, a tenth of what SOLVED may miss. Rounding of c'Delta
+is smaller: up to 4e-14 for 20 thrusters in six axes, and n FLAT where a facet is thin. Where no thruster
+reverses, w is a vertex, whose facets have no slack: rounding alone would stop a step along one of them."""
 
 EDGE = 1e-10
-"""A demand that lies beyond the edge by this share of the way to it lies on it. Rounding leaves up to 1e-12,
-and must not decide of a demand that is made to lie on the edge."""
+"""A demand counts as on the edge where it lies beyond by less than this share of the way to it. Rounding
+leaves up to 1e-12, and must not decide on a demand that is made to lie on the edge."""
 
 INSET = 1 / 20
 """Where limits exclude zero, a start lies this share of their width inside, unless zero is nearer."""
@@ -98,7 +98,7 @@ def share(along: FloatArray, slack: FloatArray, size: float, begin: float, keep:
     begin : ``Departure.size``
     keep : 1 to go as far as the set reaches, less to stop before
     """
-    if size <= PARALLEL * begin:  # rounding is all that is missing, which may be zero by other sums
+    if size <= PARALLEL * begin:  # what is missing is rounding, which other sums may make zero
         return 1.0
     (tight,) = (along > keep * slack + PARALLEL * max(size, begin)).nonzero()
     beta = 1.0 / keep

@@ -43,5 +43,5 @@ def run(command: list[str], folder: Path, given: str = "") -> str:
     """What a tool prints, whatever its exit code; raises ToolError where it takes too long."""
     done = ended(
         command, folder, TIME_LIMIT_S, given, PWD=str(folder), LC_ALL="C.UTF-8"
-    )  # Frama-C goes by PWD
+    )  # Frama-C takes its folder from PWD
     return done.stdout + done.stderr

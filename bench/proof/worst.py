@@ -22,7 +22,7 @@ from bench.proof.safety.harness import Subject
 from bench.record import Emulated
 
 CALLS = 200
-"""Demands of each fault that are run of each kind: about the edge of what the vehicle can do, and such as
+"""Demands that are run for each fault: so many about the edge of the attainable set, as many that
 overflow."""
 FAR = 10.0
 """Times the size of a wrench, beyond which a search does not begin."""

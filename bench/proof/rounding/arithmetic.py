@@ -114,7 +114,7 @@ class Arithmetic:
         return made if any(zeros) else self._rounded(made)
 
     def _pairs(self, a: Value, b: Value, sign: float) -> Value | None:
-        """The sum of what is chosen is chosen of all sums, as rounding keeps order."""
+        """A sum of minima or maxima as the choice among the sums of their values: rounding keeps order."""
         some, others = among(a), among(b)
         if not 1 <= len(some) * len(others) <= ALTERNATIVES:
             return None
@@ -173,7 +173,7 @@ class Arithmetic:
         return value if doubled else self._rounded(value)  # a power of two rounds nothing but what is tiny
 
     def _scaled(self, value: Value, factor: float) -> Value:
-        """A value times a power of two, of which all that it is chosen from are multiples."""
+        """A value times a power of two: each value that it may be is multiplied, without rounding."""
         by = self._linear(constant(factor))
         found = tuple(self._mul(each, by) for each in value.among)
         low, high = sorted((factor * value.low, factor * value.high))
