@@ -37,7 +37,7 @@ def prove_library(
         say("memory, status and indices, a minute or more")
         shown = claims(made, n_max, Path(folder))
         numbers = list[Claim]()
-        if all(claim.verdict == "shown" for claim in shown):  # C that may write anywhere is not run in this process
+        if all(claim.verdict == "shown" for claim in shown):  # C that may write anywhere is not run
             say("answers on random vehicles")
             test = library.selftest()
             answers, memory = _tried({**made, **test}, Path(folder) / "tried")
