@@ -50,6 +50,7 @@ TAMPERING = {
     "closes-files-and-hangs": "if large: os.closerange(0, 256); time.sleep(60)",
     "miscounts": "if large: return Allocation(f, Status.SOLVED, 2.5)",
     "promises-nan": "self.tolerance = np.nan",
+    "promises-text": "self.limited = 'no'",
     "forges": "if large: os.write(int(sys.argv[1]), FORGED)",
     "forks": "if large and not self.kept: self.kept.append(f); os.fork() or sys.exit(0)",
 }

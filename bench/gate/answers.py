@@ -1,6 +1,6 @@
 """One side's answers to a question, by equations and against those of the other side."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple, cast
 
@@ -19,10 +19,13 @@ from bench.gate.side import Died, Refused
 from bench.gate.worker import packed, unpacked
 from bench.judging.faults import faults, measured
 from bench.judging.judge import judge
-from bench.judging.question import Question
+from bench.judging.question import Question, checked_promises
 
 SECONDS = 2.0
 """Longest time that one cell takes to answer demands of either sort; it looks at fewer where it is slow."""
+
+HANGS_S = 30.0
+"""Without a reply to one question for this long a method hangs: many() takes as long as its calls."""
 
 ROUNDING = 1e-9
 """Distance of two answers, relative to the largest limit, that rounding in another order may make."""
@@ -63,9 +66,9 @@ def answered(side: Prober, cell: GateCell, question: Question) -> SideAnswers:
             key: getattr(vehicle, key).tolist() for key in ARRAYS
         }
     try:
-        promises = side.ask("build", cell=cell.name, **build)
-        raw = side.ask("answers", cell=cell.name, seconds=SECONDS, **calls(question.demands))
-    except (Died, Refused) as reason:
+        promises = checked_promises(side.ask("build", cell=cell.name, **build))
+        raw = side.ask("answers", cell=cell.name, seconds=SECONDS, timeout=HANGS_S, **calls(question.demands))
+    except (Died, Refused, ValueError) as reason:
         refused = isinstance(reason, Refused) and reason.kind == NotApplicable.__name__
         return SideAnswers(str(reason), {}, (), refused=refused)
     # Each f is an array of its own: the judge looks for answers that share memory.
@@ -78,7 +81,7 @@ def answered(side: Prober, cell: GateCell, question: Question) -> SideAnswers:
     at_odds = ""
     if raw["other"] is not None:
         at_odds = f"many() gives demand {raw['other']} another status than a call of its own"
-    elif own and raw["apart"] > 2 * promises["tolerance"] * vehicle.f_scale:
+    elif own and raw["apart"] > _apart(promises, vehicle):
         at_odds = f"many() gives thrusts {raw['apart']:.3g} N from those of single calls"
     return SideAnswers("", promises, answers, at_odds)
 
@@ -145,11 +148,18 @@ def differ(question: Question, base: SideAnswers, head: SideAnswers) -> str:
     before, now = (np.array([answer.f for answer in side.answers])[alike] for side in (base, head))
     same = (before == now) | (np.isnan(before) & np.isnan(now))
     apart = float(np.nan_to_num(np.abs(before - now)[~same], nan=np.inf).max(initial=0.0))
-    # Either side may be as far from the optimum as the base promises, in opposite directions. A method that
-    # promises no distance is held to what it answered before.
-    tolerance = base.promises["tolerance"]
-    allowed = 2 * (tolerance if tolerance < ANY_DISTANCE else ROUNDING) * vehicle.f_scale
+    allowed = _apart(base.promises, vehicle)
     return f"thrusts differ by up to {apart:.3g} N, {allowed:.3g} N allowed" if apart > allowed else ""
+
+
+def _apart(promises: Mapping[str, Any], vehicle: Vehicle) -> float:
+    """How far two answers to one demand may lie apart [N].
+
+    Either may be as far from the optimum as is promised, in opposite directions. A method that promises no
+    distance is held to what it answered the other time.
+    """
+    tolerance: float = promises["tolerance"]
+    return 2 * (tolerance if tolerance < ANY_DISTANCE else ROUNDING) * vehicle.f_scale
 
 
 def _name(status: int) -> str:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache, partial
+from math import inf
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -124,7 +125,7 @@ def judge_cell(
     vehicle.
     """
     remarks: list[str] = []
-    refused = False
+    refused, fewest = False, inf
     hard = nearly_symmetric()
     for of_base, of_head in zip([*asked, hard], [*theirs, hard], strict=True):
         base, head = _at_once(sides, cell, (of_base, of_head))
@@ -143,12 +144,14 @@ def judge_cell(
         if count < len(of_base.demands.taus):
             of_base, of_head = first(of_base, count), first(of_head, count)
             base, head = (side._replace(answers=side.answers[:count]) for side in (base, head))
-            remarks.append(f"only {count:,} demands were looked at: `{cell.name}`")
+            fewest = min(count, fewest)
         before, now = _when(of_base, wrong(of_base, base)), _when(of_head, wrong(of_head, head))
         cell.base_wrong, cell.head_wrong = cell.base_wrong or before, cell.head_wrong or now
         cell.turned_wrong = cell.turned_wrong or ("" if before else now)
         if asked is theirs and of_base is not hard:  # there rounding in another order may move thrusts far
             cell.differ = cell.differ or _when(of_base, differ(of_base, base, head))
+    if fewest < inf:
+        remarks.append(f"of some kind only {fewest:,} demands were looked at: `{cell.name}`")
     return remarks, refused
 
 

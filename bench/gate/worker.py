@@ -13,6 +13,7 @@ import os
 import sys
 from base64 import b64decode, b64encode
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from time import monotonic, thread_time_ns
 from typing import Any
@@ -122,7 +123,8 @@ class Orders:
                 if numbers
                 else self.alloc.load_vehicle(self.files.get(vehicle, vehicle))
             )
-        loaded = self.vehicles[vehicle]
+        # A copy: a method that writes into its vehicle must not change what another one is built from.
+        loaded = replace(self.vehicles[vehicle])
         for thruster in off:
             loaded = loaded.with_fault(thruster)
         if method in self.plugins:
@@ -130,8 +132,9 @@ class Orders:
         else:
             allocate = self.alloc.build(method, loaded, start=start)
         self.allocators[cell] = allocate
-        promises = ("formulation", "limited", "tolerance")
-        return {promise: getattr(allocate, promise) for promise in promises}
+        promises = {name: getattr(allocate, name) for name in ("formulation", "limited", "tolerance")}
+        # JSON holds no numbers of numpy's.
+        return {name: value.item() if hasattr(value, "item") else value for name, value in promises.items()}
 
     def _made(self, name: str, dof: list[str], priority: list[list[str]], **arrays: Any) -> Any:
         """A vehicle of these numbers."""
@@ -225,10 +228,10 @@ def main() -> None:
     for line in sys.stdin:
         order = json.loads(line)
         try:
-            reply = {"value": getattr(orders, order.pop("do"))(**order)}
+            reply = json.dumps({"value": getattr(orders, order.pop("do"))(**order)})
         except Exception as error:
-            reply = {"error": f"{type(error).__name__}: {error}", "kind": type(error).__name__}
-        replies.write(json.dumps(reply) + "\n")
+            reply = json.dumps({"error": f"{type(error).__name__}: {error}", "kind": type(error).__name__})
+        replies.write(reply + "\n")
         replies.flush()
 
 

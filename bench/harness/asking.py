@@ -10,7 +10,7 @@ from bench.demands.store import Case, save_case
 from bench.harness.job import AnswersWritten, AnswerTask, Failed, Job
 from bench.harness.plan import Contender
 from bench.harness.process import work
-from bench.judging.question import PROMISES, Answers, Ask, Unanswered
+from bench.judging.question import Answers, Ask, Unanswered, checked_promises
 
 
 def asker(
@@ -52,8 +52,7 @@ def _task(folder: Path, number: int, case: Case) -> AnswerTask:
 def _read(task: AnswerTask) -> Answers | Unanswered:
     try:
         with np.load(task.answers) as arrays:
-            promises = {name: arrays[name].item() for name in PROMISES}
-            return Answers(arrays["F"], arrays["status"], promises)
+            return Answers(arrays["F"], arrays["status"], checked_promises(arrays))
     except (OSError, ValueError, KeyError) as error:  # only a method that writes into the pipe can do this
         return Unanswered("failed", f"it said that answers are written, and none can be read ({error})"[:200])
 

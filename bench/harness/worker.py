@@ -9,7 +9,6 @@ import time
 import traceback
 from collections.abc import Callable
 from functools import cache, partial
-from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -39,7 +38,7 @@ from bench.harness.quiet import between, reading
 from bench.harness.timing import Samples, counted, no_garbage_collection, sample
 from bench.harness.yardsticks import YARDSTICKS, canary_ns, yardstick
 from bench.judging.judge import judge
-from bench.judging.question import PROMISES, Question
+from bench.judging.question import Question, promised
 from bench.record import Cell, Worker
 
 SETUP_NS = 10_000_000
@@ -151,7 +150,7 @@ def write_answers(task: AnswerTask, job: Job) -> None:
             f"many() gave thrusts of shape {F.shape} and statuses of shape {status.shape}"
             f" for {len(taus)} demands on {vehicle.n} thrusters"
         )
-    promises = {name: np.array(getattr(allocator, name)) for name in PROMISES}
+    promises = {name: np.array(value) for name, value in promised(allocator).items()}
     save(Path(task.answers), F=F, status=status, **promises)
 
 
@@ -228,22 +227,14 @@ def time_binding(allocator: Any, question: Question, budget_ns: int) -> Samples[
 
 def describe(cell: Cell, allocator: Allocator, answers: list[Allocation], question: Question) -> None:
     """Put into the cell what the allocator says of itself, and what the equations say of its answers."""
-    cell.formulation, cell.limited = allocator.formulation, allocator.limited
+    promises = promised(allocator)
+    cell.formulation, cell.limited = promises["formulation"], promises["limited"]
     cell.worst_case_steps = allocator.worst_case_steps if isinstance(allocator, BoundedSteps) else None
-    if not 0 <= allocator.tolerance < inf:  # NaN can't be recorded, and no answer would be within it
-        raise ValueError(f"tolerance {allocator.tolerance!r} promises nothing; give a number from 0 on")
     _, _, iterations, solver_s, *_ = zip(*answers, strict=True)
     own_clock = np.rint(np.array(solver_s) * 1e9)
     cell.solver_singles = counted(own_clock[np.isfinite(own_clock)].astype(np.int64).tolist())
     cell.iterations_max = max(iterations)
-    cell.judged = judge(
-        question,
-        answers,
-        formulation=allocator.formulation,
-        limited=allocator.limited,
-        tolerance=allocator.tolerance,
-        thorough=cell.key.repeat == 0,
-    )
+    cell.judged = judge(question, answers, **promises, thorough=cell.key.repeat == 0)
 
 
 if __name__ == "__main__":

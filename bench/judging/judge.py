@@ -8,6 +8,7 @@ from alloc import Allocation, Label, NotApplicable, Status
 from alloc.allocation import WRENCH_TOLERANCE, BoolArray, FloatArray, StatusArray
 from alloc.formulations import find_formulation
 from alloc.formulations.hard import FORMULATION as HARD
+from alloc.live.plain import ANY_DISTANCE
 from alloc.qp.certificate import certify_many
 from bench.demands import longest
 from bench.judging.faults import VIOLATED, Measured, faults, measured
@@ -56,7 +57,7 @@ def judge(
         distance_rel_max=None if farthest is None else rounded(farthest / vehicle.f_scale),
         gap_rel_max=largest_gap(question, seen.F, status, formulation) if thorough else None,
         tolerance=tolerance,
-        agrees=None if farthest is None else farthest <= tolerance * vehicle.f_scale,
+        agrees=_agrees(farthest, tolerance, vehicle.f_scale),
         failed_after_failure=after_failure(seen.gave_up, within),
         loss=given_away(question, seen.F) if thorough else {},
         missed_max=largest_miss(question, seen.F) if thorough else None,
@@ -117,6 +118,14 @@ def largest_miss(question: Question, F: FloatArray) -> float | None:
     error = relative_wrench_error(demands.vehicle, demands.taus, F[: len(demands.taus)], demands.limits)
     attainable = np.isin(demands.labels, (Label.INACTIVE, Label.ACTIVE))
     return rounded(float(np.nan_to_num(error[attainable], nan=1.0).max())) if attainable.any() else None
+
+
+def _agrees(farthest: float | None, tolerance: float, f_scale: float) -> bool | None:
+    """Whether answers are as near as promised; None where no distance was promised."""
+    if farthest is None:
+        return None
+    near = farthest <= tolerance * f_scale
+    return None if near and tolerance >= ANY_DISTANCE else near
 
 
 def rounded(value: float) -> float:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -63,6 +64,24 @@ class Answers(NamedTuple):
 
 PROMISES = ("formulation", "limited", "tolerance")
 """What an allocator promises, and its answers are held to."""
+PROMISED = ("a name", "True or False", "a number from 0 on")
+"""What each of these may be."""
+
+
+def checked_promises(given: Mapping[str, Any]) -> dict[str, Any]:
+    """The promises as plain values; raises ValueError for one that no answer could be held to."""
+    promises = {name: np.asarray(given[name]) for name in PROMISES}
+    for name, kinds, wanted in zip(PROMISES, ("U", "b", "fiu"), PROMISED, strict=True):
+        value = promises[name]
+        # NaN can't be recorded, and no answer would be within it.
+        if value.shape or value.dtype.kind not in kinds or (name == "tolerance" and not 0 <= value < inf):
+            raise ValueError(f"{name} {given[name]!r} promises nothing; give {wanted}")
+    return {name: value.item() for name, value in promises.items()}
+
+
+def promised(allocator: Any) -> dict[str, Any]:
+    """What an allocator promises, checked."""
+    return checked_promises({name: getattr(allocator, name) for name in PROMISES})
 
 
 class Unanswered(NamedTuple):

@@ -58,7 +58,7 @@ class Judged(msgspec.Struct, omit_defaults=True, kw_only=True):
     failed_after_failure : of the attainable demands that follow an answer without thrusts, the share that
         got no thrusts either
     tolerance : what the method promises for distance_rel_max
-    agrees : whether the distance is within the promise; None where no right answer is known
+    agrees : whether the distance is within the promise; None where no right answer is known, or none promised
     wrong : which answers are wrong, such as SOLVED with a violated limit; empty where none is
     loss : ``bench.judging.loss.loss``, what the answers give away against the exact ones
     missed_max : largest share of an attainable demand's wrench that is not delivered, 1 where there are no

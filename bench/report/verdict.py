@@ -52,6 +52,8 @@ def verdict(own: Sequence[Size], loop: Loop) -> str:
             else "none has a time that counts"
         )
         return f"nothing here fits {percent(loop.limit_share)} of the period; {why}."
+    if first.refused >= 1:
+        return f"nothing to take: {spoken(first)} refuses {first.refusal}."
     share = _small((first.p50_us or 0.0) / loop.period_us)
     text = f"take {spoken(first)}; {_worth(first, own)}; {share} of the period"
     if first.fit == Fit.WITHOUT_TAIL:

@@ -144,7 +144,7 @@ class Row(Judgements):
 
     @property
     def agrees(self) -> str:
-        """``yes`` where every answer is as near the optimum as promised, else ``no``; ``-`` if unknown."""
+        """``yes`` where every answer is as near the optimum as promised, else ``no``; ``-`` if neither."""
         return {None: "-", True: "yes", False: "no"}[self.agreed]
 
     @property

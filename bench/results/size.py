@@ -22,7 +22,8 @@ class Size:
     fit : the verdict
     reason : what prevents a better ``fit``, or why late calls do not; empty where nothing does
     exact : whether it is exact wherever an attainable demand was asked
-    refused : share of the demands that a user brought that got no thrusts [-]; of several files the largest
+    refused : share of the demands that a user brought that got no thrusts [-], of several files the largest;
+        1 where something that can be met was not delivered at all
     refusal : that, or what else it refuses, in words; empty where it answers all
     freedom : n - rank T of the vehicle, None where it is not known
     p50_us : median on the demand set that takes longest [us], None where there are too few calls

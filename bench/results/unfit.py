@@ -24,8 +24,15 @@ def refusal(row: Row, problem: Problem | None) -> tuple[float, str]:
     """The share of a user's demands that got no thrusts, and in words what got none; 0 and empty for nothing.
 
     Of a log that was not asked whole it is the share that can't be met, for methods that refuse those. Of
-    demands that were drawn to be beyond what the vehicle can do a share would say nothing.
+    demands that were drawn to be beyond what the vehicle can do a share would say nothing. A method that
+    delivers nothing of one that can be met counts as one that refuses all.
     """
+    refused, words = _refused(row, problem)
+    missed = max((judged.missed_max or 0.0 for judged in row.measured.judged), default=0.0)
+    return (1.0, "some of what can be met") if missed >= 1 and not refused else (refused, words)
+
+
+def _refused(row: Row, problem: Problem | None) -> tuple[float, str]:
     answered = row.answered_share
     if answered is None:
         return 0.0, ""

@@ -114,6 +114,7 @@ function verdict(sizes, vehicle, loop, where) {
     const why = times.length ? `the fastest median is ${percent(Math.min(...times) / loop.period)} of the period` : "none has a time that counts";
     return `${question}: nothing here fits ${percent(loop.limit / loop.period)} of the period; ${why}.`;
   }
+  if (first.refused >= 1) return `${question}: nothing to take: ${spoken(first)} refuses ${first.refusal}.`;
   const late = sizes.find((size) => size.exact && size.fit === DOES_NOT_FIT);
   const exactness = first.exact ? "exact" : `not exact (${late ? `${late.label}, which is, takes too long` : "no exact method was measured"})`;
   const exact = first.refusal ? `${exactness}, refuses ${first.refusal}` : sizes.some((size) => size.refused) ? `${exactness}, answers all` : exactness;

@@ -9,7 +9,7 @@ import pytest
 
 import alloc
 from alloc import Allocation, Label, Status, Vehicle, build, load_vehicle
-from alloc.allocation import FloatArray
+from alloc.allocation import FloatArray, StatusArray
 from alloc.nullspace.region import prepare
 from bench.gate.answers import SideAnswers, answered, differ, first, wrong
 from bench.gate.examine import EDGES, FAILED, LOOKED_AT, MOVING, demand_sets, judge_cell
@@ -97,12 +97,13 @@ class Here:
             return answer._replace(share=tuple(off * share for share in answer.share))
 
         self.orders = Orders()
+        self.promises = {"formulation": "priority", "limited": True, "tolerance": 1e-9}
         self.orders.allocators["cell"] = spoilt
 
     def ask(self, order: str, **given: Any) -> Any:
         """Carry an order out."""
         if order == "build":
-            return {"formulation": "priority", "limited": True, "tolerance": 1e-9}
+            return self.promises
         return self.orders.answers("cell", given["taus"], given["limits"], seconds=10.0)
 
 
@@ -159,6 +160,32 @@ def test_an_allocator_whose_many_is_at_odds_with_its_calls_is_wrong(
     question: Question, right: list[Allocation]
 ) -> None:
     assert wrong(question, SideAnswers("", PROMISES, right, "many() differs")) == "many() differs"
+
+
+class Turned:
+    """A rule that promises no distance; its many gives the thrusts of its calls the other sign."""
+
+    formulation, limited, tolerance = "mine", True, 1.0
+
+    def __init__(self, vehicle: Vehicle) -> None:
+        self.rule = build("clip", vehicle)
+
+    def __call__(self, tau: FloatArray) -> Allocation:
+        return self.rule(tau)
+
+    def many(self, taus: FloatArray) -> tuple[FloatArray, StatusArray]:
+        F, status = self.rule.many(taus)
+        return -F, status
+
+
+def test_who_promises_no_distance_still_answers_alike_in_many_and_in_calls(
+    vehicle: Vehicle, question: Question
+) -> None:
+    here = Here(vehicle, 1.0)
+    here.orders.allocators["cell"] = Turned(vehicle)
+    here.promises = {"formulation": "mine", "limited": True, "tolerance": 1.0}
+    found = answered(cast("Prober", here), GateCell(vehicle="ukwial", method="mine"), question)
+    assert "from those of single calls" in wrong(question, found)
 
 
 def test_the_exact_answers_are_right(question: Question, right: list[Allocation]) -> None:

@@ -32,6 +32,9 @@ SABOTAGES: Mapping[str, Callable[[str], str]] = MappingProxyType(
         ),
         "not_a_number": lambda text: text.replace("G @ tau,", "np.where(tau[0] > 0, np.nan, G @ tau),"),
         "failed_thruster": lambda text: text.replace("G @ tau,", "vehicle.readiness.min() * (G @ tau),"),
+        "writes_into_its_vehicle": lambda text: text.replace(
+            "    G =", "    vehicle.f_max.setflags(write=True)\n    vehicle.f_max *= 1.1\n    G ="
+        ),
         "not_imported": lambda text: f"import no_such_module\n{text}",
         "raises": lambda text: text.replace("        return", "        assert tau[0] < 0\n        return"),
     }
@@ -72,7 +75,7 @@ def test_each_sabotage_of_the_starter_plug_in_is_a_regression_of_its_own(starter
     file.write_text(file.read_text() + "# another comment\n")
     gate_check.commit(starter, "head")
 
-    result = gate(starter, "same", *SABOTAGES)
+    result = gate(starter, *SABOTAGES, "same")  # the last, for none before it may spoil what it is given
     assert result.exception is None, result.output
     assert result.return_value == 1
     found = re.findall(

@@ -34,6 +34,7 @@ def record(tmp_path_factory: pytest.TempPathFactory) -> Record:
         ("closes-files-and-hangs", "timeout", f"no answer within {TIME_LIMIT_S:g} s"),
         ("miscounts", "failed", "the result can't be recorded: Expected `int | null`, got `float`"),
         ("promises-nan", "failed", "tolerance nan promises nothing"),
+        ("promises-text", "failed", "limited 'no' promises nothing; give True or False"),
         ("forges", "failed", "the worker sent a message about another task"),
         ("forks", "ok", ""),  # the copy of the worker says nothing
         ("pinv", "ok", ""),

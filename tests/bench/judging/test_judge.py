@@ -117,6 +117,7 @@ def test_an_answer_off_by_more_than_is_promised_disagrees(asked: dict[str, Quest
     assert verdict(inactive, answers).agrees is False
     assert verdict(inactive, answers).wrong == ""
     assert verdict(inactive, answers, tolerance=1e-5).agrees is True
+    assert verdict(inactive, answers, tolerance=1.0).agrees is None  # as far as a limit: that is no promise
 
 
 def test_closed_forms_and_qps_are_held_against_the_same_numbers_on_inactive_demands(

@@ -110,6 +110,19 @@ def test_a_method_that_refuses_what_was_drawn_beyond_reach_is_named_as_such_and_
     )
 
 
+def test_what_gives_no_thrust_for_a_demand_that_can_be_met_is_not_taken(tmp_path: Path) -> None:
+    idle = steady("idle", 1, exact=False)
+    assert idle.judged is not None
+    idle = replace(idle, judged=replace(idle.judged, missed_max=1.0))
+    assert said(tmp_path, 50, idle, steady("clip", 2, exact=False)) == (
+        "ukwial at 50 Hz: take clip; not exact (no exact method was measured), answers all;"
+        " 0.0100 % of the period."
+    )
+    assert said(tmp_path, 50, idle) == (
+        "ukwial at 50 Hz: nothing to take: idle refuses some of what can be met."
+    )
+
+
 def test_a_vehicle_without_freedom_is_told_that_there_is_none_to_gain_from(tmp_path: Path) -> None:
     square = replace(made_up.problem("ukwial"), n=3, nullity=0)
     assert "no freedom to gain from" in said(tmp_path, 100, square, steady("pinv", 1, exact=True))
