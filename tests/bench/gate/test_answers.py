@@ -171,9 +171,11 @@ class Turned:
         self.rule = build("clip", vehicle)
 
     def __call__(self, tau: FloatArray) -> Allocation:
+        """As the rule does."""
         return self.rule(tau)
 
     def many(self, taus: FloatArray) -> tuple[FloatArray, StatusArray]:
+        """The rule's statuses, and its thrusts turned round."""
         F, status = self.rule.many(taus)
         return -F, status
 
