@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable
 from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from warnings import catch_warnings, filterwarnings
 
 from alloc.formulations import Family
 from bench.results.columns import Row
@@ -150,7 +151,9 @@ def save(drawn: "Figure", path: Path, title: str | None = None) -> None:
     """
     text = StringIO()
     titled = {} if title is None else {"Title": title}
-    drawn.savefig(text, format="svg", metadata={"Date": None, "Creator": None} | titled)
+    with catch_warnings():  # letters of a name that the font lacks are boxes in the picture
+        filterwarnings("ignore", "Glyph .* missing from font")
+        drawn.savefig(text, format="svg", metadata={"Date": None, "Creator": None} | titled)
     path.write_text(_with_dark_mode(text.getvalue()), encoding="utf-8")
 
 

@@ -137,7 +137,7 @@ def test_a_thruster_that_no_line_of_thrust_makes_is_listed_and_not_drawn() -> No
 
 def test_names_with_dollars_are_drawn_as_they_are(here: Path) -> None:
     """Red before: matplotlib took what stands between two dollars for mathematics, and failed."""
-    text = find_file("ukwial").read_text().replace("name: ukwial", "name: a $\\frac$ b")
+    text = find_file("ukwial").read_text().replace("name: ukwial", "name: a $\\frac$ 船")
     (here / "mine.yaml").write_text(f"{text}\nnames: [$x^$, $, $_$$, d]\n")
     result = check("mine.yaml")
     assert result.exit_code == 0

@@ -124,8 +124,8 @@ class Whole:
         self.orders, self.spoilt = Orders(), spoilt
         self.orders.alloc = alloc
 
-    def ask(self, order: str, **given: Any) -> Any:
-        """Carry an order out."""
+    def ask(self, order: str, timeout: float = 0.0, **given: Any) -> Any:
+        """Carry an order out, however long it takes."""
         reply = getattr(self.orders, order)(**given)
         if order == "build":
             self.spoilt(self.orders.allocators[given["cell"]])
