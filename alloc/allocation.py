@@ -49,7 +49,8 @@ class Allocation(NamedTuple):
     status : what the allocator claims about ``f``
     iterations : the solver's count of iterations, or the method's of steps or passes; 0 without a count
     solver_s : time by the solver's own clock [s], NaN where it has none
-    share : what was delivered of each level of the demand, 0 … 1 [-]; empty for a method without levels
+    share : the part of each level of the demand that was delivered, 0 … 1 [-], without what no working
+        thruster pushes; empty for a method without levels
 
     Raises TypeError where it is asked whether it is true: ``found`` and ``status`` say two different things.
     """
