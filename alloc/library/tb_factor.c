@@ -1,4 +1,4 @@
-/* Rows made orthogonal, and a basis of what they are all orthogonal to. */
+/* Rows made orthogonal: a basis of what they are all orthogonal to, and the least thrusts that push somewhere. */
 #include "tb_internal.h"
 
 /* Of Jacobi's rotations, which converge quadratically: 100,000 random and 100,000 nearly symmetric vehicles of up to 12
@@ -111,4 +111,117 @@ int tb_null_basis(int rank, int m, tb_real V[TB_K_MAX][TB_N_MAX], tb_real N[TB_N
         columns++;
     }
     return columns;
+}
+
+/* Least-effort thrusts x of the thrusters that are `on`, which push nearest to `rest` (axes in unit of row lengths).
+ *
+ * With H = L D L' over those thrusters and w = L'f, effort is w'Dw and the wrench B w, B = A L'^-1. Rows of B, the
+ * longest left over first, become orthogonal in the metric 1/D, B = R Q: what is left of the others once a row is
+ * below TB_RANK of the longest is rounding. Then w = D^-1 Q'y, and y makes R y nearest to rest, which orthogonal
+ * columns of R answer.
+ */
+void tb_shared(const struct tb_allocator *a, tb_real rest[TB_K_MAX], const int on[TB_N_MAX], tb_real x[TB_N_MAX])
+{
+    tb_real L[TB_N_MAX][TB_N_MAX], D[TB_N_MAX], per[TB_N_MAX], B[TB_K_MAX][TB_N_MAX], R[TB_K_MAX][TB_K_MAX];
+    tb_real S[TB_K_MAX][TB_K_MAX], y[TB_K_MAX], q2[TB_K_MAX], longest = 0;
+    int order[TB_K_MAX] = {0}, taken[TB_K_MAX], place[TB_N_MAX] = {0}, m = 0, rank = 0;
+    const int k = a->k;
+    for (int p = 0; p < a->m; p++) {
+        if (on[p]) {
+            place[m++] = p;
+        }
+    }
+    for (int i = 0; i < m; i++) {
+        const int at = a->at[place[i]];
+        D[i] = a->H[at][at];
+        for (int j = 0; j < i && a->crossed; j++) {
+            tb_real left = a->H[at][a->at[place[j]]];
+            for (int l = 0; l < j; l++) {
+                left -= L[i][l] * L[j][l] * D[l];
+            }
+            L[i][j] = left / D[j];
+            D[i] -= L[i][j] * left;
+        }
+        per[i] = 1 / D[i];
+        for (int r = 0; r < k; r++) {
+            B[r][i] = a->A[r][at] - tb_product(L[i], B[r], a->crossed ? i : 0);
+        }
+    }
+    for (int r = 0; r < k; r++) {
+        taken[r] = 0;
+    }
+    while (rank < k) {
+        int next = -1;
+        tb_real most = TB_RANK * TB_RANK * longest;
+        for (int r = 0; r < k; r++) {
+            tb_real square = 0;
+            for (int i = 0; i < m && !taken[r]; i++) {
+                square += B[r][i] * B[r][i] * per[i];
+            }
+            if (square > most) {
+                most = square;
+                next = r;
+            }
+        }
+        if (next < 0) {
+            break;
+        }
+        longest = rank ? longest : most;
+        taken[next] = 1;
+        order[rank] = next;
+        q2[rank] = most;
+        for (int r = 0; r < k; r++) {
+            tb_real along = 0;
+            for (int i = 0; i < m && !taken[r]; i++) {
+                along += B[r][i] * B[next][i] * per[i];
+            }
+            along = r == next ? TB_R(1) : along / most;
+            for (int i = 0; i < m && !taken[r]; i++) {
+                B[r][i] -= along * B[next][i];
+            }
+            R[r][rank] = along;
+        }
+        rank++;
+    }
+    for (int j = 0; j < rank; j++) {
+        tb_real square = 0;
+        y[j] = 0;
+        for (int r = 0; r < k; r++) {
+            square += R[r][j] * R[r][j];
+            y[j] += R[r][j] * rest[r];
+        }
+        y[j] /= square;
+        for (int r = 0; r < k; r++) {
+            rest[r] -= y[j] * R[r][j];
+        }
+        for (int l = j + 1; l < rank; l++) {
+            S[j][l] = 0;
+            for (int r = 0; r < k; r++) {
+                S[j][l] += R[r][j] * R[r][l];
+            }
+            S[j][l] /= square;
+            for (int r = 0; r < k; r++) {
+                R[r][l] -= S[j][l] * R[r][j];
+            }
+        }
+    }
+    for (int j = rank - 1; j >= 0; j--) {
+        for (int l = j + 1; l < rank; l++) {
+            y[j] -= S[j][l] * y[l];
+        }
+    }
+    for (int j = 0; j < rank; j++) {
+        y[j] /= q2[j];
+    }
+    for (int i = m - 1; i >= 0; i--) {
+        tb_real sum = 0;
+        for (int j = 0; j < rank; j++) {
+            sum += y[j] * B[order[j]][i];
+        }
+        sum *= per[i];
+        for (int l = i + 1; l < m && a->crossed; l++) {
+            sum -= L[l][i] * x[place[l]];
+        }
+        x[place[i]] = sum;
+    }
 }
