@@ -55,7 +55,7 @@ LONG = {
     "fleet": "needs a scheduler",
     "run": "measures for half a minute: the first of README and of docs/your-vehicle.md are typed, with less",
 }
-"""Commands that are parsed only (options, arguments, files), and why."""
+"""Commands that are parsed only (options, arguments, files), and why; ``test_slow_commands`` runs them."""
 
 
 def commands(page: str) -> Iterator[tuple[int, str]]:
