@@ -1,4 +1,4 @@
-"""Where the way towards a demand begins: thrusts f0, and what is missing of tau there."""
+"""Where the way towards a demand begins: thrusts f0, and what remains of tau there."""
 
 import numpy as np
 
@@ -28,7 +28,7 @@ def largest(vehicle: Vehicle, f0: list[Number]) -> float:
     return max(vehicle.f_scale if isinstance(f, Expression) else abs(f) for f in f0)
 
 
-def missing(builder: Builder, f0: list[Number]) -> list[Expression]:
+def remaining(builder: Builder, f0: list[Number]) -> list[Expression]:
     """tau - T f0."""
     vehicle = builder.vehicle
     fixed = vehicle.TP @ [0.0 if isinstance(f, Expression) else f for f in f0]

@@ -111,18 +111,18 @@ def joined(builder: Builder, region: Region, rows: list[Strip], values: Values, 
         ends = [[lifted(end, builder.graph) for end in rows[row].ends] for row in region.checks]
         held = [low <= region.tolerance for low, _ in ends] + [high >= -region.tolerance for _, high in ends]
         builder.refuse(~all_of(held), Status.INFEASIBLE, unlikely=False)
-    slabs, room = list[Strip](), list[Expression]()
+    slabs, not_empty = list[Strip](), list[Expression]()
     for i, slab in enumerate(region.slabs):
         (leader, _), *others = (row for alike in slab.members for row in alike.rows)
         if not others and region.d > 1:
             slabs.append(rows[leader])
             continue
         common, conditions = _common(builder, slab, rows, f"{at}{i}")
-        room += conditions if refusing else []
+        not_empty += conditions if refusing else []
         values[common.key] = builder.graph.constant(0.0)
         slabs.append(common)
-    if room:
-        builder.refuse(~all_of(room), Status.INFEASIBLE, unlikely=False)
+    if not_empty:
+        builder.refuse(~all_of(not_empty), Status.INFEASIBLE, unlikely=False)
     return slabs
 
 

@@ -7,7 +7,7 @@ that step, and the margin along a facet is a sum over thrusters of what lies bet
 import numpy as np
 
 from alloc.allocation import BoolArray, FloatArray
-from alloc.kernels.departure import departure, largest, missing
+from alloc.kernels.departure import departure, largest, remaining
 from alloc.kernels.entry import TAU, Place, SeenArguments, cover
 from alloc.kernels.facets import alike, facet_pairs, steps_along
 from alloc.kernels.margins import FacetMargins, Ways
@@ -60,7 +60,7 @@ class Walk:
         self.start = departure(builder, builder.limits)
         self.f = [*self.start]
         self.starts_at_rest = all(f == 0.0 for f in self.f)
-        self._missing = [] if self._whole[0].all() else missing(builder, self.f)
+        self._remaining = [] if self._whole[0].all() else remaining(builder, self.f)
         # With several levels f0 is multiplied by T and then by G.
         through = (np.abs(G) @ np.abs(vehicle.TP)).sum(axis=1).max() if self.levels > 1 else 1.0
         self._size = max(1.0, float(through)) * largest(vehicle, self.f)
@@ -83,11 +83,11 @@ class Walk:
         self._margins.moved(moves, part, ways)
         for i, move in moves.items():
             self.f[i] = (move if self.f[i] == 0.0 else self.f[i] + move).named(f"f{level + 1}_{i}")
-        if self._missing and level + 1 < self.levels:
+        if self._remaining and level + 1 < self.levels:
             for r, wanted in self._wanted(level).items():
                 if not self._whole[level, r]:
-                    rest = self._missing[r] - part * wanted
-                    self._missing[r] = rest.named(f"n{level + 1}_{r}")
+                    rest = self._remaining[r] - part * wanted
+                    self._remaining[r] = rest.named(f"n{level + 1}_{r}")
         self._leave()
         if level + 1 == self.levels:
             self._enter(sorted(set(builder.vehicle.working.tolist()) - self._entered), "left")
@@ -112,7 +112,7 @@ class Walk:
         return {
             r: tau[r]
             if self._whole[level, r]
-            else signed(dot(D[r].tolist(), self._missing)).named(f"m{level}_{r}")
+            else signed(dot(D[r].tolist(), self._remaining)).named(f"m{level}_{r}")
             for r in range(len(tau))
             if self._whole[level, r] or D[r].any()
         }
