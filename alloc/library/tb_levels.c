@@ -107,7 +107,7 @@ static tb_real share_of(const struct tb_allocator *a, const tb_real *x, const tb
             ahead += y > 0 ? up : -down;
             astern += y > 0 ? down : -up;
         }
-        const tb_real room = along > 0 ? ahead : astern, size = tb_abs(along), left = room > 0 ? room : TB_R(0);
+        const tb_real slack = along > 0 ? ahead : astern, size = tb_abs(along), left = slack > 0 ? slack : TB_R(0);
         if (size > keep * left + tiny && left < beta * size) {
             beta = left / size;
         }
