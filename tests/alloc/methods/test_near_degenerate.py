@@ -14,9 +14,12 @@ from alloc.kernels import by_level
 from alloc.kernels.exact import Piece, piece
 from alloc.kernels.held import Held
 from alloc.methods import recipe
+from alloc.nullspace import region, structure
 from alloc.nullspace.allocator import Nullspace
 from alloc.nullspace.structure import Block
 from alloc.program import Evaluated, Expression, Scalar, Where, evaluate
+from alloc.reach import attainable, edge, zonotope
+from alloc.vehicle import degeneracy
 from bench.demands.near_degenerate import edge_demands, made_by_few, numbered
 
 VEHICLES, DEMANDS = 100, 60
@@ -91,6 +94,26 @@ def test_what_thrusts_inside_limits_make_is_delivered_whole_where_no_thruster_re
     for limits in ("fixed", "call"):
         shares[limits] = in_c(vehicle, "scaled", "double", limits, taus).share[:, 0]
     assert {where: share.min() for where, share in shares.items() if not share.min() > WHOLE} == {}
+
+
+@pytest.mark.parametrize("factor", [0.1, 10.0])
+def test_no_answer_hangs_on_where_rounding_is_taken_to_begin(
+    factor: float, cases: list[tuple[Vehicle, FloatArray]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All thresholds of what counts as flat, collinear or zero, ten times larger or smaller."""
+    some = [(vehicle, taus[:20]) for vehicle, taus in cases if vehicle.n <= 8][:8]
+    before = [np.array([build("scaled", vehicle)(tau).share for tau in taus]) for vehicle, taus in some]
+    for room in (zonotope, attainable, edge, region, structure):
+        for name in {"COLLINEAR", "FLAT", "NOTHING", "ROUNDED"} & {*vars(room)}:
+            monkeypatch.setattr(room, name, factor * getattr(degeneracy, name))
+    for (vehicle, taus), shares in zip(some, before, strict=True):
+        another = replace(vehicle)  # facets of a vehicle are found once
+        allocate = build("scaled", another)
+        answers = [allocate(tau) for tau in taus]
+        says = promised(another, "scaled", taus, np.array([answer.share for answer in answers]))
+        F = np.array([answer.f for answer in answers])
+        assert (np.abs(F @ vehicle.TP.T - says) / vehicle.wrench_scale).max() <= OFF
+        np.testing.assert_allclose([answer.share for answer in answers], shares, rtol=0, atol=1e-6)
 
 
 def nearly_planar(lost: float) -> Vehicle:
