@@ -14,6 +14,9 @@ from click.testing import CliRunner
 from alloc import AllocError, Label, build, load_vehicle
 from alloc.discovery import find
 from alloc.errors import UnknownName
+from alloc.kernels import by_level
+from alloc.kernels.held import Held
+from alloc.nullspace.region import prepare
 from alloc.program import Scalar, Where
 from bench.__main__ import cli
 from bench.chips.agreement import agreement, explained
@@ -26,6 +29,7 @@ from bench.chips.search import climb
 from bench.chips.study import CLASSES, Plan, emulate, first
 from bench.chips.target import Target, target, targets
 from bench.demands import build_demands, labelled
+from bench.demands.near_degenerate import edge_demands, numbered
 from bench.proof import subject
 from bench.proof.worst import worst_path
 from bench.record import Emulated, read
@@ -246,6 +250,23 @@ def test_a_wrong_answer_does_not_agree(tmp_path: Path) -> None:
     assert agreed.distance_rel_max == pytest.approx(1e-9, rel=1e-3)
     counted.F[3, 1] = np.nan
     assert not agreement(image.kernel, demands, counted).agrees
+
+
+@pytest.mark.parametrize("held", [True, False])
+def test_thrusts_that_thin_rows_lead_astray_do_not_agree(
+    held: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A nearly symmetric vehicle, on the edges of what it can do, with and without what holds its thrusts."""
+    if not held:
+        monkeypatch.setattr("alloc.kernels.exact.prepare", partial(prepare, thin=1e-300))
+        monkeypatch.setattr(by_level, "held", lambda _, __, thrusts, walk, *___: Held(thrusts, walk.shares))
+    vehicle, rng = numbered(13)
+    kernel = build_kernel("scaled@native", vehicle, "double", faults="none")
+    demands = labelled("edges", vehicle, edge_demands(vehicle, rng, 40))
+    counted = count(link(kernel, available("aarch64"), tmp_path), demands.taus)
+    found = agreement(kernel, demands, counted)
+    assert found.agrees is held
+    assert (found.misstated > 0) is not held
 
 
 def test_a_wrong_verdict_does_not_agree(tmp_path: Path) -> None:
