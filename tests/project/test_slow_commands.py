@@ -38,7 +38,7 @@ ELSEWHERE = {
     "prove": "`.ci/run` proves the same kernel",
     "qp/slsqp": "needs a file in the tree; tests/project/test_documents.py puts it there, and asks it",
     "derated": "the same",
-    "make": "`.ci/run` makes these, but `emulate` and `prove`, which take an hour",
+    "make": "`.ci/run` tests, `.ci/interpreters` does what `bench` does; `emulate` and `prove` take an hour",
     "python": "the suite runs these tests; `.ci/run` downloads",
 }
 """Commands that another place runs."""
