@@ -77,7 +77,8 @@ def parse(path: Path) -> tuple[Record, int]:
         try:
             line = decode(text)
         except (msgspec.DecodeError, UnicodeDecodeError) as error:
-            raise RecordError(f"{path}: line {number}: {error}; remove that line or run again") from None
+            what = str(error)[:300]  # it may quote all of a value
+            raise RecordError(f"{path}: line {number}: {what}; remove that line or run again") from None
         if number == 1 and not isinstance(line, Header):
             raise RecordError(f"{path}: line 1 is no header; remove the file and run again")
         by_kind[type(line)].append(line)

@@ -5,7 +5,8 @@ the reader's setting, so a picture is legible on any page.
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -144,6 +145,14 @@ def _log_axis(axis: "Axis", label: str, tick: Callable[[float, int], str], most:
     axis.set_label_text(label)
 
 
+@contextmanager
+def lacking_letters() -> Iterator[None]:
+    """Letters of a name that the font lacks are boxes in the picture, and no warnings, inside the block."""
+    with catch_warnings():
+        filterwarnings("ignore", "Glyph .* missing from font")
+        yield
+
+
 def save(drawn: "Figure", path: Path, title: str | None = None) -> None:
     """Write an SVG that switches between light and dark; the same figure gives the same bytes.
 
@@ -151,8 +160,7 @@ def save(drawn: "Figure", path: Path, title: str | None = None) -> None:
     """
     text = StringIO()
     titled = {} if title is None else {"Title": title}
-    with catch_warnings():  # letters of a name that the font lacks are boxes in the picture
-        filterwarnings("ignore", "Glyph .* missing from font")
+    with lacking_letters():
         drawn.savefig(text, format="svg", metadata={"Date": None, "Creator": None} | titled)
     path.write_text(_with_dark_mode(text.getvalue()), encoding="utf-8")
 

@@ -222,3 +222,10 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     with pytest.raises(RecordError, match="can't be written"):
         Writer(blocked / "run")
     assert os.listdir(tmp_path) == ["file"]
+
+
+def test_what_is_said_of_a_line_does_not_repeat_all_of_it(finished: Path, tmp_path: Path) -> None:
+    (tmp_path / FILE_NAME).write_bytes(written(finished) + b'{"type":"' + b"x" * 9999 + b'"}\n')
+    with pytest.raises(RecordError, match="remove that line") as caught:
+        read(tmp_path)
+    assert len(str(caught.value)) < 400 + len(str(tmp_path))
