@@ -22,7 +22,7 @@ METHOD = "esc"
 """What a table calls it, and ``thrustbench emulate --method``."""
 BEHIND = "pinv"
 """The method behind whose C it stands; its instructions are not counted."""
-SIZES = {"thrusts": 1.0, "small thrusts": 0.05}
+SIZES = {"thrusts": 1.0, "small-thrusts": 0.05}
 """Largest thrusts of each set, relative to the vehicle's largest limit [-]."""
 MADE = 1e-5
 """What rounding to float moves a thrust by, relative to the largest [-]; where that changes a command by a
@@ -53,39 +53,58 @@ def kernel(vehicle: Vehicle, scalar: Scalar, limits: Where) -> Kernel:
     )
 
 
-def rows(row: Emulated, made: Kernel, vehicle: Vehicle, target: Target, n: int) -> Iterator[Emulated]:
-    """A row for each set of n thrusts, at voltages all over the curve; raises as ``link`` of an image."""
-    rng = np.random.default_rng(row.seed)
+def calls(vehicle: Vehicle, limits: Where, n: int, seed: int) -> dict[str, FloatArray]:
+    """Of each set n calls (n, width): thrusts, limits where they are arguments, any voltage of the curve."""
+    rng = np.random.default_rng(seed)
     known = [float(v) for esc in vehicle.esc for v in esc.volts if np.isfinite(v)] or [1.0]
+    made = {}
+    for name, size in SIZES.items():
+        f = rng.uniform(-1.0, 1.0, (n, vehicle.n)) * size * vehicle.f_scale
+        volts = rng.uniform(min(known), max(known), n)
+        ends = [np.tile(side, (n, 1)) for side in (vehicle.f_min, vehicle.f_max)] * (limits == "call")
+        made[name] = np.hstack([f, *ends, volts[:, None]])
+    return made
+
+
+def rows(row: Emulated, made: Kernel, vehicle: Vehicle, target: Target, n: int) -> Iterator[Emulated]:
+    """A row for each set of n thrusts; raises as ``link`` of an image."""
     with tempfile.TemporaryDirectory(prefix="thrustbench-") as folder:
         image = link(made, target, Path(folder))
-        for name, size in SIZES.items():
-            f = rng.uniform(-1.0, 1.0, (n, vehicle.n)) * size * vehicle.f_scale
-            volts = rng.uniform(min(known), max(known), n)
-            ends = [np.tile(side, (n, 1)) for side in (vehicle.f_min, vehicle.f_max)] * (row.limits == "call")
-            counted = count(image, np.hstack([f, *ends, volts[:, None]]))
-            values, calls = np.unique(counted.instructions, return_counts=True)
-            agrees, apart = _agrees(vehicle, f, volts, counted)
-            yield msgspec.structs.replace(
-                row,
-                demands=name,
-                flash_bytes=image.flash_bytes,
-                ram_static_bytes=image.ram_static_bytes,
-                instructions=list(zip(values.tolist(), calls.tolist(), strict=True)),
-                worst=[*f[int(counted.instructions.argmax())].tolist()],
-                stack_bytes=int(counted.stack_bytes.max()),
-                agrees=agrees,
-                distance_rel_max=apart,
-                other_verdicts=0,
-            )
+        sized = msgspec.structs.replace(
+            row, flash_bytes=image.flash_bytes, ram_static_bytes=image.ram_static_bytes
+        )
+        for name, asked in calls(vehicle, "call" if row.limits == "call" else "fixed", n, row.seed).items():
+            yield counted_row(sized, name, vehicle, asked, count(image, asked))
 
 
-def _agrees(vehicle: Vehicle, f: FloatArray, volts: FloatArray, counted: CallCounts) -> tuple[bool, float]:
-    """Whether what is made is Python's, but for some a step away; and the largest difference else."""
-    sent = vehicle.commands(f, volts)
-    apart = np.abs(counted.F - sent.f) / vehicle.f_scale
-    other = apart > MADE
+def counted_row(
+    row: Emulated, name: str, vehicle: Vehicle, asked: FloatArray, counted: CallCounts
+) -> Emulated:
+    """The row with what calls (N, width) of a set took, and whether Python makes the same thrusts."""
+    values, often = np.unique(counted.instructions, return_counts=True)
+    agrees, apart = agreement(vehicle, asked, counted.F)
+    return msgspec.structs.replace(
+        row,
+        demands=name,
+        instructions=list(zip(values.tolist(), often.tolist(), strict=True)),
+        worst=asked[int(counted.instructions.argmax()), : vehicle.n].tolist(),
+        stack_bytes=int(counted.stack_bytes.max()),
+        agrees=agrees,
+        distance_rel_max=apart,
+    )
+
+
+def agreement(vehicle: Vehicle, asked: FloatArray, made: FloatArray) -> tuple[bool, float]:
+    """Whether what calls (N, width) made (N, n) is Python's, but for some a step away.
+
+    The second number is the largest difference of the others, relative to the largest limit.
+    """
+    f, *ends = np.split(asked[:, :-1], asked.shape[1] // vehicle.n, axis=1)
+    volts = asked[:, -1]
+    sent = vehicle.commands(f, volts, **dict(zip(("f_min", "f_max"), ends, strict=False)))
+    apart = np.abs(made - sent.f) / vehicle.f_scale
+    other = ~(apart <= MADE)
     step = np.array([esc.step for esc in vehicle.esc])
     beside = np.abs(vehicle.thrusts(sent.u + step, volts) - vehicle.thrusts(sent.u - step, volts))
     near = apart * vehicle.f_scale <= beside + MADE * vehicle.f_scale
-    return bool(near.all() and other.mean() <= TURNED), float(np.where(other, 0.0, apart).max())
+    return bool(near.all() and other.mean() <= TURNED), float(np.where(other, 0.0, apart).max(initial=0.0))

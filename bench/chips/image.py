@@ -114,7 +114,7 @@ def _project(kernel: Kernel) -> str:
 #include "board.h"
 
 int ask_{kernel.entry}(const scalar *tau, scalar *f);
-const struct board_method project_methods[] = {{{{ "{METHOD}", ask_{kernel.entry}, {kernel.levels} }}}};
+const struct board_method project_methods[] = {{{{ "{METHOD}", ask_{kernel.entry}, {kernel.levels}, 0, 1 }}}};
 const char *const project_facts[] = {{ "-" }};
 const uint32_t project_method_count = 1, project_fact_count = 0, project_demands_count = 1;
 const uint32_t project_passes = 0;

@@ -10,7 +10,7 @@ from bench.commands import LIMITS, PATH, SINGLE
 
 @click.command()
 @click.option("--vehicle", metavar="V", help="A shipped name or a YAML file.")
-@click.option("--method", "methods", multiple=True, metavar="M", help="A method that has C [all].")
+@click.option("--method", "methods", multiple=True, metavar="M", help="A method that has C, or esc [all].")
 @click.option("--demands", multiple=True, metavar="D", help="A demand set's name [one a class, a mission].")
 @SINGLE
 @LIMITS
@@ -44,18 +44,20 @@ def command(
         return _read(log, out, name)
     assert vehicle is not None
     from alloc import load_vehicle
-    from bench.chips import kernels
+    from bench.chips import esc, kernels
     from bench.chips.board.project import plan, write
     from bench.chips.study import CLASSES
     from bench.results.text import counted
 
     scalar: Literal["double", "float"] = "float" if single else "double"
-    wanted = kernels.as_c(methods) or kernels.methods()
-    project = plan(load_vehicle(vehicle), wanted, demands or CLASSES, scalar, limits, n, seed)
+    asked = load_vehicle(vehicle)
+    wanted = kernels.as_c(methods) or (*kernels.methods(), *[esc.METHOD] * bool(asked.esc))
+    project = plan(asked, wanted, demands or CLASSES, scalar, limits, n, seed)
     write(project, out)
     for reason in project.left_out:
         click.echo(f"left out: {reason}")
-    said = f"{counted(len(project.kernels), 'method')}, {counted(len(project.sets), 'demand set')}"
+    sets = len(project.sets) + len(project.thrusts)
+    said = f"{counted(len(project.kernels), 'method')}, {counted(sets, 'demand set')}"
     click.echo(f"{out}: {said}; `make` builds it")
     return 0
 

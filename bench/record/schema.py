@@ -53,7 +53,7 @@ class Method(msgspec.Struct, tag="method", omit_defaults=True, kw_only=True):
     solver : the QP solver it calls, empty for none
     foreign : whether calls run code that is not Python's
     twin : the method in Python whose answers generated C must give, empty for all else
-    yardstick : whether it measures the harness or the machine, and allocates nothing
+    yardstick : whether it allocates nothing: it measures the harness, the machine, or the way to the ESCs
     plugin : whether a user brought it in a file
     """
 

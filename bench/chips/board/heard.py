@@ -18,6 +18,7 @@ from alloc import AllocError, Vehicle, rivals
 from alloc.allocation import FloatArray, IndexArray
 from alloc.discovery import find
 from alloc.program import Scalar, Where
+from bench.chips import esc
 from bench.chips.kernel import SCALARS, Kernel
 from bench.demands import DemandSet, labelled
 from bench.demands.store import vehicle_of
@@ -94,19 +95,21 @@ class Heard:
     ----------
     board : its header
     demands : each set whose demands arrived, by name, rounded as the board has them
+    thrusts : each set of calls of NAME_esc (N, width), likewise
     asked : by method and set, one for each time that the board ran
     missing : what the project asks and no block says, in words
     """
 
     board: LogHeader
     demands: dict[str, DemandSet]
+    thrusts: dict[str, FloatArray]
     asked: dict[tuple[str, str], list[TimedCalls]]
     missing: list[str]
 
     @cached_property
     def vehicle(self) -> Vehicle:
         """The vehicle with limits as the scalar has them."""
-        return next(iter(self.demands.values())).vehicle
+        return _rounded(self.board.vehicle, next(iter(self.board.kernels.values())).scalar)
 
 
 def boards(path: Path, log: BoardLog) -> list[Heard]:
@@ -147,7 +150,7 @@ def _board(block: LogBlock) -> LogHeader:
     kernels = {
         method: Kernel(
             method=method,
-            twin=twin,
+            twin="" if method == esc.METHOD else twin,
             solver="" if solver == "-" else solver,
             scalar=scalar,
             limits=limits,
@@ -161,8 +164,11 @@ def _board(block: LogBlock) -> LogHeader:
         )
         for method, twin, solver, levels in described
     }
-    for kernel in kernels.values():
-        find(kernel.twin)
+    for method, kernel in kernels.items():
+        if method != esc.METHOD:
+            find(kernel.twin)
+        elif not vehicle.esc:
+            raise ValueError(f"method {method} of a vehicle without ESCs")
     if not kernels or not {kernel.solver for kernel in kernels.values()} <= {"", *rivals.names()}:
         raise ValueError(f"methods {', '.join(kernels) or 'none'}, of which a solver is not known here")
     rates = {name: None if rate == "-" else _rate(rate) for name, rate in several["demands"]}
@@ -186,39 +192,60 @@ def _rate(word: str) -> float:
 def _heard(board: LogHeader, blocks: Sequence[LogBlock]) -> Heard:
     kernel = next(iter(board.kernels.values()))
     scalar = np.dtype(SCALARS[kernel.scalar])
-    vehicle = _rounded(board.vehicle, scalar)
-    demands: dict[str, DemandSet] = {}
+    vehicle = _rounded(board.vehicle, kernel.scalar)
+    demands, thrusts = dict[str, DemandSet](), dict[str, FloatArray]()
     for block in blocks:
-        if block.kind == "demands" and block.words[0] not in demands:
-            demands[block.words[0]] = _demands(block, vehicle, kernel, scalar, board.rates[block.words[0]])
+        if block.kind == "demands" and (name := block.words[0]) not in demands.keys() | thrusts.keys():
+            rate_hz = board.rates[name]
+            if of_escs(board, name):
+                width = vehicle.n * (3 if kernel.limits == "call" else 1) + 1
+                thrusts[name] = _calls(block, width, scalar)
+            else:
+                calls, k, n = _calls(block, kernel.width, scalar), kernel.k, kernel.n
+                ends = (calls[:, k : k + n].copy(), calls[:, k + n :].copy())
+                sides = ends if kernel.limits == "call" else ()
+                demands[name] = labelled(name, vehicle, calls[:, :k].copy(), *sides, rate_hz=rate_hz)
+    counts = {name: len(each.taus) for name, each in demands.items()} | {
+        n: len(x) for n, x in thrusts.items()
+    }
     asked: dict[tuple[str, str], list[TimedCalls]] = {}
-    missing = [f"the demands of {name}" for name in board.rates if name not in demands]
+    missing = [f"the demands of {name}" for name in board.rates if name not in counts]
     for block in blocks:
-        if block.kind == "ask" and block.words[1] in demands:
-            levels = board.kernels[block.words[0]].levels if block.words[0] != NOOP else 0
-            found = _asked(block, kernel.n, levels, scalar, len(demands[block.words[1]].taus))
-            asked.setdefault((block.words[0], block.words[1]), []).append(found)
+        if block.kind == "ask" and block.words[1] in counts:
+            method, name = block.words[:2]
+            if method != NOOP and (method == esc.METHOD) != of_escs(board, name):
+                raise ValueError(f"{method} asked {name}")
+            levels = board.kernels[method].levels if method != NOOP else 0
+            found = _asked(block, kernel.n, levels, scalar, counts[name])
+            asked.setdefault((method, name), []).append(found)
     expected = product(board.kernels, board.rates)
-    missing += [f"{method} on {name}" for method, name in expected if (method, name) not in asked]
-    return Heard(board, demands, asked, missing)
+    missing += [
+        f"{method} on {name}"
+        for method, name in expected
+        if (method == esc.METHOD) == of_escs(board, name) and (method, name) not in asked
+    ]
+    return Heard(board, demands, thrusts, asked, missing)
 
 
-def _rounded(vehicle: Vehicle, scalar: np.dtype[Any]) -> Vehicle:
+def of_escs(board: LogHeader, demands: str) -> bool:
+    """Whether a set of that name is asked of NAME_esc."""
+    return esc.METHOD in board.kernels and demands in esc.SIZES
+
+
+def _rounded(vehicle: Vehicle, scalar: Scalar) -> Vehicle:
     """The vehicle with its limits as the board has them: a thrust at a limit must not count as beyond it."""
-    low, high = (side.astype(scalar).astype(np.float64) for side in (vehicle.f_min, vehicle.f_max))
+    kind = np.dtype(SCALARS[scalar])
+    low, high = (side.astype(kind).astype(np.float64) for side in (vehicle.f_min, vehicle.f_max))
     return replace(vehicle, f_min=low, f_max=high)
 
 
-def _demands(
-    block: LogBlock, vehicle: Vehicle, kernel: Kernel, scalar: np.dtype[Any], rate_hz: float | None
-) -> DemandSet:
-    name, count = block.words[0], whole(block.words[1])
+def _calls(block: LogBlock, width: int, scalar: np.dtype[Any]) -> FloatArray:
+    """What each call of a set was given (N, width)."""
     rows = block.rows("tau")
     bits = bytes.fromhex("".join("".join(row[1:]) for row in rows))
-    calls = np.frombuffer(bits, scalar.newbyteorder(">")).reshape(count, kernel.width).astype(np.float64)
-    k, n = kernel.k, kernel.n
-    sides = (calls[:, k : k + n].copy(), calls[:, k + n :].copy()) if kernel.limits == "call" else ()
-    return labelled(name, vehicle, calls[:, :k].copy(), *sides, rate_hz=rate_hz)
+    return (
+        np.frombuffer(bits, scalar.newbyteorder(">")).reshape(whole(block.words[1]), width).astype(np.float64)
+    )
 
 
 def _asked(block: LogBlock, n: int, levels: int, scalar: np.dtype[Any], count: int) -> TimedCalls:

@@ -3,13 +3,15 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import msgspec
 import numpy as np
 
-from alloc import Allocation, Status, build
+from alloc import Allocation, Status, Vehicle, build
 from alloc.c.cases import AGREEMENT
 from alloc.formulations.hard import FORMULATION as HARD
 from alloc.kernels.tolerance import MET, MET_BY_SOLVERS
 from alloc.rivals import load
+from bench.chips import esc
 from bench.chips.agreement import agreement
 from bench.chips.board.heard import NOOP, Heard, TimedCalls
 from bench.chips.count import CallCounts
@@ -19,7 +21,7 @@ from bench.demands import DemandSet
 from bench.harness.lines import problem
 from bench.judging.judge import judge
 from bench.judging.question import Question, ask_here, questions
-from bench.record import SCHEMA, Batch, Cell, Emulated, Header, Judged, Key, Line, Method
+from bench.record import SCHEMA, Batch, Cell, Emulated, Header, Judged, Key, Line, Method, Problem
 from bench.record.bins import binned
 from bench.record.machine import slug
 from bench.results.quantiles import merged
@@ -58,6 +60,9 @@ def lines(heard: Heard, name: str, started: str) -> Iterator[Line]:
     asked = questions(list(heard.demands.values()), ask_here)
     yield Method(name=NOOP, yardstick=True)
     for kernel in heard.board.kernels.values():
+        if kernel.method == esc.METHOD:
+            yield Method(name=esc.METHOD, foreign=True, yardstick=True)
+            continue
         twin = "" if kernel.solver else kernel.twin
         formulation = promise(kernel, heard).formulation
         yield Method(
@@ -65,10 +70,20 @@ def lines(heard: Heard, name: str, started: str) -> Iterator[Line]:
         )
     for question in asked:
         yield problem(question)
-    by_set = {question.demands.name: question for question in asked}
-    for (method, demands), runs in heard.asked.items():
+    for name, calls in heard.thrusts.items():
+        yield _thrusts(heard.vehicle, name, len(calls))
+    for (method, name), runs in heard.asked.items():
         for repeat, run in enumerate(runs):
-            yield _cell(heard, by_set[demands], method, repeat, run)
+            cell = _cell(heard, method, name, repeat, run)
+            if method == esc.METHOD:
+                cell.judged, cell.worst = _sent(heard, name, run)
+            elif method != NOOP:
+                kernel, promised = heard.board.kernels[method], promise(heard.board.kernels[method], heard)
+                cell.formulation, cell.limited = promised.formulation, promised.limited
+                (question,) = (each for each in asked if each.demands.name == name)
+                cell.judged = _judged(question, kernel, promised, run, thorough=repeat == 0)
+                cell.worst = question.demands.taus[run.worst_demand].tolist()
+            yield cell
 
 
 def promise(kernel: Kernel, heard: Heard) -> Promise:
@@ -100,31 +115,60 @@ def _header(heard: Heard, name: str, started: str) -> Header:
     )
 
 
-def _cell(heard: Heard, question: Question, method: str, repeat: int, run: TimedCalls) -> Cell:
-    demands, hz = question.demands, heard.board.ticks_per_s
+def _thrusts(vehicle: Vehicle, name: str, count: int) -> Problem:
+    """The line of a set of thrusts that NAME_esc was asked."""
+    return Problem(
+        vehicle=vehicle.name,
+        whole=vehicle.whole or vehicle.name,
+        demands=name,
+        n_demands=count,
+        labels={},
+        rate_hz=None,
+        reference="",
+        dof=list(vehicle.dof),
+        n=vehicle.n,
+        rank=vehicle.rank,
+        nullity=vehicle.nullity,
+        f_scale=vehicle.f_scale,
+        wrench_scale=vehicle.wrench_scale.tolist(),
+        names=list(vehicle.names),
+        frame=vehicle.frame,
+    )
+
+
+def _sent(heard: Heard, name: str, run: TimedCalls) -> tuple[Judged, list[float]]:
+    """What Python says of the thrusts that NAME_esc made, and the slowest call's."""
+    calls, n = heard.thrusts[name], heard.vehicle.n
+    agrees, apart = esc.agreement(heard.vehicle, calls, run.F)
+    judged = Judged(
+        answers=len(calls),
+        counts={},
+        distance_rel_max=apart,
+        tolerance=esc.MADE,
+        agrees=agrees,
+        wrong="" if agrees else "makes other thrusts than Python",
+    )
+    return judged, calls[run.worst_demand, :n].tolist()
+
+
+def _cell(heard: Heard, method: str, name: str, repeat: int, run: TimedCalls) -> Cell:
+    hz = heard.board.ticks_per_s
 
     def ns(ticks: int) -> int:
         return round(ticks * 1e9 / hz)
 
-    N = len(demands.taus)
+    N = len(run.F)
     none = sum(times for ticks, times in run.ones if ticks == 0)
     coarse = none > COARSE * sum(times for _, times in run.ones)
     batches = [Batch(N, ns(ticks), ns(ticks), 0) for ticks, times in run.passes for _ in range(times)]
-    cell = Cell(
-        key=Key(demands.vehicle.name, demands.name, method, repeat=repeat),
+    return Cell(
+        key=Key(heard.board.vehicle.name, name, method, repeat=repeat),
         status="ok",
         n_demands=N,
         batches=batches,
         singles=[] if coarse else merged([[(binned(ns(ticks)), times)] for ticks, times in run.ones]),
         timed_ns=sum(ns(ticks) * times for ticks, times in (*run.ones, *run.passes)),
     )
-    if method != NOOP:
-        kernel = heard.board.kernels[method]
-        promised = promise(kernel, heard)
-        cell.formulation, cell.limited = promised.formulation, promised.limited
-        cell.judged = _judged(question, kernel, promised, run, thorough=repeat == 0)
-        cell.worst = demands.taus[run.worst_demand].tolist()
-    return cell
 
 
 def _judged(question: Question, kernel: Kernel, promised: Promise, run: TimedCalls, thorough: bool) -> Judged:
@@ -152,27 +196,33 @@ def _counts(heard: Heard) -> Iterator[Emulated]:
     for (method, name), runs in heard.asked.items():
         if method == NOOP:  # a driver that counts instructions does not ask it
             continue
-        kernel, demands, run = heard.board.kernels[method], heard.demands[name], runs[0]
-        agreed = agreement(
-            kernel, demands, CallCounts(run.F, run.status, run.ticks, run.stack_bytes, run.shares)
-        )
-        values, calls = np.unique(run.ticks, return_counts=True)
-        yield Emulated(
+        kernel, run = heard.board.kernels[method], runs[0]
+        counted = CallCounts(run.F, run.status, run.ticks, run.stack_bytes, run.shares)
+        row = Emulated(
             vehicle=heard.board.vehicle.name,
             target=heard.board.processor,
             method=method,
             scalar=kernel.scalar,
             limits=kernel.limits,
-            demands=name,
             solver=kernel.solver,
+            seed=heard.board.seed,
+            tools={"compiler": facts.get("compiler", ""), "thrustbench": facts.get("commit", "")},
+        )
+        if method == esc.METHOD:
+            yield esc.counted_row(row, name, heard.vehicle, heard.thrusts[name], counted)
+            continue
+        demands = heard.demands[name]
+        agreed = agreement(kernel, demands, counted)
+        values, calls = np.unique(run.ticks, return_counts=True)
+        yield msgspec.structs.replace(
+            row,
+            demands=name,
             instructions=list(zip(values.tolist(), calls.tolist(), strict=True)),
             worst=_worst(demands, run),
             stack_bytes=int(run.stack_bytes.max()),
             agrees=agreed.agrees,
             distance_rel_max=agreed.distance_rel_max,
             other_verdicts=agreed.other_verdicts,
-            seed=heard.board.seed,
-            tools={"compiler": facts.get("compiler", ""), "thrustbench": facts.get("commit", "")},
         )
 
 

@@ -3,16 +3,18 @@
 import base64
 import json
 import zlib
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from alloc import NotApplicable, Vehicle
+from alloc.allocation import FloatArray
 from alloc.errors import NotInstalled
 from alloc.files.textfile import write_folder
 from alloc.program import Scalar, Where
 from alloc.program.literal import number
 from alloc.vehicle.frame import described
+from bench.chips import esc
 from bench.chips.image import FIRMWARE
 from bench.chips.kernel import Kernel, shapes
 from bench.chips.kernels import build_kernel
@@ -33,8 +35,10 @@ class Project:
     Attributes
     ----------
     vehicle : who must answer
-    kernels : the C of each method, all in one scalar and with limits in one form
+    kernels : the C of each method, all in one scalar and with limits in one form; NAME_esc is the last
     sets : the demands of each class
+    thrusts : the calls of NAME_esc (n, width), by the name of their set; empty where it is not asked
+    limits : whether they stand in the C, or each call gives them
     seed : of the demands
     left_out : methods and sets that this vehicle does not have, with the reason
     """
@@ -42,6 +46,8 @@ class Project:
     vehicle: Vehicle
     kernels: tuple[Kernel, ...]
     sets: tuple[DemandSet, ...]
+    thrusts: Mapping[str, FloatArray]
+    limits: Where
     seed: int
     left_out: tuple[str, ...]
 
@@ -61,6 +67,8 @@ def plan(
     """
     kernels, asked, left_out = list[Kernel](), list[DemandSet](), list[str]()
     for method in methods:
+        if method == esc.METHOD:
+            continue
         try:
             kernel = build_kernel(method, vehicle, scalar, limits)
             if kernel.prepared:
@@ -69,7 +77,7 @@ def plan(
                 kernels.append(kernel)
         except (NotApplicable, NotInstalled) as refusal:
             left_out.append(f"{method}: {refusal}")
-    for name in sets:
+    for name in sets if kernels else ():
         try:
             demands = build_demands(name, vehicle, seed, n)
         except NotApplicable as refusal:
@@ -81,11 +89,32 @@ def plan(
             left_out.append(f"{name}: each demand has limits of its own, which takes --limits call")
         else:
             asked.append(demands)
-    if not kernels or not asked:
+    if not asked:
+        kernels.clear()
+    thrusts: Mapping[str, FloatArray] = {}
+    if esc.METHOD in methods:
+        try:
+            kernels.append(_beside(esc.kernel(vehicle, scalar, limits), kernels))
+            thrusts = esc.calls(vehicle, limits, n, seed)
+        except NotApplicable as refusal:
+            left_out.append(f"{esc.METHOD}: {refusal}")
+    if not kernels:
         raise NotApplicable(f"{vehicle.name}: nothing is left to ask; {'; '.join(left_out)}")
     return Project(
-        vehicle=vehicle, kernels=tuple(kernels), sets=tuple(asked), seed=seed, left_out=tuple(left_out)
+        vehicle=vehicle,
+        kernels=tuple(kernels),
+        sets=tuple(asked),
+        thrusts=thrusts,
+        limits=limits,
+        seed=seed,
+        left_out=tuple(left_out),
     )
+
+
+def _beside(kernel: Kernel, others: Sequence[Kernel]) -> Kernel:
+    """The kernel without C that another one brings into the program: of the method behind NAME_esc."""
+    given = {item for other in others for item in other.sources.items() if item[0].endswith(".c")}
+    return replace(kernel, sources={n: text for n, text in kernel.sources.items() if (n, text) not in given})
 
 
 def write(project: Project, folder: Path) -> None:
@@ -150,25 +179,35 @@ def _rules(kernel: Kernel) -> str:
 
 def _tables(project: Project) -> str:
     """project.c: the demands, the methods, and what a reader of the log must know."""
-    passes = -(-CALLS // max(len(demands.taus) for demands in project.sets))
-    kernels, sets = project.kernels, project.sets
+    kernels, scalar = project.kernels, project.kernels[0].scalar
+    calls = {each.name: kernels[0].calls(each.taus, *each.limits) for each in project.sets}
+    own = range(len(calls)), range(len(calls), len(calls) + len(project.thrusts))
+    calls |= project.thrusts
+    passes = -(-CALLS // max(map(len, calls.values())))
     facts = [f'    "{fact}",' for fact in _facts(project)]
     declared = [f"int ask_{kernel.entry}(const scalar *tau, scalar *f);" for kernel in kernels]
-    methods = [f'    {{ "{kernel.method}", ask_{kernel.entry}, {kernel.levels} }},' for kernel in kernels]
-    asked = [f'    {{ "{demands.name}", {len(demands.taus)}, calls{i} }},' for i, demands in enumerate(sets)]
-    counts = {"method": len(kernels), "fact": len(facts), "demands": len(sets)}
+    methods = []
+    for kernel in kernels:
+        sets = own[kernel.method == esc.METHOD]
+        asked = f"ask_{kernel.entry}, {kernel.levels}, {sets.start}, {len(sets)}"
+        methods.append(f'    {{ "{kernel.method}", {asked} }},')
+    demands = [
+        f'    {{ "{name}", {len(rows)}, {rows.shape[1]}, calls{i} }},'
+        for i, (name, rows) in enumerate(calls.items())
+    ]
+    counts = {"method": len(kernels), "fact": len(facts), "demands": len(calls)}
     lines = [
         "/* Generated by thrustbench; do not edit. Demands are in the vehicle's frame,",
         f" * {described(project.vehicle.frame)}. */",
         '#include "board.h"',
         "",
-        *(_table(f"calls{i}", kernels[0], demands) for i, demands in enumerate(sets)),
+        *(_table(f"calls{i}", rows, scalar) for i, rows in enumerate(calls.values())),
         *declared,
         "const struct board_method project_methods[] = {",
         *methods,
         "};",
         "static const struct board_demands demands[] = {",
-        *asked,
+        *demands,
         "};",
         "const struct board_demands *const project_demands = demands;",
         "const char *const project_facts[] = {",
@@ -185,9 +224,8 @@ def _tables(project: Project) -> str:
     return "\n".join(lines)
 
 
-def _table(name: str, kernel: Kernel, demands: DemandSet) -> str:
-    calls = kernel.calls(demands.taus, *demands.limits)
-    rows = (f"    {', '.join(number(value, kernel.scalar) for value in row)}," for row in calls.tolist())
+def _table(name: str, calls: FloatArray, scalar: Scalar) -> str:
+    rows = (f"    {', '.join(number(value, scalar) for value in row)}," for row in calls.tolist())
     return f"static const scalar {name}[] = {{\n" + "\n".join(rows) + "\n};"
 
 
@@ -200,15 +238,16 @@ def _facts(project: Project) -> list[str]:
         f"commit {machine.commit() or '-'}",
         f"seed {project.seed}",
         f"scalar {first.scalar}",
-        f"limits {first.limits}",
+        f"limits {project.limits}",
         *(f"method {_described(kernel)}" for kernel in project.kernels),
         *(f"demands {demands.name} {_rate(demands)}" for demands in project.sets),
+        *(f"demands {name} -" for name in project.thrusts),
         *(f"vehicle {packed[i : i + _PIECE]}" for i in range(0, len(packed), _PIECE)),
     ]
 
 
 def _described(kernel: Kernel) -> str:
-    return f"{kernel.method} {kernel.twin} {kernel.solver or '-'} {kernel.levels}"
+    return f"{kernel.method} {kernel.twin or '-'} {kernel.solver or '-'} {kernel.levels}"
 
 
 def _rate(demands: DemandSet) -> str:

@@ -4,7 +4,7 @@
 
 #include <stdint.h>
 
-#include "project.h" /* scalar, scalar_bits, and how many scalars a call takes (BOARD_WIDTH) and answers (BOARD_N, then BOARD_SHARES at most) */
+#include "project.h" /* scalar, scalar_bits, and how many scalars a call answers: BOARD_N, then BOARD_SHARES at most */
 
 /* The port: two functions to fill in, and what nobody else can know. The files in ports/ are examples. */
 uint32_t board_ticks(void); /* a counter that goes up, and starts again after 2^32 - 1 */
@@ -23,12 +23,14 @@ extern const struct board_facts board_facts;
 struct board_method {
     const char *name;
     int (*ask)(const scalar *call, scalar *f);
-    uint32_t shares; /* how many it writes behind f */
+    uint32_t shares;      /* how many it writes behind f */
+    uint32_t first, sets; /* of the demands, those that it is asked */
 };
 struct board_demands {
     const char *name;
     uint32_t count;
-    const scalar *calls; /* count times BOARD_WIDTH: tau, and f_min and f_max where a call takes them */
+    uint32_t width;      /* of a call: tau, or f of NAME_esc, then f_min and f_max where a call takes them, and volts */
+    const scalar *calls; /* count times width */
 };
 extern const char *const project_facts[];
 extern const struct board_method project_methods[];

@@ -165,7 +165,7 @@ static uint32_t worst_ticks, worst_demand, backwards, answers_crc;
 /* One call, timed. What is done between two calls, here and in the caller, stands in for the rest of a control loop. */
 static uint32_t ask(const struct board_method *method, const struct board_demands *demands, uint32_t i, int *status)
 {
-    const scalar *call = demands->calls + i * BOARD_WIDTH;
+    const scalar *call = demands->calls + i * demands->width;
     uint32_t ticks;
     for (uint32_t j = 0; j < BOARD_N + BOARD_SHARES; j++)
         f[j] = (scalar)NAN; /* shows what a method leaves alone */
@@ -219,7 +219,7 @@ static uint32_t timed(const struct board_method *method, const struct board_dema
     for (uint32_t pass = 0; pass < project_passes; pass++) {
         const uint32_t start = board_ticks();
         for (uint32_t i = 0; i < demands->count; i++)
-            method->ask(demands->calls + i * BOARD_WIDTH, f);
+            method->ask(demands->calls + i * demands->width, f);
         see(board_ticks() - start, "all");
     }
     print_seen("all");
@@ -292,7 +292,7 @@ static void print_demands(const struct board_demands *demands)
     for (uint32_t i = 0; i < demands->count; i++) {
         begin("tau");
         number(i);
-        scalars(demands->calls + i * BOARD_WIDTH, BOARD_WIDTH);
+        scalars(demands->calls + i * demands->width, demands->width);
         end();
     }
     end_block();
@@ -304,7 +304,7 @@ static int nothing(const scalar *call, scalar *thrusts)
     (void)thrusts;
     return 0;
 }
-static const struct board_method noop = { "noop", nothing, 0 }; /* what timing a call costs by itself */
+static const struct board_method noop = { "noop", nothing, 0, 0, 1 }; /* what timing a call costs by itself */
 
 int board_run(void)
 {
@@ -315,8 +315,8 @@ int board_run(void)
     if (board_facts.ticks_per_s && measure(&noop, &project_demands[0]))
         return 1;
     for (uint32_t i = 0; i < project_method_count; i++)
-        for (uint32_t j = 0; j < project_demands_count; j++)
-            if (measure(&project_methods[i], &project_demands[j]))
+        for (uint32_t j = 0; j < project_methods[i].sets; j++)
+            if (measure(&project_methods[i], &project_demands[project_methods[i].first + j]))
                 return 1;
     begin("done");
     end();

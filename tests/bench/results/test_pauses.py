@@ -26,7 +26,10 @@ def test_fixed_work_s_pauses_are_what_it_took_beyond_its_median(tmp_path: Path) 
     noop = made_up.cell("noop", singles=[(100, 10), (5100, 1)])
     slow = made_up.cell("pinv", singles=[(9000, 3)])  # a method's own times say nothing of the machine
     yardstick = Method(name="noop", yardstick=True)
-    found = pauses(read_run(made_up.record(tmp_path, made_up.header(), yardstick, noop, slow)))
+    esc = made_up.cell("esc", singles=[(90, 9), (8000, 9)])  # nor do those of a board's NAME_esc
+    esc.worst = [1.0]
+    both = (yardstick, Method(name="esc", yardstick=True))
+    found = pauses(read_run(made_up.record(tmp_path, made_up.header(), *both, noop, slow, esc)))
     assert found == Pauses([(5000, 1)], 6100)
     assert [found.late(limit_us, 10.0) for limit_us in (10, 14.999, 15)] == [1, 1, 0]
 

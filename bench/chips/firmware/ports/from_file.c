@@ -7,7 +7,7 @@
 
 enum { ROOM = 1 << 20 };
 static scalar calls[ROOM / sizeof(scalar)];
-static struct board_demands demands = { .name = "file", .calls = calls };
+static struct board_demands demands = { .name = "file", .width = BOARD_WIDTH, .calls = calls };
 
 const struct board_demands *const project_demands = &demands;
 
