@@ -8,6 +8,7 @@ move; one that does not stand exactly once counts as a survivor. Exit code 1 whe
 
 import argparse
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -246,7 +247,7 @@ def stages(tree: Path, path: Path) -> list[list[str]]:
 
 
 def notices(tree: Path, tests: list[str]) -> str:
-    """The first test that fails in a tree, empty where all pass."""
+    """The first test that fails in a tree, without its parameters; empty where all pass."""
     kernels = os.environ.get("THRUSTBENCH_CACHE", str(ROOT / "build" / "kernels"))
     own = {"PYTHONPATH": str(tree), "THRUSTBENCH_CACHE": kernels}
     (tree / "unshrunk.py").write_text(UNSHRUNK, encoding="utf-8")
@@ -264,7 +265,7 @@ def notices(tree: Path, tests: list[str]) -> str:
     ran = subprocess.run(command, cwd=tree, env=os.environ | own, capture_output=True, text=True)
     if ran.returncode in (0, pytest.ExitCode.NO_TESTS_COLLECTED):
         return ""
-    failed = [line.split(" ")[1] for line in ran.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
+    failed = re.findall(r"^(?:FAILED|ERROR) ([^\s\[]+)", ran.stdout, re.MULTILINE)
     if not failed and "ImportError while loading conftest" in ran.stderr:
         return "tests/conftest.py"
     if not failed:
