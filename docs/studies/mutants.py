@@ -265,7 +265,7 @@ def notices(tree: Path, tests: list[str]) -> str:
     ran = subprocess.run(command, cwd=tree, env=os.environ | own, capture_output=True, text=True)
     if ran.returncode in (0, pytest.ExitCode.NO_TESTS_COLLECTED):
         return ""
-    failed = re.findall(r"^(?:FAILED|ERROR) ([^\s\[]+)", ran.stdout, re.MULTILINE)
+    failed = [str(name) for name in re.findall(r"^(?:FAILED|ERROR) ([^\s\[]+)", ran.stdout, re.MULTILINE)]
     if not failed and "ImportError while loading conftest" in ran.stderr:
         return "tests/conftest.py"
     if not failed:
