@@ -17,6 +17,9 @@ command, two commands are as near, and the case is not asked."""
 SHARES = (1.2, 0.3, 0.05)
 """Largest thrusts that are asked, relative to the vehicle's largest limit: beyond the end, usual, small."""
 
+MOVED = np.array([(0, 0, 0), (1, 0, 0), (-1, 0, 0), (0, 1, 1), (0, -1, -1), (0, 1, -1), (0, -1, 1)])
+"""What a case is asked with: thrusts, lower and upper limits as they are, and moved by rounding."""
+
 
 def esc_selftest(of: EscCode) -> str:
     """C that compares commands, thrusts made and status with Python's; exits with 0 where all agree."""
@@ -138,14 +141,12 @@ def _measured(vehicle: Vehicle) -> tuple[float, float]:
 
 def _decided(of: EscCode, call: list[FloatArray], volts: float) -> Sent | None:
     """What Python sends; None where what rounding moves thrusts and limits by changes a command."""
-    f, low, high = call
     by = ROUNDING[of.scalar] * _size(of.vehicle)
-    sent = of.vehicle.commands(f, volts, f_min=low, f_max=high)
-    for a, b, c in ((1, 0, 0), (-1, 0, 0), (0, 1, 1), (0, -1, -1), (0, 1, -1), (0, -1, 1)):
-        other = of.vehicle.commands(f + a * by, volts, f_min=low + b * by, f_max=high + c * by)
-        if (other.u != sent.u).any() or status_of(other) != status_of(sent):
-            return None
-    return sent
+    f, low, high = (side + by * moved[:, None] for side, moved in zip(call, MOVED.T, strict=True))
+    made = of.vehicle.commands(f, np.full(len(f), volts), f_min=low, f_max=high)
+    sent, *others = (Sent(*row) for row in zip(*made, strict=True))
+    same = all((each.u == sent.u).all() and status_of(each) == status_of(sent) for each in others)
+    return sent if same else None
 
 
 def status_of(sent: Sent) -> int:

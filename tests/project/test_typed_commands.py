@@ -130,6 +130,8 @@ def test_every_command_of_every_page_can_be_typed_in_order(
     desk: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(desk)
+    # Pictures take most of a run's time, and tests/bench/report draws each kind.
+    monkeypatch.setattr("bench.report.draw_all", lambda *_: frozenset())
     typed_in_full = 0
     for page in PAGES:
         saved(ROOT / page, desk)

@@ -377,7 +377,9 @@ def test_the_command_writes_counts_beside_those_on_x86_and_never_times(tmp_path:
     available("cortex-m7")
     available("x86-64")
     asked = ["--vehicle", "ukwial", "--target", "cortex-m7", "--method", "pinv@native", "--float", "--n", "5"]
-    result = CliRunner().invoke(cli, ["emulate", *asked, "--out", str(tmp_path)], standalone_mode=False)
+    sets = ["--demands", "active", "--demands", "jolts"]
+    command = ["emulate", *asked, *sets, "--out", str(tmp_path)]
+    result = CliRunner().invoke(cli, command, standalone_mode=False)
     assert result.return_value == 0, result.output
     assert sorted(p.name for p in tmp_path.iterdir() if p.name[0] != ".") == [
         "details.md",

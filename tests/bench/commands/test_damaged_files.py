@@ -186,6 +186,7 @@ IMPORT = ("import|{file}|--f-min|-20|--f-max|20|-o|{folder}/made.yaml",)
 READ = ("board|--read|{file}|--out|{folder}/read",)
 RUN = ("report|{folder}", "size|{folder}|--rate|50|--all")
 OUTPUTS = ("demands|{file}|--vehicle|bluerov2-heavy|--from-outputs",)
+ESC_AS_C = "--method|pinv|--faults|none|--esc|--out|{folder}/c"
 
 
 def outputs(write: Callable[..., Path]) -> Callable[[Path], list[Path]]:
@@ -238,7 +239,7 @@ KINDS = {
         (
             "check|{file}|--no-picture",
             "allocate|/dev/null|--vehicle|{file}|--method|nullspace|--esc",
-            "codegen|--vehicle|{file}|--method|pinv|--esc|--out|{folder}/c",
+            f"codegen|--vehicle|{{file}}|{ESC_AS_C}",
         ),
     ),
     "curve csv": Kind(
@@ -246,7 +247,7 @@ KINDS = {
         damaged,
         (
             "check|{folder}/wired.yaml|--no-picture",
-            "codegen|--vehicle|{folder}/wired.yaml|--method|pinv|--esc|--out|{folder}/c",
+            f"codegen|--vehicle|{{folder}}/wired.yaml|{ESC_AS_C}",
         ),
     ),
     "demand csv": Kind(

@@ -16,7 +16,8 @@ from bench.commands.gate import command
 from bench.gate import instructions
 from injection import CLOSED_FORMS, delete_method, scale_thrusts, slow_down
 
-FEW = ("--pairs", "2", "--no-instructions", "--cells", "ukwial:pinv", "--cells", "ukwial:svd")
+FEW = ("--pairs", "2", "--no-instructions")
+CELLS = ("--cells", "ukwial:pinv", "--cells", "ukwial:svd")
 
 
 @pytest.fixture
@@ -27,11 +28,16 @@ def repository(tmp_path: Path) -> Path:
     return tree
 
 
-def gate(repository: Path, change: Callable[[Path], object] = lambda _: None, *options: str) -> Result:
+def gate(
+    repository: Path,
+    change: Callable[[Path], object] = lambda _: None,
+    *options: str,
+    cells: tuple[str, ...] = CELLS,
+) -> Result:
     """What the gate says of a commit with that change."""
     change(repository)
     gate_check.commit(repository, "head")
-    arguments = ["HEAD~1", "HEAD", "--repo", str(repository), *FEW, *options]
+    arguments = ["HEAD~1", "HEAD", "--repo", str(repository), *FEW, *cells, *options]
     # A command's return value is what the program's main makes its exit code.
     return CliRunner().invoke(command, arguments, standalone_mode=False)
 
@@ -130,7 +136,7 @@ def test_a_vehicle_whose_limits_changed_is_judged_by_its_own_numbers(repository:
         file = tree / "alloc" / "vehicles" / "ukwial.yaml"
         file.write_text(file.read_text().replace("f_max: 250", "f_max: 200"))
 
-    result = gate(repository, weaken, "--cells", "ukwial:nullspace")
+    result = gate(repository, weaken, cells=("--cells", "ukwial:nullspace"))
     assert "ukwial: its numbers differ, so each side is judged by its own" in result.stdout
     assert "| `ukwial:nullspace:-` |" in result.stdout
     assert "wrong" not in result.stdout
