@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from alloc import Label, NotApplicable, Status, Vehicle
+from alloc import Label, NotApplicable, Status, Vehicle, build
 from alloc.allocation import WRENCH_TOLERANCE, BoolArray, FloatArray
+from alloc.c.cases import AGREEMENT
 from alloc.errors import NotInstalled
 from alloc.formulations import Formulation, find_formulation
 from alloc.formulations.hard import FORMULATION as HARD
@@ -31,12 +32,17 @@ GAP: dict[Scalar, float] = {"double": 1e-6, "float": 1e-3}
 """Largest duality gap of least effort, relative to the effort [-]. Twice the square root of it bounds how far
 thrusts are from the optimum, relative to their size."""
 
+OTHER: dict[Scalar, float] = {"double": 1e-3, "float": 1e-2}
+"""Share of answers that may be others than in Python: where two thrusters reach their limits at once,
+rounding decides which one a rule looks at first."""
+
 SOLVED = "Demands that can be met are SOLVED: {which}."
 MADE = "SOLVED means that the wrench is made, T f = τ, inside and beyond the edge of what can be met."
 REFUSED = "A demand with α* below 0.999 is not SOLVED."
 EFFORT = "A SOLVED demand is met with least effort, by the duality gap."
 SHARES = "Each share is the linear program's: as far along the way as the thrusters reach."
 DELIVERED = "An answer makes the part of the wrench that its shares say, with least effort."
+TWIN = "Answers are those of the method in Python, up to rounding."
 ATTAINABLE, INSIDE = "those with α* above 1.001", "those whose T* τ lies inside the limits"
 UNSTOPPED = "those with α* above 1.001 that no level stops on the way to 1.001 τ"
 FARTHER = 1.001
@@ -62,6 +68,8 @@ def answered(of: Subject) -> list[Claim]:
         checks.insert(0, (SOLVED.format(which=which), lambda each: _solved(each, which, formulation)))
     checks += [(REFUSED, _refused)] if of.limited else []
     checks += [(EFFORT, lambda each: _effort(each, of))] if optimal else []
+    if not optimal and not formulation.way:  # a rule's answer is what the rule says, which no optimum tells
+        checks.append((TWIN, lambda each: _as_in_python(each, of)))
     if of.levels:
         checks += [(SHARES, lambda each: _shares(each, of)), (DELIVERED, lambda each: _delivered(each, of))]
     return [_claim(sentence, answers, check) for sentence, check in checks]
@@ -118,6 +126,17 @@ def _refused(answers: FaultAnswers) -> tuple[int, str]:
     asked = answers.question.demands.labels == Label.INFEASIBLE
     wrong = asked & (answers.status == Status.SOLVED)
     return int(asked.sum()), _first(answers, wrong, asked)
+
+
+def _as_in_python(answers: FaultAnswers, of: Subject) -> tuple[int, str]:
+    vehicle, demands = answers.vehicle, answers.question.demands
+    F, status = build(of.kernel, vehicle).many(demands.taus)
+    apart = np.abs(answers.F - F).max(axis=1) / np.maximum(np.abs(F).max(axis=1), vehicle.f_scale)
+    asked = demands.labels != Label.BOUNDARY
+    wrong = asked & (answers.status != status)
+    wrong |= asked & np.isin(status, ANSWERED) & ~(apart <= AGREEMENT[of.scalar])
+    few = wrong.sum() <= OTHER[of.scalar] * asked.sum()
+    return int(asked.sum()), "" if few else _first(answers, wrong, asked)
 
 
 def _effort(answers: FaultAnswers, of: Subject) -> tuple[int, str]:

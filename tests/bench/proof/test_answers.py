@@ -1,5 +1,6 @@
 """C that breaks no claim on memory or limits, and still answers wrongly, is not shown."""
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -67,6 +68,15 @@ def nothing_of_a_part(program: Program) -> Program:
     return replace(program, nodes=program.nodes + nodes, outputs={**program.outputs, **outputs})
 
 
+def thousandth_less() -> Subject:
+    """The C of redistribute with an entry of a table that its loop reads a thousandth smaller."""
+    of = subject(UKWIAL, "redistribute", "double", "fixed")
+    table = re.search(r"redistribute_E\[4\]\[3\] = \{\{(\S+),", of.source)
+    assert table
+    source = of.source.replace(table[0], table[0].replace(table[1], repr(0.999 * float(table[1]))))
+    return replace(of, files={**of.files, f"{of.name}.c": source})
+
+
 def red(of: Subject) -> list[str]:
     return [claim.claim for claim in answers.answered(of) if claim.verdict != "tested"]
 
@@ -100,6 +110,7 @@ def test_answers_are_met_refused_and_least_as_the_method_says(
         (changed("scaled", half), answers.SHARES),
         (changed("scaled", nothing_of_a_part), answers.DELIVERED),
         (changed("priority", not_least), answers.DELIVERED),
+        (thousandth_less(), answers.TWIN),
     ],
     ids=[
         "refuses all",
@@ -108,6 +119,7 @@ def test_answers_are_met_refused_and_least_as_the_method_says(
         "half a share",
         "shares without thrusts",
         "more effort than a part needs",
+        "another number in a table that a loop reads",
     ],
 )
 def test_c_that_is_safe_and_wrong_is_told(of: Subject, claim: str) -> None:
