@@ -58,9 +58,10 @@ struct tb_allocator {
     int begin[TB_N_MAX + 1], astern[TB_N_MAX], d[TB_N_MAX]; /* of each block; of one dimension those that it moves astern */
     tb_real G[TB_N_MAX][TB_K_MAX], N[TB_N_MAX][TB_N_MAX]; /* rows in the order of `at` */
     tb_real pushed[TB_K_MAX][TB_K_MAX], lost[TB_K_MAX][TB_K_MAX], step[TB_K_MAX][TB_K_MAX];
-    int end[TB_FACETS_MAX]; /* of a facet's entries: thrusters, and the share of each */
+    int end[TB_FACETS_MAX]; /* of a facet's entries: thrusters, TB_N_MAX more where turned round, and the size of each */
     unsigned char of[TB_ENTRIES_MAX];
     tb_real along[TB_ENTRIES_MAX];
+    tb_real room[TB_FACETS_MAX][2]; /* ahead of a facet and astern, from zero thrust, within the vehicle's limits */
 };
 
 #ifdef __cplusplus

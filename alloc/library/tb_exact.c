@@ -6,24 +6,6 @@
 enum { CAP = 8 };
 enum { WIDER = 5, PASSES = 4 }; /* of limits, and of thrusts moved inside them */
 
-/* Entry r of tau, and 0 behind its last. */
-static inline tb_real entry(const tb_real *tau, int k, int r)
-{
-    return r < k ? tau[r] : TB_R(0);
-}
-
-/* A row of G, filled up with zeros, times tau: without a loop, which would cost more than the products. */
-static inline tb_real row(const tb_real *g, tb_real t0, tb_real t1, tb_real t2, tb_real t3, tb_real t4, tb_real t5)
-{
-    tb_real sum = g[0] * t0;
-    sum += TB_K_MAX > 1 ? g[1] * t1 : TB_R(0);
-    sum += TB_K_MAX > 2 ? g[2] * t2 : TB_R(0);
-    sum += TB_K_MAX > 3 ? g[3] * t3 : TB_R(0);
-    sum += TB_K_MAX > 4 ? g[4] * t4 : TB_R(0);
-    sum += TB_K_MAX > 5 ? g[5] * t5 : TB_R(0);
-    return sum;
-}
-
 /* x = G tau and the limits, in the order of `at`. A limit that is NaN or infinite makes the sum of widths so. */
 int tb_enter(const struct tb_allocator *a, const tb_real *tau, const tb_real *f_min, const tb_real *f_max,
              struct tb_thrusts *t)
@@ -36,12 +18,12 @@ int tb_enter(const struct tb_allocator *a, const tb_real *tau, const tb_real *f_
     f_min = f_min == NULL ? a->f_min : f_min;
     f_max = f_max == NULL ? a->f_max : f_max;
     /* In variables, since what is written to t might be tau for all that a compiler knows. */
-    const tb_real t0 = tau[0], t1 = entry(tau, k, 1), t2 = entry(tau, k, 2), t3 = entry(tau, k, 3);
-    const tb_real t4 = entry(tau, k, 4), t5 = entry(tau, k, 5);
+    const tb_real t0 = tau[0], t1 = tb_entry(tau, k, 1), t2 = tb_entry(tau, k, 2), t3 = tb_entry(tau, k, 3);
+    const tb_real t4 = tb_entry(tau, k, 4), t5 = tb_entry(tau, k, 5);
     for (int p = 0; p < m; p++) {
         const int i = a->at[p];
         const tb_real low = f_min[i], high = f_max[i];
-        t->x[p] = row(a->G[p], t0, t1, t2, t3, t4, t5);
+        t->x[p] = tb_row(a->G[p], t0, t1, t2, t3, t4, t5);
         t->low[p] = low;
         t->high[p] = high;
         widths += high - low;
@@ -155,17 +137,17 @@ static void take_out(const struct tb_allocator *a, struct active *w, int d, int 
 }
 
 /* The row whose limit is exceeded most, beyond rounding, and on which side; -1 where none is. */
-static int worst_of(const struct tb_thrusts *t, int begin, int end, const int *held, tb_real rounding, tb_real *side)
+static int worst_of(const struct tb_thrusts *t, int begin, int end, unsigned long held, tb_real rounding, tb_real *side)
 {
     int chosen = -1;
     for (int p = begin; p < end; p++) {
         const tb_real x = t->x[p], below = t->low[p] - x, above = x - t->high[p];
-        if (below > rounding && !held[p]) {
+        if (below > rounding && !(held >> p & 1UL)) {
             rounding = below;
             *side = 1;
             chosen = p;
         }
-        if (above > rounding && !held[p]) {
+        if (above > rounding && !(held >> p & 1UL)) {
             rounding = above;
             *side = -1;
             chosen = p;
@@ -180,11 +162,9 @@ static int active_set(const struct tb_allocator *a, struct tb_thrusts *t, int be
 {
     struct active w;
     tb_real h[TB_N_MAX], c[TB_N_MAX], r[TB_N_MAX];
-    int held[TB_N_MAX], left = CAP * (end - begin + d);
+    unsigned long held = 0; /* bits, of rows that are not to be looked at */
+    int left = CAP * (end - begin + d);
     w.q = 0;
-    for (int p = begin; p < end; p++) {
-        held[p] = 0;
-    }
     for (int j = 0; j < TB_N_MAX; j++) {
         w.row[j] = 0;
     }
@@ -214,7 +194,8 @@ static int active_set(const struct tb_allocator *a, struct tb_thrusts *t, int be
                 if (short_of > slack * rows) {
                     return TB_INFEASIBLE;
                 }
-                held[chosen] = done = 1;
+                held |= 1UL << chosen;
+                done = 1;
                 continue;
             }
             for (int j = 0; j < w.q; j++) {
@@ -225,7 +206,7 @@ static int active_set(const struct tb_allocator *a, struct tb_thrusts *t, int be
             }
             cost += step;
             if (out >= 0) {
-                held[w.row[out]] = 0;
+                held &= ~(1UL << w.row[out]);
                 take_out(a, &w, d, out);
                 continue;
             }
@@ -236,7 +217,8 @@ static int active_set(const struct tb_allocator *a, struct tb_thrusts *t, int be
             w.side[w.q] = side;
             w.u[w.q] = cost;
             append(&w, d, h, c, square);
-            held[chosen] = done = 1;
+            held |= 1UL << chosen;
+            done = 1;
         }
     }
     return TB_NOT_CONVERGED;

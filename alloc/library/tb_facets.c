@@ -76,7 +76,7 @@ static int add(struct tb_allocator *a, int *entries, int first, int count, const
         const int end = a->end[f];
         int at = f ? a->end[f - 1] : 0, same = end - at == size;
         for (int i = 0; i < count && same; i++) {
-            same = y[i] == 0 || (at < end && a->of[at++] == rows[i]);
+            same = y[i] == 0 || (at < end && a->of[at++] % TB_N_MAX == rows[i]);
         }
         if (same) {
             return 1;
@@ -90,8 +90,8 @@ static int add(struct tb_allocator *a, int *entries, int first, int count, const
             if (*entries >= TB_ENTRIES_MAX) {
                 return 0;
             }
-            a->of[*entries] = (unsigned char)rows[i];
-            a->along[(*entries)++] = y[i];
+            a->of[*entries] = (unsigned char)(y[i] > 0 ? rows[i] : rows[i] + TB_N_MAX);
+            a->along[(*entries)++] = tb_abs(y[i]);
         }
     }
     a->end[a->facets++] = *entries;
@@ -142,6 +142,16 @@ void tb_find_facets(struct tb_allocator *a)
         y[0] = 1;
         rows[0] = p;
         good = add(a, &entries, a->facets, 1, rows, y);
+    }
+    for (int f = 0, e = 0; f < a->facets; f++) {
+        tb_real ahead = 0, astern = 0;
+        for (const int end = a->end[f]; e < end; e++) {
+            const int i = a->at[a->of[e] % TB_N_MAX], turned = a->of[e] >= TB_N_MAX;
+            ahead += a->along[e] * (turned ? -a->f_min[i] : a->f_max[i]);
+            astern += a->along[e] * (turned ? a->f_max[i] : -a->f_min[i]);
+        }
+        a->room[f][0] = ahead;
+        a->room[f][1] = astern;
     }
     a->facets = good ? a->facets : -1;
 }

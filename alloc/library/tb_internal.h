@@ -73,6 +73,24 @@ static inline tb_real tb_product(const tb_real *a, const tb_real *b, int n)
     return sum;
 }
 
+/* Entry r of a wrench, and 0 behind its last. */
+static inline tb_real tb_entry(const tb_real *tau, int k, int r)
+{
+    return r < k ? tau[r] : TB_R(0);
+}
+
+/* A row of G, filled up with zeros, times a wrench: without a loop, which would cost more than the products. */
+static inline tb_real tb_row(const tb_real *g, tb_real t0, tb_real t1, tb_real t2, tb_real t3, tb_real t4, tb_real t5)
+{
+    tb_real sum = g[0] * t0;
+    sum += TB_K_MAX > 1 ? g[1] * t1 : TB_R(0);
+    sum += TB_K_MAX > 2 ? g[2] * t2 : TB_R(0);
+    sum += TB_K_MAX > 3 ? g[3] * t3 : TB_R(0);
+    sum += TB_K_MAX > 4 ? g[4] * t4 : TB_R(0);
+    sum += TB_K_MAX > 5 ? g[5] * t5 : TB_R(0);
+    return sum;
+}
+
 static inline int tb_is_finite(const tb_real *x, int n)
 {
     int good = 1;

@@ -93,19 +93,34 @@ static tb_real start(tb_real low, tb_real high)
     return least < high - inset ? least : high - inset;
 }
 
-/* The largest share of the step x that stays inside, as alloc.reach.edge.share; above and below is what is left. */
-static tb_real share_of(const struct tb_allocator *a, const tb_real *x, const tb_real *below, const tb_real *above,
+/* The step of each thruster and what is left of its limits ahead and astern; then the same seen the other way round. */
+struct going {
+    tb_real x, ahead, astern;
+};
+
+/* The largest share of the step that stays inside, as alloc.reach.edge.share. Where the way has not `begun` limits are the
+ * vehicle's own, from zero thrust. */
+static tb_real share_of(const struct tb_allocator *a, const struct going to[2 * TB_N_MAX], int begun,
                         tb_real tiny, tb_real keep)
 {
     tb_real beta = 1 / keep;
     for (int f = 0, e = 0; f < a->facets; f++) {
+        const int end = a->end[f];
         tb_real along = 0, ahead = 0, astern = 0;
-        for (const int end = a->end[f]; e < end; e++) {
-            const int p = a->of[e];
-            const tb_real y = a->along[e], up = y * above[p], down = y * below[p];
-            along += y * x[p];
-            ahead += y > 0 ? up : -down;
-            astern += y > 0 ? down : -up;
+        if (begun) {
+            for (; e < end; e++) { /* both sides: to find out which one counts would cost another loop */
+                const struct going *each = &to[a->of[e]];
+                const tb_real part = a->along[e];
+                along += part * each->x;
+                ahead += part * each->ahead;
+                astern += part * each->astern;
+            }
+        } else {
+            for (; e < end; e++) {
+                along += a->along[e] * to[a->of[e]].x;
+            }
+            ahead = a->room[f][0];
+            astern = a->room[f][1];
         }
         const tb_real slack = along > 0 ? ahead : astern, size = tb_abs(along), left = slack > 0 ? slack : TB_R(0);
         if (size > keep * left + tiny && left < beta * size) {
@@ -118,39 +133,48 @@ static tb_real share_of(const struct tb_allocator *a, const tb_real *x, const tb
 
 /* Goes level by level: thrusts `way` in all, of which share[l] of each level's, within what f0 leaves. */
 static void go(const struct tb_allocator *a, const int *level, int levels, tb_real *missing, const tb_real *f0,
-               const struct tb_thrusts *t, tb_real *way, tb_real *share)
+               const struct tb_thrusts *t, int begun, tb_real *way, tb_real *share)
 {
-    tb_real below[TB_N_MAX], above[TB_N_MAX], x[TB_N_MAX], step[TB_K_MAX], least = a->scale;
+    struct going to[2 * TB_N_MAX];
+    tb_real step[TB_K_MAX], least = a->scale;
     for (int p = 0; p < a->m; p++) {
-        above[p] = t->high[p] - f0[p];
-        below[p] = f0[p] - t->low[p];
+        to[p].ahead = to[p + TB_N_MAX].astern = t->high[p] - f0[p];
+        to[p].astern = to[p + TB_N_MAX].ahead = f0[p] - t->low[p];
         way[p] = 0;
         least = tb_abs(f0[p]) > least ? tb_abs(f0[p]) : least;
     }
     for (int l = 0; l < levels; l++) {
+        const tb_real keep = l + 1 < levels ? KEEP : TB_R(1);
         tb_real size = 0;
+        int fits = 1; /* without help of the null space */
         for (int r = 0; r < a->k; r++) {
-            step[r] = levels == 1 ? missing[r] : TB_R(0);
-            for (int s = 0; s < a->k && levels > 1; s++) {
-                step[r] += level[s] == l ? a->step[r][s] * missing[s] : TB_R(0);
+            step[r] = levels == 1 || level[r] == l ? missing[r] : TB_R(0);
+            for (int s = 0; s < a->k && levels > 1 && a->rank < a->k; s++) {
+                step[r] = (s ? step[r] : TB_R(0)) + (level[s] == l ? a->step[r][s] * missing[s] : TB_R(0));
             }
             size = tb_abs(step[r]) * a->unit[r] > size ? tb_abs(step[r]) * a->unit[r] : size;
         }
+        const tb_real s0 = step[0], s1 = tb_entry(step, a->k, 1), s2 = tb_entry(step, a->k, 2);
+        const tb_real s3 = tb_entry(step, a->k, 3), s4 = tb_entry(step, a->k, 4), s5 = tb_entry(step, a->k, 5);
         for (int p = 0; p < a->m; p++) {
-            x[p] = tb_product(a->G[p], step, a->k);
+            const tb_real x = tb_row(a->G[p], s0, s1, s2, s3, s4, s5);
+            to[p].x = x;
+            to[p + TB_N_MAX].x = -x;
+            fits &= x <= keep * to[p].ahead && -x <= keep * to[p].astern;
         }
         share[l] = 1;
-        if (size > TB_PARALLEL * least) {
-            const tb_real tiny = TB_PARALLEL * (size > least ? size : least);
-            share[l] = share_of(a, x, below, above, tiny, l + 1 < levels ? KEEP : TB_R(1));
+        if (!fits && size > TB_PARALLEL * least) {
+            share[l] = share_of(a, to, begun || l > 0, TB_PARALLEL * (size > least ? size : least), keep);
         }
         for (int p = 0; p < a->m; p++) {
-            const tb_real moved = share[l] * x[p];
-            way[p] += moved;
-            above[p] -= moved;
-            below[p] += moved;
+            way[p] += share[l] * to[p].x;
         }
-        for (int r = 0; r < a->k && levels > 1; r++) {
+        for (int p = 0; p < a->m && l + 1 < levels; p++) {
+            const tb_real moved = share[l] * to[p].x;
+            to[p].ahead = to[p + TB_N_MAX].astern = to[p].ahead - moved;
+            to[p].astern = to[p + TB_N_MAX].ahead = to[p].astern + moved;
+        }
+        for (int r = 0; r < a->k && l + 1 < levels; r++) {
             missing[r] -= share[l] * step[r];
         }
     }
@@ -171,7 +195,7 @@ static int towards(const struct tb_allocator *a, const int *level, int levels, c
 {
     const tb_real back[] = {1, TB_R(1 - 1e-6), TB_R(1 - 1e-3), TB_R(0.9), TB_R(0.5)};
     struct tb_thrusts t;
-    tb_real missing[TB_K_MAX], part[TB_K_MAX], f0[TB_N_MAX], way[TB_N_MAX], base[TB_N_MAX];
+    tb_real missing[TB_K_MAX], part[TB_K_MAX], f0[TB_N_MAX] = {0}, way[TB_N_MAX], base[TB_N_MAX] = {0};
     int inside = 1, rests = 1, whole = 1, found = 0, crossing = 0;
     const int status = tb_enter(a, tau, f_min, f_max, &t);
     if (status == TB_SOLVED && a->facets < 0) {
@@ -181,11 +205,13 @@ static int towards(const struct tb_allocator *a, const int *level, int levels, c
         return tb_refused(a, tau, status);
     }
     for (int p = 0; p < a->m; p++) {
-        inside &= t.x[p] >= t.low[p] && t.x[p] <= t.high[p];
+        const tb_real low = t.low[p], high = t.high[p];
+        inside &= t.x[p] >= low && t.x[p] <= high;
+        rests &= low <= 0 && high >= 0;
+    }
+    for (int p = 0; p < a->m && !rests; p++) {
         f0[p] = t.low[p] <= 0 && t.high[p] >= 0 ? TB_R(0) : start(t.low[p], t.high[p]);
-        rests &= f0[p] == 0;
         crossing |= !(t.low[p] <= t.high[p]);
-        base[p] = 0;
     }
     if (crossing) {
         return TB_INFEASIBLE;
@@ -206,7 +232,7 @@ static int towards(const struct tb_allocator *a, const int *level, int levels, c
                 base[p] += a->G[p][r] * (begun / a->unit[r]);
             }
         }
-        go(a, level, levels, missing, f0, &t, way, part);
+        go(a, level, levels, missing, f0, &t, !rests || f_min != NULL || f_max != NULL, way, part);
     }
     /* Where rounding leaves no thrusts for the end of the way, they are those of a part of it. */
     for (int i = 0; i < 5 && !found && (i == 0 || levels == 1 || a->rank == a->k); i++) {

@@ -25,7 +25,7 @@ INDICES = {
 TABLES = {
     "level": ("TB_K_MAX", "TB_K_MAX - 1"), "at": ("TB_N_MAX", "TB_N_MAX - 1"), "d": ("TB_N_MAX", "TB_N_MAX"),
     "begin": ("TB_N_MAX + 1", "TB_N_MAX"), "astern": ("TB_N_MAX", "TB_N_MAX"),
-    "end": ("TB_FACETS_MAX", "TB_ENTRIES_MAX"), "of": ("TB_ENTRIES_MAX", "TB_N_MAX - 1"),
+    "end": ("TB_FACETS_MAX", "TB_ENTRIES_MAX"), "of": ("TB_ENTRIES_MAX", "2 * TB_N_MAX - 1"),
 }  # fmt: skip
 """Indices of an allocator, with the least and the most; tables of indices from 0, with length and most."""
 
@@ -155,5 +155,5 @@ void tb_find_facets(struct tb_allocator *made)
 
 def _facets() -> str:
     """Bounds of loops that go over facets are told, or intervals would grow past them."""
-    told = '    /*@ widen_hints global:"all", TB_FACETS_MAX, TB_ENTRIES_MAX, TB_N_MAX; */\n'
+    told = '    /*@ widen_hints global:"all", TB_FACETS_MAX, TB_ENTRIES_MAX, TB_N_MAX, 2 * TB_N_MAX; */\n'
     return _main(f"{told}    tb_find_facets(&a);\n{HELD}")
