@@ -34,7 +34,7 @@ def functions(
             row = f"const {scalar} of[{tables[program]}]" if rows else ""
             given = parameters(vehicle, scalar, limits, levels, row)
             parts.append(f"static int {one}({given})\n{{\n{_body(program, written, limits)}}}\n")
-            if program.faults and limits == "call":
+            if _limited(program, limits):
                 parts.append(_without(vehicle, own, one, scalar, levels, row))
         cases.append(
             f"    case {fault}:\n        return {_call(own, fault, program, limits, levels, tables)};"
@@ -54,9 +54,19 @@ def _call(
         at = program.faults.index(fault)
         # Faults get the same text where possible, so that a compiler makes one call of them all.
         row = f"{own}of[{'fault + 1' if at == fault + 1 else at}]"
-    if program.faults and limits == "call" and fault >= 0:
+    if _limited(program, limits) and fault >= 0:
         return f"{own}without({arguments(limits, levels, ', '.join(filter(None, ('fault', row))))})"
     return f"{_named(own, fault, program)}({arguments(limits, levels, row)})"
+
+
+def _limited(program: Program, limits: Where) -> bool:
+    """Whether it is for many faults and looks at limits of the call."""
+    return bool(program.faults) and limits == "call" and not _read(program).isdisjoint(("f_min", "f_max"))
+
+
+def _read(program: Program) -> set[str]:
+    """The arguments that it looks at."""
+    return {array for kind, array, *_ in program.nodes if kind in ("input", "finite")}
 
 
 def _without(vehicle: Vehicle, own: str, one: str, scalar: Scalar, levels: int, row: str) -> str:
@@ -80,7 +90,6 @@ static int {own}without({given})
 
 
 def _body(program: Program, written: Statements, limits: Where) -> str:
-    read = {array for kind, array, *_ in program.nodes if kind in ("input", "finite")}
     arrays = ("tau", "f_min", "f_max") if limits == "call" else ("tau",)
-    unread = [f"(void){array};" for array in arrays if array not in read]
+    unread = [f"(void){array};" for array in arrays if array not in _read(program)]
     return indent("\n".join([*written.table.define(), "", *unread, *written.lines]), "    ") + "\n"

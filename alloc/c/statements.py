@@ -177,8 +177,11 @@ class Statements:
             self.lines.append(f"{self.program.scalar} {names[-1]}[{size}] = {{{values}}};")
         self._looped[loop.name] = names[-1]
         if loop.flags:
-            flags = ", ".join(map(str, loop.flags))
-            self.lines.append(f"static const int working[{len(loop.flags)}] = {{{flags}}};")
+            of, flags = "static const ", [str(each) for each in loop.flags[0]]
+            if len(loop.flags) > 1:  # of each fault they stand among its numbers
+                columns = (tuple(map(float, each)) for each in zip(*loop.flags, strict=True))
+                of, flags = "", [f"{self.table.by_fault(each)} > 0" for each in columns]
+            self.lines.append(f"{of}int working[{len(flags)}] = {{{', '.join(flags)}}};")
             names.insert(-1, "working")
         self.lines.append(f"{self.own}{loop.name}({', '.join(names)});")
 

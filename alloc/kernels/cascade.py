@@ -28,13 +28,14 @@ def frozen(spare: float, builder: Builder, x: dict[int, Expression]) -> Ruled:
     ``spare`` is relative to the largest limit [-].
     """
     vehicle, n = builder.vehicle, builder.vehicle.n
+    known = builder.faults or {-1: vehicle}
     ends = {i: builder.limits.ends(i) for i in x}
     low, high = ([ends[i][side] if i in ends else 0.0 for i in range(n)] for side in (0, 1))
     loop = DataLoop(
         name="cascade",
         text=_text(vehicle, builder.scalar, spare),
         arrays=(("low", n), ("high", n), ("g", n)),
-        flags=tuple(int(i in ends) for i in range(n)),
+        flags=tuple(tuple(int(i in ends and i != fault) for i in range(n)) for fault in known),
     )
     g = builder.loop(loop, low, high, [x.get(i, 0.0) for i in range(n)])
     return Ruled({i: g[i] for i in x})

@@ -1,5 +1,6 @@
 """The closed forms: f = G tau with zero entries dropped, and sums that rows share taken once."""
 
+from collections.abc import Callable
 from functools import reduce
 from operator import add
 
@@ -8,9 +9,10 @@ import numpy as np
 from alloc.allocation import FloatArray, Status
 from alloc.closed_forms.linear import exactly, usual
 from alloc.kernels.entry import all_of
+from alloc.kernels.off import reachable, without
 from alloc.kernels.tolerance import TOLERANCE
 from alloc.nullspace.structure import decompose
-from alloc.program import Builder, Program, Scalar, Where, select
+from alloc.program import Builder, Program, Scalar, States, Where, select
 from alloc.program.sums import dot, product, shared_sums, signed
 from alloc.vehicle import Vehicle
 
@@ -24,27 +26,40 @@ MEANINGS = {
 """What each value that the C function of a closed form returns means."""
 
 
-def linear(vehicle: Vehicle, G: FloatArray, limits: Where, scalar: Scalar) -> Program:
-    """f = G tau; limits are not looked at.
+def linear(
+    vehicle: Vehicle,
+    inverse: Callable[[Vehicle], FloatArray],
+    limits: Where,
+    scalar: Scalar,
+    faults: States | None = None,
+) -> Program:
+    """f = G tau, G (n, k) an ``inverse`` of the vehicle; limits are not looked at.
 
     Where a direction is lost, and where tau is so large that rounding costs the wrench its tolerance, the
-    status is PARTIAL.
+    status is PARTIAL. Of ``faults`` it is one program for all.
     """
-    builder = Builder(vehicle, limits, scalar)
+    builder, G = Builder(vehicle, limits, scalar, faults), inverse(vehicle)
     products = product(G, builder.tau)
     sums, rows = shared_sums(products.rows)
     builder.compute(*products.shared, *sums)
     f = [signed(row, builder.graph) for row in rows]
+    parts = [signed(dot(row.tolist(), builder.tau), builder.graph) for row in decompose(vehicle).unreachable]
+    if faults:
+        f = [*without(builder, dict(enumerate(f)), inverse).thrusts.values()]
+        lost = reachable(builder).lost
+        parts += [] if lost is None else [lost]
     conditions = []
-    for i, row in enumerate(decompose(vehicle).unreachable):
-        part = signed(dot(row.tolist(), builder.tau), builder.graph).named(f"lost{i}")
+    for i, part in enumerate(parts):
+        part = part.named(f"lost{i}")
         builder.compute(part)
         conditions.append((part >= -TOLERANCE[scalar]) & (part <= TOLERANCE[scalar]))
     if scalar == "double":  # float promises no wrench to 1e-6
-        largest, looked_at = usual(vehicle, G), builder.tau
-        if largest <= FAR * float(np.linalg.norm(vehicle.wrench_scale)):
+        known = [*builder.faults.values()] or [vehicle]
+        largest, looked_at = [usual(state, inverse(state)) for state in known], builder.tau
+        if min(largest) <= FAR * float(np.linalg.norm(vehicle.wrench_scale)):
             # A weak direction makes that too little: what counts is the thrusts, as in Python.
-            largest, looked_at = exactly(vehicle), [f[i] for i in vehicle.working.tolist()]
-        conditions.append(reduce(add, [each * each for each in looked_at]) <= largest**2)
+            largest, looked_at = [*map(exactly, known)], [f[i] for i in vehicle.working.tolist()]
+        most = builder.graph.by_fault([each**2 for each in largest])
+        conditions.append(reduce(add, [each * each for each in looked_at]) <= most)
     status = select(all_of(conditions), Status.SOLVED, Status.PARTIAL) if conditions else Status.SOLVED
     return builder.program(f, status)

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from alloc.allocation import FloatArray
 from alloc.kernels.facets import FacetPairs
 from alloc.program import Builder, Expression, Number, least, most, select, size
 from alloc.program.graph import lifted
@@ -29,6 +30,12 @@ def taken(along: Expression, ahead: Number, astern: Number) -> Expression:
 def values(number: Number) -> tuple[float, ...]:
     """What a number is, of each fault where these have their own; empty where it is not known beforehand."""
     return number.graph.known(number.node) if isinstance(number, Expression) else (number,)
+
+
+def plain(number: Number) -> Number:
+    """The number itself where it is known beforehand and the same of each fault."""
+    each = values(number)
+    return each[0] if len(each) == 1 else number
 
 
 class FacetMargins:
@@ -63,10 +70,26 @@ class FacetMargins:
                 ahead, astern = (float(table[row] @ widths) for row in (j, len(asked) + j))
                 self._known[m] = ahead, astern
                 continue
-            sums = [signed(rows[row], graph) for row in (j, len(asked) + j)]
-            self._known[m] = sums[0].named(f"ahead{level}_{m}"), sums[1].named(f"astern{level}_{m}")
-            for value, row in zip(sums, (rows[j], rows[len(asked) + j]), strict=True):
-                self._terms[value] = [each for _, each in row]
+            sums = [self._whole(signed(rows[row], graph), push[j]) for row in (j, len(asked) + j)]
+            self._known[m] = sums[0], sums[1]
+            for value, row, way in zip(
+                sums, (rows[j], rows[len(asked) + j]), ("ahead", "astern"), strict=True
+            ):
+                if isinstance(value, Expression):
+                    self._terms[value.named(f"{way}{level}_{m}")] = [each for _, each in row]
+
+    def _whole(self, margin: Expression, push: FloatArray) -> Number:
+        """The margin, where a fault leaves a facet no thruster that of the whole vehicle.
+
+        Nothing of a demand goes along it then but rounding (``alloc.kernels.off.reachable``), of which any
+        margin takes nothing; one of zero would have to be looked at in each call.
+        """
+        each, faults = values(margin), self._draft.faults
+        if not faults or len(each) < len(faults) or np.count_nonzero(push) > 1:
+            return margin
+        alone = int(np.flatnonzero(push)[0])
+        left = [each[0] if fault == alone else m for fault, m in zip(faults, each, strict=True)]
+        return margin.graph.by_fault(left) if any(m != left[0] for m in left) else left[0]
 
     def load(self, along: Expression, group: list[tuple[int, bool]], tiny: Number) -> Expression:
         """What a step takes of the least margin that one of these pairs leaves it.

@@ -1,9 +1,11 @@
-"""Thrusters that are off, in one program for many faults: their limits are zero.
+"""Thrusters that are off, in one program for many faults.
 
-So one program answers for a fault as the optimum of the whole vehicle with these limits. What a fault leaves
-without any thruster, a direction, must be left out of a demand first.
+An optimum within limits is that of the whole vehicle with limits of zero for the thruster; what a fault
+leaves without any thruster, a direction, must be left out of a demand first. Of a closed form x = G tau
+the others take over what it would do, each a share.
 """
 
+from collections.abc import Callable
 from functools import reduce
 from operator import add
 from typing import NamedTuple
@@ -14,7 +16,7 @@ from alloc.allocation import FloatArray
 from alloc.nullspace.structure import decompose
 from alloc.program import Builder, Expression, Number, States, size, states
 from alloc.vehicle import Vehicle
-from alloc.vehicle.degeneracy import ROUNDED
+from alloc.vehicle.degeneracy import NOTHING, ROUNDED
 
 MAGNIFIED = 10.0
 """Most that another thrust may move where one moves to zero: so many times its rounding it gets, too [-]."""
@@ -30,6 +32,60 @@ def together(vehicle: Vehicle) -> States:
         moved = np.linalg.norm(block.N, axis=1)
         far |= set(block.rows[moved * MAGNIFIED < moved.max()].tolist())
     return {fault: state for fault, state in states(vehicle).items() if fault not in far}
+
+
+Inverse = Callable[[Vehicle], FloatArray]
+"""Makes the (n, k) matrix G of a closed form."""
+
+
+def rescaled(vehicle: Vehicle, inverse: Inverse) -> States:
+    """Those of ``together`` in which a closed form moves no thrust far for one that is off."""
+    known = together(vehicle)
+    far = np.abs(changes(known, inverse)).max(axis=1) > MAGNIFIED
+    return {fault: state for (fault, state), each in zip(known.items(), far, strict=True) if not each}
+
+
+def changes(known: States, inverse: Inverse) -> FloatArray:
+    """(faults, n) a, by which thrusts G tau change for each newton of the thruster that is off [-].
+
+    Without thruster i G has no row i, and differs by a matrix of rank one, so that this is a G_i.
+    """
+    vehicle = known[-1]
+    G, units = inverse(vehicle), vehicle.row_lengths
+    a = np.zeros((len(known), vehicle.n))
+    for row, (fault, state) in enumerate(known.items()):
+        axis = int(np.abs(G[fault] * units).argmax())
+        if fault >= 0 and abs(G[fault, axis] * units[axis]) > NOTHING * np.abs(G * units).max():
+            a[row] = (G - inverse(state))[:, axis] / G[fault, axis]
+            a[row, np.abs(a[row]) <= NOTHING] = 0.0
+    return a
+
+
+class Without(NamedTuple):
+    """Thrusts of a closed form without the thruster that is off, of one program for many faults.
+
+    Attributes
+    ----------
+    thrusts : x - a x_i by thruster; exactly zero of the one that is off [N]
+    off : x_i, what it would do [N]
+    a : (faults, n) see ``changes``
+    """
+
+    thrusts: dict[int, Expression]
+    off: Expression
+    a: FloatArray
+
+
+def without(builder: Builder, x: dict[int, Expression], inverse: Inverse) -> Without:
+    """The thrusts x = G tau of a closed form as its ``inverse`` of each fault makes them."""
+    graph, a = builder.graph, changes(builder.faults, inverse)
+    chosen = {i: [float(fault == i) for fault in builder.faults] for i in x if i in builder.faults}
+    off = reduce(add, [graph.by_fault(each) * x[i] for i, each in chosen.items()]).named("off")
+    changed = {
+        i: (value - graph.by_fault(a[:, i]) * off).named(f"xo{i}") if a[:, i].any() else value
+        for i, value in x.items()
+    }
+    return Without(changed, off, a)
 
 
 class Reachable(NamedTuple):

@@ -7,9 +7,10 @@ import numpy as np
 
 from alloc.allocation import FloatArray, Status
 from alloc.closed_forms.inverse import generalized_inverse
+from alloc.kernels import off
 from alloc.kernels.entry import SeenArguments, all_thrusters, closed_form, cover, inside, refuse
 from alloc.kernels.tolerance import MET
-from alloc.program import Builder, Expression, Program, Scalar, Where, least, most, select
+from alloc.program import Builder, Expression, Program, Scalar, States, Where, least, most, select
 from alloc.program.graph import lifted
 from alloc.program.sums import Terms, product, shared_sums, signed
 from alloc.vehicle import Vehicle
@@ -42,23 +43,36 @@ Rule = Callable[[Builder, dict[int, Expression]], Ruled]
 """What makes of x = T* tau of the working thrusters the thrusts that are then cut at the limits."""
 
 
-def mended(rule: Rule, vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
-    """f = T* tau, mended by a rule and cut at the limits."""
-    builder, G = Builder(vehicle, limits, scalar), generalized_inverse(vehicle)
+def mended(
+    rule: Rule, vehicle: Vehicle, limits: Where, scalar: Scalar, faults: States | None = None
+) -> Program:
+    """f = T* tau, mended by a rule and cut at the limits; of ``faults`` it is one program for all."""
+    builder, G = Builder(vehicle, limits, scalar, faults), generalized_inverse(vehicle)
     x, seen = closed_form(builder, G), SeenArguments(cover(G), builder)
+    changed = off.without(builder, x, generalized_inverse) if faults else None
+    if changed:
+        x = changed.thrusts
+        if (vehicle.f_min <= 0.0).all() and (vehicle.f_max >= 0.0).all():
+            builder.limits = builder.limits.of_no_fault()  # zero, which the one that is off has, is inside
     seen.know(0, x)
     seen.add(vehicle.working.tolist(), "0")
     refuse(builder, seen, [], exact=False)
     made = rule(builder, x)
     y = inside(builder, made.thrusts, builder.limits)
+    known, lost = [*builder.faults.values()] or [vehicle], _lost(builder, changed)
     if made.share is not None and vehicle.rank == vehicle.k:
         # T y is share times tau but for rounding. Share times tau is no more than limits allow, |T| far, so
-        # tau is missed by (1 - share) / share times that at most, and neither T nor tau is looked at.
-        far = np.maximum(np.abs(vehicle.f_min), np.abs(vehicle.f_max))
-        allowed = float((units(builder) * np.abs(vehicle.TP) @ far).max())
-        met = (made.share >= allowed / (1.0 + allowed)).named("met")
+        # tau is missed by (1 - share) / share times that at most, and neither T nor tau is looked at. Where a
+        # fault loses a direction each of the two may miss half.
+        most_of = 0.5 if any(lost) else 1.0
+        far = [np.maximum(np.abs(state.f_min), np.abs(state.f_max)) for state in known]
+        allowed = np.array([(units(builder) * np.abs(vehicle.TP) @ each).max() for each in far])
+        met = (made.share >= builder.graph.by_fault(allowed / (most_of + allowed))).named("met")
+        if any(lost):
+            met = met & none_missed(builder, lost, most_of)
     else:
-        met = none_missed(builder, _missed(builder, G, x, y))
+        rows = [[*row, *more] for row, more in zip(_missed(builder, G, x, y), lost, strict=True)]
+        met = none_missed(builder, rows)
     builder.compute(met)
     return builder.program(all_thrusters(builder, y), select(met, Status.SOLVED, Status.PARTIAL))
 
@@ -74,13 +88,23 @@ def units(builder: Builder) -> FloatArray:
     return share
 
 
-def none_missed(builder: Builder, rows: list[Terms]) -> Expression:
+def none_missed(builder: Builder, rows: list[Terms], at_most: float = 1.0) -> Expression:
     """The condition that no row of T f - tau, in these ``units``, misses more than it may."""
     missed = [signed(row).named(f"missed{r}") for r, row in enumerate(rows) if row]
     if not missed:
         return lifted(0.0, builder.graph) <= 1.0
-    condition: Expression = most(most(*missed), -least(*missed)) <= 1.0
+    condition: Expression = most(most(*missed), -least(*missed)) <= at_most
     return condition.named("met")
+
+
+def together(vehicle: Vehicle, scalar: Scalar) -> States:
+    """The vehicle and the faults that one program of a rule answers for: those that round as it does."""
+    rounds = wrench_doubt(vehicle) > MET[scalar]
+    return {
+        fault: state
+        for fault, state in off.rescaled(vehicle, generalized_inverse).items()
+        if (wrench_doubt(state) > MET[scalar]) == rounds
+    }
 
 
 def _missed(
@@ -96,4 +120,16 @@ def _missed(
     if vehicle.rank < vehicle.k or wrench_doubt(vehicle) > MET[builder.scalar]:
         lost = product(share * (vehicle.TP @ G - np.eye(vehicle.k)), builder.tau, "u").rows
         rows = [of_f + of_tau for of_f, of_tau in zip(rows, lost, strict=True)]
+    return rows
+
+
+def _lost(builder: Builder, changed: off.Without | None) -> list[Terms]:
+    """What a fault that loses a direction takes of the rows of T f - tau, in ``units``."""
+    vehicle = builder.vehicle
+    rows: list[Terms] = [[] for _ in vehicle.dof]
+    if changed:
+        by = units(builder)[:, 0] * (changed.a @ vehicle.TP.T)
+        by[[state.rank == vehicle.rank for state in builder.faults.values()]] = 0.0
+        for r in np.flatnonzero(by.any(axis=0)).tolist():
+            rows[r].append((True, builder.graph.by_fault(by[:, r]) * changed.off))
     return rows

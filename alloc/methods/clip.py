@@ -3,7 +3,7 @@
 from alloc.allocation import FloatArray
 from alloc.closed_forms.saturating import Bounds, Saturating
 from alloc.kernels import rules
-from alloc.program import Program, Scalar, Where
+from alloc.program import Builder, Expression, Program, Scalar, Where
 from alloc.vehicle import Vehicle
 
 FORMULATION = "clip"
@@ -26,4 +26,13 @@ def _leave_many(taus: FloatArray, F: FloatArray, low: FloatArray, high: FloatArr
 
 def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     """The same for a demand within any limits."""
-    return rules.mended(lambda builder, x: rules.Ruled(x), vehicle, limits, scalar)
+    return rules.mended(_kept, vehicle, limits, scalar)
+
+
+def program_for_all(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
+    """One program for the vehicle and many faults."""
+    return rules.mended(_kept, vehicle, limits, scalar, rules.together(vehicle, scalar))
+
+
+def _kept(builder: Builder, x: dict[int, Expression]) -> rules.Ruled:
+    return rules.Ruled(x)

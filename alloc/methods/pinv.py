@@ -3,6 +3,7 @@
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.closed_forms.linear import Linear
 from alloc.kernels import linear
+from alloc.kernels.off import rescaled
 from alloc.program import Program, Scalar, Where
 from alloc.vehicle import Vehicle
 
@@ -17,4 +18,9 @@ def build(vehicle: Vehicle) -> Linear:
 
 def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     """The same product, zero entries dropped."""
-    return linear.linear(vehicle, generalized_inverse(vehicle), limits, scalar)
+    return linear.linear(vehicle, generalized_inverse, limits, scalar)
+
+
+def program_for_all(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
+    """One program for the vehicle and many faults."""
+    return linear.linear(vehicle, generalized_inverse, limits, scalar, rescaled(vehicle, generalized_inverse))

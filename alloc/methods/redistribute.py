@@ -26,6 +26,8 @@ BEYOND = EXACT_TOLERANCE / 10
 """A thrust freezes where it is beyond a limit by more than this share of the largest one [-]. Rounding puts a
 stuck thruster (f_min = f_max) just inside its limit or just beyond, which must not decide what others do; a
 hundred thrusters that are cut by this miss no more of a wrench than SOLVED may."""
+SPARE: dict[Scalar, float] = {"double": BEYOND, "float": TOLERANCE["float"]}
+"""The same in C of either scalar: float rounds more."""
 MOST_THRUSTERS = 62
 """Patterns of frozen thrusters are bits of signed 64-bit integers."""
 
@@ -119,8 +121,18 @@ def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
             f"{vehicle.name}: redistribute downdates T* in the call, and in {scalar} that may cost"
             f" {lost:.1g} of the largest limit; {finer}take nullspace, scaled or clip"
         )
-    spare = BEYOND if scalar == "double" else TOLERANCE["float"]  # float rounds more
-    return rules.mended(partial(cascade.frozen, spare), vehicle, limits, scalar)
+    return rules.mended(partial(cascade.frozen, SPARE[scalar]), vehicle, limits, scalar)
+
+
+def program_for_all(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
+    """One program for the vehicle and many faults: those that leave as many digits."""
+    program(vehicle, limits, scalar)  # refuses what loses too many
+    known = {
+        fault: state
+        for fault, state in rules.together(vehicle, scalar).items()
+        if doubt(state, scalar) <= cascade.DOUBT[scalar]
+    }
+    return rules.mended(partial(cascade.frozen, SPARE[scalar]), vehicle, limits, scalar, known)
 
 
 def doubt(vehicle: Vehicle, scalar: Scalar) -> float:

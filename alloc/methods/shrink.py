@@ -37,3 +37,8 @@ def build(vehicle: Vehicle) -> Saturating:
 def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     """The same for a demand within any limits."""
     return rules.mended(fitted, vehicle, limits, scalar)
+
+
+def program_for_all(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
+    """One program for the vehicle and many faults."""
+    return rules.mended(fitted, vehicle, limits, scalar, rules.together(vehicle, scalar))

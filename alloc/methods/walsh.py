@@ -20,4 +20,4 @@ def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
 
     f = 1/m W [0; Q^-1 tau] (eq. 25) or, with a thruster off, eq. 27; raises NotApplicable as ``build``.
     """
-    return linear.linear(vehicle, walsh_inverse(vehicle), limits, scalar)
+    return linear.linear(vehicle, walsh_inverse, limits, scalar)

@@ -23,6 +23,7 @@ def at_fault(program: Program, fault: int) -> Program:
         outputs={place: order[node] for place, node in program.outputs.items()},
         status=order[program.status],
         names={},
+        loops={name: replace(loop, flags=loop.flags[row : row + 1]) for name, loop in program.loops.items()},
         steps=(),
         faults=(),
     )

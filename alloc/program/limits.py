@@ -48,6 +48,10 @@ class Limits:
         where: Where = "call" if self.at_call else "fixed"
         return Limits(self._vehicle, where, self._graph, anew=True, faults=self._faults)
 
+    def of_no_fault(self) -> "Limits":
+        """Those of the vehicle, or of the call, whatever is off."""
+        return Limits(self._vehicle, "call" if self.at_call else "fixed", self._graph, anew=self._anew)
+
     def _argument(self, array: str, i: int) -> Expression:
         begins = "l" if array == "f_min" else "h"
         found = self._graph.value("input", array, i).named(f"{begins}{i}")

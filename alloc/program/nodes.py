@@ -54,13 +54,13 @@ class DataLoop:
     name : of the C function behind OWN, and of the node
     text : the C of ``static void OWN_name(…)`` and of what it needs, whose names begin with OWN too
     arrays : name and size of each array it takes, in their order
-    flags : integers that it takes before the last array, as of which thrusters work
+    flags : integers that it takes before the last array, as of which thrusters work; of each fault, or of all
     """
 
     name: str
     text: str
     arrays: tuple[tuple[str, int], ...]
-    flags: tuple[int, ...] = ()
+    flags: tuple[tuple[int, ...], ...] = ()
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,8 @@ from alloc.program import Builder, Program, Where, at_fault, evaluate, least, mo
 from bench.demands.odd_vehicles import vehicle_of
 
 UKWIAL = load_vehicle("ukwial")
-TOGETHER = [name for name, each in recipes().items() if each.make_for_all]
+TOGETHER = [name for name, each in recipes().items() if each.make_for_all and name != "redistribute"]
+"""What redistribute's loop over data makes only its C calculates: tests/alloc/c/test_generated.py."""
 
 
 def test_what_is_known_of_each_fault_is_calculated_beforehand() -> None:
@@ -56,6 +57,18 @@ def test_limits_that_exclude_zero_begin_a_way_elsewhere_for_each_fault() -> None
     program = recipe("scaled").program_for_all(pushing, "fixed", "double")
     for fault in program.faults:
         _agrees(pushing, "scaled", "fixed", fault, program)
+
+
+@pytest.mark.parametrize("method", ["pinv", "clip", "shrink"])
+def test_what_takes_over_from_a_thruster_is_of_rank_one_where_h_is_full_and_where_a_limit_excludes_zero(
+    method: str,
+) -> None:
+    H = UKWIAL.H + 0.3
+    pushing = replace(UKWIAL, name="pushing", H=H, f_min=np.array([20.0, -250.0, -250.0, -250.0]))
+    program = recipe(method).program_for_all(pushing, "fixed", "double")
+    assert len(program.faults) == UKWIAL.n + 1
+    for fault in program.faults:
+        _agrees(pushing, method, "fixed", fault, program)
 
 
 def _agrees(vehicle: Vehicle, method: str, limits: Where, fault: int, program: Program) -> None:

@@ -18,8 +18,10 @@ from tests.emulators import available
     ("method", "limits", "flash", "more"),
     [
         ("nullspace", "fixed", 4_000, 1.15),
-        pytest.param("scaled", "fixed", 8_000, 1.26, marks=pytest.mark.long),  # 983 for 783: goal missed
+        pytest.param("scaled", "fixed", 8_000, 1.17, marks=pytest.mark.long),  # 912 for 783: goal missed
         pytest.param("scaled", "call", 12_000, 1.15, marks=pytest.mark.long),
+        pytest.param("clip", "fixed", 4_000, 1.2, marks=pytest.mark.long),
+        pytest.param("redistribute", "fixed", 6_000, 1.15, marks=pytest.mark.long),
     ],
 )
 def test_flash_has_a_goal_and_a_call_of_the_whole_vehicle_takes_little_more(
@@ -36,5 +38,5 @@ def test_flash_has_a_goal_and_a_call_of_the_whole_vehicle_takes_little_more(
         counted = count(image, kernel.calls(asked.taus, *asked.limits))
         taken[faults] = image.flash_bytes, int(counted.instructions.max())
     assert taken["all"][0] <= flash
-    assert taken["all"][0] < taken["one"][0] / 3
+    assert taken["all"][0] < taken["one"][0] / 2.5
     assert taken["all"][1] <= more * taken["one"][1]

@@ -127,7 +127,7 @@ def test_names_of_thrusters_stand_in_header_and_page(tmp_path: Path) -> None:
         (["--vehicle", "titanic", "--method", "pinv"], "no vehicle 'titanic'"),
         (["--vehicle", "supply-vessel", "--method", "walsh"], "walsh: supply-vessel"),
         (["--vehicle", "ukwial", "--method", "pinv", "--out", "/dev/null/here"], "give another --out"),
-        (["--vehicle", "ukwial", "--method", "clip", "--faults", "all"], "leave out --faults all"),
+        (["--vehicle", "ukwial", "--method", "walsh", "--faults", "all"], "leave out --faults all"),
     ],
 )
 def test_what_cannot_be_generated_is_one_line_and_exit_code_2(tmp_path, arguments, says) -> None:

@@ -45,9 +45,12 @@ def test_the_c_is_the_program_node_by_node(name: str, kernel: str, limits: Where
     assert claim.verdict == "shown", claim.words
 
 
-@pytest.mark.parametrize("limits", ["fixed", "call"])
-def test_a_function_for_all_faults_is_the_program_of_each(limits: Where) -> None:
-    of = subject(load_vehicle("bluerov2"), "scaled", "float", limits, "all")
+@pytest.mark.parametrize(
+    ("kernel", "limits"),
+    [("scaled", "fixed"), ("scaled", "call"), ("redistribute", "call"), ("pinv", "fixed")],
+)
+def test_a_function_for_all_faults_is_the_program_of_each(kernel: str, limits: Where) -> None:
+    of = subject(load_vehicle("bluerov2"), kernel, "float", limits, "all")
     claim = translated(of)
     assert claim.verdict == "shown", claim.words
     row = re.search(r"_of\[7\]\[\d+\] = \{\n(.*)\n    \{([^,]*)", of.source)
