@@ -40,8 +40,8 @@ MOVING = {"jolts": 3000}
 FAILED = {"inactive": 20, "active": 40, "infeasible": 20}
 """The same, with each thruster off in turn: what a failure breaks, it breaks in many demands."""
 
-HARD, HARD_DEMANDS = 13, 200
-"""The nearly symmetric vehicle whose edges every method is asked too, and with how many demands: eight
+NEARLY, HARD, HARD_DEMANDS = "nearly symmetric", 13, 200
+"""The vehicle whose edges every method is asked too, by number, and with how many demands: it has eight
 thrusters, each the mirror image of its neighbours but for the last digits of T. Thrusts that steps onto thin
 rows led astray missed their wrench in a third of them."""
 
@@ -148,7 +148,8 @@ def judge_cell(
         before, now = _when(of_base, wrong(of_base, base)), _when(of_head, wrong(of_head, head))
         cell.base_wrong, cell.head_wrong = cell.base_wrong or before, cell.head_wrong or now
         cell.turned_wrong = cell.turned_wrong or ("" if before else now)
-        if asked is theirs and of_base is not hard:  # there rounding in another order may move thrusts far
+        # On such edges rounding in another order may move thrusts far.
+        if asked is theirs and of_base.demands.name != NEARLY:
             cell.differ = cell.differ or _when(of_base, differ(of_base, base, head))
     if fewest < inf:
         remarks.append(f"of some kind only {fewest:,} demands were looked at: `{cell.name}`")
@@ -157,7 +158,7 @@ def judge_cell(
 
 def _when(question: Question, what: str) -> str:
     """What was found, and on which other vehicle: with which thruster off, or a nearly symmetric one."""
-    other = question is nearly_symmetric() or question.demands.vehicle.whole
+    other = question.demands.name == NEARLY or question.demands.vehicle.whole
     return f"{question.demands.name}: {what}" if what and other else what
 
 
@@ -192,7 +193,7 @@ def nearly_symmetric() -> Question:
     """Demands on the edges of a nearly symmetric vehicle, which is no cell's; judged by equations alone."""
     vehicle, rng = numbered(HARD)
     taus = edge_demands(vehicle, rng, HARD_DEMANDS)
-    return questions([labelled("nearly symmetric", vehicle, taus)], _nobody)[0]
+    return questions([labelled(NEARLY, vehicle, taus)], _nobody)[0]
 
 
 def _of_kinds(vehicle: Vehicle, kinds: Mapping[str, int]) -> FloatArray:
