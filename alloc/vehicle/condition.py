@@ -64,7 +64,8 @@ def promised(vehicle: Vehicle, tolerance: float) -> float:
     """``tolerance`` [-], or what rounding leaves of it on this vehicle.
 
     Rounding moves a wrench, and the weakest thruster may have to make up for it: ROUNDING n times
-    cond(T P) ``magnified`` + the condition of H in even units.
+    cond(T P) ``magnified`` + the condition of H in even units. On the very edge of what the thrusters can do
+    the optimum itself may move by any distance with the last bit of a demand, and nothing is promised.
     """
     doubt = wrench_doubt(vehicle) * magnified(vehicle) + ROUNDING * vehicle.n * unevenness(vehicle)
     return max(tolerance, doubt)
