@@ -4,7 +4,8 @@ Every method lives with its own last answer: the next call's limits are what sle
 the vehicle's autopilot answers to what its thrusters did. Half a second into a turn a thruster fails. The
 study prints a table of ``docs/limits.md``; a comparison with one method's numbers alone would say little, so
 ``scaled`` flies the same missions: exact where the demand can be met, else its largest share. With ``--esc``
-only ``scaled`` flies, through each way to the vehicle's ESCs, and slew limits lie around what those made.
+only ``scaled`` flies, through each way to the vehicle's ESCs, and slew limits lie around what those made,
+as far as a curve tells: the table of ``results/studies/closed_loop.md``.
 """
 
 import sys
@@ -16,7 +17,7 @@ from alloc import NotApplicable, Vehicle, build, load_vehicle
 from alloc.allocation import FloatArray
 from alloc.reach.volumes import worst_fault
 from bench.demands.mission.simulate import HALF, RATE_HZ, STEPS, Act, Flight, fly
-from bench.judging.last_metre import METHOD, ways
+from bench.judging.last_metre import LINEAR, METHOD, ways
 from bench.results.text import table, three
 
 METHODS = (
@@ -44,7 +45,7 @@ class Crew:
 
     Attributes
     ----------
-    f : (n,) thrusts now [N]
+    f : (n,) thrusts that slew limits lie around [N]: those made, as far as the vehicle knows
     missed : of each demand, |T P f - tau| in wrench_scale [-]
     """
 
@@ -54,7 +55,8 @@ class Crew:
     def act(self, method: str, vehicle: Vehicle, way: str = "") -> Act:
         """What acts on the vehicle where the method answers; where it has no answer, thrusts stay.
 
-        With a way to the ESCs (``last_metre.ways``) thrusters make what that sends.
+        With a way to the ESCs (``last_metre.ways``) thrusters make what that sends; the linear map, which has
+        no curve, takes what was asked for made.
         """
         allocate = build(method, vehicle)
         sends = ways(vehicle)[way] if way else None
@@ -63,9 +65,11 @@ class Crew:
             low, high = vehicle.limits(f_previous=self.f, dt=1 / RATE_HZ)
             wanted = allocate(tau, low, high).f
             self.f = np.clip(wanted if np.isfinite(wanted).all() else self.f, low, high)
+            made = self.f
             if sends is not None:
-                self.f = vehicle.thrusts(sends(self.f[None], low[None], high[None])[0])
-            wrench: FloatArray = vehicle.TP @ self.f
+                made = vehicle.thrusts(sends(self.f[None], low[None], high[None])[0])
+                self.f = self.f if way == LINEAR else made
+            wrench: FloatArray = vehicle.TP @ made
             self.missed.append(float(np.linalg.norm((wrench - tau) / vehicle.wrench_scale)))
             return wrench
 
