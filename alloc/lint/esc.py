@@ -81,15 +81,16 @@ def _on_limits(vehicle: Vehicle) -> Iterator[tuple[Level, str, str]]:
 
 def _on_limits_of(vehicle: Vehicle, i: int) -> Iterator[tuple[Level, str, str]]:
     esc = vehicle.esc[i]
-    if np.isnan(esc.volts[0]):
-        return
+    bare = bool(
+        np.isnan(esc.volts[0])
+    )  # of a curve without voltages, or of no curve, which ends at the limits
     at = esc.volts[-1] if np.isnan(esc.nominal) else esc.nominal
     sources = [("f_min", "f_max", vehicle.f_min[i], vehicle.f_max[i], at)]
-    if (table := vehicle.by_volts) is not None:
+    if (table := vehicle.by_volts) is not None and not bare:
         rows = zip(table.volts, table.f_min[:, i], table.f_max[:, i], strict=True)
         sources += [("volts", "volts", low, high, volts) for volts, low, high in rows]
     for low_key, high_key, low, high, volts in sources:
-        if not esc.volts[0] <= volts <= esc.volts[-1]:
+        if not (bare or esc.volts[0] <= volts <= esc.volts[-1]):
             continue
         ends = [float(side[0]) for side in esc.span(np.array([volts]))]
         for key, said, end in zip((low_key, high_key), (low, high), ends, strict=True):
@@ -97,7 +98,9 @@ def _on_limits_of(vehicle: Vehicle, i: int) -> Iterator[tuple[Level, str, str]]:
                 continue
             factor = said / end
             which = "more than" if factor > 1 else "less than" if factor > 0 else "against"
-            numbers = f"{said:g} N is {which} the {end:.4g} N of the curve at {volts:g} V"
+            numbers = (
+                f"{said:g} N is {which} the {end:.4g} N of the curve{'' if bare else f' at {volts:g} V'}"
+            )
             if any(abs(factor * unit - 1) <= 5 * APART for unit in (GRAVITY, 1 / GRAVITY)):
                 yield "warning", key, f"{numbers}, by a factor of {GRAVITY:g}; is one of them in kgf?"
             elif factor > 1:

@@ -77,6 +77,7 @@ def test_what_pages_say_of_the_c_s_size_is_what_emulate_counts(name: str) -> Non
         ("exact.md", "On an AMD EPYC", "native_speed"),
         ("saturation.md", "None was above its bound", "near_degenerate"),
         ("limits.md", "medians, except *worst*", "closed_loop"),
+        ("esc.md", "In [ten missions]", "closed_loop"),
         ("cross-check.md", "*Right* means", "cross_check"),
         ("rivals.md", "6,000 of them infeasible", "rivals"),
     ],

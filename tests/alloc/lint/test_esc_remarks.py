@@ -10,6 +10,7 @@ SOUND = "neutral: 0, range: [-100, 100], curve: {16: [[-100, -30], [-9, 0], [9, 
 
 
 def remarks(folder: Path, esc: str, rest: str = "") -> str:
+    (folder / "mine.csv").write_text("command,N\n-100,-30\n-9,0\n9,0\n100,40\n")
     path = folder / "mine.yaml"
     path.write_text(f"name: two\ndof: [surge, yaw]\nT: [[1, 1], [0.2, -0.2]]\nesc: {{{esc}}}\n{rest}\n")
     found = check_vehicle(path).findings
@@ -23,6 +24,10 @@ SLIPS = {
     "is one of them in kgf?": (SOUND, "f_min: -3.06\nf_max: 4.08"),
     "35 N is less than the 40 N of the curve at 16 V": (SOUND, "f_min: -30\nf_max: 35"),
     "45 N is more than the 40 N of the curve at 16 V: the ESC can't": (SOUND, "f_min: -30\nf_max: 45"),
+    "35 N is less than the 40 N of the curve": (
+        f"{SOUND[: SOUND.index('curve')]}curve: mine.csv",
+        "f_min: -30\nf_max: 35",
+    ),
     "thruster 1: 45 N is more than the 40 N": (SOUND, "f_min: -30\nf_max: [40, 45]"),
     "'volts' is 12 V": (f"{SOUND}, volts: 12", ""),
     "coarser than the dead band": (f"{SOUND}, step: 25", ""),
