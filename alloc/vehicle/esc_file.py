@@ -96,7 +96,9 @@ def _esc(keys: EscKeys, turned: bool, limits: tuple[float, float] | None, key: s
             f"{key}.neutral: {neutral:g} lies outside of the range {low:g} … {high:g}; mend one of them", key
         )
     if not 0 < step <= high - low:
-        raise VehicleError(f"{key}.step: {step:g} is no step in {low:g} … {high:g}; give less", key)
+        raise VehicleError(
+            f"{key}.step: {step:g} is no step in {low:g} … {high:g}; give more than 0 and less", key
+        )
     if keys.volts is not None and not 0 < keys.volts < LARGEST_COMMAND:
         raise VehicleError(f"{key}.volts: {keys.volts:g} is no voltage; give a number of volts", key)
     # As if not reversed: what stands on the wire is mirrored at the very end.
