@@ -27,8 +27,8 @@ def summary(run: Run) -> str:
             lines.append([*names, *worst])
     parts = [
         "## Instructions on emulated processors\n",
-        f"The most that any call took in {IN_WORDS[scalar]}, a search for it included, and calls whose numbers"
-        " overflow or are none where emulation.csv has `instructions_known`; counted exactly, and no times."
+        f"The most that any call took in {IN_WORDS[scalar]}, a search for it included, and calls whose"
+        " numbers overflow or are none where emulation.csv has `instructions_known`; counted exactly, and no times."
         " `thrustbench size DIR --rate HZ --clock MHZ` makes shares of a control period of them.\n",
         table(("vehicle", "method", "limits", *targets), lines),
     ]
