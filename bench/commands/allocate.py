@@ -5,11 +5,14 @@ import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from bench.commands import PATH, log_options, read_options
+
+if TYPE_CHECKING:
+    from alloc import Allocation
 
 
 @click.command()
@@ -88,6 +91,8 @@ def command(
             answers = [allocator(tau) for tau in taus]
         else:
             answers = list(map(allocator, taus, lows, highs))
+        if plugin:
+            answers = [_answer(given, answering.n) for given in answers]
     wired = sent(answering, answers, log.columns.get("volts"), lows, highs) if esc else None
     text = format_thrusts(answers, header, wired)
     if output is None:
@@ -97,6 +102,21 @@ def command(
     click.echo(log.said, err=True)  # at last, since a refusal is one line
     if log.doubt:
         click.echo(f"warning: {log.doubt}", err=True)
+
+
+def _answer(given: Any, n: int) -> "Allocation":
+    """A plug-in's answer as one with n thrusts; raises TypeError or ValueError where it is none."""
+    import numpy as np
+
+    from alloc import Allocation, Status
+    from alloc.allocation import real
+
+    f, status, *_ = given
+    thrusts = real(np.asarray(f))
+    if thrusts.shape != (n,):
+        raise ValueError(f"an answer has thrusts of shape {thrusts.shape}, not ({n},)")
+    share = given[4] if len(given) > 4 else ()
+    return Allocation(thrusts, Status(status), share=tuple(map(float, share)))
 
 
 @contextmanager
@@ -109,8 +129,8 @@ def _faults_of(plugin: Path | None) -> Iterator[None]:
         yield
     except AllocError:
         raise
-    except Exception as error:
-        if plugin is None:
+    except BaseException as error:  # SystemExit too: a plug-in must not end the command as if all were well
+        if plugin is None or isinstance(error, KeyboardInterrupt):
             raise
         frames = traceback.extract_tb(error.__traceback__)
         lines = [frame.lineno for frame in frames if Path(frame.filename).name == plugin.name]

@@ -144,7 +144,7 @@ class Row(Judgements):
 
     @property
     def agrees(self) -> str:
-        """``yes`` where every answer is as near the optimum as promised, else ``no``; ``-`` if neither."""
+        """``yes`` where answers are as near the optimum as promised, else ``no``; ``-`` without promise or optimum."""
         return {None: "-", True: "yes", False: "no"}[self.agreed]
 
     @property

@@ -2,6 +2,7 @@
 
 import csv
 import io
+import re
 from pathlib import Path
 
 import numpy as np
@@ -9,8 +10,10 @@ import pytest
 from click.testing import CliRunner, Result
 
 from alloc import build, load_vehicle
+from alloc.errors import PluginError
 from alloc.vehicle.read import find_file
 from bench.__main__ import cli
+from tests import plugin_files
 from tests.plugin_files import write_plugin
 
 PAPER = (300.0, -50.0, 10.0)
@@ -64,6 +67,25 @@ def test_what_a_method_prints_does_not_come_between_the_rows(demands: Path, tmp_
     statuses, _ = thrusts(result.stdout)
     assert statuses == ["SOLVED"] * 3
     assert result.stderr.count("x" * 10_000) == 3
+
+
+@pytest.mark.parametrize(
+    ("body", "says"),
+    [
+        ("return None", "TypeError"),
+        ("return Allocation(f, 77)", "77 is not a valid Status"),
+        ("return Allocation(f[:2], Status.SOLVED)", r"thrusts of shape \(2,\), not \(4,\)"),
+        ("sys.exit(0)", "line \\d+: SystemExit: 0"),
+    ],
+)
+def test_a_plug_in_that_answers_nothing_useful_ends_in_one_line(
+    demands: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, body: str, says: str
+) -> None:
+    monkeypatch.setitem(plugin_files.BODIES, "useless", body)
+    plugin = write_plugin(tmp_path, "useless")
+    error = allocate("--vehicle", "ukwial", "--method", "useless", "--plugin", plugin, demands).exception
+    assert isinstance(error, PluginError)
+    assert re.fullmatch(f".*useless.py: .*{says}.*; mend it", str(error))  # one line
 
 
 def test_numbers_read_back_as_the_same_doubles(demands: Path, tmp_path: Path) -> None:
