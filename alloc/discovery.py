@@ -158,7 +158,9 @@ def load_plugin(path: Path) -> Entry:
     sys.modules[spec.name] = module  # dataclasses and pickle look up the module of a class here
     try:
         spec.loader.exec_module(module)
-    except (Exception, SystemExit) as error:  # a file that calls sys.exit must not end this process
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # SystemExit too: a file that calls sys.exit must not end this process
         del sys.modules[spec.name]
         raise UnknownName(f"{path}: can't be imported ({type(error).__name__}: {error}); mend it") from error
     if not hasattr(module, "build"):

@@ -144,7 +144,7 @@ class Row(Judgements):
 
     @property
     def agrees(self) -> str:
-        """``yes`` where answers are as near the optimum as promised, else ``no``; ``-`` without promise or optimum."""
+        """``yes`` where answers are as near the optimum as promised, else ``no``; ``-`` without a promise."""
         return {None: "-", True: "yes", False: "no"}[self.agreed]
 
     @property
