@@ -28,8 +28,8 @@ def summary(run: Run) -> str:
     parts = [
         "## Instructions on emulated processors\n",
         f"The most that any call took in {IN_WORDS[scalar]}, a search for it included, and calls whose"
-        " numbers overflow or are none where emulation.csv has `instructions_known`; counted exactly, and no times."
-        " `thrustbench size DIR --rate HZ --clock MHZ` makes shares of a control period of them.\n",
+        " numbers overflow or are none where emulation.csv has `instructions_known`; counted exactly, and no"
+        " times. `thrustbench size DIR --rate HZ --clock MHZ` makes shares of a control period of them.\n",
         table(("vehicle", "method", "limits", *targets), lines),
     ]
     parts = [*filter(None, [microcontroller(emulated, run.record.processors)]), *parts]
