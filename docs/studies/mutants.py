@@ -137,8 +137,8 @@ MUTANTS = (
     ),
     Mutant(
         "the judge compares newtons with a relative tolerance",
-        "farthest <= tolerance * vehicle.f_scale",
-        "farthest <= tolerance",
+        "near = farthest <= tolerance * f_scale",
+        "near = farthest <= tolerance",
     ),
     Mutant(
         "the judge looks at the first answers of a demand only",
