@@ -11,7 +11,7 @@ from alloc import NotApplicable, Vehicle
 from alloc.allocation import FloatArray
 from alloc.c import last_metre, sources, to_escs
 from alloc.methods import recipe
-from alloc.program import Scalar, Where
+from alloc.program import Faults, Scalar, Where
 from bench.chips.count import CallCounts, count
 from bench.chips.image import link
 from bench.chips.kernel import Kernel
@@ -31,7 +31,7 @@ TURNED = 0.02
 """Share of thrusts that may be a step away for that."""
 
 
-def kernel(vehicle: Vehicle, scalar: Scalar, limits: Where) -> Kernel:
+def kernel(vehicle: Vehicle, scalar: Scalar, limits: Where, faults: Faults = "one") -> Kernel:
     """NAME_esc as a kernel whose demand is f, limits where they are arguments, and the voltage."""
     if not vehicle.esc:
         raise NotApplicable(f"{vehicle.name}: has no ESCs; add 'esc' to its file")
@@ -49,7 +49,7 @@ def kernel(vehicle: Vehicle, scalar: Scalar, limits: Where) -> Kernel:
         entry=f"{last.name}_esc",
         declaration=f'#include "{last.name}_esc.h"\nstatic {last.command} command[{n}];',
         arguments=f"tau, {ends}tau[{width - 1}], command, f",
-        sources=sources(vehicle, made, scalar, limits=limits) | to_escs(last),
+        sources=sources(vehicle, made, scalar, faults, limits) | to_escs(last),
     )
 
 

@@ -5,7 +5,7 @@ from typing import Literal
 
 import click
 
-from bench.commands import LIMITS, PATH, SINGLE
+from bench.commands import FAULTS, LIMITS, PATH, SINGLE
 
 
 @click.command()
@@ -14,6 +14,7 @@ from bench.commands import LIMITS, PATH, SINGLE
 @click.option("--demands", multiple=True, metavar="D", help="A demand set's name [one a class, a mission].")
 @SINGLE
 @LIMITS
+@FAULTS
 @click.option("--n", type=click.IntRange(1), default=200, show_default=True, help="Demands of each set.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the demands.")
 @click.option("--read", "log", type=PATH, metavar="LOG", help="Make a record of what a board printed.")
@@ -25,6 +26,7 @@ def command(
     demands: tuple[str, ...],
     single: bool,
     limits: Literal["fixed", "call"],
+    faults: Literal["none", "one", "all"],
     n: int,
     seed: int,
     log: Path | None,
@@ -52,7 +54,7 @@ def command(
     scalar: Literal["double", "float"] = "float" if single else "double"
     asked = load_vehicle(vehicle)
     wanted = kernels.as_c(methods) or (*kernels.methods(), *[esc.METHOD] * bool(asked.esc))
-    project = plan(asked, wanted, demands or CLASSES, scalar, limits, n, seed)
+    project = plan(asked, wanted, demands or CLASSES, scalar, limits, n, seed, faults)
     write(project, out)
     for reason in project.left_out:
         click.echo(f"left out: {reason}")

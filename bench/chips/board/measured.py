@@ -110,6 +110,7 @@ def _header(heard: Heard, name: str, started: str) -> Header:
             "vehicles": [heard.board.vehicle.name],
             "methods": list(heard.board.kernels),
             "demands": list(heard.board.rates),
+            "faults": facts.get("faults", "one"),
             "missing": heard.missing,
         },
     )

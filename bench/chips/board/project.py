@@ -11,7 +11,7 @@ from alloc import NotApplicable, Vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import NotInstalled
 from alloc.files.textfile import write_folder
-from alloc.program import Scalar, Where
+from alloc.program import Faults, Scalar, Where
 from alloc.program.literal import number
 from alloc.vehicle.frame import described
 from bench.chips import esc
@@ -39,6 +39,7 @@ class Project:
     sets : the demands of each class
     thrusts : the calls of NAME_esc (n, width), by the name of their set; empty where it is not asked
     limits : whether they stand in the C, or each call gives them
+    faults : which the C knows; demands are asked of the vehicle as it is
     seed : of the demands
     left_out : methods and sets that this vehicle does not have, with the reason
     """
@@ -48,6 +49,7 @@ class Project:
     sets: tuple[DemandSet, ...]
     thrusts: Mapping[str, FloatArray]
     limits: Where
+    faults: Faults
     seed: int
     left_out: tuple[str, ...]
 
@@ -60,6 +62,7 @@ def plan(
     limits: Where,
     n: int,
     seed: int,
+    faults: Faults = "one",
 ) -> Project:
     """The project of these methods and sets; what the vehicle can't have is left out, and said.
 
@@ -70,7 +73,7 @@ def plan(
         if method == esc.METHOD:
             continue
         try:
-            kernel = build_kernel(method, vehicle, scalar, limits)
+            kernel = build_kernel(method, vehicle, scalar, limits, faults)
             if kernel.prepared:
                 left_out.append(f"{method}: prepares at its first call, which would be timed with the others")
             else:
@@ -94,7 +97,7 @@ def plan(
     thrusts: Mapping[str, FloatArray] = {}
     if esc.METHOD in methods:
         try:
-            kernels.append(_beside(esc.kernel(vehicle, scalar, limits), kernels))
+            kernels.append(_beside(esc.kernel(vehicle, scalar, limits, faults), kernels))
             thrusts = esc.calls(vehicle, limits, n, seed)
         except NotApplicable as refusal:
             left_out.append(f"{esc.METHOD}: {refusal}")
@@ -106,6 +109,7 @@ def plan(
         sets=tuple(asked),
         thrusts=thrusts,
         limits=limits,
+        faults=faults,
         seed=seed,
         left_out=tuple(left_out),
     )
@@ -239,6 +243,7 @@ def _facts(project: Project) -> list[str]:
         f"seed {project.seed}",
         f"scalar {first.scalar}",
         f"limits {project.limits}",
+        *[f"faults {project.faults}"] * (project.faults != "one"),
         *(f"method {_described(kernel)}" for kernel in project.kernels),
         *(f"demands {demands.name} {_rate(demands)}" for demands in project.sets),
         *(f"demands {name} -" for name in project.thrusts),

@@ -373,6 +373,21 @@ def test_what_a_vehicle_does_not_have_is_left_out_and_said() -> None:
         plan(vehicle, ("walsh@native",), ("active",), "double", "fixed", 5, 0)
 
 
+def test_a_log_of_one_function_for_all_faults_says_so_and_its_answers_are_judged(tmp_path: Path) -> None:
+    vehicle = load_vehicle("ukwial")
+    asked = plan(vehicle, (*METHODS, "walsh@native"), SETS[:1], "double", "fixed", 5, 3, "all")
+    assert [reason.partition(":")[0] for reason in asked.left_out] == ["walsh@native"]
+    write(asked, tmp_path)
+    make(tmp_path, "log", "CFLAGS=-O1 -DBOARD_PASSES=1")
+    kept = keep(tmp_path / "build/posix/LOG", tmp_path / "kept", "")
+    assert kept.good
+    header = read(kept.folders[0]).header
+    assert header.settings["faults"] == "all"
+    names = {path.parent.name: path.read_text() for path in tmp_path.glob("kernels/*/ukwial_*.c")}
+    assert sorted(names) == ["ukwial_nullspace", "ukwial_pinv"]
+    assert all("_all(" in text for text in names.values())
+
+
 @pytest.mark.parametrize(("machine", "name"), [("mps2-an386", "cortex-m4f"), ("mps2-an500", "cortex-m7")])
 def test_a_log_through_qemu_s_serial_line_has_the_plugin_s_counts(
     machine: str, name: str, tmp_path: Path
