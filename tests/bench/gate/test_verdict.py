@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy import stats
 
 from bench.gate.record import GateCell, GateRecord, GateSettings
 from bench.gate.render import as_json, markdown
@@ -198,6 +197,8 @@ logs = st.lists(st.floats(-0.5, 0.5), min_size=2, max_size=12).filter(lambda m: 
 
 @given(logs)
 def test_the_interval_is_student_s_on_the_logarithms_of_the_ratios(m: list[float]) -> None:
+    from scipy import stats  # takes a second, in each process that collects tests
+
     pairs = [[(10**9, round(10**9 * exp(x)))] for x in m]
     values = [log(head / base) for ((base, head),) in pairs]
     low, high = stats.ttest_1samp(values, 0.0).confidence_interval(0.95)
