@@ -124,6 +124,22 @@ static int inside(const tb_real *f, const tb_real *f_min, const tb_real *f_max, 
     return good;
 }
 
+/* The vehicle's own limits, which are prepared, and the same as limits of the call, far beyond what can be made. */
+static void own(const tb_real *tau, unsigned long mask)
+{
+    tb_real far[TB_K_MAX], f[TB_N_MAX], share[TB_K_MAX], given[TB_K_MAX];
+    for (int r = 0; r < k; r++) {
+        far[r] = 4 * tau[r];
+    }
+    check(tb_scaled(&allocator, far, NULL, NULL, f, share) == tb_scaled(&allocator, far, low, high, f, given) &&
+              share[0] - given[0] <= CLOSE && given[0] - share[0] <= CLOSE,
+          "limits of the call answer as the vehicle's own", "scaled");
+    tb_priority(&allocator, far, low, high, f, given);
+    tb_priority(&allocator, far, NULL, NULL, f, share);
+    check(inside(f, low, high, mask) && share[0] - given[0] <= CLOSE && given[0] - share[0] <= CLOSE,
+          "limits of the call answer as the vehicle's own", "priority");
+}
+
 static void ask(unsigned long mask)
 {
     tb_real f_min[TB_N_MAX], f_max[TB_N_MAX], made[TB_N_MAX], tau[TB_K_MAX], f[TB_N_MAX], share[TB_K_MAX];
@@ -162,6 +178,7 @@ static void ask(unsigned long mask)
         check(status == TB_SOLVED || status == TB_PARTIAL, "every demand is answered", "priority");
         check(inside(f, f_min, f_max, mask), "thrusts lie inside the limits", "priority");
         check(status != TB_SOLVED || makes(f, tau, 1), "thrusts make tau", "priority");
+        own(tau, mask);
     }
     for (int rule = 0; rule < 2; rule++) {
         status = (rule ? tb_redistribute : tb_clip)(&allocator, tau, f_min, f_max, f);
