@@ -4,6 +4,7 @@ import sys
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stdout
+from copy import deepcopy
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -58,13 +59,15 @@ def command(
     """
     from alloc import load_vehicle
     from alloc.discovery import find, load_plugin, prepare
-    from alloc.errors import UnknownName, VehicleError
+    from alloc.errors import PluginError, UnknownName, VehicleError
     from alloc.files.textfile import write_text
     from bench.inputs.demand_csv import format_thrusts
     from bench.inputs.esc_columns import sent
     from bench.inputs.faults import EACH, parse_fault, with_fault
     from bench.inputs.log_limits import limits_in
     from bench.inputs.logs import read_log
+    from bench.judging.faults import first_wrong
+    from bench.judging.question import promised
 
     answering = load_vehicle(vehicle)
     if esc and not answering.esc:
@@ -83,6 +86,7 @@ def command(
     )
     taus = log.taus
     lows, highs = limits_in(demands, log.columns, answering)
+    asked = deepcopy((answering, taus, lows, highs))  # a plug-in may change what it is given
     header = [answering.called(i) if names else f"f{i}" for i in range(answering.n)]
     # Silent or not, SCS and OSQP print what they can't do.
     with redirect_stdout(sys.stderr), _faults_of(plugin):
@@ -93,6 +97,9 @@ def command(
             answers = list(map(allocator, taus, lows, highs))
         if plugin:
             answers = [_answer(given, answering.n) for given in answers]
+            promises = promised(allocator)
+    if plugin and (wrong := first_wrong(*asked, answers, **promises)):
+        raise PluginError(f"{plugin}: {wrong}; mend it")
     wired = sent(answering, answers, log.columns.get("volts"), lows, highs) if esc else None
     text = format_thrusts(answers, header, wired)
     if output is None:

@@ -1,13 +1,14 @@
 """Which answers are wrong, and how: each by the equations alone, whatever its solver says of it."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from alloc import Allocation, Label, Status
+from alloc import Allocation, Label, Status, Vehicle
 from alloc.allocation import WRENCH_TOLERANCE, BoolArray, FloatArray, IndexArray, StatusArray
 from alloc.formulations import find_formulation
+from bench.demands import DemandSet
 from bench.judging.question import Question, right_answers
 from bench.judging.shares import misstated
 
@@ -112,6 +113,28 @@ def faults(
         & misstated(demands, seen.demand, seen.shares, f, formulation, tolerance),
         "shares memory with another answer: yesterday's changes when today's is made": seen.shared,
     }
+
+
+def first_wrong(
+    vehicle: Vehicle,
+    taus: FloatArray,
+    f_min: FloatArray | None,
+    f_max: FloatArray | None,
+    answers: Sequence[Allocation],
+    **promises: Any,
+) -> str:
+    """Which answer is the first that is wrong by the equations, and how; empty where none is.
+
+    Limits are (N, n) [N], None for the vehicle's. Neither an optimum nor alpha* is worked out, for a log may
+    be long: whether a demand that is called INFEASIBLE can be met is not asked.
+    """
+    N = len(taus)
+    unlabelled: dict[str, Any] = {"labels": np.full(N, Label.BOUNDARY, np.int8), "alpha": np.full(N, np.nan)}
+    demands = DemandSet(name="log", vehicle=vehicle, taus=taus, f_min=f_min, f_max=f_max, **unlabelled)
+    question = Question(demands, {promises["formulation"]: np.full((N, vehicle.n), np.nan)}, {})
+    kinds = faults(question, measured(question, answers, promises["formulation"]), **promises)
+    found = [(int(which.argmax()), what) for what, which in kinds.items() if which.any()]
+    return "demand {}, counted from 0: {}".format(*min(found)) if found else ""
 
 
 def stacked(thrusts: Sequence[FloatArray], n: int) -> tuple[FloatArray, BoolArray]:

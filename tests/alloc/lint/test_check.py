@@ -153,7 +153,7 @@ def test_a_sound_file_gets_only_the_notes_on_what_failures_cost(file: Path) -> N
         ),
         (BOX.replace("0.4", "400"), "warning", 3, "over 100 m off"),
         (BOX.replace("-0.3, 0]", "0.3, 0]"), "warning", 5, "the same position and direction as thruster 0"),
-        (BOX.replace("[1, 0, 0]", "[1, 1, 0]"), "error", 4, "length 1.414; give a unit vector"),
+        (BOX.replace("[1, 0, 0]", "[1, 1, 0]"), "error", 4, "has length 1.414; give a unit vector"),
         (BOX.replace("surge, sway", "surge, heave, sway"), "error", None, "(no thruster pushes heave)"),
         (
             BOX.replace("  - {position: [-0.3, 0.1", "# "),
@@ -174,6 +174,7 @@ def test_a_flaw_gets_its_remark_with_level_and_line(
     assert matching, report.findings
     assert matching[0].level == level
     assert matching[0].line == line
+    assert not matching[0].message.startswith(matching[0].key or ":")  # the key is said once
 
 
 def test_a_failure_that_all_but_loses_a_direction_is_named(file: Path) -> None:

@@ -76,9 +76,15 @@ def test_what_a_method_prints_does_not_come_between_the_rows(demands: Path, tmp_
         ("return Allocation(f, 77)", "77 is not a valid Status"),
         ("return Allocation(f[:2], Status.SOLVED)", r"thrusts of shape \(2,\), not \(4,\)"),
         ("sys.exit(0)", "line \\d+: SystemExit: 0"),
+        (plugin_files.BODIES["nan"], "demand 2, counted from 0: NaN or infinity although it says SOLVED"),
+        (plugin_files.BODIES["off"], "demand 0, .*SOLVED, but the wrench is not met"),
+        (plugin_files.BODIES["changes-its-vehicle"], "demand 0, .*SOLVED, but the wrench is not met"),
+        ("tau *= 0; f = f * 0", "demand 0, .*SOLVED, but the wrench is not met"),
+        ("self.f[:] = self.G @ [10, 0, 0]; f = self.f; tau[:] = 10, 0, 0", "demand 0, "),
+        ("self.limited = True", "demand 2, .*a limit is violated"),
     ],
 )
-def test_a_plug_in_that_answers_nothing_useful_ends_in_one_line(
+def test_a_plug_in_whose_answer_is_none_or_wrong_ends_in_one_line(
     demands: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, body: str, says: str
 ) -> None:
     monkeypatch.setitem(plugin_files.BODIES, "useless", body)
