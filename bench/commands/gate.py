@@ -56,7 +56,8 @@ def command(
     --plugin names the file of your method in it. Exit codes: 0 pass, 1 regression, 2 bad usage, 3
     inconclusive.
     """
-    from alloc import list_vehicles
+    from alloc import catalogue, list_vehicles
+    from alloc.errors import UnknownName
     from alloc.files.textfile import write_text
     from alloc.vehicle.read import find_file
     from bench.gate import render, trees
@@ -76,7 +77,12 @@ def command(
         trees.folder(head_path) if head_path else trees.revision(repo, head or "HEAD"),
     )
     asked = vehicles or VEHICLES
+    plugins = tuple(dict.fromkeys(plugins))
     methods = [plugin.stem.replace("_", "-") for plugin in plugins]  # as in the catalogue
+    taken = [entry.name for entry in catalogue()]
+    for plugin, method in zip(plugins, methods, strict=True):
+        if [*taken, *methods].count(method) > 1:  # the other's answers would stand for the file's
+            raise UnknownName(f"{plugin}: another method is called '{method}' too; rename the file")
     patterns = [f"{vehicle}:{method}" for vehicle in asked for method in methods]
     if not all(map(trees.is_own, sides)):
         patterns += [f"{v}:{method}" for v in asked for method in METHODS]

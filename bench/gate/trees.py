@@ -108,7 +108,10 @@ def _inside(source: Source, file: Path) -> str:
 def _extract(source: Source, into: Path) -> None:
     # The archive is a zip, because Debian 12's Python 3.11.2 knows no safe way to unpack a tar.
     command = ["git", "archive", "--format=zip", source.commit]
-    packed = subprocess.run(command, cwd=source.path, capture_output=True, check=True)
+    packed = subprocess.run(command, cwd=source.path, capture_output=True)
+    if packed.returncode != 0:  # a folder of the repository that the commit lacks
+        reason = packed.stderr.decode(errors="replace").strip().partition("\n")[0]
+        raise BadTree(f"{source.label}: {reason}; give the repository's root as --repo")
     with ZipFile(io.BytesIO(packed.stdout)) as archive:
         archive.extractall(into)
 

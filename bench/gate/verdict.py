@@ -87,7 +87,7 @@ def verdict(record: GateRecord) -> Verdict:
         lost.append(Regression("-", record.crashed))
     compared = [cell for cell in record.cells if in_both(cell)]
     if not lost and not any(not cell.is_control for cell in compared):
-        return _untimed(Outcome.REGRESSION, "nothing to compare: no cell stands on both sides")
+        return _untimed(Outcome.INCONCLUSIVE, "nothing to compare: no cell stands on both sides")
     wrong = [Regression(cell.name, what) for cell in compared if (what := _wrong_answer(cell))]
     timed = [cell for cell in compared if cell.pairs]
     rows = [row(cell, record.settings) for cell in timed if not cell.is_control]

@@ -14,6 +14,7 @@ from click.testing import CliRunner, Result
 import gate_check
 from bench.commands.gate import command
 from bench.gate import instructions
+from bench.gate.trees import BadTree
 from injection import CLOSED_FORMS, delete_method, scale_thrusts, slow_down
 
 FEW = ("--pairs", "2", "--no-instructions")
@@ -251,6 +252,32 @@ def test_what_is_not_committed_is_named_where_the_head_is_the_current_commit(own
     result = CliRunner().invoke(command, ["HEAD", *options], standalone_mode=False)
     assert result.return_value == 0, result.output
     assert "- not committed, so not looked at: control/mine.py\n" in result.stdout
+
+
+def test_a_commit_that_adds_a_plug_in_is_no_regression(own: Path) -> None:
+    (own / "control" / "new.py").write_text(PLUGIN)
+    gate_check.commit(own, "head")
+    options = ("--repo", str(own), "--plugin", str(own / "control" / "new.py"), "--vehicle", "ukwial")
+    result = CliRunner().invoke(command, ["HEAD~1", "HEAD", *options], standalone_mode=False)
+    assert result.return_value == 3, result.output
+    assert "nothing to compare: no cell stands on both sides" in result.stdout
+    assert "new: `ukwial:new:-`" in result.stdout
+
+
+@pytest.mark.parametrize("names", [("mine.py", "other/mine.py"), ("pinv.py",)])
+def test_two_methods_of_one_name_are_refused(own: Path, names: tuple[str, ...]) -> None:
+    """Else the one that is loaded first would have no row, and no word."""
+    plugins = [word for name in names for word in ("--plugin", str(own / name))]
+    result = CliRunner().invoke(command, ["HEAD", "--repo", str(own), *plugins], standalone_mode=False)
+    assert f"another method is called '{Path(names[0]).stem}' too; rename the file" in str(result.exception)
+
+
+def test_a_folder_that_a_commit_lacks_is_named(own: Path) -> None:
+    (own / "later").mkdir()
+    plugin = ("--plugin", str(own / "control" / "mine.py"))
+    result = CliRunner().invoke(command, ["HEAD", "--repo", str(own / "later"), *plugin])
+    assert isinstance(result.exception, BadTree)
+    assert "give the repository's root as --repo" in str(result.exception)
 
 
 def test_a_repository_without_a_library_needs_a_plug_in(own: Path) -> None:
