@@ -56,6 +56,8 @@ def command(
     it delivered of each level of the demand. Where a method says that there is no such thrust, its numbers
     are nan. With --esc there follow u0,u1,…, what goes to the ESCs by the vehicle's `esc`, neutral where
     there is no thrust, and made_surge, … [N, N m], the wrench that these commands make.
+
+    Where a plug-in's answer is wrong by the equations, nothing is written and a line says which.
     """
     from alloc import load_vehicle
     from alloc.discovery import find, load_plugin, prepare
