@@ -89,7 +89,7 @@ class Side:
         layout = {"PYTHONHASHSEED": str(hash_seed), "THRUSTBENCH_PADDING": "x" * padding}
         # The file holds bytes, because a library may write in any encoding, or in none.
         self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - closed in close()
-        plugins = [str(file.resolve()) for file in tree.plugins]
+        plugins = [str(file.absolute()) for file in tree.plugins]
         with ExitStack() as unless_ready:
             with signals_held_back():
                 self._process = subprocess.Popen(

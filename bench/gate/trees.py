@@ -1,15 +1,15 @@
 """Two trees in folders of equal path length, what differs between them, and which interpreter runs each."""
 
 import hashlib
-import io
+import os
 import shutil
 import subprocess
 import sys
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
-from zipfile import ZipFile
 
 import alloc
 from alloc import AllocError
@@ -87,6 +87,8 @@ def of_each_side(
         if any(place.is_file() for place in places):
             for mine, place in zip(found, places, strict=True):
                 mine += [place] if place.is_file() else []
+        elif places and all(is_own(source) for source, _ in sides):
+            raise BadTree(f"{file}: neither side holds it, so it would be compared with itself; commit it")
         elif file.is_file():
             for mine in found:
                 mine.append(file)
@@ -100,20 +102,18 @@ def _inside(source: Source, file: Path) -> str:
     if not source.commit and not file.is_absolute():
         return file.as_posix()
     try:
-        return file.resolve().relative_to(source.path.resolve()).as_posix()
+        # The file itself may be a link; it is what the user named.
+        return (file.parent.resolve() / file.name).relative_to(source.path.resolve()).as_posix()
     except ValueError:
         return ""
 
 
 def _extract(source: Source, into: Path) -> None:
-    # The archive is a zip, because Debian 12's Python 3.11.2 knows no safe way to unpack a tar.
-    command = ["git", "archive", "--format=zip", source.commit]
-    packed = subprocess.run(command, cwd=source.path, capture_output=True)
-    if packed.returncode != 0:  # a folder of the repository that the commit lacks
-        reason = packed.stderr.decode(errors="replace").strip().partition("\n")[0]
-        raise BadTree(f"{source.label}: {reason}; give the repository's root as --repo")
-    with ZipFile(io.BytesIO(packed.stdout)) as archive:
-        archive.extractall(into)
+    # `git archive` would leave out what .gitattributes marks export-ignore, and a change of it would pass.
+    tree = f"{source.commit}:{_git(source.path, 'rev-parse', '--show-prefix')}"
+    own_index = {"GIT_INDEX_FILE": str(into.resolve().with_suffix(".index"))}
+    _git(source.path, "read-tree", "--no-sparse-checkout", tree, environment=own_index)
+    _git(source.path, f"--work-tree={into.resolve()}", "checkout-index", "--all", environment=own_index)
 
 
 def unpack(source: Source, into: Path, files: Sequence[Path] = ()) -> None:
@@ -232,9 +232,10 @@ def _project(tree: Path) -> dict[str, Any]:
     return dict(document.get("project", {}))
 
 
-def _git(repository: Path, *arguments: str) -> str:
+def _git(repository: Path, *arguments: str, environment: Mapping[str, str] = MappingProxyType({})) -> str:
+    env = os.environ | environment
     try:
-        done = subprocess.run(["git", *arguments], cwd=repository, capture_output=True, text=True)
+        done = subprocess.run(["git", *arguments], cwd=repository, capture_output=True, text=True, env=env)
     except FileNotFoundError:
         raise BadTree("git is not installed; install it, or use --base-path and --head-path") from None
     if done.returncode != 0:

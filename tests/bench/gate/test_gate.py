@@ -277,7 +277,27 @@ def test_a_folder_that_a_commit_lacks_is_named(own: Path) -> None:
     plugin = ("--plugin", str(own / "control" / "mine.py"))
     result = CliRunner().invoke(command, ["HEAD", "--repo", str(own / "later"), *plugin])
     assert isinstance(result.exception, BadTree)
-    assert "give the repository's root as --repo" in str(result.exception)
+    assert ":later/; give a revision that exists here" in str(result.exception)
+
+
+def test_a_plug_in_that_nobody_committed_is_refused(own: Path) -> None:
+    """It would be compared with itself, and pass whatever it answers."""
+    (own / "control" / "new.py").write_text(PLUGIN)
+    plugin = ("--plugin", str(own / "control" / "new.py"))
+    result = CliRunner().invoke(command, ["HEAD", "--repo", str(own), *plugin], standalone_mode=False)
+    assert "new.py: neither side holds it, so it would be compared with itself; commit it" in str(
+        result.exception
+    )
+
+
+def test_what_git_leaves_out_of_archives_and_what_a_link_points_to_is_gated(own: Path) -> None:
+    (own / ".gitattributes").write_text("mine.py export-ignore\n")
+    (own / "link.py").symlink_to("control/mine.py")
+    gate_check.commit(own, "base")
+    result = gate_own(own, PLUGIN.replace("G @ tau", "-G @ tau"), "--plugin", str(own / "link.py"))
+    assert result.return_value == 1, result.output
+    for name in ("mine", "link"):
+        assert re.search(rf"^\| `ukwial:{name}:-` +\| (wrong|another) answer: ", result.stdout, re.M)
 
 
 def test_a_repository_without_a_library_needs_a_plug_in(own: Path) -> None:
