@@ -15,10 +15,10 @@ class ThrustController : public controller_interface::ControllerInterface
 public:
     CallbackReturn on_configure() override
     {
-        const auto T = parameters.as_double_array("T");
-        low_ = parameters.as_double_array("f_min");
-        high_ = parameters.as_double_array("f_max");
-        slew_ = parameters.as_double_array("slew");
+        const auto T = numbers("T");
+        low_ = numbers("f_min");
+        high_ = numbers("f_max");
+        slew_ = numbers("slew");
         n_ = low_.size();
         k_ = n_ ? T.size() / n_ : 0;
         const bool fits = k_ * n_ == T.size() && high_.size() == n_ && slew_.size() == n_ && n_ <= TB_N_MAX &&
@@ -33,10 +33,11 @@ public:
 
     return_type update(const rclcpp::Time &, const rclcpp::Duration &period) override
     {
-        double low[TB_N_MAX], high[TB_N_MAX], f[TB_N_MAX];
+        tb_real tau[TB_K_MAX], low[TB_N_MAX], high[TB_N_MAX], f[TB_N_MAX];
+        std::copy_n(reference.begin(), k_, tau);
         unsigned long failed = 0;
         for (std::size_t i = 0; i < n_; i++) {
-            const double now = state_interfaces[i], step = slew_[i] * period.seconds();
+            const tb_real now = tb_real(state_interfaces[i]), step = slew_[i] * tb_real(period.seconds());
             failed |= std::isfinite(now) ? 0UL : 1UL << i;
             low[i] = std::isfinite(now) ? std::min(std::max(low_[i], now - step), high_[i]) : 0;
             high[i] = std::isfinite(now) ? std::max(std::min(high_[i], now + step), low_[i]) : 0;
@@ -47,7 +48,7 @@ public:
             }
             failed_ = failed;
         }
-        const int status = tb_scaled(&allocator_, reference.data(), low, high, f, &share);
+        const int status = tb_scaled(&allocator_, tau, low, high, f, &share);
         if (status != TB_SOLVED && status != TB_PARTIAL) {
             return return_type::ERROR;
         }
@@ -58,8 +59,14 @@ public:
     tb_real share{0}; // below 1: the controllers in front of this one hold their integrators
 
 private:
+    std::vector<tb_real> numbers(const std::string &name) const
+    {
+        const auto given = parameters.as_double_array(name);
+        return {given.begin(), given.end()};
+    }
+
     tb_allocator allocator_{};
-    std::vector<double> low_, high_, slew_;
+    std::vector<tb_real> low_, high_, slew_;
     std::size_t k_{0}, n_{0};
     unsigned long failed_{0};
 };
@@ -81,7 +88,7 @@ int main()
         if (controller.update({}, {0.05}) != return_type::OK) {
             return 2;
         }
-        std::printf("%.17g", controller.share);
+        std::printf("%.17g", double(controller.share));
         for (double f : controller.command_interfaces) {
             std::printf(" %.17g", f);
         }

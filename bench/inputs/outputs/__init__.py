@@ -37,14 +37,20 @@ class Outputs(NamedTuple):
 
 
 def read_outputs(path: Path, vehicle: Vehicle) -> Outputs:
-    """What a log says of a vehicle's outputs; raises FileError, DemandError or NotInstalled."""
+    """What a log says of a vehicle's outputs; a pulse of 0, which is none, counts as neutral.
+
+    Raises FileError, DemandError or NotInstalled.
+    """
     outputs: Outputs = reader(__name__, path, "log of outputs").read(path, vehicle)
     if not len(outputs.u):
         raise DemandError(f"{path}: holds no outputs; log them")
     bad = np.flatnonzero(~np.isfinite(outputs.u).all(axis=1))
     if bad.size:
         raise DemandError(f"{path}: output {bad[0]} (counted from 0) is no number; cut it out")
-    return outputs
+    # An ESC whose range lies beyond 0 gets no pulse then.
+    silent = [not esc.low <= 0 <= esc.high for esc in vehicle.esc]
+    neutral = [esc.neutral for esc in vehicle.esc]
+    return outputs._replace(u=np.where((outputs.u == 0) & silent, neutral, outputs.u))
 
 
 def held(times: FloatArray, values: FloatArray, at: FloatArray) -> FloatArray:

@@ -34,7 +34,7 @@ LARGEST = 2_000_000_000
 
 
 def read(path: Path, vehicle: Vehicle) -> Outputs:
-    """The outputs of a vehicle's motors, motor 1 first; a pulse of 0, which is none, counts as neutral."""
+    """The outputs of a vehicle's motors, motor 1 first."""
     try:
         from pymavlink.DFReader import DFReader_binary
     except ImportError:
@@ -95,7 +95,6 @@ def _outputs(path: Path, vehicle: Vehicle, rows: dict[str, list[dict[str, Any]]]
     u = np.array([[row[f"C{c}"] for c in channels] for row in rows["RCOU"]], dtype=np.float64)
     order = np.argsort(t, kind="stable")
     t, u = t[order], u[order]
-    u = np.where(u == 0, [esc.neutral for esc in vehicle.esc], u)
     batteries = [row for row in rows["BAT"] if row.get("Inst", row.get("Instance", 0)) == 0]
     volts = None
     if batteries:

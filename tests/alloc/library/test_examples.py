@@ -96,18 +96,20 @@ def test_what_is_shaped_like_px4_allocates_by_priority_and_says_what_it_left(
     assert abs(lines[0][14]) > 1.0  # the program shows a demand that is met in part
 
 
+# Single precision as above.
+@pytest.mark.parametrize(("scalar", "off"), [("double", 1e-9), ("float", 1e-5)])
 def test_what_is_shaped_like_a_ros_2_controller_keeps_slew_rates_and_leaves_out_what_failed(
-    library: Callable[[Scalar], Path],
+    library: Callable[[Scalar], Path], scalar: Scalar, off: float
 ) -> None:
     vehicle, tau = load_vehicle("supply-vessel"), np.array([3e5, -4e5, 2e6])
     before, case = np.zeros(6), vehicle
-    lines = printed("ros2", library("double"))
+    lines = printed("ros2", library(scalar))
     for period, line in enumerate(lines):
         low = np.clip(before - 1e5, vehicle.f_min, vehicle.f_max)
         high = np.clip(before + 1e5, vehicle.f_min, vehicle.f_max)
         expected = build("scaled", case)(tau, low, high)
-        np.testing.assert_allclose(line[0], expected.share[0], rtol=0, atol=1e-9)
-        np.testing.assert_allclose(line[1:], expected.f, rtol=0, atol=1e-9 * vehicle.f_scale)
+        np.testing.assert_allclose(line[0], expected.share[0], rtol=0, atol=off)
+        np.testing.assert_allclose(line[1:], expected.f, rtol=0, atol=off * vehicle.f_scale)
         before = line[1:]
         case = vehicle.with_fault(1) if period == 1 else case
     assert lines[2][2] == 0.0

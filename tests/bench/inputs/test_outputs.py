@@ -86,6 +86,14 @@ def test_ends_and_dead_bands_are_counted(tmp_path: Path) -> None:
     assert made.undone is None
 
 
+def test_a_pulse_of_0_is_none(tmp_path: Path) -> None:
+    file = tmp_path / "u.csv"
+    file.write_text("u0,u1,u2,u3,u4,u5,u6,u7\n" + "1600,0,0,1500,1500,1500,1500,1500\n")
+    made = made_by(read_outputs(file, VEHICLE), VEHICLE)
+    assert made.taus == pytest.approx(VEHICLE.thrusts([1600, *[1500] * 7])[None] @ VEHICLE.T.T)
+    assert not made.at_end.any()
+
+
 def test_the_command_writes_the_made_wrenches_as_demands(tmp_path: Path) -> None:
     file, out = csv(tmp_path), tmp_path / "made.csv"
     command = ["demands", str(file), "--vehicle", VEHICLE.name, "--from-outputs", "-o", str(out)]
