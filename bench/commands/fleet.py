@@ -28,6 +28,7 @@ def command(ctx: click.Context, scheduler: str, out: Path, limit: float, options
     from bench.fleet.lead import folders, hosts, keep, run_fleet
     from bench.fleet.parcel import pack
     from bench.report import render
+    from bench.results.text import counted
 
     _check(ctx, options)
     parcel = pack(options)
@@ -35,7 +36,9 @@ def command(ctx: click.Context, scheduler: str, out: Path, limit: float, options
     with cluster(scheduler, workers=0) as client:
         wait_for_workers(client)
         fleet = hosts(client)
-        console.print(f"{len(fleet)} hosts: {', '.join(host.host for host in fleet)}", highlight=False)
+        console.print(
+            f"{counted(len(fleet), 'host')}: {', '.join(host.host for host in fleet)}", highlight=False
+        )
         with console.status("") as status:
             back = list(run_fleet(client, fleet, parcel, limit, status.update))
     back.sort()

@@ -104,7 +104,8 @@ def read_board_log(path: Path) -> BoardLog:
 
 def parse(text: bytes) -> BoardLog:
     """The blocks in a text, whatever stands between them."""
-    text = text.replace(b"\r", b"\n")  # most serial terminals end a line with both
+    # Most serial terminals end a line with both, and PowerShell saves what it is sent as UTF-16.
+    text = text.replace(b"\0", b"").replace(b"\r", b"\n")
     log = BoardLog()
     begin: re.Match[bytes] | None = None
     seen_to = expected = 0

@@ -19,6 +19,7 @@ TIME = {
     "title": "one call",
     "values": [digit * 10.0**power for power in range(-3, 8) for digit in (1, 2, 5)],
     "labelOverlap": True,
+    "labelSeparation": 6,
     "labelExpr": "datum.value >= 1e6 ? datum.value / 1e6 + ' s' : datum.value >= 1000 ? datum.value / 1000"
     " + ' ms' : datum.value >= 1 ? datum.value + ' µs' : round(1000 * datum.value) + ' ns'",
 }

@@ -292,12 +292,11 @@ def test_a_foreign_log_is_refused_with_what_to_do(text: bytes, hear: Hear) -> No
         hear(text)
 
 
-def test_a_log_of_a_terminal_that_ends_lines_with_both_characters_is_the_same_log(
-    log: bytes, hear: Hear
-) -> None:
+def test_a_log_as_a_terminal_or_powershell_saves_it_is_the_same_log(log: bytes, hear: Hear) -> None:
     [plain] = hear(log)
-    for end in (b"\r\n", b"\r", b"\n\r", b"\r\r\n", b"\n\n"):
-        [read_back] = hear(log.replace(b"\n", end))
+    ends = (b"\r\n", b"\r", b"\n\r", b"\r\r\n", b"\n\n")
+    for text in (*(log.replace(b"\n", end) for end in ends), log.decode("ascii").encode("utf-16")):
+        [read_back] = hear(text)
         assert numbers(read_back) == numbers(plain)
         assert not read_back.missing
 
