@@ -18,7 +18,7 @@ SHAPES = ("circle", "square", "diamond", "triangle-up", "cross", "triangle-down"
 TIME = {
     "title": "one call",
     "values": [digit * 10.0**power for power in range(-3, 8) for digit in (1, 2, 5)],
-    "labelOverlap": True,
+    "labelOverlap": "greedy",
     "labelSeparation": 6,
     "labelExpr": "datum.value >= 1e6 ? datum.value / 1e6 + ' s' : datum.value >= 1000 ? datum.value / 1000"
     " + ' ms' : datum.value >= 1 ? datum.value + ' µs' : round(1000 * datum.value) + ' ns'",
