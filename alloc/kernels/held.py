@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from alloc.allocation import FloatArray, Status
-from alloc.kernels.tolerance import HELD
+from alloc.kernels.tolerance import met_as_calculated
 from alloc.kernels.walk import Walk
 from alloc.nullspace.exact import exact
 from alloc.program import Builder, Expression, Limits, Number, least, most, select, size
@@ -66,7 +66,7 @@ def held(
     walk: Walk,
     limits: Limits,
 ) -> Held:
-    """Steps that draw thrusts in where they would miss by more than HELD what the walk's shares say.
+    """Steps that draw thrusts in where they would miss by more than they may what the walk's shares say.
 
     Where all shares together are no factor of what they make, thrusts are at rest then.
     """
@@ -123,8 +123,9 @@ def _named(drawn: dict[int, Expression]) -> dict[int, Expression]:
 def _units(builder: Builder, gaps: list[Gap]) -> tuple[dict[float, list[Gap]], float]:
     """Gaps by what they may be, and how far every thruster may lie beyond a limit [N].
 
-    Gaps g_j miss an axis by no more than sum_j g_j sum_i |T_i| moved_ij, which may be HELD. So that few units
-    differ each g_j may be as large as any other, but for those that take thrusts beyond by much less.
+    Gaps g_j miss an axis by no more than sum_j g_j sum_i |T_i| moved_ij, which may be half of what SOLVED may
+    miss. So that few units differ each g_j may be as large as any other, but for those that take thrusts
+    beyond by much less.
     """
     vehicle = builder.vehicle
     A = np.abs(vehicle.TP) / vehicle.wrench_scale[:, None]
@@ -136,7 +137,7 @@ def _units(builder: Builder, gaps: list[Gap]) -> tuple[dict[float, list[Gap]], f
     largest = missed.max(initial=0.0)
     if not largest > 0.0:
         return {}, 0.0
-    spare = float(HELD[builder.scalar] / largest)
+    spare = float(met_as_calculated(vehicle, builder.scalar) / 2 / largest)
     return {spare * unit: found for unit, found in units.items()}, spare
 
 

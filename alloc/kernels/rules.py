@@ -9,7 +9,7 @@ from alloc.allocation import FloatArray, Status
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.kernels import off
 from alloc.kernels.entry import SeenArguments, all_thrusters, closed_form, cover, inside, refuse
-from alloc.kernels.tolerance import MET
+from alloc.kernels.tolerance import MET, met_as_calculated
 from alloc.program import Builder, Expression, Program, Scalar, States, Where, least, most, select
 from alloc.program.graph import lifted
 from alloc.program.sums import Terms, product, shared_sums, signed
@@ -84,7 +84,8 @@ def doubt(vehicle: Vehicle, scalar: Scalar) -> float:
 
 def units(builder: Builder) -> FloatArray:
     """(k, 1) what turns each entry of a wrench into units in which it may miss 1."""
-    share: FloatArray = 1.0 / (MET[builder.scalar] * builder.vehicle.wrench_scale)[:, None]
+    vehicle = builder.vehicle
+    share: FloatArray = 1.0 / (met_as_calculated(vehicle, builder.scalar) * vehicle.wrench_scale)[:, None]
     return share
 
 
