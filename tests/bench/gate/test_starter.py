@@ -65,6 +65,7 @@ def gate(folder: Path, *names: str) -> Result:
     return CliRunner().invoke(gate_command, arguments, standalone_mode=False)
 
 
+@pytest.mark.long
 def test_each_sabotage_of_the_starter_plug_in_is_a_regression_of_its_own(starter: Path) -> None:
     for name, spoil in SABOTAGES.items():
         file = starter / f"{name}.py"

@@ -22,6 +22,7 @@ def _analyser() -> None:
     needs_frama_c()
 
 
+@pytest.mark.long
 def test_any_calls_in_any_order_have_no_error_and_return_what_the_header_names(tmp_path: Path) -> None:
     made = claims(files("double", *SMALL), SMALL[0], tmp_path)
     assert [claim.verdict for claim in made] == ["shown"] * 5, [claim.words for claim in made]

@@ -21,6 +21,7 @@ def steps() -> list[str]:
     return [line[2:] for block in blocks for line in block.splitlines() if line.startswith("$ ")]
 
 
+@pytest.mark.long
 def test_the_hour_can_be_typed_as_it_stands(tmp_path: Path) -> None:
     available("cortex-m4f")
     if not shutil.which("make"):
