@@ -68,8 +68,6 @@ def command(
     from bench.inputs.faults import EACH, parse_fault, with_fault
     from bench.inputs.log_limits import limits_in
     from bench.inputs.logs import read_log
-    from bench.judging.faults import first_wrong
-    from bench.judging.question import promised
 
     answering = load_vehicle(vehicle)
     if esc and not answering.esc:
@@ -89,6 +87,9 @@ def command(
     taus = log.taus
     lows, highs = limits_in(demands, log.columns, answering)
     asked = deepcopy((answering, taus, lows, highs))  # a plug-in may change what it is given
+    if plugin:
+        from bench.judging.faults import first_wrong
+        from bench.judging.question import promised
     header = [answering.called(i) if names else f"f{i}" for i in range(answering.n)]
     # Silent or not, SCS and OSQP print what they can't do.
     with redirect_stdout(sys.stderr), _faults_of(plugin):
