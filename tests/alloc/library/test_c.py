@@ -92,9 +92,11 @@ def test_it_is_clean_under_every_standard_in_one_unit_with_generated_c(
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("compiler", "standard"), [pytest.param(*each.values) for each in COMPILERS])
+@pytest.mark.parametrize(
+    ("compiler", "standard"), [("gcc", "c17"), ("clang", "c17"), ("g++", "c++20"), ("clang++", "c++20")]
+)
 def test_optimizers_see_nothing_that_is_never_set(compiler: str, standard: str, tmp_path: Path) -> None:
-    """They see it where functions are put into each other; GCC does so in test_examples too, always."""
+    """They see it where functions are put into each other, whatever the standard."""
     compiled(
         compiler, standard, ["-O2", "-c", *sorted(name for name in files() if name.endswith(".c"))], tmp_path
     )
