@@ -116,7 +116,7 @@ def count(record: Record) -> int:
     return sum(map(len, kinds))
 
 
-@pytest.mark.parametrize("kills", [3, pytest.param(20, marks=pytest.mark.long)])
+@pytest.mark.parametrize("kills", [3, pytest.param(8, marks=pytest.mark.long)])
 def test_killed_at_random_moments_and_resumed_every_cell_is_there_once_and_none_has_changed(
     tmp_path: Path, kills: int
 ) -> None:
