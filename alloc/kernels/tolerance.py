@@ -32,8 +32,9 @@ def rounds(vehicle: Vehicle, scalar: Scalar) -> bool:
 def met_as_calculated(vehicle: Vehicle, scalar: Scalar) -> float:
     """What the wrench of SOLVED may miss by a kernel's own sums, relative to ``wrench_scale`` [-].
 
-    In single precision rounding hides some of a miss from them: what it takes of T* tau, and of each of n
-    products. That is left of MET. In double precision it is far less than MET, or ``rules`` look at it.
+    In single precision rounding hides some of a miss from those sums: what it takes of T* tau, and of each of
+    n products. So they may miss by so much less than MET. In double precision that is next to nothing, or
+    the rules look at what T* tau misses.
     """
     hidden = SINGLE * (condition(vehicle) + vehicle.n) if scalar == "float" else 0.0
     return MET[scalar] - hidden

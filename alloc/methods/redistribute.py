@@ -115,24 +115,29 @@ def build(vehicle: Vehicle) -> Saturating:
 
 def program(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     """The same with factors made in the call; raises NotApplicable where that loses too many digits."""
-    if not (lost := doubt(vehicle, scalar)) <= cascade.DOUBT[scalar]:
-        finer = "generate it in double, or " if scalar == "float" else ""
-        raise NotApplicable(
-            f"{vehicle.name}: redistribute downdates T* in the call, and in {scalar} that may cost"
-            f" {lost:.1g} of the largest limit; {finer}take nullspace, scaled or clip"
-        )
+    _check_digits(vehicle, scalar)
     return rules.mended(partial(cascade.frozen, SPARE[scalar]), vehicle, limits, scalar)
 
 
 def program_for_all(vehicle: Vehicle, limits: Where, scalar: Scalar) -> Program:
     """One program for the vehicle and many faults: those that leave as many digits."""
-    program(vehicle, limits, scalar)  # refuses what loses too many
+    _check_digits(vehicle, scalar)
     known = {
         fault: state
         for fault, state in rules.together(vehicle, scalar).items()
         if doubt(state, scalar) <= cascade.DOUBT[scalar]
     }
     return rules.mended(partial(cascade.frozen, SPARE[scalar]), vehicle, limits, scalar, known)
+
+
+def _check_digits(vehicle: Vehicle, scalar: Scalar) -> None:
+    """Raise NotApplicable where factors made in the call lose too many digits."""
+    if not (lost := doubt(vehicle, scalar)) <= cascade.DOUBT[scalar]:
+        finer = "generate it in double, or " if scalar == "float" else ""
+        raise NotApplicable(
+            f"{vehicle.name}: redistribute downdates T* in the call, and in {scalar} that may cost"
+            f" {lost:.1g} of the largest limit; {finer}take nullspace, scaled or clip"
+        )
 
 
 def doubt(vehicle: Vehicle, scalar: Scalar) -> float:

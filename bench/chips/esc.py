@@ -37,20 +37,24 @@ def kernel(vehicle: Vehicle, scalar: Scalar, limits: Where, faults: Faults = "on
         raise NotApplicable(f"{vehicle.name}: has no ESCs; add 'esc' to its file")
     made = recipe(BEHIND)
     last = last_metre(vehicle, made, scalar, limits)
-    n, call = vehicle.n, limits == "call"
-    ends = f"tau + {n}, tau + {2 * n}, " * call
-    width = n + 2 * n * call + 1
+    n, given = vehicle.n, width(vehicle.n, limits)
+    ends = f"tau + {n}, tau + {2 * n}, " * (limits == "call")
     return Kernel(
         method=METHOD,
         twin="",
         scalar=scalar,
-        k=width,
+        k=given,
         n=n,
         entry=f"{last.name}_esc",
         declaration=f'#include "{last.name}_esc.h"\nstatic {last.command} command[{n}];',
-        arguments=f"tau, {ends}tau[{width - 1}], command, f",
+        arguments=f"tau, {ends}tau[{given - 1}], command, f",
         sources=sources(vehicle, made, scalar, faults, limits) | to_escs(last),
     )
+
+
+def width(n: int, limits: Where) -> int:
+    """How many numbers a call is given: thrusts, both limits where they are arguments, and the voltage."""
+    return (3 * n if limits == "call" else n) + 1
 
 
 def calls(vehicle: Vehicle, limits: Where, n: int, seed: int) -> dict[str, FloatArray]:

@@ -86,10 +86,11 @@ def command(
     )
     taus = log.taus
     lows, highs = limits_in(demands, log.columns, answering)
-    asked = deepcopy((answering, taus, lows, highs))  # a plug-in may change what it is given
     if plugin:
         from bench.judging.faults import first_wrong
         from bench.judging.question import promised
+
+        asked = deepcopy((answering, taus, lows, highs))  # a plug-in may change what it is given
     header = [answering.called(i) if names else f"f{i}" for i in range(answering.n)]
     # Silent or not, SCS and OSQP print what they can't do.
     with redirect_stdout(sys.stderr), _faults_of(plugin):

@@ -198,8 +198,7 @@ def _heard(board: LogHeader, blocks: Sequence[LogBlock]) -> Heard:
         if block.kind == "demands" and (name := block.words[0]) not in demands.keys() | thrusts.keys():
             rate_hz = board.rates[name]
             if of_escs(board, name):
-                width = vehicle.n * (3 if kernel.limits == "call" else 1) + 1
-                thrusts[name] = _calls(block, width, scalar)
+                thrusts[name] = _calls(block, esc.width(vehicle.n, kernel.limits), scalar)
             else:
                 calls, k, n = _calls(block, kernel.width, scalar), kernel.k, kernel.n
                 ends = (calls[:, k : k + n].copy(), calls[:, k + n :].copy())
