@@ -11,12 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 from alloc.allocation import FloatArray, IndexArray
 from alloc.errors import DemandError, VehicleError
 from alloc.vehicle import wire
-from alloc.vehicle.checks import ARRAYS, check_parts, check_shapes, check_values, checked_array
+from alloc.vehicle.checks import ARRAYS, check_shapes, check_values, checked_array
 from alloc.vehicle.degeneracy import RANK_TOLERANCE, independent
 from alloc.vehicle.esc import Esc, Sent
 from alloc.vehicle.frame import Frame, checked_frame, turned
-from alloc.vehicle.limits import Interval, Slew, VoltageTable, of_a_moment
-from alloc.vehicle.names import index_of
+from alloc.vehicle.limits import Interval, Slew, VoltageTable, check_slew, check_table, of_a_moment
+from alloc.vehicle.names import check_names, index_of
 from alloc.vehicle.priority import Priority, checked_levels, checked_priority
 
 
@@ -64,16 +64,24 @@ class Vehicle:
 
     def __post_init__(self) -> None:
         """Freeze private copies of the arrays; raise VehicleError where they describe no vehicle."""
-        for key in ARRAYS:
-            object.__setattr__(self, key, _frozen(checked_array(self, key)))
-        check_shapes(self)
+        arrays = {key: checked_array(self.name, key, getattr(self, key)) for key in ARRAYS}
+        checked_frame(self.frame)
+        check_shapes(self.name, self.dof, arrays)
+        n = len(arrays["f_min"])
+        check_names(self.names, n)
         object.__setattr__(self, "priority", checked_priority(self.priority, self.dof))
         object.__setattr__(self, "groups", checked_levels(self.groups, self.dof, "groups", "group"))
         for key in ("f_min", "f_max"):  # a thruster that is off gives 0, however the vehicle was made
-            limits = np.where(self.readiness == 0, 0.0, getattr(self, key))
-            object.__setattr__(self, key, _frozen(limits))
-        check_values(self)
-        check_parts(self)
+            arrays[key] = np.where(arrays["readiness"] == 0, 0.0, arrays[key])
+        check_values(self.name, self.names, arrays)
+        for key, array in arrays.items():
+            object.__setattr__(self, key, _frozen(array))
+        if self.slew is not None:
+            check_slew(self.slew, n)
+        if self.by_volts is not None:
+            check_table(self.by_volts, n)
+        if self.esc and len(self.esc) != n:
+            raise VehicleError(f"{self.name}: {len(self.esc)} ESCs for {n} thrusters", "esc")
 
     @property
     def k(self) -> int:
