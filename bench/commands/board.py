@@ -47,7 +47,8 @@ def command(
     assert vehicle is not None
     from alloc import load_vehicle
     from bench.chips import esc, kernels
-    from bench.chips.board.project import plan, write
+    from bench.chips.board.files import write
+    from bench.chips.board.project import plan
     from bench.chips.study import CLASSES
     from bench.results.text import counted
 

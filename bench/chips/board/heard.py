@@ -1,61 +1,28 @@
-"""What a board's log says, in the project's own words: its facts, its demands, and each method's calls."""
+"""What a board's log says, in the project's own words: its header, its demands, and each method's calls."""
 
-import base64
 import binascii
-import json
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
-from math import inf
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
-from alloc import AllocError, Vehicle, rivals
+from alloc import AllocError, Vehicle
 from alloc.allocation import FloatArray, IndexArray
-from alloc.discovery import find
-from alloc.program import Scalar, Where
+from alloc.program import Scalar
 from bench.chips import esc
-from bench.chips.kernel import SCALARS, Kernel
+from bench.chips.board.header import LogHeader, header
+from bench.chips.kernel import SCALARS
 from bench.demands import DemandSet, labelled
-from bench.demands.store import vehicle_of
 from bench.inputs.board_answers import answered, seen
 from bench.inputs.board_log import BoardLog, LogBlock, LogError, whole
 
 NOOP = "noop"
 """The driver's own method, which does nothing: what timing a call costs by itself."""
-_LARGEST = 1 << 22
-"""Bytes of a vehicle at most: a vehicle of a hundred thrusters has 200 kB."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class LogHeader:
-    """The header of a log.
-
-    Attributes
-    ----------
-    facts : what port and compiler said, by name: processor, port, caches, compiler, flags, commit, seed, …
-    ticks_per_s : of the port's counter [Hz]; 0 where a tick is an instruction
-    seed : of the demands
-    vehicle : as the project had it, in double precision
-    kernels : each method's names, scalar and form of limits, without its C
-    rates : of each demand set, its sampling rate [Hz] or None
-    """
-
-    facts: dict[str, str]
-    ticks_per_s: int
-    seed: int
-    vehicle: Vehicle
-    kernels: dict[str, Kernel]
-    rates: dict[str, float | None]
-
-    @property
-    def processor(self) -> str:
-        """What the port calls its processor."""
-        return self.facts.get("processor", "")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -122,71 +89,11 @@ def boards(path: Path, log: BoardLog) -> list[Heard]:
     for name, block in headers.items():
         own = [b for b in log.blocks if b.header == name and b.kind != "board"]
         try:
-            heard.append(_heard(_board(block), own))
+            heard.append(_heard(header(block), own))
         except (KeyError, ValueError, IndexError, TypeError, zlib.error, binascii.Error, AllocError) as error:
             reason = f"is of another version of the driver ({type(error).__name__}: {str(error)[:200]})"
             raise LogError(f"{path}: {reason}; read it with the version that wrote the project") from None
     return heard
-
-
-def _board(block: LogBlock) -> LogHeader:
-    facts: dict[str, str] = {}
-    several: dict[str, list[list[str]]] = {"method": [], "demands": [], "vehicle": []}
-    for name, *words in block.rows("fact"):
-        if name in several:
-            several[name].append(words)
-        else:
-            facts[name] = " ".join(words)
-    ((said,),) = block.rows("ticks_per_s")
-    ticks_per_s = whole(said)
-    packed = base64.b64decode("".join(piece for (piece,) in several["vehicle"]), validate=True)
-    text = zlib.decompressobj().decompress(packed, _LARGEST)
-    arrays: dict[str, list[Any]] = json.loads(text)
-    vehicle = vehicle_of({key: np.array(value) for key, value in arrays.items()})
-    scalar, limits = cast(Scalar, facts["scalar"]), cast(Where, facts["limits"])
-    if scalar not in SCALARS or limits not in ("fixed", "call"):
-        raise ValueError(f"scalar {scalar}, limits {limits}")
-    described = (words if len(words) > 3 else [*words, "0"] for words in several["method"])
-    kernels = {
-        method: Kernel(
-            method=method,
-            twin="" if method == esc.METHOD else twin,
-            solver="" if solver == "-" else solver,
-            scalar=scalar,
-            limits=limits,
-            k=vehicle.k,
-            n=vehicle.n,
-            entry="",
-            declaration="",
-            arguments="",
-            sources={},
-            levels=whole(levels, vehicle.k),
-        )
-        for method, twin, solver, levels in described
-    }
-    for method, kernel in kernels.items():
-        if method != esc.METHOD:
-            find(kernel.twin)
-        elif not vehicle.esc:
-            raise ValueError(f"method {method} of a vehicle without ESCs")
-    if not kernels or not {kernel.solver for kernel in kernels.values()} <= {"", *rivals.names()}:
-        raise ValueError(f"methods {', '.join(kernels) or 'none'}, of which a solver is not known here")
-    rates = {name: None if rate == "-" else _rate(rate) for name, rate in several["demands"]}
-    return LogHeader(
-        facts=facts,
-        ticks_per_s=ticks_per_s,
-        seed=whole(facts.get("seed", "0"), (1 << 63) - 1),
-        vehicle=vehicle,
-        kernels=kernels,
-        rates=rates,
-    )
-
-
-def _rate(word: str) -> float:
-    rate = float(word)
-    if not 0 < rate < inf:
-        raise ValueError(f"a rate of {word[:40]} Hz")
-    return rate
 
 
 def _heard(board: LogHeader, blocks: Sequence[LogBlock]) -> Heard:
@@ -197,7 +104,7 @@ def _heard(board: LogHeader, blocks: Sequence[LogBlock]) -> Heard:
     for block in blocks:
         if block.kind == "demands" and (name := block.words[0]) not in demands.keys() | thrusts.keys():
             rate_hz = board.rates[name]
-            if of_escs(board, name):
+            if board.of_escs(name):
                 thrusts[name] = _calls(block, esc.width(vehicle.n, kernel.limits), scalar)
             else:
                 calls, k, n = _calls(block, kernel.width, scalar), kernel.k, kernel.n
@@ -212,7 +119,7 @@ def _heard(board: LogHeader, blocks: Sequence[LogBlock]) -> Heard:
     for block in blocks:
         if block.kind == "ask" and block.words[1] in counts:
             method, name = block.words[:2]
-            if method != NOOP and (method == esc.METHOD) != of_escs(board, name):
+            if method != NOOP and (method == esc.METHOD) != board.of_escs(name):
                 raise ValueError(f"{method} asked {name}")
             levels = board.kernels[method].levels if method != NOOP else 0
             found = _asked(block, kernel.n, levels, scalar, counts[name])
@@ -221,14 +128,9 @@ def _heard(board: LogHeader, blocks: Sequence[LogBlock]) -> Heard:
     missing += [
         f"{method} on {name}"
         for method, name in expected
-        if (method == esc.METHOD) == of_escs(board, name) and (method, name) not in asked
+        if (method == esc.METHOD) == board.of_escs(name) and (method, name) not in asked
     ]
     return Heard(board, demands, thrusts, asked, missing)
-
-
-def of_escs(board: LogHeader, demands: str) -> bool:
-    """Whether a set of that name is asked of NAME_esc."""
-    return esc.METHOD in board.kernels and demands in esc.SIZES
 
 
 def _rounded(vehicle: Vehicle, scalar: Scalar) -> Vehicle:

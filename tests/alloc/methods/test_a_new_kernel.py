@@ -13,7 +13,8 @@ from alloc import build, catalogue, generate, load_vehicle
 from alloc.c.compiled import compiler, missing
 from alloc.discovery import find
 from alloc.methods import recipes
-from bench.chips.board.project import plan, write
+from bench.chips.board.files import write
+from bench.chips.board.project import plan
 from bench.chips.kernels import as_c, methods
 from bench.chips.study import Plan, emulate
 from bench.gate.worker import Orders

@@ -9,7 +9,8 @@ from click.testing import CliRunner
 from alloc import load_vehicle
 from bench.__main__ import cli
 from bench.chips import processors
-from bench.chips.board.project import files, plan
+from bench.chips.board.files import files
+from bench.chips.board.project import plan
 from bench.chips.target import names, target, targets
 from bench.proof import certify, subject
 from bench.record import read

@@ -13,9 +13,10 @@ import pytest
 
 from alloc import AllocError, NotApplicable, build, load_vehicle
 from alloc.program import Scalar
+from bench.chips.board.files import write
 from bench.chips.board.heard import Heard, boards
 from bench.chips.board.keep import keep
-from bench.chips.board.project import Project, plan, write
+from bench.chips.board.project import Project, plan
 from bench.chips.count import count
 from bench.chips.image import link
 from bench.inputs.board_answers import answered, seen

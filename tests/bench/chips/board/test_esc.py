@@ -8,8 +8,9 @@ import pytest
 
 from alloc import AllocError, NotApplicable, load_vehicle
 from bench.chips import esc
+from bench.chips.board.files import write
 from bench.chips.board.keep import keep
-from bench.chips.board.project import Project, plan, write
+from bench.chips.board.project import Project, plan
 from bench.chips.count import count
 from bench.chips.image import link
 from bench.chips.target import target

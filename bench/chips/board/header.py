@@ -1,0 +1,113 @@
+"""The header of a board's log: what was asked, of which vehicle, and what port and compiler said."""
+
+import base64
+import json
+import zlib
+from dataclasses import dataclass
+from math import inf
+from typing import Any, cast
+
+import numpy as np
+
+from alloc import Vehicle, rivals
+from alloc.discovery import find
+from alloc.program import Scalar, Where
+from bench.chips import esc
+from bench.chips.kernel import SCALARS, Kernel
+from bench.demands.store import vehicle_of
+from bench.inputs.board_log import LogBlock, whole
+
+_LARGEST = 1 << 22
+"""Bytes of a vehicle at most: a vehicle of a hundred thrusters has 200 kB."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class LogHeader:
+    """The header of a log.
+
+    Attributes
+    ----------
+    facts : what port and compiler said, by name: processor, port, caches, compiler, flags, commit, seed, …
+    ticks_per_s : of the port's counter [Hz]; 0 where a tick is an instruction
+    seed : of the demands
+    vehicle : as the project had it, in double precision
+    kernels : each method's names, scalar and form of limits, without its C
+    rates : of each demand set, its sampling rate [Hz] or None
+    """
+
+    facts: dict[str, str]
+    ticks_per_s: int
+    seed: int
+    vehicle: Vehicle
+    kernels: dict[str, Kernel]
+    rates: dict[str, float | None]
+
+    @property
+    def processor(self) -> str:
+        """What the port calls its processor."""
+        return self.facts.get("processor", "")
+
+    def of_escs(self, demands: str) -> bool:
+        """Whether a set of that name is asked of NAME_esc."""
+        return esc.METHOD in self.kernels and demands in esc.SIZES
+
+
+def header(block: LogBlock) -> LogHeader:
+    """What a block of kind ``board`` says; an error of any kind where another driver wrote it."""
+    facts: dict[str, str] = {}
+    several: dict[str, list[list[str]]] = {"method": [], "demands": [], "vehicle": []}
+    for name, *words in block.rows("fact"):
+        if name in several:
+            several[name].append(words)
+        else:
+            facts[name] = " ".join(words)
+    ((said,),) = block.rows("ticks_per_s")
+    ticks_per_s = whole(said)
+    packed = base64.b64decode("".join(piece for (piece,) in several["vehicle"]), validate=True)
+    text = zlib.decompressobj().decompress(packed, _LARGEST)
+    arrays: dict[str, list[Any]] = json.loads(text)
+    vehicle = vehicle_of({key: np.array(value) for key, value in arrays.items()})
+    scalar, limits = cast(Scalar, facts["scalar"]), cast(Where, facts["limits"])
+    if scalar not in SCALARS or limits not in ("fixed", "call"):
+        raise ValueError(f"scalar {scalar}, limits {limits}")
+    described = (words if len(words) > 3 else [*words, "0"] for words in several["method"])
+    kernels = {
+        method: Kernel(
+            method=method,
+            twin="" if method == esc.METHOD else twin,
+            solver="" if solver == "-" else solver,
+            scalar=scalar,
+            limits=limits,
+            k=vehicle.k,
+            n=vehicle.n,
+            entry="",
+            declaration="",
+            arguments="",
+            sources={},
+            levels=whole(levels, vehicle.k),
+        )
+        for method, twin, solver, levels in described
+    }
+    for method, kernel in kernels.items():
+        if method != esc.METHOD:
+            find(kernel.twin)
+        elif not vehicle.esc:
+            raise ValueError(f"method {method} of a vehicle without ESCs")
+    if not kernels or not {kernel.solver for kernel in kernels.values()} <= {"", *rivals.names()}:
+        raise ValueError(f"methods {', '.join(kernels) or 'none'}, of which a solver is not known here")
+    rates = {name: None if rate == "-" else _rate(rate) for name, rate in several["demands"]}
+    return LogHeader(
+        facts=facts,
+        ticks_per_s=ticks_per_s,
+        seed=whole(facts.get("seed", "0"), (1 << 63) - 1),
+        vehicle=vehicle,
+        kernels=kernels,
+        rates=rates,
+    )
+
+
+def _rate(word: str) -> float:
+    rate = float(word)
+    if not 0 < rate < inf:
+        raise ValueError(f"a rate of {word[:40]} Hz")
+    return rate
