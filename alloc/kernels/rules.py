@@ -33,10 +33,12 @@ class Ruled(NamedTuple):
     ----------
     thrusts : by thruster [N]
     share : of tau that they make [-]; None where limits may cut more of them than rounding
+    hidden : share of ``wrench_scale`` that rounding of T (f - x) may hide of a miss [-]
     """
 
     thrusts: dict[int, Expression]
     share: Expression | None = None
+    hidden: float = 0.0
 
 
 Rule = Callable[[Builder, dict[int, Expression]], Ruled]
@@ -59,19 +61,20 @@ def mended(
     refuse(builder, seen, [], exact=False)
     made = rule(builder, x)
     y = inside(builder, made.thrusts, builder.limits)
-    known, lost = [*builder.faults.values()] or [vehicle], _lost(builder, changed)
+    share = units(builder, made.hidden)
+    known, lost = [*builder.faults.values()] or [vehicle], _lost(builder, share, changed)
     if made.share is not None and vehicle.rank == vehicle.k:
         # T y is share times tau but for rounding. Share times tau is no more than limits allow, |T| far, so
         # tau is missed by (1 - share) / share times that at most, and neither T nor tau is looked at. Where a
         # fault loses a direction each of the two may miss half.
         most_of = 0.5 if any(lost) else 1.0
         far = [np.maximum(np.abs(state.f_min), np.abs(state.f_max)) for state in known]
-        allowed = np.array([(units(builder) * np.abs(vehicle.TP) @ each).max() for each in far])
+        allowed = np.array([(share * np.abs(vehicle.TP) @ each).max() for each in far])
         met = (made.share >= builder.graph.by_fault(allowed / (most_of + allowed))).named("met")
         if any(lost):
             met = met & none_missed(builder, lost, most_of)
     else:
-        rows = [[*row, *more] for row, more in zip(_missed(builder, G, x, y), lost, strict=True)]
+        rows = [[*row, *more] for row, more in zip(_missed(builder, share, G, x, y), lost, strict=True)]
         met = none_missed(builder, rows)
     builder.compute(met)
     return builder.program(all_thrusters(builder, y), select(met, Status.SOLVED, Status.PARTIAL))
@@ -82,10 +85,10 @@ def doubt(vehicle: Vehicle, scalar: Scalar) -> float:
     return promised(vehicle, 0.0)
 
 
-def units(builder: Builder) -> FloatArray:
+def units(builder: Builder, hidden: float = 0.0) -> FloatArray:
     """(k, 1) what turns each entry of a wrench into units in which it may miss 1."""
-    vehicle = builder.vehicle
-    share: FloatArray = 1.0 / (met_as_calculated(vehicle, builder.scalar) * vehicle.wrench_scale)[:, None]
+    may = met_as_calculated(builder.vehicle, builder.scalar) - hidden
+    share: FloatArray = 1.0 / (may * builder.vehicle.wrench_scale)[:, None]
     return share
 
 
@@ -109,13 +112,13 @@ def together(vehicle: Vehicle, scalar: Scalar) -> States:
 
 
 def _missed(
-    builder: Builder, G: FloatArray, x: dict[int, Expression], y: dict[int, Expression]
+    builder: Builder, share: FloatArray, G: FloatArray, x: dict[int, Expression], y: dict[int, Expression]
 ) -> list[Terms]:
-    """The rows of T f - tau in ``units``.
+    """The rows of T f - tau in ``units``, which are ``share`` of a wrench.
 
     T f - tau = T (f - T* tau) - (1 - T T*) tau, whose last part is rounding where no rank is lost.
     """
-    vehicle, share = builder.vehicle, units(builder)
+    vehicle = builder.vehicle
     moved = [(y[i] - x[i]).named(f"d{i}") for i in x]
     rows = shared_sums(product(share * vehicle.TP[:, list(x)], moved, "q").rows, "v")[1]
     if vehicle.rank < vehicle.k or wrench_doubt(vehicle) > MET[builder.scalar]:
@@ -124,12 +127,12 @@ def _missed(
     return rows
 
 
-def _lost(builder: Builder, changed: off.Without | None) -> list[Terms]:
+def _lost(builder: Builder, share: FloatArray, changed: off.Without | None) -> list[Terms]:
     """What a fault that loses a direction takes of the rows of T f - tau, in ``units``."""
     vehicle = builder.vehicle
     rows: list[Terms] = [[] for _ in vehicle.dof]
     if changed:
-        by = units(builder)[:, 0] * (changed.a @ vehicle.TP.T)
+        by = share[:, 0] * (changed.a @ vehicle.TP.T)
         by[[state.rank == vehicle.rank for state in builder.faults.values()]] = 0.0
         for r in np.flatnonzero(by.any(axis=0)).tolist():
             rows[r].append((True, builder.graph.by_fault(by[:, r]) * changed.off))
