@@ -39,8 +39,8 @@ def frozen(spare: float, builder: Builder, x: dict[int, Expression]) -> Ruled:
         flags=tuple(tuple(int(i in ends and i != fault) for i in range(n)) for fault in known),
     )
     g = builder.loop(loop, low, high, [x.get(i, 0.0) for i in range(n)])
-    # Other rules that nearly make tau leave T* tau by next to nothing, and their sums of what is missed do not
-    # round. These thrusts leave it by whole limits. In float MET leaves that much already.
+    # Other rules that nearly make tau leave T* tau by next to nothing, and their sums of what is missed do
+    # not round. These thrusts leave it by whole limits. In float MET leaves that much already.
     hidden = min(wrench_doubt(vehicle), MET["double"] / 10) if builder.scalar == "double" else 0.0
     return Ruled({i: g[i] for i in x}, hidden=hidden)
 
