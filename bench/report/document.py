@@ -4,6 +4,7 @@ import re
 from base64 import b64encode
 from html import escape
 from importlib.resources import files
+from itertools import pairwise
 from pathlib import Path
 from urllib.parse import unquote
 
@@ -22,7 +23,19 @@ def prose(markdown: str) -> str:
     """Markdown with tables as HTML; what looks like HTML in it is text."""
     from markdown_it import MarkdownIt
 
-    made: str = MarkdownIt("commonmark", {"html": False}).enable("table").render(markdown)
+    parser = MarkdownIt("commonmark", {"html": False}).enable("table")
+    tokens, headings, column = parser.parse(markdown), [""], 0
+    for token, inside in pairwise(tokens):
+        if token.type == "table_open":
+            headings = []
+        elif token.type == "th_open":
+            headings.append(inside.content.strip("`"))
+        elif token.type == "tr_open":
+            column = 0
+        elif token.type == "td_open":
+            token.attrSet("data-label", headings[column])  # style.css shows it where a screen is narrow
+            column += 1
+    made: str = parser.renderer.render(tokens, parser.options, {})
     return made
 
 

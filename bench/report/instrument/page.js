@@ -164,6 +164,7 @@ function table(target, cols, rows) {
     const row = element("tr", "", { ariaSelected: String(labels.includes(size.label)) });
     cols.forEach(([name, text], i) => {
       const cell = element("td", i ? text(size) : "", { className: numeric(name) ? "number" : "" });
+      cell.dataset.label = name;
       if (!i) cell.append(element("button", text(size), { type: "button", title: "Put beside others", ariaPressed: row.ariaSelected, onclick: () => { pick(size.label); focusRow(size.label); } }));
       row.append(cell);
     });
@@ -218,6 +219,7 @@ function facts(chosen, loop) {
   const sizes = chosen.flatMap((size) => size.there ?? [size]);
   by("facts").tHead.replaceChildren(rowOf("th", ["", ...sizes.map((size) => size.label)]));
   by("facts").tBodies[0].replaceChildren(...lines.map(([name, text]) => [name, ...sizes.map(text)]).filter((line) => line.slice(1).some(Boolean)).map((line) => rowOf("td", line)));
+  by("facts").querySelectorAll("td").forEach((cell) => (cell.dataset.label = sizes[cell.cellIndex - 1].label));
 }
 
 function rowOf(kind, texts) {
