@@ -22,7 +22,7 @@ STUDIES = "results/studies"
 def on_config(config: Any) -> Any:
     """Add what is generated to the navigation that mkdocs.yml writes out."""
     config.nav += [
-        {"Measured": ["report.html", *(f"studies/{path.name}" for path in studies())]},
+        {"Measured": [{"A run's report": "report.html"}, *(f"studies/{path.name}" for path in studies())]},
         {"Reference": [f"reference/{name}.md" for name in reference()]},
     ]
     return config

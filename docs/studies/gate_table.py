@@ -1,6 +1,6 @@
-"""The table of results/studies/gate_table.md, from trials that ``docs/studies/gate_proof.py`` wrote in FILE.
+"""How often the gate finds a change, and how often none: ``python docs/studies/gate_table.py FILE``.
 
-python docs/studies/gate_table.py FILE
+``docs/studies/gate_proof.py`` wrote the trials in FILE; results/studies/gate_table.md is the table.
 """
 
 import json

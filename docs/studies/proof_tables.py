@@ -1,4 +1,4 @@
-"""The tables of docs/proof.md out of proofs: ``python docs/studies/proof_tables.py [DIR]``.
+"""What was proven of the C: ``python docs/studies/proof_tables.py [DIR]``.
 
 DIR [runs/proof] holds the folders that ``thrustbench prove`` wrote, at any depth. What was not proven is left
 empty. Also printed: how many claims are shown, the largest ratio of bound to error, and which worst paths
