@@ -5,7 +5,6 @@ and about every point. A propeller adds its own moment along d: [d; r x d + m d]
 """
 
 from collections.abc import Sequence
-from decimal import Decimal
 from typing import NamedTuple
 
 import numpy as np
@@ -171,5 +170,5 @@ def _rows_like(dof: Sequence[str], row: int) -> list[int]:
 
 def _decimals(values: FloatArray) -> int:
     """The most decimals of any of the numbers."""
-    exponents = (Decimal(repr(value)).normalize().as_tuple().exponent for value in np.unique(values).tolist())
-    return max(0, *(-exponent for exponent in exponents if isinstance(exponent, int)))
+    texts = (np.format_float_positional(value, trim="-") for value in np.unique(values))
+    return max(len(text.partition(".")[2]) for text in texts)
