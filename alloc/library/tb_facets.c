@@ -64,8 +64,48 @@ static int normal(const struct tb_allocator *a, int d, const int rows[TB_N_MAX],
     return 1;
 }
 
+/* Adds an entry to the last facet; returns 0 where there is no room. */
+static int enter(struct tb_allocator *a, int *entries, int p, tb_real y, tb_real along)
+{
+    if (*entries >= TB_ENTRIES_MAX) {
+        return 0;
+    }
+    a->of[*entries] = (unsigned char)(y > 0 ? p : p + TB_N_MAX);
+    a->along[(*entries)++] = along;
+    return 1;
+}
+
+#ifndef TB_FLOAT
+/* Adds thrusters of which N or y leaves out what they push across the facet, c'T with c = G'y, as far as `doubt` knows
+ * that. Their sizes are negative until all facets are found: they tell none from another. */
+static int hardly(struct tb_allocator *a, int *entries, int count, const int *rows, const tb_real *y, tb_real doubt)
+{
+    tb_real c[TB_K_MAX];
+    int good = 1;
+    for (int r = 0; r < a->k; r++) {
+        c[r] = 0;
+        for (int i = 0; i < count; i++) {
+            c[r] += y[i] * a->G[rows[i]][r];
+        }
+        c[r] /= a->unit[r];
+    }
+    for (int p = 0; p < a->m && good; p++) {
+        tb_real push = 0;
+        for (int r = 0; r < a->k; r++) {
+            push += a->A[r][a->at[p]] * c[r];
+        }
+        for (int i = 0; i < count; i++) {
+            push = rows[i] == p && y[i] != 0 ? TB_R(0) : push;
+        }
+        good = !(tb_abs(push) > doubt) || enter(a, entries, p, push, -tb_abs(push));
+    }
+    return good;
+}
+#endif
+
 /* Adds a facet unless there is one over the same thrusters; returns 0 where there is no room. */
-static int add(struct tb_allocator *a, int *entries, int first, int count, const int *rows, const tb_real *y)
+static int add(struct tb_allocator *a, int *entries, int first, int count, const int *rows, const tb_real *y,
+               tb_real doubt)
 {
     int size = 0;
     for (int i = 0; i < count; i++) {
@@ -74,28 +114,28 @@ static int add(struct tb_allocator *a, int *entries, int first, int count, const
     /* Each choice of rows comes once, so that only where y is zero for one another choice may have led here. */
     for (int f = first; f < a->facets && size < count; f++) {
         const int end = a->end[f];
-        int at = f ? a->end[f - 1] : 0, same = end - at == size;
+        int at = f ? a->end[f - 1] : 0, same = end - at >= size;
         for (int i = 0; i < count && same; i++) {
-            same = y[i] == 0 || (at < end && a->of[at++] % TB_N_MAX == rows[i]);
+            same = y[i] == 0 || (at < end && a->along[at] > 0 && a->of[at++] % TB_N_MAX == rows[i]);
         }
-        if (same) {
+        if (same && !(at < end && a->along[at] > 0)) {
             return 1;
         }
     }
     if (a->facets >= TB_FACETS_MAX) {
         return 0;
     }
-    for (int i = 0; i < count; i++) {
-        if (y[i] != 0) {
-            if (*entries >= TB_ENTRIES_MAX) {
-                return 0;
-            }
-            a->of[*entries] = (unsigned char)(y[i] > 0 ? rows[i] : rows[i] + TB_N_MAX);
-            a->along[(*entries)++] = tb_abs(y[i]);
-        }
+    int good = 1;
+    for (int i = 0; i < count && good; i++) {
+        good = y[i] == 0 || enter(a, entries, rows[i], y[i], tb_abs(y[i]));
     }
+#ifndef TB_FLOAT
+    good = good && hardly(a, entries, count, rows, y, doubt);
+#else
+    (void)doubt; /* what N and y leave out in single precision is rounding */
+#endif
     a->end[a->facets++] = *entries;
-    return 1;
+    return good;
 }
 
 /* Rows one after another from place i on; the clamp is never needed, and keeps every one a row of N. */
@@ -118,7 +158,7 @@ static int next(int *rows, int count, int end)
     return 0;
 }
 
-void tb_find_facets(struct tb_allocator *a)
+void tb_find_facets(struct tb_allocator *a, tb_real doubt)
 {
     int rows[TB_N_MAX] = {0}, entries = 0, good = 1;
     tb_real y[TB_N_MAX], unit[TB_N_MAX];
@@ -134,19 +174,20 @@ void tb_find_facets(struct tb_allocator *a)
         }
         count_on(rows, 0, count, a->begin[b]);
         while (more && good) {
-            good = !normal(a, count - 1, rows, unit, y) || add(a, &entries, first, count, rows, y);
+            good = !normal(a, count - 1, rows, unit, y) || add(a, &entries, first, count, rows, y, doubt);
             more = next(rows, count, a->begin[b + 1]);
         }
     }
     for (int p = a->begin[a->blocks]; p < a->m && good; p++) {
         y[0] = 1;
         rows[0] = p;
-        good = add(a, &entries, a->facets, 1, rows, y);
+        good = add(a, &entries, a->facets, 1, rows, y, doubt);
     }
     for (int f = 0, e = 0; f < a->facets; f++) {
         tb_real ahead = 0, astern = 0;
         for (const int end = a->end[f]; e < end; e++) {
             const int i = a->at[a->of[e] % TB_N_MAX], turned = a->of[e] >= TB_N_MAX;
+            a->along[e] = tb_abs(a->along[e]);
             ahead += a->along[e] * (turned ? -a->f_min[i] : a->f_max[i]);
             astern += a->along[e] * (turned ? a->f_max[i] : -a->f_min[i]);
         }

@@ -110,7 +110,7 @@ void tb_orthogonal(int k, int m, tb_real W[TB_K_MAX][TB_N_MAX], tb_real U[TB_K_M
 int tb_null_basis(int rank, int m, tb_real V[TB_K_MAX][TB_N_MAX], tb_real N[TB_N_MAX][TB_N_MAX]);
 void tb_shared(const struct tb_allocator *a, tb_real rest[TB_K_MAX], const int on[TB_N_MAX], tb_real x[TB_N_MAX]);
 /* tb_facets.c */
-void tb_find_facets(struct tb_allocator *a);
+void tb_find_facets(struct tb_allocator *a, tb_real doubt);
 /* tb_levels.c */
 void tb_find_steps(struct tb_allocator *a);
 /* tb_exact.c */

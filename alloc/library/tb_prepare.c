@@ -267,7 +267,10 @@ static int refresh(struct tb_allocator *a, unsigned long off)
         return TB_NEARLY_SINGULAR;
     }
     tb_find_steps(a);
-    tb_find_facets(a);
+    tb_find_facets(a, doubt);
+    if (a->facets < 0) { /* entries of little may have taken the room */
+        tb_find_facets(a, TB_LARGEST);
+    }
     return TB_SOLVED;
 }
 

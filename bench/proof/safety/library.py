@@ -135,9 +135,10 @@ def _answers() -> str:
 def _prepares() -> str:
     """Facets are any that the analysis beside this one finds them to be."""
     facets = f"""
-void tb_find_facets(struct tb_allocator *made)
+void tb_find_facets(struct tb_allocator *made, tb_real doubt)
 {{
     (void)made;
+    (void)doubt;
 {HELD}{_every("{0} = between({1}, {2});", ("facets", "end", "of"))}}}
 """
     given = ", ".join(f"any ? {name} : NULL" for name in ("T", "H", "readiness", "f_min", "f_max"))
@@ -156,4 +157,4 @@ void tb_find_facets(struct tb_allocator *made)
 def _facets() -> str:
     """Bounds of loops that go over facets are told, or intervals would grow past them."""
     told = '    /*@ widen_hints global:"all", TB_FACETS_MAX, TB_ENTRIES_MAX, TB_N_MAX, 2 * TB_N_MAX; */\n'
-    return _main(f"{told}    tb_find_facets(&a);\n{HELD}")
+    return _main(f"{told}    tb_find_facets(&a, tau[0]);\n{HELD}")

@@ -133,7 +133,7 @@ def test_c_in_float_is_refused_where_single_precision_misses_wrenches(method: st
     assert generate(nearly_planar(1e-1), method, scalar="float")
 
 
-@pytest.mark.parametrize("where", ["Python", "fixed", "call"])
+@pytest.mark.parametrize("where", ["Python", "library", "fixed", "call"])
 def test_a_thruster_that_hardly_pushes_across_a_facet_counts_for_what_it_does(where: str) -> None:
     """Thrusters 0 and 1 go ahead and astern; to port only 1 pushes, by 9e-14 N a newton.
 
@@ -152,12 +152,20 @@ def test_a_thruster_that_hardly_pushes_across_a_facet_counts_for_what_it_does(wh
         source="made up",
     )
     tau = np.array([60.0, 60.0 * 2e-10])
-    if where == "Python":
-        share = build("scaled", vehicle)(tau).share[0]
+    if where in ("Python", "library"):
+        share = build("scaled" if where == "Python" else "scaled@library", vehicle)(tau).share[0]
     else:
         share = in_c(vehicle, "scaled", "double", cast(Where, where), tau[None]).share[0, 0]
     # The facet along thruster 1 has a margin of 9e-14 of 0's thrust, and the demand leaves it by 9e-14 less.
     assert share == pytest.approx(9e-14 / 2e-10, rel=1e-3)
+
+
+def test_facets_of_the_library_keep_their_room_where_thrusters_hardly_push_across_them() -> None:
+    """Of 125 facets pushes of little would be stored, more than the room for a vehicle of this size."""
+    vehicle, rng = numbered(785)
+    allocate, library = build("scaled", vehicle), build("scaled@library", vehicle)
+    for tau in edge_demands(vehicle, rng, 20):
+        assert library(tau).share[0] == pytest.approx(allocate(tau).share[0], abs=1e-9)
 
 
 def spoiled(method: str, good: int, monkeypatch: pytest.MonkeyPatch) -> Allocator:
