@@ -75,9 +75,10 @@ def run(command: list[str], folder: Path | None = None) -> str:
 @cache
 def scratch() -> Path:
     """A folder for what is compiled once for all kernels; it is removed as this process ends."""
-    folder = tempfile.TemporaryDirectory(prefix="thrustbench-")
-    atexit.register(folder.cleanup)
-    return Path(folder.name)
+    folder = tempfile.mkdtemp(prefix="thrustbench-")
+    # A TemporaryDirectory would be gone with the first forked child: since CPython 3.13 that lets go of it.
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return Path(folder)
 
 
 def _has_c_library(target: Target) -> bool:

@@ -41,7 +41,7 @@ def read(path: Path, pattern: str = "") -> Draft:
     masses = [
         frames.mass(name, link)
         for name, link in things.items()
-        if link.tag == "link" and link.find("inertial")
+        if link.tag == "link" and link.find("inertial") is not None
     ]
     draft = drafted(
         path,
