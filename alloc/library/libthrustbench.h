@@ -61,7 +61,7 @@ struct tb_allocator {
     int end[TB_FACETS_MAX]; /* of a facet's entries: thrusters, TB_N_MAX more where turned round, and the size of each */
     unsigned char of[TB_ENTRIES_MAX];
     tb_real along[TB_ENTRIES_MAX];
-    tb_real room[TB_FACETS_MAX][2]; /* ahead of a facet and astern, from zero thrust, within the vehicle's limits */
+    tb_real margin[TB_FACETS_MAX][2]; /* ahead of a facet and astern, from zero thrust, within the vehicle's limits */
 };
 
 #ifdef __cplusplus

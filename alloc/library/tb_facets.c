@@ -191,8 +191,8 @@ void tb_find_facets(struct tb_allocator *a, tb_real doubt)
             ahead += a->along[e] * (turned ? -a->f_min[i] : a->f_max[i]);
             astern += a->along[e] * (turned ? a->f_max[i] : -a->f_min[i]);
         }
-        a->room[f][0] = ahead;
-        a->room[f][1] = astern;
+        a->margin[f][0] = ahead;
+        a->margin[f][1] = astern;
     }
     a->facets = good ? a->facets : -1;
 }

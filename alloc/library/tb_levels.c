@@ -119,8 +119,8 @@ static tb_real share_of(const struct tb_allocator *a, const struct going to[2 * 
             for (; e < end; e++) {
                 along += a->along[e] * to[a->of[e]].x;
             }
-            ahead = a->room[f][0];
-            astern = a->room[f][1];
+            ahead = a->margin[f][0];
+            astern = a->margin[f][1];
         }
         const tb_real slack = along > 0 ? ahead : astern, size = tb_abs(along), left = slack > 0 ? slack : TB_R(0);
         if (size > keep * left + tiny && left < beta * size) {

@@ -6,7 +6,7 @@ from math import comb
 import numpy as np
 
 from alloc.allocation import FloatArray
-from alloc.vehicle import Vehicle
+from alloc.vehicle import Vehicle, columns
 from alloc.vehicle.degeneracy import FLAT
 
 FEWEST, MOST = 4, 12
@@ -18,11 +18,8 @@ SETS = 50_000
 
 def decimals(T: FloatArray) -> int | None:
     """How many decimals the entries of T have at most; None where these are not between FEWEST and MOST."""
-    size = float(np.abs(T).max(initial=0.0))
-    for digits in range(MOST + 1):
-        if np.abs(T - T.round(digits)).max(initial=0.0) <= 4 * np.finfo(float).eps * size:
-            return digits if digits >= FEWEST else None
-    return None
+    digits = columns.decimals(T)
+    return digits if FEWEST <= digits <= MOST else None
 
 
 def nearly_dependent(vehicle: Vehicle, digits: int) -> tuple[int, int]:

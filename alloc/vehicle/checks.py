@@ -7,7 +7,9 @@ from numpy.typing import ArrayLike
 
 from alloc.allocation import FloatArray, real
 from alloc.errors import VehicleError
+from alloc.vehicle.esc import Esc
 from alloc.vehicle.geometry import DOF
+from alloc.vehicle.limits import Slew, VoltageTable, check_slew, check_table
 
 ARRAYS = ("T", "H", "f_min", "f_max", "readiness", "slack_weights")
 LARGEST, SMALLEST = 1e15, 1e-9
@@ -73,3 +75,15 @@ def check_values(name: str, names: Sequence[str], arrays: Mapping[str, FloatArra
         raise VehicleError(f"{name}: every thruster is off; at least one must work")
     if (slack_weights <= 0).any():
         raise VehicleError(f"{name}: slack_weights must be positive", "slack_weights")
+
+
+def check_parts(
+    name: str, n: int, slew: Slew | None, by_volts: VoltageTable | None, esc: Sequence[Esc]
+) -> None:
+    """Raise VehicleError where slew rates, limits by voltage or ESCs are not those of n thrusters."""
+    if slew is not None:
+        check_slew(slew, n)
+    if by_volts is not None:
+        check_table(by_volts, n)
+    if esc and len(esc) != n:
+        raise VehicleError(f"{name}: {len(esc)} ESCs for {n} thrusters", "esc")

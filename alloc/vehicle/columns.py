@@ -101,11 +101,17 @@ def refusals(
     return sentences
 
 
+def decimals(values: FloatArray) -> int:
+    """The most decimals that any of the numbers is written with."""
+    texts = (np.format_float_positional(value, trim="-") for value in np.unique(values))
+    return max(len(text.partition(".")[2]) for text in texts)
+
+
 def shown(T: FloatArray, dof: Sequence[str], row: int, column: int) -> str:
     """An entry of T with the decimals that its file has."""
-    decimals = _decimals(T[_rows_like(dof, row)])
+    digits = decimals(T[_rows_like(dof, row)])
     value = T[row, column] + 0.0
-    return f"{value:.{decimals}f}" if decimals <= MOST_DIGITS else f"{value:.4g}"
+    return f"{value:.{digits}f}" if digits <= MOST_DIGITS else f"{value:.4g}"
 
 
 def _suspect(T: FloatArray, dof: Sequence[str], i: int, sound: BoolArray, names: Sequence[str]) -> str:
@@ -155,7 +161,7 @@ def _half_digits(T: FloatArray, dof: Sequence[str]) -> FloatArray:
     """(6, 1) half of the last printed digit of the force rows and of the moment rows."""
     half = np.zeros((6, 1))
     for row, axis in enumerate(dof):
-        half[DOF.index(axis)] = 0.5 * 10.0 ** -_decimals(T[_rows_like(dof, row)])
+        half[DOF.index(axis)] = 0.5 * 10.0 ** -decimals(T[_rows_like(dof, row)])
     return half
 
 
@@ -166,9 +172,3 @@ def _forces(dof: Sequence[str]) -> list[int]:
 def _rows_like(dof: Sequence[str], row: int) -> list[int]:
     """The force rows, or the moment rows: a file prints all of them to the same digits."""
     return [i for i, axis in enumerate(dof) if (axis in MOMENTS) == (dof[row] in MOMENTS)]
-
-
-def _decimals(values: FloatArray) -> int:
-    """The most decimals of any of the numbers."""
-    texts = (np.format_float_positional(value, trim="-") for value in np.unique(values))
-    return max(len(text.partition(".")[2]) for text in texts)

@@ -11,11 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 from alloc.allocation import FloatArray, IndexArray
 from alloc.errors import DemandError, VehicleError
 from alloc.vehicle import wire
-from alloc.vehicle.checks import ARRAYS, check_shapes, check_values, checked_array
+from alloc.vehicle.checks import ARRAYS, check_parts, check_shapes, check_values, checked_array
 from alloc.vehicle.degeneracy import RANK_TOLERANCE, independent
 from alloc.vehicle.esc import Esc, Sent
 from alloc.vehicle.frame import Frame, checked_frame, turned
-from alloc.vehicle.limits import Interval, Slew, VoltageTable, check_slew, check_table, of_a_moment
+from alloc.vehicle.limits import Interval, Slew, VoltageTable, of_a_moment
 from alloc.vehicle.names import check_names, index_of
 from alloc.vehicle.priority import Priority, checked_levels, checked_priority
 
@@ -76,12 +76,7 @@ class Vehicle:
         check_values(self.name, self.names, arrays)
         for key, array in arrays.items():
             object.__setattr__(self, key, _frozen(array))
-        if self.slew is not None:
-            check_slew(self.slew, n)
-        if self.by_volts is not None:
-            check_table(self.by_volts, n)
-        if self.esc and len(self.esc) != n:
-            raise VehicleError(f"{self.name}: {len(self.esc)} ESCs for {n} thrusters", "esc")
+        check_parts(self.name, n, self.slew, self.by_volts, self.esc)
 
     @property
     def k(self) -> int:
