@@ -17,6 +17,7 @@ from alloc.reach.volumes import (
 )
 from alloc.reach.zonotope import zonotope
 from alloc.vehicle.geometry import DOF
+from bench.judging.capability import remaining_authority
 from bench.judging.loss import loss
 from bench.layouts.authority import volumes
 from bench.layouts.compile import compile_study
@@ -98,6 +99,7 @@ def check_one(vehicle: Vehicle, numbers: Columns, taus: FloatArray) -> None:
         "rank_after_one": worst.rank,
         "rank_after_two": min(ranks),
         "authority_after_two": min(zip(ranks, sizes, strict=True))[1] * unit,
+        "condition": remaining_authority(vehicle)[0].condition,
         "safe_share": safe_share(vehicle),
         "any_direction_N": (z.support / np.linalg.norm(z.facets / z.scale, axis=1)).min(),
         "closed_form_served_share": loss(vehicle, taus, F, best)["within_1pct_share"],
