@@ -5,8 +5,8 @@ of what they can do. An answer says which wrench its thrusts make: SOLVED all of
 shares make of it. How far T f is from that, in parts of ``wrench_scale``, is counted for methods in Python,
 one call at a time and many at once, and for their C: double and float, limits of the vehicle and of the call.
 C is calculated operation by operation by ``alloc.program.evaluate``; on every ``--c``-th vehicle it is
-compiled too, and must answer with the same bits. What has a loop over data is compiled only. File F takes a
-line for each vehicle, so that a study goes on where F ends.
+compiled too, and must answer with the same bits. What has a loop over data is compiled only, on all vehicles.
+File F takes a line for each vehicle, so that a study goes on where F ends.
 """
 
 import ctypes
@@ -77,9 +77,9 @@ def in_python(vehicle: Vehicle, method: str, taus: FloatArray) -> Iterator[tuple
 
 
 def in_c(
-    vehicle: Vehicle, method: str, taus: FloatArray, scalar: Scalar, limits: Where, folder: Path | None
-) -> FloatArray | None:
-    """Errors of generated C, compiled where there is a folder; None where it must be, and there is none."""
+    vehicle: Vehicle, method: str, taus: FloatArray, scalar: Scalar, limits: Where, c: bool, folder: Path
+) -> FloatArray:
+    """Errors of generated C, compiled in the folder where it must be, or shall be too."""
     kernel = recipe(method)
     program = kernel.program(vehicle, limits, scalar)
     kind: Any = np.float32 if scalar == "float" else np.float64
@@ -89,10 +89,8 @@ def in_c(
     answers = []
     if not program.loops:
         answers.append(evaluate(program, taus, *given))
-    if folder is not None:
+    if c or program.loops:
         answers.append(compiled(vehicle, kernel, scalar, limits, taus, given, folder))
-    if not answers:
-        return None
     first, found = answers[0], answers[-1]
     thrusts = first.status < Status.INFEASIBLE
     np.testing.assert_array_equal(first.status, found.status)
@@ -152,12 +150,10 @@ def asked(number: int, count: int, c: bool, folder: Path, only: str | None) -> d
     in_c_too = [method for method in METHODS if method in recipes() and only != "python"]
     for method, scalar, limits in product(in_c_too, scalars, places):
         try:
-            answered = in_c(vehicle, method, taus, scalar, limits, folder if c else None)
+            answered = in_c(vehicle, method, taus, scalar, limits, c, folder)
+            count_(method, f"C, {scalar}, {limits}", most(scalar), answered)
         except NotApplicable:
             found[f"{method}|C, {scalar}, {limits}, refused"] = [1, 0, 0.0]
-        else:
-            if answered is not None:
-                count_(method, f"C, {scalar}, {limits}", most(scalar), answered)
     return found
 
 
