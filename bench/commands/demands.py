@@ -45,7 +45,9 @@ def command(log: Path, vehicle: str, from_outputs: bool, output: Path | None, **
     if output is not None:
         write_text(output, format_demands(t, taus, answering.dof, columns, frame=answering.frame))
     click.echo(read.said, err=True)  # at last, since a refusal is one line
-    for doubt in filter(None, (read.doubt, *doubts(demands))):
+    for doubt in filter(
+        None, (read.doubt, *doubts(demands.name, answering.name, demands.alpha, demands.rate_hz))
+    ):
         click.echo(f"warning: {doubt}", err=True)
 
 

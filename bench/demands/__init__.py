@@ -22,6 +22,7 @@ from alloc.allocation import BoolArray, FloatArray
 from alloc.errors import unknown
 from alloc.files import modules
 from alloc.vehicle.call_limits import limits_of
+from bench.demands.doubts import doubts
 
 if TYPE_CHECKING:
     from bench.inputs.logs import LogOptions
@@ -155,7 +156,6 @@ def _is_file(name: str | Path) -> bool:
 
 
 def _from_file(path: Path, vehicle: Vehicle, n: int | None, options: "LogOptions | None") -> DemandSet:
-    from bench.demands.doubts import doubts
     from bench.inputs.log_limits import limits_in
     from bench.inputs.logs import rate_hz, read_log  # imported only where a file is named, which is rare
 
@@ -164,12 +164,13 @@ def _from_file(path: Path, vehicle: Vehicle, n: int | None, options: "LogOptions
     unmet = np.equal(label(vehicle, log.taus, f_min=low, f_max=high).label, Label.INFEASIBLE)
     low, high = (None if side is None else side[:n] for side in (low, high))
     demands = labelled(path.stem, vehicle, np.array(log.taus[:n]), low, high, rate_hz=rate_hz(log.t))
+    doubted = doubts(demands.name, vehicle.name, demands.alpha, demands.rate_hz)
     return replace(
         demands,
         left_out=len(log.taus) - len(demands.taus),
         beyond=int(unmet.sum()),
         beyond_longest=longest(unmet),
-        said=tuple(filter(None, (log.said, log.doubt, *doubts(demands)))),
+        said=tuple(filter(None, (log.said, log.doubt, *doubted))),
         given=True,
     )
 

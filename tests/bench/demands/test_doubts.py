@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from alloc import alpha_max, load_vehicle
-from bench.demands import labelled
 from bench.demands.doubts import doubts
 
 UKWIAL = load_vehicle("ukwial")
@@ -14,7 +13,7 @@ SOUND = 0.7 * alpha_max(UKWIAL, WAYS)[:, None] * WAYS
 
 
 def lines(taus: np.ndarray, rate_hz: float | None) -> list[str]:
-    return doubts(labelled("log", UKWIAL, taus.copy(), rate_hz=rate_hz))
+    return doubts("log", UKWIAL.name, alpha_max(UKWIAL, taus), rate_hz)
 
 
 def test_a_sound_log_raises_no_doubt() -> None:
