@@ -15,7 +15,7 @@ from alloc.errors import VehicleError
 from alloc.vehicle import LARGEST
 from alloc.vehicle.geometry import DOF
 from bench.inputs.columns import listed
-from bench.inputs.formats import Draft
+from bench.inputs.draft import Draft
 
 SHORTEST = 1e-9
 """Length from which a vector has a direction."""

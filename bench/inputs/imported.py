@@ -16,7 +16,8 @@ from alloc.vehicle.file import build_vehicle, called, matrices, reaction_torques
 from alloc.vehicle.frame import described
 from alloc.vehicle.geometry import DOF, contradictions
 from alloc.vehicle.keys import VehicleFile
-from bench.inputs.formats import Draft, formats, recognised
+from bench.inputs.draft import Draft
+from bench.inputs.formats import formats, recognised
 
 PLANAR = ("surge", "sway", "yaw")
 PREFERRED = ("surge", "sway", "heave", "yaw", "roll", "pitch")

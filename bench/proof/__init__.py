@@ -9,7 +9,7 @@ from bench.proof.certify import THOROUGH, USUAL, prove
 from bench.proof.library import prove_library
 from bench.proof.page import summary
 from bench.proof.proof import Proof
-from bench.proof.safety.harness import Subject, subject
+from bench.proof.subject import Subject, subject
 from bench.proof.write import write
 
 __all__ = ["THOROUGH", "USUAL", "Proof", "Subject", "prove", "prove_library", "subject", "summary", "write"]

@@ -21,7 +21,7 @@ from bench.judging.question import Question
 from bench.proof.asked import FaultAnswers, asked
 from bench.proof.proof import Claim, not_shown
 from bench.proof.rounding.arithmetic import DIGITS
-from bench.proof.safety.harness import ANSWERED, Subject
+from bench.proof.subject import ANSWERED, Subject
 
 PROGRAMS = 12
 """Demands of each fault whose shares linear programs tell."""

@@ -12,7 +12,7 @@ from alloc.c.compiled import shared_library
 from bench.demands import labelled
 from bench.demands.corners import attainable
 from bench.judging.question import Question
-from bench.proof.safety.harness import Subject
+from bench.proof.subject import Subject
 
 DEMANDS = 2_000
 """Of each fault."""

@@ -24,7 +24,7 @@ from bench.proof.rounding.search import RUNS, searched
 from bench.proof.rounding.seen import seen
 from bench.proof.safety import claims as safety
 from bench.proof.safety import esc
-from bench.proof.safety.harness import Subject, subject
+from bench.proof.subject import Subject, subject
 from bench.proof.symbolic import programs
 from bench.proof.translation import translated
 from bench.proof.worst import Contradicted, Counted, worst_path

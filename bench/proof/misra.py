@@ -7,7 +7,7 @@ from pathlib import Path
 from alloc.files.textfile import write_folder
 from bench.proof import tools
 from bench.proof.proof import Broken
-from bench.proof.safety.harness import Subject
+from bench.proof.subject import Subject
 
 REASONS = {
     "2.4": "Advisory. The enumeration of status values has no name, and needs none: its constants are used.",

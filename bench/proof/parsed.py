@@ -13,7 +13,7 @@ from alloc.files.textfile import write_folder
 from bench.chips.toolchain import ToolError
 from bench.proof import tools
 from bench.proof.not_read import NotRead
-from bench.proof.safety.harness import Subject
+from bench.proof.subject import Subject
 
 
 class Unit(NamedTuple):

@@ -12,7 +12,7 @@ from pycparser import c_ast
 from alloc.program import Graph, Node, Program
 from bench.proof.not_read import NotRead
 from bench.proof.parsed import literal, loops, read, table
-from bench.proof.safety.harness import Subject
+from bench.proof.subject import Subject
 
 
 def programs(of: Subject) -> dict[int, Program]:

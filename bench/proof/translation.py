@@ -6,7 +6,7 @@ from alloc.program import Graph, Node, Program, at_fault, operands
 from bench.chips.toolchain import ToolError
 from bench.proof.not_read import NotRead
 from bench.proof.proof import Claim, not_shown
-from bench.proof.safety.harness import Subject
+from bench.proof.subject import Subject
 from bench.proof.symbolic import programs
 
 TRANSLATED = (

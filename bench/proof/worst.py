@@ -18,7 +18,7 @@ from bench.chips.target import Target
 from bench.chips.toolchain import versions
 from bench.demands.corners import extremes
 from bench.proof.proof import WorstPath
-from bench.proof.safety.harness import Subject
+from bench.proof.subject import Subject
 from bench.record import Emulated
 
 CALLS = 200

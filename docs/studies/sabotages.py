@@ -11,7 +11,7 @@ from alloc.methods import recipe
 from alloc.program import Exit, Node, Operation, Program, Where, Write
 from bench.proof.answers import answered
 from bench.proof.safety import claims as safety
-from bench.proof.safety.harness import Subject
+from bench.proof.subject import Subject
 
 
 class Sabotage(NamedTuple):

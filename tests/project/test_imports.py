@@ -130,8 +130,9 @@ AGAINST = {
     "bench/inputs/formats/csv.py": "from bench.inputs.formats import tam",
     "bench/inputs/logs/ulog.py": "from bench.inputs.logs import rosbag",
     "alloc/nullspace/batch.py": "import daqp",
+    "alloc/vehicle/checks.py": "if TYPE_CHECKING:\n    from alloc.vehicle.model import Vehicle",
 }
-"""Per contract, in pyproject.toml's order, a file and an import that breaks it; one hides in a function."""
+"""Per contract, in pyproject.toml's order, a file and an import that breaks it; one in a function, one of types."""
 
 
 def test_every_contract_on_imports_is_broken_by_an_import_against_it(tmp_path: Path) -> None:

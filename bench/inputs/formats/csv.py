@@ -13,7 +13,7 @@ from alloc.vehicle.geometry import DOF
 from alloc.vehicle.keys import VehicleFile
 from bench.inputs.csv_text import csv_text
 from bench.inputs.delimited import numeric, read_table
-from bench.inputs.formats import Draft, commented
+from bench.inputs.draft import Draft, commented
 from bench.inputs.frames import frame_comment
 
 HELD = frozenset({"dof", "frame", "T", "planar", "thrusters", "center_of_mass", "reaction_torque"})

@@ -14,7 +14,7 @@ from alloc.errors import VehicleError
 from alloc.files.textfile import read_text
 from alloc.vehicle import LARGEST
 from alloc.vehicle.geometry import DOF
-from bench.inputs.formats import Draft
+from bench.inputs.draft import Draft
 
 _PARAMETER = re.compile(r"\b(CA_ROTOR(?:_COUNT|\d{1,2}_[A-Z]+)|CA_R_REV)[\s,=:\"]+([^\s,\"#]+)")
 _MOST = 32

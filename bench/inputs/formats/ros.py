@@ -15,7 +15,7 @@ from alloc.files.textfile import read_text
 from alloc.files.yaml_tree import YamlTree, read_yaml
 from alloc.vehicle.geometry import DOF
 from alloc.vehicle.keys import Numbers, VehicleFile
-from bench.inputs.formats import Draft, commented
+from bench.inputs.draft import Draft, commented
 from bench.inputs.frames import frame_comment
 from bench.inputs.parameters import find, numbers, rows
 

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from alloc.allocation import FloatArray
 from alloc.errors import VehicleError
 from bench.inputs.description import SHORTEST, Mass, Mount, along, drafted, motors, numbers, pose, posed
-from bench.inputs.formats import Draft
+from bench.inputs.draft import Draft
 from bench.inputs.untrusted_xml import read_xml
 
 PATTERN = True

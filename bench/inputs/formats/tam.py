@@ -12,7 +12,7 @@ from alloc.errors import VehicleError
 from alloc.files.yaml_tree import YamlTree, read_yaml
 from alloc.vehicle.frame import described
 from alloc.vehicle.geometry import DOF
-from bench.inputs.formats import Draft
+from bench.inputs.draft import Draft
 from bench.inputs.parameters import find, numbers, rows
 
 ROWS = {

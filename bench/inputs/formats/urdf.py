@@ -18,7 +18,7 @@ from alloc.allocation import FloatArray
 from alloc.errors import NotInstalled, VehicleError
 from alloc.vehicle import LARGEST
 from bench.inputs.description import Mass, Mount, along, drafted, motors, pose
-from bench.inputs.formats import Draft
+from bench.inputs.draft import Draft
 from bench.inputs.untrusted_xml import read_xml
 
 BASE = "base_link"

@@ -8,7 +8,7 @@ from alloc import Vehicle
 from alloc.allocation import BoolArray, FloatArray
 from alloc.program import Evaluated, Node, Program, Scalar, alike, answered, values
 from bench.demands.corners import attainable
-from bench.proof.safety.harness import ANSWERED
+from bench.proof.subject import ANSWERED
 
 CHUNK = 10_000
 """Demands at a time: so many values of every operation fit a processor's cache."""

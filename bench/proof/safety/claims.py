@@ -8,7 +8,8 @@ from bench.proof.not_read import NotRead
 from bench.proof.parsed import read
 from bench.proof.proof import Claim
 from bench.proof.safety import eva, limits
-from bench.proof.safety.harness import Subject, harness
+from bench.proof.safety.harness import harness
+from bench.proof.subject import Subject
 from bench.proof.symbolic import programs
 
 OWN = "the comparison that answers (bench/proof/safety/limits.py)"

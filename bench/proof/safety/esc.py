@@ -8,7 +8,8 @@ from alloc.methods import recipe
 from bench.proof import tools
 from bench.proof.proof import Claim
 from bench.proof.safety import eva
-from bench.proof.safety.harness import MAIN, Subject
+from bench.proof.safety.harness import MAIN
+from bench.proof.subject import Subject
 
 NO_ERROR = (
     "NAME_esc, and NAME_to_esc whatever its kernel returns: no run-time error, for all bits of f, limits and"

@@ -10,7 +10,8 @@ from alloc.files.textfile import write_folder
 from bench.chips.toolchain import ToolError
 from bench.proof import tools
 from bench.proof.proof import Claim
-from bench.proof.safety.harness import ANSWERED, MAIN
+from bench.proof.safety.harness import MAIN
+from bench.proof.subject import ANSWERED
 
 NAME = "Frama-C EVA"
 ALWAYS = (

@@ -10,7 +10,7 @@ whatever x is, NaN too.
 from math import isfinite
 
 from alloc.program import Node, Program
-from bench.proof.safety.harness import ANSWERED
+from bench.proof.subject import ANSWERED
 
 SUMS = ("add", "sub")
 
