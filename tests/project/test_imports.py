@@ -132,7 +132,7 @@ AGAINST = {
     "alloc/nullspace/batch.py": "import daqp",
     "alloc/vehicle/checks.py": "if TYPE_CHECKING:\n    from alloc.vehicle.model import Vehicle",
 }
-"""Per contract, in pyproject.toml's order, a file and an import that breaks it; one in a function, one of types."""
+"""Per contract, in order, a file and an import that breaks it; one hides in a function, one is of types."""
 
 
 def test_every_contract_on_imports_is_broken_by_an_import_against_it(tmp_path: Path) -> None:
