@@ -6,7 +6,7 @@ from alloc.c.compiled import missing
 from alloc.c.esc import to_escs
 from alloc.c.esc_code import EscCode, last_metre
 from alloc.c.esc_selftest import esc_selftest
-from alloc.c.generate import digest, generate, printed, programs, sources
+from alloc.c.generate import digest, generate, known_faults, printed, programs, sources
 from alloc.c.helpers import covering
 from alloc.c.package import Package, packaged
 from alloc.c.page import page
@@ -14,6 +14,6 @@ from alloc.c.recipe import Recipe
 
 __all__ = [
     "EscCode", "Package", "Recipe", "arguments", "bound", "covering", "digest", "esc_selftest",
-    "function_name", "generate", "in_comment", "last_metre", "missing", "packaged", "page", "parameters",
-    "printed", "programs", "sources", "to_escs",
+    "function_name", "generate", "in_comment", "known_faults", "last_metre", "missing", "packaged", "page",
+    "parameters", "printed", "programs", "sources", "to_escs",
 ]  # fmt: skip

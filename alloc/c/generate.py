@@ -36,7 +36,7 @@ def generate(
     """
     name = function_name(vehicle, kernel.name, scalar, limits)
     made = sources(vehicle, kernel, scalar, faults, limits)  # refuses what C can't cover, and quickly
-    printed, known = digest(name, made), _faults(vehicle, faults)
+    printed, known = digest(name, made), known_faults(vehicle, faults)
     return made | {f"test/{name}_test.c": selftest(vehicle, name, kernel, scalar, known, limits, printed)}
 
 
@@ -82,7 +82,7 @@ def programs(
 
     Of ``faults`` "all" one program is that of many; each has its own after which a direction is lost.
     """
-    variants = {-1: vehicle} | {i: vehicle.with_fault(i) for i in _faults(vehicle, faults).tolist()}
+    variants = {-1: vehicle} | {i: vehicle.with_fault(i) for i in known_faults(vehicle, faults).tolist()}
     one = kernel.program_for_all(vehicle, limits, scalar) if faults == "all" else None
     together = one.faults if one and len(one.faults) > 1 else ()
     return {
@@ -91,7 +91,8 @@ def programs(
     }
 
 
-def _faults(vehicle: Vehicle, faults: Faults) -> IndexArray:
+def known_faults(vehicle: Vehicle, faults: Faults) -> IndexArray:
+    """The thrusters whose failure the C answers for; none where nothing would be left."""
     return vehicle.working if faults != "none" and len(vehicle.working) > 1 else vehicle.working[:0]
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from alloc import Label, NotApplicable, Status, Vehicle, build
 from alloc.allocation import WRENCH_TOLERANCE, BoolArray, FloatArray
+from alloc.c import known_faults
 from alloc.c.cases import AGREEMENT
 from alloc.errors import NotInstalled
 from alloc.formulations import Formulation, find_formulation
@@ -55,7 +56,7 @@ def answered(of: Subject) -> list[Claim]:
     Runs the C in this process, so memory must be known to be safe.
     """
     try:
-        answers = {fault: asked(of, fault) for fault in (-1, *of.vehicle.working.tolist())}
+        answers = {fault: asked(of, fault) for fault in (-1, *known_faults(of.vehicle, of.faults).tolist())}
     except NotInstalled as lacking:
         return [not_shown(MADE, [str(lacking)])]
     formulation = find_formulation(recipe(of.kernel).formulation)

@@ -101,6 +101,10 @@ def test_answers_are_met_refused_and_least_as_the_method_says(
     assert red(of) == []
 
 
+def test_c_that_knows_no_faults_is_asked_none() -> None:
+    assert red(subject(UKWIAL, "nullspace", "double", "fixed", "none")) == []
+
+
 @pytest.mark.parametrize(
     ("of", "claim"),
     [
