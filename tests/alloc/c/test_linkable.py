@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from alloc import build, generate, load_vehicle
+from alloc import generate, load_vehicle
 from alloc.program.literal import number
 
 WARNINGS = [
@@ -97,66 +97,6 @@ def test_a_globbing_build_finds_no_main(generated) -> None:
     """The folder above ``test`` is what Arduino, PlatformIO and CMake's GLOB take."""
     for path in generated.glob("*.[ch]"):
         assert not re.search(r"\bmain\s*\(", path.read_text(encoding="utf-8")), path
-
-
-LOOP = """\
-#include <cstdio>
-#include "bluerov2_heavy_scaled_float.h"
-#include "ukwial_nullspace.h"
-#include "ukwial_scaled_call.h"
-// Names that the generated files must not take.
-enum {{ SOLVED = 7, NOT_FINITE = 8 }};
-static int finite(int x) {{ return x; }}
-static int least(int x) {{ return x; }}
-
-int main()
-{{
-    const double tau[3] = {{{tau}}}, low[4] = {{-40, -50, -60, -70}}, high[4] = {{40, 50, 60, 70}};
-    const float heavy[6] = {{10, -5, 20, 1, 2, -3}};
-    double f[4], share[1];
-    float g[8], part[1];
-    if (ukwial_nullspace(tau, -1, f) != TB_SOLVED || finite(SOLVED) + least(NOT_FINITE) != 15) return 1;
-    for (double each : f) std::printf("%.17g ", each);
-    if (ukwial_scaled_call(tau, low, high, 2, f, share) != TB_PARTIAL) return 2;
-    for (double each : f) std::printf("%.17g ", each);
-    if (bluerov2_heavy_scaled_float(heavy, 3, g, part) != TB_SOLVED) return 3;
-    for (float each : g) std::printf("%.9g ", static_cast<double>(each));
-    return ukwial_nullspace(tau, 4, f) == TB_NO_SUCH_FAULT ? 0 : 4;
-}}
-"""
-
-
-@pytest.mark.parametrize("whole", [False, True], ids=["object by object", "one translation unit"])
-@pytest.mark.parametrize(("c", "cpp"), [("gcc", "g++"), ("clang", "clang++")])
-def test_a_cpp_program_links_two_vehicles_two_scalars_and_two_methods_and_gets_python_s_thrusts(
-    c, cpp, whole, generated, tmp_path
-) -> None:
-    needs(c, cpp)
-    tau = np.array([60.0, 40.0, 20.0])
-    write(tmp_path, {"loop.cpp": LOOP.format(tau=", ".join(map(str, tau)))})
-    own = [str(generated / f"{name}.c") for name in
-           ("ukwial_nullspace", "ukwial_scaled_call", "bluerov2_heavy_scaled_float")]  # fmt: skip
-    flags = ["-O1", "-I", str(generated), *WARNINGS]
-    units = [str(generated / "all.c")] if whole else own
-    # One unit holds what the program does not call too, but nothing that another could see twice.
-    for step in (
-        [c, "-std=gnu17", *flags, "-c", *units],
-        [cpp, "-std=c++11", *flags, "loop.cpp", *[f"{Path(unit).stem}.o" for unit in units], "-o", "loop"],
-        ["./loop"],
-    ):
-        done = run(step, tmp_path)
-        assert done.returncode == 0, (step, done.stderr[:2000])
-    printed = np.array([float(word) for word in done.stdout.split()])
-    ukwial, heavy = load_vehicle("ukwial"), load_vehicle("bluerov2-heavy")
-    ends = np.array([40.0, 50.0, 60.0, 70.0])
-    expected = [
-        build("nullspace", ukwial)(tau).f,
-        build("scaled", ukwial.with_fault(2))(tau, -ends, ends).f,
-        build("scaled", heavy.with_fault(3))(np.array([10.0, -5, 20, 1, 2, -3])).f,
-    ]
-    np.testing.assert_allclose(printed[:8], np.concatenate(expected[:2]), rtol=0, atol=1e-10 * ukwial.f_scale)
-    # Single precision: a few dozen roundings of 6e-8.
-    np.testing.assert_allclose(printed[8:], expected[2], rtol=0, atol=1e-5 * heavy.f_scale)
 
 
 @pytest.mark.parametrize("flag", ["-ffast-math", "-Ofast", "-ffinite-math-only"])
