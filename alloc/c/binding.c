@@ -246,7 +246,7 @@ static inline PyObject *answered(const Native *self, const double *tau, const do
 {
     PyTypeObject *allocation = (PyTypeObject *)self->held[ALLOCATION];
     npy_intp n = self->n;
-    PyObject *f = PyArray_SimpleNew(1, &n, NPY_DOUBLE);
+    PyObject *f = PyArray_SimpleNewFromDescr(1, &n, PyArray_DescrFromType(NPY_DOUBLE));
     PyObject *answer = f != NULL ? allocation->tp_alloc(allocation, 5) : NULL;
     if (answer == NULL) {
         Py_XDECREF(f);
