@@ -10,7 +10,7 @@ from ruamel.yaml import YAML
 from tests.places import DOCS, ROOT
 
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md"))]
-SAVED = re.compile(r"[Ss]aved? (?:\w+ ){0,3}as `([\w.-]+)`")
+SAVED = re.compile(r"[Ss]aved? (?:\w+ ){0,3}as `([\w./-]+)`")
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
@@ -44,4 +44,5 @@ def saved(page: Path, folder: Path) -> None:
         before = next((block for block in reversed(files) if block.end() < at), None)
         block = after if after is not None and after.start() - at < 200 else before
         assert block is not None, f"{page.name}: nothing to save as {name}"
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(block[2], encoding="utf-8")

@@ -43,7 +43,6 @@ from speed_tables import (
 VEHICLES = ("ukwial", "bluerov2", "bluerov2-heavy", "nautilus", "subjugator8", "supply-vessel")
 CLASSES = ("inactive", "active", "infeasible")
 PER_CLASS = 100
-ROUNDS = 15
 BUDGET_NS = 4_000_000
 """Time for two batches of 2 ms, for each callable and round."""
 MANY = 200_000
@@ -71,48 +70,50 @@ def kernels(vehicle: Vehicle, csrc: Path | None) -> dict[str, Kernel]:
     return by_column
 
 
-def daqp_ns(vehicle: Vehicle, taus: FloatArray) -> float:
+def daqp_ns(vehicle: Vehicle, taus: FloatArray, rounds: int) -> float:
     """Mean over demands of DAQP's own clock around its solve [ns], each the least of several passes."""
     allocate = build(DAQP, vehicle, start="reused")
     return float(
-        np.min([[allocate(tau).solver_s for tau in taus] for _ in range(ROUNDS)], axis=0).mean() * 1e9
+        np.min([[allocate(tau).solver_s for tau in taus] for _ in range(rounds)], axis=0).mean() * 1e9
     )
 
 
-def interleaved(calls: dict[str, Callable[[FloatArray], object]], taus: FloatArray) -> dict[str, float]:
+def interleaved(
+    calls: dict[str, Callable[[FloatArray], object]], taus: FloatArray, rounds: int
+) -> dict[str, float]:
     """CPU time of a call [ns], the least of all batches; the callables take turns in a seeded order."""
     inputs, order = [list(taus)], random.Random(0)
     batches: dict[str, list[float]] = {name: [] for name in calls}
     with no_garbage_collection():
-        for _ in range(ROUNDS):
+        for _ in range(rounds):
             for name in order.sample(sorted(calls), len(calls)):
                 measured = sample(calls[name], inputs, BUDGET_NS, singles=0)
                 batches[name] += [batch.cpu_ns / batch.calls for batch in measured.batches]
     return {name: min(times) for name, times in batches.items()}
 
 
-def measure(name: str, csrc: Path | None) -> Measured:
+def measure(name: str, csrc: Path | None, rounds: int) -> Measured:
     """All figures of one vehicle."""
     vehicle = load_vehicle(name)
     taus, by_column = demands(vehicle), kernels(vehicle, csrc)
-    c = {label: float(nanoseconds(kernel, taus).min()) for label, kernel in by_column.items()}
+    c = {label: float(nanoseconds(kernel, taus, rounds).min()) for label, kernel in by_column.items()}
     by_class = {}
     for kind in CLASSES:
         of_kind = demands(vehicle, [kind])
         by_class[kind] = {
-            label: float(nanoseconds(kernel, of_kind).min())
+            label: float(nanoseconds(kernel, of_kind, rounds).min())
             for label, kernel in by_column.items()
             if label in (EXACT, DAQP_C, OSQP)
-        } | {DAQP: daqp_ns(vehicle, of_kind)}
+        } | {DAQP: daqp_ns(vehicle, of_kind, rounds)}
     solvers = solver_calls(vehicle)
     return Measured(
         vehicle=vehicle,
-        c=c | {DAQP: daqp_ns(vehicle, taus)},
+        c=c | {DAQP: daqp_ns(vehicle, taus, rounds)},
         by_class=by_class,
         counts={label: instructions(by_column[label], taus) for label in (PINV, EXACT)},
-        calls=interleaved(python_calls(vehicle) | solvers, taus),
+        calls=interleaved(python_calls(vehicle) | solvers, taus, rounds),
         solvers=tuple(solvers),
-        per_second=many_per_second(vehicle, taus),
+        per_second=many_per_second(vehicle, taus, rounds),
     )
 
 
@@ -135,12 +136,12 @@ def solver_calls(vehicle: Vehicle) -> dict[str, Callable[[FloatArray], object]]:
     return calls
 
 
-def many_per_second(vehicle: Vehicle, taus: FloatArray) -> float:
+def many_per_second(vehicle: Vehicle, taus: FloatArray, rounds: int) -> float:
     """Allocations per second of ``many()`` on one core, in the fastest of several calls."""
     allocate = build(EXACT, vehicle)
     many_taus = np.tile(taus, (MANY // len(taus) + 1, 1))
     times = []
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         start = thread_time()
         allocate.many(many_taus)
         times.append(thread_time() - start)
@@ -152,8 +153,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("vehicles", nargs="*", default=VEHICLES)
     parser.add_argument("--daqp", type=Path, metavar="CSRC", help="that folder of DAQP's sdist")
+    parser.add_argument(
+        "--rounds", type=int, default=15, help="batches of each call, of which the least counts"
+    )
     arguments = parser.parse_args()
-    print(tables([measure(name, arguments.daqp) for name in arguments.vehicles]))
+    print(tables([measure(name, arguments.daqp, arguments.rounds) for name in arguments.vehicles]))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,8 @@
-"""The commands of the pages that ``test_typed_commands`` only parses are run here, each with less to do."""
+"""Every command of every page is run, with less to do; a list says which another place runs.
+
+``test_typed_commands`` types those that take no time. Here are the others, those within sentences, and those
+that ``make emulate`` and ``make prove`` give.
+"""
 
 import os
 import re
@@ -9,6 +13,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import click
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -16,43 +21,129 @@ from click.testing import CliRunner
 import bench.__main__
 import gate_check
 from alloc.c import missing
+from alloc.rivals.download import source
+from tests.analysers import needs_frama_c
 from tests.clusters import loopback_cluster
 from tests.emulators import available
 from tests.pages import saved
 from tests.places import ROOT
-from tests.project.test_typed_commands import GIVEN, LONG, PAGES, SHORT, commands
+from tests.project.test_typed_commands import GIVEN, LONG, PAGES, SHORT, commands, in_prose
 
 pytestmark = [pytest.mark.long, pytest.mark.skipif(bool(missing()), reason=missing() or "-")]
 
+STUDIES = "docs/studies/"
 SMALL = {
     "run": SHORT,
     "gate": ("--pairs=2", "--threshold=900", "--no-instructions"),
     "emulate": ("--n=2", "--demands=inactive", "--method=pinv@native"),
+    "prove": ("--vehicle=ukwial", "--method=pinv@native"),
     "board": ("--n=2", "--method=nullspace@native"),
     "layouts": ("--n=64", "--workers=1"),
     "fleet": SHORT,
     "pytest": ("--vehicle=ukwial", "--method=pinv", "--benchmark-max-time=0.001", "--benchmark-warmup=off"),
+    "qpbenchmark": ("--solver=daqp", "--problem=ukwial-inactive-0"),
+    f"{STUDIES}campaign.py": ("--vehicles=1", "--method=nullspace"),
+    f"{STUDIES}clip_price.py": ("ukwial",),
+    f"{STUDIES}gate_answers.py": ("--trials=1", "--cells=1"),
+    f"{STUDIES}native_speed.py": ("ukwial", "--rounds=1"),
+    f"{STUDIES}rational.py": ("--problems=2", "--method=nullspace"),
 }
 """What a command is told beside what the page says, so that it takes seconds."""
 ELSEWHERE = {
-    "prove": "`.ci/run` proves the same kernel",
-    "qp/slsqp": "needs a file in the tree; tests/project/test_documents.py puts it there, and asks it",
-    "derated": "the same",
-    "make": "`.ci/run` tests, `.ci/interpreters` does what `bench` does; `emulate` and `prove` take an hour",
-    "python": "the suite runs these tests; `.ci/run` downloads",
+    ". .venv/bin/activate": (".ci/wheel", 'PATH="$place/venv/bin:$PATH"'),
+    "dask": ("tests/clusters.py", '"-m", "dask"'),
+    "make .venv/all": (".ci/run", "make .venv/all"),
+    "make bench": (".ci/interpreters", "thrustbench run"),
+    "make docs": (".ci/run", "make docs"),
+    "make elsewhere": (".ci/run", ".ci/elsewhere user"),
+    "make emulate": ("Makefile", "thrustbench emulate"),
+    "make keep": ("tests/project/test_keep.py", '["make", "--no-print-directory", "keep"'),
+    "make prove": ("Makefile", "thrustbench prove"),
+    "make test": (".ci/run", "make test"),
+    "pip install": (".ci/interpreters", "install --quiet --dry-run --constraint constraints.txt"),
+    "python -m alloc.rivals.download": (".ci/run", "-m alloc.rivals.download"),
+    "python -m bench.chips.install": (".ci/run", "-m bench.chips.install"),
+    "python -m bench.proof.install": (".ci/run", "-m bench.proof.install"),
+    "python -m pytest -n 2": ("Makefile", "-m pytest -n 2"),
+    "python -m pytest tests/bench/gate": ("Makefile", "-m pytest -n 2"),
+    "python -m pytest tests/alloc/nullspace": ("Makefile", "-m pytest -n 2"),
+    "python docs/studies/cross_check.py": (
+        "tests/studies/test_cross_check.py",
+        "from cross_check import ours",
+    ),
+    "python docs/studies/flown_cycles.py FOLDER": (
+        "tests/bench/chips/test_flash.py",
+        "from flown_cycles import",
+    ),
+    "python docs/studies/page_tables.py": ("tests/studies/test_page_tables.py", "page_tables.TABLES[name]"),
+    "python docs/studies/sabotage.py": ("tests/bench/proof/test_proof.py", "for each in SABOTAGES"),
+    "python docs/studies/solver_defects.py": ("tests/alloc/solvers/test_solvers_docs.py", "programs()"),
+    "ruff check": ("Makefile", "ruff check ."),
+    "thrustbench emulate --vehicle ukwial --target cortex-m7": (
+        ".ci/run",
+        "thrustbench emulate --vehicle ukwial --target cortex-m7",
+    ),
+    "thrustbench prove --library": ("tests/bench/proof/test_library.py", '"--library"'),
+    "thrustbench prove --vehicle ukwial": (".ci/run", "thrustbench prove --vehicle ukwial"),
+    "thrustbench report": ("tests/bench/report/test_report.py", '["report"]'),
 }
-"""Commands that another place runs."""
+"""Commands that another place runs, and words that stand there: what tests or installs the project itself,
+and what takes minutes.
+
+What ``make emulate`` and ``make prove`` give is run here, command by command. ``flown_cycles`` compiles C
+that is not ours and that CI lacks; its parts are tested."""
+
+
+def recipe(target: str) -> list[str]:
+    """The commands that ``make`` gives for a target."""
+    rule = re.search(rf"^{target}:.*\n((?:\t.*\n)+)", (ROOT / "Makefile").read_text(), re.MULTILINE)
+    assert rule
+    return [line.strip().removeprefix("$(BIN)/") for line in rule[1].splitlines()]
+
+
+def every() -> dict[str, str]:
+    """Each command of the pages, and the first page that has it."""
+    found: dict[str, str] = {}
+    for page in PAGES:
+        here = [typed for _, typed in commands(page)]
+        here += in_prose((ROOT / page).read_text(encoding="utf-8"))
+        for typed in here:
+            if typed in ("make emulate", "make prove"):
+                found |= {own: page for own in recipe(typed.removeprefix("make ")) if own not in found}
+            found.setdefault(typed, page)
+    return found
+
+
+def typed_in_full(words: list[str]) -> bool:
+    """Whether ``test_typed_commands`` runs a command as it stands."""
+    own = words[1:]
+    known = own[0] in bench.__main__.cli.list_commands(click.Context(bench.__main__.cli))
+    quick = own[:4] == ["run", "--vehicle", "my-rov.yaml", "--quick"]
+    return quick or (known and own[0] not in LONG and not any(name in own for name in GIVEN))
 
 
 def left_out(page: str) -> Iterator[list[str]]:
-    """The commands of a page that are typed nowhere else."""
-    for _, typed in commands(page):
-        words = shlex.split(typed)
-        own = words[words[0] == "thrustbench" :]
-        foreign = words[0] != "thrustbench" or own[0] in LONG or any(name in own for name in GIVEN)
-        typed_there = own[:4] == ["run", "--vehicle", "my-rov.yaml", "--quick"]
-        if foreign and not typed_there and not ELSEWHERE.keys() & {*own}:
-            yield own
+    """The commands that are run here, at the first page that has them.
+
+    One that is named alone, or with some of the options that it has elsewhere, is run there.
+    """
+    found = every()
+    blocks = {typed for each in PAGES for _, typed in commands(each)}
+    split = {typed: shlex.split(typed) for typed in found}
+    for typed, first in found.items():
+        words = split[typed]
+        if first != page or any(typed.startswith(place) for place in ELSEWHERE):
+            continue
+        more = any(set(words) < set(other) and words[:2] == other[:2] for other in split.values())
+        if not more and not (words[0] == "thrustbench" and typed in blocks and typed_in_full(words)):
+            yield words[words[0] == "thrustbench" :]
+
+
+@pytest.mark.parametrize("typed", ELSEWHERE)
+def test_a_command_that_another_place_runs_is_on_a_page_and_in_that_place(typed: str) -> None:
+    place, words = ELSEWHERE[typed]
+    assert any(each.startswith(typed) for each in every())
+    assert words in (ROOT / place).read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
@@ -65,6 +156,8 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     t = np.arange(4) / 50
     write_bag1(folder, t, np.ones((4, 6))).rename(folder / "dive.bag")
     write_bin(folder, t, np.full((4, 8), 1600), np.full(4, 15.0), np.zeros((4, 3)))
+    for name in ("results", "docs"):
+        (folder / name).symlink_to(ROOT / name)
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         CliRunner().invoke(bench.__main__.cli, ["init", "my-rov", "--like", "bluerov2-heavy"])
@@ -79,10 +172,29 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A tree to which a reader has added a method, a solver and a formulation, as the pages say."""
+    folder = tmp_path_factory.mktemp("tree")
+    for name in ("alloc", "bench", "tests", "docs"):
+        shutil.copytree(ROOT / name, folder / name)
+    shutil.copy(ROOT / "pyproject.toml", folder)
+    for name in ("method", "solver", "formulation"):
+        saved(ROOT / f"docs/add-a-{name}.md", folder)
+    shutil.copy(folder / "damped.py", folder / "alloc/methods")
+    return folder
+
+
 def ready(words: list[str], folder: Path) -> list[str]:
     """The words with less to do, once what the command reads is there; skips where a tool is missing."""
-    if words[0] == "emulate":
+    if words[0] == "emulate" and "--target" in words:
         available(words[words.index("--target") + 1])
+    elif words[0] == "emulate":
+        available("cortex-m4f")
+        words += ["--target=cortex-m4f", "--float", "--limits=fixed"]
+        words += [] if "--vehicle" in words else ["--vehicle=bluerov2-heavy"]
+    if words[0] == "prove":
+        needs_frama_c()
     if "LOG" in words:  # what a board's line would have sent
         subprocess.run(["make", "-C", "ukwial-float", "log"], cwd=folder, check=True, capture_output=True)
         shutil.copy(folder / "ukwial-float/build/posix/LOG", folder / "LOG")
@@ -95,21 +207,34 @@ def ready(words: list[str], folder: Path) -> list[str]:
         return [*words, "--cells=ukwial:pinv:*"]
     if words[0] == "compare":
         shutil.copy(folder / "A.json", folder / "B.json")
+    if "CSRC" in words:  # where DAQP's C was downloaded, as .ci/run does
+        daqp = source("daqp")
+        if why := daqp.missing():
+            pytest.skip(why)
+        shutil.unpack_archive(daqp.path, folder, filter="data")
+        words[words.index("CSRC")] = str(next(folder.glob("daqp-*/csrc")))
+    if words[-1].endswith(".svg"):  # docs/ in the folder is the project's
+        words[-1] = Path(words[-1]).name
+    if words[-1] == "qp/NAME":
+        return ["python", words[1], "30", "qp/daqp"]
     return words
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if any(left_out(page))])
 def test_what_takes_long_on_a_page_runs_with_less_to_do(
-    page: str, desk: Path, monkeypatch: pytest.MonkeyPatch
+    page: str, desk: Path, tree: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for tutorial in ("docs/your-vehicle.md", "docs/your-dive.md", page):
         saved(ROOT / tutorial, desk)
     shutil.copy(desk / "log.csv", desk / "dive.csv")
     monkeypatch.chdir(desk)
     for words in left_out(page):
-        typed = [*ready(words, desk), *SMALL.get(words[0], ())]
+        typed = ready(list(words), desk)
+        typed += SMALL.get(words[1] if words[0] == "python" else words[0], ())
         if words[0] == "pytest":
             benchmark(typed, desk)
+        elif words[0] in ("python", "qpbenchmark") or "qp/slsqp" in words or "derated" in words:
+            outside(typed, desk, tree)
         elif words[0] == "fleet":
             with loopback_cluster(desk) as cluster:
                 cluster.worker()
@@ -123,6 +248,27 @@ def run(words: list[str]) -> None:
     """Run a command of the program; a busy machine may leave a gate without a verdict."""
     done = CliRunner().invoke(bench.__main__.cli, words, catch_exceptions=False, standalone_mode=False)
     assert done.return_value in ((0, None, 3) if words[0] == "gate" else (0, None)), done.output
+
+
+def outside(words: list[str], desk: Path, tree: Path) -> None:
+    """Run a study or a tool in the reader's folder, and in the reader's tree what needs that."""
+    place = desk if (desk / words[1]).exists() else tree
+    if words[0] == "python":
+        command = [sys.executable, *words[1:]]
+    elif words[0] == "qpbenchmark":
+        place, command = desk, [str(Path(sys.executable).parent / words[0]), *words[1:]]
+    else:
+        command = [sys.executable, "-m", "bench", *words]
+    path = os.pathsep.join([str(tree if place == tree else ROOT), str(ROOT / STUDIES)])
+    done = subprocess.run(
+        command,
+        cwd=place,
+        env={**os.environ, "PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 def benchmark(words: list[str], folder: Path) -> None:

@@ -15,7 +15,7 @@ import bench.__main__
 from tests.pages import FENCE, navigation, saved
 from tests.places import DOCS, ROOT
 
-PAGES = ("README.md", *(f"docs/{name}" for name in navigation() if (DOCS / name).exists()))
+PAGES = ("README.md", "CONTRIBUTING.md", *(f"docs/{name}" for name in navigation() if (DOCS / name).exists()))
 SHELL = ("", "sh", "console")
 GIVEN = ("dive.bag", "dive.BIN", "A", "B", "qp/slsqp")
 """What a reader has and no page writes: logs of a dive, two folders with trees; and the solver that a page
@@ -44,6 +44,12 @@ FOREIGN = {
 }
 """Vehicle files of other projects, under the names that docs/your-vehicle.md gives them."""
 
+PROGRAMS = tuple(
+    f"{name} "
+    for name in ("thrustbench", "python", "pytest", "make", "pip", "dask", "qpbenchmark", "ruff", ".")
+)
+"""What a line of a page that is a command begins with; other lines show what a command prints."""
+
 LONG = {
     "gate": "measures for half a minute, and needs two commits",
     "emulate": "needs compilers and an emulator, and takes minutes",
@@ -55,7 +61,7 @@ LONG = {
     "fleet": "needs a scheduler",
     "run": "measures for half a minute: the first of README and of docs/your-vehicle.md are typed, with less",
 }
-"""Commands that are parsed only (options, arguments, files), and why; ``test_slow_commands`` runs them."""
+"""Commands that are parsed here (options, arguments, files), and why; ``test_slow_commands`` runs them."""
 
 
 def commands(page: str) -> Iterator[tuple[int, str]]:
@@ -65,7 +71,8 @@ def commands(page: str) -> Iterator[tuple[int, str]]:
         if block[1] in SHELL:
             for line in re.sub(r"\\\n\s*", "", block[2]).splitlines():
                 typed = re.sub(r"(\s+#.*|\s{3,}\S.*)$", "", line.removeprefix("$ ").strip())
-                if re.match(r"(thrustbench|pytest|python -m|make)\b", typed):
+                typed = typed.removeprefix(".venv/bin/")
+                if typed.startswith(PROGRAMS):
                     yield block.start(), typed
 
 
@@ -105,13 +112,13 @@ def check_other(typed: str) -> None:
     """A command of another program names what is there: a target, a file, a module."""
     words = shlex.split(typed)
     if words[0] == "make":
-        targets = re.findall(r"^([\w-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
-        assert words[1] in targets
+        targets = re.findall(r"^([\w./-]+)%?:", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
+        assert words[1] in targets or f"{Path(words[1]).parent}/" in targets  # .venv/% makes any extra
     elif words[:2] == ["python", "-m"] and words[2] != "pytest":
         assert find_spec(words[2]) is not None
     else:
         for word in words[1:]:
-            if "/" in word and not word.startswith("-") and "pictures" not in word:
+            if "/" in word and not word.startswith(("-", ".venv")) and not re.search("pictures|://", word):
                 assert (ROOT / word).exists(), word
 
 
