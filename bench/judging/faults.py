@@ -8,6 +8,7 @@ import numpy as np
 from alloc import Allocation, Label, Status, Vehicle
 from alloc.allocation import WRENCH_TOLERANCE, BoolArray, FloatArray, IndexArray, StatusArray
 from alloc.formulations import find_formulation
+from alloc.reach.attainable import label
 from bench.demands import DemandSet
 from bench.judging.question import Question, right_answers
 from bench.judging.shares import misstated
@@ -125,12 +126,18 @@ def first_wrong(
 ) -> str:
     """Which answer is the first that is wrong by the equations, and how; empty where none is.
 
-    Limits are (N, n) [N], None for the vehicle's. Neither an optimum nor alpha* is worked out, for a log may
-    be long: whether a demand that is called INFEASIBLE can be met is not asked.
+    Limits are (N, n) [N], None for the vehicle's. No optimum is worked out, for a log may be long; whether
+    a demand can be met is asked of those alone that are called INFEASIBLE.
     """
     N = len(taus)
-    unlabelled: dict[str, Any] = {"labels": np.full(N, Label.BOUNDARY, np.int8), "alpha": np.full(N, np.nan)}
-    demands = DemandSet(name="log", vehicle=vehicle, taus=taus, f_min=f_min, f_max=f_max, **unlabelled)
+    labels = np.full(N, Label.BOUNDARY, np.int8)  # which either status may have
+    refused = [i for i, answer in enumerate(answers) if answer.status == Status.INFEASIBLE]
+    low, high = (None if side is None else side[refused] for side in (f_min, f_max))
+    labels[refused] = label(vehicle, taus[refused], f_min=low, f_max=high).label
+    alpha = np.full(N, np.nan)
+    demands = DemandSet(
+        name="log", vehicle=vehicle, taus=taus, labels=labels, alpha=alpha, f_min=f_min, f_max=f_max
+    )
     question = Question(demands, {promises["formulation"]: np.full((N, vehicle.n), np.nan)}, {})
     kinds = faults(question, measured(question, answers, promises["formulation"]), **promises)
     found = [(int(which.argmax()), what) for what, which in kinds.items() if which.any()]

@@ -21,6 +21,9 @@ PAPER_F = np.array([67.5, 104.0, -119.1, -52.4])
 """Demand and thrusts of section 4.2 of the paper, in its four digits."""
 
 
+NOTHING = "return Allocation(f * np.nan, Status.INFEASIBLE)"
+
+
 def allocate(*arguments: object) -> Result:
     return CliRunner().invoke(cli, ["allocate", *map(str, arguments)], standalone_mode=False)
 
@@ -82,6 +85,7 @@ def test_what_a_method_prints_does_not_come_between_the_rows(demands: Path, tmp_
         ("tau *= 0; f = f * 0", "demand 0, .*SOLVED, but the wrench is not met"),
         ("self.f[:] = self.G @ [10, 0, 0]; f = self.f; tau[:] = 10, 0, 0", "demand 0, "),
         ("self.limited = True", "demand 2, .*a limit is violated"),
+        (NOTHING, "demand 0, .*says INFEASIBLE, but a thrust inside the limits gives this wrench"),
     ],
 )
 def test_a_plug_in_whose_answer_is_none_or_wrong_ends_in_one_line(
@@ -92,6 +96,15 @@ def test_a_plug_in_whose_answer_is_none_or_wrong_ends_in_one_line(
     error = allocate("--vehicle", "ukwial", "--method", "useless", "--plugin", plugin, demands).exception
     assert isinstance(error, PluginError)
     assert re.fullmatch(f".*useless.py: .*{says}.*; mend it", str(error))  # one line
+
+
+def test_a_plug_in_may_refuse_what_no_thrust_meets(
+    demands: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(plugin_files.BODIES, "refuses", f"if large: {NOTHING}")
+    plugin = write_plugin(tmp_path, "refuses")
+    result = allocate("--vehicle", "ukwial", "--method", "refuses", "--plugin", plugin, demands)
+    assert thrusts(result.stdout)[0] == ["SOLVED", "SOLVED", "INFEASIBLE"]
 
 
 def test_numbers_read_back_as_the_same_doubles(demands: Path, tmp_path: Path) -> None:
