@@ -87,7 +87,7 @@ def of_each_side(
         if any(place.is_file() for place in places):
             for mine, place in zip(found, places, strict=True):
                 mine += [place] if place.is_file() else []
-        elif places and all(is_own(source) for source, _ in sides):
+        elif all(is_own(source) for source, _ in sides):
             raise BadTree(f"{file}: neither side holds it, so it would be compared with itself; commit it")
         elif file.is_file():
             for mine in found:
@@ -98,14 +98,12 @@ def of_each_side(
 
 
 def _inside(source: Source, file: Path) -> str:
-    """Path of a file within a side, empty for one elsewhere; a relative path is one of a folder's."""
-    if not source.commit and not file.is_absolute():
-        return file.as_posix()
-    try:
-        # The file itself may be a link; it is what the user named.
-        return (file.parent.resolve() / file.name).relative_to(source.path.resolve()).as_posix()
-    except ValueError:
-        return ""
+    """Path of a file within a side, empty for one elsewhere; a relative one may start from the side, too."""
+    # The file itself may be a link; it is what the user named.
+    here, side = file.parent.resolve() / file.name, source.path.resolve()
+    if here.is_relative_to(side) and (source.commit or file.is_absolute()):
+        return here.relative_to(side).as_posix()
+    return "" if file.is_absolute() or ".." in file.parts else file.as_posix()
 
 
 def _extract(source: Source, into: Path) -> None:

@@ -236,6 +236,20 @@ def test_a_user_s_plug_in_is_taken_from_each_side_of_the_user_s_repository(own: 
     assert "pinv" not in result.stdout
 
 
+def test_a_relative_path_is_the_repository_s_from_anywhere(
+    own: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A file of that name here, which no commit holds, would be compared with itself, and pass."""
+    (tmp_path / "here" / "control").mkdir(parents=True)
+    (tmp_path / "here" / "control" / "mine.py").write_text(PLUGIN)
+    monkeypatch.chdir(tmp_path / "here")
+    (own / "control" / "mine.py").unlink()
+    gate_check.commit(own, "head")
+    options = ("--repo", "../own", "--vehicle", "ukwial", "--no-instructions")
+    result = CliRunner().invoke(command, ["HEAD~1", *options, "--plugin", "control/mine.py"])
+    assert "| `ukwial:mine:-` | gone: head has no such method" in result.stdout
+
+
 def test_a_plug_in_that_the_head_lost_is_gone(own: Path) -> None:
     (own / "control" / "mine.py").rename(own / "control" / "other.py")
     gate_check.commit(own, "head")
@@ -280,10 +294,12 @@ def test_a_folder_that_a_commit_lacks_is_named(own: Path) -> None:
     assert ":later/; give a revision that exists here" in str(result.exception)
 
 
-def test_a_plug_in_that_nobody_committed_is_refused(own: Path) -> None:
+@pytest.mark.parametrize("folder", [".", "own/control"])
+def test_a_plug_in_that_nobody_committed_is_refused(own: Path, folder: str) -> None:
     """It would be compared with itself, and pass whatever it answers."""
-    (own / "control" / "new.py").write_text(PLUGIN)
-    plugin = ("--plugin", str(own / "control" / "new.py"))
+    file = own.parent / folder / "new.py"
+    file.write_text(PLUGIN)
+    plugin = ("--plugin", str(file))
     result = CliRunner().invoke(command, ["HEAD", "--repo", str(own), *plugin], standalone_mode=False)
     assert "new.py: neither side holds it, so it would be compared with itself; commit it" in str(
         result.exception
