@@ -11,19 +11,22 @@
 static int normal(const struct tb_allocator *a, int d, const int rows[TB_N_MAX], const tb_real unit[TB_N_MAX],
                   tb_real y[TB_N_MAX])
 {
-    tb_real M[TB_N_MAX][TB_N_MAX], most = 0;
-    int pivot_of[TB_N_MAX] = {0}, taken[TB_N_MAX] = {0}, last = 0;
+    tb_real M[TB_N_MAX][TB_N_MAX], most = 0; /* a column a row of N; the columns of pivots come first */
+    int at[TB_N_MAX];
+    for (int i = 0; i < TB_N_MAX; i++) {
+        at[i] = i;
+    }
     for (int i = 0; i <= d; i++) {
         for (int j = 0; j < d; j++) {
             M[j][i] = a->N[rows[i]][j] * unit[rows[i]];
         }
     }
     for (int j = 0; j < d; j++) {
-        int row = j, column = 0;
+        int row = j, column = j;
         tb_real pivot = 0;
         for (int r = j; r < d; r++) {
-            for (int i = 0; i <= d; i++) {
-                if (!taken[i] && tb_abs(M[r][i]) > tb_abs(pivot)) {
+            for (int i = j; i <= d; i++) {
+                if (tb_abs(M[r][i]) > tb_abs(pivot)) {
                     pivot = M[r][i];
                     row = r;
                     column = i;
@@ -33,27 +36,30 @@ static int normal(const struct tb_allocator *a, int d, const int rows[TB_N_MAX],
         if (!(tb_abs(pivot) > TB_FLAT)) {
             return 0;
         }
-        taken[column] = 1;
-        pivot_of[j] = column;
-        for (int i = 0; i <= d; i++) {
+        const int chosen = at[column];
+        at[column] = at[j];
+        at[j] = chosen;
+        for (int r = 0; r < d; r++) {
+            const tb_real swapped = M[r][column];
+            M[r][column] = M[r][j];
+            M[r][j] = swapped;
+        }
+        for (int i = j; i <= d; i++) {
             const tb_real swapped = M[row][i] / pivot;
             M[row][i] = M[j][i];
             M[j][i] = swapped;
         }
         for (int r = 0; r < d; r++) {
-            const tb_real share = M[r][column];
-            for (int i = 0; i <= d && r != j; i++) {
+            const tb_real share = M[r][j];
+            for (int i = j + 1; i <= d && r != j; i++) {
                 M[r][i] -= share * M[j][i];
             }
         }
     }
-    for (int i = 0; i <= d; i++) {
-        last = taken[i] ? last : i;
-    }
-    y[last] = unit[rows[last]];
+    y[at[d]] = unit[rows[at[d]]];
     for (int j = 0; j < d; j++) {
-        const tb_real entry = -M[j][last];
-        y[pivot_of[j]] = tb_abs(entry) > TB_FLAT ? entry * unit[rows[pivot_of[j]]] : TB_R(0);
+        const tb_real entry = -M[j][d];
+        y[at[j]] = tb_abs(entry) > TB_FLAT ? entry * unit[rows[at[j]]] : TB_R(0);
     }
     for (int i = 0; i <= d; i++) {
         most = tb_abs(y[i]) > most ? tb_abs(y[i]) : most;

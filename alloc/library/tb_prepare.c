@@ -19,20 +19,32 @@ static int cholesky(int d, tb_real M[TB_N_MAX][TB_N_MAX])
     return 1;
 }
 
-/* M = B'H B over the working thrusters `at`. */
+/* Entry p of H x over the working thrusters `at`. */
+static tb_real cost(const struct tb_allocator *a, int p, const tb_real x[TB_N_MAX])
+{
+    const tb_real *H = a->H[a->at[p]];
+    tb_real sum = 0;
+    for (int q = 0; q < a->m && a->crossed; q++) {
+        sum += H[a->at[q]] * x[q];
+    }
+    return a->crossed ? sum : H[a->at[p]] * x[p];
+}
+
+/* M = B'H B over the working thrusters. */
 static void metric(const struct tb_allocator *a, int d, tb_real B[TB_N_MAX][TB_N_MAX], tb_real M[TB_N_MAX][TB_N_MAX])
 {
     for (int j = 0; j < d; j++) {
+        tb_real x[TB_N_MAX];
         for (int l = 0; l < d; l++) {
             M[j][l] = 0;
         }
         for (int p = 0; p < a->m; p++) {
-            tb_real cost = 0;
-            for (int q = 0; q < a->m; q++) {
-                cost += a->H[a->at[p]][a->at[q]] * B[q][j];
-            }
+            x[p] = B[p][j];
+        }
+        for (int p = 0; p < a->m; p++) {
+            const tb_real along = cost(a, p, x);
             for (int l = 0; l <= j; l++) {
-                M[j][l] += B[p][l] * cost;
+                M[j][l] += B[p][l] * along;
             }
         }
     }
@@ -126,28 +138,26 @@ static int blocks(struct tb_allocator *a, int d, tb_real B[TB_N_MAX][TB_N_MAX])
 static void inverse(struct tb_allocator *a, const tb_real square[TB_K_MAX], tb_real U[TB_K_MAX][TB_K_MAX],
                     tb_real W[TB_K_MAX][TB_N_MAX])
 {
-    tb_real plain[TB_N_MAX][TB_K_MAX], cost[TB_N_MAX];
-    for (int p = 0; p < a->m; p++) {
-        for (int r = 0; r < a->k; r++) {
-            plain[p][r] = 0;
-            for (int j = 0; j < a->rank; j++) {
-                plain[p][r] += W[j][a->at[p]] * U[j][r] / square[j];
-            }
-            a->G[p][r] = plain[p][r];
-        }
-    }
+    tb_real along[TB_K_MAX], plain[TB_N_MAX], costs[TB_N_MAX];
     for (int r = 0; r < a->k; r++) {
+        for (int j = 0; j < a->rank; j++) {
+            along[j] = U[j][r] / square[j];
+        }
         for (int p = 0; p < a->m; p++) {
-            cost[p] = 0;
-            for (int q = 0; q < a->m; q++) {
-                cost[p] += a->H[a->at[p]][a->at[q]] * plain[q][r];
+            plain[p] = 0;
+            for (int j = 0; j < a->rank; j++) {
+                plain[p] += W[j][a->at[p]] * along[j];
             }
+            a->G[p][r] = plain[p];
+        }
+        for (int p = 0; p < a->m; p++) {
+            costs[p] = cost(a, p, plain);
         }
         for (int b = 0; b < a->blocks; b++) {
             for (int j = 0; j < a->d[b]; j++) {
                 tb_real share = 0;
                 for (int p = a->begin[b]; p < a->begin[b + 1]; p++) {
-                    share += a->N[p][j] * cost[p];
+                    share += a->N[p][j] * costs[p];
                 }
                 for (int p = a->begin[b]; p < a->begin[b + 1]; p++) {
                     a->G[p][r] -= a->N[p][j] * share;
@@ -171,10 +181,11 @@ static tb_real missed(const struct tb_allocator *a)
     tb_real most = 0;
     for (int r = 0; r < a->k; r++) {
         for (int s = 0; s < a->k; s++) {
-            tb_real sum = TB_R(r == s);
+            tb_real sum = 0;
             for (int p = 0; p < a->m; p++) {
-                sum -= a->A[r][a->at[p]] * a->G[p][s] / a->unit[s];
+                sum += a->A[r][a->at[p]] * a->G[p][s];
             }
+            sum = TB_R(r == s) - sum / a->unit[s];
             for (int j = 0; j < a->k - a->rank; j++) {
                 sum -= a->lost[j][r] * a->lost[j][s] / (a->unit[r] * a->unit[s]) * a->scale * a->scale;
             }
