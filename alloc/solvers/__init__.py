@@ -3,9 +3,9 @@
 ``prepare`` is called once a vehicle and returns ``(b, lb, ub) -> Answer``, which is called once a demand. A
 module imports its binding in ``prepare`` only. The constants that it states are those of ``Solver``, and
 STATUS, the meaning of each exit flag: a verdict that the solver itself calls inaccurate (almost, close to)
-means NOT_CONVERGED, unless SETTINGS say how close it is. SHARED, where it states one, is the power of a
-weight by which thrusts get smaller units (``alloc.qp.problem``). ERRATIC, where one states True: which of its
-refusals the solver gives depends on more than the problem, so equations alone tell them apart.
+means NOT_CONVERGED, unless SETTINGS say how close it is. Two more may be stated.
+SHARED is the power of a weight by which thrusts get smaller units (``alloc.qp.problem``). ERRATIC is True
+where the solver may refuse one problem with different statuses, so that only equations tell which is right.
 """
 
 from collections import Counter
@@ -100,7 +100,7 @@ def shared(name: str) -> float:
 
 
 def is_erratic(name: str) -> bool:
-    """Whether what the solver of that name says in place of an answer depends on more than the problem."""
+    """Whether the solver of that name may refuse one and the same problem with different statuses."""
     return bool(getattr(load(name), "ERRATIC", False))
 
 
@@ -126,8 +126,8 @@ def default_level(solver: Solver) -> Level:
 
 
 disbelieved: Counter[str] = Counter()
-"""What solvers said in this process and was not believed, and how often: an exit flag that nobody mapped, and
-INFEASIBLE where that is not so. A run's record keeps it."""
+"""Claims of solvers that were not believed in this process, and how often each was made: exit flags without a
+meaning in STATUS, and INFEASIBLE where the demand can be met. A run's record keeps it."""
 
 
 def meaning(statuses: Mapping[Flag, Status], flag: Flag, solver: str) -> Status:

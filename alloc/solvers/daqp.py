@@ -81,7 +81,7 @@ def prepare(qp: QP, start: Start, level: Level) -> Solve:
             low[m:] = high[m:] = b
         else:
             put(b, lb, ub)
-        model.update(bupper=high, blower=low, sense=sense)  # giving sense drops the last active set
+        model.update(bupper=high, blower=low, sense=sense)  # a `sense` drops the last active set
         return _solve(model)
 
     def warm(model: Any, b: FloatArray, lb: FloatArray, ub: FloatArray) -> Answer:

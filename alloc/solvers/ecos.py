@@ -12,7 +12,7 @@ from alloc.solvers import Answer, Level, Solve, Start, meaning
 REQUIRES = PACKAGE = "ecos"
 ALGORITHM = "interior point for second-order cones"
 LICENCE = "GPL-3.0-or-later"
-SHARED = 0.0  # units of our own cost it 2 % of its answers where weights are 1e8 apart
+SHARED = 0.0  # smaller units lose 2 % of its answers where weights are 1e8 apart
 STARTS: tuple[Start, ...] = ("cold",)  # ECOS's binding is one function: set-up and solve
 
 # The iteration cap is ECOS's default, written down; it has no time cap. Where its steps stall, ECOS calls an
@@ -47,8 +47,8 @@ STATUS = {
 def prepare(qp: QP, start: Start, level: Level) -> Solve:
     """Pose min t s.t. |L'x + L^-1 g| <= t with H = L L', which has the minimiser of 1/2 x'Hx + g'x.
 
-    The length is a cone as it is. Its square would be the cone |(L'x, t - 1/2)| <= t + 1/2, whose sides agree
-    in most digits where the cost is large. L is measured in unit of its largest singular value.
+    The length itself makes a cone. Its square would make the cone |(L'x, t - 1/2)| <= t + 1/2, whose sides
+    agree in most digits where the cost is large. L is measured in unit of its largest singular value.
     """
     import ecos
     from scipy.sparse import csc_matrix

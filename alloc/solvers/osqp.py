@@ -1,4 +1,4 @@
-"""OSQP: operator splitting (ADMM), first order; x ends around a face, and polishing may put it there."""
+"""OSQP: operator splitting (ADMM), first order; x ends near a face, and polishing may put it there."""
 
 from functools import partial
 from typing import Any
@@ -32,7 +32,7 @@ TOLERANCE: dict[str, dict[Level, float]] = {
     "soft": {"default": 0.1, "tight": 5e-6},
 }
 
-SHARED = 0.0  # OSQP equilibrates by itself, better than units of ours do
+SHARED = 0.0  # OSQP scales the problem by itself, and better than smaller units would
 
 STATUS = {
     1: Status.SOLVED,

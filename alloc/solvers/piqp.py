@@ -35,7 +35,7 @@ TOLERANCE: dict[str, dict[Level, float]] = {
     "soft": {"default": 1e-3, "tight": 1e-6},
 }
 
-SHARED = 0.0  # units of our own cost it four times the failures where weights are 1e6 apart
+SHARED = 0.0  # with smaller units it fails four times as often where weights are 1e6 apart
 
 STATUS = {
     1: Status.SOLVED,

@@ -26,7 +26,7 @@ TOLERANCE: dict[str, dict[Level, float]] = {
     "soft": {"default": 0.02, "tight": 2e-5},
 }
 
-SHARED = 0.0  # QPALM equilibrates by itself, better than units of ours do
+SHARED = 0.0  # QPALM scales the problem by itself, and better than smaller units would
 
 STATUS = {
     1: Status.SOLVED,

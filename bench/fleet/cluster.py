@@ -85,8 +85,8 @@ def threads(client: "Client") -> int:
 def workers_of(client: "Client") -> dict[str, dict[str, Any]]:
     """What the scheduler knows of its workers, by their addresses.
 
-    It is asked itself, since what ``scheduler_info`` gives may come of a refresh in the background, which
-    names no workers at all.
+    The scheduler itself is asked: ``scheduler_info`` may give what a refresh in the background left, which
+    names no workers.
     """
     assert client.scheduler is not None, "the client is connected"
     identity: dict[str, dict[str, dict[str, Any]]] = client.sync(client.scheduler.identity, n_workers=-1)

@@ -22,10 +22,10 @@ from bench.judging.judge import judge
 from bench.judging.question import Question, checked_promises
 
 SECONDS = 2.0
-"""Longest time that one cell takes to answer demands of either sort; it looks at fewer where it is slow."""
+"""Longest time that one cell takes to answer one kind of demands [s]; a slow method is asked fewer."""
 
 HANGS_S = 30.0
-"""Without a reply to one question for this long a method hangs: many() takes as long as its calls."""
+"""A method that has not replied to a question after this time hangs [s]; ``many`` replies at its end."""
 
 ROUNDING = 1e-9
 """Distance of two answers, relative to the largest limit, that rounding in another order may make."""
@@ -43,7 +43,7 @@ class SideAnswers(NamedTuple):
     promises : formulation, limited and tolerance, by name
     answers : one for each of the first demands of the question
     at_odds : how ``many`` answers differ from those of single calls, empty where they don't
-    refused : whether the method lacks because it does not cover the vehicle
+    refused : whether the cell is lacking because the method does not cover the vehicle
     """
 
     lacks: str
@@ -56,8 +56,8 @@ class SideAnswers(NamedTuple):
 def answered(side: Prober, cell: GateCell, question: Question) -> SideAnswers:
     """Ask one side for its answers to the question's demands, as many as it gives in SECONDS.
 
-    On a vehicle that is not the cell's own, how far thrusts of many calls are from those of single ones is
-    not asked: the one there is (``bench.gate.examine.nearly_symmetric``) leaves that to rounding.
+    Thrusts of ``many`` are compared with those of single calls on the cell's own vehicle only: on the nearly
+    symmetric one (``bench.gate.examine.nearly_symmetric``) rounding decides how far they lie apart.
     """
     vehicle, build = question.demands.vehicle, names(cell) | state(question.demands.vehicle)
     own = build["vehicle"] == cell.vehicle

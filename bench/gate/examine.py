@@ -41,9 +41,9 @@ FAILED = {"inactive": 20, "active": 40, "infeasible": 20}
 """The same, with each thruster off in turn: what a failure breaks, it breaks in many demands."""
 
 NEARLY, HARD, HARD_DEMANDS = "nearly symmetric", 13, 200
-"""The vehicle whose edges every method is asked too, by number, and with how many demands: it has eight
-thrusters, each the mirror image of its neighbours but for the last digits of T. Thrusts that steps onto thin
-rows led astray missed their wrench in a third of them."""
+"""Name of the vehicle whose edges every method is asked too, its number, and how many demands. It has eight
+thrusters, each the mirror image of its neighbours but for the last digits of T. A method that stepped onto
+the thin rows of such a T missed the wrench of a third of these demands."""
 
 SEED = 2004
 
@@ -157,7 +157,7 @@ def judge_cell(
 
 
 def _when(question: Question, what: str) -> str:
-    """What was found, and on which other vehicle: with which thruster off, or a nearly symmetric one."""
+    """What was found, and where: with which thruster off, or on the nearly symmetric vehicle."""
     other = question.demands.name == NEARLY or question.demands.vehicle.whole
     return f"{question.demands.name}: {what}" if what and other else what
 
@@ -232,7 +232,7 @@ def _nobody(method: str, cases: Sequence[Case]) -> list[Answers | Unanswered]:
 
 
 def _on_other_numbers(asked: Sequence[Question], vehicle: Vehicle) -> list[Question]:
-    # Other numbers give the same demands other labels, and no right answer is known but T* tau.
+    # Under other numbers of the vehicle labels of demands no longer hold. T* tau alone is known to be right.
     first_asked = asked[0].demands.vehicle
     for what, before, now in (("DOF", first_asked.k, vehicle.k), ("thrusters", first_asked.n, vehicle.n)):
         if before != now:

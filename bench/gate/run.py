@@ -22,8 +22,8 @@ from bench.results.text import counted
 Tell = Callable[[str], None]
 
 ATTEMPTS = 3
-"""How often all cells are timed at most, from the start, while control cells say that the machine moved. Only
-controls decide it, so no cell's time is chosen by what it is."""
+"""All cells are timed at most so often, each time from the start: again where control cells show that the
+machine changed. Controls alone decide it, so no cell is timed again because of its result."""
 
 
 def gate(

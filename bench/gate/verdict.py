@@ -15,7 +15,7 @@ TRIPWIRE = 1.01
 CONTROL_DRIFT = 0.03
 """A control cell has the same code on both sides: where its time moves by this much, the machine changed."""
 ABOUT_TIME = "no answer got worse; inconclusive about time"
-"""Answers need no quiet machine, so by the time that this is said they have passed."""
+"""Said where times decide nothing: answers, which need no quiet machine, have passed before."""
 
 
 class Outcome(IntEnum):

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 CALLGRIND = ("valgrind", "--vgdb=no", "--tool=callgrind")
-"""No debugger is waited for: its pipes would stay in the temporary folder where valgrind is killed."""
+"""Valgrind waits for no debugger (vgdb), whose pipes would stay in the temporary folder after a kill."""
 
 
 def totals(out: Path) -> list[int]:

@@ -9,7 +9,7 @@ DEFAULT_DEMANDS = ("inactive", "active", "infeasible")
 
 ONCE = ("uniform", Family.SOFT, Family.ONE_SHOT)
 """Measured in the first repeat only, which leaves time for the fast methods: the demand set that
-shares are counted on, and methods so slow that 0.5-1 % between processes is small beside what differs."""
+shares are counted on, and slow methods, whose times differ by far more than the 0.5-1 % between processes."""
 
 GROWTH_METHODS = (
     "pinv",

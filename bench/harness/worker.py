@@ -102,7 +102,7 @@ def do(task: Task, number: int, job: Job, line: Worker) -> Message:
             write_answers(task, job)
             return AnswersWritten(number)
         case DescribeTask():
-            # It describes machines too, and few workers are asked for a line.
+            # Few workers are asked for a line, and the module imports what describes machines.
             from bench.harness.lines import method_line
 
             try:

@@ -5,10 +5,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from alloc import Allocation, Label, Status, Vehicle
+from alloc import Allocation, Label, Status, Vehicle, label
 from alloc.allocation import WRENCH_TOLERANCE, BoolArray, FloatArray, IndexArray, StatusArray
 from alloc.formulations import find_formulation
-from alloc.reach.attainable import label
 from bench.demands import DemandSet
 from bench.judging.question import Question, right_answers
 from bench.judging.shares import misstated

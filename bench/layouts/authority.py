@@ -92,7 +92,7 @@ def _worst(
     layouts: Layouts, failures: IndexArray, ranks: IndexArray, left: FloatArray, whole: FloatArray
 ) -> WorstFailure:
     share = (left / whole).round(TIE)
-    which = np.argmin(ranks + share / 2, axis=0)  # a share is at most 1, a rank at least 1 apart
+    which = np.argmin(ranks + share / 2, axis=0)  # ranks differ by 1 or more, half a share by less
     columns = np.arange(len(layouts))
     off = np.zeros(layouts.weights.shape, dtype=bool)
     for members in failures[which].T:

@@ -20,12 +20,12 @@ MOST_FACES = 7_000
 
 NUDGE = 1e-11
 """Share by which limits are moved apart, each differently. Symmetric layouts have faces that only touch the
-section; a section is continuous in its limits, so nudged it has the same volume and no such faces. Rounding
-makes a hundredth of this."""
+section; a section is continuous in its limits, so nudged it has the same volume and no such faces. The error
+by rounding is a hundredth of this."""
 
 APART = np.modf(np.sqrt([2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0]))[0]
-"""Parts of NUDGE by which each thruster's limits are moved. No sum of them, taken with any signs, is that of
-others: a symmetric layout adds up limits, and what adds up to nothing decides no tie."""
+"""Share of NUDGE by which each thruster's limits are moved. A face touches the section where sums of limits
+are equal, so no two sums of these shares, with any signs, may be equal."""
 
 
 class _Level(NamedTuple):
