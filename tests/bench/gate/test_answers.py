@@ -205,7 +205,8 @@ def test_thrusts_that_meet_the_wrench_with_more_effort_than_needed_are_wrong(
     inactive = at(question, Label.INACTIVE)
     idle = np.linalg.svd(vehicle.T)[2][-1]  # pushes nothing: T idle = 0
     message = wrong(question, changed(right, inactive, right[inactive].f + idle))
-    assert "from the optimum, beyond its promise" in message
+    promised = PROMISES["tolerance"] * vehicle.f_scale
+    assert message.endswith(f"N from the optimum, beyond its promise of {promised:.3g} N")
 
 
 def test_the_status_infeasible_for_an_attainable_demand_is_wrong(
