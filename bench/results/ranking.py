@@ -21,9 +21,16 @@ def right(row: Row) -> bool:
 
 
 def complete(row: Row) -> bool:
-    """Whether as many demands were solved as are attainable."""
+    """Whether as many demands were solved as are attainable, and none was missed of those not timed.
+
+    A log may ask for nothing that is hard.
+    """
     solved = row.solved_fraction
-    return solved is not None and solved >= row.measured.attainable - ROUNDING
+    return (
+        solved is not None
+        and solved >= row.measured.attainable - ROUNDING
+        and not row.measured.missed_elsewhere
+    )
 
 
 def optimal(row: Row) -> bool:
@@ -116,17 +123,17 @@ def representatives(rows: Sequence[Row]) -> dict[str, Row]:
     return {way: found[0] for way, found in ways.items() if found}
 
 
-def worth_considering(rows: Sequence[Row]) -> list[Row]:
+def worth_considering(rows: Sequence[Row], taken: str = "") -> list[Row]:
     """The few rows that a decision needs, of one vehicle's sorted by time.
 
     The front of time and loss, the ``representatives``, and the rule of practice that loses least. A method
-    with a wrong answer is none of them. What the user brought always is.
+    with a wrong answer is none of them. The method ``taken`` and what the user brought always are.
     """
     everyone, rows = rows, [row for row in rows if right(row)]
     rules = [(lost, row) for row in rows if row.family == Family.PRACTICE for lost in _known(row)]
     rule = [row for _, row in sorted(rules, key=lambda pair: pair[0])[:1]]
     chosen = [*on_front(rows), *representatives(rows).values(), *rule]
-    return [row for row in everyone if row in chosen or row.described.plugin]
+    return [row for row in everyone if row in chosen or row.described.plugin or row.method == taken]
 
 
 def _known(row: Row) -> list[float]:

@@ -26,6 +26,7 @@ class Repeats:
     disturbances : what disturbed the machine meanwhile, empty where it was quiet
     attainable : share of the set's demands that are labelled inactive or active [-]
     wrong_elsewhere : what is wrong with the method's untimed answers on this vehicle, empty where nothing is
+    missed_elsewhere : whether these, or those of its twin, miss a demand that the vehicle can meet
     """
 
     key: Key
@@ -36,6 +37,7 @@ class Repeats:
     disturbances: tuple[str, ...]
     attainable: float = 0.0
     wrong_elsewhere: str = ""
+    missed_elsewhere: bool = False
 
     @cached_property
     def singles(self) -> Histogram:

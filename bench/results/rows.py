@@ -141,20 +141,28 @@ def gather(record: Record) -> tuple[Row, ...]:
         workers[worker.method, worker.start, worker.level].append(worker)
     methods = {method.name: method for method in record.methods}
     wrong = {(c.vehicle, method): what for c in record.capabilities for method, what in c.wrong.items()}
+    missing = {
+        (c.vehicle, s.method)
+        for c in record.capabilities
+        for s in c.served
+        if s.fault is None and s.within_1pct < s.n_demands
+    }
     rows = []
     for key, cells in sorted(repeats.items()):
         repeated = tuple(cells[r] for r in sorted(cells))
+        described = methods.get(key.method, Method(name=key.method))
         rows.append(
             Row(
                 Repeats(
                     key=key,
                     origin=record.header,
-                    described=methods.get(key.method, Method(name=key.method)),
+                    described=described,
                     cells=repeated,
                     workers=tuple(workers[key.method, key.start, key.level]),
                     disturbances=disturbances(repeated, usual, cores),
                     attainable=attainable.get((key.vehicle, key.demands), 0.0),
                     wrong_elsewhere=wrong.get((key.vehicle, key.method), ""),
+                    missed_elsewhere=(key.vehicle, described.twin or key.method) in missing,
                 )
             )
         )

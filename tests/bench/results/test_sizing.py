@@ -7,8 +7,9 @@ from click.testing import CliRunner
 from msgspec.structs import replace
 
 from bench.commands.size import command
-from bench.record import Batch, Cell, Judged, Key
+from bench.record import Batch, Capability, Cell, Judged, Key, Method, Served
 from bench.record.canary import CanaryError, CanaryFile, read_canary
+from bench.report.readme import served_share
 from bench.results.fit import Fit, Loop
 from bench.results.rows import Run, read_run
 from bench.results.size import Size
@@ -16,6 +17,7 @@ from bench.results.sizing import judge, sizes
 from bench.results.transfer import Transfer, transfer
 from tests import made_up
 
+COUNTED = (("nullspace", 9), ("scaled", 9), ("scaled-by-group", 7))
 HUNDRED_HZ = Loop(rate_hz=100, budget=0.1)  # 1,000 us a call
 
 
@@ -189,6 +191,22 @@ def test_a_method_is_shown_with_its_best_start_only_unless_all_are_asked_for(tmp
     assert "| qp/m warm" in short
     assert "| qp/m cold" not in short
     assert "| qp/m cold" in CliRunner().invoke(command, [*arguments, "--all"]).output
+
+
+def test_a_method_that_misses_what_the_vehicle_can_do_is_not_exact_though_the_log_asks_nothing_hard(
+    tmp_path: Path,
+) -> None:
+    """A vehicle whose groups share thrusters: what ``scaled-by-group`` misses was counted untimed."""
+    served = [Served(fault=None, method=m, n_demands=9, within_1pct=k, within_5pct=k) for m, k in COUNTED]
+    can = Capability(vehicle="ukwial", dof=["surge"], authority=[], served=served, curves=[], planes=[])
+    methods = ("scaled", "scaled-by-group", "scaled-by-group@native")
+    cells = [replace(steady(method, 1, exact=True), formulation="scaled-by-group") for method in methods]
+    native = Method(name=methods[2], twin=methods[1], formulation="scaled-by-group")
+    run = read_run(made_up.record(tmp_path, made_up.header(), native, can, *cells))
+    assert {s.label: s.exact for s in sizes(run, HUNDRED_HZ)} == dict.fromkeys(methods, False) | {
+        "scaled": True
+    }
+    assert [served_share(run, "ukwial", row) for row in run.rows] == [1.0, 7 / 9, 7 / 9]
 
 
 @pytest.mark.parametrize("given_up", [1, 100])
