@@ -13,9 +13,8 @@ from rich.table import Table
 from alloc.allocation import WRENCH_TOLERANCE
 from alloc.formulations import Family
 from bench.record.machine import machine_name
-from bench.report.sections.limits import cut_logs
 from bench.report.sections.moving import of, sequences, title
-from bench.report.verdict import loop_of, sure, verdicts
+from bench.report.verdict import cut_logs, loop_of, sure, verdicts
 from bench.results.columns import Row
 from bench.results.ranking import largest_loss
 from bench.results.repeats import most

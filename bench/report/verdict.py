@@ -1,7 +1,7 @@
 """What to take, said as one engineer says it to another, and how sure that is on this machine."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import groupby
 
 from bench.record import NO_VEHICLE
@@ -99,6 +99,18 @@ def sure(run: Run) -> str:
         longest = three(seen.excess[-1][0] / 1000)
         text += f"; fixed work paused for up to {longest} µs, so slowest calls within that are the machine's"
     return f"{text}."
+
+
+def cut_logs(run: Run, write: Callable[[str], str] = str) -> list[str]:
+    """A sentence for each log that was not asked whole; ``write`` makes a name harmless where it stands."""
+    return sorted(
+        {
+            f"Of {write(p.demands)}'s {p.n_demands + p.left_out} demands only the first {p.n_demands}"
+            " were asked; `--n` asks more."
+            for p in run.record.problems
+            if p.left_out
+        }
+    )
 
 
 def usual(run: Run) -> list[str]:

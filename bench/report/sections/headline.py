@@ -88,7 +88,7 @@ def _loss(run: Run) -> str:
             f"Without limits, f = T* τ serves {number_range(served)} % of what a vehicle can do: that much is"
             " delivered within 1 %"
         )
-    if lost and turned:
+    if turned and max(lost, default=0.0) > 0.01:  # else no demand was asked that is not served
         parts.append(
             f"on demands beyond that, what its thrusters deliver misses up to {three(100 * max(lost))} % of"
             f" the wrench and points up to {three(max(turned))}° away"

@@ -1,7 +1,6 @@
 """Report section: what these numbers do not say."""
 
-from collections.abc import Callable
-
+from bench.report.verdict import cut_logs
 from bench.results.rows import Run
 from bench.results.text import plain
 
@@ -18,18 +17,6 @@ VIRTUAL = """- This was a virtual machine: p99.9 and slowest calls include what 
 """
 NOISY = """- More than one row in ten was measured while the machine was disturbed: look at column `quiet`.
 """
-
-
-def cut_logs(run: Run, write: Callable[[str], str] = str) -> list[str]:
-    """A sentence for each log that was not asked whole; ``write`` makes a name harmless where it stands."""
-    return sorted(
-        {
-            f"Of {write(p.demands)}'s {p.n_demands + p.left_out} demands only the first {p.n_demands}"
-            " were asked; `--n` asks more."
-            for p in run.record.problems
-            if p.left_out
-        }
-    )
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:

@@ -2,7 +2,7 @@
 
 from bench.record.machine import machine_name
 from bench.report.pictures import picture
-from bench.report.verdict import loop_of, sure, usual
+from bench.report.verdict import cut_logs, loop_of, sure, usual
 from bench.results.rows import Run
 from bench.results.text import plain
 
@@ -13,11 +13,12 @@ def section(run: Run, drawn: frozenset[str]) -> str:
     if not said:
         return ""
     name = machine_name(run.record.header.machine)
+    cut = "".join(f" {sentence}" for sentence in cut_logs(run, plain))
     return "\n".join(
         [
             "\n".join(f"- {plain(sentence)}" for sentence in said) + "\n",
             f"How sure: {plain(name)} was {plain(sure(run))} Another rate than {loop_of(run).rate_hz:g} Hz:"
-            " `thrustbench size DIR --rate HZ`.\n",
+            f" `thrustbench size DIR --rate HZ`.{cut}\n",
             picture("overview.svg", "what a call costs, and what is lost without limits", drawn),
         ]
     )

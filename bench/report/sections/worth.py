@@ -2,9 +2,11 @@
 
 from alloc.formulations import find_formulation
 from bench.report.readme import lost, served
+from bench.report.verdict import loop_of
 from bench.results.columns import Row
 from bench.results.ranking import best, exact, optimal, right, worth_considering
 from bench.results.rows import Run
+from bench.results.sizing import sizes
 from bench.results.text import plain, table, three
 
 HEADERS = ("method", "answers", "median [µs]", "p99.9 [µs]", "wrench lost, worst", "served", "memory [MB]")
@@ -13,9 +15,10 @@ HEADERS = ("method", "answers", "median [µs]", "p99.9 [µs]", "wrench lost, wor
 def section(run: Run, drawn: frozenset[str]) -> str:
     """A table for each vehicle: what no other method beats in time and loss, and what it is held against."""
     parts = []
+    first = {size.vehicle: size.method for size in reversed(sizes(run, loop_of(run)))}
     for vehicle in run.vehicles:
         demands = run.sets(vehicle)[0]
-        rows = worth_considering(best(run, vehicle, demands))
+        rows = worth_considering(best(run, vehicle, demands), first.get(vehicle, ""))
         lines = [*(_line(run, row) for row in rows), *_not_measured(run, vehicle, demands)]
         if lines:
             parts += [f"### {plain(vehicle)}, {plain(demands)} demands\n", table(HEADERS, lines)]
@@ -23,9 +26,10 @@ def section(run: Run, drawn: frozenset[str]) -> str:
         return ""
     own = any(method.plugin for method in run.record.methods)
     which = (
-        "What no other method beats in both time and loss, the fastest exact one in plain Python and by a"
-        " solver, and the closed form and the rule of practice they are held against. *Served* is the"
-        " share of what the vehicle can do that is delivered within 1 %; memory is of the process."
+        "What to take first, what no other method beats in both time and loss, the fastest exact one in plain"
+        " Python and by a solver, and the closed form and the rule of practice they are held against."
+        " *Served* is the share of what the vehicle can do that is delivered within 1 %;"
+        " memory is of the process."
         f"{' What you brought has a row whatever it is worth.' if own else ''}\n"
     )
     return "\n".join(["## Methods worth considering\n", which, *parts])

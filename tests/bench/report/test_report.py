@@ -17,7 +17,7 @@ from bench.__main__ import main
 from bench.record import Batch, Cell, Emulated, Event, Judged, Key, Method
 from bench.report import render
 from bench.report.page import details, page
-from bench.report.sections import cost, emulation, failures, worth
+from bench.report.sections import cost, emulation, failures, headline, worth
 from bench.report.sections.tails import unmet
 from bench.results.rows import read_run
 from bench.results.text import number_range, plain, table, three
@@ -180,6 +180,35 @@ def test_a_picture_has_a_rule_for_the_dark_page_for_each_of_its_colours(rendered
         assert {colour for _, colour in used} <= set(DARK)
         for what, colour in used:  # only !important overrides a style attribute
             assert f'[style*="{what}: {colour}"]{{{what}:{DARK[colour]}!important}}' in rules
+
+
+def test_what_to_take_has_a_row_of_the_report_although_another_is_as_good_on_what_was_asked(
+    tmp_path: Path,
+) -> None:
+    """On a log whose first demands can be met ``nullspace`` is faster, and refuses some of the others."""
+    asked = msgspec.structs.replace(
+        problem("ukwial"), given=True, left_out=90, beyond=30, beyond_longest=30, rate_hz=50.0
+    )
+    scaled = msgspec.structs.replace(exact_cell("ukwial", "scaled", 2.0), formulation="scaled")
+    lines = [
+        msgspec.structs.replace(
+            made,
+            judged=msgspec.structs.replace(made.judged, loss={"lost_wrench_max": 0.0, "answered_share": 1.0}),
+        )
+        for made in (exact_cell("ukwial", "nullspace", 1.0), scaled)
+    ]
+    text = page(read_run(record(tmp_path, header(), asked, *lines)), frozenset())
+    assert "take scaled" in text
+    assert re.search(r"^\| scaled +\|", text.partition("## Methods worth considering")[2], re.M), text
+    assert "Of active's 100 demands only the first 10 were asked" in text
+
+
+def test_what_is_lost_beyond_what_a_formula_serves_is_said_only_where_it_was_asked(tmp_path: Path) -> None:
+    for lost, said in ((1e-15, False), (0.25, True)):
+        loss = {"lost_wrench_max": lost, "direction_error_max_deg": 100 * lost}
+        judged = Judged(answers=10, counts={"SOLVED": 10}, agrees=True, loss=loss)
+        run = read_run(record(tmp_path, header(), problem("ukwial"), made_up.cell("pinv", judged=judged)))
+        assert ("what its thrusters deliver misses up to" in headline.section(run, frozenset())) is said
 
 
 def test_what_the_user_brought_has_a_row_of_the_report_whatever_it_is_worth(tmp_path: Path) -> None:
