@@ -1,7 +1,7 @@
 """Packages of generated C are built, installed and linked by the build systems that they are for.
 
-CMake and colcon run where they are installed; those of PlatformIO, Arduino and Zephyr are read against what
-their documents ask for, as none of them builds here.
+CMake and colcon run where they are installed, PlatformIO and Zephyr's Kconfig in test_platforms.py; Arduino's
+and Zephyr's files are read against what their documents ask for, as neither builds here.
 """
 
 import json
@@ -149,7 +149,8 @@ def test_platformio_s_and_arduino_s_files_name_a_header_that_is_there(tmp_path: 
 def test_zephyr_s_module_names_files_that_are_there(tmp_path: Path) -> None:
     place = write("zephyr", tmp_path)
     module = yaml.safe_load((place / "zephyr" / "module.yml").read_text(encoding="utf-8"))
-    assert module["name"] == NAME
+    # As the schema in Zephyr's scripts/zephyr_module.py wants it; it needs none of the other keys.
+    assert module == {"name": NAME, "build": {"cmake": "zephyr", "kconfig": "zephyr/Kconfig"}}
     build = place / module["build"]["cmake"] / "CMakeLists.txt"
     kconfig = (place / module["build"]["kconfig"]).read_text(encoding="utf-8")
     assert f"\nconfig {NAME.upper()}\n" in kconfig
