@@ -116,7 +116,7 @@ def wrong(question: Question, side: SideAnswers) -> str:
     if judged.wrong or side.at_odds:
         return judged.wrong or side.at_odds
     if judged.agrees is False:
-        promised = judged.tolerance * question.demands.vehicle.f_scale
+        promised = side.promises["tolerance"] * question.demands.vehicle.f_scale
         return f"{judged.distance_max_N:.3g} N from the optimum, beyond its promise of {promised:.3g} N"
     return ""
 
