@@ -16,7 +16,7 @@ from bench.gate.cells import names
 from bench.gate.prober import Prober
 from bench.gate.record import GateCell
 from bench.gate.side import Died, Refused
-from bench.gate.worker import packed, unpacked
+from bench.gate.worker import farthest, packed, unpacked
 from bench.judging.faults import faults, measured
 from bench.judging.judge import judge
 from bench.judging.question import Question, checked_promises
@@ -139,6 +139,9 @@ def differ(question: Question, base: SideAnswers, head: SideAnswers) -> str:
     for promise in ("formulation", "limited"):
         if base.promises[promise] != head.promises[promise]:
             return f"{promise} {base.promises[promise]} → {head.promises[promise]}"
+    before, now = base.promises["tolerance"], head.promises["tolerance"]
+    if now > before:
+        return f"tolerance {before:g} → {now:g}: less is promised"
     mended = wrong_ones(question, base) & ~wrong_ones(question, head)
     alike = ~mended
     for i, (a, b) in enumerate(zip(base.answers, head.answers, strict=True)):
@@ -146,9 +149,7 @@ def differ(question: Question, base: SideAnswers, head: SideAnswers) -> str:
             if not on_edge[i] and not mended[i]:
                 return f"status {_name(a.status)} → {_name(b.status)} for demand {i}"
             alike[i] = False
-    before, now = (np.array([answer.f for answer in side.answers])[alike] for side in (base, head))
-    same = (before == now) | (np.isnan(before) & np.isnan(now))
-    apart = float(np.nan_to_num(np.abs(before - now)[~same], nan=np.inf).max(initial=0.0))
+    apart = farthest(*(np.array([answer.f for answer in side.answers])[alike] for side in (base, head)))
     allowed = _apart(base.promises, vehicle)
     return f"thrusts differ by up to {apart:.3g} N, {allowed:.3g} N allowed" if apart > allowed else ""
 

@@ -100,6 +100,7 @@ class Side:
                     stderr=self._errors,
                     text=True,
                     env=environment(isolated=True, **layout),
+                    cwd=tree.path,  # a plug-in may open a file beside it, and each side has its own
                 )
                 unless_ready.callback(self._abandon)
             if started is not None:

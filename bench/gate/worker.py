@@ -41,6 +41,16 @@ def unpacked(array: Packed) -> Any:
     return np.frombuffer(b64decode(array["bytes"]), dtype="<f8").reshape(array["shape"]).copy()
 
 
+def farthest(F: Any, other: Any) -> float:
+    """The largest difference of two arrays of thrusts [N], infinite where NaN stands in one alone."""
+    import numpy as np
+
+    if np.shape(F) != other.shape:
+        raise ValueError(f"many() gives thrusts of shape {np.shape(F)}, not {other.shape}")
+    same = (other == F) | (np.isnan(F) & np.isnan(other))
+    return float(np.nan_to_num(np.abs(F - other)[~same], nan=np.inf).max(initial=0.0))
+
+
 class Orders:
     """The orders that this process carries out, one method each.
 
@@ -175,7 +185,7 @@ class Orders:
             together, verdicts = many(*(column[: len(answers)] for column in columns))
             other = np.flatnonzero(np.asarray(verdicts) != status)
             reply["other"] = int(other[0]) if other.size else None
-            reply["apart"] = float(np.nan_to_num(np.abs(together - F)).max(initial=0.0))
+            reply["apart"] = farthest(together, F)
         return reply
 
     def many(self, cell: str, taus: Packed, limits: list[Packed]) -> dict[str, Any]:

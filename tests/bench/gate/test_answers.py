@@ -163,28 +163,29 @@ def test_an_allocator_whose_many_is_at_odds_with_its_calls_is_wrong(
 
 
 class Turned:
-    """A rule that promises no distance; its many gives the thrusts of its calls the other sign."""
+    """A rule that promises no distance; its many gives the thrusts of its calls times a factor."""
 
     formulation, limited, tolerance = "mine", True, 1.0
 
-    def __init__(self, vehicle: Vehicle) -> None:
-        self.rule = build("clip", vehicle)
+    def __init__(self, vehicle: Vehicle, factor: float) -> None:
+        self.rule, self.factor = build("clip", vehicle), factor
 
     def __call__(self, tau: FloatArray) -> Allocation:
         """As the rule does."""
         return self.rule(tau)
 
     def many(self, taus: FloatArray) -> tuple[FloatArray, StatusArray]:
-        """The rule's statuses, and its thrusts turned round."""
+        """The rule's statuses, and other thrusts."""
         F, status = self.rule.many(taus)
-        return -F, status
+        return self.factor * F, status
 
 
+@pytest.mark.parametrize("factor", [-1.0, np.nan])
 def test_who_promises_no_distance_still_answers_alike_in_many_and_in_calls(
-    vehicle: Vehicle, question: Question
+    factor: float, vehicle: Vehicle, question: Question
 ) -> None:
     here = Here(vehicle, 1.0)
-    here.orders.allocators["cell"] = Turned(vehicle)
+    here.orders.allocators["cell"] = Turned(vehicle, factor)
     here.promises = {"formulation": "mine", "limited": True, "tolerance": 1.0}
     found = answered(cast("Prober", here), GateCell(vehicle="ukwial", method="mine"), question)
     assert "from those of single calls" in wrong(question, found)
@@ -268,6 +269,13 @@ def test_a_mended_answer_does_not_differ_and_another_that_broke_meanwhile_does(
 def test_answers_to_different_formulations_differ(question: Question, right: list[Allocation]) -> None:
     soft = SideAnswers("", {**PROMISES, "formulation": "soft"}, right)
     assert differ(question, SideAnswers("", PROMISES, right), soft) == "formulation hard → soft"
+
+
+def test_a_head_that_promises_less_than_its_base_differs(question: Question, right: list[Allocation]) -> None:
+    strict = SideAnswers("", PROMISES, right)
+    loose = SideAnswers("", PROMISES | {"tolerance": 0.9}, right)
+    assert "→ 0.9: less is promised" in differ(question, strict, loose)
+    assert differ(question, loose, strict) == ""
 
 
 def test_answers_differ_where_only_one_side_promises_limits(

@@ -250,6 +250,22 @@ def test_a_relative_path_is_the_repository_s_from_anywhere(
     assert "| `ukwial:mine:-` | gone: head has no such method" in result.stdout
 
 
+def test_a_file_that_a_plug_in_opens_is_each_side_s_own(
+    own: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = PLUGIN.replace("G @ tau", "float(open('control/gain.txt').read()) * G @ tau")
+    (own / "control" / "mine.py").write_text(text)
+    (own / "control" / "gain.txt").write_text("1.0")
+    gate_check.commit(own, "with a file")
+    (own / "control" / "gain.txt").write_text("0.9")
+    gate_check.commit(own, "another gain")
+    monkeypatch.chdir(tmp_path)
+    few = ["--pairs", "2", "--no-instructions", "--vehicle", "ukwial", "--plugin", "control/mine.py"]
+    result = CliRunner().invoke(command, ["HEAD~1", "HEAD", "--repo", str(own), *few], standalone_mode=False)
+    assert result.return_value == 1, result.output
+    assert "| `ukwial:mine:-` | another answer: status SOLVED → PARTIAL" in result.stdout
+
+
 def test_a_plug_in_that_the_head_lost_is_gone(own: Path) -> None:
     (own / "control" / "mine.py").rename(own / "control" / "other.py")
     gate_check.commit(own, "head")
