@@ -1,7 +1,7 @@
 """Packages of generated C are built, installed and linked by the build systems that they are for.
 
-CMake and colcon run where they are installed, PlatformIO and Zephyr's Kconfig in test_platforms.py; Arduino's
-and Zephyr's files are read against what their documents ask for, as neither builds here.
+CMake and colcon run where they are installed, PlatformIO and Zephyr's Kconfig in test_platforms.py; here
+their files, and Arduino's, are read against what their documents ask for.
 """
 
 import json

@@ -84,15 +84,23 @@ SCONS = {
 """SCons of PyPI where PlatformIO 6.2 looks for what it would download."""
 
 
-def test_platformio_finds_both_in_lib_and_links_them(tmp_path: Path) -> None:
+@pytest.mark.parametrize("kind", ["platformio", "arduino"])
+def test_platformio_finds_both_in_lib_and_links_them(kind: Package, tmp_path: Path) -> None:
+    """It reads Arduino's library.properties too, whose own tools are no Python packages."""
     write(tmp_path / "native", NATIVE)
     write(tmp_path / "core/packages/tool-scons", SCONS)
-    write(tmp_path / "rov/lib", packages("platformio"))
+    write(tmp_path / "rov/lib", packages(kind))
     ini = f"[env:native]\nplatform = {tmp_path / 'native'}\n"
+    ini += "lib_compat_mode = off\n" * (kind == "arduino")  # else it takes them with Arduino's framework only
     write(tmp_path / "rov", {"platformio.ini": ini, "src/main.cpp": MAIN})
     needs("pio")
     own = f"PLATFORMIO_CORE_DIR={tmp_path / 'core'}", "PLATFORMIO_SETTING_ENABLE_TELEMETRY=no"
-    do("env", *own, "pio", "run", cwd=tmp_path / "rov")
+    nowhere = [
+        f"{name}=http://127.0.0.1:9" for name in ("http_proxy", "https_proxy")
+    ]  # nothing is downloaded
+    built = do("env", *own, *nowhere, "pio", "run", cwd=tmp_path / "rov")
+    for name in (NAME, library.NAME):
+        assert f"|-- {name} @ 0.1.0" in built
     do("./.pio/build/native/program", cwd=tmp_path / "rov")
 
 
