@@ -44,6 +44,7 @@ EFFORT = "A SOLVED demand is met with least effort, by the duality gap."
 SHARES = "Each share is the linear program's: as far along the way as the thrusters reach."
 DELIVERED = "An answer makes the part of the wrench that its shares say, with least effort."
 TWIN = "Answers are those of the method in Python, up to rounding."
+SAME = "FPUs with an instruction for a minimum, and those without, give the same answers."
 ATTAINABLE, INSIDE = "those with α* above 1.001", "those whose T* τ lies inside the limits"
 UNSTOPPED = "those with α* above 1.001 that no level stops on the way to 1.001 τ"
 FARTHER = 1.001
@@ -67,6 +68,7 @@ def answered(of: Subject) -> list[Claim]:
     ]
     if formulation.keeps_inside:
         checks.insert(0, (SOLVED.format(which=which), lambda each: _solved(each, which, formulation)))
+    checks.append((SAME, _same))
     checks += [(REFUSED, _refused)] if of.limited else []
     checks += [(EFFORT, lambda each: _effort(each, of))] if optimal else []
     if not optimal and not formulation.way:  # a rule's answer is what the rule says, which no optimum tells
@@ -121,6 +123,11 @@ def _makes(answers: FaultAnswers, wrenches: FloatArray, of: Subject) -> BoolArra
     rounding = (vehicle.n + 2) * 2.0 ** -DIGITS[of.scalar] * terms
     makes: BoolArray = np.all(miss <= MET[of.scalar] * vehicle.wrench_scale + rounding, axis=1)
     return makes
+
+
+def _same(answers: FaultAnswers) -> tuple[int, str]:
+    asked = np.ones(len(answers.differ), bool)
+    return len(asked), _first(answers, answers.differ, asked)
 
 
 def _refused(answers: FaultAnswers) -> tuple[int, str]:

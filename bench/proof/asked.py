@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from alloc import Vehicle
-from alloc.allocation import FloatArray, StatusArray
+from alloc.allocation import BoolArray, FloatArray, StatusArray
 from alloc.c import arguments
 from alloc.c.compiled import shared_library
 from bench.demands import labelled
@@ -20,6 +20,14 @@ SIZES = (0.1, 0.5, 0.9, 0.99, 1.0, 1 + 1e-7, 1 + 1e-5, 1.0003, 1.0009, 1.01, 2.0
 """Demands are as many times as large as those of thrusts within the limits, many of which lie on the edge."""
 
 
+PROCESSORS = (
+    "#undef __ARM_FP\n",
+    "#undef __ARM_FP\n#define __ARM_FP 12\n"
+    "#undef __ARM_FEATURE_NUMERIC_MAXMIN\n#define __ARM_FEATURE_NUMERIC_MAXMIN 1\n",
+)
+"""What stands before the C to compile it as for an FPU without an instruction for a minimum, and with one."""
+
+
 class FaultAnswers(NamedTuple):
     """What the C answered to N demands of one fault.
 
@@ -28,6 +36,7 @@ class FaultAnswers(NamedTuple):
     vehicle : with that fault
     question : the demands, labelled
     F, status, share : (N, n) thrusts [N], zero where there are none, (N,) statuses and (N, levels) shares
+    differ : (N,) which are answered otherwise where the FPU has an instruction for a minimum
     """
 
     vehicle: Vehicle
@@ -35,6 +44,7 @@ class FaultAnswers(NamedTuple):
     F: FloatArray
     status: StatusArray
     share: FloatArray
+    differ: BoolArray
 
 
 def asked(of: Subject, fault: int) -> FaultAnswers:
@@ -44,20 +54,30 @@ def asked(of: Subject, fault: int) -> FaultAnswers:
     scalar = np.float32 if of.scalar == "float" else np.float64
     wanted = (attainable(vehicle, rng, DEMANDS) * rng.choice(SIZES, DEMANDS)).T
     taus = wanted.astype(scalar)  # labelled before they are rounded: that may leave what thrusters span
-    count, n, levels = len(taus), vehicle.n, of.levels
+    demands = labelled("proof", vehicle, np.ascontiguousarray(wanted))
+    given, other = (_run(of, fault, np.ascontiguousarray(taus), before) for before in PROCESSORS)
+    differ = (np.hstack(given) != np.hstack(other)).any(axis=1)
+    F, share, status = given
+    return FaultAnswers(
+        vehicle, Question(demands, {}, {}), F.astype(float), status[:, 0], share.astype(float), differ
+    )
+
+
+def _run(
+    of: Subject, fault: int, taus: FloatArray, before: str
+) -> tuple[FloatArray, FloatArray, StatusArray]:
+    """Thrusts (N, n), shares (N, levels) and statuses (N, 1) of the C with some text before it."""
+    count, n, levels, scalar = len(taus), of.vehicle.n, of.levels, taus.dtype
     F, share = np.zeros((count, n), scalar), np.zeros((count, max(levels, 1)), scalar)
-    status = np.zeros(count, np.intc)
-    name = f"{of.name}_many"
-    library = ctypes.CDLL(str(shared_library("proof", {**of.files, f"{name}.c": _many(of, name)})))
+    status = np.zeros((count, 1), np.intc)
+    source, name = f"{of.name}.c", f"{of.name}_many"
+    files = {**of.files, source: before + of.files[source], f"{name}.c": _many(of, name)}
+    library = ctypes.CDLL(str(shared_library("proof", files)))
     ends = (of.vehicle.f_min.astype(scalar), of.vehicle.f_max.astype(scalar))
-    arrays = [np.ascontiguousarray(taus), *(ends if of.limits == "call" else ())]
+    arrays = [taus, *(ends if of.limits == "call" else ())]
     given = [array.ctypes for array in (*arrays, F, *([share] if levels else []), status)]
     library[name](count, fault, *given)
-    demands = labelled("proof", vehicle, np.ascontiguousarray(wanted))
-    delivered = share[:, :levels].astype(float)
-    return FaultAnswers(
-        vehicle, Question(demands, {}, {}), F.astype(float), status.astype(np.int8), delivered
-    )
+    return F, share[:, :levels], status.astype(np.int8)
 
 
 def _many(of: Subject, name: str) -> str:

@@ -77,6 +77,13 @@ def thousandth_less() -> Subject:
     return replace(of, files={**of.files, f"{of.name}.c": source})
 
 
+def largest_for_least_on_some_processors() -> Subject:
+    of = subject(UKWIAL, "nullspace", "double", "fixed")
+    text = of.source.replace("__builtin_fmin(a, b)", "__builtin_fmax(a, b)")
+    assert text != of.source
+    return replace(of, files={**of.files, f"{of.name}.c": text})
+
+
 def red(of: Subject) -> list[str]:
     return [claim.claim for claim in answers.answered(of) if claim.verdict != "tested"]
 
@@ -115,6 +122,7 @@ def test_c_that_knows_no_faults_is_asked_none() -> None:
         (changed("scaled", nothing_of_a_part), answers.DELIVERED),
         (changed("priority", not_least), answers.DELIVERED),
         (thousandth_less(), answers.TWIN),
+        (largest_for_least_on_some_processors(), answers.SAME),
     ],
     ids=[
         "refuses all",
@@ -124,6 +132,7 @@ def test_c_that_knows_no_faults_is_asked_none() -> None:
         "shares without thrusts",
         "more effort than a part needs",
         "another number in a table that a loop reads",
+        "another instruction where the FPU has one",
     ],
 )
 def test_c_that_is_safe_and_wrong_is_told(of: Subject, claim: str) -> None:
