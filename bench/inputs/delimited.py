@@ -31,7 +31,7 @@ class Cells:
     units : the cells of a line of units below the header; empty where there is none
     separator : what stands between cells
     decimal : ``.`` or ``,`` once a number has shown which one the file has, else empty
-    frame : frd or flu where a comment says so, else empty
+    frame : what a comment says, else empty
     rows : the other rows, each with its line
     """
 

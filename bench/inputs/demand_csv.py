@@ -31,7 +31,7 @@ class Demanded(NamedTuple):
     taus : (N, k) demands in the order of the vehicle's DOF [N, N m]
     said : how the file was understood, in a line; empty where a table is written as this program writes it
     columns : (N,) columns about limits by name (``bench.inputs.log_limits``), ``volts`` [V], ``f0_min`` [N]
-    frame : frd or flu where a comment in the file says so, else empty
+    frame : what a comment in the file says, else empty
     named : the names of the demands' columns
     doubt : what may be wrong about its frame, in a line; empty for nothing
     """

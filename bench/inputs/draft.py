@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from alloc.vehicle.frame import described
+from alloc.vehicle.frame import AXES, described
 from alloc.vehicle.keys import Numbers
 from bench.inputs.frames import frame_in
 
@@ -46,8 +46,9 @@ class Draft:
 
 def commented(draft: Draft, text: str) -> Draft:
     """The draft in the frame that a comment of its file says, as this program writes it; else in frd."""
-    if frame := frame_in(text):
+    if (frame := frame_in(text)) in AXES:
         draft.frame = frame
     else:
-        draft.frame_assumed = f"The file names no frame: {described('frd')} is taken; --frame flu if z is up."
+        named = f"frame {frame}" if frame else "no frame"
+        draft.frame_assumed = f"The file names {named}: {described('frd')} is taken; --frame flu if z is up."
     return draft

@@ -5,7 +5,7 @@ import re
 from alloc.allocation import FloatArray
 from alloc.vehicle.frame import AXES, described, turned
 
-_COMMENT = re.compile(r"^\s*#\s*frame:\s*(frd|flu)\b", re.MULTILINE)
+_COMMENT = re.compile(r"^\s*#\s*frame:\s*(\w+)", re.MULTILINE)
 
 
 def frame_comment(frame: str) -> str:
@@ -14,9 +14,8 @@ def frame_comment(frame: str) -> str:
 
 
 def frame_in(text: str) -> str:
-    """The frame that the first such comment of a text says; empty where none does."""
-    found = _COMMENT.search(text)
-    return found[1] if found else ""
+    """What such comments of a text say, ``flu`` or ``enu and flu``; empty where there is none."""
+    return " and ".join(sorted(set(_COMMENT.findall(text))))
 
 
 def met(taus: FloatArray, dof: tuple[str, ...], given: str, why: str, wanted: str) -> tuple[FloatArray, str]:

@@ -15,6 +15,7 @@ import numpy as np
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
 from alloc.vehicle import LARGEST
+from alloc.vehicle.frame import AXES
 from alloc.vehicle.geometry import DOF
 from bench.inputs.by_suffix import reader
 from bench.inputs.demand_csv import Demanded, read_demands
@@ -94,6 +95,8 @@ def read_log(
         table = read_demands(path, dof, options.columns, thrusters)
         if options.frame:
             given, why = options.frame, "--frame"
+        elif table.frame and table.frame not in AXES:
+            raise DemandError(f"{path}: its comment says frame {table.frame}; give --frame frd or flu")
         else:
             given, why = table.frame or frame, "its comment" if table.frame else "the file names none"
         taus, turning = met(table.taus, dof, given, why, frame)

@@ -10,6 +10,7 @@ from click.testing import CliRunner, Result
 
 from alloc import load_vehicle
 from alloc.allocation import FloatArray
+from alloc.errors import DemandError
 from alloc.vehicle.frame import turned
 from alloc.vehicle.geometry import DOF
 from bench.__main__ import cli
@@ -123,6 +124,19 @@ def test_the_frame_of_a_log_stands_in_one_line_also_where_nothing_was_turned(tmp
         log = read_log(file, PLANAR, LogOptions(frame=told), frame=frame)
         assert log.said.startswith(f"log.csv: {says}")
         np.testing.assert_array_equal(log.taus, [[1, 2, 3]] if "nothing" in says else [[1, -2, -3]])
+
+
+@pytest.mark.parametrize(
+    ("comments", "named"), [("# frame: enu\n", "enu"), ("# frame: frd\n# frame: flu\n", "flu and frd")]
+)
+def test_a_frame_that_is_none_or_two_is_refused_until_the_user_says_one(
+    comments: str, named: str, tmp_path: Path
+) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text(f"{comments}surge,sway,yaw\n1,2,3\n")
+    with pytest.raises(DemandError, match=rf"log\.csv: its comment says frame {named}; give --frame frd"):
+        read_log(file, PLANAR)
+    assert "frame flu (--frame)" in read_log(file, PLANAR, LogOptions(frame="flu")).said
 
 
 def test_bags_and_ulogs_say_why_their_frame_is_taken(tmp_path: Path) -> None:
