@@ -17,9 +17,9 @@ from tests.places import DOCS, ROOT
 
 PAGES = ("README.md", "CONTRIBUTING.md", *(f"docs/{name}" for name in navigation() if (DOCS / name).exists()))
 SHELL = ("", "sh", "console")
-GIVEN = ("dive.bag", "dive.BIN", "A", "B", "qp/slsqp")
-"""What a reader has and no page writes: logs of a dive, two folders with trees; and the solver that a page
-adds to the tree, whose command tests/project/test_documents.py runs."""
+GIVEN = ("dive.bag", "dive.BIN", "A", "B", "qp/slsqp", "mine")
+"""What a reader has and no page writes: logs of a dive, two folders with trees; and the solver and the method
+that pages add to the tree: test_documents.py and tests/alloc/methods/test_a_new_kernel.py do so."""
 SHORT = ("--method=pinv", "--n=4", "--budget-ms=0", "--repeats=1", "--demands=inactive")
 """What makes a run take a second; the command's own options stand before it."""
 

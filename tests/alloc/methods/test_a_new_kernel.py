@@ -2,7 +2,8 @@
 
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ import alloc.methods
 from alloc import build, catalogue, generate, load_vehicle
 from alloc.c.compiled import compiler, missing
 from alloc.discovery import find
-from alloc.methods import recipes
+from alloc.methods import clip, recipes
 from bench.chips.board.files import write
 from bench.chips.board.project import plan
 from bench.chips.kernels import as_c, methods
@@ -25,12 +26,11 @@ from tests.kernel_file import METHOD
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "-")
 
 
-@pytest.fixture
-def meek(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
-    """The method of ``tests.kernel_file``, found in a folder of methods."""
-    name = "meek"
-    (tmp_path / f"{name}.py").write_text(METHOD, encoding="utf-8")
-    monkeypatch.setattr(alloc.methods, "__path__", [*alloc.methods.__path__, str(tmp_path)])
+@contextmanager
+def found(name: str, text: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
+    """A method of that name and text, found in a folder of methods."""
+    (folder / f"{name}.py").write_text(text, encoding="utf-8")
+    monkeypatch.setattr(alloc.methods, "__path__", [*alloc.methods.__path__, str(folder)])
     caches = (recipes, catalogue)
     for each in caches:
         each.cache_clear()
@@ -38,6 +38,13 @@ def meek(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
     for each in caches:
         each.cache_clear()
     sys.modules.pop(f"alloc.methods.{name}", None)
+
+
+@pytest.fixture
+def meek(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
+    """The method of ``tests.kernel_file``, found in a folder of methods."""
+    with found("meek", METHOD, tmp_path, monkeypatch) as name:
+        yield name
 
 
 def test_a_method_with_a_program_is_in_the_catalogue_and_its_c_answers_as_python_does(meek: str) -> None:
@@ -56,7 +63,24 @@ def test_a_method_with_a_program_is_in_the_catalogue_and_its_c_answers_as_python
 @pytest.mark.parametrize("limits", ["fixed", "call"])
 @pytest.mark.parametrize("scalar", ["double", "float"])
 def test_its_self_test_is_green(meek: str, scalar, limits, tmp_path: Path) -> None:
-    files = generate(load_vehicle("ukwial"), meek, scalar=scalar, limits=limits)
+    assert self_test(generate(load_vehicle("ukwial"), meek, scalar=scalar, limits=limits), tmp_path) == 0
+
+
+@pytest.mark.parametrize(("many", "code"), [("F", 0), ("0.9 * F", 1)])
+def test_a_copy_of_clip_as_the_page_says_is_c_and_its_self_test_finds_a_rule_that_was_changed_in_python_alone(
+    many: str, code: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The command of docs/add-a-method.md, section 4."""
+    text = Path(clip.__file__).read_text(encoding="utf-8")
+    for old, new in (('FORMULATION = "clip"', 'FORMULATION = "mine"'), ("return F\n", f"return {many}\n")):
+        assert text.count(old) == 1
+        text = text.replace(old, new)
+    with found("mine", text, tmp_path, monkeypatch) as name:
+        assert self_test(generate(load_vehicle("ukwial"), name), tmp_path) == code
+
+
+def self_test(files: Mapping[str, str], tmp_path: Path) -> int:
+    """Exit code of the self-test of generated files."""
     folder = tmp_path / "c"
     folder.mkdir()
     for name, text in files.items():
@@ -64,7 +88,7 @@ def test_its_self_test_is_green(meek: str, scalar, limits, tmp_path: Path) -> No
         (folder / name).write_text(text, encoding="utf-8")
     units = [name for name in files if name.endswith(".c")]
     subprocess.run([*compiler(), "-std=c99", "-O1", "-I.", *units, "-o", "selftest"], cwd=folder, check=True)
-    assert subprocess.run(["./selftest"], cwd=folder, check=False).returncode == 0
+    return subprocess.run(["./selftest"], cwd=folder, check=False).returncode
 
 
 def test_a_proof_finds_it(meek: str) -> None:
