@@ -11,6 +11,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import click
@@ -101,6 +102,7 @@ def recipe(target: str) -> list[str]:
     return [line.strip().removeprefix("$(BIN)/") for line in rule[1].splitlines()]
 
 
+@cache
 def every() -> dict[str, str]:
     """Each command of the pages, and the first page that has it."""
     found: dict[str, str] = {}
@@ -112,6 +114,12 @@ def every() -> dict[str, str]:
                 found |= {own: page for own in recipe(typed.removeprefix("make ")) if own not in found}
             found.setdefault(typed, page)
     return found
+
+
+@cache
+def in_blocks() -> set[str]:
+    """The commands that stand on lines of their own, and not only within sentences."""
+    return {typed for page in PAGES for _, typed in commands(page)}
 
 
 def typed_in_full(words: list[str]) -> bool:
@@ -128,14 +136,13 @@ def left_out(page: str) -> Iterator[list[str]]:
     One that is named alone, or with some of the options that it has elsewhere, is run there.
     """
     found = every()
-    blocks = {typed for each in PAGES for _, typed in commands(each)}
     split = {typed: shlex.split(typed) for typed in found}
     for typed, first in found.items():
         words = split[typed]
         if first != page or any(typed.startswith(place) for place in ELSEWHERE):
             continue
         more = any(set(words) < set(other) and words[:2] == other[:2] for other in split.values())
-        if not more and not (words[0] == "thrustbench" and typed in blocks and typed_in_full(words)):
+        if not more and not (words[0] == "thrustbench" and typed in in_blocks() and typed_in_full(words)):
             yield words[words[0] == "thrustbench" :]
 
 
