@@ -151,7 +151,7 @@ def stacked(thrusts: Sequence[FloatArray], n: int) -> tuple[FloatArray, BoolArra
     if misshapen.any():
         nothing = np.full(n, np.nan)
         thrusts = [nothing if bad else f for f, bad in zip(thrusts, misshapen, strict=True)]
-    F: FloatArray = np.concatenate(thrusts).reshape(-1, n)
+    F: FloatArray = np.asarray(np.concatenate(thrusts)).reshape(-1, n)  # a mask would hide what is wrong
     return F, misshapen
 
 

@@ -81,6 +81,13 @@ def test_each_kind_of_wrong_answer_is_named_with_its_demand(asked: dict[str, Que
         assert ("demand 0, by 2.8e-14 N at most)" in wrong) == (f is over)
 
 
+def test_a_mask_hides_no_thrust_from_the_judge(asked: dict[str, Question]) -> None:
+    active = asked["active"]
+    masked = np.ma.masked_array(0.9 * exact(active)[0].f, mask=True)
+    wrong = verdict(active, replaced(active, masked, Status.SOLVED)).wrong
+    assert "the wrench is not met (1 of 5 answers, first for demand 0)" in wrong
+
+
 @pytest.mark.parametrize(
     "kind", [list, lambda f: f + 1j, lambda f: f.astype(str), lambda f: f.astype(object)]
 )
