@@ -48,9 +48,9 @@ SABOTAGED = {
     "limits may be missed by a percent": ("4 * TB_EPS * a->scale, &side", "TB_R(0.01) * a->scale, &side"),
     "steps count twice at facets": ("to[a->of[e]].x;", "to[a->of[e]].x * 2;"),
     "so do they on a way that has begun": ("along += part * each->x;", "along += part * each->x * 2;"),
-    "a facet has the room of the other side": ("ahead = a->room[f][0];", "ahead = a->room[f][1];"),
+    "a facet has the room of the other side": ("ahead = a->margin[f][0];", "ahead = a->margin[f][1];"),
     "a failed thruster works on": ("!(off >> i & 1UL)", "!(off >> i & 2UL)"),
-    "the effort is not weighed": ("share += a->N[p][j] * cost[p];", "share += 0 * cost[p];"),
+    "the effort is not weighed": ("share += a->N[p][j] * costs[p];", "share += 0 * costs[p];"),
     "NaN is not looked for": ("a->k) ? status : TB_NOT_FINITE", "a->k) ? status : status"),
 }  # fmt: skip
 
