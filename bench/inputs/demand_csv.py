@@ -33,7 +33,7 @@ class Demanded(NamedTuple):
     columns : (N,) columns about limits by name (``bench.inputs.log_limits``), ``volts`` [V], ``f0_min`` [N]
     frame : what a comment in the file says, else empty
     named : the names of the demands' columns
-    doubt : what may be wrong about its frame, in a line; empty for nothing
+    doubt : what may be wrong about its frame or unit, in a line; empty for nothing
     """
 
     t: FloatArray | None

@@ -36,12 +36,14 @@ class Log(NamedTuple):
     taus : (N, 6) wrenches, surge to yaw [N, N m]
     frame : frd or flu, the frame of taus
     why : what says so
+    doubt : what may be wrong where the user gives no scale, in a line; empty for nothing
     """
 
     t: FloatArray
     taus: FloatArray
     frame: str
     why: str
+    doubt: str = ""
 
 
 class LogOptions(msgspec.Struct, frozen=True, kw_only=True):
@@ -103,6 +105,10 @@ def read_log(
         said = f"{table.said}; {turning}" if table.said else f"{path.name}: {turning}"
         doubt = "" if options.frame or table.frame else _like_ros(path, table, frame)
         return table._replace(taus=_scaled(taus, dof, options.scale), said=said, doubt=doubt)
+    if path.suffix.lower() == ".bin" and path.exists():
+        raise DemandError(
+            f"{path}: ArduPilot logs what was sent; `demands --from-outputs -o` makes a CSV of it"
+        )
     module = reader(__name__, path, "log", TABLES[:1])
     if options.columns:
         raise DemandError(f"{path}: has no columns; --columns is for tables, leave it out")
@@ -110,7 +116,8 @@ def read_log(
     t, taus = _checked(path, log, dof)
     given, why = (options.frame, "--frame") if options.frame else (log.frame, log.why)
     taus, turning = met(taus, dof, given, why, frame)
-    return Demanded(t, _scaled(taus, dof, options.scale), f"{path.name}: {turning}")
+    said, doubt = f"{path.name}: {turning}", "" if options.scale else log.doubt
+    return Demanded(t, _scaled(taus, dof, options.scale), said, doubt=doubt)
 
 
 def rate_hz(t: FloatArray | None) -> float | None:

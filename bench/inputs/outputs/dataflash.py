@@ -86,6 +86,8 @@ def _outputs(path: Path, vehicle: Vehicle, rows: dict[str, list[dict[str, Any]]]
         wanted = MOTORS[i] if i < len(MOTORS) else None
         driven = [c for c in range(1, 33) if functions.get(f"SERVO{c}_FUNCTION") == wanted and wanted]
         channels.append(driven[0] if driven else i + 1)
+    known = set(functions.values())
+    beyond = [i + 1 for i in range(vehicle.n, len(MOTORS)) if MOTORS[i] in known]
     if f"C{max(channels)}" not in rows["RCOU"][0]:
         raise DemandError(
             f"{path}: RCOU has no C{max(channels)}, but {vehicle.name} has {vehicle.n} thrusters; is the log"
@@ -111,6 +113,9 @@ def _outputs(path: Path, vehicle: Vehicle, rows: dict[str, list[dict[str, Any]]]
         if vehicle.frame == "flu":
             taus = turned(taus.T, vehicle.dof).T
     said = f"{path.name}: RCOU's outputs {', '.join(map(str, channels))} are the thrusters, in this order"
+    if beyond:
+        motors = ", ".join(map(str, beyond))
+        said += f"; {vehicle.name} has none for motor {motors}: is the log of this vehicle?"
     return Outputs(t - t[0], u, volts, taus, shares=True, said=said + _attitude(rows["ATT"]))
 
 

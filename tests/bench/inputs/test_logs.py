@@ -161,6 +161,24 @@ def test_a_file_that_is_no_log_is_refused(tmp_path: Path) -> None:
         read_log(tmp_path / "log.docx", DOF)
 
 
+def test_a_ulog_s_shares_are_doubted_until_a_scale_says_what_1_is(
+    tmp_path: Path, demands: tuple[FloatArray, FloatArray]
+) -> None:
+    """Shares of 0.4 are no small newtons: nothing else in the summary would say that they are none."""
+    t, taus = demands
+    file = write_ulog(tmp_path, t, taus / 1000)
+    assert "setpoints are shares of 1" in read_log(file, PLANAR).doubt
+    assert read_log(file, PLANAR, LogOptions(scale=(100.0,))).doubt == ""
+    said = build_demands(file, load_vehicle("ukwial"), seed=0).said
+    assert any("--scale says what 1 is" in line for line in said)
+
+
+def test_a_dive_of_ardupilot_is_sent_to_where_it_is_read(tmp_path: Path) -> None:
+    (tmp_path / "dive.BIN").touch()
+    with pytest.raises(DemandError, match="--from-outputs"):
+        read_log(tmp_path / "dive.BIN", DOF)
+
+
 def test_a_ros_2_bag_s_folder_is_a_demand_set_wherever_one_is_named(
     tmp_path: Path, demands: tuple[FloatArray, FloatArray], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -86,6 +86,12 @@ def test_ends_and_dead_bands_are_counted(tmp_path: Path) -> None:
     assert made.undone is None
 
 
+def test_motors_of_a_dive_that_the_vehicle_has_no_thruster_for_are_named(tmp_path: Path) -> None:
+    six = load_vehicle("bluerov2")
+    assert "bluerov2 has none for motor 7, 8" in read_outputs(binary(tmp_path), six).said
+    assert "none for motor" not in read_outputs(binary(tmp_path), VEHICLE).said
+
+
 def test_a_pulse_of_0_is_none(tmp_path: Path) -> None:
     file = tmp_path / "u.csv"
     file.write_text("u0,u1,u2,u3,u4,u5,u6,u7\n" + "1600,0,0,1500,1500,1500,1500,1500\n")
