@@ -47,6 +47,7 @@ class FacetMargins:
         self._known: dict[int, tuple[Number, Number]] = {}
         self._terms: dict[Number, list[Expression]] = {}
         self._gaps: dict[int, tuple[Number, Number]] = {}
+        self._spent: set[int] = set()
 
     def measure(self, level: int, pairs: list[int], f: Sequence[Number]) -> None:
         """Find the margins from thrusts f, of those pairs whose margins are not known."""
@@ -106,7 +107,10 @@ class FacetMargins:
             return taken(along, ahead, astern)
         self._draft.compute(along, ahead, astern, tiny)
         step = size(along) if tiny == 0.0 else select(size(along) > tiny, size(along), 0.0)
-        return step / select(along > 0.0, ahead, astern)
+        margin: Expression = select(along > 0.0, ahead, astern)
+        # What is left of no margin may be negative by rounding, and so would be the share of it.
+        spent = not self._spent.isdisjoint(m for m, _ in group)
+        return step / (most(margin, 0.0) if spent else margin)
 
     def moved(self, steps: dict[int, Expression], share: Expression, ways: Ways) -> None:
         """The way has gone on: thrusters by these steps, and along pairs' normals by a share of these ways.
@@ -119,13 +123,16 @@ class FacetMargins:
                 by = share * along
                 for m, turned in group:
                     ahead, astern = self._known[m]
+                    if any(value <= 0.0 for side in (ahead, astern) for value in values(side)):
+                        self._spent.add(m)
                     self._known[m] = (ahead + by, astern - by) if turned else (ahead - by, astern + by)
             return
         for i in steps.keys() & self._gaps.keys():
             up, down = self._gaps[i]
             self._gaps[i] = (up - steps[i], down + steps[i])
-        touched = np.flatnonzero(self._facets.push[:, list(steps)].any(axis=1))
-        for m in self._known.keys() & {*touched.tolist()}:
+        touched = {*np.flatnonzero(self._facets.push[:, list(steps)].any(axis=1)).tolist()}
+        self._spent |= touched
+        for m in self._known.keys() & touched:
             del self._known[m]
 
     def _least(self, margins: list[Number]) -> Number:

@@ -20,6 +20,7 @@ from alloc.nullspace.structure import Block
 from alloc.program import Evaluated, Expression, Scalar, Where, evaluate
 from alloc.reach import attainable, edge, zonotope
 from alloc.vehicle import degeneracy
+from bench.demands import build_demands
 from bench.demands.near_degenerate import edge_demands, made_by_few, numbered
 
 VEHICLES, DEMANDS = 100, 60
@@ -261,6 +262,24 @@ def test_c_of_redistribute_says_solved_of_nothing_that_its_own_sums_round_to_the
     error = (np.abs(F @ vehicle.TP.T - taus) / vehicle.wrench_scale).max(axis=1)
     assert np.count_nonzero(status == Status.SOLVED) > 300
     assert error[status == Status.SOLVED].max() <= 1e-9
+
+
+@pytest.mark.parametrize("scalar", ["double", "float"])
+def test_c_delivers_a_level_s_share_where_thrusters_are_stuck(scalar: Scalar) -> None:
+    """Margins that a level used up were negative by rounding, and a later one passed them."""
+    vehicle = load_vehicle("tiburon")
+    demands = build_demands("jolts", vehicle, 0, 200)
+    sides = [np.broadcast_to(side, (len(demands.taus), vehicle.n)) for side in demands.limits]
+    allocate = build("priority", vehicle)
+    answers = [allocate(tau, low, high) for tau, low, high in zip(demands.taus, *sides, strict=True)]
+    kind = np.float32 if scalar == "float" else np.float64
+    program = recipe("priority").make(vehicle, "call", scalar)
+    got = evaluate(program, *(np.asarray(each, kind) for each in (demands.taus, *sides)))
+    firsts = [
+        (answer.share[0], share[0]) for answer, share in zip(answers, got.share, strict=True) if answer.found
+    ]
+    assert len(firsts) > 100
+    np.testing.assert_allclose(*zip(*firsts, strict=True), rtol=0, atol=1e-3)
 
 
 def spoiled_piece(*given: Any) -> Piece:
