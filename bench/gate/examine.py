@@ -40,6 +40,9 @@ MOVING = {"jolts": 3000}
 FAILED = {"inactive": 20, "active": 40, "infeasible": 20}
 """The same, with each thruster off in turn: what a failure breaks, it breaks in many demands."""
 
+REPEATED = 50
+"""One demand of so many comes twice in a row, as an autopilot's do: what a call remembers must not matter."""
+
 NEARLY, HARD, HARD_DEMANDS = "nearly symmetric", 13, 200
 """Name of the vehicle whose edges every method is asked too, its number, and how many demands. It has eight
 thrusters, each the mirror image of its neighbours but for the last digits of T. A method that stepped onto
@@ -182,6 +185,8 @@ def demand_sets(vehicle: Vehicle) -> list[DemandSet]:
     """
     edges = edge_demands(vehicle, np.random.default_rng(SEED), EDGES)
     mixed = np.random.default_rng(SEED).permutation(np.vstack([_of_kinds(vehicle, LOOKED_AT), edges]))
+    again = np.arange(1, len(mixed), REPEATED)
+    mixed[again] = mixed[again - 1]
     moving = [build_demands(name, vehicle, SEED, n) for name, n in MOVING.items()]
     states = {i: vehicle.with_fault(i) for i in vehicle.working.tolist() if len(vehicle.working) > 1}
     failed = [labelled(f"thruster {i} off", state, _of_kinds(state, FAILED)) for i, state in states.items()]

@@ -14,6 +14,8 @@ TRIPWIRE = 1.01
 """Counts of instructions on identical trees differ by far less than 1 %, so 1 % is a change of the code."""
 CONTROL_DRIFT = 0.03
 """A control cell has the same code on both sides: where its time moves by this much, the machine changed."""
+BEYOND_NOISE = 2.0
+"""A cell whose whole interval lies above this is slower, whatever pairs were left out for lack of time."""
 ABOUT_TIME = "no answer got worse; inconclusive about time"
 """Said where times decide nothing: answers, which need no quiet machine, have passed before."""
 
@@ -91,7 +93,9 @@ def verdict(record: GateRecord) -> Verdict:
     wrong = [Regression(cell.name, what) for cell in compared if (what := _wrong_answer(cell))]
     timed = [cell for cell in compared if cell.pairs]
     rows = [row(cell, record.settings) for cell in timed if not cell.is_control]
-    confirmed = {cell.name for cell in timed if len(cell.pairs) >= 2 * record.settings.pairs}
+    drift = max((row(cell, record.settings).ratio.value for cell in timed if cell.is_control), default=1.0)
+    doubled = {r.name for r in rows if r.ratio.lower > BEYOND_NOISE * drift}
+    confirmed = {cell.name for cell in timed if len(cell.pairs) >= 2 * record.settings.pairs} | doubled
     heavier = [Regression(cell.name, what) for cell in compared if (what := _heavier(cell))]
     slower = [Regression(r.name, _slow(r)) for r in rows if r.name in confirmed and is_slower(r)]
     improvements = [r for r in rows if is_faster(r)]
@@ -103,6 +107,8 @@ def verdict(record: GateRecord) -> Verdict:
         return ended(outcome=Outcome.REGRESSION, summary=f"regression: {kind}")
     if heavier:
         return ended(outcome=Outcome.REGRESSION, summary="regression: more instructions per call")
+    if doubled:
+        return ended(outcome=Outcome.REGRESSION, summary="regression: slower")
     if record.cut:  # looked at before the controls, because over a few pairs they move by chance
         return ended(outcome=Outcome.INCONCLUSIVE, summary=f"{ABOUT_TIME}: {record.cut}")
     if moved:

@@ -35,6 +35,11 @@ SABOTAGES: Mapping[str, Callable[[str], str]] = MappingProxyType(
         "writes_into_its_vehicle": lambda text: text.replace(
             "    G =", "    vehicle.f_max.setflags(write=True)\n    vehicle.f_max *= 1.1\n    G ="
         ),
+        "remembers": lambda text: text.replace("    G =", "    last = [None]\n    G =").replace(
+            "        return",
+            "        again, last[0] = last[0] == tau.tolist(), tau.tolist()\n"
+            "        if again:\n            return np.zeros(vehicle.n)\n        return",
+        ),
         "not_imported": lambda text: f"import no_such_module\n{text}",
         "raises": lambda text: text.replace("        return", "        assert tau[0] < 0\n        return"),
     }

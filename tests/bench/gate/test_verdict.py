@@ -145,8 +145,15 @@ def test_grown_instructions_fail_although_a_control_cell_moved() -> None:
     assert result.outcome is Outcome.REGRESSION
 
 
-def test_a_budget_that_ran_out_is_inconclusive() -> None:
-    assert judged(cell(**timed(1.2)), cut="the budget was spent").outcome is Outcome.INCONCLUSIVE
+def test_a_budget_that_ran_out_is_inconclusive_but_for_a_cell_that_takes_twice_as_long() -> None:
+    cut = "the budget was spent"
+    assert judged(cell(**timed(1.2)), cut=cut).outcome is Outcome.INCONCLUSIVE
+    slow = judged(cell(**timed(20.0)), cut=cut)
+    assert slow.outcome is Outcome.REGRESSION
+    assert slow.summary == "regression: slower"
+    assert [found.cell for found in slow.findings] == [slow.rows[0].name]
+    control = GateCell(vehicle="control", method="sum", **timed(20.0))
+    assert judged(cell(**timed(20.0)), control, cut=cut).outcome is Outcome.INCONCLUSIVE
 
 
 def test_a_head_that_crashes_is_a_regression() -> None:
