@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from alloc.allocation import Allocator
 from alloc.errors import NotInstalled, PluginError, UnknownName, unknown
-from alloc.files.modules import modules
+from alloc.files.modules import check_for, modules
 from alloc.formulations import Family, find_formulation
 from alloc.live.plain import ANY_DISTANCE, EXACT, Plain
 from alloc.solvers import Level, Start
@@ -212,10 +212,12 @@ def _built(path: Path, module: ModuleType, vehicle: Vehicle, **options: Any) -> 
 
 
 def _entries(module: ModuleType) -> Iterator[Entry]:
+    check_for(module, "build")
     if hasattr(module, "variants"):
         for name, variant in module.variants().items():
             yield _entry(name, module, variant)
     else:
+        check_for(module, "FORMULATION")
         yield _entry(_hyphened(module.__name__.rpartition(".")[2]), module)
 
 

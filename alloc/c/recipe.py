@@ -7,6 +7,7 @@ from types import ModuleType
 
 from alloc.allocation import Allocator
 from alloc.errors import NotApplicable
+from alloc.files.modules import check_for
 from alloc.kernels.tolerance import check_single
 from alloc.program import Program, Scalar, Where
 from alloc.vehicle import Vehicle
@@ -67,6 +68,7 @@ NOT_FINITE = -2
 
 def recipe_of(name: str, module: ModuleType) -> Recipe:
     """The kernel that a method's module offers by ``program``; see ``alloc.methods``."""
+    check_for(module, "build", "FORMULATION", "MEANINGS")
     return Recipe(
         name=name,
         formulation=module.FORMULATION,

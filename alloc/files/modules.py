@@ -2,7 +2,10 @@
 
 import pkgutil
 from importlib import import_module
+from types import ModuleType
 from typing import Any
+
+from alloc.errors import PluginError
 
 
 def names(package: str) -> list[str]:
@@ -19,3 +22,10 @@ def module(package: str, name: str) -> Any:
 def modules(package: str) -> dict[str, Any]:
     """All modules of a package by name."""
     return {name: module(package, name) for name in names(package)}
+
+
+def check_for(module: ModuleType, *needed: str) -> None:
+    """Raise PluginError where a module lacks a name that is needed: its file is half written."""
+    for name in needed:
+        if not hasattr(module, name):
+            raise PluginError(f"{module.__file__}: has no {name}; add it, or take the file elsewhere")

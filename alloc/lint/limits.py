@@ -13,6 +13,8 @@ SHORTEST_ARM = 2e-3  # m; where no arm is longer, they are probably written in k
 NORMALISED = 1.0
 """Largest limit [N] that looks like a share of full throttle, or like kilonewtons: the weakest thrusters sold
 for underwater vehicles give some 5 N."""
+LOPSIDED = 10.0
+"""Largest thrust one way over the other: a T200 gives four fifths astern, and no propeller gives a tenth."""
 STRONGEST = 1e7  # N; ten times the thrust of a large ship's bow thruster, so probably mN
 
 
@@ -35,6 +37,12 @@ def on_limits(vehicle: Vehicle) -> Iterator[Remark]:
         first = int(uneven[0])
         span = f"{low[first]:g} … {high[first]:g} N"
         yield note("f_max", f"not the same ahead and astern ({span}): mind which way each one points")
+    for i in np.flatnonzero(
+        (low < 0) & (high > 0) & (np.maximum(-low, high) > LOPSIDED * np.minimum(-low, high))
+    ):
+        yield warning(
+            "f_max", f"{vehicle.called(int(i))} has limits of {low[i]:g} … {high[i]:g} N; is one mistyped?"
+        )
     sizes = np.concatenate([np.abs(low), np.abs(high)])
     if len(set(sizes[sizes > 0])) == 1 and _round(sizes.max()):
         yield note("f_max", f"{sizes.max():g} N for every thruster is a round number; measured, or assumed?")

@@ -191,7 +191,7 @@ def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
     methods = folder / "alloc/methods"
     shutil.copy(folder / "damped.py", methods)
     clip = (methods / "clip.py").read_text(encoding="utf-8")
-    (methods / "mine.py").write_text(clip.replace('FORMULATION = "', 'FORMULATION = "not '))
+    (methods / "mine.py").write_text(clip.replace('FORMULATION = "clip"', 'FORMULATION = "mine"'))
     return folder
 
 

@@ -141,6 +141,7 @@ def test_a_sound_file_gets_only_the_notes_on_what_failures_cost(file: Path) -> N
         (GOOD.replace("-11", "[11, -1, -1, -1]"), "warning", 6, "thruster 0 has f_min = f_max = 11 N"),
         (GOOD.replace("-11", "0"), "note", 5, "4 of 4 thrusters push one way only"),
         (GOOD.replace("-11", "-9"), "note", 6, "not the same ahead and astern (-9 … 11 N)"),
+        (GOOD.replace("-11", "-1"), "warning", 6, "thruster 0 has limits of -1 … 11 N; is one mistyped?"),
         (GOOD.replace("11", "40"), "note", 6, "40 N for every thruster is a round number"),
         (GOOD + "weights: [1, 1, 1, -1]\n", "error", 7, "give numbers above 0"),
         (GOOD + "weights: [1, 1, 1, 1e6]\n", "warning", 7, "differ by a factor of 1e+06"),

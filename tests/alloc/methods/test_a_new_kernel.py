@@ -1,5 +1,6 @@
 """A method that offers ``program`` is C by that alone: CONTRIBUTING's row on a kernel, followed."""
 
+import re
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping
@@ -13,6 +14,7 @@ import alloc.methods
 from alloc import build, catalogue, generate, load_vehicle
 from alloc.c.compiled import compiler, missing
 from alloc.discovery import find
+from alloc.errors import PluginError
 from alloc.methods import clip, recipes
 from bench.chips.board.files import write
 from bench.chips.board.project import plan
@@ -77,6 +79,18 @@ def test_a_copy_of_clip_as_the_page_says_is_c_and_its_self_test_finds_a_rule_tha
         text = text.replace(old, new)
     with found("mine", text, tmp_path, monkeypatch) as name:
         assert self_test(generate(load_vehicle("ukwial"), name), tmp_path) == code
+
+
+@pytest.mark.parametrize("needed", ["build", "FORMULATION", "MEANINGS"])
+def test_a_file_of_a_method_that_is_half_written_is_named_with_what_it_lacks(
+    needed: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = re.sub(rf"^(def )?{needed}\b", r"\1another", METHOD, flags=re.MULTILINE)
+    with (
+        found("half", text, tmp_path, monkeypatch),
+        pytest.raises(PluginError, match=rf"half.py: has no {needed}"),
+    ):
+        catalogue()
 
 
 def self_test(files: Mapping[str, str], tmp_path: Path) -> int:
