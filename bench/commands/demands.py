@@ -55,8 +55,10 @@ def _outputs(log: Path, name: str, output: Path | None, **options: Any) -> None:
     from alloc import load_vehicle
     from alloc.errors import DemandError, VehicleError
     from alloc.files.textfile import write_text
+    from bench.demands.doubts import of_rate
     from bench.demands.outputs_summary import as_text, made_by
     from bench.inputs.demand_csv import format_demands
+    from bench.inputs.logs import rate_hz
     from bench.inputs.outputs import read_outputs
 
     given = read_options(**options)
@@ -80,6 +82,8 @@ def _outputs(log: Path, name: str, output: Path | None, **options: Any) -> None:
         columns = {} if outputs.volts is None else {"volts": outputs.volts}
         write_text(output, format_demands(outputs.t, made.taus, vehicle.dof, columns, frame=vehicle.frame))
     click.echo(outputs.said, err=True)
+    for doubt in of_rate(log.stem, rate_hz(outputs.t), nameable=False):
+        click.echo(f"warning: {doubt}", err=True)
     if outputs.taus is not None and outputs.shares and not given.scale:
         click.echo(
             "warning: the log has demands in shares; 1 is taken for all that the vehicle can do on an axis;"

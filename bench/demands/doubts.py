@@ -20,7 +20,7 @@ def doubts(log: str, vehicle: str, alpha: FloatArray, rate_hz: float | None) -> 
     alpha : (N,) alpha* of each demand [-]
     rate_hz : sampling rate, None where the demands are no sequence in time
     """
-    return [*_of_size(log, vehicle, alpha), *_of_rate(log, rate_hz)]
+    return [*_of_size(log, vehicle, alpha), *of_rate(log, rate_hz)]
 
 
 def _of_size(log: str, vehicle: str, alpha: FloatArray) -> list[str]:
@@ -40,13 +40,15 @@ def _of_size(log: str, vehicle: str, alpha: FloatArray) -> list[str]:
     return []
 
 
-def _of_rate(log: str, rate: float | None) -> list[str]:
+def of_rate(log: str, rate: float | None, *, nameable: bool = True) -> list[str]:
+    """A line where a rate [Hz] can't be a control loop's; ``nameable``: --columns may name its times."""
     if rate is None or SLOWEST_HZ <= rate <= FASTEST_HZ:
         return []
     for unit, factor in (("ms", 1e3), ("us", 1e6), ("ns", 1e9)):
         if 1.0 <= rate * factor <= FASTEST_HZ:
+            other = f", or --columns 't=NAME [{unit}]'" if nameable else ""
             return [
                 f"{log}: {rate:.3g} Hz; were its times in {unit}, {rate * factor:.4g} Hz:"
-                f" name the column 't [{unit}]', or --columns 't=NAME [{unit}]'"
+                f" name the column 't [{unit}]'{other}"
             ]
     return [f"{log}: {rate:.3g} Hz is no rate of a control loop; check the unit of its times"]

@@ -19,7 +19,8 @@ class Undone(NamedTuple):
     ----------
     axes : (m,) of which the log has demands
     mean, most : (m,) |demanded - made| on average and at most [N, N m]
-    attainable : share of the demands that thrusters within limits meet; NaN where axes are missing
+    attainable : share of the demands that thrusters meet within limits, at each row's voltage where it has
+        one; NaN where axes are missing
     lost : (m,) mean of |demanded - made| over those that could have been met [N, N m]
     """
 
@@ -70,7 +71,7 @@ def made_by(outputs: Outputs, vehicle: Vehicle, scale: tuple[float, ...] = ()) -
         factors = np.ones(vehicle.k)
         if outputs.shares:
             factors = np.broadcast_to(scale, (vehicle.k,)) if scale else full_authority(vehicle)
-        undone = _undone(vehicle, outputs.taus * factors, taus)
+        undone = _undone(vehicle, outputs.taus * factors, taus, _limits(vehicle, volts))
     return Delivered(f, taus, at_end.mean(axis=0), dead.mean(axis=0), outside, undone)
 
 
@@ -81,16 +82,34 @@ def full_authority(vehicle: Vehicle) -> FloatArray:
     return smaller
 
 
-def _undone(vehicle: Vehicle, asked: FloatArray, made: FloatArray) -> Undone | None:
-    known = np.array([np.isfinite(column).all() for column in asked.T])
+def _limits(vehicle: Vehicle, volts: FloatArray | None) -> tuple[FloatArray | None, FloatArray | None]:
+    """The vehicle's limits at each voltage (N, n) [N], as those of the curve's nearest end beyond it."""
+    if volts is None or vehicle.by_volts is None:
+        return None, None
+    low, high = vehicle.by_volts.between(volts)
+    return np.fmax(low, vehicle.f_min), np.fmin(high, vehicle.f_max)  # of NaN volts the vehicle's own
+
+
+def _undone(
+    vehicle: Vehicle,
+    asked: FloatArray,
+    made: FloatArray,
+    limits: tuple[FloatArray | None, FloatArray | None],
+) -> Undone | None:
+    known = np.array([np.isfinite(column).any() for column in asked.T])
     if not known.any():
         return None
-    missed = np.abs(asked - made)[:, known]
+    rows = np.isfinite(asked[:, known]).all(axis=1)
+    if not rows.any():
+        return None
+    asked = asked[rows]
+    low, high = (None if side is None else side[rows] for side in limits)
+    missed = np.abs(asked - made[rows])[:, known]
     axes = tuple(axis for axis, there in zip(vehicle.dof, known.tolist(), strict=True) if there)
     attainable: BoolArray = np.ones(len(asked), dtype=bool)
     share = np.nan
     if known.all():
-        attainable = alpha_max(vehicle, asked) >= 1.0
+        attainable = alpha_max(vehicle, asked, low, high) >= 1.0
         share = float(attainable.mean())
     lost = missed[attainable].mean(axis=0) if attainable.any() else np.zeros(len(axes))
     return Undone(axes, missed.mean(axis=0), missed.max(axis=0), share, lost)

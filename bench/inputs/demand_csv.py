@@ -91,19 +91,19 @@ def read_demands(
         raise DemandError(f"{path}: holds no demands; give one row a demand below the header")
     values = np.array(numbers)
     taus = values[:, : len(dof)] * [found[axis].factor for axis in dof]
-    times, unit = (None, "") if TIME not in found else _seconds(values[:, len(dof)], found[TIME])
+    times, unit = (None, "") if TIME not in found else seconds(values[:, len(dof)], found[TIME])
     if times is not None and (back := np.flatnonzero(np.diff(times) < 0)).size:
         raise DemandError(
             f"{path}: line {lines[back[0] + 1]}: t goes back from {times[back[0]]:g} to"
             f" {times[back[0] + 1]:g} s; put rows in time order"
         )
-    said = _said(path, table, found, unit, blank, set(limits.values()))
+    said = understood(path, table, found, unit, blank, set(limits.values()))
     by_name = {name: values[:, len(found) + i] for i, name in enumerate(limits)}
     named = tuple(found[axis].name for axis in dof)
     return Demanded(times, taus, said, by_name, table.frame, named)
 
 
-def _seconds(values: FloatArray, column: Column) -> tuple[FloatArray, str]:
+def seconds(values: FloatArray, column: Column) -> tuple[FloatArray, str]:
     """Times [s], and the unit that their size tells where nothing else does: a date in ms is above 1e11."""
     if column.factor is not None:
         return values * column.factor, ""
@@ -113,7 +113,7 @@ def _seconds(values: FloatArray, column: Column) -> tuple[FloatArray, str]:
     return values, "s"
 
 
-def _said(
+def understood(
     path: Path, table: Cells, found: Mapping[str, Column], unit: str, blank: int, limits: set[int]
 ) -> str:
     """How a table was understood, in a line; empty where nothing had to be."""

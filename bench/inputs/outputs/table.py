@@ -1,6 +1,6 @@
 """CSV with a column of commands for each thruster, as ``thrustbench allocate --esc`` writes them."""
 
-import itertools
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +8,12 @@ import numpy as np
 from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
-from bench.inputs.delimited import read_table
+from alloc.vehicle.frame import AXES
+from bench.inputs.columns import TIME, Column, assign
+from bench.inputs.delimited import Cells, read_table
+from bench.inputs.demand_csv import seconds, understood
+from bench.inputs.frames import met
+from bench.inputs.log_limits import VOLTS, limit_columns
 from bench.inputs.outputs import Outputs
 
 SUFFIXES = (".csv", "")
@@ -17,30 +22,73 @@ LARGEST = 1e20
 
 
 def read(path: Path, vehicle: Vehicle) -> Outputs:
-    """Columns ``u0``, ``u1``, … and, where there are such, ``t`` [s], ``volts`` and the names of the DOF."""
+    """Columns ``u0``, ``u1``, … and, where there are such, times, ``volts`` and demands, named as in any log.
+
+    A row whose cells of demands are all empty has commands and no demand.
+    """
     table = read_table(path)
+    place = f"{path}: line {table.line}"
     names = [f"u{i}" for i in range(vehicle.n)]
     missing = [name for name in names if table.header.count(name) != 1]
     if missing:
         raise DemandError(
-            f"{path}: line {table.line}: no one column {missing[0]!r}; give u0 … u{vehicle.n - 1}, the"
-            " command of each thruster"
+            f"{place}: no one column {missing[0]!r}; give u0 … u{vehicle.n - 1}, the command of each thruster"
         )
-    further = [name for name in ("t", "volts") if name in table.header]
-    axes = list(vehicle.dof) if set(vehicle.dof) <= set(table.header) else []
-    wanted = [*names, *further, *axes]
-    places = [table.header.index(name) for name in wanted]
+    found = _columns(place, table, vehicle.dof)
+    asked = [axis for axis in vehicle.dof if axis in found]
+    places = {name: table.header.index(name) for name in names}
+    places |= {name: at for name, at in limit_columns(place, table.header).items() if name == VOLTS}
+    taken = set(places.values())
+    places |= {quantity: column.place for quantity, column in found.items()}
     rows = []
     for line, cells in table.rows:
         if len(cells) < len(table.header):
             raise table.refused(line, f"has {len(cells)} cells of {len(table.header)}; mend that row")
+        unasked = set(asked) if not any(cells[places[axis]].strip() for axis in asked) else set()
         rows.append(
-            [table.number(line, name, cells[at], LARGEST) for name, at in zip(wanted, places, strict=True)]
+            [
+                np.nan if name in unasked else table.number(line, name, cells[at], LARGEST)
+                for name, at in places.items()
+            ]
         )
-    values = np.array(rows).reshape(len(rows), len(wanted))
-    column: dict[str, FloatArray] = dict(zip(wanted, values.T, strict=True))
-    if "t" in column and any(later < earlier for earlier, later in itertools.pairwise(column["t"])):
-        raise DemandError(f"{path}: times in 't' go back; sort the rows")
-    taus = np.column_stack([column[axis] for axis in axes]) if axes else None
-    said = f"{path.name}: {names[0]} … {names[-1]} are the commands"
-    return Outputs(column.get("t"), values[:, : vehicle.n], column.get("volts"), taus, said=said)
+    values = dict(zip(places, np.array(rows).reshape(len(rows), len(places)).T, strict=True))
+    t, unit = seconds(values[TIME], found[TIME]) if TIME in found and rows else (None, "")
+    if t is not None and (np.diff(t) < 0).any():
+        raise DemandError(f"{path}: times in {found[TIME].name[:40]!r} go back; sort the rows")
+    said = understood(path, table, found, unit, 0, taken) or path.name
+    said += f"{';' if ': ' in said else ':'} {names[0]} … {names[-1]} are the commands"
+    taus = None
+    if asked:
+        taus, turning = _demands(path, table, vehicle, found, values)
+        said += f"; {turning}"
+    return Outputs(t, np.column_stack([values[name] for name in names]), values.get(VOLTS), taus, said=said)
+
+
+def _columns(place: str, table: Cells, dof: tuple[str, ...]) -> dict[str, Column]:
+    """The columns of the time and of the DOF that the log has demands of; it may have none."""
+    found = assign(place, table.header, table.units, (), {})
+    for axis in dof:
+        try:
+            found |= assign(place, table.header, table.units, (axis,), {})
+        except DemandError:
+            continue
+    return found
+
+
+def _demands(
+    path: Path,
+    table: Cells,
+    vehicle: Vehicle,
+    found: Mapping[str, Column],
+    values: Mapping[str, FloatArray],
+) -> tuple[FloatArray, str]:
+    """Demands (N, k) in the vehicle's frame, NaN where there are none, and whether they were turned."""
+    N = len(values["u0"])
+    factors = {axis: column.factor or 1.0 for axis, column in found.items()}
+    taus = np.column_stack(
+        [values[axis] * factors[axis] if axis in found else np.full(N, np.nan) for axis in vehicle.dof]
+    )
+    given, why = (table.frame, "its comment") if table.frame else (vehicle.frame, "the file names none")
+    if given not in AXES:
+        raise DemandError(f"{path}: its comment says frame {given}; name one there, frd or flu")
+    return met(taus, vehicle.dof, given, why, vehicle.frame)

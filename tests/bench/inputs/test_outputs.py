@@ -74,6 +74,51 @@ def test_a_mixer_that_did_its_work_left_the_rounding_undone_and_one_that_halves_
     assert half.mean == pytest.approx(asked / 2, rel=0.1)
 
 
+def test_demands_and_times_beside_commands_are_found_as_in_a_log_of_demands(tmp_path: Path) -> None:
+    """The same dive with a logger's names, times in ms, in flu, and a row that has outputs alone."""
+    words = dict(
+        zip(VEHICLE.dof, ("Fx [kN]", "Fy [kN]", "Fz [kN]", "Mx [kNm]", "My [kNm]", "Mz [kNm]"), strict=True)
+    )
+    signs = [1, -1, -1, 1, -1, -1]
+    head = ["time_ms", "mode", *words.values(), "volts", *(f"u{i}" for i in range(8))]
+    table = np.column_stack([1000 * T, np.zeros(50), TAUS * signs / 1000, VOLTS, SENT.u])
+    rows = [[repr(cell) for cell in row] for row in table.tolist()]
+    rows[7][2:8] = [""] * 6
+    file = tmp_path / "logger.csv"
+    file.write_text("# frame: flu\n" + "\n".join(",".join(row) for row in [head, *rows]))
+    outputs = read_outputs(file, VEHICLE)
+    assert outputs.t == pytest.approx(T)
+    assert outputs.taus is not None
+    assert np.delete(outputs.taus, 7, axis=0) == pytest.approx(np.delete(TAUS, 7, axis=0))
+    assert np.isnan(outputs.taus[7]).all()
+    assert "surge from 'Fx [kN]'" in outputs.said
+    assert "left out: mode" in outputs.said
+    assert "turned into the vehicle's" in outputs.said
+    undone = made_by(outputs, VEHICLE).undone
+    assert undone is not None
+    assert (undone.most < 0.02 * full_authority(VEHICLE)).all()
+
+
+def test_what_could_be_met_is_asked_of_the_battery_of_the_moment(tmp_path: Path) -> None:
+    """The same push ahead at two voltages: a curve of less than half of what the push needs can't make it."""
+    full = VEHICLE.T @ np.sign(VEHICLE.T[0]) * VEHICLE.f_max.min() * 0.5
+    header = ["volts", *VEHICLE.dof, *(f"u{i}" for i in range(8))]
+    file = tmp_path / "low.csv"
+    lines = [",".join(map(repr, [volts, *full.tolist(), *[1500.0] * 8])) for volts in (16.0, 10.0)]
+    file.write_text("\n".join([",".join(header), *lines]))
+    undone = made_by(read_outputs(file, VEHICLE), VEHICLE).undone
+    assert undone is not None
+    assert undone.attainable == 0.5
+
+
+def test_times_in_ms_under_a_name_that_says_seconds_are_doubted(tmp_path: Path) -> None:
+    file = tmp_path / "ms.csv"
+    file.write_text("t,u0,u1,u2,u3,u4,u5,u6,u7\n" + "".join(f"{20 * i}{',1600' * 8}\n" for i in range(3)))
+    command = ["demands", str(file), "--vehicle", VEHICLE.name, "--from-outputs"]
+    result = CliRunner().invoke(cli, command, standalone_mode=False)
+    assert "warning: ms: 0.05 Hz; were its times in ms, 50 Hz: name the column 't [ms]'\n" in result.stderr
+
+
 def test_ends_and_dead_bands_are_counted(tmp_path: Path) -> None:
     file = tmp_path / "u.csv"
     file.write_text(
