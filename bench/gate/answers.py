@@ -20,6 +20,7 @@ from bench.gate.worker import farthest, packed, unpacked
 from bench.judging.faults import faults, measured
 from bench.judging.judge import judge
 from bench.judging.question import Question, checked_promises
+from bench.results.text import counted
 
 SECONDS = 2.0
 """Longest time that one cell takes to answer one kind of demands [s]; a slow method is asked fewer."""
@@ -44,6 +45,7 @@ class SideAnswers(NamedTuple):
     answers : one for each of the first demands of the question
     at_odds : how ``many`` answers differ from those of single calls, empty where they don't
     refused : whether the cell is lacking because the method does not cover the vehicle
+    many : whether it has ``many``
     """
 
     lacks: str
@@ -51,6 +53,7 @@ class SideAnswers(NamedTuple):
     answers: Sequence[Allocation]
     at_odds: str = ""
     refused: bool = False
+    many: bool = True
 
 
 def answered(side: Prober, cell: GateCell, question: Question) -> SideAnswers:
@@ -83,7 +86,7 @@ def answered(side: Prober, cell: GateCell, question: Question) -> SideAnswers:
         at_odds = f"many() gives demand {raw['other']} another status than a call of its own"
     elif own and raw["apart"] > _apart(promises, vehicle):
         at_odds = f"many() gives thrusts {raw['apart']:.3g} N from those of single calls"
-    return SideAnswers("", promises, answers, at_odds)
+    return SideAnswers("", promises, answers, at_odds, many=raw["many"])
 
 
 def calls(demands: DemandSet | Case) -> dict[str, Any]:
@@ -142,6 +145,8 @@ def differ(question: Question, base: SideAnswers, head: SideAnswers) -> str:
     before, now = base.promises["tolerance"], head.promises["tolerance"]
     if now > before:
         return f"tolerance {before:g} → {now:g}: less is promised"
+    if base.many and not head.many:
+        return "many() is gone"
     mended = wrong_ones(question, base) & ~wrong_ones(question, head)
     alike = ~mended
     for i, (a, b) in enumerate(zip(base.answers, head.answers, strict=True)):
@@ -149,6 +154,8 @@ def differ(question: Question, base: SideAnswers, head: SideAnswers) -> str:
             if not on_edge[i] and not mended[i]:
                 return f"status {_name(a.status)} → {_name(b.status)} for demand {i}"
             alike[i] = False
+        elif len(b.share) < len(a.share):
+            return f"{counted(len(a.share), 'share')} → {len(b.share) or 'none'} for demand {i}"
     apart = farthest(*(np.array([answer.f for answer in side.answers])[alike] for side in (base, head)))
     allowed = _apart(base.promises, vehicle)
     return f"thrusts differ by up to {apart:.3g} N, {allowed:.3g} N allowed" if apart > allowed else ""

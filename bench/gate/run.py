@@ -56,8 +56,8 @@ def gate(
         unpack(head, head_tree, plugins)
         files = trees.of_each_side(((base, base_tree), (head, head_tree)), plugins)
         both = (
-            SourceTree(base_tree, plugins=files[0], vehicles=vehicles),
-            SourceTree(head_tree, plugins=files[1], vehicles=vehicles),
+            SourceTree(base_tree, plugins=files[0], vehicles=vehicles, source=base.path),
+            SourceTree(head_tree, plugins=files[1], vehicles=vehicles, source=head.path),
         )
         record.commits = trees.commits(base, head)
         given = set(vehicles.values())  # these are taken as they lie there
@@ -66,7 +66,7 @@ def gate(
         ]
         if left_out:
             record.notes.append(f"not committed, so not looked at: {', '.join(left_out)}")
-        record.unchanged = "" if always else trees.unchanged(*both, everything=users)
+        record.unchanged = "" if always else trees.unchanged(*both)
         if not record.unchanged:
             if not users and trees.requirements(base_tree) != trees.requirements(head_tree):
                 tell("environments: the requirements differ, so each side gets its own")

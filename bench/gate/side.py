@@ -59,12 +59,14 @@ class SourceTree(NamedTuple):
     python : the interpreter that runs it
     plugins : files with users' own methods, as this side has them
     vehicles : files of users' own vehicles, by what their cells are called; the same on both sides
+    source : the user's folder that the tree is a copy of; None where it is none
     """
 
     path: Path
     python: str = sys.executable
     plugins: tuple[Path, ...] = ()
     vehicles: Mapping[str, str] = MappingProxyType({})
+    source: Path | None = None
 
 
 class Side:
@@ -106,7 +108,9 @@ class Side:
             if started is not None:
                 started.append(self)
             try:
-                self.ask("load", tree=str(tree.path), plugins=plugins, vehicles=dict(tree.vehicles))
+                source = "" if tree.source is None else str(tree.source.resolve())
+                vehicles = dict(tree.vehicles)
+                self.ask("load", tree=str(tree.path), plugins=plugins, vehicles=vehicles, source=source)
             except (Refused, Died):
                 self.close()
                 raise

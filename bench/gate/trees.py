@@ -2,9 +2,11 @@
 
 import hashlib
 import os
+import re
 import shutil
 import subprocess
 import sys
+import tempfile
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -17,6 +19,8 @@ from bench.gate.side import SourceTree
 
 COMPILED = shutil.ignore_patterns("__pycache__", "*.pyc")
 """What is not copied of a package."""
+SUBMODULE = re.compile(r"160000 commit (?P<commit>[0-9a-f]+)\t(?P<path>.+)")
+"""A line of git ls-tree that names another repository's commit."""
 BASE, HEAD = "base", "head"
 """The folders' names: equally long, because a path's length shifts a process's memory layout."""
 
@@ -61,13 +65,10 @@ def is_own(source: Source) -> bool:
 
 def own(source: Source, into: Path, files: Sequence[Path]) -> None:
     """Put a user's files and the installed ``alloc`` into the new folder ``into``; raises BadTree."""
-    into.mkdir(parents=True)
     if source.commit:
         _extract(source, into)
-    for file in files if not source.commit else ():
-        if (within := _inside(source, file)) and (source.path / within).is_file():
-            (into / within).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy(source.path / within, into / within)
+    else:
+        _copy(source, into, files)
     if (into / "alloc").exists():
         raise BadTree(f"{source.label}: has an 'alloc' that is none of this project's; rename it")
     shutil.copytree(Path(alloc.__file__).parent, into / "alloc", ignore=COMPILED)
@@ -107,24 +108,57 @@ def _inside(source: Source, file: Path) -> str:
 
 
 def _extract(source: Source, into: Path) -> None:
+    """Put a commit's files, those of its submodules too, into the new folder ``into``."""
+    into.mkdir(parents=True, exist_ok=True)
     # `git archive` would leave out what .gitattributes marks export-ignore, and a change of it would pass.
     tree = f"{source.commit}:{_git(source.path, 'rev-parse', '--show-prefix')}"
-    own_index = {"GIT_INDEX_FILE": str(into.resolve().with_suffix(".index"))}
-    _git(source.path, "read-tree", "--no-sparse-checkout", tree, environment=own_index)
-    _git(source.path, f"--work-tree={into.resolve()}", "checkout-index", "--all", environment=own_index)
+    with tempfile.TemporaryDirectory() as folder:
+        own_index = {"GIT_INDEX_FILE": f"{folder}/index"}
+        _git(source.path, "read-tree", "--no-sparse-checkout", tree, environment=own_index)
+        _git(source.path, f"--work-tree={into.resolve()}", "checkout-index", "--all", environment=own_index)
+    for entry in _git(source.path, "ls-tree", "-r", "-z", tree).split("\0"):
+        if found := SUBMODULE.fullmatch(entry):
+            inner = source.path / found["path"]
+            if not (inner / ".git").exists():
+                raise BadTree(f"{inner}: a submodule that is not here; run git submodule update --init")
+            _extract(Source(source.label, inner, found["commit"]), into / found["path"])
+
+
+def _copy(source: Source, into: Path, files: Sequence[Path]) -> None:
+    """Put a folder that holds one of ``files`` into the new folder ``into``: a plug-in may read any there."""
+    into.mkdir(parents=True)
+    if not any((within := _inside(source, file)) and (source.path / within).is_file() for file in files):
+        return
+    try:
+        shutil.copytree(
+            source.path, into, ignore=_not_read, ignore_dangling_symlinks=True, dirs_exist_ok=True
+        )
+    except (OSError, shutil.Error) as error:
+        raise BadTree(
+            f"{source.label}: can't be copied ({str(error)[:200]}); give a folder that can"
+        ) from None
+
+
+def _not_read(folder: str, names: list[str]) -> set[str]:
+    """What no plug-in imports of a folder: hidden folders, environments, what is compiled."""
+    return {
+        name
+        for name in names
+        if name == "__pycache__"
+        or (name.startswith(".") and Path(folder, name).is_dir())
+        or Path(folder, name, "pyvenv.cfg").exists()
+    }
 
 
 def unpack(source: Source, into: Path, files: Sequence[Path] = ()) -> None:
     """Put ``alloc``, what it requires and users' ``files`` into the new folder ``into``; raises BadTree."""
-    into.mkdir(parents=True)
     if source.commit:
         _extract(source, into)
     elif (source.path / "alloc").is_dir():
-        shutil.copytree(source.path / "alloc", into / "alloc", ignore=COMPILED)
-        within = [name for file in files if (name := _inside(source, file))]
-        for name in ("pyproject.toml", "constraints.txt", *within):
+        _copy(source, into, files)
+        shutil.copytree(source.path / "alloc", into / "alloc", ignore=COMPILED, dirs_exist_ok=True)
+        for name in ("pyproject.toml", "constraints.txt"):
             if (source.path / name).is_file():
-                (into / name).parent.mkdir(parents=True, exist_ok=True)
                 shutil.copy(source.path / name, into / name)
     if not (into / "alloc" / "__init__.py").is_file():
         raise BadTree(f"{source.label}: holds no package 'alloc'; give the root of a tree that has it")
@@ -148,17 +182,22 @@ def uncommitted(head: Source) -> list[str]:
         return []
 
 
-def influences(tree: Path, files: Sequence[Path] = (), everything: bool = False) -> dict[str, str]:
+def influences(tree: Path, files: Sequence[Path] = ()) -> dict[str, str]:
     """Everything in a tree that can influence measured code: digests by file, and the requirements.
 
-    That is ``alloc`` and users' ``files`` there, or every file but documents where a plug-in may import any.
+    That is ``alloc``, or every file but documents where one of users' ``files`` lies there, for it may
+    import any.
     """
-    mine = [file for file in files if file.is_relative_to(tree)]
+    everything = _holds(tree, files)
     return {
         path.relative_to(tree).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
-        for path in sorted({*(tree if everything else tree / "alloc").rglob("*"), *mine})
+        for path in sorted((tree if everything else tree / "alloc").rglob("*"))
         if path.is_file() and "__pycache__" not in path.parts and path.suffix != ".md"
     } | ({} if everything else {"requirements": "\n".join(requirements(tree))})
+
+
+def _holds(tree: Path, files: Sequence[Path]) -> bool:
+    return any(file.is_relative_to(tree) for file in files)
 
 
 def requirements(tree: Path) -> list[str]:
@@ -175,11 +214,12 @@ def requirements(tree: Path) -> list[str]:
     return required
 
 
-def unchanged(base: SourceTree, head: SourceTree, everything: bool = False) -> str:
-    """Why nothing needs to be measured; empty where something does. ``everything`` as in ``influences``."""
-    of_base, of_head = (influences(side.path, side.plugins, everything) for side in (base, head))
+def unchanged(base: SourceTree, head: SourceTree) -> str:
+    """Why nothing needs to be measured; empty where something does."""
+    of_base, of_head = (influences(side.path, side.plugins) for side in (base, head))
     if of_base != of_head:
         return ""
+    everything = _holds(base.path, base.plugins)
     same = "all files but documents" if everything else "alloc/ and the requirements"
     return f"{same} are the same on both sides: nothing that differs can be measured"
 

@@ -61,6 +61,8 @@ class Orders:
     plugins, vehicles : what was loaded, by name
     broken : why a plug-in was not loaded, by its method's name
     files : of vehicles that are not the tree's, by name
+    tree, source : the tree's folder, and the user's that it is a copy of, else empty
+    modules : names of those that were looked at
     allocators : by cell
     demands : by vehicle, the demands that its cells are timed with
     """
@@ -72,16 +74,18 @@ class Orders:
         self.plugins: dict[str, Any] = {}
         self.broken: dict[str, str] = {}
         self.files: dict[str, str] = {}
+        self.tree = self.source = ""
+        self.modules = set(sys.modules)
         self.vehicles: dict[str, Any] = {}
         self.allocators: dict[str, Any] = {}
         self.demands: dict[str, list[Any]] = {}
 
-    def load(self, tree: str, plugins: list[str], vehicles: dict[str, str]) -> None:
-        """Import ``alloc`` from ``tree`` and nowhere else.
+    def load(self, tree: str, plugins: list[str], vehicles: dict[str, str], source: str = "") -> None:
+        """Import ``alloc`` from ``tree``, a copy of the folder ``source``, and nowhere else.
 
         ``plugins`` are files with users' methods, ``vehicles`` files of users' vehicles by the cells' names.
         """
-        self.files = vehicles
+        self.files, self.tree, self.source = vehicles, tree, source
         sys.path.insert(0, tree)
         self.alloc = importlib.import_module("alloc")
         if not Path(self.alloc.__file__).is_relative_to(tree):
@@ -92,10 +96,28 @@ class Orders:
         for file in map(Path, plugins):
             try:
                 entry = self.discovery.load_plugin(file)
+                self.look()
             except Exception as error:  # the other plug-ins have answers
                 self.broken[file.stem.replace("_", "-")] = str(error).replace(f"{tree}{os.sep}", "")
             else:
                 self.plugins[entry.name] = entry
+
+    def look(self) -> None:
+        """Raise ImportError where a module of the tree came from the folder that the tree is a copy of.
+
+        An installation that leads there (``pip install -e``) would give both sides the same code.
+        """
+        new, self.modules = sys.modules.keys() - self.modules, set(sys.modules)
+        for name in sorted(new) if self.source else ():
+            file = Path(os.path.realpath(getattr(sys.modules[name], "__file__", None) or ""))
+            if file.is_relative_to(self.tree) or not file.is_relative_to(self.source):
+                continue
+            within = file.relative_to(self.source)
+            if Path(self.tree, within).is_file():
+                raise ImportError(
+                    f"'{name}' came from {file}, as it lies there, and not from the side's own {within};"
+                    " uninstall it, or let the plug-in put the folder beside it first on sys.path"
+                )
 
     def not_loaded(self) -> dict[str, str]:
         """Why a plug-in was not loaded, by its method's name."""
@@ -141,6 +163,7 @@ class Orders:
             allocate = self.discovery.prepare(self.plugins[method], loaded, start=start)
         else:
             allocate = self.alloc.build(method, loaded, start=start)
+        self.look()
         self.allocators[cell] = allocate
         promises = {name: getattr(allocate, name) for name in ("formulation", "limited", "tolerance")}
         # JSON holds no numbers of numpy's.
@@ -181,7 +204,9 @@ class Orders:
         # A user's plug-in, and an older tree, may say no shares.
         shares = [list(map(float, answer[4])) if len(answer) > 4 else [] for answer in answers]
         reply = {"status": status, "F": packed(F), "shares": shares, "apart": 0.0, "other": None}
-        if many := getattr(allocate, "many", None):  # a user's plug-in may have no such function
+        many = getattr(allocate, "many", None)  # a user's plug-in may have no such function
+        reply["many"] = many is not None
+        if many:
             together, verdicts = many(*(column[: len(answers)] for column in columns))
             other = np.flatnonzero(np.asarray(verdicts) != status)
             reply["other"] = int(other[0]) if other.size else None

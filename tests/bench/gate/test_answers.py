@@ -285,6 +285,17 @@ def test_answers_differ_where_only_one_side_promises_limits(
     assert differ(question, SideAnswers("", PROMISES, right), free) == "limited True → False"
 
 
+def test_a_head_without_the_shares_or_the_many_of_its_base_differs(
+    question: Question, right: list[Allocation]
+) -> None:
+    """Who calls them would find out in the water."""
+    whole = SideAnswers("", PROMISES, [answer._replace(share=(1.0,)) for answer in right])
+    bare = SideAnswers("", PROMISES, right)
+    assert differ(question, whole, bare) == "1 share → none for demand 0"
+    assert differ(question, bare, whole) == ""
+    assert differ(question, bare, bare._replace(many=False)) == "many() is gone"
+
+
 def test_thrusts_that_are_no_real_numbers_are_not_taken_for_their_real_parts() -> None:
     with pytest.raises(TypeError, match="complex"):
         packed(np.ones(3) * (1 + 1j))

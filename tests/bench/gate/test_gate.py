@@ -266,6 +266,23 @@ def test_a_file_that_a_plug_in_opens_is_each_side_s_own(
     assert "| `ukwial:mine:-` | another answer: status SOLVED → PARTIAL" in result.stdout
 
 
+def test_a_module_that_an_installation_takes_from_the_user_s_folder_is_refused(own: Path) -> None:
+    """Both sides would run the file as it lies there, and a wrong sign in it would pass."""
+    (own / "src").mkdir()
+    gains = own / "src" / "gains.py"
+    gains.write_text("SIGN = 1")
+    installed = f"import sys; sys.path.insert(0, {str(own / 'src')!r}); from gains import SIGN\n"
+    text = installed + PLUGIN.replace("G @ tau", "SIGN * G @ tau")
+    (own / "control" / "mine.py").write_text(text)
+    gate_check.commit(own, "base")
+    gains.write_text("SIGN = -1")
+    result = gate_own(own, text)
+    assert isinstance(result.exception, BadTree), result.output
+    assert f"'gains' came from {gains}, as it lies there, and not from the side's own" in str(
+        result.exception
+    )
+
+
 def test_a_plug_in_that_the_head_lost_is_gone(own: Path) -> None:
     (own / "control" / "mine.py").rename(own / "control" / "other.py")
     gate_check.commit(own, "head")
