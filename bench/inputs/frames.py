@@ -5,7 +5,7 @@ import re
 from alloc.allocation import FloatArray
 from alloc.vehicle.frame import AXES, described, turned
 
-_COMMENT = re.compile(r"^\s*#\s*frame:\s*(\w+)", re.MULTILINE)
+_COMMENT = re.compile(r"^\s*(?:#|%|//).*?\bframe\s*[:=]\W*([^\W\d]\w*)", re.MULTILINE | re.IGNORECASE)
 
 
 def frame_comment(frame: str) -> str:
@@ -14,8 +14,8 @@ def frame_comment(frame: str) -> str:
 
 
 def frame_in(text: str) -> str:
-    """What such comments of a text say, ``flu`` or ``enu and flu``; empty where there is none."""
-    return " and ".join(sorted(set(_COMMENT.findall(text))))
+    """What comments as such a line say, ``flu`` or ``enu and flu``; empty where there is none."""
+    return " and ".join(sorted({word.lower() for word in _COMMENT.findall(text)}))
 
 
 def met(taus: FloatArray, dof: tuple[str, ...], given: str, why: str, wanted: str) -> tuple[FloatArray, str]:

@@ -13,7 +13,10 @@ from alloc.vehicle.limits import VoltageTable
 
 VOLTS = "volts"
 _LIMIT = re.compile(r"f(?P<thruster>\d+)_(?P<side>min|max)")
-_WITH_UNIT = re.compile(r"(?P<name>\S.*?)\s*[\[(](?P<unit>[NV])[\])]")
+_WITH_UNIT = re.compile(
+    r"(?P<name>\S.*?)\s*[\[(]\s*(?P<unit>[^\])]*?)\s*[\])]|(?P<before>.+_(?:min|max)|volts)_(?P<suffix>[a-z]+)",
+    re.IGNORECASE,
+)
 
 
 def limit_columns(place: str, header: Sequence[str], thrusters: Sequence[str] = ()) -> dict[str, int]:
@@ -24,13 +27,14 @@ def limit_columns(place: str, header: Sequence[str], thrusters: Sequence[str] = 
     found: dict[str, int] = {}
     places = {f"{name}_{side}": f"f{i}_{side}" for i, name in enumerate(thrusters) for side in ("min", "max")}
     for i, column in enumerate(header):
-        match = _WITH_UNIT.fullmatch(column.strip())
-        name = match["name"] if match else column.strip()
-        name = places.get(name, name)
+        match = None if column.strip() in places else _WITH_UNIT.fullmatch(column.strip())
+        said = (match["name"] or match["before"]) if match else column.strip()
+        name = places.get(said) or said.lower()
         if name != VOLTS and not _LIMIT.fullmatch(name):
             continue
-        if match and match["unit"] != ("V" if name == VOLTS else "N"):
-            raise DemandError(f"{place}: {column!r} is in {match['unit']}; give volts in V, limits in N")
+        unit = (match["unit"] or match["suffix"]) if match else ""
+        if unit and unit != ("V" if name == VOLTS else "N"):
+            raise DemandError(f"{place}: {column!r} is in {unit}; give volts in V, limits in N")
         if name in found:
             raise DemandError(f"{place}: column {name!r} appears twice; keep one")
         found[name] = i

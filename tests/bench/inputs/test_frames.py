@@ -127,6 +127,16 @@ def test_the_frame_of_a_log_stands_in_one_line_also_where_nothing_was_turned(tmp
 
 
 @pytest.mark.parametrize(
+    "comment", ["# Frame: FLU", "% frame = flu", "// body frame: 'flu'", "#frame:flu, z up"]
+)
+def test_a_comment_says_the_frame_much_as_people_write_it(comment: str, tmp_path: Path) -> None:
+    """Of "# Frame: FLU" it was said that the file names none, and sway and yaw had the wrong sign."""
+    file = tmp_path / "log.csv"
+    file.write_text(f"{comment}\n# frame rate: 50 Hz\nsurge,sway,yaw\n1,2,3\n")
+    np.testing.assert_array_equal(read_log(file, PLANAR).taus, [[1, -2, -3]])
+
+
+@pytest.mark.parametrize(
     ("comments", "named"), [("# frame: enu\n", "enu"), ("# frame: frd\n# frame: flu\n", "flu and frd")]
 )
 def test_a_frame_that_is_none_or_two_is_refused_until_the_user_says_one(

@@ -98,6 +98,9 @@ def test_what_is_written_is_read_again(tmp_path: Path) -> None:
         ("volts", "22", r"demand 0 .*22 V lies outside of the vehicle's table, 10 to 20 V"),
         ("f0_max", "many", "f0_max"),
         ("f0_max [V]", "1", "is in V; give volts in V, limits in N"),
+        ("f0_max [kN]", "1", "is in kN; give volts in V, limits in N"),
+        ("f0_max_kN", "1", "is in kN; give volts in V, limits in N"),
+        ("volts (mV)", "1", "is in mV; give volts in V, limits in N"),
         ("f0_max,f0_max", "1,1", "'f0_max' appears twice"),
     ],
 )
@@ -106,6 +109,13 @@ def test_limits_that_can_not_be_are_refused_with_their_place(
 ) -> None:
     path = written(tmp_path, f"{AXES},{column}", f"1,0,0,0,0,0,{value}")
     assert re.search(message, refused(lambda: limits(path), path))
+
+
+@pytest.mark.parametrize("column", ["F0_MAX", "f0_max [ N ]", "f0_max_N", "f0_max(N)"])
+def test_a_limit_is_one_however_its_name_and_unit_are_written(tmp_path: Path, column: str) -> None:
+    """A column that was left out left thrusts beyond it."""
+    _, high = limits(written(tmp_path, f"{AXES},{column}", "1,0,0,0,0,0,7"))
+    assert high[0, 0] == 7
 
 
 def test_volts_for_a_vehicle_without_a_table_are_refused(tmp_path: Path) -> None:
