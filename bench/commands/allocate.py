@@ -3,7 +3,7 @@
 import sys
 import traceback
 from collections.abc import Iterator
-from contextlib import contextmanager, redirect_stdout
+from contextlib import chdir, contextmanager, redirect_stdout
 from copy import deepcopy
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -76,7 +76,8 @@ def command(
         if fault == EACH:
             raise click.UsageError("--fault each: thrusts are of one vehicle; name one thruster")
         (answering,) = with_fault(answering, fault)
-    entry = load_plugin(plugin) if plugin else find(method)
+    with redirect_stdout(sys.stderr), chdir(Path.cwd()):  # a plug-in may print, and go elsewhere for its data
+        entry = load_plugin(plugin) if plugin else find(method)
     if entry.name != method:
         raise UnknownName(
             f"{plugin}: holds method '{entry.name}', not '{method}'; give --method {entry.name}"
@@ -93,7 +94,7 @@ def command(
         asked = deepcopy((answering, taus, lows, highs))  # a plug-in may change what it is given
     header = [answering.called(i) if names else f"f{i}" for i in range(answering.n)]
     # Silent or not, SCS and OSQP print what they can't do.
-    with redirect_stdout(sys.stderr), _faults_of(plugin):
+    with redirect_stdout(sys.stderr), chdir(Path.cwd()), _faults_of(plugin):
         allocator = prepare(entry, answering, start=start, level=level)
         if lows is None or highs is None:
             answers = [allocator(tau) for tau in taus]
