@@ -14,6 +14,8 @@ from bench.results.text import percent, three
 
 USUAL = Loop(rate_hz=100.0, budget=0.1)
 """The loop that reports open with: an autopilot's usual rate, a tenth of its period for allocation."""
+UNLIMITED = "unlimited"
+"""The formulation of methods whose thrusts may lie beyond the limits."""
 NOISY_SHARE = 0.1
 """Share of disturbed rows above which a machine is called noisy."""
 
@@ -71,6 +73,8 @@ def verdict(own: Sequence[Size], loop: Loop) -> str:
 def _worth(first: Size, own: Sequence[Size]) -> str:
     """How good the answers of what is to be taken are, and which demands get none."""
     exactness = "exact" if first.exact else f"not exact ({_why_not_exact(own)})"
+    if first.formulation == UNLIMITED:
+        exactness += ", knows no limits"
     if first.refusal:
         return f"{exactness}, refuses {first.refusal}"
     return f"{exactness}, answers all" if any(size.refused for size in own) else exactness
@@ -121,6 +125,9 @@ def usual(run: Run) -> list[str]:
 
 
 def _why_not_exact(own: Sequence[Size]) -> str:
+    refusing = [size for size in own if size.exact and size.refused and size.fit <= Fit.MAY_FIT]
+    if refusing:
+        return f"{spoken(refusing[0])}, which is, does not answer all"
     late = [size for size in own if size.exact and size.fit == Fit.DOES_NOT_FIT]
     return f"{late[0].label}, which is, takes too long" if late else "no exact method was measured"
 

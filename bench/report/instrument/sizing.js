@@ -115,8 +115,9 @@ function verdict(sizes, vehicle, loop, where) {
     return `${question}: nothing here fits ${percent(loop.limit / loop.period)} of the period; ${why}.`;
   }
   if (first.refused >= 1) return `${question}: nothing to take: ${spoken(first)} refuses ${first.refusal}.`;
-  const late = sizes.find((size) => size.exact && size.fit === DOES_NOT_FIT);
-  const exactness = first.exact ? "exact" : `not exact (${late ? `${late.label}, which is, takes too long` : "no exact method was measured"})`;
+  const late = sizes.find((size) => size.exact && size.fit === DOES_NOT_FIT), picky = sizes.find((size) => size.exact && size.refused && size.fit <= MAY_FIT);
+  const inexact = picky ? `${spoken(picky)}, which is, does not answer all` : late ? `${late.label}, which is, takes too long` : "no exact method was measured";
+  const exactness = (first.exact ? "exact" : `not exact (${inexact})`) + (first.formulation === "unlimited" ? ", knows no limits" : "");
   const exact = first.refusal ? `${exactness}, refuses ${first.refusal}` : sizes.some((size) => size.refused) ? `${exactness}, answers all` : exactness;
   const share = (first.p50 ?? 0) / loop.period;
   let text = `${question}: take ${spoken(first)}; ${exact}; ${share < 1e-4 ? "under 0.01 %" : percent(share)} of the period`;

@@ -24,7 +24,7 @@ from tests.browsers import browser
 
 ODD = """<script>document.title="taken"</script> "50 %" & |"""
 """A vehicle's name that a careless page would run, or cut short."""
-LOOPS = ((100.0, 10.0), (400.0, 5.0), (1000.0, 20.0), (37.0, 0.3), (37.0, 0.1))
+LOOPS = ((100.0, 10.0), (400.0, 5.0), (1000.0, 20.0), (37.0, 0.3), (37.0, 0.1), (1000.0, 0.5))
 SETS = ("active", "inactive", "infeasible")
 METHODS = {
     "closed": ("unlimited", "-", None),

@@ -89,6 +89,18 @@ def test_demands_that_a_user_gave_are_answered_and_what_refuses_some_is_named_wi
     )
 
 
+def test_what_stands_in_for_an_exact_method_that_refuses_is_not_said_to_be_without_rival(
+    tmp_path: Path,
+) -> None:
+    """An exact method was measured and keeps up; and thrusts beyond the limits are no answer like others."""
+    cells = [on_log("nullspace", 1, 0.8, 2), replace(on_log("pinv", 0.5), formulation="unlimited")]
+    assert said(tmp_path, 50, log(), *cells) == (
+        "ukwial at 50 Hz: take pinv; not exact (nullspace, which is, does not answer all), knows no limits,"
+        " answers all; under 0.01 % of the period; nullspace refuses 20.0 % of dive, up to 0.0400 s at a"
+        " stretch."
+    )
+
+
 def test_of_a_log_that_was_asked_in_part_what_it_holds_beyond_reach_counts_whole(tmp_path: Path) -> None:
     """The ten demands that were asked can be met, and 300 of the other 990 can't, 125 of them in a row."""
     cells = [on_log("nullspace", 1), on_log("scaled", 2)]
