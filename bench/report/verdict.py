@@ -96,6 +96,8 @@ def sure(run: Run) -> str:
         if noisy
         else (f"quiet: {len(busy)} of {len(measured)} rows disturbed")
     )
+    if run.by_driver:
+        text = "timed by its driver, which can't see what else ran there"
     if causes:
         text += f" ({', '.join(what for what, _ in causes.most_common())})"
     seen = pauses(run)

@@ -43,6 +43,11 @@ class Run:
         """The facts about the machine: processor, cores, memory, governor, OS, kernel."""
         return self.record.header.machine
 
+    @property
+    def by_driver(self) -> bool:
+        """Whether the C driver of ``thrustbench board`` called the methods, and nothing in Python."""
+        return "port" in self.machine
+
     def samples(self, row: Row) -> RowSamples:
         """The times of a row as they were taken, before any statistics."""
         return samples(row)

@@ -11,9 +11,10 @@ def section(run: Run, drawn: frozenset[str]) -> str:
     """A table for each vehicle: set-up, median on each demand set, tail, and the solver's part of it."""
     answered = {row.formulation for row in run.rows}
     meanings = [f"*{f.name}* {f.meaning}" for f in list_formulations() if f.name in answered]
+    caller = "the board's driver" if run.by_driver else "Python"
     parts = [
         "## What a call costs\n",
-        "Medians of one call from Python on each demand set; p99.9 of single calls on all sets together."
+        f"Medians of one call from {caller} on each demand set; p99.9 of single calls on all sets together."
         " *Binding* is the solver's own Python call inside it, *own clock* what the solver reports of itself;"
         " the rest is posing the problem and checking the answer. A start is *cold* (new solver object each"
         " call), *reused* (same object) or *warm* (last answer as first guess). *Answers* names the question:"

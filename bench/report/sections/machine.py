@@ -16,7 +16,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
         [
             "## The machine, and how quiet it was\n",
             table(("what", "value"), facts),
-            _quiet(run),
+            *([] if run.by_driver else [_quiet(run)]),
             versions + ".\n",
         ]
     )

@@ -29,7 +29,8 @@ def section(run: Run, drawn: frozenset[str]) -> str:
         " vehicles, as Python sees it: what a solver holds outside Python is only in the peak. *Import* is"
         " what a process's first build takes longer than later ones.\n"
     )
-    return f"## Memory\n\n{text}\n{table(headers, lines)}" if lines else ""
+    known = any(number for _, *numbers in lines for number in numbers)
+    return f"## Memory\n\n{text}\n{table(headers, lines)}" if known else ""
 
 
 def _peak_MB(workers: list[Worker]) -> float | None:

@@ -2,12 +2,17 @@
 
 from bench.results.rows import Run
 
-TEXT = """## How it was measured
-
+PYTHON = """\
 - Each method, start and level ran in a process of its own, pinned to one core, with one BLAS thread and
   without garbage collection, {repeats}, in seeded random order.
 - Medians come from batches of about 2 ms, tails from single calls. Setting up is not solving and is timed
   apart. Nothing is subtracted; what the timing loop itself takes is the row `noop`.
+"""
+DRIVER = """\
+- One program in C called one method after the other: each demand once with cold caches, then singly for
+  the tail, and as often in passes for the median. Nothing is subtracted; the row `noop` is what timing takes.
+"""
+TEXT = """\
 - Every answer that was timed was judged from the vehicle's equations. A row with a wrong answer is a failure,
   not a time, and is never called exact.
 - A quantile is printed only where ten calls lie beyond it, with its 95 % interval from order statistics,
@@ -23,4 +28,5 @@ TEXT = """## How it was measured
 def section(run: Run, drawn: frozenset[str]) -> str:
     """The rules of measuring, with this run's number of repeats."""
     repeats = max((len(row.measured.cells) for row in run.rows), default=1)
-    return TEXT.format(repeats="once" if repeats == 1 else f"{repeats} times afresh")
+    ran = PYTHON.format(repeats="once" if repeats == 1 else f"{repeats} times afresh")
+    return "## How it was measured\n\n" + (DRIVER if run.by_driver else ran) + TEXT

@@ -17,7 +17,7 @@ CLIP = "clip"
 INTRODUCTION = """## On board: the price in C, and what is delivered
 
 Over {vehicles}; demands {sets}. Times are medians of a call of the
-generated C from Python. *Delivered* is the share of the demanded wrench that the thrusters push, each clipped
+generated C {caller}. *Delivered* is the share of the demanded wrench that the thrusters push, each clipped
 to its limits: what half of the demands get at least, and what all get. *Turned* is the largest angle between
 the two. *Below clip*: by how much a method delivers less than `clip`, at most, in the median, at 99 % and at
 worst.
@@ -50,7 +50,9 @@ def section(run: Run, drawn: frozenset[str]) -> str:
         lines.append([method, find_formulation(own[0].row.formulation).title, *cells, _below_clip(own)])
     vehicles = counted(len({one.row.vehicle for one in priced}), "vehicle")
     sets = ", ".join(f"{kind}: {_names(priced, kind)}" for kind in kinds)
-    return INTRODUCTION.format(vehicles=vehicles, sets=sets) + "\n" + table([*headers, "below clip"], lines)
+    caller = "from the board's driver" if run.by_driver else "from Python"
+    said = INTRODUCTION.format(vehicles=vehicles, sets=sets, caller=caller)
+    return said + "\n" + table([*headers, "below clip"], lines)
 
 
 def kind_of(run: Run, vehicle: str, demands: str) -> str:

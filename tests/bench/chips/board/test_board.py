@@ -22,6 +22,7 @@ from bench.chips.image import link
 from bench.inputs.board_answers import answered, seen
 from bench.inputs.board_log import LogError, parse, read_board_log
 from bench.record import read
+from bench.report import render
 from bench.report.sections import slowest
 from bench.results.fit import Fit, Loop
 from bench.results.machines import read_machines
@@ -187,6 +188,21 @@ def test_two_boards_in_one_log_become_two_records(log: bytes, tmp_path: Path) ->
     first, other = (read(tmp_path / "runs" / name) for name in ("1-desk", "2-desk"))
     assert {sum(times for _, times in cell.singles) for cell in first.cells} == {20 * 150}
     assert {sum(times for _, times in cell.singles) for cell in other.cells} == {20 * 2}
+
+
+def test_a_board_s_report_says_how_a_board_is_timed_and_nothing_of_python_s_processes(
+    log: bytes, tmp_path: Path
+) -> None:
+    """Nor that the board was quiet, which its driver can't see."""
+    (tmp_path / "LOG").write_bytes(log)
+    keep(tmp_path / "LOG", tmp_path / "run", "desk")
+    render(tmp_path / "run")
+    short, long = ((tmp_path / "run" / f"{name}.md").read_text("utf-8") for name in ("report", "details"))
+    assert "desk was timed by its driver, which can't see what else ran there" in short
+    assert "generated C from the board's driver." in short
+    assert "One program in C called one method after the other" in long
+    for said in ("from Python", "process of its own", "of Python on", "hypervisor", "quiet:", "## Memory"):
+        assert said not in short + long, said
 
 
 def test_single_precision_is_held_to_what_it_can_keep(tmp_path: Path) -> None:
