@@ -49,8 +49,13 @@ def check_single(vehicle: Vehicle) -> None:
     """
     allowed = MET["float"] / 4
     if (lost := SINGLE * condition(vehicle)) > allowed:
+        off = " and ".join(vehicle.called(i) for i, readiness in vehicle.faults if readiness == 0)
+        asked = f"{vehicle.whole} without {off}" if off else vehicle.name
+        cure = (
+            "leave out --float, what answers for failures (--faults none)," if off else "leave out --float,"
+        )
         raise NotApplicable(
-            f"{vehicle.name}: T nearly loses rank, condition {condition(vehicle):.2g}, so single precision "
+            f"{asked}: T nearly loses rank, condition {condition(vehicle):.2g}, so single precision "
             f"misses wrenches by up to {lost:.1g} of what the thrusters can do, more than {allowed:g}; "
-            "leave out --float, or the weakest DOF"
+            f"{cure} or the weakest DOF"
         )

@@ -90,6 +90,22 @@ def test_the_page_warns_of_a_kernel_that_knows_no_limits(tmp_path: Path) -> None
         assert ("may lie beyond these limits" in page) == (method == "pinv")
 
 
+def test_a_failure_that_single_precision_cannot_answer_is_named_with_the_way_to_do_without(
+    tmp_path: Path,
+) -> None:
+    """Without one of two tunnels pitch hangs on mains that lie 2 cm below the centre of mass."""
+    file = tmp_path / "eel.yaml"
+    file.write_text(
+        "name: eel\nsource: sketch\ndof: [surge, heave, pitch]\nf_min: -40\nf_max: 40\n"
+        "names: [port, stbd, bow, aft]\n"
+        "T: [[1, 1, 0, 0], [0, 0, 1, 1], [-0.02, -0.008, -0.69, 0.65]]\n"
+    )
+    asked = ("--vehicle", str(file), "--method", "scaled", "--float", "--out", str(tmp_path))
+    with pytest.raises(AllocError, match=r"eel without bow: T nearly loses rank.*--faults none"):
+        codegen(*asked)
+    assert codegen(*asked, "--faults", "none")
+
+
 def test_a_second_method_in_the_same_folder_replaces_nothing_of_the_first(tmp_path: Path) -> None:
     first = codegen("--vehicle", "ukwial", "--method", "pinv", "--out", str(tmp_path))
     before = [file.read_bytes() for file in first]
