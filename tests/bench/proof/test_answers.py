@@ -10,7 +10,7 @@ from alloc import load_vehicle
 from alloc.c import printed, programs
 from alloc.c.compiled import compiler
 from alloc.methods import recipe
-from alloc.program import Program
+from alloc.program import Program, Where
 from bench.proof import Proof, Subject, answers, subject
 from bench.proof.certify import REFUSES, _band
 from bench.proof.proof import Claim, Rounding
@@ -26,11 +26,12 @@ LOOSE = 1e6
 """Times the slack by which a demand may exceed the limits: what a proof once did not notice."""
 
 
-def changed(kernel: str, change: Callable[[Program], Program]) -> Subject:
+def changed(kernel: str, change: Callable[[Program], Program], limits: Where = "fixed") -> Subject:
     """The C of a kernel whose program is another one for the whole vehicle."""
-    of = subject(UKWIAL, kernel, "double", "fixed")
-    made = programs(UKWIAL, recipe(kernel))
-    return replace(of, files=printed(UKWIAL, recipe(kernel), {**made, -1: change(made[-1])}))
+    of = subject(UKWIAL, kernel, "double", limits)
+    made = programs(UKWIAL, recipe(kernel), of.scalar, of.faults, limits)
+    files = printed(UKWIAL, recipe(kernel), {**made, -1: change(made[-1])}, of.scalar, limits)
+    return replace(of, files=files)
 
 
 def with_node(program: Program, node: int, *operation: object) -> Program:
@@ -56,6 +57,14 @@ def half(program: Program) -> Program:
     less = len(program.nodes)
     nodes = (*program.nodes, ("const", 0.5), ("mul", program.outputs["share", 0], less))
     return replace(program, nodes=nodes, outputs={**program.outputs, ("share", 0): less + 1})
+
+
+def half_where_one_never_stops(program: Program) -> Program:
+    """Half the share where the first thruster must push, which the vehicle's own limits never say."""
+    whole, less = program.outputs["share", 0], half(program)
+    first, low = len(less.nodes), less.nodes.index(("input", "f_min", 0))
+    nodes = (("const", 0.0), ("lt", first, low), ("choose", first + 1, less.outputs["share", 0], whole))
+    return replace(less, nodes=less.nodes + nodes, outputs={**less.outputs, ("share", 0): first + 2})
 
 
 def nothing_of_a_part(program: Program) -> Program:
@@ -119,6 +128,7 @@ def test_c_that_knows_no_faults_is_asked_none() -> None:
         (broken("far too much is called solved"), answers.MADE),
         (changed("nullspace", not_least), answers.EFFORT),
         (changed("scaled", half), answers.SHARES),
+        (changed("scaled", half_where_one_never_stops, "call"), answers.DELIVERED),
         (changed("scaled", nothing_of_a_part), answers.DELIVERED),
         (changed("priority", not_least), answers.DELIVERED),
         (thousandth_less(), answers.TWIN),
@@ -129,6 +139,7 @@ def test_c_that_knows_no_faults_is_asked_none() -> None:
         "a slack a million times as large",
         "more effort than needed",
         "half a share",
+        "half a share within limits that only a call has",
         "shares without thrusts",
         "more effort than a part needs",
         "another number in a table that a loop reads",
