@@ -61,7 +61,7 @@ def _line(band: Band) -> list[str]:
     answers = "right" if kernel.agrees else "not all right"
     answers += f"; not counted: {', '.join(kernel.missed)}" if kernel.missed else ""
     optimum = "yes" if kernel.optimal else "no"
-    names = [kernel.vehicle, kernel.target, kernel.method, kernel.scalar]
+    names = [kernel.vehicle, kernel.target, kernel.method + kernel.form, kernel.scalar]
     at_most = "" if kernel.at_most is None else str(kernel.at_most)
     cycles = "" if kernel.cycles is None else f"{kernel.cycles[0]} to {kernel.cycles[1]}"
     return [*names, str(band.fit), optimum, shares, str(kernel.instructions), at_most, cycles, answers]

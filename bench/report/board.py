@@ -39,9 +39,9 @@ def page(run: Run, loop: Loop, board: str, vehicles: Collection[str] = ()) -> st
         f" those of the board: {facts.basis}. At least with warm caches, at most with cold ones. Without"
         f" waits they are the processor's.\n\n{_table(kernels, facts, loop)}\n"
         "Cycles are of the costliest call that is known. Over least: its instructions over those that no"
-        " exact method can leave out. Flash has the tables for every failed thruster. Delivered: of"
-        " attainable demands, to 1 %. Beyond: what of other demands is delivered along them, in the mean, and"
-        " the largest angle between the two.\n"
+        " exact method can leave out. Flash has the tables for every failed thruster, but with --faults none."
+        " Delivered: of attainable demands, to 1 %. Beyond: what of other demands is delivered along them, in"
+        " the mean, and the largest angle between the two.\n"
     )
 
 
@@ -79,7 +79,7 @@ def _line(kernel: Counted, board: BoardFacts, loop: Loop) -> list[str]:
     limited = find_formulation(kernel.formulation).limited
     return [
         kernel.vehicle,
-        kernel.method.removesuffix("@native") + ("" if limited else ", cut"),
+        kernel.method.removesuffix("@native") + kernel.form + ("" if limited else ", cut"),
         f"{low:,}–{high:,}",
         _without(kernel),
         "–".join(shares),

@@ -34,6 +34,7 @@ class Counted:
     formulation, family, twin : of the method, as the catalogue describes it; a solver's generated C is posed
         as the optimum within limits
     solver : the solver whose own generator wrote the C, empty for this project's
+    form : how it differs from what ``codegen`` writes by itself, as ", --faults none"; else empty
     """
 
     vehicle: str
@@ -51,11 +52,13 @@ class Counted:
     family: str = ""
     twin: str = ""
     solver: str = ""
+    form: str = ""
 
     @property
     def label(self) -> str:
-        """Method, and the precision where it is not Python's own."""
-        return self.method if self.scalar == USUAL_SCALAR else f"{self.method} {self.scalar}"
+        """Method and form, and the precision where it is not Python's own."""
+        named = self.method + self.form
+        return named if self.scalar == USUAL_SCALAR else f"{named} {self.scalar}"
 
     def cpi(self, assumed: Cpi) -> Cpi:
         """Cycles an instruction of the most costly call: by published timings, else as assumed."""
@@ -88,17 +91,22 @@ class Band:
 
 
 def counted(rows: Iterable[EmulatedRow], board: str = "") -> list[Counted]:
-    """Each kernel that was counted on each processor, by their names; cycles are those of a ``board``."""
+    """Each kernel that was counted on each processor, by their names; cycles are those of a ``board``.
+
+    A size is asked for the C as codegen writes it by itself. Other forms stand in where that was not counted.
+    """
     known = {entry.name: entry for entry in catalogue()}
-    groups: dict[tuple[str, str, str, str], list[EmulatedRow]] = {}
+    forms: dict[tuple[str, str, str, str], dict[str, list[EmulatedRow]]] = {}
     for row in rows:
-        # A size is asked for the C that knows its vehicle, as codegen writes it by itself.
-        if (row.emulated.limits, row.emulated.faults) != ("fixed", "one"):
-            continue
         key = (row.emulated.vehicle, row.emulated.target, row.emulated.method, row.emulated.scalar)
-        groups.setdefault(key, []).append(row)
+        forms.setdefault(key, {}).setdefault(_form(row.emulated), []).append(row)
+    groups = [
+        (*key, form, own[form])
+        for key, own in sorted(forms.items())
+        for form in ([""] if "" in own else sorted(own))
+    ]
     made = []
-    for (vehicle, target, method, scalar), group in sorted(groups.items()):
+    for vehicle, target, method, scalar, form, group in groups:
         counts = [row for row in group if row.worst is not None]
         if not counts:
             continue
@@ -121,9 +129,15 @@ def counted(rows: Iterable[EmulatedRow], board: str = "") -> list[Counted]:
                 family=formulation.family if entry is None else entry.family,
                 twin="" if entry is None else entry.twin,
                 solver=group[0].emulated.solver,
+                form=form,
             )
         )
     return made
+
+
+def _form(one: Emulated) -> str:
+    limits = "" if one.limits == "fixed" else f", --limits {one.limits}"
+    return limits + ("" if one.faults == "one" else f", --faults {one.faults}")
 
 
 def bands(

@@ -83,6 +83,16 @@ def test_a_method_without_answers_beyond_refuses_and_one_without_limits_is_cut(
     assert cells(text, "pinv, cut")[5] == ""
 
 
+def test_what_was_counted_in_another_form_alone_stands_there_by_its_name(tmp_path: Path) -> None:
+    """A user whose vehicle has no C in single precision for failures counts without; the table was empty."""
+    other = msgspec.structs.replace(COUNTED, method="clip@native", faults="none")
+    also = msgspec.structs.replace(COUNTED, faults="all", known=900)
+    text = printed(tmp_path, COUNTED, also, other, msgspec.structs.replace(other, limits="call"))
+    assert cells(text, "clip, --faults none")[6] == "19.6"
+    assert cells(text, "clip, --limits call, --faults none")[6] == "19.6"
+    assert "scaled, --faults" not in text  # it was counted as codegen writes it
+
+
 def test_a_board_that_nobody_counted_for_is_named_with_those_there_are(tmp_path: Path) -> None:
     with pytest.raises(UnknownName, match="no board 'nucleo' in this record; there is stm32f446"):
         printed(tmp_path, COUNTED, board="nucleo")
