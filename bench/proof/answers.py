@@ -138,10 +138,9 @@ def _same(answers: FaultAnswers) -> tuple[int, str]:
 
 def _refused(answers: FaultAnswers, of: Subject) -> tuple[int, str]:
     demands = answers.question.demands
-    size = np.abs(demands.taus / answers.vehicle.wrench_scale).max(axis=1)
-    # What a small demand lacks may be less than what SOLVED may miss.
-    less = (1 - demands.alpha) * size <= 2 * MET[of.scalar]
-    asked = (demands.labels == Label.INFEASIBLE) & ~less
+    asked = demands.labels == Label.INFEASIBLE
+    if of.limits == "call":  # narrow limits without zero: α* may be small of what is next to attainable
+        asked &= ~_makes(answers, demands.taus, of)
     wrong = asked & (answers.status == Status.SOLVED)
     return int(asked.sum()), _first(answers, wrong, asked)
 
@@ -226,12 +225,18 @@ def _reach(
     scale = vehicle.wrench_scale
     if not np.abs(step / scale).max() > WRENCH_TOLERANCE:
         return np.inf
-    optimum = linprog(
-        np.append(np.zeros(vehicle.n), -1.0),
-        A_eq=np.column_stack([vehicle.TP, -step]) / scale[:, None],
-        b_eq=at / scale,
-        bounds=[*zip(*limits, strict=True), (0.0, None)],
-    )
+    within = [*zip(*limits, strict=True)]
+    T, begin, moved = vehicle.TP / scale[:, None], at / scale, (step / scale)[:, None]
+    aim = np.append(np.zeros(vehicle.n), -1.0)
+    optimum = linprog(aim, A_eq=np.hstack([T, -moved]), b_eq=begin, bounds=[*within, (0.0, None)])
+    if optimum.x is None:  # rounding of earlier shares led out of the set: the nearest point of it
+        off = np.ones((vehicle.k, 1))
+        rows = np.vstack([np.hstack([T, -off]), np.hstack([-T, -off])])
+        nearest = linprog(-aim, A_ub=rows, b_ub=np.append(begin, -begin), bounds=[*within, (0.0, None)])
+        if nearest.x is None or nearest.x[-1] > MET["float"]:
+            return 0.0
+        begin = T @ nearest.x[:-1]
+        optimum = linprog(aim, A_eq=np.hstack([T, -moved]), b_eq=begin, bounds=[*within, (0.0, None)])
     return float(optimum.x[-1]) if optimum.x is not None else 0.0
 
 

@@ -104,6 +104,7 @@ def red(of: Subject) -> list[str]:
         ("ukwial", "nullspace", "float"),
         ("bluerov2", "scaled", "float"),  # with a thruster off it spans fewer directions
         ("bluerov2", "priority", "double"),
+        ("bluerov2-heavy", "scaled-by-group", "float"),  # in floats a share led out of the set
         ("ukwial", "redistribute", "double"),
         ("ukwial", "clip", "float"),
         ("ukwial", "group-scaling", "float"),
