@@ -67,6 +67,12 @@ _VEHICLE = re.compile(
 )
 
 
+def not_over(output: Path | None, read: Path) -> None:
+    """Raise UsageError where the file that is to be written is the one that is read."""
+    if output is not None and output.is_file() and read.is_file() and output.samefile(read):
+        raise click.UsageError(f"-o {output}: is the file that is read, and would be lost; give another")
+
+
 def latest_run(within: Path = RUNS) -> Path:
     """The folder whose record was written last; raises RecordError where there is none."""
     from bench.record import FILE_NAME, RecordError

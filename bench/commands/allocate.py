@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bench.commands import PATH, log_options, read_options
+from bench.commands import PATH, log_options, not_over, read_options
 
 if TYPE_CHECKING:
     from alloc import Allocation
@@ -69,6 +69,7 @@ def command(
     from bench.inputs.log_limits import limits_in
     from bench.inputs.logs import read_log
 
+    not_over(output, demands)
     answering = load_vehicle(vehicle)
     if esc and not answering.esc:
         raise VehicleError(f"{vehicle}: has no ESCs for --esc; add 'esc' to its file (docs/esc.md)", "esc")

@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from bench.commands import PATH, log_options, read_options
+from bench.commands import PATH, log_options, not_over, read_options
 
 
 @click.command()
@@ -22,6 +22,7 @@ def command(log: Path, vehicle: str, from_outputs: bool, output: Path | None, **
     often a thruster stood at its end or in its dead band, and what of the demand was left undone. -o writes
     the wrenches that were made.
     """
+    not_over(output, log)
     if from_outputs:
         _outputs(log, vehicle, output, **options)
         return

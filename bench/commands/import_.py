@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from bench.commands import PATH
+from bench.commands import PATH, not_over
 
 
 @click.command()
@@ -46,6 +46,7 @@ def command(
     from alloc.vehicle.text import to_yaml
     from bench.inputs.imported import ImportOptions, import_vehicle
 
+    not_over(output, file)
     axes = tuple(axis.strip() for axis in dof.split(",")) if dof else ()
     options = ImportOptions(
         name=name,

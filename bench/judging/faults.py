@@ -12,9 +12,6 @@ from bench.demands import DemandSet
 from bench.judging.question import Question, right_answers
 from bench.judging.shares import misstated
 
-COMPARED = 256
-"""Answers whose memory is compared; comparing all of them would take longer than measuring them."""
-
 VIOLATED = "a limit is violated"
 
 
@@ -156,14 +153,11 @@ def stacked(thrusts: Sequence[FloatArray], n: int) -> tuple[FloatArray, BoolArra
 
 
 def shared(thrusts: Sequence[FloatArray]) -> BoolArray:
-    """Which answers overlap in memory with another one, of the first COMPARED.
+    """Which answers overlap in memory with another one.
 
     All answers are alive while they are compared, so overlap means that a method hands a buffer out again.
-    Such a method does so within a few calls.
     """
-    bounds = [
-        np.lib.array_utils.byte_bounds(f) if isinstance(f, np.ndarray) else (0, 0) for f in thrusts[:COMPARED]
-    ]
+    bounds = [np.lib.array_utils.byte_bounds(f) if isinstance(f, np.ndarray) else (0, 0) for f in thrusts]
     low, high = np.array(bounds, dtype=np.int64).T
     order = np.argsort(low, kind="stable")
     overlap = np.zeros(len(thrusts), dtype=bool)

@@ -209,6 +209,12 @@ def refusal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
         ("board|--read|gone.log|--out|out", "gone.log: can't be read (No such file"),
         ("board|--read|folder|--out|out", "folder: can't be read (Is a directory)"),
         ("board|--read|binary.csv|--out|out", "binary.csv: holds no line of the driver"),
+        (
+            "allocate|good.csv|--vehicle|ukwial|--method|pinv|-o|good.csv",
+            "good.csv: is the file that is read",
+        ),
+        ("demands|good.csv|--vehicle|ukwial|-o|./good.csv", "good.csv: is the file that is read"),
+        ("import|TAM.yaml|-o|TAM.yaml", "TAM.yaml: is the file that is read"),
         ("compare|gone.json|gone.json", "gone.json"),
         ("compare|binary.csv|binary.csv", "binary.csv"),
         ("compare|latin.json|latin.json", "latin.json: "),
@@ -223,6 +229,7 @@ def test_bad_input_ends_with_2_and_one_line(
         pytest.importorskip("pyarrow", reason="the extra layouts")
     before = sorted(place.rglob("*"))
     assert says in refusal(capsys, monkeypatch, line)
+    assert [(place / name).read_text() for name in ("good.csv", "TAM.yaml")] == [GOOD, TAM]
     # __pycache__ is Python's own, of a plug-in.
     after = sorted(path for path in place.rglob("*") if "__pycache__" not in path.parts)
     assert after == before, "something half done was left behind"

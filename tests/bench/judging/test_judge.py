@@ -148,6 +148,8 @@ def test_answers_that_overlap_in_memory_are_found_and_neighbours_are_not() -> No
     assert list(shared([block[:4], block[4:8], block[8:]])) == [False, False, False]
     assert list(shared([block[:4], block[2:6], np.zeros(4)])) == [False, True, False]
     assert shared([block[:4], np.zeros(4), block[:4]]).sum() == 1
+    ring = np.zeros((300, 4))
+    assert shared([ring[i % 300] for i in range(700)]).sum() == 400
 
 
 def test_a_question_is_read_back_as_saved(asked: dict[str, Question], tmp_path: Path) -> None:
