@@ -42,7 +42,9 @@ from bench.commands import PATH, RUNS, Finite, latest_run, log_options, read_opt
 )
 @click.option("--repeats", type=click.IntRange(1), help="Fresh processes a method [2].")
 @click.option("--seed", type=click.IntRange(0), help="Of demands and order [0].")
-@click.option("--n", "n_demands", type=click.IntRange(1), help="Demands of a set, the first of a log [60].")
+@click.option(
+    "--n", "n_demands", type=click.IntRange(1), help="Demands of a set, the first of a log [60; --quick 50]."
+)
 @click.option("--budget-ms", type=Finite(0), help="Time for the calls of a cell in one repeat [ms].")
 @click.option(
     "--time-limit", "time_limit_s", type=Finite(0.1), metavar="S", help="Longest time of a cell [10 s]."

@@ -37,10 +37,9 @@ def pytest_configure(config: pytest.Config) -> None:
     try:
         for vehicle in config.getoption("vehicle") or ():
             load_vehicle(vehicle)
-        for file in config.getoption("plugin"):
-            load_plugin(Path(file))
+        brought = {load_plugin(Path(file)).name for file in config.getoption("plugin")}
         for method in config.getoption("method") or ():
-            if missing := find(method).missing:
+            if method not in brought and (missing := find(method).missing):
                 raise NotInstalled(f"{method}: {missing}")
     except AllocError as error:
         raise pytest.UsageError(str(error)) from None

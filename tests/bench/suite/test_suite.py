@@ -27,7 +27,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     options += ["--benchmark-warmup=off", f"--benchmark-json={path}", "--vehicle=ukwial", "--all"]
     mine = path.with_name("mine.py")
     mine.write_text('"""Mine."""\nfrom alloc.methods.pinv import FORMULATION, build\n')
-    options += ["--method=pinv", "--method=nullspace", f"--plugin={mine}"]
+    options += ["--method=pinv", "--method=nullspace", "--method=mine", f"--plugin={mine}"]
     pytest_run = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "bench/suite", *options]
     # pytest-benchmark switches itself off under xdist, whose variables would reach this run.
     alone = {key: value for key, value in os.environ.items() if not key.startswith("PYTEST_")}
