@@ -37,7 +37,8 @@ def run(
 ) -> None:
     """Measure what the settings ask for into ``directory/record.jsonl``; tell ``watch`` how far the run is.
 
-    ``warn`` is told of each plug-in that goes wrong, before anything is measured.
+    ``warn`` is told of each plug-in that goes wrong, and of demands that there are not, before anything is
+    measured.
 
     With ``resume``, cells that are in the record already are not measured again. Raises RecordError
     where the record can't be written or continued, and AllocError for unknown names. On Ctrl-C the
@@ -51,7 +52,7 @@ def run(
         if contender.trouble:
             warn(contender.trouble)
     named = vehicles(settings)
-    sets = demand_sets(settings, named)
+    sets = demand_sets(settings, named, warn)
     with Writer(directory) as writer, tempfile.TemporaryDirectory(prefix="thrustbench-") as folder:
         first = header(settings)
         old = writer.resume() if resume else None

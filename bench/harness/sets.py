@@ -1,5 +1,7 @@
 """The demand sets of a run: every set of every vehicle with every fault."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from alloc import NotApplicable, Vehicle, load_vehicle
@@ -17,21 +19,26 @@ def vehicles(settings: RunSettings) -> list[Vehicle]:
     return [load_vehicle(name) for name in settings.vehicles]
 
 
-def demand_sets(settings: RunSettings, named: list[Vehicle]) -> list[DemandSet]:
+def demand_sets(
+    settings: RunSettings, named: list[Vehicle], tell: Callable[[str], None] = lambda line: None
+) -> list[DemandSet]:
     """Every demand set of every vehicle with every fault; the vehicles of a study come first.
 
-    A set that a vehicle has no demands of (NotApplicable) is left out. Raises DemandError where two
+    A set that some vehicles have no demands of (NotApplicable) is left out there, and ``tell`` is told the
+    first's reason. Raises DemandError where two
     different sets would share their names and so their rows: two logs of one name, or a vehicle file that
     kept the name of the file it was copied from. Raises NotApplicable where no set is left.
     """
     without_faults = [*(STUDIES[settings.study]() if settings.study else ()), *named]
     vehicles_asked = [state for whole in without_faults for state in faulty(whole, settings.faults)]
     sets: dict[tuple[str, str], DemandSet] = {}
+    without: dict[str, list[str]] = {}
     for vehicle in vehicles_asked:
         for name in settings.demands:
             try:
                 made = build_demands(name, vehicle, settings.seed, settings.n_demands, settings.log)
-            except NotApplicable:
+            except NotApplicable as reason:
+                without.setdefault(name, []).append(str(reason))
                 continue
             key = (made.vehicle.name, made.name)
             if not _same(sets.setdefault(key, made), made):
@@ -39,10 +46,19 @@ def demand_sets(settings: RunSettings, named: list[Vehicle]) -> list[DemandSet]:
                     f"two different vehicles or demand sets are called '{key[0]}', '{key[1]}';"
                     " change the name in a vehicle file, or rename a log"
                 )
+    lacking = [f"{name}: {_first(reasons)}" for name, reasons in without.items()]
     if not sets:
-        raise NotApplicable("none of these vehicles has any of these demands; name others")
+        raise NotApplicable(
+            f"none of these vehicles has any of these demands ({'; '.join(lacking)}); name others"
+        )
+    for line in lacking:
+        tell(f"demands left out: {line}")
     _check_names([*without_faults, *vehicles_asked])
     return list(sets.values())
+
+
+def _first(reasons: list[str]) -> str:
+    return reasons[0] + (f"; so for {len(reasons) - 1} more" if len(reasons) > 1 else "")
 
 
 def _check_names(vehicles: list[Vehicle]) -> None:

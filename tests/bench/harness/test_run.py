@@ -9,10 +9,11 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from msgspec.structs import replace
 from rich.console import Console
 
 import alloc
-from alloc import AllocError
+from alloc import AllocError, NotApplicable
 from alloc.errors import DemandError, UnknownName
 from bench.__main__ import cli
 from bench.demands import DemandSet
@@ -160,6 +161,25 @@ def test_demands_of_a_log_that_were_not_asked_are_counted_and_reported(tmp_path:
         details = render(directory).with_name("details.md")
         for text in (output.getvalue(), details.read_text(encoding="utf-8")):
             assert ("Of dive's 9 demands only the first 4 were asked; `--n` asks more." in text) == (n == 4)
+
+
+def test_demands_that_a_vehicle_has_not_are_left_out_with_the_reason() -> None:
+    """With thruster 2 off three are left for three axes: no demand needs more than a closed form."""
+    told: list[str] = []
+    settings = RunSettings(
+        vehicles=("ukwial",), demands=("active", "infeasible"), faults=(None, GivenFault(2)), n_demands=5
+    )
+    made = demand_sets(settings, vehicles(settings), told.append)
+    assert [(one.vehicle.name, one.name) for one in made] == [
+        ("ukwial", "active"),
+        ("ukwial", "infeasible"),
+        ("ukwial-f2", "infeasible"),
+    ]
+    (line,) = told
+    assert line.startswith("demands left out: active: ukwial-f2: no demand is attainable only by")
+    alone = replace(settings, demands=("active",), faults=(GivenFault(2),))
+    with pytest.raises(NotApplicable, match="active: ukwial-f2: no demand is attainable only by"):
+        demand_sets(alone, vehicles(alone))
 
 
 def test_two_logs_or_vehicles_of_one_name_are_refused_not_dropped(tmp_path: Path) -> None:
