@@ -9,7 +9,7 @@ from typing import Any
 
 from pycparser import c_ast
 
-from alloc.program import Graph, Node, Program
+from alloc.program import Graph, Node, Program, Scalar
 from bench.proof.not_read import NotRead
 from bench.proof.parsed import literal, loops, read, table
 from bench.proof.subject import Subject
@@ -20,7 +20,7 @@ def programs(of: Subject) -> dict[int, Program]:
     unit = read(of)
     entry = unit.functions[of.name]
     return {
-        fault: _Reader(unit.text, unit.functions).read(entry, fault, call)
+        fault: _Reader(unit.text, unit.functions, of.scalar).read(entry, fault, call)
         for fault, call in unit.cases.items()
     }
 
@@ -28,13 +28,14 @@ def programs(of: Subject) -> dict[int, Program]:
 _BINARY = {"+": "add", "-": "sub", "*": "mul", "/": "div", "<": "lt", "<=": "le", ">": "gt", ">=": "ge"}
 _BINARY |= {"==": "eq", "!=": "ne", "&&": "and", "||": "or", "&": "and", "|": "or"}
 _UNARY = {"-": "neg", "!": "not"}
+_TRUTHS = {"lt", "le", "gt", "ge", "eq", "ne", "and", "or", "not"}
 
 
 class _Reader:
     """Reads one function and all that it calls into one program."""
 
-    def __init__(self, unit: c_ast.FileAST, functions: dict[str, c_ast.FuncDef]) -> None:
-        self.functions = functions
+    def __init__(self, unit: c_ast.FileAST, functions: dict[str, c_ast.FuncDef], scalar: Scalar) -> None:
+        self.functions, self.scalar = functions, scalar
         self.graph = Graph()
         self.exits: list[tuple[Node, int]] = []
         self.constants: dict[str, Any] = {}
@@ -43,7 +44,7 @@ class _Reader:
                 for each in node.type.values.enumerators:
                     self.constants[each.name] = self.const(literal(each.value))
             elif isinstance(node, c_ast.Decl) and isinstance(node.init, c_ast.InitList):
-                self.constants[node.name] = table(node.init)
+                self.constants[node.name] = self.table(node)
 
     def const(self, value: float) -> Node:
         return self.graph.add("const", value)
@@ -107,19 +108,56 @@ class _Reader:
             if statement.init is None:
                 return [None] * int(literal(statement.type.dim))
             if "const" in statement.type.type.quals:
-                return table(statement.init)
+                return self.table(statement)
             return [self.value(each, names) for each in statement.init.exprs]
-        return None if statement.init is None else self.value(statement.init, names)
+        return (
+            None if statement.init is None else self.held(statement.type, self.value(statement.init, names))
+        )
+
+    def table(self, declared: c_ast.Decl) -> Any:
+        """Numbers that a constant array holds, or rows of them; raises NotRead where its type rounds them."""
+        of = declared.type
+        while isinstance(of, c_ast.ArrayDecl):
+            of = of.type
+        if of.type.names != [self.scalar] and {"float", "double"} & set(of.type.names):
+            raise NotRead(f"a table in {' '.join(of.type.names)}")
+        return table(declared.init)
+
+    def held(self, declared: Any, value: Any) -> Any:
+        """What a variable, a parameter or a function of that type makes of a value; raises NotRead.
+
+        A type other than the kernel's own would round it, an int cut what is behind its point.
+        """
+        kinds = getattr(declared.type, "names", None)
+        if kinds == ["void"]:
+            return value
+        if isinstance(value, int) and kinds not in (["int"], [self.scalar]):
+            raise NotRead(f"a number in {' '.join(kinds or ['no number'])}")
+        if isinstance(value, int) and kinds == ["int"] and not self.whole(value):
+            raise NotRead("a number in an int")
+        return value
+
+    def whole(self, value: Node) -> bool:
+        """Whether a value is one of a few whole numbers: a truth, a constant, a choice between such."""
+        kind, *rest = self.graph.nodes[value]
+        if kind == "choose":
+            return self.whole(rest[1]) and self.whole(rest[2])
+        return kind in _TRUTHS or kind == "unknown" or (kind == "const" and float(rest[0]).is_integer())
 
     def repeat(self, statement: c_ast.For, names: dict[str, Any]) -> None:
-        """A loop from one constant to another, written out."""
+        """A loop from one constant to another, one by one, written out."""
         (counter,) = statement.init.decls
-        if statement.cond.op != "<":
-            raise NotRead(f"a loop that goes on while {statement.cond.op}")
+        goes = statement.cond.op, getattr(statement.next, "op", None)
+        step = getattr(statement.next, "expr", None)
+        counted = [getattr(node, "name", None) for node in (statement.cond.left, step)]
+        if goes != ("<", "p++") or counted != [counter.name] * 2:
+            raise NotRead(f"a loop that is none of {counter.name} < …; {counter.name}++")
         begin, end = (self.constant(each, names) for each in (counter.init, statement.cond.right))
         for i in range(begin, end):
             names[counter.name] = self.const(i)
             self.block(statement.stmt.block_items, names, None)
+            if names[counter.name] != self.const(i):
+                raise NotRead("a loop that writes its counter")
 
     def constant(self, node: Any, names: dict[str, Any]) -> int:
         if isinstance(node, c_ast.BinaryOp) and node.op == "+":
@@ -205,8 +243,6 @@ class _Reader:
                 return self.ternary(*(self.value(each, names) for each in parts))
             case c_ast.FuncCall():
                 return self.call(node.name.name, [self.value(each, names) for each in node.args.exprs])
-            case c_ast.Cast():
-                return self.value(node.expr, names)
         raise NotRead(f"{type(node).__name__} in an expression")
 
     def binary(self, node: c_ast.BinaryOp, names: dict[str, Any]) -> Any:
@@ -246,5 +282,8 @@ class _Reader:
                     value[:] = [self.unknown() for _ in value]
             return self.unknown()
         inner = dict(self.constants)
-        inner |= {parameter.name: value for parameter, value in zip(parameters, given, strict=True)}
-        return self.block(function.body.block_items, inner, None)
+        inner |= {
+            parameter.name: self.held(parameter.type, value)
+            for parameter, value in zip(parameters, given, strict=True)
+        }
+        return self.held(function.decl.type.type, self.block(function.body.block_items, inner, None))

@@ -108,6 +108,6 @@ def test_minimum_and_maximum_for_the_analyser_cover_both_forms() -> None:
 
 def test_what_is_not_straight_code_is_refused() -> None:
     """A number that is calculated has no place as an index, and the message says so."""
-    sabotage = Sabotage("an index", "nullspace", "fixed", r"= tau\[0\]", "= tau[(int)tau[1]]")
+    sabotage = Sabotage("an index", "nullspace", "fixed", r"= tau\[0\]", "= tau[tau[1] > 0.0]")
     with pytest.raises(NotRead, match="index"):
         programs(sabotaged(subject(UKWIAL, "nullspace", "double", "fixed"), sabotage))

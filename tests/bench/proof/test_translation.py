@@ -72,6 +72,29 @@ def test_c_that_was_changed_is_not_the_program(sabotage: Sabotage) -> None:
     assert claim.words
 
 
+TEXTS = {
+    "a loop that ends one early": ("i < n; i++) {", "i + 1 < n; i++) {"),
+    "a loop that leaves every other one out": ("i < n; i++) {", "i < n; i += 2) {"),
+    "a loop that writes its counter": ("good &= x[i] - x[i] == 0.0;", "good &= x[i] - x[i] == 0.0; i = n;"),
+    "a sum in single precision": ("const double x0 = ", "const float x0 = "),
+    "a sum cut to a whole number": ("const double x0 = ", "const int x0 = "),
+    "a parameter in single precision": ("tb_within(double x,", "tb_within(float x,"),
+    "a result in single precision": ("double tb_within(", "float tb_within("),
+    "a number that is cast": ("= tau[0];", "= (float)tau[0];"),
+    "a table in single precision": ("static const double c[]", "static const float c[]"),
+}
+
+
+@pytest.mark.parametrize("change", TEXTS)
+def test_what_c_says_beside_operations_is_read_too(change: str) -> None:
+    """Types round, and loops may end early: read without them, this was the program."""
+    whole = subject(load_vehicle("ukwial"), "nullspace", "double", "fixed")
+    before, after = TEXTS[change]
+    assert before in whole.source
+    changed = replace(whole, files={**whole.files, f"{whole.name}.c": whole.source.replace(before, after)})
+    assert translated(changed).verdict == "not shown"
+
+
 def test_each_single_node_that_is_changed_is_told() -> None:
     """A sign, a constant by one bit, a minimum for a maximum, a comparison: in whatever place."""
     (program,) = (
