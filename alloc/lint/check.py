@@ -58,7 +58,7 @@ def check_vehicle(name: str | Path) -> Report:
             frame=vehicle.frame,
         )
     except VehicleError as reason:
-        what = reason.what.removeprefix(reason.key).lstrip(": ")  # the line begins with the key
+        what = reason.what.removeprefix(reason.key).lstrip(":. ")  # the line begins with the key
         collected.append(error(reason.key, what))
     findings = [
         Finding(level, key, lines.get(key) if key else None, message) for level, key, message in collected

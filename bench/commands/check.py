@@ -47,10 +47,13 @@ def command(vehicle: str, as_json: bool, probe: bool, picture: Path | None, no_p
             click.echo(line, err=as_json)
     errors = [finding for finding in report.findings if finding.level == "error"]
     if errors:
-        place = f"line {errors[0].line}: " if errors[0].line else ""
+        first = errors[0]
+        place = f"line {first.line}: " if first.line else ""
+        if first.key not in first.message:
+            place += f"{first.key}: "
         more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
         file = str(report.path).replace("\n", " ")
-        click.echo(f"thrustbench: {file}: {place}{errors[0].message}{more}", err=True)
+        click.echo(f"thrustbench: {file}: {place}{first.message}{more}", err=True)
         return 2
     return 0
 

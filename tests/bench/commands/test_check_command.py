@@ -42,6 +42,23 @@ def test_a_picture_is_drawn_and_drawn_again(here: Path) -> None:
     assert (here / "ukwial.svg").read_text() == first
 
 
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ("slew: 0\n", "slew: up must be one positive number"),
+        ("esc: {neutral: 0, range: [-1, 1], reversed: [9]}\n", "esc: reversed: "),
+    ],
+)
+def test_the_line_on_standard_error_names_the_key_as_the_table_does(
+    here: Path, wrong: str, said: str
+) -> None:
+    file = here / "mine.yaml"
+    file.write_text(find_file("supply-vessel").read_text(encoding="utf-8") + wrong, encoding="utf-8")
+    done = check(str(file))
+    assert f": {said}" in done.stderr
+    assert f", {said}" in done.stdout
+
+
 def test_a_file_that_is_no_picture_of_its_own_is_left_alone(here: Path) -> None:
     (here / "ukwial.svg").write_text("<svg>a drawing of mine</svg>")
     assert "is another file, so nothing is drawn" in check("ukwial").stdout
