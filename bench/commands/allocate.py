@@ -57,7 +57,8 @@ def command(
     are nan. With --esc there follow u0,u1,…, what goes to the ESCs by the vehicle's `esc`, neutral where
     there is no thrust, and made_surge, … [N, N m], the wrench that these commands make.
 
-    Where a plug-in's answer is wrong by the equations, nothing is written and a line says which.
+    Where a plug-in's answer is wrong by the equations, nothing is written and a line says which: asked are
+    wrench, limits and shares. Whether it is the optimum that FORMULATION promises, `run` says.
     """
     from alloc import load_vehicle
     from alloc.discovery import find, load_plugin, prepare

@@ -23,7 +23,7 @@ def command(name: str, like: str) -> None:
     from alloc.vehicle.read import find_file, read_document
     from bench.inputs import starter
 
-    starter.checked_name(name)
+    name = starter.checked_name(name.removesuffix(".yaml"))
     vehicle_file, demands, plugin = (
         Path(file) for file in (f"{name}.yaml", "demands.csv", "my_allocator.py")
     )

@@ -107,16 +107,21 @@ def command(
     _known(where, "demand set", (demands,) if demands else (), sets)
     given = None if cpi is None else Cpi(*cpi, "as given")
     loop = Loop(rate or _own_rate(machines), budget / 100, deadline_us)
+    if loop.limit_us > loop.period_us:
+        raise click.UsageError(
+            f"--deadline-us {deadline_us:g}: is longer than the period of {loop.rate_hz:g} Hz,"
+            f" {loop.period_us:g} µs; give less"
+        )
     on_boards = [machine for machine in machines if board in known_boards(machine.run)]
     pages = [of_board(one.run, loop, board, vehicles) for one in on_boards or machines] if board else []
     moved = None
     if len(directories) > 1:
         sized = sizes_of(machines, loop, clock_MHz and clock_MHz * 1e6, given)
-        _known(where, "machine", names, set(sized))
-        sized = {name: own for name, own in sized.items() if not names or name in names}
     else:
         moved = transfer(timed[0].run, read_canary(canary)) if canary and timed else None
         sized = {machine.name: sizes(machine.run, loop, moved, demands) for machine in timed}
+    _known(where, "machine", names, set(sized))
+    sized = {name: own for name, own in sized.items() if not names or name in names}
     shown = {
         name: [size for size in own if not vehicles or size.vehicle in vehicles]
         for name, own in sized.items()

@@ -156,9 +156,13 @@ def format_demands(
 def parse_scale(text: str) -> tuple[float, ...]:
     """Factors from ``"200"``, one for all DOF, or ``"200,200,50"``, one each; raises DemandError."""
     cells = text.split(",") if text else []
-    if not all(map(is_number, cells)):
-        raise DemandError(f"--scale {text[:60]!r}: give one number, or one for each DOF, as in 200,200,50")
-    return tuple(float(cell) for cell in cells)
+    factors = tuple(float(cell) for cell in cells if is_number(cell))
+    # 0 would ask for nothing, and a sign is the frame's.
+    if len(factors) < len(cells) or not all(factor > 0 for factor in factors):
+        raise DemandError(
+            f"--scale {text[:60]!r}: give one number above 0, or one for each DOF, as in 200,200,50"
+        )
+    return factors
 
 
 def format_thrusts(

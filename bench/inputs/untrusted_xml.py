@@ -30,7 +30,9 @@ def read_xml(path: Path) -> Element:
     if _depth(root) > DEEPEST:
         raise FileError(f"is nested deeper than {DEEPEST} elements; a robot's description is not", path=path)
     if any("xacro" in str(element.tag) for element in root.iter()) or "$(" in text or "${" in text:
-        target = f"{path.name.partition('.')[0]}.urdf"
+        stem = path.name.partition(".")[0]
+        # A shell empties the target before xacro reads: it must be another file.
+        target = f"{stem}-expanded.urdf" if path.name == f"{stem}.urdf" else f"{stem}.urdf"
         raise VehicleError(f"{path}: is xacro, which makes a description; expand it: xacro {path} > {target}")
     return root
 

@@ -203,7 +203,7 @@ OUTSIDE = '<!DOCTYPE r [<!ENTITY x SYSTEM "file:///etc/passwd">]><robot name="r"
             "<robot name='r' xmlns:xacro='http://ros.org/wiki/xacro'><xacro:include filename='a'/></robot>",
             "r.urdf.xacro > r.urdf",
         ),
-        ("r.urdf", "<robot name='r'><link name='${name}'/></robot>", "is xacro"),
+        ("r.urdf", "<robot name='r'><link name='${name}'/></robot>", "r.urdf > r-expanded.urdf"),
         (
             "r.urdf",
             urdf().replace('parent link="rack"', 'parent link="rick"'),

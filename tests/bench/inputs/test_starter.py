@@ -85,6 +85,11 @@ def test_every_sketch_is_a_vehicle_without_warnings_of_its_making(
     assert len(set(load_vehicle("mine.yaml").names)) == load_vehicle("mine.yaml").n
 
 
+def test_a_name_that_ends_as_the_file_will_is_not_given_a_second_ending(here: Path) -> None:
+    assert init("rov.yaml", "--like", "ukwial").exception is None
+    assert load_vehicle("rov.yaml").name == "rov"
+
+
 def test_nothing_is_replaced(here: Path) -> None:
     (here / "demands.csv").write_text("mine")
     result = init("my-rov", "--like", "ukwial")

@@ -54,6 +54,22 @@ def test_where_nothing_fits_the_sentence_says_by_how_much(tmp_path: Path) -> Non
     )
 
 
+@pytest.mark.parametrize(
+    ("asked", "why"),
+    [
+        (("--machine", "nope"), "no machine 'nope' here; there is example-cpu-2-cores"),
+        (("--deadline-us", "2000"), "--deadline-us 2000: is longer than the period of 1000 Hz, 1000 µs"),
+    ],
+)
+def test_size_of_one_run_refuses_a_machine_that_it_has_not_and_a_deadline_beyond_the_period(
+    tmp_path: Path, asked: tuple[str, ...], why: str
+) -> None:
+    made_up.record(tmp_path, made_up.header(), steady("m", 1500, exact=True))
+    result = CliRunner().invoke(cli, ["size", str(tmp_path), "--rate", "1000", *asked])
+    assert result.exit_code != 0
+    assert why in f"{result.exception} {result.output}"
+
+
 def log(**facts: Any) -> Problem:
     """A log of ten demands at 50 Hz that a user brought, some of which can't be met."""
     labels = {"active": 8, "infeasible": 2}
