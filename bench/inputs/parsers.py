@@ -22,16 +22,24 @@ def parsing(path: Path, what: str, library: str) -> Iterator[None]:
         raise FileError(f"{path}: not a {what} that {library} can read ({said})") from None
 
 
-def read_ulog(path: Path, *messages: str) -> tuple[dict[str, dict[str, Any]], dict[str, Any]]:
-    """The first instance of each message in a ULog, by name, and the parameters at its beginning.
+DAMAGED = "; it is damaged in places, so rows may be missing"
+"""What is said of a log of which its parser had to leave something out."""
 
-    Raises NotInstalled without pyulog, and within ``parsing`` FileError for what is no ULog.
+
+def read_ulog(path: Path, *messages: str) -> tuple[dict[str, dict[str, Any]], dict[str, Any], str]:
+    """The first instance of each message in a ULog, by name, the parameters at its start, and what is odd.
+
+    What is odd is text to be added to what is said of the log, empty for nothing. Raises NotInstalled without
+    pyulog, and within ``parsing`` FileError for what is no ULog.
     """
     try:
         from pyulog.core import ULog
     except ImportError:
         raise NotInstalled("reading ULogs needs pyulog; pip install 'thrustbench[px4]'") from None
-    # pyulog prints warnings of damaged parts, but standard output is for results; gaps show the damage.
+    # pyulog prints warnings of damaged parts, but standard output is for results.
     with path.open("rb") as file, redirect_stdout(StringIO()):
         log = ULog(file, list(messages))
-    return {data.name: data.data for data in log.data_list if data.multi_id == 0}, log.initial_parameters
+    further = sorted({data.name for data in log.data_list if data.multi_id})
+    odd = "".join(f"; of {name} the first instance is read, there are others" for name in further)
+    sets = {data.name: data.data for data in log.data_list if data.multi_id == 0}
+    return sets, log.initial_parameters, odd + (DAMAGED if log.file_corruption else "")

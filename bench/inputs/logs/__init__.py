@@ -36,7 +36,9 @@ class Log(NamedTuple):
     taus : (N, 6) wrenches, surge to yaw [N, N m]
     frame : frd or flu, the frame of taus
     why : what says so
-    doubt : what may be wrong where the user gives no scale, in a line; empty for nothing
+    doubt : what may be wrong, in a line; empty for nothing
+    settled_by : the option of LogOptions that ends the doubt
+    odd : what else is to be said of the log, to be added to another text
     """
 
     t: FloatArray
@@ -44,6 +46,8 @@ class Log(NamedTuple):
     frame: str
     why: str
     doubt: str = ""
+    settled_by: str = "scale"
+    odd: str = ""
 
 
 class LogOptions(msgspec.Struct, frozen=True, kw_only=True):
@@ -116,7 +120,8 @@ def read_log(
     t, taus = _checked(path, log, dof)
     given, why = (options.frame, "--frame") if options.frame else (log.frame, log.why)
     taus, turning = met(taus, dof, given, why, frame)
-    said, doubt = f"{path.name}: {turning}", "" if options.scale else log.doubt
+    said = f"{path.name}: {turning}{log.odd}"
+    doubt = "" if getattr(options, log.settled_by) else log.doubt
     return Demanded(t, _scaled(taus, dof, options.scale), said, doubt=doubt)
 
 

@@ -12,6 +12,8 @@ from bench.inputs.logs import Log
 from bench.inputs.parsers import parsing
 
 SUFFIXES = (".bag", ".db3", ".mcap", "/")
+FIXED = ("earth", "map", "odom", "world", "ned", "enu")
+"""First words of frames that stay with the earth (REP 105), not with the vehicle."""
 TYPES = ("geometry_msgs/msg/Wrench", "geometry_msgs/msg/WrenchStamped")
 
 
@@ -38,7 +40,7 @@ def read(path: Path, topic: str) -> Log:
             (received, reader.deserialize(raw, connection.msgtype))
             for connection, received, raw in reader.messages(connections=wanted)
         ]
-        return _log(messages)
+        return _log(path, messages)
 
 
 def _choose(path: Path, topics: list[str], others: list[str], topic: str) -> str:
@@ -56,7 +58,7 @@ def _choose(path: Path, topics: list[str], others: list[str], topic: str) -> str
     return topic or topics[0]
 
 
-def _log(messages: list[tuple[int, Any]]) -> Log:
+def _log(path: Path, messages: list[tuple[int, Any]]) -> Log:
     received = np.array([time for time, _ in messages], dtype=np.int64)
     headers = [getattr(message, "header", None) for _, message in messages]
     t_ns = received
@@ -73,8 +75,17 @@ def _log(messages: list[tuple[int, Any]]) -> Log:
         dtype=np.float64,
     ).reshape(-1, len(DOF))
     frames = {str(header.frame_id).lower() for header in headers if header is not None}
-    down = bool(frames) and all(name.endswith(("frd", "ned")) for name in frames)
+    down = {name for name in frames if name.endswith(("frd", "ned"))}
+    if down and down != frames:
+        both = f"{min(down)[:40]!r} and {min(frames - down)[:40]!r}"
+        raise DemandError(f"{path}: frame_id is {both}: z down in some, up in others; make it one")
     start = t_ns.min(initial=t_ns[0]) if len(t_ns) else 0
-    if down:
-        return Log((t_ns - start) / 1e9, taus, "frd", f"its frame_id is {min(frames)[:40]!r}")
-    return Log((t_ns - start) / 1e9, taus, "flu", "as ROS has it")
+    fixed = sorted(name for name in frames if name.rpartition("/")[2].partition("_")[0] in FIXED)
+    doubt = ""
+    if fixed:
+        doubt = (
+            f"{path.name}: its frame_id is {fixed[0][:40]!r}, which does not turn with the vehicle, but its"
+            " wrenches are taken along the vehicle's axes; --frame says that they are"
+        )
+    way, why = ("frd", f"its frame_id is {min(down)[:40]!r}") if down else ("flu", "as ROS has it")
+    return Log((t_ns - start) / 1e9, taus, way, why, doubt, settled_by="frame")

@@ -22,7 +22,8 @@ def read(path: Path, topic: str) -> Log:
     if topic:
         raise DemandError(f"{path}: a ULog's demands are {THRUST} and {TORQUE}; leave out {topic!r}")
     with parsing(path, "ULog", "pyulog"):
-        return _log(path, read_ulog(path, THRUST, TORQUE)[0])
+        sets, _, odd = read_ulog(path, THRUST, TORQUE)
+        return _log(path, sets)._replace(odd=odd)
 
 
 def _log(path: Path, sets: dict[str, dict[str, Any]]) -> Log:

@@ -3,6 +3,7 @@
 A module has ``SUFFIXES`` of the files it reads and ``read(path, vehicle) -> Outputs``.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -50,7 +51,40 @@ def read_outputs(path: Path, vehicle: Vehicle) -> Outputs:
     # An ESC whose range lies beyond 0 gets no pulse then.
     silent = [not esc.low <= 0 <= esc.high for esc in vehicle.esc]
     neutral = [esc.neutral for esc in vehicle.esc]
-    return outputs._replace(u=np.where((outputs.u == 0) & silent, neutral, outputs.u))
+    outputs = outputs._replace(u=np.where((outputs.u == 0) & silent, neutral, outputs.u))
+    return outputs if outputs.volts is None else _powered(outputs, outputs.volts)
+
+
+def _powered(outputs: Outputs, volts: FloatArray) -> Outputs:
+    """The outputs with a voltage that was measured in each row; without any, with none."""
+    measured = np.flatnonzero(volts > 0)  # a log has 0 V or NaN where nothing measures the battery
+    if len(measured) == len(volts):
+        return outputs
+    if not measured.size:
+        return outputs._replace(
+            volts=None, said=f"{outputs.said}; no voltage was measured, that of 'esc' is taken"
+        )
+    lacking = f"{len(volts) - len(measured)} of {len(volts)} rows"
+    rows = np.arange(len(volts), dtype=np.float64)
+    return outputs._replace(
+        volts=held(measured.astype(np.float64), volts[measured], rows),
+        said=f"{outputs.said}; no voltage in {lacking}, the one before is held",
+    )
+
+
+def motor_channels(path: Path, named: Sequence[int | None], parameters: str) -> list[int]:
+    """The output of each of n motors; without any that ``parameters`` name, outputs 1 to n, counted from 0.
+
+    Raises DemandError where some are named and others are not: any output for those would be a guess.
+    """
+    missing = [str(motor) for motor, channel in enumerate(named, start=1) if channel is None]
+    if len(missing) == len(named):
+        return list(range(len(named)))
+    if missing:
+        raise DemandError(
+            f"{path}: no {parameters} names motor {', '.join(missing)}; is the log of this vehicle?"
+        )
+    return [channel for channel in named if channel is not None]
 
 
 def held(times: FloatArray, values: FloatArray, at: FloatArray) -> FloatArray:

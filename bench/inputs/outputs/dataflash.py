@@ -18,8 +18,8 @@ import numpy as np
 from alloc import Vehicle
 from alloc.errors import DemandError, FileError, NotInstalled
 from alloc.vehicle.frame import turned
-from bench.inputs.outputs import Outputs, held
-from bench.inputs.parsers import parsing
+from bench.inputs.outputs import Outputs, held, motor_channels
+from bench.inputs.parsers import DAMAGED, parsing
 
 SUFFIXES = (".bin",)
 MOTORS = (*range(33, 41), *range(82, 86))
@@ -49,7 +49,8 @@ def read(path: Path, vehicle: Vehicle) -> Outputs:
             raise DemandError(f"{path}: is larger than {LARGEST / 1e9:g} GB; cut it")
         _refuse_standing_still(path)
         # pymavlink prints warnings of damaged parts, but standard output is for results.
-        with redirect_stdout(StringIO()), redirect_stderr(StringIO()):
+        remarks = StringIO()
+        with redirect_stdout(remarks), redirect_stderr(remarks):
             log = DFReader_binary.__new__(
                 DFReader_binary
             )  # its __init__ leaves the file open where it raises
@@ -61,7 +62,9 @@ def read(path: Path, vehicle: Vehicle) -> Outputs:
                 for part in ("data_map", "filehandle"):
                     if hasattr(log, part):
                         getattr(log, part).close()
-        return _outputs(path, vehicle, rows)
+        outputs = _outputs(path, vehicle, rows)
+        damaged = "bad header" in remarks.getvalue().lower()
+        return outputs._replace(said=outputs.said + DAMAGED) if damaged else outputs
 
 
 def _refuse_standing_still(path: Path) -> None:
@@ -81,13 +84,10 @@ def _outputs(path: Path, vehicle: Vehicle, rows: dict[str, list[dict[str, Any]]]
     if not rows["RCOU"]:
         raise DemandError(f"{path}: holds no RCOU; set LOG_BITMASK so that outputs are logged")
     functions = {row["Name"]: row["Value"] for row in rows["PARM"]}
-    channels = []
-    for i in range(vehicle.n):
-        wanted = MOTORS[i] if i < len(MOTORS) else None
-        driven = [c for c in range(1, 33) if functions.get(f"SERVO{c}_FUNCTION") == wanted and wanted]
-        channels.append(driven[0] if driven else i + 1)
-    known = set(functions.values())
-    beyond = [i + 1 for i in range(vehicle.n, len(MOTORS)) if MOTORS[i] in known]
+    drives = {functions.get(f"SERVO{c}_FUNCTION"): c - 1 for c in range(32, 0, -1)}
+    wanted = [drives.get(MOTORS[i]) if i < len(MOTORS) else None for i in range(vehicle.n)]
+    channels = [c + 1 for c in motor_channels(path, wanted, "SERVOn_FUNCTION")]
+    beyond = [i + 1 for i in range(vehicle.n, len(MOTORS)) if MOTORS[i] in drives]
     if f"C{max(channels)}" not in rows["RCOU"][0]:
         raise DemandError(
             f"{path}: RCOU has no C{max(channels)}, but {vehicle.name} has {vehicle.n} thrusters; is the log"

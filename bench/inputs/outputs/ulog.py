@@ -10,7 +10,7 @@ from alloc.allocation import FloatArray
 from alloc.errors import DemandError
 from alloc.vehicle.frame import turned
 from alloc.vehicle.geometry import DOF
-from bench.inputs.outputs import Outputs, held
+from bench.inputs.outputs import Outputs, held, motor_channels
 from bench.inputs.parsers import parsing, read_ulog
 
 SUFFIXES = (".ulg", ".ulog")
@@ -27,7 +27,7 @@ def read(path: Path, vehicle: Vehicle) -> Outputs:
 
 
 def _outputs(
-    path: Path, vehicle: Vehicle, sets: dict[str, dict[str, Any]], parameters: dict[str, Any]
+    path: Path, vehicle: Vehicle, sets: dict[str, dict[str, Any]], parameters: dict[str, Any], odd: str
 ) -> Outputs:
     if OUTPUTS not in sets or not len(sets[OUTPUTS]["timestamp"]):
         raise DemandError(f"{path}: holds no {OUTPUTS}; log it (SDLOG_PROFILE, default set)")
@@ -37,7 +37,8 @@ def _outputs(
         for c in range(1, 17)
         if f"PWM_{bank}_FUNC{c}" in parameters
     }
-    channels = [int(drives.get(FIRST_MOTOR + i, i)) for i in range(vehicle.n)]
+    wanted = [drives.get(FIRST_MOTOR + i) for i in range(vehicle.n)]
+    channels = motor_channels(path, wanted, "PWM_MAIN_FUNCn or PWM_AUX_FUNCn")
     out = sets[OUTPUTS]
     if f"output[{max(channels)}]" not in out:
         raise DemandError(
@@ -59,6 +60,7 @@ def _outputs(
         if vehicle.frame == "flu":
             taus = turned(taus.T, vehicle.dof).T
     said = f"{path.name}: outputs {', '.join(map(str, channels))} are the thrusters, in this order"
+    said += odd
     return Outputs(times - times[0], u, volts, taus, shares=True, said=said)
 
 

@@ -4,6 +4,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ from bench.demands.log_summary import as_text, summarise
 from bench.harness.plan import RunSettings
 from bench.harness.sets import demand_sets, vehicles
 from bench.inputs.demand_csv import read_demands
-from bench.inputs.logs import LogOptions, rate_hz, read_log
+from bench.inputs.logs import LogOptions, rate_hz, read_log, rosbag
 from tests.log_files import PLANAR, WRITERS, rosbag1, typesys, write_bag1, write_bag2, write_ulog
 from tests.places import ROOT
 
@@ -110,6 +111,30 @@ def test_a_thrust_setpoint_goes_with_the_torque_that_held(
     _, read, *_ = read_log(write_ulog(tmp_path, t, taus, torque_delay_us=5000), DOF)
     np.testing.assert_array_equal(read[:, :3], taus[1:, :3])  # the first has no torque yet
     np.testing.assert_array_equal(read[:, 3:], taus[:-1, 3:])
+
+
+@pytest.mark.parametrize("name", ["map", "odom_ned", "/world_enu"])
+def test_a_frame_that_does_not_turn_with_the_vehicle_is_doubted(
+    tmp_path: Path, demands: tuple[FloatArray, FloatArray], name: str
+) -> None:
+    folder = write_bag2(tmp_path, *demands, frame=name)
+    assert f"its frame_id is '{name}', which does not turn" in read_log(folder, DOF).doubt
+    assert read_log(folder, DOF, LogOptions(frame="frd")).doubt == ""
+    assert read_log(write_bag2(tmp_path / "body", *demands, frame="base_link_ned"), DOF).doubt == ""
+
+
+def test_a_bag_whose_wrenches_are_in_two_frames_is_refused(tmp_path: Path) -> None:
+    """Half of them had the wrong sign along y and z."""
+
+    def message(name: str) -> SimpleNamespace:
+        axes = SimpleNamespace(x=1.0, y=2.0, z=3.0)
+        header = SimpleNamespace(frame_id=name, stamp=SimpleNamespace(sec=1, nanosec=0))
+        return SimpleNamespace(header=header, wrench=SimpleNamespace(force=axes, torque=axes))
+
+    both = [(i, message(name)) for i, name in enumerate(["base_link", "base_link_ned"])]
+    with pytest.raises(DemandError, match="frame_id is 'base_link_ned' and 'base_link': z down in some"):
+        rosbag._log(tmp_path, both)
+    assert rosbag._log(tmp_path, both[:1]).frame == "flu"
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, 1e16])

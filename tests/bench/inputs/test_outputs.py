@@ -137,6 +137,40 @@ def test_motors_of_a_dive_that_the_vehicle_has_no_thruster_for_are_named(tmp_pat
     assert "none for motor" not in read_outputs(binary(tmp_path), VEHICLE).said
 
 
+def test_a_log_that_names_the_output_of_some_motors_only_is_refused(tmp_path: Path) -> None:
+    """Output 1 was taken for motor 1 then, though it drove another one."""
+    file = binary(tmp_path)
+    file.write_bytes(file.read_bytes().replace(b"SERVO3_FUNCTION", b"SERVO3_REVERSED"))
+    with pytest.raises(AllocError, match="no SERVOn_FUNCTION names motor 1; is the log of this vehicle"):
+        read_outputs(file, VEHICLE)
+
+
+@pytest.mark.parametrize("none", [0.0, np.nan])
+def test_a_battery_that_nothing_measures_has_no_voltage(tmp_path: Path, none: float) -> None:
+    pytest.importorskip("pymavlink", reason="the extra ardupilot")
+    dead = read_outputs(write_bin(tmp_path, T, SENT.u, VOLTS * none, SHARES[:, 3:]), VEHICLE)
+    assert dead.volts is None
+    assert "no voltage was measured" in dead.said
+    assert made_by(dead, VEHICLE).taus == pytest.approx(VEHICLE.thrusts(SENT.u) @ VEHICLE.T.T)
+    late = read_outputs(
+        write_bin(tmp_path, T, SENT.u, np.where(T < 0.2, none, VOLTS), SHARES[:, 3:]), VEHICLE
+    )
+    assert late.volts == pytest.approx(np.where(T < 0.2, VOLTS[T >= 0.2][0], VOLTS), abs=1e-5)
+    assert f"no voltage in {(T < 0.2).sum()} of 50 rows" in late.said
+
+
+@pytest.mark.parametrize("write", [binary, ulog])
+def test_a_log_that_is_damaged_in_places_says_so(tmp_path: Path, write: Callable[[Path], Path]) -> None:
+    file = write(tmp_path)
+    assert "damaged" not in read_outputs(file, VEHICLE).said
+    data = file.read_bytes()
+    middle = len(data) * 2 // 3
+    file.write_bytes(data[:middle] + bytes(300) + data[middle + 300 :])
+    outputs = read_outputs(file, VEHICLE)
+    assert len(outputs.u) < 50
+    assert "damaged in places, so rows may be missing" in outputs.said
+
+
 def test_a_pulse_of_0_is_none(tmp_path: Path) -> None:
     file = tmp_path / "u.csv"
     file.write_text("u0,u1,u2,u3,u4,u5,u6,u7\n" + "1600,0,0,1500,1500,1500,1500,1500\n")
