@@ -8,6 +8,7 @@ import numpy as np
 
 from alloc import Allocation, Status, Vehicle, build
 from alloc.c.cases import AGREEMENT
+from alloc.formulations import Family
 from alloc.formulations.hard import FORMULATION as HARD
 from alloc.kernels.tolerance import MET, MET_BY_SOLVERS
 from alloc.rivals import load
@@ -66,7 +67,12 @@ def lines(heard: Heard, name: str, started: str) -> Iterator[Line]:
         twin = "" if kernel.solver else kernel.twin
         formulation = promise(kernel, heard).formulation
         yield Method(
-            name=kernel.method, formulation=formulation, solver=kernel.solver, foreign=True, twin=twin
+            name=kernel.method,
+            formulation=formulation,
+            family=Family.GENERATED if kernel.solver else "",
+            solver=kernel.solver,
+            foreign=True,
+            twin=twin,
         )
     for question in asked:
         yield problem(question)

@@ -6,22 +6,25 @@ import subprocess
 import time
 import zlib
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from alloc import AllocError, NotApplicable, build, load_vehicle
+from alloc.formulations import Family
 from alloc.program import Scalar
 from bench.chips.board.files import write
 from bench.chips.board.heard import Heard, boards
 from bench.chips.board.keep import keep
+from bench.chips.board.measured import lines
 from bench.chips.board.project import Project, plan
 from bench.chips.count import count
 from bench.chips.image import link
 from bench.inputs.board_answers import answered, seen
 from bench.inputs.board_log import LogError, parse, read_board_log
-from bench.record import read
+from bench.record import Method, read
 from bench.report import render
 from bench.report.sections import slowest
 from bench.results.fit import Fit, Loop
@@ -203,6 +206,16 @@ def test_a_board_s_report_says_how_a_board_is_timed_and_nothing_of_python_s_proc
     assert "One program in C called one method after the other" in long
     for said in ("from Python", "process of its own", "of Python on", "hypervisor", "quiet:", "## Memory"):
         assert said not in short + long, said
+
+
+def test_a_solver_s_own_c_on_a_board_is_no_closed_form(log: bytes, tmp_path: Path) -> None:
+    """The report said so, and that the solver was called through Python."""
+    (tmp_path / "LOG").write_bytes(log)
+    (heard,) = boards(tmp_path / "LOG", read_board_log(tmp_path / "LOG"))
+    kernels = heard.board.kernels
+    kernels["nullspace@native"] = replace(kernels["nullspace@native"], solver="osqp")
+    families = {line.name: line.family for line in lines(heard, "desk", "") if isinstance(line, Method)}
+    assert families == {"noop": "", "nullspace@native": Family.GENERATED, "pinv@native": ""}
 
 
 def test_single_precision_is_held_to_what_it_can_keep(tmp_path: Path) -> None:
