@@ -14,6 +14,8 @@ from alloc.vehicle.poses import Mounting, poses
 from alloc.vehicle.read import find_file, read_document
 from bench.layouts.study import StudyDocument
 
+LEFT_OUT = ("slack_weights", "slew", "volts", "esc", "priority", "groups")
+
 
 @dataclass(frozen=True, eq=False)
 class Base:
@@ -24,12 +26,14 @@ class Base:
     vehicle : T from the poses, in the degrees of freedom that count
     position, direction : (n, 3) [m], [-]
     center : (3,) of mass [m]
+    left_out : keys of its file that no layout has: a new thruster has no slew rate, and another size no curve
     """
 
     vehicle: Vehicle
     position: FloatArray
     direction: FloatArray
     center: FloatArray
+    left_out: tuple[str, ...]
 
 
 def read_base(document: StudyDocument) -> Base:
@@ -51,7 +55,8 @@ def read_base(document: StudyDocument) -> Base:
         _check(vehicle)
     except (VehicleError, UnknownName, FileError) as error:
         raise document.refusal("base", str(error)) from None
-    return Base(vehicle, position, direction, center)
+    left_out = tuple(key for key in LEFT_OUT if getattr(file, key))
+    return Base(vehicle, position, direction, center, left_out)
 
 
 def _counted(file: VehicleFile, dof: tuple[str, ...]) -> VehicleFile:

@@ -36,6 +36,7 @@ def vehicle_file(space: LayoutSpace, row: dict[str, float]) -> VehicleFile:
             f"Varied: {numbers}.",
             f"Authority {row['authority']:.4g} of the base's, {row['authority_after_one']:.4g} after"
             f" the worst failure, of {worst}.",
+            *([f"Not taken over from {space.name}: {', '.join(space.left_out)}."] if space.left_out else []),
         ],
         dof=list(space.dof),  # type: ignore[arg-type]  # names that were checked when the study was read
         f_min=one.f_min[:, 0].tolist(),

@@ -51,6 +51,7 @@ def compile_study(document: StudyDocument) -> tuple[LayoutSpace, Vehicle]:
         scale=np.array(vehicle.row_lengths),
         volume=float(volumes(whole, spaces(whole)[1]).whole[0]),
         frame=vehicle.frame,
+        left_out=base.left_out,
     )
     return space, vehicle
 

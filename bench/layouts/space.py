@@ -101,6 +101,7 @@ class LayoutSpace:
     scale : (k,) row lengths of the base's T: wrenches over it compare in newtons
     volume : of the base's attainable set [N^k, in the unit of T's moment arms]
     frame : frd or flu, of the base and so of every layout and demand
+    left_out : keys of the base's file that layouts do not have
     """
 
     name: str
@@ -113,6 +114,7 @@ class LayoutSpace:
     scale: FloatArray
     volume: float
     frame: Frame = "frd"
+    left_out: tuple[str, ...] = ()
 
     def values(self, setting: Setting, values: FloatArray) -> FloatArray:
         """(B,) what a setting is in each layout; ``values`` (P, B) are the parameters'."""

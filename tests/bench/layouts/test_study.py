@@ -202,6 +202,8 @@ def test_a_layout_s_vehicle_file_makes_the_layout(tmp_path: Path) -> None:
     (one,) = poses(space, values)
     np.testing.assert_allclose(build_vehicle(keys).T, one.layouts(space.dof).T[..., 0], atol=1e-15)
     assert keys.name == "bluerov2-heavy-0-7"
+    assert keys.notes[2:] == ["Not taken over from bluerov2-heavy: slew, volts, esc, priority."]
+    assert not any(getattr(keys, key) for key in ("slew", "volts", "esc", "priority"))
 
 
 def test_a_grid_has_its_own_number(tmp_path: Path) -> None:
