@@ -9,8 +9,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from alloc import catalogue, list_vehicles, load_vehicle
-from alloc.discovery import find
-from alloc.errors import UnknownName
+from alloc.errors import UnknownName, unknown
 from alloc.formulations import EXACT_METHODS, find_formulation
 from bench.demands.store import Case, save_case
 from bench.harness.job import AnswerTask, Described, DescribeTask, Failed, Job, Task
@@ -36,7 +35,7 @@ def contenders(settings: RunSettings) -> list[Contender]:
     known = [*(contender.method.name for contender in plugged), *(entry.name for entry in catalogue())]
     for name in wanted:
         if not any(fnmatchcase(method, name) for method in known):
-            find(name)  # raises UnknownName, whose message lists all methods
+            raise unknown("method", name, known)  # a plug-in's file a_b.py holds the method a-b
     chosen = [
         Contender(method=method_line(entry), starts=entry.starts, levels=entry.levels, missing=entry.missing)
         for entry in catalogue()

@@ -36,11 +36,13 @@ class Column(NamedTuple):
     place : which one it is, from 0
     name : its name, as the file writes it
     factor : from its unit to N, N m or s; None for a time whose unit nothing says
+    rest : which column has the nanoseconds of a stamp whose whole seconds stand here, as ROS writes one
     """
 
     place: int
     name: str
     factor: float | None
+    rest: int | None = None
 
 
 def assign(
@@ -81,6 +83,8 @@ def assign(
                 f"{place}: no column {quantity!r} among {shown}; name it there, or as in"
                 f" --columns {quantity}=NAME"
             )
+    if TIME in found:
+        found[TIME] = found[TIME]._replace(rest=_nanoseconds(header, found[TIME].name))
     return found
 
 
@@ -101,6 +105,13 @@ def listed(names: Sequence[str], most: int = 12) -> str:
     """The first names, in a line that any terminal can show."""
     shown = ["".join(c if c.isprintable() else repr(c)[1:-1] for c in name[:30]) for name in names[:most]]
     return ", ".join(shown) + (f" and {len(names) - most} more" if len(names) > most else "")
+
+
+def _nanoseconds(header: Sequence[str], name: str) -> int | None:
+    """The column beside that of a stamp's whole seconds: stamp.sec and stamp.nanosec, secs and nsecs."""
+    whole = re.fullmatch(r"(.*?)secs?", name, re.IGNORECASE)
+    beside = {whole[1].lower() + word for word in ("nanosec", "nsec", "nanosecs", "nsecs")} if whole else ()
+    return next((i for i, other in enumerate(header) if other.lower() in beside), None)
 
 
 def _named(place: str, header: Sequence[str], units: Sequence[str], quantity: str, wanted: str) -> Column:

@@ -1,6 +1,7 @@
 """Reads demands from CSV and writes thrusts as CSV, for users' scripts and from loggers."""
 
 from collections.abc import Mapping, Sequence
+from math import nan
 from pathlib import Path
 from typing import NamedTuple
 
@@ -74,6 +75,8 @@ def read_demands(
     ]
     limits = limit_columns(place, table.header, thrusters)
     used += [(name, index, LARGEST) for name, index in limits.items()]
+    rest = found[TIME].rest if TIME in found else None
+    used += [] if rest is None else [(TIME, rest, LATEST)]
     numbers: list[list[float]] = []
     lines: list[int] = []
     blank = 0
@@ -91,7 +94,9 @@ def read_demands(
         raise DemandError(f"{path}: holds no demands; give one row a demand below the header")
     values = np.array(numbers)
     taus = values[:, : len(dof)] * [found[axis].factor for axis in dof]
-    times, unit = (None, "") if TIME not in found else seconds(values[:, len(dof)], found[TIME])
+    times, unit = (None, "")
+    if TIME in found:
+        times, unit = seconds(values[:, len(dof)], found[TIME], None if rest is None else values[:, -1])
     if times is not None and (back := np.flatnonzero(np.diff(times) < 0)).size:
         raise DemandError(
             f"{path}: line {lines[back[0] + 1]}: t goes back from {times[back[0]]:g} to"
@@ -100,11 +105,23 @@ def read_demands(
     said = understood(path, table, found, unit, blank, set(limits.values()))
     by_name = {name: values[:, len(found) + i] for i, name in enumerate(limits)}
     named = tuple(found[axis].name for axis in dof)
-    return Demanded(times, taus, said, by_name, table.frame, named)
+    return Demanded(times, taus, said, by_name, table.frame, named, _still(path, times))
 
 
-def seconds(values: FloatArray, column: Column) -> tuple[FloatArray, str]:
-    """Times [s], and the unit that their size tells where nothing else does: a date in ms is above 1e11."""
+def _still(path: Path, times: FloatArray | None) -> str:
+    """A doubt about times most of which are those of the row before: they give no rate."""
+    if times is None or len(times) < 3 or np.median(np.diff(times)) > 0:
+        return ""
+    return f"{path.name}: most rows have the time of the row before, so no rate is known; --columns t=NAME"
+
+
+def seconds(values: FloatArray, column: Column, rest: FloatArray | None = None) -> tuple[FloatArray, str]:
+    """Times [s], and the unit that their size tells where nothing else does: a date in ms is above 1e11.
+
+    ``rest`` are nanoseconds beyond ``values``, whole seconds.
+    """
+    if rest is not None:
+        return values - values[0] + (rest - rest[0]) * 1e-9, ""
     if column.factor is not None:
         return values * column.factor, ""
     for unit, least in (("ns", 1e17), ("us", 1e14), ("ms", 1e11)):
@@ -118,11 +135,13 @@ def understood(
 ) -> str:
     """How a table was understood, in a line; empty where nothing had to be."""
     parts = [
-        f"{quantity} from '{column.name}'{f', taken for {unit}' if quantity == TIME and unit else ''}"
+        f"{quantity} from '{column.name}'"
+        + (f" and '{table.header[column.rest]}'" if column.rest is not None else "")
+        + (f", taken for {unit}" if quantity == TIME and unit else "")
         for quantity, column in found.items()
         if column.name != quantity
     ]
-    taken = {column.place for column in found.values()} | limits
+    taken = {place for column in found.values() for place in (column.place, column.rest)} | limits
     others = [name for i, name in enumerate(table.header) if i not in taken]
     if others:
         parts.append(f"left out: {listed(others, SHOWN)}")
@@ -170,17 +189,23 @@ def format_thrusts(
 ) -> str:
     """The CSV of answers, a row each: status, thrusts [N] (``nan`` where there are none), shares if any.
 
-    ``header`` names the n columns of thrusts; ``further`` columns stand behind all others. Numbers have ten
-    significant digits: a nanonewton of a newton.
+    ``header`` names the n columns of thrusts; ``further`` columns stand behind all others. A share that an
+    answer does not say is ``nan``. Numbers have ten significant digits: a nanonewton of a newton.
     """
-    shares = [f"share{i}" for i in range(len(answers[0].share))]
+    levels = max(len(answer.share) for answer in answers)  # a plug-in may say shares of some answers only
+    shares = [f"share{i}" for i in range(levels)]
     behind = further or {}
     rows = (
         [
             Status(a.status).name,
             *(
                 f"{number + 0.0:.10g}"
-                for number in (*a.f.tolist(), *a.share, *(c[i] for c in behind.values()))
+                for number in (
+                    *a.f.tolist(),
+                    *a.share,
+                    *[nan] * (levels - len(a.share)),
+                    *(c[i] for c in behind.values()),
+                )
             ),
         ]
         for i, a in enumerate(answers)

@@ -108,6 +108,7 @@ def read_log(
         taus, turning = met(table.taus, dof, given, why, frame)
         said = f"{table.said}; {turning}" if table.said else f"{path.name}: {turning}"
         doubt = "" if options.frame or table.frame else _like_ros(path, table, frame)
+        doubt = "; ".join(filter(None, (doubt, table.doubt)))
         return table._replace(taus=_scaled(taus, dof, options.scale), said=said, doubt=doubt)
     if path.suffix.lower() == ".bin" and path.exists():
         raise DemandError(

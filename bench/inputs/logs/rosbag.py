@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from alloc.allocation import FloatArray
-from alloc.errors import DemandError, NotInstalled
+from alloc.errors import DemandError, FileError, NotInstalled
 from alloc.vehicle.geometry import DOF
 from bench.inputs.logs import Log
 from bench.inputs.parsers import parsing
@@ -30,6 +30,8 @@ def read(path: Path, topic: str) -> Log:
         raise NotInstalled("reading bags needs rosbags; pip install 'thrustbench[ros]'") from None
     # A ROS 2 recording is a folder, so a file of it stands for the folder.
     bag = path.parent if path.suffix.lower() in (".db3", ".mcap") else path
+    if path.is_dir() and not (path / "metadata.yaml").exists():
+        raise FileError(f"{path}: not a bag, as it has no metadata.yaml; give one file, as {path}/NAME.csv")
     types = get_typestore(Stores.LATEST)
     with parsing(path, "bag", "rosbags"), AnyReader([bag], default_typestore=types) as reader:
         wrenches = [connection for connection in reader.connections if connection.msgtype in TYPES]

@@ -19,6 +19,8 @@ from bench.inputs.outputs import Outputs
 SUFFIXES = (".csv", "")
 LARGEST = 1e20
 """Bound on every number, times in ns among them."""
+REST = "t, nanoseconds"
+"""Where a stamp's nanoseconds stand in a column of their own."""
 
 
 def read(path: Path, vehicle: Vehicle) -> Outputs:
@@ -40,6 +42,8 @@ def read(path: Path, vehicle: Vehicle) -> Outputs:
     places |= {name: at for name, at in limit_columns(place, table.header).items() if name == VOLTS}
     taken = set(places.values())
     places |= {quantity: column.place for quantity, column in found.items()}
+    if TIME in found and (rest := found[TIME].rest) is not None:
+        places[REST] = rest
     rows = []
     for line, cells in table.rows:
         if len(cells) < len(table.header):
@@ -52,7 +56,9 @@ def read(path: Path, vehicle: Vehicle) -> Outputs:
             ]
         )
     values = dict(zip(places, np.array(rows).reshape(len(rows), len(places)).T, strict=True))
-    t, unit = seconds(values[TIME], found[TIME]) if TIME in found and rows else (None, "")
+    t, unit = (None, "")
+    if TIME in found and rows:
+        t, unit = seconds(values[TIME], found[TIME], values.get(REST))
     if t is not None and (np.diff(t) < 0).any():
         raise DemandError(f"{path}: times in {found[TIME].name[:40]!r} go back; sort the rows")
     said = understood(path, table, found, unit, 0, taken) or path.name

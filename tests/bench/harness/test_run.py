@@ -99,6 +99,8 @@ def test_a_plug_in_takes_part_once_whether_it_is_named_or_not(
     plugin.write_text("from alloc.methods.pinv import FORMULATION, build\n")
     chosen = contenders(RunSettings(demands=(), methods=(wanted,), plugins=(str(plugin),)))
     assert [contender.method.name for contender in chosen] == ["my-pinv", *others]
+    with pytest.raises(UnknownName, match="no method 'my_pinv'; did you mean my-pinv or"):
+        contenders(RunSettings(demands=(), methods=("my_pinv",), plugins=(str(plugin),)))
 
 
 def test_two_methods_of_one_name_are_refused_not_dropped(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from alloc import Status, load_vehicle
+from alloc import Allocation, Status, load_vehicle
 from alloc.allocation import FloatArray, answer
 from alloc.errors import DemandError, FileError
 from alloc.files.textfile import write_text
@@ -154,6 +154,23 @@ def test_times_are_seconds_whatever_their_unit(
     np.testing.assert_allclose(np.diff(t), seconds, rtol=1e-4)
 
 
+@pytest.mark.parametrize(("whole", "rest"), [("stamp.sec", "stamp.nanosec"), ("stamp_secs", "stamp_nsecs")])
+def test_a_ros_stamp_s_two_columns_are_one_time(file: Path, whole: str, rest: str) -> None:
+    rows = "".join(f"{1_700_000_000 + i // 20},{i % 20 * 50_000_000},1,2,3\n" for i in range(45))
+    t, _, said, *_ = read_demands(written(file, f"{whole},{rest},surge,sway,yaw\n{rows}"), DOF)
+    assert t is not None
+    np.testing.assert_allclose(t, 0.05 * np.arange(45), atol=1e-6)
+    assert said == f"demands.csv: t from '{whole}' and '{rest}'"
+
+
+def test_times_that_mostly_stand_still_are_doubted(file: Path) -> None:
+    rows = "".join(f"{1_700_000_000 + i // 20},1,2,3\n" for i in range(45))
+    doubt = read_log(written(file, f"time,surge,sway,yaw\n{rows}"), DOF).doubt
+    assert doubt == (
+        "demands.csv: most rows have the time of the row before, so no rate is known; --columns t=NAME"
+    )
+
+
 def test_columns_that_can_t_be_guessed_are_named_by_the_user(file: Path) -> None:
     written(file, "when,a,b,c [kNm],t\n0,1,2,3,9\n20,1,2,3,8\n")
     columns = parse_columns("surge=a,sway=b [kN],yaw=c [kNm],t=when [ms]")
@@ -251,6 +268,13 @@ def test_thrusts_keep_their_digits_and_say_their_status() -> None:
     back = np.genfromtxt(io.StringIO(text), delimiter=",", skip_header=1, usecols=(1, 2))
     np.testing.assert_allclose(back, F, rtol=1e-9)  # ten digits are written
     assert max(map(len, lines[1].split(","))) <= 13
+
+
+def test_a_plug_in_s_answers_with_and_without_a_share_keep_their_columns() -> None:
+    f = np.zeros(1)
+    answers = [Allocation(f, Status.SOLVED), Allocation(f, Status.PARTIAL, share=(0.5,))]
+    lines = format_thrusts(answers, ["f0"], {"u0": [1500, 1501]}).splitlines()
+    assert lines == ["status,f0,share0,u0", "SOLVED,0,nan,1500", "PARTIAL,0,0.5,1501"]
 
 
 def test_a_file_of_demands_is_a_demand_set(file: Path) -> None:

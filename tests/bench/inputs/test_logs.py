@@ -178,7 +178,7 @@ def test_a_damaged_log_is_read_in_part_or_refused_in_one_line(
 
 def test_a_file_that_is_no_log_is_refused(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
-    with pytest.raises(FileError, match="not a bag"):
+    with pytest.raises(FileError, match=r"not a bag, as it has no metadata\.yaml; give one file, as .*\.csv"):
         read_log(tmp_path / "empty", DOF)
     with pytest.raises(FileError, match="no such file"):
         read_log(tmp_path / "gone.ulg", DOF)

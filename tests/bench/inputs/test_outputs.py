@@ -119,6 +119,15 @@ def test_times_in_ms_under_a_name_that_says_seconds_are_doubted(tmp_path: Path) 
     assert "warning: ms: 0.05 Hz; were its times in ms, 50 Hz: name the column 't [ms]'\n" in result.stderr
 
 
+def test_a_ros_stamp_in_two_columns_is_the_time_of_commands(tmp_path: Path) -> None:
+    file = tmp_path / "ros.csv"
+    rows = "".join(f"{1_700_000_000 + i // 4},{i % 4 * 250_000_000}{',1600' * 8}\n" for i in range(9))
+    file.write_text("header.stamp.sec,header.stamp.nanosec,u0,u1,u2,u3,u4,u5,u6,u7\n" + rows)
+    t = read_outputs(file, VEHICLE).t
+    assert t is not None
+    np.testing.assert_allclose(t, 0.25 * np.arange(9))
+
+
 def test_ends_and_dead_bands_are_counted(tmp_path: Path) -> None:
     file = tmp_path / "u.csv"
     file.write_text(
