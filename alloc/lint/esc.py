@@ -28,7 +28,8 @@ def on_esc(keys: VehicleFile, vehicle: Vehicle) -> Iterator[tuple[Level, str, st
 
 def _on_points(keys: EscKeys) -> Iterator[tuple[Level, str, str]]:
     if (curve := measured(keys)) is None:
-        yield "warning", "esc", "no 'curve': thrust is taken as linear, which no propeller's is; measure one"
+        linear = "thrust is taken as linear, and alike at every voltage, as no propeller's is"
+        yield "warning", "esc", f"no 'curve': {linear}; measure one"
         return
     for volts, points in zip(curve.volts, curve.points, strict=True):
         moved = np.abs(monotone(points, keys.neutral) - points[:, 1])

@@ -39,7 +39,7 @@ class Delivered(NamedTuple):
     f, taus : (N, n) thrusts [N]; (N, k) wrenches T P f [N, N m]
     at_end, in_dead_band : (n,) share of rows with the command at an end of its range; not neutral, and still
         making nothing
-    outside : share of rows whose voltage the curve does not cover
+    outside : share of rows whose voltage the curve does not cover; NaN where it says no voltage
     undone : what of the demands was not made; None where the log has none in newtons
     """
 
@@ -65,7 +65,10 @@ def made_by(outputs: Outputs, vehicle: Vehicle, scale: tuple[float, ...] = ()) -
     )
     at_end = (u <= low + step / 2) | (u >= high - step / 2)
     dead = (f == 0) & (np.abs(u - neutral) >= step / 2)
-    outside = 0.0 if volts is None else float(np.mean([esc.outside(volts) for esc in vehicle.esc]))
+    measured = [esc for esc in vehicle.esc if not np.isnan(esc.volts[0])]
+    outside = np.nan
+    if volts is not None and measured:
+        outside = float(np.mean([esc.outside(volts) for esc in measured]))
     undone = None
     if outputs.taus is not None:
         factors = np.ones(vehicle.k)
@@ -122,7 +125,13 @@ def as_text(made: Delivered, outputs: Outputs, vehicle: Vehicle) -> str:
         lines.append(("duration", f"{outputs.t[-1] - outputs.t[0]:.4g} s"))
     if outputs.volts is not None:
         lines.append(("battery", f"{outputs.volts.min():.4g} … {outputs.volts.max():.4g} V"))
-        lines.append(("voltage outside of the curve", f"{100 * made.outside:.2f} %"))
+        alike = "not known: thrusts are taken as alike at every voltage"
+        lines.append(
+            (
+                "voltage outside of the curve",
+                alike if np.isnan(made.outside) else f"{100 * made.outside:.2f} %",
+            )
+        )
     for axis, row in zip(vehicle.dof, made.taus.T, strict=True):
         lines.append((f"made {axis}", f"{row.min():.4g} … {row.max():.4g} {unit(axis)}"))
     for i in range(vehicle.n):

@@ -1,6 +1,8 @@
 """What went to the ESCs, out of logs of three kinds: the wrench that was made, and what was left undone."""
 
+import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +12,7 @@ from click.testing import CliRunner
 from alloc import AllocError, load_vehicle
 from alloc.allocation import FloatArray
 from bench.__main__ import cli
-from bench.demands.outputs_summary import full_authority, made_by
+from bench.demands.outputs_summary import as_text, full_authority, made_by
 from bench.inputs.demand_csv import read_demands
 from bench.inputs.outputs import read_outputs
 from tests.output_logs import write_bin, write_outputs_ulog
@@ -138,6 +140,21 @@ def test_ends_and_dead_bands_are_counted(tmp_path: Path) -> None:
     assert made.at_end.tolist() == [0.75, 0.75, 0, 0, 0, 0, 0, 0]
     assert made.in_dead_band.tolist() == [0, 0, 0, 0.75, 0, 0, 0, 0]
     assert made.undone is None
+
+
+def test_a_curve_that_knows_no_voltage_covers_none(tmp_path: Path) -> None:
+    """'voltage outside of the curve 0.00 %' was said of thrusts that no battery's sag reaches."""
+    vehicle = replace(VEHICLE, esc=tuple(replace(esc, volts=np.array([np.nan])) for esc in VEHICLE.esc))
+    for asked, says in (
+        (vehicle, "not known: thrusts are taken as alike at every voltage"),
+        (VEHICLE, "0.00 %"),
+    ):
+        outputs = read_outputs(csv(tmp_path), asked)
+        lines = dict(
+            re.split("  +", line, maxsplit=1)
+            for line in as_text(made_by(outputs, asked), outputs, asked).splitlines()
+        )
+        assert lines["voltage outside of the curve"] == says
 
 
 def test_motors_of_a_dive_that_the_vehicle_has_no_thruster_for_are_named(tmp_path: Path) -> None:
