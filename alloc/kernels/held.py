@@ -22,7 +22,7 @@ from alloc.vehicle import Vehicle
 INSET = (1 / 4, 1 / 8, 1 / 16, 1 / 32, 1 / 64)
 """How far inside the limits thrusts at rest shall lie, of their width, tried in turn."""
 NARROW = 1e-20
-"""A room counts as no smaller than this share of the largest limit: one divides by it."""
+"""A room that is smaller than this share of the largest limit is none."""
 HUGE = 1e18
 """Thrusts that go so many times beyond the room are at rest behind that."""
 
@@ -82,13 +82,15 @@ def held(
         if not walk.proportional:
             drawn = {i: merged(center[i], thrust) for i, thrust in thrusts.items()}
             return Held(_named(drawn), [merged(0.0, share) for share in shares])
-        rooms = _rooms(builder, center, limits)
-        taken: list[Number] = [HUGE]
-        if not limits.at_call:  # no more than what the largest gap takes of the narrowest room
-            taken.append(over((spare / bound) * (worst - bound), least(*rooms.values())))
-        if limits.at_call or len({*rooms.values()}) > 1:
+        rooms, taken = _rooms(builder, center, limits), list[Number]([HUGE])
+        if rooms:  # no more than what the largest gap takes of the narrowest room
+            taken.append((spare / bound) * (worst - bound) * (1.0 / min(rooms.values())))
+        if len({*rooms.values()}) != 1:
             gone = {i: beyond(builder, i, x, limits).value - spare for i, x in thrusts.items()}
-            taken.append(most(*(_taken(builder, value, rooms[i]) for i, value in gone.items())))
+            ahead: dict[int, Number] = {**rooms}
+            for i, x in thrusts.items() if not rooms else ():
+                ahead[i] = _room(x, center[i], limits.ends(i)) + spare
+            taken.append(most(*(over(value, ahead[i]) for i, value in gone.items())))
         more = most(least(*taken[::-1]), 0.0)
         kept = (1.0 / (1.0 + more)).named("kept")
         lost = (1.0 - kept).named("lost")
@@ -98,17 +100,6 @@ def held(
             away = x if center[i] == 0.0 else x - center[i]
             drawn[i] = merged(x - lost * away, x)
         return Held(_named(drawn), [merged(share * kept, share) for share in shares])
-
-
-def _taken(builder: Builder, value: Expression, room: Number) -> Expression:
-    """What of the way from c to its thrust a thruster goes beyond what it may.
-
-    One that is stuck has no room, and a program for many faults, whose steps hold one thruster more, takes it
-    beyond by rounding: so there it does not bring all others to rest.
-    """
-    if not builder.faults or not isinstance(room, Expression):
-        return over(value, room)
-    return select(room > NARROW * builder.vehicle.f_scale, over(value, room), 0.0)
 
 
 def over(value: Expression, room: Number) -> Expression:
@@ -141,13 +132,22 @@ def _units(builder: Builder, gaps: list[Gap]) -> tuple[dict[float, list[Gap]], f
     return {spare * unit: found for unit, found in units.items()}, spare
 
 
-def _rooms(builder: Builder, center: dict[int, Number], limits: Limits) -> dict[int, Number]:
-    """How far inside the nearer limit each thrust of c lies; one divides by it."""
-    found: dict[int, Number] = {}
+def _rooms(builder: Builder, center: dict[int, Number], limits: Limits) -> dict[int, float]:
+    """How far inside the nearer limit each thrust of c lies; empty where one has none, or it is not known."""
+    found: dict[int, float] = {}
     for i, c in center.items():
         low, high = limits.ends(i)
-        found[i] = most(least(high - c, c - low), NARROW * builder.vehicle.f_scale)
-    return found
+        if isinstance(low, Expression) or isinstance(high, Expression) or isinstance(c, Expression):
+            return {}
+        found[i] = min(high - c, c - low)
+    return found if min(found.values()) > NARROW * builder.vehicle.f_scale else {}
+
+
+def _room(thrust: Expression, c: Number, ends: tuple[Number, Number]) -> Expression:
+    """How far it is from c to the limit on the thrust's side. On the other side c may lie at the limit."""
+    low, high = ends
+    room: Expression = most(select(thrust > c, high - c, c - low), 0.0)
+    return room
 
 
 def _center(builder: Builder, walk: Walk) -> dict[int, Number]:
