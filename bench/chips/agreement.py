@@ -81,11 +81,11 @@ def agreement(kernel: Kernel, demands: DemandSet, counted: CallCounts) -> Agreem
 
 
 def explained(kernel: Kernel, demands: DemandSet, F: FloatArray) -> FloatArray:
-    """(N,) what rounding of its arguments does at most to an answer F (N, n) that ends on a way [N].
+    """(N,) what rounding of its arguments, and of its end, does at most to an answer F (N, n) on a way [N].
 
     Such an end may move a weak thruster by far more than its argument moved. With sigma the root mean
     square of what random signs of the rounding do, the worst signs of p arguments do sqrt(p) sigma, as
-    ``alloc.c.cases`` has it for self-tests.
+    ``alloc.c.cases`` has it for self-tests. The wrench at the end is rounded as well.
     """
     vehicle, by = demands.vehicle, ROUNDING[kernel.scalar]
     rng = np.random.default_rng(1999)
@@ -93,7 +93,8 @@ def explained(kernel: Kernel, demands: DemandSet, F: FloatArray) -> FloatArray:
     wrench = np.maximum(np.abs(demands.taus), vehicle.wrench_scale)
     width = (low != high) * vehicle.f_scale  # zero width stays zero width
     allocate = build(kernel.twin, vehicle)
-    squares = np.zeros(len(F))
+    squares, ends = np.zeros(len(F)), np.zeros(len(F))
+    end = (1.0 - by) * np.nan_to_num(F) @ vehicle.TP.T
     for _ in range(TRIES):
         tau_signs, low_signs, high_signs = (
             by * rng.choice([-1.0, 1.0], one.shape) for one in (wrench, low, high)
@@ -102,5 +103,7 @@ def explained(kernel: Kernel, demands: DemandSet, F: FloatArray) -> FloatArray:
             demands.taus + tau_signs * wrench, low + low_signs * width, high + high_signs * width
         )
         squares += far_off(moved, F) ** 2 / TRIES
-    largest: FloatArray = np.sqrt((vehicle.k + 2 * vehicle.n) * squares)
+        moved, _ = allocate.many(end + tau_signs * vehicle.wrench_scale, low, high)
+        ends += far_off(moved, F) ** 2 / TRIES
+    largest: FloatArray = np.sqrt((vehicle.k + 2 * vehicle.n) * squares) + np.sqrt(vehicle.k * ends)
     return largest

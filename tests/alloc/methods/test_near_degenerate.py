@@ -1,6 +1,7 @@
 """Answers on vehicles that are symmetric but for their last digits, held against their equation."""
 
 from dataclasses import replace
+from functools import partial
 from itertools import count
 from typing import Any, cast
 
@@ -282,11 +283,11 @@ def test_c_delivers_a_level_s_share_where_thrusters_are_stuck(scalar: Scalar) ->
     np.testing.assert_allclose(*zip(*firsts, strict=True), rtol=0, atol=1e-3)
 
 
-def spoiled_piece(*given: Any) -> Piece:
-    """A part of the kernel whose steps end far outside, at thrusts that make the same wrench."""
+def spoiled_piece(*given: Any, far: float = 100.0) -> Piece:
+    """A part of the kernel whose steps end so far [N] outside, at thrusts that make the same wrench."""
     part = piece(*given)
     block: Block = given[2]
-    by = 100.0 * block.N[:, 0] / np.abs(block.N[:, 0]).max()
+    by = far * block.N[:, 0] / np.abs(block.N[:, 0]).max()
 
     def thrusts() -> dict[int, Expression]:
         return {i: x + float(by[block.rows.tolist().index(i)]) for i, x in part.thrusts().items()}
@@ -314,6 +315,24 @@ def test_c_that_went_astray_says_a_smaller_share(
     got = in_c(vehicle, method, scalar, limits, taus)
     error = np.abs(got.F @ vehicle.TP.T - promised(vehicle, method, taus, got.share)) / vehicle.wrench_scale
     assert error.max() > 0.1
+
+
+@pytest.mark.parametrize("limits", ["fixed", "call"])
+def test_c_that_ends_a_little_beyond_upper_limits_keeps_its_share_where_no_thruster_reverses(
+    limits: Where, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At rest thrusts lie at lower limits; the room from there to these is nothing, and so was the share."""
+    monkeypatch.setattr(by_level, "piece", partial(spoiled_piece, far=0.01))
+    vehicle, rng = numbered(74)
+    allocate = build("scaled", vehicle)
+    asked = 1.5 * rng.uniform(10.0, vehicle.f_max, (400, vehicle.n)) @ vehicle.TP.T
+    answers = [allocate(tau) for tau in asked]
+    clear = [i for i, each in enumerate(answers) if each.status is Status.PARTIAL and each.f.min() > 0.1]
+    got = in_c(vehicle, "scaled", "double", limits, asked[clear])
+    share = np.array([answers[i].share for i in clear])
+    assert len(clear) > 20
+    assert (got.share < share).any()  # drawn in
+    np.testing.assert_allclose(got.share, share, rtol=1e-3)
 
 
 @pytest.mark.parametrize("apart", [1e-15, 5e-12, 1e-10])

@@ -16,8 +16,9 @@ from alloc.discovery import find
 from alloc.errors import UnknownName
 from alloc.kernels import by_level
 from alloc.kernels.held import Held
+from alloc.methods import recipe
 from alloc.nullspace.region import prepare
-from alloc.program import Scalar, Where
+from alloc.program import Scalar, Where, evaluate
 from bench.__main__ import cli
 from bench.chips.agreement import agreement, explained
 from bench.chips.count import CallCounts, count
@@ -87,6 +88,33 @@ def test_an_answer_at_the_end_of_a_way_may_differ_by_what_rounding_explains_and_
         none = np.zeros(len(F), dtype=np.intp)
         counted = CallCounts(moved, status.astype(np.intp), none, none, np.zeros((len(moved), 0)))
         assert agreement(kernel, demands, counted).agrees is agrees
+
+
+@pytest.mark.parametrize(("off", "agrees"), [(0.0, True), (1e-4, False)])
+def test_weak_thrusters_may_differ_by_what_the_rounding_of_a_wrench_asks_of_them_and_no_more(
+    off: float, agrees: bool
+) -> None:
+    """A torpedo's mains pitch it by arms of 1 cm; `off` moves thrusts and leaves their wrench alone."""
+    T = np.array(
+        [
+            [1.0, 0.9962, 0.0, 0.0, 0.0, 0.0],
+            [0.0, -0.0872, 1.0, 1.0, 0.0, 0.0],
+            [0.0, 0.0, 0.0, 0.0, 1.0, 1.0],
+            [-0.01, -0.008, 0.0, 0.0, -0.685, 0.645],
+            [0.14, -0.0816, 0.595, -0.555, 0.0, 0.0],
+        ]
+    )
+    vehicle = replace(load_vehicle("bluerov2"), T=T)
+    kernel = build_kernel("scaled@native", vehicle, "float", "call", "none")
+    demands = build_demands("infeasible", vehicle, 0, 500)
+    sides = (np.tile(side, (500, 1)) for side in demands.limits)
+    program = recipe("scaled").program(vehicle, "call", "float")
+    F, status, share = evaluate(program, *(each.astype(np.float32) for each in (demands.taus, *sides)))
+    F = F + off * vehicle.f_scale * np.linalg.svd(T)[2][-1]
+    none = np.zeros(500, dtype=np.intp)
+    found = agreement(kernel, demands, CallCounts(F, status.astype(np.intp), none, none, share))
+    assert found.misstated == 0
+    assert found.agrees is agrees
 
 
 @pytest.mark.parametrize(("scalar", "off"), [("double", 2e-6), ("float", 1e-4)])
