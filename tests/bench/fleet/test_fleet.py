@@ -128,6 +128,24 @@ def test_files_that_options_name_travel_along(tmp_path: Path) -> None:
     assert (tmp_path / "there" / "2" / "cross.yaml").read_text().startswith("# a/cross.yaml")
 
 
+def test_what_files_name_beside_them_and_a_bag_s_folder_travel_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A host refused the vehicle for its curve and the bag, and a method was taken for a file of its name."""
+    monkeypatch.chdir(tmp_path)
+    texts = {"rov.yaml": "curve: mine.csv", "mine.csv": "", "plug.py": "import helper", "helper.py": ""}
+    texts |= {"other.py": "", "pinv": "", "dive.bag": "", "bag/metadata.yaml": "", "bag/bag_0.db3": ""}
+    (tmp_path / "bag").mkdir()
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text)
+    asked = ["--vehicle", "rov.yaml", "--plugin=plug.py", "--method", "pinv", "--demands", "bag"]
+    parcel = pack([*asked, "--demands", "dive.bag#/a"])
+    assert parcel.arguments[1:3] == ("1/rov.yaml", "--plugin=2/plug.py")
+    assert parcel.arguments[4:] == ("pinv", "--demands", "6/bag", "--demands", "8/dive.bag#/a")
+    beside = {"1/rov.yaml", "1/mine.csv", "2/plug.py", "2/helper.py"}
+    assert set(parcel.files) == beside | {"6/bag/metadata.yaml", "6/bag/bag_0.db3", "8/dive.bag"}
+
+
 def test_a_host_that_can_t_run_says_why() -> None:
     back = run_here(pack(["--vehicle", "magic"]), 60)
     assert back.machine
