@@ -42,6 +42,14 @@ def _on_points(keys: EscKeys) -> Iterator[tuple[Level, str, str]]:
                 f"the curve at {volts:g} V is not monotone: {points[at, 1]:g} N at {points[at, 0]:g} is moved"
                 f" by {moved[at]:.3g} N; one that never falls stands in for it",
             )
+        makes = np.interp(keys.neutral, points[:, 0], points[:, 1])
+        if abs(makes) > NOISE * most and keys.neutral not in points[:, 0]:
+            yield (
+                "warning",
+                "esc",
+                f"the curve at {volts:g} V makes {makes:.3g} N at neutral, {keys.neutral:g}, where no thrust"
+                " is taken for granted; mend one of them",
+            )
         if -points[:, 1].min() > points[:, 1].max() > 0:
             yield (
                 "warning",

@@ -20,6 +20,7 @@ def remarks(folder: Path, esc: str, rest: str = "") -> str:
 
 SLIPS = {
     "is not monotone": (SOUND.replace("[9, 0]", "[9, 0], [50, 30], [60, 20]"), ""),
+    "makes 18 N at neutral, 50": (SOUND.replace("neutral: 0", "neutral: 50"), ""),
     "astern is stronger than ahead": (SOUND.replace("-30]", "-60]"), ""),
     "is one of them in kgf?": (SOUND, "f_min: -3.06\nf_max: 4.08"),
     "35 N is less than the 40 N of the curve at 16 V": (SOUND, "f_min: -30\nf_max: 35"),
