@@ -70,7 +70,7 @@ def differences(a: Run, b: Run) -> list[str]:
 
 
 def incomparable(a: Run, b: Run, vehicle: str, demands: str) -> str:
-    """Why two runs on this vehicle's demand set were not asked the same; empty where they were."""
+    """Why two runs on this vehicle's demand set were not asked the same or alike; empty where they were."""
     ours, theirs = (run.asked.get((vehicle, demands)) for run in (a, b))
     if ours is None or theirs is None:
         return "not asked on both"
@@ -82,6 +82,8 @@ def incomparable(a: Run, b: Run, vehicle: str, demands: str) -> str:
     alike = (ours.dof, ours.n, ours.rank, ours.faults) == (theirs.dof, theirs.n, theirs.rank, theirs.faults)
     if not alike or not all(isclose(x, y, rel_tol=1e-9) for x, y in numbers):
         return "another vehicle of the same name"
+    if a.by_driver != b.by_driver:  # a call from Python takes ten times what the C in it takes
+        return "one machine's calls were made from Python, the other's by a board's driver in C"
     return ""
 
 

@@ -89,6 +89,17 @@ def test_times_are_compared_only_where_the_same_was_asked(
     assert incomparable(a, b, "ukwial", "active") == reason
 
 
+def test_a_call_from_python_is_not_compared_with_one_by_a_board_s_driver(tmp_path: Path) -> None:
+    """The same computer was 'fourteen times' as fast as itself."""
+    problem = made_up.problem("ukwial")
+    folders = [folder(tmp_path, "a", problem), folder(tmp_path, "b", problem)]
+    text = folders[1] / "record.jsonl"
+    text.write_text(text.read_text().replace('"cores":2', '"port":"POSIX"'))
+    a, b = (machine.run for machine in read_machines(folders))
+    assert incomparable(a, b, "ukwial", "active").startswith("one machine's calls were made from Python")
+    assert incomparable(b, b, "ukwial", "active") == ""
+
+
 def repeated(method: str, *us: float) -> list[Cell]:
     """A method measured afresh as often as times are given."""
     cell = steady(method, 1, exact=True)
