@@ -5,7 +5,7 @@ from typing import Annotated
 import msgspec
 
 Count = Annotated[int, msgspec.Meta(ge=0, le=2**53)]
-"""A number of calls, up to where doubles count one by one; a larger one is no count but a damaged file."""
+"""A number of calls or of ns, up to where doubles count one by one; another one is a damaged file's."""
 
 
 class Key(msgspec.Struct, frozen=True, order=True):
@@ -37,8 +37,8 @@ class Batch(msgspec.Struct, array_like=True):
     """
 
     calls: Annotated[int, msgspec.Meta(ge=1)]
-    wall_ns: int
-    cpu_ns: int
+    wall_ns: Count
+    cpu_ns: Count
     switches: int
 
 
@@ -145,11 +145,11 @@ class Cell(msgspec.Struct, tag="cell", omit_defaults=True):
     reason: str = ""
     formulation: str = ""
     limited: bool = False
-    n_demands: int = 0
-    setup_ns: list[int] = []
+    n_demands: Count = 0
+    setup_ns: list[Count] = []
     batches: list[Batch] = []
     binding_batches: list[Batch] = []
-    singles: list[tuple[int, Count]] = []
+    singles: list[tuple[Count, Count]] = []
     solver_singles: list[tuple[int, Count]] = []
     iterations_max: int | None = None
     worst_case_steps: int | None = None

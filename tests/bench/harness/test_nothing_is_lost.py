@@ -3,6 +3,7 @@
 import gzip
 import os
 import random
+import re
 import subprocess
 import sys
 import time
@@ -229,3 +230,16 @@ def test_what_is_said_of_a_line_does_not_repeat_all_of_it(finished: Path, tmp_pa
     with pytest.raises(RecordError, match="remove that line") as caught:
         read(tmp_path)
     assert len(str(caught.value)) < 400 + len(str(tmp_path))
+
+
+@pytest.mark.parametrize(
+    "key", [rb'("batches":\[\[\d+,)(?=\d)', rb'("singles":\[\[)(?=\d)', rb'("n_demands":)(?=\d)']
+)
+def test_a_negative_time_is_no_time(finished: Path, tmp_path: Path, key: bytes) -> None:
+    """The method of such a line was the first to be recommended."""
+    head, mark, cells = written(finished).partition(b'{"type":"cell"')
+    spoilt = re.sub(key, rb"\1-", cells, count=1)
+    assert spoilt != cells
+    (tmp_path / FILE_NAME).write_bytes(head + mark + spoilt)
+    with pytest.raises(RecordError, match=r"Expected `int` >= 0.*remove that line"):
+        read(tmp_path)
