@@ -98,6 +98,9 @@ def sure(run: Run) -> str:
     )
     if run.by_driver:
         text = "timed by its driver, which can't see what else ran there"
+        if lost := run.record.header.settings.get("missing"):
+            more = f" and {len(lost) - 1} more" if len(lost) > 1 else ""
+            text += f"; its log is not whole: left out are {lost[0]}{more}"
     if causes:
         text += f" ({', '.join(what for what, _ in causes.most_common())})"
     seen = pauses(run)

@@ -208,6 +208,16 @@ def test_a_board_s_report_says_how_a_board_is_timed_and_nothing_of_python_s_proc
         assert said not in short + long, said
 
 
+def test_a_board_s_report_says_what_did_not_arrive(log: bytes, tmp_path: Path) -> None:
+    rows = log.splitlines(keepends=True)
+    asked = next(i for i, row in enumerate(rows) if b" ask " in row and b" pinv@native " in row)
+    (tmp_path / "LOG").write_bytes(b"".join(rows[: asked + 2] + rows[asked + 3 :]))
+    keep(tmp_path / "LOG", tmp_path / "run", "desk")
+    render(tmp_path / "run")
+    short = (tmp_path / "run/report.md").read_text("utf-8")
+    assert "its log is not whole: left out are pinv@native on " in short
+
+
 def test_a_solver_s_own_c_on_a_board_is_no_closed_form(log: bytes, tmp_path: Path) -> None:
     """The report said so, and that the solver was called through Python."""
     (tmp_path / "LOG").write_bytes(log)
