@@ -91,7 +91,7 @@ def refusal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
         ("allocate|good.csv|--vehicle|ukwial|--method|qp/gurobi", "no method 'qp/gurobi'"),
         ("allocate|good.csv|--vehicle|bluerov2|--method|pinv", "no column 'heave'"),
         ("allocate|gone.csv|--vehicle|ukwial|--method|pinv", "gone.csv: can't be read (no such file"),
-        ("allocate|folder|--vehicle|ukwial|--method|pinv", "folder: not a bag that rosbags can read"),
+        ("allocate|folder|--vehicle|ukwial|--method|pinv", "folder: not a bag, as it has no metadata.yaml"),
         ("allocate|nan.csv|--vehicle|ukwial|--method|pinv", "nan.csv: line 2: sway is 'nan'"),
         ("allocate|wide.csv|--vehicle|ukwial|--method|pinv", "wide.csv: line 2: 4 cells under 3 columns"),
         (
