@@ -201,8 +201,10 @@ MUTANTS = (
     ),
     Mutant(
         "files of one name overwrite each other on their way to another host",
-        'place = f"{number}/{path.name}"',
-        'place = f"0/{path.name}"',
+        'files[f"{number}/{place}"] = path.read_bytes()\n'
+        '            packed.append(f"{option}{equals}{number}/',
+        'files[f"0/{place}"] = path.read_bytes()\n'
+        '            packed.append(f"{option}{equals}0/',
     ),
     Mutant(
         "a board that counts instructions is taken for one with a clock",
