@@ -203,8 +203,7 @@ MUTANTS = (
         "files of one name overwrite each other on their way to another host",
         'files[f"{number}/{place}"] = path.read_bytes()\n'
         '            packed.append(f"{option}{equals}{number}/',
-        'files[f"0/{place}"] = path.read_bytes()\n'
-        '            packed.append(f"{option}{equals}0/',
+        'files[f"0/{place}"] = path.read_bytes()\n            packed.append(f"{option}{equals}0/',
     ),
     Mutant(
         "a board that counts instructions is taken for one with a clock",
