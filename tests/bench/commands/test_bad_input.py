@@ -252,7 +252,7 @@ not_root = pytest.mark.skipif(os.geteuid() == 0, reason="root may read and write
         ("blocked/record.jsonl", "report|blocked", "can't be read (Permission denied)"),
         ("folder", "size|folder|--rate|50", "permission denied"),
         ("folder", "run|--vehicle|ukwial|--method|pinv|--out|folder", "permission denied; make room"),
-        ("folder", "allocate|good.csv|--vehicle|ukwial|--method|pinv|-o|folder/f.csv", "can't be written"),
+        ("folder", "allocate|good.csv|--vehicle|ukwial|--method|pinv|-o|folder/f.csv", "permission denied"),
     ],
 )
 def test_a_file_or_folder_without_permission_is_refused_by_the_command_that_needs_it(
