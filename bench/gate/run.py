@@ -8,7 +8,7 @@ from pathlib import Path
 from time import monotonic
 from types import MappingProxyType
 
-from bench.gate import instructions, pairs, trees
+from bench.gate import environments, instructions, pairs, trees
 from bench.gate.cells import DEFAULT_CELLS, Demands
 from bench.gate.examine import examine
 from bench.gate.prober import Prober
@@ -66,16 +66,16 @@ def gate(
         ]
         if left_out:
             record.notes.append(f"not committed, so not looked at: {', '.join(left_out)}")
-        record.unchanged = "" if always else trees.unchanged(*both)
+        record.unchanged = "" if always else environments.unchanged(*both)
         if not record.unchanged:
-            if not users and trees.requirements(base_tree) != trees.requirements(head_tree):
+            if not users and environments.requirements(base_tree) != environments.requirements(head_tree):
                 tell("environments: the requirements differ, so each side gets its own")
                 record.notes.append(
                     "the requirements differ: each side was measured in an environment of its own"
                 )
             if not users:
                 with _stage(record, "prepare"):
-                    both = trees.prepare(*both, Path(folder) / "environments")
+                    both = environments.prepare(*both, Path(folder) / "environments")
             compare(record, both, patterns, count=count, tell=tell)
     record.seconds["all"] = monotonic() - started
     return record

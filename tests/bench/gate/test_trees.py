@@ -1,51 +1,13 @@
-"""What a tree requires, and the interpreter that it gets."""
+"""A side is unpacked whole: submodules, the plug-in's neighbours, a user's own library."""
 
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 import gate_check
-from bench.gate import trees
+from bench.gate import environments, trees
 from bench.gate.side import SourceTree
-
-
-def test_requirements_hold_dependencies_and_pinned_versions_and_no_comments(tmp_path: Path) -> None:
-    (tmp_path / "pyproject.toml").write_text(
-        '[project]\ndependencies = ["numpy"]\n[tool.ruff]\nline-length = 1\n'
-    )
-    (tmp_path / "constraints.txt").write_text("# a comment\nnumpy==2.0 # another\n")
-    assert trees.requirements(tmp_path) == ["numpy", "numpy==2.0"]
-
-
-def test_trees_with_different_requirements_get_environments_of_their_own(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    for side, dependency in (("base", "numpy"), ("head", "numpy>=2")):
-        (tmp_path / side / "alloc").mkdir(parents=True)
-        (tmp_path / side / "pyproject.toml").write_text(f'[project]\ndependencies = ["{dependency}"]\n')
-    monkeypatch.setattr(trees, "_environment", lambda tree, at: f"python of {tree.name} in {at.name}")
-    base, head, at = (tmp_path / name for name in ("base", "head", "environments"))
-    assert trees.interpreters(base, head, at) == ("python of base in base", "python of head in head")
-    assert trees.interpreters(base, base, at) == (sys.executable, sys.executable)
-
-
-@pytest.mark.parametrize(
-    ("text", "says"),
-    [(None, "says in no pyproject.toml what it requires"), ("[project", "pyproject.toml can't be read")],
-)
-def test_a_tree_that_does_not_say_what_it_requires_is_named(
-    text: str | None, says: str, tmp_path: Path
-) -> None:
-    for side in ("base", "head"):
-        (tmp_path / side / "alloc").mkdir(parents=True)
-    (tmp_path / "base" / "pyproject.toml").write_text('[project]\ndependencies = ["numpy"]\n')
-    if text is not None:
-        (tmp_path / "head" / "pyproject.toml").write_text(text)
-    base, head = tmp_path / "base", tmp_path / "head"
-    with pytest.raises(trees.BadTree, match=f"^head: {says}"):
-        trees.interpreters(head, base, tmp_path / "environments")
 
 
 def in_a_submodule(folder: Path) -> tuple[trees.Source, trees.Source]:
@@ -98,8 +60,8 @@ def test_what_a_plug_in_imports_from_beside_it_is_each_side_s_own(
         assert not (tmp_path / name / ".venv").exists()
     base, head = ((tmp_path / name / "lib" / "gains.py").read_text() for name in ("base", "head"))
     assert base != head
-    assert trees.unchanged(*both) == ""
-    assert trees.unchanged(both[0], both[0]).startswith("all files but documents are the same")
+    assert environments.unchanged(*both) == ""
+    assert environments.unchanged(both[0], both[0]).startswith("all files but documents are the same")
 
 
 def test_a_submodule_that_is_not_here_is_named(tmp_path: Path) -> None:
