@@ -103,6 +103,7 @@ def steps_along(
     spread = np.zeros((push.shape[1], len(values)))
     for i in used:
         for minus, value in products[i]:
-            spread[i, values.index(value)] = -1.0 if minus else 1.0
+            # A step adds a product up twice where axes that a failure made one ask for the same.
+            spread[i, values.index(value)] += -1.0 if minus else 1.0
     of_products = summed(push @ spread, values, f"go{name}")
     return of_steps.rows if of_steps.terms <= of_products.terms else of_products.rows

@@ -392,6 +392,23 @@ def test_limits_of_the_call_are_taken_as_every_method_takes_them(kernel) -> None
             assert not native.limited or ((f_min <= answer.f) & (answer.f <= f_max)).all()
 
 
+def test_axes_that_a_failure_makes_one_get_the_shares_that_they_get_in_python() -> None:
+    """Both ask a level's step for the same number then, which each thrust adds up twice."""
+    made = replace(
+        load_vehicle(SMALL),
+        T=np.array([[1.0, 1.0, 2.0, -2.0], [1.0, 1.0, 2.0, 2.0], [2.0, 2.0, 1.0, 1.0]]),
+        priority=(("yaw",), ("surge",), ("sway",)),
+    )
+    vehicle = made.with_fault(3)  # surge is sway then
+    assert vehicle.rank == vehicle.k - 1
+    python, native = build("priority", vehicle), build("priority@native", vehicle)
+    for tau in np.random.default_rng(0).uniform(-1500.0, 1500.0, (50, 3)):
+        for limits in ((), (vehicle.f_min, vehicle.f_max)):
+            expected, answer = python(tau, *limits), native(tau, *limits)
+            np.testing.assert_allclose(answer.share, expected.share, rtol=0, atol=1e-11)
+            np.testing.assert_allclose(answer.f, expected.f, rtol=0, atol=1e-11 * vehicle.f_scale)
+
+
 @pytest.mark.parametrize("kernel", ["scaled", "priority"])
 def test_limits_without_any_margin_take_nothing_of_a_demand_but_what_they_make(kernel) -> None:
     """Loads are 0 / 0 there, which must not count, or x / 0, which must; the header says so."""
