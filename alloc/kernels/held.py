@@ -42,11 +42,12 @@ class Gap(NamedTuple):
 
 def beyond(builder: Builder, i: int, thrust: Expression, limits: Limits) -> Gap:
     """The gap of one thruster; none of one that is off, which no drawing in brings nearer to its zero."""
-    # Of a thruster that is off rounding alone is left, which lies inside any limits: those of no fault do.
+    # Of a thruster that is off rounding alone is left: limits of no fault do, unless they leave out zero.
     low, high = (limits.of_no_fault() if limits.by_fault else limits).ends(i)
     same = isinstance(high, float) and low == -high
     value: Expression = size(thrust) - high if same else most(low - thrust, thrust - high)
-    if limits.at_call and any(state.readiness[i] == 0 for state in builder.faults.values()):
+    zero = isinstance(low, float) and isinstance(high, float) and low <= 0.0 <= high
+    if not zero and any(state.readiness[i] == 0 for state in builder.faults.values()):
         on = builder.graph.by_fault(float(state.readiness[i] > 0) for state in builder.faults.values())
         value = on * value
     return Gap(value.named(f"beyond{i}"), {i: 1.0})

@@ -132,6 +132,20 @@ def test_one_function_for_all_faults_agrees_with_python_for_each(kernel, name, l
     check_itself(load_vehicle(name), kernel, "float", limits, tmp_path, "all")
 
 
+@pytest.mark.parametrize("kernel", ["scaled", "nullspace"])
+def test_a_thruster_that_could_not_rest_takes_nothing_of_others_when_it_is_off(kernel, tmp_path) -> None:
+    """Zero lies outside of its limits, which one function for all faults looks at."""
+    vehicle = replace(
+        load_vehicle(SMALL),
+        dof=("surge", "sway"),
+        T=np.array([[1.0, 0.8, 0.3, -0.5], [0.2, 0.6, 1.0, 0.9]]),
+        slack_weights=np.ones(2),
+        priority=(),
+        f_min=np.array([-250.0, 10.0, -250.0, -250.0]),
+    )
+    check_itself(vehicle, kernel, "double", "fixed", tmp_path, "all")
+
+
 def test_a_number_of_one_fault_that_is_wrong_is_told_by_the_self_test(tmp_path) -> None:
     files = generate(load_vehicle(SMALL), "nullspace", faults="all")
     rows = re.search(r"_of\[\d\]\[\d+\] = \{\n(.*?)\n\};", files["ukwial_nullspace.c"], re.S)
