@@ -1,8 +1,11 @@
 """A sound vehicle file for tests to spoil, and the refusal of a spoiled one."""
 
+from dataclasses import replace
 from pathlib import Path
 
-from alloc import load_vehicle
+import numpy as np
+
+from alloc import Vehicle, load_vehicle
 from tests.readers import refused
 
 GOOD = """\
@@ -22,3 +25,17 @@ def refusal(path: Path) -> str:
     message = refused(lambda: load_vehicle(path), path)
     assert len(message) < len(str(path)) + 300
     return message
+
+
+def torpedo() -> Vehicle:
+    """Six thrusters whose mains pitch the vehicle by arms of 1 cm: rounding of a wrench asks much of them."""
+    T = np.array(
+        [
+            [1.0, 0.9962, 0.0, 0.0, 0.0, 0.0],
+            [0.0, -0.0872, 1.0, 1.0, 0.0, 0.0],
+            [0.0, 0.0, 0.0, 0.0, 1.0, 1.0],
+            [-0.01, -0.008, 0.0, 0.0, -0.685, 0.645],
+            [0.14, -0.0816, 0.595, -0.555, 0.0, 0.0],
+        ]
+    )
+    return replace(load_vehicle("bluerov2"), T=T)

@@ -59,7 +59,7 @@ def agreement(kernel: Kernel, demands: DemandSet, counted: CallCounts) -> Agreem
     size = np.maximum(np.abs(F[both]).max(axis=1, initial=0.0), vehicle.f_scale)
     apart = np.abs(counted.F[both] - F[both]).max(axis=1, initial=0.0)
     near = apart <= tolerance * size
-    if kernel.levels and not near.all():
+    if not kernel.solver and not near.all():
         near = apart <= tolerance * size + explained(kernel, demands, F)[both]
     wrong = int(np.count_nonzero(other & clear))
     said = np.flatnonzero(np.isin(counted.status, (Status.SOLVED, Status.PARTIAL)))
@@ -81,11 +81,11 @@ def agreement(kernel: Kernel, demands: DemandSet, counted: CallCounts) -> Agreem
 
 
 def explained(kernel: Kernel, demands: DemandSet, F: FloatArray) -> FloatArray:
-    """(N,) what rounding of its arguments, and of its end, does at most to an answer F (N, n) on a way [N].
+    """(N,) what rounding of its arguments, and of a way's end, does at most to an answer F (N, n) [N].
 
-    Such an end may move a weak thruster by far more than its argument moved. With sigma the root mean
-    square of what random signs of the rounding do, the worst signs of p arguments do sqrt(p) sigma, as
-    ``alloc.c.cases`` has it for self-tests. The wrench at the end is rounded as well.
+    On the edge of what can be met it may move a weak thruster by far more than an argument moved. With sigma
+    the root mean square of what random signs of the rounding do, the worst signs of p arguments do sqrt(p)
+    sigma, as ``alloc.c.cases`` has it for self-tests. The wrench at the end is rounded as well.
     """
     vehicle, by = demands.vehicle, ROUNDING[kernel.scalar]
     rng = np.random.default_rng(1999)

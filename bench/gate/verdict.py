@@ -103,7 +103,8 @@ def verdict(record: GateRecord) -> Verdict:
     ended = partial(Verdict, findings=lost + wrong + heavier + slower, improvements=improvements, rows=rows)
     moved = [r for cell in timed if cell.is_control and has_moved(r := row(cell, record.settings))]
     if lost or wrong:
-        kind = "cells are gone" if lost else "answers are wrong"
+        turned = any(cell.turned_wrong for cell in compared)
+        kind = "cells are gone" if lost else "answers are wrong" if turned else "other answers"
         return ended(outcome=Outcome.REGRESSION, summary=f"regression: {kind}")
     if heavier:
         return ended(outcome=Outcome.REGRESSION, summary="regression: more instructions per call")

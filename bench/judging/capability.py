@@ -104,11 +104,13 @@ def _without_methods(vehicle: Vehicle, seed: int) -> Capability:
 
 def _add(capability: Capability, method: str, asked: Asked, answers: list[Answers | Unanswered]) -> None:
     """Add what a method answered to a vehicle's cases; a method that refuses the vehicle adds nothing."""
-    failures = [a for a in answers if isinstance(a, Unanswered) and a.status != "refused"]
-    if failures:
-        first = failures[0]
-        capability.unserved.append(Unserved(method=method, status=first.status, reason=first.reason))
-        return
+    vehicles = [case.vehicle for case in asked.cases]
+    for vehicle, answer in zip(vehicles, answers, strict=True):
+        if isinstance(answer, Unanswered) and answer.status != "refused":
+            off = "".join(f"with {vehicle.called(i)} off: " for i, _ in vehicle.faults)
+            reason = f"{off}{answer.reason}"
+            capability.unserved.append(Unserved(method=method, status=answer.status, reason=reason))
+            return
     *of_states, of_growing = answers
     for (fault, question), answer in zip(asked.states, of_states, strict=True):
         if isinstance(answer, Answers):

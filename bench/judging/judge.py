@@ -30,19 +30,22 @@ def judge(
     limited: bool,
     tolerance: float,
     wrench_tolerance: float = WRENCH_TOLERANCE,
+    doubt: FloatArray | float = 0.0,
     thorough: bool = True,
 ) -> Judged:
     """Judge ``answers`` to the demands of ``question``, one a demand in order, and over again from the first.
 
     ``wrench_tolerance`` is how far a SOLVED wrench may be off, relative to the vehicle's wrench scale: more
-    for answers in single precision. ``thorough`` adds duality gaps and what is lost, which cost most and are
-    the same in each repeat. Every comparison is written so that NaN fails it.
+    for answers in single precision. ``doubt`` (N,) [N] is how far rounding of a demand moves its right
+    answer; so much of a distance does not count. ``thorough`` adds duality gaps and what is lost, which cost
+    most and are the same in each repeat. Every comparison is written so that NaN fails it.
     """
     seen = measured(question, answers, formulation)
     wrong = faults(question, seen, formulation, limited, tolerance, wrench_tolerance)
     vehicle, finite, status = question.demands.vehicle, seen.finite, seen.status
     compared = finite & np.isfinite(seen.distance)
-    farthest = float(seen.distance[compared].max()) if compared.any() else None
+    distance = seen.distance - np.broadcast_to(doubt, len(question.demands.taus))[seen.demand]
+    farthest = max(float(distance[compared].max()), 0.0) if compared.any() else None
     # The labels active and inactive leave out the boundary, where failures happen, so alpha* is used. But
     # alpha* does not tell where a vehicle that must always thrust gets too small a demand; the label does.
     within = question.demands.alpha[seen.demand] > 1 + WRENCH_TOLERANCE

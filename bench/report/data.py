@@ -19,14 +19,11 @@ from bench.results.emulated import rows as emulated_rows
 from bench.results.fit import Fit
 from bench.results.machines import NamedRun, emulated_name
 from bench.results.quantiles import Histogram, interval, merged
-from bench.results.ranking import largest_loss
+from bench.results.ranking import largest_loss, largest_miss
 from bench.results.repeats import most, most_of_all
 from bench.results.rows import in_order
 from bench.results.size import CLOSE
 from bench.results.sizing import Pool, of_methods, pools
-
-ATTAINED = 1 - 1e-9
-"""Share of attainable demands from which on a set's losses count as a method's: rounding of a ratio."""
 
 
 def data(machines: Sequence[NamedRun]) -> dict[str, Any]:
@@ -109,7 +106,7 @@ def _method(
         "distance": _shown(most(row.distance_relative for row in rows)),
         "promise": _shown(most(row.tolerance for row in rows)),
         "served": served(machine.run, first.vehicle, first) if first.call_p50_us is not None else "",
-        "pools": [{"demands": "", **_pool(next(pools), rows)}]
+        "pools": [{"demands": "", **_pool(next(pools), rows), "lost": _shown(largest_miss(rows))}]
         + [
             {
                 "demands": row.demands,
@@ -130,12 +127,11 @@ def _pool(pool: Pool, rows: Sequence[Row]) -> dict[str, Any]:
     seen = pool.seen
     bounds = [_shown(pool.late(ns / 1000)[1], 100.0, 3) for ns, _ in pool.singles]
     slowest = max(rows, key=lambda row: row.call_p50_us or 0.0)
-    met = rows if len(rows) == 1 else [row for row in rows if row.measured.attainable >= ATTAINED]
     return {
         "exact": seen.exact,
         "refused": _shown(seen.refused),
         "refusal": seen.refusal,
-        "lost": _shown(most(largest_loss(row) for row in met)),
+        "lost": _shown(most(largest_loss(row) for row in rows)),
         "p50": seen.p50_us,
         "cpu": seen.cpu_us,
         "p999": seen.p999_us,

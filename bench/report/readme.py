@@ -5,7 +5,7 @@ from pathlib import Path
 from alloc import AllocError
 from alloc.allocation import WRENCH_TOLERANCE
 from alloc.formulations import EXACT_METHODS
-from bench.record import RecordError
+from bench.record import Capability, RecordError
 from bench.results.columns import Row
 from bench.results.ranking import best, exact, largest_loss, representatives, worth_considering
 from bench.results.rows import Run
@@ -105,3 +105,9 @@ def _caption(run: Run, shown: list[str]) -> str:
 
 def _median(row: Row | None) -> str:
     return three(row.call_p50_us) if row else ""
+
+
+def not_counted(capability: Capability) -> list[str]:
+    """A line for each method whose share of the vehicle could not be had, with the reason."""
+    where = f"on {capability.vehicle}, what it serves is not counted"
+    return [f"{u.method} {where}: {u.status} {u.reason}" for u in capability.unserved]

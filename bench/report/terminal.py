@@ -13,18 +13,16 @@ from rich.table import Table
 from alloc.allocation import WRENCH_TOLERANCE
 from alloc.formulations import Family
 from bench.record.machine import machine_name
+from bench.report.readme import not_counted
 from bench.report.sections.moving import of, sequences, title
 from bench.report.verdict import cut_logs, loop_of, sure, verdicts
 from bench.results.columns import Row
-from bench.results.ranking import largest_loss
+from bench.results.ranking import largest_miss
 from bench.results.repeats import most
 from bench.results.rows import Run, read_run
 from bench.results.size import best_of_each, of_all_vehicles
 from bench.results.sizing import sizes
 from bench.results.text import number_range, three
-
-ATTAINABLE = ("inactive", "active", "uniform")
-"""Demand sets that a perfect method serves whole."""
 
 CAPTION = """p50, p99: a call \\[us]; p99 of all sets, where there are calls enough;
 serves: share of what a vehicle can do, within 1 %;
@@ -94,6 +92,8 @@ def show(directory: Path, console: Console) -> bool:
         say(line)
     if absent:
         say(f"not installed: {', '.join(absent)}; `thrustbench list` says how to get them")
+    for line in (said for capability in run.record.capabilities for said in not_counted(capability)):
+        say(line)
     for line in objections(rows):
         say(line, style="red")
     return not objections(row for row in rows if not _is_rival(row))
@@ -155,9 +155,7 @@ def served(run: Run, rows: list[Row]) -> list[float]:
 
 def missed(rows: list[Row]) -> str:
     """The largest share of an attainable wrench that is not delivered, in per cent; empty where not known."""
-    known = [judged.missed_max for row in rows for judged in row.measured.judged]
-    older = [row for row in rows if all(judged.missed_max is None for judged in row.measured.judged)]
-    worst = most([*known, *(largest_loss(row) for row in older if row.demands in ATTAINABLE)])
+    worst = largest_miss(rows)
     if worst is None:
         return ""
     # Two digits; .2g alone would write 100 with an exponent.

@@ -6,6 +6,7 @@ from alloc.allocation import WRENCH_TOLERANCE
 from alloc.formulations import Family, find_formulation
 from alloc.formulations.hard import FORMULATION as HARD
 from bench.results.columns import Row
+from bench.results.repeats import most
 from bench.results.rows import Run
 
 EXACT_WITHIN = 1e-6
@@ -13,6 +14,9 @@ EXACT_WITHIN = 1e-6
 distance was promised. ``tight`` settings are chosen to reach it."""
 ROUNDING = 1e-9
 """Shares that differ by no more than this count as equal: it is the rounding of a ratio of counts."""
+
+ATTAINABLE = ("inactive", "active", "uniform")
+"""Demand sets that a perfect method serves whole."""
 
 
 def right(row: Row) -> bool:
@@ -88,6 +92,16 @@ def largest_loss(row: Row) -> float | None:
     """The largest share of a demand's wrench that is not delivered: 1 where a demand got no thrusts."""
     answered = row.answered_share
     return row.lost_wrench_max if answered is None or answered == 1.0 else 1.0
+
+
+def largest_miss(rows: Sequence[Row]) -> float | None:
+    """The largest share of an attainable wrench that is not delivered, over demand sets; None if not known.
+
+    Older records do not have it: there it is what was lost on sets that can be met whole.
+    """
+    known = [judged.missed_max for row in rows for judged in row.measured.judged]
+    older = [row for row in rows if all(judged.missed_max is None for judged in row.measured.judged)]
+    return most([*known, *(largest_loss(row) for row in older if row.demands in ATTAINABLE)])
 
 
 def telling(rows: Sequence[Row], most: int) -> list[Row]:

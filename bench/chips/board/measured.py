@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import msgspec
 import numpy as np
@@ -13,7 +14,7 @@ from alloc.formulations.hard import FORMULATION as HARD
 from alloc.kernels.tolerance import MET, MET_BY_SOLVERS
 from alloc.rivals import load
 from bench.chips import esc
-from bench.chips.agreement import agreement
+from bench.chips.agreement import agreement, explained
 from bench.chips.board.heard import NOOP, Heard, TimedCalls
 from bench.chips.count import CallCounts
 from bench.chips.kernel import Kernel
@@ -21,11 +22,12 @@ from bench.chips.target import names, target
 from bench.demands import DemandSet
 from bench.harness.lines import problem
 from bench.judging.judge import judge
-from bench.judging.question import Question, ask_here, questions
+from bench.judging.question import Question, ask_here, questions, right_answers
 from bench.record import SCHEMA, Batch, Cell, Emulated, Header, Judged, Key, Line, Method, Problem
 from bench.record.bins import binned
 from bench.record.machine import slug
 from bench.results.quantiles import merged
+from bench.results.ranking import EXACT_WITHIN
 
 COARSE = 0.1
 """Share of single calls without a tick from which on a counter is too coarse to time one."""
@@ -180,7 +182,8 @@ def _cell(heard: Heard, method: str, name: str, repeat: int, run: TimedCalls) ->
 
 def _judged(question: Question, kernel: Kernel, promised: Promise, run: TimedCalls, thorough: bool) -> Judged:
     known = {int(value) for value in Status}
-    judged = judge(
+    judged_with = partial(
+        judge,
         question,
         [
             Allocation(f, Status(s) if s in known else s, share=tuple(share))
@@ -192,6 +195,10 @@ def _judged(question: Question, kernel: Kernel, promised: Promise, run: TimedCal
         wrench_tolerance=(MET_BY_SOLVERS if kernel.solver else MET)[kernel.scalar],
         thorough=thorough,
     )
+    judged = judged_with()
+    if not kernel.solver and (judged.distance_rel_max or 0.0) > EXACT_WITHIN:
+        right = right_answers(question, promised.formulation)
+        judged = judged_with(doubt=explained(kernel, question.demands, right))
     if run.other_answers and not kernel.solver:  # this project's C keeps nothing between calls
         said = f"answers of {run.other_answers} passes differ from those of the first"
         judged.wrong = "; ".join(filter(None, (judged.wrong, said)))

@@ -3,6 +3,7 @@
 from alloc.vehicle.geometry import unit
 from bench.record import Authority, Capability, Served
 from bench.report.pictures import picture
+from bench.report.readme import not_counted
 from bench.results.quantiles import share
 from bench.results.rows import Run
 from bench.results.text import percent, plain, table, three
@@ -36,7 +37,7 @@ def _vehicle(capability: Capability, drawn: frozenset[str]) -> list[str]:
         _authority(capability),
         *_warnings(capability),
         _served(capability),
-        *(f"Not counted: {plain(f'{u.method} ({u.status}: {u.reason})')}.\n" for u in capability.unserved),
+        *(f"{plain(line)}.\n" for line in not_counted(capability)),
         picture(
             f"reach-{name}.svg", f"Attainable set of {name} and what the closed form serves of it", drawn
         ),

@@ -15,7 +15,8 @@ def section(run: Run, drawn: frozenset[str]) -> str:
     parts = [
         "## Agreement and failures\n",
         "Every timed answer is judged from T, H, limits and demand alone; a solver's status is not believed."
-        " Distances are to the optimum of the same formulation, over the largest thrust limit.\n",
+        " Distances are to the optimum of the same formulation, over the largest thrust limit"
+        f"{'; where they matter, less what rounding of a demand explains' if run.by_driver else ''}.\n",
         _agreement([row for row in run.rows if not row.failed]),
         _wrong([row for row in run.rows if not row.failed and not right(row)]),
         _unmeasured([row for row in run.rows if row.failed]),

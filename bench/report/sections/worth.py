@@ -1,7 +1,7 @@
 """Report section: for each vehicle the few methods worth considering."""
 
 from alloc.formulations import find_formulation
-from bench.report.readme import lost, served
+from bench.report.readme import lost, not_counted, served
 from bench.report.verdict import loop_of
 from bench.results.columns import Row
 from bench.results.ranking import best, exact, optimal, right, worth_considering
@@ -22,6 +22,8 @@ def section(run: Run, drawn: frozenset[str]) -> str:
         lines = [*(_line(run, row) for row in rows), *_not_measured(run, vehicle, demands)]
         if lines:
             parts += [f"### {plain(vehicle)}, {plain(demands)} demands\n", table(HEADERS, lines)]
+        if capability := run.capability(vehicle):
+            parts += [f"{plain(line)}.\n" for line in not_counted(capability)]
     if not parts:
         return ""
     own = any(method.plugin for method in run.record.methods)

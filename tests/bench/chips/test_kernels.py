@@ -37,6 +37,7 @@ from bench.record import Emulated, read
 from bench.results.goals import GOALS, STACK_BYTES
 from tests.emulators import available
 from tests.places import ROOT
+from tests.vehicle_files import torpedo
 
 COUPLED = str(ROOT / "docs/vehicles/box8.yaml")
 MISSED = {("cortex-m7", "supply-vessel", "pinv@native"): 42}
@@ -90,27 +91,19 @@ def test_an_answer_at_the_end_of_a_way_may_differ_by_what_rounding_explains_and_
         assert agreement(kernel, demands, counted).agrees is agrees
 
 
+@pytest.mark.parametrize(("method", "name"), [("scaled", "infeasible"), ("nullspace", "boundary")])
 @pytest.mark.parametrize(("off", "agrees"), [(0.0, True), (1e-4, False)])
 def test_weak_thrusters_may_differ_by_what_the_rounding_of_a_wrench_asks_of_them_and_no_more(
-    off: float, agrees: bool
+    method: str, name: str, off: float, agrees: bool
 ) -> None:
-    """A torpedo's mains pitch it by arms of 1 cm; `off` moves thrusts and leaves their wrench alone."""
-    T = np.array(
-        [
-            [1.0, 0.9962, 0.0, 0.0, 0.0, 0.0],
-            [0.0, -0.0872, 1.0, 1.0, 0.0, 0.0],
-            [0.0, 0.0, 0.0, 0.0, 1.0, 1.0],
-            [-0.01, -0.008, 0.0, 0.0, -0.685, 0.645],
-            [0.14, -0.0816, 0.595, -0.555, 0.0, 0.0],
-        ]
-    )
-    vehicle = replace(load_vehicle("bluerov2"), T=T)
-    kernel = build_kernel("scaled@native", vehicle, "float", "call", "none")
-    demands = build_demands("infeasible", vehicle, 0, 500)
+    """`off` moves thrusts and leaves their wrench alone. `boundary` ends within 1e-5 of what can be met."""
+    vehicle = torpedo()
+    kernel = build_kernel(f"{method}@native", vehicle, "float", "call", "none")
+    demands = build_demands(name, vehicle, 0, 500)
     sides = (np.tile(side, (500, 1)) for side in demands.limits)
-    program = recipe("scaled").program(vehicle, "call", "float")
+    program = recipe(method).program(vehicle, "call", "float")
     F, status, share = evaluate(program, *(each.astype(np.float32) for each in (demands.taus, *sides)))
-    F = F + off * vehicle.f_scale * np.linalg.svd(T)[2][-1]
+    F = F + off * vehicle.f_scale * np.linalg.svd(vehicle.T)[2][-1]
     none = np.zeros(500, dtype=np.intp)
     found = agreement(kernel, demands, CallCounts(F, status.astype(np.intp), none, none, share))
     assert found.misstated == 0

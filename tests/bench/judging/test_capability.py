@@ -114,6 +114,15 @@ def test_a_method_that_crashes_is_named_with_its_reason_and_the_others_are_count
     assert [curve.method for curve in measured.curves] == ["pinv"]
 
 
+def test_a_method_that_fails_with_a_thruster_off_says_which():
+    def ask(method: str, cases: Sequence[Case]) -> list[Answers | Unanswered]:
+        failed = Unanswered("failed", "LinAlgError: Singular matrix")
+        return [failed if case.vehicle.faults else ask_here("pinv", [case])[0] for case in cases]
+
+    (unserved,) = capability(UKWIAL, "mine", ask=ask).unserved
+    assert unserved.reason == "with thruster 0 off: LinAlgError: Singular matrix"
+
+
 @pytest.mark.parametrize("name", ["ukwial", "bluerov2-heavy"])
 def test_outlines_lie_on_the_edge_of_their_sets(name: str):
     vehicle = load_vehicle(name)

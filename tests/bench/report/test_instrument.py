@@ -16,6 +16,7 @@ from bench.__main__ import cli
 from bench.chips.target import target
 from bench.record import Batch, Cell, Emulated, Judged, Key, Line, Method, Problem, Worker
 from bench.report import together
+from bench.report.data import data
 from bench.report.html import html
 from bench.report.page import page as page_of
 from bench.results.machines import read_machines
@@ -152,6 +153,15 @@ def opened(runs: list[Path]) -> Iterator[Any]:
         page.on("request", lambda asked: page.wrong.append(asked.url) if asked.url[:5] != "file:" else None)
         yield page
         assert page.wrong == []
+
+
+def test_of_all_kinds_what_is_lost_is_of_wrenches_that_can_be_met(tmp_path: Path) -> None:
+    """As the terminal's *misses*; of one set, such as a log, it is of all its wrenches."""
+    loss = {"answered_share": 1.0, "lost_wrench_max": 0.4}
+    cell = made_up.cell("scaled", judged=Judged(answers=9, counts={}, loss=loss, missed_max=0.0))
+    (machine,) = data(read_machines([made_up.record(tmp_path, made_up.header(), cell)]))["machines"]
+    ((every, one),) = [method["pools"] for method in machine["methods"]]
+    assert (every["lost"], one["lost"]) == (0.0, 0.4)
 
 
 def open_report(page: Any, *folders: Path, choice: str = "") -> None:

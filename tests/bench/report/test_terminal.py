@@ -7,10 +7,11 @@ import msgspec
 from rich.console import Console
 
 from alloc.formulations import Family
-from bench.record import Capability, Cell, Judged, Key, Method, Served
+from bench.record import Capability, Cell, Judged, Key, Method, Served, Unserved
+from bench.report.sections import worth
 from bench.report.terminal import missed, objections, served, show
 from bench.results.rows import read_run
-from tests.made_up import cell, exact_cell, header, record
+from tests.made_up import cell, exact_cell, header, problem, record
 
 
 def judged(lost: float, share: float) -> Judged:
@@ -85,6 +86,18 @@ def test_the_table_names_its_columns_and_their_units(tmp_path: Path) -> None:
     text = console.export_text()
     for word in ("serves", "70.0%", "misses", "30%", "[us]"):
         assert word in text
+
+
+def test_a_plug_in_that_fails_after_a_failure_is_said_where_its_share_is_missing(tmp_path: Path) -> None:
+    failed = Unserved(method="mine", status="failed", reason="with thruster 2 off: LinAlgError")
+    counted = msgspec.structs.replace(CAPABILITY, served=[], unserved=[failed])
+    brought = Method(name="mine", formulation="mine", plugin=True)
+    record(tmp_path, header(), brought, problem("ukwial"), counted, on("active", "mine", 0.0, 1.0))
+    console = Console(width=200, record=True, file=StringIO())
+    show(tmp_path, console)
+    said = "mine on ukwial, what it serves is not counted: failed with thruster 2 off: LinAlgError"
+    assert said in console.export_text().splitlines()
+    assert said in worth.section(read_run(tmp_path), frozenset())
 
 
 def test_a_disagreement_without_a_promise_is_named_too(tmp_path: Path) -> None:

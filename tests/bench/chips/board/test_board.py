@@ -29,9 +29,12 @@ from bench.report import render
 from bench.report.sections import slowest
 from bench.results.fit import Fit, Loop
 from bench.results.machines import read_machines
+from bench.results.ranking import exact
+from bench.results.rows import read_run
 from bench.results.sizing import sizes
 from tests.board_logs import forged, opened, sealed
 from tests.emulators import available
+from tests.vehicle_files import torpedo
 
 METHODS = ("nullspace@native", "pinv@native")
 SETS = ("inactive", "active", "infeasible")
@@ -232,6 +235,19 @@ def test_single_precision_is_held_to_what_it_can_keep(tmp_path: Path) -> None:
     write(project("float"), tmp_path)
     make(tmp_path, "log", "CFLAGS=-O1 -DBOARD_PASSES=2")
     assert keep(tmp_path / "build/posix/LOG", tmp_path / "run").good
+
+
+def test_single_precision_s_answers_on_the_edge_are_right_however_weak_a_thruster_is(tmp_path: Path) -> None:
+    """Rounding of a demand, which the edge magnifies, is no fault of the C, and recommends no other."""
+    sets, methods = ("active", "boundary", "infeasible"), ("nullspace@native", "scaled@native")
+    write(plan(torpedo(), methods, sets, "float", "fixed", 60, 3, "none"), tmp_path)
+    make(tmp_path, "log", "CFLAGS=-O1 -DBOARD_PASSES=1")
+    kept = keep(tmp_path / "build/posix/LOG", tmp_path / "run")
+    assert kept.good, kept.said
+    (beyond,) = [
+        r for r in read_run(tmp_path / "run").rows if r.formulation == "scaled" and not r.solved_fraction
+    ]
+    assert exact(beyond)
 
 
 @pytest.mark.parametrize(
