@@ -37,6 +37,9 @@ EDGES = 500
 MOVING = {"jolts": 3000}
 """The same, of demands that come with limits of their own."""
 
+ALONE, ONE_SIDE = ("f_min alone", "f_max alone"), 100
+"""Names of the sets in which calls give limits of one side, and how many of ``MOVING`` each has."""
+
 FAILED = {"inactive": 20, "active": 40, "infeasible": 20}
 """The same, with each thruster off in turn: what a failure breaks, it breaks in many demands."""
 
@@ -160,8 +163,8 @@ def judge_cell(
 
 
 def _when(question: Question, what: str) -> str:
-    """What was found, and where: with which thruster off, or on the nearly symmetric vehicle."""
-    other = question.demands.name == NEARLY or question.demands.vehicle.whole
+    """What was found, and where: given what, with which thruster off, or on the nearly symmetric vehicle."""
+    other = question.demands.name in (NEARLY, *ALONE) or question.demands.vehicle.whole
     return f"{question.demands.name}: {what}" if what and other else what
 
 
@@ -181,13 +184,17 @@ def _at_once(
 def demand_sets(vehicle: Vehicle) -> list[DemandSet]:
     """The demands that cells of a vehicle are asked.
 
-    All kinds mixed; then those with limits of their own; then those with each thruster off in turn.
+    All kinds mixed; then those with limits of their own, of both sides and of one; then those with each
+    thruster off in turn.
     """
     edges = edge_demands(vehicle, np.random.default_rng(SEED), EDGES)
     mixed = np.random.default_rng(SEED).permutation(np.vstack([_of_kinds(vehicle, LOOKED_AT), edges]))
     again = np.arange(1, len(mixed), REPEATED)
     mixed[again] = mixed[again - 1]
     moving = [build_demands(name, vehicle, SEED, n) for name, n in MOVING.items()]
+    for name, *sides in ((ALONE[0], moving[0].f_min, None), (ALONE[1], None, moving[0].f_max)):
+        low, high = (None if side is None else side[:ONE_SIDE] for side in sides)
+        moving.append(labelled(name, vehicle, moving[0].taus[:ONE_SIDE], low, high))
     states = {i: vehicle.with_fault(i) for i in vehicle.working.tolist() if len(vehicle.working) > 1}
     failed = [labelled(f"thruster {i} off", state, _of_kinds(state, FAILED)) for i, state in states.items()]
     return [labelled("gate", vehicle, mixed), *moving, *failed]

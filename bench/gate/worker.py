@@ -78,6 +78,7 @@ class Orders:
         self.modules = set(sys.modules)
         self.vehicles: dict[str, Any] = {}
         self.allocators: dict[str, Any] = {}
+        self.own: dict[str, tuple[Any, Any]] = {}
         self.demands: dict[str, list[Any]] = {}
 
     def load(self, tree: str, plugins: list[str], vehicles: dict[str, str], source: str = "") -> None:
@@ -165,6 +166,7 @@ class Orders:
             allocate = self.alloc.build(method, loaded, start=start)
         self.look()
         self.allocators[cell] = allocate
+        self.own[cell] = loaded.f_min, loaded.f_max
         promises = {name: getattr(allocate, name) for name in ("formulation", "limited", "tolerance")}
         # JSON holds no numbers of numpy's.
         return {name: value.item() if hasattr(value, "item") else value for name, value in promises.items()}
@@ -187,8 +189,8 @@ class Orders:
     def answers(self, cell: str, taus: Packed, limits: list[Packed], *, seconds: float) -> dict[str, Any]:
         """Status, f and shares of each demand in order, and whether ``many`` answers as single calls do.
 
-        ``limits`` are f_min and f_max of each demand, or nothing. No more demands are asked than take
-        ``seconds``.
+        ``limits`` are f_min and f_max of each demand, or nothing; a side that is the vehicle's own is left
+        out, as a caller may. No more demands are asked than take ``seconds``.
         """
         import numpy as np
 
@@ -196,10 +198,10 @@ class Orders:
         columns = [unpacked(taus), *map(unpacked, limits)]
         answers: list[Any] = []
         end = monotonic() + seconds
-        for call in zip(*columns, strict=True):
+        for tau, *sides in zip(*columns, strict=True):
             if answers and monotonic() > end:
                 break
-            answers.append(allocate(*call))
+            answers.append(allocate(tau, *self._given(cell, sides)))
         status, F = [int(answer[1]) for answer in answers], np.array([answer[0] for answer in answers])
         # A user's plug-in, and an older tree, may say no shares.
         shares = [list(map(float, answer[4])) if len(answer) > 4 else [] for answer in answers]
@@ -207,11 +209,17 @@ class Orders:
         many = getattr(allocate, "many", None)  # a user's plug-in may have no such function
         reply["many"] = many is not None
         if many:
-            together, verdicts = many(*(column[: len(answers)] for column in columns))
+            asked, *sides = (column[: len(answers)] for column in columns)
+            together, verdicts = many(asked, *self._given(cell, sides))
             other = np.flatnonzero(np.asarray(verdicts) != status)
             reply["other"] = int(other[0]) if other.size else None
             reply["apart"] = farthest(together, F)
         return reply
+
+    def _given(self, cell: str, sides: list[Any]) -> list[Any]:
+        """Limits of calls, None for a side that is the vehicle's own."""
+        own = self.own[cell] if sides else ()
+        return [None if (side == whole).all() else side for side, whole in zip(sides, own, strict=True)]
 
     def many(self, cell: str, taus: Packed, limits: list[Packed]) -> dict[str, Any]:
         """Status and f of each demand, by ``many`` alone."""

@@ -11,8 +11,9 @@ import alloc
 from alloc import Allocation, Label, Status, Vehicle, build, load_vehicle
 from alloc.allocation import FloatArray, StatusArray
 from alloc.nullspace.region import prepare
+from bench.demands import DemandSet
 from bench.gate.answers import SideAnswers, answered, differ, first, wrong
-from bench.gate.examine import EDGES, FAILED, LOOKED_AT, MOVING, demand_sets, judge_cell
+from bench.gate.examine import EDGES, FAILED, LOOKED_AT, MOVING, ONE_SIDE, demand_sets, judge_cell
 from bench.gate.prober import Prober
 from bench.gate.record import GateCell
 from bench.gate.worker import Orders, packed
@@ -27,8 +28,13 @@ def vehicle() -> Vehicle:
 
 
 @pytest.fixture(scope="module")
-def whole(vehicle: Vehicle) -> Question:
-    return questions(demand_sets(vehicle)[:1], ask_here)[0]
+def sets(vehicle: Vehicle) -> list[DemandSet]:
+    return demand_sets(vehicle)
+
+
+@pytest.fixture(scope="module")
+def whole(sets: list[DemandSet]) -> Question:
+    return questions(sets[:1], ask_here)[0]
 
 
 @pytest.fixture(scope="module")
@@ -53,9 +59,9 @@ def changed(answers: list[Allocation], i: int, f: FloatArray, status: Status = S
 
 
 def test_each_kind_is_asked_and_with_limits_of_its_own_and_with_each_thruster_off(
-    vehicle: Vehicle,
+    vehicle: Vehicle, sets: list[DemandSet]
 ) -> None:
-    mixed, moving, *failed = demand_sets(vehicle)
+    mixed, moving, lower, upper, *failed = sets
     counts = np.bincount(mixed.labels, minlength=4)
     assert len(mixed.taus) == sum(LOOKED_AT.values()) + EDGES
     assert counts[Label.ACTIVE] >= LOOKED_AT["active"]
@@ -63,6 +69,9 @@ def test_each_kind_is_asked_and_with_limits_of_its_own_and_with_each_thruster_of
     assert (np.abs(mixed.alpha - 1.0) < 1e-12).sum() > EDGES / 8
     assert moving.f_min is not None
     assert len(moving.f_min) == MOVING["jolts"]
+    assert (lower.f_max == vehicle.f_max).all()
+    assert (upper.f_min == vehicle.f_min).all()
+    assert len(lower.taus) == len(upper.taus) == ONE_SIDE
     assert [d.vehicle.faults for d in failed] == [((i, 0.0),) for i in range(vehicle.n)]
     assert all(len(d.taus) >= sum(FAILED.values()) - FAILED["active"] for d in failed)
 
@@ -189,6 +198,33 @@ def test_who_promises_no_distance_still_answers_alike_in_many_and_in_calls(
     here.promises = {"formulation": "mine", "limited": True, "tolerance": 1.0}
     found = answered(cast("Prober", here), GateCell(vehicle="ukwial", method="mine"), question)
     assert "from those of single calls" in wrong(question, found)
+
+
+class BothOrNone:
+    """An allocator that takes no notice of limits that come without the other side's."""
+
+    def __init__(self, vehicle: Vehicle) -> None:
+        self.rule = build("nullspace", vehicle)
+
+    def __call__(
+        self, tau: FloatArray, f_min: FloatArray | None = None, f_max: FloatArray | None = None
+    ) -> Allocation:
+        """The optimum within both sides, else within the vehicle's limits."""
+        return self.rule(tau) if f_min is None or f_max is None else self.rule(tau, f_min, f_max)
+
+
+@pytest.mark.parametrize(("which", "says"), [(1, ""), (2, "f_min alone"), (3, "f_max alone")])
+def test_limits_of_one_side_are_given_alone(
+    which: int, says: str, vehicle: Vehicle, sets: list[DemandSet]
+) -> None:
+    asked = first(questions(sets[which : which + 1], ask_here)[0], 100)
+    here = Here(vehicle, 1.0)
+    here.orders.allocators["cell"] = BothOrNone(vehicle)
+    here.orders.own["cell"] = vehicle.f_min, vehicle.f_max
+    here.promises = PROMISES
+    side, cell = cast("Prober", here), GateCell(vehicle="ukwial", method="mine")
+    assert asked.demands.name == (says or "jolts")
+    assert ("a limit is violated" in wrong(asked, answered(side, cell, asked))) == bool(says)
 
 
 def test_the_exact_answers_are_right(question: Question, right: list[Allocation]) -> None:
