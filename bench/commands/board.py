@@ -50,13 +50,18 @@ def command(
     from bench.chips.board.files import write
     from bench.chips.board.project import plan
     from bench.chips.study import CLASSES
-    from bench.results.text import counted
+    from bench.results.text import counted, cut
 
     scalar: Literal["double", "float"] = "float" if single else "double"
     asked = load_vehicle(vehicle)
     wanted = kernels.as_c(methods) or (*kernels.methods(), *[esc.METHOD] * bool(asked.esc))
     project = plan(asked, wanted, demands or CLASSES, scalar, limits, n, seed, faults)
     write(project, out)
+    for demands_of in project.sets:
+        for line in demands_of.said:
+            click.echo(line)
+        if demands_of.left_out:
+            click.echo(cut(demands_of.name, len(demands_of.taus), demands_of.left_out))
     for reason in project.left_out:
         click.echo(f"left out: {reason}")
     sets = len(project.sets) + len(project.thrusts)

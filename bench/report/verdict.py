@@ -10,7 +10,7 @@ from bench.results.pauses import pauses
 from bench.results.rows import Run
 from bench.results.size import Size, best_of_each
 from bench.results.sizing import sizes
-from bench.results.text import percent, three
+from bench.results.text import cut, percent, three
 
 USUAL = Loop(rate_hz=100.0, budget=0.1)
 """The loop that reports open with: an autopilot's usual rate, a tenth of its period for allocation."""
@@ -112,14 +112,8 @@ def sure(run: Run) -> str:
 
 def cut_logs(run: Run, write: Callable[[str], str] = str) -> list[str]:
     """A sentence for each log that was not asked whole; ``write`` makes a name harmless where it stands."""
-    return sorted(
-        {
-            f"Of {write(p.demands)}'s {p.n_demands + p.left_out} demands only the first {p.n_demands}"
-            " were asked; `--n` asks more."
-            for p in run.record.problems
-            if p.left_out
-        }
-    )
+    logs = (p for p in run.record.problems if p.left_out)
+    return sorted({cut(write(p.demands), p.n_demands, p.left_out) for p in logs})
 
 
 def usual(run: Run) -> list[str]:

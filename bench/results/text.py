@@ -81,3 +81,8 @@ def _bars(text: str) -> str:
 
 def _wordy(body: list[list[str]], i: int) -> bool:
     return any(not row[i].lstrip("+-")[:1].isdigit() for row in body if row[i].strip("-–"))
+
+
+def cut(log: str, asked: int, left_out: int) -> str:
+    """A sentence on a log that was not asked whole."""
+    return f"Of {log}'s {asked + left_out} demands only the first {asked} were asked; `--n` asks more."

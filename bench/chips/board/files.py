@@ -148,7 +148,7 @@ def _facts(project: Project) -> list[str]:
         f"limits {project.limits}",
         *[f"faults {project.faults}"] * (project.faults != "one"),
         *(f"method {_described(kernel)}" for kernel in project.kernels),
-        *(f"demands {demands.name} {_rate(demands)}" for demands in project.sets),
+        *(f"demands {demands.name} {_rate(demands)}{_log(demands)}" for demands in project.sets),
         *(f"demands {name} -" for name in project.thrusts),
         *(f"vehicle {packed[i : i + _PIECE]}" for i in range(0, len(packed), _PIECE)),
     ]
@@ -156,6 +156,10 @@ def _facts(project: Project) -> list[str]:
 
 def _described(kernel: Kernel) -> str:
     return f"{kernel.method} {kernel.twin or '-'} {kernel.solver or '-'} {kernel.levels}"
+
+
+def _log(demands: DemandSet) -> str:
+    return f" {demands.left_out} {demands.beyond} {demands.beyond_longest}" if demands.given else ""
 
 
 def _rate(demands: DemandSet) -> str:

@@ -33,6 +33,8 @@ class LogHeader:
     vehicle : as the project had it, in double precision
     kernels : each method's names, scalar and form of limits, without its C
     rates : of each demand set, its sampling rate [Hz] or None
+    logs : of each demand set that a user brought, how many demands are left out, and ``beyond`` and
+        ``beyond_longest`` of all, as ``bench.demands.DemandSet`` has them
     """
 
     facts: dict[str, str]
@@ -41,6 +43,7 @@ class LogHeader:
     vehicle: Vehicle
     kernels: dict[str, Kernel]
     rates: dict[str, float | None]
+    logs: dict[str, tuple[int, int, int]]
 
     @property
     def processor(self) -> str:
@@ -95,7 +98,8 @@ def header(block: LogBlock) -> LogHeader:
             raise ValueError(f"method {method} of a vehicle without ESCs")
     if not kernels or not {kernel.solver for kernel in kernels.values()} <= {"", *rivals.names()}:
         raise ValueError(f"methods {', '.join(kernels) or 'none'}, of which a solver is not known here")
-    rates = {name: None if rate == "-" else _rate(rate) for name, rate in several["demands"]}
+    rates = {name: None if rate == "-" else _rate(rate) for name, rate, *_ in several["demands"]}
+    logs = {name: _log(words) for name, _, *words in several["demands"] if words}
     return LogHeader(
         facts=facts,
         ticks_per_s=ticks_per_s,
@@ -103,6 +107,7 @@ def header(block: LogBlock) -> LogHeader:
         vehicle=vehicle,
         kernels=kernels,
         rates=rates,
+        logs=logs,
     )
 
 
@@ -111,3 +116,8 @@ def _rate(word: str) -> float:
     if not 0 < rate < inf:
         raise ValueError(f"a rate of {word[:40]} Hz")
     return rate
+
+
+def _log(words: list[str]) -> tuple[int, int, int]:
+    left_out, beyond, longest = map(whole, words)
+    return left_out, beyond, longest

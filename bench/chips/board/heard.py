@@ -110,7 +110,15 @@ def _heard(board: LogHeader, blocks: Sequence[LogBlock]) -> Heard:
                 calls, k, n = _calls(block, kernel.width, scalar), kernel.k, kernel.n
                 ends = (calls[:, k : k + n].copy(), calls[:, k + n :].copy())
                 sides = ends if kernel.limits == "call" else ()
-                demands[name] = labelled(name, vehicle, calls[:, :k].copy(), *sides, rate_hz=rate_hz)
+                made = labelled(name, vehicle, calls[:, :k].copy(), *sides, rate_hz=rate_hz)
+                left_out, beyond, longest = board.logs.get(name, (0, 0, 0))
+                demands[name] = replace(
+                    made,
+                    given=name in board.logs,
+                    left_out=left_out,
+                    beyond=beyond,
+                    beyond_longest=longest,
+                )
     counts = {name: len(each.taus) for name, each in demands.items()} | {
         n: len(x) for n, x in thrusts.items()
     }

@@ -11,10 +11,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 from alloc import AllocError, NotApplicable, build, load_vehicle
 from alloc.formulations import Family
 from alloc.program import Scalar
+from bench.__main__ import cli
 from bench.chips.board.files import write
 from bench.chips.board.heard import Heard, boards
 from bench.chips.board.keep import keep
@@ -27,6 +29,7 @@ from bench.inputs.board_log import LogError, parse, read_board_log
 from bench.record import Method, read
 from bench.report import render
 from bench.report.sections import slowest
+from bench.report.verdict import usual
 from bench.results.fit import Fit, Loop
 from bench.results.machines import read_machines
 from bench.results.ranking import exact
@@ -267,6 +270,22 @@ def test_a_port_whose_ticks_are_nonsense_is_told(ticks: str, said: str, tmp_path
     with pytest.raises(LogError, match=said):
         keep(tmp_path / "LOG", tmp_path / "run")
     assert not (tmp_path / "run").exists()
+
+
+def test_a_log_of_demands_keeps_its_rate_and_what_of_it_was_not_asked(tmp_path: Path) -> None:
+    """A report opens at the rate of a user's log, and says which share of all of it is refused."""
+    rows = "\n".join(f"{i / 20},{tau},0,0" for i, tau in enumerate([100, 900, 900, 900, 100, 100]))
+    (tmp_path / "dive.csv").write_text(f"t,surge,sway,yaw\n{rows}\n")
+    asked = ["--vehicle", "ukwial", "--method", "nullspace", "--n", "3"]
+    words = ["board", *asked, "--demands", str(tmp_path / "dive.csv"), "--out", str(tmp_path)]
+    written = CliRunner().invoke(cli, words)
+    assert "frame frd (the file names none)" in written.output
+    assert "Of dive's 6 demands only the first 3 were asked" in written.output
+    make(tmp_path, "log", "CFLAGS=-O1 -DBOARD_PASSES=1")
+    keep(tmp_path / "build/posix/LOG", tmp_path / "run")
+    (said,) = usual(read_run(tmp_path / "run"))
+    assert "at 20 Hz" in said
+    assert "refuses 50.0 % of dive, up to 0.15" in said
 
 
 def test_a_wrong_answer_is_judged_by_equations(log: bytes, tmp_path: Path) -> None:
