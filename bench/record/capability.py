@@ -80,6 +80,11 @@ class Curve(msgspec.Struct, kw_only=True):
     error_p50: list[float]
     error_max: list[float]
 
+    def __post_init__(self) -> None:
+        """Raise ValueError, which the reader names with its line, where a size lacks its errors."""
+        if not len(self.size) == len(self.error_p50) == len(self.error_max):
+            raise ValueError("size, error_p50 and error_max need as many numbers each")
+
 
 class Plane(msgspec.Struct, kw_only=True):
     """A section of the attainable set, and what the closed form serves of it: two axes vary.

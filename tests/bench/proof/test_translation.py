@@ -81,6 +81,10 @@ TEXTS = {
     "a parameter in single precision": ("tb_within(double x,", "tb_within(float x,"),
     "a result in single precision": ("double tb_within(", "float tb_within("),
     "a number that is cast": ("= tau[0];", "= (float)tau[0];"),
+    "another thrust on a processor that nobody read it for": (
+        "    f[0] = ",
+        "#ifdef __aarch64__\n    f[0] = 0.0;\n    return TB_SOLVED;\n#endif\n    f[0] = ",
+    ),
     "a table in single precision": ("static const double c[]", "static const float c[]"),
 }
 

@@ -124,6 +124,13 @@ def test_pictures_are_drawn_and_curves_that_coincide_share_a_line(tmp_path: Path
     assert [text.get_text() for text in drawn.legends[0].get_texts()] == ["scaled", "pinv, svd"]
 
 
+def test_a_curve_with_fewer_errors_than_sizes_is_a_damaged_line(tmp_path: Path) -> None:
+    curve = {"method": "pinv", "size": [0.5, 1.0], "error_p50": [0.0, 0.1], "error_max": [0.0]}
+    line = msgspec.to_builtins(CAPABILITY) | {"curves": [curve]}
+    with pytest.raises(msgspec.ValidationError, match="need as many numbers each"):
+        msgspec.convert(line, Capability)
+
+
 def test_the_last_metre_has_a_line_for_each_way_one_for_steps_and_a_picture(tmp_path: Path) -> None:
     sizes = {"share": [0.02, 0.05], "step_p50": [0.0274, 0.0108]}
     ways = [
