@@ -28,9 +28,7 @@ def translated(of: Subject) -> Claim:
         fault: at_fault(program, fault) if program.faults else program for fault, program in shared.items()
     }
     if inside := _DIRECTIVE.findall(of.source[_first_function(of) :]):
-        return not_shown(
-            TRANSLATED, [f"{inside[0]} stands in the C: compilers may differ in it"]
-        )
+        return not_shown(TRANSLATED, [f"{inside[0]} stands in the C: compilers may differ in it"])
     try:
         read = programs(of)
     except (NotRead, ToolError) as reason:
