@@ -143,10 +143,9 @@ def command(
 def _own_rate(machines: "Sequence[NamedRun]") -> float:
     from bench.report.verdict import rate_of
 
-    rates = [rate for machine in machines if (rate := rate_of(machine.run)) is not None]
-    if not rates:
+    if (rate_hz := rate_of(*(machine.run for machine in machines))) is None:
         raise click.UsageError("--rate HZ: no log with a rate of its own is in this run; give one")
-    return max(rates)
+    return rate_hz
 
 
 def _known(where: str, what: str, asked: tuple[str, ...], known: set[str]) -> None:

@@ -11,7 +11,7 @@ from alloc.formulations import find_formulation
 from alloc.vehicle.frame import described
 from bench.record import Capability
 from bench.report.readme import served
-from bench.report.verdict import USUAL, rate_of, sure
+from bench.report.verdict import loop_of, sure
 from bench.results.bands import Counted, counted
 from bench.results.columns import Row
 from bench.results.cycles import assumed
@@ -37,7 +37,7 @@ def data(machines: Sequence[NamedRun]) -> dict[str, Any]:
     return {
         "close": CLOSE,
         "fits": [str(fit) for fit in Fit],
-        "rate_hz": max(filter(None, (rate_of(m.run) for m in machines)), default=USUAL.rate_hz),
+        "rate_hz": loop_of(*(m.run for m in machines)).rate_hz,
         "times": times,
         "sets": in_order(sets),
         "formulations": {name: find_formulation(name).title for name in sorted(formulations)},

@@ -5,7 +5,7 @@ from itertools import groupby
 
 from bench.record.machine import machine_name
 from bench.report.page import MORE
-from bench.report.verdict import USUAL, sure, verdicts
+from bench.report.verdict import loop_of, sure, verdicts
 from bench.results.emulated import IN_WORDS, shown_scalar
 from bench.results.emulated import rows as emulated_rows
 from bench.results.machines import NamedRun, differences, incomparable, medians, on_all, swapped
@@ -37,10 +37,11 @@ def details(machines: Sequence[NamedRun]) -> str:
 def _opening(timed: Sequence[NamedRun]) -> list[str]:
     if not timed:
         return []
-    sized = {machine.name: sizes(machine.run, USUAL) for machine in timed}
+    loop = loop_of(*(machine.run for machine in timed))
+    sized = {machine.name: sizes(machine.run, loop) for machine in timed}
     whole = [s for s in best_of_each(on_all(sized)) if any(s.vehicle in m.run.vehicles for m in timed)]
     where = " on every machine" if len(timed) > 1 else ""
-    said = "\n".join(f"- {plain(sentence)}" for sentence in verdicts(whole, USUAL, where)) + "\n"
+    said = "\n".join(f"- {plain(sentence)}" for sentence in verdicts(whole, loop, where)) + "\n"
     trust = "\n".join(f"- {plain(machine.name)} was {plain(sure(machine.run))}" for machine in timed)
     return [said, f"How sure:\n\n{trust}\n"]
 

@@ -20,15 +20,15 @@ NOISY_SHARE = 0.1
 """Share of disturbed rows above which a machine is called noisy."""
 
 
-def loop_of(run: Run) -> Loop:
-    """The loop that a run's report opens with: at the rate of the log that a user brought, else ``USUAL``."""
-    rate_hz = rate_of(run)
+def loop_of(*runs: Run) -> Loop:
+    """The loop that a report opens with: at the rate of the log that a user brought, else ``USUAL``."""
+    rate_hz = rate_of(*runs)
     return USUAL if rate_hz is None else Loop(rate_hz, USUAL.budget)
 
 
-def rate_of(run: Run) -> float | None:
+def rate_of(*runs: Run) -> float | None:
     """The rate of the log that a user brought [Hz], the fastest of several; None without one."""
-    rates = [p.rate_hz for p in run.record.problems if p.given and p.rate_hz]
+    rates = [p.rate_hz for run in runs for p in run.record.problems if p.given and p.rate_hz]
     return float(f"{max(rates):.6g}") if rates else None  # times are rounded: 50 Hz, not 50.00000001
 
 

@@ -62,7 +62,8 @@ def differences(a: Run, b: Run) -> list[str]:
     for what, left, right in (("seed", one.seed, two.seed), ("commit", one.commit, two.commit)):
         if left != right:
             said.append(f"{what} {left or 'unknown'} and {right or 'unknown'}")
-    for package in sorted(one.versions.keys() | two.versions.keys()):
+    both = one.versions.keys() | two.versions.keys() if a.by_driver == b.by_driver else ()
+    for package in sorted(both):  # a board's driver has none of Python's
         ours, theirs = (header.versions.get(package, "none") for header in (one, two))
         if ours != theirs:
             said.append(f"{package} {ours} and {theirs}")

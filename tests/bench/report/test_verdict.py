@@ -9,8 +9,10 @@ from msgspec.structs import replace
 
 from bench.__main__ import cli
 from bench.record import Cell, Judged, Method, Problem, Quiet
+from bench.report import together
 from bench.report.verdict import rate_of, sure, usual, verdicts
 from bench.results.fit import Loop
+from bench.results.machines import read_machines
 from bench.results.rows import read_run
 from bench.results.sizing import sizes
 from tests import made_up
@@ -199,6 +201,18 @@ def machines(tmp_path: Path) -> list[Path]:
         header = made_up.header(machine={"name": name})
         folders.append(made_up.record(tmp_path / name, header, problem, *cells))
     return folders
+
+
+def test_a_report_of_several_machines_opens_at_the_rate_of_the_log_that_both_were_asked(
+    tmp_path: Path,
+) -> None:
+    asked = replace(made_up.problem("ukwial"), rate_hz=50.0, given=True)
+    for name in ("fast", "slow"):
+        (tmp_path / name).mkdir()
+        header = made_up.header(machine={"name": name})
+        made_up.record(tmp_path / name, header, asked, steady("nullspace", 2, exact=True))
+    both = read_machines([tmp_path / "fast", tmp_path / "slow"])
+    assert "- ukwial at 50 Hz on every machine: take nullspace" in together.page(both)
 
 
 def test_a_report_of_several_machines_has_the_rows_of_all_and_ratios(
