@@ -75,13 +75,15 @@ def _cost(run: Run) -> str:
 
 
 def _loss(run: Run) -> str:
-    served, lost, turned = [], [], []
+    served, lost, turned, hopeless = [], [], [], False
     for vehicle, rows in _typical(run, run.vehicles).items():
         pinv = named(rows, "pinv")
         if pinv is not None:
             served += [100 * share for share in _numbers(served_share(run, vehicle, pinv))]
             lost += _numbers(pinv.lost_wrench_max)
             turned += _numbers(pinv.direction_error_max_deg)
+            problem = run.asked.get((vehicle, pinv.demands))
+            hopeless = hopeless or bool(problem and problem.labels.get("infeasible"))
     parts = []
     if served:
         parts.append(
@@ -89,9 +91,13 @@ def _loss(run: Run) -> str:
             " delivered within 1 %"
         )
     if turned and max(lost, default=0.0) > 0.01:  # else no demand was asked that is not served
+        where = "on demands beyond that, what its thrusters deliver"
+        if hopeless or not served:
+            some = ", some of which no thrusts meet," if hopeless else ""
+            where = f"on the demands asked{some} what f = T* τ, cut at the limits, delivers"
         parts.append(
-            f"on demands beyond that, what its thrusters deliver misses up to {three(100 * max(lost))} % of"
-            f" the wrench and points up to {three(max(turned))}° away"
+            f"{where} misses up to {three(100 * max(lost))} % of the wrench"
+            f" and points up to {three(max(turned))}° away"
         )
     text = "; ".join(parts)
     return f"{text[:1].upper()}{text[1:]}." if text else ""

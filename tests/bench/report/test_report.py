@@ -208,7 +208,21 @@ def test_what_is_lost_beyond_what_a_formula_serves_is_said_only_where_it_was_ask
         loss = {"lost_wrench_max": lost, "direction_error_max_deg": 100 * lost}
         judged = Judged(answers=10, counts={"SOLVED": 10}, agrees=True, loss=loss)
         run = read_run(record(tmp_path, header(), problem("ukwial"), made_up.cell("pinv", judged=judged)))
-        assert ("what its thrusters deliver misses up to" in headline.section(run, frozenset())) is said
+        assert ("misses up to" in headline.section(run, frozenset())) is said
+
+
+@pytest.mark.parametrize(("beyond", "said"), [(0, ""), (3, ", some of which no thrusts meet,")])
+def test_a_loss_on_demands_that_nothing_meets_is_not_laid_to_the_formula_alone(
+    beyond: int, said: str, tmp_path: Path
+) -> None:
+    loss = {"lost_wrench_max": 0.25, "direction_error_max_deg": 9.0}
+    cell = made_up.cell("pinv", judged=Judged(answers=10, counts={}, agrees=True, loss=loss))
+    labels = {"inactive": 10 - beyond, "infeasible": beyond}
+    asked = msgspec.structs.replace(problem("ukwial"), demands=cell.key.demands, labels=labels)
+    text = headline.section(read_run(record(tmp_path, header(), asked, cell)), frozenset())
+    assert (
+        f"On the demands asked{said} what f = T* τ, cut at the limits, delivers misses up to 25.0 %" in text
+    )
 
 
 def test_what_the_user_brought_has_a_row_of_the_report_whatever_it_is_worth(tmp_path: Path) -> None:
