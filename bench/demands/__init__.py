@@ -10,6 +10,7 @@ answering(vehicle) : the vehicle that must answer the demands, where that is a d
 """
 
 import hashlib
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -63,6 +64,7 @@ class DemandSet:
         them follow one another at most
     said : how a file was understood, and what is doubtful about it, one line each
     given : whether they come from a file
+    gaps : which of them follow a gap in time
     f_min, f_max : (N, n) limits of each demand [N]; None where all have the vehicle's
     """
 
@@ -77,6 +79,7 @@ class DemandSet:
     beyond_longest: int = 0
     said: tuple[str, ...] = ()
     given: bool = False
+    gaps: tuple[int, ...] = ()
     f_min: FloatArray | None = None
     f_max: FloatArray | None = None
 
@@ -157,7 +160,11 @@ def _is_file(name: str | Path) -> bool:
 
 def _from_file(path: Path, vehicle: Vehicle, n: int | None, options: "LogOptions | None") -> DemandSet:
     from bench.inputs.log_limits import limits_in
-    from bench.inputs.logs import rate_hz, read_log  # imported only where a file is named, which is rare
+    from bench.inputs.logs import (  # imported only where a file is named, which is rare
+        after_gaps,
+        rate_hz,
+        read_log,
+    )
 
     log = read_log(path, vehicle.dof, options, frame=vehicle.frame, thrusters=vehicle.names)
     low, high = limits_in(path, log.columns, vehicle)
@@ -165,19 +172,22 @@ def _from_file(path: Path, vehicle: Vehicle, n: int | None, options: "LogOptions
     low, high = (None if side is None else side[:n] for side in (low, high))
     demands = labelled(path.stem, vehicle, np.array(log.taus[:n]), low, high, rate_hz=rate_hz(log.t))
     doubted = doubts(demands.name, vehicle.name, demands.alpha, demands.rate_hz)
+    gaps = after_gaps(log.t)
     return replace(
         demands,
+        gaps=tuple(i for i in gaps if i < len(demands.taus)),
         left_out=len(log.taus) - len(demands.taus),
         beyond=int(unmet.sum()),
-        beyond_longest=longest(unmet),
+        beyond_longest=longest(unmet, gaps),
         said=tuple(filter(None, (log.said, log.doubt, *doubted))),
         given=True,
     )
 
 
-def longest(marked: BoolArray) -> int:
-    """The longest run of marked entries, one after another."""
-    ends = np.flatnonzero(np.diff(np.concatenate([[0], marked.astype(np.int8), [0]])))
+def longest(marked: BoolArray, gaps: Sequence[int] = ()) -> int:
+    """The longest run of marked entries, one after another and none of ``gaps`` but the first."""
+    apart = np.insert(marked, list(gaps), False)  # nobody knows what was between
+    ends = np.flatnonzero(np.diff(np.concatenate([[0], apart.astype(np.int8), [0]])))
     return int((ends[1::2] - ends[::2]).max(initial=0))
 
 

@@ -9,9 +9,7 @@ from alloc import Label
 from alloc.allocation import BoolArray, FloatArray
 from alloc.vehicle.geometry import unit
 from bench.demands import DemandSet
-
-GAP = 3.0
-"""A step longer than this many median steps is a gap: at least two samples in a row are missing."""
+from bench.inputs.logs import after_gaps
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,7 +52,7 @@ def summarise(demands: DemandSet, t: FloatArray | None) -> Summary:
     duration = gaps = longest = None
     if steps is not None and t is not None and np.median(steps) > 0:
         median = float(np.median(steps))
-        is_gap = steps > GAP * median
+        is_gap = np.isin(np.arange(1, len(t)), after_gaps(t))
         held = np.append(np.where(is_gap, median, steps), median)
         duration, gaps = float(t[-1] - t[0]), int(is_gap.sum())
         longest = float(steps[is_gap].max(initial=0.0))
@@ -70,7 +68,7 @@ def summarise(demands: DemandSet, t: FloatArray | None) -> Summary:
         share=share,
         closed_form=share[Label.INACTIVE],
         outside_s=float(held[outside].sum()) if timed else None,
-        longest_outside_s=_longest_stretch(outside, held) if timed else None,
+        longest_outside_s=_longest_stretch(outside, held, set(after_gaps(t))) if timed else None,
         alpha_min=float(demands.alpha.min()),
         largest=np.abs(demands.taus).max(axis=0),
     )
@@ -102,9 +100,10 @@ def aligned(lines: Sequence[tuple[str, str]]) -> str:
     return "\n".join(f"{what:{width}}  {value}" for what, value in lines)
 
 
-def _longest_stretch(outside: BoolArray, held: FloatArray) -> float:
+def _longest_stretch(outside: BoolArray, held: FloatArray, gaps: set[int]) -> float:
     longest = current = 0.0
-    for is_outside, seconds in zip(outside.tolist(), held.tolist(), strict=True):
-        current = current + seconds if is_outside else 0.0
+    for i, (is_outside, seconds) in enumerate(zip(outside.tolist(), held.tolist(), strict=True)):
+        before = 0.0 if i in gaps else current
+        current = before + seconds if is_outside else 0.0
         longest = max(longest, current)
     return longest

@@ -111,6 +111,7 @@ def arrays_of_demands(demands: DemandSet) -> dict[str, NDArray[Any]]:
         "labels": demands.labels,
         "alpha": demands.alpha,
         "rate_hz": np.array(np.nan if demands.rate_hz is None else demands.rate_hz),
+        "gaps": np.array(demands.gaps, dtype=np.intp),
         **_limits(demands.f_min, demands.f_max),
     }
 
@@ -125,6 +126,7 @@ def demands_of(arrays: Mapping[str, NDArray[Any]]) -> DemandSet:
         labels=arrays["labels"],
         alpha=arrays["alpha"],
         rate_hz=None if np.isnan(rate_hz) else rate_hz,
+        gaps=tuple(arrays["gaps"].tolist()),
         f_min=arrays.get("row f_min"),
         f_max=arrays.get("row f_max"),
     )

@@ -44,7 +44,8 @@ def judge(
     wrong = faults(question, seen, formulation, limited, tolerance, wrench_tolerance)
     vehicle, finite, status = question.demands.vehicle, seen.finite, seen.status
     compared = finite & np.isfinite(seen.distance)
-    distance = seen.distance - np.broadcast_to(doubt, len(question.demands.taus))[seen.demand]
+    N = len(question.demands.taus)
+    distance = seen.distance - np.broadcast_to(doubt, N)[seen.demand]
     farthest = max(float(distance[compared].max()), 0.0) if compared.any() else None
     # The labels active and inactive leave out the boundary, where failures happen, so alpha* is used. But
     # alpha* does not tell where a vehicle that must always thrust gets too small a demand; the label does.
@@ -64,7 +65,9 @@ def judge(
         failed_after_failure=after_failure(seen.gave_up, within),
         loss=given_away(question, seen.F) if thorough else {},
         missed_max=largest_miss(question, seen.F) if thorough else None,
-        refused_longest=longest(~finite[: len(question.demands.taus)]) if thorough else 0,
+        refused_longest=longest(~finite[: len(question.demands.taus)], question.demands.gaps)
+        if thorough
+        else 0,
         share_p50=[rounded(share) for share in by_level(seen.shares, 0.5)],
         share_min=[rounded(share) for share in by_level(seen.shares, 0.0)],
         wrong="; ".join(_counted(what, mask, seen) for what, mask in wrong.items() if mask.any()),

@@ -26,6 +26,9 @@ TABLES = (".csv", "")
 _ROS = re.compile(r"(force|torque|linear|angular)[./_]+[yz]\b", re.IGNORECASE)
 """Names of geometry_msgs' fields along y and z, whose signs depend on the frame."""
 
+GAP = 3.0
+"""A step longer than this many median steps is a gap: at least two samples in a row are missing."""
+
 
 class Log(NamedTuple):
     """The wrenches in a bag or a ULog.
@@ -132,6 +135,14 @@ def rate_hz(t: FloatArray | None) -> float | None:
         return None
     step = float(np.median(np.diff(t)))
     return 1 / step if step > 0 else None
+
+
+def after_gaps(t: FloatArray | None) -> tuple[int, ...]:
+    """Which demands of times (N,) [s] follow a gap: a step longer than ``GAP`` median ones."""
+    if rate_hz(t) is None or t is None:
+        return ()
+    steps = np.diff(t)
+    return tuple((np.flatnonzero(steps > GAP * np.median(steps)) + 1).tolist())
 
 
 def _scaled(taus: FloatArray, dof: tuple[str, ...], scale: tuple[float, ...]) -> FloatArray:

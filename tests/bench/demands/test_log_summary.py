@@ -1,10 +1,12 @@
 """The summary of a log against times, gaps and shares worked out by hand."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from alloc import Label, load_vehicle
-from bench.demands import labelled
+from bench.demands import build_demands, labelled, longest
 from bench.demands.log_summary import as_text, summarise
 from bench.inputs.logs import rate_hz
 
@@ -24,6 +26,22 @@ def test_a_summary_counts_time_but_not_that_of_a_gap() -> None:
     # The vehicle's maximum in surge is 4 x 250 N x cos 29 deg.
     assert summary.alpha_min == pytest.approx(4 * 250 * np.cos(np.radians(29)) / 5000)
     assert summary.largest.tolist() == [5000, 0, 0]
+
+
+def test_a_stretch_does_not_last_over_a_gap(tmp_path: Path) -> None:
+    """Three demands beyond the vehicle, nine seconds of silence, two more: 0.3 s, by two ways."""
+    t = np.concatenate([np.arange(8) / 10, 10 + np.arange(7) / 10])
+    surge = [50] * 5 + [5000] * 5 + [50] * 5
+    rows = "".join(f"{time},{force},0,0\n" for time, force in zip(t, surge, strict=True))
+    (tmp_path / "dive.csv").write_text(f"t,surge,sway,yaw\n{rows}")
+    for n in (15, 9):
+        demands = build_demands(tmp_path / "dive.csv", load_vehicle("ukwial"), 0, n)
+        assert demands.beyond_longest == 3
+        assert longest(np.equal(demands.labels, Label.INFEASIBLE), demands.gaps) == 3
+    assert longest(np.ones(15, dtype=bool), (8,)) == 8
+    taus = np.array([[force, 0.0, 0.0] for force in surge])
+    summary = summarise(labelled("log", load_vehicle("ukwial"), taus), t)
+    assert summary.longest_outside_s == pytest.approx(0.3)
 
 
 def test_the_summary_of_a_log_without_times_counts_demands() -> None:
