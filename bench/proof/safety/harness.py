@@ -70,6 +70,9 @@ def _each(name: str, size: int, label: str, holds: str) -> str:
 def _limit(of: Subject, i: int) -> str:
     low, high = (number(side[i], of.scalar).rstrip("F") for side in (of.vehicle.f_min, of.vehicle.f_max))
     off = "" if of.vehicle.readiness[i] == 0 else f"        /*@ assert off: fault != {i} || f[{i}] == 0; */\n"
+    # Zero may lie outside of the limits of a thruster that works.
+    rests = "" if of.vehicle.f_min[i] <= 0 <= of.vehicle.f_max[i] else f"fault == {i} || "
     return (
-        f"        /*@ assert low: f[{i}] >= {low}; */\n        /*@ assert high: f[{i}] <= {high}; */\n{off}"
+        f"        /*@ assert low: {rests}f[{i}] >= {low}; */\n"
+        f"        /*@ assert high: {rests}f[{i}] <= {high}; */\n{off}"
     ).rstrip("\n")

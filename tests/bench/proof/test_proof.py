@@ -1,9 +1,11 @@
 """A proof of generated C holds for any bits in its arguments; and it fails where the C is broken."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import msgspec
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -65,6 +67,13 @@ def test_a_kernel_is_free_of_errors_and_keeps_limits(kernel: str, limits: str, t
     assert [claim.claim for claim in claims if claim.verdict == "does not apply"] == (
         [] if of.limited else [safety.LIMITS]
     )
+
+
+def test_a_thruster_that_could_not_rest_gives_zero_when_it_is_off(tmp_path: Path) -> None:
+    """Its limits leave out zero, and hold while it works."""
+    never = replace(UKWIAL, f_min=np.array([-250.0, 10.0, -250.0, -250.0]))
+    claims = safety.claims(subject(never, "clip", "double", "fixed"), tmp_path)
+    assert {claim.verdict for claim in claims} == {"shown"}
 
 
 @pytest.mark.parametrize(
