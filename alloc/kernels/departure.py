@@ -12,7 +12,7 @@ def departure(builder: Builder, limits: Limits) -> list[Number]:
     """The thrusts f0 within limits (see ``alloc.reach.edge.start``)."""
     vehicle = builder.vehicle
     if limits.by_fault:
-        return [builder.graph.by_fault(each) if each.any() else 0.0 for each in start(*limits.by_fault).T]
+        return [builder.graph.of_each(each) for each in start(*limits.by_fault).T]
     if not limits.at_call:
         return list(np.where(vehicle.readiness > 0, start(vehicle.f_min, vehicle.f_max), 0.0))
     f: list[Number] = [0.0] * vehicle.n

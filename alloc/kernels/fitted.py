@@ -1,7 +1,7 @@
 """Thrusts scaled by one factor until they fit their limits."""
 
 from alloc.closed_forms.load import LEAST
-from alloc.kernels.margins import plain, taken, values
+from alloc.kernels.margins import taken, values
 from alloc.kernels.rules import Ruled
 from alloc.program import Builder, Expression, Number, most, select
 
@@ -19,7 +19,6 @@ def fitted(builder: Builder, x: dict[int, Expression], name: str = "share_of_all
 
 def _load(x: Expression, low: Number, high: Number) -> Expression:
     """x over the limit on its side of zero, of which neither is zero."""
-    low, high = plain(low), plain(high)
     if values(low) and values(high):
         return taken(x, high, -low)
     return x / select(x > 0.0, high, low)

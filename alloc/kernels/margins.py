@@ -32,12 +32,6 @@ def values(number: Number) -> tuple[float, ...]:
     return number.graph.known(number.node) if isinstance(number, Expression) else (number,)
 
 
-def plain(number: Number) -> Number:
-    """The number itself where it is known beforehand and the same of each fault."""
-    each = values(number)
-    return each[0] if len(each) == 1 else number
-
-
 class FacetMargins:
     """The margins ahead and astern of each pair of facets: sums of what lies between thrusts and limits."""
 
@@ -47,7 +41,7 @@ class FacetMargins:
         self._known: dict[int, tuple[Number, Number]] = {}
         self._terms: dict[Number, list[Expression]] = {}
         self._gaps: dict[int, tuple[Number, Number]] = {}
-        self._spent: set[int] = set()
+        self._narrow, self._spent = set[int](), set[int]()
 
     def measure(self, level: int, pairs: list[int], f: Sequence[Number]) -> None:
         """Find the margins from thrusts f, of those pairs whose margins are not known."""
@@ -66,6 +60,11 @@ class FacetMargins:
         table = slack_table(push)
         widths = np.array([gap if known(gap) else 0.0 for gap in gaps], dtype=float)
         rows = summed(table, [lifted(gap, graph) for gap in gaps], f"g{level}_").rows
+        if not limits.at_call:
+            # Of a shared sum only its numbers tell what it is for each fault.
+            each = np.array([np.broadcast_to(values(gap), max(len(self._draft.faults), 1)) for gap in gaps])
+            narrow = (table @ each <= WIDE * self._draft.vehicle.f_scale).any(axis=1)
+            self._narrow |= {m for j, m in enumerate(asked) if narrow[j] or narrow[len(asked) + j]}
         for j, m in enumerate(asked):
             if all(known(gaps[i]) for i in np.flatnonzero(push[j]).tolist()):
                 ahead, astern = (float(table[row] @ widths) for row in (j, len(asked) + j))
@@ -90,7 +89,7 @@ class FacetMargins:
             return margin
         alone = int(np.flatnonzero(push)[0])
         left = [each[0] if fault == alone else m for fault, m in zip(faults, each, strict=True)]
-        return margin.graph.by_fault(left) if any(m != left[0] for m in left) else left[0]
+        return margin.graph.of_each(left)
 
     def load(self, along: Expression, group: list[tuple[int, bool]], tiny: Number) -> Expression:
         """What a step takes of the least margin that one of these pairs leaves it.
@@ -121,10 +120,9 @@ class FacetMargins:
         if not self._draft.limits.at_call:
             for along, group in ways:
                 by = share * along
+                self._spent |= {m for m, _ in group} & self._narrow
                 for m, turned in group:
                     ahead, astern = self._known[m]
-                    if any(value <= 0.0 for side in (ahead, astern) for value in values(side)):
-                        self._spent.add(m)
                     self._known[m] = (ahead + by, astern - by) if turned else (ahead - by, astern + by)
             return
         for i in steps.keys() & self._gaps.keys():

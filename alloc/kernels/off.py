@@ -14,7 +14,7 @@ import numpy as np
 
 from alloc.allocation import FloatArray
 from alloc.nullspace.structure import decompose
-from alloc.program import Builder, Expression, Number, States, size, states
+from alloc.program import Builder, Expression, Number, States, most, size, states
 from alloc.vehicle import Vehicle
 from alloc.vehicle.degeneracy import NOTHING, ROUNDED
 
@@ -80,7 +80,8 @@ def without(builder: Builder, x: dict[int, Expression], inverse: Inverse) -> Wit
     """The thrusts x = G tau of a closed form as its ``inverse`` of each fault makes them."""
     graph, a = builder.graph, changes(builder.faults, inverse)
     chosen = {i: [float(fault == i) for fault in builder.faults] for i in x if i in builder.faults}
-    off = reduce(add, [graph.by_fault(each) * x[i] for i, each in chosen.items()]).named("off")
+    parts = [graph.by_fault(each) * x[i] for i, each in chosen.items()]
+    off = reduce(add, parts).named("off") if parts else graph.constant(0.0)
     changed = {
         i: (value - graph.by_fault(a[:, i]) * off).named(f"xo{i}") if a[:, i].any() else value
         for i, value in x.items()
@@ -95,18 +96,24 @@ class Reachable(NamedTuple):
     ----------
     tau : (k,) the demand without the part along the lost direction
     lost : that part, relative to ``wrench_scale``; None where no fault loses a direction
+    terms : what ``lost`` adds up, each an entry of tau
     weight : (k,) what is left out of tau where ``lost`` is one, of each fault
     """
 
     tau: list[Expression]
     lost: Expression | None
+    terms: list[Expression]
     weight: FloatArray
 
     def size(self, builder: Builder, G: FloatArray) -> Number:
-        """The largest thrust that the part which is left out would need [N]."""
-        if self.lost is None:
+        """The largest thrust that a term of the part which is left out would need [N].
+
+        What is left of tau is rounded as these are, also where they cancel.
+        """
+        if not self.terms:
             return 0.0
-        return size(self.lost) * builder.graph.by_fault(np.abs(self.weight @ G.T).max(axis=1))
+        largest: Expression = most(*map(size, self.terms))
+        return largest * builder.graph.by_fault(np.abs(self.weight @ G.T).max(axis=1))
 
 
 def reachable(builder: Builder) -> Reachable:
@@ -124,12 +131,13 @@ def reachable(builder: Builder) -> Reachable:
             directions[row] = np.linalg.svd(now - now @ before.T @ before)[2][0]
     directions[np.abs(directions) <= ROUNDED] = 0.0
     if not directions.any():
-        return Reachable(tau, None, directions)
+        return Reachable(tau, None, [], directions)
     moved = np.flatnonzero(directions.any(axis=0)).tolist()
-    lost = reduce(add, [graph.by_fault(directions[:, j] / scale[j]) * tau[j] for j in moved]).named("lost")
+    terms = [graph.by_fault(directions[:, j] / scale[j]) * tau[j] for j in moved]
+    lost = reduce(add, terms).named("lost")
     weight = directions * scale
     left = [
         (each - graph.by_fault(weight[:, j]) * lost).named(f"r{j}") if j in moved else each
         for j, each in enumerate(tau)
     ]
-    return Reachable(left, lost, weight)
+    return Reachable(left, lost, terms, weight)

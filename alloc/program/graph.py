@@ -45,7 +45,7 @@ class Graph:
         """The same as a value; of numbers that are known for each fault it is calculated now."""
         if operation[0] in FOLDED:
             rows = [self.known(node) for node in operation[1:]]
-            if all(rows) and any(len(row) > 1 for row in rows):
+            if all(rows):
                 wide = max(map(len, rows))
                 columns = zip(*(row if len(row) > 1 else row * wide for row in rows), strict=True)
                 return self.by_fault([FOLDED[operation[0]](*column) for column in columns])
@@ -61,6 +61,12 @@ class Graph:
         if all(each == first for each in others):
             return self.constant(first)
         return self.value("by_fault", values)
+
+    def of_each(self, numbers: Iterable[float]) -> "Number":
+        """The same, but a plain number where all faults have one."""
+        found = self.by_fault(numbers)
+        each = self.known(found.node)
+        return each[0] if len(each) == 1 else found
 
     def known(self, node: Node) -> tuple[float, ...]:
         """The number of each fault, or the one of all; empty where it is not known beforehand."""

@@ -61,7 +61,7 @@ class Limits:
         """Limits of ``scale`` (above zero) times thrust i, moved apart by ``wider`` on either side."""
         if self.by_fault:
             lows, highs = (scale * side[:, i] for side in self.by_fault)
-            return self._graph.by_fault(lows - wider), self._graph.by_fault(highs + wider)
+            return self._graph.of_each(lows - wider), self._graph.of_each(highs + wider)
         if not self.at_call:
             return scale * self._f_min[i] - wider, scale * self._f_max[i] + wider
         low, high = scale * self._argument("f_min", i), scale * self._argument("f_max", i)

@@ -1,11 +1,15 @@
 """Methods with limits on vehicles made up for one difficulty each."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike
 
 from alloc import Status, Vehicle, build
+from alloc.methods import recipe
 from alloc.nullspace.structure import decompose
+from alloc.program import evaluate
 
 
 def made_up(T: ArrayLike, f_min: ArrayLike, f_max: ArrayLike, readiness: ArrayLike | None = None) -> Vehicle:
@@ -63,3 +67,24 @@ def test_an_axis_that_thrusters_push_by_rounding_only_does_not_count(method: str
     status = Status.INFEASIBLE if method == "nullspace" else Status.PARTIAL
     assert allocate([5.0, 1.0, 0.0]).status is status
     assert allocate([0.0, 25.0, 0.0]).status is Status.SOLVED
+
+
+def test_axes_that_a_failure_makes_one_get_the_same_shares_from_c() -> None:
+    """Two levels then ask thrusters for the same step; of a few such vehicles C counted it once."""
+    rng, asked = np.random.default_rng(0), 0
+    for _ in range(100):
+        n = int(rng.integers(4, 6))
+        T = rng.integers(-2, 3, (3, n)).astype(float)
+        off = int(rng.integers(n))
+        T[1], T[:2, off] = T[0], (1.0, -1.0)
+        levels = tuple((str(axis),) for axis in rng.permutation(("surge", "sway", "yaw")))
+        whole = replace(made_up(T, np.full(n, -50.0), np.full(n, 50.0)), priority=levels)
+        if not np.delete(T, off, axis=1).any(axis=1).all():
+            continue
+        vehicle, asked = whole.with_fault(off), asked + 1
+        taus = rng.uniform(-1.0, 1.0, (30, 3)) * vehicle.wrench_scale
+        python = build("priority", vehicle)
+        expected = [python(tau).share for tau in taus]
+        got = evaluate(recipe("priority").program(vehicle), taus)
+        np.testing.assert_allclose(got.share, expected, rtol=0, atol=1e-9)
+    assert asked > 50

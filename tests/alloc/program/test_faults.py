@@ -71,6 +71,80 @@ def test_what_takes_over_from_a_thruster_is_of_rank_one_where_h_is_full_and_wher
         _agrees(pushing, method, "fixed", fault, program)
 
 
+@pytest.mark.parametrize(
+    ("method", "fault", "T", "f_min", "f_max", "levels"),
+    [
+        pytest.param(  # facets without a margin are passed by the last bits of a sum
+            "priority",
+            0,
+            [
+                [-1, 1, -1, -1, -1, -1],
+                [0, 1, 1, 1, 0, -1],
+                [-1, 1, 0, 0, -1, 0],
+                [-1, 1, 0, -1, 0, 1],
+                [-1, 1, 0, -1, 0, 1],
+            ],
+            [-25, 0, 0, -50, 0, -25],
+            [50, 50, 30, 50, 100, 50],
+            [["surge", "roll"], ["heave"], ["pitch"], ["sway"]],
+            id="no margin",
+        ),
+        pytest.param(  # what is left of a sum that cancels is no step
+            "scaled",
+            2,
+            [[1, 2, -2], [-1, 0, 0], [2, 1, 1]],
+            [0, -30, -25],
+            [30, 30, 50],
+            [],
+            id="nothing lost",
+        ),
+    ],
+)
+def test_thrusters_that_do_not_reverse_take_nothing_of_a_demand_by_rounding(
+    method: str,
+    fault: int,
+    T: list[list[float]],
+    f_min: list[float],
+    f_max: list[float],
+    levels: list[list[str]],
+) -> None:
+    """Of the first C said shares that f missed by a sixth, of the second zero where all can be had."""
+    k, n = np.shape(T)
+    vehicle = Vehicle(
+        name="one-way",
+        dof=("surge", "sway", "heave", "roll", "pitch")[:k],
+        T=np.array(T, dtype=float),
+        H=np.eye(n),
+        f_min=np.array(f_min, dtype=float),
+        f_max=np.array(f_max, dtype=float),
+        readiness=np.ones(n),
+        slack_weights=np.ones(k),
+        priority=tuple(map(tuple, levels)),
+    )
+    state, rng = vehicle.with_fault(fault), np.random.default_rng(0)
+    corners = np.where(rng.random((400, n)) < 0.5, state.f_min, state.f_max)
+    taus = corners @ state.TP.T * rng.choice([0.3, 0.999, 1.3, 2.5], (400, 1))
+    taus[rng.random(taus.shape) < 0.1] = 0.0
+    program = at_fault(recipe(method).program_for_all(vehicle, "fixed", "double"), fault)
+    expected = [build(method, state)(tau).share for tau in taus]
+    np.testing.assert_allclose(evaluate(program, taus).share, expected, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("method", [*TOGETHER, "redistribute"])
+def test_a_vehicle_with_one_thruster_has_no_fault_to_answer_together(method: str) -> None:
+    alone = Vehicle(
+        name="alone",
+        dof=("surge",),
+        T=np.ones((1, 1)),
+        H=np.eye(1),
+        f_min=np.array([-5.0]),
+        f_max=np.array([5.0]),
+        readiness=np.ones(1),
+        slack_weights=np.ones(1),
+    )
+    assert recipe(method).program_for_all(alone, "fixed", "double").faults in ((), (-1,))
+
+
 def _agrees(vehicle: Vehicle, method: str, limits: Where, fault: int, program: Program) -> None:
     """Verdicts are the twin's, thrusts its within rounding, and a thruster that is off gets none."""
     state = vehicle if fault < 0 else vehicle.with_fault(fault)
