@@ -63,7 +63,7 @@ class Walk:
         self._remaining = [] if self._whole[0].all() else remaining(builder, self.f)
         # With several levels f0 is multiplied by T and then by G.
         through = (np.abs(G) @ np.abs(vehicle.TP)).sum(axis=1).max() if self.levels > 1 else 1.0
-        self._size = max(1.0, float(through)) * largest(vehicle, self.f)
+        self._size = max(vehicle.f_scale, max(1.0, float(through)) * largest(vehicle, self.f))
         self._unreached = self.reachable.size(builder, G)
 
     def arrived(self, rows: list[int]) -> int:
@@ -154,11 +154,10 @@ class Walk:
             sizes: list[Number] = [size(most_of[r]) for r in np.flatnonzero(G[pushing].any(axis=0)).tolist()]
             if len(sizes) == 1 and all(away[i] == 0.0 for i in pushing):
                 sizes = []  # a sum of one product is never tiny beside that product
-            sizes += [self._size] if self._size else []
+            sizes.append(self._size)
             sizes += [self._unreached] if self._unreached else []
-            if sizes:
-                tiny = PARALLEL[self._draft.scalar] * most(*sizes)
-                found[part] = tiny.named(f"tiny{level}_{part}") if isinstance(tiny, Expression) else tiny
+            tiny = PARALLEL[self._draft.scalar] * most(*sizes)
+            found[part] = tiny.named(f"tiny{level}_{part}") if isinstance(tiny, Expression) else tiny
         return found
 
     def _stop(
