@@ -105,7 +105,7 @@ class FacetMargins:
         if all(both) and min(map(min, both)) > wide:
             return taken(along, ahead, astern)
         self._draft.compute(along, ahead, astern, tiny)
-        step = size(along) if tiny == 0.0 else select(size(along) > tiny, size(along), 0.0)
+        step = select(size(along) > tiny, size(along), 0.0)
         margin: Expression = select(along > 0.0, ahead, astern)
         # What is left of no margin may be negative by rounding, and so would be the share of it.
         spent = not self._spent.isdisjoint(m for m, _ in group)

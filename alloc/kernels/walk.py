@@ -147,7 +147,7 @@ class Walk:
         return self._draft.graph.constant(number)
 
     def _tiny(self, level: int, G: FloatArray, most_of: list[Expression], away: list[Number]) -> list[Number]:
-        """What is rounding of a step along facets, a share of its products; by part."""
+        """What is rounding of a step along facets, beside its products and the largest limit; by part."""
         found: list[Number] = [0.0] * len(self._facets.parts)
         for part in range(len(found)):
             pushing = self._facets.thrusters(part)

@@ -88,3 +88,21 @@ def test_axes_that_a_failure_makes_one_get_the_same_shares_from_c() -> None:
         got = evaluate(recipe("priority").program(vehicle), taus)
         np.testing.assert_allclose(got.share, expected, rtol=0, atol=1e-9)
     assert asked > 50
+
+
+@pytest.mark.parametrize("method", ["scaled", "priority"])
+@pytest.mark.parametrize("made_in_c", [False, True])
+def test_last_bits_of_another_axis_take_nothing_where_no_thruster_reverses(
+    method: str, made_in_c: bool
+) -> None:
+    """C gave none: all that thrusters which would have to reverse add up is as small as those bits."""
+    T = [[1.0, 1.0, 1.0], [1.0, -1.0, 0.0], [0.0, 1.0, -1.0]]
+    vehicle = replace(made_up(T, np.zeros(3), np.full(3, 60.0)), priority=(("sway", "yaw"), ("surge",)))
+    taus = np.array([[120.0, 4e-15, -8e-16], [-4e-15, 0.0, 8e-16], [450.0, -4e-15, 0.0]])
+    expected = [1.0, 1.0, 0.4]
+    if made_in_c:
+        share = evaluate(recipe(method).program(vehicle), taus).share
+    else:
+        share = np.array([build(method, vehicle)(tau).share for tau in taus])
+    np.testing.assert_allclose(share[:, -1], expected, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(share[:, 0], expected if method == "scaled" else 1.0, rtol=0, atol=1e-9)
