@@ -11,6 +11,8 @@ TIME = "t"
 FORCE = {"N": 1.0, "kN": 1e3, "MN": 1e6, "mN": 1e-3, "lbf": 4.4482216152605, "kgf": 9.80665}
 MOMENT = {"Nm": 1.0, "kNm": 1e3, "MNm": 1e6, "mNm": 1e-3}
 SECONDS = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9}
+SELF_UNIT = {"millis": 1e-3, "micros": 1e-6, "timems": 1e-3, "timeus": 1e-6}
+"""Names of a time that say its unit."""
 WORDS: dict[str, tuple[str, ...]] = {
     "surge": ("surge", "fx", "forcex", "taux"),
     "sway": ("sway", "fy", "forcey", "tauy"),
@@ -18,12 +20,11 @@ WORDS: dict[str, tuple[str, ...]] = {
     "roll": ("roll", "mx", "torquex", "momentx", "tauk"),
     "pitch": ("pitch", "my", "torquey", "momenty", "taum"),
     "yaw": ("yaw", "mz", "torquez", "momentz", "taun"),
-    TIME: ("t", "time", "timestamp", "stamp", "sec", "secs", "seconds", "elapsed", "millis", "micros"),
+    TIME: ("t", "time", "timestamp", "stamp", "sec", "secs", "seconds", "elapsed", *SELF_UNIT),
 }
 """Names of each quantity, without case and signs: the last word of a column's name, or its last two."""
 MEANT = {"cmd", "command", "des", "desired", "ref", "reference", "setpoint", "sp", "demand", "demanded", "d"}
 """Words behind a name that say no more than that it is a demand."""
-SELF_UNIT = {"millis": 1e-3, "micros": 1e-6}
 _UNIT = re.compile(r"(?P<name>.*?)\s*[\[(](?P<unit>[^\])]*)[\])]\s*")
 _SUFFIX = re.compile(r"(?P<name>.+)_(?P<unit>ms|us|ns|s|sec|N|kN|Nm|kNm)")
 
@@ -154,6 +155,8 @@ def _meant(name: str, units: Sequence[str], index: int, quantity: str) -> Column
 
 
 def _says(name: str, quantity: str) -> bool:
+    if name.startswith("-"):  # the opposite, which nothing here turns
+        return False
     words = [word for word in re.split(r"[^a-z0-9]+", name.lower()) if word]
     while len(words) > 1 and words[-1] in MEANT:
         words.pop()

@@ -13,6 +13,7 @@ from alloc.vehicle.limits import VoltageTable
 
 VOLTS = "volts"
 _LIMIT = re.compile(r"f(?P<thruster>\d+)_(?P<side>min|max)")
+_ALIKE = re.compile(r"f(\d+(min|max)|(min|max)\d+)n?")
 _WITH_UNIT = re.compile(
     r"(?P<name>\S.*?)\s*[\[(]\s*(?P<unit>[^\])]*?)\s*[\])]|(?P<before>.+_(?:min|max)|volts)_(?P<suffix>[a-z]+)",
     re.IGNORECASE,
@@ -20,9 +21,11 @@ _WITH_UNIT = re.compile(
 
 
 def limit_columns(place: str, header: Sequence[str], thrusters: Sequence[str] = ()) -> dict[str, int]:
-    """Which columns hold limits, by name: ``volts`` [V], ``f3_min`` [N]; raises DemandError for one twice.
+    """Which columns hold limits, by name: ``volts`` [V], ``f3_min`` [N].
 
     A column may also name one of the ``thrusters``: ``bow port_min`` is ``f0_min`` where that is the first.
+    Raises DemandError for one twice, in another unit, or spelt like ``f_max3``: limits that are left out
+    give thrusts beyond them.
     """
     found: dict[str, int] = {}
     places = {f"{name}_{side}": f"f{i}_{side}" for i, name in enumerate(thrusters) for side in ("min", "max")}
@@ -31,6 +34,8 @@ def limit_columns(place: str, header: Sequence[str], thrusters: Sequence[str] = 
         said = (match["name"] or match["before"]) if match else column.strip()
         name = places.get(said) or said.lower()
         if name != VOLTS and not _LIMIT.fullmatch(name):
+            if _ALIKE.fullmatch(re.sub(r"[^a-z0-9]", "", column.lower())):
+                raise DemandError(f"{place}: {column!r} looks like a limit; write those as f0_min, f0_max")
             continue
         unit = (match["unit"] or match["suffix"]) if match else ""
         if unit and unit != ("V" if name == VOLTS else "N"):

@@ -139,6 +139,7 @@ def test_what_was_understood_is_said_in_one_line(file: Path) -> None:
         ("time [ms]", 0, 20, 0.02),
         ("timestamp_us", 0, 20_000, 0.02),
         ("millis", 0, 20, 0.02),
+        ("TimeUS", 0, 20_000, 0.02),  # ArduPilot's
         ("stamp", 1_700_000_000_000, 20, 0.02),  # a date in ms, us, ns: nothing else is as large
         ("stamp", 1_700_000_000_000_000, 20_000, 0.02),
         ("%time", 1_700_000_000_000_000_000, 20_000_000, 0.02),
@@ -195,6 +196,7 @@ def test_columns_that_can_t_be_guessed_are_named_by_the_user(file: Path) -> None
             "line 3: surge is '1.5', with a decimal point; numbers above",
         ),
         ("surge;sway;yaw\n1.234,5;2;3\n", "", "line 2: surge is '1.234,5'"),
+        ("surge,-sway,yaw\n1,2,3\n", "", "no column 'sway' among surge, -sway, yaw"),
         ("surge,sway,yaw\n1,2,\n", "", "line 2: yaw is ''"),
     ],
 )

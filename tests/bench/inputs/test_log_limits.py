@@ -102,6 +102,9 @@ def test_what_is_written_is_read_again(tmp_path: Path) -> None:
         ("f0_max_kN", "1", "is in kN; give volts in V, limits in N"),
         ("volts (mV)", "1", "is in mV; give volts in V, limits in N"),
         ("f0_max,f0_max", "1,1", "'f0_max' appears twice"),
+        ("f_max0", "1", "'f_max0' looks like a limit; write those as f0_min, f0_max"),
+        ("F3 max [N]", "1", "'F3 max .N.' looks like a limit"),
+        ("fmin_[2]", "1", "looks like a limit"),
     ],
 )
 def test_limits_that_can_not_be_are_refused_with_their_place(
