@@ -141,8 +141,10 @@ def _faults_of(plugin: Path | None) -> Iterator[None]:
 
     try:
         yield
-    except AllocError:
-        raise
+    except AllocError as error:
+        if plugin is None or str(error).startswith(f"{plugin}:"):
+            raise
+        raise PluginError(f"{plugin}: {error}") from error
     except BaseException as error:  # SystemExit too: a plug-in must not end the command as if all were well
         if plugin is None or isinstance(error, KeyboardInterrupt):
             raise

@@ -112,6 +112,24 @@ def test_a_plug_in_whose_answer_is_none_or_wrong_ends_in_one_line(
     assert re.fullmatch(f".*useless.py: .*{says}.*; mend it", str(error))  # one line
 
 
+@pytest.mark.parametrize(
+    ("function", "columns", "says"),
+    [
+        ("lambda tau: tau", "", r"the function gave an array of shape \(3,\); return 4 thrusts"),
+        ("lambda tau: tau[[0, 0, 1, 2]]", ",f0_max", "the function takes no limits of each call"),
+        ("7", "", r"build\(vehicle\) gave int"),
+    ],
+)
+def test_what_a_plain_function_can_t_do_names_its_file(
+    tmp_path: Path, function: str, columns: str, says: str
+) -> None:
+    plugin, log = tmp_path / "short.py", tmp_path / "log.csv"
+    plugin.write_text(f"def build(vehicle):\n    return {function}\n")
+    log.write_text(f"surge,sway,yaw{columns}\n1,2,3{',4' if columns else ''}\n")
+    error = allocate("--vehicle", "ukwial", "--method", "short", "--plugin", plugin, log).exception
+    assert re.match(f"{re.escape(str(plugin))}: {says}", str(error))
+
+
 def test_a_plug_in_may_refuse_what_no_thrust_meets(
     demands: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
