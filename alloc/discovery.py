@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, get_args
 from alloc.allocation import Allocator
 from alloc.errors import NotInstalled, PluginError, UnknownName, unknown
 from alloc.files.modules import check_for, modules
-from alloc.formulations import Family, find_formulation
+from alloc.formulations import Family, find_formulation, refuse_misspelt
 from alloc.live.plain import ANY_DISTANCE, EXACT, Plain
 from alloc.solvers import Level, Start
 from alloc.vehicle import Vehicle
@@ -174,6 +174,10 @@ def load_plugin(path: Path) -> Entry:
         value = getattr(module, constant, None)
         if value is not None and not (isinstance(value, kind) and value == value):
             raise UnknownName(f"{path}: {constant} = {value!r}; give {example}")
+    try:
+        refuse_misspelt(getattr(module, "FORMULATION", ""))
+    except UnknownName as error:
+        raise UnknownName(f"{path}: {error}") from None
     if not callable(module.build):
         raise UnknownName(f"{path}: build is no function; write build(vehicle) that returns an allocator")
     entry = _entry(_hyphened(path.stem), module)

@@ -51,6 +51,7 @@ TAMPERING = {
     "miscounts": "if large: return Allocation(f, Status.SOLVED, 2.5)",
     "promises-nan": "self.tolerance = np.nan",
     "promises-text": "self.limited = 'no'",
+    "promises-a-misspelling": "self.formulation = 'unlimted'",
     "forges": "if large: os.write(int(sys.argv[1]), FORGED)",
     "forks": "if large and not self.kept: self.kept.append(f); os.fork() or sys.exit(0)",
 }

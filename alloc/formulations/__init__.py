@@ -8,12 +8,14 @@ and answers are compared only within one. Judging, drawing and ranking read the 
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from difflib import get_close_matches
 from enum import StrEnum
 from functools import cache
 
 import numpy as np
 
 from alloc.allocation import FloatArray
+from alloc.errors import UnknownName
 from alloc.files.modules import modules
 from alloc.qp import Posed
 from alloc.reach.way import Way
@@ -138,3 +140,17 @@ def find_formulation(name: str) -> Formulation:
         family=Family.PRACTICE,
         limited=True,
     )
+
+
+def refuse_misspelt(name: str) -> None:
+    """Raise UnknownName for a name that is one with a file but for a letter or its case, such as ``hrad``.
+
+    Taken for a rule of practice, such a method would be held to no optimum.
+    """
+    known = [formulation.name for formulation in list_formulations()]
+    alike = [other for other in known if abs(len(other) - len(name)) <= 1 and other != name]
+    if name not in known and (close := get_close_matches(name.lower(), alike, n=1, cutoff=0.75)):
+        raise UnknownName(
+            f"the formulation {name[:60]!r} is a letter or two from '{close[0]}';"
+            " write that, or give a rule of your own another name"
+        )

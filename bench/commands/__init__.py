@@ -87,7 +87,12 @@ def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Options on what a log does not say itself; ``read_options`` makes the LogOptions of their values."""
     for option in (
         click.option("--scale", default="", metavar="S,…", help="Factor a DOF, of a log without newtons."),
-        click.option("--columns", default="", metavar="D=C,…", help="Columns of a table: surge=fx,t=stamp."),
+        click.option(
+            "--columns",
+            default="",
+            metavar="D=C,…",
+            help="Columns of a table: surge=fx,t=stamp,volts=battery.",
+        ),
         click.option(
             "--frame", type=click.Choice(["frd", "flu"]), help="What the log is in, whatever it says."
         ),

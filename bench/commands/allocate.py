@@ -68,7 +68,7 @@ def command(
     from bench.inputs.esc_columns import sent
     from bench.inputs.faults import EACH, parse_fault, with_fault
     from bench.inputs.log_limits import limits_in
-    from bench.inputs.logs import read_log
+    from bench.inputs.logs import log_for
 
     not_over(output, demands)
     answering = load_vehicle(vehicle)
@@ -84,9 +84,7 @@ def command(
         raise UnknownName(
             f"{plugin}: holds method '{entry.name}', not '{method}'; give --method {entry.name}"
         )
-    log = read_log(
-        demands, answering.dof, read_options(**options), frame=answering.frame, thrusters=answering.names
-    )
+    log = log_for(answering, demands, read_options(**options))
     taus = log.taus
     lows, highs = limits_in(demands, log.columns, answering)
     if plugin:

@@ -33,12 +33,10 @@ def command(log: Path, vehicle: str, from_outputs: bool, output: Path | None, **
     from bench.demands.log_summary import as_text, summarise
     from bench.inputs.demand_csv import format_demands
     from bench.inputs.log_limits import limits_in
-    from bench.inputs.logs import rate_hz, read_log
+    from bench.inputs.logs import log_for, rate_hz
 
     answering = load_vehicle(vehicle)
-    read = read_log(
-        log, answering.dof, read_options(**options), frame=answering.frame, thrusters=answering.names
-    )
+    read = log_for(answering, log, read_options(**options))
     t, taus, columns = read.t, read.taus, read.columns
     low, high = limits_in(log, columns, answering)
     demands = labelled(log.stem, answering, taus, low, high, rate_hz=rate_hz(t))

@@ -162,11 +162,11 @@ def _from_file(path: Path, vehicle: Vehicle, n: int | None, options: "LogOptions
     from bench.inputs.log_limits import limits_in
     from bench.inputs.logs import (  # imported only where a file is named, which is rare
         after_gaps,
+        log_for,
         rate_hz,
-        read_log,
     )
 
-    log = read_log(path, vehicle.dof, options, frame=vehicle.frame, thrusters=vehicle.names)
+    log = log_for(vehicle, path, options)
     low, high = limits_in(path, log.columns, vehicle)
     unmet = np.equal(label(vehicle, log.taus, f_min=low, f_max=high).label, Label.INFEASIBLE)
     low, high = (None if side is None else side[:n] for side in (low, high))

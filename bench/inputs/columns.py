@@ -7,7 +7,7 @@ from typing import NamedTuple
 from alloc.errors import DemandError
 from alloc.vehicle.geometry import DOF, MOMENTS
 
-TIME = "t"
+TIME, VOLTS = "t", "volts"
 FORCE = {"N": 1.0, "kN": 1e3, "MN": 1e6, "mN": 1e-3, "lbf": 4.4482216152605, "kgf": 9.80665}
 MOMENT = {"Nm": 1.0, "kNm": 1e3, "MNm": 1e6, "mNm": 1e-3}
 SECONDS = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9}
@@ -90,13 +90,13 @@ def assign(
 
 
 def parse_columns(text: str) -> dict[str, str]:
-    """The mapping of ``--columns``: ``surge=fx,yaw=mz,t=stamp [ms]``; raises DemandError."""
-    given = {}
-    for part in re.split(rf",(?=(?:{'|'.join((*DOF, TIME))})=)", text) if text else ():
+    """The mapping of ``--columns``: ``surge=fx,yaw=mz,t=stamp [ms],volts=battery``; raises DemandError."""
+    given, quantities = {}, (*DOF, TIME, VOLTS)
+    for part in re.split(rf",(?=(?:{'|'.join(quantities)})=)", text) if text else ():
         quantity, equals, name = part.partition("=")
-        if not equals or quantity.strip() not in (*DOF, TIME) or not name.strip():
+        if not equals or quantity.strip() not in quantities or not name.strip():
             raise DemandError(
-                f"--columns {text[:60]!r}: write DOF=COLUMN, or t=COLUMN, as in surge=fx,t=stamp"
+                f"--columns {text[:60]!r}: write DOF=COLUMN, t=COLUMN or volts=COLUMN, as in surge=fx,t=stamp"
             )
         given[quantity.strip()] = name.strip()
     return given

@@ -11,11 +11,11 @@ from alloc import Allocation, Status
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
 from alloc.vehicle import LARGEST
-from bench.inputs.columns import SECONDS, TIME, Column, assign, listed
+from bench.inputs.columns import SECONDS, TIME, VOLTS, Column, assign, listed
 from bench.inputs.csv_text import csv_text, is_number
 from bench.inputs.delimited import NAMES, Cells, read_table
 from bench.inputs.frames import frame_comment
-from bench.inputs.log_limits import limit_columns
+from bench.inputs.log_limits import like_volts, limit_columns
 
 LATEST = 1e20
 """Bound on times, in any unit: a date in ns is 1.7e18."""
@@ -47,7 +47,12 @@ class Demanded(NamedTuple):
 
 
 def read_demands(
-    path: Path, dof: tuple[str, ...], columns: Mapping[str, str] | None = None, thrusters: Sequence[str] = ()
+    path: Path,
+    dof: tuple[str, ...],
+    columns: Mapping[str, str] | None = None,
+    thrusters: Sequence[str] = (),
+    *,
+    by_volts: bool = False,
 ) -> Demanded:
     """Demands from a table whose header names the DOF, in any order and much as loggers do, as they stand.
 
@@ -56,8 +61,9 @@ def read_demands(
     path : the file: one row a demand; commas, semicolons, tabs or blanks between cells, comments and blank
         lines anywhere, limits (``bench.inputs.log_limits``), and further columns, which are left out
     dof : the vehicle's controlled DOF; each needs a column
-    columns : names of columns that the header does not tell, by DOF; ``t`` for the time
+    columns : names of columns that the header does not tell, by DOF; ``t`` for the time, ``volts``
     thrusters : names of the vehicle's thrusters, which columns of limits may have
+    by_volts : whether the vehicle's limits follow the voltage
 
     Raises
     ------
@@ -73,7 +79,7 @@ def read_demands(
         (quantity, column.place, LATEST if quantity == TIME else LARGEST)
         for quantity, column in found.items()
     ]
-    limits = limit_columns(place, table.header, thrusters)
+    limits = limit_columns(place, table.header, thrusters, (columns or {}).get(VOLTS, ""))
     used += [(name, index, LARGEST) for name, index in limits.items()]
     rest = found[TIME].rest if TIME in found else None
     used += [] if rest is None else [(TIME, rest, LATEST)]
@@ -105,7 +111,9 @@ def read_demands(
     said = understood(path, table, found, unit, blank, set(limits.values()))
     by_name = {name: values[:, len(found) + i] for i, name in enumerate(limits)}
     named = tuple(found[axis].name for axis in dof)
-    return Demanded(times, taus, said, by_name, table.frame, named, _still(path, times))
+    unread = like_volts(table.header) if by_volts and VOLTS not in limits else ""
+    doubts = (_still(path, times) or _doubled(path, times, values), _without_volts(path, unread))
+    return Demanded(times, taus, said, by_name, table.frame, named, "; ".join(filter(None, doubts)))
 
 
 def _still(path: Path, times: FloatArray | None) -> str:
@@ -113,6 +121,24 @@ def _still(path: Path, times: FloatArray | None) -> str:
     if times is None or len(times) < 3 or np.median(np.diff(times)) > 0:
         return ""
     return f"{path.name}: most rows have the time of the row before, so no rate is known; --columns t=NAME"
+
+
+def _doubled(path: Path, times: FloatArray | None, values: FloatArray) -> str:
+    """A doubt about rows that are the row before once more, its time included."""
+    twice = 0 if times is None else int((np.diff(values, axis=0) == 0).all(axis=1).sum())
+    if not twice:
+        return ""
+    return f"{path.name}: {twice} rows are the row before once more, its time too, and count twice"
+
+
+def _without_volts(path: Path, unread: str) -> str:
+    """A doubt about limits that don't follow a voltage that the log may have in the column ``unread``."""
+    if not unread:
+        return ""
+    return (
+        f"{path.name}: limits follow no voltage, since no column is called 'volts';"
+        f" if {unread[:40]!r} is the battery's, --columns 'volts={unread[:40]}'"
+    )
 
 
 def seconds(values: FloatArray, column: Column, rest: FloatArray | None = None) -> tuple[FloatArray, str]:

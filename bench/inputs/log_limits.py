@@ -10,20 +10,25 @@ from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
 from alloc.vehicle.limits import VoltageTable
+from bench.inputs.columns import VOLTS
 
-VOLTS = "volts"
 _LIMIT = re.compile(r"f(?P<thruster>\d+)_(?P<side>min|max)")
 _ALIKE = re.compile(r"f(\d+(min|max)|(min|max)\d+)n?")
 _WITH_UNIT = re.compile(
     r"(?P<name>\S.*?)\s*[\[(]\s*(?P<unit>[^\])]*?)\s*[\])]|(?P<before>.+_(?:min|max)|volts)_(?P<suffix>[a-z]+)",
     re.IGNORECASE,
 )
+_VOLTAGE = re.compile(r".*(?:[\[(]\s*m?V\s*[\])]|(?i:(?<![a-z])(?:volts?|voltage|v?batt?|battery)))")
+""" ``Battery [V]``, ``vbat``, ``bus voltage``: what may be the battery's, with its unit or by its name."""
 
 
-def limit_columns(place: str, header: Sequence[str], thrusters: Sequence[str] = ()) -> dict[str, int]:
+def limit_columns(
+    place: str, header: Sequence[str], thrusters: Sequence[str] = (), volts: str = ""
+) -> dict[str, int]:
     """Which columns hold limits, by name: ``volts`` [V], ``f3_min`` [N].
 
     A column may also name one of the ``thrusters``: ``bow port_min`` is ``f0_min`` where that is the first.
+    ``volts`` is the name of the column that holds these, where it is another.
     Raises DemandError for one twice, in another unit, or spelt like ``f_max3``: limits that are left out
     give thrusts beyond them.
     """
@@ -43,7 +48,16 @@ def limit_columns(place: str, header: Sequence[str], thrusters: Sequence[str] = 
         if name in found:
             raise DemandError(f"{place}: column {name!r} appears twice; keep one")
         found[name] = i
+    if volts:
+        if header.count(volts) != 1:
+            raise DemandError(f"{place}: no column {volts[:40]!r}, or several, for volts; name one there is")
+        found[VOLTS] = header.index(volts)
     return found
+
+
+def like_volts(header: Sequence[str]) -> str:
+    """The first column that may be the battery's voltage under another name; empty where none is."""
+    return next((name for name in header if _VOLTAGE.fullmatch(name.strip())), "")
 
 
 def limits_in(

@@ -12,7 +12,8 @@ import numpy as np
 from alloc import AllocError, Label, NotApplicable, Status, build
 from alloc.allocation import FloatArray, StatusArray
 from alloc.closed_forms.inverse import generalized_inverse
-from alloc.formulations import Formulation, list_formulations
+from alloc.errors import UnknownName
+from alloc.formulations import Formulation, list_formulations, refuse_misspelt
 from alloc.formulations.hard import FORMULATION as HARD
 from alloc.formulations.unlimited import FORMULATION as UNLIMITED
 from bench.demands import DemandSet
@@ -76,6 +77,10 @@ def checked_promises(given: Mapping[str, Any]) -> dict[str, Any]:
         # NaN can't be recorded, and no answer would be within it.
         if value.shape or value.dtype.kind not in kinds or (name == "tolerance" and not 0 <= value < inf):
             raise ValueError(f"{name} {given[name]!r} promises nothing; give {wanted}")
+    try:
+        refuse_misspelt(promises["formulation"].item())
+    except UnknownName as error:
+        raise ValueError(str(error)) from None
     return {name: value.item() for name, value in promises.items()}
 
 

@@ -164,6 +164,8 @@ def test_a_function_that_takes_no_limits_is_not_asked_to_keep_those_of_a_call(tm
         ),
         ("FAMILY = 3\ndef build(vehicle): pass\n", "FAMILY = 3; give an alloc.plugin.Family"),
         ("FORMULATION = 3\ndef build(vehicle): pass\n", "FORMULATION = 3; give a name"),
+        ("FORMULATION = 'hrad'\ndef build(vehicle): pass\n", "mine.py: the formulation 'hrad' .* 'hard'"),
+        ("FORMULATION = 'Soft'\ndef build(vehicle): pass\n", "mine.py: the formulation 'Soft' .* 'soft'"),
         ("LIMITED = 'no'\ndef build(vehicle): pass\n", "LIMITED = 'no'; give True"),
         ("TOLERANCE = float('nan')\ndef build(vehicle): pass\n", "TOLERANCE = nan; give a distance"),
     ],

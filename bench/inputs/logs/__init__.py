@@ -14,7 +14,7 @@ import numpy as np
 
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
-from alloc.vehicle import LARGEST
+from alloc.vehicle import LARGEST, Vehicle
 from alloc.vehicle.frame import AXES
 from alloc.vehicle.geometry import DOF
 from bench.inputs.by_suffix import reader
@@ -60,7 +60,7 @@ class LogOptions(msgspec.Struct, frozen=True, kw_only=True):
     ----------
     topic : of the wrenches, where a bag has several
     frame : frd or flu, where what the log says of its frame, or nothing, is wrong
-    columns : the column's name of some DOF, and of ``t``, where a table's header does not tell
+    columns : the column's name of some DOF, of ``t`` and of ``volts``, where a table's header does not tell
     scale : factors of all DOF, or of each [N, N m] over what the log has
     """
 
@@ -77,6 +77,7 @@ def read_log(
     *,
     frame: str = "frd",
     thrusters: Sequence[str] = (),
+    by_volts: bool = False,
 ) -> Demanded:
     """Times and demands in a log, turned into the vehicle's frame; ``said`` tells whether they were turned.
 
@@ -87,6 +88,7 @@ def read_log(
     options : what the log does not say itself
     frame : frd or flu, that of the vehicle
     thrusters : their names, which columns of limits may have
+    by_volts : whether the vehicle's limits follow the voltage
 
     Raises
     ------
@@ -101,7 +103,7 @@ def read_log(
     if not path.is_dir() and path.suffix.lower() in TABLES:
         if topic:
             raise DemandError(f"{path}: a table has no topic {topic!r}; --columns says which column is what")
-        table = read_demands(path, dof, options.columns, thrusters)
+        table = read_demands(path, dof, options.columns, thrusters, by_volts=by_volts)
         if options.frame:
             given, why = options.frame, "--frame"
         elif table.frame and table.frame not in AXES:
@@ -127,6 +129,14 @@ def read_log(
     said = f"{path.name}: {turning}{log.odd}"
     doubt = "" if getattr(options, log.settled_by) else log.doubt
     return Demanded(t, _scaled(taus, dof, options.scale), said, doubt=doubt)
+
+
+def log_for(vehicle: Vehicle, path: Path, options: LogOptions | None = None) -> Demanded:
+    """What a log asks of a vehicle, in its DOF and its frame; raises what ``read_log`` does."""
+    by_volts = vehicle.by_volts is not None
+    return read_log(
+        path, vehicle.dof, options, frame=vehicle.frame, thrusters=vehicle.names, by_volts=by_volts
+    )
 
 
 def rate_hz(t: FloatArray | None) -> float | None:

@@ -35,6 +35,7 @@ def record(tmp_path_factory: pytest.TempPathFactory) -> Record:
         ("miscounts", "failed", "the result can't be recorded: Expected `int | null`, got `float`"),
         ("promises-nan", "failed", "tolerance nan promises nothing"),
         ("promises-text", "failed", "limited 'no' promises nothing; give True or False"),
+        ("promises-a-misspelling", "failed", "'unlimted' is a letter or two from 'unlimited'"),
         ("forges", "failed", "the worker sent a message about another task"),
         ("forks", "ok", ""),  # the copy of the worker says nothing
         ("pinv", "ok", ""),

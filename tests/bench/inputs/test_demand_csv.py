@@ -172,6 +172,15 @@ def test_times_that_mostly_stand_still_are_doubted(file: Path) -> None:
     )
 
 
+def test_rows_that_are_the_row_before_once_more_are_doubted(file: Path) -> None:
+    """Where a part of a log stands in it twice, that part has twice its share of all numbers."""
+    rows = "".join(f"{0.1 * i:g},{i},0,0\n" * (1 + (i > 5)) for i in range(8))
+    doubt = read_demands(written(file, f"t,surge,sway,yaw\n{rows}"), DOF).doubt
+    assert doubt == "demands.csv: 2 rows are the row before once more, its time too, and count twice"
+    standing = "".join(f"{0.1 * i:g},5,0,0\n" for i in range(6))
+    assert read_demands(written(file, f"t,surge,sway,yaw\n{standing}"), DOF).doubt == ""
+
+
 def test_columns_that_can_t_be_guessed_are_named_by_the_user(file: Path) -> None:
     written(file, "when,a,b,c [kNm],t\n0,1,2,3,9\n20,1,2,3,8\n")
     columns = parse_columns("surge=a,sway=b [kN],yaw=c [kNm],t=when [ms]")

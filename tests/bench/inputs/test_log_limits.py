@@ -10,8 +10,10 @@ from alloc import Vehicle, load_vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
 from bench.demands import build_demands
+from bench.inputs.columns import parse_columns
 from bench.inputs.demand_csv import format_demands, read_demands
 from bench.inputs.log_limits import limits_in
+from bench.inputs.logs import LogOptions, log_for
 from tests.readers import refused
 
 HEAVY = load_vehicle("bluerov2-heavy")
@@ -139,3 +141,31 @@ def test_a_column_may_name_the_thruster(tmp_path: Path) -> None:
     answers = build_demands(path, vehicle, 0)
     assert answers.f_max is not None
     assert answers.f_max[0, 2] == 7
+
+
+@pytest.mark.parametrize("column", ["Battery [V]", "vbat", "bus_voltage", "Battery Voltage (V)"])
+def test_a_voltage_under_another_name_is_doubted_and_taken_where_it_is_named(
+    tmp_path: Path, column: str
+) -> None:
+    """Limits at full voltage are wider than what the thrusters have left."""
+    path = written(tmp_path, f"{AXES},{column}", "1,0,0,0,0,0,14")
+    doubt = log_for(HEAVY, path).doubt
+    assert doubt == (
+        "log.csv: limits follow no voltage, since no column is called 'volts';"
+        f" if {column!r} is the battery's, --columns 'volts={column}'"
+    )
+    named = log_for(HEAVY, path, LogOptions(columns=parse_columns(f"volts={column}")))
+    assert (named.doubt, named.columns["volts"].tolist()) == ("", [14.0])
+    planar = load_vehicle("ukwial")  # its limits follow no voltage
+    assert log_for(planar, written(tmp_path, f"surge,sway,yaw,{column}", "1,0,0,14")).doubt == ""
+
+
+@pytest.mark.parametrize("column", ["combat", "depth [m]", "u0 [%]", "voltaire"])
+def test_other_columns_are_no_voltage(tmp_path: Path, column: str) -> None:
+    assert log_for(HEAVY, written(tmp_path, f"{AXES},{column}", "1,0,0,0,0,0,14")).doubt == ""
+
+
+def test_volts_in_a_column_that_is_not_there_are_refused(tmp_path: Path) -> None:
+    path = written(tmp_path, AXES, "1,0,0,0,0,0")
+    options = LogOptions(columns=parse_columns("volts=vbat"))
+    assert "no column 'vbat', or several, for volts" in refused(lambda: log_for(HEAVY, path, options), path)
