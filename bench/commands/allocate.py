@@ -1,12 +1,10 @@
 """``thrustbench allocate``."""
 
-import sys
 import traceback
-from collections.abc import Iterator
-from contextlib import chdir, contextmanager, redirect_stdout
-from copy import deepcopy
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
@@ -14,6 +12,8 @@ from bench.commands import PATH, log_options, not_over, read_options
 
 if TYPE_CHECKING:
     from alloc import Allocation
+
+Made = TypeVar("Made")
 
 
 @click.command()
@@ -64,6 +64,7 @@ def command(
     from alloc.discovery import find, load_plugin, prepare
     from alloc.errors import PluginError, UnknownName, VehicleError
     from alloc.files.textfile import write_text
+    from bench.harness.apart import apart
     from bench.inputs.demand_csv import format_thrusts
     from bench.inputs.esc_columns import sent
     from bench.inputs.faults import EACH, parse_fault, with_fault
@@ -78,33 +79,31 @@ def command(
         if fault == EACH:
             raise click.UsageError("--fault each: thrusts are of one vehicle; name one thruster")
         (answering,) = with_fault(answering, fault)
-    with redirect_stdout(sys.stderr), chdir(Path.cwd()):  # a plug-in may print, and go elsewhere for its data
-        entry = load_plugin(plugin) if plugin else find(method)
-    if entry.name != method:
-        raise UnknownName(
-            f"{plugin}: holds method '{entry.name}', not '{method}'; give --method {entry.name}"
-        )
     log = log_for(answering, demands, read_options(**options))
-    taus = log.taus
     lows, highs = limits_in(demands, log.columns, answering)
-    if plugin:
-        from bench.judging.faults import first_wrong
+    calls = [log.taus] if lows is None or highs is None else [log.taus, lows, highs]
+
+    def answered() -> "tuple[list[Allocation], dict[str, Any]]":
+        """The answers, and what the allocator promises where a plug-in's are to be held to it."""
+        entry = load_plugin(plugin) if plugin else find(method)
+        if entry.name != method:
+            raise UnknownName(f"holds method '{entry.name}', not '{method}'; give --method {entry.name}")
+        allocator = prepare(entry, answering, start=start, level=level)
+        answers = list(map(allocator, *calls))
+        if not plugin:
+            return answers, {}
         from bench.judging.question import promised
 
-        asked = deepcopy((answering, taus, lows, highs))  # a plug-in may change what it is given
+        return [_answer(given, answering.n) for given in answers], promised(allocator)
+
+    # A method may crash, end its process, go to another folder, or write into what it is given.
+    answers, promises = apart(partial(_in_words, plugin, answered), f"{plugin or method}")
+    if plugin:
+        from bench.judging.faults import first_wrong
+
+        if wrong := first_wrong(answering, log.taus, lows, highs, answers, **promises):
+            raise PluginError(f"{plugin}: {wrong}; mend it")
     header = [answering.called(i) if names else f"f{i}" for i in range(answering.n)]
-    # Silent or not, SCS and OSQP print what they can't do.
-    with redirect_stdout(sys.stderr), chdir(Path.cwd()), _faults_of(plugin):
-        allocator = prepare(entry, answering, start=start, level=level)
-        if lows is None or highs is None:
-            answers = [allocator(tau) for tau in taus]
-        else:
-            answers = list(map(allocator, taus, lows, highs))
-        if plugin:
-            answers = [_answer(given, answering.n) for given in answers]
-            promises = promised(allocator)
-    if plugin and (wrong := first_wrong(*asked, answers, **promises)):
-        raise PluginError(f"{plugin}: {wrong}; mend it")
     wired = sent(answering, answers, log.columns.get("volts"), lows, highs) if esc else None
     text = format_thrusts(answers, header, wired)
     if output is None:
@@ -131,14 +130,13 @@ def _answer(given: Any, n: int) -> "Allocation":
     return Allocation(thrusts, Status(status), share=tuple(map(float, share)))
 
 
-@contextmanager
-def _faults_of(plugin: Path | None) -> Iterator[None]:
-    """Say in one line where a plug-in's own code raised; raises PluginError."""
+def _in_words(plugin: Path | None, work: Callable[[], Made]) -> Made:
+    """What ``work`` returns; raises PluginError, in one line, where a plug-in's own code raised."""
     from alloc import AllocError
     from alloc.errors import PluginError
 
     try:
-        yield
+        return work()
     except AllocError as error:
         if plugin is None or str(error).startswith(f"{plugin}:"):
             raise

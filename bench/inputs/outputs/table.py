@@ -9,11 +9,11 @@ from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
 from alloc.vehicle.frame import AXES
-from bench.inputs.columns import TIME, Column, assign
+from bench.inputs.columns import TIME, VOLTS, Column, assign
 from bench.inputs.delimited import Cells, read_table
 from bench.inputs.demand_csv import seconds, understood
 from bench.inputs.frames import met
-from bench.inputs.log_limits import VOLTS, limit_columns
+from bench.inputs.log_limits import like_volts, limit_columns
 from bench.inputs.outputs import Outputs
 
 SUFFIXES = (".csv", "")
@@ -63,6 +63,8 @@ def read(path: Path, vehicle: Vehicle) -> Outputs:
         raise DemandError(f"{path}: times in {found[TIME].name[:40]!r} go back; sort the rows")
     said = understood(path, table, found, unit, 0, taken) or path.name
     said += f"{';' if ': ' in said else ':'} {names[0]} … {names[-1]} are the commands"
+    if VOLTS not in places and (unread := like_volts(table.header)):
+        said += f"; thrusts follow no voltage: if {unread[:40]!r} is the battery's, call it {VOLTS}"
     taus = None
     if asked:
         taus, turning = _demands(path, table, vehicle, found, values)

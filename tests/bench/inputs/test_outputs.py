@@ -171,6 +171,16 @@ def test_a_log_that_names_the_output_of_some_motors_only_is_refused(tmp_path: Pa
         read_outputs(file, VEHICLE)
 
 
+def test_a_voltage_under_another_name_is_no_voltage_and_said_so(tmp_path: Path) -> None:
+    file = tmp_path / "logger.csv"
+    head = ["t", *(f"u{i}" for i in range(8)), "Battery [V]"]
+    file.write_text(",".join(head) + "\n" + "".join(f"{t},{'1600,' * 8}14\n" for t in (0.0, 0.1)))
+    said = read_outputs(file, VEHICLE).said
+    assert "thrusts follow no voltage: if 'Battery [V]' is the battery's, call it volts" in said
+    file.write_text(file.read_text().replace("Battery [V]", "volts"))
+    assert "thrusts follow no voltage" not in read_outputs(file, VEHICLE).said
+
+
 @pytest.mark.parametrize("none", [0.0, np.nan])
 def test_a_battery_that_nothing_measures_has_no_voltage(tmp_path: Path, none: float) -> None:
     pytest.importorskip("pymavlink", reason="the extra ardupilot")
