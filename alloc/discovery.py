@@ -7,14 +7,14 @@ from functools import cache, partial
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any
 
 from alloc.allocation import Allocator
 from alloc.errors import NotInstalled, PluginError, UnknownName, unknown
 from alloc.files.modules import check_for, modules
-from alloc.formulations import Family, find_formulation, refuse_misspelt
+from alloc.formulations import Family, find_formulation
+from alloc.live.declared import check_declared
 from alloc.live.plain import ANY_DISTANCE, EXACT, Plain
-from alloc.solvers import Level, Start
 from alloc.vehicle import Vehicle
 
 if TYPE_CHECKING:  # What makes C is a third of all modules, and most programs make none.
@@ -154,6 +154,8 @@ def load_plugin(path: Path) -> Entry:
     spec = spec_from_file_location(f"thrustbench_plugin_{path.stem}", path)
     if spec is None or spec.loader is None or not path.is_file():
         raise UnknownName(f"{path}: is no Python file; a plug-in is one with build(vehicle) in it")
+    if (folder := str(path.resolve().parent)) not in sys.path:
+        sys.path.append(folder)  # for modules beside it; last, so that none takes another's place
     module = module_from_spec(spec)
     sys.modules[spec.name] = module  # dataclasses and pickle look up the module of a class here
     try:
@@ -163,36 +165,13 @@ def load_plugin(path: Path) -> Entry:
     except BaseException as error:  # SystemExit too: a file that calls sys.exit must not end this process
         del sys.modules[spec.name]
         raise UnknownName(f"{path}: can't be imported ({type(error).__name__}: {error}); mend it") from error
-    if not hasattr(module, "build"):
-        raise UnknownName(f"{path}: has no build(vehicle); add one that returns an allocator")
-    for constant, known in (("STARTS", get_args(Start)), ("LEVELS", get_args(Level))):
-        offered = getattr(module, constant, known)
-        # A word that no run asks for would leave the method without a row.
-        if not isinstance(offered, tuple | list) or not offered or not {*known, "-"}.issuperset(offered):
-            raise UnknownName(f"{path}: {constant} = {offered!r}; give a tuple of {', '.join(known)}")
-    for constant, kind, example in DECLARED:
-        value = getattr(module, constant, None)
-        if value is not None and not (isinstance(value, kind) and value == value):
-            raise UnknownName(f"{path}: {constant} = {value!r}; give {example}")
-    try:
-        refuse_misspelt(getattr(module, "FORMULATION", ""))
-    except UnknownName as error:
-        raise UnknownName(f"{path}: {error}") from None
-    if not callable(module.build):
-        raise UnknownName(f"{path}: build is no function; write build(vehicle) that returns an allocator")
+    check_declared(path, module)
     entry = _entry(_hyphened(path.stem), module)
     return replace(entry, prepare=partial(_built, path, module))
 
 
-DECLARED: tuple[tuple[str, Any, str], ...] = (
-    ("FORMULATION", str, "a name, such as 'hard' or one of your own"),
-    ("FAMILY", Family, f"an alloc.plugin.Family: {', '.join(f'Family.{family.name}' for family in Family)}"),
-    ("FOREIGN", bool, "True or False"),
-    ("SUMMARY", str, "a line of text"),
-    ("LIMITED", bool, "True where every thrust lies inside the limits, else False"),
-    ("TOLERANCE", (float, int), "a distance from the right answer, relative to the largest limit"),
-)
-"""What a plug-in may declare, its type, and what to write."""
+PROMISES = ("formulation", "limited", "tolerance")
+"""What an allocator promises, and its answers are held to."""
 
 
 def _built(path: Path, module: ModuleType, vehicle: Vehicle, **options: Any) -> Allocator:
@@ -202,9 +181,12 @@ def _built(path: Path, module: ModuleType, vehicle: Vehicle, **options: Any) -> 
         raise PluginError(
             f"{path}: build(vehicle) gave {type(made).__name__}; return a function tau -> f, or an allocator"
         )
-    if all(hasattr(made, promise) for promise in ("formulation", "limited", "tolerance")):
+    lacking = [promise for promise in PROMISES if not hasattr(made, promise)]
+    if not lacking:
         allocator: Allocator = made
         return allocator
+    if len(lacking) < len(PROMISES):  # taken for a plain function, it would be held to nothing that it says
+        raise PluginError(f"{path}: what build(vehicle) gave has no {' and no '.join(lacking)}; add it")
     declared = getattr(module, "FORMULATION", "")
     return Plain(
         made,

@@ -43,6 +43,7 @@ BODIES = {
     "off-after-a-failure": "f *= 1.001 if self.failed else 1.0",
     "scribbles": "tau *= 0; f = f * 0; self.formulation = 'mine'",  # 'mine' has no reference
     "changes-its-vehicle": "self.vehicle.__dict__['TP'] = 2 * self.vehicle.T; f /= 2",
+    "wrong-along-an-axis": "f = f if np.count_nonzero(tau) > 1 else -f",
     "nan": "f = f * np.nan if large else f",
 }
 TAMPERING = {

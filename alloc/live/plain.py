@@ -36,7 +36,8 @@ class Plain:
     Its answer is SOLVED where T P f misses tau by 1e-6 of ``vehicle.wrench_scale`` at most and, where limits
     are promised, f lies inside them; else PARTIAL. None, and thrusts that are not finite, are NOT_CONVERGED.
     A function that takes ``f_min`` and ``f_max`` gets those of each call, and is not asked where they cross:
-    that is INFEASIBLE. Any other function can't know them, so a call with limits is refused.
+    that is INFEASIBLE. Any other function can't know them, so a call with limits is refused. What a function
+    gets are copies, which it may write into.
     """
 
     def __init__(
@@ -72,9 +73,9 @@ class Plain:
             if not all(map(le, low.tolist(), high.tolist())):
                 return answer(np.full(self._n, np.nan), Status.INFEASIBLE)
         if self._takes_limits:
-            given = self._function(wrench, f_min=low, f_max=high)
+            given = self._function(wrench.copy(), f_min=low.copy(), f_max=high.copy())
         else:
-            given = self._function(wrench)
+            given = self._function(wrench.copy())
         if given is None:
             return answer(np.full(self._n, np.nan), Status.NOT_CONVERGED)
         f = self._fresh(given)
@@ -90,6 +91,11 @@ class Plain:
         n = self._n
         if type(given) is np.ndarray and given.dtype is FLOAT64:
             f = given.copy()
+        elif isinstance(given, Allocation):
+            raise PluginError(
+                "the function gave an Allocation; return its thrusts alone, or let build return an object"
+                " with formulation, limited and tolerance"
+            )
         else:
             try:
                 f = real(np.asarray(given))

@@ -1,5 +1,6 @@
 """``thrustbench gate``."""
 
+from glob import escape
 from pathlib import Path
 
 import click
@@ -83,9 +84,9 @@ def command(
     for plugin, method in zip(plugins, methods, strict=True):
         if [*taken, *methods].count(method) > 1:  # the other's answers would stand for the file's
             raise UnknownName(f"{plugin}: another method is called '{method}' too; rename the file")
-    patterns = [f"{vehicle}:{method}" for vehicle in asked for method in methods]
+    patterns = [f"{escape(vehicle)}:{escape(method)}" for vehicle in asked for method in methods]
     if not all(map(trees.is_own, sides)):
-        patterns += [f"{v}:{method}" for v in asked for method in METHODS]
+        patterns += [f"{escape(vehicle)}:{method}" for vehicle in asked for method in METHODS]
     record = gate(
         *sides,
         GateSettings(threshold=threshold / 100, pairs=pairs, budget_s=budget),

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from alloc import Label, Vehicle, label
+from alloc import Label, NotApplicable, Vehicle, label
 from alloc.allocation import BoolArray, FloatArray
 from alloc.errors import unknown
 from alloc.files import modules
@@ -121,6 +121,18 @@ def build_demands(
     if hasattr(module, "within"):
         return labelled(str(name), answering, *module.within(vehicle, rng, count), rate_hz=rate_hz)
     return labelled(str(name), answering, module.demands(vehicle, rng, count), rate_hz=rate_hz)
+
+
+def along_axes(vehicle: Vehicle, n: int) -> FloatArray:
+    """No demand at all, then n along each axis alone, beyond its ends too: (n + 1, k) [N, N m].
+
+    Only the first where the limits do not let the wrench be zero, since the axes meet there.
+    """
+    rest = np.zeros((1, vehicle.k))
+    try:
+        return np.vstack([rest, build_demands("axes", vehicle, 0, n).taus])
+    except NotApplicable:
+        return rest
 
 
 def labelled(

@@ -2,22 +2,24 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from alloc import Allocation, NotApplicable, Status, Vehicle
 from alloc.allocation import BoolArray
+from alloc.formulations import list_formulations
 from alloc.live.plain import ANY_DISTANCE
 from alloc.vehicle.checks import ARRAYS
 from bench.demands import DemandSet
 from bench.demands.store import Case
 from bench.gate.cells import names
+from bench.gate.given import farthest, packed, unpacked
 from bench.gate.prober import Prober
 from bench.gate.record import GateCell
 from bench.gate.side import Died, Refused
-from bench.gate.worker import farthest, packed, unpacked
-from bench.judging.faults import faults, measured
+from bench.judging.faults import faults, measured, stacked
 from bench.judging.judge import judge
 from bench.judging.question import Question, checked_promises
 from bench.results.text import counted
@@ -43,7 +45,9 @@ class SideAnswers(NamedTuple):
     lacks : why the side has no such cell, empty where it has
     promises : formulation, limited and tolerance, by name
     answers : one for each of the first demands of the question
-    at_odds : how ``many`` answers differ from those of single calls, empty where they don't
+    raised : which calls raised, by demand, and with what
+    at_odds : what is wrong with how they were given, empty where nothing is: ``many`` answers otherwise than
+        single calls, an answer's memory is another's too, what a call is given is written into
     refused : whether the cell is lacking because the method does not cover the vehicle
     many : whether it has ``many``
     """
@@ -51,6 +55,7 @@ class SideAnswers(NamedTuple):
     lacks: str
     promises: dict[str, Any]
     answers: Sequence[Allocation]
+    raised: Mapping[int, str] = MappingProxyType({})
     at_odds: str = ""
     refused: bool = False
     many: bool = True
@@ -74,19 +79,44 @@ def answered(side: Prober, cell: GateCell, question: Question) -> SideAnswers:
     except (Died, Refused, ValueError) as reason:
         refused = isinstance(reason, Refused) and reason.kind == NotApplicable.__name__
         return SideAnswers(str(reason), {}, (), refused=refused)
+    return _given(raw, promises, vehicle, own=own)
+
+
+def answered_early(side: Prober, cell: GateCell, question: Question, now: SideAnswers) -> SideAnswers:
+    """Ask the allocator that was built first once more, after others were built for failed thrusters.
+
+    ``now`` is what it answered before.
+    """
+    try:
+        raw = side.ask(
+            "answers", cell=cell.name, seconds=SECONDS, early=True, timeout=HANGS_S, **calls(question.demands)
+        )
+    except (Died, Refused) as reason:
+        lost = isinstance(reason, Refused) and reason.kind == KeyError.__name__  # its process ended meanwhile
+        return now if lost else SideAnswers(str(reason), {}, ())
+    return _given(raw, now.promises, question.demands.vehicle, own=False)
+
+
+def _given(raw: Mapping[str, Any], promises: dict[str, Any], vehicle: Vehicle, *, own: bool) -> SideAnswers:
+    """What a worker replied, as answers that can be judged."""
+    odd = set(raw["odd"])
     # Each f is an array of its own: the judge looks for answers that share memory.
-    thrusts = [f.copy() for f in unpacked(raw["F"])]
+    thrusts = [None if i in odd else f.copy() for i, f in enumerate(unpacked(raw["F"]))]
     # A wrong plug-in's status may be any number, which is for the judge to say.
     answers = [
-        Allocation(f, cast("Status", status), share=tuple(share))
+        Allocation(cast("Any", f), cast("Status", status), share=tuple(share))
         for f, status, share in zip(thrusts, raw["status"], raw["shares"], strict=True)
     ]
-    at_odds = ""
-    if raw["other"] is not None:
-        at_odds = f"many() gives demand {raw['other']} another status than a call of its own"
-    elif own and raw["apart"] > _apart(promises, vehicle):
-        at_odds = f"many() gives thrusts {raw['apart']:.3g} N from those of single calls"
-    return SideAnswers("", promises, answers, at_odds, many=raw["many"])
+    at_odds = "it writes into the demand, or the limits, that it is given" if raw["writes"] else ""
+    if raw["shared"]:
+        at_odds = "an answer has another's memory: yesterday's changes when today's is made"
+    for length, other, apart in raw["together"]:
+        if other is not None:
+            at_odds = f"many() gives demand {other} of {length} another status than a call of its own"
+        elif own and apart > _apart(promises, vehicle):
+            lot = counted(length, "demand")
+            at_odds = f"many() of {lot} gives thrusts {apart:.3g} N from those of single calls"
+    return SideAnswers("", promises, answers, dict(raw["raised"]), at_odds, many=raw["many"])
 
 
 def calls(demands: DemandSet | Case) -> dict[str, Any]:
@@ -111,6 +141,12 @@ def first(question: Question, count: int) -> Question:
     return replace(question, demands=demands, right=right)
 
 
+def cut(side: SideAnswers, count: int) -> SideAnswers:
+    """The first ``count`` answers of a side."""
+    raised = {demand: what for demand, what in side.raised.items() if demand < count}
+    return side._replace(answers=side.answers[:count], raised=raised)
+
+
 def wrong(question: Question, side: SideAnswers) -> str:
     """What is wrong with one side's answers by the equations; empty where nothing is."""
     if side.lacks:
@@ -118,6 +154,8 @@ def wrong(question: Question, side: SideAnswers) -> str:
     judged = judge(question, side.answers, **side.promises, thorough=False)
     if judged.wrong or side.at_odds:
         return judged.wrong or side.at_odds
+    for demand, what in side.raised.items():
+        return f"raises {what}, for demand {demand}"
     if judged.agrees is False:
         promised = side.promises["tolerance"] * question.demands.vehicle.f_scale
         return f"{judged.distance_max_N:.3g} N from the optimum, beyond its promise of {promised:.3g} N"
@@ -130,6 +168,7 @@ def wrong_ones(question: Question, side: SideAnswers) -> BoolArray:
     wrong: BoolArray = seen.distance > side.promises["tolerance"] * question.demands.vehicle.f_scale
     for kind in faults(question, seen, **side.promises).values():
         wrong |= kind
+    wrong[list(side.raised)] = True
     return wrong
 
 
@@ -139,14 +178,8 @@ def differ(question: Question, base: SideAnswers, head: SideAnswers) -> str:
     Answers that are wrong on both sides are compared too: a wrong answer may get worse.
     """
     vehicle, on_edge = question.demands.vehicle, np.abs(question.demands.alpha - 1) <= EDGE
-    for promise in ("formulation", "limited"):
-        if base.promises[promise] != head.promises[promise]:
-            return f"{promise} {base.promises[promise]} → {head.promises[promise]}"
-    before, now = base.promises["tolerance"], head.promises["tolerance"]
-    if now > before:
-        return f"tolerance {before:g} → {now:g}: less is promised"
-    if base.many and not head.many:
-        return "many() is gone"
+    if less := _less(base, head):
+        return less
     mended = wrong_ones(question, base) & ~wrong_ones(question, head)
     alike = ~mended
     for i, (a, b) in enumerate(zip(base.answers, head.answers, strict=True)):
@@ -156,9 +189,33 @@ def differ(question: Question, base: SideAnswers, head: SideAnswers) -> str:
             alike[i] = False
         elif len(b.share) < len(a.share):
             return f"{counted(len(a.share), 'share')} → {len(b.share) or 'none'} for demand {i}"
-    apart = farthest(*(np.array([answer.f for answer in side.answers])[alike] for side in (base, head)))
+        elif not mended[i] and not np.allclose(a.share, b.share[: len(a.share)], rtol=0, atol=EDGE):
+            return f"shares {_shown(a.share)} → {_shown(b.share)} for demand {i}"
+    thrusts = (stacked([answer.f for answer in side.answers], vehicle.n)[0] for side in (base, head))
+    apart = farthest(*(F[alike] for F in thrusts))
     allowed = _apart(base.promises, vehicle)
     return f"thrusts differ by up to {apart:.3g} N, {allowed:.3g} N allowed" if apart > allowed else ""
+
+
+def _less(base: SideAnswers, head: SideAnswers) -> str:
+    """What head promises less than base; empty where it promises as much, or more."""
+    before, now = base.promises, head.promises
+    if before["formulation"] != now["formulation"] and not _is_practice(before["formulation"]):
+        return f"formulation {before['formulation']} → {now['formulation']}: less is promised"
+    if before["limited"] and not now["limited"]:
+        return "limited True → False: less is promised"
+    if now["tolerance"] > before["tolerance"]:
+        return f"tolerance {before['tolerance']:g} → {now['tolerance']:g}: less is promised"
+    return "many() is gone" if base.many and not head.many else ""
+
+
+def _is_practice(formulation: str) -> bool:
+    """Whether a formulation is a rule of one's own, which promises no optimum."""
+    return formulation not in [known.name for known in list_formulations()]
+
+
+def _shown(shares: Sequence[float]) -> str:
+    return " ".join(f"{share:.3g}" for share in shares)
 
 
 def _apart(promises: Mapping[str, Any], vehicle: Vehicle) -> float:

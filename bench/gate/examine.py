@@ -1,57 +1,29 @@
 """Both sides' answers, judged before anything is timed: a fast wrong answer is a regression."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from functools import cache, partial
+from functools import partial
 from math import inf
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from alloc import NotApplicable, Vehicle
-from alloc.allocation import FloatArray
+from alloc import Vehicle
 from alloc.errors import UnknownName
 from alloc.vehicle.checks import ARRAYS
-from bench.demands import DemandSet, build_demands, labelled
-from bench.demands.near_degenerate import edge_demands, numbered
+from bench.demands import labelled
 from bench.demands.store import Case
-from bench.gate.answers import SideAnswers, answered, calls, differ, first, state, wrong
+from bench.gate.answers import SideAnswers, answered, answered_early, calls, cut, differ, first, state, wrong
+from bench.gate.asked import ALONE, NEARLY, demand_sets, nearly_symmetric, nobody, timed_demands
 from bench.gate.cells import CONTROL_DEMANDS, DEFAULT_CELLS, chosen, controls
+from bench.gate.given import unpacked
 from bench.gate.prober import Prober
 from bench.gate.record import CONTROL, GateCell
 from bench.gate.side import Died, Refused
-from bench.gate.worker import unpacked
 from bench.judging.question import Answers, Question, Unanswered, questions
 
-TIMED = {"inactive": 15, "active": 15}
-"""How many demands of each kind are timed. Infeasible ones are not: an iterative solver spends most of its
-time on them, and a slow-down of the rest of a call would not show beside it."""
-
-LOOKED_AT = {"inactive": 1000, "active": 3000, "boundary": 1000, "infeasible": 1000}
-"""How many demands of each kind are asked for answers. What is wrong in one of a thousand, of active demands
-alone, is among 3,000 of them with a probability of 1 - 0.999^3000 = 95 %; of all, with 99.8 %."""
-
-EDGES = 500
-"""The same, of demands on vertices, edges and faces of what the vehicle can do, shortened and lengthened."""
-
-MOVING = {"jolts": 3000}
-"""The same, of demands that come with limits of their own."""
-
-ALONE, ONE_SIDE = ("f_min alone", "f_max alone"), 100
-"""Names of the sets in which calls give limits of one side, and how many of ``MOVING`` each has."""
-
-FAILED = {"inactive": 20, "active": 40, "infeasible": 20}
-"""The same, with each thruster off in turn: what a failure breaks, it breaks in many demands."""
-
-REPEATED = 50
-"""One demand of so many comes twice in a row, as an autopilot's do: what a call remembers must not matter."""
-
-NEARLY, HARD, HARD_DEMANDS = "nearly symmetric", 13, 200
-"""Name of the vehicle whose edges every method is asked too, its number, and how many demands. It has eight
-thrusters, each the mirror image of its neighbours but for the last digits of T. A method that stepped onto
-the thin rows of such a T missed the wrench of a third of these demands."""
-
-SEED = 2004
+AGAIN = 20
+"""How many demands the first allocator of a cell is asked again, after others were built."""
 
 
 class Examined(NamedTuple):
@@ -93,7 +65,7 @@ def examine(base: Prober, head: Prober, patterns: Sequence[str]) -> Examined:
     for name, cells in shared.items():
         vehicle = _vehicle(base, name)
         asked = questions(demand_sets(vehicle), partial(_ask, base))
-        examined.demands[name] = _of_kinds(vehicle, TIMED).tolist()
+        examined.demands[name] = timed_demands(vehicle).tolist()
         try:
             same_numbers = head.ask("vehicle", name=name) == base.ask("vehicle", name=name)
         except Refused as reason:  # base loaded the vehicle just now, so it is head's file that is broken
@@ -132,15 +104,13 @@ def judge_cell(
     """
     remarks: list[str] = []
     refused, fewest = False, inf
+    whole: tuple[SideAnswers, SideAnswers] | None = None
     hard = nearly_symmetric()
     for of_base, of_head in zip([*asked, hard], [*theirs, hard], strict=True):
         base, head = _at_once(sides, cell, (of_base, of_head))
         count = min(len(side.answers) or len(of_base.demands.taus) for side in (base, head))
         if base.lacks and of_base is not asked[0]:  # it takes no limits of each call, or no failed thruster
-            if not head.lacks:
-                limits = of_base.demands.f_min is not None
-                beyond = "limits of each call" if limits else f"answers with {of_base.demands.name}"
-                remarks.append(f"{beyond} are new: `{cell.name}`")
+            remarks += _one_sided(cell, of_head, base, head)
             continue
         cell.base_lacks = base.lacks or cell.base_lacks
         cell.head_lacks = _when(of_head, head.lacks) or cell.head_lacks
@@ -149,7 +119,7 @@ def judge_cell(
             break
         if count < len(of_base.demands.taus):
             of_base, of_head = first(of_base, count), first(of_head, count)
-            base, head = (side._replace(answers=side.answers[:count]) for side in (base, head))
+            base, head = cut(base, count), cut(head, count)
             fewest = min(count, fewest)
         before, now = _when(of_base, wrong(of_base, base)), _when(of_head, wrong(of_head, head))
         cell.base_wrong, cell.head_wrong = cell.base_wrong or before, cell.head_wrong or now
@@ -157,9 +127,42 @@ def judge_cell(
         # On such edges rounding in another order may move thrusts far.
         if asked is theirs and of_base.demands.name != NEARLY:
             cell.differ = cell.differ or _when(of_base, differ(of_base, base, head))
+        whole = whole or (base, head)
+    if whole:
+        _ask_again(cell, sides, (asked[0], theirs[0]), whole)
     if fewest < inf:
         remarks.append(f"of some kind only {fewest:,} demands were looked at: `{cell.name}`")
-    return remarks, refused
+    return list(dict.fromkeys(remarks)), refused
+
+
+def _one_sided(cell: GateCell, question: Question, base: SideAnswers, head: SideAnswers) -> list[str]:
+    """Judge what head alone answers, by equations; returns remarks, also on what neither side answers."""
+    limits = question.demands.f_min is not None
+    kind = "limits of each call" if limits else f"answers with {question.demands.name}"
+    if head.lacks:
+        how = f"`{cell.name}` fails on both sides: {head.lacks}"
+        return [] if base.refused and head.refused else [f"no {kind} were compared: {how}"]
+    now = _when(question, wrong(question, head))
+    cell.head_wrong, cell.turned_wrong = cell.head_wrong or now, cell.turned_wrong or now
+    return [f"{kind} are new: `{cell.name}`"]
+
+
+def _ask_again(
+    cell: GateCell,
+    sides: tuple[Prober, Prober],
+    questions: tuple[Question, Question],
+    whole: tuple[SideAnswers, SideAnswers],
+) -> None:
+    """Ask the allocators of the whole vehicle again: those built for failures since must not change them."""
+    found = []
+    for side, question, before in zip(sides, questions, whole, strict=True):
+        few, then = first(question, AGAIN), cut(before, AGAIN)
+        again = answered_early(side, cell, few, then)
+        other = again.lacks or differ(few, then, again)
+        found.append(f"answers otherwise once another is built for a failure: {other}" if other else "")
+    base, head = found
+    cell.base_wrong, cell.head_wrong = cell.base_wrong or base, cell.head_wrong or head
+    cell.turned_wrong = cell.turned_wrong or ("" if base else head)
 
 
 def _when(question: Question, what: str) -> str:
@@ -169,7 +172,9 @@ def _when(question: Question, what: str) -> str:
 
 
 def _at_once(
-    sides: tuple[Prober, Prober], cell: GateCell, questions: tuple[Question, Question]
+    sides: tuple[Prober, Prober],
+    cell: GateCell,
+    questions: tuple[Question, Question],
 ) -> list[SideAnswers]:
     """Both sides' answers, asked for side by side, since each takes a core for seconds."""
     with ThreadPoolExecutor(2) as pool:
@@ -179,43 +184,6 @@ def _at_once(
             for side in sides:
                 side.kill()
             raise
-
-
-def demand_sets(vehicle: Vehicle) -> list[DemandSet]:
-    """The demands that cells of a vehicle are asked.
-
-    All kinds mixed; then those with limits of their own, of both sides and of one; then those with each
-    thruster off in turn.
-    """
-    edges = edge_demands(vehicle, np.random.default_rng(SEED), EDGES)
-    mixed = np.random.default_rng(SEED).permutation(np.vstack([_of_kinds(vehicle, LOOKED_AT), edges]))
-    again = np.arange(1, len(mixed), REPEATED)
-    mixed[again] = mixed[again - 1]
-    moving = [build_demands(name, vehicle, SEED, n) for name, n in MOVING.items()]
-    for name, *sides in ((ALONE[0], moving[0].f_min, None), (ALONE[1], None, moving[0].f_max)):
-        low, high = (None if side is None else side[:ONE_SIDE] for side in sides)
-        moving.append(labelled(name, vehicle, moving[0].taus[:ONE_SIDE], low, high))
-    states = {i: vehicle.with_fault(i) for i in vehicle.working.tolist() if len(vehicle.working) > 1}
-    failed = [labelled(f"thruster {i} off", state, _of_kinds(state, FAILED)) for i, state in states.items()]
-    return [labelled("gate", vehicle, mixed), *moving, *failed]
-
-
-@cache
-def nearly_symmetric() -> Question:
-    """Demands on the edges of a nearly symmetric vehicle, which is no cell's; judged by equations alone."""
-    vehicle, rng = numbered(HARD)
-    taus = edge_demands(vehicle, rng, HARD_DEMANDS)
-    return questions([labelled(NEARLY, vehicle, taus)], _nobody)[0]
-
-
-def _of_kinds(vehicle: Vehicle, kinds: Mapping[str, int]) -> FloatArray:
-    sets = []
-    for kind, n in kinds.items():
-        try:
-            sets.append(build_demands(kind, vehicle, SEED, n).taus)
-        except NotApplicable:  # without redundancy no demand is active
-            continue
-    return np.concatenate(sets)
 
 
 def _vehicle(side: Prober, name: str) -> Vehicle:
@@ -239,10 +207,6 @@ def _ask(side: Prober, method: str, cases: Sequence[Case]) -> list[Answers | Una
     return answers
 
 
-def _nobody(method: str, cases: Sequence[Case]) -> list[Answers | Unanswered]:
-    return [Unanswered("missing", "nobody is trusted with an optimum")] * len(cases)
-
-
 def _on_other_numbers(asked: Sequence[Question], vehicle: Vehicle) -> list[Question]:
     # Under other numbers of the vehicle labels of demands no longer hold. T* tau alone is known to be right.
     first_asked = asked[0].demands.vehicle
@@ -255,4 +219,4 @@ def _on_other_numbers(asked: Sequence[Question], vehicle: Vehicle) -> list[Quest
         for i in state(d.vehicle)["off"]:
             numbers = numbers.with_fault(i)
         sets.append(labelled(d.name, numbers, d.taus, d.f_min, d.f_max))
-    return questions(sets, _nobody)
+    return questions(sets, nobody)

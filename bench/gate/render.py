@@ -7,7 +7,7 @@ import msgspec
 
 from bench.gate.record import GateRecord
 from bench.gate.verdict import Standing, Verdict
-from bench.results.text import counted, table
+from bench.results.text import counted, plain, table, with_code
 
 SIGNS = {0: "✅", 1: "❌", 3: "❔"}
 
@@ -35,11 +35,11 @@ def markdown(record: GateRecord, verdict: Verdict, *, folded: bool = True) -> st
     slow = [row for row in verdict.rows if row.name in suspects]
     for title, rows in (("Suspects", slow), ("Faster", verdict.improvements)):
         lines += [f"**{title}**", "", _times(rows)] if rows else []
-    lines += [f"- {note}" for note in notes(record)] + [""] if notes(record) else []
+    lines += [f"- {with_code(note)}" for note in notes(record)] + [""] if notes(record) else []
     if verdict.rows:
         lines += details(f"All: {counted(len(verdict.rows), 'cell')}", _times(verdict.rows))
     if record.commits:
-        lines += details("Commits", "\n".join(f"- {commit}" for commit in record.commits) + "\n")
+        lines += details("Commits", "\n".join(f"- {plain(commit)}" for commit in record.commits) + "\n")
     where = f" on {record.machine['cpu']}" if "cpu" in record.machine else ""
     seconds = ", ".join(f"{stage} {s:.0f} s" for stage, s in record.seconds.items() if stage != "all")
     lines.append(f"{seconds}; {record.seconds.get('all', 0):.0f} s in all{where}." if seconds else "")

@@ -11,44 +11,42 @@ import importlib.util
 import json
 import os
 import sys
-from base64 import b64decode, b64encode
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from time import monotonic, thread_time_ns
-from typing import Any
+from typing import Any, NamedTuple
 
 LOOP = range(40)
 """Turns of the control cell in pure Python: about 1 µs, as long as the cells that are timed beside it."""
 
+SHORT = (slice(1, 2), slice(1, 11))
+"""Short batches that ``many`` is asked, beside all demands at once; the first of all asks for nothing."""
+
+Packed = dict[str, Any]
+"""An array as ``given.packed`` makes it."""
+
 ARRAYS = ("T", "H", "f_min", "f_max", "readiness", "slack_weights")
 
 
-Packed = dict[str, Any]
-"""An array in JSON: its shape, and its numbers as bytes of doubles in base 64; text would take a second."""
+def beside(name: str) -> Any:
+    """The module of that name in this file's folder, which is on no path: the tree may have another."""
+    spec = importlib.util.spec_from_file_location(f"gate_{name}", Path(__file__).with_name(f"{name}.py"))
+    if spec is None or spec.loader is None:
+        raise ImportError(f"no {name}.py beside {__file__}")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
-def packed(array: Any) -> Packed:
-    """The array as JSON can hold it; raises TypeError for complex numbers."""
-    real = array.astype("<f8", casting="same_kind")
-    return {"shape": list(real.shape), "bytes": b64encode(real.tobytes()).decode()}
+given = beside("given")
 
 
-def unpacked(array: Packed) -> Any:
-    """The array of what ``packed`` made."""
-    import numpy as np
+class Built(NamedTuple):
+    """An allocator, and f_min and f_max of its vehicle."""
 
-    return np.frombuffer(b64decode(array["bytes"]), dtype="<f8").reshape(array["shape"]).copy()
-
-
-def farthest(F: Any, other: Any) -> float:
-    """The largest difference of two arrays of thrusts [N], infinite where NaN stands in one alone."""
-    import numpy as np
-
-    if np.shape(F) != other.shape:
-        raise ValueError(f"many() gives thrusts of shape {np.shape(F)}, not {other.shape}")
-    same = (other == F) | (np.isnan(F) & np.isnan(other))
-    return float(np.nan_to_num(np.abs(F - other)[~same], nan=np.inf).max(initial=0.0))
+    allocate: Any
+    own: tuple[Any, Any]
 
 
 class Orders:
@@ -63,7 +61,8 @@ class Orders:
     files : of vehicles that are not the tree's, by name
     tree, source : the tree's folder, and the user's that it is a copy of, else empty
     modules : names of those that were looked at
-    allocators : by cell
+    allocators, own : by cell, the one that was built last, and the limits of its vehicle
+    early : by cell, both of the one that was built first for the whole vehicle
     demands : by vehicle, the demands that its cells are timed with
     """
 
@@ -78,6 +77,7 @@ class Orders:
         self.modules = set(sys.modules)
         self.vehicles: dict[str, Any] = {}
         self.allocators: dict[str, Any] = {}
+        self.early: dict[str, Built] = {}
         self.own: dict[str, tuple[Any, Any]] = {}
         self.demands: dict[str, list[Any]] = {}
 
@@ -166,6 +166,8 @@ class Orders:
             allocate = self.alloc.build(method, loaded, start=start)
         self.look()
         self.allocators[cell] = allocate
+        if not off and not numbers:
+            self.early.setdefault(cell, Built(allocate, (loaded.f_min, loaded.f_max)))
         self.own[cell] = loaded.f_min, loaded.f_max
         promises = {name: getattr(allocate, name) for name in ("formulation", "limited", "tolerance")}
         # JSON holds no numbers of numpy's.
@@ -186,47 +188,57 @@ class Orders:
         matrix = np.linspace(-1.0, 1.0, 48).reshape(8, 6)
         self.allocators[cell] = matrix.dot if kind == "product" else lambda _: sum(i * i for i in LOOP)
 
-    def answers(self, cell: str, taus: Packed, limits: list[Packed], *, seconds: float) -> dict[str, Any]:
-        """Status, f and shares of each demand in order, and whether ``many`` answers as single calls do.
+    def answers(
+        self,
+        cell: str,
+        taus: dict[str, Any],
+        limits: list[dict[str, Any]],
+        *,
+        seconds: float,
+        early: bool = False,
+    ) -> dict[str, Any]:
+        """Status, f and shares of each demand in order, and what is odd about how they were given.
 
         ``limits`` are f_min and f_max of each demand, or nothing; a side that is the vehicle's own is left
-        out, as a caller may. No more demands are asked than take ``seconds``.
+        out, as a caller may. No more demands are asked than take ``seconds``. ``early`` asks the allocator
+        that was built for the cell first. Raises what each of the calls raises.
         """
-        import numpy as np
-
-        allocate = self.allocators[cell]
-        columns = [unpacked(taus), *map(unpacked, limits)]
-        answers: list[Any] = []
+        allocate, own = self.early[cell] if early else (self.allocators[cell], self.own[cell])
+        columns = [given.unpacked(taus), *map(given.unpacked, limits)]
+        seen = given.Given(len(own[0]))
         end = monotonic() + seconds
         for tau, *sides in zip(*columns, strict=True):
-            if answers and monotonic() > end:
+            if seen.status and monotonic() > end:
                 break
-            answers.append(allocate(tau, *self._given(cell, sides)))
-        status, F = [int(answer[1]) for answer in answers], np.array([answer[0] for answer in answers])
-        # A user's plug-in, and an older tree, may say no shares.
-        shares = [list(map(float, answer[4])) if len(answer) > 4 else [] for answer in answers]
-        reply = {"status": status, "F": packed(F), "shares": shares, "apart": 0.0, "other": None}
+            try:
+                seen.add(allocate(tau, *self._given(own, sides)))
+            except self.alloc.NotApplicable:
+                raise  # it takes no limits, or no failed thruster: so it is with every demand
+            except Exception as error:
+                seen.add_raised(error)
+        if len(seen.raised) == len(seen.status):
+            raise seen.first_error
+        arrays = (taus, *limits)
+        writes = any((a != given.unpacked(b)).any() for a, b in zip(columns, arrays, strict=True))
         many = getattr(allocate, "many", None)  # a user's plug-in may have no such function
-        reply["many"] = many is not None
-        if many:
-            asked, *sides = (column[: len(answers)] for column in columns)
-            together, verdicts = many(asked, *self._given(cell, sides))
-            other = np.flatnonzero(np.asarray(verdicts) != status)
-            reply["other"] = int(other[0]) if other.size else None
-            reply["apart"] = farthest(together, F)
-        return reply
+        together = []
+        if many is not None and not seen.raised and not seen.odd:
+            for part in (slice(0, len(seen.status)), *SHORT):
+                asked, *sides = (given.unpacked(array)[part] for array in arrays)
+                together.append(seen.beside(part, *many(asked, *self._given(own, sides))))
+        reply: dict[str, Any] = seen.reply()
+        return reply | {"writes": writes, "many": many is not None, "together": together}
 
-    def _given(self, cell: str, sides: list[Any]) -> list[Any]:
+    def _given(self, own: tuple[Any, Any], sides: list[Any]) -> list[Any]:
         """Limits of calls, None for a side that is the vehicle's own."""
-        own = self.own[cell] if sides else ()
-        return [None if (side == whole).all() else side for side, whole in zip(sides, own, strict=True)]
+        return [None if (side == whole).all() else side for side, whole in zip(sides, own, strict=False)]
 
     def many(self, cell: str, taus: Packed, limits: list[Packed]) -> dict[str, Any]:
         """Status and f of each demand, by ``many`` alone."""
         import numpy as np
 
-        F, status = self.allocators[cell].many(unpacked(taus), *map(unpacked, limits))
-        return {"status": np.asarray(status).tolist(), "F": packed(F)}
+        F, status = self.allocators[cell].many(given.unpacked(taus), *map(given.unpacked, limits))
+        return {"status": np.asarray(status).tolist(), "F": given.packed(F)}
 
     def keep(self, vehicle: str, taus: list[list[float]]) -> None:
         """Keep the demands that ``block`` and ``count`` go through for this vehicle's cells."""

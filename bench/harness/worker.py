@@ -8,7 +8,7 @@ import sys
 import time
 import traceback
 from collections.abc import Callable
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +16,11 @@ import msgspec
 import numpy as np
 
 from alloc import Allocation, Allocator, NotApplicable, Vehicle, solvers
-from alloc.allocation import BoundedSteps, FloatArray, TwoStage, real
+from alloc.allocation import BoundedSteps, FloatArray, TwoStage
 from alloc.discovery import Entry, find, load_plugin, prepare
 from alloc.errors import NotInstalled, UnknownName
-from alloc.vehicle.call_limits import one_by_one
 from bench.demands.store import load_case, save
+from bench.harness.answering import answers_of
 from bench.harness.job import (
     AnswersWritten,
     AnswerTask,
@@ -133,23 +133,10 @@ def settle(job: Job) -> None:
 
 
 def write_answers(task: AnswerTask, job: Job) -> None:
-    """Answer a case and write thrusts and statuses.
-
-    Raises ValueError where these are not one a demand, TypeError where thrusts are no real numbers.
-    """
-    vehicle, taus, f_min, f_max = load_case(Path(task.case))
-    allocator = prepared(job, vehicle)
-    many = getattr(allocator, "many", partial(one_by_one, allocator, vehicle))
-    answers, statuses = many(taus) if f_min is None else many(taus, f_min, f_max)
-    F, given = real(np.asarray(answers)), np.asarray(statuses)
-    if given.dtype.kind not in "iu":
-        raise TypeError(f"many() gave statuses of type {given.dtype}; give values of alloc.Status")
-    status = given.astype(np.int8)
-    if F.shape != (len(taus), vehicle.n) or status.shape != (len(taus),):
-        raise ValueError(
-            f"many() gave thrusts of shape {F.shape} and statuses of shape {status.shape}"
-            f" for {len(taus)} demands on {vehicle.n} thrusters"
-        )
+    """Answer a case and write thrusts and statuses; raises what ``answers_of`` does."""
+    case = load_case(Path(task.case))
+    allocator = prepared(job, case.vehicle)
+    F, status = answers_of(allocator, case, brought=job.plugin is not None)
     promises = {name: np.array(value) for name, value in promised(allocator).items()}
     save(Path(task.answers), F=F, status=status, **promises)
 
@@ -179,6 +166,8 @@ def measure(task: MeasureTask, question: Question, job: Job, line: Worker) -> Ce
     if job.method not in YARDSTICKS:
         cell.allocator_bytes = reachable_bytes(allocator)
         describe(cell, allocator, samples.answers, question)
+        if cell.judged and any(map(changed, inputs, arguments(question))):
+            cell.judged.wrong = "; ".join(filter(None, (cell.judged.wrong, WRITES)))
     return cell
 
 
@@ -190,6 +179,14 @@ def arguments(question: Question) -> list[list[FloatArray]]:
     demands = question.demands
     columns = (demands.taus, demands.f_min, demands.f_max)
     return [list(column.copy()) for column in columns if column is not None]
+
+
+WRITES = "it writes into what it is given, which is the caller's"
+
+
+def changed(given: list[FloatArray], asked: list[FloatArray]) -> bool:
+    """Whether arrays are not what they were as they were given to a method."""
+    return not np.array_equal(given, asked, equal_nan=True)
 
 
 def prepared(job: Job, vehicle: Vehicle) -> Allocator:

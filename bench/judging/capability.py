@@ -16,7 +16,7 @@ from alloc.reach.volumes import (
     uniform_demands,
     worst_fault,
 )
-from bench.demands import labelled
+from bench.demands import along_axes, labelled
 from bench.demands.store import Case
 from bench.judging.judge import judge
 from bench.judging.last_metre import last_metre
@@ -25,6 +25,8 @@ from bench.judging.question import Answers, Ask, Question, Unanswered, questions
 from bench.judging.reach import demands_of_growing_size, error_curve, planes
 from bench.record import Authority, Capability, Served, Unserved
 
+AXES = 60
+"""Demands along axes that are checked, and one more: none."""
 N_DEMANDS = 2000
 """Demands a share is counted on: its 95 % interval is at most 4.4 points wide."""
 
@@ -35,16 +37,19 @@ class Asked(NamedTuple):
     Attributes
     ----------
     states : no fault and the worst one, each with demands uniform in volume on the vehicle that has it
+    checked : the same, each with no demand at all and demands along each axis alone: they are what a vehicle
+        is asked most, and none is drawn by chance. Answers are checked and not counted
     growing : demands of growing size on the whole vehicle
     """
 
     states: list[tuple[int | None, Question]]
+    checked: list[tuple[int | None, Question]]
     growing: Case
 
     @property
     def cases(self) -> list[Case]:
-        """The cases of the states, then the growing one."""
-        sets = [question.demands for _, question in self.states]
+        """The cases of the states, those that are checked only, then the growing one."""
+        sets = [question.demands for _, question in (*self.states, *self.checked)]
         return [*(Case(demands.vehicle, demands.taus) for demands in sets), self.growing]
 
 
@@ -78,13 +83,15 @@ def _asked(vehicle: Vehicle, seed: int, n: int) -> Asked:
         worst = worst_fault(vehicle)
         states[worst] = vehicle.with_fault(worst)
     sets = [
-        labelled("uniform", state, uniform_demands(state, np.random.default_rng(seed), n))
+        labelled("demands drawn evenly", state, uniform_demands(state, np.random.default_rng(seed), n))
         for state in states.values()
     ]
+    plain = [labelled("along each axis", state, along_axes(state, AXES)) for state in states.values()]
     # What is wrong is found without an optimum, so no reference is asked.
-    asked = questions(sets, lambda _, cases: [Unanswered("missing", "")] * len(cases))
+    asked = questions([*sets, *plain], lambda _, cases: [Unanswered("missing", "")] * len(cases))
     return Asked(
-        list(zip(states, asked, strict=True)),
+        list(zip(states, asked[: len(states)], strict=True)),
+        list(zip(states, asked[len(states) :], strict=True)),
         Case(vehicle, demands_of_growing_size(vehicle, np.random.default_rng(seed))),
     )
 
@@ -112,12 +119,13 @@ def _add(capability: Capability, method: str, asked: Asked, answers: list[Answer
             capability.unserved.append(Unserved(method=method, status=answer.status, reason=reason))
             return
     *of_states, of_growing = answers
-    for (fault, question), answer in zip(asked.states, of_states, strict=True):
+    for (fault, question), answer in zip((*asked.states, *asked.checked), of_states, strict=True):
+        if isinstance(answer, Answers) and (wrong := _wrong(question, answer)):
+            off = "" if fault is None else f" with {question.demands.vehicle.called(fault)} off"
+            capability.wrong.setdefault(method, f"{question.demands.name}{off}: {wrong}")
+    for (fault, question), answer in zip(asked.states, of_states[: len(asked.states)], strict=True):
         if isinstance(answer, Answers):
             vehicle, taus = question.demands.vehicle, question.demands.taus
-            if wrong := _wrong(question, answer):
-                off = "" if fault is None else f" with {vehicle.called(fault)} off"
-                capability.wrong.setdefault(method, f"demands drawn evenly{off}: {wrong}")
             error = relative_wrench_error(vehicle, taus, answer.F)
             capability.served.append(
                 Served(

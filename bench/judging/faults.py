@@ -87,17 +87,20 @@ def faults(
 ) -> dict[str, BoolArray]:
     """By what is wrong, which answers (M,) are wrong so; how far they are from the optimum is not asked."""
     demands, definition = question.demands, find_formulation(formulation)
+    vehicle = demands.vehicle
     finite, gave_up, label = seen.finite, seen.gave_up, demands.labels[seen.demand]
     solved: BoolArray = np.equal(seen.status, Status.SOLVED)
     attainable = (label == Label.INACTIVE) | (label == Label.ACTIVE)
     met = seen.relative <= wrench_tolerance
     f = np.where(finite[:, None], seen.F, 0.0)
+    idle = np.abs(f[:, vehicle.readiness == 0]).max(axis=1, initial=0.0)
     return {
         "not an array of n thrusts": seen.misshapen,
         "a status that is none": ~np.isin(seen.status, [s.value for s in Status]),
         "NaN or infinity although it says SOLVED or PARTIAL": ~finite & ~gave_up,
         "a thrust although it says that there is none": ~np.isnan(seen.F).all(axis=1) & gave_up,
         "SOLVED, but the wrench is not met": solved & finite & ~met & (not definition.gives_way),
+        "a thrust on a thruster that is off": finite & (idle > wrench_tolerance * vehicle.f_scale),
         VIOLATED: finite & ~(seen.violation <= 0.0) & limited,
         "SOLVED, but no thrust inside the limits gives this wrench": solved
         & (label == Label.INFEASIBLE)
@@ -135,9 +138,14 @@ def first_wrong(
         name="log", vehicle=vehicle, taus=taus, labels=labels, alpha=alpha, f_min=f_min, f_max=f_max
     )
     question = Question(demands, {promises["formulation"]: np.full((N, vehicle.n), np.nan)}, {})
-    kinds = faults(question, measured(question, answers, promises["formulation"]), **promises)
+    seen = measured(question, answers, promises["formulation"])
+    kinds = faults(question, seen, **promises)
     found = [(int(which.argmax()), what) for what, which in kinds.items() if which.any()]
-    return "demand {}, counted from 0: {}".format(*min(found)) if found else ""
+    if not found:
+        return ""
+    first, what = min(found)
+    most = f", by {seen.violation[first]:.2g} N" if what == VIOLATED else ""
+    return f"demand {first}, counted from 0: {what}{most}"
 
 
 def stacked(thrusts: Sequence[FloatArray], n: int) -> tuple[FloatArray, BoolArray]:

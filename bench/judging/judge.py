@@ -12,7 +12,7 @@ from alloc.live.plain import ANY_DISTANCE
 from alloc.qp.certificate import certify_many
 from bench.demands import longest
 from bench.judging.faults import VIOLATED, Measured, faults, measured
-from bench.judging.loss import loss, relative_wrench_error
+from bench.judging.loss import FLOOR, loss, relative_wrench_error
 from bench.judging.question import Question
 from bench.judging.shares import by_level
 from bench.record import Judged
@@ -51,6 +51,7 @@ def judge(
     # alpha* does not tell where a vehicle that must always thrust gets too small a demand; the label does.
     within = question.demands.alpha[seen.demand] > 1 + WRENCH_TOLERANCE
     within &= question.demands.labels[seen.demand] != Label.INFEASIBLE
+    missed_max, missed_p50 = misses(question, seen.F) if thorough else (None, None)
     return Judged(
         answers=len(seen.F),
         counts={s.name: int(np.count_nonzero(status == s)) for s in Status if (status == s).any()},
@@ -64,7 +65,8 @@ def judge(
         agrees=_agrees(farthest, tolerance, vehicle.f_scale),
         failed_after_failure=after_failure(seen.gave_up, within),
         loss=given_away(question, seen.F) if thorough else {},
-        missed_max=largest_miss(question, seen.F) if thorough else None,
+        missed_max=missed_max,
+        missed_p50=missed_p50,
         refused_longest=longest(~finite[: len(question.demands.taus)], question.demands.gaps)
         if thorough
         else 0,
@@ -118,12 +120,18 @@ def given_away(question: Question, F: FloatArray) -> dict[str, float | None]:
     return {key: None if value is None else rounded(value) for key, value in numbers.items()}
 
 
-def largest_miss(question: Question, F: FloatArray) -> float | None:
-    """The largest share of an attainable demand's wrench that is not delivered, over the first pass [-]."""
+def misses(question: Question, F: FloatArray) -> tuple[float | None, float | None]:
+    """Largest and median share of an attainable demand's wrench that is not delivered, in the first pass [-].
+
+    The median is over demands of at least FLOOR of ``wrench_scale``: of a log, most may ask for nothing.
+    """
     demands = question.demands
-    error = relative_wrench_error(demands.vehicle, demands.taus, F[: len(demands.taus)], demands.limits)
+    taus, scale = demands.taus, demands.vehicle.wrench_scale
+    error = relative_wrench_error(demands.vehicle, taus, F[: len(taus)], demands.limits)
+    missed = np.nan_to_num(error, nan=1.0)
     attainable = np.isin(demands.labels, (Label.INACTIVE, Label.ACTIVE))
-    return rounded(float(np.nan_to_num(error[attainable], nan=1.0).max())) if attainable.any() else None
+    large = missed[attainable & (np.linalg.norm(taus / scale, axis=1) >= FLOOR)]
+    return _largest(missed[attainable]), rounded(float(np.median(large))) if large.size else None
 
 
 def _agrees(farthest: float | None, tolerance: float, f_scale: float) -> bool | None:

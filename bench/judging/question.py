@@ -12,6 +12,7 @@ import numpy as np
 from alloc import AllocError, Label, NotApplicable, Status, build
 from alloc.allocation import FloatArray, StatusArray
 from alloc.closed_forms.inverse import generalized_inverse
+from alloc.discovery import PROMISES
 from alloc.errors import UnknownName
 from alloc.formulations import Formulation, list_formulations, refuse_misspelt
 from alloc.formulations.hard import FORMULATION as HARD
@@ -63,8 +64,6 @@ class Answers(NamedTuple):
     promises: Mapping[str, Any] = MappingProxyType({})
 
 
-PROMISES = ("formulation", "limited", "tolerance")
-"""What an allocator promises, and its answers are held to."""
 PROMISED = ("a name", "True or False", "a number from 0 on")
 """What each of these may be."""
 

@@ -23,9 +23,10 @@ def misstated(
 
     By the formulation's way, the shares of an answer make a wrench of its demand, ``demands.taus[demand]``.
     It may differ from T P f by ``wrench_tolerance``, and by as much as thrusts ``tolerance`` apart, relative
-    to the largest limit, may make. An answer that says nothing misstates nothing.
+    to the largest limit, may make. An answer that says nothing misstates nothing. Of a formulation without
+    a way it is known only that shares lie in 0 … 1.
     """
-    wrong = np.zeros(len(shares), dtype=bool)
+    wrong = np.array([any(not 0.0 <= part <= 1.0 for part in share) for share in shares], dtype=bool)
     said = np.flatnonzero([len(share) > 0 for share in shares])
     vehicle, find_way = demands.vehicle, find_formulation(formulation).way
     if find_way is None or not said.size:
@@ -34,7 +35,7 @@ def misstated(
         way = find_way(vehicle)
     except NotApplicable:
         return wrong
-    wrong[said] = [len(shares[i]) != len(way.keep) for i in said.tolist()]
+    wrong[said] |= [len(shares[i]) != len(way.keep) for i in said.tolist()]
     rows = said[~wrong[said]]
     taken = np.array([shares[i] for i in rows.tolist()]).reshape(len(rows), len(way.keep))
     low, high = (
@@ -43,8 +44,7 @@ def misstated(
     begin = way.departure(low, np.maximum(low, high))
     missed = f[rows] @ vehicle.TP.T - way.delivered(demands.taus[demand[rows]], begin, taken)
     off = np.abs(missed / vehicle.wrench_scale).max(axis=1, initial=0.0)
-    in_range = ((taken >= 0.0) & (taken <= 1.0)).all(axis=1)
-    wrong[rows] = ~((off <= wrench_tolerance + vehicle.n * tolerance) & in_range)
+    wrong[rows] = ~(off <= wrench_tolerance + vehicle.n * tolerance)
     return wrong
 
 

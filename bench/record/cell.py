@@ -63,6 +63,8 @@ class Judged(msgspec.Struct, omit_defaults=True, kw_only=True):
     loss : ``bench.judging.loss.loss``, what the answers give away against the exact ones
     missed_max : largest share of an attainable demand's wrench that is not delivered, 1 where there are no
         thrusts; None where no demand is inactive or active, and in records from before it was worked out
+    missed_p50 : median of that share, over attainable demands that are not next to nothing; None where there
+        is none, and in records from before it was worked out
     refused_longest : longest run of demands, one after another, without thrusts; 0 in records from before it
         was counted
     share_p50, share_min : median and least of what was delivered of each level of a demand, as the answers
@@ -83,6 +85,7 @@ class Judged(msgspec.Struct, omit_defaults=True, kw_only=True):
     wrong: str = ""
     loss: dict[str, float | None] = {}
     missed_max: float | None = None
+    missed_p50: float | None = None
     refused_longest: int = 0
     share_p50: list[float] = []
     share_min: list[float] = []

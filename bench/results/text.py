@@ -59,9 +59,23 @@ def plain(text: str) -> str:
     return re.sub(r"^(?:(?=[#>+*=~-])|(\d+)(?=[.)]))", r"\1\\", _inline(text))
 
 
+def with_code(text: str) -> str:
+    """The same of a sentence of our own, in which what stands between backquotes is code."""
+    parts = re.split(r"(`[^`]+`)", _shown(text))
+    return "".join(part if i % 2 else _escaped(part) for i, part in enumerate(parts))
+
+
 def _inline(text: str) -> str:
     """The same where a line does not begin with it."""
-    shown = " ".join("".join(c if c.isprintable() else " " for c in text).split())
+    return _escaped(_shown(text))
+
+
+def _shown(text: str) -> str:
+    """What of a text can be printed, on one line."""
+    return " ".join("".join(c if c.isprintable() else " " for c in text).split())
+
+
+def _escaped(shown: str) -> str:
     paired = "".join(mark for mark in "*$~" if shown.count(mark) > 1)  # a single one is itself
     return re.sub(rf"[{re.escape(paired)}]|{_MEANS}" if paired else _MEANS, r"\\\g<0>", shown)
 

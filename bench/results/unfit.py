@@ -8,6 +8,10 @@ from bench.results.columns import Row
 from bench.results.ranking import right
 from bench.results.text import counted, percent, three
 
+WEAK = 0.25
+"""Share of its wrench that a method must not leave out of most demands that can be met [-]. Closed forms
+leave out less, even of demands that were drawn to lie beyond what they serve."""
+
 
 def unfit(rows: Sequence[Row]) -> str:
     """Why a method on these rows has no time at all: not measured, or wrong; empty where it has one."""
@@ -25,10 +29,13 @@ def refusal(row: Row, problem: Problem | None) -> tuple[float, str]:
 
     Of a log that was not asked whole it is the share that can't be met, for methods that refuse those. Of
     demands that were drawn to be beyond what the vehicle can do a share would say nothing. A method that
-    delivers nothing of one that can be met counts as one that refuses all.
+    delivers nothing of one that can be met, or WEAK shares of most, counts as one that refuses all.
     """
     refused, words = _refused(row, problem)
-    missed = max((judged.missed_max or 0.0 for judged in row.measured.judged), default=0.0)
+    judged = row.measured.judged
+    if max((each.missed_p50 or 0.0 for each in judged), default=0.0) >= WEAK:
+        return 1.0, f"{percent(WEAK)} and more of most demands that can be met"
+    missed = max((each.missed_max or 0.0 for each in judged), default=0.0)
     return (1.0, "some of what can be met") if missed >= 1 and not refused else (refused, words)
 
 

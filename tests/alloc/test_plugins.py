@@ -1,5 +1,6 @@
 """Plug-ins: methods from files outside of the tree."""
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -42,11 +43,47 @@ def test_starts_and_levels_that_no_run_would_ask_for_are_refused(tmp_path: Path,
 
 
 @pytest.mark.parametrize(
-    ("line", "starts"), [("STARTS = ['cold', 'warm']", ("cold", "warm")), ("STARTS = ('-',)", ("-",))]
+    ("line", "takes", "starts"),
+    [
+        ("STARTS = ['cold', 'warm']", "vehicle, start=None", ("cold", "warm")),
+        ("STARTS = ('cold',)", "vehicle, **options", ("cold",)),
+        ("STARTS = ('-',)", "vehicle", ("-",)),
+    ],
 )
-def test_starts_may_be_a_list_or_no_choice(tmp_path: Path, line: str, starts: tuple[str, ...]) -> None:
-    (tmp_path / "mine.py").write_text(f"from alloc.methods.pinv import build\n{line}\n")
+def test_starts_may_be_a_list_or_no_choice(
+    tmp_path: Path, line: str, takes: str, starts: tuple[str, ...]
+) -> None:
+    (tmp_path / "mine.py").write_text(f"def build({takes}): pass\n{line}\n")
     assert load_plugin(tmp_path / "mine.py").starts == starts
+
+
+@pytest.mark.parametrize("line", ["STARTS = ('cold',)", "LEVELS = ('tight',)"])
+def test_what_build_can_t_be_told_is_no_choice(tmp_path: Path, line: str) -> None:
+    """Each measurement of it failed, and the report had a share that it serves."""
+    (tmp_path / "mine.py").write_text(f"def build(vehicle): pass\n{line}\n")
+    with pytest.raises(UnknownName, match=f"mine.py: {line[:6]} is declared, but build takes no"):
+        load_plugin(tmp_path / "mine.py")
+
+
+def test_a_plug_in_finds_modules_beside_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    (tmp_path / "signs_of_mine.py").write_text("SIGN = -1\n")
+    (tmp_path / "mine.py").write_text("from signs_of_mine import SIGN\ndef build(vehicle): return SIGN\n")
+    assert load_plugin(tmp_path / "mine.py").name == "mine"
+
+
+@pytest.mark.parametrize(
+    ("body", "lacks"),
+    [
+        ("formulation, limited = 'hard', True", "tolerance"),
+        ("limited = True", "formulation and no tolerance"),
+    ],
+)
+def test_half_a_promise_is_none(tmp_path: Path, body: str, lacks: str) -> None:
+    """Such a class was taken for a plain function, and held to nothing."""
+    text = f"class Mine:\n    {body}\n    def __call__(self, tau): pass\ndef build(vehicle): return Mine()\n"
+    with pytest.raises(PluginError, match=f"mine.py: what build.vehicle. gave has no {lacks}; add it"):
+        plugged(tmp_path, text)
 
 
 CLIPPED = """\
@@ -129,6 +166,17 @@ def test_an_answer_is_an_array_of_its_own(tmp_path: Path) -> None:
     assert first.tolist() == [1, 1, 1, 1]
 
 
+def test_a_function_may_write_into_what_it_is_given(tmp_path: Path) -> None:
+    """Its status was worked out from what was left of the demand."""
+    text = "import numpy as np\nLIMITED = True\ndef build(vehicle):\n    G = np.linalg.pinv(vehicle.TP)\n"
+    text += "    def go(tau, f_min, f_max):\n        tau /= 2\n        f = G @ tau * 2\n"
+    text += "        f_min[:] = f_max[:] = 0\n        return f\n    return go\n"
+    allocate = plugged(tmp_path, text)
+    tau, low, high = np.array([300.0, -50.0, 10.0]), np.full(4, -200.0), np.full(4, 200.0)
+    assert allocate(tau, low, high).status == Status.SOLVED
+    assert [tau.tolist(), low.tolist(), high.tolist()] == [[300, -50, 10], [-200] * 4, [200] * 4]
+
+
 def test_a_function_that_takes_limits_gets_those_of_the_call(tmp_path: Path) -> None:
     text = "import numpy as np\nLIMITED = True\ndef build(vehicle):\n    G = np.linalg.pinv(vehicle.TP)\n"
     text += "    def go(tau, f_min, f_max):\n        return np.clip(G @ tau, f_min, f_max)\n    return go\n"
@@ -176,7 +224,12 @@ def test_what_is_wrong_with_a_plug_in_is_said_with_the_remedy(tmp_path: Path, te
 
 
 @pytest.mark.parametrize(
-    ("body", "says"), [("[1, 2]", r"shape \(2,\); return 4 thrusts"), ("'fast'", "no numbers")]
+    ("body", "says"),
+    [
+        ("[1, 2]", r"shape \(2,\); return 4 thrusts"),
+        ("'fast'", "no numbers"),
+        ("__import__('alloc').Allocation(tau, 0)", "gave an Allocation; return its thrusts alone"),
+    ],
 )
 def test_an_answer_that_is_no_thrusts_is_refused_in_words(tmp_path: Path, body: str, says: str) -> None:
     allocate = plugged(tmp_path, f"def build(vehicle):\n    return lambda tau: {body}\n")

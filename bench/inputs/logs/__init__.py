@@ -12,9 +12,10 @@ from typing import NamedTuple
 import msgspec
 import numpy as np
 
+from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
-from alloc.vehicle import LARGEST, Vehicle
+from alloc.vehicle import LARGEST
 from alloc.vehicle.frame import AXES
 from alloc.vehicle.geometry import DOF
 from bench.inputs.by_suffix import reader

@@ -9,10 +9,12 @@ from click.testing import CliRunner
 from alloc import AllocError
 from alloc.discovery import load_plugin
 from bench.commands.gate import command
+from bench.gate.cells import chosen
 
 
+@pytest.mark.parametrize("name", ["my_pinv", "mine[1]"])
 def test_a_plug_in_is_measured_under_its_methods_name(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
     asked: list[str] = []
 
@@ -21,8 +23,9 @@ def test_a_plug_in_is_measured_under_its_methods_name(
         raise AllocError("nothing is measured in this test")
 
     monkeypatch.setattr("bench.gate.run.gate", gate)
-    plugin = tmp_path / "my_pinv.py"
+    plugin = tmp_path / f"{name}.py"
     plugin.write_text("from alloc.methods.pinv import FORMULATION, build\n")
     arguments = ["--base-path", str(tmp_path), "--head-path", str(tmp_path), "--plugin", str(plugin)]
     CliRunner().invoke(command, arguments)
-    assert f"ukwial:{load_plugin(plugin).name}" in asked
+    method = load_plugin(plugin).name
+    assert [cell.name for cell in chosen([["ukwial", method, "-"]], asked)] == [f"ukwial:{method}:-"]

@@ -13,10 +13,23 @@ from alloc.allocation import FloatArray, StatusArray
 from alloc.nullspace.region import prepare
 from bench.demands import DemandSet
 from bench.gate.answers import SideAnswers, answered, differ, first, wrong
-from bench.gate.examine import EDGES, FAILED, LOOKED_AT, MOVING, ONE_SIDE, demand_sets, judge_cell
+from bench.gate.asked import (
+    AXES,
+    EDGES,
+    FAILED,
+    FAILED_AXES,
+    LOOKED_AT,
+    MOVING,
+    ONE_SIDE,
+    demand_sets,
+    nobody,
+)
+from bench.gate.examine import judge_cell
+from bench.gate.given import packed
 from bench.gate.prober import Prober
 from bench.gate.record import GateCell
-from bench.gate.worker import Orders, packed
+from bench.gate.side import Refused
+from bench.gate.worker import Orders
 from bench.judging.question import Question, ask_here, questions
 
 PROMISES = {"formulation": "hard", "limited": True, "tolerance": 1e-6}
@@ -39,8 +52,8 @@ def whole(sets: list[DemandSet]) -> Question:
 
 @pytest.fixture(scope="module")
 def question(whole: Question) -> Question:
-    """The first hundred demands, all kinds mixed."""
-    return first(whole, 100)
+    """The first demands: none, those along each axis, and a hundred more of all kinds."""
+    return first(whole, AXES + 101)
 
 
 @pytest.fixture
@@ -50,8 +63,9 @@ def right(vehicle: Vehicle, question: Question) -> list[Allocation]:
 
 
 def at(question: Question, label: Label) -> int:
-    """The first demand with that label."""
-    return int(np.flatnonzero(question.demands.labels == label)[0])
+    """The first demand with that label that asks for something."""
+    asked = question.demands.taus.any(axis=1)
+    return int(np.flatnonzero(asked & (question.demands.labels == label))[0])
 
 
 def changed(answers: list[Allocation], i: int, f: FloatArray, status: Status = Status.SOLVED) -> SideAnswers:
@@ -63,7 +77,12 @@ def test_each_kind_is_asked_and_with_limits_of_its_own_and_with_each_thruster_of
 ) -> None:
     mixed, moving, lower, upper, *failed = sets
     counts = np.bincount(mixed.labels, minlength=4)
-    assert len(mixed.taus) == sum(LOOKED_AT.values()) + EDGES
+    assert len(mixed.taus) == 1 + AXES + sum(LOOKED_AT.values()) + EDGES
+    for asked, n in ((mixed, AXES), *((off, FAILED_AXES) for off in failed)):
+        entries = np.count_nonzero(asked.taus[: n + 1], axis=1)
+        assert entries[0] == 0
+        assert set(entries[1:]) == {1}
+        assert (np.abs(asked.taus[1 : n + 1]).max(axis=0) > 0).all()
     assert counts[Label.ACTIVE] >= LOOKED_AT["active"]
     assert counts[Label.BOUNDARY] >= LOOKED_AT["boundary"] + EDGES / 8
     assert (np.abs(mixed.alpha - 1.0) < 1e-12).sum() > EDGES / 8
@@ -73,7 +92,7 @@ def test_each_kind_is_asked_and_with_limits_of_its_own_and_with_each_thruster_of
     assert (upper.f_min == vehicle.f_min).all()
     assert len(lower.taus) == len(upper.taus) == ONE_SIDE
     assert [d.vehicle.faults for d in failed] == [((i, 0.0),) for i in range(vehicle.n)]
-    assert all(len(d.taus) >= sum(FAILED.values()) - FAILED["active"] for d in failed)
+    assert all(len(d.taus) >= FAILED_AXES + sum(FAILED.values()) - FAILED["active"] for d in failed)
 
 
 @pytest.mark.parametrize("hit", ["all", "active"])
@@ -107,7 +126,9 @@ class Here:
 
         self.orders = Orders()
         self.promises = {"formulation": "priority", "limited": True, "tolerance": 1e-9}
+        self.orders.alloc = alloc
         self.orders.allocators["cell"] = spoilt
+        self.orders.own["cell"] = vehicle.f_min, vehicle.f_max
 
     def ask(self, order: str, **given: Any) -> Any:
         """Carry an order out."""
@@ -129,35 +150,43 @@ def test_a_share_that_thrusts_do_not_deliver_is_wrong(
 class Whole:
     """A side that carries every order out in this process, with allocators that are ``spoilt``."""
 
-    def __init__(self, spoilt: Callable[[Any], object]) -> None:
+    def __init__(self, spoilt: Callable[[Any], Any]) -> None:
         self.orders, self.spoilt = Orders(), spoilt
         self.orders.alloc = alloc
 
     def ask(self, order: str, timeout: float = 0.0, **given: Any) -> Any:
         """Carry an order out, however long it takes."""
-        reply = getattr(self.orders, order)(**given)
+        try:
+            reply = getattr(self.orders, order)(**given)
+        except Exception as error:
+            raise Refused(f"{type(error).__name__}: {error}", type(error).__name__) from error
         if order == "build":
-            self.spoilt(self.orders.allocators[given["cell"]])
+            cell = given["cell"]
+            made = self.spoilt(self.orders.allocators[cell])
+            self.orders.allocators[cell] = made
+            if not given.get("off") and "numbers" not in given:
+                self.orders.early[cell] = self.orders.early[cell]._replace(allocate=made)
         return reply
 
 
-def astray(allocate: Any) -> None:
+def astray(allocate: Any) -> Any:
     """As ``scaled`` once was: a thin row has the last word, and nobody looks where thrusts end."""
     exact = allocate._exact
     exact._held = inf
     exact._blocks = [
         (rows, N, prepare(np.array(N), exact._slack, thin=1e-300)) for rows, N, _ in exact._blocks
     ]
+    return allocate
 
 
 @pytest.mark.parametrize(
-    ("spoilt", "says"), [(astray, "nearly symmetric: shares of its levels"), (lambda _: None, "")]
+    ("spoilt", "says"), [(astray, "nearly symmetric: shares of its levels"), (lambda same: same, "")]
 )
 def test_every_method_is_asked_a_nearly_symmetric_vehicle_too(
-    question: Question, spoilt: Callable[[Any], object], says: str
+    question: Question, spoilt: Callable[[Any], Any], says: str
 ) -> None:
     cell = GateCell(vehicle="ukwial", method="scaled")
-    sides = cast("tuple[Prober, Prober]", (Whole(lambda _: None), Whole(spoilt)))
+    sides = cast("tuple[Prober, Prober]", (Whole(lambda same: same), Whole(spoilt)))
     few = [first(question, 20)]
     assert judge_cell(cell, sides, few, few) == ([], False)
     assert cell.turned_wrong.startswith(says)
@@ -168,7 +197,7 @@ def test_every_method_is_asked_a_nearly_symmetric_vehicle_too(
 def test_an_allocator_whose_many_is_at_odds_with_its_calls_is_wrong(
     question: Question, right: list[Allocation]
 ) -> None:
-    assert wrong(question, SideAnswers("", PROMISES, right, "many() differs")) == "many() differs"
+    assert wrong(question, SideAnswers("", PROMISES, right, at_odds="many() differs")) == "many() differs"
 
 
 class Turned:
@@ -198,6 +227,109 @@ def test_who_promises_no_distance_still_answers_alike_in_many_and_in_calls(
     here.promises = {"formulation": "mine", "limited": True, "tolerance": 1.0}
     found = answered(cast("Prober", here), GateCell(vehicle="ukwial", method="mine"), question)
     assert "from those of single calls" in wrong(question, found)
+
+
+def of_scaled(change: str) -> Callable[[Any], Any]:
+    """A function that wraps ``scaled`` in a class whose answers that line changes, as users write one."""
+    scope: dict[str, Any] = {"np": np}
+    exec(  # the lines are statements
+        "class Mine:\n"
+        "    formulation, limited, tolerance = 'mine', True, 1.0\n"
+        "    built = []\n"
+        "    def __init__(self, inner):\n"
+        "        vehicle = inner._vehicle\n"
+        "        self.inner, self.buffer, self.off = inner, np.zeros(vehicle.n), vehicle.readiness == 0\n"
+        "        self.built.append(self)\n"
+        "    def __call__(self, tau, f_min=None, f_max=None):\n"
+        "        f, status, iterations, seconds, share = self.inner(tau, f_min, f_max)\n"
+        f"        {change}\n"
+        "        return f, status, iterations, seconds, share\n",
+        scope,
+    )
+    made: Callable[[Any], Any] = scope["Mine"]
+    return made
+
+
+SPOILT = {
+    "tau[:] = 0": "it writes into the demand, or the limits, that it is given",
+    "f = f.tolist()": "not an array of n thrusts",
+    "f = f[:, None]": "not an array of n thrusts",
+    "self.buffer[:] = f; f = self.buffer": "",
+    "f = -f if np.count_nonzero(tau) == 1 else f": "",
+    "f = f + 9 if not tau.any() else f": "",
+    "share = (7.0,)": "shares of its levels",
+    "share = (share[0] / 2,)": "shares 1 → 0.5 for demand 0",
+    "if tau[1] > 100: raise ValueError('no such sway')": "raises ValueError: no such sway, for demand ",
+    "if self.off[2] and tau[0] > 0: raise ValueError('hm')": "thruster 2 off: raises ValueError: hm",
+    "f = f + 1.0 * self.off": "a thrust on a thruster that is off",
+    "f = f * (len(self.built) < 3)": "",
+}
+"""How an answer may be spoilt, and what the gate says; empty where several words are right."""
+
+
+@pytest.mark.parametrize("change", SPOILT)
+def test_what_a_class_of_one_s_own_may_get_wrong_is_found(vehicle: Vehicle, change: str) -> None:
+    cell = GateCell(vehicle="ukwial", method="scaled")
+    sides = cast("tuple[Prober, Prober]", (Whole(of_scaled("")), Whole(of_scaled(change))))
+    asked = questions([demand_sets(vehicle)[i] for i in (0, 1, -2)], nobody)
+    asked = [first(question, 80) for question in asked]
+    judge_cell(cell, sides, asked, asked)
+    assert cell.turned_wrong or cell.differ
+    assert SPOILT[change] in f"{cell.turned_wrong} {cell.differ}"
+    assert cell.base_wrong == cell.base_lacks == cell.head_lacks == ""
+
+
+def test_a_call_that_raises_on_both_sides_costs_that_demand_alone(vehicle: Vehicle) -> None:
+    """Where one demand raised, the sign of all others went unseen."""
+    raising = "if tau[1] > 100: raise ValueError('no such sway')"
+    cell = GateCell(vehicle="ukwial", method="scaled")
+    spoilt = (Whole(of_scaled(raising)), Whole(of_scaled(f"f = -f\n        {raising}")))
+    asked = [first(questions(demand_sets(vehicle)[:1], nobody)[0], 80)]
+    judge_cell(cell, cast("tuple[Prober, Prober]", spoilt), asked, asked)
+    assert cell.base_wrong.startswith("raises ValueError: no such sway, for demand ")
+    assert "thrusts differ by up to" in cell.differ
+
+
+def test_what_neither_side_answers_is_said_with_the_reason(vehicle: Vehicle) -> None:
+    raising = "if self.off.any(): raise ValueError('no faults yet')"
+    cell = GateCell(vehicle="ukwial", method="scaled")
+    sides = cast("tuple[Prober, Prober]", (Whole(of_scaled(raising)), Whole(of_scaled(raising))))
+    asked = [first(q, 20) for q in questions([demand_sets(vehicle)[i] for i in (0, -1)], nobody)]
+    remarks, _ = judge_cell(cell, sides, asked, asked)
+    assert remarks == [
+        "no answers with thruster 3 off were compared: `ukwial:scaled:-` fails on both sides:"
+        " ValueError: no faults yet"
+    ]
+
+
+@pytest.mark.parametrize(("factor", "says"), [(1.0, ""), (3.0, "a limit is violated")])
+def test_limits_of_each_call_that_are_new_are_judged(vehicle: Vehicle, factor: float, says: str) -> None:
+    """Head's alone were passed unseen, and said three times."""
+    refusing = "if f_min is not None or f_max is not None: raise alloc.NotApplicable('no limits')"
+    head = f"f = f if f_min is None or f_max is None else {factor} * f"
+    cell = GateCell(vehicle="ukwial", method="scaled")
+    base = of_scaled(f"import alloc\n        {refusing}")
+    sides = cast("tuple[Prober, Prober]", (Whole(base), Whole(of_scaled(head))))
+    asked = [first(q, 60) for q in questions(demand_sets(vehicle)[:4], nobody)]
+    remarks, _ = judge_cell(cell, sides, asked, asked)
+    assert remarks == ["limits of each call are new: `ukwial:scaled:-`"]
+    assert says in cell.turned_wrong
+    assert bool(says) == bool(cell.turned_wrong)
+
+
+@pytest.mark.parametrize("length", [1, 10])
+def test_many_is_asked_short_batches_too(vehicle: Vehicle, question: Question, length: int) -> None:
+    class Short(Turned):
+        def many(self, taus: FloatArray) -> tuple[FloatArray, StatusArray]:
+            F, status = self.rule.many(taus)
+            return (-F if len(F) == length else F), status
+
+    here = Here(vehicle, 1.0)
+    here.orders.allocators["cell"] = Short(vehicle, 1.0)
+    here.promises = {"formulation": "mine", "limited": True, "tolerance": 1.0}
+    few = first(question, 60)
+    found = answered(cast("Prober", here), GateCell(vehicle="ukwial", method="mine"), few)
+    assert f"many() of {length} demand" in wrong(few, found)
 
 
 class BothOrNone:
@@ -302,9 +434,16 @@ def test_a_mended_answer_does_not_differ_and_another_that_broke_meanwhile_does(
     assert "thrusts differ" in differ(question, base, broken)
 
 
-def test_answers_to_different_formulations_differ(question: Question, right: list[Allocation]) -> None:
+def test_answers_to_another_formulation_differ_unless_it_promises_more(
+    question: Question, right: list[Allocation]
+) -> None:
     soft = SideAnswers("", {**PROMISES, "formulation": "soft"}, right)
-    assert differ(question, SideAnswers("", PROMISES, right), soft) == "formulation hard → soft"
+    assert (
+        differ(question, SideAnswers("", PROMISES, right), soft)
+        == "formulation hard → soft: less is promised"
+    )
+    own = SideAnswers("", {**PROMISES, "formulation": "mine"}, right)
+    assert differ(question, own, SideAnswers("", PROMISES, right)) == ""
 
 
 def test_a_head_that_promises_less_than_its_base_differs(question: Question, right: list[Allocation]) -> None:
@@ -314,11 +453,13 @@ def test_a_head_that_promises_less_than_its_base_differs(question: Question, rig
     assert differ(question, loose, strict) == ""
 
 
-def test_answers_differ_where_only_one_side_promises_limits(
+def test_answers_differ_where_limits_are_no_longer_promised(
     question: Question, right: list[Allocation]
 ) -> None:
     free = SideAnswers("", {**PROMISES, "limited": False}, right)
-    assert differ(question, SideAnswers("", PROMISES, right), free) == "limited True → False"
+    promised = SideAnswers("", PROMISES, right)
+    assert differ(question, promised, free) == "limited True → False: less is promised"
+    assert differ(question, free, promised) == ""
 
 
 def test_a_head_without_the_shares_or_the_many_of_its_base_differs(

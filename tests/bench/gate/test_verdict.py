@@ -240,3 +240,18 @@ def test_the_interval_of_a_single_pair_reaches_down_to_zero() -> None:
 
 def test_medians_are_times_of_a_single_call() -> None:
     assert medians_us([[(2_000_000, 3_000_000)]], calls=1000) == (2.0, 3.0)
+
+
+def test_no_text_of_others_is_markdown_in_the_comment() -> None:
+    """A commit's subject and an exception's text made headings, and fetched pictures."""
+    evil = "a | b\n# Heading\n![](http://x/y.png) <img src=http://x> \x1b[31mred"
+    record = GateRecord(
+        base="a", head="b", settings=GateSettings(), cells=[cell()], notes=[f"`ukwial:pinv:-`: {evil}"]
+    )
+    record.commits = [f"<img src=http://x> {evil}"]
+    text = markdown(record, verdict(record))
+    assert "- `ukwial:pinv:-`: a \\| b # Heading" in text
+    assert "\n#" not in text[1:]
+    assert "\x1b" not in text
+    assert "](http" not in text.replace("\\](http", "")
+    assert "<img" not in text.replace("\\<img", "")

@@ -104,6 +104,7 @@ def test_a_demand_that_a_method_writes_into_is_judged_as_it_was_asked(outcome: t
     judged = cell(outcome, "scribbles", "infeasible").judged
     assert judged is not None
     assert "the wrench is not met" in judged.wrong
+    assert judged.wrong.endswith("it writes into what it is given, which is the caller's")
     assert judged.loss["lost_wrench_max"] == 1.0
 
 
@@ -148,6 +149,14 @@ def test_a_method_that_is_off_after_a_failure_only_is_wrong_in_each_row_and_name
     assert re.search(r"demands drawn evenly with thruster \d off: SOLVED, but the wrench is not met", line)
     (capability,) = record.capabilities
     assert not {"pinv", "noop", "sleeps", "floods"} & capability.wrong.keys()
+
+
+def test_a_method_that_is_wrong_along_an_axis_alone_is_found(outcome: tuple[Result, Record]) -> None:
+    """No demand that is drawn at random has one entry alone, and autopilots ask for little else."""
+    (capability,) = outcome[1].capabilities
+    assert capability.wrong["wrong-along-an-axis"].startswith(
+        "along each axis: SOLVED, but the wrench is not met ("
+    )
 
 
 def test_a_sleep_counts_on_the_wall_clock_and_not_on_the_cpu_clock(outcome: tuple[Result, Record]) -> None:

@@ -43,7 +43,9 @@ def test_a_pattern_takes_those_that_have_the_start() -> None:
 
 def test_a_plug_in_without_the_start_that_was_named_is_refused(tmp_path: Path) -> None:
     path = Path(write_plugin(tmp_path, "off"))
-    path.write_text(path.read_text() + "\nSTARTS = ('cold',)\n")
+    path.write_text(
+        path.read_text().replace("build(vehicle)", "build(vehicle, start)") + "\nSTARTS = ('cold',)\n"
+    )
     settings = msgspec.structs.replace(quick(), plugins=(str(path),), starts=("warm",))
     with pytest.raises(SettingsError, match="--start warm: off has cold; name one of these"):
         contenders(settings)

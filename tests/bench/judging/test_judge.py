@@ -249,10 +249,42 @@ def test_what_a_mixed_log_misses_is_counted_on_the_demands_that_can_be_met() -> 
     assert verdict(question, right).missed_max == pytest.approx(0.0, abs=1e-9)
     weak = [right[0]._replace(f=0.9 * right[0].f, status=Status.PARTIAL), *right[1:]]
     assert verdict(question, weak).missed_max == pytest.approx(0.1)
+    assert verdict(question, weak).missed_p50 == pytest.approx(0.0, abs=1e-9)
+    limp = [answer._replace(f=0.02 * answer.f, status=Status.PARTIAL) for answer in right]
+    assert verdict(question, limp).missed_p50 == pytest.approx(0.98)
     silent = [right[0], Allocation(np.full(vehicle.n, np.nan), Status.NOT_CONVERGED), *right[2:]]
     assert verdict(question, silent).missed_max == 1.0
     (beyond,) = questions([build_demands("infeasible", vehicle, seed=1, n=4)], ask_here)
     assert verdict(beyond, exact(beyond)).missed_max is None
+
+
+def test_demands_for_next_to_nothing_do_not_hide_that_most_of_the_others_is_missed() -> None:
+    vehicle = load_vehicle("ukwial")
+    taus = np.vstack([np.zeros((60, 3)), build_demands("inactive", vehicle, seed=1, n=40).taus])
+    (question,) = questions([labelled("dive", vehicle, taus)], ask_here)
+    limp = [answer._replace(f=0.5 * answer.f, status=Status.PARTIAL) for answer in exact(question)]
+    assert verdict(question, limp).missed_p50 == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("limited", [True, False])
+def test_a_thrust_on_a_thruster_that_is_off_is_wrong_whatever_is_promised(limited: bool) -> None:
+    vehicle = load_vehicle("ukwial").with_fault(2)
+    (question,) = questions([build_demands("inactive", vehicle, seed=1, n=4)], ask_here)
+    right = exact(question)
+    assert verdict(question, right, limited=limited).wrong == ""
+    moved = [right[0]._replace(f=right[0].f + 1e-3 * np.eye(4)[2]), *right[1:]]
+    assert "a thrust on a thruster that is off (1 of 4" in verdict(question, moved, limited=limited).wrong
+
+
+@pytest.mark.parametrize("share", [(7.0,), (-0.1,), (float("nan"),)])
+def test_shares_lie_between_nothing_and_all_also_of_a_formulation_of_one_s_own(
+    asked: dict[str, Question], share: tuple[float, ...]
+) -> None:
+    right = exact(asked["inactive"])
+    wrong = [right[0]._replace(share=share), *right[1:]]
+    assert "shares of its levels" in verdict(asked["inactive"], wrong, formulation="mine").wrong
+    half = [right[0]._replace(share=(0.5, 1.0)), *right[1:]]
+    assert verdict(asked["inactive"], half, formulation="mine").wrong == ""
 
 
 def test_references_are_asked_only_for_what_somebody_answers_and_for_the_hard_optimum(tmp_path: Path) -> None:

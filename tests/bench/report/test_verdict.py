@@ -153,6 +153,20 @@ def test_what_gives_no_thrust_for_a_demand_that_can_be_met_is_not_taken(tmp_path
     )
 
 
+def test_what_gives_little_of_most_demands_is_not_taken_and_would_not_do_too(tmp_path: Path) -> None:
+    """It answered all demands, with two per cent of what was asked."""
+    weak, clip = steady("weak", 1, exact=False), steady("clip", 2, exact=False)
+    assert weak.judged is not None
+    weak = replace(weak, judged=replace(weak.judged, missed_max=0.98, missed_p50=0.98))
+    assert said(tmp_path, 50, weak, clip) == (
+        "ukwial at 50 Hz: take clip; not exact (no exact method was measured), answers all;"
+        " 0.0100 % of the period."
+    )
+    assert said(tmp_path, 50, weak) == (
+        "ukwial at 50 Hz: nothing to take: weak refuses 25.0 % and more of most demands that can be met."
+    )
+
+
 def test_a_vehicle_without_freedom_is_told_that_there_is_none_to_gain_from(tmp_path: Path) -> None:
     square = replace(made_up.problem("ukwial"), n=3, nullity=0)
     assert "no freedom to gain from" in said(tmp_path, 100, square, steady("pinv", 1, exact=True))

@@ -1,0 +1,98 @@
+"""What each cell is asked before anything is timed: demands of every kind, failures, edges."""
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+
+import numpy as np
+
+from alloc import NotApplicable, Vehicle
+from alloc.allocation import FloatArray
+from bench.demands import DemandSet, along_axes, build_demands, labelled
+from bench.demands.near_degenerate import edge_demands, numbered
+from bench.demands.store import Case
+from bench.judging.question import Answers, Question, Unanswered, questions
+
+TIMED = {"inactive": 15, "active": 15}
+"""How many demands of each kind are timed. Infeasible ones are not: an iterative solver spends most of its
+time on them, and a slow-down of the rest of a call would not show beside it."""
+
+LOOKED_AT = {"inactive": 1000, "active": 3000, "boundary": 1000, "infeasible": 1000}
+"""How many demands of each kind are asked for answers. What is wrong in one of a thousand, of active demands
+alone, is among 3,000 of them with a probability of 1 - 0.999^3000 = 95 %; of all, with 99.8 %."""
+
+EDGES = 500
+"""The same, of demands on vertices, edges and faces of what the vehicle can do, shortened and lengthened."""
+
+MOVING = {"jolts": 3000}
+"""The same, of demands that come with limits of their own."""
+
+ALONE, ONE_SIDE = ("f_min alone", "f_max alone"), 100
+"""Names of the sets in which calls give limits of one side, and how many of ``MOVING`` each has."""
+
+FAILED = {"inactive": 20, "active": 40, "infeasible": 20}
+"""The same, with each thruster off in turn: what a failure breaks, it breaks in many demands."""
+
+AXES, FAILED_AXES = 60, 24
+"""How many demands along each axis alone are asked beside these, of the whole vehicle and with a thruster
+off, and none at all: they are what a vehicle is asked most, and none is drawn by chance."""
+
+REPEATED = 50
+"""One demand of so many comes twice in a row, as an autopilot's do: what a call remembers must not matter."""
+
+NEARLY, HARD, HARD_DEMANDS = "nearly symmetric", 13, 200
+"""Name of the vehicle whose edges every method is asked too, its number, and how many demands. It has eight
+thrusters, each the mirror image of its neighbours but for the last digits of T. A method that stepped onto
+the thin rows of such a T missed the wrench of a third of these demands."""
+
+SEED = 2004
+
+
+def demand_sets(vehicle: Vehicle) -> list[DemandSet]:
+    """The demands that cells of a vehicle are asked.
+
+    All kinds mixed; then those with limits of their own, of both sides and of one; then those with each
+    thruster off in turn.
+    """
+    edges = edge_demands(vehicle, np.random.default_rng(SEED), EDGES)
+    mixed = np.random.default_rng(SEED).permutation(np.vstack([_of_kinds(vehicle, LOOKED_AT), edges]))
+    again = np.arange(1, len(mixed), REPEATED)
+    mixed[again] = mixed[again - 1]
+    mixed = np.vstack([along_axes(vehicle, AXES), mixed])
+    moving = [build_demands(name, vehicle, SEED, n) for name, n in MOVING.items()]
+    for name, *sides in ((ALONE[0], moving[0].f_min, None), (ALONE[1], None, moving[0].f_max)):
+        low, high = (None if side is None else side[:ONE_SIDE] for side in sides)
+        moving.append(labelled(name, vehicle, moving[0].taus[:ONE_SIDE], low, high))
+    states = {i: vehicle.with_fault(i) for i in vehicle.working.tolist() if len(vehicle.working) > 1}
+    failed = [
+        labelled(f"thruster {i} off", off, np.vstack([along_axes(off, FAILED_AXES), _of_kinds(off, FAILED)]))
+        for i, off in states.items()
+    ]
+    return [labelled("gate", vehicle, mixed), *moving, *failed]
+
+
+def timed_demands(vehicle: Vehicle) -> FloatArray:
+    """The demands (N, k) that a vehicle's cells are timed with [N, N m]."""
+    return _of_kinds(vehicle, TIMED)
+
+
+@cache
+def nearly_symmetric() -> Question:
+    """Demands on the edges of a nearly symmetric vehicle, which is no cell's; judged by equations alone."""
+    vehicle, rng = numbered(HARD)
+    taus = edge_demands(vehicle, rng, HARD_DEMANDS)
+    return questions([labelled(NEARLY, vehicle, taus)], nobody)[0]
+
+
+def _of_kinds(vehicle: Vehicle, kinds: Mapping[str, int]) -> FloatArray:
+    sets = []
+    for kind, n in kinds.items():
+        try:
+            sets.append(build_demands(kind, vehicle, SEED, n).taus)
+        except NotApplicable:  # without redundancy no demand is active
+            continue
+    return np.concatenate(sets)
+
+
+def nobody(method: str, cases: Sequence[Case]) -> list[Answers | Unanswered]:
+    """An ``Ask`` that answers nothing, where answers are judged by equations alone."""
+    return [Unanswered("missing", "nobody is trusted with an optimum")] * len(cases)
