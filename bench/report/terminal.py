@@ -26,7 +26,7 @@ from bench.results.text import number_range, three
 
 CAPTION = """p50, p99: a call \\[us]; p99 of all sets, where there are calls enough;
 serves: share of what a vehicle can do, within 1 %;
-misses: share of an attainable wrench that is not delivered.
+misses: largest share of an attainable wrench not delivered, of the demands of these sets.
 Over vehicles and demand sets: p50 least … largest, the others the worst."""
 
 

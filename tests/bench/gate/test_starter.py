@@ -40,6 +40,13 @@ SABOTAGES: Mapping[str, Callable[[str], str]] = MappingProxyType(
             "        again, last[0] = last[0] == tau.tolist(), tau.tolist()\n"
             "        if again:\n            return np.zeros(vehicle.n)\n        return",
         ),
+        "pushes_at_rest": lambda text: text.replace("G @ tau,", "G @ tau + (not tau.any()),"),
+        "one_axis_alone": lambda text: text.replace(
+            "G @ tau,", "G @ tau * (1 if np.count_nonzero(tau) > 1 else -1),"
+        ),
+        "nothing_over_nothing": lambda text: text.replace(
+            "G @ tau,", "np.linalg.norm(tau) * (G @ (tau / np.linalg.norm(tau))),"
+        ),
         "not_imported": lambda text: f"import no_such_module\n{text}",
         "raises": lambda text: text.replace("        return", "        assert tau[0] < 0\n        return"),
     }
