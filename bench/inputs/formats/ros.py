@@ -66,9 +66,11 @@ def write(keys: VehicleFile, vehicle: Vehicle) -> str:
     """The vehicle as a ROS 2 parameter file: poses where the vehicle file has nothing else, else T."""
     if np.count_nonzero(vehicle.H - np.diag(vehicle.H.diagonal())):
         raise VehicleError(f"{keys.name}: H is not diagonal, which ROS parameters can't say; export csv")
+    # ROS files say which axes there are, but no order: it is surge to yaw.
+    order = [vehicle.dof.index(axis) for axis in DOF if axis in vehicle.dof]
     # T goes before poses: the vehicle allocates by it, and poses leave out a propeller's own moment.
     if keys.thrusters is None or keys.T is not None or keys.reaction_torque:
-        geometry = [f"        configuration_matrix: {_array(vehicle.T.ravel())}  # rows, one after the other"]
+        geometry = [f"        configuration_matrix: {_array(vehicle.T[order].ravel())}  # rows, one after the other"]
         center = ""
     else:
         vectors = [[t.position for t in keys.thrusters], [t.direction for t in keys.thrusters]]
@@ -88,7 +90,7 @@ def write(keys: VehicleFile, vehicle: Vehicle) -> str:
         f"          min_force: {_array(vehicle.f_min)}\n"
         f"          max_force: {_array(vehicle.f_max)}\n"
         f"          input_matrix_weights: {_array(vehicle.H.diagonal())}\n"
-        f"          slack_matrix_weights: {_array(vehicle.slack_weights)}\n"
+        f"          slack_matrix_weights: {_array(vehicle.slack_weights[order])}\n"
     )
 
 

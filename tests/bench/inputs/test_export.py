@@ -27,6 +27,22 @@ def test_a_vehicle_exported_to_ros_comes_back_the_same(tmp_path: Path, name: str
         np.testing.assert_allclose(getattr(back, key), getattr(vehicle, key), rtol=1e-15, atol=1e-16)
 
 
+@pytest.mark.parametrize("form", ["csv", "ros"])
+@pytest.mark.parametrize("name", ["ukwial", "nautilus"], ids=["by T", "by poses"])
+def test_axes_in_another_order_come_back_as_the_same_axes(tmp_path: Path, name: str, form: str) -> None:
+    """Rows went out in the order of ``dof`` and came back as surge, sway, yaw: yaw's moments pushed ahead."""
+    keys = read_document(find_file(name)).keys
+    keys.dof = keys.dof[::-1]
+    keys.slack_weights = [2000.0 + i for i in range(len(keys.dof))]
+    vehicle = build_vehicle(keys)
+    file = "T.csv" if form == "csv" else "theirs.yaml"
+    back = vehicle_of(imported(tmp_path, formats()[form].write(keys, vehicle), LIMITS, file), tmp_path)
+    there = [back.dof.index(axis) for axis in vehicle.dof]
+    np.testing.assert_allclose(back.T[there], vehicle.T, rtol=0, atol=1e-16)
+    if form == "ros":
+        np.testing.assert_array_equal(back.slack_weights[there], vehicle.slack_weights)
+
+
 @pytest.mark.parametrize("name", SOUND)
 def test_a_vehicle_exported_to_csv_comes_back_with_the_same_matrix(tmp_path: Path, name: str) -> None:
     keys = read_document(find_file(name)).keys
