@@ -1,9 +1,10 @@
 """SDF, gz-sim's description of a model: thruster joints or links, their poses composed to the model's frame.
 
-Nested models, ``<frame>``, ``relative_to`` and ``expressed_in`` are followed; ``<include>`` is not, since it
-names a file or a place on the network.
+Nested models, ``<frame>``, ``relative_to`` and ``expressed_in`` are followed, and what formats before 1.7 have
+for them; ``<include>`` is not, since it names a file or a place on the network.
 """
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from xml.etree.ElementTree import Element
@@ -36,7 +37,7 @@ def read(path: Path, pattern: str = "") -> Draft:
     if model is None:
         raise VehicleError(f"{path}: holds no <model>; give the description of a vehicle")
     things = dict(_things(model, ""))
-    frames = Frames(path, things)
+    frames = Frames(path, things, axes_of_model=_before_1_5(root))
     joints = [(name, thing) for name, thing in things.items() if thing.tag == "joint"]
     masses = [
         frames.mass(name, link)
@@ -59,6 +60,12 @@ def read(path: Path, pattern: str = "") -> Draft:
     return draft
 
 
+def _before_1_5(root: Element) -> bool:
+    """Whether the format is one in which axes of joints are in the model's frame, not in the joint's."""
+    version = re.match(r"1\.(\d+)", root.get("version", ""))
+    return version is not None and int(version[1]) < 5
+
+
 def _things(model: Element, scope: str) -> Iterator[tuple[str, Element]]:
     """Links, joints, frames and models of a model by their scoped names, as ``arm::hand``; and itself."""
     yield scope + MODEL, model
@@ -78,10 +85,11 @@ class Frames:
     ----------
     path : the file, for messages
     things : elements by scoped name
+    axes_of_model : whether axes are in the model's frame where nothing else is said
     """
 
-    def __init__(self, path: Path, things: dict[str, Element]) -> None:
-        self.path, self.things = path, things
+    def __init__(self, path: Path, things: dict[str, Element], *, axes_of_model: bool = False) -> None:
+        self.path, self.things, self.axes_of_model = path, things, axes_of_model
         self._known: dict[str, FloatArray] = {MODEL: np.eye(4)}
         self._asked: list[str] = []
 
@@ -114,6 +122,9 @@ class Frames:
         given = [0.0, 0, 1] if xyz is None else numbers(self.path, f"axis of {name}", xyz.text, 3)
         scope = name[: name.rfind("::") + 2] if "::" in name else ""
         within = "" if xyz is None else xyz.get("expressed_in", "")
+        of_model = (joint.findtext("axis/use_parent_model_frame") or "").strip().lower() in ("true", "1")
+        if not within and (of_model or self.axes_of_model):
+            within = MODEL
         turn = (self.of(scope + within) if within else here)[:3, :3]
         turns = joint.get("type") in ("continuous", "revolute")
         return Mount(
@@ -131,7 +142,8 @@ class Frames:
     def _reference(self, name: str, scope: str, thing: Element) -> FloatArray:
         """The frame that a thing's pose is given in: named, or that of its kind."""
         given = thing.find("pose")
-        relative = "" if given is None else given.get("relative_to", "")
+        # Format 1.6 calls "frame" what is "relative_to" since 1.7.
+        relative = "" if given is None else given.get("relative_to") or given.get("frame", "")
         if relative:
             return self.of(scope + relative)
         if thing.tag == "joint":

@@ -183,6 +183,40 @@ def test_a_nested_model_has_its_own_names(tmp_path: Path) -> None:
     assert thruster.direction == pytest.approx((0, 1, 0), abs=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("version", "flag", "along"),
+    [
+        ("1.4", "", (1, 0, 0)),
+        ("1.5", "", (0, 1, 0)),
+        ("1.6", "<use_parent_model_frame>1</use_parent_model_frame>", (1, 0, 0)),
+        ("1.6", "<use_parent_model_frame>true</use_parent_model_frame>", (1, 0, 0)),
+        ("1.6", "<use_parent_model_frame>0</use_parent_model_frame>", (0, 1, 0)),
+        ("1.10", "", (0, 1, 0)),
+    ],
+)
+def test_an_axis_is_in_the_frame_that_the_format_s_version_and_its_flag_say(
+    tmp_path: Path, version: str, flag: str, along: tuple[float, ...]
+) -> None:
+    """Thrusts ahead became thrusts to the side: the flag was not read, nor that old formats need none."""
+    text = (
+        f'<sdf version="{version}"><model name="m"><link name="b"/>'
+        '<link name="t"><pose>0 0.2 0 0 0 1.5707963267948966</pose></link>'
+        '<joint name="thruster" type="revolute"><parent>b</parent><child>t</child>'
+        f"<axis><xyz>1 0 0</xyz>{flag}</axis></joint></model></sdf>"
+    )
+    options = ImportOptions(f_min=-1.5, f_max=1.7, dof=("surge",) if along[0] else ("sway",))
+    (thruster,) = imported(tmp_path, text, options, "old.sdf").thrusters or ()
+    assert thruster.direction == pytest.approx(along, abs=1e-12)
+
+
+def test_a_pose_of_format_1_6_is_in_the_frame_it_names(tmp_path: Path) -> None:
+    """It was taken from the model, and the thruster stood in another place."""
+    text = sdf().replace('version="1.9"', 'version="1.6"').replace("relative_to=", "frame=")
+    check(tmp_path, text, "six.sdf", None)
+    with pytest.raises(AllocError, match="frame 'rick' is named but not there"):
+        imported(tmp_path, text.replace('frame="rack"', 'frame="rick"'), None, "six.sdf")
+
+
 BOMB = (
     '<!DOCTYPE lolz [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;&a;&a;">]><robot name="&b;"><link name="l"/></robot>'
 )
