@@ -19,6 +19,8 @@ from bench.inputs.draft import Draft
 _PARAMETER = re.compile(r"\b(CA_ROTOR(?:_COUNT|\d{1,2}_[A-Z]+)|CA_R_REV)[\s,=:\"]+([^\s,\"#]+)")
 _MOST = 32
 AXES = {"PX": 0.0, "PY": 0.0, "PZ": 0.0, "AX": 0.0, "AY": 0.0, "AZ": -1.0, "KM": 0.05}
+UNUSED = AXES | {"CT": 6.5}
+"""What a file of all parameters has of rotors that are none."""
 
 
 def recognises(path: Path, text: str) -> bool:
@@ -33,6 +35,7 @@ def read(path: Path) -> Draft:
     count = int(given.get("CA_ROTOR_COUNT", len(rotors)))
     if not 0 < count <= _MOST:
         raise VehicleError(f"{path}: CA_ROTOR_COUNT is {count}; give 1 to {_MOST} rotors")
+    _check(path, given, rotors, count)
     table = np.array([[given.get(f"CA_ROTOR{i}_{key}", AXES[key]) for key in AXES] for i in range(count)])
     axes = table[:, 3:6]
     lengths = np.linalg.norm(axes, axis=1, keepdims=True)
@@ -49,6 +52,27 @@ def read(path: Path) -> Draft:
     return draft
 
 
+def _check(path: Path, given: dict[str, float], rotors: list[int], count: int) -> None:
+    """Raise VehicleError where rotors are left out or would be made up, or a thrust has the wrong sign."""
+    if missing := [i for i in range(count) if i not in rotors]:
+        name = f"CA_ROTOR{missing[0]}"
+        raise VehicleError(
+            f"{path}: nothing is set of {name}, one of {count} rotors; count them from 0 without a gap, or set"
+            f" {name}_PX 0 if it stands at the origin"
+        )
+    for i in rotors:
+        values = {key: given[name] for key in UNUSED if (name := f"CA_ROTOR{i}_{key}") in given}
+        if i >= count and (said := [key for key, value in values.items() if value != UNUSED[key]]):
+            raise VehicleError(
+                f"{path}: CA_ROTOR{i}_{said[0]} is set, but CA_ROTOR_COUNT is {count}; delete it, or raise that"
+            )
+        if i < count and values.get("CT", 0.0) < 0:
+            raise VehicleError(
+                f"{path}: CA_ROTOR{i}_CT is {values['CT']:g}, a force against its axis; turn AX, AY, AZ about"
+                " and give CT above 0"
+            )
+
+
 def _limits(draft: Draft, given: dict[str, float], count: int) -> None:
     coefficients = [given.get(f"CA_ROTOR{i}_CT") for i in range(count)]
     if any(c is None for c in coefficients):
@@ -58,7 +82,7 @@ def _limits(draft: Draft, given: dict[str, float], count: int) -> None:
             " and f_max by full thrust, or give --f-min and --f-max [N]."
         )
     else:
-        high = [abs(float(c or 0.0)) for c in coefficients]
+        high = [float(c or 0.0) for c in coefficients]
         draft.assumptions.append("Full thrust of a rotor is its CT in N, as thrust = CT u^2 with u up to 1.")
     reversible = int(given.get("CA_R_REV", 0))
     draft.f_max = high

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bench.inputs.formats.px4 import UNUSED
 from tests.foreign_vehicles import imported, vehicle_of
 from tests.readers import refused
 
@@ -69,7 +70,20 @@ def test_a_params_file_gives_axes_coefficients_and_reversible_rotors(tmp_path: P
         (HEXA.replace("0.43", "far"), "CA_ROTOR2_PX is 'far'; give a number"),
         (HEXA.replace("0.43", "1e400"), "line 7: CA_ROTOR2_PX is '1e400', not finite or too large; mend it"),
         (HEXA + "param set CA_ROTOR0_AZ 0\n", "CA_ROTOR0_AX, AY, AZ are all 0"),
+        (HEXA.replace("ROTOR1_", "ROTOR6_"), "nothing is set of CA_ROTOR1, one of 6 rotors; count them from 0"),
+        ("CA_ROTOR1_PY 1\nCA_ROTOR2_PY -1\n", "nothing is set of CA_ROTOR0, one of 2 rotors"),
+        (HEXA.replace("COUNT 6", "COUNT 5"), "CA_ROTOR5_PX is set, but CA_ROTOR_COUNT is 5; delete it"),
+        (
+            HEXA + "CA_ROTOR2_CT -40\n",
+            "CA_ROTOR2_CT is -40, a force against its axis; turn AX, AY, AZ about",
+        ),
     ],
 )
 def test_parameters_that_make_no_rotors_are_refused(tmp_path: Path, text: str, says: str) -> None:
     assert says in refused(lambda: imported(tmp_path, text), tmp_path / "theirs.yaml")
+
+
+def test_rotors_beyond_the_count_that_have_the_defaults_are_none(tmp_path: Path) -> None:
+    """As a file of all parameters has them."""
+    unused = "".join(f"CA_ROTOR6_{key} {value}\n" for key, value in UNUSED.items())
+    assert vehicle_of(imported(tmp_path, HEXA + unused), tmp_path).n == 6
