@@ -11,13 +11,17 @@ from alloc.files.textfile import read_text
 from alloc.vehicle import LARGEST
 from alloc.vehicle.geometry import DOF
 from alloc.vehicle.keys import VehicleFile
+from bench.inputs.columns import listed
 from bench.inputs.csv_text import csv_text
-from bench.inputs.delimited import numeric, read_table
+from bench.inputs.delimited import Cells, numeric, read_table
 from bench.inputs.draft import Draft, commented
 from bench.inputs.frames import frame_comment
 
 HELD = frozenset({"dof", "frame", "T", "planar", "thrusters", "center_of_mass", "reaction_torque"})
 """Keys of a vehicle file that the format holds, or makes T of."""
+
+INDEX = ("", "dof", "axis", "row", "index", "name")
+"""First cells of a header whose first column has the names of rows."""
 
 
 def recognises(path: Path, text: str) -> bool:
@@ -29,21 +33,54 @@ def read(path: Path) -> Draft:
     """The Draft of a CSV file; raises FileError naming file and line, or VehicleError."""
     cells = read_table(path)
     table = [(line, [cell.strip() for cell in row]) for line, row in cells.rows]
-    if any(map(numeric, cells.header)):  # what looks like a header is the first row
+    if not _is_header(cells):
         table.insert(0, (cells.line, cells.header))
-    named = any(row[0].lower() in DOF for _, row in table)
     if not table:
         raise VehicleError(f"{path}: holds no rows; give one row of T a DOF")
     widths = {len(row) for _, row in table}
     if len(widths) != 1:
         raise VehicleError(f"{path}: rows differ in length; give one cell a thruster in every row")
-    dof = tuple(row[0].lower() for _, row in table) if named else ()
+    named = cells.header[0].lower() in INDEX or any(row[0].lower() in DOF for _, row in table)
+    dof = _names(cells, [(line, row[0]) for line, row in table]) if named else ()
     T = [
         [cells.number(line, f"column {j + 1}", cell, LARGEST) for j, cell in enumerate(row) if j or not named]
         for line, row in table
     ]
     draft = Draft(source=f"{path.name}, CSV of T", dof=dof, T=T)
+    if _counted(cells.header):
+        draft.assumptions.append(f"The first line, {listed(cells.header)}, numbers the columns.")
     return commented(draft, read_text(path))
+
+
+def _is_header(cells: Cells) -> bool:
+    """Whether the first line names or numbers the columns; raises FileError where it can't be told."""
+    header = cells.header
+    if not any(map(numeric, header)):
+        if axes := [cell for cell in header if cell.lower() in DOF]:
+            raise cells.refused(cells.line, f"{axes[0]} stands in the header; give a row to each DOF")
+        return True
+    if header == ["0", "1"]:
+        raise cells.refused(cells.line, "0, 1 may be a header or a row; name the rows, as in surge,0,1")
+    return _counted(header)
+
+
+def _counted(header: list[str]) -> bool:
+    """Whether a first line counts the columns, as pandas does: 0, 1, 2 … or 1, 2 …"""
+    cells = header[1:] if header[:1] and header[0].lower() in INDEX else header
+    counts = ([str(i) for i in range(start, start + len(cells))] for start in (0, 1))
+    return (len(cells) > 1 or len(cells) < len(header)) and cells in counts
+
+
+def _names(cells: Cells, firsts: list[tuple[int, str]]) -> tuple[str, ...]:
+    """The DOF of each row, by its first cell and line; raises FileError for one that is none, or twice."""
+    dof: list[str] = []
+    for line, name in firsts:
+        if name.lower() not in DOF:
+            raise cells.refused(line, f"{name[:40]!r} is no DOF; begin the row with one of {', '.join(DOF)}")
+        if name.lower() in dof:
+            raise cells.refused(line, f"{name} stands twice; keep one of its rows")
+        dof.append(name.lower())
+    return tuple(dof)
 
 
 def write(keys: VehicleFile, vehicle: Vehicle) -> str:
