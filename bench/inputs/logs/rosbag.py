@@ -8,20 +8,18 @@ import numpy as np
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError, FileError, NotInstalled
 from alloc.vehicle.geometry import DOF
+from bench.inputs.frames import fixed, of_id
 from bench.inputs.logs import Log
 from bench.inputs.parsers import parsing
 
 SUFFIXES = (".bag", ".db3", ".mcap", "/")
-FIXED = ("earth", "map", "odom", "world", "ned", "enu")
-"""First words of frames that stay with the earth (REP 105), not with the vehicle."""
 TYPES = ("geometry_msgs/msg/Wrench", "geometry_msgs/msg/WrenchStamped")
 
 
 def read(path: Path, topic: str) -> Log:
     """The wrenches on a topic, all six axes; without a topic, those on the only one that has wrenches.
 
-    Times are those of the headers where every message has one, else those of recording. The frame is
-    z down where its name ends in ``ned`` (REP 103) or ``frd``, else z up, as everywhere in ROS.
+    Times are those of the headers where every message has one, else those of recording.
     """
     try:
         from rosbags.highlevel import AnyReader
@@ -77,16 +75,16 @@ def _log(path: Path, messages: list[tuple[int, Any]]) -> Log:
         dtype=np.float64,
     ).reshape(-1, len(DOF))
     frames = {str(header.frame_id).lower() for header in headers if header is not None}
-    down = {name for name in frames if name.endswith(("frd", "ned"))}
+    down = {name for name in frames if of_id(name) == "frd"}
     if down and down != frames:
         both = f"{min(down)[:40]!r} and {min(frames - down)[:40]!r}"
         raise DemandError(f"{path}: frame_id is {both}: z down in some, up in others; make it one")
     start = t_ns.min(initial=t_ns[0]) if len(t_ns) else 0
-    fixed = sorted(name for name in frames if name.rpartition("/")[2].partition("_")[0] in FIXED)
+    still = sorted(filter(fixed, frames))
     doubt = ""
-    if fixed:
+    if still:
         doubt = (
-            f"{path.name}: its frame_id is {fixed[0][:40]!r}, which does not turn with the vehicle, but its"
+            f"{path.name}: its frame_id is {still[0][:40]!r}, which does not turn with the vehicle, but its"
             " wrenches are taken along the vehicle's axes; --frame says that they are"
         )
     way, why = ("frd", f"its frame_id is {min(down)[:40]!r}") if down else ("flu", "as ROS has it")

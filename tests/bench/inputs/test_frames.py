@@ -127,7 +127,15 @@ def test_the_frame_of_a_log_stands_in_one_line_also_where_nothing_was_turned(tmp
 
 
 @pytest.mark.parametrize(
-    "comment", ["# Frame: FLU", "% frame = flu", "// body frame: 'flu'", "#frame:flu, z up"]
+    "comment",
+    [
+        "# Frame: FLU",
+        "% frame = flu",
+        "// body frame: 'flu'",
+        "#frame:flu, z up",
+        "# frame_id: base_link_flu",
+        "# header.frame_id = 'robot/base_link'",
+    ],
 )
 def test_a_comment_says_the_frame_much_as_people_write_it(comment: str, tmp_path: Path) -> None:
     """Of "# Frame: FLU" it was said that the file names none, and sway and yaw had the wrong sign."""
@@ -137,7 +145,13 @@ def test_a_comment_says_the_frame_much_as_people_write_it(comment: str, tmp_path
 
 
 @pytest.mark.parametrize(
-    ("comments", "named"), [("# frame: enu\n", "enu"), ("# frame: frd\n# frame: flu\n", "flu and frd")]
+    ("comments", "named"),
+    [
+        ("# frame: enu\n", "enu"),
+        ("# frame: frd\n# frame: flu\n", "flu and frd"),
+        ("# frame_id: map\n", "map"),
+        ("# frame_id: base_link\n# frame_id: base_link_ned\n", "flu and frd"),
+    ],
 )
 def test_a_frame_that_is_none_or_two_is_refused_until_the_user_says_one(
     comments: str, named: str, tmp_path: Path
