@@ -61,10 +61,8 @@ def _outputs(log: Path, name: str, output: Path | None, **options: Any) -> None:
     from bench.inputs.outputs import read_outputs
 
     given = read_options(**options)
-    if given.topic or given.columns or given.frame:
-        raise click.UsageError(
-            "--from-outputs: commands have no topic, frame or other columns; leave them out"
-        )
+    if given.topic:
+        raise click.UsageError("--from-outputs: commands have no topic; leave it out")
     vehicle = load_vehicle(name)
     if not vehicle.esc:
         raise VehicleError(
@@ -74,14 +72,14 @@ def _outputs(log: Path, name: str, output: Path | None, **options: Any) -> None:
         raise DemandError(
             f"--scale has {len(given.scale)} factors; give one, or one for each of {vehicle.k} DOF"
         )
-    outputs = read_outputs(log, vehicle)
+    outputs = read_outputs(log, vehicle, given.columns, given.frame)
     made = made_by(outputs, vehicle, given.scale)
     click.echo(as_text(made, outputs, vehicle))
     if output is not None:
         columns = {} if outputs.volts is None else {"volts": outputs.volts}
         write_text(output, format_demands(outputs.t, made.taus, vehicle.dof, columns, frame=vehicle.frame))
     click.echo(outputs.said, err=True)
-    for doubt in of_rate(log.stem, rate_hz(outputs.t), nameable=False):
+    for doubt in filter(None, (outputs.doubt, *of_rate(log.stem, rate_hz(outputs.t), nameable=False))):
         click.echo(f"warning: {doubt}", err=True)
     if outputs.taus is not None and outputs.shares and not given.scale:
         click.echo(

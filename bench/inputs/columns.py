@@ -47,7 +47,13 @@ class Column(NamedTuple):
 
 
 def assign(
-    place: str, header: Sequence[str], units: Sequence[str], dof: Sequence[str], given: Mapping[str, str]
+    place: str,
+    header: Sequence[str],
+    units: Sequence[str],
+    dof: Sequence[str],
+    given: Mapping[str, str],
+    *,
+    every: bool = True,
 ) -> dict[str, Column]:
     """The column of each DOF, and of the time where there is one.
 
@@ -55,7 +61,8 @@ def assign(
     ----------
     place : file and line, for messages
     header, units : names of the columns; units from a line of their own, empty without one
-    dof : what needs a column
+    dof : what has a column
+    every : whether each of ``dof`` needs one, else those are found that there are
     given : the column's name of some quantities, as the user says it
 
     Raises DemandError where a quantity has no column, or several could be meant.
@@ -78,7 +85,7 @@ def assign(
             )
         if columns:
             found[quantity] = (exact or columns)[0]
-        elif quantity != TIME:
+        elif quantity != TIME and every:
             shown = listed(header)
             raise DemandError(
                 f"{place}: no column {quantity!r} among {shown}; name it there, or as in"

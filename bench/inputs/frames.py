@@ -1,12 +1,17 @@
 """Frames of data that meet a vehicle: what a file says of them, and the line that says what was turned."""
 
 import re
+from collections.abc import Sequence
+from pathlib import Path
 
 from alloc.allocation import FloatArray
+from alloc.errors import DemandError
 from alloc.vehicle.frame import AXES, described, turned
 
 FIXED = ("earth", "map", "odom", "world", "ned", "enu")
 """First words of ROS's frames that stay with the earth (REP 105), not with the vehicle."""
+_ROS = re.compile(r"(force|torque|linear|angular)[./_]+[yz]\b", re.IGNORECASE)
+"""Names of geometry_msgs' fields along y and z, whose signs depend on the frame."""
 _COMMENT = re.compile(
     r"^\s*(?:#|%|//).*?\bframe(?P<id>_?id)?\s*[:=]\W*(?P<name>[^\W\d][\w/]*)", re.MULTILINE | re.IGNORECASE
 )
@@ -34,6 +39,33 @@ def of_id(frame_id: str) -> str:
 def fixed(frame_id: str) -> bool:
     """Whether a ROS frame_id stays with the earth, so that it does not turn with the vehicle."""
     return frame_id.lower().rpartition("/")[2].partition("_")[0] in FIXED
+
+
+def frame_of(path: Path, told: str, said: str, why: str, wanted: str) -> tuple[str, str]:
+    """The frame of a log's demands, and what says so; raises DemandError where the log says one that is none.
+
+    Parameters
+    ----------
+    told : by the user, else empty
+    said, why : by the log, else empty, and where
+    wanted : the vehicle's, which is taken where nothing says one
+    """
+    if told:
+        return told, "--frame"
+    if said and said not in AXES:
+        raise DemandError(f"{path}: {why} says frame {said}; give --frame frd or flu")
+    return (said, why) if said else (wanted, "the file names none")
+
+
+def like_ros(path: Path, names: Sequence[str], wanted: str) -> str:
+    """A doubt about columns that are named as ROS names them, on a vehicle with z down; empty for none."""
+    named = [name for name in names if _ROS.search(name)]
+    if wanted != "frd" or not named:
+        return ""
+    return (
+        f"{path.name}: {named[0]!r} is named as in ROS, where z is up, but is taken as it is, with z down;"
+        " if it is ROS's, --frame flu, else --frame frd"
+    )
 
 
 def met(taus: FloatArray, dof: tuple[str, ...], given: str, why: str, wanted: str) -> tuple[FloatArray, str]:

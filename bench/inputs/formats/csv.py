@@ -65,7 +65,7 @@ def _is_header(cells: Cells) -> bool:
 
 
 def _counted(header: list[str]) -> bool:
-    """Whether a first line counts the columns, as pandas does: 0, 1, 2 … or 1, 2 …"""
+    """Whether a first line counts the columns, as pandas does: 0, 1, 2 or 1, 2, 3."""
     cells = header[1:] if header[:1] and header[0].lower() in INDEX else header
     counts = ([str(i) for i in range(start, start + len(cells))] for start in (0, 1))
     return (len(cells) > 1 or len(cells) < len(header)) and cells in counts

@@ -57,14 +57,15 @@ def _check(path: Path, given: dict[str, float], rotors: list[int], count: int) -
     if missing := [i for i in range(count) if i not in rotors]:
         name = f"CA_ROTOR{missing[0]}"
         raise VehicleError(
-            f"{path}: nothing is set of {name}, one of {count} rotors; count them from 0 without a gap, or set"
-            f" {name}_PX 0 if it stands at the origin"
+            f"{path}: nothing is set of {name}, one of {count} rotors; count them from 0 without a gap,"
+            f" or set {name}_PX 0 if it stands at the origin"
         )
     for i in rotors:
         values = {key: given[name] for key in UNUSED if (name := f"CA_ROTOR{i}_{key}") in given}
         if i >= count and (said := [key for key, value in values.items() if value != UNUSED[key]]):
             raise VehicleError(
-                f"{path}: CA_ROTOR{i}_{said[0]} is set, but CA_ROTOR_COUNT is {count}; delete it, or raise that"
+                f"{path}: CA_ROTOR{i}_{said[0]} is set, but CA_ROTOR_COUNT is {count}; delete it, or raise"
+                " the count"
             )
         if i < count and values.get("CT", 0.0) < 0:
             raise VehicleError(

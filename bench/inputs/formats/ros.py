@@ -70,7 +70,9 @@ def write(keys: VehicleFile, vehicle: Vehicle) -> str:
     order = [vehicle.dof.index(axis) for axis in DOF if axis in vehicle.dof]
     # T goes before poses: the vehicle allocates by it, and poses leave out a propeller's own moment.
     if keys.thrusters is None or keys.T is not None or keys.reaction_torque:
-        geometry = [f"        configuration_matrix: {_array(vehicle.T[order].ravel())}  # rows, one after the other"]
+        geometry = [
+            f"        configuration_matrix: {_array(vehicle.T[order].ravel())}  # rows, one after the other"
+        ]
         center = ""
     else:
         vectors = [[t.position for t in keys.thrusters], [t.direction for t in keys.thrusters]]

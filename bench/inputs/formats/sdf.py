@@ -1,7 +1,7 @@
 """SDF, gz-sim's description of a model: thruster joints or links, their poses composed to the model's frame.
 
-Nested models, ``<frame>``, ``relative_to`` and ``expressed_in`` are followed, and what formats before 1.7 have
-for them; ``<include>`` is not, since it names a file or a place on the network.
+Nested models, ``<frame>``, ``relative_to`` and ``expressed_in`` are followed, as is what formats before 1.7
+have for them; ``<include>`` is not, since it names a file or a place on the network.
 """
 
 import re

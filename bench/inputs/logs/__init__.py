@@ -4,7 +4,6 @@ A module has ``SUFFIXES`` of the files it reads ("/" for a folder) and ``read(pa
 ``bench.inputs.demand_csv`` reads tables.
 """
 
-import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -16,16 +15,13 @@ from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
 from alloc.vehicle import LARGEST
-from alloc.vehicle.frame import AXES
 from alloc.vehicle.geometry import DOF
 from bench.inputs.by_suffix import reader
 from bench.inputs.demand_csv import Demanded, read_demands
-from bench.inputs.frames import met
+from bench.inputs.frames import frame_of, like_ros, met
 
 TABLES = (".csv", "")
 """Suffixes of what ``bench.inputs.demand_csv`` reads; a pipe, as in <(zcat demands.csv.gz), has none."""
-_ROS = re.compile(r"(force|torque|linear|angular)[./_]+[yz]\b", re.IGNORECASE)
-"""Names of geometry_msgs' fields along y and z, whose signs depend on the frame."""
 
 GAP = 3.0
 """A step longer than this many median steps is a gap: at least two samples in a row are missing."""
@@ -105,15 +101,10 @@ def read_log(
         if topic:
             raise DemandError(f"{path}: a table has no topic {topic!r}; --columns says which column is what")
         table = read_demands(path, dof, options.columns, thrusters, by_volts=by_volts)
-        if options.frame:
-            given, why = options.frame, "--frame"
-        elif table.frame and table.frame not in AXES:
-            raise DemandError(f"{path}: its comment says frame {table.frame}; give --frame frd or flu")
-        else:
-            given, why = table.frame or frame, "its comment" if table.frame else "the file names none"
+        given, why = frame_of(path, options.frame, table.frame, "its comment", frame)
         taus, turning = met(table.taus, dof, given, why, frame)
         said = f"{table.said}; {turning}" if table.said else f"{path.name}: {turning}"
-        doubt = "" if options.frame or table.frame else _like_ros(path, table, frame)
+        doubt = "" if options.frame or table.frame else like_ros(path, table.named, frame)
         doubt = "; ".join(filter(None, (doubt, table.doubt)))
         return table._replace(taus=_scaled(taus, dof, options.scale), said=said, doubt=doubt)
     if path.suffix.lower() == ".bin" and path.exists():
@@ -125,7 +116,7 @@ def read_log(
         raise DemandError(f"{path}: has no columns; --columns is for tables, leave it out")
     log: Log = module.read(path, topic)
     t, taus = _checked(path, log, dof)
-    given, why = (options.frame, "--frame") if options.frame else (log.frame, log.why)
+    given, why = frame_of(path, options.frame, log.frame, log.why, frame)
     taus, turning = met(taus, dof, given, why, frame)
     said = f"{path.name}: {turning}{log.odd}"
     doubt = "" if getattr(options, log.settled_by) else log.doubt
@@ -174,14 +165,3 @@ def _checked(path: Path, log: Log, dof: tuple[str, ...]) -> tuple[FloatArray, Fl
             f"{path}: the wrench at t = {t[bad[0]]:.3f} s is not finite, or above {LARGEST:g}; cut it out"
         )
     return t, taus
-
-
-def _like_ros(path: Path, table: Demanded, frame: str) -> str:
-    """A doubt about a table whose columns are named as ROS names them, on a vehicle with z down."""
-    named = [name for name in table.named if _ROS.search(name)]
-    if frame != "frd" or not named:
-        return ""
-    return (
-        f"{path.name}: {named[0]!r} is named as in ROS, where z is up, but is taken as it is, with z down;"
-        " if it is ROS's, --frame flu, else --frame frd"
-    )

@@ -1,9 +1,10 @@
 """Logs of what went to the ESCs. Each module here reads one kind of log.
 
-A module has ``SUFFIXES`` of the files it reads and ``read(path, vehicle) -> Outputs``.
+A module has ``SUFFIXES`` of the files it reads and ``read(path, vehicle) -> Outputs``, whose demands are in
+the log's frame; ``COLUMNS`` where ``read`` also takes names of columns.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,6 +14,7 @@ from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
 from bench.inputs.by_suffix import reader
+from bench.inputs.frames import frame_of, like_ros, met
 
 
 class Outputs(NamedTuple):
@@ -23,10 +25,13 @@ class Outputs(NamedTuple):
     t : (N,) times since the first one [s], never decreasing; None where the log has none
     u : (N, n) commands, in the order of the vehicle's thrusters
     volts : (N,) of the battery [V]; None where the log has none
-    taus : (N, k) wrenches demanded at the same times, in the vehicle's frame [N, N m]; in shares of what the
-        vehicle can do where ``shares`` says so; NaN on axes, or (N, k) None, of which the log says nothing
+    taus : (N, k) wrenches demanded at the same times, in the vehicle's frame once read [N, N m]; in shares of
+        what the vehicle can do where ``shares`` says so; NaN on axes, or None, of which the log says nothing
     shares : whether ``taus`` are shares, 1 for all that the vehicle can do on an axis
     said : how the log was understood, in a line
+    frame, why : the frame that the log says of the demands, else empty, and where it says so
+    named : names of the demands' columns
+    doubt : what may be wrong, in a line; empty for nothing
     """
 
     t: FloatArray | None
@@ -35,14 +40,24 @@ class Outputs(NamedTuple):
     taus: FloatArray | None = None
     shares: bool = False
     said: str = ""
+    frame: str = ""
+    why: str = ""
+    named: tuple[str, ...] = ()
+    doubt: str = ""
 
 
-def read_outputs(path: Path, vehicle: Vehicle) -> Outputs:
+def read_outputs(
+    path: Path, vehicle: Vehicle, columns: Mapping[str, str] | None = None, frame: str = ""
+) -> Outputs:
     """What a log says of a vehicle's outputs; a pulse of 0, which is none, counts as neutral.
 
-    Raises FileError, DemandError or NotInstalled.
+    The user may say the ``columns`` of a table and the ``frame`` of the demands. Raises FileError,
+    DemandError or NotInstalled.
     """
-    outputs: Outputs = reader(__name__, path, "log of outputs").read(path, vehicle)
+    module = reader(__name__, path, "log of outputs")
+    if columns and not getattr(module, "COLUMNS", False):
+        raise DemandError(f"{path}: has no columns; --columns is for tables, leave it out")
+    outputs: Outputs = module.read(path, vehicle, columns) if columns else module.read(path, vehicle)
     if not len(outputs.u):
         raise DemandError(f"{path}: holds no outputs; log them")
     bad = np.flatnonzero(~np.isfinite(outputs.u).all(axis=1))
@@ -51,8 +66,47 @@ def read_outputs(path: Path, vehicle: Vehicle) -> Outputs:
     # An ESC whose range lies beyond 0 gets no pulse then.
     silent = [not esc.low <= 0 <= esc.high for esc in vehicle.esc]
     neutral = [esc.neutral for esc in vehicle.esc]
+    beyond = _beyond(path, outputs.u, vehicle)
     outputs = outputs._replace(u=np.where((outputs.u == 0) & silent, neutral, outputs.u))
+    outputs = _turned(path, outputs, vehicle, frame)
+    outputs = outputs._replace(doubt="; ".join(filter(None, (outputs.doubt, beyond))))
     return outputs if outputs.volts is None else _powered(outputs, outputs.volts)
+
+
+def _turned(path: Path, outputs: Outputs, vehicle: Vehicle, told: str) -> Outputs:
+    """The outputs with their demands in the vehicle's frame, and what is said and doubted of that."""
+    if outputs.taus is None:
+        if told:
+            raise DemandError(f"{path}: has no demands that could be in a frame; leave out --frame {told}")
+        return outputs
+    given, why = frame_of(path, told, outputs.frame, outputs.why, vehicle.frame)
+    taus, turning = met(outputs.taus, vehicle.dof, given, why, vehicle.frame)
+    doubt = "" if told or outputs.frame else like_ros(path, outputs.named, vehicle.frame)
+    return outputs._replace(taus=taus, said=f"{outputs.said}; {turning}", doubt=doubt)
+
+
+def _beyond(path: Path, u: FloatArray, vehicle: Vehicle) -> str:
+    """A doubt about commands beyond the ranges of their ESCs.
+
+    Raises DemandError where most of a thruster's are: these are in another unit, as shares are for pulses.
+    """
+    low, high = np.array([(esc.low - esc.step, esc.high + esc.step) for esc in vehicle.esc]).T
+    outside = (u != 0) & ~((u >= low) & (u <= high))
+    if not outside.any():
+        return ""
+    most = 2 * outside.sum(axis=0) > (u != 0).sum(axis=0)
+    row, i = np.argwhere(outside & most if most.any() else outside)[0]
+    first = f"u{i} = {u[row, i]:g} in row {row} (counted from 0)"
+    esc = vehicle.esc[i]
+    if most.any():
+        raise DemandError(
+            f"{path}: {first} and most others of it lie outside of the ESC's range, {esc.low:g} to"
+            f" {esc.high:g}; give commands in its unit, or mend 'esc' in the vehicle's file"
+        )
+    return (
+        f"{path.name}: {outside.sum()} of {u.size} commands lie outside of their ESC's range and are taken"
+        f" for its end, first {first}"
+    )
 
 
 def _powered(outputs: Outputs, volts: FloatArray) -> Outputs:

@@ -17,7 +17,6 @@ import numpy as np
 
 from alloc import Vehicle
 from alloc.errors import DemandError, FileError, NotInstalled
-from alloc.vehicle.frame import turned
 from bench.inputs.outputs import Outputs, held, motor_channels
 from bench.inputs.parsers import DAMAGED, parsing
 
@@ -110,13 +109,12 @@ def _outputs(path: Path, vehicle: Vehicle, rows: dict[str, list[dict[str, Any]]]
             if axis in vehicle.dof:
                 asked = held(times, np.array([row[name] for row in rows["RATE"]], dtype=np.float64), t)
                 taus[:, vehicle.dof.index(axis)] = asked
-        if vehicle.frame == "flu":
-            taus = turned(taus.T, vehicle.dof).T
     said = f"{path.name}: RCOU's outputs {', '.join(map(str, channels))} are the thrusters, in this order"
     if beyond:
         motors = ", ".join(map(str, beyond))
         said += f"; {vehicle.name} has none for motor {motors}: is the log of this vehicle?"
-    return Outputs(t - t[0], u, volts, taus, shares=True, said=said + _attitude(rows["ATT"]))
+    said += _attitude(rows["ATT"])
+    return Outputs(t - t[0], u, volts, taus, shares=True, said=said, frame="frd", why="as ArduPilot has it")
 
 
 def _attitude(rows: list[dict[str, Any]]) -> str:

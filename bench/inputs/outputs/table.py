@@ -1,6 +1,6 @@
 """CSV with a column of commands for each thruster, as ``thrustbench allocate --esc`` writes them."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -8,26 +8,28 @@ import numpy as np
 from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
-from alloc.vehicle.frame import AXES
 from bench.inputs.columns import TIME, VOLTS, Column, assign
-from bench.inputs.delimited import Cells, read_table
+from bench.inputs.delimited import read_table
 from bench.inputs.demand_csv import seconds, understood
-from bench.inputs.frames import met
 from bench.inputs.log_limits import like_volts, limit_columns
 from bench.inputs.outputs import Outputs
 
 SUFFIXES = (".csv", "")
+COLUMNS = True
+"""``read`` takes names of columns."""
 LARGEST = 1e20
 """Bound on every number, times in ns among them."""
 REST = "t, nanoseconds"
 """Where a stamp's nanoseconds stand in a column of their own."""
 
 
-def read(path: Path, vehicle: Vehicle) -> Outputs:
+def read(path: Path, vehicle: Vehicle, columns: Mapping[str, str] | None = None) -> Outputs:
     """Columns ``u0``, ``u1``, … and, where there are such, times, ``volts`` and demands, named as in any log.
 
-    A row whose cells of demands are all empty has commands and no demand.
+    A row whose cells of demands are all empty has commands and no demand. ``columns`` are names that the
+    header does not tell, as of any log.
     """
+    given = columns or {}
     table = read_table(path)
     place = f"{path}: line {table.line}"
     names = [f"u{i}" for i in range(vehicle.n)]
@@ -36,18 +38,21 @@ def read(path: Path, vehicle: Vehicle) -> Outputs:
         raise DemandError(
             f"{place}: no one column {missing[0]!r}; give u0 … u{vehicle.n - 1}, the command of each thruster"
         )
-    found = _columns(place, table, vehicle.dof)
+    found = assign(place, table.header, table.units, vehicle.dof, given, every=False)
     asked = [axis for axis in vehicle.dof if axis in found]
     places = {name: table.header.index(name) for name in names}
-    places |= {name: at for name, at in limit_columns(place, table.header).items() if name == VOLTS}
+    limits = limit_columns(place, table.header, volts=given.get(VOLTS, ""))
+    places |= {name: at for name, at in limits.items() if name == VOLTS}
     taken = set(places.values())
     places |= {quantity: column.place for quantity, column in found.items()}
     if TIME in found and (rest := found[TIME].rest) is not None:
         places[REST] = rest
     rows = []
     for line, cells in table.rows:
-        if len(cells) < len(table.header):
-            raise table.refused(line, f"has {len(cells)} cells of {len(table.header)}; mend that row")
+        if len(cells) != len(table.header):
+            raise table.refused(
+                line, f"has {len(cells)} cells under {len(table.header)} columns; mend that row"
+            )
         unasked = set(asked) if not any(cells[places[axis]].strip() for axis in asked) else set()
         rows.append(
             [
@@ -65,38 +70,21 @@ def read(path: Path, vehicle: Vehicle) -> Outputs:
     said += f"{';' if ': ' in said else ':'} {names[0]} … {names[-1]} are the commands"
     if VOLTS not in places and (unread := like_volts(table.header)):
         said += f"; thrusts follow no voltage: if {unread[:40]!r} is the battery's, call it {VOLTS}"
-    taus = None
-    if asked:
-        taus, turning = _demands(path, table, vehicle, found, values)
-        said += f"; {turning}"
-    return Outputs(t, np.column_stack([values[name] for name in names]), values.get(VOLTS), taus, said=said)
-
-
-def _columns(place: str, table: Cells, dof: tuple[str, ...]) -> dict[str, Column]:
-    """The columns of the time and of the DOF that the log has demands of; it may have none."""
-    found = assign(place, table.header, table.units, (), {})
-    for axis in dof:
-        try:
-            found |= assign(place, table.header, table.units, (axis,), {})
-        except DemandError:
-            continue
-    return found
-
-
-def _demands(
-    path: Path,
-    table: Cells,
-    vehicle: Vehicle,
-    found: Mapping[str, Column],
-    values: Mapping[str, FloatArray],
-) -> tuple[FloatArray, str]:
-    """Demands (N, k) in the vehicle's frame, NaN where there are none, and whether they were turned."""
-    N = len(values["u0"])
-    factors = {axis: column.factor or 1.0 for axis, column in found.items()}
-    taus = np.column_stack(
-        [values[axis] * factors[axis] if axis in found else np.full(N, np.nan) for axis in vehicle.dof]
+    return Outputs(
+        t,
+        np.column_stack([values[name] for name in names]),
+        values.get(VOLTS),
+        _demands(vehicle.dof, found, values) if asked else None,
+        said=said,
+        frame=table.frame,
+        why="its comment",
+        named=tuple(found[axis].name for axis in asked),
     )
-    given, why = (table.frame, "its comment") if table.frame else (vehicle.frame, "the file names none")
-    if given not in AXES:
-        raise DemandError(f"{path}: its comment says frame {given}; name one there, frd or flu")
-    return met(taus, vehicle.dof, given, why, vehicle.frame)
+
+
+def _demands(dof: Sequence[str], found: Mapping[str, Column], values: Mapping[str, FloatArray]) -> FloatArray:
+    """Demands (N, k) as the log has them, NaN on axes that have none."""
+    none = np.full(len(values["u0"]), np.nan)
+    return np.column_stack(
+        [values[axis] * (found[axis].factor or 1.0) if axis in found else none for axis in dof]
+    )

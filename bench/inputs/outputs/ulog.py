@@ -8,7 +8,6 @@ import numpy as np
 from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
-from alloc.vehicle.frame import turned
 from alloc.vehicle.geometry import DOF
 from bench.inputs.outputs import Outputs, held, motor_channels
 from bench.inputs.parsers import parsing, read_ulog
@@ -57,11 +56,9 @@ def _outputs(
             [held(*_timed(sets[name], f"xyz[{i}]"), times) for name in ASKED for i in range(3)]
         )
         taus = six[:, [DOF.index(axis) for axis in vehicle.dof]]
-        if vehicle.frame == "flu":
-            taus = turned(taus.T, vehicle.dof).T
     said = f"{path.name}: outputs {', '.join(map(str, channels))} are the thrusters, in this order"
     said += odd
-    return Outputs(times - times[0], u, volts, taus, shares=True, said=said)
+    return Outputs(times - times[0], u, volts, taus, shares=True, said=said, frame="frd", why="as PX4 has it")
 
 
 def _timed(data: dict[str, Any], key: str) -> tuple[FloatArray, FloatArray]:

@@ -146,7 +146,16 @@ yaw,0.167,-0.167,0.175,-0.175,0,0
         ",0,1,2\nsurge,1,1,0\nsway,0,0,1\nyaw,-0.3,0.3,1e-5\n",
         "dof,1,2,3\nsurge,1,1,0\nsway,0,0,1\nyaw,-0.3,0.3,1e-5\n",
     ],
-    ids=["names", "header, other order", "bare", "header, bare", "decimal commas", "numbered", "pandas", "dof"],
+    ids=[
+        "names",
+        "header, other order",
+        "bare",
+        "header, bare",
+        "decimal commas",
+        "numbered",
+        "pandas",
+        "dof",
+    ],
 )
 def test_a_csv_of_t_is_read_with_and_without_names_and_header(tmp_path: Path, text: str) -> None:
     vehicle = vehicle_of(imported(tmp_path, text, LIMITS, "T.csv"), tmp_path)
@@ -204,7 +213,10 @@ def test_a_bad_csv_of_t_is_refused(tmp_path: Path, text: str) -> None:
     ("text", "says"),
     [
         ("surge,1,1\nsurge,0.5,-1\nyaw,0.2,-0.2\n", "line 2: surge stands twice; keep one of its rows"),
-        ("surge,1,1\nsurgee,0,1\nyaw,0.2,-0.2\n", "line 2: 'surgee' is no DOF; begin the row with one of surge"),
+        (
+            "surge,1,1\nsurgee,0,1\nyaw,0.2,-0.2\n",
+            "line 2: 'surgee' is no DOF; begin the row with one of surge",
+        ),
         (",f0,f1\n0,1,1\n1,0.2,-0.2\n", "line 2: '0' is no DOF"),
         ("surgee,1,2\nyaw,0.2,-0.2\n", "line 1: 'surgee' is no DOF"),
         ("0,1\n1,1\n0,0\n0.2,-0.2\n", "line 1: 0, 1 may be a header or a row; name the rows"),

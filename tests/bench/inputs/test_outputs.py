@@ -229,7 +229,18 @@ def test_the_command_writes_the_made_wrenches_as_demands(tmp_path: Path) -> None
     [
         ("a.csv", b"u0,u1\n1500,1500\n", "no one column 'u2'"),
         ("a.csv", b"u0,u1,u2,u3,u4,u5,u6,u7\n", "holds no outputs"),
-        ("a.csv", b"u0,u1,u2,u3,u4,u5,u6,u7\n1,2\n", "has 2 cells"),
+        ("a.csv", b"u0,u1,u2,u3,u4,u5,u6,u7\n1,2\n", "line 2: has 2 cells"),
+        ("a.csv", b"t,u0,u1,u2,u3,u4,u5,u6,u7\n0,2" + b",1500" * 8, "line 2: has 10 cells under 9 columns"),
+        (
+            "a.csv",
+            b"u0,u1,u2,u3,u4,u5,u6,u7\n1500,0,0,0,0,0,0,0\n1500,0.2,0,0,0,0,0,-1\n",
+            r"a.csv: u1 = 0.2 in row 1 \(counted from 0\) .* the ESC's range, 1100 to 1900; give commands",
+        ),
+        (
+            "a.csv",
+            b"surge,fx,u0,u1,u2,u3,u4,u5,u6,u7\n1,2" + b",1500" * 8,
+            "line 1: surge may be 'surge' and 'fx'; say which, as in --columns",
+        ),
         ("a.csv", b"u0,u1,u2,u3,u4,u5,u6,u7\n1,2,3,4,5,6,7,x\n", "u7 is 'x'"),
         (
             "a.csv",
@@ -245,6 +256,20 @@ def test_what_is_no_log_of_outputs_is_refused(tmp_path: Path, name: str, content
     (tmp_path / name).write_bytes(content)
     with pytest.raises(AllocError, match=said):
         read_outputs(tmp_path / name, VEHICLE)
+
+
+def test_a_few_commands_beyond_the_range_are_doubted_and_a_step_is_not(tmp_path: Path) -> None:
+    """'100 % at its end' was said of them as of any other."""
+    file = tmp_path / "u.csv"
+    rows = [["1500"] * 8 for _ in range(4)]
+    rows[2][3] = "2200"
+    rows[3][5] = "-7"
+    rows[3][6] = "1901"
+    file.write_text("\n".join(map(",".join, [[f"u{i}" for i in range(8)], *rows])))
+    assert read_outputs(file, VEHICLE).doubt == (
+        "u.csv: 2 of 32 commands lie outside of their ESC's range and are taken for its end,"
+        " first u3 = 2200 in row 2 (counted from 0)"
+    )
 
 
 def test_a_vehicle_without_esc_is_refused(tmp_path: Path) -> None:

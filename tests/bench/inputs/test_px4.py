@@ -70,7 +70,10 @@ def test_a_params_file_gives_axes_coefficients_and_reversible_rotors(tmp_path: P
         (HEXA.replace("0.43", "far"), "CA_ROTOR2_PX is 'far'; give a number"),
         (HEXA.replace("0.43", "1e400"), "line 7: CA_ROTOR2_PX is '1e400', not finite or too large; mend it"),
         (HEXA + "param set CA_ROTOR0_AZ 0\n", "CA_ROTOR0_AX, AY, AZ are all 0"),
-        (HEXA.replace("ROTOR1_", "ROTOR6_"), "nothing is set of CA_ROTOR1, one of 6 rotors; count them from 0"),
+        (
+            HEXA.replace("ROTOR1_", "ROTOR6_"),
+            "nothing is set of CA_ROTOR1, one of 6 rotors; count them from 0",
+        ),
         ("CA_ROTOR1_PY 1\nCA_ROTOR2_PY -1\n", "nothing is set of CA_ROTOR0, one of 2 rotors"),
         (HEXA.replace("COUNT 6", "COUNT 5"), "CA_ROTOR5_PX is set, but CA_ROTOR_COUNT is 5; delete it"),
         (
