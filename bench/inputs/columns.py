@@ -3,6 +3,7 @@
 import re
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
+from unicodedata import normalize
 
 from alloc.errors import DemandError
 from alloc.vehicle.geometry import DOF, MOMENTS
@@ -10,7 +11,15 @@ from alloc.vehicle.geometry import DOF, MOMENTS
 TIME, VOLTS = "t", "volts"
 FORCE = {"N": 1.0, "kN": 1e3, "MN": 1e6, "mN": 1e-3, "lbf": 4.4482216152605, "kgf": 9.80665}
 MOMENT = {"Nm": 1.0, "kNm": 1e3, "MNm": 1e6, "mNm": 1e-3}
-SECONDS = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9}
+SECONDS = {
+    **dict.fromkeys(("s", "sec"), 1.0),
+    **dict.fromkeys(("ms", "msec"), 1e-3),
+    **dict.fromkeys(("us", "usec", "\u03bcs"), 1e-6),
+    "ns": 1e-9,
+    "min": 60.0,
+    "h": 3600.0,
+}
+"""Units of times; the micro sign is read as the Greek letter, which Unicode has for it."""
 SELF_UNIT = {"millis": 1e-3, "micros": 1e-6, "timems": 1e-3, "timeus": 1e-6}
 """Names of a time that say its unit."""
 WORDS: dict[str, tuple[str, ...]] = {
@@ -26,7 +35,7 @@ WORDS: dict[str, tuple[str, ...]] = {
 MEANT = {"cmd", "command", "des", "desired", "ref", "reference", "setpoint", "sp", "demand", "demanded", "d"}
 """Words behind a name that say no more than that it is a demand."""
 _UNIT = re.compile(r"(?P<name>.*?)\s*[\[(](?P<unit>[^\])]*)[\])]\s*")
-_SUFFIX = re.compile(r"(?P<name>.+)_(?P<unit>ms|us|ns|s|sec|N|kN|Nm|kNm)")
+_SUFFIX = re.compile(rf"(?P<name>.+)_(?P<unit>{'|'.join(SECONDS)}|N|kN|Nm|kNm)")
 
 
 class Column(NamedTuple):
@@ -115,6 +124,16 @@ def listed(names: Sequence[str], most: int = 12) -> str:
     return ", ".join(shown) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
+def untimed(header: Sequence[str], units: Sequence[str]) -> str:
+    """The first column that would be the time if its unit were one, with that; empty where there is none."""
+    for i, name in enumerate(header):
+        match = _UNIT.fullmatch(name)
+        unit = _unit_of(name, units, i)
+        if unit and _says(match["name"] if match else name, TIME) and _factor(TIME, unit) is None:
+            return name if match else f"{name} [{unit}]"
+    return ""
+
+
 def _nanoseconds(header: Sequence[str], name: str) -> int | None:
     """The column beside that of a stamp's whole seconds: stamp.sec and stamp.nanosec, secs and nsecs."""
     whole = re.fullmatch(r"(.*?)secs?", name, re.IGNORECASE)
@@ -183,4 +202,4 @@ def _factor(quantity: str, unit: str) -> float | None:
     """From a unit to that of the quantity; None for a unit of something else, 1 without a unit."""
     if not unit:
         return None if quantity == TIME else 1.0
-    return _known(quantity).get(re.sub(r"[\s·*.]", "", unit))
+    return _known(quantity).get(normalize("NFKC", re.sub(r"[\s·*.]", "", unit)))

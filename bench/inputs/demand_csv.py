@@ -11,7 +11,7 @@ from alloc import Allocation, Status
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
 from alloc.vehicle import LARGEST
-from bench.inputs.columns import SECONDS, TIME, VOLTS, Column, assign, listed
+from bench.inputs.columns import SECONDS, TIME, VOLTS, Column, assign, listed, untimed
 from bench.inputs.csv_text import csv_text, is_number
 from bench.inputs.delimited import NAMES, Cells, read_table
 from bench.inputs.frames import frame_comment
@@ -171,6 +171,8 @@ def understood(
     others = [name for i, name in enumerate(table.header) if i not in taken]
     if others:
         parts.append(f"left out: {listed(others, SHOWN)}")
+    if TIME not in found and (other := untimed(table.header, table.units)):
+        parts.append(f"no time: the unit of {other[:40]!r} is none of {', '.join(SECONDS)}")
     if blank:
         parts.append(f"{blank} rows without a demand")
     if table.separator != ",":

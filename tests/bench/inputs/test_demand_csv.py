@@ -1,6 +1,7 @@
 """Demands read from CSV and thrusts written as CSV: what is accepted, refused and kept."""
 
 import io
+import re
 from pathlib import Path
 
 import numpy as np
@@ -137,6 +138,12 @@ def test_what_was_understood_is_said_in_one_line(file: Path) -> None:
         ("t", 0, 0.02, 0.02),
         ("time", 1.7e9, 0.02, 0.02),
         ("time [ms]", 0, 20, 0.02),
+        ("t [\u03bcs]", 0, 20_000, 0.02),  # the Greek letter
+        ("t [\u00b5s]", 0, 20_000, 0.02),  # the micro sign
+        ("t [usec]", 0, 20_000, 0.02),
+        ("time_msec", 0, 20, 0.02),
+        ("elapsed [min]", 0, 0.5, 30),
+        ("time [h]", 0, 0.01, 36),
         ("timestamp_us", 0, 20_000, 0.02),
         ("millis", 0, 20, 0.02),
         ("TimeUS", 0, 20_000, 0.02),  # ArduPilot's
@@ -153,6 +160,13 @@ def test_times_are_seconds_whatever_their_unit(
     t = read_demands(written(file, f"{header},surge,sway,yaw\n{rows}"), DOF).t
     assert t is not None
     np.testing.assert_allclose(np.diff(t), seconds, rtol=1e-4)
+
+
+@pytest.mark.parametrize("head", ["time [UTC],surge,sway,yaw", "time,surge,sway,yaw\nUTC,N,N,Nm"])
+def test_a_time_in_a_unit_that_is_none_is_said(file: Path, head: str) -> None:
+    t, _, said, *_ = read_demands(written(file, f"{head}\n10:00:01,1,2,3\n"), DOF)
+    assert t is None
+    assert re.search(r"no time: the unit of 'time .*UTC.*' is none of s, sec, ms", said)
 
 
 @pytest.mark.parametrize(("whole", "rest"), [("stamp.sec", "stamp.nanosec"), ("stamp_secs", "stamp_nsecs")])
