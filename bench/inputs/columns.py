@@ -47,12 +47,14 @@ class Column(NamedTuple):
     name : its name, as the file writes it
     factor : from its unit to N, N m or s; None for a time whose unit nothing says
     rest : which column has the nanoseconds of a stamp whose whole seconds stand here, as ROS writes one
+    unit : as a line of units below the header says it, else empty
     """
 
     place: int
     name: str
     factor: float | None
     rest: int | None = None
+    unit: str = ""
 
 
 def assign(
@@ -95,7 +97,9 @@ def assign(
         if columns:
             found[quantity] = (exact or columns)[0]
         elif quantity != TIME and every:
-            shown = listed(header)
+            shown = listed(
+                [f"{name} [{u}]" if (u := _below(name, units, i)) else name for i, name in enumerate(header)]
+            )
             raise DemandError(
                 f"{place}: no column {quantity!r} among {shown}; name it there, or as in"
                 f" --columns {quantity}=NAME"
@@ -147,8 +151,9 @@ def _named(place: str, header: Sequence[str], units: Sequence[str], quantity: st
     if header.count(wanted) > 1:
         raise DemandError(f"{place}: {wanted[:40]!r} stands twice; rename one of the columns in the file")
     for i, name in enumerate(header):
+        below = ""
         if name == wanted:
-            factor = _factor(quantity, _unit_of(name, units, i))
+            factor, below = _factor(quantity, _unit_of(name, units, i)), _below(name, units, i)
         elif bare and name == bare["name"]:
             factor = _factor(quantity, bare["unit"])
         else:
@@ -158,7 +163,7 @@ def _named(place: str, header: Sequence[str], units: Sequence[str], quantity: st
                 f"{place}: the unit of {wanted[:40]!r} is none of {', '.join(_known(quantity))}; say it as in"
                 f" --columns '{quantity}=NAME [{next(iter(_known(quantity)))}]'"
             )
-        return Column(i, name, factor)
+        return Column(i, name, factor, unit=below)
     raise DemandError(
         f"{place}: no column {wanted[:40]!r} for {quantity}; there are {', '.join(header)[:200]}"
     )
@@ -177,7 +182,7 @@ def _meant(name: str, units: Sequence[str], index: int, quantity: str) -> Column
     factor = _factor(quantity, unit)
     if quantity == TIME and not unit:
         return Column(index, name, SELF_UNIT.get(name.lower(), 1.0 if name == TIME else None))
-    return None if factor is None else Column(index, name, factor)
+    return None if factor is None else Column(index, name, factor, unit=_below(name, units, index))
 
 
 def _says(name: str, quantity: str) -> bool:
@@ -191,7 +196,12 @@ def _says(name: str, quantity: str) -> bool:
 
 def _unit_of(name: str, units: Sequence[str], index: int) -> str:
     match = _UNIT.fullmatch(name)
-    return match["unit"] if match else units[index].strip("[]() ") if index < len(units) else ""
+    return match["unit"] if match else _below(name, units, index)
+
+
+def _below(name: str, units: Sequence[str], index: int) -> str:
+    """The unit on a line below the header of a column whose name has none."""
+    return "" if _UNIT.fullmatch(name) or index >= len(units) else units[index]
 
 
 def _known(quantity: str) -> dict[str, float]:

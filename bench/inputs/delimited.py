@@ -9,10 +9,11 @@ from pathlib import Path
 
 from alloc.errors import FileError
 from alloc.files.textfile import read_text
+from bench.inputs.columns import FORCE, MOMENT, SECONDS
 from bench.inputs.csv_text import is_number
 from bench.inputs.frames import frame_in
 
-UNITS = {"N", "kN", "Nm", "N m", "N·m", "N*m", "kNm", "s", "ms", "us", "µs", "ns"}
+UNITS = {*FORCE, *MOMENT, *SECONDS, "N m", "N·m", "N*m", "µs", "%"}
 """Units of which a line below the header holds at least one."""
 COMMENT = ("#", "%", "//")
 NAMES = {",": "commas", ";": "semicolons", "\t": "tabs", " ": "blanks"}
@@ -73,8 +74,8 @@ class Cells:
 def read_table(path: Path) -> Cells:
     """The header of a file and an iterator over its rows; raises FileError where it is no such table.
 
-    Lines that begin with ``#``, ``%`` or ``//`` are comments. The last one is the header where the line below
-    it is of numbers alone, and as long.
+    Lines that begin with ``#``, ``%`` or ``//`` are comments, but for a line of units below the header. The
+    last one is the header where the line below it is of numbers alone, and as long.
     """
     text = read_text(path)
     lines = list(io.StringIO(text, newline=""))
@@ -82,6 +83,8 @@ def read_table(path: Path) -> Cells:
     first = next((i for i, line in enumerate(kept) if line.strip()), None)
     if first is None:
         return Cells(path, 1, [], [], ",", iter(()))
+    if lines[first + 1 :] and _are_shares(lines[first + 1], kept[first]):
+        kept[first + 1] = lines[first + 1]
     below = next((line for line in kept[first + 1 :] if line.strip()), "")
     separator = _separator(kept[first], below)
     if all(numeric(cell) for cell in _cells(kept[first], separator)):
@@ -98,7 +101,7 @@ def read_table(path: Path) -> Cells:
     units: list[str] = []
     ahead = next(rows, None)
     if ahead is not None and not any(map(numeric, ahead[1])):
-        words = [cell.strip("[]() ") for cell in ahead[1]]
+        words = [_unit(cell) for cell in ahead[1]]
         if UNITS & set(words) and not {"nan", "inf"} & {word.lower().lstrip("+-") for word in words}:
             units, ahead = words, None
     named = [cell.strip() for cell in header]
@@ -131,6 +134,17 @@ def _separator(line: str, below: str) -> str:
             return separator
     words = line.split()
     return " " if len(words) > 1 and len(words) == len(below.split()) else ","
+
+
+def _are_shares(line: str, header: str) -> bool:
+    """Whether a line below a header says units, the first of them per cent, and is no comment."""
+    separator = _separator(header, line)
+    cells = _cells(line.strip(), separator)
+    return _unit(cells[0] if cells else "") == "%" and len(cells) == len(_cells(header, separator))
+
+
+def _unit(cell: str) -> str:
+    return cell.strip("[]() ")
 
 
 def _cells(line: str, separator: str) -> list[str]:

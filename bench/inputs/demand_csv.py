@@ -167,6 +167,8 @@ def understood(
         for quantity, column in found.items()
         if column.name != quantity
     ]
+    if below := [f"{quantity} in {column.unit}" for quantity, column in found.items() if column.unit]:
+        parts.append(f"below the header: {', '.join(below)}")
     taken = {place for column in found.values() for place in (column.place, column.rest)} | limits
     others = [name for i, name in enumerate(table.header) if i not in taken]
     if others:

@@ -21,6 +21,7 @@ from bench.inputs.logs import LogOptions, read_log
 from tests.readers import refused, written
 
 DOF = ("surge", "sway", "yaw")
+UKWIAL = load_vehicle("ukwial")
 
 
 @pytest.fixture
@@ -132,6 +133,24 @@ def test_what_was_understood_is_said_in_one_line(file: Path) -> None:
     assert read_demands(written(file, "t,surge,sway,yaw\n0,1,2,3\n"), DOF).said == ""
 
 
+def test_units_on_a_line_of_their_own_are_said(file: Path) -> None:
+    """1000 N for each 1 in the file, of which no line told."""
+    written(file, "time,surge,sway,mz\nms,kN,N,kNm\n0,1,2,3\n20,1,2,3\n")
+    asked = read_demands(file, DOF)
+    np.testing.assert_allclose(asked.taus[0], [1000, 2, 3000])
+    says = "below the header: surge in kN, sway in N, yaw in kNm, t in ms"
+    assert asked.said == f"demands.csv: yaw from 'mz'; t from 'time'; {says}"
+    assert f"demands.csv: yaw from 'mz'; t from 'time'; {says}; " in build_demands(file, UKWIAL, 1).said[0]
+    told = read_demands(file, DOF, parse_columns("surge=surge [N]"))
+    assert told.taus[0, 0] == 1
+    assert "surge in" not in told.said
+
+
+def test_a_comment_below_the_header_that_begins_with_a_percent_sign_is_one(file: Path) -> None:
+    asked = read_demands(written(file, "surge,sway,yaw\n% a, b, c\n1,2,3\n%,%\n"), DOF)
+    assert asked.taus.tolist() == [[1, 2, 3]]
+
+
 @pytest.mark.parametrize(
     ("header", "first", "step", "seconds"),
     [
@@ -219,6 +238,9 @@ def test_columns_that_can_t_be_guessed_are_named_by_the_user(file: Path) -> None
             "line 3: surge is '1.5', with a decimal point; numbers above",
         ),
         ("surge;sway;yaw\n1.234,5;2;3\n", "", "line 2: surge is '1.234,5'"),
+        ("surge,sway,yaw\n%,%,%\n1,2,3\n", "", "no column 'surge' among surge [%], sway [%], yaw [%]; name"),
+        ("surge sway yaw\n% % %\n1 2 3\n", "", "no column 'surge' among surge [%], sway [%], yaw [%]; name"),
+        ("surge,sway,yaw\n%,N,Nm\n1,2,3\n", "surge=surge", "the unit of 'surge' is none of N, kN"),
         ("surge,-sway,yaw\n1,2,3\n", "", "no column 'sway' among surge, -sway, yaw"),
         ("surge,sway,yaw\n1,2,\n", "", "line 2: yaw is ''"),
     ],
@@ -304,7 +326,7 @@ def test_a_plug_in_s_answers_with_and_without_a_share_keep_their_columns() -> No
 
 def test_a_file_of_demands_is_a_demand_set(file: Path) -> None:
     written(file, "t,surge,sway,yaw\n0,10,0,0\n0.02,1000,0,0\n0.04,0,0,1\n")
-    demands = build_demands(file, load_vehicle("ukwial"), seed=1)
+    demands = build_demands(file, UKWIAL, seed=1)
     assert demands.name == "demands"
     assert demands.rate_hz == pytest.approx(50)
     np.testing.assert_array_equal(demands.taus[:, 0], [10, 1000, 0])
@@ -312,7 +334,7 @@ def test_a_file_of_demands_is_a_demand_set(file: Path) -> None:
 
 def test_a_log_of_an_unknown_kind_names_the_known_ones(tmp_path: Path) -> None:
     with pytest.raises(FileError, match=r"\.csv"):
-        build_demands(written(tmp_path / "x.docx", "PK"), load_vehicle("ukwial"), seed=1)
+        build_demands(written(tmp_path / "x.docx", "PK"), UKWIAL, seed=1)
 
 
 def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
