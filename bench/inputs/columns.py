@@ -1,39 +1,15 @@
-"""Which column of a log is what: names as loggers write them, and units."""
+"""Which column of a log is what, by its name and its unit."""
 
 import re
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
-from unicodedata import normalize
 
 from alloc.errors import DemandError
-from alloc.vehicle.geometry import DOF, MOMENTS
+from alloc.vehicle.geometry import DOF
+from bench.inputs.column_names import SELF_UNIT, says
+from bench.inputs.units import SECONDS, TIME, factor_to, known
 
-TIME, VOLTS = "t", "volts"
-FORCE = {"N": 1.0, "kN": 1e3, "MN": 1e6, "mN": 1e-3, "lbf": 4.4482216152605, "kgf": 9.80665}
-MOMENT = {"Nm": 1.0, "kNm": 1e3, "MNm": 1e6, "mNm": 1e-3}
-SECONDS = {
-    **dict.fromkeys(("s", "sec"), 1.0),
-    **dict.fromkeys(("ms", "msec"), 1e-3),
-    **dict.fromkeys(("us", "usec", "\u03bcs"), 1e-6),
-    "ns": 1e-9,
-    "min": 60.0,
-    "h": 3600.0,
-}
-"""Units of times; the micro sign is read as the Greek letter, which Unicode has for it."""
-SELF_UNIT = {"millis": 1e-3, "micros": 1e-6, "timems": 1e-3, "timeus": 1e-6}
-"""Names of a time that say its unit."""
-WORDS: dict[str, tuple[str, ...]] = {
-    "surge": ("surge", "fx", "forcex", "taux"),
-    "sway": ("sway", "fy", "forcey", "tauy"),
-    "heave": ("heave", "fz", "forcez", "tauz"),
-    "roll": ("roll", "mx", "torquex", "momentx", "tauk"),
-    "pitch": ("pitch", "my", "torquey", "momenty", "taum"),
-    "yaw": ("yaw", "mz", "torquez", "momentz", "taun"),
-    TIME: ("t", "time", "timestamp", "stamp", "sec", "secs", "seconds", "elapsed", *SELF_UNIT),
-}
-"""Names of each quantity, without case and signs: the last word of a column's name, or its last two."""
-MEANT = {"cmd", "command", "des", "desired", "ref", "reference", "setpoint", "sp", "demand", "demanded", "d"}
-"""Words behind a name that say no more than that it is a demand."""
+VOLTS = "volts"
 _UNIT = re.compile(r"(?P<name>.*?)\s*[\[(](?P<unit>[^\])]*)[\])]\s*")
 _SUFFIX = re.compile(rf"(?P<name>.+)_(?P<unit>{'|'.join(SECONDS)}|N|kN|Nm|kNm)")
 
@@ -133,7 +109,7 @@ def untimed(header: Sequence[str], units: Sequence[str]) -> str:
     for i, name in enumerate(header):
         match = _UNIT.fullmatch(name)
         unit = _unit_of(name, units, i)
-        if unit and _says(match["name"] if match else name, TIME) and _factor(TIME, unit) is None:
+        if unit and says(match["name"] if match else name, TIME) and factor_to(TIME, unit) is None:
             return name if match else f"{name} [{unit}]"
     return ""
 
@@ -153,15 +129,15 @@ def _named(place: str, header: Sequence[str], units: Sequence[str], quantity: st
     for i, name in enumerate(header):
         below = ""
         if name == wanted:
-            factor, below = _factor(quantity, _unit_of(name, units, i)), _below(name, units, i)
+            factor, below = factor_to(quantity, _unit_of(name, units, i)), _below(name, units, i)
         elif bare and name == bare["name"]:
-            factor = _factor(quantity, bare["unit"])
+            factor = factor_to(quantity, bare["unit"])
         else:
             continue
         if factor is None and quantity != TIME:
             raise DemandError(
-                f"{place}: the unit of {wanted[:40]!r} is none of {', '.join(_known(quantity))}; say it as in"
-                f" --columns '{quantity}=NAME [{next(iter(_known(quantity)))}]'"
+                f"{place}: the unit of {wanted[:40]!r} is none of {', '.join(known(quantity))}; say it as in"
+                f" --columns '{quantity}=NAME [{next(iter(known(quantity)))}]'"
             )
         return Column(i, name, factor, unit=below)
     raise DemandError(
@@ -173,25 +149,16 @@ def _meant(name: str, units: Sequence[str], index: int, quantity: str) -> Column
     """A column whose name and unit say the quantity; None for any other."""
     for pattern in (_UNIT, _SUFFIX):
         match = pattern.fullmatch(name)
-        if match and _says(match["name"], quantity):
-            factor = _factor(quantity, match["unit"])
+        if match and says(match["name"], quantity):
+            factor = factor_to(quantity, match["unit"])
             return None if factor is None else Column(index, name, factor)
-    if not _says(name, quantity):
+    if not says(name, quantity):
         return None
     unit = _unit_of(name, units, index)
-    factor = _factor(quantity, unit)
+    factor = factor_to(quantity, unit)
     if quantity == TIME and not unit:
         return Column(index, name, SELF_UNIT.get(name.lower(), 1.0 if name == TIME else None))
     return None if factor is None else Column(index, name, factor, unit=_below(name, units, index))
-
-
-def _says(name: str, quantity: str) -> bool:
-    if name.startswith("-"):  # the opposite, which nothing here turns
-        return False
-    words = [word for word in re.split(r"[^a-z0-9]+", name.lower()) if word]
-    while len(words) > 1 and words[-1] in MEANT:
-        words.pop()
-    return bool(words) and bool({words[-1], "".join(words[-2:])} & set(WORDS[quantity]))
 
 
 def _unit_of(name: str, units: Sequence[str], index: int) -> str:
@@ -202,14 +169,3 @@ def _unit_of(name: str, units: Sequence[str], index: int) -> str:
 def _below(name: str, units: Sequence[str], index: int) -> str:
     """The unit on a line below the header of a column whose name has none."""
     return "" if _UNIT.fullmatch(name) or index >= len(units) else units[index]
-
-
-def _known(quantity: str) -> dict[str, float]:
-    return SECONDS if quantity == TIME else MOMENT if quantity in MOMENTS else FORCE
-
-
-def _factor(quantity: str, unit: str) -> float | None:
-    """From a unit to that of the quantity; None for a unit of something else, 1 without a unit."""
-    if not unit:
-        return None if quantity == TIME else 1.0
-    return _known(quantity).get(normalize("NFKC", re.sub(r"[\s·*.]", "", unit)))

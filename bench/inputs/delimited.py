@@ -9,9 +9,9 @@ from pathlib import Path
 
 from alloc.errors import FileError
 from alloc.files.textfile import read_text
-from bench.inputs.columns import FORCE, MOMENT, SECONDS
 from bench.inputs.csv_text import is_number
 from bench.inputs.frames import frame_in
+from bench.inputs.units import FORCE, MOMENT, SECONDS
 
 UNITS = {*FORCE, *MOMENT, *SECONDS, "N m", "N·m", "N*m", "µs", "%"}
 """Units of which a line below the header holds at least one."""

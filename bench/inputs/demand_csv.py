@@ -11,11 +11,12 @@ from alloc import Allocation, Status
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
 from alloc.vehicle import LARGEST
-from bench.inputs.columns import SECONDS, TIME, VOLTS, Column, assign, listed, untimed
+from bench.inputs.columns import VOLTS, Column, assign, listed, untimed
 from bench.inputs.csv_text import csv_text, is_number
 from bench.inputs.delimited import NAMES, Cells, read_table
 from bench.inputs.frames import frame_comment
 from bench.inputs.log_limits import like_volts, limit_columns
+from bench.inputs.units import SECONDS, TIME
 
 LATEST = 1e20
 """Bound on times, in any unit: a date in ns is 1.7e18."""

@@ -8,11 +8,12 @@ import numpy as np
 from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
-from bench.inputs.columns import TIME, VOLTS, Column, assign
+from bench.inputs.columns import VOLTS, Column, assign
 from bench.inputs.delimited import read_table
 from bench.inputs.demand_csv import seconds, understood
 from bench.inputs.log_limits import like_volts, limit_columns
 from bench.inputs.outputs import Outputs
+from bench.inputs.units import TIME
 
 SUFFIXES = (".csv", "")
 COLUMNS = True

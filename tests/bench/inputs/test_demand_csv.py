@@ -1,7 +1,6 @@
 """Demands read from CSV and thrusts written as CSV: what is accepted, refused and kept."""
 
 import io
-import re
 from pathlib import Path
 
 import numpy as np
@@ -133,70 +132,6 @@ def test_what_was_understood_is_said_in_one_line(file: Path) -> None:
     assert read_demands(written(file, "t,surge,sway,yaw\n0,1,2,3\n"), DOF).said == ""
 
 
-def test_units_on_a_line_of_their_own_are_said(file: Path) -> None:
-    """1000 N for each 1 in the file, of which no line told."""
-    written(file, "time,surge,sway,mz\nms,kN,N,kNm\n0,1,2,3\n20,1,2,3\n")
-    asked = read_demands(file, DOF)
-    np.testing.assert_allclose(asked.taus[0], [1000, 2, 3000])
-    says = "below the header: surge in kN, sway in N, yaw in kNm, t in ms"
-    assert asked.said == f"demands.csv: yaw from 'mz'; t from 'time'; {says}"
-    assert f"demands.csv: yaw from 'mz'; t from 'time'; {says}; " in build_demands(file, UKWIAL, 1).said[0]
-    told = read_demands(file, DOF, parse_columns("surge=surge [N]"))
-    assert told.taus[0, 0] == 1
-    assert "surge in" not in told.said
-
-
-def test_a_comment_below_the_header_that_begins_with_a_percent_sign_is_one(file: Path) -> None:
-    asked = read_demands(written(file, "surge,sway,yaw\n% a, b, c\n1,2,3\n%,%\n"), DOF)
-    assert asked.taus.tolist() == [[1, 2, 3]]
-
-
-@pytest.mark.parametrize(
-    ("header", "first", "step", "seconds"),
-    [
-        ("t", 0, 0.02, 0.02),
-        ("time", 1.7e9, 0.02, 0.02),
-        ("time [ms]", 0, 20, 0.02),
-        ("t [\u03bcs]", 0, 20_000, 0.02),  # the Greek letter
-        ("t [\u00b5s]", 0, 20_000, 0.02),  # the micro sign
-        ("t [usec]", 0, 20_000, 0.02),
-        ("time_msec", 0, 20, 0.02),
-        ("elapsed [min]", 0, 0.5, 30),
-        ("time [h]", 0, 0.01, 36),
-        ("timestamp_us", 0, 20_000, 0.02),
-        ("millis", 0, 20, 0.02),
-        ("TimeUS", 0, 20_000, 0.02),  # ArduPilot's
-        ("stamp", 1_700_000_000_000, 20, 0.02),  # a date in ms, us, ns: nothing else is as large
-        ("stamp", 1_700_000_000_000_000, 20_000, 0.02),
-        ("%time", 1_700_000_000_000_000_000, 20_000_000, 0.02),
-        ("time", 0, 20, 20),
-    ],
-)
-def test_times_are_seconds_whatever_their_unit(
-    file: Path, header: str, first: float, step: float, seconds: float
-) -> None:
-    rows = "".join(f"{first + i * step!r},1,2,3\n" for i in range(3))
-    t = read_demands(written(file, f"{header},surge,sway,yaw\n{rows}"), DOF).t
-    assert t is not None
-    np.testing.assert_allclose(np.diff(t), seconds, rtol=1e-4)
-
-
-@pytest.mark.parametrize("head", ["time [UTC],surge,sway,yaw", "time,surge,sway,yaw\nUTC,N,N,Nm"])
-def test_a_time_in_a_unit_that_is_none_is_said(file: Path, head: str) -> None:
-    t, _, said, *_ = read_demands(written(file, f"{head}\n10:00:01,1,2,3\n"), DOF)
-    assert t is None
-    assert re.search(r"no time: the unit of 'time .*UTC.*' is none of s, sec, ms", said)
-
-
-@pytest.mark.parametrize(("whole", "rest"), [("stamp.sec", "stamp.nanosec"), ("stamp_secs", "stamp_nsecs")])
-def test_a_ros_stamp_s_two_columns_are_one_time(file: Path, whole: str, rest: str) -> None:
-    rows = "".join(f"{1_700_000_000 + i // 20},{i % 20 * 50_000_000},1,2,3\n" for i in range(45))
-    t, _, said, *_ = read_demands(written(file, f"{whole},{rest},surge,sway,yaw\n{rows}"), DOF)
-    assert t is not None
-    np.testing.assert_allclose(t, 0.05 * np.arange(45), atol=1e-6)
-    assert said == f"demands.csv: t from '{whole}' and '{rest}'"
-
-
 def test_times_that_mostly_stand_still_are_doubted(file: Path) -> None:
     rows = "".join(f"{1_700_000_000 + i // 20},1,2,3\n" for i in range(45))
     doubt = read_log(written(file, f"time,surge,sway,yaw\n{rows}"), DOF).doubt
@@ -212,15 +147,6 @@ def test_rows_that_are_the_row_before_once_more_are_doubted(file: Path) -> None:
     assert doubt == "demands.csv: 2 rows are the row before once more, its time too, and count twice"
     standing = "".join(f"{0.1 * i:g},5,0,0\n" for i in range(6))
     assert read_demands(written(file, f"t,surge,sway,yaw\n{standing}"), DOF).doubt == ""
-
-
-def test_columns_that_can_t_be_guessed_are_named_by_the_user(file: Path) -> None:
-    written(file, "when,a,b,c [kNm],t\n0,1,2,3,9\n20,1,2,3,8\n")
-    columns = parse_columns("surge=a,sway=b [kN],yaw=c [kNm],t=when [ms]")
-    t, taus, *_ = read_demands(file, DOF, columns)
-    np.testing.assert_allclose(taus[0], [1, 2000, 3000])
-    assert t is not None
-    np.testing.assert_allclose(t, [0, 0.02])
 
 
 @pytest.mark.parametrize(
@@ -249,15 +175,6 @@ def test_what_could_be_misread_is_refused(file: Path, text: str, columns: str, s
     written(file, text)
     message = refused(lambda: read_demands(file, DOF, parse_columns(columns)), file)
     assert says in message
-
-
-@pytest.mark.parametrize("text", ["surge", "surge=", "=fx", "depth=z", "surge=fx,depth=z,"])
-def test_a_mapping_that_is_none_is_refused(text: str) -> None:
-    if text.startswith("surge=fx"):
-        assert parse_columns(text) == {"surge": "fx,depth=z,"}  # a column's name may hold commas
-        return
-    with pytest.raises(DemandError, match=r"write DOF=COLUMN"):
-        parse_columns(text)
 
 
 def test_a_frame_turns_a_table_and_a_topic_of_a_table_is_refused(file: Path) -> None:

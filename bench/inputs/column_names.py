@@ -1,0 +1,52 @@
+"""Which quantity a column's name says, as loggers write it."""
+
+import re
+
+from bench.inputs.units import FORCE, MOMENT, TIME
+
+SELF_UNIT = {"millis": 1e-3, "micros": 1e-6, "timems": 1e-3, "timeus": 1e-6}
+"""Names of a time that say its unit."""
+WORDS: dict[str, tuple[str, ...]] = {
+    "surge": ("surge", "fx", "forcex", "taux"),
+    "sway": ("sway", "fy", "forcey", "tauy"),
+    "heave": ("heave", "fz", "forcez", "tauz"),
+    "roll": ("roll", "mx", "torquex", "momentx", "tauk"),
+    "pitch": ("pitch", "my", "torquey", "momenty", "taum"),
+    "yaw": ("yaw", "mz", "torquez", "momentz", "taun"),
+    TIME: ("t", "time", "timestamp", "stamp", "sec", "secs", "seconds", "elapsed", *SELF_UNIT),
+}
+"""Names of each quantity, without case and signs: the last word of a column's name, or its last two."""
+MEANT = {"cmd", "command", "des", "desired", "ref", "reference", "setpoint", "sp", "demand", "demanded", "d"}
+"""Words behind a name that say no more than that it is a demand."""
+OTHER = {
+    *("neg", "negative", "minus", "inv", "inverse", "inverted", "opp", "opposite", "reverse", "reversed"),
+    *("no", "not", "non", "anti", "flipped", "plus", "pos", "positive"),
+    *("port", "starboard", "stbd", "left", "right", "bow", "stern", "fore", "aft", "front", "rear"),
+    *("min", "max", "minimum", "maximum", "lower", "upper", "limit", "peak", "avail", "available"),
+    *("pct", "percent", "share", "norm", "normalised", "normalized", "rel", "relative"),
+    *("err", "error", "std", "var", "cov"),
+    *(unit.lower() for unit in (*FORCE, *MOMENT)),
+}
+"""Words before a DOF's name that make it another thing: its opposite, one side's, a bound, a share, or a
+force in a unit that no bracket says."""
+MOTION = {
+    *("imu", "ahrs", "attitude", "angle", "orientation", "euler", "rpy", "pose", "position", "odom", "gps"),
+    *("vel", "velocity", "speed", "rate", "gyro", "acc", "accel", "acceleration", "deg", "rad"),
+}
+"""Words before a DOF's own name by which it is no wrench; a torque is one, whatever stands before it."""
+_DASH = r"[\u2010-\u2015\ufe58\ufe63\uff0d-]"
+_MINUS = re.compile(rf"\u2212|(?<![^\W_]){_DASH}|{_DASH}(?![^\W_])")
+"""A minus, or a dash that does not stand between letters as in ``tau-x``."""
+
+
+def says(name: str, quantity: str) -> bool:
+    """Whether a column's name, without a unit behind it, says a DOF or the time, and nothing else."""
+    if _MINUS.search(name):  # the opposite, which nothing here turns
+        return False
+    words = [word for word in re.split(r"[^a-z0-9]+", name.lower()) if word]
+    while len(words) > 1 and words[-1] in MEANT:
+        words.pop()
+    if not words or not {words[-1], "".join(words[-2:])} & set(WORDS[quantity]):
+        return False
+    another = OTHER | MOTION if words[-1] == quantity else OTHER
+    return quantity == TIME or not ("%" in name or another & set(words[:-1]))
