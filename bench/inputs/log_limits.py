@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -9,11 +10,19 @@ import numpy as np
 from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
+from alloc.vehicle.geometry import DOF
 from alloc.vehicle.limits import VoltageTable
 from bench.inputs.columns import VOLTS
+from bench.inputs.units import FORCE
 
 _LIMIT = re.compile(r"f(?P<thruster>\d+)_(?P<side>min|max)")
-_ALIKE = re.compile(r"f(\d+(min|max)|(min|max)\d+)n?")
+_SIDES = {"min", "max", "minimum", "maximum", "lower", "upper", "lb", "ub"}
+_FORCES = {"f", "force", "thrust", "thruster", "limit", "lim"}
+_MEASURED = {
+    *("x", "y", "z", *DOF),
+    *("depth", "temp", "temperature", "speed", "rpm", "current", "power", "voltage"),
+}
+"""Words of a column that is about something else than how much a thruster may push."""
 _WITH_UNIT = re.compile(
     r"(?P<name>\S.*?)\s*[\[(]\s*(?P<unit>[^\])]*?)\s*[\])]|(?P<before>.+_(?:min|max)|volts)_(?P<suffix>[a-z]+)",
     re.IGNORECASE,
@@ -29,8 +38,8 @@ def limit_columns(
 
     A column may also name one of the ``thrusters``: ``bow port_min`` is ``f0_min`` where that is the first.
     ``volts`` is the name of the column that holds these, where it is another.
-    Raises DemandError for one twice, in another unit, or spelt like ``f_max3``: limits that are left out
-    give thrusts beyond them.
+    Raises DemandError for one twice, in another unit, or spelt like ``f_max3`` or ``Bow Port max``: limits
+    that are left out give thrusts beyond them.
     """
     found: dict[str, int] = {}
     places = {f"{name}_{side}": f"f{i}_{side}" for i, name in enumerate(thrusters) for side in ("min", "max")}
@@ -39,8 +48,13 @@ def limit_columns(
         said = (match["name"] or match["before"]) if match else column.strip()
         name = places.get(said) or said.lower()
         if name != VOLTS and not _LIMIT.fullmatch(name):
-            if _ALIKE.fullmatch(re.sub(r"[^a-z0-9]", "", column.lower())):
-                raise DemandError(f"{place}: {column!r} looks like a limit; write those as f0_min, f0_max")
+            # What stands behind the side may be no unit: thruster_max_temp.
+            whole = match is not None and match["suffix"] not in (None, *FORCE)
+            if _looks_like_a_limit(column if whole else said, thrusters):
+                named = "".join(f", or {name}_min" for name in thrusters[:1] if name)
+                raise DemandError(
+                    f"{place}: {column!r} looks like a limit; write those as f0_min, f0_max{named}"
+                )
             continue
         unit = (match["unit"] or match["suffix"]) if match else ""
         if unit and unit != ("V" if name == VOLTS else "N"):
@@ -53,6 +67,21 @@ def limit_columns(
             raise DemandError(f"{place}: no column {volts[:40]!r}, or several, for volts; name one there is")
         found[VOLTS] = header.index(volts)
     return found
+
+
+def _looks_like_a_limit(name: str, thrusters: Sequence[str]) -> bool:
+    """Whether a name has a side, min or max, beside a thruster's name or a word for its force."""
+    squeezed = _squeezed(name)
+    for thruster in filter(None, map(_squeezed, thrusters)):
+        if any(squeezed in (thruster + side, side + thruster) for side in _SIDES):
+            return True
+    words = re.findall(r"[a-z]+", re.sub(r"\bf(?=min|max)", "f ", re.sub(r"[\d_]+", " ", name.lower())))
+    beside = any(_SIDES & {*pair} and _FORCES & {*pair} for pair in pairwise(words))
+    return beside and not _MEASURED & set(words)
+
+
+def _squeezed(name: str) -> str:
+    return re.sub(r"[\W_]", "", name.lower())
 
 
 def like_volts(header: Sequence[str]) -> str:

@@ -116,6 +116,34 @@ def test_limits_that_can_not_be_are_refused_with_their_place(
     assert re.search(message, refused(lambda: limits(path), path))
 
 
+@pytest.mark.parametrize(
+    "column",
+    [
+        *("Bow Port_max", "bow-port max", "BOWPORT_MAX", "max_bow port", "bow port maximum", "stern_Min [N]"),
+        *("f_max", "fmax", "f0_maximum", "thruster0_max", "max thrust 0", "Thruster 2 upper", "lb_f3"),
+        *("limit_max", "force_limit_min", "f0max", "bow_port_max_N"),
+    ],
+)
+def test_what_looks_like_a_limit_is_refused_with_the_names_that_limits_have(
+    tmp_path: Path, column: str
+) -> None:
+    """They were left out with a word, and thrusts went beyond them."""
+    path = written(tmp_path, f"{AXES},{column}", "1,0,0,0,0,0,5")
+    message = refused(lambda: read_demands(path, HEAVY.dof, thrusters=("bow port", "stern")), path)
+    assert message.endswith(
+        f"line 1: {column!r} looks like a limit; write those as f0_min, f0_max, or bow port_min"
+    )
+
+
+@pytest.mark.parametrize(
+    "column",
+    ["depth_max", "vmax_temp", "max_force_x", "thruster_max_temp", "bow port", "maxwell", "limit", "max"],
+)
+def test_a_bound_of_something_else_is_left_out_with_a_word(tmp_path: Path, column: str) -> None:
+    path = written(tmp_path, f"{AXES},{column}", "1,0,0,0,0,0,5")
+    assert f"left out: {column}" in read_demands(path, HEAVY.dof, thrusters=("bow port",)).said
+
+
 @pytest.mark.parametrize("column", ["F0_MAX", "f0_max [ N ]", "f0_max_N", "f0_max(N)"])
 def test_a_limit_is_one_however_its_name_and_unit_are_written(tmp_path: Path, column: str) -> None:
     """A column that was left out left thrusts beyond it."""
