@@ -14,6 +14,8 @@ from alloc.vehicle.limits import Slew, VoltageTable, check_slew, check_table
 ARRAYS = ("T", "H", "f_min", "f_max", "readiness", "slack_weights")
 LARGEST, SMALLEST = 1e15, 1e-9
 """Bounds on the sizes in a vehicle [N, m]; between them no product over- or underflows."""
+SINGULAR = 1e-12
+"""Share of the largest eigenvalue of H up to which rounding in T H^-1 T' hides another, as if it were 0."""
 
 
 def checked_array(name: str, key: str, given: ArrayLike) -> FloatArray:
@@ -63,11 +65,10 @@ def check_values(name: str, names: Sequence[str], arrays: Mapping[str, FloatArra
             f"{name}: f_min and f_max are all 0; give what the thrusters can push [N]", "f_max"
         )
     sizes = np.linalg.eigvalsh(H)
-    # Asymmetry is relative to sqrt(H_ii H_jj), the bound of |H_ij|, so that rounding in H passes. An
-    # eigenvalue 1e-12 of the largest can't be told from zero in T H^-1 T' because of rounding.
+    # Asymmetry is relative to sqrt(H_ii H_jj), the bound of |H_ij|, so that rounding in H passes.
     diagonal = np.sqrt(np.abs(np.diag(H)))
     lopsided = (np.abs(H - H.T) > 1e-12 * np.outer(diagonal, diagonal)).any()
-    if lopsided or sizes.min() <= 1e-12 * sizes.max():
+    if lopsided or sizes.min() <= SINGULAR * sizes.max():
         raise VehicleError(f"{name}: H (or weights) must be symmetric positive definite (eq. 4)", "H")
     if ((readiness < 0) | (readiness > 1)).any():
         raise VehicleError(f"{name}: readiness must lie between 0 (off) and 1 (ready)")

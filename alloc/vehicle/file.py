@@ -7,7 +7,9 @@ import numpy as np
 from alloc.allocation import FloatArray
 from alloc.errors import VehicleError
 from alloc.vehicle import Vehicle
+from alloc.vehicle.checks import SINGULAR
 from alloc.vehicle.columns import refusals
+from alloc.vehicle.curve import LARGEST_COMMAND
 from alloc.vehicle.esc_file import escs, limits_of, table_of
 from alloc.vehicle.geometry import DOF, contradictions, planar_matrix, pose_matrix
 from alloc.vehicle.keys import Numbers, Planar, Rates, VehicleFile
@@ -102,6 +104,12 @@ def vehicle_with(keys: VehicleFile, T: FloatArray) -> Vehicle:
         )
     if any(not weight > 0 for weight in keys.weights or ()):
         raise VehicleError("weights: give numbers above 0, so that each thrust has a price", "weights")
+    if keys.weights and min(keys.weights) <= SINGULAR * max(keys.weights):
+        raise VehicleError(
+            f"weights: {min(keys.weights):g} is as good as 0 beside {max(keys.weights):g}; give numbers"
+            " nearer to each other",
+            "weights",
+        )
     H = np.diag(keys.weights or [1.0] * n) if keys.H is None else _rectangular("H", keys.H)
     names = _names(keys)
     f_min, f_max = (_said(keys, key, n) for key in ("f_min", "f_max"))
@@ -158,9 +166,9 @@ def _by_volts(table: dict[str, tuple[float | Numbers, float | Numbers]], n: int)
         try:
             volts.append(float(text))
         except ValueError:
-            raise VehicleError(
-                f"volts: {text[:40]!r} is no voltage; give a number of volts", "volts"
-            ) from None
+            volts.append(np.nan)
+        if not 0 < volts[-1] < LARGEST_COMMAND:
+            raise VehicleError(f"volts: {text[:40]!r} is no voltage; give a number of volts", "volts")
     sides = [[_per_thruster(limits[side], n) for limits in table.values()] for side in (0, 1)]
     if any(limit.shape != (n,) for side in sides for limit in side):
         raise VehicleError(f"volts: give one limit for all, or one for each of {n} thrusters", "volts")
