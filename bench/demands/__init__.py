@@ -33,6 +33,10 @@ COUNT = 1000
 """Demands in a set by default: enough for a p99 with its interval; a p99.9 comes from several passes."""
 
 
+ATTAINED = 1 - 1e-9
+"""alpha* from which a demand counts as one that can be met: 1 but for rounding. The labels' band is wider."""
+
+
 class Within(NamedTuple):
     """Demands with the limits of the call that each is made in.
 
@@ -82,6 +86,11 @@ class DemandSet:
     gaps: tuple[int, ...] = ()
     f_min: FloatArray | None = None
     f_max: FloatArray | None = None
+
+    @property
+    def unmet(self) -> BoolArray:
+        """(N,) whether each demand can't be met."""
+        return _unmet(self.labels, self.alpha)
 
     @property
     def limits(self) -> tuple[FloatArray, FloatArray]:
@@ -180,7 +189,8 @@ def _from_file(path: Path, vehicle: Vehicle, n: int | None, options: "LogOptions
 
     log = log_for(vehicle, path, options)
     low, high = limits_in(path, log.columns, vehicle)
-    unmet = np.equal(label(vehicle, log.taus, f_min=low, f_max=high).label, Label.INFEASIBLE)
+    margins = label(vehicle, log.taus, f_min=low, f_max=high)
+    unmet = _unmet(margins.label, margins.alpha)
     low, high = (None if side is None else side[:n] for side in (low, high))
     demands = labelled(path.stem, vehicle, np.array(log.taus[:n]), low, high, rate_hz=rate_hz(log.t))
     doubted = doubts(demands.name, vehicle.name, demands.alpha, demands.rate_hz)
@@ -196,6 +206,12 @@ def _from_file(path: Path, vehicle: Vehicle, n: int | None, options: "LogOptions
     )
 
 
+def _unmet(labels: NDArray[np.int8], alpha: FloatArray) -> BoolArray:
+    """Which demands can't be met: alpha* says it of those at the boundary too, labels of those too small."""
+    unmet: BoolArray = (alpha < ATTAINED) | (labels == Label.INFEASIBLE)
+    return unmet
+
+
 def longest(marked: BoolArray, gaps: Sequence[int] = ()) -> int:
     """The longest run of marked entries, one after another and none of ``gaps`` but the first."""
     apart = np.insert(marked, list(gaps), False)  # nobody knows what was between
@@ -208,4 +224,4 @@ def _stable(text: str) -> int:
     return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "little")
 
 
-__all__ = ["COUNT", "DemandSet", "Within", "build_demands", "labelled", "list_demands", "longest"]
+__all__ = ["ATTAINED", "COUNT", "DemandSet", "Within", "build_demands", "labelled", "list_demands", "longest"]

@@ -57,7 +57,7 @@ def summarise(demands: DemandSet, t: FloatArray | None) -> Summary:
         duration, gaps = float(t[-1] - t[0]), int(is_gap.sum())
         longest = float(steps[is_gap].max(initial=0.0))
     share = {label: float(held[demands.labels == label].sum() / held.sum()) for label in Label}
-    outside: BoolArray = np.equal(demands.labels, Label.INFEASIBLE)
+    outside = demands.unmet
     timed = duration is not None
     return Summary(
         n=len(demands.taus),

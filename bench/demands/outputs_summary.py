@@ -8,6 +8,7 @@ from alloc import Vehicle, alpha_max
 from alloc.allocation import BoolArray, FloatArray
 from alloc.reach.attainable import single_axis_maxima
 from alloc.vehicle.geometry import unit
+from bench.demands import ATTAINED
 from bench.demands.log_summary import aligned
 from bench.inputs.outputs import Outputs
 
@@ -112,7 +113,7 @@ def _undone(
     attainable: BoolArray = np.ones(len(asked), dtype=bool)
     share = np.nan
     if known.all():
-        attainable = alpha_max(vehicle, asked, low, high) >= 1.0
+        attainable = alpha_max(vehicle, asked, low, high) >= ATTAINED
         share = float(attainable.mean())
     lost = missed[attainable].mean(axis=0) if attainable.any() else np.zeros(len(axes))
     return Undone(axes, missed.mean(axis=0), missed.max(axis=0), share, lost)

@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from alloc import Label, load_vehicle
+from alloc import Label, Status, build, load_vehicle
+from alloc.reach.attainable import single_axis_maxima
 from bench.demands import build_demands, labelled, longest
 from bench.demands.log_summary import as_text, summarise
 from bench.inputs.logs import rate_hz
@@ -42,6 +43,25 @@ def test_a_stretch_does_not_last_over_a_gap(tmp_path: Path) -> None:
     taus = np.array([[force, 0.0, 0.0] for force in surge])
     summary = summarise(labelled("log", load_vehicle("ukwial"), taus), t)
     assert summary.longest_outside_s == pytest.approx(0.3)
+
+
+def test_what_a_log_asks_too_much_is_what_a_method_refuses_of_it(tmp_path: Path) -> None:
+    """Demands within the boundary's band were refused, and neither the summary nor a run told of them."""
+    vehicle = load_vehicle("ukwial")
+    shares = np.array([0.9, 1.0005, 1.0005, 0.9995, 1.0, 1.1])
+    taus = shares[:, None] * [single_axis_maxima(vehicle)[1][0], 0, 0]
+    t = np.arange(6) / 10
+    table = np.column_stack([t, taus]).tolist()
+    rows = "".join(",".join(map(repr, row)) + "\n" for row in table)
+    (tmp_path / "edge.csv").write_text(f"t,surge,sway,yaw\n{rows}")
+    demands = build_demands(tmp_path / "edge.csv", vehicle, 0)
+    allocate = build("nullspace", vehicle)
+    refused = [allocate(tau).status != Status.SOLVED for tau in taus]
+    assert refused == (shares > 1).tolist() == demands.unmet.tolist()
+    assert (demands.beyond, demands.beyond_longest) == (3, 2)
+    summary = summarise(demands, t)
+    assert summary.outside_s == pytest.approx(0.3)
+    assert summary.longest_outside_s == pytest.approx(0.2)
 
 
 def test_the_summary_of_a_log_without_times_counts_demands() -> None:
