@@ -18,6 +18,7 @@ UNITS = {*FORCE, *MOMENT, *SECONDS, "N m", "N·m", "N*m", "µs", "%"}
 COMMENT = ("#", "%", "//")
 NAMES = {",": "commas", ";": "semicolons", "\t": "tabs", " ": "blanks"}
 MARKS = {",": "comma", ".": "point"}
+_TOLD = re.compile(r"sep=([,;\t])[ \r]*$", re.IGNORECASE | re.MULTILINE)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?", re.ASCII)
 
 
@@ -74,11 +75,14 @@ class Cells:
 def read_table(path: Path) -> Cells:
     """The header of a file and an iterator over its rows; raises FileError where it is no such table.
 
-    Lines that begin with ``#``, ``%`` or ``//`` are comments, but for a line of units below the header. The
-    last one is the header where the line below it is of numbers alone, and as long.
+    A first line ``sep=;``, as spreadsheets write it, says the separator. Lines that begin with ``#``, ``%``
+    or ``//`` are comments, but for a line of units below the header. The last one is the header where the
+    line below it is of numbers alone, and as long.
     """
     text = read_text(path)
     lines = list(io.StringIO(text, newline=""))
+    if told := _TOLD.match(text):
+        lines[0] = "\n"
     kept = ["\n" if line.lstrip().startswith(COMMENT) else line for line in lines]
     first = next((i for i, line in enumerate(kept) if line.strip()), None)
     if first is None:
@@ -86,7 +90,7 @@ def read_table(path: Path) -> Cells:
     if lines[first + 1 :] and _are_shares(lines[first + 1], kept[first]):
         kept[first + 1] = lines[first + 1]
     below = next((line for line in kept[first + 1 :] if line.strip()), "")
-    separator = _separator(kept[first], below)
+    separator = told[1] if told else _separator(kept[first], below)
     if all(numeric(cell) for cell in _cells(kept[first], separator)):
         above = next((i for i in reversed(range(first)) if lines[i].strip()), None)
         if above is not None:

@@ -63,6 +63,7 @@ def test_spellings_of_one_csv_give_the_same_demand(file: Path, text: str) -> Non
         ("\n\n", "the file is empty"),
         ("surge,sway,yaw\n", "holds no demands"),
         ("surge\tsway\tyaw\n", "holds no demands"),
+        ("sep=;\n", "line 1: the file is empty; give a header"),
         ("1,2,3\n4,5,6\n", "line 1: no column 'surge' among 1, 2, 3; name it there, or as in --columns"),
         ("surge,sway\n1,2\n", "line 1: no column 'yaw'"),
         ("surge,sway,yaw,yaw\n1,2,3,4\n", "line 1: 'yaw' stands twice; rename one"),
@@ -97,6 +98,7 @@ def test_a_bad_file_is_refused_in_one_line(file: Path, text: str | bytes, says: 
 
 AS_LOGGED = {
     "semicolons and decimal commas": "surge;sway;yaw\n1,5;-2;1e-5\n",
+    "a separator on a line of its own": "sep=;\r\nsurge;sway;yaw\r\n1,5;-2;1e-5\r\n",
     "tabs": "surge\tsway\tyaw\n1.5\t-2\t1e-5\n",
     "blanks": "surge  sway yaw\n 1.5  -2  1e-5\n",
     "case and other columns": "mode,Surge,SWAY,battery,Yaw\nAUTO,1.5,-2,16.1,1e-5\n",
