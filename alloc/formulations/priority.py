@@ -3,7 +3,8 @@
 The axes of the vehicle's first level go towards the demand while the others stay at rest, then those of the
 second level from where the first stopped, and so on. An attainable demand may be met in part: what the axes
 of one level ask for alone can be out of reach although all together are not, and a level that others follow
-leaves one per cent of its way to the edge. The field calls such rules prioritized allocation.
+leaves one per cent of its way to the edge. Where a failure takes a direction away, other axes may go along
+(``alloc.reach.levels.OWN``). The field calls such rules prioritized allocation.
 """
 
 from alloc.formulations import EXACT_METHODS, Family, Formulation, end_of

@@ -90,7 +90,8 @@ int tb_levels(struct tb_allocator *a, const int *level);
 /* The calls: tau (k) [N, N m]; f_min, f_max (n) the limits of this call [N], NULL: the vehicle's; f (n) [N].
  *
  *   TB_SOLVED         f makes tau, inside the limits
- *   TB_PARTIAL        f lies inside the limits and makes a part of tau; share says how much (not tb_nullspace)
+ *   TB_PARTIAL        f lies inside the limits and makes a part of tau (not tb_nullspace); share says how much, of each
+ *                     level, and leaves out what no working thruster pushes
  *   TB_INFEASIBLE     no f inside the limits makes tau (tb_nullspace), or limits cross; f is left alone
  *   TB_NOT_CONVERGED  see above (tb_nullspace)
  *   TB_NOT_FINITE     tau or a limit is NaN, infinite, or too large to add up; f is left alone

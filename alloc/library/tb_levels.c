@@ -2,6 +2,7 @@
 #include "tb_internal.h"
 
 #define KEEP TB_R(0.99) /* a level that others follow stops at this share of the way to the edge */
+#define OWN TB_R(0.3)   /* of a direction's length, the share on a level's axes above which it is the level's own */
 #define INSET TB_R(0.05) /* where limits exclude zero, a start lies this share of their width inside */
 
 int tb_levels(struct tb_allocator *a, const int *level)
@@ -31,7 +32,7 @@ int tb_levels(struct tb_allocator *a, const int *level)
 /* The step of a level is its columns of `step` times what is missing.
  *
  * Where the thrusters push every direction `step` is 1. Else, with F an orthonormal basis of what they push and earlier
- * levels leave, and S the rows of the level, it is F (S F)+: nearest on the level's axes, least on those of later ones.
+ * levels leave, and S the rows of the level, it is F (S F)+ in the level's own directions: nearest on the level's axes.
  */
 void tb_find_steps(struct tb_allocator *a)
 {
@@ -59,7 +60,7 @@ void tb_find_steps(struct tb_allocator *a)
             }
         }
         tb_orthogonal(left, size, S, U);
-        /* F turned as S is: rows whose part on the level is zero are left for later levels. */
+        /* F turned as S is: rows of which too little lies on the level are left for later levels. */
         for (int r = 0; r < a->k; r++) {
             kept = 0;
             for (int j = 0; j < left; j++) {
@@ -70,7 +71,7 @@ void tb_find_steps(struct tb_allocator *a)
             }
             for (int j = 0; j < left; j++) {
                 const tb_real square = tb_product(S[j], S[j], size);
-                if (!(square > TB_RANK * TB_RANK)) {
+                if (!(square > OWN * OWN)) {
                     F[kept++][r] = turned[j];
                     continue;
                 }

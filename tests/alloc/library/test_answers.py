@@ -11,6 +11,7 @@ from alloc.allocation import FloatArray
 from alloc.formulations import find_formulation
 from alloc.library import calls
 from bench.demands.near_degenerate import edge_demands, made_by_few, numbered
+from tests.coupled import coupled
 from tests.library import Allocator
 
 CLOSE = 1e-9
@@ -150,6 +151,20 @@ def test_a_second_level_is_asked_from_where_the_first_stopped_also_where_a_direc
             one, (status, f, share) = expected(tau), library("priority", tau)
             assert status == one.status
             np.testing.assert_allclose(f, one.f, rtol=0, atol=CLOSE * case.f_scale)
+            np.testing.assert_allclose(share, one.share, rtol=0, atol=CLOSE)
+
+
+def test_a_direction_that_lies_little_on_a_level_s_axes_is_left_for_later_levels_as_in_python(
+    rng: np.random.Generator,
+) -> None:
+    for _ in range(50):
+        vehicle = coupled(rng)
+        library, expected = Allocator(vehicle), build("priority", vehicle)
+        for axis in [*np.eye(6), *rng.uniform(-1.0, 1.0, (10, 6))]:
+            tau = axis * vehicle.wrench_scale
+            one, (status, f, share) = expected(tau), library("priority", tau)
+            assert status == one.status
+            np.testing.assert_allclose(f, one.f, rtol=0, atol=CLOSE * vehicle.f_scale)
             np.testing.assert_allclose(share, one.share, rtol=0, atol=CLOSE)
 
 

@@ -131,7 +131,10 @@ def lost_rank() -> list[Vehicle]:
 
 
 def test_where_a_direction_is_lost_a_step_comes_as_near_as_it_can_and_leaves_earlier_axes_alone() -> None:
-    """The least squares of each level, worked out again by a null space of the levels before it."""
+    """The least squares of each level, worked out again by a null space of the levels before it.
+
+    No direction of these vehicles lies on a level's axes by a little, which would leave it to later levels.
+    """
     assert lost_rank()
     for vehicle in lost_rank():
         levels = [vehicle.dof[2:], vehicle.dof[:1], vehicle.dof[1:2]]
