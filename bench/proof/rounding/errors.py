@@ -177,8 +177,8 @@ class Errors(Arithmetic):
         """What is ``other`` less something where a condition holds, so that it moves by no more than that."""
         found = self._under(less, condition, True, {})
         if not found:
-            return self.values[other]
-        whole, part = self._plain(self.values[other]), _union(found)
+            return self._number(other)
+        whole, part = self._plain(self._number(other)), _union(found)
         low, high = min(0.0, -part.high), max(0.0, -part.low)
         jump = self._jump(condition, less, None) if self._flips else 0.0
         value = self._rounded(Value(whole.low + low, whole.high + high, whole.error + part.error))

@@ -94,6 +94,15 @@ def test_where_rounding_turns_a_branch_the_wider_bound_holds() -> None:
     assert 49.0 < off[turns].max() <= turned
 
 
+def test_where_what_a_branch_lessens_has_no_bound_the_reason_is_given() -> None:
+    builder = Builder(vehicle := load_vehicle("ukwial"))
+    surge, sway = builder.tau[:2]
+    other = surge / sway
+    program = builder.program([select(surge > 1.0, other - surge, other)], Status.SOLVED)
+    with pytest.raises(NotRead, match="a division by what may be zero"):
+        Errors(program, vehicle, "double").bound()
+
+
 def test_a_verdict_differs_within_the_band_only() -> None:
     """Demands of alpha* = 1 - 2 band are refused, and those of 1 + 2 band answered, each one."""
     vehicle = load_vehicle("ukwial")
