@@ -17,13 +17,14 @@ from alloc.c.esc_tables import CELLS, REACH, Tables, tables
 from alloc.c.helpers import FAST_MATH, called, definitions
 from alloc.c.license import IN_C
 from alloc.program import Scalar
+from alloc.vehicle import esc
 
 STATES = {"CUT": 1, "UNKNOWN": 2}
 """What a call notes of its thrusts: some is not made, some is no number."""
 TINY = 1e-30
 """Keeps a piece of the curve that does not rise from a division by zero; no other is changed by it [N]."""
-SPARE: dict[Scalar, float] = {"double": 1e-14, "float": 1e-6}
-"""What a thrust may lie beyond a limit by because of rounding, relative to the largest [-]."""
+SPARE: dict[Scalar, float] = {"double": esc.SPARE, "float": 1e-6}
+"""``alloc.vehicle.esc.SPARE``, and what rounding makes of it in float."""
 _FIXED = """\
 (void)now;
     return at[0];"""

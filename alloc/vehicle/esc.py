@@ -1,6 +1,5 @@
 """From thrusts to the commands of ESCs, and back: a measured curve, a dead band, and steps of the wire."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any, NamedTuple
@@ -9,12 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from alloc.allocation import BoolArray, FloatArray, IndexArray, StatusArray
-from alloc.errors import DemandError
 
 ROUNDING = 1e-6
 """Share of a step by which an end of the range may miss a whole step because of rounding [-]."""
-AT_ONCE = 2048
-"""Rows that are inverted together, so that a long log takes a few megabytes."""
+SPARE = 1e-14
+"""What a thrust may lie beyond a limit by because of rounding, relative to the largest of the curve [-].
+Limits at a voltage are interpolated between limits, thrusts between curves: the same number but for a few
+last bits of 2e-16 each, which must not cost a step."""
 
 
 class Made(IntEnum):
@@ -129,11 +129,12 @@ class Esc:
         """Commands, what they make [N] and a status for wishes f (N, m) [N], limits (N, m) [N] each.
 
         The wish is cut at the limits and at the ends of the curve, and the step is taken whose thrust is
-        nearest; where that lies beyond a limit, the next one within.
+        nearest; where that lies beyond a limit by more than rounding, the next one within.
         """
         curve, (first, last) = self.at(volts), self.ends
         known = np.isfinite(f)
         least, most = self.span(volts)
+        spare = SPARE * np.abs(self.curve).max()
         low, high = (np.clip(side, least[:, None], most[:, None]) for side in (f_min, f_max))
         asked = np.where(known, f, 0.0)
         wish = np.clip(asked, low, high)
@@ -154,17 +155,20 @@ class Esc:
         # Where no step lies within the limits, that of the smaller thrust is sent.
         outward = np.where(wish < 0, -1.0, 1.0)
         makes = outward * self._made(j, curve)
-        j = np.where(makes < np.where(wish < 0, -high, low), j + outward, j)
+        j = np.where(makes < np.where(wish < 0, -high, low) - spare, j + outward, j)
         makes = outward * self._made(j, curve)
-        j = np.clip(np.where(makes > np.where(wish < 0, -low, high), j - outward, j), first, last)
+        j = np.clip(np.where(makes > np.where(wish < 0, -low, high) + spare, j - outward, j), first, last)
         j = np.where((j > astern) & (j < ahead), 0.0, j)
         status = np.full(f.shape, int(Made.MADE), dtype=np.int8)
         status[inside] = Made.IN_DEAD_BAND
-        status[(asked < low) | (asked > high)] = Made.AT_END
+        status[(asked < low - spare) | (asked > high + spare)] = Made.AT_END
         status[self.outside(volts)] = Made.OUTSIDE_TABLE
         status[~known] = Made.NO_NUMBER
         j = np.where(known, j, 0.0)
-        return self.neutral + (-j if self.reversed else j) * self.step, self._made(j, curve), status
+        makes = self._made(j, curve)
+        held = np.clip(makes, low, high)
+        makes = np.where(np.abs(makes - held) <= spare, held, makes)
+        return self.neutral + (-j if self.reversed else j) * self.step, makes, status
 
     def _nearest(self, wish: FloatArray, curve: FloatArray) -> FloatArray:
         """The step (N, m) from neutral whose thrust is nearest to the wish (N, m).
@@ -200,49 +204,3 @@ class Esc:
         share = np.clip((f - below) / np.where(rise > 0, rise, 1.0), 0.0, 1.0)
         command: FloatArray = self.command[k - 1] + share * (self.command[k] - self.command[k - 1])
         return command
-
-
-def commands(
-    escs: Sequence[Esc], f: FloatArray, volts: FloatArray, f_min: FloatArray, f_max: FloatArray
-) -> Sent:
-    """What n ESCs are sent for f (N, n) [N] within limits (N, n) [N], each row at its voltage (N,) [V].
-
-    -inf stands for a voltage left out; raises DemandError where it is and an ESC's curve has several.
-    """
-    u, makes = np.empty(f.shape), np.empty(f.shape)
-    status = np.empty(f.shape, dtype=np.int8)
-    for esc, columns in _alike(escs):
-        at = _nominal(esc, volts)
-        for start in range(0, len(f), AT_ONCE):
-            rows = slice(start, start + AT_ONCE)
-            cell = np.ix_(np.arange(len(f))[rows], columns)
-            u[cell], makes[cell], status[cell] = esc.sent(f[cell], at[rows], f_min[cell], f_max[cell])
-    whole = all(esc.whole for esc in escs)
-    return Sent(np.rint(u).astype(np.int64) if whole else u, makes, status)
-
-
-def thrusts(escs: Sequence[Esc], u: FloatArray, volts: FloatArray) -> FloatArray:
-    """What commands u (N, n) make [N], each row at its voltage (N,) [V]; raises as ``commands``."""
-    f = np.empty(u.shape)
-    for esc, columns in _alike(escs):
-        f[:, columns] = esc.made(u[:, columns], _nominal(esc, volts))
-    return f
-
-
-def _alike(escs: Sequence[Esc]) -> list[tuple[Esc, IndexArray]]:
-    """Each ESC with the indices of the thrusters that share it."""
-    return [
-        (esc, np.array([i for i, other in enumerate(escs) if other is esc])) for esc in dict.fromkeys(escs)
-    ]
-
-
-def _nominal(esc: Esc, volts: FloatArray) -> FloatArray:
-    """The voltages (N,) [V], the nominal one where the call gives none, which is an array of -inf."""
-    if len(volts) and np.isneginf(volts[0]):
-        if np.isnan(esc.nominal) and len(esc.volts) > 1:
-            raise DemandError(
-                f"the ESC's curve has {esc.volts[0]:g} to {esc.volts[-1]:g} V; give volts,"
-                " or 'volts' in 'esc'"
-            )
-        return np.full(volts.shape, esc.volts[0] if np.isnan(esc.nominal) else esc.nominal)
-    return volts

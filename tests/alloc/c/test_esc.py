@@ -130,6 +130,26 @@ def test_any_bits_give_commands_within_the_range_and_thrusts_within_the_limits(t
         assert (made[~(low <= high)] == 0).all()
 
 
+def test_at_the_limits_of_any_voltage_python_and_c_send_the_same_ends(tmp_path: Path) -> None:
+    """Limits and curve are interpolated in another order, and a last bit between them decides nothing."""
+    ends = {12: (-27.459, 35.304), 14: (-33.343, 43.149), 16.8: (-41.188, 53.937)}
+    curve = {volts: [[1100, low], [1500, 0], [1900, high]] for volts, (low, high) in ends.items()}
+    of = vehicle(tmp_path, {**USUAL, "step": 2, "curve": curve}, f_min=-50)
+    files = generate(of, "clip", limits="call", esc=True)
+    units = {name: text for name, text in files.items() if "/" not in name and not name.endswith(".md")}
+    send = ctypes.CDLL(str(compiled.shared_library("esc_ends", units))).wired_clip_call_esc
+    pointer = np.ctypeslib.ndpointer(dtype=np.float64)
+    send.argtypes = [pointer] * 3 + [ctypes.c_double, np.ctypeslib.ndpointer(dtype=np.int16), pointer]
+    u, made = np.zeros(4, np.int16), np.zeros(4)
+    for volts in np.linspace(12.0, 16.8, 401):
+        low, high = of.limits(volts=volts)
+        for f, end in ((low, 1100), (high, 1900)):
+            send(f, low, high, volts, u, made)
+            sent = of.commands(f, volts, f_min=low, f_max=high)
+            assert set(u.tolist()) == set(sent.u.tolist()) == {end}
+            assert ((made >= low) & (made <= high) & (sent.f >= low) & (sent.f <= high)).all()
+
+
 def test_a_thruster_that_is_off_and_a_demand_that_is_not_met_are_neutral(tmp_path: Path) -> None:
     of = vehicle(tmp_path, USUAL)
     files = generate(of, "nullspace", esc=True)

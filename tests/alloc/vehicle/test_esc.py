@@ -12,7 +12,7 @@ from alloc import Vehicle, load_vehicle
 from alloc.errors import AllocError, DemandError, FileError, VehicleError
 from alloc.vehicle.curve import GRAVITY, monotone, read_curve, shipped_curves
 from alloc.vehicle.esc import Esc, Made
-from alloc.vehicle.esc_file import escs
+from alloc.vehicle.esc_file import escs, table_of
 from alloc.vehicle.keys import EscKeys
 
 HEAVY = "bluerov2-heavy"
@@ -102,6 +102,21 @@ def test_nothing_made_lies_beyond_limits_that_allow_neutral(
     assert -astern <= makes <= ahead
     if not -astern <= f <= ahead:
         assert status in (Made.AT_END, Made.OUTSIDE_TABLE)
+
+
+@given(curves(), st.floats(12, 16), st.booleans())
+def test_the_limit_at_a_voltage_is_made_by_the_end_of_the_range(esc: Esc, volts: float, ahead: bool) -> None:
+    """Both are interpolated, in another order: a last bit between them costs no step."""
+    table = table_of([esc])
+    assume(table is not None and volts <= table.volts[-1])
+    assert table is not None
+    low, high = (float(side[0, 0]) for side in table.between(np.array([volts])))
+    end = esc.ends[ahead] * esc.step
+    for far in (1.0, 2.0):
+        u, makes, status = wired(esc, far * (high if ahead else low), volts, low, high)
+        assert u == esc.neutral + (-end if esc.reversed else end)
+        assert low <= makes <= high
+        assert status is (Made.MADE if far == 1.0 else Made.AT_END)
 
 
 @given(curves(), st.integers(-400, 400))
