@@ -9,6 +9,7 @@ from pycparser import c_ast, c_parser
 from pycparser.c_parser import ParseError
 
 from alloc.c.compiled import compiler
+from alloc.c.statements import STATUSES
 from alloc.files.textfile import write_folder
 from bench.chips.toolchain import ToolError
 from bench.proof import tools
@@ -64,15 +65,29 @@ def read(of: Subject) -> Unit:
     """The kernel's C, parsed; raises NotRead, ToolError without a compiler."""
     text = _parsed(of)
     functions = {node.decl.name: node for node in text.ext if isinstance(node, c_ast.FuncDef)}
-    entry = functions[of.name].body.block_items[0]
-    if not isinstance(entry, c_ast.Switch):
-        raise NotRead("a function that does not begin with a switch over faults")
-    cases = {
-        int(literal(case.expr)): case.stmts[0].expr
-        for case in entry.stmt.block_items
-        if isinstance(case, c_ast.Case)
-    }
-    return Unit(text, functions, cases)
+    return Unit(text, functions, _cases(functions[of.name].body.block_items))
+
+
+def _cases(entry: list[Any]) -> dict[int, c_ast.FuncCall]:
+    """The call that answers for each fault; raises NotRead where there is more than a switch over them."""
+    match entry:
+        case [c_ast.Switch(cond=c_ast.ID(name="fault"), stmt=c_ast.Compound(block_items=[*cases, other]))]:
+            pass
+        case _:
+            raise NotRead("a function that is no switch over fault alone")
+    match other:
+        case c_ast.Default(stmts=[c_ast.Return(expr=c_ast.ID(name=status))]) if status == STATUSES[-1]:
+            pass
+        case _:
+            raise NotRead(f"a switch that does not end with {STATUSES[-1]} for all other faults")
+    found: dict[int, c_ast.FuncCall] = {}
+    for case in cases:
+        match case:
+            case c_ast.Case(stmts=[c_ast.Return(expr=c_ast.FuncCall() as call)]):
+                found[int(literal(case.expr))] = call
+            case _:
+                raise NotRead("a case of a fault that does not return what one call does")
+    return found
 
 
 def _parsed(of: Subject) -> c_ast.FileAST:
@@ -104,13 +119,19 @@ def table(node: Any) -> Any:
 
 
 def _varies(node: Any) -> bool:
-    """Whether this declares a variable that is not constant."""
+    """Whether this declares a variable that is no constant number, or array of them.
+
+    What a pointer points at may change, however constant the pointer is.
+    """
     if not isinstance(node, c_ast.Decl) or isinstance(node.type, c_ast.FuncDecl | c_ast.Enum):
         return False
     of = node.type
     while isinstance(of, c_ast.ArrayDecl):
         of = of.type
-    return "const" not in getattr(of, "quals", [])
+    match of:
+        case c_ast.TypeDecl(quals=quals, type=c_ast.IdentifierType(names=["int" | "float" | "double"])):
+            return "const" not in quals
+    return True
 
 
 def loops(function: c_ast.FuncDef) -> bool:

@@ -11,7 +11,8 @@ from pycparser import c_ast
 
 from alloc.program import Graph, Node, Program, Scalar
 from bench.proof.not_read import NotRead
-from bench.proof.parsed import literal, loops, read, table
+from bench.proof.number_types import constants, held
+from bench.proof.parsed import literal, loops, read
 from bench.proof.subject import Subject
 
 
@@ -28,7 +29,13 @@ def programs(of: Subject) -> dict[int, Program]:
 _BINARY = {"+": "add", "-": "sub", "*": "mul", "/": "div", "<": "lt", "<=": "le", ">": "gt", ">=": "ge"}
 _BINARY |= {"==": "eq", "!=": "ne", "&&": "and", "||": "or", "&": "and", "|": "or"}
 _UNARY = {"-": "neg", "!": "not"}
-_TRUTHS = {"lt", "le", "gt", "ge", "eq", "ne", "and", "or", "not"}
+
+
+def _declare(name: str, value: Any, names: dict[str, Any]) -> None:
+    """A new name; raises NotRead where it would hide one, which is another variable then."""
+    if name in names:
+        raise NotRead(f"{name} is declared where it is known already")
+    names[name] = value
 
 
 class _Reader:
@@ -44,7 +51,7 @@ class _Reader:
                 for each in node.type.values.enumerators:
                     self.constants[each.name] = self.const(literal(each.value))
             elif isinstance(node, c_ast.Decl) and isinstance(node.init, c_ast.InitList):
-                self.constants[node.name] = self.table(node)
+                self.constants[node.name] = constants(node, self.scalar)
 
     def const(self, value: float) -> Node:
         return self.graph.add("const", value)
@@ -85,7 +92,7 @@ class _Reader:
                     return returned
                 case c_ast.Decl() | c_ast.DeclList():
                     for each in getattr(statement, "decls", [statement]):
-                        names[each.name] = self.declared(each, names)
+                        _declare(each.name, self.declared(each, names), names)
                 case c_ast.Assignment() if statement.op == "=":
                     self.assign(statement.lvalue, self.value(statement.rvalue, names), names)
                 case c_ast.Assignment() if statement.op == "&=":
@@ -97,7 +104,9 @@ class _Reader:
                     self.branch(statement, names, under)
                 case c_ast.FuncCall():
                     self.value(statement, names)
-                case c_ast.Cast() | c_ast.EmptyStatement() | c_ast.Compound(block_items=None):
+                case c_ast.Cast(expr=c_ast.ID() | c_ast.Constant()) | c_ast.EmptyStatement():
+                    pass
+                case c_ast.Compound(block_items=None):
                     pass
                 case _:
                     raise NotRead(f"{type(statement).__name__} in straight code")
@@ -108,41 +117,14 @@ class _Reader:
             if statement.init is None:
                 return [None] * int(literal(statement.type.dim))
             if "const" in statement.type.type.quals:
-                return self.table(statement)
+                return constants(statement, self.scalar)
             return [self.value(each, names) for each in statement.init.exprs]
         return (
             None if statement.init is None else self.held(statement.type, self.value(statement.init, names))
         )
 
-    def table(self, declared: c_ast.Decl) -> Any:
-        """Numbers that a constant array holds, or rows of them; raises NotRead where its type rounds them."""
-        of = declared.type
-        while isinstance(of, c_ast.ArrayDecl):
-            of = of.type
-        if of.type.names != [self.scalar] and {"float", "double"} & set(of.type.names):
-            raise NotRead(f"a table in {' '.join(of.type.names)}")
-        return table(declared.init)
-
     def held(self, declared: Any, value: Any) -> Any:
-        """What a variable, a parameter or a function of that type makes of a value; raises NotRead.
-
-        A type other than the kernel's own would round it, an int cut what is behind its point.
-        """
-        kinds = getattr(declared.type, "names", None)
-        if kinds == ["void"]:
-            return value
-        if isinstance(value, int) and kinds not in (["int"], [self.scalar]):
-            raise NotRead(f"a number in {' '.join(kinds or ['no number'])}")
-        if isinstance(value, int) and kinds == ["int"] and not self.whole(value):
-            raise NotRead("a number in an int")
-        return value
-
-    def whole(self, value: Node) -> bool:
-        """Whether a value is one of a few whole numbers: a truth, a constant, a choice between such."""
-        kind, *rest = self.graph.nodes[value]
-        if kind == "choose":
-            return self.whole(rest[1]) and self.whole(rest[2])
-        return kind in _TRUTHS or kind == "unknown" or (kind == "const" and float(rest[0]).is_integer())
+        return held(declared, value, self.graph.nodes, self.scalar)
 
     def repeat(self, statement: c_ast.For, names: dict[str, Any]) -> None:
         """A loop from one constant to another, one by one, written out."""
@@ -154,10 +136,12 @@ class _Reader:
             raise NotRead(f"a loop that is none of {counter.name} < …; {counter.name}++")
         begin, end = (self.constant(each, names) for each in (counter.init, statement.cond.right))
         for i in range(begin, end):
-            names[counter.name] = self.const(i)
-            self.block(statement.stmt.block_items, names, None)
-            if names[counter.name] != self.const(i):
+            inner = dict(names)
+            _declare(counter.name, self.const(i), inner)
+            self.block(statement.stmt.block_items, inner, None)
+            if inner[counter.name] != self.const(i):
                 raise NotRead("a loop that writes its counter")
+            names.update({name: inner[name] for name in names})
 
     def constant(self, node: Any, names: dict[str, Any]) -> int:
         if isinstance(node, c_ast.BinaryOp) and node.op == "+":

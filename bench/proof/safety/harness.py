@@ -1,6 +1,6 @@
 """The C around a kernel for the analyser: a call with any arguments at all, and what must hold after it."""
 
-from alloc.c import arguments, covering
+from alloc.c import arguments, covering, known_faults
 from alloc.methods import recipe
 from alloc.program.literal import number
 from bench.proof.subject import ANSWERED, Subject
@@ -20,6 +20,7 @@ def _main(of: Subject) -> str:
     declared = "\n".join(f"    {of.scalar} {name}[{size}];" for name, size in [*inputs, *outputs])
     filled = "\n".join(_loop(size, f"{name}[i] = any;") for name, size in inputs)
     statuses = sorted(recipe(of.kernel).meanings)
+    known = [-1, *known_faults(of.vehicle, of.faults).tolist()]
     answered = [status for status in statuses if status in ANSWERED]
     holds = [_each(name, size, "written", f"\\initialized(&{name}[i])") for name, size in outputs]
     if of.limited:
@@ -49,6 +50,7 @@ int main(void)
     }}
     status = {of.name}({arguments(of.limits, levels, "fault")});
     /*@ assert status: {" || ".join(f"status == {each}" for each in statuses)}; */
+    /*@ assert status: status == -1 || {" || ".join(f"fault == {each}" for each in known)}; */
     if ({" || ".join(f"status == {each}" for each in answered)}) {{
 {chr(10).join(holds)}
     }} else {{

@@ -169,7 +169,15 @@ def test_the_band_is_the_c_s_own() -> None:
 
 
 @pytest.mark.parametrize(
-    "kept", ["static int calls;", "static double last[2];", "static const double *at;"], ids=lambda each: each
+    "kept",
+    [
+        "static int calls;",
+        "static double last[2];",
+        "static const double *at;",
+        "static double *const behind = 0;",
+        "static const struct { double *at; } held = {0};",
+    ],
+    ids=lambda each: each,
 )
 def test_data_that_outlive_a_call_are_no_part_of_safe_c(kept: str) -> None:
     of = subject(UKWIAL, "nullspace", "double", "fixed")

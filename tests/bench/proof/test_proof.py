@@ -29,6 +29,7 @@ QUICK = {
     "a number is read before it is written",
     "f is touched by a call that is refused",
     "another thruster is taken for the failed one",
+    "faults that there are not go by the name of one",
     "a share is above one",
 }
 """What is broken here; test_symbolic.py breaks C with limits of the call, ``make prove`` all there is."""
@@ -88,6 +89,14 @@ def test_a_proof_finds_sabotage(sabotage: Sabotage, tmp_path: Path) -> None:
     """The same C, broken in one place, is not shown, and the words say why."""
     whole = subject(UKWIAL, sabotage.kernel, "double", sabotage.limits)
     assert noticed(sabotaged(whole, sabotage), tmp_path)
+
+
+def test_the_status_of_a_fault_that_there_is_not_is_its_own(tmp_path: Path) -> None:
+    """The switch is as it should be, and the name in it means infeasible."""
+    of = subject(UKWIAL, "nullspace", "double", "fixed")
+    header = of.files[f"{of.name}.h"].replace("TB_NO_SUCH_FAULT = -1", "TB_NO_SUCH_FAULT = 2")
+    claims = safety.claims(replace(of, files={**of.files, f"{of.name}.h": header}), tmp_path)
+    assert [claim.claim for claim in claims if claim.verdict == "not shown"] == [safety.STATUS]
 
 
 def test_each_sabotage_that_is_tried_is_there() -> None:

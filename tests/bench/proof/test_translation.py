@@ -85,6 +85,10 @@ TEXTS = {
         "    f[0] = ",
         "#ifdef __aarch64__\n    f[0] = 0.0;\n    return TB_SOLVED;\n#endif\n    f[0] = ",
     ),
+    "a thrust that is written inside of a cast": (
+        "    return TB_SOLVED;",
+        "    (void)(t0 > 123.0 && ((f[0] = 0.0) > 1.0));\n    return TB_SOLVED;",
+    ),
     "a table in single precision": ("static const double c[]", "static const float c[]"),
 }
 
@@ -97,6 +101,15 @@ def test_what_c_says_beside_operations_is_read_too(change: str) -> None:
     assert before in whole.source
     changed = replace(whole, files={**whole.files, f"{whole.name}.c": whole.source.replace(before, after)})
     assert translated(changed).verdict == "not shown"
+
+
+def test_a_name_that_hides_another_is_another_number() -> None:
+    """What C declares inside a branch ends with it: read as an assignment, this was the program."""
+    whole = subject(load_vehicle("ukwial"), "scaled", "double", "fixed")
+    hidden = re.sub(r"^( +)(in0 = .*)$", r"\1const double \2\n\1(void)in0;", whole.source, flags=re.MULTILINE)
+    assert hidden != whole.source
+    claim = translated(replace(whole, files={**whole.files, f"{whole.name}.c": hidden}))
+    assert claim.words == ["in0 is declared where it is known already"]
 
 
 def test_each_single_node_that_is_changed_is_told() -> None:
