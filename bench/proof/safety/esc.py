@@ -21,12 +21,16 @@ RANGE = (
 )
 TOLD = {
     r"!\(x >(=?) ": r"!(x == x && x >\1 ",
-    r"known && low <= high": "known && x == x && low == low && high == high && low <= high",
+    r"(const int known = x - x == \S+;\s+if \(known) && low <= high": (
+        r"\1 && x == x && low == low && high == high && low <= high"
+    ),
     r"step->makes ([<>] (\w+))": r"\2 == \2 && step->makes \1",
     r"= up < ": "= up == up && up < ",
     r"(    const int from = )": r"    /*@ split k; */\n\1",
 }
-"""What the analyser is told of the same C: comparisons with NaN are false, and pieces are looked at apart."""
+"""What the analyser is told of the same C: comparisons with NaN are false, and pieces are looked at apart.
+
+What ``known`` says of x follows from its definition, so it is told where that stands beside it only."""
 LABELS = {"status", "command", "made"}
 
 

@@ -30,6 +30,16 @@ def test_a_vehicle_without_escs_has_no_such_claim(tmp_path: Path) -> None:
     assert esc.files(of) == {}
 
 
+def test_what_is_told_of_a_number_is_told_where_the_c_asks_for_it_only(tmp_path: Path, monkeypatch) -> None:
+    """Limits of the call: C that takes NaN for a number makes an integer of it."""
+    of = subject(BLUEROV2, "pinv", "float", "call")
+    made, name = esc.files(of), f"{of.name}_esc.c"
+    text = made[name].replace("const int known = x - x == 0.0F;", "const int known = 1;")
+    assert text != made[name]
+    monkeypatch.setattr(esc, "files", lambda _: made | {name: text})
+    assert esc.claims(of, tmp_path)[0].verdict == "not shown"
+
+
 @pytest.mark.parametrize(
     ("line", "broken"),
     [
