@@ -38,9 +38,9 @@ def _one(graph: Graph, operation: Operation, row: int, fault: int) -> Node:
         case ("again", inner) if graph.nodes[inner][0] == "const":
             return Node(inner)
         case ("finite", "f_min" | "f_max" as array, first, count) if first <= fault < first + count:
-            zero, good = graph.constant(0.0), graph.constant(1.0)
-            for i in range(first, first + count):  # as C looks at them, one after the other
-                entry = zero if i == fault else graph.value("input", array, i)
-                good = good & (entry - entry).equals(0.0)
-            return good.node
+            zero, good = graph.add("const", 0.0), graph.add("const", 1.0)
+            for i in range(first, first + count):  # as C looks at them, one after the other, also at the zero
+                entry = zero if i == fault else graph.add("input", array, i)
+                good = graph.add("and", good, graph.add("eq", graph.add("sub", entry, entry), zero))
+            return good
     return graph.add(*operation)

@@ -274,17 +274,17 @@ SABOTAGES = (
         "a row is taken that there is not",
         "redistribute",
         "fixed",
-        r"order\[rank\] = next",
-        "order[rank + 1] = next",
+        r"= Z\[j\]",
+        "= Z[j + 99]",
     ),
     Sabotage(
         "a row too many is made orthogonal",
         "redistribute",
         "fixed",
-        r"while \(rank < (\d+)\)",
-        r"while (rank <= \1)",
+        r"i < (\d+); i\+\+\) \{\n            if \(on\[i\]\)",
+        r"i <= \1; i++) {\n            if (on[i])",
     ),
-    Sabotage("a sum begins with what the stack held", "redistribute", "fixed", r"rest\[r\] = tau.*;", ";"),
+    Sabotage("a sum begins with what the stack held", "redistribute", "fixed", r"of_z = [^,]+,", "of_z,"),
 )
 
 

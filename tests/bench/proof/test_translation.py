@@ -60,6 +60,12 @@ def test_a_function_for_all_faults_is_the_program_of_each(kernel: str, limits: W
     assert [word[:7] for word in claim.words] == ["fault 0"]
 
 
+def test_limits_of_zero_for_the_thruster_that_is_off_are_asked_as_the_c_asks() -> None:
+    """Its zeros are numbers, too, and C that has no table for faults looks at them as at any other."""
+    claim = translated(subject(load_vehicle("bluerov2"), "nullspace", "float", "call", "all"))
+    assert claim.verdict == "shown", claim.words
+
+
 BROKEN = [each for each in SABOTAGES if not any(word in each.name for word in NO_OPERATION)]
 
 
@@ -70,6 +76,15 @@ def test_c_that_was_changed_is_not_the_program(sabotage: Sabotage) -> None:
     claim = translated(sabotaged(whole, sabotage))
     assert claim.verdict == "not shown"
     assert claim.words
+
+
+@pytest.mark.parametrize(
+    "sabotage", [each for each in SABOTAGES if each not in BROKEN], ids=lambda each: each.name
+)
+def test_what_is_no_operation_is_there_to_be_broken(sabotage: Sabotage) -> None:
+    """C that changes leaves a pattern without a match: nothing was broken then, and nothing looked at."""
+    whole = subject(load_vehicle("ukwial"), sabotage.kernel, "double", sabotage.limits)
+    assert sabotaged(whole, sabotage).source != whole.source
 
 
 TEXTS = {
