@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from alloc import NotApplicable
-from alloc.c import digest
+from alloc.c import digest, known_faults
 from alloc.program import Node
 from bench.chips.target import targets
 from bench.chips.toolchain import ToolError, missing
@@ -55,6 +55,9 @@ it is so many times those, too, for a closer bound."""
 ALIKE = 2.0**-23
 """Constants this close are one number, in double and rounded to float."""
 
+SAYS = 0.01
+"""A band as wide as this leaves next to nothing that is refused."""
+
 BOUNDED = "Rounding moves no thrust of an attainable demand by more than the bound below."
 
 
@@ -99,7 +102,7 @@ def prove(
         tools={name: tools.version(name) for name in tools.PACKAGES},
         assumptions=ASSUMPTIONS,
         claims=[*claims, *refuted],
-        numbers=[bounded, _band(rounding), *lacking],
+        numbers=[bounded, _band(rounding, {-1, *known_faults(of.vehicle, of.faults).tolist()}), *lacking],
         rounding=rounding,
         worst_paths=paths,
         misra=rules or [],
@@ -107,15 +110,17 @@ def prove(
     )
 
 
-def _band(rounding: list[Rounding]) -> Claim:
-    bands = [each.verdict_band for each in rounding if each.verdict_band is not None]
-    if not rounding:
-        return not_shown(REFUSES, ["no band is known without a bound on rounding"])
+def _band(rounding: list[Rounding], faults: set[int]) -> Claim:
+    """The widest band of all that the C answers for: each of these ``faults``, -1 among them."""
+    bands = {each.fault: each.verdict_band for each in rounding if each.verdict_band is not None}
+    if missing := sorted(faults - {each.fault for each in rounding}):
+        return not_shown(REFUSES, [f"fault {fault}: no band is known without a bound" for fault in missing])
     if not bands:
         return Claim(claim=REFUSES, verdict="does not apply", by="", words=["this method refuses none"])
-    if not max(bands) < 1.0:
-        return not_shown(REFUSES, ["no demand is so large that it must be refused"])
-    words = [f"at most {max(bands):.2g}"]
+    if wide := [fault for fault, band in bands.items() if not band < SAYS]:
+        why = "a demand may be accepted of which next to nothing can be had, where it is as small as rounding"
+        return not_shown(REFUSES, [f"fault {fault}: {why}" for fault in wide])
+    words = [f"at most {max(bands.values()):.2g}"]
     return Claim(claim=REFUSES, verdict="shown", by="the program's own numbers", words=words)
 
 

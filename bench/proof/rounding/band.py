@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from alloc import Vehicle
+from alloc.allocation import FloatArray
 from alloc.program import Node, Operation, Program, Scalar, values
 from bench.demands.corners import attainable
 from bench.proof.not_read import NotRead
@@ -16,8 +17,10 @@ from bench.proof.rounding.seen import KINDS
 
 DEMANDS = 20_000
 """Attainable demands, a third of them on the edge, that tell how large what is compared becomes there."""
-LOST = 1e-4
-"""What never becomes larger, relative to the largest limit, speaks of a direction that no thruster pushes."""
+FAR = 2.0
+"""So many times an attainable demand, or its opposite, changes all that depends on what thrusters can do."""
+NOTHING = 100.0
+"""What changes by no more than so many times its rounding does not change: constants are rounded, too."""
 
 
 def verdict_band(program: Program, errors: Errors, vehicle: Vehicle, scalar: Scalar) -> float | None:
@@ -27,27 +30,31 @@ def verdict_band(program: Program, errors: Errors, vehicle: Vehicle, scalar: Sca
     the demand is attainable. It is answered where that is at most b + e, e the rounding error, so that
     alpha* >= 1 / (1 + (b + e - m) / (m - r)). All of these are the program's own: b and r are its numbers,
     and m is the largest of many attainable demands, which is no more than the true one and so widens the
-    band. Raises NotRead where what is compared can't be followed.
+    band. Where m is r but for rounding there is none: demands as small as the slack pass, however little of
+    them can be had. What no multiple of a demand changes is no edge of the set: a thruster's own limits,
+    which don't cross, or a direction that no thruster pushes. Raises NotRead where what is compared can't be
+    followed.
     """
-    at_rest, largest = _at_rest(program), _largest(program, vehicle, scalar)
+    taus, at_rest = attainable(vehicle, np.random.default_rng(2004), DEMANDS), _at_rest(program)
+    largest, *far = (_largest(program, by * taus, scalar) for by in (1.0, FAR, -FAR))
     band = None
     for condition, _ in program.exits:
         for term, bound in _compared(program.nodes, condition):
             if term not in errors.values or bound not in errors.values:
                 raise NotRead(errors.reasons.get(term, "no number"))
-            value, most = errors.values[term], float(largest[term].max())
-            if value.form and value.size <= LOST * vehicle.f_scale:
+            error = errors.error(term) + WIDER["double"] * errors.values[term].size
+            if all(each[term] - at_rest[term] <= NOTHING * error for each in far):
                 continue
-            width = most - at_rest[term]
-            beyond = errors.values[bound].high - most + errors.error(term) + WIDER["double"] * value.size
-            band = max(band or 0.0, 1.0 - 1.0 / (1.0 + beyond / width) if width > 0 else inf)
+            width = largest[term] - at_rest[term]
+            beyond = errors.values[bound].high - largest[term] + error
+            band = max(band or 0.0, 1.0 - 1.0 / (1.0 + beyond / width) if width > NOTHING * error else inf)
     return band
 
 
-def _largest(program: Program, vehicle: Vehicle, scalar: Scalar) -> list[Any]:
-    """What every node is of many attainable demands, calculated in the wider scalar."""
-    taus = attainable(vehicle, np.random.default_rng(2004), DEMANDS)
-    return values(program, {"tau": taus}, KINDS[scalar][1])
+def _largest(program: Program, taus: FloatArray, scalar: Scalar) -> list[Any]:
+    """The largest that every node is of these demands (k, N), calculated in the wider scalar."""
+    each = values(program, {"tau": taus}, KINDS[scalar][1])
+    return [None if one is None else float(np.max(one)) for one in each]
 
 
 def _at_rest(program: Program) -> list[Any]:
