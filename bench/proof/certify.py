@@ -3,6 +3,7 @@
 import tempfile
 import time
 from collections.abc import Callable
+from hashlib import sha256
 from pathlib import Path
 from types import MappingProxyType
 from typing import NamedTuple
@@ -24,6 +25,7 @@ from bench.proof.rounding.search import RUNS, searched
 from bench.proof.rounding.seen import seen
 from bench.proof.safety import claims as safety
 from bench.proof.safety import esc
+from bench.proof.sent import sent
 from bench.proof.subject import Subject, subject
 from bench.proof.symbolic import programs
 from bench.proof.translation import translated
@@ -78,16 +80,20 @@ def prove(
     begin = time.perf_counter()
     say("memory, status and limits")
     with tempfile.TemporaryDirectory(prefix="thrustbench-") as folder:
-        claims = [*safety.claims(of, Path(folder)), *esc.claims(of, Path(folder))]
+        claims, way = safety.claims(of, Path(folder)), esc.claims(of, Path(folder))
         rules = misra.broken(of, Path(folder))
-    claims.append(translated(of))
-    if claims[0].verdict == "shown":  # C that may write anywhere is not run
+        runs = claims[0].verdict == "shown"  # C that may write anywhere is not run
+        if runs and way and way[0].verdict == "shown":
+            way += sent(of, Path(folder))
+    claims += [*way, translated(of)]
+    if runs:
         say("answers to many demands")
         claims += answered(of)
     say("rounding")
     bounded, rounding = _bounded(of, effort)
     say("worst paths")
     paths, refuted, lacking = _paths(of, before)
+    beside = esc.files(of)
     if rules is None:
         lacking.append(not_shown("MISRA C:2012", ["needs cppcheck: " + tools.remedy(["cppcheck"])]))
     return Proof(
@@ -98,6 +104,8 @@ def prove(
         function=of.name,
         files=[f"{of.name}.h", f"{of.name}.c"],
         sha256=digest(of.name, of.files),
+        esc_files=[*beside],
+        esc_sha256=sha256("".join(beside.values()).encode()).hexdigest() if beside else "",
         thrustbench=machine.commit(),
         tools={name: tools.version(name) for name in tools.PACKAGES},
         assumptions=ASSUMPTIONS,

@@ -8,8 +8,6 @@ from hashlib import sha256
 from pathlib import Path
 
 from alloc import Vehicle, library
-from alloc.c.compiled import STANDARD, compiler
-from alloc.files.textfile import write_folder
 from alloc.program import Scalar
 from bench.harness import machine
 from bench.proof import tools
@@ -63,12 +61,9 @@ def prove_library(
 
 def _tried(files: Mapping[str, str], folder: Path) -> tuple[Claim, Claim]:
     """What the self-test says, and what Valgrind says while it runs."""
-    write_folder(folder, files)
-    sources = [name for name in files if name.endswith(".c")]
-    built = tools.run([*compiler(), *STANDARD, "-O1", "-g", "-I.", *sources, "-o", "tried"], folder)
-    said = tools.run(["sh", "-c", "./tried && echo passed"], folder).split("\n")
-    if "passed" not in said:
-        return not_shown(ANSWERS, [built, *said]), not_shown(WRITTEN, ["the self-test fails"])
+    passed, said = tools.tried(files, folder)
+    if not passed:
+        return not_shown(ANSWERS, said), not_shown(WRITTEN, ["the self-test fails"])
     answers = Claim(claim=ANSWERS, verdict="tested", by="the self-test", words=said[:1])
     if not shutil.which("valgrind"):
         return answers, not_shown(WRITTEN, ["needs valgrind: apt-get install valgrind"])

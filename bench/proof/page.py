@@ -30,7 +30,7 @@ This page speaks of the files for which
     cat {" ".join(proof.files)} | sha256sum
 
 prints `{proof.sha256}`, as the self-test of generated C does.
-
+{_beside(proof)}
 ## What is shown
 
 {claims}
@@ -41,6 +41,18 @@ prints `{proof.sha256}`, as the self-test of generated C does.
 
 Made by thrustbench {proof.thrustbench} with {named} in {proof.seconds:.0f} s.
 `docs/proof.md` says what each of these is worth.
+"""
+
+
+def _beside(proof: Proof) -> str:
+    if not proof.esc_files:
+        return ""
+    return f"""
+What it says of NAME_esc and NAME_to_esc it says of those for which
+
+    cat {" ".join(proof.esc_files)} | sha256sum
+
+prints `{proof.esc_sha256}`.
 """
 
 

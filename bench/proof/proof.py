@@ -124,6 +124,8 @@ class Proof(msgspec.Struct, frozen=True, kw_only=True):
     files : header and source, by name
     sha256 : of these one after the other, as ``cat NAME.h NAME.c | sha256sum`` prints it; the self-test of
         generated C prints the same
+    esc_files, esc_sha256 : those beside them that go on to the ESCs, and theirs in this order; empty where
+        there are none
     thrustbench : this program's commit
     tools : version of each tool
     assumptions : what the claims rest on
@@ -148,6 +150,8 @@ class Proof(msgspec.Struct, frozen=True, kw_only=True):
     rounding: list[Rounding] = []
     worst_paths: list[WorstPath] = []
     misra: list[Broken] = []
+    esc_files: list[str] = []
+    esc_sha256: str = ""
     seconds: float = 0.0
 
     @property

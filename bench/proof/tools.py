@@ -2,10 +2,12 @@
 
 import re
 import shutil
+from collections.abc import Mapping
 from pathlib import Path
 
-from alloc.c.compiled import compiler
+from alloc.c.compiled import STANDARD, compiler
 from alloc.errors import NotInstalled
+from alloc.files.textfile import write_folder
 from bench.chips.toolchain import ended
 
 PACKAGES = {"frama-c": "frama-c-base", "gappa": "gappa", "cppcheck": "cppcheck"}
@@ -45,3 +47,12 @@ def run(command: list[str], folder: Path, given: str = "") -> str:
         command, folder, TIME_LIMIT_S, given, PWD=str(folder), LC_ALL="C.UTF-8"
     )  # Frama-C takes its folder from PWD
     return done.stdout + done.stderr
+
+
+def tried(files: Mapping[str, str], folder: Path) -> tuple[bool, list[str]]:
+    """Whether ``tried``, made of these C files in a folder, ends with 0, and the lines that it prints."""
+    write_folder(folder, files)
+    sources = [name for name in files if name.endswith(".c")]
+    built = run([*compiler(), *STANDARD, "-O1", "-g", "-I.", *sources, "-o", "tried"], folder)
+    *said, last = run(["sh", "-c", "./tried && echo passed"], folder).strip().split("\n")
+    return (True, said) if last == "passed" else (False, [*built.splitlines(), *said, last])

@@ -1,13 +1,16 @@
 """What is shown of the way to the ESCs, and that it is not where the C is broken."""
 
 import re
+from hashlib import sha256
 from pathlib import Path
 
 import pytest
 
 from alloc import load_vehicle
-from bench.proof import subject
+from bench.proof import prove, subject
+from bench.proof.page import page
 from bench.proof.safety import esc
+from bench.proof.sent import SENT, sent
 from tests.analysers import needs_frama_c
 
 BLUEROV2 = load_vehicle("bluerov2")
@@ -38,6 +41,37 @@ def test_what_is_told_of_a_number_is_told_where_the_c_asks_for_it_only(tmp_path:
     assert text != made[name]
     monkeypatch.setattr(esc, "files", lambda _: made | {name: text})
     assert esc.claims(of, tmp_path)[0].verdict == "not shown"
+
+
+@pytest.mark.parametrize(
+    ("line", "broken"),
+    [
+        ("return state >= ", "command[0] = (int16_t)(3000 - command[0]);\n    return state >= "),
+        ("x = !known ? ", "x = 0 ? "),
+        ("return sent == TB_SOLVED ? found : sent;", "return TB_SOLVED;"),
+    ],
+    ids=["a thruster is reversed", "NaN is no zero", "the status is dropped"],
+)
+def test_safe_c_that_sends_something_else_than_python_is_told(
+    line, broken, tmp_path: Path, monkeypatch
+) -> None:
+    """Each command lies within its range there, and the proof once said that all is shown."""
+    of = subject(load_vehicle("bluerov2-heavy"), "clip", "float", "fixed")
+    assert [claim.verdict for claim in sent(of, tmp_path / "whole")] == ["tested"]
+    made, name = esc.files(of), f"{of.name}_esc.c"
+    assert line in made[name]
+    monkeypatch.setattr(esc, "files", lambda _: made | {name: made[name].replace(line, broken)})
+    assert [claim.verdict for claim in sent(of, tmp_path)] == ["not shown"]
+
+
+def test_the_page_names_all_files_that_it_speaks_of(monkeypatch) -> None:
+    monkeypatch.setattr("bench.proof.certify.targets", lambda: ())
+    of = subject(BLUEROV2, "pinv", "float", "fixed")
+    proof, made = prove(of), esc.files(of)
+    assert proof.esc_files == [*made]
+    assert proof.esc_sha256 == sha256("".join(made.values()).encode()).hexdigest()
+    assert f"cat {' '.join(made)} | sha256sum\n\nprints `{proof.esc_sha256}`" in page(proof)
+    assert SENT in [claim.claim for claim in proof.claims if claim.verdict == "tested"]
 
 
 @pytest.mark.parametrize(
