@@ -9,6 +9,7 @@ from bench.report.verdict import loop_of, sure, verdicts
 from bench.results.emulated import IN_WORDS, shown_scalar
 from bench.results.emulated import rows as emulated_rows
 from bench.results.machines import NamedRun, differences, incomparable, medians, on_all, swapped
+from bench.results.rows import FORM
 from bench.results.size import best_of_each
 from bench.results.sizing import sizes
 from bench.results.text import plain, table, three
@@ -52,8 +53,8 @@ def _comparable(timed: Sequence[NamedRun]) -> str:
     first, *others = timed
     lines = []
     for other in others:
-        said = differences(first.run, other.run)
-        lines.append(f"- {first.name} and {other.name}: {'; '.join(said) if said else 'nothing'}.")
+        said = "; ".join(differences(first.run, other.run)) or "nothing"
+        lines.append(f"- {plain(f'{first.name} and {other.name}: {said}.')}")
     return "What else differs than the machine, and so is part of each ratio:\n\n" + "\n".join(lines) + "\n"
 
 
@@ -82,12 +83,13 @@ def _vehicle(timed: Sequence[NamedRun], vehicle: str, most: int | None) -> list[
         headers += [f"{machine.name} [µs]", f"over {here[0].name}"]
     shown = dict(ordered[:most])
     parts = [f"## {plain(vehicle)}, medians on {plain(demands)} demands\n", table(headers, lines)]
-    parts += [f"No ratio for {plain(name)}: {reason}.\n" for name, reason in why.items() if reason]
+    parts += [f"{plain(f'No ratio for {name}: {reason}.')}\n" for name, reason in why.items() if reason]
     for i, machine in enumerate(here[1:], start=1):
         if pairs := [] if why[machine.name] else swapped(shown, 0, i):
             said = "; ".join(f"{a} before {b}" for a, b in pairs[:MOST])
             more = f"; and {len(pairs) - MOST} pairs more" if len(pairs) > MOST else ""
-            parts.append(f"In another order on {here[0].name} than on {machine.name}: {said}{more}.\n")
+            order = f"In another order on {here[0].name} than on {machine.name}: {said}{more}."
+            parts.append(f"{plain(order)}\n")
     return parts
 
 
@@ -117,6 +119,11 @@ def _facts(machines: Sequence[NamedRun]) -> str:
         ["started", *(header.started for header in headers)],
         ["commit", *(header.commit or "unknown" for header in headers)],
         ["seed", *(str(header.seed) for header in headers)],
+    ]
+    rows += [
+        [f"the C's {key}", *(machine.run.form.get(key, "") for machine in machines)]
+        for key in FORM
+        if any(machine.run.form for machine in machines)
     ]
     facts = dict.fromkeys(key for header in headers for key in header.machine if key != "name")
     rows += [[key.replace("_", " "), *(str(h.machine.get(key, "")) for h in headers)] for key in facts]

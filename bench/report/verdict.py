@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from itertools import groupby
 
 from bench.record import NO_VEHICLE
+from bench.results.emulated import IN_WORDS
 from bench.results.fit import Fit, Loop
 from bench.results.pauses import pauses
 from bench.results.rows import Run
@@ -97,7 +98,9 @@ def sure(run: Run) -> str:
         else (f"quiet: {len(busy)} of {len(measured)} rows disturbed")
     )
     if run.by_driver:
-        text = "timed by its driver, which can't see what else ran there"
+        scalar = run.form["scalar"]
+        text = f"timed by its driver in {IN_WORDS.get(scalar, f'{scalar} precision')},"
+        text += " which can't see what else ran there"
         if lost := run.record.header.settings.get("missing"):
             more = f" and {len(lost) - 1} more" if len(lost) > 1 else ""
             text += f"; its log is not whole: left out are {lost[0]}{more}"

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isclose
 from pathlib import Path
+from typing import Any
 
 from bench.record import RecordError
 from bench.record.machine import machine_name
@@ -58,16 +59,24 @@ def read_machines(directories: Sequence[Path]) -> list[NamedRun]:
 def differences(a: Run, b: Run) -> list[str]:
     """In what two runs differ besides their machines, in words: a ratio of their times holds that too."""
     one, two = a.record.header, b.record.header
-    said = []
-    for what, left, right in (("seed", one.seed, two.seed), ("commit", one.commit, two.commit)):
-        if left != right:
-            said.append(f"{what} {left or 'unknown'} and {right or 'unknown'}")
-    both = one.versions.keys() | two.versions.keys() if a.by_driver == b.by_driver else ()
-    for package in sorted(both):  # a board's driver has none of Python's
-        ours, theirs = (header.versions.get(package, "none") for header in (one, two))
-        if ours != theirs:
-            said.append(f"{package} {ours} and {theirs}")
-    return said
+    said = _apart({"seed": one.seed, "commit": one.commit}, {"seed": two.seed, "commit": two.commit})
+    if a.by_driver != b.by_driver:  # which has none of Python's versions
+        callers = ("a board's driver" if run.by_driver else "Python" for run in (a, b))
+        return [*said, f"calls from {' and from '.join(callers)}"]
+    said += _apart(one.versions, two.versions, "none")
+    return said + _apart(
+        {**a.form, "compiler's flags": a.machine.get("flags")},
+        {**b.form, "compiler's flags": b.machine.get("flags")},
+    )
+
+
+def _apart(one: Mapping[str, Any], two: Mapping[str, Any], lacking: str = "unknown") -> list[str]:
+    """What two have of the same name and different value, with both."""
+    keys = sorted(one.keys() | two.keys())
+    both = (
+        (key, *(lacking if has.get(key) in ("", None) else has[key] for has in (one, two))) for key in keys
+    )
+    return [f"{key} {ours} and {theirs}" for key, ours, theirs in both if ours != theirs]
 
 
 def incomparable(a: Run, b: Run, vehicle: str, demands: str) -> str:
@@ -85,7 +94,7 @@ def incomparable(a: Run, b: Run, vehicle: str, demands: str) -> str:
         return "another vehicle of the same name"
     if a.by_driver != b.by_driver:  # a call from Python takes ten times what the C in it takes
         return "one machine's calls were made from Python, the other's by a board's driver in C"
-    return ""
+    return f"other C: {'; '.join(apart)}" if (apart := _apart(a.form, b.form)) else ""
 
 
 def medians(machines: Sequence[NamedRun], vehicle: str, demands: str) -> dict[str, list[Row | None]]:

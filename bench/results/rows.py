@@ -19,6 +19,9 @@ from bench.results.samples import RowSamples, samples
 SETS = ("active", "inactive", "boundary", "infeasible", "box", "axes", "mission")
 """Order of demand sets in tables. The first set that a vehicle has represents it in pictures."""
 
+FORM = ("scalar", "limits", "faults")
+"""What of a board's C decides how long a call takes, and what it answers."""
+
 
 @dataclass(frozen=True)
 class Run:
@@ -47,6 +50,12 @@ class Run:
     def by_driver(self) -> bool:
         """Whether the C driver of ``thrustbench board`` called the methods, and nothing in Python."""
         return "port" in self.machine
+
+    @property
+    def form(self) -> dict[str, str]:
+        """Precision, limits and faults of the C that a board's driver called; empty where Python called."""
+        said = self.record.header.settings
+        return {key: str(said.get(key, "unknown")) for key in FORM} if self.by_driver else {}
 
     def samples(self, row: Row) -> RowSamples:
         """The times of a row as they were taken, before any statistics."""

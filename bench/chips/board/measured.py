@@ -118,6 +118,8 @@ def _header(heard: Heard, name: str, started: str) -> Header:
             "vehicles": [heard.board.vehicle.name],
             "methods": list(heard.board.kernels),
             "demands": list(heard.board.rates),
+            "scalar": facts["scalar"],
+            "limits": facts["limits"],
             "faults": facts.get("faults", "one"),
             "missing": heard.missing,
         },

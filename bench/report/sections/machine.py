@@ -10,6 +10,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
     """The machine as it described itself, what disturbed it, and the versions of what ran."""
     header = run.record.header
     facts = [[key.replace("_", " "), str(value)] for key, value in header.machine.items() if value != ""]
+    facts += [[f"the C's {key}", value] for key, value in run.form.items()]
     facts += [["started", header.started], ["commit", header.commit or "unknown"], ["seed", str(header.seed)]]
     versions = ", ".join(plain(f"{name} {version}") for name, version in sorted(header.versions.items()))
     return "\n".join(

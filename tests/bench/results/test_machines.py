@@ -98,6 +98,41 @@ def test_a_call_from_python_is_not_compared_with_one_by_a_board_s_driver(tmp_pat
     a, b = (machine.run for machine in read_machines(folders))
     assert incomparable(a, b, "ukwial", "active").startswith("one machine's calls were made from Python")
     assert incomparable(b, b, "ukwial", "active") == ""
+    assert differences(a, b) == ["calls from Python and from a board's driver"]
+
+
+def on_board(place: Path, name: str, flags: str = "-O3", **form: str) -> Path:
+    """A record of a board's log; ``form`` is that of its C."""
+    machine = {"name": name, "port": "POSIX", "flags": flags}
+    settings = {"scalar": "float", "limits": "fixed", "faults": "one"} | form
+    (place / name).mkdir()
+    header = made_up.header(machine=machine, settings=settings)
+    return made_up.record(place / name, header, made_up.problem("ukwial"))
+
+
+@pytest.mark.parametrize(
+    ("form", "differ"),
+    [
+        ({"scalar": "double"}, "scalar double and float"),
+        ({"limits": "call"}, "limits call and fixed"),
+        ({"faults": "none"}, "faults none and one"),
+        ({"scalar": ""}, "scalar unknown and float"),
+    ],
+)
+def test_other_c_on_another_board_is_said_and_not_compared(
+    form: dict[str, str], differ: str, tmp_path: Path
+) -> None:
+    folders = [on_board(tmp_path, "a", "-O0", **form), on_board(tmp_path, "b")]
+    a, b = (machine.run for machine in read_machines(folders))
+    assert differences(a, b) == ["compiler's flags -O0 and -O3", differ]
+    assert incomparable(a, b, "ukwial", "active") == f"other C: {differ}"
+
+
+def test_boards_that_ran_the_same_c_are_compared_whatever_their_flags(tmp_path: Path) -> None:
+    folders = [on_board(tmp_path, "a", "-O0"), on_board(tmp_path, "b")]
+    a, b = (machine.run for machine in read_machines(folders))
+    assert differences(a, b) == ["compiler's flags -O0 and -O3"]
+    assert incomparable(a, b, "ukwial", "active") == ""
 
 
 def repeated(method: str, *us: float) -> list[Cell]:

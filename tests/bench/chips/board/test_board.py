@@ -207,8 +207,9 @@ def test_a_board_s_report_says_how_a_board_is_timed_and_nothing_of_python_s_proc
     keep(tmp_path / "LOG", tmp_path / "run", "desk")
     render(tmp_path / "run")
     short, long = ((tmp_path / "run" / f"{name}.md").read_text("utf-8") for name in ("report", "details"))
-    assert "desk was timed by its driver, which can't see what else ran there" in short
+    assert "desk was timed by its driver in double precision, which can't see what else ran there" in short
     assert "generated C from the board's driver." in short
+    assert re.search(r"the C's limits +\| +fixed", long)
     assert "One program in C called one method after the other" in long
     for said in ("from Python", "process of its own", "of Python on", "hypervisor", "quiet:", "## Memory"):
         assert said not in short + long, said
