@@ -117,8 +117,8 @@ class LastMetre(msgspec.Struct, kw_only=True):
     share : sizes of demands, of what is attainable in their direction [-]
     error_p50, error_p95 : at each size, |made - tau| / |tau| over all directions [-]
     step_p50 : median of that error which the steps of the wire alone explain [-]
-    missed : median of |made - tau| in a flight, in units of what the vehicle can do [-]; None where the
-        vehicle can't fly it
+    missed : median of |made - tau| in a flight, each axis in units of the vehicle's ``wrench_scale`` [-];
+        None where the vehicle can't fly it
     off_m : root mean square distance from where the vehicle should be [m]
     turns_hz : how often a thruster starts, stops or turns round, mean of all [1/s]
     """

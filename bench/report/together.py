@@ -63,9 +63,12 @@ def _vehicles(timed: Sequence[NamedRun]) -> list[str]:
 
 
 def _vehicle(timed: Sequence[NamedRun], vehicle: str, most: int | None) -> list[str]:
-    """Medians on each machine that has the vehicle, over those of the first; where their order differs."""
     here = [machine for machine in timed if vehicle in machine.run.vehicles]
-    demands = here[0].run.sets(vehicle)[0]
+    return [part for demands in here[0].run.leading(vehicle) for part in _asked(here, vehicle, demands, most)]
+
+
+def _asked(here: Sequence[NamedRun], vehicle: str, demands: str, most: int | None) -> list[str]:
+    """Medians on each machine that has the vehicle, over those of the first; where their order differs."""
     by_label = medians(here, vehicle, demands)
     why = {m.name: incomparable(here[0].run, m.run, vehicle, demands) for m in here[1:]}
     ordered = sorted(by_label.items(), key=lambda item: min(_times(item[1]), default=float("inf")))

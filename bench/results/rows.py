@@ -103,6 +103,16 @@ class Run:
         """Demand sets of a vehicle, in the order of tables."""
         return in_order({row.demands for row in self.by_vehicle[vehicle]})
 
+    def leading(self, vehicle: str) -> list[str]:
+        """The sets that stand for all of a vehicle's: the first of tables, and each that a user brought."""
+        first, *others = self.sets(vehicle)
+        return [first, *(name for name in others if self.given(vehicle, name))]
+
+    def given(self, vehicle: str, demands: str) -> bool:
+        """Whether a user brought that set."""
+        problem = self.asked.get((vehicle, demands))
+        return problem is not None and problem.given
+
     def singles(self, row: Row) -> Histogram:
         """Single calls of a row's method, start and level on all of its vehicle's demand sets [ns]."""
         return merged(other.measured.singles for other in self.of(row.vehicle) if other.label == row.label)

@@ -9,6 +9,7 @@ from bench.report.pictures.style import BLUE, BROWN, FAMILIES, GREY, INK, time_a
 from bench.report.readme import served_share
 from bench.results.columns import Row
 from bench.results.ranking import best, largest_loss, representatives
+from bench.results.repeats import most
 from bench.results.rows import Run
 
 CLOSED, EXACT = FAMILIES[Family.CLOSED_FORM], FAMILIES[Family.EXACT]
@@ -65,6 +66,7 @@ def _losses(axes: Axes, y: int, run: Run, vehicle: str, ways: dict[str, Row]) ->
     served = served_share(run, vehicle, closed) if closed else None
     if served is not None:
         axes.barh([y], [100 * (1 - served)], height=0.55, color=CLOSED, alpha=0.6)
-    lost = largest_loss(closed) if closed else None
+    alike = [row for name in run.leading(vehicle) for row in run.of(vehicle, name) if not row.failed]
+    lost = most(largest_loss(row) for row in alike if closed and row.label == closed.label)
     if lost is not None:
         axes.plot([100 * lost, 100 * lost], [y - 0.38, y + 0.38], color=INK, linewidth=1.8)

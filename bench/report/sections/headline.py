@@ -6,7 +6,7 @@ from bench.report.readme import served_share
 from bench.results.columns import Row
 from bench.results.ranking import best, complete, exact, optimal, right
 from bench.results.rows import Run
-from bench.results.text import number_range, plain, three
+from bench.results.text import counted, number_range, plain, three
 
 CLOSED_FORMS = {"pinv@native": "the time of f = T* τ in generated C", "pinv": "that of f = T* τ in numpy"}
 """What the exact answer is compared with: generated C with C, and what most people call from Python."""
@@ -34,20 +34,21 @@ def named(rows: list[Row], method: str) -> Row | None:
     return next((row for row in rows if row.method == method), None)
 
 
-def _typical(run: Run, vehicles: list[str]) -> dict[str, list[Row]]:
-    return {vehicle: best(run, vehicle, run.sets(vehicle)[0]) for vehicle in vehicles}
+def _typical(run: Run) -> list[list[Row]]:
+    return [best(run, vehicle, demands) for vehicle in run.vehicles for demands in run.leading(vehicle)]
 
 
 def _cost(run: Run) -> str:
-    exact_us, over_solver, over_c, own_clock, names = [], [], [], [], []
+    exact_us, over_solver, over_c, own_clock, names, vehicles = [], [], [], [], [], set()
     over: dict[str, list[float]] = {method: [] for method in CLOSED_FORMS}
-    for rows in _typical(run, run.vehicles).values():
+    for rows in _typical(run):
         row, solver = fastest_exact(rows), fastest_solver(rows)
         time, solver_us = _us(row), _us(solver)
         if row is None or time is None:
             continue
         exact_us.append(time)
         names.append(row.label)
+        vehicles.add(row.vehicle)
         for method, ratios in over.items():
             ratios += [time / other for other in [_us(named(rows, method))] if other]
         over_c += [other / time for other in [_us(fastest_solver(rows, as_c=True))] if other]
@@ -56,9 +57,9 @@ def _cost(run: Run) -> str:
             own_clock += [100 * own / solver_us for own in _numbers(solver.solver_p50_us)]
     if not exact_us:
         return ""
-    fleet = "1 vehicle" if len(exact_us) == 1 else f"{len(exact_us)} vehicles"
     text = (
-        f"The exact constrained allocation (eq. 4-5) takes {number_range(exact_us)} µs a call on {fleet}"
+        "The exact constrained allocation (eq. 4-5) takes"
+        f" {number_range(exact_us)} µs a call on {counted(len(vehicles), 'vehicle')}"
         f" ({_code(max(set(names), key=names.count))}, medians)"
     )
     comparisons = [f"{number_range(over[m])} times {words}" for m, words in CLOSED_FORMS.items() if over[m]]
@@ -76,13 +77,13 @@ def _cost(run: Run) -> str:
 
 def _loss(run: Run) -> str:
     served, lost, turned, hopeless = [], [], [], False
-    for vehicle, rows in _typical(run, run.vehicles).items():
+    for rows in _typical(run):
         pinv = named(rows, "pinv")
         if pinv is not None:
-            served += [100 * share for share in _numbers(served_share(run, vehicle, pinv))]
+            served += [100 * share for share in _numbers(served_share(run, pinv.vehicle, pinv))]
             lost += _numbers(pinv.lost_wrench_max)
             turned += _numbers(pinv.direction_error_max_deg)
-            problem = run.asked.get((vehicle, pinv.demands))
+            problem = run.asked.get((pinv.vehicle, pinv.demands))
             hopeless = hopeless or bool(problem and problem.labels.get("infeasible"))
     parts = []
     if served:

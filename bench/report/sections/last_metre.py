@@ -10,8 +10,9 @@ INTRODUCTION = """## What the last metre costs
 No ESC takes newtons. Each line is a way from thrusts to commands; thrusters make what the vehicle's curve
 says. *Missed* is the share of a small demand (so much of what is attainable in its direction) that they do
 not make, median and 95 %. *By steps alone* is what the wire's resolution explains of the median: better takes
-finer steps. In flight the vehicle keeps station in a current: how far off it is, and how often a thruster
-starts, stops or turns round. The linear map knows no curve: neutral is 0 N, the ends are the limits.
+finer steps. In flight the vehicle keeps station in a current: what is missed, each axis over the length of
+its row of T times the largest limit, how far off it is, and how often a thruster starts, stops or turns
+round. The linear map knows no curve: neutral is 0 N, the ends are the limits.
 """
 
 
@@ -34,7 +35,7 @@ def _table(ways: list[LastMetre]) -> str:
     headers = [
         "way",
         *(f"{percent(share)}: missed, 95 %" for share in ways[0].share),
-        "in flight: missed [of full]",
+        "in flight: missed",
         "off [m]",
         "starts and turns [1/s]",
     ]

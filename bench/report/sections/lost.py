@@ -6,16 +6,17 @@ from alloc.allocation import WRENCH_TOLERANCE
 from alloc.formulations.scaled import FORMULATION as SCALED
 from bench.results.columns import Row
 from bench.results.ranking import best
+from bench.results.repeats import most
 from bench.results.rows import Run
 from bench.results.text import percent, plain, table, three
 
 INTRODUCTION = """## What you lose
 
 *Delivered* is the wrench that the thrusters push once each is clipped to its limits, whatever they were
-told. *Lost* is the share of the demanded wrench that is not delivered, lengths in units of what the vehicle
-can do on each axis: median and worst over each set's demands. *Turn* is the largest angle between the two,
-*beyond limits* the share of answers that ask for more than a thruster has, *effort* the largest f'Hf above
-the optimum's where the wrench is met.
+told. *Lost* is the share of the demanded wrench that is not delivered, each axis over the length of its row
+of T times the largest limit: median and worst over each set's demands. *Turn* is the largest angle between
+the two, *beyond limits* the share of answers that ask for more than a thruster has, *effort* the largest f'Hf
+above the optimum's where the wrench is met.
 """
 
 
@@ -29,28 +30,29 @@ def _vehicle(run: Run, vehicle: str) -> list[str]:
     # On inactive demands the closed forms are the optimum, so no method loses anything by design.
     sets = [name for name in run.sets(vehicle) if name != "inactive"] or run.sets(vehicle)
     by_set = {name: {row.label: row for row in run.of(vehicle, name) if not row.failed} for name in sets}
-    shown = [row for row in best(run, vehicle, sets[0]) if row.lost_wrench_max is not None]
+    leading = [name for name in run.leading(vehicle) if name in sets] or sets[:1]
+    rows = [row for name in leading for row in best(run, vehicle, name) if row.lost_wrench_max is not None]
+    shown = list({row.label: row for row in reversed(rows)}.values())[::-1]
     attainable = [name for name in sets if name != "infeasible"]
     keeping = [row.label for row in shown if all(_keeps(by_set[name].get(row.label)) for name in attainable)]
     losing = [row for row in shown if row.label not in keeping or row.formulation == SCALED.name]
     lines: dict[tuple[str, ...], list[Row]] = {}  # methods that lose the same share a line
     for row in losing:
+        alike = [other for name in leading if (other := by_set[name].get(row.label))]
         cells = (
             *(_lost(by_set[name].get(row.label)) for name in sets),
-            _met(row.direction_error_max_deg, three),
-            _met(row.limits_violated_share, percent),
-            _met(row.effort_over_optimum_max, percent),
+            _met(most(other.direction_error_max_deg for other in alike), three),
+            _met(most(other.limits_violated_share for other in alike), percent),
+            _met(most(other.effort_over_optimum_max for other in alike), percent),
         )
         lines.setdefault(cells, []).append(row)
     if not lines:
         return []
-    first = sets[0]
+    asked = " and ".join(leading)
     headers = (
         "method",
         *(f"{name}: lost, worst" for name in sets),
-        f"{first}: turn [°]",
-        f"{first}: beyond limits",
-        f"{first}: effort",
+        *(f"{asked}: {what}" for what in ("turn [°]", "beyond limits", "effort")),
     )
     nothing = f"Nothing that is attainable is lost by {', '.join(keeping)}.\n"
     body = [[_together(rows), *cells] for cells, rows in lines.items()]

@@ -65,12 +65,12 @@ def kind_of(run: Run, vehicle: str, demands: str) -> str:
 
 
 def _priced(run: Run, vehicle: str) -> Iterable[Priced]:
-    """The rows of C on the vehicle's first set of each kind, those with a wrong answer left out."""
+    """The rows of C on the vehicle's first set of each kind and on each log, without those that are wrong."""
     shown: set[str] = set()
     for demands in run.sets(vehicle):
         kind = kind_of(run, vehicle, demands)
         rows = best(run, vehicle, demands)
-        if not kind or kind in shown or not rows:
+        if not kind or not rows or (kind in shown and not run.given(vehicle, demands)):
             continue
         shown.add(kind)
         clip = next((row for row in rows if CLIP in (row.method, row.described.twin)), None)

@@ -24,14 +24,13 @@ def section(run: Run, drawn: frozenset[str]) -> str:
     canaries = [row for row in run.rows if row.vehicle == NO_VEHICLE and row.measured.singles]
     if canaries:
         parts += ["What this machine does to fixed work, in the same run:\n", _table(canaries)]
-    for vehicle in run.vehicles:
-        demands = run.sets(vehicle)[0]
+    for vehicle, demands in ((name, each) for name in run.vehicles for each in run.leading(name)):
         rows = [row for row in best(run, vehicle, demands) if row.measured.singles]
         if rows:
             alt = f"{vehicle}: share of calls slower than a time, for the fastest methods"
             parts += [
                 f"### {plain(vehicle)}, {plain(demands)}\n",
-                picture(f"tails-{vehicle}.svg", alt, drawn),
+                picture(f"tails-{vehicle}.svg", alt, drawn) if demands == run.sets(vehicle)[0] else "",
                 _table(rows),
             ]
     return "\n".join(part for part in parts if part) if len(parts) > 3 else ""

@@ -13,15 +13,15 @@ HEADERS = ("method", "answers", "median [µs]", "p99.9 [µs]", "wrench lost, wor
 
 
 def section(run: Run, drawn: frozenset[str]) -> str:
-    """A table for each vehicle: what no other method beats in time and loss, and what it is held against."""
+    """A table for each vehicle and log: what none beats in time and loss, and what it is held against."""
     parts = []
     first = {size.vehicle: size.method for size in reversed(sizes(run, loop_of(run)))}
     for vehicle in run.vehicles:
-        demands = run.sets(vehicle)[0]
-        rows = worth_considering(best(run, vehicle, demands), first.get(vehicle, ""))
-        lines = [*(_line(run, row) for row in rows), *_not_measured(run, vehicle, demands)]
-        if lines:
-            parts += [f"### {plain(vehicle)}, {plain(demands)} demands\n", table(HEADERS, lines)]
+        for demands in run.leading(vehicle):
+            rows = worth_considering(best(run, vehicle, demands), first.get(vehicle, ""))
+            lines = [*(_line(run, row) for row in rows), *_not_measured(run, vehicle, demands)]
+            if lines:
+                parts += [f"### {plain(vehicle)}, {plain(demands)} demands\n", table(HEADERS, lines)]
         if capability := run.capability(vehicle):
             parts += [f"{plain(line)}.\n" for line in not_counted(capability)]
     if not parts:
