@@ -5,7 +5,7 @@ from itertools import product
 
 from bench.record import Processor
 from bench.results.emulated import EmulatedRow, by_name
-from bench.results.text import table, three
+from bench.results.text import plain, table, three
 
 FORMS = {"fixed": "fixed limits", "call": "limits of each call"}
 """The form of limits in the C, in words."""
@@ -30,7 +30,8 @@ def microcontroller(rows: Sequence[EmulatedRow], processors: Sequence[Processor]
         shared = {row.emulated.vehicle for row in own if row.emulated.solver}
         if shared:
             alike = [row for row in own if row.emulated.vehicle in shared]
-            parts += [f"### {target}, {scalar}, {said}: the most instructions of a call\n", _table(alike)]
+            board = plain(f"{target}, {scalar}")
+            parts += [f"### {board}, {said}: the most instructions of a call\n", _table(alike)]
     if not parts:
         return ""
     note = (

@@ -4,13 +4,13 @@
 show. ``draw_run(run)`` does so for the whole run; its figure is saved as ``<file>.svg``.
 """
 
-import re
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
 from alloc.files.modules import modules
 from bench.results.rows import Run
+from bench.results.text import plain
 
 
 def draw_all(run: Run, directory: Path) -> frozenset[str]:
@@ -49,6 +49,6 @@ def file_name(name: str) -> str:
 
 def picture(name: str, alt: str, drawn: frozenset[str]) -> str:
     """A picture in Markdown, empty where it was not drawn; a vehicle's name in it may hold any character."""
-    words = re.sub(r"[\[\]\\]", r"\\\g<0>", alt)
+    words = plain(alt.translate({ord("["): "(", ord("]"): ")"}))
     file = file_name(name)
     return f"![{words}]({quote(file)})\n" if file in drawn else ""

@@ -80,11 +80,10 @@ def _warnings(capability: Capability) -> list[str]:
     weak = [_off(capability, a.fault) for a in capability.authority if (a.condition or 0.0) > NEARLY_SINGULAR]
     warnings = []
     if lost:
-        warnings.append(
-            f"**Lost rank**: without thruster {' or '.join(lost)} some direction can't be pushed at all.\n"
-        )
+        names = plain(" or ".join(lost))
+        warnings.append(f"**Lost rank**: without thruster {names} some direction can't be pushed at all.\n")
     if weak:
-        names = " or ".join(weak)
+        names = plain(" or ".join(weak))
         warnings.append(
             f"**Nearly singular** with thruster {names} off: full rank on paper, hardly any thrust in it.\n"
         )

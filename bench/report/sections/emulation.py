@@ -63,7 +63,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
         if any(row.emulated.cycles for row in own):
             parts.append(f"Cycles are {PUBLISHED}.\n")
         if target in known and not all(row.emulated.cycles for row in own):
-            parts.append(f"Cycles an instruction: {known[target]}.\n")
+            parts.append(f"{plain(f'Cycles an instruction: {known[target]}.')}\n")
     if beside := microcontroller(counted, processors):
         parts.append(beside)
     if reached := goals(counted, processors):

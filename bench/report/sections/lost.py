@@ -54,7 +54,7 @@ def _vehicle(run: Run, vehicle: str) -> list[str]:
         *(f"{name}: lost, worst" for name in sets),
         *(f"{asked}: {what}" for what in ("turn [°]", "beyond limits", "effort")),
     )
-    nothing = f"Nothing that is attainable is lost by {', '.join(keeping)}.\n"
+    nothing = f"Nothing that is attainable is lost by {plain(', '.join(keeping))}.\n"
     body = [[_together(rows), *cells] for cells, rows in lines.items()]
     return [f"### {plain(vehicle)}\n", table(headers, body), *([nothing] if keeping else [])]
 

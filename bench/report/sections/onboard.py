@@ -8,7 +8,7 @@ from alloc.formulations import find_formulation
 from bench.results.columns import Row
 from bench.results.ranking import best, largest_loss, right
 from bench.results.rows import Run
-from bench.results.text import counted, number_range, percent, table, three
+from bench.results.text import counted, number_range, percent, plain, table, three
 
 MET, BEYOND, MIXED = "attainable", "not attainable", "some attainable"
 CLIP = "clip"
@@ -127,4 +127,4 @@ def _by_time(one: Priced) -> float:
 
 
 def _names(priced: list[Priced], kind: str) -> str:
-    return " and ".join(sorted({one.row.demands for one in priced if one.kind == kind}))
+    return plain(" and ".join(sorted({one.row.demands for one in priced if one.kind == kind})))
