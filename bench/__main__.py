@@ -70,6 +70,13 @@ def open_closed_streams() -> None:
             setattr(sys, name, os.fdopen(number, mode, closefd=False))
 
 
+def _refuse(line: str) -> None:
+    """Print an error on one line; a file's name in it, or what somebody's code raised, may hold anything."""
+    from bench.commands import echo
+
+    echo(line.replace("\n", " "), err=True)
+
+
 def main() -> None:
     """Run the command line; bad input ends with exit code 2 and one line on stderr."""
     open_closed_streams()
@@ -86,26 +93,26 @@ def main() -> None:
         context = getattr(error, "ctx", None)
         place = context.command_path if context else "thrustbench"
         message = " ".join(error.format_message().split()).removesuffix(".")
-        print(f"{place}: {message}; see '{place} --help'", file=sys.stderr)
+        _refuse(f"{place}: {message}; see '{place} --help'")
         code = 2
     except (ReaderLeft, BrokenPipeError):
         # Python flushes the rest of the buffer as it ends, which must not fail once more.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         code = 128 + signal.SIGPIPE  # the shell's code for a program ended by SIGPIPE: no verdict
     except OSError as error:  # a full disk, a folder in a file's place: the machine's fault
-        where = f"{error.filename}: ".replace("\n", " ") if error.filename else ""
+        where = f"{error.filename}: " if error.filename else ""
         reason = (error.strerror or str(error)).lower()
-        print(f"thrustbench: {where}{reason}; make room there or name another place", file=sys.stderr)
+        _refuse(f"thrustbench: {where}{reason}; make room there or name another place")
         code = 2
     except MemoryError:
-        print("thrustbench: out of memory; ask for fewer demands, or give a smaller file", file=sys.stderr)
+        _refuse("thrustbench: out of memory; ask for fewer demands, or give a smaller file")
         code = 2
     except Exception as error:
         from alloc import AllocError
 
         if not isinstance(error, AllocError):
             raise
-        print("thrustbench:", str(error).replace("\n", " "), file=sys.stderr)  # a file's name may hold one
+        _refuse(f"thrustbench: {error}")
         code = 2
     sys.exit(code if isinstance(code, int) else 0)
 

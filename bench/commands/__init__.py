@@ -67,6 +67,13 @@ _VEHICLE = re.compile(
 )
 
 
+def echo(message: object, *, err: bool = False, nl: bool = True) -> None:
+    """Print what a command says: names, headers and reasons in it are other people's."""
+    from alloc.files.visible import visible
+
+    click.echo(visible(str(message)), err=err, nl=nl)
+
+
 def not_over(output: Path | None, read: Path) -> None:
     """Raise UsageError where the file that is to be written is the one that is read."""
     if output is not None and output.is_file() and read.is_file() and output.samefile(read):

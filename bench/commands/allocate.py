@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from bench.commands import PATH, log_options, not_over, read_options
+from bench.commands import PATH, echo, log_options, not_over, read_options
 
 if TYPE_CHECKING:
     from alloc import Allocation
@@ -107,12 +107,12 @@ def command(
     wired = sent(answering, answers, log.columns.get("volts"), lows, highs) if esc else None
     text = format_thrusts(answers, header, wired)
     if output is None:
-        click.echo(text, nl=False)
+        echo(text, nl=False)
     else:
         write_text(output, text)
-    click.echo(log.said, err=True)  # at last, since a refusal is one line
+    echo(log.said, err=True)  # at last, since a refusal is one line
     if log.doubt:
-        click.echo(f"warning: {log.doubt}", err=True)
+        echo(f"warning: {log.doubt}", err=True)
 
 
 def _answer(given: Any, n: int) -> "Allocation":

@@ -5,7 +5,7 @@ from typing import Literal
 
 import click
 
-from bench.commands import FAULTS, LIMITS, PATH, SINGLE
+from bench.commands import FAULTS, LIMITS, PATH, SINGLE, echo
 
 
 @click.command()
@@ -59,14 +59,14 @@ def command(
     write(project, out)
     for demands_of in project.sets:
         for line in demands_of.said:
-            click.echo(line)
+            echo(line)
         if demands_of.left_out:
-            click.echo(cut(demands_of.name, len(demands_of.taus), demands_of.left_out))
+            echo(cut(demands_of.name, len(demands_of.taus), demands_of.left_out))
     for reason in project.left_out:
-        click.echo(f"left out: {reason}")
+        echo(f"left out: {reason}")
     sets = len(project.sets) + len(project.thrusts)
     said = f"{counted(len(project.kernels), 'method')}, {counted(sets, 'demand set')}"
-    click.echo(f"{out}: {said}; `make` builds it")
+    echo(f"{out}: {said}; `make` builds it")
     return 0
 
 
@@ -76,7 +76,7 @@ def _read(log: Path, out: Path, name: str) -> int:
 
     kept = keep(log, out, name)
     for line in kept.said:
-        click.echo(line)
+        echo(line)
     for folder in kept.folders:
-        click.echo(f"Report: {render(folder)}")
+        echo(f"Report: {render(folder)}")
     return 0 if kept.good else 1

@@ -4,6 +4,8 @@ from pathlib import Path
 
 import click
 
+from bench.commands import echo
+
 
 @click.command()
 @click.argument("file", type=click.Path(path_type=Path, dir_okay=False), default=Path("canary.json"))
@@ -20,5 +22,5 @@ def command(file: Path) -> None:
     canaries = measure()
     write_bytes(file, msgspec.json.format(msgspec.json.encode(canaries)) + b"\n", "give another file")
     for name, us in canaries.median_us.items():
-        click.echo(f"{name}: {us:.3g} µs")
-    click.echo(f"Written: {file}")
+        echo(f"{name}: {us:.3g} µs")
+    echo(f"Written: {file}")

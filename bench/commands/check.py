@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bench.commands import PATH
+from bench.commands import PATH, echo
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -39,12 +39,12 @@ def command(vehicle: str, as_json: bool, probe: bool, picture: Path | None, no_p
     report = check_vehicle(vehicle)
     drawn, mounting = _read(report.path) if report.facts is not None else (None, None)
     tried = probes(drawn) if probe and drawn is not None else None
-    click.echo(to_json(report, tried) if as_json else as_table(report))
+    echo(to_json(report, tried) if as_json else as_table(report))
     if tried is not None and not as_json:
-        click.echo(as_text(tried))
+        echo(as_text(tried))
     if drawn is not None and mounting is not None and (picture or not (as_json or no_picture)):
         for line in _pictures(report.path, drawn, mounting, picture, probe):
-            click.echo(line, err=as_json)
+            echo(line, err=as_json)
     errors = [finding for finding in report.findings if finding.level == "error"]
     if errors:
         first = errors[0]
@@ -53,7 +53,7 @@ def command(vehicle: str, as_json: bool, probe: bool, picture: Path | None, no_p
             place += f"{first.key}: "
         more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
         file = str(report.path).replace("\n", " ")
-        click.echo(f"thrustbench: {file}: {place}{first.message}{more}", err=True)
+        echo(f"thrustbench: {file}: {place}{first.message}{more}", err=True)
         return 2
     return 0
 

@@ -5,7 +5,7 @@ from typing import Literal
 
 import click
 
-from bench.commands import FAULTS, LIMITS, PATH, SINGLE, refuse_another_s
+from bench.commands import FAULTS, LIMITS, PATH, SINGLE, echo, refuse_another_s
 
 
 @click.command()
@@ -66,8 +66,6 @@ def command(
     refuse_another_s(out, files)
     write_folder(out, files)
     for name in files:
-        click.echo(out / name)
+        echo(out / name)
     if package == "ros2" and not maintainer:
-        click.echo(
-            "package.xml has a placeholder: say by --maintainer 'NAME <MAIL>' who looks after it", err=True
-        )
+        echo("package.xml has a placeholder: say by --maintainer 'NAME <MAIL>' who looks after it", err=True)

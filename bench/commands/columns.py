@@ -2,10 +2,12 @@
 
 import click
 
+from bench.commands import echo
+
 
 @click.command()
 def command() -> None:
     """Say what each column of results.csv means, as Markdown."""
     from bench.results.table import documentation
 
-    click.echo(documentation(), nl=False)
+    echo(documentation(), nl=False)

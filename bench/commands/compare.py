@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from bench.commands import PATH
+from bench.commands import PATH, echo
 
 
 @click.command()
@@ -21,16 +21,14 @@ def command(a: Path, b: Path) -> None:
 
     comparison = compare(read(a), read(b))
     for difference in comparison.machine:
-        click.echo(f"warning: not the same machine or software: {difference}", err=True)
+        echo(f"warning: not the same machine or software: {difference}", err=True)
     for side, names in (("A", comparison.only_a), ("B", comparison.only_b)):
         for name in names:
-            click.echo(f"only in {side}: {name}")
+            echo(f"only in {side}: {name}")
     if not comparison.ratios:
-        click.echo("no benchmark stands in both files")
+        echo("no benchmark stands in both files")
         return
     headers = ("benchmark", "A median [µs]", "B median [µs]", "B/A of medians", "B/A of minima")
-    click.echo(tabulate(comparison.ratios, headers=headers, floatfmt=("", ".3f", ".3f", ".3f", ".3f")))
-    click.echo(f"\ngeometric mean of the medians' ratios: {comparison.geometric_mean:.3f}")
-    click.echo(
-        "Times from different runs differ without cause; 'thrustbench gate' tells whether code did it."
-    )
+    echo(tabulate(comparison.ratios, headers=headers, floatfmt=("", ".3f", ".3f", ".3f", ".3f")))
+    echo(f"\ngeometric mean of the medians' ratios: {comparison.geometric_mean:.3f}")
+    echo("Times from different runs differ without cause; 'thrustbench gate' tells whether code did it.")

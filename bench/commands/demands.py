@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from bench.commands import PATH, log_options, not_over, read_options
+from bench.commands import PATH, echo, log_options, not_over, read_options
 
 
 @click.command()
@@ -40,14 +40,14 @@ def command(log: Path, vehicle: str, from_outputs: bool, output: Path | None, **
     t, taus, columns = read.t, read.taus, read.columns
     low, high = limits_in(log, columns, answering)
     demands = labelled(log.stem, answering, taus, low, high, rate_hz=rate_hz(t))
-    click.echo(as_text(summarise(demands, t), demands))
+    echo(as_text(summarise(demands, t), demands))
     if output is not None:
         write_text(output, format_demands(t, taus, answering.dof, columns, frame=answering.frame))
-    click.echo(read.said, err=True)  # at last, since a refusal is one line
+    echo(read.said, err=True)  # at last, since a refusal is one line
     for doubt in filter(
         None, (read.doubt, *doubts(demands.name, answering.name, demands.alpha, demands.rate_hz))
     ):
-        click.echo(f"warning: {doubt}", err=True)
+        echo(f"warning: {doubt}", err=True)
 
 
 def _outputs(log: Path, name: str, output: Path | None, **options: Any) -> None:
@@ -74,15 +74,15 @@ def _outputs(log: Path, name: str, output: Path | None, **options: Any) -> None:
         )
     outputs = read_outputs(log, vehicle, given.columns, given.frame)
     made = made_by(outputs, vehicle, given.scale)
-    click.echo(as_text(made, outputs, vehicle))
+    echo(as_text(made, outputs, vehicle))
     if output is not None:
         columns = {} if outputs.volts is None else {"volts": outputs.volts}
         write_text(output, format_demands(outputs.t, made.taus, vehicle.dof, columns, frame=vehicle.frame))
-    click.echo(outputs.said, err=True)
+    echo(outputs.said, err=True)
     for doubt in filter(None, (outputs.doubt, *of_rate(log.stem, rate_hz(outputs.t), nameable=False))):
-        click.echo(f"warning: {doubt}", err=True)
+        echo(f"warning: {doubt}", err=True)
     if outputs.taus is not None and outputs.shares and not given.scale:
-        click.echo(
+        echo(
             "warning: the log has demands in shares; 1 is taken for all that the vehicle can do on an axis;"
             " --scale says what it is in N, N m",
             err=True,

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from bench.commands import PATH
+from bench.commands import PATH, echo
 
 
 @click.command()
@@ -24,8 +24,8 @@ def command(vehicle: str, format_: str, output: Path | None) -> None:
     keys = read_document(find_file(vehicle)).keys
     text = formats()[format_].write(keys, build_vehicle(keys))
     if output is None:
-        click.echo(text, nl=False)
+        echo(text, nl=False)
     else:
         write_text(output, text)
     if lost := left_out(format_, keys):
-        click.echo(f"{keys.name}: {format_} has no place for {', '.join(lost)}: left out", err=True)
+        echo(f"{keys.name}: {format_} has no place for {', '.join(lost)}: left out", err=True)

@@ -28,6 +28,7 @@ def command(ctx: click.Context, scheduler: str, out: Path, limit: float, options
     from bench.fleet.lead import folders, hosts, keep, run_fleet
     from bench.fleet.parcel import pack
     from bench.report import render
+    from bench.report.terminal import tell
     from bench.results.text import counted
 
     _check(ctx, options)
@@ -46,13 +47,13 @@ def command(ctx: click.Context, scheduler: str, out: Path, limit: float, options
     kept = [out / name for name in folders(good)]
     for (_, run), folder in zip(good, kept, strict=True):
         keep(run, folder)
-        console.print(f"Report: {render(folder)}", highlight=False, markup=False, soft_wrap=True)
+        tell(console, f"Report: {render(folder)}")
     if len(kept) > 1:
         together = render(*kept, out=out / "fleet")
-        console.print(f"Side by side: {together}", highlight=False, markup=False, soft_wrap=True)
+        tell(console, f"Side by side: {together}")
     for host, run in back:
         if run.reason:
-            console.print(f"{host.host}: {run.reason}", highlight=False, markup=False, soft_wrap=True)
+            tell(console, f"{host.host}: {run.reason}")
     if len(good) < len(back):
         return 3
     return max((run.code for _, run in good), default=3)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from bench.commands import PATH, Finite
+from bench.commands import PATH, Finite, echo
 
 FOLDER = click.Path(exists=True, file_okay=False, path_type=Path)
 
@@ -95,10 +95,10 @@ def command(
         vehicles={v: str(find_file(v).resolve()) for v in vehicles if v not in list_vehicles()},
         always=always,
         count=instructions,
-        tell=lambda what: click.echo(what, err=True),
+        tell=lambda what: echo(what, err=True),
     )
     result = verdict(record)
-    click.echo(render.markdown(record, result, folded=False), nl=False)
+    echo(render.markdown(record, result, folded=False), nl=False)
     if markdown:
         write_text(markdown, render.markdown(record, result))
     if json_file:

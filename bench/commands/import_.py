@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from bench.commands import PATH, not_over
+from bench.commands import PATH, echo, not_over
 
 
 @click.command()
@@ -61,8 +61,8 @@ def command(
     if output is not None:
         write_text(output, to_yaml(keys))
     for note in keys.notes:
-        click.echo(f"assumed: {note}", err=True)
+        echo(f"assumed: {note}", err=True)
     if output is None:
-        click.echo(to_yaml(keys), nl=False)
+        echo(to_yaml(keys), nl=False)
     else:
-        click.echo(f"{output} written; 'thrustbench check {output}' says what to look at", err=True)
+        echo(f"{output} written; 'thrustbench check {output}' says what to look at", err=True)

@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from bench.commands import echo
+
 if TYPE_CHECKING:
     from alloc.vehicle.keys import VehicleFile
 
@@ -36,7 +38,7 @@ def command(name: str, like: str) -> None:
     write_text(vehicle_file, text)
     write_text(demands, starter.first_demands(vehicle))
     write_text(plugin, starter.plugin("My allocator"))
-    click.echo(
+    echo(
         f"{vehicle_file}  the vehicle: put your own numbers in, then  thrustbench check {vehicle_file}\n"
         f"{demands}  each axis alone, then together:  thrustbench allocate --vehicle {vehicle_file}"
         f" --method nullspace {demands}\n"
@@ -55,7 +57,7 @@ def _asked(name: str) -> "VehicleFile":
         return float(click.prompt(question, default=default, type=float, err=True))
 
     try:
-        click.echo("Four horizontal thrusters at the corners; Enter takes what is in brackets.", err=True)
+        echo("Four horizontal thrusters at the corners; Enter takes what is in brackets.", err=True)
         length = ask("Between front and rear thrusters [m]", 0.4)
         width = ask("Between port and starboard thrusters [m]", 0.3)
         angle = ask("Angle of the horizontal ones from straight ahead; 0 for two that push ahead [deg]", 45)

@@ -35,6 +35,7 @@ def command(
     from bench.layouts.shards import check_installed, compute, source_digest
     from bench.layouts.spaces import layout_of
     from bench.layouts.study import read_study
+    from bench.report.terminal import tell
 
     if scheduler is not None and workers is not None:
         raise click.UsageError("--workers is of this machine; with --scheduler, start workers there")
@@ -60,4 +61,4 @@ def command(
                 watch=watch,
             )
     own = numbers(layout_of(base), space.dof, space.taus, space.scale, space.volume)[1]
-    console.print(f"Report: {render_study(space, own, out)}", highlight=False, markup=False, soft_wrap=True)
+    tell(console, f"Report: {render_study(space, own, out)}")

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
-from bench.commands import FAULTS, LIMITS, PATH, RUNS, SINGLE, refuse_another_s
+from bench.commands import FAULTS, LIMITS, PATH, RUNS, SINGLE, echo, refuse_another_s
 
 if TYPE_CHECKING:
     from bench.proof import Proof, Subject
@@ -72,9 +72,9 @@ def command(
         room = load_vehicle(vehicles[0]) if vehicles else None
         tools.need("frama-c")
         write_folder(out, {})
-        shown, files = prove_library(scalar, room, lambda step: click.echo(f"library: {step} ...", err=True))
+        shown, files = prove_library(scalar, room, lambda step: echo(f"library: {step} ...", err=True))
         write(files, shown, out)
-        click.echo(f"{out / 'proof.md'}: {shown.least}, {shown.seconds:.0f} s")
+        echo(f"{out / 'proof.md'}: {shown.least}, {shown.seconds:.0f} s")
         return 0 if shown.safe else 3
     kernels = {entry.name: entry.twin for entry in catalogue() if entry.twin}
     loaded = [load_vehicle(name) for name in vehicles or list_vehicles()]
@@ -87,7 +87,7 @@ def command(
             except NotApplicable as refusal:
                 if methods and len(loaded) == 1:
                     raise
-                click.echo(str(refusal))
+                echo(str(refusal))
     tools.need("frama-c")
     write_folder(out, {})  # fails before the minutes of work, not after them
     several = len(subjects) > 1
@@ -107,12 +107,12 @@ def command(
             proofs.append(proof)
             folder = out / of.name if several else out
             write({**of.files, **esc.files(of)}, proof, folder)
-            click.echo(f"{folder / 'proof.md'}: {proof.least}, {proof.seconds:.0f} s")
+            echo(f"{folder / 'proof.md'}: {proof.least}, {proof.seconds:.0f} s")
     finally:  # who ends the command ends what has not begun
         pool.shutdown(cancel_futures=True)
     if several:
         (out / "proofs.md").write_text(summary(proofs), encoding="utf-8")
-        click.echo(out / "proofs.md")
+        echo(out / "proofs.md")
     return 0 if all(proof.safe for proof in proofs) else 3
 
 
@@ -131,4 +131,4 @@ def _proof(of: "Subject", before: "Counted", *, thorough: bool) -> "Proof":
     from bench.proof import THOROUGH, USUAL, prove
 
     effort = THOROUGH if thorough else USUAL
-    return prove(of, effort, lambda step: click.echo(f"{of.name}: {step} ...", err=True), before)
+    return prove(of, effort, lambda step: echo(f"{of.name}: {step} ...", err=True), before)

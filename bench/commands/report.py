@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from bench.commands import PATH, latest_run
+from bench.commands import PATH, echo, latest_run
 
 
 @click.command()
@@ -29,7 +29,7 @@ def command(directories: tuple[Path, ...], out: Path | None, readme: Path | None
     directories = directories or (latest_run(),)
     if len(directories) > 1 and out is None:
         raise click.UsageError("several folders make one report: name its folder with -o OUT")
-    click.echo(str(render(*directories, out=out)))
+    echo(str(render(*directories, out=out)))
     if readme:
         put(readme, result_table(read_run(directories[0])))
-        click.echo(str(readme))
+        echo(str(readme))

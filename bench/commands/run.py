@@ -94,7 +94,7 @@ def command(
     from bench.inputs.faults import parse_fault
     from bench.record import FILE_NAME, read
     from bench.report import render
-    from bench.report.terminal import show
+    from bench.report.terminal import show, tell
 
     if study and preset:
         raise click.UsageError("give one of --study, --quick and --all")
@@ -109,10 +109,10 @@ def command(
         settings = replace(settings, starts=("cold", "reused", "warm"))  # there is time for all
     directory = out or _folder(RUNS / machine.name(), study or "", resume)
     if not resume and (directory / FILE_NAME).exists():
-        console.print(f"{directory}: the earlier run's record is kept beside the new one", highlight=False)
+        tell(console, f"{directory}: the earlier run's record is kept beside the new one")
 
     def warn(line: str) -> None:
-        console.print(f"warning: {line}", style="red", highlight=False, markup=False, soft_wrap=True)
+        tell(console, f"warning: {line}", "red")
 
     interrupted = False
     with bar(console) as watch:
@@ -121,9 +121,9 @@ def command(
         except Interrupted:
             interrupted = True
     for line in dict.fromkeys(line for problem in read(directory).problems for line in problem.said):
-        console.print(line, highlight=False, markup=False, soft_wrap=True)
+        tell(console, line)
     good = show(directory, console)
-    console.print(f"Report: {render(directory)}", highlight=False, markup=False, soft_wrap=True)
+    tell(console, f"Report: {render(directory)}")
     if interrupted:
         console.print("Interrupted; `--resume` goes on where it stopped.", highlight=False)
         return 130

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bench.commands import PATH, Finite, latest_run
+from bench.commands import PATH, Finite, echo, latest_run
 
 if TYPE_CHECKING:
     from bench.results.machines import NamedRun
@@ -128,16 +128,16 @@ def command(
     }
     if any(shown.values()):
         trusted = [machine for machine in timed if machine.name in shown]
-        click.echo(page(trusted, {name: own for name, own in shown.items() if own}, loop, moved, every))
+        echo(page(trusted, {name: own for name, own in shown.items() if own}, loop, moved, every))
     elif not any(machine.run.record.emulated for machine in machines):
         raise click.UsageError(
             f"{where}: no method was timed or counted there; give the folder of another run"
         )
     for machine in machines:
         if not board and (machine.run.record.emulated or (clock_MHz and not counted)):
-            click.echo(bands.page(machine.run, loop, clock_MHz, given, vehicles))
+            echo(bands.page(machine.run, loop, clock_MHz, given, vehicles))
     for text in pages:
-        click.echo(text)
+        echo(text)
 
 
 def _own_rate(machines: "Sequence[NamedRun]") -> float:

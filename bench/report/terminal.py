@@ -11,6 +11,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from alloc.allocation import WRENCH_TOLERANCE
+from alloc.files.visible import visible
 from alloc.formulations import Family
 from bench.record.machine import machine_name
 from bench.report.readme import not_counted
@@ -55,12 +56,17 @@ def _two(value: float | None) -> str:
     return "-" if value is None else f"{value:.2g}"
 
 
+def tell(console: Console, line: str, style: str | None = None) -> None:
+    """Print a line as it is, but for what would move the cursor: names and reasons are other people's."""
+    console.print(visible(line), style=style, highlight=False, markup=False, soft_wrap=True)
+
+
 def show(directory: Path, console: Console) -> bool:
     """Print the summary of the run in ``directory``; True where every answer is good.
 
     That a rival is farther off than it promises is said, and makes no run a bad one.
     """
-    say = partial(console.print, highlight=False, markup=False, soft_wrap=True)
+    say = partial(tell, console)
     run = read_run(directory)
     loop = loop_of(run)
     sized = sizes(run, loop)
@@ -76,7 +82,7 @@ def show(directory: Path, console: Console) -> bool:
     for heading in ("method", "p50", "p99", "serves", "misses", "agrees"):
         table.add_column(heading, no_wrap=True, min_width=len(heading))
     for label, same in groupby(rows, key=lambda row: row.label):
-        table.add_row(escape(label), *_method(run, list(same)))
+        table.add_row(escape(visible(label)), *_method(run, list(same)))
     # A file or a pipe has no edge that lines must fit into, so nothing is cut there.
     width = console.width
     console.width = width if console.is_terminal else max(width, WIDE)
