@@ -13,7 +13,8 @@ from alloc import AllocError
 from bench.record.capability import Capability
 from bench.record.cell import Cell, Key
 from bench.record.emulated import Emulated, Processor
-from bench.record.schema import SCHEMA, Event, Header, Line, Method, Problem, Worker
+from bench.record.names import unusable
+from bench.record.schema import NO_VEHICLE, SCHEMA, Event, Header, Line, Method, Problem, Worker
 
 FILE_NAME = "record.jsonl"
 PACKED = FILE_NAME + ".gz"
@@ -79,6 +80,9 @@ def parse(path: Path) -> tuple[Record, int]:
         except (msgspec.DecodeError, UnicodeDecodeError) as error:
             what = str(error)[:300]  # it may quote all of a value
             raise RecordError(f"{path}: line {number}: {what}; remove that line or run again") from None
+        vehicle = line.key.vehicle if isinstance(line, Cell) else getattr(line, "vehicle", NO_VEHICLE)
+        if why := unusable(vehicle):
+            raise RecordError(f"{path}: line {number}: {why}; remove that line or run again")
         if number == 1 and not isinstance(line, Header):
             raise RecordError(f"{path}: line 1 is no header; remove the file and run again")
         by_kind[type(line)].append(line)

@@ -16,6 +16,7 @@ from bench.chips import esc
 from bench.chips.kernel import SCALARS, Kernel
 from bench.demands.store import vehicle_of
 from bench.inputs.board_log import LogBlock, whole
+from bench.record.names import unusable
 
 _LARGEST = 1 << 22
 """Bytes of a vehicle at most: a vehicle of a hundred thrusters has 200 kB."""
@@ -70,6 +71,8 @@ def header(block: LogBlock) -> LogHeader:
     text = zlib.decompressobj().decompress(packed, _LARGEST)
     arrays: dict[str, list[Any]] = json.loads(text)
     vehicle = vehicle_of({key: np.array(value) for key, value in arrays.items()})
+    if why := unusable(vehicle.name) or unusable(vehicle.whole or vehicle.name):
+        raise ValueError(why)
     scalar, limits = cast(Scalar, facts["scalar"]), cast(Where, facts["limits"])
     if scalar not in SCALARS or limits not in ("fixed", "call"):
         raise ValueError(f"scalar {scalar}, limits {limits}")

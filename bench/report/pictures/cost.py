@@ -2,7 +2,7 @@
 
 from matplotlib.figure import Figure
 
-from bench.report.pictures.style import colour, legend, time_axis
+from bench.report.pictures.style import brief, colour, legend, time_axis
 from bench.results.ranking import best, telling
 from bench.results.rows import Run
 
@@ -31,11 +31,12 @@ def draw(run: Run, vehicle: str) -> Figure | None:
         axes.plot([centre], [y], "o", color=colour(row), markersize=5)
     time_axis(
         axes.xaxis,
-        f"one call: median on {demands} demands (dot), on all sets p99.9 (thick line) and slowest (bar)",
+        f"one call: median on {brief(demands)} demands (dot),"
+        " on all sets p99.9 (thick line) and slowest (bar)",
     )
-    axes.set_yticks(range(len(rows)), [row.label for row in rows])
+    axes.set_yticks(range(len(rows)), [brief(row.label) for row in rows])
     axes.set_ylim(-0.7, len(rows) - 0.3)
     axes.grid(axis="y", visible=False)
-    axes.set_title(vehicle)
+    axes.set_title(brief(vehicle, 90))
     legend(figure, rows)
     return figure

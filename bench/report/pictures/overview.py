@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from alloc.formulations import Family
-from bench.report.pictures.style import BLUE, BROWN, FAMILIES, GREY, INK, time_axis
+from bench.report.pictures.style import BLUE, BROWN, FAMILIES, GREY, INK, brief, time_axis
 from bench.report.readme import served_share
 from bench.results.columns import Row
 from bench.results.ranking import best, largest_loss, representatives
@@ -42,7 +42,7 @@ def draw_run(run: Run) -> Figure | None:
     right.set_xlim(0, 100)
     right.xaxis.set_major_formatter(lambda value, _: f"{value:g} %")
     right.set_xlabel("not served within 1 % (bar), worst wrench missing (line)", fontsize=8)
-    left.set_yticks(range(len(rows)), list(rows))
+    left.set_yticks(range(len(rows)), map(brief, rows))
     left.set_ylim(-0.6, len(rows) - 0.4)
     shown = [way for way in WAYS if any(way in ways for ways in rows.values())]
     marks = [

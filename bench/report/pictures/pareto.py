@@ -4,7 +4,7 @@ from matplotlib.figure import Figure
 
 from alloc.allocation import WRENCH_TOLERANCE
 from bench.report.pictures.labels import label_points
-from bench.report.pictures.style import FAINT, colour, legend, share_axis, time_axis
+from bench.report.pictures.style import FAINT, brief, colour, legend, share_axis, time_axis
 from bench.results.ranking import best, front, largest_loss, telling
 from bench.results.rows import Run
 
@@ -34,7 +34,7 @@ def draw(run: Run, vehicle: str) -> Figure | None:
         axes.plot([time], [error], "o", color=colour(row), markersize=5)
     time_axis(axes.xaxis, "one call, median")
     share_axis(axes.yaxis, "largest share of a demand's wrench that is lost", floor=FLOOR)
-    axes.set_title(f"{vehicle}, {demands} demands")
+    axes.set_title(brief(f"{vehicle}, {demands} demands", 90))
     legend(figure, [row for *_, row in points])
     on_front = set(kept)
     # Points of the front come first, so their labels get the best places.

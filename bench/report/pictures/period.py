@@ -4,7 +4,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator
 
-from bench.report.pictures.style import BLUE, GREEN, INK, PAPER, VERMILION
+from bench.report.pictures.style import BLUE, GREEN, INK, PAPER, VERMILION, brief
 from bench.results.ranking import best, telling
 from bench.results.rows import Run
 
@@ -40,10 +40,10 @@ def draw(run: Run, vehicle: str) -> Figure | None:
     axes.axvline(100, color=INK, linewidth=1)
     axes.xaxis.set_major_locator(LogLocator(numticks=20))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda share, _: f"{share:g} %"))
-    axes.set_yticks(range(len(shown)), [label for label, _, _ in shown])
+    axes.set_yticks(range(len(shown)), [brief(label) for label, _, _ in shown])
     axes.set_ylim(-0.7, len(shown) - 0.3)
     axes.set_xlabel("p99 of a call (hollow: slowest of too few), share of the control period")
-    axes.set_title(f"{vehicle}, all demand sets")
+    axes.set_title(brief(f"{vehicle}, all demand sets", 90))
     marks = [Line2D([], [], color=c, marker=m, linestyle="") for c, m in RATES_HZ.values()]
     figure.legend(marks, [f"{rate} Hz" for rate in RATES_HZ], loc="outside lower center", ncols=3)
     return figure

@@ -114,6 +114,11 @@ def legend(drawn: "Figure", rows: list[Row]) -> None:
     drawn.legend(dots, shown, loc="outside lower center", ncols=3)
 
 
+def brief(name: str, most: int = 32) -> str:
+    """The name, cut where it would leave no room for what is drawn beside it."""
+    return name if len(name) <= most else f"{name[: most - 1]}…"
+
+
 def time_axis(axis: "Axis", label: str) -> None:
     """Make a log axis of times [us], with ticks in ns to s."""
 

@@ -2,7 +2,7 @@
 
 from matplotlib.figure import Figure
 
-from bench.report.pictures.style import looks, share_axis, time_axis
+from bench.report.pictures.style import brief, looks, share_axis, time_axis
 from bench.results.quantiles import Histogram, total
 from bench.results.ranking import best, telling
 from bench.results.rows import Run
@@ -25,11 +25,13 @@ def draw(run: Run, vehicle: str) -> Figure | None:
     for row in rows:
         times, share = at_least(row.measured.singles)
         colour, dashes = styles[row.label]
-        axes.step(times, share, where="pre", color=colour, linestyle=dashes, linewidth=1.3, label=row.label)
+        axes.step(
+            times, share, where="pre", color=colour, linestyle=dashes, linewidth=1.3, label=brief(row.label)
+        )
         axes.plot(times[-1:], share[-1:], "o", color=colour, markersize=3.5)
     time_axis(axes.xaxis, "one call")
     share_axis(axes.yaxis, "calls that took at least so long (dot: the slowest)")
-    axes.set_title(f"{vehicle}, {demands} demands, single calls")
+    axes.set_title(brief(f"{vehicle}, {demands} demands, single calls", 90))
     figure.legend(loc="outside right upper", title="by median")
     return figure
 
