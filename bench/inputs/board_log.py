@@ -127,13 +127,14 @@ def _block(log: BoardLog, begin: re.Match[bytes], end: re.Match[bytes]) -> LogBl
     if end[3][-_CRC:] != b" %08x" % zlib.crc32(b"%s %s" % (head, claimed)):
         return None
     body = begin.string[begin.start() : end.start()]
-    lines = [line for line in body.split(b"\n") if line]
+    # Some terminals wrap lines; no line of a driver has a break in it, and zeros were taken out.
+    lines = body.replace(b"\ntb ", b"\0tb ").replace(b"\n", b"").split(b"\0")
     if claimed != b"%08x" % zlib.crc32(head, zlib.crc32(b"".join(lines))):
         lines = list(_lines(body))  # perhaps something else was printed in between
         if claimed != b"%08x" % zlib.crc32(head, zlib.crc32(b"".join(lines))):
             return None
         log.damaged += body.count(b"tb ") - len(lines)
-    kind, words = begin[2].decode(), _words(begin[3][:-_CRC])
+    kind, words = begin[2].decode(), _words(lines[0].split(b" ", 3)[-1][:-_CRC])
     if not words:
         return None
     return LogBlock(kind, claimed.decode() if kind == "board" else words[0], words[1:], lines[1:])

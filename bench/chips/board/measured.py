@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 
-import msgspec
 import numpy as np
 
 from alloc import Allocation, Status, Vehicle, build
@@ -14,16 +13,15 @@ from alloc.formulations.hard import FORMULATION as HARD
 from alloc.kernels.tolerance import MET, MET_BY_SOLVERS
 from alloc.rivals import load
 from bench.chips import esc
-from bench.chips.agreement import agreement, explained
+from bench.chips.agreement import explained
+from bench.chips.board.counted import counts
 from bench.chips.board.heard import NOOP, Heard, TimedCalls
-from bench.chips.count import CallCounts
 from bench.chips.kernel import Kernel
 from bench.chips.target import names, target
-from bench.demands import DemandSet
 from bench.harness.lines import problem
 from bench.judging.judge import judge
 from bench.judging.question import Question, ask_here, questions, right_answers
-from bench.record import SCHEMA, Batch, Cell, Emulated, Header, Judged, Key, Line, Method, Problem
+from bench.record import SCHEMA, Batch, Cell, Header, Judged, Key, Line, Method, Problem
 from bench.record.bins import binned
 from bench.record.machine import slug
 from bench.results.quantiles import merged
@@ -31,6 +29,9 @@ from bench.results.ranking import EXACT_WITHIN
 
 COARSE = 0.1
 """Share of single calls without a tick from which on a counter is too coarse to time one."""
+
+PASSES = 10_000
+"""Most passes of a method over a set that a record keeps one by one; a log counts those that are alike."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,7 @@ def lines(heard: Heard, name: str, started: str) -> Iterator[Line]:
     if not heard.board.ticks_per_s:
         if heard.board.processor in names():
             yield target(heard.board.processor).facts
-        yield from _counts(heard)
+        yield from counts(heard)
         return
     asked = questions(list(heard.demands.values()), ask_here)
     yield Method(name=NOOP, yardstick=True)
@@ -171,7 +172,7 @@ def _cell(heard: Heard, method: str, name: str, repeat: int, run: TimedCalls) ->
     N = len(run.F)
     none = sum(times for ticks, times in run.ones if ticks == 0)
     coarse = none > COARSE * sum(times for _, times in run.ones)
-    batches = [Batch(N, ns(ticks), ns(ticks), 0) for ticks, times in run.passes for _ in range(times)]
+    batches = [Batch(N, ns(ticks), ns(ticks), 0) for ticks in _spread(run.passes)]
     return Cell(
         key=Key(heard.board.vehicle.name, name, method, repeat=repeat),
         status="ok",
@@ -180,6 +181,15 @@ def _cell(heard: Heard, method: str, name: str, repeat: int, run: TimedCalls) ->
         singles=[] if coarse else merged([[(binned(ns(ticks)), times)] for ticks, times in run.ones]),
         timed_ns=sum(ns(ticks) * times for ticks, times in (*run.ones, *run.passes)),
     )
+
+
+def _spread(seen: list[tuple[int, int]]) -> list[int]:
+    """The ticks of each pass, sorted; of more than PASSES, so many that lie evenly among them."""
+    ticks, times = np.array(seen, dtype=np.int64).reshape(-1, 2).T
+    ends, total = np.cumsum(times), int(times.sum())
+    places = np.arange(total) if total <= PASSES else (np.arange(PASSES) + 0.5) * (total / PASSES)
+    spread: list[int] = ticks[np.searchsorted(ends, places, side="right")].tolist()
+    return spread
 
 
 def _judged(question: Question, kernel: Kernel, promised: Promise, run: TimedCalls, thorough: bool) -> Judged:
@@ -205,43 +215,3 @@ def _judged(question: Question, kernel: Kernel, promised: Promise, run: TimedCal
         said = f"answers of {run.other_answers} passes differ from those of the first"
         judged.wrong = "; ".join(filter(None, (judged.wrong, said)))
     return judged
-
-
-def _counts(heard: Heard) -> Iterator[Emulated]:
-    facts = heard.board.facts
-    for (method, name), runs in heard.asked.items():
-        if method == NOOP:  # a driver that counts instructions does not ask it
-            continue
-        kernel, run = heard.board.kernels[method], runs[0]
-        counted = CallCounts(run.F, run.status, run.ticks, run.stack_bytes, run.shares)
-        row = Emulated(
-            vehicle=heard.board.vehicle.name,
-            target=heard.board.processor,
-            method=method,
-            scalar=kernel.scalar,
-            limits=kernel.limits,
-            solver=kernel.solver,
-            seed=heard.board.seed,
-            tools={"compiler": facts.get("compiler", ""), "thrustbench": facts.get("commit", "")},
-        )
-        if method == esc.METHOD:
-            yield esc.counted_row(row, name, heard.vehicle, heard.thrusts[name], counted)
-            continue
-        demands = heard.demands[name]
-        agreed = agreement(kernel, demands, counted)
-        values, calls = np.unique(run.ticks, return_counts=True)
-        yield msgspec.structs.replace(
-            row,
-            demands=name,
-            instructions=list(zip(values.tolist(), calls.tolist(), strict=True)),
-            worst=_worst(demands, run),
-            stack_bytes=int(run.stack_bytes.max()),
-            agrees=agreed.agrees,
-            distance_rel_max=agreed.distance_rel_max,
-            other_verdicts=agreed.other_verdicts,
-        )
-
-
-def _worst(demands: DemandSet, run: TimedCalls) -> list[float]:
-    worst: list[float] = demands.taus[int(run.ticks.argmax())].tolist()
-    return worst
