@@ -48,7 +48,7 @@ class Failure(NamedTuple):
                 for axes in self.lost
             )
         axes = [f"{axis} {100 * share:.0f} %" for axis, share in self.left.items() if share < LITTLE]
-        return f"{', '.join(axes)} left" if axes else "every axis keeps its full range"
+        return f"{', '.join(axes)} of the range left" if axes else "every axis keeps its full range"
 
 
 LITTLE = 0.995

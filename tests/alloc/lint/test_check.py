@@ -114,8 +114,8 @@ def test_a_sound_file_gets_only_the_notes_on_what_failures_cost(file: Path) -> N
     report = checked(file, GOOD)
     assert messages(report, "error") == messages(report, "warning") == []
     assert messages(report, "note") == [
-        "without thruster 0 or 1: surge 50 %, yaw 67 % left",
-        "without thruster 2 or 3: sway 50 %, yaw 33 % left",
+        "without thruster 0 or 1: surge 50 %, yaw 67 % of the range left",
+        "without thruster 2 or 3: sway 50 %, yaw 33 % of the range left",
     ]
 
 
@@ -287,7 +287,7 @@ def test_failures_are_told_by_the_thrusters_names_and_each_cost_once(file: Path)
     ]
     assert [failure.lost for failure in report.failures if failure.lost] == [(("heave", "roll"),)] * 2
     (cost,) = [line for line in messages(report, "note") if line.startswith("without bow right, bow left")]
-    assert cost.endswith("surge 50 %, sway 50 %, yaw 50 % left")
+    assert cost.endswith("surge 50 %, sway 50 %, yaw 50 % of the range left")
 
 
 def test_a_direction_that_the_whole_vehicle_lacks_is_no_cost_of_a_failure(file: Path) -> None:
