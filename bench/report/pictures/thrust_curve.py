@@ -36,9 +36,12 @@ def _panel(axes: Axes, esc: Esc, ends: tuple[float, float]) -> None:
         if np.isfinite(volts):
             axes.annotate(f"{volts:g} V", (u[-1], f[-1]), color=INK, fontsize=7)
     still = u[(esc.at(np.array([chosen]))[0] == 0)]
-    axes.axvspan(float(still.min()), float(still.max()), facecolor=FAINT)
+    dead = still.size > 0 and still.min() < still.max()  # else the curve is zero at neutral alone
+    if dead:
+        axes.axvspan(float(still.min()), float(still.max()), facecolor=FAINT)
     for end in ends:
         axes.axhline(end, color=VERMILION, linestyle="--", linewidth=0.8)
     axes.axhline(0.0, color=INK, linewidth=0.5)
-    axes.set_xlabel(f"command, {esc.low:g} to {esc.high:g} by {esc.step:g}; shaded: the dead band")
+    shaded = "; shaded: the dead band" if dead else ""
+    axes.set_xlabel(f"command, {esc.low:g} to {esc.high:g} by {esc.step:g}{shaded}")
     axes.set_ylabel("thrust [N]; dashed: limits")

@@ -1,21 +1,25 @@
 """Pictures: what they show of the data, that labels do not overlap, and that colours stand out."""
 
+from dataclasses import replace
 from itertools import combinations
 
 import matplotlib as mpl
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
+from alloc import load_vehicle
 from alloc.formulations import Family
 from bench.record import Curve
 from bench.report.pictures.error import alike
 from bench.report.pictures.labels import label_points
 from bench.report.pictures.style import DARK, FAMILIES, SETTINGS, looks
 from bench.report.pictures.tails import at_least
+from bench.report.pictures.thrust_curve import thrust_curve
 from bench.results.ranking import front
 
 positive = st.floats(1e-3, 1e3)
@@ -67,6 +71,19 @@ def test_a_tail_curve_falls_from_all_calls_to_the_slowest() -> None:
     times, share = at_least([(1000, 90), (2000, 9), (5000, 1)])
     assert times == [1.0, 2.0, 5.0]
     assert share == [1.0, 0.1, 0.01]
+
+
+@pytest.mark.parametrize("dead", [0, 50])
+def test_a_dead_band_is_named_where_it_is_drawn(dead: int) -> None:
+    """Where the curve is zero at neutral alone, nothing is shaded."""
+    vehicle = load_vehicle("bluerov2")
+    u = np.unique([1100.0, 1500 - dead, 1500, 1500 + dead, 1900])
+    f = np.where(abs(u - 1500) <= dead, 0.0, (u - 1500) / 10)
+    no_volts = {"volts": np.array([np.nan]), "nominal": np.nan}
+    esc = replace(vehicle.esc[0], neutral=1500, low=1100, high=1900, command=u, curve=f[None], **no_volts)
+    (axes,) = thrust_curve(replace(vehicle, esc=(esc,) * vehicle.n)).axes
+    assert ("dead band" in axes.get_xlabel()) is (dead > 0)
+    assert bool(axes.patches) is (dead > 0)
 
 
 def luminance(colour: str) -> float:
