@@ -27,11 +27,12 @@ def page(
     known = assumed(run.record.processors)
     counted = [row for row in rows(run.record.emulated) if not vehicles or row.emulated.vehicle in vehicles]
     shown = bands(counted, clock_MHz * 1e6, loop, known, given)
+    bounded = any(band.counted.at_most is not None for band in shown)
+    bound = " No call takes more than stands under at most, the longest way through the binary." * bounded
     parts = [
         f"Emulated processors at {clock_MHz:g} MHz, {loop.rate_hz:g} Hz. Instructions are of the costliest"
-        " call that is known: asked, found by a search, or with numbers that overflow or are none. No call"
-        " takes more than stands under at most, the longest way through the binary. The share of the control"
-        " period is a band, for instructions are not cycles.\n",
+        f" call that is known: asked, found by a search, or with numbers that overflow or are none.{bound}"
+        " The share of the control period is a band, for instructions are not cycles.\n",
         table(
             (
                 "vehicle",

@@ -14,6 +14,7 @@ from bench.results.text import percent, table, three
 ATTAINABLE = ("inactive", "active")
 """Demand sets that can be met."""
 BEYOND = "infeasible"
+COUNT = "`thrustbench emulate --out DIR` counts them for the boards that `thrustbench list` names"
 
 
 def page(run: Run, loop: Loop, board: str, vehicles: Collection[str] = ()) -> str:
@@ -22,9 +23,10 @@ def page(run: Run, loop: Loop, board: str, vehicles: Collection[str] = ()) -> st
     ``vehicles`` are the only ones to show, in this order; all if empty.
     """
     known = known_boards(run)
+    if not known:
+        raise UnknownName(f"this record has cycles of no board; {COUNT}")
     if board not in known:
-        there = ", ".join(sorted(known)) or "none; `thrustbench emulate --out DIR` counts for boards"
-        raise UnknownName(f"no board '{board}' in this record; there is {there}")
+        raise UnknownName(f"no board '{board}' in this record; there is {', '.join(sorted(known))}")
     processor, facts = known[board]
     kernels = [
         kernel
@@ -32,6 +34,8 @@ def page(run: Run, loop: Loop, board: str, vehicles: Collection[str] = ()) -> st
         if (kernel.target, kernel.cycles is None) == (processor.name, False)
         if kernel.scalar in processor.scalars and (not vehicles or kernel.vehicle in vehicles)
     ]
+    if not kernels:
+        raise UnknownName(f"{', '.join(vehicles) or 'this record'} has no cycles of {board}; {COUNT}")
     order = list(vehicles) or sorted({kernel.vehicle for kernel in kernels})
     kernels.sort(key=lambda kernel: (order.index(kernel.vehicle), kernel.cycles))
     return (

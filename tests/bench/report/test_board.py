@@ -11,6 +11,7 @@ from bench.__main__ import cli
 from bench.chips.target import target
 from bench.record import SCHEMA, Emulated, Header
 from bench.record.writer import Writer
+from tests import made_up
 
 COUNTED = Emulated(
     vehicle="tiburon",
@@ -38,6 +39,10 @@ def printed(folder: Path, *rows: Emulated, board: str = "stm32f446", more: tuple
         )
         writer.extend([target("cortex-m4f").facts])
         writer.extend(rows)
+    return asked(folder, board, more)
+
+
+def asked(folder: Path, board: str, more: tuple[str, ...] = ()) -> str:
     arguments = ["size", str(folder), "--rate", "100", "--board", board, *more]
     result = CliRunner().invoke(cli, arguments, standalone_mode=False)
     if result.exception:
@@ -96,6 +101,16 @@ def test_what_was_counted_in_another_form_alone_stands_there_by_its_name(tmp_pat
 def test_a_board_that_nobody_counted_for_is_named_with_those_there_are(tmp_path: Path) -> None:
     with pytest.raises(UnknownName, match="no board 'nucleo' in this record; there is stm32f446"):
         printed(tmp_path, COUNTED, board="nucleo")
+
+
+def test_a_record_without_cycles_of_the_board_is_refused_with_what_makes_them(tmp_path: Path) -> None:
+    """A board's log from an emulator has the processor and no cycles: the table was empty."""
+    bare = msgspec.structs.replace(COUNTED, boards={}, cycles=[])
+    with pytest.raises(UnknownName, match="this record has no cycles of stm32f446; `thrustbench emulate"):
+        printed(tmp_path, bare)
+    made_up.record(tmp_path, made_up.header(), made_up.cell())
+    with pytest.raises(UnknownName, match="this record has cycles of no board; `thrustbench emulate"):
+        asked(tmp_path, "nucleo")
 
 
 def test_a_board_brings_its_own_clock(tmp_path: Path) -> None:
