@@ -12,7 +12,7 @@ from alloc.vehicle.frame import described
 from bench.record import Capability
 from bench.report.readme import served
 from bench.report.verdict import loop_of, sure
-from bench.results.bands import Counted, counted
+from bench.results.bands import Counted, counted, refusal_of
 from bench.results.columns import Row
 from bench.results.cycles import assumed
 from bench.results.emulated import rows as emulated_rows
@@ -154,6 +154,7 @@ def _kernel(kernel: Counted) -> dict[str, Any]:
         "solver": kernel.solver,
         "formulation": kernel.formulation,
         "exact": kernel.optimal,
+        "refusal": refusal_of(kernel.formulation),
         "instructions": kernel.instructions,
         "cpi": None if kernel.cycles is None else [cycles / kernel.instructions for cycles in kernel.cycles],
         "wrong": "" if kernel.agrees else "not all answers are right",

@@ -12,6 +12,7 @@ from bench.results.emulated import REFERENCE, EmulatedRow
 from bench.results.fit import Fit, Loop
 from bench.results.size import Size, ordered
 from bench.results.text import three
+from bench.results.unfit import refuses
 
 USUAL_SCALAR = "double"
 """Precision that a label leaves out: Python's own."""
@@ -202,10 +203,16 @@ def _size(band: Band, loop: Loop) -> Size:
         fit=band.fit if kernel.agrees else Fit.UNKNOWN,
         reason=reason if kernel.agrees else "not all answers are right",
         exact=kernel.optimal and kernel.agrees,
+        refusal=refusal_of(kernel.formulation),
         p50_us=band.high * loop.period_us,
         cpu_us=band.high * loop.period_us,
         rate_hz=loop.highest_rate_hz(band.high * loop.period_us),
     )
+
+
+def refusal_of(formulation: str) -> str:
+    """What methods of that formulation refuse, by what it promises; empty for nothing."""
+    return "what can't be met" if refuses(formulation) else ""
 
 
 def _usefulness(band: Band) -> tuple[str, str, bool, bool, bool, Fit, int, str]:

@@ -42,6 +42,7 @@ function counted(machine, size, loop) {
   size.fit = size.data.wrong || (size.missed && fit !== DOES_NOT_FIT) ? UNKNOWN : fit;
   size.reason = size.data.wrong || (size.missed ? `not counted: ${size.missed}` : `${three(100 * low)} to ${three(100 * high)} % by its instructions`);
   size.exact = size.data.exact && !size.data.wrong;
+  size.refusal = size.data.refusal;
   size.p50 = size.cpu = high * loop.period;
   size.up_to = (loop.budget * 1e6) / size.p50;
   return size;
@@ -126,7 +127,7 @@ function verdict(sizes, vehicle, loop, where) {
   const refusing = sizes.find((size) => size.exact && size.refused > first.refused);
   if (refusing) text += `; ${spoken(refusing)} refuses ${refusing.refusal}`;
   if (first.freedom === 0) text += "; no thruster to spare, so no freedom to gain from: a wrench can be made in one way";
-  const alike = sizes.slice(1).filter((size) => size.fit === first.fit && size.exact === first.exact && size.refused > 0 === first.refused > 0 && size.method !== first.twin);
+  const alike = sizes.slice(1).filter((size) => size.fit === first.fit && size.exact === first.exact && size.refused > 0 === first.refused > 0 && size.method !== first.twin && (first.refusal || !size.refusal));
   const other = alike.find((size) => size.solver) ?? alike[0];
   return other ? `${text}; ${spoken(other)} would do too.` : `${text}.`;
 }

@@ -107,6 +107,17 @@ def test_demands_that_a_user_gave_are_answered_and_what_refuses_some_is_named_wi
     )
 
 
+def test_what_refuses_would_not_do_too_where_what_to_take_answers_all(tmp_path: Path) -> None:
+    """Of demands that were drawn no share is said. The other way round it would."""
+    drawn = log(given=False, rate_hz=None)
+    cells = [on_log("nullspace", 2, 0.8), on_log("scaled", 1)]
+    assert said(tmp_path, 50, drawn, *cells).endswith("take scaled; exact; under 0.01 % of the period.")
+    cells = [on_log("nullspace", 1, 0.8), on_log("scaled", 9)]
+    assert said(tmp_path, 50, drawn, *cells).endswith(
+        "refuses what can't be met; under 0.01 % of the period; scaled would do too."
+    )
+
+
 def test_what_stands_in_for_an_exact_method_that_refuses_is_not_said_to_be_without_rival(
     tmp_path: Path,
 ) -> None:

@@ -13,10 +13,11 @@ from bench.chips.target import target, targets
 from bench.record import SCHEMA, Emulated, Header
 from bench.record.writer import Writer
 from bench.report import render
-from bench.results.bands import bands
+from bench.results.bands import as_sizes, bands
 from bench.results.cycles import Cpi, assumed, seconds, share
 from bench.results.emulated import rows
 from bench.results.fit import Fit, Loop
+from tests import made_up
 
 M7 = assumed([target("cortex-m7").facts])
 positive = st.floats(1e-3, 1e9)
@@ -126,6 +127,13 @@ def test_a_kernel_with_an_uncounted_demand_set_is_never_said_to_fit() -> None:
     assert not bands(rows([failed]), 1e6, Loop(100.0, 0.5), M7)
 
 
+def test_a_count_says_what_its_method_refuses_as_a_time_does() -> None:
+    """size --board said 'refused' of what report.html called exact, and no more."""
+    made = [emulated("cortex-m7", "active", (100, 3), method=f"{m}@native") for m in ("nullspace", "scaled")]
+    sized = as_sizes(bands(rows(made), 1e6, Loop(100), M7), Loop(100))
+    assert {size.twin: size.refusal for size in sized} == {"nullspace": "what can't be met", "scaled": ""}
+
+
 def test_a_later_row_replaces_an_earlier_one_of_the_same_names() -> None:
     (row,) = rows([emulated("cortex-m7", "active", (9, 1)), emulated("cortex-m7", "active", (7, 1))])
     assert row.worst == 7
@@ -146,6 +154,14 @@ def test_size_prints_a_band_and_what_it_rests_on(directory: Path) -> None:
     assert "0.5 to 4; Arm publishes none" in result.output
     assert "not all right" in result.output  # OSQP's row
     assert "median" not in result.output
+
+
+def test_the_longest_path_is_named_only_where_it_was_worked_out(tmp_path: Path) -> None:
+    for at_most, said in ((None, False), (200, True)):
+        counted = msgspec.structs.replace(emulated("cortex-m7", "active", (100, 3)), at_most=at_most)
+        made_up.record(tmp_path, made_up.header(), target("cortex-m7").facts, counted)
+        printed = CliRunner().invoke(cli, ["size", str(tmp_path), "--rate", "100", "--clock", "168"]).stdout
+        assert ("takes more than stands under at most" in printed) is said
 
 
 def test_size_takes_measured_cycles_in_place_of_the_assumption(directory: Path) -> None:
