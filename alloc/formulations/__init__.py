@@ -27,7 +27,7 @@ class Family(StrEnum):
 
     CLOSED_FORM = "closed form, no limits"
     PRACTICE = "practice behind a closed form"
-    EXACT = "exact closed form"
+    EXACT = "for an optimum, no QP solver"
     LIVE = "QP solver, live"
     GENERATED = "QP solver, its C"
     ONE_SHOT = "QP solver, one shot"

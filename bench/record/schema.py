@@ -66,6 +66,14 @@ class Method(msgspec.Struct, tag="method", omit_defaults=True, kw_only=True):
     yardstick: bool = False
     plugin: bool = False
 
+    def __post_init__(self) -> None:
+        """Give families of older records their present names."""
+        self.family = RENAMED_FAMILIES.get(self.family, self.family)
+
+
+RENAMED_FAMILIES = {"exact closed form": "for an optimum, no QP solver"}
+"""Names that older records have for families, and what they are now: not each of their methods is exact."""
+
 
 class Problem(msgspec.Struct, tag="problem", omit_defaults=True, kw_only=True):
     """One demand set of one vehicle, as it was asked.

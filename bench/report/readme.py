@@ -72,7 +72,8 @@ def served_share(run: Run, vehicle: str, row: Row) -> float | None:
     capability = run.capability(vehicle)
     served = [s for s in capability.served if s.fault is None] if capability else []
     shares = {s.method: s.within_1pct / s.n_demands for s in served}
-    return shares.get(EXACT_METHODS[0] if exact(row) else row.described.twin or row.method)
+    names = [*EXACT_METHODS[:1] * exact(row), row.described.twin, row.method]
+    return next((shares[name] for name in names if name in shares), None)
 
 
 class MarkerError(AllocError):

@@ -4,7 +4,7 @@ from alloc.formulations import find_formulation
 from bench.report.readme import lost, not_counted, served
 from bench.report.verdict import loop_of
 from bench.results.columns import Row
-from bench.results.ranking import best, exact, optimal, right, worth_considering
+from bench.results.ranking import best, complete, exact, optimal, right, worth_considering
 from bench.results.rows import Run
 from bench.results.sizing import sizes
 from bench.results.text import plain, table, three
@@ -38,11 +38,13 @@ def section(run: Run, drawn: frozenset[str]) -> str:
 
 
 def answers(row: Row) -> str:
-    """What a row's answers are, in words; near an optimum, where a solver's tolerance misses it."""
+    """What a row's answers are, in words; near an optimum where only a solver's tolerance misses it."""
     title = find_formulation(row.formulation).title
     if not right(row):
         return f"wrong: {row.wrong or 'farther from the optimum than promised'}"
-    return f"near {title}" if optimal(row) and not exact(row) else title
+    if not optimal(row) or exact(row):
+        return title
+    return f"near {title}" if complete(row) else f"aims at {title}, misses some that can be met"
 
 
 def _not_measured(run: Run, vehicle: str, demands: str) -> list[list[str]]:

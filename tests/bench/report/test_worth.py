@@ -1,0 +1,79 @@
+"""Methods worth considering: what their answers are, in words, and what they serve."""
+
+from pathlib import Path
+
+import pytest
+from msgspec.structs import replace
+
+from bench.record import Authority, Capability, Judged, Line, Method, Served
+from bench.report.readme import served_share
+from bench.report.sections.worth import answers
+from bench.results.columns import Row
+from bench.results.rows import Run, read_run
+from tests import made_up
+
+
+def run_of(directory: Path, *lines: Line) -> Run:
+    return read_run(made_up.record(directory, made_up.header(), made_up.problem("ukwial"), *lines))
+
+
+def capability(**shares: int) -> Capability:
+    """What of a hundred demands each method serves."""
+    whole = Authority(
+        fault=None,
+        vehicle="ukwial",
+        rank=3,
+        condition=1.0,
+        volume_share=1.0,
+        closed_form_share=1.0,
+        safe_share=1.0,
+        axis_min=[-1.0] * 3,
+        axis_max=[1.0] * 3,
+    )
+    served = [
+        Served(fault=None, method=name, n_demands=100, within_1pct=share, within_5pct=share)
+        for name, share in shares.items()
+    ]
+    dof = ["surge", "sway", "yaw"]
+    return Capability(vehicle="ukwial", dof=dof, authority=[whole], served=served, curves=[], planes=[])
+
+
+@pytest.mark.parametrize(
+    ("method", "shares", "share"),
+    [
+        ("scaled@native", {"scaled": 100}, 1.0),  # nullspace was not in the run
+        ("qp/any", {"nullspace": 100}, 1.0),
+        ("mine", {"mine": 98}, 0.98),
+        ("mine", {"other": 98}, None),
+    ],
+)
+def test_what_a_method_serves_is_known_wherever_it_was_counted(
+    method: str, shares: dict[str, int], share: float | None, tmp_path: Path
+) -> None:
+    described = Method(name=method, formulation="hard", twin="scaled" if "@" in method else "")
+    run = run_of(tmp_path, described, made_up.exact_cell("ukwial", method, 1.0), capability(**shares))
+    assert served_share(run, "ukwial", run.rows[0]) == share
+
+
+def test_a_method_that_misses_what_can_be_met_is_not_near_an_optimum(tmp_path: Path) -> None:
+    """A plug-in that says so of itself, and serves nothing, was."""
+
+    def row(counts: dict[str, int], distance: float | None) -> Row:
+        cell = made_up.exact_cell("ukwial", "mine", 1.0)
+        judged = Judged(answers=10, counts=counts, agrees=True, distance_rel_max=distance)
+        (found,) = run_of(tmp_path, replace(cell, judged=judged)).rows
+        return found
+
+    assert answers(row({"SOLVED": 10}, 1e-9)) == "the optimum, eq. 4-5"
+    assert answers(row({"SOLVED": 10}, 1e-4)) == "near the optimum, eq. 4-5"
+    for counts, distance in (({"SOLVED": 4, "PARTIAL": 6}, 1e-9), ({"NOT_CONVERGED": 10}, None)):
+        assert answers(row(counts, distance)) == "aims at the optimum, eq. 4-5, misses some that can be met"
+
+
+def test_a_family_of_an_older_record_has_its_present_name(tmp_path: Path) -> None:
+    text = (
+        made_up.record(tmp_path, made_up.header(), Method(name="m", family="QP solver, live"))
+    ) / "record.jsonl"
+    text.write_text(text.read_text().replace("QP solver, live", "exact closed form"))
+    (method,) = read_run(tmp_path).record.methods
+    assert method.family == "for an optimum, no QP solver"
