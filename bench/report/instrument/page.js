@@ -88,11 +88,11 @@ const chosenMachines = () => (state.machines ? state.machines.split(",").map((i)
 const wanted = (size) => (!state.exact || size.exact) && (!state.formulation || size.formulation === state.formulation);
 const matches = (size, text) => !text || [size.label, size.family, data.fits[size.fit], size.reason].join(" ").toLowerCase().includes(text.toLowerCase());
 
-// Methods side by side: those chosen, else the first and the first that is not exact.
+// Methods side by side: those chosen, else the first and the first without limits.
 function picked(ranked) {
   const labels = state.pick ? state.pick.split("|") : [];
   const chosen = labels.map((label) => ranked.find((size) => size.label === label)).filter(Boolean);
-  return chosen.length ? chosen : [...new Set([ranked[0], ranked.find((size) => !size.exact && size.fit !== UNKNOWN)])].filter(Boolean);
+  return chosen.length ? chosen : [...new Set([ranked[0], ranked.find((size) => size.formulation === "unlimited" && size.fit !== UNKNOWN)])].filter(Boolean);
 }
 
 function pick(label) {

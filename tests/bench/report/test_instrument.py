@@ -332,6 +332,19 @@ def test_methods_that_are_chosen_stand_side_by_side_with_their_tails(runs: list[
     opened.wait_for_function("document.querySelector('#tails svg').textContent.includes('bounded')")
 
 
+def test_beside_what_to_take_stands_the_closed_form_without_limits(tmp_path: Path, opened: Any) -> None:
+    """The first method that is not exact did: a rule within limits, where its C was faster than pinv."""
+    cells = [
+        made_up.exact_cell("ukwial", "bounded", 2.0),
+        replace(made_up.exact_cell("ukwial", "rule", 0.1), formulation="clip"),
+        replace(made_up.exact_cell("ukwial", "closed", 1.0), formulation="unlimited"),
+    ]
+    folder = tmp_path / "rules"
+    folder.mkdir()
+    open_report(opened, made_up.record(folder, made_up.header(), made_up.problem("ukwial"), *cells))
+    assert shown(opened, "facts")[0][1:] == ["bounded", "closed"]
+
+
 def test_hovering_shows_the_numbers_with_their_intervals(runs: list[Path], opened: Any) -> None:
     open_report(opened, runs[0], choice="vehicle=ukwial")
     opened.locator("#cost path[aria-roledescription=point]").first.hover()
