@@ -47,7 +47,7 @@ def read(path: Path) -> Draft:
         for line, row in table
     ]
     draft = Draft(source=f"{path.name}, CSV of T", dof=dof, T=T)
-    if _counted(cells.header):
+    if all(map(numeric, cells.header)) and _counted(cells.header):
         draft.assumptions.append(f"The first line, {listed(cells.header)}, numbers the columns.")
     return commented(draft, read_text(path))
 
@@ -59,8 +59,10 @@ def _is_header(cells: Cells) -> bool:
         if axes := [cell for cell in header if cell.lower() in DOF]:
             raise cells.refused(cells.line, f"{axes[0]} stands in the header; give a row to each DOF")
         return True
-    if header == ["0", "1"]:
-        raise cells.refused(cells.line, "0, 1 may be a header or a row; name the rows, as in surge,0,1")
+    if header in (["0", "1"], ["1", "2"]):
+        raise cells.refused(
+            cells.line, f"{listed(header)} may be a header or a row; name the rows, as in surge,0.5,1"
+        )
     return _counted(header)
 
 

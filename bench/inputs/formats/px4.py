@@ -6,6 +6,7 @@ PX4: axis (0, 0, -1), KM 0.05, x forward, y starboard, z down (docs.px4.io, para
 """
 
 import re
+from math import isclose
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +21,7 @@ _PARAMETER = re.compile(r"\b(CA_ROTOR(?:_COUNT|\d{1,2}_[A-Z]+)|CA_R_REV)[\s,=:\"
 _MOST = 32
 AXES = {"PX": 0.0, "PY": 0.0, "PZ": 0.0, "AX": 0.0, "AY": 0.0, "AZ": -1.0, "KM": 0.05}
 UNUSED = AXES | {"CT": 6.5}
-"""What a file of all parameters has of rotors that are none."""
+"""What a file of all parameters has of rotors that are none, as floats of 32 bits."""
 
 
 def recognises(path: Path, text: str) -> bool:
@@ -62,7 +63,9 @@ def _check(path: Path, given: dict[str, float], rotors: list[int], count: int) -
         )
     for i in rotors:
         values = {key: given[name] for key in UNUSED if (name := f"CA_ROTOR{i}_{key}") in given}
-        if i >= count and (said := [key for key, value in values.items() if value != UNUSED[key]]):
+        if i >= count and (
+            said := [key for key, value in values.items() if not isclose(value, UNUSED[key], rel_tol=1e-6)]
+        ):
             raise VehicleError(
                 f"{path}: CA_ROTOR{i}_{said[0]} is set, but CA_ROTOR_COUNT is {count}; delete it, or raise"
                 " the count"

@@ -220,6 +220,7 @@ def test_a_bad_csv_of_t_is_refused(tmp_path: Path, text: str) -> None:
         (",f0,f1\n0,1,1\n1,0.2,-0.2\n", "line 2: '0' is no DOF"),
         ("surgee,1,2\nyaw,0.2,-0.2\n", "line 1: 'surgee' is no DOF"),
         ("0,1\n1,1\n0,0\n0.2,-0.2\n", "line 1: 0, 1 may be a header or a row; name the rows"),
+        ("1,2\n1,1\n0,0\n0.2,-0.2\n", "line 1: 1, 2 may be a header or a row; name the rows"),
         ("surge,sway,yaw\n1,0,0.2\n1,0,-0.2\n0,1,0\n", "line 1: surge stands in the header; give a row"),
     ],
 )

@@ -88,5 +88,5 @@ def test_parameters_that_make_no_rotors_are_refused(tmp_path: Path, text: str, s
 
 def test_rotors_beyond_the_count_that_have_the_defaults_are_none(tmp_path: Path) -> None:
     """As a file of all parameters has them."""
-    unused = "".join(f"CA_ROTOR6_{key} {value}\n" for key, value in UNUSED.items())
+    unused = "".join(f"CA_ROTOR6_{key} {np.float32(value):.18f}\n" for key, value in UNUSED.items())
     assert vehicle_of(imported(tmp_path, HEXA + unused), tmp_path).n == 6
