@@ -8,7 +8,8 @@ from alloc.program import Builder, Expression, Number, most, select
 
 def fitted(builder: Builder, x: dict[int, Expression], name: str = "share_of_all") -> Ruled:
     """Thrusts x times the largest factor in 0 … 1 that brings each to its limit on x's side of zero."""
-    least = LEAST * builder.vehicle.f_scale
+    known = [*builder.faults.values()] or [builder.vehicle]
+    least = builder.graph.of_each(LEAST * state.f_scale for state in known)
     far = {i: builder.limits.far(i, least) for i in x}
     load = most(*(_load(x[i], *far[i]) for i in x), 1.0)
     share = (1.0 / load).named(name)

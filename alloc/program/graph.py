@@ -64,9 +64,12 @@ class Graph:
 
     def of_each(self, numbers: Iterable[float]) -> "Number":
         """The same, but a plain number where all faults have one."""
-        found = self.by_fault(numbers)
-        each = self.known(found.node)
-        return each[0] if len(each) == 1 else found
+        return self.plain(self.by_fault(numbers))
+
+    def plain(self, number: "Number") -> "Number":
+        """The number itself where it is one that is known, and the same for all faults."""
+        each = self.known(number.node) if isinstance(number, Expression) else ()
+        return each[0] if len(each) == 1 else number
 
     def known(self, node: Node) -> tuple[float, ...]:
         """The number of each fault, or the one of all; empty where it is not known beforehand."""

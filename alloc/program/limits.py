@@ -67,10 +67,10 @@ class Limits:
         low, high = scale * self._argument("f_min", i), scale * self._argument("f_max", i)
         return (low - wider, high + wider) if wider else (low, high)
 
-    def far(self, i: int, at_least: float) -> tuple[Number, Number]:
+    def far(self, i: int, at_least: Number) -> tuple[Number, Number]:
         """Limits of thrust i, moved away from zero until they are that far from it [N]."""
         low, high = self.ends(i)
-        return least(low, -at_least), most(high, at_least)
+        return self._graph.plain(least(low, -at_least)), self._graph.plain(most(high, at_least))
 
     def crossing(self, i: int) -> Expression:
         """f_min - f_max of thrust i, above zero only where the limits of the call cross."""

@@ -71,6 +71,21 @@ def test_what_takes_over_from_a_thruster_is_of_rank_one_where_h_is_full_and_wher
         _agrees(pushing, method, "fixed", fault, program)
 
 
+@pytest.mark.parametrize("limits", ["fixed", "call"])
+def test_how_far_a_limit_is_from_zero_at_least_hangs_on_the_thrusters_that_are_left(limits: Where) -> None:
+    """The strongest fails, and one that can't reverse is asked to: four times as much was left of tau."""
+    uneven = replace(
+        UKWIAL,
+        name="uneven",
+        f_min=np.array([-250.0, 0.0, -60.0, -60.0]),
+        f_max=np.array([250.0, 60.0, 60.0, 60.0]),
+    )
+    program = recipe("shrink").program_for_all(uneven, limits, "double")
+    assert 0 in program.faults
+    for fault in program.faults:
+        _agrees(uneven, "shrink", limits, fault, program)
+
+
 @pytest.mark.parametrize(
     ("method", "fault", "T", "f_min", "f_max", "levels"),
     [
