@@ -80,7 +80,7 @@ class Builder:
         yield merge
         self._under.pop()
         steps = self._open.pop()
-        self._open[-1].append(Branch(condition.node, tuple(steps), tuple(merged), unlikely))
+        self._open[-1].append(Branch(condition.node, tuple(steps), tuple(dict.fromkeys(merged)), unlikely))
 
     def write(self, thrusts: dict[int, Expression]) -> None:
         """These thrusts are written next, and hold no register from then on; nothing is refused behind it."""

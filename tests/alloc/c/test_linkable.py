@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from alloc import generate, load_vehicle
+from alloc import Vehicle, generate, load_vehicle
 from alloc.program.literal import number
 
 WARNINGS = [
@@ -78,6 +78,17 @@ def test_what_is_asked_of_several_conditions_stands_in_brackets(compiler: str, t
     write(tmp_path, files)
     sources = [path.name for path in tmp_path.glob("*.c")]
     done = run([compiler, "-std=c99", *WARNINGS, "-I.", "-fsyntax-only", *sources], tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+def test_thrusters_that_a_step_moves_alike_share_a_variable(compiler: str, tmp_path: Path) -> None:
+    """Three that push one axis, with limits of their own: the first of two equal variables was never read."""
+    needs(compiler)
+    ends, one = ([-4.0, 1.0, -6.0], [5.0, 6.0, 6.0]), np.ones((1, 3))
+    alike = Vehicle("alike", ("heave",), one, np.eye(3), *map(np.array, ends), np.ones(3), np.ones(1))
+    write(tmp_path, generate(alike, "nullspace"))
+    done = run([compiler, "-std=c99", *WARNINGS, "-I.", "-fsyntax-only", "alike_nullspace.c"], tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
 
 
