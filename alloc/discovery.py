@@ -134,7 +134,7 @@ def generate(
     last = c.last_metre(vehicle, found, scalar, limits) if esc else None
     if last:
         files |= c.to_escs(last) | {f"test/{name}_esc_test.c": c.esc_selftest(last)}
-    files |= {f"{name}.md": c.page(vehicle, found, scalar, limits, last)}
+    files |= {f"{name}.md": c.page(vehicle, found, scalar, limits, known, last)}
     about = f"Thrust allocation for {c.in_comment(vehicle.name)} by {found.name}"
     return c.packaged(package, name, files, about, maintainer) if package else files
 

@@ -3,11 +3,12 @@
 from alloc.allocation import BoundedSteps
 from alloc.c.call import arguments, function_name, parameters
 from alloc.c.esc_code import EscCode
+from alloc.c.generate import known_faults
 from alloc.c.recipe import Recipe
 from alloc.c.volts import limits_at
 from alloc.formulations import find_formulation
-from alloc.kernels.tolerance import TOLERANCE
-from alloc.program import Scalar, Where
+from alloc.kernels.tolerance import MET
+from alloc.program import Faults, Scalar, Where
 from alloc.vehicle import Vehicle
 from alloc.vehicle.frame import described, effect
 from alloc.vehicle.geometry import unit
@@ -18,9 +19,13 @@ def page(
     kernel: Recipe,
     scalar: Scalar = "double",
     limits: Where = "fixed",
+    faults: Faults = "one",
     last: EscCode | None = None,
 ) -> str:
     """Markdown: the files, the call, what comes back, what it costs, how to check it; ``last`` with ESCs."""
+    off = known_faults(vehicle, faults).size > 0
+    failed = "or the index of the thruster that is off" if off else "all others are refused"
+    cases = "the whole vehicle and for every failed thruster" if off else "the vehicle"
     name = function_name(vehicle, kernel.name, scalar, limits)
     axes = "\n".join(
         f"| `tau[{i}]` | {axis} | {unit(axis)} | {effect(axis, vehicle.frame)} |"
@@ -66,7 +71,7 @@ int allocate({given});
 
 int allocate({given})
 {{
-    const int failed = -1; /* or the index of the thruster that is off */
+    const int failed = -1; /* {failed} */
     return {name}({arguments(limits, levels, "failed")});
 }}
 ```
@@ -75,7 +80,8 @@ int allocate({given})
 |---|---|
 {statuses}
 
-A demand counts as met within {TOLERANCE[scalar]:g} of the largest limit ({vehicle.f_scale:g} N).{rounding}
+A demand counts as met where f misses no axis by more than {MET[scalar]:g} of the length of its row of T
+times the largest limit ({vehicle.f_scale:g} N).{rounding}
 
 `tau` is in the vehicle's frame, {described(vehicle.frame)}.
 
@@ -89,7 +95,7 @@ A demand counts as met within {TOLERANCE[scalar]:g} of the largest limit ({vehic
 {moving}{shares}{warning}{limits_at(vehicle, scalar) if limits == "call" else ""}{_esc(last) if last else ""}
 ## Check it where it will run
 
-`test/{name}_test.c` holds demands for the whole vehicle and for every failed thruster, with the
+`test/{name}_test.c` holds demands for {cases}, with the
 answers the Python method gives. It prints the largest difference and exits with 0 where all agree.
 On a board compile it with `-Dmain=selftest`, and call that:
 

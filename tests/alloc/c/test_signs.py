@@ -8,6 +8,7 @@ import pytest
 from alloc import build, catalogue, list_vehicles, load_vehicle
 from alloc.c import generate, page
 from alloc.methods import recipe
+from alloc.program import Scalar, answered, values
 from alloc.vehicle.frame import AXES, effect, turned
 from alloc.vehicle.geometry import unit
 
@@ -26,6 +27,33 @@ def test_header_and_page_say_what_each_positive_entry_of_tau_does(name: str, fra
     assert f"{frame}: {AXES[frame]}" in text
     for i, axis in enumerate(vehicle.dof):
         assert f"| `tau[{i}]` | {axis} | {unit(axis)} | {effect(axis, frame)} |" in text
+
+
+def test_the_page_speaks_of_failures_where_the_c_answers_for_them() -> None:
+    """C for no fault refuses each index: its page once said to give one, and that the self-test asks them."""
+    ukwial = load_vehicle("ukwial")
+    for faults, said in (("none", False), ("one", True), ("all", True)):
+        text = page(ukwial, recipe("scaled"), faults=faults)  # type: ignore[arg-type]  # texts of the Literal
+        assert ("thruster that is off" in text) == said
+        assert ("for every failed thruster" in text) == said
+        assert ("all others are refused" in text) != said
+
+
+@pytest.mark.parametrize("scalar", ["double", "float"])
+@pytest.mark.parametrize("method", ["clip", "shrink", "nullspace", "scaled"])
+def test_what_the_page_calls_met_is_what_the_c_calls_so(method: str, scalar: Scalar) -> None:
+    """No SOLVED misses more, of demands around the edge; of clip in float the page once said 4e-06."""
+    vehicle = load_vehicle("ukwial")
+    (said,) = re.findall(r"no axis by more than (\S+) of the length", page(vehicle, recipe(method), scalar))
+    rng, kind = np.random.default_rng(1), {"double": np.float64, "float": np.float32}[scalar]
+    taus = np.where(rng.random((4000, vehicle.n)) < 0.5, vehicle.f_min, vehicle.f_max) @ vehicle.TP.T
+    taus = (taus * (1.0 + rng.uniform(-2.0, 2.0, (4000, 1)) * float(said))).astype(kind)
+    inputs = {"tau": taus.T}
+    program = recipe(method).program(vehicle, "fixed", scalar)
+    F, status, _ = answered(program, values(program, inputs, kind), len(taus))
+    missed = np.abs(F.astype(float) @ vehicle.TP.T - taus.astype(float)) / vehicle.wrench_scale
+    assert (status == 0).any()
+    assert missed[status == 0].max() <= float(said)
 
 
 def test_the_header_says_heave_as_its_readers_would() -> None:
