@@ -16,6 +16,7 @@ from alloc.kernels.tolerance import met_as_calculated
 from alloc.kernels.walk import Walk
 from alloc.nullspace.exact import exact
 from alloc.program import Builder, Expression, Limits, Number, least, most, select, size
+from alloc.program.sums import gathered, signed
 from alloc.reach.edge import start
 from alloc.vehicle import Vehicle
 
@@ -87,11 +88,14 @@ def held(
         if rooms:  # no more than what the largest gap takes of the narrowest room
             taken.append((spare / bound) * (worst - bound) * (1.0 / min(rooms.values())))
         if len({*rooms.values()}) != 1:
-            gone = {i: beyond(builder, i, x, limits).value - spare for i, x in thrusts.items()}
+            outside = {i: beyond(builder, i, x, limits).value for i, x in thrusts.items()}
+            gone = {i: value - spare for i, value in outside.items()}
             ahead: dict[int, Number] = {**rooms}
             for i, x in thrusts.items() if not rooms else ():
                 ahead[i] = _room(x, center[i], limits.ends(i)) + spare
             taken.append(most(*(over(value, ahead[i]) for i, value in gone.items())))
+            if limits.at_call:  # c may lie at a limit; but what all miss shrinks as all are drawn in
+                taken.append(_missed(builder, outside) - 1.0)
         more = most(least(*taken[::-1]), 0.0)
         kept = (1.0 / (1.0 + more)).named("kept")
         lost = (1.0 - kept).named("lost")
@@ -131,6 +135,15 @@ def _units(builder: Builder, gaps: list[Gap]) -> tuple[dict[float, list[Gap]], f
         return {}, 0.0
     spare = float(met_as_calculated(vehicle, builder.scalar) / 2 / largest)
     return {spare * unit: found for unit, found in units.items()}, spare
+
+
+def _missed(builder: Builder, outside: dict[int, Expression]) -> Expression:
+    """What thrusts so far outside of limits [N] miss of any axis at most, over half of what SOLVED may."""
+    vehicle = builder.vehicle
+    A = np.abs(vehicle.TP) / vehicle.wrench_scale[:, None]
+    by = A.max(axis=0)[list(outside)] / (met_as_calculated(vehicle, builder.scalar) / 2)
+    (row,) = gathered(by[None], [most(value, 0.0) for value in outside.values()], "o")
+    return signed(row, builder.graph).named("missed")
 
 
 def _rooms(builder: Builder, center: dict[int, Number], limits: Limits) -> dict[int, float]:
