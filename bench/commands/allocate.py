@@ -70,6 +70,7 @@ def command(
     from bench.inputs.faults import EACH, parse_fault, with_fault
     from bench.inputs.log_limits import limits_in
     from bench.inputs.logs import log_for
+    from bench.results.table import harmless
 
     not_over(output, demands)
     answering = load_vehicle(vehicle)
@@ -103,7 +104,7 @@ def command(
 
         if wrong := first_wrong(answering, log.taus, lows, highs, answers, **promises):
             raise PluginError(f"{plugin}: {wrong}; mend it")
-    header = [answering.called(i) if names else f"f{i}" for i in range(answering.n)]
+    header = [harmless(answering.called(i)) if names else f"f{i}" for i in range(answering.n)]
     wired = sent(answering, answers, log.columns.get("volts"), lows, highs) if esc else None
     text = format_thrusts(answers, header, wired)
     if output is None:

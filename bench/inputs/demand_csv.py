@@ -221,11 +221,17 @@ def format_thrusts(
     """The CSV of answers, a row each: status, thrusts [N] (``nan`` where there are none), shares if any.
 
     ``header`` names the n columns of thrusts; ``further`` columns stand behind all others. A share that an
-    answer does not say is ``nan``. Numbers have ten significant digits: a nanonewton of a newton.
+    answer does not say is ``nan``. Numbers have ten significant digits: a nanonewton of a newton. Raises
+    DemandError where two columns would have one name.
     """
     levels = max(len(answer.share) for answer in answers)  # a plug-in may say shares of some answers only
     shares = [f"share{i}" for i in range(levels)]
     behind = further or {}
+    columns = ["status", *header, *shares, *behind]
+    if twice := [name for i, name in enumerate(columns) if name in columns[:i]]:
+        raise DemandError(
+            f"--names: two columns would be '{twice[0]}'; leave it out, or rename that thruster"
+        )
     rows = (
         [
             Status(a.status).name,
@@ -241,4 +247,4 @@ def format_thrusts(
         ]
         for i, a in enumerate(answers)
     )
-    return csv_text(["status", *header, *shares, *behind], rows)
+    return csv_text(columns, rows)
