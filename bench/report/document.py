@@ -35,6 +35,8 @@ def prose(markdown: str) -> str:
         elif token.type == "td_open":
             token.attrSet("data-label", headings[column])  # style.css shows it where a screen is narrow
             column += 1
+            for part in inside.children or ():  # a wide table's cells wrap, but not before their unit
+                part.content = part.content.replace(" %", "\N{NO-BREAK SPACE}%")
     made: str = parser.renderer.render(tokens, parser.options, {})
     return made
 

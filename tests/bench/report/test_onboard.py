@@ -5,9 +5,11 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from bench.record import Batch, Cell, Judged, Key, Line, Method
+from bench.report import render
 from bench.report.sections.onboard import section
 from bench.results.rows import read_run
 from tests import made_up
+from tests.browsers import browser
 
 FORMULATIONS = {"nullspace": "hard", "clip": "limited", "shrink": "limited"}
 DEMANDS = [
@@ -89,6 +91,26 @@ def test_a_method_that_gives_no_thrusts_beyond_the_limits_refuses(tmp_path: Path
 def test_what_is_nearly_met_is_not_said_to_be_met(tmp_path: Path) -> None:
     _, lines = table(tmp_path, asked("shrink", "active", 0.1, most=1e-4))
     assert lines["shrink@native"][:3] == ["0.100", "100 %", "> 99.9 %"]
+
+
+def test_with_a_log_beside_both_kinds_the_page_shows_the_table_whole(tmp_path: Path) -> None:
+    """It was cut at the right, also on a wide screen: 14 columns. A number stays with its unit."""
+    cells = [
+        asked(twin, each.demands, 0.1, half=0.04, most=0.2, turn=20.0)
+        for twin in FORMULATIONS
+        for each in DEMANDS
+    ]
+    header, _ = table(tmp_path, *cells)
+    assert len(header) == 14
+    page = render(tmp_path).with_suffix(".html")
+    with browser() as chromium:
+        shown = chromium.new_page(viewport={"width": 1200, "height": 900})
+        shown.goto(page.as_uri())
+        shown.evaluate("document.getElementById('report').open = true")
+        assert shown.evaluate(
+            "[...document.querySelectorAll('#report table')].every(one => one.scrollWidth <= one.clientWidth)"
+        )
+        assert shown.evaluate("document.querySelector('#report td:nth-child(4)').textContent") == "96.0\xa0%"
 
 
 def test_without_generated_c_there_is_no_table(tmp_path: Path) -> None:
