@@ -24,6 +24,7 @@ from bench.chips.kernel import SCALARS, Kernel
 from bench.chips.kernels import build_kernel, check
 from bench.chips.least import least_instructions
 from bench.chips.longest import Unbounded, bound
+from bench.chips.off import most_with_one_off
 from bench.chips.target import Target
 from bench.chips.toolchain import ToolError, missing, versions
 from bench.demands import DemandSet, build_demands, labelled
@@ -126,11 +127,14 @@ def _kernel_rows(row: Emulated, kernel: Kernel, target: Target, sets: list[Deman
             row = _counted(row, tried, image, _answers(image, tried))
             # Only the largest count is kept: the others depend on how the search went.
             row = msgspec.structs.replace(row, tried=len(tried.taus), instructions=row.instructions[-1:])
-            yield _worst(row, image, sets[0].vehicle)
+            yield _worst(row, image, sets[0].vehicle, tried.taus[: search.PARENTS])
 
 
-def _worst(row: Emulated, image: Image, vehicle: Vehicle) -> Emulated:
-    """The row of a search with the most that is known of any call, and what none exceeds."""
+def _worst(row: Emulated, image: Image, vehicle: Vehicle, costly: FloatArray) -> Emulated:
+    """The row of a search with the most that is known of any call, and what none exceeds.
+
+    ``costly`` are the demands (N, k) that it found to cost most.
+    """
     kernel = image.kernel
     taus = extremes(vehicle, EXTREMES, float(np.finfo(SCALARS[kernel.scalar]).max))
     calls = kernel.calls(taus, vehicle.f_min, vehicle.f_max)
@@ -149,7 +153,12 @@ def _worst(row: Emulated, image: Image, vehicle: Vehicle) -> Emulated:
     if not (in_software or kernel.prepared):
         with suppress(Unbounded):
             at_most = bound(image, vehicle.k, vehicle.n)
-    return msgspec.structs.replace(row, known=known, at_most=at_most, cycles=own, boards=spans)
+    known_off = None
+    if row.faults != "none" and not kernel.prepared:
+        known_off = most_with_one_off(kernel, image.target, vehicle, costly)
+    return msgspec.structs.replace(
+        row, known=known, known_off=known_off, at_most=at_most, cycles=own, boards=spans
+    )
 
 
 def _answers(image: Image, demands: DemandSet) -> CallCounts:

@@ -13,6 +13,7 @@ from bench.chips.count import count
 from bench.chips.image import Image, link
 from bench.chips.kernel import Kernel
 from bench.chips.longest import Unbounded, bound
+from bench.chips.off import with_fault_asked
 from bench.chips.search import PARENTS, climb
 from bench.chips.target import Target
 from bench.chips.toolchain import versions
@@ -114,20 +115,20 @@ def _searched(
 
 def _kernel(of: Subject) -> Kernel:
     """The kernel as the emulator's driver calls it, with the fault as one number more behind tau."""
-    k = of.vehicle.k
-    return Kernel(
+    whole = Kernel(
         method=f"{of.kernel}@native",
         twin=of.kernel,
         scalar=of.scalar,
-        k=k + 1,
+        k=of.vehicle.k,
         n=of.vehicle.n,
         entry=of.name,
         declaration=f'#include "{of.name}.h"',
-        arguments=arguments(of.limits, of.levels, f"(int)tau[{k}]"),
+        arguments=arguments(of.limits, of.levels, "-1"),
         sources=of.files,
         limits=of.limits,
         levels=of.levels,
     )
+    return with_fault_asked(whole)
 
 
 def _extremes(of: Subject, fault: int, scalar: type[np.floating]) -> FloatArray:

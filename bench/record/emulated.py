@@ -32,6 +32,8 @@ class Emulated(msgspec.Struct, tag="emulated", omit_defaults=True):
     least : instructions that any exact method takes at least; None where it is none, or not known
     tried : demands that the search tried
     known : of the search, the most instructions of any call: also of those whose demand overflows, or is none
+    known_off : of the search, the most of any call with one thruster off; None where none was asked. All else
+        is of calls without
     at_most : of the search, what no call exceeds, by the binary's longest path; None where that is not known
     seed : of the demands and of the search
     tools : versions of compiler and emulator, and this project's commit
@@ -63,6 +65,7 @@ class Emulated(msgspec.Struct, tag="emulated", omit_defaults=True):
     least: int | None = None
     tried: int = 0
     known: int | None = None
+    known_off: int | None = None
     at_most: int | None = None
     seed: int = 0
     tools: dict[str, str] = {}

@@ -28,11 +28,14 @@ def page(
     counted = [row for row in rows(run.record.emulated) if not vehicles or row.emulated.vehicle in vehicles]
     shown = bands(counted, clock_MHz * 1e6, loop, known, given)
     bounded = any(band.counted.at_most is not None for band in shown)
+    asked = any(band.counted.off is not None for band in shown)
+    off = " Under one off stands the same of calls with any one thruster off." * asked
     bound = " No call takes more than stands under at most, the longest way through the binary." * bounded
     parts = [
         f"Emulated processors at {clock_MHz:g} MHz, {loop.rate_hz:g} Hz. Instructions are of the costliest"
-        f" call that is known: asked, found by a search, or with numbers that overflow or are none.{bound}"
-        " The share of the control period is a band, for instructions are not cycles.\n",
+        " call that is known without a failed thruster: asked, found by a search, or with numbers that"
+        f" overflow or are none.{off}{bound} The share of the control period without a failed thruster is a"
+        " band, for instructions are not cycles.\n",
         table(
             (
                 "vehicle",
@@ -43,6 +46,7 @@ def page(
                 "exact",
                 "share [%]",
                 "instructions",
+                "one off",
                 "at most",
                 "cycles",
                 "answers",
@@ -63,6 +67,6 @@ def _line(band: Band) -> list[str]:
     answers += f"; not counted: {', '.join(kernel.missed)}" if kernel.missed else ""
     optimum = "yes" if kernel.optimal else "no"
     names = [kernel.vehicle, kernel.target, kernel.method + kernel.form, kernel.scalar]
-    at_most = "" if kernel.at_most is None else str(kernel.at_most)
+    counts = ["" if each is None else str(each) for each in (kernel.instructions, kernel.off, kernel.at_most)]
     cycles = "" if kernel.cycles is None else f"{kernel.cycles[0]} to {kernel.cycles[1]}"
-    return [*names, str(band.fit), optimum, shares, str(kernel.instructions), at_most, cycles, answers]
+    return [*names, str(band.fit), optimum, shares, *counts, cycles, answers]

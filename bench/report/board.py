@@ -42,10 +42,10 @@ def page(run: Run, loop: Loop, board: str, vehicles: Collection[str] = ()) -> st
         f"{board}, a {processor.name} at {facts.clock_MHz:g} MHz, {'/'.join(processor.scalars)}. Cycles are"
         f" those of the board: {facts.basis}. At least with warm caches, at most with cold ones. Without"
         f" waits they are the processor's.\n\n{_table(kernels, facts, loop)}\n"
-        "Cycles are of the costliest call that is known. Over least: its instructions over those that no"
-        " exact method can leave out. Flash has the tables for every failed thruster, but with --faults none."
-        " Delivered: of attainable demands, to 1 %. Beyond: what of other demands is delivered along them, in"
-        " the mean, and the largest angle between the two.\n"
+        "Cycles are of the costliest call that is known without a failed thruster. Over least: its"
+        " instructions over those that no exact method can leave out. Flash has the tables for every failed"
+        " thruster, but with --faults none. Delivered: of attainable demands, to 1 %. Beyond: what of other"
+        " demands is delivered along them, in the mean, and the largest angle between the two.\n"
     )
 
 

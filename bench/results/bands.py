@@ -25,7 +25,9 @@ class Counted:
     Attributes
     ----------
     vehicle, target, method, scalar : what names the kernel and the processor
-    instructions : count of the most costly call that is known, over every demand set and what overflows
+    instructions : count of the most costly call that is known, over every demand set and what overflows,
+        without a failed thruster
+    off : the same of calls with one thruster off, as far as they were asked; None where none was
     at_most : what no call exceeds, by the binary's longest path; None where that is not known
     cycles : of the most costly call, at least and at most, by published timings; None where none are known
     flash_bytes : code and tables, for all failures [bytes]
@@ -43,6 +45,7 @@ class Counted:
     method: str
     scalar: str
     instructions: int
+    off: int | None = None
     at_most: int | None = None
     cycles: tuple[int, int] | None = None
     flash_bytes: int = 0
@@ -120,6 +123,7 @@ def counted(rows: Iterable[EmulatedRow], board: str = "") -> list[Counted]:
                 method=method,
                 scalar=scalar,
                 instructions=max(row.known or 0 for row in counts),
+                off=max((row.emulated.known_off for row in counts if row.emulated.known_off), default=None),
                 at_most=max((row.emulated.at_most for row in counts if row.emulated.at_most), default=None),
                 cycles=_cycles(counts, board),
                 flash_bytes=max(row.emulated.flash_bytes or 0 for row in counts),

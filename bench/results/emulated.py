@@ -100,6 +100,7 @@ COLUMNS: dict[str, Callable[[EmulatedRow], Value]] = {
     "within_1pct_share": lambda row: row.emulated.within_1pct_share,
     "along_mean": lambda row: row.emulated.along_mean,
     "direction_error_max_deg": lambda row: row.emulated.direction_error_max_deg,
+    "instructions_known_off": lambda row: row.emulated.known_off,
 }
 """The columns of emulation.csv, in order; docs/counting.md says what they mean."""
 

@@ -27,9 +27,10 @@ def summary(run: Run) -> str:
             lines.append([*names, *worst])
     parts = [
         "## Instructions on emulated processors\n",
-        f"The most that any call took in {IN_WORDS[scalar]}, a search for it included, and calls whose"
-        " numbers overflow or are none where emulation.csv has `instructions_known`; counted exactly, and no"
-        " times. `thrustbench size DIR --rate HZ --clock MHZ` makes shares of a control period of them.\n",
+        f"The most that any call without a failed thruster took in {IN_WORDS[scalar]}, a search for it"
+        " included, and calls whose numbers overflow or are none where emulation.csv has"
+        " `instructions_known`; counted exactly, and no times. `thrustbench size DIR --rate HZ --clock MHZ`"
+        " makes shares of a control period of them.\n",
         table(("vehicle", "method", "limits", *targets), lines),
     ]
     parts = [*filter(None, [microcontroller(emulated, run.record.processors)]), *parts]
@@ -50,9 +51,10 @@ def section(run: Run, drawn: frozenset[str]) -> str:
     parts = [
         "## Instructions on emulated processors\n",
         "Instructions of one call, counted exactly; not times. Mean over the demands of each class, then the"
-        " most that any call took, a search for it included, and its ratio to the same C on x86-64. Flash and"
-        " RAM are what the linked image grows by, with the tables for every single failed thruster; stack is"
-        " the deepest that any call wrote. docs/counting.md says how this was counted.\n",
+        " most that any call without a failed thruster took, a search for it included, and its ratio to the"
+        " same C on x86-64. Flash and RAM are what the linked image grows by, with the tables for every"
+        " single failed thruster; stack is the deepest that any call wrote. docs/counting.md says how this"
+        " was counted.\n",
     ]
     counted = [row for row in emulated if row.emulated.instructions and row.emulated.target != REFERENCE]
     processors = run.record.processors

@@ -355,6 +355,21 @@ def test_a_search_says_what_numbers_that_are_none_cost_and_what_no_call_exceeds(
     assert (at_most, known) == (proven.at_most, proven.attained)
 
 
+def test_calls_with_a_thruster_off_are_asked_too_and_stand_beside_the_others(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of bluerov2 each fault loses a direction, which costs pinv's C sums that it does without else."""
+    monkeypatch.setattr("bench.chips.search.climb", lambda cost, start, *_: (start, cost(start)))
+    row = rows("pinv@native", "cortex-m7", vehicle="bluerov2", demands=["active"])[-1]
+    assert row.demands == "search"
+    assert row.known is not None
+    assert row.known_off is not None
+    assert row.at_most is not None
+    assert row.instructions[-1][0] <= row.known < row.known_off <= row.at_most
+    plan = small_plan("bluerov2", available("cortex-m7"), "pinv@native", ["active"])
+    assert list(emulate(replace(plan, faults="none")))[-1].known_off is None
+
+
 def test_a_missing_emulator_is_a_row_that_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("shutil.which", lambda name: None if name == "qemu-aarch64" else name)
     plan = small_plan("ukwial", target("aarch64"), "pinv@native")

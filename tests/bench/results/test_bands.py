@@ -103,19 +103,19 @@ def test_a_band_is_of_the_most_costly_call_over_all_demand_sets_and_x86_has_none
 
 
 def test_size_takes_the_largest_count_that_is_known_and_prints_the_bound(directory: Path) -> None:
-    """A search found 120; a demand of NaN takes 130, and the binary's longest path has 150."""
+    """A search found 120; a demand of NaN takes 130, a thruster off 140, and the longest path has 150."""
     found = msgspec.structs.replace(
-        emulated("cortex-m7", "search", (120, 1)), known=130, at_most=150, cycles=[60, 240]
+        emulated("cortex-m7", "search", (120, 1)), known=130, known_off=140, at_most=150, cycles=[60, 240]
     )
     (band,) = bands(rows([emulated("cortex-m7", "active", (112, 1)), found]), 1e6, Loop(100.0, 0.1), M7)
-    assert (band.counted.instructions, band.counted.at_most) == (130, 150)
+    assert (band.counted.instructions, band.counted.off, band.counted.at_most) == (130, 140, 150)
     with Writer(directory) as writer:
         writer.resume()
         writer.append(found)
     printed = CliRunner().invoke(cli, ["size", str(directory), "--rate", "100", "--clock", "216"]).output
     (line,) = (line for line in printed.splitlines() if "| nullspace@native" in line)
     cells = [cell.strip() for cell in line.split("|")]
-    assert cells[8:10] == ["130", "150"]
+    assert cells[8:11] == ["130", "140", "150"]
 
 
 def test_a_kernel_with_an_uncounted_demand_set_is_never_said_to_fit() -> None:
