@@ -131,6 +131,7 @@ def _pool(pool: Pool, rows: Sequence[Row]) -> dict[str, Any]:
         "exact": seen.exact,
         "refused": _shown(seen.refused),
         "refusal": seen.refusal,
+        "picky": seen.picky,
         "lost": _shown(most(largest_loss(row) for row in rows)),
         "p50": seen.p50_us,
         "cpu": seen.cpu_us,

@@ -38,7 +38,7 @@ def page(
     level is shown, else the first of each method.
     """
     several = len(sized) > 1
-    where = " on every machine" if several else ""
+    where = " on every machine that has it" if several else ""
     chosen = list if every else best_of_each
     together = chosen(on_all(sized) if several else list(next(iter(sized.values()))))
     parts = ["\n".join(verdicts(together, loop, where)) + "\n"]
@@ -58,7 +58,8 @@ def page(
     )
     if several:
         for vehicle, group in groupby(together, key=lambda size: size.vehicle):
-            parts += [f"{vehicle}, on every machine:\n", _across(vehicle, list(group), sized, loop)]
+            parts.append(f"{vehicle}{where}:\n")
+            parts.append(_across(vehicle, list(group), sized, loop))
     for name, own in sized.items():
         for vehicle, group in groupby(chosen(list(own)), key=lambda size: size.vehicle):
             shown = list(group)

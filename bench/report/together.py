@@ -41,7 +41,7 @@ def _opening(timed: Sequence[NamedRun]) -> list[str]:
     loop = loop_of(*(machine.run for machine in timed))
     sized = {machine.name: sizes(machine.run, loop) for machine in timed}
     whole = [s for s in best_of_each(on_all(sized)) if any(s.vehicle in m.run.vehicles for m in timed)]
-    where = " on every machine" if len(timed) > 1 else ""
+    where = " on every machine that has it" if len(timed) > 1 else ""
     said = "\n".join(f"- {plain(sentence)}" for sentence in verdicts(whole, loop, where)) + "\n"
     trust = "\n".join(f"- {plain(machine.name)} was {plain(sure(machine.run))}" for machine in timed)
     return [said, f"How sure:\n\n{trust}\n"]

@@ -63,7 +63,7 @@ def verdict(own: Sequence[Size], loop: Loop) -> str:
         text += f", its tail not shown to fit ({first.reason})"
     if first.fit == Fit.MAY_FIT:
         text += f", which may fit ({first.reason})"
-    if refusing := next((size for size in own if size.exact and size.refused > first.refused), None):
+    if refusing := next((size for size in own if size.picky and size.refused > first.refused), None):
         text += f"; {spoken(refusing)} refuses {refusing.refusal}"
     if first.freedom == 0:
         text += "; no thruster to spare, so no freedom to gain from: a wrench can be made in one way"

@@ -25,6 +25,7 @@ class Size:
     refused : share of the demands that a user brought that got no thrusts [-], of several files the largest;
         1 where something that can be met was not delivered at all
     refusal : that, or what else it refuses, in words; empty where it answers all
+    picky : whether it refuses what can't be met, and delivers what can
     freedom : n - rank T of the vehicle, None where it is not known
     p50_us : median on the demand set that takes longest [us], None where there are too few calls
     p999_us, max_us : p99.9 and the slowest of the single calls on all sets together [us], or None; a set with
@@ -50,6 +51,7 @@ class Size:
     exact: bool = False
     refused: float = 0.0
     refusal: str = ""
+    picky: bool = False
     freedom: int | None = None
     p50_us: float | None = None
     p999_us: float | None = None

@@ -18,7 +18,7 @@ from bench.results.repeats import most_of_all
 from bench.results.rows import Run
 from bench.results.size import Size, ordered
 from bench.results.transfer import Transfer
-from bench.results.unfit import refusal, unfit
+from bench.results.unfit import MISSES, refusal, refuses, unfit
 
 
 def sizes(run: Run, loop: Loop, transfer: Transfer | None = None, demands: str = "") -> list[Size]:
@@ -152,6 +152,7 @@ def _pool(
         exact=exact_everywhere(rows),
         refused=refused,
         refusal=words,
+        picky=refuses(first.formulation) and words not in MISSES,
         p50_us=p50,
         p999_us=None if tail is None or p50 is None or tail / 1000 < p50 else tail / 1000,
         max_us=None if transfer or not singles else singles[-1][0] / 1000,

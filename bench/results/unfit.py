@@ -13,6 +13,10 @@ WEAK = 0.25
 leave out less, even of demands that were drawn to lie beyond what they serve."""
 
 
+MISSES = ("some of what can be met", f"{percent(WEAK)} and more of most demands that can be met")
+"""In words, what a method refuses that it should not."""
+
+
 def unfit(rows: Sequence[Row]) -> str:
     """Why a method on these rows has no time at all: not measured, or wrong; empty where it has one."""
     for row in rows:
@@ -34,9 +38,9 @@ def refusal(row: Row, problem: Problem | None) -> tuple[float, str]:
     refused, words = _refused(row, problem)
     judged = row.measured.judged
     if max((each.missed_p50 or 0.0 for each in judged), default=0.0) >= WEAK:
-        return 1.0, f"{percent(WEAK)} and more of most demands that can be met"
+        return 1.0, MISSES[1]
     missed = max((each.missed_max or 0.0 for each in judged), default=0.0)
-    return (1.0, "some of what can be met") if missed >= 1 and not refused else (refused, words)
+    return (1.0, MISSES[0]) if missed >= 1 and not refused else (refused, words)
 
 
 def _refused(row: Row, problem: Problem | None) -> tuple[float, str]:

@@ -70,7 +70,7 @@ function update() {
   const sizes = machines.map((machine) => machine.methods.filter((m) => m.vehicle === state.vehicle && (machine.cpi || m.pools.some((pool) => pool.demands === state.demands))).map((m) => sizeOf(machine, m, loop, state.demands)));
   const every = onAll(sizes);
   const ranked = state.every ? every : bestOfEach(every);
-  const where = machines.length > 1 ? " on every machine" : "";
+  const where = machines.length > 1 ? " on every machine that has it" : "";
   by("verdict").textContent = verdict(ranked.filter(wanted), state.vehicle, loop, where);
   const kind = state.formulation ? data.formulations[state.formulation] : "any";
   by("asked").textContent = `A call may take ${three(loop.limit)} µs, ${percent(loop.limit / loop.period)} of the period. Answers: ${kind}${state.exact ? ", exact ones only" : ""}; demands: ${state.demands || "all kinds"}${data.frames[state.vehicle] ? `, in ${data.frames[state.vehicle]}` : ""}.`;

@@ -20,7 +20,7 @@ function singlesOf(method, demands) {
 
 // loop: {rate [Hz], budget [-], period and limit [us], clock [Hz]}
 function sizeOf(machine, method, loop, demands) {
-  const size = { ...method, data: method, machine: machine.name, fit: UNKNOWN, reason: "", exact: false, refused: 0, refusal: "", p50: null, cpu: null, p999: null, max: null, late: 0, calls: 0, bound: null, up_to: null, lost: null };
+  const size = { ...method, data: method, machine: machine.name, fit: UNKNOWN, reason: "", exact: false, refused: 0, refusal: "", picky: false, p50: null, cpu: null, p999: null, max: null, late: 0, calls: 0, bound: null, up_to: null, lost: null };
   if (machine.cpi) return counted(machine, size, loop);
   const pool = method.pools.find((own) => own.demands === demands);
   Object.assign(size, pool);
@@ -124,7 +124,7 @@ function verdict(sizes, vehicle, loop, where) {
   let text = `${question}: take ${spoken(first)}; ${exact}; ${share < 1e-4 ? "under 0.01 %" : percent(share)} of the period`;
   if (first.fit === WITHOUT_TAIL) text += `, its tail not shown to fit (${first.reason})`;
   if (first.fit === MAY_FIT) text += `, which may fit (${first.reason})`;
-  const refusing = sizes.find((size) => size.exact && size.refused > first.refused);
+  const refusing = sizes.find((size) => size.picky && size.refused > first.refused);
   if (refusing) text += `; ${spoken(refusing)} refuses ${refusing.refusal}`;
   if (first.freedom === 0) text += "; no thruster to spare, so no freedom to gain from: a wrench can be made in one way";
   const alike = sizes.slice(1).filter((size) => size.fit === first.fit && size.exact === first.exact && size.refused > 0 === first.refused > 0 && size.method !== first.twin && (first.refusal || !size.refusal));

@@ -17,9 +17,10 @@ CLIP = "clip"
 INTRODUCTION = """## On board: the price in C, and what is delivered
 
 Over {vehicles}; demands {sets}. Times are medians of a call of the
-generated C {caller}. *Delivered* is the share of the demanded wrench that the thrusters push, each clipped
-to its limits: what half of the demands get at least, and what all get. *Turned* is the largest angle between
-the two. *Below clip*: by how much a method delivers less than `clip`, at most, in the median, at 99 % and at
+generated C {caller}. *Delivered* is what is left of the demanded wrench without what is missed of it, each
+thruster clipped to its limits: what half of the demands get at least, and what all get; below 0 where
+thrusters push more than was asked, as some must that can't stop. *Turned* is the largest angle between the
+two. *Below clip*: by how much a method delivers less than `clip`, at most, in the median, at 99 % and at
 worst.
 """
 
@@ -49,7 +50,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
         cells = [cell for kind in kinds for cell in _cells([one for one in own if one.kind == kind], kind)]
         lines.append([method, find_formulation(own[0].row.formulation).title, *cells, _below_clip(own)])
     vehicles = counted(len({one.row.vehicle for one in priced}), "vehicle")
-    sets = ", ".join(f"{kind}: {_names(priced, kind)}" for kind in kinds)
+    sets = ", ".join(f"{kind}: {_names(run, priced, kind)}" for kind in kinds)
     caller = "from the board's driver" if run.by_driver else "from Python"
     said = INTRODUCTION.format(vehicles=vehicles, sets=sets, caller=caller)
     return said + "\n" + table([*headers, "below clip"], lines)
@@ -83,9 +84,10 @@ def _cells(own: list[Priced], kind: str) -> list[str]:
     cells = [number_range(row.call_p50_us for row in rows)]
     if rows and not any(row.answered_share for row in rows):
         cells += ["refused", ""]
+    elif refused := [1 - share for row in rows if (share := row.answered_share) is not None and share < 1.0]:
+        cells += [f"refused {percent(max(refused))}", _left(map(largest_loss, rows))]
     else:
-        halves = [row.lost_wrench_p50 for row in rows if row.answered_share == 1.0]
-        cells += [_left(halves if len(halves) == len(rows) else []), _left(map(largest_loss, rows))]
+        cells += [_left(row.lost_wrench_p50 for row in rows), _left(map(largest_loss, rows))]
     turned = [angle for row in rows if (angle := row.direction_error_max_deg) is not None]
     return cells if kind == MET else [*cells, _angle(turned)]
 
@@ -126,5 +128,11 @@ def _by_time(one: Priced) -> float:
     return one.row.call_p50_us or 0.0
 
 
-def _names(priced: list[Priced], kind: str) -> str:
-    return plain(" and ".join(sorted({one.row.demands for one in priced if one.kind == kind})))
+def _names(run: Run, priced: list[Priced], kind: str) -> str:
+    """The sets of a kind, and of a log how much of it was asked: the rest may be of another kind."""
+    asked = {one.row.demands: (one.row.vehicle, one.row.demands) for one in priced if one.kind == kind}
+    names = []
+    for demands, key in sorted(asked.items()):
+        problem = run.asked[key]
+        names.append(f"the first {problem.n_demands} of {demands}" if problem.left_out else demands)
+    return plain(" and ".join(names))

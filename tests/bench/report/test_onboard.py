@@ -118,3 +118,22 @@ def test_without_generated_c_there_is_no_table(tmp_path: Path) -> None:
         made_up.record(tmp_path, made_up.header(), DEMANDS[0], made_up.exact_cell("ukwial", "nullspace", 5))
     )
     assert section(run, frozenset()) == ""
+
+
+def test_what_a_method_refuses_of_a_log_stands_where_half_of_it_would(tmp_path: Path) -> None:
+    """The cell was empty, where 300 of 400 demands got all."""
+    dive = asked("nullspace", "dive", 0.1)
+    assert dive.judged is not None
+    dive = replace(dive, judged=replace(dive.judged, loss={**dive.judged.loss, "answered_share": 0.7}))
+    _, lines = table(tmp_path, dive)
+    assert lines["nullspace@native"][1:3] == ["refused 30.0 %", "0 %"]
+
+
+def test_a_log_that_was_not_asked_whole_says_how_much_was(tmp_path: Path) -> None:
+    """Its first demands could be met, and others not: the table called the log attainable."""
+    first = replace(made_up.problem("ukwial"), demands="mix", n_demands=50, left_out=350)
+    cell = asked("nullspace", "active", 0.1)
+    cell = replace(cell, key=replace(cell.key, demands="mix"))
+    method = Method(name="nullspace@native", twin="nullspace", foreign=True)
+    run = read_run(made_up.record(tmp_path, made_up.header(), method, first, cell))
+    assert "attainable: the first 50 of mix." in section(run, frozenset())

@@ -107,6 +107,17 @@ def test_demands_that_a_user_gave_are_answered_and_what_refuses_some_is_named_wi
     )
 
 
+def test_a_log_that_nothing_can_meet_names_what_refuses_all_of_it(tmp_path: Path) -> None:
+    """No answer showed that the method is exact, and it went without a word."""
+    refusing, answering = on_log("nullspace", 1, 0.0, 10), on_log("scaled", 2)
+    assert refusing.judged is not None
+    refusing = replace(refusing, judged=replace(refusing.judged, agrees=None, distance_rel_max=None))
+    beyond = log(labels={"infeasible": 10})
+    assert said(tmp_path, 50, beyond, refusing, replace(answering, formulation="scaled")).endswith(
+        "nullspace refuses 100 % of dive, up to 0.200 s at a stretch."
+    )
+
+
 def test_what_refuses_would_not_do_too_where_what_to_take_answers_all(tmp_path: Path) -> None:
     """Of demands that were drawn no share is said. The other way round it would."""
     drawn = log(given=False, rate_hz=None)
@@ -237,7 +248,7 @@ def test_a_report_of_several_machines_opens_at_the_rate_of_the_log_that_both_wer
         header = made_up.header(machine={"name": name})
         made_up.record(tmp_path / name, header, asked, steady("nullspace", 2, exact=True))
     both = read_machines([tmp_path / "fast", tmp_path / "slow"])
-    assert "- ukwial at 50 Hz on every machine: take nullspace" in together.page(both)
+    assert "- ukwial at 50 Hz on every machine that has it: take nullspace" in together.page(both)
 
 
 def test_a_report_of_several_machines_has_the_rows_of_all_and_ratios(
@@ -246,7 +257,10 @@ def test_a_report_of_several_machines_has_the_rows_of_all_and_ratios(
     done = CliRunner().invoke(cli, ["report", *map(str, machines), "-o", str(tmp_path / "both")])
     assert done.exit_code == 0, done.output
     text = (tmp_path / "both" / "report.md").read_text(encoding="utf-8")
-    assert "- ukwial at 100 Hz on every machine: take nullspace; exact; 0.0600 % of the period." in text
+    assert (
+        "- ukwial at 100 Hz on every machine that has it: take nullspace; exact; 0.0600 % of the period."
+        in text
+    )
     (line,) = [line for line in text.splitlines() if line.startswith("| nullspace")]
     assert [cell.strip() for cell in line.split("|")[2:5]] == ["2.00", "6.00", "3.00"]
     rows = (tmp_path / "both" / "results.csv").read_text(encoding="utf-8").splitlines()
@@ -277,7 +291,7 @@ def test_several_runs_need_a_folder_for_their_report(machines: list[Path]) -> No
 
 def test_a_verdict_opens_what_a_run_and_what_size_print(machines: list[Path]) -> None:
     text = CliRunner().invoke(cli, ["size", *map(str, machines), "--rate", "400", "--budget", "5"]).output
-    assert text.startswith("ukwial at 400 Hz on every machine: take nullspace; exact;")
+    assert text.startswith("ukwial at 400 Hz on every machine that has it: take nullspace; exact;")
     assert text.splitlines()[2].startswith("fast was quiet")
 
 
