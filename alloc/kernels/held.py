@@ -15,6 +15,7 @@ from alloc.allocation import FloatArray, Status
 from alloc.kernels.tolerance import met_as_calculated
 from alloc.kernels.walk import Walk
 from alloc.nullspace.exact import exact
+from alloc.nullspace.structure import decompose
 from alloc.program import Builder, Expression, Limits, Number, least, most, select, size
 from alloc.program.sums import gathered, signed
 from alloc.reach.edge import start
@@ -94,7 +95,8 @@ def held(
             for i, x in thrusts.items() if not rooms else ():
                 ahead[i] = _room(x, center[i], limits.ends(i)) + spare
             taken.append(most(*(over(value, ahead[i]) for i, value in gone.items())))
-            if limits.at_call:  # c may lie at a limit; but what all miss shrinks as all are drawn in
+            # c may lie at a limit of the call; but what all miss shrinks as all are drawn in.
+            if limits.at_call and _magnified(builder):
                 taken.append(_missed(builder, outside) - 1.0)
         more = most(least(*taken[::-1]), 0.0)
         kept = (1.0 / (1.0 + more)).named("kept")
@@ -135,6 +137,12 @@ def _units(builder: Builder, gaps: list[Gap]) -> tuple[dict[float, list[Gap]], f
         return {}, 0.0
     spare = float(met_as_calculated(vehicle, builder.scalar) / 2 / largest)
     return {spare * unit: found for unit, found in units.items()}, spare
+
+
+def _magnified(builder: Builder) -> bool:
+    """Whether thrusts are known to go beyond limits by more than they may: by steps in single precision."""
+    blocks = decompose(builder.vehicle).blocks
+    return builder.scalar == "float" and any(block.N.shape[1] > 1 for block in blocks)
 
 
 def _missed(builder: Builder, outside: dict[int, Expression]) -> Expression:
