@@ -153,7 +153,9 @@ class _Reader:
 
     def element(self, node: c_ast.ArrayRef, names: dict[str, Any]) -> tuple[Any, int]:
         """An array, and the index in it that is written or read."""
-        array, index = names[node.name.name], self.constant(node.subscript, names)
+        array, index = names.get(getattr(node.name, "name", "")), self.constant(node.subscript, names)
+        if not isinstance(array, list | tuple):
+            raise NotRead("an entry of what is no array that is known")
         if not 0 <= index < len(array):
             raise NotRead(f"{node.name.name}[{index}] lies behind the array's end")
         return array, index

@@ -104,6 +104,10 @@ TEXTS = {
         "    return TB_SOLVED;",
         "    (void)(t0 > 123.0 && ((f[0] = 0.0) > 1.0));\n    return TB_SOLVED;",
     ),
+    "an entry of an array that nobody read": (
+        "    return TB_SOLVED;",
+        "    more[0] = 1;\n    return TB_SOLVED;",
+    ),
     "a table in single precision": ("static const double c[]", "static const float c[]"),
 }
 
