@@ -2,6 +2,9 @@
 
 import inspect
 from collections.abc import Callable
+from difflib import get_close_matches
+from math import inf
+from numbers import Real
 from pathlib import Path
 from types import ModuleType
 from typing import Any, get_args
@@ -16,9 +19,12 @@ DECLARED: tuple[tuple[str, Any, str], ...] = (
     ("FOREIGN", bool, "True or False"),
     ("SUMMARY", str, "a line of text"),
     ("LIMITED", bool, "True where every thrust lies inside the limits, else False"),
-    ("TOLERANCE", (float, int), "a distance from the right answer, relative to the largest limit"),
+    ("TOLERANCE", Real, "a distance from the right answer, relative to the largest limit"),
 )
 """What a plug-in may declare, its type, and what to write."""
+PROMISED, CLOSE = ("FORMULATION", "LIMITED", "TOLERANCE"), 0.85
+"""Names by which answers are held to something, and how like one of them another name may not be: a method
+whose file misspells one is held to nothing. LIMIT and LIMITS are less like."""
 OFFERED = (("STARTS", "start", get_args(Start)), ("LEVELS", "level", get_args(Level)))
 """What it may offer a choice of: its name, the argument of ``build``, and the words that a run asks for."""
 
@@ -36,8 +42,15 @@ def check_declared(path: Path, module: ModuleType) -> None:
         value = getattr(module, constant, None)
         if value is not None and not (isinstance(value, kind) and value == value):
             raise UnknownName(f"{path}: {constant} = {value!r}; give {example}")
+    tolerance = getattr(module, "TOLERANCE", None) or 0.0
+    if isinstance(tolerance, bool) or not 0 <= tolerance < inf:
+        raise UnknownName(f"{path}: TOLERANCE = {tolerance!r}; give a number from 0 on")
+    for name in vars(module):
+        close = get_close_matches(name.upper(), PROMISED, n=1, cutoff=CLOSE)
+        if name not in PROMISED and close and (name.isupper() or name.upper() in PROMISED):
+            raise UnknownName(f"{path}: {name} declares nothing; write {close[0]}, or another name")
     try:
-        refuse_misspelt(getattr(module, "FORMULATION", ""))
+        refuse_misspelt(getattr(module, "FORMULATION", None) or "")
     except UnknownName as error:
         raise UnknownName(f"{path}: {error}") from None
     if not callable(module.build):

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from alloc import Label, NotApplicable, Vehicle, label
+from alloc import Label, NotApplicable, Vehicle, alpha_max, label
 from alloc.allocation import BoolArray, FloatArray
 from alloc.errors import unknown
 from alloc.files import modules
@@ -133,15 +133,23 @@ def build_demands(
 
 
 def along_axes(vehicle: Vehicle, n: int) -> FloatArray:
-    """No demand at all, then n along each axis alone, beyond its ends too: (n + 1, k) [N, N m].
+    """No demand at all, n along each axis alone, beyond its ends too, then on two axes each: (N, k) [N, N m].
 
-    Only the first where the limits do not let the wrench be zero, since the axes meet there.
+    None along one alone where the limits do not let the wrench be zero, since the axes meet there. On two
+    axes there are demands of half of what the vehicle can do, with every pair of signs.
     """
     rest = np.zeros((1, vehicle.k))
+    unit = np.diag(vehicle.wrench_scale)
+    pairs = [
+        a + b for i, one in enumerate(unit) for a in (one, -one) for two in unit[:i] for b in (two, -two)
+    ]
+    two = np.reshape(pairs, (-1, vehicle.k))
+    reached = alpha_max(vehicle, two) if len(two) else np.zeros(0)
+    two = two * np.where((reached > 0) & np.isfinite(reached), 0.5 * reached, 0.5)[:, None]
     try:
-        return np.vstack([rest, build_demands("axes", vehicle, 0, n).taus])
+        return np.vstack([rest, build_demands("axes", vehicle, 0, n).taus, two])
     except NotApplicable:
-        return rest
+        return np.vstack([rest, two])
 
 
 def labelled(

@@ -1,6 +1,7 @@
 """What each cell is asked before anything is timed: demands of every kind, failures, edges."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -32,9 +33,12 @@ ALONE, ONE_SIDE = ("f_min alone", "f_max alone"), 100
 FAILED = {"inactive": 20, "active": 40, "infeasible": 20}
 """The same, with each thruster off in turn: what a failure breaks, it breaks in many demands."""
 
+FAILED_MOVING = {"inactive": 20, "infeasible": 20}
+"""The same, with a thruster off and limits of the call."""
+
 AXES, FAILED_AXES = 60, 24
 """How many demands along each axis alone are asked beside these, of the whole vehicle and with a thruster
-off, and none at all: they are what a vehicle is asked most, and none is drawn by chance."""
+off, some on two axes, and none at all: they are what a vehicle is asked most, and none is drawn by chance."""
 
 REPEATED = 50
 """One demand of so many comes twice in a row, as an autopilot's do: what a call remembers must not matter."""
@@ -67,7 +71,21 @@ def demand_sets(vehicle: Vehicle) -> list[DemandSet]:
         labelled(f"thruster {i} off", off, np.vstack([along_axes(off, FAILED_AXES), _of_kinds(off, FAILED)]))
         for i, off in states.items()
     ]
-    return [labelled("gate", vehicle, mixed), *moving, *failed]
+    both = [_within_half(f"thruster {i} off, limits of each call", off) for i, off in states.items()]
+    return [labelled("gate", vehicle, mixed), *moving, *failed, *both]
+
+
+def _within_half(name: str, off: Vehicle) -> DemandSet:
+    """Demands with half of the vehicle's limits, also for a thruster that is off, as callers give them."""
+    taus = _of_kinds(off, FAILED_MOVING)
+    low, high = (np.tile(side / 2, (len(taus), 1)) for side in _limits_of_all(off))
+    return replace(labelled(name, off, taus, low, high), f_min=low, f_max=high)
+
+
+def _limits_of_all(vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
+    """f_min and f_max (n,) of the vehicle, and its largest limit for a thruster that is off [N]."""
+    off = vehicle.readiness == 0
+    return np.where(off, -vehicle.f_scale, vehicle.f_min), np.where(off, vehicle.f_scale, vehicle.f_max)
 
 
 def timed_demands(vehicle: Vehicle) -> FloatArray:

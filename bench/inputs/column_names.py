@@ -24,7 +24,8 @@ OTHER = {
     *("port", "starboard", "stbd", "left", "right", "bow", "stern", "fore", "aft", "front", "rear"),
     *("min", "max", "minimum", "maximum", "lower", "upper", "limit", "peak", "avail", "available"),
     *("pct", "percent", "share", "norm", "normalised", "normalized", "rel", "relative"),
-    *("err", "error", "std", "var", "cov"),
+    *("err", "error", "e", "std", "var", "cov", "rms", "abs", "delta", "prev", "previous"),
+    *("enable", "enabled", "pwm", "joy", "joystick", "stick", "rc", "kp", "ki", "kd", "gain", "drag", "wave"),
     *(unit.lower() for unit in (*FORCE, *MOMENT)),
 }
 """Words before a DOF's name that make it another thing: its opposite, one side's, a bound, a share, or a
@@ -41,7 +42,7 @@ _MINUS = re.compile(rf"\u2212|(?<![^\W_]){_DASH}|{_DASH}(?![^\W_])")
 
 def says(name: str, quantity: str) -> bool:
     """Whether a column's name, without a unit behind it, says a DOF or the time, and nothing else."""
-    if _MINUS.search(name):  # the opposite, which nothing here turns
+    if _MINUS.search(name) or set("|!~") & set(name):  # the opposite or the size, which nothing here turns
         return False
     words = [word for word in re.split(r"[^a-z0-9]+", name.lower()) if word]
     while len(words) > 1 and words[-1] in MEANT:

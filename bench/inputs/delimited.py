@@ -87,13 +87,16 @@ def read_table(path: Path) -> Cells:
     first = next((i for i, line in enumerate(kept) if line.strip()), None)
     if first is None:
         return Cells(path, 1, [], [], ",", iter(()))
-    if lines[first + 1 :] and _are_shares(lines[first + 1], kept[first]):
-        kept[first + 1] = lines[first + 1]
+    if lines[first + 1 :] and not kept[first + 1].strip():
+        kept[first + 1] = _units_in(lines[first + 1], kept[first])
     below = next((line for line in kept[first + 1 :] if line.strip()), "")
     separator = told[1] if told else _separator(kept[first], below)
     if all(numeric(cell) for cell in _cells(kept[first], separator)):
-        above = next((i for i in reversed(range(first)) if lines[i].strip()), None)
-        if above is not None:
+        spoken_of = [i for i in reversed(range(first)) if lines[i].strip()]
+        if len(spoken_of) > 1 and (units_line := _units_in(lines[spoken_of[0]], kept[first])).strip():
+            kept[spoken_of.pop(0)] = units_line
+        if spoken_of:
+            above = spoken_of[0]
             spoken = lines[above].lstrip().lstrip("#%/ ")
             mark = _separator(spoken, kept[first])
             if len(_cells(spoken, mark)) == len(_cells(kept[first], mark)):
@@ -140,11 +143,19 @@ def _separator(line: str, below: str) -> str:
     return " " if len(words) > 1 and len(words) == len(below.split()) else ","
 
 
-def _are_shares(line: str, header: str) -> bool:
-    """Whether a line below a header says units, the first of them per cent, and is no comment."""
-    separator = _separator(header, line)
+def _units_in(line: str, beside: str) -> str:
+    """A line that says units, without a comment's mark before them; an empty line for any other.
+
+    It has as many cells as the line beside it, none of them a number. Where the first cell is ``%`` alone,
+    that is a unit, and no mark.
+    """
+    separator = _separator(beside, line)
     cells = _cells(line.strip(), separator)
-    return _unit(cells[0] if cells else "") == "%" and len(cells) == len(_cells(header, separator))
+    bare = line if cells and _unit(cells[0]) == "%" else line.lstrip().lstrip("#%/ ")
+    words = [_unit(cell) for cell in _cells(bare.strip(), separator)]
+    if len(words) != len(_cells(beside.strip(), separator)) or any(map(numeric, words)):
+        return "\n"
+    return bare if words[0] == "%" or UNITS & set(words) else "\n"
 
 
 def _unit(cell: str) -> str:

@@ -80,7 +80,7 @@ def read_demands(
         (quantity, column.place, LATEST if quantity == TIME else LARGEST)
         for quantity, column in found.items()
     ]
-    limits = limit_columns(place, table.header, thrusters, (columns or {}).get(VOLTS, ""))
+    limits = limit_columns(place, table.header, table.units, thrusters, (columns or {}).get(VOLTS, ""))
     used += [(name, index, LARGEST) for name, index in limits.items()]
     rest = found[TIME].rest if TIME in found else None
     used += [] if rest is None else [(TIME, rest, LATEST)]

@@ -16,28 +16,35 @@ from bench.inputs.columns import VOLTS
 from bench.inputs.units import FORCE
 
 _LIMIT = re.compile(r"f(?P<thruster>\d+)_(?P<side>min|max)")
-_SIDES = {"min", "max", "minimum", "maximum", "lower", "upper", "lb", "ub"}
+_SIDES = {"min", "max", "minimum", "maximum", "lower", "upper"}
 _FORCES = {"f", "force", "thrust", "thruster", "limit", "lim"}
 _MEASURED = {
     *("x", "y", "z", *DOF),
-    *("depth", "temp", "temperature", "speed", "rpm", "current", "power", "voltage"),
+    *("depth", "temp", "temperature", "speed", "rpm", "current", "power", "voltage", "pwm", "load", "sensor"),
 }
 """Words of a column that is about something else than how much a thruster may push."""
 _WITH_UNIT = re.compile(
     r"(?P<name>\S.*?)\s*[\[(]\s*(?P<unit>[^\])]*?)\s*[\])]|(?P<before>.+_(?:min|max)|volts)_(?P<suffix>[a-z]+)",
     re.IGNORECASE,
 )
-_VOLTAGE = re.compile(r".*(?:[\[(]\s*m?V\s*[\])]|(?i:(?<![a-z])(?:volts?|voltage|v?batt?|battery)))")
+_VOLTAGE = re.compile(
+    r".*(?:[\[(]\s*m?[Vv]\s*[\])]|(?:(?<![A-Za-z])|(?<=[a-z])(?=[A-Z]))(?i:volts?|voltage|v?batt?|battery)(?:_m?[Vv])?)"
+)
 """ ``Battery [V]``, ``vbat``, ``bus voltage``: what may be the battery's, with its unit or by its name."""
 
 
 def limit_columns(
-    place: str, header: Sequence[str], thrusters: Sequence[str] = (), volts: str = ""
+    place: str,
+    header: Sequence[str],
+    units: Sequence[str] = (),
+    thrusters: Sequence[str] = (),
+    volts: str = "",
 ) -> dict[str, int]:
     """Which columns hold limits, by name: ``volts`` [V], ``f3_min`` [N].
 
     A column may also name one of the ``thrusters``: ``bow port_min`` is ``f0_min`` where that is the first.
-    ``volts`` is the name of the column that holds these, where it is another.
+    ``units`` stand in a line of their own, empty without one; ``volts`` is the name of the column that holds
+    these, where it is another.
     Raises DemandError for one twice, in another unit, or spelt like ``f_max3`` or ``Bow Port max``: limits
     that are left out give thrusts beyond them.
     """
@@ -50,15 +57,17 @@ def limit_columns(
         if name != VOLTS and not _LIMIT.fullmatch(name):
             # What stands behind the side may be no unit: thruster_max_temp.
             whole = match is not None and match["suffix"] not in (None, *FORCE)
+            said_in = match["unit"] if match else ""
+            if said_in and not said_in.isdigit() and said_in not in (*FORCE, "%"):  # of no force
+                continue
             if _looks_like_a_limit(column if whole else said, thrusters):
                 named = "".join(f", or {name}_min" for name in thrusters[:1] if name)
                 raise DemandError(
-                    f"{place}: {column!r} looks like a limit; write those as f0_min, f0_max{named}"
+                    f"{place}: {column!r} looks like a limit; write those as f0_min, f0_max{named}, else"
+                    " rename it"
                 )
             continue
-        unit = (match["unit"] or match["suffix"]) if match else ""
-        if unit and unit != ("V" if name == VOLTS else "N"):
-            raise DemandError(f"{place}: {column!r} is in {unit}; give volts in V, limits in N")
+        _check_unit(place, header, units, i, "V" if name == VOLTS else "N")
         if name in found:
             raise DemandError(f"{place}: column {name!r} appears twice; keep one")
         found[name] = i
@@ -66,7 +75,16 @@ def limit_columns(
         if header.count(volts) != 1:
             raise DemandError(f"{place}: no column {volts[:40]!r}, or several, for volts; name one there is")
         found[VOLTS] = header.index(volts)
+        _check_unit(place, header, units, found[VOLTS], "V")
     return found
+
+
+def _check_unit(place: str, header: Sequence[str], units: Sequence[str], i: int, wanted: str) -> None:
+    """Raise DemandError where a column's unit, in its name or in the line of units, is another."""
+    match = _WITH_UNIT.fullmatch(header[i].strip())
+    unit = (match["unit"] or match["suffix"]) if match else units[i].strip("[]() ") if i < len(units) else ""
+    if unit and unit != wanted:
+        raise DemandError(f"{place}: {header[i]!r} is in {unit}; give volts in V, limits in N")
 
 
 def _looks_like_a_limit(name: str, thrusters: Sequence[str]) -> bool:
@@ -77,6 +95,7 @@ def _looks_like_a_limit(name: str, thrusters: Sequence[str]) -> bool:
             return True
     words = re.findall(r"[a-z]+", re.sub(r"\bf(?=min|max)", "f ", re.sub(r"[\d_]+", " ", name.lower())))
     beside = any(_SIDES & {*pair} and _FORCES & {*pair} for pair in pairwise(words))
+    beside |= any({*pair} in ({"f", "lb"}, {"f", "ub"}) for pair in pairwise(words))  # thrust_lb is in pounds
     return beside and not _MEASURED & set(words)
 
 

@@ -26,7 +26,7 @@ from bench.judging.reach import demands_of_growing_size, error_curve, planes
 from bench.record import Authority, Capability, Served, Unserved
 
 AXES = 60
-"""Demands along axes that are checked, and one more: none."""
+"""Demands along axes that are checked, beside none and those on two axes."""
 N_DEMANDS = 2000
 """Demands a share is counted on: its 95 % interval is at most 4.4 points wide."""
 
@@ -37,7 +37,7 @@ class Asked(NamedTuple):
     Attributes
     ----------
     states : no fault and the worst one, each with demands uniform in volume on the vehicle that has it
-    checked : the same, each with no demand at all and demands along each axis alone: they are what a vehicle
+    checked : the same, each with no demand at all and demands on one and two axes: they are what a vehicle
         is asked most, and none is drawn by chance. Answers are checked and not counted
     growing : demands of growing size on the whole vehicle
     """
@@ -86,7 +86,7 @@ def _asked(vehicle: Vehicle, seed: int, n: int) -> Asked:
         labelled("demands drawn evenly", state, uniform_demands(state, np.random.default_rng(seed), n))
         for state in states.values()
     ]
-    plain = [labelled("along each axis", state, along_axes(state, AXES)) for state in states.values()]
+    plain = [labelled("on one axis or two", state, along_axes(state, AXES)) for state in states.values()]
     # What is wrong is found without an optimum, so no reference is asked.
     asked = questions([*sets, *plain], lambda _, cases: [Unanswered("missing", "")] * len(cases))
     return Asked(

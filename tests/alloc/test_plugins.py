@@ -216,6 +216,11 @@ def test_a_function_that_takes_no_limits_is_not_asked_to_keep_those_of_a_call(tm
         ("FORMULATION = 'Soft'\ndef build(vehicle): pass\n", "mine.py: the formulation 'Soft' .* 'soft'"),
         ("LIMITED = 'no'\ndef build(vehicle): pass\n", "LIMITED = 'no'; give True"),
         ("TOLERANCE = float('nan')\ndef build(vehicle): pass\n", "TOLERANCE = nan; give a distance"),
+        ("TOLERANCE = -1\ndef build(vehicle): pass\n", "TOLERANCE = -1; give a number from 0 on"),
+        ("TOLERANCE = True\ndef build(vehicle): pass\n", "TOLERANCE = True; give a number from 0 on"),
+        ("TOLERANCE = float('inf')\ndef build(vehicle): pass\n", "TOLERANCE = inf; give a number from 0 on"),
+        ("TOLERENCE = 0.1\ndef build(vehicle): pass\n", "TOLERENCE declares nothing; write TOLERANCE"),
+        ("formulation = 'hard'\ndef build(vehicle): pass\n", "formulation declares nothing; write FORM"),
     ],
 )
 def test_what_is_wrong_with_a_plug_in_is_said_with_the_remedy(tmp_path: Path, text: str, says: str) -> None:
@@ -235,3 +240,9 @@ def test_an_answer_that_is_no_thrusts_is_refused_in_words(tmp_path: Path, body: 
     allocate = plugged(tmp_path, f"def build(vehicle):\n    return lambda tau: {body}\n")
     with pytest.raises(PluginError, match=says):
         allocate([1, 2, 3])
+
+
+def test_names_that_are_less_like_a_declaration_are_the_user_s_own(tmp_path: Path) -> None:
+    text = "import numpy as np\nFORMULATION = None\nTOLERANCE = np.float32(0.1)\nLIMIT = LIMITS = 40\n"
+    allocate = plugged(tmp_path, f"{text}def build(vehicle):\n    return lambda tau: np.zeros(4)\n")
+    assert (allocate.formulation, round(allocate.tolerance, 6)) == ("mine", 0.1)

@@ -33,11 +33,14 @@ def read(path: Path) -> Draft:
     """The Draft of a CSV file; raises FileError naming file and line, or VehicleError."""
     cells = read_table(path)
     table = [(line, [cell.strip() for cell in row]) for line, row in cells.rows]
-    if not _is_header(cells):
+    if cells.units:
+        raise cells.refused(cells.line + 1, "says units; a row of T has none but m, so leave the line out")
+    headed = _is_header(cells)
+    if not headed:
         table.insert(0, (cells.line, cells.header))
     if not table:
         raise VehicleError(f"{path}: holds no rows; give one row of T a DOF")
-    widths = {len(row) for _, row in table}
+    widths = {len(row) for _, row in table} | ({len(cells.header)} if headed else set())
     if len(widths) != 1:
         raise VehicleError(f"{path}: rows differ in length; give one cell a thruster in every row")
     named = cells.header[0].lower() in INDEX or any(row[0].lower() in DOF for _, row in table)
@@ -46,7 +49,9 @@ def read(path: Path) -> Draft:
         [cells.number(line, f"column {j + 1}", cell, LARGEST) for j, cell in enumerate(row) if j or not named]
         for line, row in table
     ]
-    draft = Draft(source=f"{path.name}, CSV of T", dof=dof, T=T)
+    called = cells.header[1 if named else 0 :] if headed else []
+    counts = all(map(numeric, called)) or called == [f"f{i}" for i in range(len(called))]
+    draft = Draft(source=f"{path.name}, CSV of T", dof=dof, T=T, names=None if counts else called)
     if all(map(numeric, cells.header)) and _counted(cells.header):
         draft.assumptions.append(f"The first line, {listed(cells.header)}, numbers the columns.")
     return commented(draft, read_text(path))

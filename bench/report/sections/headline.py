@@ -105,7 +105,7 @@ def _loss(run: Run) -> str:
 
 
 def _trust(run: Run) -> str:
-    rows = [row for row in run.rows if row.vehicle != NO_VEHICLE]
+    rows = [row for row in run.rows if row.vehicle != NO_VEHICLE and not row.described.yardstick]
     failed = sum(row.failed is not None for row in rows)
     wrong = sum(row.failed is None and not right(row) for row in rows)
     # A solver that gives up, or stops early with the status for it, breaks no promise and still serves less
@@ -113,7 +113,7 @@ def _trust(run: Run) -> str:
     short = sum(right(row) and optimal(row) and not complete(row) for row in rows)
     text = f"Every timed answer was judged. Of {len(rows)} rows {len(rows) - failed - wrong} are right"
     if short:
-        text += f" ({short} of them stopped short of some demand that can be met)"
+        text += f" ({short} of them of methods that stop short of some demand that can be met)"
     return f"{text}, {wrong} wrong, {failed} not measured.{_unfinished(run)}"
 
 

@@ -2,6 +2,7 @@
 
 from collections import Counter
 
+from bench.record import NO_VEHICLE
 from bench.results.rows import Run
 from bench.results.text import percent, plain, table, three
 
@@ -24,7 +25,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
 
 
 def _quiet(run: Run) -> str:
-    measured = [row for row in run.rows if not row.failed]
+    measured = [row for row in run.rows if not row.failed and row.vehicle != NO_VEHICLE]
     disturbed = Counter(what for row in measured for what in row.measured.disturbances)
     busy = sum(bool(row.measured.disturbances) for row in measured)
     steal = sum((c.quiet.steal_ticks or 0) for row in measured for c in row.measured.cells if c.quiet) / 100

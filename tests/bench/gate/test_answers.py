@@ -52,8 +52,8 @@ def whole(sets: list[DemandSet]) -> Question:
 
 @pytest.fixture(scope="module")
 def question(whole: Question) -> Question:
-    """The first demands: none, those along each axis, and a hundred more of all kinds."""
-    return first(whole, AXES + 101)
+    """The first demands: none, those on one axis and on two, and a hundred more of all kinds."""
+    return first(whole, AXES + 113)
 
 
 @pytest.fixture
@@ -77,7 +77,12 @@ def test_each_kind_is_asked_and_with_limits_of_its_own_and_with_each_thruster_of
 ) -> None:
     mixed, moving, lower, upper, *failed = sets
     counts = np.bincount(mixed.labels, minlength=4)
-    assert len(mixed.taus) == 1 + AXES + sum(LOOKED_AT.values()) + EDGES
+    pairs = 4 * vehicle.k * (vehicle.k - 1) // 2
+    assert len(mixed.taus) == 1 + AXES + pairs + sum(LOOKED_AT.values()) + EDGES
+    assert set(np.count_nonzero(mixed.taus[AXES + 1 :][:pairs], axis=1)) == {2}
+    failed, both = failed[: vehicle.n], failed[vehicle.n :]
+    assert [d.vehicle.faults for d in both] == [d.vehicle.faults for d in failed]
+    assert all((d.f_max > 0).all() for d in both if d.f_max is not None)  # of the one that is off too
     for asked, n in ((mixed, AXES), *((off, FAILED_AXES) for off in failed)):
         entries = np.count_nonzero(asked.taus[: n + 1], axis=1)
         assert entries[0] == 0
@@ -257,6 +262,8 @@ SPOILT = {
     "self.buffer[:] = f; f = self.buffer": "",
     "f = -f if np.count_nonzero(tau) == 1 else f": "",
     "f = f + 9 if not tau.any() else f": "",
+    "f = -f if np.count_nonzero(tau) == 2 else f": "",
+    "f = np.where(self.off & (f_min is not None), 5.0, f)": "a thrust on a thruster that is off",
     "share = (7.0,)": "shares of its levels",
     "share = (share[0] / 2,)": "shares 1 → 0.5 for demand 0",
     "if tau[1] > 100: raise ValueError('no such sway')": "raises ValueError: no such sway, for demand ",
@@ -271,7 +278,7 @@ SPOILT = {
 def test_what_a_class_of_one_s_own_may_get_wrong_is_found(vehicle: Vehicle, change: str) -> None:
     cell = GateCell(vehicle="ukwial", method="scaled")
     sides = cast("tuple[Prober, Prober]", (Whole(of_scaled("")), Whole(of_scaled(change))))
-    asked = questions([demand_sets(vehicle)[i] for i in (0, 1, -2)], nobody)
+    asked = questions([demand_sets(vehicle)[i] for i in (0, 1, -6, -2)], nobody)
     asked = [first(question, 80) for question in asked]
     judge_cell(cell, sides, asked, asked)
     assert cell.turned_wrong or cell.differ
@@ -294,7 +301,7 @@ def test_what_neither_side_answers_is_said_with_the_reason(vehicle: Vehicle) -> 
     raising = "if self.off.any(): raise ValueError('no faults yet')"
     cell = GateCell(vehicle="ukwial", method="scaled")
     sides = cast("tuple[Prober, Prober]", (Whole(of_scaled(raising)), Whole(of_scaled(raising))))
-    asked = [first(q, 20) for q in questions([demand_sets(vehicle)[i] for i in (0, -1)], nobody)]
+    asked = [first(q, 20) for q in questions([demand_sets(vehicle)[i] for i in (0, 7)], nobody)]
     remarks, _ = judge_cell(cell, sides, asked, asked)
     assert remarks == [
         "no answers with thruster 3 off were compared: `ukwial:scaled:-` fails on both sides:"

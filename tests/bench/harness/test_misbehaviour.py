@@ -155,7 +155,7 @@ def test_a_method_that_is_wrong_along_an_axis_alone_is_found(outcome: tuple[Resu
     """No demand that is drawn at random has one entry alone, and autopilots ask for little else."""
     (capability,) = outcome[1].capabilities
     assert capability.wrong["wrong-along-an-axis"].startswith(
-        "along each axis: SOLVED, but the wrench is not met ("
+        "on one axis or two: SOLVED, but the wrench is not met ("
     )
 
 

@@ -271,3 +271,31 @@ def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
 def test_a_full_disk_leaves_nothing_half_written() -> None:
     with pytest.raises(FileError, match="no space left on device"):
         write_text(Path("/dev/full"), "x")
+
+
+@pytest.mark.parametrize("mark", ["", "# ", "#", "// ", "% "])
+def test_units_below_the_header_are_units_with_a_comment_s_mark_too(file: Path, mark: str) -> None:
+    """With one they were dropped, and a tenth of a kilonewton was a tenth of a newton."""
+    taus = read_demands(written(file, f"surge,sway,yaw\n{mark}kN,kN,kNm\n0.1,0,0\n"), DOF).taus
+    assert taus.tolist() == [[100, 0, 0]]
+
+
+def test_a_commented_header_may_have_commented_units(file: Path) -> None:
+    asked = read_demands(written(file, "#t,surge,sway,yaw\n#[ms],[N],[kN],[Nm]\n0,1,2,3\n100,1,2,3\n"), DOF)
+    assert asked.taus[0].tolist() == [1, 2000, 3]
+    assert asked.t is not None
+    assert asked.t.tolist() == [0, 0.1]
+
+
+def test_a_comment_below_the_header_with_as_many_commas_is_one(file: Path) -> None:
+    assert read_demands(written(file, "surge,sway,yaw\n# no, units, here\n1,2,3\n"), DOF).taus.tolist() == [
+        [1, 2, 3]
+    ]
+
+
+@pytest.mark.parametrize(
+    "column", ["|surge|", "abs_surge", "enable surge", "pwm_surge", "kp_surge", "e_surge"]
+)
+def test_what_is_of_a_demand_is_no_demand(file: Path, column: str) -> None:
+    message = refused(lambda: read_demands(written(file, f"{column},sway,yaw\n1,2,3\n"), DOF), file)
+    assert "no column 'surge' among" in message

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from alloc import AllocError, load_vehicle
-from bench.inputs.formats import writable
+from alloc.errors import FileError, VehicleError
+from bench.inputs.formats import csv, writable
 from bench.inputs.imported import ImportOptions
 from tests.foreign_vehicles import LIMITS, imported, vehicle_of
 from tests.places import ROOT
@@ -326,3 +327,19 @@ def test_an_impossible_column_is_refused_on_import_by_the_thruster_s_name(tmp_pa
     spoiled = AUV_CONTROLLERS.replace("rx: [0.0", "rx: [0.11")
     with pytest.raises(AllocError, match=r"thruster1 \(surge -0\.707, sway 0\.707, roll 0\.11000"):
         imported(tmp_path, spoiled)
+
+
+def test_a_header_of_a_csv_of_t_names_the_thrusters_and_is_as_long_as_a_row(tmp_path: Path) -> None:
+    """Names were dropped, and a fifth thruster without a column was not missed."""
+    file = tmp_path / "T.csv"
+    rows = "surge,1,1,0.7,0.7\nsway,0,0,0.7,-0.7\nyaw,0.2,-0.2,0.1,-0.1\n"
+    file.write_text(f"dof,bow,stern,port,stbd\n{rows}")
+    assert csv.read(file).names == ["bow", "stern", "port", "stbd"]
+    file.write_text(f"dof,f0,f1,f2,f3\n{rows}")
+    assert csv.read(file).names is None
+    file.write_text(f"dof,bow,stern,port,stbd,keel\n{rows}")
+    with pytest.raises(VehicleError, match="rows differ in length"):
+        csv.read(file)
+    file.write_text(f"dof,bow,stern,port,stbd\n,N,N,N,N\n{rows}")
+    with pytest.raises(FileError, match="line 2: says units"):
+        csv.read(file)

@@ -9,11 +9,12 @@ import pytest
 from alloc import Vehicle, load_vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
+from alloc.vehicle.geometry import unit as unit_of
 from bench.demands import build_demands
 from bench.inputs.columns import parse_columns
 from bench.inputs.demand_csv import format_demands, read_demands
 from bench.inputs.log_limits import limits_in
-from bench.inputs.logs import LogOptions, log_for
+from bench.inputs.logs import LogOptions, log_for, read_log
 from tests.readers import refused
 
 HEAVY = load_vehicle("bluerov2-heavy")
@@ -131,7 +132,8 @@ def test_what_looks_like_a_limit_is_refused_with_the_names_that_limits_have(
     path = written(tmp_path, f"{AXES},{column}", "1,0,0,0,0,0,5")
     message = refused(lambda: read_demands(path, HEAVY.dof, thrusters=("bow port", "stern")), path)
     assert message.endswith(
-        f"line 1: {column!r} looks like a limit; write those as f0_min, f0_max, or bow port_min"
+        f"line 1: {column!r} looks like a limit; write those as f0_min, f0_max, or bow port_min,"
+        " else rename it"
     )
 
 
@@ -171,7 +173,9 @@ def test_a_column_may_name_the_thruster(tmp_path: Path) -> None:
     assert answers.f_max[0, 2] == 7
 
 
-@pytest.mark.parametrize("column", ["Battery [V]", "vbat", "bus_voltage", "Battery Voltage (V)"])
+@pytest.mark.parametrize(
+    "column", ["Battery [V]", "vbat", "bus_voltage", "batt_V", "voltage_v", "batteryVoltage", "Bus (v)"]
+)
 def test_a_voltage_under_another_name_is_doubted_and_taken_where_it_is_named(
     tmp_path: Path, column: str
 ) -> None:
@@ -197,3 +201,30 @@ def test_volts_in_a_column_that_is_not_there_are_refused(tmp_path: Path) -> None
     path = written(tmp_path, AXES, "1,0,0,0,0,0")
     options = LogOptions(columns=parse_columns("volts=vbat"))
     assert "no column 'vbat', or several, for volts" in refused(lambda: log_for(HEAVY, path, options), path)
+
+
+@pytest.mark.parametrize(("column", "unit"), [("f0_max", "kgf"), ("bow port_max", "lbf"), ("volts", "mV")])
+def test_a_unit_in_a_line_below_the_header_is_that_of_a_limit_too(
+    tmp_path: Path, column: str, unit: str
+) -> None:
+    """Two kgf were two newtons, without a word."""
+    vehicle = HEAVY if column == "volts" else load_vehicle("ukwial")
+    lines = (
+        ",".join([*vehicle.dof, column]),
+        ",".join([*(unit_of(axis).replace(" ", "") for axis in vehicle.dof), unit]),
+        "1," * vehicle.k + "2",
+    )
+    path = written(tmp_path, *lines)
+    thrusters = ("bow port", "b", "c", "d")
+    message = refused(lambda: read_log(path, vehicle.dof, thrusters=thrusters), path)
+    assert f"{column!r} is in {unit}; give volts in V, limits in N" in message
+
+
+@pytest.mark.parametrize(
+    "column", ["total_thrust_lb", "max thruster pwm", "lower force sensor", "bow max [rpm]"]
+)
+def test_a_column_of_another_thing_is_left_out_though_its_words_are_a_limit_s(
+    tmp_path: Path, column: str
+) -> None:
+    path = written(tmp_path, f"surge,sway,yaw,{column}", "1,0,0,3")
+    assert log_for(load_vehicle("ukwial"), path).said.startswith(f"log.csv: left out: {column[:30]}")
