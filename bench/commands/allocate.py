@@ -29,7 +29,7 @@ Made = TypeVar("Made")
 )
 @click.option("--start", default="", metavar="S", help="cold, reused or warm.")
 @click.option("--level", default="", metavar="L", help="default or tight.")
-@click.option("--plugin", type=PATH, help="Python file that holds the method.")
+@click.option("--plugin", "plugins", type=PATH, multiple=True, help="Python file that holds the method.")
 @log_options
 @click.option("--names", is_flag=True, help="Head the thrusts' columns with the thrusters' names.")
 @click.option("--esc", is_flag=True, help="Commands of the ESCs too, and the wrench that they make.")
@@ -41,7 +41,7 @@ def command(
     faults: tuple[str, ...],
     start: str,
     level: str,
-    plugin: Path | None,
+    plugins: tuple[Path, ...],
     names: bool,
     esc: bool,
     output: Path | None,
@@ -73,6 +73,8 @@ def command(
     from bench.results.table import harmless
 
     not_over(output, demands)
+    named = [file for file in plugins if file.stem.replace("_", "-") == method]  # as in the catalogue
+    plugin = next(iter([*named, *plugins]), None)
     answering = load_vehicle(vehicle)
     if esc and not answering.esc:
         raise VehicleError(f"{vehicle}: has no ESCs for --esc; add 'esc' to its file (docs/esc.md)", "esc")

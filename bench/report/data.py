@@ -138,7 +138,7 @@ def _pool(pool: Pool, rows: Sequence[Row]) -> dict[str, Any]:
         "p999": seen.p999_us,
         "max": seen.max_us,
         "calls": seen.calls,
-        "p50_range": [_shown(slowest.call_p50_low_us), _shown(slowest.call_p50_high_us)],
+        "p50_range": [slowest.call_p50_low_us, slowest.call_p50_high_us],
         "p999_range": _interval(merged(row.measured.singles for row in rows)),
         "verdicts": pool.verdicts(),
         "bounds": bounds,

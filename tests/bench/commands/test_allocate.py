@@ -135,6 +135,14 @@ def test_what_a_plain_function_can_t_do_names_its_file(
     assert re.match(f"{re.escape(str(plugin))}: {says}", str(error))
 
 
+def test_of_several_plug_ins_that_of_the_method_is_asked(demands: Path, tmp_path: Path) -> None:
+    """The last one was, and its method was advised."""
+    both = [word for name in ("sleeps", "off") for word in ("--plugin", write_plugin(tmp_path, name))]
+    assert allocate("--vehicle", "ukwial", "--method", "sleeps", *both, demands).stdout.count("SOLVED") == 3
+    result = allocate("--vehicle", "ukwial", "--method", "off", *both, demands)
+    assert "off.py: demand 0, " in str(result.exception)
+
+
 def test_a_plug_in_may_refuse_what_no_thrust_meets(
     demands: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
