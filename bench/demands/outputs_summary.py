@@ -136,7 +136,10 @@ def as_text(made: Delivered, outputs: Outputs, vehicle: Vehicle) -> str:
     for axis, row in zip(vehicle.dof, made.taus.T, strict=True):
         lines.append((f"made {axis}", f"{row.min():.4g} … {row.max():.4g} {unit(axis)}"))
     for i in range(vehicle.n):
-        shares = f"{100 * made.at_end[i]:.2f} % at its end, {100 * made.in_dead_band[i]:.2f} % in its dead band, not at neutral"
+        shares = (
+            f"{100 * made.at_end[i]:.2f} % at its end,"
+            f" {100 * made.in_dead_band[i]:.2f} % in its dead band, not at neutral"
+        )
         lines.append((vehicle.called(i), shares))
     if (undone := made.undone) is None:
         lines.append(("left undone", "not known: the log has no demands"))
