@@ -191,8 +191,8 @@ class Orders:
     def answers(
         self,
         cell: str,
-        taus: dict[str, Any],
-        limits: list[dict[str, Any]],
+        taus: Packed,
+        limits: list[Packed],
         *,
         seconds: float,
         early: bool = False,

@@ -7,7 +7,7 @@ import sys
 import traceback
 import warnings
 from collections.abc import Callable
-from typing import TypeVar
+from typing import NoReturn, TypeVar
 
 from alloc import AllocError
 from bench.harness.child import cause
@@ -52,7 +52,7 @@ def apart(work: Callable[[], Made], who: str) -> Made:
     return answered
 
 
-def _reply(work: Callable[[], object], writer: int) -> None:
+def _reply(work: Callable[[], object], writer: int) -> NoReturn:
     """Do the work, write what it made or why it did not, and end this copy."""
     try:
         os.dup2(2, 1)

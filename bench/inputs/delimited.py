@@ -92,15 +92,7 @@ def read_table(path: Path) -> Cells:
     below = next((line for line in kept[first + 1 :] if line.strip()), "")
     separator = told[1] if told else _separator(kept[first], below)
     if all(numeric(cell) for cell in _cells(kept[first], separator)):
-        spoken_of = [i for i in reversed(range(first)) if lines[i].strip()]
-        if len(spoken_of) > 1 and (units_line := _units_in(lines[spoken_of[0]], kept[first])).strip():
-            kept[spoken_of.pop(0)] = units_line
-        if spoken_of:
-            above = spoken_of[0]
-            spoken = lines[above].lstrip().lstrip("#%/ ")
-            mark = _separator(spoken, kept[first])
-            if len(_cells(spoken, mark)) == len(_cells(kept[first], mark)):
-                kept[above], separator = spoken, mark
+        separator = _take_header(lines, kept, first) or separator
     if separator == " ":
         kept = [" ".join(line.split()) + "\n" for line in kept]
     rows = _rows(path, kept, separator)
@@ -143,6 +135,28 @@ def _separator(line: str, below: str) -> str:
     return " " if len(words) > 1 and len(words) == len(below.split()) else ","
 
 
+def _take_header(lines: list[str], kept: list[str], first: int) -> str:
+    """Put comments above rows of numbers, from ``first`` on, that are their header and units into ``kept``.
+
+    Returns the header's separator, empty where no comment is as long as a row.
+    """
+    above = [i for i in reversed(range(first)) if lines[i].strip()]
+    if len(above) > 1 and (units := _units_in(lines[above[0]], kept[first])).strip():
+        kept[above.pop(0)] = units
+    if not above:
+        return ""
+    header = _uncommented(lines[above[0]])
+    mark = _separator(header, kept[first])
+    if len(_cells(header, mark)) != len(_cells(kept[first], mark)):
+        return ""
+    kept[above[0]] = header
+    return mark
+
+
+def _uncommented(line: str) -> str:
+    return line.lstrip().lstrip("#%/ ")
+
+
 def _units_in(line: str, beside: str) -> str:
     """A line that says units, without a comment's mark before them; an empty line for any other.
 
@@ -151,7 +165,7 @@ def _units_in(line: str, beside: str) -> str:
     """
     separator = _separator(beside, line)
     cells = _cells(line.strip(), separator)
-    bare = line if cells and _unit(cells[0]) == "%" else line.lstrip().lstrip("#%/ ")
+    bare = line if cells and _unit(cells[0]) == "%" else _uncommented(line)
     words = [_unit(cell) for cell in _cells(bare.strip(), separator)]
     if len(words) != len(_cells(beside.strip(), separator)) or any(map(numeric, words)):
         return "\n"

@@ -82,7 +82,7 @@ def limit_columns(
 def _check_unit(place: str, header: Sequence[str], units: Sequence[str], i: int, wanted: str) -> None:
     """Raise DemandError where a column's unit, in its name or in the line of units, is another."""
     match = _WITH_UNIT.fullmatch(header[i].strip())
-    unit = (match["unit"] or match["suffix"]) if match else units[i].strip("[]() ") if i < len(units) else ""
+    unit = (match["unit"] or match["suffix"]) if match else units[i] if i < len(units) else ""
     if unit not in ("", wanted, wanted.lower()):
         raise DemandError(f"{place}: {header[i]!r} is in {unit}; give volts in V, limits in N")
 
