@@ -47,10 +47,6 @@ def judge(
     N = len(question.demands.taus)
     distance = seen.distance - np.broadcast_to(doubt, N)[seen.demand]
     farthest = max(float(distance[compared].max()), 0.0) if compared.any() else None
-    # The labels active and inactive leave out the boundary, where failures happen, so alpha* is used. But
-    # alpha* does not tell where a vehicle that must always thrust gets too small a demand; the label does.
-    within = question.demands.alpha[seen.demand] > 1 + WRENCH_TOLERANCE
-    within &= question.demands.labels[seen.demand] != Label.INFEASIBLE
     missed_max, missed_p50 = misses(question, seen.F) if thorough else (None, None)
     return Judged(
         answers=len(seen.F),
@@ -63,7 +59,7 @@ def judge(
         gap_rel_max=largest_gap(question, seen.F, status, formulation) if thorough else None,
         tolerance=tolerance,
         agrees=_agrees(farthest, tolerance, vehicle.f_scale),
-        failed_after_failure=after_failure(seen.gave_up, within),
+        failed_after_failure=after_failure(seen.gave_up, attainable(question)[seen.demand]),
         loss=given_away(question, seen.F) if thorough else {},
         missed_max=missed_max,
         missed_p50=missed_p50,
@@ -76,12 +72,23 @@ def judge(
     )
 
 
-def after_failure(gave_up: BoolArray, attainable: BoolArray) -> float | None:
+def attainable(question: Question) -> BoolArray:
+    """Which demands (N,) can be met, whatever rounding makes of them.
+
+    The labels active and inactive leave out the boundary, where failures happen, so alpha* is used. But
+    alpha* does not tell where a vehicle that must always thrust gets too small a demand; the label does.
+    """
+    demands = question.demands
+    within: BoolArray = (demands.alpha > 1 + WRENCH_TOLERANCE) & (demands.labels != Label.INFEASIBLE)
+    return within
+
+
+def after_failure(gave_up: BoolArray, within: BoolArray) -> float | None:
     """Of the attainable demands that follow an answer without thrusts, the share that got no thrusts either.
 
     It shows what a warm start or a reused object carries over. None where no demand follows a failure.
     """
-    following = attainable[1:] & gave_up[:-1]
+    following = within[1:] & gave_up[:-1]
     return rounded(float(gave_up[1:][following].mean())) if following.any() else None
 
 
@@ -129,9 +136,9 @@ def misses(question: Question, F: FloatArray) -> tuple[float | None, float | Non
     taus, scale = demands.taus, demands.vehicle.wrench_scale
     error = relative_wrench_error(demands.vehicle, taus, F[: len(taus)], demands.limits)
     missed = np.nan_to_num(error, nan=1.0)
-    attainable = np.isin(demands.labels, (Label.INACTIVE, Label.ACTIVE))
-    large = missed[attainable & (np.linalg.norm(taus / scale, axis=1) >= FLOOR)]
-    return _largest(missed[attainable]), rounded(float(np.median(large))) if large.size else None
+    within = attainable(question)
+    large = missed[within & (np.linalg.norm(taus / scale, axis=1) >= FLOOR)]
+    return _largest(missed[within]), rounded(float(np.median(large))) if large.size else None
 
 
 def _agrees(farthest: float | None, tolerance: float, f_scale: float) -> bool | None:

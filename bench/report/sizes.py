@@ -6,6 +6,7 @@ from itertools import groupby
 from bench.report.verdict import sure, verdicts
 from bench.results.fit import Fit, Loop
 from bench.results.machines import NamedRun, on_all
+from bench.results.rows import Run
 from bench.results.size import Size, best_of_each
 from bench.results.text import percent, table, three
 from bench.results.transfer import Transfer
@@ -68,8 +69,25 @@ def page(
                 f"{vehicle}{f' on {name}' if several else ''}:\n",
                 table(HEADERS, [_line(size, loop) for size in shown]),
                 *(["Unknown, because:\n", "\n".join(unknown) + "\n"] if unknown else []),
+                *(_beside(machine.run, vehicle, loop) for machine in machines if machine.name == name),
             ]
-    return "\n".join(parts)
+    return "\n".join(part for part in parts if part)
+
+
+def _beside(run: Run, vehicle: str, loop: Loop) -> str:
+    """What the C from thrusts to commands takes behind each method, where a board was asked it."""
+    slowest = [
+        (row.call_max_us or 0.0, row.call_p50_us, row.method)
+        for row in run.rows
+        if row.vehicle == vehicle and row.described.yardstick and row.measured.cells[0].worst
+    ]
+    if not slowest:
+        return ""
+    longest, median, method = max(slowest)
+    return (
+        f"{method}, from thrusts to the commands of the ESCs, comes on top of each: median"
+        f" {_share(median, loop)} %, slowest {_share(longest, loop)} % of the period.\n"
+    )
 
 
 def _across(vehicle: str, together: Sequence[Size], sized: Mapping[str, Sequence[Size]], loop: Loop) -> str:

@@ -194,6 +194,9 @@ async function copy() {
 
 const range = (pair) => (pair && pair[0] !== null ? ` (${three(pair[0])} … ${three(pair[1])})` : "");
 
+// Of all kinds of demands together nobody delivers those that can't be met, so they tell nothing.
+const lostOf = ({ lost }) => lost === null || lost === undefined ? "" : percent(lost < 1e-6 ? 0 : lost) + (state.demands ? "" : " of what can be met");
+
 function facts(chosen, loop) {
   const lines = [
     ["verdict", (s) => [data.fits[s.fit], s.reason].filter(Boolean).join("; ")],
@@ -207,13 +210,13 @@ function facts(chosen, loop) {
     ["slowest [µs]", (s) => three(s.max)],
     ["set-up [µs]", (s) => three(s.data.setup_us)],
     ["worst case [steps]", (s) => String(s.steps ?? "not known")],
-    ["iterations, most", (s) => String(s.data.iterations ?? "")],
+    ["iterations, most", (s) => String(s.data.iterations || "")],
     ["instructions, most", (s) => String(s.data.instructions ?? "")],
     ["from the optimum, over the largest limit", (s) => three(s.data.distance)],
     ["promised", (s) => three(s.data.promise)],
     ["allocator [kB]", (s) => three(s.data.allocator_kB)],
     ["process [MB]", (s) => three(s.memory_MB)],
-    ["wrench lost, worst", (s) => percent(s.lost === null ? null : s.lost < 1e-6 ? 0 : s.lost)],
+    ["wrench lost, worst", lostOf],
     ["served", (s) => s.served],
   ];
   const sizes = chosen.flatMap((size) => size.there ?? [size]);
@@ -259,7 +262,7 @@ async function draw() {
   const points = shown.flatMap((size, rank) => (size.there ?? [size]).filter((own) => own.p50).map((own) => ({
     label: own.label, rank, machine: own.machine, family: own.family, verdict: data.fits[own.fit], p50: own.p50, p999: own.p999, max: own.max, loss: own.lost === null || own.lost === undefined ? null : Math.max(own.lost, 1e-6),
     "median": `${three(own.p50)} µs${range(own.p50_range)}`, "p99.9": own.p999 === null ? "too few calls" : `${three(own.p999)} µs${range(own.p999_range)}`, "slowest": own.max === null ? "-" : `${three(own.max)} µs`,
-    "wrench lost, worst": own.lost === null || own.lost === undefined ? "-" : percent(own.lost < 1e-6 ? 0 : own.lost), "served": own.served || "-",
+    "wrench lost, worst": lostOf(own) || "-", "served": own.served || "-",
   })));
   const chosen = picked(shown);
   by("more").textContent = shown.length > MOST ? `The first ${MOST} of ${shown.length} are drawn, and those that you choose.` : "";

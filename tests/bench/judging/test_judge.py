@@ -258,6 +258,17 @@ def test_what_a_mixed_log_misses_is_counted_on_the_demands_that_can_be_met() -> 
     assert verdict(beyond, exact(beyond)).missed_max is None
 
 
+def test_what_is_missed_of_a_demand_just_inside_of_what_can_be_met_counts_too() -> None:
+    vehicle = load_vehicle("ukwial")
+    edge = build_demands("active", vehicle, seed=1, n=8)
+    taus = edge.taus * (edge.alpha / 1.0002)[:, None]  # alpha 1.0002: the label says boundary
+    (question,) = questions([labelled("edge", vehicle, taus)], ask_here)
+    assert (question.demands.labels == Label.BOUNDARY).all()
+    right = exact(question)
+    weak = [right[0]._replace(f=0.9 * right[0].f, status=Status.PARTIAL), *right[1:]]
+    assert verdict(question, weak).missed_max == pytest.approx(0.1)
+
+
 def test_demands_for_next_to_nothing_do_not_hide_that_most_of_the_others_is_missed() -> None:
     vehicle = load_vehicle("ukwial")
     taus = np.vstack([np.zeros((60, 3)), build_demands("inactive", vehicle, seed=1, n=40).taus])

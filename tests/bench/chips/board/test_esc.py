@@ -16,6 +16,11 @@ from bench.chips.image import link
 from bench.chips.target import target
 from bench.record import read
 from bench.report import render
+from bench.report.sizes import page
+from bench.results.fit import Loop
+from bench.results.machines import read_machines
+from bench.results.sizing import sizes
+from bench.results.text import three
 from tests.bench.chips.board.test_board import make
 from tests.board_logs import forged, opened, sealed
 from tests.emulators import available
@@ -56,6 +61,15 @@ def test_a_log_says_that_what_was_made_is_python_s_and_a_report_has_its_rows(
         assert judged[esc.METHOD, name].agrees  # type: ignore[attr-defined]  # of a Judged
     render(tmp_path / "run")
     assert "| esc " in (tmp_path / "run/details.md").read_text(encoding="utf-8")
+
+
+def test_size_says_what_commands_cost_on_top_of_a_method(log: bytes, tmp_path: Path) -> None:
+    kept(log, tmp_path)
+    ((machine,), loop) = (read_machines([tmp_path / "run"]), Loop(rate_hz=100))
+    rows = [row for row in machine.run.rows if row.method == esc.METHOD]
+    slowest = max(row.call_max_us or 0.0 for row in rows)
+    text = page([machine], {machine.name: sizes(machine.run, loop)}, loop)
+    assert f"slowest {three(slowest / loop.period_us * 100)} % of the period" in text
 
 
 def test_line_ends_of_a_terminal_change_nothing(log: bytes, tmp_path: Path) -> None:
