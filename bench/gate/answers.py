@@ -110,12 +110,14 @@ def _given(raw: Mapping[str, Any], promises: dict[str, Any], vehicle: Vehicle, *
     at_odds = "it writes into the demand, or the limits, that it is given" if raw["writes"] else ""
     if raw["shared"]:
         at_odds = "an answer has another's memory: yesterday's changes when today's is made"
-    for length, other, apart in raw["together"]:
-        if other is not None:
-            at_odds = f"many() gives demand {other} of {length} another status than a call of its own"
-        elif own and apart > _apart(promises, vehicle):
-            lot = counted(length, "demand")
-            at_odds = f"many() of {lot} gives thrusts {apart:.3g} N from those of single calls"
+    for lot in raw["together"]:
+        of = counted(lot["length"], "demand") + " within one row of limits" * lot.get("one_row", False)
+        if "raises" in lot:
+            at_odds = f"many() of {of} raises {lot['raises']}"
+        elif lot["other"] is not None:
+            at_odds = f"many() of {of} gives demand {lot['other']} another status than a call of its own"
+        elif own and lot["apart"] > _apart(promises, vehicle):
+            at_odds = f"many() of {of} gives thrusts {lot['apart']:.3g} N from those of single calls"
     return SideAnswers("", promises, answers, dict(raw["raised"]), at_odds, many=raw["many"])
 
 

@@ -9,6 +9,9 @@ from typing import Any
 NOT_CONVERGED = 3
 """The status that stands for a call that raised; the number of ``alloc.Status``."""
 
+SHORT = (slice(1, 2), slice(1, 11))
+"""Short lots that ``many`` is asked, beside all demands at once; the first of all asks for nothing."""
+
 Packed = dict[str, Any]
 """An array in JSON: its shape, and its numbers as bytes of doubles in base 64; text would take a second."""
 
@@ -89,7 +92,29 @@ class Given:
             "shared": len(set(places)) < len(places),
         }
 
-    def beside(self, part: slice, together: Any, verdicts: Any) -> tuple[int, int | None, float]:
+    def lots(self, allocate: Any, arrays: list[Packed], within: Any) -> list[dict[str, Any]]:
+        """How ``many`` answers all demands at once, short lots of them, and one within one row of limits.
+
+        ``arrays`` are demands and limits of each, as asked in single calls before; ``within`` makes of limits
+        what a call is given. Raises what ``many`` does, but for one row of limits: that is said.
+        """
+        found = []
+        for part in (slice(0, len(self.status)), *SHORT):
+            asked, *sides = (unpacked(array)[part] for array in arrays)
+            found.append(self.beside(part, *allocate.many(asked, *within(sides))))
+        if not sides:
+            return found
+        one = within([side[0] for side in sides])
+        alone = Given(len(self._nothing))
+        for tau in asked.copy():
+            alone.add(allocate(tau, *one))
+        try:
+            lot = alone.beside(slice(0, len(asked)), *allocate.many(asked, *one))
+        except Exception as error:  # it was written for rows of limits alone
+            lot = {"length": len(asked), "raises": f"{type(error).__name__}: {error}"}
+        return [*found, lot | {"one_row": True}]
+
+    def beside(self, part: slice, together: Any, verdicts: Any) -> dict[str, Any]:
         """How ``many`` answers a part of the demands: how many, the first other status, how far apart [N].
 
         Raises ValueError where its thrusts have another shape than single calls give.
@@ -100,4 +125,5 @@ class Given:
         if np.shape(together) != F.shape or np.shape(verdicts) != np.shape(status):
             raise ValueError(f"many() gives thrusts of shape {np.shape(together)}, not {F.shape}")
         other = np.flatnonzero(np.asarray(verdicts) != status)
-        return len(status), int(other[0]) if other.size else None, farthest(together, F)
+        first = int(other[0]) if other.size else None
+        return {"length": len(status), "other": first, "apart": farthest(together, F)}

@@ -13,15 +13,13 @@ import os
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from time import monotonic, thread_time_ns
 from typing import Any, NamedTuple
 
 LOOP = range(40)
 """Turns of the control cell in pure Python: about 1 µs, as long as the cells that are timed beside it."""
-
-SHORT = (slice(1, 2), slice(1, 11))
-"""Short batches that ``many`` is asked, beside all demands at once; the first of all asks for nothing."""
 
 Packed = dict[str, Any]
 """An array as ``given.packed`` makes it."""
@@ -218,14 +216,11 @@ class Orders:
                 seen.add_raised(error)
         if len(seen.raised) == len(seen.status):
             raise seen.first_error
-        arrays = (taus, *limits)
+        arrays = [taus, *limits]
         writes = any((a != given.unpacked(b)).any() for a, b in zip(columns, arrays, strict=True))
         many = getattr(allocate, "many", None)  # a user's plug-in may have no such function
-        together = []
-        if many is not None and not seen.raised and not seen.odd:
-            for part in (slice(0, len(seen.status)), *SHORT):
-                asked, *sides = (given.unpacked(array)[part] for array in arrays)
-                together.append(seen.beside(part, *many(asked, *self._given(own, sides))))
+        held = many is not None and not seen.raised and not seen.odd
+        together = seen.lots(allocate, arrays, partial(self._given, own)) if held else []
         reply: dict[str, Any] = seen.reply()
         return reply | {"writes": writes, "many": many is not None, "together": together}
 

@@ -234,8 +234,11 @@ def test_who_promises_no_distance_still_answers_alike_in_many_and_in_calls(
     assert "from those of single calls" in wrong(question, found)
 
 
-def of_scaled(change: str) -> Callable[[Any], Any]:
-    """A function that wraps ``scaled`` in a class whose answers that line changes, as users write one."""
+def of_scaled(change: str, more: str = "") -> Callable[[Any], Any]:
+    """A function that wraps ``scaled`` in a class whose answers that line changes, as users write one.
+
+    ``more`` are lines behind it, for methods of the class.
+    """
     scope: dict[str, Any] = {"np": np}
     exec(  # the lines are statements
         "class Mine:\n"
@@ -248,7 +251,7 @@ def of_scaled(change: str) -> Callable[[Any], Any]:
         "    def __call__(self, tau, f_min=None, f_max=None):\n"
         "        f, status, iterations, seconds, share = self.inner(tau, f_min, f_max)\n"
         f"        {change}\n"
-        "        return f, status, iterations, seconds, share\n",
+        f"        return f, status, iterations, seconds, share\n{more}",
         scope,
     )
     made: Callable[[Any], Any] = scope["Mine"]
@@ -337,6 +340,27 @@ def test_many_is_asked_short_batches_too(vehicle: Vehicle, question: Question, l
     few = first(question, 60)
     found = answered(cast("Prober", here), GateCell(vehicle="ukwial", method="mine"), few)
     assert f"many() of {length} demand" in wrong(few, found)
+
+
+@pytest.mark.parametrize(
+    ("spoilt", "says"),
+    [
+        ("", ""),
+        ("if np.ndim(f_min) == 1: f_min = f_max = None", "within one row of limits gives "),
+        ("f_min[len(taus) - 1, 0]", "within one row of limits raises IndexError"),
+    ],
+)
+def test_many_is_asked_with_one_row_of_limits_for_all(vehicle: Vehicle, spoilt: str, says: str) -> None:
+    many = (
+        "    def many(self, taus, f_min=None, f_max=None):\n"
+        f"        {spoilt or 'pass'}\n"
+        "        return self.inner.many(taus, f_min, f_max)\n"
+    )
+    side, cell = cast("Prober", Whole(of_scaled("", many))), GateCell(vehicle="ukwial", method="scaled")
+    asked = first(questions(demand_sets(vehicle)[1:2], nobody)[0], 60)
+    found = answered(side, cell, asked)
+    assert says in wrong(asked, found)
+    assert bool(wrong(asked, found)) == bool(says)
 
 
 class BothOrNone:
