@@ -75,12 +75,13 @@ def read_demands(
     place = f"{path}: line {table.line}"
     if not any(table.header):
         raise DemandError(f"{place}: the file is empty; give a header '{','.join(dof)}' and one row a demand")
-    found = assign(place, table.header, table.units, dof, columns or {})
+    given = columns or {}
+    found = assign(place, table.header, table.units, dof, given)
     used = [
         (quantity, column.place, LATEST if quantity == TIME else LARGEST)
         for quantity, column in found.items()
     ]
-    limits = limit_columns(place, table.header, table.units, thrusters, (columns or {}).get(VOLTS, ""))
+    limits = limit_columns(place, table.header, table.units, thrusters, given, found)
     used += [(name, index, LARGEST) for name, index in limits.items()]
     rest = found[TIME].rest if TIME in found else None
     used += [] if rest is None else [(TIME, rest, LATEST)]

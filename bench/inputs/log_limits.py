@@ -4,6 +4,7 @@ import re
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from alloc.allocation import FloatArray
 from alloc.errors import DemandError
 from alloc.vehicle.geometry import DOF
 from alloc.vehicle.limits import VoltageTable
-from bench.inputs.columns import VOLTS
+from bench.inputs.columns import VOLTS, Column
 from bench.inputs.units import FORCE
 
 _LIMIT = re.compile(r"f(?P<thruster>\d+)_(?P<side>min|max)")
@@ -38,19 +39,24 @@ def limit_columns(
     header: Sequence[str],
     units: Sequence[str] = (),
     thrusters: Sequence[str] = (),
-    volts: str = "",
+    given: Mapping[str, str] = MappingProxyType({}),
+    found: Mapping[str, Column] = MappingProxyType({}),
 ) -> dict[str, int]:
     """Which columns hold limits, by name: ``volts`` [V], ``f3_min`` [N].
 
     A column may also name one of the ``thrusters``: ``bow port_min`` is ``f0_min`` where that is the first.
-    ``units`` stand in a line of their own, empty without one; ``volts`` is the name of the column that holds
-    these, where it is another.
+    ``units`` stand in a line of their own, empty without one. ``given`` are names of columns as the user
+    says them, by quantity: that of ``volts``, where it is another. What is ``found`` by such a name is no
+    limit, whatever it is called.
     Raises DemandError for one twice, in another unit, or spelt like ``f_max3`` or ``Bow Port max``: limits
     that are left out give thrusts beyond them.
     """
-    found: dict[str, int] = {}
+    limits: dict[str, int] = {}
     places = {f"{name}_{side}": f"f{i}_{side}" for i, name in enumerate(thrusters) for side in ("min", "max")}
+    others = {column.place for quantity, column in found.items() if quantity in given}
     for i, column in enumerate(header):
+        if i in others:
+            continue
         match = None if column.strip() in places else _WITH_UNIT.fullmatch(column.strip())
         said = (match["name"] or match["before"]) if match else column.strip()
         name = places.get(said) or said.lower()
@@ -68,15 +74,15 @@ def limit_columns(
                 )
             continue
         _check_unit(place, header, units, i, "V" if name == VOLTS else "N")
-        if name in found:
+        if name in limits:
             raise DemandError(f"{place}: column {name!r} appears twice; keep one")
-        found[name] = i
-    if volts:
+        limits[name] = i
+    if volts := given.get(VOLTS, ""):
         if header.count(volts) != 1:
             raise DemandError(f"{place}: no column {volts[:40]!r}, or several, for volts; name one there is")
-        found[VOLTS] = header.index(volts)
-        _check_unit(place, header, units, found[VOLTS], "V")
-    return found
+        limits[VOLTS] = header.index(volts)
+        _check_unit(place, header, units, limits[VOLTS], "V")
+    return limits
 
 
 def _check_unit(place: str, header: Sequence[str], units: Sequence[str], i: int, wanted: str) -> None:

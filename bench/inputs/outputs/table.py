@@ -42,7 +42,7 @@ def read(path: Path, vehicle: Vehicle, columns: Mapping[str, str] | None = None)
     found = assign(place, table.header, table.units, vehicle.dof, given, every=False)
     asked = [axis for axis in vehicle.dof if axis in found]
     places = {name: table.header.index(name) for name in names}
-    limits = limit_columns(place, table.header, table.units, volts=given.get(VOLTS, ""))
+    limits = limit_columns(place, table.header, table.units, given=given, found=found)
     places |= {name: at for name, at in limits.items() if name == VOLTS}
     taken = set(places.values())
     places |= {quantity: column.place for quantity, column in found.items()}

@@ -117,6 +117,17 @@ def test_limits_that_can_not_be_are_refused_with_their_place(
     assert re.search(message, refused(lambda: limits(path), path))
 
 
+def test_a_column_that_columns_name_as_a_demand_is_no_limit_whatever_it_is_called(tmp_path: Path) -> None:
+    path = written(tmp_path, AXES.replace("surge", "thrust_max"), "1,0,0,0,0,0")
+    for name in ("thrust_max", "thrust_max [N]"):
+        log = read_demands(path, HEAVY.dof, columns={"surge": name})
+        assert log.taus.tolist() == [[1, 0, 0, 0, 0, 0]]
+        assert not log.columns
+    path = written(tmp_path, f"{AXES},thrust_max", "1,0,0,0,0,0,2")
+    assert "looks like a limit" in refused(lambda: read_demands(path, HEAVY.dof), path)
+    assert read_demands(path, HEAVY.dof, columns={"surge": "thrust_max"}).taus[0, 0] == 2
+
+
 @pytest.mark.parametrize(
     "column",
     [
