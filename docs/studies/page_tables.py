@@ -196,26 +196,28 @@ def stm32f446() -> str:
     return "".join(f"{line}\n" for line in done.stdout.splitlines() if line.startswith("|"))
 
 
+SIZED = (("nullspace", "fixed"), ("scaled", "fixed"), ("scaled", "call"))
+"""Methods, and where their limits are, whose C ``sizes`` is about."""
+
+
 def sizes() -> str:
     """Flash, stack and instructions of C that has code for each failed thruster, or one table for all."""
-    counted = _emulated(
-        *(
-            f"tiburon --limits {limits} --faults {faults} {' '.join(f'--method {m}' for m in methods)}"
-            for limits, methods in (("fixed", ("nullspace", "scaled")), ("call", ("scaled",)))
-            for faults in ("one", "all")
-        )
-    )
-    by_faults = {faults: _kernels(counted, faults) for faults in ("one", "all")}
-    lines = []
-    for method, limits in (("nullspace", "fixed"), ("scaled", "fixed"), ("scaled", "call")):
-        one, every = (by_faults[f]["tiburon", f"{method}@native", *M4F, limits] for f in ("one", "all"))
-        flash = [f"{each[0].emulated.flash_bytes:,}" for each in (one, every)]
-        stack = max(row.emulated.stack_bytes or 0 for row in every)
-        most = [f"{_most(each):,}" for each in (one, every)]
-        option = f"`--method {method}{' --limits call' * (limits == 'call')}`"
-        lines.append([option, " / ".join(flash), str(stack), " / ".join(most)])
     headers = ("`codegen`", "flash [B]", "stack of all [B]", "most instructions, no fault")
-    return table(headers, lines, markdown=True)
+    return table(headers, [sized(*of) for of in SIZED], markdown=True)
+
+
+def sized(method: str, limits: str) -> list[str]:
+    """A line of ``sizes``."""
+    asked = f"tiburon --limits {limits} --method {method}"
+    counted = _emulated(*(f"{asked} --faults {faults}" for faults in ("one", "all")))
+    one, every = (
+        _kernels(counted, faults)["tiburon", f"{method}@native", *M4F, limits] for faults in ("one", "all")
+    )
+    flash = [f"{each[0].emulated.flash_bytes:,}" for each in (one, every)]
+    stack = max(row.emulated.stack_bytes or 0 for row in every)
+    most = [f"{_most(each):,}" for each in (one, every)]
+    option = f"`--method {method}{' --limits call' * (limits == 'call')}`"
+    return [option, " / ".join(flash), str(stack), " / ".join(most)]
 
 
 def esc() -> str:

@@ -278,10 +278,12 @@ SPOILT = {
 
 
 @pytest.mark.parametrize("change", SPOILT)
-def test_what_a_class_of_one_s_own_may_get_wrong_is_found(vehicle: Vehicle, change: str) -> None:
+def test_what_a_class_of_one_s_own_may_get_wrong_is_found(
+    vehicle: Vehicle, change: str, sets: list[DemandSet]
+) -> None:
     cell = GateCell(vehicle="ukwial", method="scaled")
     sides = cast("tuple[Prober, Prober]", (Whole(of_scaled("")), Whole(of_scaled(change))))
-    asked = questions([demand_sets(vehicle)[i] for i in (0, 1, -6, -2)], nobody)
+    asked = questions([sets[i] for i in (0, 1, -6, -2)], nobody)
     asked = [first(question, 80) for question in asked]
     judge_cell(cell, sides, asked, asked)
     assert cell.turned_wrong or cell.differ
@@ -289,22 +291,24 @@ def test_what_a_class_of_one_s_own_may_get_wrong_is_found(vehicle: Vehicle, chan
     assert cell.base_wrong == cell.base_lacks == cell.head_lacks == ""
 
 
-def test_a_call_that_raises_on_both_sides_costs_that_demand_alone(vehicle: Vehicle) -> None:
+def test_a_call_that_raises_on_both_sides_costs_that_demand_alone(
+    vehicle: Vehicle, sets: list[DemandSet]
+) -> None:
     """Where one demand raised, the sign of all others went unseen."""
     raising = "if tau[1] > 100: raise ValueError('no such sway')"
     cell = GateCell(vehicle="ukwial", method="scaled")
     spoilt = (Whole(of_scaled(raising)), Whole(of_scaled(f"f = -f\n        {raising}")))
-    asked = [first(questions(demand_sets(vehicle)[:1], nobody)[0], 80)]
+    asked = [first(questions(sets[:1], nobody)[0], 80)]
     judge_cell(cell, cast("tuple[Prober, Prober]", spoilt), asked, asked)
     assert cell.base_wrong.startswith("raises ValueError: no such sway, for demand ")
     assert "thrusts differ by up to" in cell.differ
 
 
-def test_what_neither_side_answers_is_said_with_the_reason(vehicle: Vehicle) -> None:
+def test_what_neither_side_answers_is_said_with_the_reason(vehicle: Vehicle, sets: list[DemandSet]) -> None:
     raising = "if self.off.any(): raise ValueError('no faults yet')"
     cell = GateCell(vehicle="ukwial", method="scaled")
     sides = cast("tuple[Prober, Prober]", (Whole(of_scaled(raising)), Whole(of_scaled(raising))))
-    asked = [first(q, 20) for q in questions([demand_sets(vehicle)[i] for i in (0, 7)], nobody)]
+    asked = [first(q, 20) for q in questions([sets[i] for i in (0, 7)], nobody)]
     remarks, _ = judge_cell(cell, sides, asked, asked)
     assert remarks == [
         "no answers with thruster 3 off were compared: `ukwial:scaled:-` fails on both sides:"
@@ -313,14 +317,16 @@ def test_what_neither_side_answers_is_said_with_the_reason(vehicle: Vehicle) -> 
 
 
 @pytest.mark.parametrize(("factor", "says"), [(1.0, ""), (3.0, "a limit is violated")])
-def test_limits_of_each_call_that_are_new_are_judged(vehicle: Vehicle, factor: float, says: str) -> None:
+def test_limits_of_each_call_that_are_new_are_judged(
+    vehicle: Vehicle, factor: float, says: str, sets: list[DemandSet]
+) -> None:
     """Head's alone were passed unseen, and said three times."""
     refusing = "if f_min is not None or f_max is not None: raise alloc.NotApplicable('no limits')"
     head = f"f = f if f_min is None or f_max is None else {factor} * f"
     cell = GateCell(vehicle="ukwial", method="scaled")
     base = of_scaled(f"import alloc\n        {refusing}")
     sides = cast("tuple[Prober, Prober]", (Whole(base), Whole(of_scaled(head))))
-    asked = [first(q, 60) for q in questions(demand_sets(vehicle)[:4], nobody)]
+    asked = [first(q, 60) for q in questions(sets[:4], nobody)]
     remarks, _ = judge_cell(cell, sides, asked, asked)
     assert remarks == ["limits of each call are new: `ukwial:scaled:-`"]
     assert says in cell.turned_wrong
@@ -350,14 +356,16 @@ def test_many_is_asked_short_batches_too(vehicle: Vehicle, question: Question, l
         ("f_min[len(taus) - 1, 0]", "within one row of limits raises IndexError"),
     ],
 )
-def test_many_is_asked_with_one_row_of_limits_for_all(vehicle: Vehicle, spoilt: str, says: str) -> None:
+def test_many_is_asked_with_one_row_of_limits_for_all(
+    vehicle: Vehicle, spoilt: str, says: str, sets: list[DemandSet]
+) -> None:
     many = (
         "    def many(self, taus, f_min=None, f_max=None):\n"
         f"        {spoilt or 'pass'}\n"
         "        return self.inner.many(taus, f_min, f_max)\n"
     )
     side, cell = cast("Prober", Whole(of_scaled("", many))), GateCell(vehicle="ukwial", method="scaled")
-    asked = first(questions(demand_sets(vehicle)[1:2], nobody)[0], 60)
+    asked = first(questions(sets[1:2], nobody)[0], 60)
     found = answered(side, cell, asked)
     assert says in wrong(asked, found)
     assert bool(wrong(asked, found)) == bool(says)

@@ -213,8 +213,9 @@ def column(rows: list[list[str]], name: str) -> list[str]:
 @pytest.mark.parametrize(
     ("rate", "budget", "demands"),
     [
-        *((*loop, "") for loop in LOOPS),
-        *(pytest.param(*loop, "active", marks=pytest.mark.long if i else ()) for i, loop in enumerate(LOOPS)),
+        pytest.param(*loop, demands, marks=pytest.mark.long if i else ())
+        for demands in ("", "active")
+        for i, loop in enumerate(LOOPS)
     ],
 )
 def test_the_page_says_of_every_method_what_size_prints(
