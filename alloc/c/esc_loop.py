@@ -11,7 +11,7 @@ if (known && low <= high && i != fault) {
                 const SCALAR wish = x;
                 x = x < low ? low : x > high ? high : x;
                 x = x < ends->low ? ends->low : x > ends->high ? ends->high : x;
-                state |= x == wish ? 0 : CUT;
+                state |= SIZE(x - wish) <= SPARE ? 0 : CUT;
                 end = x == ends->high ? 1 : x == ends->low ? -1 : 0;
             } else { /* a thruster that is off has f = 0 */
                 state |= !known ? UNKNOWN : i == fault ? 0 : CUT;
@@ -21,7 +21,7 @@ _CLIP_ALIKE = """\
 const int back = x < most[CURVE_I];
             const SCALAR wish = x;
             x = !known ? ZERO : back ? least[CURVE_I] : most[CURVE_I];
-            state |= !known ? UNKNOWN : x == wish ? 0 : CUT;
+            state |= !known ? UNKNOWN : SIZE(x - wish) <= SPARE ? 0 : CUT;
             end = x == (back ? ends->low : ends->high) ? (back ? -1 : 1) : 0;"""
 _HOLD = """
             if (step.makes < low || step.makes > high) {

@@ -9,8 +9,9 @@ import msgspec
 import numpy as np
 import pytest
 
-from alloc import Vehicle, generate, load_vehicle
+from alloc import Status, Vehicle, generate, load_vehicle
 from alloc.c import compiled
+from alloc.program import Scalar
 
 AT_16 = [[1100, -40], [1300, -9], [1470, 0], [1530, 0], [1900, 51]]
 CURVE = {"12": [[1100, -20], [1470, 0], [1530, 0], [1900, 25]], "16": AT_16}
@@ -90,7 +91,7 @@ def test_limits_of_their_own_and_limits_without_zero_hold(keys, tmp_path: Path) 
         ("j = step.j;", "j = -step.j;"),
         ("step->j + by", "step->j"),
         ("made = step.makes;", "made = -step.makes;"),
-        ("x == wish ? 0", "x != wish ? 0"),
+        ("(x - wish) <=", "(x - wish) >="),
         ("!known ? 2", "!known ? 1"),
         ("while (above < x", "while (0 && above < x"),
         ("now->up = up <", "now->up = 2 * up <"),
@@ -130,24 +131,31 @@ def test_any_bits_give_commands_within_the_range_and_thrusts_within_the_limits(t
         assert (made[~(low <= high)] == 0).all()
 
 
-def test_at_the_limits_of_any_voltage_python_and_c_send_the_same_ends(tmp_path: Path) -> None:
-    """Limits and curve are interpolated in another order, and a last bit between them decides nothing."""
+@pytest.mark.parametrize("scalar", ["double", "float"])
+def test_at_the_limits_of_any_voltage_python_and_c_send_the_same_ends(scalar: Scalar, tmp_path: Path) -> None:
+    """Limits and curve are interpolated in another order, and last bits between them decide nothing."""
     ends = {12: (-27.459, 35.304), 14: (-33.343, 43.149), 16.8: (-41.188, 53.937)}
     curve = {volts: [[1100, low], [1500, 0], [1900, high]] for volts, (low, high) in ends.items()}
     of = vehicle(tmp_path, {**USUAL, "step": 2, "curve": curve}, f_min=-50)
-    files = generate(of, "clip", limits="call", esc=True)
+    files = generate(of, "clip", scalar=scalar, limits="call", esc=True)
     units = {name: text for name, text in files.items() if "/" not in name and not name.endswith(".md")}
-    send = ctypes.CDLL(str(compiled.shared_library("esc_ends", units))).wired_clip_call_esc
-    pointer = np.ctypeslib.ndpointer(dtype=np.float64)
-    send.argtypes = [pointer] * 3 + [ctypes.c_double, np.ctypeslib.ndpointer(dtype=np.int16), pointer]
-    u, made = np.zeros(4, np.int16), np.zeros(4)
-    for volts in np.linspace(12.0, 16.8, 401):
-        low, high = of.limits(volts=volts)
-        for f, end in ((low, 1100), (high, 1900)):
-            send(f, low, high, volts, u, made)
-            sent = of.commands(f, volts, f_min=low, f_max=high)
+    library = ctypes.CDLL(str(compiled.shared_library(f"esc_ends_{scalar}", units)))
+    send = library["wired_clip_call_esc" if scalar == "double" else "wired_clip_call_float_esc"]
+    real = np.float64 if scalar == "double" else np.float32
+    pointer, number = (
+        np.ctypeslib.ndpointer(dtype=real),
+        ctypes.c_double if real is np.float64 else ctypes.c_float,
+    )
+    send.argtypes = [pointer] * 3 + [number, np.ctypeslib.ndpointer(dtype=np.int16), pointer]
+    u, made = np.zeros(4, np.int16), np.zeros(4, real)
+    for volts in np.linspace(12.0, 16.8, 401).astype(real).astype(float):
+        exact = of.limits(volts=volts)
+        low, high = (side.astype(real) for side in exact)
+        for side, end in ((0, 1100), (1, 1900)):
+            assert send((low, high)[side], low, high, volts, u, made) == Status.SOLVED
+            sent = of.commands(exact[side], volts, f_min=exact[0], f_max=exact[1])
             assert set(u.tolist()) == set(sent.u.tolist()) == {end}
-            assert ((made >= low) & (made <= high) & (sent.f >= low) & (sent.f <= high)).all()
+            assert ((made >= low) & (made <= high) & (sent.f >= exact[0]) & (sent.f <= exact[1])).all()
 
 
 def test_a_thruster_that_is_off_and_a_demand_that_is_not_met_are_neutral(tmp_path: Path) -> None:
