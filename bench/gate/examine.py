@@ -63,7 +63,7 @@ def examine(base: Prober, head: Prober, patterns: Sequence[str]) -> Examined:
         cell.head_lacks = "" if name in of_head else _why_not(head, "head", cell.method)
         examined.cells.append(cell)
     for name, cells in shared.items():
-        vehicle = _vehicle(base, name)
+        vehicle = vehicle_of(base, name)
         asked = questions(demand_sets(vehicle), partial(_ask, base))
         examined.demands[name] = timed_demands(vehicle).tolist()
         try:
@@ -77,7 +77,7 @@ def examine(base: Prober, head: Prober, patterns: Sequence[str]) -> Examined:
             examined.notes.append(
                 f"{name}: its numbers differ, so each side is judged by its own, not by the other"
             )
-        theirs = asked if same_numbers else _on_other_numbers(asked, _vehicle(head, name))
+        theirs = asked if same_numbers else _on_other_numbers(asked, vehicle_of(head, name))
         for cell in cells:
             remarks, refused = judge_cell(cell, (base, head), asked, theirs)
             examined.notes.extend(remarks)
@@ -186,10 +186,12 @@ def _at_once(
             raise
 
 
-def _vehicle(side: Prober, name: str) -> Vehicle:
+def vehicle_of(side: Prober, name: str) -> Vehicle:
+    """The vehicle of that name as a side has it."""
     numbers = side.ask("vehicle", name=name)
     arrays: dict[str, Any] = {key: np.array(numbers[key]) for key in ARRAYS}
-    return Vehicle(name=name, dof=tuple(numbers["dof"]), **arrays)
+    levels = {key: tuple(map(tuple, numbers[key])) for key in ("priority", "groups")}
+    return Vehicle(name=name, dof=tuple(numbers["dof"]), **levels, **arrays)
 
 
 def _ask(side: Prober, method: str, cases: Sequence[Case]) -> list[Answers | Unanswered]:

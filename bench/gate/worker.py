@@ -24,6 +24,7 @@ LOOP = range(40)
 Packed = dict[str, Any]
 """An array as ``given.packed`` makes it."""
 
+LEVELS = ("priority", "groups")
 ARRAYS = ("T", "H", "f_min", "f_max", "readiness", "slack_weights")
 
 
@@ -130,10 +131,11 @@ class Orders:
         return [[name, entry.name, start] for name in names for entry in entries for start in entry.starts]
 
     def vehicle(self, name: str) -> dict[str, Any]:
-        """The numbers of a vehicle that its equations need."""
+        """What equations and rules need of a vehicle."""
         v = self.alloc.load_vehicle(self.files.get(name, name))
         arrays = {key: getattr(v, key).tolist() for key in ARRAYS}
-        return {"dof": list(v.dof), **arrays}
+        levels = {key: getattr(v, key, ()) for key in LEVELS}  # older trees have no groups
+        return {"dof": list(v.dof), **arrays, **levels}
 
     def build(
         self,

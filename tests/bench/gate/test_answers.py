@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 import alloc
-from alloc import Allocation, Label, Status, Vehicle, build, load_vehicle
+from alloc import Allocation, Label, Status, Vehicle, build, list_vehicles, load_vehicle
 from alloc.allocation import FloatArray, StatusArray
 from alloc.nullspace.region import prepare
-from bench.demands import DemandSet
+from alloc.vehicle.checks import ARRAYS
+from bench.demands import DemandSet, build_demands
 from bench.gate.answers import SideAnswers, answered, differ, first, wrong
 from bench.gate.asked import (
     AXES,
@@ -24,7 +25,7 @@ from bench.gate.asked import (
     demand_sets,
     nobody,
 )
-from bench.gate.examine import judge_cell
+from bench.gate.examine import judge_cell, vehicle_of
 from bench.gate.given import packed
 from bench.gate.prober import Prober
 from bench.gate.record import GateCell
@@ -232,6 +233,20 @@ def test_who_promises_no_distance_still_answers_alike_in_many_and_in_calls(
     here.promises = {"formulation": "mine", "limited": True, "tolerance": 1.0}
     found = answered(cast("Prober", here), GateCell(vehicle="ukwial", method="mine"), question)
     assert "from those of single calls" in wrong(question, found)
+
+
+@pytest.mark.parametrize("name", list_vehicles())
+def test_a_vehicle_is_what_the_side_s_own_file_says(name: str) -> None:
+    """Its levels and groups too: without them each of their answers was wrong on both sides."""
+    side = Whole(lambda allocate: allocate)
+    seen, own = vehicle_of(cast("Prober", side), name), load_vehicle(name)
+    assert (seen.dof, seen.priority, seen.groups) == (own.dof, own.priority, own.groups)
+    for key in ARRAYS:
+        np.testing.assert_array_equal(getattr(seen, key), getattr(own, key))
+    for method in ("priority", "scaled-by-group"):
+        asked = first(questions([build_demands("infeasible", seen, 1, 40)], nobody)[0], 40)
+        found = answered(cast("Prober", side), GateCell(vehicle=name, method=method), asked)
+        assert wrong(asked, found) == ""
 
 
 def of_scaled(change: str, more: str = "") -> Callable[[Any], Any]:
