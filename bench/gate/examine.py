@@ -190,7 +190,7 @@ def vehicle_of(side: Prober, name: str) -> Vehicle:
     """The vehicle of that name as a side has it."""
     numbers = side.ask("vehicle", name=name)
     arrays: dict[str, Any] = {key: np.array(numbers[key]) for key in ARRAYS}
-    levels = {key: tuple(map(tuple, numbers[key])) for key in ("priority", "groups")}
+    levels: dict[str, Any] = {key: tuple(map(tuple, numbers[key])) for key in ("priority", "groups")}
     return Vehicle(name=name, dof=tuple(numbers["dof"]), **levels, **arrays)
 
 
