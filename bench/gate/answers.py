@@ -128,8 +128,9 @@ def calls(demands: DemandSet | Case) -> dict[str, Any]:
 
 
 def state(vehicle: Vehicle) -> dict[str, Any]:
-    """The vehicle's name, and which of its thrusters are off, as a worker takes them."""
-    return {"vehicle": vehicle.whole or vehicle.name, "off": np.flatnonzero(vehicle.readiness == 0).tolist()}
+    """The vehicle's name, and which of its thrusters are off or weaker, as a worker takes them."""
+    weaker = [(i, ready) for i, ready in enumerate(vehicle.readiness.tolist()) if ready < 1]
+    return {"vehicle": vehicle.whole or vehicle.name, "weaker": weaker}
 
 
 def first(question: Question, count: int) -> Question:

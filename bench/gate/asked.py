@@ -1,6 +1,7 @@
 """What each cell is asked before anything is timed: demands of every kind, failures, edges."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import cache
 
@@ -8,6 +9,7 @@ import numpy as np
 
 from alloc import NotApplicable, Vehicle
 from alloc.allocation import FloatArray
+from alloc.errors import VehicleError
 from bench.demands import DemandSet, along_axes, build_demands, labelled
 from bench.demands.near_degenerate import edge_demands, numbered
 from bench.demands.store import Case
@@ -33,6 +35,12 @@ ALONE, ONE_SIDE = ("f_min alone", "f_max alone"), 100
 FAILED = {"inactive": 20, "active": 40, "infeasible": 20}
 """The same, with each thruster off in turn: what a failure breaks, it breaks in many demands."""
 
+RESIZED, SIZES, ONE_IN = "near rest or far out", (1e-3, 10.0, 1e3), 50
+"""Name of a set of mixed demands times these, one in so many: what winds up is asked for a thousandfold."""
+
+TWO_OFF, WEAKER = ((0, 1), (0, -1)), 0.4
+"""Pairs of working thrusters that are off at once, and what is left of a weaker one; asked as ``FAILED``."""
+
 FAILED_MOVING = {"inactive": 20, "infeasible": 20}
 """The same, with a thruster off and limits of the call."""
 
@@ -55,24 +63,37 @@ def demand_sets(vehicle: Vehicle) -> list[DemandSet]:
     """The demands that cells of a vehicle are asked.
 
     All kinds mixed; then those with limits of their own, of both sides and of one; then those with each
-    thruster off in turn.
+    thruster off in turn, with two off, and with a weaker one; then near rest and far out.
     """
     edges = edge_demands(vehicle, np.random.default_rng(SEED), EDGES)
     mixed = np.random.default_rng(SEED).permutation(np.vstack([_of_kinds(vehicle, LOOKED_AT), edges]))
     again = np.arange(1, len(mixed), REPEATED)
     mixed[again] = mixed[again - 1]
+    sizes = [size * mixed[i :: ONE_IN * len(SIZES)] for i, size in enumerate(SIZES)]
     mixed = np.vstack([along_axes(vehicle, AXES), mixed])
     moving = [build_demands(name, vehicle, SEED, n) for name, n in MOVING.items()]
     for name, *sides in ((ALONE[0], moving[0].f_min, None), (ALONE[1], None, moving[0].f_max)):
         low, high = (None if side is None else side[:ONE_SIDE] for side in sides)
         moving.append(labelled(name, vehicle, moving[0].taus[:ONE_SIDE], low, high))
     states = {i: vehicle.with_fault(i) for i in vehicle.working.tolist() if len(vehicle.working) > 1}
-    failed = [
-        labelled(f"thruster {i} off", off, np.vstack([along_axes(off, FAILED_AXES), _of_kinds(off, FAILED)]))
-        for i, off in states.items()
-    ]
+    failed = [_in_state(f"thruster {i} off", off) for i, off in states.items()]
     both = [_within_half(f"thruster {i} off, limits of each call", off) for i, off in states.items()]
-    return [labelled("gate", vehicle, mixed), *moving, *failed, *both]
+    other = labelled(RESIZED, vehicle, np.vstack(sizes))
+    return [labelled("gate", vehicle, mixed), *moving, *failed, *both, *_worse(vehicle), other]
+
+
+def _worse(vehicle: Vehicle) -> Iterator[DemandSet]:
+    """Demands with two thrusters off, as far as others are left, and with one that is weaker."""
+    working = vehicle.working.tolist()
+    for i, j in ((working[i], working[j]) for i, j in TWO_OFF if len(working) > 2):
+        with suppress(VehicleError):  # nothing else pushes
+            yield _in_state(f"thrusters {i} and {j} off", vehicle.with_fault(i).with_fault(j))
+    yield _in_state(f"thruster {working[0]} weaker", vehicle.with_fault(working[0], WEAKER))
+
+
+def _in_state(name: str, vehicle: Vehicle) -> DemandSet:
+    """What is asked with certain thrusters off, or weaker."""
+    return labelled(name, vehicle, np.vstack([along_axes(vehicle, FAILED_AXES), _of_kinds(vehicle, FAILED)]))
 
 
 def _within_half(name: str, off: Vehicle) -> DemandSet:

@@ -14,7 +14,7 @@ from alloc.vehicle.checks import ARRAYS
 from bench.demands import labelled
 from bench.demands.store import Case
 from bench.gate.answers import SideAnswers, answered, answered_early, calls, cut, differ, first, state, wrong
-from bench.gate.asked import ALONE, NEARLY, demand_sets, nearly_symmetric, nobody, timed_demands
+from bench.gate.asked import ALONE, NEARLY, RESIZED, demand_sets, nearly_symmetric, nobody, timed_demands
 from bench.gate.cells import CONTROL_DEMANDS, DEFAULT_CELLS, chosen, controls
 from bench.gate.given import unpacked
 from bench.gate.prober import Prober
@@ -167,7 +167,7 @@ def _ask_again(
 
 def _when(question: Question, what: str) -> str:
     """What was found, and where: given what, with which thruster off, or on the nearly symmetric vehicle."""
-    other = question.demands.name in (NEARLY, *ALONE) or question.demands.vehicle.whole
+    other = question.demands.name in (NEARLY, RESIZED, *ALONE) or question.demands.vehicle.whole
     return f"{question.demands.name}: {what}" if what and other else what
 
 
@@ -218,7 +218,7 @@ def _on_other_numbers(asked: Sequence[Question], vehicle: Vehicle) -> list[Quest
     sets = []
     for d in (question.demands for question in asked):
         numbers = vehicle
-        for i in state(d.vehicle)["off"]:
-            numbers = numbers.with_fault(i)
+        for i, readiness in state(d.vehicle)["weaker"]:
+            numbers = numbers.with_fault(i, readiness)
         sets.append(labelled(d.name, numbers, d.taus, d.f_min, d.f_max))
     return questions(sets, nobody)

@@ -143,10 +143,10 @@ class Orders:
         vehicle: str,
         method: str,
         start: str,
-        off: Sequence[int] = (),
+        weaker: Sequence[tuple[int, float]] = (),
         numbers: dict[str, Any] | None = None,
     ) -> dict[str, Any]:
-        """Prepare a cell's allocator, with those thrusters off; returns what it promises.
+        """Prepare a cell's allocator, with those thrusters so ready; returns what it promises.
 
         With ``numbers`` the vehicle is none of the tree's files: these are its attributes.
         """
@@ -158,15 +158,15 @@ class Orders:
             )
         # A copy: a method that writes into its vehicle must not change what another one is built from.
         loaded = replace(self.vehicles[vehicle])
-        for thruster in off:
-            loaded = loaded.with_fault(thruster)
+        for thruster, readiness in weaker:
+            loaded = loaded.with_fault(thruster, readiness)
         if method in self.plugins:
             allocate = self.discovery.prepare(self.plugins[method], loaded, start=start)
         else:
             allocate = self.alloc.build(method, loaded, start=start)
         self.look()
         self.allocators[cell] = allocate
-        if not off and not numbers:
+        if not weaker and not numbers:
             self.early.setdefault(cell, Built(allocate, (loaded.f_min, loaded.f_max)))
         self.own[cell] = loaded.f_min, loaded.f_max
         promises = {name: getattr(allocate, name) for name in ("formulation", "limited", "tolerance")}

@@ -81,6 +81,11 @@ def test_each_kind_is_asked_and_with_limits_of_its_own_and_with_each_thruster_of
     pairs = 4 * vehicle.k * (vehicle.k - 1) // 2
     assert len(mixed.taus) == 1 + AXES + pairs + sum(LOOKED_AT.values()) + EDGES
     assert set(np.count_nonzero(mixed.taus[AXES + 1 :][:pairs], axis=1)) == {2}
+    *failed, two, others, weaker, resized = failed
+    assert [len(d.vehicle.faults) for d in (two, others, weaker)] == [2, 2, 1]
+    assert 0 < weaker.vehicle.readiness[0] < 1
+    assert resized.alpha.min() < 0.01
+    assert resized.alpha.max() > 100
     failed, both = failed[: vehicle.n], failed[vehicle.n :]
     assert [d.vehicle.faults for d in both] == [d.vehicle.faults for d in failed]
     assert all((d.f_max > 0).all() for d in both if d.f_max is not None)  # of the one that is off too
@@ -170,7 +175,7 @@ class Whole:
             cell = given["cell"]
             made = self.spoilt(self.orders.allocators[cell])
             self.orders.allocators[cell] = made
-            if not given.get("off") and "numbers" not in given:
+            if not given.get("weaker") and "numbers" not in given:
                 self.orders.early[cell] = self.orders.early[cell]._replace(allocate=made)
         return reply
 
@@ -262,6 +267,7 @@ def of_scaled(change: str, more: str = "") -> Callable[[Any], Any]:
         "    def __init__(self, inner):\n"
         "        vehicle = inner._vehicle\n"
         "        self.inner, self.buffer, self.off = inner, np.zeros(vehicle.n), vehicle.readiness == 0\n"
+        "        self.weak = (vehicle.readiness > 0) & (vehicle.readiness < 1)\n"
         "        self.built.append(self)\n"
         "    def __call__(self, tau, f_min=None, f_max=None):\n"
         "        f, status, iterations, seconds, share = self.inner(tau, f_min, f_max)\n"
@@ -288,6 +294,9 @@ SPOILT = {
     "if self.off[2] and tau[0] > 0: raise ValueError('hm')": "thruster 2 off: raises ValueError: hm",
     "f = f + 1.0 * self.off": "a thrust on a thruster that is off",
     "f = f * (len(self.built) < 3)": "",
+    "f = f if self.off.sum() < 2 else -f": "thrusters 0 and 1 off",
+    "f = np.where(self.weak, 1.0, f)": "thruster 0 weaker",
+    "f = f if np.abs(tau).max() < 1e4 else 0 * f": "near rest or far out",
 }
 """How an answer may be spoilt, and what the gate says; empty where several words are right."""
 
@@ -298,7 +307,7 @@ def test_what_a_class_of_one_s_own_may_get_wrong_is_found(
 ) -> None:
     cell = GateCell(vehicle="ukwial", method="scaled")
     sides = cast("tuple[Prober, Prober]", (Whole(of_scaled("")), Whole(of_scaled(change))))
-    asked = questions([sets[i] for i in (0, 1, -6, -2)], nobody)
+    asked = questions([sets[i] for i in (0, 1, -10, -6, -4, -2, -1)], nobody)
     asked = [first(question, 80) for question in asked]
     judge_cell(cell, sides, asked, asked)
     assert cell.turned_wrong or cell.differ
