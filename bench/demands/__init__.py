@@ -23,7 +23,7 @@ from alloc.allocation import BoolArray, FloatArray
 from alloc.errors import unknown
 from alloc.files import modules
 from alloc.vehicle.call_limits import limits_of
-from bench.demands.doubts import doubts
+from bench.demands.doubts import crossing, doubts, of_limits
 
 if TYPE_CHECKING:
     from bench.inputs.logs import LogOptions
@@ -66,6 +66,7 @@ class DemandSet:
     left_out : demands of a file that are beyond the number asked for
     beyond, beyond_longest : of all demands of a file, these included, how many can't be met, and how many of
         them follow one another at most
+    crossed : of all demands of a file, how many have limits that cross; ``beyond`` is without them
     said : how a file was understood, and what is doubtful about it, one line each
     given : whether they come from a file
     gaps : which of them follow a gap in time
@@ -81,6 +82,7 @@ class DemandSet:
     left_out: int = 0
     beyond: int = 0
     beyond_longest: int = 0
+    crossed: int = 0
     said: tuple[str, ...] = ()
     given: bool = False
     gaps: tuple[int, ...] = ()
@@ -91,6 +93,11 @@ class DemandSet:
     def unmet(self) -> BoolArray:
         """(N,) whether each demand can't be met."""
         return _unmet(self.labels, self.alpha)
+
+    @property
+    def crossing(self) -> BoolArray:
+        """(N,) whether each demand has limits that cross: nobody can keep them."""
+        return crossing(len(self.taus), self.f_min, self.f_max)
 
     @property
     def limits(self) -> tuple[FloatArray, FloatArray]:
@@ -198,7 +205,8 @@ def _from_file(path: Path, vehicle: Vehicle, n: int | None, options: "LogOptions
     log = log_for(vehicle, path, options)
     low, high = limits_in(path, log.columns, vehicle)
     margins = label(vehicle, log.taus, f_min=low, f_max=high)
-    unmet = _unmet(margins.label, margins.alpha)
+    crossed = crossing(len(log.taus), low, high)
+    unmet = _unmet(margins.label, margins.alpha) & ~crossed
     low, high = (None if side is None else side[:n] for side in (low, high))
     demands = labelled(path.stem, vehicle, np.array(log.taus[:n]), low, high, rate_hz=rate_hz(log.t))
     doubted = doubts(demands.name, vehicle.name, demands.alpha, demands.rate_hz)
@@ -209,7 +217,8 @@ def _from_file(path: Path, vehicle: Vehicle, n: int | None, options: "LogOptions
         left_out=len(log.taus) - len(demands.taus),
         beyond=int(unmet.sum()),
         beyond_longest=longest(unmet, gaps),
-        said=tuple(filter(None, (log.said, log.doubt, *doubted))),
+        crossed=int(crossed.sum()),
+        said=tuple(filter(None, (log.said, log.doubt, *doubted, of_limits(demands.name, crossed)))),
         given=True,
     )
 

@@ -1,8 +1,8 @@
-"""Units of a log that can't be right, as the vehicle that should answer it tells."""
+"""What of a log can't be right: units, as the vehicle that should answer it tells, and limits that cross."""
 
 import numpy as np
 
-from alloc.allocation import FloatArray
+from alloc.allocation import BoolArray, FloatArray
 
 FACTOR = 300.0
 """How many times too much, or too little, a log asks of a vehicle before its units are in doubt. A demand is
@@ -52,3 +52,21 @@ def of_rate(log: str, rate: float | None, *, nameable: bool = True) -> list[str]
                 f" name the column 't [{unit}]'{other}"
             ]
     return [f"{log}: {rate:.3g} Hz is no rate of a control loop; check the unit of its times"]
+
+
+def crossing(N: int, low: FloatArray | None, high: FloatArray | None) -> BoolArray:
+    """(N,) whether some limits (N, n) of each demand cross; nowhere without limits."""
+    if low is None or high is None:
+        return np.zeros(N, dtype=bool)
+    crosses: BoolArray = np.any(low > high, axis=1)
+    return crosses
+
+
+def of_limits(log: str, crosses: BoolArray) -> str:
+    """A line where limits of demands cross; empty where none do."""
+    if not crosses.any():
+        return ""
+    return (
+        f"{log}: limits cross in {np.count_nonzero(crosses):,} of {len(crosses):,} demands, first in demand"
+        f" {crosses.argmax()} (counted from 0); no thrust lies within them, so no method can keep them"
+    )

@@ -95,6 +95,8 @@ class Problem(msgspec.Struct, tag="problem", omit_defaults=True, kw_only=True):
     left_out : demands of a log that were not asked
     beyond, beyond_longest : of all demands of a log, these included, how many can't be met, and how many of
         them follow one another at most
+    crossed, crossed_asked : of all demands of a log, and of those asked, how many had limits that cross;
+        nobody can keep them, and ``beyond`` is without them
     moving : whether each demand had limits of its own
     said : how a log was understood, and what is doubtful about it
     names : of the vehicle's thrusters, empty where they have none
@@ -121,6 +123,8 @@ class Problem(msgspec.Struct, tag="problem", omit_defaults=True, kw_only=True):
     left_out: int = 0
     beyond: int = 0
     beyond_longest: int = 0
+    crossed: int = 0
+    crossed_asked: int = 0
     moving: bool = False
     said: list[str] = []
     names: list[str] = []

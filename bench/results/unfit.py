@@ -48,11 +48,17 @@ def _refused(row: Row, problem: Problem | None) -> tuple[float, str]:
     if answered is None:
         return 0.0, ""
     refused, run = 1 - answered, max(judged.refused_longest for judged in row.measured.judged)
+    crossed = ""
+    if problem is not None and any(cell.limited for cell in row.measured.cells):
+        n = problem.n_demands
+        crossed = "limits that cross" if problem.crossed or problem.crossed_asked else ""
+        # Nobody can keep those, so to refuse them is no less than to answer them. Shares are rounded.
+        refused = max(0, round(refused * n) - problem.crossed_asked) / n
     if problem is not None and problem.left_out and refuses(row.formulation):  # then more than was asked
         refused = problem.beyond / (problem.n_demands + problem.left_out)
         run = problem.beyond_longest
     if not refused:
-        return 0.0, ""
+        return 0.0, crossed
     if problem is None or not problem.given:
         return 0.0, "what can't be met"
     words = f"{percent(refused)} of {row.demands}"
@@ -60,7 +66,7 @@ def _refused(row: Row, problem: Problem | None) -> tuple[float, str]:
         words += f", up to {three(run / problem.rate_hz)} s at a stretch"
     elif run:
         words += f", up to {counted(run, 'demand')} in a row"
-    return refused, words
+    return refused, f"{words}, and {crossed}" if crossed else words
 
 
 def refuses(formulation: str) -> bool:

@@ -150,3 +150,22 @@ def test_a_log_that_is_cut_still_says_how_many_of_its_demands_cannot_be_met(tmp_
     demands = build_demands(log, load_vehicle("ukwial"), 0, 2)
     assert (len(demands.taus), demands.left_out) == (2, 5)
     assert (demands.beyond, demands.beyond_longest) == (3, 2)
+
+
+def test_limits_of_a_log_that_cross_are_counted_apart_from_what_can_not_be_met_and_said(
+    tmp_path: Path,
+) -> None:
+    axes = ",".join(load_vehicle("bluerov2-heavy").dof)
+    rows = [
+        "1,0,0,0,0,0,-9,9",
+        "9e9,0,0,0,0,0,-9,9",
+        "0,0,0,0,0,0,5.1,5",
+        "1,0,0,0,0,0,5,5",
+        "1,0,0,0,0,0,6,5",
+    ]
+    path = tmp_path / "dive.csv"
+    path.write_text("\n".join([f"{axes},f0_min,f0_max", *rows]) + "\n")
+    dive = build_demands(path, load_vehicle("bluerov2-heavy"), seed=1, n=3)
+    assert (dive.crossed, dive.beyond, dive.left_out) == (2, 1, 2)
+    assert dive.crossing.tolist() == [False, False, True]
+    assert "limits cross in 2 of 5 demands, first in demand 2 " in dive.said[-1]

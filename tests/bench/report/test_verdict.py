@@ -141,6 +141,27 @@ def test_what_stands_in_for_an_exact_method_that_refuses_is_not_said_to_be_witho
     )
 
 
+@pytest.mark.parametrize(("asked", "left_out"), [(2, 0), (0, 990)])
+def test_limits_that_cross_are_refused_by_all_and_no_method_without_limits_is_taken_for_them(
+    tmp_path: Path, asked: int, left_out: int
+) -> None:
+    """One of sixty demands had such limits, and the pseudoinverse was to be taken, since it answers all."""
+    limited = [
+        replace(on_log(m, us, 1 - asked / 10, 2), limited=True) for m, us in (("nullspace", 2), ("clip", 3))
+    ]
+    cells = [*limited, replace(on_log("pinv", 1), formulation="unlimited")]
+    cells[1] = replace(cells[1], formulation="clip")
+    crossing = log(crossed=2, crossed_asked=asked, left_out=left_out)
+    assert said(tmp_path, 50, crossing, *cells) == (
+        "ukwial at 50 Hz: take nullspace; exact, refuses limits that cross; 0.0100 % of the period."
+    )
+    fewer = [replace(limited[0], judged=on_log("nullspace", 2, 0.7, 2).judged), *cells[1:]]
+    more = log(crossed=2, crossed_asked=2)
+    assert "nullspace refuses 10.0 % of dive, up to 0.0400 s at a stretch, and limits that cross" in said(
+        tmp_path, 50, more, *fewer
+    )
+
+
 def test_of_a_log_that_was_asked_in_part_what_it_holds_beyond_reach_counts_whole(tmp_path: Path) -> None:
     """The ten demands that were asked can be met, and 300 of the other 990 can't, 125 of them in a row."""
     cells = [on_log("nullspace", 1), on_log("scaled", 2)]
