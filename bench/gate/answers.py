@@ -111,12 +111,10 @@ def _given(raw: Mapping[str, Any], promises: dict[str, Any], vehicle: Vehicle, *
     if raw["shared"]:
         at_odds = "an answer has another's memory: yesterday's changes when today's is made"
     for lot in raw["together"]:
-        of = counted(lot["length"], "demand") + " within one row of limits" * lot.get("one_row", False)
-        if "raises" in lot:
-            at_odds = f"many() of {of} raises {lot['raises']}"
-        elif lot["other"] is not None:
+        of = counted(lot["length"], "demand")
+        if lot["other"] is not None:
             at_odds = f"many() of {of} gives demand {lot['other']} another status than a call of its own"
-        elif own and lot["apart"] > _apart(promises, vehicle):
+        elif own and lot["apart"] > apart_allowed(promises, vehicle):
             at_odds = f"many() of {of} gives thrusts {lot['apart']:.3g} N from those of single calls"
     return SideAnswers("", promises, answers, dict(raw["raised"]), at_odds, many=raw["many"])
 
@@ -196,7 +194,7 @@ def differ(question: Question, base: SideAnswers, head: SideAnswers) -> str:
             return f"shares {_shown(a.share)} → {_shown(b.share)} for demand {i}"
     thrusts = (stacked([answer.f for answer in side.answers], vehicle.n)[0] for side in (base, head))
     apart = farthest(*(F[alike] for F in thrusts))
-    allowed = _apart(base.promises, vehicle)
+    allowed = apart_allowed(base.promises, vehicle)
     return f"thrusts differ by up to {apart:.3g} N, {allowed:.3g} N allowed" if apart > allowed else ""
 
 
@@ -221,7 +219,7 @@ def _shown(shares: Sequence[float]) -> str:
     return " ".join(f"{share:.3g}" for share in shares)
 
 
-def _apart(promises: Mapping[str, Any], vehicle: Vehicle) -> float:
+def apart_allowed(promises: Mapping[str, Any], vehicle: Vehicle) -> float:
     """How far two answers to one demand may lie apart [N].
 
     Either may be as far from the optimum as is promised, in opposite directions. A method that promises no

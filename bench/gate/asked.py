@@ -35,6 +35,9 @@ ALONE, ONE_SIDE = ("f_min alone", "f_max alone"), 100
 FAILED = {"inactive": 20, "active": 40, "infeasible": 20}
 """The same, with each thruster off in turn: what a failure breaks, it breaks in many demands."""
 
+WIDER = "limits wider than the vehicle's"
+"""Name of a set whose limits are twice the vehicle's, which a call may give."""
+
 RESIZED, SIZES, ONE_IN = "near rest or far out", (1e-3, 10.0, 1e3), 50
 """Name of a set of mixed demands times these, one in so many: what winds up is asked for a thousandfold."""
 
@@ -42,7 +45,7 @@ TWO_OFF, WEAKER = ((0, 1), (0, -1)), 0.4
 """Pairs of working thrusters that are off at once, and what is left of a weaker one; asked as ``FAILED``."""
 
 FAILED_MOVING = {"inactive": 20, "infeasible": 20}
-"""The same, with a thruster off and limits of the call."""
+"""The same, with a thruster off and limits of the call, or with limits wider than the vehicle's."""
 
 AXES, FAILED_AXES = 60, 24
 """How many demands along each axis alone are asked beside these, of the whole vehicle and with a thruster
@@ -77,9 +80,10 @@ def demand_sets(vehicle: Vehicle) -> list[DemandSet]:
         moving.append(labelled(name, vehicle, moving[0].taus[:ONE_SIDE], low, high))
     states = {i: vehicle.with_fault(i) for i in vehicle.working.tolist() if len(vehicle.working) > 1}
     failed = [_in_state(f"thruster {i} off", off) for i, off in states.items()]
-    both = [_within_half(f"thruster {i} off, limits of each call", off) for i, off in states.items()]
+    both = [_within(f"thruster {i} off, limits of each call", off, 0.5) for i, off in states.items()]
     other = labelled(RESIZED, vehicle, np.vstack(sizes))
-    return [labelled("gate", vehicle, mixed), *moving, *failed, *both, *_worse(vehicle), other]
+    wider = _within(WIDER, vehicle, 2.0)
+    return [labelled("gate", vehicle, mixed), *moving, *failed, *both, *_worse(vehicle), other, wider]
 
 
 def _worse(vehicle: Vehicle) -> Iterator[DemandSet]:
@@ -96,11 +100,14 @@ def _in_state(name: str, vehicle: Vehicle) -> DemandSet:
     return labelled(name, vehicle, np.vstack([along_axes(vehicle, FAILED_AXES), _of_kinds(vehicle, FAILED)]))
 
 
-def _within_half(name: str, off: Vehicle) -> DemandSet:
-    """Demands with half of the vehicle's limits, also for a thruster that is off, as callers give them."""
-    taus = _of_kinds(off, FAILED_MOVING)
-    low, high = (np.tile(side / 2, (len(taus), 1)) for side in _limits_of_all(off))
-    return replace(labelled(name, off, taus, low, high), f_min=low, f_max=high)
+def _within(name: str, vehicle: Vehicle, share: float) -> DemandSet:
+    """Demands within such a share of the limits, also of a thruster that is off, as callers give them.
+
+    Within wider limits they are larger, some beyond what the vehicle's own would allow.
+    """
+    taus = max(1.0, 0.75 * share) * _of_kinds(vehicle, FAILED_MOVING)
+    low, high = (np.tile(share * side, (len(taus), 1)) for side in _limits_of_all(vehicle))
+    return replace(labelled(name, vehicle, taus, low, high), f_min=low, f_max=high)
 
 
 def _limits_of_all(vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:

@@ -13,8 +13,28 @@ from alloc.errors import UnknownName
 from alloc.vehicle.checks import ARRAYS
 from bench.demands import labelled
 from bench.demands.store import Case
-from bench.gate.answers import SideAnswers, answered, answered_early, calls, cut, differ, first, state, wrong
-from bench.gate.asked import ALONE, NEARLY, RESIZED, demand_sets, nearly_symmetric, nobody, timed_demands
+from bench.gate.answers import (
+    SideAnswers,
+    answered,
+    answered_early,
+    calls,
+    cut,
+    differ,
+    first,
+    state,
+    wrong,
+)
+from bench.gate.ask_forms import ask_forms
+from bench.gate.asked import (
+    ALONE,
+    NEARLY,
+    RESIZED,
+    WIDER,
+    demand_sets,
+    nearly_symmetric,
+    nobody,
+    timed_demands,
+)
 from bench.gate.cells import CONTROL_DEMANDS, DEFAULT_CELLS, chosen, controls
 from bench.gate.given import unpacked
 from bench.gate.prober import Prober
@@ -130,6 +150,7 @@ def judge_cell(
         whole = whole or (base, head)
     if whole:
         _ask_again(cell, sides, (asked[0], theirs[0]), whole)
+        ask_forms(cell, sides, (asked[0], theirs[0]), whole)
     if fewest < inf:
         remarks.append(f"of some kind only {fewest:,} demands were looked at: `{cell.name}`")
     return list(dict.fromkeys(remarks)), refused
@@ -167,7 +188,7 @@ def _ask_again(
 
 def _when(question: Question, what: str) -> str:
     """What was found, and where: given what, with which thruster off, or on the nearly symmetric vehicle."""
-    other = question.demands.name in (NEARLY, RESIZED, *ALONE) or question.demands.vehicle.whole
+    other = question.demands.name in (NEARLY, RESIZED, WIDER, *ALONE) or question.demands.vehicle.whole
     return f"{question.demands.name}: {what}" if what and other else what
 
 

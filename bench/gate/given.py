@@ -92,27 +92,17 @@ class Given:
             "shared": len(set(places)) < len(places),
         }
 
-    def lots(self, allocate: Any, arrays: list[Packed], within: Any) -> list[dict[str, Any]]:
-        """How ``many`` answers all demands at once, short lots of them, and one within one row of limits.
+    def lots(self, many: Any, arrays: list[Packed], within: Any) -> list[dict[str, Any]]:
+        """How ``many`` answers all demands at once, and short lots of them.
 
         ``arrays`` are demands and limits of each, as asked in single calls before; ``within`` makes of limits
-        what a call is given. Raises what ``many`` does, but for one row of limits: that is said.
+        what a call is given. Raises what ``many`` does.
         """
         found = []
         for part in (slice(0, len(self.status)), *SHORT):
             asked, *sides = (unpacked(array)[part] for array in arrays)
-            found.append(self.beside(part, *allocate.many(asked, *within(sides))))
-        if not sides:
-            return found
-        one = within([side[0] for side in sides])
-        alone = Given(len(self._nothing))
-        for tau in asked.copy():
-            alone.add(allocate(tau, *one))
-        try:
-            lot = alone.beside(slice(0, len(asked)), *allocate.many(asked, *one))
-        except Exception as error:  # it was written for rows of limits alone
-            lot = {"length": len(asked), "raises": f"{type(error).__name__}: {error}"}
-        return [*found, lot | {"one_row": True}]
+            found.append(self.beside(part, *many(asked, *within(sides))))
+        return found
 
     def beside(self, part: slice, together: Any, verdicts: Any) -> dict[str, Any]:
         """How ``many`` answers a part of the demands: how many, the first other status, how far apart [N].

@@ -38,7 +38,7 @@ def beside(name: str) -> Any:
     return module
 
 
-given = beside("given")
+given, forms = beside("given"), beside("forms")
 
 
 class Built(NamedTuple):
@@ -222,13 +222,19 @@ class Orders:
         writes = any((a != given.unpacked(b)).any() for a, b in zip(columns, arrays, strict=True))
         many = getattr(allocate, "many", None)  # a user's plug-in may have no such function
         held = many is not None and not seen.raised and not seen.odd
-        together = seen.lots(allocate, arrays, partial(self._given, own)) if held else []
+        together = seen.lots(many, arrays, partial(self._given, own)) if held else []
         reply: dict[str, Any] = seen.reply()
         return reply | {"writes": writes, "many": many is not None, "together": together}
 
     def _given(self, own: tuple[Any, Any], sides: list[Any]) -> list[Any]:
         """Limits of calls, None for a side that is the vehicle's own."""
         return [None if (side == whole).all() else side for side, whole in zip(sides, own, strict=False)]
+
+    def forms(self, cell: str, taus: Packed, limits: list[Packed]) -> dict[str, Any]:
+        """How the allocator that was built for the cell first answers other forms of calls."""
+        asked = map(given.unpacked, (taus, *limits))
+        found: dict[str, Any] = forms.forms(self.early[cell].allocate, *asked, given.farthest)
+        return found
 
     def many(self, cell: str, taus: Packed, limits: list[Packed]) -> dict[str, Any]:
         """Status and f of each demand, by ``many`` alone."""
