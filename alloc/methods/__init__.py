@@ -79,5 +79,7 @@ def recipes() -> dict[str, Recipe]:
 def recipe(name: str) -> Recipe:
     """The kernel of the method of that name; raises UnknownName."""
     if name not in recipes():
+        if name in modules(__name__)["library"].variants():  # an import would go round in a circle
+            raise UnknownName(f"'{name}' is in libthrustbench; give --library in place of --method")
         raise UnknownName(f"no kernel '{name}'; there are {', '.join(recipes())}")
     return recipes()[name]

@@ -152,7 +152,9 @@ def judge_cell(
         _ask_again(cell, sides, (asked[0], theirs[0]), whole)
         ask_forms(cell, sides, (asked[0], theirs[0]), whole)
     if fewest < inf:
-        remarks.append(f"of some kind only {fewest:,} demands were looked at: `{cell.name}`")
+        remarks.append(
+            f"asked only {fewest:,} demands of some kind, since its calls take so long: `{cell.name}`"
+        )
     return list(dict.fromkeys(remarks)), refused
 
 

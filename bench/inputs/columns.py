@@ -136,8 +136,9 @@ def _named(place: str, header: Sequence[str], units: Sequence[str], quantity: st
             continue
         if factor is None and quantity != TIME:
             raise DemandError(
-                f"{place}: the unit of {wanted[:40]!r} is none of {', '.join(known(quantity))}; say it as in"
-                f" --columns '{quantity}=NAME [{next(iter(known(quantity)))}]'"
+                f"{place}: the unit of {wanted[:40]!r} is none of {', '.join(known(quantity))}; say which it"
+                f" is, as in --columns '{quantity}=NAME [{next(iter(known(quantity)))}]', and of another unit"
+                " with --scale how many of these it is"
             )
         return Column(i, name, factor, unit=below)
     raise DemandError(

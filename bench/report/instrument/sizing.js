@@ -64,7 +64,8 @@ function ordered(sizes) {
     while (left.length) {
       const alike = left.filter((size) => median(size) <= data.close * median(left[0]));
       const group = alike.length ? alike : [left[0]];
-      found.push(...group.filter((size) => size.steps !== null), ...group.filter((size) => size.steps === null));
+      const place = (size) => 2 * (size.steps === null) + !size.twin;
+      found.push(...group.toSorted((a, b) => place(a) - place(b)));
       left = left.slice(group.length);
     }
   }

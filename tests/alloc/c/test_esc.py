@@ -176,3 +176,13 @@ def test_a_thruster_that_is_off_and_a_demand_that_is_not_met_are_neutral(tmp_pat
         assert send(np.array(tau), fault, 16.0, u, made) == status
         assert (u == 1500).all()
         assert (made == 0).all()
+
+
+def test_the_header_says_which_commands_go_to_which_thrusters(tmp_path: Path) -> None:
+    files = generate(vehicle(tmp_path, [USUAL, ONE, OTHER, OTHER]), "pinv", esc=True)
+    assert (
+        " * command  what goes to the ESCs: 1100 to 1900, neutral is 1500, of 0, 1;\n"
+        " *          1000 to 2000, neutral is 1520, of 2, 3 (thrusters counted from 0)\n"
+    ) in files["wired_pinv_esc.h"]
+    alone = generate(vehicle(tmp_path, USUAL), "pinv", esc=True)["wired_pinv_esc.h"]
+    assert "what goes to the ESCs: 1100 to 1900, neutral is 1500\n" in alone

@@ -6,6 +6,7 @@ import pytest
 from click.testing import CliRunner
 
 from alloc import AllocError
+from alloc.errors import UnknownName
 from bench.__main__ import cli
 from bench.chips.kernels import as_c, methods, own
 
@@ -25,6 +26,13 @@ def test_a_command_that_takes_c_takes_both_of_its_names(command: str, tmp_path: 
 def test_every_method_that_has_c_is_found_by_either_name_and_once() -> None:
     assert as_c([*own().values(), *methods()]) == methods()
     assert as_c(["nothing"]) == ("nothing",)  # refused, by this name, where its C is built
+
+
+@pytest.mark.parametrize("command", ["codegen", "prove"])
+def test_a_row_of_the_library_is_told_the_option_that_makes_it(command: str, tmp_path: Path) -> None:
+    asked = [command, "--vehicle", "ukwial", "--method", "scaled@library", "--out", str(tmp_path)]
+    with pytest.raises(UnknownName, match="give --library in place of --method"):
+        CliRunner().invoke(cli, asked, standalone_mode=False, catch_exceptions=False)
 
 
 def test_forms_of_one_name_do_not_replace_each_other(tmp_path: Path) -> None:

@@ -96,6 +96,28 @@ def test_columns_that_can_t_be_guessed_are_named_by_the_user(file: Path) -> None
 
 
 @pytest.mark.parametrize(
+    ("unit", "newton_metres"),
+    [
+        ("kgf m", 9.80665),
+        ("kgf·m", 9.80665),
+        ("lbf ft", 1.3558179483),
+        ("ft-lbf", 1.3558179483),
+        ("N-m", 1.0),
+    ],
+)
+def test_moments_in_units_of_forces_times_lengths_are_read(
+    file: Path, unit: str, newton_metres: float
+) -> None:
+    """The remedy for kgf m was to call it N m, which made it 9.8 times too small."""
+    written(file, f"surge,sway,yaw [{unit}]\n1,2,3\n")
+    assert read_demands(file, DOF).taus[0, 2] == pytest.approx(3 * newton_metres)
+    assert read_demands(file, DOF, {"yaw": f"yaw [{unit}]"}).taus[0, 2] == pytest.approx(3 * newton_metres)
+    written(file, "surge,sway,yaw [stone]\n1,2,3\n")
+    message = refused(lambda: read_demands(file, DOF, {"yaw": "yaw [stone]"}), file)
+    assert "--scale" in message
+
+
+@pytest.mark.parametrize(
     "name",
     [
         *("-sway", "\u2212sway", "\u2013sway", "(-)sway", "/tau/-fy", "tau - y", "des_-fy", "tau\u2212fy"),

@@ -222,3 +222,12 @@ def test_a_method_that_gives_up_on_attainable_demands_is_not_exact(given_up: int
     lines = [made_up.header(), made_up.problem("ukwial", 4), *cells]
     sized = sizes(read_run(made_up.record(tmp_path, *lines)), HUNDRED_HZ)
     assert [(size.label, size.exact) for size in sized] == [("answers", True), ("quits", False)]
+
+
+def test_of_what_takes_as_long_c_of_the_vehicle_s_own_comes_before_a_library_for_all(tmp_path: Path) -> None:
+    """On inactive demands a library's median was the shorter, its costliest call 40 times as long."""
+    native = replace(steady("scaled@native", 0.58, exact=True), worst_case_steps=8)
+    library = replace(steady("scaled@library", 0.49, exact=True), worst_case_steps=8)
+    described = Method(name="scaled@native", twin="scaled", formulation="hard", foreign=True)
+    run = read_run(made_up.record(tmp_path, made_up.header(), described, native, library))
+    assert labels(sizes(run, Loop(50))) == ["scaled@native", "scaled@library"]
