@@ -1,18 +1,24 @@
 """Whether the C on an emulated processor answers as the same method in Python does here."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from alloc import Label, Status, build
-from alloc.allocation import FloatArray
+from alloc.allocation import BoolArray, FloatArray, IndexArray, StatusArray
 from alloc.c.cases import AGREEMENT, ROUNDING, TRIES, far_off
+from alloc.formulations import find_formulation
 from alloc.kernels.tolerance import MET
+from alloc.methods import recipe
 from alloc.rivals import load
 from bench.chips.count import CallCounts
 from bench.chips.kernel import Kernel
 from bench.demands import DemandSet
 from bench.judging.shares import misstated
+
+ANSWERED = (Status.SOLVED, Status.PARTIAL)
 
 
 @dataclass(frozen=True)
@@ -21,48 +27,72 @@ class Agreement:
 
     Attributes
     ----------
-    agrees : whether every verdict is the same, every thrust within the tolerance, or within what rounding
-        explains, and every share what its thrusts deliver
     distance_rel_max : largest |f - f of Python|, relative to the largest limit or thrust [-]
-    other_verdicts : demands off the boundary that one calls feasible and the other does not; of a solver's
-        C: that can be met and get no thrusts, or can't be met and are called met
+    other_verdicts : demands that one answers with another status than the other, where rounding does not
+        decide; of a solver's C: off the boundary, that can be met and get no thrusts, or can't be met and are
+        called met
     misstated : answers that say shares which their thrusts do not deliver
+    wrong : what differs by more than tolerance and rounding explain, in words; empty where nothing does
     """
 
-    agrees: bool
     distance_rel_max: float
     other_verdicts: int
     misstated: int = 0
+    wrong: str = ""
+
+    @property
+    def agrees(self) -> bool:
+        """Whether every verdict is the same, every thrust, and every share what its thrusts deliver."""
+        return not self.wrong
 
 
-def agreement(kernel: Kernel, demands: DemandSet, counted: CallCounts) -> Agreement:
+class Rounded(NamedTuple):
+    """What rounding may make of N answers.
+
+    Attributes
+    ----------
+    apart : (N,) how far it moves their thrusts at most [N]
+    status : (TRIES, N) statuses of the answers that were moved
+    """
+
+    apart: FloatArray
+    status: StatusArray
+
+
+def agreement(
+    kernel: Kernel, demands: DemandSet, counted: CallCounts, *, as_promised: bool = False
+) -> Agreement:
     """Compare a kernel's answers with its twin's in Python; the twin of a solver's C is an exact method.
 
-    The verdicts must be the same wherever the demand is not on the boundary of the attainable set. A solver
-    may give up in place of calling a demand infeasible, and stop anywhere within its tolerance.
+    The verdicts must be the same wherever rounding does not decide. A solver may give up in place of calling
+    a demand infeasible, and stop anywhere within its tolerance. ``as_promised`` lets a kernel of ours differ
+    by all that its twin promises, also where that is more than rounding: so far beyond limits counts as met,
+    and there two right answers differ.
     """
     vehicle = demands.vehicle
     given = (demands.f_min, demands.f_max) if kernel.limits == "call" else (None, None)
     twin = build(kernel.twin, vehicle)
     F, status = twin.many(demands.taus, *given)
-    clear = demands.labels != Label.BOUNDARY
     met = status != Status.INFEASIBLE
+    lost = twin.tolerance if as_promised else 0.0
     if kernel.solver:
-        answered = np.isin(counted.status, (Status.SOLVED, Status.PARTIAL))
+        clear = demands.labels != Label.BOUNDARY
+        answered = np.isin(counted.status, ANSWERED)
         tolerance = load(kernel.solver).TOLERANCE["default"][kernel.scalar]
-        other = np.where(met, ~answered, counted.status == Status.SOLVED)
+        other = np.where(met, ~answered, counted.status == Status.SOLVED) & clear
         both = clear & answered & met
     else:
-        tolerance = AGREEMENT[kernel.scalar]
-        other = counted.status != status
+        tolerance = max(AGREEMENT[kernel.scalar], lost)
+        other = (counted.status != status) & ~_either(kernel, demands, counted, status, twin.formulation)
         both = (counted.status != Status.INFEASIBLE) & met
     size = np.maximum(np.abs(F[both]).max(axis=1, initial=0.0), vehicle.f_scale)
     apart = np.abs(counted.F[both] - F[both]).max(axis=1, initial=0.0)
     near = apart <= tolerance * size
-    if not kernel.solver and not near.all():
-        near = apart <= tolerance * size + explained(kernel, demands, F)[both]
-    wrong = int(np.count_nonzero(other & clear))
-    said = np.flatnonzero(np.isin(counted.status, (Status.SOLVED, Status.PARTIAL)))
+    if not kernel.solver and (other.any() or not near.all()):
+        rounded = explained(kernel, demands, F, lost)
+        near = apart <= tolerance * size + rounded.apart[both]
+        other &= ~(rounded.status == counted.status).any(axis=0)
+    said = np.flatnonzero(np.isin(counted.status, ANSWERED))
     undelivered = misstated(
         demands,
         said,
@@ -72,38 +102,83 @@ def agreement(kernel: Kernel, demands: DemandSet, counted: CallCounts) -> Agreem
         tolerance=AGREEMENT[kernel.scalar] / vehicle.n,  # demands are rounded to the scalar, T f is not
         wrench_tolerance=MET[kernel.scalar],
     )
+    differing = (
+        ("makes other thrusts than Python", np.flatnonzero(both)[~near]),
+        *_verdicts(counted, status, other),
+        ("says shares that its thrusts do not deliver", said[undelivered]),
+    )
     return Agreement(
-        agrees=wrong == 0 and bool(near.all()) and not undelivered.any(),
         distance_rel_max=float((apart / size).max(initial=0.0)),
-        other_verdicts=wrong,
+        other_verdicts=int(np.count_nonzero(other)),
         misstated=int(undelivered.sum()),
+        wrong="; ".join(
+            f"{what} ({len(rows)} of {len(F)} answers, first for demand {rows[0]})"
+            for what, rows in differing
+            if len(rows)
+        ),
     )
 
 
-def explained(kernel: Kernel, demands: DemandSet, F: FloatArray) -> FloatArray:
-    """(N,) what rounding of its arguments, and of a way's end, does at most to an answer F (N, n) [N].
+def _either(
+    kernel: Kernel, demands: DemandSet, counted: CallCounts, status: StatusArray, formulation: str
+) -> BoolArray:
+    """Where a kernel's status may be another one than its twin's, rounding of arguments aside.
+
+    SOLVED for PARTIAL is true where its thrusts make the wrench to what its scalar can tell. On the boundary
+    of the attainable set an exact answer turns, from SOLVED into what its formulation has beyond.
+    """
+    vehicle, definition = demands.vehicle, find_formulation(formulation)
+    missed = np.abs((counted.F @ vehicle.TP.T - demands.taus) / vehicle.wrench_scale).max(axis=1)
+    true: BoolArray = (
+        (counted.status == Status.SOLVED) & (status == Status.PARTIAL) & (missed <= MET[kernel.scalar])
+    )
+    if not definition.references:
+        return true
+    beyond = Status.PARTIAL if definition.way else Status.INFEASIBLE
+    turns = (demands.labels == Label.BOUNDARY) & np.isin(status, (Status.SOLVED, beyond))
+    true |= turns & np.isin(counted.status, (Status.SOLVED, beyond))
+    return true
+
+
+def _verdicts(counted: CallCounts, status: StatusArray, other: BoolArray) -> Iterator[tuple[str, IndexArray]]:
+    """Each pair of statuses, in words, and the answers that have it."""
+    pairs = np.column_stack([counted.status, status])
+    for said, expected in np.unique(pairs[other], axis=0).tolist():
+        rows = np.flatnonzero(other & (pairs == (said, expected)).all(axis=1))
+        name = {int(each): each.name for each in Status}
+        yield f"says {name.get(said, said)} for {name[expected]}", rows
+
+
+def explained(kernel: Kernel, demands: DemandSet, F: FloatArray, lost: float = 0.0) -> Rounded:
+    """What rounding of its arguments, and of a way's end, does at most to answers F (N, n) [N].
 
     On the edge of what can be met it may move a weak thruster by far more than an argument moved. With sigma
     the root mean square of what random signs of the rounding do, the worst signs of p arguments do sqrt(p)
-    sigma, as ``alloc.c.cases`` has it for self-tests. The wrench at the end is rounded as well.
+    sigma, as ``alloc.c.cases`` has it for self-tests. The wrench at the end is rounded as well. ``lost``
+    is a share that may be lost beyond rounding [-].
     """
-    vehicle, by = demands.vehicle, ROUNDING[kernel.scalar]
+    vehicle = demands.vehicle
+    doubt = recipe(kernel.twin).doubt(vehicle, kernel.scalar)
+    by = max(ROUNDING[kernel.scalar], doubt, lost)
     rng = np.random.default_rng(1999)
     low, high = (np.broadcast_to(side, F.shape) for side in demands.limits)
     wrench = np.maximum(np.abs(demands.taus), vehicle.wrench_scale)
     width = (low != high) * vehicle.f_scale  # zero width stays zero width
     allocate = build(kernel.twin, vehicle)
-    squares, ends = np.zeros(len(F)), np.zeros(len(F))
+    squares, ends, statuses = np.zeros(len(F)), np.zeros(len(F)), list[StatusArray]()
     end = (1.0 - by) * np.nan_to_num(F) @ vehicle.TP.T
     for _ in range(TRIES):
         tau_signs, low_signs, high_signs = (
             by * rng.choice([-1.0, 1.0], one.shape) for one in (wrench, low, high)
         )
-        moved, _ = allocate.many(
+        moved, status = allocate.many(
             demands.taus + tau_signs * wrench, low + low_signs * width, high + high_signs * width
         )
+        statuses.append(status)
         squares += far_off(moved, F) ** 2 / TRIES
         moved, _ = allocate.many(end + tau_signs * vehicle.wrench_scale, low, high)
         ends += far_off(moved, F) ** 2 / TRIES
-    largest: FloatArray = np.sqrt((vehicle.k + 2 * vehicle.n) * squares) + np.sqrt(vehicle.k * ends)
-    return largest
+    largest = np.sqrt((vehicle.k + 2 * vehicle.n) * squares) + np.sqrt(vehicle.k * ends)
+    if doubt:  # where a demand is met in part, errors in a matrix are magnified twice (``alloc.c.cases``)
+        largest += squares / (by * vehicle.f_scale)
+    return Rounded(largest, np.array(statuses))

@@ -25,7 +25,7 @@ class Emulated(msgspec.Struct, tag="emulated", omit_defaults=True):
     stack_bytes : depth of the stack that any call wrote to
     agrees : whether every answer is as in Python
     distance_rel_max : largest |f - f in Python| of any thrust, relative to the largest limit
-    other_verdicts : demands off the boundary that one side calls feasible and the other does not
+    other_verdicts : demands that C and Python answer with different statuses, where rounding does not decide
     within_1pct_share : share of all demands that its thrusts deliver to 1 % [-]
     along_mean : share of a demand that is delivered along it, the mean of those it answered [-]
     direction_error_max_deg : the largest angle between delivered and demanded wrench [deg]

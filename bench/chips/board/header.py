@@ -10,7 +10,7 @@ from typing import Any, cast
 import numpy as np
 
 from alloc import Vehicle, rivals
-from alloc.discovery import find
+from alloc.methods import recipe
 from alloc.program import Scalar, Where
 from bench.chips import esc
 from bench.chips.kernel import SCALARS, Kernel
@@ -96,7 +96,7 @@ def header(block: LogBlock) -> LogHeader:
     }
     for method, kernel in kernels.items():
         if method != esc.METHOD:
-            find(kernel.twin)
+            recipe(kernel.twin)
         elif not vehicle.esc:
             raise ValueError(f"method {method} of a vehicle without ESCs")
     if not kernels or not {kernel.solver for kernel in kernels.values()} <= {"", *rivals.names()}:

@@ -13,9 +13,10 @@ from alloc.formulations.hard import FORMULATION as HARD
 from alloc.kernels.tolerance import MET, MET_BY_SOLVERS
 from alloc.rivals import load
 from bench.chips import esc
-from bench.chips.agreement import explained
+from bench.chips.agreement import agreement, explained
 from bench.chips.board.counted import counts
 from bench.chips.board.heard import NOOP, Heard, TimedCalls
+from bench.chips.count import CallCounts
 from bench.chips.kernel import Kernel
 from bench.chips.target import names, target
 from bench.harness.lines import problem
@@ -210,8 +211,12 @@ def _judged(question: Question, kernel: Kernel, promised: Promise, run: TimedCal
     judged = judged_with()
     if not kernel.solver and (judged.distance_rel_max or 0.0) > EXACT_WITHIN:
         right = right_answers(question, promised.formulation)
-        judged = judged_with(doubt=explained(kernel, question.demands, right))
-    if run.other_answers and not kernel.solver:  # this project's C keeps nothing between calls
-        said = f"answers of {run.other_answers} passes differ from those of the first"
-        judged.wrong = "; ".join(filter(None, (judged.wrong, said)))
+        judged = judged_with(doubt=explained(kernel, question.demands, right).apart)
+    if not kernel.solver:
+        # Equations alone let a rule of practice make anything inside the limits, and call it PARTIAL.
+        counted = CallCounts(run.F, run.status, run.ticks, run.stack_bytes, run.shares)
+        said = [judged.wrong, agreement(kernel, question.demands, counted, as_promised=True).wrong]
+        if run.other_answers:  # this project's C keeps nothing between calls
+            said.append(f"answers of {run.other_answers} passes differ from those of the first")
+        judged.wrong = "; ".join(filter(None, said))
     return judged

@@ -14,8 +14,9 @@ import pytest
 from click.testing import CliRunner
 
 from alloc import AllocError, NotApplicable, build, load_vehicle
+from alloc.closed_forms.inverse import generalized_inverse
 from alloc.formulations import Family
-from alloc.program import Scalar
+from alloc.program import Scalar, Where
 from bench.__main__ import cli
 from bench.chips.board.files import write
 from bench.chips.board.heard import Heard, boards
@@ -24,6 +25,8 @@ from bench.chips.board.measured import lines
 from bench.chips.board.project import Project, plan
 from bench.chips.count import count
 from bench.chips.image import link
+from bench.chips.kernels import own
+from bench.demands import labelled
 from bench.inputs.board_answers import answered, seen
 from bench.inputs.board_log import LogError, parse, read_board_log
 from bench.record import Method, read
@@ -302,6 +305,98 @@ def test_a_wrong_answer_is_judged_by_equations(log: bytes, tmp_path: Path) -> No
     kept = keep(tmp_path / "build/posix/LOG", tmp_path / "run")
     assert not kept.good
     assert any("nullspace@native on active: SOLVED, but the wrench is not met" in line for line in kept.said)
+
+
+def of_method(log: bytes, method: bytes, sets: tuple[bytes, ...], what: bytes, becomes: bytes) -> bytes:
+    """The log with a pattern replaced in the answers of one method to these sets, with right checksums."""
+    lines, asks = opened(log), b""
+    for i, line in enumerate(lines):
+        asks = line if line.startswith(b"ask ") else asks
+        if line.startswith(b"f ") and method in asks and any(b" %s " % name in asks for name in sets):
+            lines[i] = re.sub(what, becomes, line)
+    assert sealed(lines) != log
+    return sealed(lines)
+
+
+@pytest.mark.parametrize(
+    ("method", "names", "what", "becomes", "said"),
+    [
+        (
+            "clip",
+            (b"active", b"infeasible"),
+            rb"^(f \d+ 1 \d+)( \S+){8}",  # zero is inside the limits, and PARTIAL promises no more
+            rb"\1" + b" 0000000000000000" * 8,
+            "makes other thrusts than Python (8 of 8 answers, first for demand 0)",
+        ),
+        (
+            "nullspace",
+            (b"inactive", b"active"),
+            rb"^(f \d+) 0 ",
+            rb"\1 1 ",
+            "says PARTIAL for SOLVED (8 of 8 answers, first for demand 0)",
+        ),
+        (
+            "nullspace",
+            (b"boundary",),  # SOLVED and INFEASIBLE are both right there, but PARTIAL is not
+            rb"^(f \d+) 0 ",
+            rb"\1 1 ",
+            "says PARTIAL for SOLVED",
+        ),
+    ],
+)
+def test_answers_that_no_equation_refuses_are_held_to_python_s(
+    method: str,
+    names: tuple[bytes, ...],
+    what: bytes,
+    becomes: bytes,
+    said: str,
+    whole: bytes,
+    tmp_path: Path,
+) -> None:
+    (tmp_path / "LOG").write_bytes(of_method(whole, method.encode() + b"@native", names, what, becomes))
+    kept = keep(tmp_path / "LOG", tmp_path / "run")
+    assert not kept.good
+    for name in names:
+        assert any(f"{method}@native on {name.decode()}: {said}" in line for line in kept.said)
+    others = [line for line in kept.said if " on " in line and not line.startswith(method)]
+    assert not others
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """What a project with a rule of practice and the exact method printed on this computer."""
+    folder = tmp_path_factory.mktemp("rules")
+    asked = ("clip@native", "nullspace@native")
+    write(plan(load_vehicle("bluerov2-heavy"), asked, (*SETS, "boundary"), "double", "fixed", 8, 3), folder)
+    make(folder, "log", "CFLAGS=-O1 -DBOARD_PASSES=1")
+    return (folder / "build/posix/LOG").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "scalar", "limits"),
+    [
+        ("bluerov2", "double", "fixed"),
+        ("tiburon", "double", "call"),
+        ("subjugator8", "float", "fixed"),
+        ("nautilus", "float", "call"),
+    ],
+)
+def test_every_method_s_own_c_is_right_also_where_rounding_decides(
+    vehicle: str, scalar: Scalar, limits: Where, tmp_path: Path
+) -> None:
+    """Demands of each set, and such whose T* tau lies on limits but for 1e-4 to 1e-12 of it."""
+    loaded, rng = load_vehicle(vehicle), np.random.default_rng(5)
+    sets = (*SETS, "boundary", "jolts")
+    made = plan(loaded, tuple(own()), sets, scalar, limits, 40, 3, "none")
+    taus = rng.normal(size=(40, loaded.k)) * loaded.wrench_scale
+    f = taus @ generalized_inverse(loaded).T
+    room = np.where(f > 0.0, loaded.f_max, -loaded.f_min) / np.maximum(np.abs(f), 1e-9)
+    off = rng.choice([1e-12, 1e-11, 1e-10, 1e-6, 1e-4], 40) * rng.choice([-1.0, 1.0], 40)
+    at_limits = labelled("at-limits", loaded, taus * (room.min(axis=1) * (1.0 + off))[:, None])
+    write(replace(made, sets=(*made.sets, at_limits)), tmp_path)
+    make(tmp_path, "log", "CFLAGS=-O1 -DBOARD_PASSES=1")
+    kept = keep(tmp_path / "build/posix/LOG", tmp_path / "run")
+    assert kept.good, kept.said
 
 
 @pytest.fixture(scope="module")
