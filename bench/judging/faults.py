@@ -6,13 +6,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from alloc import Allocation, Label, Status, Vehicle, label
-from alloc.allocation import WRENCH_TOLERANCE, BoolArray, FloatArray, IndexArray, StatusArray
+from alloc.allocation import EXACT_TOLERANCE, WRENCH_TOLERANCE, BoolArray, FloatArray, IndexArray, StatusArray
 from alloc.formulations import find_formulation
 from bench.demands import DemandSet
 from bench.judging.question import Question, right_answers
 from bench.judging.shares import misstated
 
 VIOLATED = "a limit is violated"
+
+ALL_OF_IT = EXACT_TOLERANCE / 1000
+"""Miss of a wrench up to which nobody may call it met in part, relative to ``wrench_scale`` [-]. From there
+to WRENCH_TOLERANCE both are right: rules draw the line at EXACT_TOLERANCE, their C by shares below that."""
 
 
 class Measured(NamedTuple):
@@ -100,6 +104,13 @@ def faults(
         "NaN or infinity although it says SOLVED or PARTIAL": ~finite & ~gave_up,
         "a thrust although it says that there is none": ~np.isnan(seen.F).all(axis=1) & gave_up,
         "SOLVED, but the wrench is not met": solved & finite & ~met & (not definition.gives_way),
+        "PARTIAL, but its thrusts make all of the wrench": np.equal(seen.status, Status.PARTIAL)
+        & finite
+        & attainable
+        & (seen.relative <= ALL_OF_IT)
+        & (seen.violation <= 0.0)
+        & ~np.array([any(part < 1.0 for part in share) for share in seen.shares], dtype=bool)
+        & (not definition.gives_way),
         "a thrust on a thruster that is off": finite & (idle > wrench_tolerance * vehicle.f_scale),
         VIOLATED: finite & ~(seen.violation <= 0.0) & limited,
         "SOLVED, but no thrust inside the limits gives this wrench": solved

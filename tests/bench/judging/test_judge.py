@@ -69,6 +69,7 @@ def test_each_kind_of_wrong_answer_is_named_with_its_demand(asked: dict[str, Que
         "although it says SOLVED": (nothing, Status.SOLVED),
         "although it says that there is none": (right.copy(), Status.INFEASIBLE),
         "the wrench is not met": (right * 0.999, Status.SOLVED),
+        "PARTIAL, but its thrusts make all of the wrench": (right.copy(), Status.PARTIAL),
         "a limit is violated": (over, Status.PARTIAL),  # by one unit in the last place
         "says INFEASIBLE, but": (nothing, Status.INFEASIBLE),
         "not an array of n thrusts": (right[:-1], Status.SOLVED),
@@ -79,6 +80,28 @@ def test_each_kind_of_wrong_answer_is_named_with_its_demand(asked: dict[str, Que
         assert words in wrong
         assert "first for demand 0" in wrong
         assert ("demand 0, by 2.8e-14 N at most)" in wrong) == (f is over)
+
+
+@pytest.mark.parametrize(
+    ("missed", "share", "promises"),
+    [
+        (1e-10, (), {}),  # a rule may draw its line there, and a solver's C at 1e-6
+        (0.0, (1.0 - 1e-15,), {"formulation": "scaled"}),
+        (0.0, (), {"formulation": "soft"}),
+    ],
+)
+def test_who_says_partial_of_what_is_nearly_met_may_be_right(
+    missed: float, share: tuple[float, ...], promises: dict[str, str], asked: dict[str, Question]
+) -> None:
+    active = asked["active"]
+    answers = [
+        answer._replace(f=answer.f * (1.0 - missed), status=Status.PARTIAL, share=share)
+        for answer in exact(active)
+    ]
+    told = "PARTIAL, but its thrusts make all of the wrench"
+    assert told not in verdict(active, answers, **promises).wrong
+    fully = [answer._replace(status=Status.PARTIAL, share=(1.0,) * len(share)) for answer in exact(active)]
+    assert (told in verdict(active, fully, **promises).wrong) == (promises.get("formulation") != "soft")
 
 
 def test_a_mask_hides_no_thrust_from_the_judge(asked: dict[str, Question]) -> None:
