@@ -1,4 +1,7 @@
-"""The generated C as a tree, of functions that a compiler's preprocessor left whole."""
+"""The generated C as a tree, of functions that a compiler's preprocessor left whole.
+
+Where a preprocessor may leave others (``bench.proof.altered``) the tree is not all that compilers see.
+"""
 
 import tempfile
 from pathlib import Path
@@ -13,6 +16,7 @@ from alloc.c.statements import STATUSES
 from alloc.files.textfile import write_folder
 from bench.chips.toolchain import ToolError
 from bench.proof import tools
+from bench.proof.altered import altered
 from bench.proof.not_read import NotRead
 from bench.proof.subject import Subject
 
@@ -63,6 +67,13 @@ class Unit(NamedTuple):
 
 def read(of: Subject) -> Unit:
     """The kernel's C, parsed; raises NotRead, ToolError without a compiler."""
+    if words := altered(of):
+        raise NotRead(words)
+    return of_one_branch(of)
+
+
+def of_one_branch(of: Subject) -> Unit:
+    """As ``read``, also where other branches for the preprocessor are not those that are printed."""
     text = _parsed(of)
     functions = {node.decl.name: node for node in text.ext if isinstance(node, c_ast.FuncDef)}
     return Unit(text, functions, _cases(functions[of.name].body.block_items))

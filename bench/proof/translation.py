@@ -1,7 +1,5 @@
 """Whether C is the program that it was printed from: read back, and compared node by node."""
 
-import re
-
 from alloc.c import programs as made_programs
 from alloc.methods import recipe
 from alloc.program import Graph, Node, Program, at_fault, operands
@@ -17,18 +15,12 @@ TRANSLATED = (
 )
 
 
-_DIRECTIVE = re.compile(r"^[ \t]*#.*", re.MULTILINE)
-"""A line for the preprocessor."""
-
-
 def translated(of: Subject) -> Claim:
     """Whether the C of a subject does what its method's program says, for every fault."""
     shared = made_programs(of.vehicle, recipe(of.kernel), of.scalar, of.faults, of.limits)
     made = {
         fault: at_fault(program, fault) if program.faults else program for fault, program in shared.items()
     }
-    if inside := _DIRECTIVE.findall(of.source[_first_function(of) :]):
-        return not_shown(TRANSLATED, [f"{inside[0]} stands in the C: compilers may differ in it"])
     try:
         read = programs(of)
     except (NotRead, ToolError) as reason:
@@ -41,12 +33,6 @@ def translated(of: Subject) -> Claim:
         return not_shown(TRANSLATED, words)
     count = sum(len(program.nodes) for program in made.values())
     return Claim(claim=TRANSLATED, verdict="shown", by="the C, read back", words=[f"{count} operations"])
-
-
-def _first_function(of: Subject) -> int:
-    """Where the C of this kernel begins, behind the helpers that all kernels have and compilers differ in."""
-    found = re.search(rf"^.*\b\w*{of.name}\w*\(", of.source, re.MULTILINE)
-    return found.start() if found else 0
 
 
 def difference(made: Program, read: Program) -> str:

@@ -4,8 +4,9 @@ from pathlib import Path
 
 from bench.chips.toolchain import ToolError
 from bench.proof import tools
+from bench.proof.altered import of_all_branches
 from bench.proof.not_read import NotRead
-from bench.proof.parsed import read
+from bench.proof.parsed import of_one_branch, read
 from bench.proof.proof import Claim
 from bench.proof.safety import eva, limits
 from bench.proof.safety.harness import harness
@@ -53,13 +54,13 @@ def claims(of: Subject, folder: Path) -> list[Claim]:
         made.append(_at_call(of))
     if of.levels:
         made.append(eva.claim(SHARES, analysis, *SHARED))
-    return [*made, _stateless(of)]
+    return of_all_branches([*made, _stateless(of)], of)
 
 
 def _functions(of: Subject) -> tuple[set[str], set[str]]:
     """Names of the functions that return a status, and of those whose loops data end."""
     try:
-        unit = read(of)
+        unit = of_one_branch(of)  # the analyser reads the same
     except (NotRead, ToolError):
         return set(), set()  # EVA says what is wrong with it
     return {of.name, *unit.answering}, unit.looping

@@ -1,6 +1,7 @@
 """What is shown of the way to the ESCs, and that it is not where the C is broken."""
 
 import re
+from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 
@@ -25,6 +26,16 @@ def _analyser() -> None:
 def test_any_bits_give_commands_within_the_range_and_no_error(limits: str, tmp_path: Path) -> None:
     of = subject(BLUEROV2, "pinv", "float", limits)  # type: ignore[arg-type]  # pytest's parameters are text
     assert [claim.verdict for claim in esc.claims(of, tmp_path)] == ["shown", "shown"]
+
+
+def test_a_macro_of_one_compiler_in_the_kernel_s_header_is_not_shown(tmp_path: Path) -> None:
+    """The analyser reads the branch that GCC does not."""
+    of = subject(BLUEROV2, "pinv", "float", "fixed")
+    name = f"{of.name}.h"
+    other = of.files[name].replace("\nint ", "\n#ifdef __GNUC__\n#define volts 0.0F\n#endif\nint ")
+    assert other != of.files[name]
+    claims = esc.claims(replace(of, files={**of.files, name: other}), tmp_path)
+    assert [claim.verdict for claim in claims] == ["not shown", "not shown"]
 
 
 def test_a_vehicle_without_escs_has_no_such_claim(tmp_path: Path) -> None:

@@ -96,10 +96,6 @@ TEXTS = {
     "a parameter in single precision": ("tb_within(double x,", "tb_within(float x,"),
     "a result in single precision": ("double tb_within(", "float tb_within("),
     "a number that is cast": ("= tau[0];", "= (float)tau[0];"),
-    "another thrust on a processor that nobody read it for": (
-        "    f[0] = ",
-        "#ifdef __aarch64__\n    f[0] = 0.0;\n    return TB_SOLVED;\n#endif\n    f[0] = ",
-    ),
     "a thrust that is written inside of a cast": (
         "    return TB_SOLVED;",
         "    (void)(t0 > 123.0 && ((f[0] = 0.0) > 1.0));\n    return TB_SOLVED;",
@@ -113,8 +109,12 @@ TEXTS = {
 
 
 @pytest.mark.parametrize("change", TEXTS)
-def test_what_c_says_beside_operations_is_read_too(change: str) -> None:
-    """Types round, and loops may end early: read without them, this was the program."""
+def test_what_c_says_beside_operations_is_read_too(change: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Types round, and loops may end early: read without them, this was the program.
+
+    That the text of helpers is another one is not asked here, so that they are read.
+    """
+    monkeypatch.setattr("bench.proof.parsed.altered", lambda _: "")
     whole = subject(load_vehicle("ukwial"), "nullspace", "double", "fixed")
     before, after = TEXTS[change]
     assert before in whole.source
