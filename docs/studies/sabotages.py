@@ -285,6 +285,20 @@ SABOTAGES = (
         r"i <= \1; i++) {\n            if (on[i])",
     ),
     Sabotage("a sum begins with what the stack held", "redistribute", "fixed", r"of_z = [^,]+,", "of_z,"),
+    # No analyser reads these: they are for other compilers, or for none.
+    Sabotage(
+        "GCC's hint lets NaN pass",
+        "nullspace",
+        "fixed",
+        r"!!\(condition\), 0",
+        "(condition) && tau[0] == tau[0], 0",
+    ),
+    Sabotage(
+        "an FPU's minimum is its maximum", "nullspace", "fixed", r"__builtin_fmin(f?)\(", r"__builtin_fmax\1("
+    ),
+    Sabotage(
+        "-ffast-math is not refused", "nullspace", "fixed", r"(#if defined __FAST_MATH__)", r"#if 0\n\1"
+    ),
 )
 
 
