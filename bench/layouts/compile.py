@@ -1,5 +1,6 @@
 """A study file turned into the space of its layouts, or refused with file, line, key and remedy."""
 
+import re
 from math import comb
 from pathlib import Path
 
@@ -7,8 +8,10 @@ import numpy as np
 
 from alloc import AllocError, Vehicle
 from alloc.allocation import FloatArray
-from alloc.errors import VehicleError
-from bench.demands import build_demands
+from alloc.errors import DemandError, VehicleError
+from bench.demands import DemandSet, build_demands
+from bench.inputs.columns import parse_columns
+from bench.inputs.logs import LogOptions
 from bench.layouts.authority import volumes
 from bench.layouts.base import Base, read_base
 from bench.layouts.space import LayoutSpace, Moving, Parameter, Setting, reflections, turns
@@ -22,6 +25,9 @@ TILES = 5_000
 """Most tiles, and so about as many facets, of a layout: 14 thrusters in 6 DOF have 3,003."""
 
 POSE = ("x", "y", "z", "azimuth_deg", "cant_deg")
+
+_OPTION = re.compile(r"--(frame|columns|scale)\b")
+"""Remedies that readers of logs name, which are keys here."""
 
 
 def compile_study(document: StudyDocument) -> tuple[LayoutSpace, Vehicle]:
@@ -40,6 +46,7 @@ def compile_study(document: StudyDocument) -> tuple[LayoutSpace, Vehicle]:
         raise document.refusal("groups", "nothing varies; give a list, or 'from' and 'to', of something")
     _check_number(document, groups, vehicle.k)
     whole = layout_of(vehicle)
+    demands = _demands(document, vehicle)
     space = LayoutSpace(
         name=vehicle.name,
         dof=vehicle.dof,
@@ -47,11 +54,12 @@ def compile_study(document: StudyDocument) -> tuple[LayoutSpace, Vehicle]:
         groups=groups,
         center=(x, y, z),
         constraints=document.keys.constraints,
-        taus=_demands(document, vehicle),
+        taus=np.array(demands.taus),
         scale=np.array(vehicle.row_lengths),
         volume=float(volumes(whole, spaces(whole)[1]).whole[0]),
         frame=vehicle.frame,
         left_out=base.left_out,
+        said=_said(demands),
     )
     return space, vehicle
 
@@ -67,14 +75,44 @@ def _check_number(document: StudyDocument, groups: tuple[Moving, ...], k: int) -
         )
 
 
-def _demands(document: StudyDocument, vehicle: Vehicle) -> FloatArray:
+def _demands(document: StudyDocument, vehicle: Vehicle) -> DemandSet:
     asked = document.keys.demands
+    log = _log_options(document)
     beside = document.tree.path.parent / asked.source
     source: str | Path = beside if Path(asked.source).suffix and beside.exists() else asked.source
     try:
-        return np.array(build_demands(source, vehicle, document.keys.seed, asked.n).taus)
+        made = build_demands(source, vehicle, document.keys.seed, asked.n, log)
     except AllocError as error:
-        raise document.refusal("demands.set", str(error)) from None
+        raise document.refusal("demands.set", _as_keys(str(error))) from None
+    if not made.given and log != LogOptions():
+        raise document.refusal("demands", f"frame, columns and scale are of logs; {made.name} takes none")
+    return made
+
+
+def _log_options(document: StudyDocument) -> LogOptions:
+    """What the study says about a log; raises StudyError."""
+    asked = document.keys.demands
+    scale = tuple(asked.scale) if isinstance(asked.scale, list) else (asked.scale,)
+    if not all(factor > 0 for factor in scale):
+        raise document.refusal("demands.scale", "give one number above 0, or a list with one for each DOF")
+    try:
+        columns = parse_columns(asked.columns)
+    except DemandError as error:
+        raise document.refusal("demands", _as_keys(str(error))) from None
+    return LogOptions(frame=asked.frame or "", columns=columns, scale=scale)
+
+
+def _said(demands: DemandSet) -> tuple[str, ...]:
+    """What is to be said of a log; layouts have no limits of single demands, since those are the base's."""
+    lines = [_as_keys(line) for line in demands.said]
+    if demands.f_min is not None:
+        lines.append(f"{demands.name}: its volts and limits are left out: layouts keep to f_min and f_max")
+    return tuple(lines)
+
+
+def _as_keys(line: str) -> str:
+    """A line about a log with the study's keys in place of options."""
+    return _OPTION.sub(r"\1:", line)
 
 
 def _groups(document: StudyDocument, base: Base, parameters: list[Parameter]) -> tuple[Moving, ...]:

@@ -80,12 +80,14 @@ def page(space: LayoutSpace, base: Columns, said: StudySummary, best: "pa.Table"
         for parameter, shares in zip(space.parameters, said.matters().T, strict=True)
     ]
     name = plain(space.name)
+    log = "".join(f"- {plain(line)}\n" for line in space.said)
+    understood = f"\nHow the log of the demands was understood:\n\n{log}" if log else ""
     return f"""# Layouts of {name}
 
 {said.asked:,} layouts were drawn; {said.measured:,} keep to the constraints and push every axis{refused}.
 Authority is the volume of what can be pushed, over {name}'s. A failure takes the worst thruster.
 Positions, directions and demands are in the frame {described(space.frame)}.
-
+{understood}
 ## The place of {name}
 
 {table(("number", space.name, "best of all", "layouts that are better"), place)}

@@ -185,7 +185,7 @@ def front_of(shards: Path) -> "pa.Table":
 
 def identity(space: LayoutSpace, keys: StudyFile, n: int) -> str:
     """All that decides the bytes of a study's shards, as JSON."""
-    numbers = {"n": n, "study": msgspec.to_builtins(keys), "base": _plain(space)}
+    numbers = {"n": n, "study": msgspec.to_builtins(keys), "base": _plain(replace(space, said=()))}
     return msgspec.json.format(msgspec.json.encode(numbers, order="sorted")).decode() + "\n"
 
 

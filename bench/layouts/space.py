@@ -102,6 +102,7 @@ class LayoutSpace:
     volume : of the base's attainable set [N^k, in the unit of T's moment arms]
     frame : frd or flu, of the base and so of every layout and demand
     left_out : keys of the base's file that layouts do not have
+    said : how the log of the demands was understood, and what is doubtful about it, one line each
     """
 
     name: str
@@ -115,6 +116,7 @@ class LayoutSpace:
     volume: float
     frame: Frame = "frd"
     left_out: tuple[str, ...] = ()
+    said: tuple[str, ...] = ()
 
     def values(self, setting: Setting, values: FloatArray) -> FloatArray:
         """(B,) what a setting is in each layout; ``values`` (P, B) are the parameters'."""

@@ -8,6 +8,7 @@ import msgspec
 from alloc.errors import FileError
 from alloc.files.keys import convert
 from alloc.files.yaml_tree import YamlTree, read_yaml
+from alloc.vehicle.frame import Frame
 
 MOST = 2**30
 """Most layouts of a round: Sobol' points in 30 bits."""
@@ -117,10 +118,14 @@ class AskedDemands(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     ----------
     source : a demand set's name or a log, ``set`` in the file
     n : how many; the first of a log
+    frame, columns, scale : what a log does not say itself, each as the option of that name takes it
     """
 
     source: str = msgspec.field(name="set", default="uniform")
     n: int = 256
+    frame: Frame | None = None
+    columns: str = ""
+    scale: float | list[float] = []
 
 
 class Refine(msgspec.Struct, forbid_unknown_fields=True, frozen=True):

@@ -9,7 +9,7 @@ from bench.layouts.compile import compile_study
 from bench.layouts.measure import column_names, measure
 from bench.layouts.run import number_of
 from bench.layouts.sampling import tasks, values
-from bench.layouts.study import StudyFile, VariedGroup, read_study
+from bench.layouts.study import AskedDemands, StudyFile, VariedGroup, read_study
 from tests.layout_studies import compiled
 from tests.pages import blocks
 from tests.places import DOCS, ROOT
@@ -26,6 +26,7 @@ def test_the_example_is_a_study(tmp_path_factory: pytest.TempPathFactory) -> Non
 
 def test_every_key_and_column_stands_on_the_page() -> None:
     keys = {*StudyFile.__struct_fields__, *VariedGroup.__struct_fields__}
+    keys |= {*AskedDemands.__struct_encode_fields__}
     assert [key for key in keys if f"`{key}`" not in TEXT and f"{key}:" not in TEXT] == []
     columns = [name for name in column_names(("surge",)) if f"`{name}`" not in TEXT]
     assert columns == []

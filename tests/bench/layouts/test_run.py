@@ -220,3 +220,13 @@ def test_a_shard_s_name_is_its_content(study: tuple[LayoutSpace, StudyFile, Path
     for (round_, index), path in whole_shards(folder / "shards").items():
         assert path.name == file_name(round_, index, path.read_bytes())
         assert shards.facts_of(path).asked == read_shard(path, ["layout"]).num_rows
+
+
+def test_a_report_says_how_the_log_of_its_demands_was_understood(
+    study: tuple[LayoutSpace, StudyFile, Path], own: Columns
+) -> None:
+    space, keys, folder = study
+    said = replace(space, said=("log.csv: surge from 'fx'", "log.csv: 2 rows *twice*"))
+    report = page(said, own, summarise(space, folder / "shards", own), front_of(folder / "shards"))
+    assert "\n\n- log.csv: surge from 'fx'\n- log.csv: 2 rows \\*twice\\*\n\n## " in report
+    check_folder(folder, said, keys, N, resume=True)  # other words make no other study

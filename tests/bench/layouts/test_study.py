@@ -4,10 +4,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 from alloc import AllocError
 from alloc.vehicle.file import build_vehicle
 from alloc.vehicle.read import find_file, read_document
+from bench.commands.layouts import command
+from bench.fleet import cluster
 from bench.layouts.best import vehicle_file
 from bench.layouts.measure import measure
 from bench.layouts.run import check_constraints, number_of
@@ -16,6 +19,9 @@ from bench.layouts.spaces import layout_of
 from bench.layouts.study import read_study
 from tests.layout_studies import HEAVY, PLANAR, compiled
 from tests.vehicle_files import GOOD
+
+ROS = "force.x,force.y,torque.z\n10,20,3\n"
+"""A demand in columns that are named as ROS names them."""
 
 
 def refusal(folder: Path, text: str) -> str:
@@ -76,6 +82,20 @@ def checked(folder: Path, text: str) -> None:
             "demands: {n: few}",
             "line 5: demands.n: is text; give a whole number; docs/layouts",
         ),
+        ("demands: {n: 16}", "demands: {scale: [1, 0, 1]}", "line 5: demands.scale: give one number above 0"),
+        ("demands: {n: 16}", "demands: {frame: ned}", "line 5: demands.frame: "),
+        ("demands: {n: 16}", "demands: {columns: depth=z}", "demands: columns: 'depth=z': write DOF=COLUMN"),
+        (
+            "demands: {n: 16}",
+            "demands: {frame: flu}",
+            "line 5: demands: frame, columns and scale are of logs",
+        ),
+        ("demands: {n: 16}", "demands: {set: ros.csv, scale: [1, 2]}", "scale: has 2 factors; give one, or"),
+        (
+            "demands: {n: 16}",
+            "demands: {set: odd.csv}",
+            "'yaw' among fx, fy, c; name it there, or as in columns: yaw",
+        ),
         ("demands: {n: 16}", "demands: {set: magic}", "line 5: demands.set: no demand set 'magic'"),
         (
             "demands: {n: 16}",
@@ -102,6 +122,8 @@ def test_a_study_that_makes_no_sense_is_refused_with_its_key(
 ) -> None:
     assert old in PLANAR
     (tmp_path / "cross.yaml").write_text(GOOD)
+    (tmp_path / "ros.csv").write_text(ROS)
+    (tmp_path / "odd.csv").write_text("fx,fy,c\n1,2,3\n")
     assert says in refusal(tmp_path, PLANAR.replace(old, new))
 
 
@@ -234,3 +256,49 @@ def test_layouts_keep_their_base_s_frame_and_thrusters_go_by_name(tmp_path: Path
         np.testing.assert_allclose(made.T[:, made.index(name)], base.T[:, base.index(name)], atol=1e-12)
     assert "the worst failure, of FLV." in " ".join(keys.notes)
     assert "no thruster 'FLX'; did you mean" in refusal(tmp_path, text.replace("FLV", "FLX"))
+
+
+@pytest.mark.parametrize(
+    ("keys", "wrench"),
+    [
+        ("", [10, 20, 3]),
+        ("frame: flu", [10, -20, -3]),
+        ("scale: 2", [20, 40, 6]),
+        ("scale: [1, 2, 3]", [10, 40, 9]),
+        ("columns: surge=force.y", [20, 20, 3]),
+    ],
+)
+def test_a_study_s_log_is_read_as_its_keys_say_and_says_how(
+    keys: str, wrench: list[float], tmp_path: Path
+) -> None:
+    (tmp_path / "ros.csv").write_text(ROS)
+    text = PLANAR.replace("{n: 16}", "{set: ros.csv, n: 16" + f", {keys}" * bool(keys) + "}")
+    space, _ = compiled(tmp_path, text)
+    assert space.taus.tolist() == [wrench]
+    doubted = any("'force.x' is named as in ROS" in line or "'force.y' is" in line for line in space.said)
+    assert doubted == (keys != "frame: flu")
+    surge = "force.y" if "columns" in keys else "force.x"
+    assert space.said[0].startswith(f"ros.csv: surge from '{surge}'; sway from 'force.y'; yaw from")
+    assert "--" not in " ".join(space.said), "a remedy is a key here, and no option"
+
+
+def test_limits_in_a_study_s_log_are_said_to_be_left_out(tmp_path: Path) -> None:
+    (tmp_path / "log.csv").write_text("surge,sway,yaw,f0_max\n10,20,3,5\n")
+    space, _ = compiled(tmp_path, PLANAR.replace("{n: 16}", "{set: log.csv}"))
+    assert space.said[-1] == "log: its volts and limits are left out: layouts keep to f_min and f_max"
+
+
+def test_the_command_says_how_a_log_was_understood(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("distributed", reason="needs the extra layouts")
+    pytest.importorskip("pyarrow", reason="needs the extra layouts")
+    monkeypatch.setattr(cluster, "CONNECT_S", 0.1)
+    (tmp_path / "ros.csv").write_text(ROS)
+    compiled(tmp_path, PLANAR.replace("{n: 16}", "{set: ros.csv}"))
+    nobody = ("--scheduler", "tcp://127.0.0.1:9")  # it is said before there are workers
+    done = CliRunner().invoke(
+        command, [str(tmp_path / "study.yaml"), "--out", str(tmp_path / "out"), *nobody]
+    )
+    assert isinstance(done.exception, cluster.ClusterError)
+    first, second = done.output.splitlines()
+    assert first.startswith("ros.csv: surge from 'force.x'; sway from")
+    assert second.endswith("if it is ROS's, frame: flu, else frame: frd")
