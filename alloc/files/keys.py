@@ -1,7 +1,7 @@
 """YAML as typed keys, or in words what is wrong, where, and what to give instead."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, TypeVar
 
 import msgspec
@@ -33,24 +33,34 @@ def convert(
         what, _, where = str(error).partition(" - at `$")
     steps = re.findall(r"\w+|\.\.\.", where.rstrip("`"))
     found, kinds = list(_values(tree.data, steps)), list(_types(inspect.type_info(to), steps))
-    told, got, *_ = [*re.findall("(?s)`(.*?)`", what), "", ""]
     if "field `" in what:
+        told = re.findall("(?s)`(.*?)`", what)[0]
         unknown = "unknown" in what
         place = next((p for p, v in found if isinstance(v, dict) and (told in v) == unknown), "")
         known = (field.encode_name for kind in kinds for field in getattr(kind, "fields", ()))
         said = f"unknown key '{_brief(told)}'" if unknown else f"key '{told}' is missing"
         remedy, at = f"the keys are {', '.join(known)}", f"{place}.{told}".lstrip(".") if unknown else place
     else:
-        at = place = next((p for p, v in found if type(v) is KINDS.get(got, ("", object))[1]), found[0][0])
-        said, remedy = _brief(what), f"{form} shows the form"
-        if "enum" in what:
-            values = (str(value) for kind in kinds for value in getattr(kind, "values", ()))
-            remedy = f"give one of {', '.join(values)}"
-        elif got:
-            wanted = " or ".join(KINDS[kind][0] for kind in told.split(" | ") if kind != "null")
-            said = f"is {KINDS[got][0]}; give {wanted}"
+        meant, said, remedy = _in_words(what, kinds, f"{form} shows the form")
+        at = place = next((p for p, v in found if meant(v)), found[0][0])
     line = tree.line(at) if at else None
     raise refused(f"{f'{place}: ' if place else ''}{said}; {remedy}", path=tree.path, line=line)
+
+
+def _in_words(what: str, kinds: Sequence[Any], form: str) -> tuple[Callable[[Any], bool], str, str]:
+    """What msgspec says of a value: which values it may mean, what is wrong with one, and the remedy."""
+    if enum := re.fullmatch("(?s)Invalid enum value '(.*)'", what):
+        values = ", ".join(str(value) for kind in kinds for value in getattr(kind, "values", ()))
+        return lambda value: value == enum[1], f"there is no '{_brief(enum[1])}'", f"give one of {values}"
+    if length := re.fullmatch(r"Expected `array` of length (\d+), got (\d+)", what):
+        wanted, given = map(int, length.groups())
+        had = f"has {given} {'entry' if given == 1 else 'entries'}; give {wanted}"
+        return lambda value: isinstance(value, list) and len(value) == given, had, form
+    if kind := re.fullmatch("Expected `(.*)`, got `(.*)`", what):
+        words, of_kind = KINDS[kind[2]]
+        names = " or ".join(KINDS[name][0] for name in kind[1].split(" | ") if name != "null")
+        return lambda value: type(value) is of_kind, f"is {words}; give {names}", form
+    return lambda value: True, _brief(what), form
 
 
 def _values(data: Any, steps: list[str]) -> Iterator[tuple[str, Any]]:

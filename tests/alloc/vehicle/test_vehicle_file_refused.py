@@ -60,7 +60,7 @@ def file(tmp_path: Path) -> Path:
         (GOOD.replace("20", "[20, x, 20, 20]"), "line 8: f_max[1]: is text; give a number"),
         (GOOD.replace("20", "-20"), "line 7: cross: f_min[0] = -10 exceeds f_max[0] = -20"),
         (GOOD.replace("-10", "0").replace("20", "0"), "line 8: cross: f_min and f_max are all 0"),
-        (GOOD.replace("yaw", "yaaw"), "line 2: dof[2]: Invalid enum value 'yaaw'; give one of heave, pitch"),
+        (GOOD.replace("yaw", "yaaw"), "line 2: dof[2]: there is no 'yaaw'; give one of heave, pitch"),
         (GOOD.replace("yaw", "sway"), "line 2: cross: dof"),
         (GOOD.replace("surge, sway, yaw", ""), "line 3: T: has 3 rows; give 0"),
         (GOOD.replace("surge, sway, yaw", "surge, sway"), "line 3: T: has 3 rows; give 2, one a DOF"),
@@ -84,7 +84,7 @@ def file(tmp_path: Path) -> Path:
         (GOOD.replace("cross", "../../etc"), "line 1: name: give 1 to 60 printable characters without '/'"),
         (GOOD + '"a\\nb": 1\n', "line 9: unknown key 'a b'"),
         (GOOD + "k" * 500 + ": 1\n", "line 9: unknown key 'kkkk"),
-        (GOOD + "frame: ned\n", "line 9: frame: Invalid enum value 'ned'; give one of flu, frd"),
+        (GOOD + "frame: ned\n", "line 9: frame: there is no 'ned'; give one of flu, frd"),
         (GOOD + "planar: {alpha_deg: [1], d: [1, 2], phi_deg: [1]}\n", "equally long"),
         (GOOD + "thrusters: []\n", "line 9: thrusters: the list is empty"),
         (
@@ -105,7 +105,15 @@ def file(tmp_path: Path) -> Path:
         ),
         (
             GOOD + "thrusters:\n  - {position: [0, 0], direction: [1, 0, 0]}\n",
-            "line 10: thrusters[0].position",
+            "line 10: thrusters[0].position: has 2 entries; give 3; docs/your-vehicle.md shows the form",
+        ),
+        (
+            GOOD + "priority: [[surge], [sway, pich]]\n",
+            "line 9: priority[1][1]: there is no 'pich'; give one of heave, pitch",
+        ),
+        (
+            GOOD + "volts:\n  12: [-1, 1]\n  16: [1]\n",
+            "line 11: volts.16: has 1 entry; give 2; docs/your-vehicle.md",
         ),
         (
             GOOD + "thrusters:\n  - {position: [0, 0, 0], direction: [1, 0, 0]}\n",
