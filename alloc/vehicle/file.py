@@ -133,7 +133,7 @@ def vehicle_with(keys: VehicleFile, T: FloatArray) -> Vehicle:
         priority=tuple(map(tuple, keys.priority)),
         groups=tuple(map(tuple, keys.groups)),
         names=names,
-        frame=keys.frame,
+        frame=keys.frame or "frd",
         esc=made,
     )
 

@@ -93,7 +93,7 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     T : rows of the (k, n) configuration matrix; force rows [-], moment rows [m]
     thrusters : poses in space
     frame : of everything in the file, and of every demand: frd for x ahead, y to starboard, z down; flu for
-        x ahead, y to port, z up
+        x ahead, y to port, z up; left out, frd
     center_of_mass : point about which the moments of ``thrusters`` are taken [m]
     reaction_torque : moment of each propeller along its own thrust, for 1 N: one number or one for each; T
         has it as a part [m]
@@ -120,7 +120,7 @@ class VehicleFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     planar: Planar | None = None
     T: list[Numbers] | None = None
     thrusters: list[Thruster] | None = None
-    frame: Frame = "frd"
+    frame: Frame | None = None
     center_of_mass: tuple[float, float, float] = (0.0, 0.0, 0.0)
     reaction_torque: float | Numbers | None = None
     suspect: list[int | str] = []

@@ -23,7 +23,7 @@ class Draft:
     f_min, f_max : one limit for all thrusters, or one each [N]
     weights, slack_weights : (n,) and (k,) diagonals of H and Q
     frame : frd or flu
-    frame_assumed : why that frame is taken, in a sentence; empty where the file or its format says it
+    frame_assumed : why that frame is taken, in a sentence; empty where the file, its format or the user says
     assumptions : what else the file does not say and is assumed, one sentence each
     """
 

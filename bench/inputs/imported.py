@@ -5,12 +5,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import msgspec
 import numpy as np
 
 from alloc.allocation import FloatArray
 from alloc.errors import VehicleError, unknown
+from alloc.files.keys import convert
 from alloc.files.textfile import read_text
+from alloc.files.yaml_tree import YamlTree
 from alloc.vehicle.columns import refusals
 from alloc.vehicle.file import build_vehicle, called, matrices, reaction_torques
 from alloc.vehicle.frame import described
@@ -73,11 +74,11 @@ def import_vehicle(path: Path, format_name: str = "", options: ImportOptions | N
 
 def _keys(path: Path, draft: Draft, options: ImportOptions) -> VehicleFile:
     draft = _completed(path, draft, options)
-    data = _data(path, draft, options)
+    data = YamlTree(path, _data(path, draft, options), {})
+    keys = convert(data, VehicleFile, "docs/your-vehicle.md", VehicleError)
     try:
-        keys = msgspec.convert(data, VehicleFile)
         T, computed = matrices(keys)
-    except (msgspec.ValidationError, VehicleError) as error:
+    except VehicleError as error:
         raise VehicleError(f"{path}: {error}") from None
     if computed is not None:
         for contradiction in contradictions(T, computed, keys.dof, called(keys, T.shape[1])):
@@ -120,6 +121,7 @@ def _completed(path: Path, draft: Draft, options: ImportOptions) -> Draft:
         draft,
         dof=dof or DOF,
         frame=frame,
+        frame_assumed="" if options.frame else draft.frame_assumed,
         f_min=draft.f_min if options.f_min is None else options.f_min,
         f_max=draft.f_max if options.f_max is None else options.f_max,
         assumptions=notes,
@@ -128,8 +130,10 @@ def _completed(path: Path, draft: Draft, options: ImportOptions) -> Draft:
 
 def _data(path: Path, draft: Draft, options: ImportOptions) -> dict[str, Any]:
     axes = list(options.dof or draft.dof)
-    copied = ("source", "frame", "f_min", "f_max", "weights", "reaction_torque")
+    copied = ("source", "f_min", "f_max", "weights", "reaction_torque")
     data = {"name": options.name or path.stem, "dof": axes} | {key: getattr(draft, key) for key in copied}
+    if not draft.frame_assumed or draft.frame != "frd":  # else `check` shall say that frd is a guess
+        data["frame"] = draft.frame
     if draft.positions is not None and draft.directions is not None and options.take != "T":
         poses = zip(draft.positions, draft.directions, strict=True)
         data["thrusters"] = [{"position": p, "direction": e} for p, e in poses]

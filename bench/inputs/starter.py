@@ -69,7 +69,7 @@ def like(name: str, keys: VehicleFile, origin: str) -> VehicleFile:
     moments = reaction_torques(keys, len(positions))
     made = pose_matrix(positions, unit, center, moments)[[DOF.index(axis) for axis in keys.dof]]
     off = np.abs(made - T).max(axis=1) / np.abs(T).max(axis=1).clip(min=1e-9)
-    names = _own_names(keys) or places(positions - center, unit, keys.frame)
+    names = _own_names(keys) or places(positions - center, unit, keys.frame or "frd")
     copied = msgspec.structs.replace(
         keys, name=name, source=f"copied from {origin}; no number is measured yet", notes=[]
     )

@@ -10,6 +10,7 @@ import pytest
 
 from alloc import AllocError, load_vehicle
 from alloc.errors import FileError, VehicleError
+from alloc.vehicle.text import to_yaml
 from bench.inputs.formats import csv, writable
 from bench.inputs.imported import ImportOptions
 from tests.foreign_vehicles import LIMITS, imported, vehicle_of
@@ -245,6 +246,35 @@ def test_a_given_frame_is_the_vehicle_s_and_turns_no_number(tmp_path: Path) -> N
     assert (in_frd.frame, in_flu.frame) == ("frd", "flu")
     np.testing.assert_array_equal(in_flu.T, in_frd.T)
     assert "The frame is flu, as told." in flu_keys.notes
+
+
+@pytest.mark.parametrize(
+    ("comment", "told", "written"),
+    [("# frame: frd\n", "", True), ("", "frd", True), ("# frame: flu\n", "", True), ("", "", False)],
+)
+def test_a_frame_that_was_said_stands_in_the_vehicle_s_file(
+    comment: str, told: str, written: bool, tmp_path: Path
+) -> None:
+    options = ImportOptions(frame=told, f_min=-20, f_max=20)
+    text = comment + "\n".join(",".join(map(str, row)) for row in np.eye(6).tolist())
+    keys = imported(tmp_path, text, options, "T.csv")
+    taken = vehicle_of(keys, tmp_path).frame
+    assert (f"\nframe: {taken}\n" in to_yaml(keys)) == written
+
+
+def test_an_axis_that_is_none_is_refused_in_words(tmp_path: Path) -> None:
+    message = refused(
+        lambda: imported(
+            tmp_path,
+            "1,1,0,0\n0,0,1,1\n1,-1,1,-1\n",
+            ImportOptions(dof=("surge", "pich", "yaw"), f_min=-1, f_max=1),
+            "T.csv",
+        ),
+        tmp_path / "T.csv",
+    )
+    assert message.endswith(
+        "T.csv: dof[1]: there is no 'pich'; give one of heave, pitch, roll, surge, sway, yaw"
+    )
 
 
 def thrustbench(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
