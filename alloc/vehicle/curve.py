@@ -24,6 +24,9 @@ COLUMNS = {
 }
 """What a column of a curve may be called, in small letters; makers' own headers among them."""
 
+OTHER_MARKS = {";": "semicolons", "\t": "tabs"}
+"""What else may stand between the cells of a table, and is not read here."""
+
 
 class ThrustCurve(NamedTuple):
     """A measured curve as its file has it.
@@ -121,8 +124,10 @@ def read_curve(path: Path) -> Points:
     }
     force = "kgf" if places["kgf"] else "N"
     if len(places["command"]) != 1 or len(places["N"]) + len(places["kgf"]) != 1 or len(places["volts"]) > 1:
+        mark = next((f", with {words}" for mark, words in OTHER_MARKS.items() if mark in header[0]), "")
         raise FileError(
-            f"the header has {', '.join(header)[:60]!r}; give columns command, N or kgf (one of them), volts",
+            f"the header has {', '.join(header)[:60]!r}{mark}; give columns command, N or kgf (one of them),"
+            " volts, with commas between cells and decimal points",
             path=path,
             line=line,
         )
@@ -130,6 +135,12 @@ def read_curve(path: Path) -> Points:
         raise FileError(f"has more than {MOST_POINTS} rows; thin it out", path=path)
     found: Points = {}
     for line, cells in rest:
+        if any(cells[len(header) :]):  # as 1100,-3,5 below command,N: 5 is no further column
+            raise FileError(
+                f"{len(cells)} cells under {len(header)} columns; give one a column, with decimal points",
+                path=path,
+                line=line,
+            )
         try:
             command, value = (float(cells[places[kind][0]]) for kind in ("command", force))
             volts = f"{float(cells[places['volts'][0]]):g}" if places["volts"] else ""

@@ -239,6 +239,8 @@ def test_a_curve_comes_out_of_a_csv_beside_the_vehicle_in_kgf_or_newtons(tmp_pat
         (tmp_path / "mine.csv").write_text(f"# mine\n{header}\n1100,-3,16\n1500,0,16\n1900,4,16\n")
         vehicle = written(tmp_path, "esc: {neutral: 1500, range: [1100, 1900], curve: mine.csv}")
         assert vehicle.f_max == pytest.approx([4 * factor] * 2)
+    (tmp_path / "mine.csv").write_text("command,N\n1100,-3,\n1900,4, \n")  # a comma at the end is no cell
+    assert read_curve(tmp_path / "mine.csv") == {"": [(1100, -3), (1900, 4)]}
 
 
 def test_a_curve_that_falls_in_places_becomes_the_nearest_that_does_not() -> None:
@@ -291,6 +293,12 @@ def test_a_wrong_esc_is_refused_with_its_key(tmp_path: Path, esc: str, said: str
         ("command,N,volts\n1100,x,16\n", "line 2: a number is missing or is none"),
         ("command,N,volts\n1100,nan,16\n", "line 2: holds NaN"),
         ("command,N,volts\n1100\n", "line 2: a number is missing"),
+        (
+            "command;N;volts\n1100;-3,5;16\n",
+            "line 1: the header has 'command;N;volts', with semicolons; give .*, with commas between",
+        ),
+        ("command\tN\n1100\t-3\n", "with tabs; give columns"),
+        ("command,N\n1100,-3,5\n", "line 2: 3 cells under 2 columns; give one a column, with decimal points"),
     ],
 )
 def test_a_wrong_curve_is_refused_with_its_line(tmp_path: Path, text: str, said: str) -> None:
