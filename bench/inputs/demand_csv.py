@@ -11,17 +11,16 @@ from alloc import Allocation, Status
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
 from alloc.vehicle import LARGEST
-from bench.inputs.columns import VOLTS, Column, assign, listed, untimed
+from bench.inputs.columns import VOLTS, Column, assign
 from bench.inputs.csv_text import csv_text, is_number
-from bench.inputs.delimited import NAMES, Cells, read_table
+from bench.inputs.delimited import read_table
 from bench.inputs.frames import frame_comment
 from bench.inputs.log_limits import like_volts, limit_columns
+from bench.inputs.understood import understood
 from bench.inputs.units import SECONDS, TIME
 
 LATEST = 1e20
 """Bound on times, in any unit: a date in ns is 1.7e18."""
-SHOWN = 6
-"""Most left out columns that are named."""
 
 
 class Demanded(NamedTuple):
@@ -31,7 +30,8 @@ class Demanded(NamedTuple):
     ----------
     t : (N,) [s], never decreasing; None where the log has no times
     taus : (N, k) demands in the order of the vehicle's DOF [N, N m]
-    said : how the file was understood, in a line; empty where a table is written as this program writes it
+    said : how the file was understood, in a line; empty for a table of demands and times as this program
+        writes it
     columns : (N,) columns about limits by name (``bench.inputs.log_limits``), ``volts`` [V], ``f0_min`` [N]
     frame : what a comment in the file says, else empty
     named : the names of the demands' columns
@@ -110,7 +110,7 @@ def read_demands(
             f"{path}: line {lines[back[0] + 1]}: t goes back from {times[back[0]]:g} to"
             f" {times[back[0] + 1]:g} s; put rows in time order"
         )
-    said = understood(path, table, found, unit, blank, set(limits.values()))
+    said = understood(path, table, found, limits, unit, blank)
     by_name = {name: values[:, len(found) + i] for i, name in enumerate(limits)}
     named = tuple(found[axis].name for axis in dof)
     unread = like_volts(table.header) if by_volts and VOLTS not in limits else ""
@@ -156,34 +156,6 @@ def seconds(values: FloatArray, column: Column, rest: FloatArray | None = None) 
         if abs(values[0]) > least:
             return (values - values[0]) * SECONDS[unit], unit
     return values, "s"
-
-
-def understood(
-    path: Path, table: Cells, found: Mapping[str, Column], unit: str, blank: int, limits: set[int]
-) -> str:
-    """How a table was understood, in a line; empty where nothing had to be."""
-    parts = [
-        f"{quantity} from '{column.name}'"
-        + (f" and '{table.header[column.rest]}'" if column.rest is not None else "")
-        + (f", taken for {unit}" if quantity == TIME and unit else "")
-        for quantity, column in found.items()
-        if column.name != quantity
-    ]
-    if below := [f"{quantity} in {column.unit}" for quantity, column in found.items() if column.unit]:
-        parts.append(f"below the header: {', '.join(below)}")
-    taken = {place for column in found.values() for place in (column.place, column.rest)} | limits
-    others = [name for i, name in enumerate(table.header) if i not in taken]
-    if others:
-        parts.append(f"left out: {listed(others, SHOWN)}")
-    if TIME not in found and (other := untimed(table.header, table.units)):
-        parts.append(f"no time: the unit of {other[:40]!r} is none of {', '.join(SECONDS)}")
-    if blank:
-        parts.append(f"{blank} rows without a demand")
-    if table.separator != ",":
-        parts.append(NAMES[table.separator])
-    if table.decimal == ",":
-        parts.append("decimal commas")
-    return f"{path.name}: {'; '.join(parts)}" if parts else ""
 
 
 def format_demands(

@@ -10,9 +10,10 @@ from alloc.allocation import FloatArray
 from alloc.errors import DemandError
 from bench.inputs.columns import VOLTS, Column, assign
 from bench.inputs.delimited import read_table
-from bench.inputs.demand_csv import seconds, understood
+from bench.inputs.demand_csv import seconds
 from bench.inputs.log_limits import like_volts, limit_columns
 from bench.inputs.outputs import Outputs
+from bench.inputs.understood import understood
 from bench.inputs.units import TIME
 
 SUFFIXES = (".csv", "")
@@ -42,9 +43,10 @@ def read(path: Path, vehicle: Vehicle, columns: Mapping[str, str] | None = None)
     found = assign(place, table.header, table.units, vehicle.dof, given, every=False)
     asked = [axis for axis in vehicle.dof if axis in found]
     places = {name: table.header.index(name) for name in names}
+    commands = set(places.values())
     limits = limit_columns(place, table.header, table.units, given=given, found=found)
-    places |= {name: at for name, at in limits.items() if name == VOLTS}
-    taken = set(places.values())
+    volts = {name: at for name, at in limits.items() if name == VOLTS}
+    places |= volts
     places |= {quantity: column.place for quantity, column in found.items()}
     if TIME in found and (rest := found[TIME].rest) is not None:
         places[REST] = rest
@@ -67,7 +69,7 @@ def read(path: Path, vehicle: Vehicle, columns: Mapping[str, str] | None = None)
         t, unit = seconds(values[TIME], found[TIME], values.get(REST))
     if t is not None and (np.diff(t) < 0).any():
         raise DemandError(f"{path}: times in {found[TIME].name[:40]!r} go back; sort the rows")
-    said = understood(path, table, found, unit, 0, taken) or path.name
+    said = understood(path, table, found, volts, unit, also=commands) or path.name
     said += f"{';' if ': ' in said else ':'} {names[0]} … {names[-1]} are the commands"
     if VOLTS not in places and (unread := like_volts(table.header)):
         said += f"; thrusts follow no voltage: if {unread[:40]!r} is the battery's, call it {VOLTS}"

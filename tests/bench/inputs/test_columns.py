@@ -28,8 +28,8 @@ def test_units_on_a_line_of_their_own_are_said(file: Path) -> None:
     asked = read_demands(file, DOF)
     np.testing.assert_allclose(asked.taus[0], [1000, 2, 3000])
     says = "below the header: surge in kN, sway in N, yaw in kNm, t in ms"
-    assert asked.said == f"demands.csv: yaw from 'mz'; t from 'time'; {says}"
-    assert f"demands.csv: yaw from 'mz'; t from 'time'; {says}; " in build_demands(file, UKWIAL, 1).said[0]
+    assert asked.said == f"demands.csv: yaw from 'mz'; t from 'time'; surge, sway by name; {says}"
+    assert f"{asked.said}; " in build_demands(file, UKWIAL, 1).said[0]
     told = read_demands(file, DOF, parse_columns("surge=surge [N]"))
     assert told.taus[0, 0] == 1
     assert "surge in" not in told.said
@@ -83,7 +83,7 @@ def test_a_ros_stamp_s_two_columns_are_one_time(file: Path, whole: str, rest: st
     t, _, said, *_ = read_demands(written(file, f"{whole},{rest},surge,sway,yaw\n{rows}"), DOF)
     assert t is not None
     np.testing.assert_allclose(t, 0.05 * np.arange(45), atol=1e-6)
-    assert said == f"demands.csv: t from '{whole}' and '{rest}'"
+    assert said == f"demands.csv: t from '{whole}' and '{rest}'; surge, sway, yaw by name"
 
 
 def test_columns_that_can_t_be_guessed_are_named_by_the_user(file: Path) -> None:

@@ -238,4 +238,17 @@ def test_a_column_of_another_thing_is_left_out_though_its_words_are_a_limit_s(
     tmp_path: Path, column: str
 ) -> None:
     path = written(tmp_path, f"surge,sway,yaw,{column}", "1,0,0,3")
-    assert log_for(load_vehicle("ukwial"), path).said.startswith(f"log.csv: left out: {column[:30]}")
+    assert log_for(load_vehicle("ukwial"), path).said.startswith(
+        f"log.csv: surge, sway, yaw by name; left out: {column[:30]}"
+    )
+
+
+def test_columns_about_limits_that_were_taken_are_named(tmp_path: Path) -> None:
+    path = written(tmp_path, f"{AXES},Battery [V],F2_min,f5_max,mode", "1,0,0,0,0,0,14,-3,7,9")
+    said = read_demands(path, HEAVY.dof, parse_columns("volts=Battery [V]")).said
+    assert said == (
+        f"log.csv: volts from 'Battery [V]'; {', '.join(HEAVY.dof)} by name; limits from F2_min, f5_max;"
+        " left out: mode"
+    )
+    path = written(tmp_path, f"{AXES},volts", "1,0,0,0,0,0,14")
+    assert read_demands(path, HEAVY.dof).said == f"log.csv: {', '.join(HEAVY.dof)}, volts by name"

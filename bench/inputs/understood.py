@@ -1,0 +1,62 @@
+"""How a table of a log was understood, in words, for its reader to see what was not meant."""
+
+from collections.abc import Container, Mapping
+from pathlib import Path
+
+from bench.inputs.columns import VOLTS, Column, listed, untimed
+from bench.inputs.delimited import NAMES, Cells
+from bench.inputs.units import SECONDS, TIME
+
+SHOWN = 6
+"""Most columns of limits, and left out ones, that are named."""
+
+
+def understood(
+    path: Path,
+    table: Cells,
+    found: Mapping[str, Column],
+    limits: Mapping[str, int],
+    unit: str = "",
+    blank: int = 0,
+    also: Container[int] = (),
+) -> str:
+    """How a table was understood, in a line; empty where nothing had to be.
+
+    Parameters
+    ----------
+    found, limits : the columns of demands and time, and those about limits
+    unit : what a time was taken for, empty where the file says it
+    blank : rows without a demand
+    also : further columns that were taken, which are said elsewhere
+    """
+    named = dict(found)
+    if VOLTS in limits:
+        named[VOLTS] = Column(limits[VOLTS], table.header[limits[VOLTS]], None)
+    parts = [
+        f"{quantity} from '{column.name}'"
+        + (f" and '{table.header[column.rest]}'" if column.rest is not None else "")
+        + (f", taken for {unit}" if quantity == TIME and unit else "")
+        for quantity, column in named.items()
+        if column.name != quantity
+    ]
+    own = [quantity for quantity, column in named.items() if column.name == quantity]
+    bounds = [table.header[at] for name, at in limits.items() if name != VOLTS]
+    taken = {at for column in found.values() for at in (column.place, column.rest)} | {*limits.values()}
+    others = [name for i, name in enumerate(table.header) if i not in taken and i not in also]
+    if own and (parts or limits or others):  # a column that is not named would be a guess of the reader
+        parts.append(f"{', '.join(own)} by name")
+    if bounds:
+        parts.append(f"limits from {listed(bounds, SHOWN)}")
+    if below := [f"{quantity} in {column.unit}" for quantity, column in found.items() if column.unit]:
+        parts.append(f"below the header: {', '.join(below)}")
+    if others:
+        parts.append(f"left out: {listed(others, SHOWN)}")
+    if TIME not in found and (other := untimed(table.header, table.units)):
+        parts.append(f"no time: the unit of {other[:40]!r} is none of {', '.join(SECONDS)}")
+    if blank:
+        parts.append(f"{blank} rows without a demand")
+    if table.separator != ",":
+        parts.append(NAMES[table.separator])
+    if table.decimal == ",":
+        parts.append("decimal commas")
+    return f"{path.name}: {'; '.join(parts)}" if parts else ""
