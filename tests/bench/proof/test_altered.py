@@ -11,6 +11,7 @@ from bench.proof.altered import altered
 from bench.proof.translation import translated
 
 OF = subject(load_vehicle("bluerov2-heavy"), "nullspace", "double", "fixed")
+GUARD = OF.source[OF.source.index("#if defined") : OF.source.index("#ifndef")]
 CHANGES = {
     "GCC lets NaN pass": ("c", "!!(condition), 0", "(condition) && tau[0] == tau[0], 0"),
     "GCC lets large demands pass": ("c", "!!(condition), 0", "(condition) && tau[0] < 1e4, 0"),
@@ -18,8 +19,8 @@ CHANGES = {
     "an FPU's maximum is its minimum": ("c", "__builtin_fmax", "__builtin_fmin"),
     "another compiler's hint": ("c", "tb_unlikely(condition) (condition)", "tb_unlikely(condition) (0)"),
     "-ffast-math is taken": ("c", '#error "Compile', '#define OTHER "Compile'),
-    "the guard is a comment": ("c", "#if defined __FAST_MATH__", "/* */ //\n#if 0 && defined __FAST_MATH__"),
-    "the guard is gone": ("c", OF.source[OF.source.index("#if defined") : OF.source.index("#ifndef")], ""),
+    "the guard is a comment": ("c", GUARD, f"/*\n{GUARD}*/\n"),
+    "the guard is gone": ("c", GUARD, ""),
     "C++ takes another name": ("h", "#ifdef __cplusplus", "#ifdef __cplusplus_cli"),
     "a macro more in the header": ("h", "\nint ", "\n#define tau other\nint "),
     "another status": ("h", "TB_INFEASIBLE = 2", "TB_INFEASIBLE = 3"),
