@@ -296,9 +296,7 @@ SABOTAGES = (
     Sabotage(
         "an FPU's minimum is its maximum", "nullspace", "fixed", r"__builtin_fmin(f?)\(", r"__builtin_fmax\1("
     ),
-    Sabotage(
-        "-ffast-math is not refused", "nullspace", "fixed", r"(#if defined __FAST_MATH__)", r"#if 0\n\1"
-    ),
+    Sabotage("-ffast-math is not refused", "nullspace", "fixed", r"#if defined __FAST_MATH__ .*", "#if 0"),
 )
 
 
