@@ -50,7 +50,7 @@ def _refused(row: Row, problem: Problem | None) -> tuple[float, str]:
     refused, run = 1 - answered, max(judged.refused_longest for judged in row.measured.judged)
     crossed = ""
     if problem is not None and any(cell.limited for cell in row.measured.cells):
-        n = problem.n_demands
+        n = max(problem.n_demands, 1)
         crossed = "limits that cross" if problem.crossed or problem.crossed_asked else ""
         # Nobody can keep those, so to refuse them is no less than to answer them. Shares are rounded.
         refused = max(0, round(refused * n) - problem.crossed_asked) / n

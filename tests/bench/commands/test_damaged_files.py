@@ -33,7 +33,7 @@ from tests.mutations import damaged, damaged_json
 from tests.output_logs import write_bin, write_csv, write_outputs_ulog
 from tests.places import ROOT
 
-MANY = int(os.environ.get("THRUSTBENCH_FUZZ", "25"))
+MANY = int(os.environ.get("THRUSTBENCH_FUZZ", "40"))
 """Damaged files of each kind; CI takes 1000."""
 PICTURES = 100
 """One of so many is drawn with its pictures, which take half a second."""
