@@ -35,6 +35,8 @@ MOTION = {
     *("vel", "velocity", "speed", "rate", "gyro", "acc", "accel", "acceleration", "deg", "rad"),
 }
 """Words before a DOF's own name by which it is no wrench; a torque is one, whatever stands before it."""
+TAU = {"roll": "taux", "pitch": "tauy", "yaw": "tauz"}
+TORQUE = {"tau", "torque", "moment"}
 _DASH = r"[\u2010-\u2015\ufe58\ufe63\uff0d-]"
 _MINUS = re.compile(rf"\u2212|(?<![^\W_]){_DASH}|{_DASH}(?![^\W_])")
 """A minus, or a dash that does not stand between letters as in ``tau-x``."""
@@ -44,10 +46,27 @@ def says(name: str, quantity: str) -> bool:
     """Whether a column's name, without a unit behind it, says a DOF or the time, and nothing else."""
     if _MINUS.search(name) or set("|!~") & set(name):  # the opposite or the size, which nothing here turns
         return False
-    words = [word for word in re.split(r"[^a-z0-9]+", name.lower()) if word]
-    while len(words) > 1 and words[-1] in MEANT:
-        words.pop()
+    words = words_of(name)
     if not words or not {words[-1], "".join(words[-2:])} & set(WORDS[quantity]):
         return False
     another = OTHER | MOTION if words[-1] == quantity else OTHER
     return quantity == TIME or not ("%" in name or another & set(words[:-1]))
+
+
+def words_of(name: str) -> list[str]:
+    """The words of a column's name in small letters, without those behind it that say it is a demand."""
+    words = [word for word in re.split(r"[^a-z0-9]+", name.lower()) if word]
+    while len(words) > 1 and words[-1] in MEANT:
+        words.pop()
+    return words
+
+
+def says_moment(name: str, quantity: str) -> bool:
+    """Whether a name may be that of a moment which ``says`` does not know: ``yaw_torque``; ``tau_z``.
+
+    The latter is the force along z where that is asked for.
+    """
+    words = words_of(name)
+    if _MINUS.search(name) or OTHER & set(words):
+        return False
+    return "".join(words[-2:]) == TAU[quantity] or (quantity in words and bool(TORQUE & set(words)))

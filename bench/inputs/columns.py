@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from alloc.errors import DemandError
-from alloc.vehicle.geometry import DOF
-from bench.inputs.column_names import SELF_UNIT, says
+from alloc.vehicle.geometry import DOF, MOMENTS
+from bench.inputs.column_names import SELF_UNIT, says, says_moment, words_of
 from bench.inputs.units import SECONDS, TIME, factor_to, known
 
 VOLTS = "volts"
@@ -60,6 +60,8 @@ def assign(
             found[quantity] = _named(place, header, units, quantity, given[quantity])
             continue
         columns = [c for i in range(len(header)) if (c := _meant(header[i], units, i, quantity))]
+        if len(columns) == 1 and maybe_angle(columns[0], quantity):
+            columns += _moments(header, units, dof, given, quantity)
         exact = [column for column in columns if column.name == quantity]
         if len(columns) > 1 and quantity != TIME:
             if len(exact) > 1:
@@ -102,6 +104,11 @@ def listed(names: Sequence[str], most: int = 12) -> str:
     """The first names, in a line that any terminal can show."""
     shown = ["".join(c if c.isprintable() else repr(c)[1:-1] for c in name[:30]) for name in names[:most]]
     return ", ".join(shown) + (f" and {len(names) - most} more" if len(names) > most else "")
+
+
+def maybe_angle(column: Column, quantity: str) -> bool:
+    """Whether nothing but a DOF's own name, as ``yaw``, says that a column is a moment and no attitude."""
+    return quantity in MOMENTS and words_of(column.name) == [quantity] and not column.unit
 
 
 def untimed(header: Sequence[str], units: Sequence[str]) -> str:
@@ -160,6 +167,20 @@ def _meant(name: str, units: Sequence[str], index: int, quantity: str) -> Column
     if quantity == TIME and not unit:
         return Column(index, name, SELF_UNIT.get(name.lower(), 1.0 if name == TIME else None))
     return None if factor is None else Column(index, name, factor, unit=_below(name, units, index))
+
+
+def _moments(
+    header: Sequence[str], units: Sequence[str], dof: Sequence[str], given: Mapping[str, str], quantity: str
+) -> list[Column]:
+    """Columns that may be a moment by a name or unit that no other quantity has."""
+    found = []
+    for i, name in enumerate(header):
+        match = _UNIT.fullmatch(name) or _SUFFIX.fullmatch(name)
+        bare, unit = (match["name"], match["unit"]) if match else (name, _below(name, units, i))
+        free = name not in given.values() and not any(_meant(name, units, i, axis) for axis in dof)
+        if free and says_moment(bare, quantity) and factor_to(quantity, unit) is not None:
+            found.append(Column(i, name, None))
+    return found
 
 
 def _unit_of(name: str, units: Sequence[str], index: int) -> str:

@@ -16,7 +16,7 @@ from bench.inputs.csv_text import csv_text, is_number
 from bench.inputs.delimited import read_table
 from bench.inputs.frames import frame_comment
 from bench.inputs.log_limits import like_volts, limit_columns
-from bench.inputs.understood import understood
+from bench.inputs.understood import like_angles, understood
 from bench.inputs.units import SECONDS, TIME
 
 LATEST = 1e20
@@ -114,7 +114,11 @@ def read_demands(
     by_name = {name: values[:, len(found) + i] for i, name in enumerate(limits)}
     named = tuple(found[axis].name for axis in dof)
     unread = like_volts(table.header) if by_volts and VOLTS not in limits else ""
-    doubts = (_still(path, times) or _doubled(path, times, values), _without_volts(path, unread))
+    doubts = (
+        like_angles(path, found, given),
+        _still(path, times) or _doubled(path, times, values),
+        _without_volts(path, unread),
+    )
     return Demanded(times, taus, said, by_name, table.frame, named, "; ".join(filter(None, doubts)))
 
 

@@ -3,7 +3,9 @@
 from collections.abc import Container, Mapping
 from pathlib import Path
 
-from bench.inputs.columns import VOLTS, Column, listed, untimed
+from alloc.vehicle.geometry import DOF
+from bench.inputs.column_names import words_of
+from bench.inputs.columns import VOLTS, Column, listed, maybe_angle, untimed
 from bench.inputs.delimited import NAMES, Cells
 from bench.inputs.units import SECONDS, TIME
 
@@ -60,3 +62,20 @@ def understood(
     if table.decimal == ",":
         parts.append("decimal commas")
     return f"{path.name}: {'; '.join(parts)}" if parts else ""
+
+
+def like_angles(path: Path, found: Mapping[str, Column], given: Container[str]) -> str:
+    """A doubt about moments that are called ``yaw``, as an attitude is, beside forces with names as ``Fx``.
+
+    ``given`` are the quantities whose columns the user names, about which there is none.
+    """
+    guessed = {axis: column for axis, column in found.items() if axis in DOF and axis not in given}
+    wrench = next((c.name for axis, c in guessed.items() if axis not in words_of(c.name)), "")
+    angles = {axis: column.name for axis, column in guessed.items() if maybe_angle(column, axis)}
+    if not wrench or not angles:
+        return ""
+    kept = ",".join(f"{axis}={name}" for axis, name in angles.items())
+    return (
+        f"{path.name}: {' and '.join(map(repr, angles.values()))}, beside {wrench[:40]!r}, may be attitude,"
+        f" but N m are taken; --columns '{next(iter(angles))}=NAME', or --columns '{kept}' if they are"
+    )

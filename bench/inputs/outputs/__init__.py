@@ -81,7 +81,8 @@ def _turned(path: Path, outputs: Outputs, vehicle: Vehicle, told: str) -> Output
         return outputs
     given, why = frame_of(path, told, outputs.frame, outputs.why, vehicle.frame)
     taus, turning = met(outputs.taus, vehicle.dof, given, why, vehicle.frame)
-    doubt = "" if told or outputs.frame else like_ros(path, outputs.named, vehicle.frame)
+    ros = "" if told or outputs.frame else like_ros(path, outputs.named, vehicle.frame)
+    doubt = "; ".join(filter(None, (ros, outputs.doubt)))
     return outputs._replace(taus=taus, said=f"{outputs.said}; {turning}", doubt=doubt)
 
 

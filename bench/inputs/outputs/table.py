@@ -13,7 +13,7 @@ from bench.inputs.delimited import read_table
 from bench.inputs.demand_csv import seconds
 from bench.inputs.log_limits import like_volts, limit_columns
 from bench.inputs.outputs import Outputs
-from bench.inputs.understood import understood
+from bench.inputs.understood import like_angles, understood
 from bench.inputs.units import TIME
 
 SUFFIXES = (".csv", "")
@@ -82,6 +82,7 @@ def read(path: Path, vehicle: Vehicle, columns: Mapping[str, str] | None = None)
         frame=table.frame,
         why="its comment",
         named=tuple(found[axis].name for axis in asked),
+        doubt=like_angles(path, found, given),
     )
 
 

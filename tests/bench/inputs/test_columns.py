@@ -146,3 +146,55 @@ def test_a_mapping_that_is_none_is_refused(text: str) -> None:
         return
     with pytest.raises(DemandError, match=r"write DOF=COLUMN"):
         parse_columns(text)
+
+
+@pytest.mark.parametrize(
+    ("header", "columns", "doubted"),
+    [
+        ("t,Fx,Fy,roll,pitch,yaw", "", "'yaw', beside 'Fx', may be attitude"),
+        ("t,force.x,mode,sway,depth,yaw_cmd", "", "'yaw_cmd', beside 'force.x', may be attitude"),
+        ("t,Fx,Fy,roll,pitch,yaw", "yaw=yaw", ""),
+        ("t,Fx [N],Fy [N],roll,pitch,yaw [Nm]", "", ""),
+        ("t,Fx,Fy,roll,pitch,yaw_Nm", "", ""),
+        ("t,Fx,Fy,roll,pitch,tau_yaw", "", ""),
+        ("t,cmd_surge [N],sway [kN],roll,pitch,yaw", "", ""),
+        ("t,a,sway,roll,pitch,yaw", "surge=a", ""),
+    ],
+)
+def test_a_moment_with_an_attitude_s_name_beside_forces_is_doubted(
+    header: str, columns: str, doubted: str, file: Path
+) -> None:
+    """An angle was taken for the moment, and the line on how the log was understood did not name it."""
+    asked = read_demands(written(file, f"{header}\n0,1,2,3,4,5\n"), DOF, parse_columns(columns))
+    assert asked.taus[0, 2] == 5
+    assert asked.doubt.startswith(f"demands.csv: {doubted}") if doubted else asked.doubt == ""
+    if doubted:
+        assert "yaw" in asked.said
+
+
+def test_how_to_end_the_doubt_about_angles_is_said_and_ends_it(file: Path) -> None:
+    written(file, "Fx,Fy,Fz,roll,pitch,yaw\n1,2,3,4,5,6\n")
+    dof = ("surge", "sway", "heave", "roll", "yaw")
+    doubt = read_demands(file, dof).doubt
+    assert doubt == (
+        "demands.csv: 'roll' and 'yaw', beside 'Fx', may be attitude, but N m are taken;"
+        " --columns 'roll=NAME', or --columns 'roll=roll,yaw=yaw' if they are"
+    )
+    assert read_demands(file, dof, parse_columns("roll=roll,yaw=yaw")).doubt == ""
+
+
+@pytest.mark.parametrize(
+    "moment", ["tau_z", "tau_z [Nm]", "tauz", "yaw_torque", "yaw moment", "cmd_tau_z_kNm"]
+)
+def test_a_moment_beside_an_attitude_s_name_is_not_left_out_without_a_word(file: Path, moment: str) -> None:
+    written(file, f"surge,sway,roll,pitch,yaw,{moment}\n1,2,3,4,5,6\n")
+    message = refused(lambda: read_demands(file, DOF), file)
+    assert f"yaw may be 'yaw' and {moment!r}; say which, as in --columns 'yaw=NAME'" in message
+    assert read_demands(file, DOF, parse_columns(f"yaw={moment}")).taus[0, 2] in (6, 6000)
+    assert read_demands(file, DOF, parse_columns("yaw=yaw")).taus[0, 2] == 5
+
+
+@pytest.mark.parametrize("other", ["tau_z_max", "tau_z [N]", "-tau_z", "torque", "yaw torque limit"])
+def test_what_is_no_moment_about_its_axis_leaves_a_bare_name_alone(file: Path, other: str) -> None:
+    written(file, f"surge,sway,yaw,{other}\n1,2,5,6\n")
+    assert read_demands(file, DOF).taus[0, 2] == 5

@@ -101,6 +101,15 @@ def test_demands_and_times_beside_commands_are_found_as_in_a_log_of_demands(tmp_
     assert (undone.most < 0.02 * full_authority(VEHICLE)).all()
 
 
+def test_angles_beside_forces_and_commands_are_doubted(tmp_path: Path) -> None:
+    file = tmp_path / "angles.csv"
+    header = ["Fx", "Fy", "Fz", "roll", "pitch", "yaw", *(f"u{i}" for i in range(8))]
+    file.write_text(",".join(header) + "\n" + ",".join(["1"] * 6 + ["1500"] * 8) + "\n")
+    outputs = read_outputs(file, VEHICLE)
+    assert outputs.doubt.startswith("angles.csv: 'roll' and 'pitch' and 'yaw', beside 'Fx', may be attitude")
+    assert "roll, pitch, yaw by name; u0 … u7 are the commands" in outputs.said
+
+
 def test_what_could_be_met_is_asked_of_the_battery_of_the_moment(tmp_path: Path) -> None:
     """The same push ahead at two voltages: a curve of less than half of what the push needs can't make it."""
     full = VEHICLE.T @ np.sign(VEHICLE.T[0]) * VEHICLE.f_max.min() * 0.5
