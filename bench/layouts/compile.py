@@ -105,8 +105,11 @@ def _log_options(document: StudyDocument) -> LogOptions:
 def _said(demands: DemandSet) -> tuple[str, ...]:
     """What is to be said of a log; layouts have no limits of single demands, since those are the base's."""
     lines = [_as_keys(line) for line in demands.said]
-    if demands.f_min is not None:
-        lines.append(f"{demands.name}: its volts and limits are left out: layouts keep to f_min and f_max")
+    if demands.f_min is not None or (demands.given and demands.vehicle.by_volts is not None):
+        lines.append(
+            f"{demands.name}: limits by voltage or of single demands are left out:"
+            " layouts keep to f_min, f_max"
+        )
     return tuple(lines)
 
 

@@ -285,7 +285,12 @@ def test_a_study_s_log_is_read_as_its_keys_say_and_says_how(
 def test_limits_in_a_study_s_log_are_said_to_be_left_out(tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text("surge,sway,yaw,f0_max\n10,20,3,5\n")
     space, _ = compiled(tmp_path, PLANAR.replace("{n: 16}", "{set: log.csv}"))
-    assert space.said[-1] == "log: its volts and limits are left out: layouts keep to f_min and f_max"
+    left_out = "log: limits by voltage or of single demands are left out: layouts keep to f_min, f_max"
+    assert space.said[-1] == left_out
+    (tmp_path / "log.csv").write_text("surge,sway,heave,roll,pitch,yaw,vbat\n10,20,3,0,0,0,14\n")
+    space, _ = compiled(tmp_path, HEAVY.replace("{n: 32}", "{set: log.csv}"))
+    assert "columns: 'volts=vbat'" in space.said[-2], "what this asks for would change nothing here"
+    assert space.said[-1] == left_out
 
 
 def test_the_command_says_how_a_log_was_understood(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
