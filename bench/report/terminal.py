@@ -14,13 +14,13 @@ from alloc.allocation import WRENCH_TOLERANCE
 from alloc.files.visible import visible
 from alloc.formulations import Family
 from bench.record.machine import machine_name
-from bench.report.readme import not_counted
+from bench.report.readme import not_counted, served_share
 from bench.report.sections.moving import of, sequences, title
 from bench.report.verdict import cut_logs, loop_of, sure, verdicts
 from bench.results.columns import Row
 from bench.results.ranking import largest_miss
 from bench.results.repeats import most
-from bench.results.rows import Run, read_run
+from bench.results.rows import Run, in_order, read_run
 from bench.results.size import best_of_each, of_all_vehicles
 from bench.results.sizing import sizes
 from bench.results.text import number_range, three
@@ -70,7 +70,8 @@ def show(directory: Path, console: Console) -> bool:
     run = read_run(directory)
     loop = loop_of(run)
     sized = sizes(run, loop)
-    for line in [*verdicts([s for s in best_of_each(sized) if s.vehicle in run.vehicles], loop), ""]:
+    first = [size for size in best_of_each(sized) if size.vehicle in run.vehicles]
+    for line in [*verdicts(first, loop), ""]:
         say(line)
     usefulness = {label: i for i, label in enumerate(of_all_vehicles(sized))}
     absent = {row.method: row.reason for row in run.rows if row.status == "missing"}
@@ -117,7 +118,7 @@ def _method(run: Run, rows: list[Row]) -> tuple[str, ...]:
     return (
         number_range((row.call_p50_us for row in rows), "…"),
         three(_worst_p99(run, rows)),
-        _least(served(run, rows)),
+        _least([100 * share for share in served(run, rows)]),
         missed(rows),
         _verdict(rows),
     )
@@ -139,24 +140,14 @@ def _verdict(rows: list[Row]) -> str:
 
 
 def served(run: Run, rows: list[Row]) -> list[float]:
-    """Share of the attainable set that a method serves within 1 % [%], for each vehicle where it is known.
-
-    The share is the one in the record's capability, counted on thousands of demands, where that has the
-    method or its twin. Else it is that of the row on ``uniform``, a demand set that is even over the
-    attainable set.
-    """
-    percentages = []
-    for vehicle in sorted({row.vehicle for row in rows}):
-        capability, names = run.capability(vehicle), (rows[0].method, rows[0].described.twin)
-        counted = (
-            [s for s in capability.served if s.fault is None and s.method in names] if capability else []
-        )
-        shares = [s.within_1pct / s.n_demands for s in counted]
-        if not shares:
-            own = [row for row in rows if (row.vehicle, row.demands) == (vehicle, "uniform")]
-            shares = [row.within_1pct_share for row in own if row.within_1pct_share is not None]
-        percentages += [100 * min(shares)] if shares else []
-    return percentages
+    """``served_share`` of a method on each vehicle where it is known, by its first set of tables."""
+    shares: dict[str, float] = {}
+    for demands in in_order({row.demands for row in rows}):
+        for row in rows:
+            known = row.demands == demands and not row.failed
+            if known and (share := served_share(run, row.vehicle, row)) is not None:
+                shares.setdefault(row.vehicle, share)
+    return list(shares.values())
 
 
 def missed(rows: list[Row]) -> str:

@@ -8,6 +8,7 @@ from rich.console import Console
 
 from alloc.formulations import Family
 from bench.record import Capability, Cell, Judged, Key, Method, Served, Unserved
+from bench.report.readme import served_share
 from bench.report.sections import worth
 from bench.report.terminal import missed, objections, served, show
 from bench.results.rows import read_run
@@ -47,9 +48,27 @@ def test_the_share_served_is_the_whole_vehicle_s_or_that_of_the_uniform_set(tmp_
     ]
     run = read_run(record(tmp_path, header(), CAPABILITY, *cells))
     by_method = {name: [row for row in run.rows if row.method == name] for name in ("pinv", "qp/x", "qp/y")}
-    assert served(run, by_method["pinv"]) == [70.0]
-    assert served(run, by_method["qp/x"]) == [100.0]
+    assert served(run, by_method["pinv"]) == [0.7]
+    assert served(run, by_method["qp/x"]) == [1.0]
     assert served(run, by_method["qp/y"]) == []
+
+
+def test_the_terminal_and_the_report_say_the_same_of_what_is_served(tmp_path: Path) -> None:
+    """Red before: a solver that is exact, and C that prepares itself, had no share on the terminal."""
+    names = ("nullspace", "scaled@library", "qp/daqp", "pinv", "rule")
+    counted = [
+        Served(fault=None, method=name, n_demands=10, within_1pct=k, within_5pct=k)
+        for name, k in (("nullspace", 10), ("pinv", 7))
+    ]
+    cells = [exact_cell("ukwial", name, 1.0) for name in names[:3]]
+    cells += [on("active", name, 0.3, 0.1) for name in names[3:]]
+    can = msgspec.structs.replace(CAPABILITY, served=counted)
+    library = Method(name="scaled@library", twin="scaled", formulation="hard")
+    run = read_run(record(tmp_path, header(), problem("ukwial"), library, can, *cells))
+    expected = {"nullspace": [1.0], "scaled@library": [1.0], "qp/daqp": [1.0], "pinv": [0.7], "rule": []}
+    for row in run.rows:
+        share = served_share(run, "ukwial", row)
+        assert served(run, [row]) == ([] if share is None else [share]) == expected[row.method]
 
 
 def test_infeasible_demands_do_not_count_as_missed(tmp_path: Path) -> None:
