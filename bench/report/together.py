@@ -1,48 +1,71 @@
 """report.md and details.md of several machines: what fits on all, ratios, and which of them mean anything."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from itertools import groupby
 
 from bench.record.machine import machine_name
 from bench.report.page import MORE
+from bench.report.sections.worth import left_out
 from bench.report.verdict import loop_of, sure, verdicts
+from bench.results.columns import Row
 from bench.results.emulated import IN_WORDS, shown_scalar
 from bench.results.emulated import rows as emulated_rows
-from bench.results.machines import NamedRun, differences, incomparable, medians, on_all, swapped
-from bench.results.rows import FORM
-from bench.results.size import best_of_each
+from bench.results.machines import (
+    NamedRun,
+    differences,
+    incomparable,
+    measured_in_part,
+    medians,
+    on_all,
+    swapped,
+)
+from bench.results.ranking import best, own_without_time, worth_considering
+from bench.results.rows import FORM, Run, in_order
+from bench.results.size import Size, best_of_each
 from bench.results.sizing import sizes
-from bench.results.text import plain, table, three
+from bench.results.text import counted, plain, table, three
 
 MOST = 10
-"""Most methods in a table of report.md; details.md has all."""
+"""Most pairs of methods in a sentence."""
 TITLE = "# What thrust allocation costs on several machines\n"
 
 
 def page(machines: Sequence[NamedRun]) -> str:
-    """report.md: what fits on every machine, then each vehicle's fastest methods, machine by machine."""
+    """report.md: what fits on every machine, then the methods worth considering, machine by machine.
+
+    Which sets and methods have a row is what it is in the report of one run, on any of the machines.
+    """
     timed = [machine for machine in machines if machine.run.vehicles]
-    parts = [TITLE, *_opening(timed), _comparable(timed)]
-    parts += [part for vehicle in _vehicles(timed) for part in _vehicle(timed, vehicle, MOST)]
+    loop = loop_of(*(machine.run for machine in timed))
+    sized = {machine.name: sizes(machine.run, loop) for machine in timed}
+    whole = [s for s in best_of_each(on_all(sized)) if s.vehicle in _vehicles(timed)]
+    first = {size.vehicle: size.method for size in reversed(whole)}
+    parts = [TITLE, *_opening(timed, whole, measured_in_part(sized)), _comparable(timed)]
+    for vehicle, demands in _asked(timed, Run.leading):
+        parts += _medians(timed, vehicle, demands, _worth(timed, vehicle, demands, first.get(vehicle, "")))
     return "\n".join(part for part in [*parts, _counted(machines), MORE] if part)
 
 
 def details(machines: Sequence[NamedRun]) -> str:
-    """details.md: every method of every vehicle, and the facts of each machine."""
+    """details.md: every method on every set of every vehicle, and the facts of each machine."""
     timed = [machine for machine in machines if machine.run.vehicles]
     parts = ["# The details: every method on every machine\n", _facts(machines)]
-    parts += [part for vehicle in _vehicles(timed) for part in _vehicle(timed, vehicle, None)]
+    parts += [part for asked in _asked(timed, Run.sets) for part in _medians(timed, *asked)]
     return "\n".join(part for part in parts if part)
 
 
-def _opening(timed: Sequence[NamedRun]) -> list[str]:
+def _opening(timed: Sequence[NamedRun], whole: Sequence[Size], in_part: Mapping[str, int]) -> list[str]:
     if not timed:
         return []
-    loop = loop_of(*(machine.run for machine in timed))
-    sized = {machine.name: sizes(machine.run, loop) for machine in timed}
-    whole = [s for s in best_of_each(on_all(sized)) if any(s.vehicle in m.run.vehicles for m in timed)]
+    runs = [machine.run for machine in timed]
     where = " on every machine that has it" if len(timed) > 1 else ""
-    said = "\n".join(f"- {plain(sentence)}" for sentence in verdicts(whole, loop, where)) + "\n"
+    lines = verdicts(whole, loop_of(*runs), where)
+    lines += [
+        f"{vehicle}: {counted(in_part[vehicle], 'method')} without a verdict, not measured on every machine."
+        for vehicle in _vehicles(timed)
+        if in_part.get(vehicle)
+    ]
+    said = "\n".join(f"- {plain(sentence)}" for sentence in lines) + "\n"
     trust = "\n".join(f"- {plain(machine.name)} was {plain(sure(machine.run))}" for machine in timed)
     return [said, f"How sure:\n\n{trust}\n"]
 
@@ -62,33 +85,55 @@ def _vehicles(timed: Sequence[NamedRun]) -> list[str]:
     return sorted({vehicle for machine in timed for vehicle in machine.run.vehicles})
 
 
-def _vehicle(timed: Sequence[NamedRun], vehicle: str, most: int | None) -> list[str]:
-    here = [machine for machine in timed if vehicle in machine.run.vehicles]
-    return [part for demands in here[0].run.leading(vehicle) for part in _asked(here, vehicle, demands, most)]
+def _asked(timed: Sequence[NamedRun], sets: Callable[[Run, str], list[str]]) -> Iterator[tuple[str, str]]:
+    """Each vehicle with each demand set that ``sets`` names of it on any of the machines, in their order."""
+    for vehicle in _vehicles(timed):
+        runs = [machine.run for machine in timed if vehicle in machine.run.vehicles]
+        for demands in in_order({name for run in runs for name in sets(run, vehicle)}):
+            yield vehicle, demands
 
 
-def _asked(here: Sequence[NamedRun], vehicle: str, demands: str, most: int | None) -> list[str]:
-    """Medians on each machine that has the vehicle, over those of the first; where their order differs."""
+def _worth(timed: Sequence[NamedRun], vehicle: str, demands: str, taken: str) -> set[str]:
+    """Labels of the methods that have a row in the report of one of the runs, or that is to be ``taken``."""
+    rows: list[Row] = []
+    for machine in timed:
+        rows += worth_considering(best(machine.run, vehicle, demands), taken)
+        rows += own_without_time(machine.run, vehicle, demands)
+    return {row.label for row in rows}
+
+
+def _medians(
+    timed: Sequence[NamedRun], vehicle: str, demands: str, shown: Container[str] | None = None
+) -> list[str]:
+    """Medians on each machine that was asked this, over those of the first; where their order differs.
+
+    Of all methods, or of those that are ``shown``.
+    """
+    having = [machine for machine in timed if vehicle in machine.run.vehicles]
+    here = [machine for machine in having if machine.run.of(vehicle, demands)]
     by_label = medians(here, vehicle, demands)
     why = {m.name: incomparable(here[0].run, m.run, vehicle, demands) for m in here[1:]}
     ordered = sorted(by_label.items(), key=lambda item: min(_times(item[1]), default=float("inf")))
+    kept = {label: rows for label, rows in ordered if shown is None or label in shown}
     lines = []
-    for label, rows in ordered[:most]:
+    for label, rows in kept.items():
         base = rows[0].call_p50_us if rows[0] else None
-        line = [label, three(base)]
+        line = [label, _time(rows[0])]
         for machine, row in zip(here[1:], rows[1:], strict=True):
             time = row.call_p50_us if row else None
             ratio = time / base if time and base and not why[machine.name] else None
-            line += [three(time), three(ratio)]
+            line += [_time(row), three(ratio)]
         lines.append(line)
     headers = ["method", f"{here[0].name} [µs]"]
     for machine in here[1:]:
         headers += [f"{machine.name} [µs]", f"over {here[0].name}"]
-    shown = dict(ordered[:most])
     parts = [f"## {plain(vehicle)}, medians on {plain(demands)} demands\n", table(headers, lines)]
+    parts += left_out(len(by_label) - len(kept))
+    absent = [plain(machine.name) for machine in having if machine not in here]
+    parts += [f"Not asked on {', '.join(absent)}.\n"] if absent else []
     parts += [f"{plain(f'No ratio for {name}: {reason}.')}\n" for name, reason in why.items() if reason]
     for i, machine in enumerate(here[1:], start=1):
-        if pairs := [] if why[machine.name] else swapped(shown, 0, i):
+        if pairs := [] if why[machine.name] else swapped(kept, 0, i):
             said = "; ".join(f"{a} before {b}" for a, b in pairs[:MOST])
             more = f"; and {len(pairs) - MOST} pairs more" if len(pairs) > MOST else ""
             order = f"In another order on {here[0].name} than on {machine.name}: {said}{more}."
@@ -135,5 +180,12 @@ def _facts(machines: Sequence[NamedRun]) -> str:
     return table(("what", *(machine.name for machine in machines)), rows)
 
 
-def _times(rows: Sequence[object]) -> list[float]:
-    return [time for row in rows if (time := getattr(row, "call_p50_us", None)) is not None]
+def _times(rows: Sequence[Row | None]) -> list[float]:
+    return [time for row in rows if row is not None and (time := row.call_p50_us) is not None]
+
+
+def _time(row: Row | None) -> str:
+    """The median, or why there is none."""
+    if row is None:
+        return ""
+    return f"{row.status}: {row.reason}" if row.failed else three(row.call_p50_us)

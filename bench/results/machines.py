@@ -14,7 +14,7 @@ from bench.results.columns import Row
 from bench.results.cycles import Cpi, assumed
 from bench.results.emulated import rows
 from bench.results.fit import Loop
-from bench.results.ranking import best
+from bench.results.ranking import best, own_without_time
 from bench.results.rows import Run, read_run
 from bench.results.size import Size, ordered, worst
 from bench.results.sizing import sizes
@@ -98,9 +98,16 @@ def incomparable(a: Run, b: Run, vehicle: str, demands: str) -> str:
 
 
 def medians(machines: Sequence[NamedRun], vehicle: str, demands: str) -> dict[str, list[Row | None]]:
-    """One row a machine by method, start and level: those that represent a method on any of the machines."""
+    """One row a machine by method, start and level: those that represent a method on any of the machines.
+
+    A row without a time is there for the user's own methods alone.
+    """
     shown = [row.label for m in machines for row in best(m.run, vehicle, demands)]
-    measured = [{row.label: row for row in m.run.of(vehicle, demands) if not row.failed} for m in machines]
+    shown += [row.label for m in machines for row in own_without_time(m.run, vehicle, demands)]
+    measured = [
+        {row.label: row for row in m.run.of(vehicle, demands) if not row.failed or row.described.plugin}
+        for m in machines
+    ]
     return {label: [by_label.get(label) for by_label in measured] for label in dict.fromkeys(shown)}
 
 
@@ -163,6 +170,12 @@ def on_all(sized: Mapping[str, Sequence[Size]]) -> list[Size]:
     }
     whole = [there for (vehicle, _), there in by_name.items() if there.keys() == asked[vehicle]]
     return ordered([worst(there) for there in whole])
+
+
+def measured_in_part(sized: Mapping[str, Sequence[Size]]) -> dict[str, int]:
+    """How many methods ``on_all`` leaves out, by vehicle: not every machine that has it measured them."""
+    known = {(size.vehicle, size.method) for own in sized.values() for size in own}
+    return Counter(vehicle for vehicle, _ in known - {(s.vehicle, s.method) for s in on_all(sized)})
 
 
 def _before(one: tuple[float | None, float | None], other: tuple[float | None, float | None]) -> bool:

@@ -150,6 +150,11 @@ def worth_considering(rows: Sequence[Row], taken: str = "") -> list[Row]:
     return [row for row in everyone if row in chosen or row.described.plugin or row.method == taken]
 
 
+def own_without_time(run: Run, vehicle: str, demands: str) -> list[Row]:
+    """Rows of the user's own methods that could not be measured there: each has its line, with the reason."""
+    return [row for row in run.of(vehicle, demands) if row.described.plugin and row.failed]
+
+
 def _known(row: Row) -> list[float]:
     lost = largest_loss(row)
     return [] if lost is None else [max(lost, WRENCH_TOLERANCE)]

@@ -74,6 +74,8 @@ function update() {
   by("verdict").textContent = verdict(ranked.filter(wanted), state.vehicle, loop, where);
   const kind = state.formulation ? data.formulations[state.formulation] : "any";
   by("asked").textContent = `A call may take ${three(loop.limit)} µs, ${percent(loop.limit / loop.period)} of the period. Answers: ${kind}${state.exact ? ", exact ones only" : ""}; demands: ${state.demands || "all kinds"}${data.frames[state.vehicle] ? `, in ${data.frames[state.vehicle]}` : ""}.`;
+  const inPart = new Set(sizes.flat().map((size) => size.method)).size - new Set(every.map((size) => size.method)).size;
+  by("in-part").textContent = inPart ? `${inPart} ${inPart === 1 ? "method is" : "methods are"} left out, not measured on every machine: choose one machine to see its own.` : "";
   by("sure").replaceChildren(...machines.map((machine) => element("li", `${machine.name} ${machine.sure}`)));
   shown = ranked.filter(wanted).filter((size) => matches(size, state.filter));
   table(by("table"), columns(machines, loop), shown);

@@ -4,10 +4,18 @@ from alloc.formulations import find_formulation
 from bench.report.readme import lost, not_counted, served
 from bench.report.verdict import loop_of
 from bench.results.columns import Row
-from bench.results.ranking import best, complete, exact, optimal, right, worth_considering
+from bench.results.ranking import (
+    best,
+    complete,
+    exact,
+    optimal,
+    own_without_time,
+    right,
+    worth_considering,
+)
 from bench.results.rows import Run
 from bench.results.sizing import sizes
-from bench.results.text import plain, table, three
+from bench.results.text import counted, plain, table, three
 
 HEADERS = ("method", "answers", "median [µs]", "p99.9 [µs]", "wrench lost, worst", "served", "memory [MB]")
 
@@ -18,10 +26,13 @@ def section(run: Run, drawn: frozenset[str]) -> str:
     first = {size.vehicle: size.method for size in reversed(sizes(run, loop_of(run)))}
     for vehicle in run.vehicles:
         for demands in run.leading(vehicle):
-            rows = worth_considering(best(run, vehicle, demands), first.get(vehicle, ""))
-            lines = [*(_line(run, row) for row in rows), *_not_measured(run, vehicle, demands)]
+            measured = best(run, vehicle, demands)
+            rows = worth_considering(measured, first.get(vehicle, ""))
+            gone = own_without_time(run, vehicle, demands)
+            lines = [*(_line(run, row) for row in rows), *map(_not_measured, gone)]
             if lines:
                 parts += [f"### {plain(vehicle)}, {plain(demands)} demands\n", table(HEADERS, lines)]
+                parts += left_out(len(measured) - len(rows))
         if capability := run.capability(vehicle):
             parts += [f"{plain(line)}.\n" for line in not_counted(capability)]
     if not parts:
@@ -47,10 +58,13 @@ def answers(row: Row) -> str:
     return f"near {title}" if complete(row) else f"aims at {title}, misses some that can be met"
 
 
-def _not_measured(run: Run, vehicle: str, demands: str) -> list[list[str]]:
-    """A line for each method of the user's own that has no time on the demand set, with the reason."""
-    failed = [row for row in run.of(vehicle, demands) if row.described.plugin and row.failed]
-    return [[row.label, f"{row.status}: {row.reason}", *[""] * (len(HEADERS) - 2)] for row in failed]
+def left_out(n: int) -> list[str]:
+    """A line below a table of report.md that lacks ``n`` methods; none where it has all."""
+    return [f"Not shown: {counted(n, 'method')}, in `details.md`.\n"] if n else []
+
+
+def _not_measured(row: Row) -> list[str]:
+    return [row.label, f"{row.status}: {row.reason}", *[""] * (len(HEADERS) - 2)]
 
 
 def _line(run: Run, row: Row) -> list[str]:

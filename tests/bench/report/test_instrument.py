@@ -263,6 +263,20 @@ def test_on_several_machines_the_page_ranks_as_size_does(
     assert opened.inner_text("#verdict") == text.splitlines()[0]
 
 
+def test_on_several_machines_the_page_says_how_many_methods_not_all_of_them_measured(
+    tmp_path: Path, opened: Any
+) -> None:
+    for name, methods in (("a", ("m",)), ("b", ("m", "mine", "other"))):
+        (tmp_path / name).mkdir()
+        cells = [made_up.exact_cell("ukwial", method, 1.0) for method in methods]
+        made_up.record(tmp_path / name, made_up.header(), made_up.problem("ukwial"), *cells)
+    for choice, said in (("", "2 methods are left out, not measured on every machine"), ("machines=1", "")):
+        open_report(opened, tmp_path / "a", tmp_path / "b", choice=choice)
+        text = opened.text_content("#in-part")
+        assert text.startswith(said)
+        assert bool(text) == bool(said)
+
+
 def test_an_emulated_processor_is_sized_at_the_clock_that_is_given(runs: list[Path], opened: Any) -> None:
     """150 instructions of at most 4 cycles at 6 MHz take 100 µs: 1 % of 10 ms, and 10 % of 1 ms."""
     for rate, verdict in ((100, "fits"), (1000, "fits"), (1001, "may fit")):
