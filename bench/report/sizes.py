@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from itertools import groupby
 
-from bench.report.verdict import sure, verdicts
+from bench.report.verdict import rate_of, sure, verdicts, whose_rate
 from bench.results.fit import Fit, Loop
 from bench.results.machines import NamedRun, on_all
 from bench.results.rows import Run
@@ -42,7 +42,9 @@ def page(
     where = " on every machine that has it" if several else ""
     chosen = list if every else best_of_each
     together = chosen(on_all(sized) if several else list(next(iter(sized.values()))))
-    parts = ["\n".join(verdicts(together, loop, where)) + "\n"]
+    runs = [machine.run for machine in machines]
+    whose = whose_rate(*runs) if loop.rate_hz == rate_of(*runs) else []
+    parts = ["\n".join([*verdicts(together, loop, where), *whose]) + "\n"]
     parts += [f"{machine.name} was {sure(machine.run)}\n" for machine in machines]
     if transfer:
         parts.append(

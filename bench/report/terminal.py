@@ -16,7 +16,7 @@ from alloc.formulations import Family
 from bench.record.machine import machine_name
 from bench.report.readme import not_counted, served_share
 from bench.report.sections.moving import of, sequences, title
-from bench.report.verdict import cut_logs, loop_of, sure, verdicts
+from bench.report.verdict import cut_logs, loop_of, sure, verdicts, whose_rate
 from bench.results.columns import Row
 from bench.results.ranking import largest_miss
 from bench.results.repeats import most
@@ -71,7 +71,7 @@ def show(directory: Path, console: Console) -> bool:
     loop = loop_of(run)
     sized = sizes(run, loop)
     first = [size for size in best_of_each(sized) if size.vehicle in run.vehicles]
-    for line in [*verdicts(first, loop), ""]:
+    for line in [*verdicts(first, loop), *whose_rate(run), ""]:
         say(line)
     usefulness = {label: i for i, label in enumerate(of_all_vehicles(sized))}
     absent = {row.method: row.reason for row in run.rows if row.status == "missing"}

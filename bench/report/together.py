@@ -6,7 +6,7 @@ from itertools import groupby
 from bench.record.machine import machine_name
 from bench.report.page import MORE
 from bench.report.sections.worth import left_out
-from bench.report.verdict import loop_of, sure, verdicts
+from bench.report.verdict import loop_of, sure, verdicts, whose_rate
 from bench.results.columns import Row
 from bench.results.emulated import IN_WORDS, shown_scalar
 from bench.results.emulated import rows as emulated_rows
@@ -65,7 +65,7 @@ def _opening(timed: Sequence[NamedRun], whole: Sequence[Size], in_part: Mapping[
         for vehicle in _vehicles(timed)
         if in_part.get(vehicle)
     ]
-    said = "\n".join(f"- {plain(sentence)}" for sentence in lines) + "\n"
+    said = "\n".join(f"- {plain(sentence)}" for sentence in [*lines, *whose_rate(*runs)]) + "\n"
     trust = "\n".join(f"- {plain(machine.name)} was {plain(sure(machine.run))}" for machine in timed)
     return [said, f"How sure:\n\n{trust}\n"]
 

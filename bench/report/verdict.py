@@ -29,8 +29,24 @@ def loop_of(*runs: Run) -> Loop:
 
 def rate_of(*runs: Run) -> float | None:
     """The rate of the log that a user brought [Hz], the fastest of several; None without one."""
-    rates = [p.rate_hz for run in runs for p in run.record.problems if p.given and p.rate_hz]
-    return float(f"{max(rates):.6g}") if rates else None  # times are rounded: 50 Hz, not 50.00000001
+    return max((rate for *_, rate in _rates(runs)), default=None)
+
+
+def whose_rate(*runs: Run) -> list[str]:
+    """A sentence on the log whose rate is taken, where others have another; else none."""
+    rates, taken = _rates(runs), rate_of(*runs)
+    fastest = [f"{log} of {vehicle}" for log, vehicle, rate in rates if rate == taken]
+    slower = [f"{log} of {vehicle} has {rate:g} Hz" for log, vehicle, rate in rates if rate != taken]
+    if not slower:
+        return []
+    return [f"The rate is that of the fastest log, {fastest[0]}, for every vehicle; {', '.join(slower)}."]
+
+
+def _rates(runs: Sequence[Run]) -> list[tuple[str, str, float]]:
+    """Log, vehicle and rate [Hz] of each log with a rate that a user brought, sorted."""
+    problems = [p for run in runs for p in run.record.problems if p.given]
+    # Times are rounded: 50 Hz, not 50.00000001.
+    return sorted({(p.demands, p.vehicle, float(f"{p.rate_hz:.6g}")) for p in problems if p.rate_hz})
 
 
 def verdicts(sized: Sequence[Size], loop: Loop, where: str = "") -> list[str]:

@@ -2,7 +2,7 @@
 
 from bench.record.machine import machine_name
 from bench.report.pictures import picture
-from bench.report.verdict import cut_logs, loop_of, sure, usual
+from bench.report.verdict import cut_logs, loop_of, sure, usual, whose_rate
 from bench.results.rows import Run
 from bench.results.text import plain
 
@@ -16,7 +16,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
     cut = "".join(f" {sentence}" for sentence in cut_logs(run, plain))
     return "\n".join(
         [
-            "\n".join(f"- {plain(sentence)}" for sentence in said) + "\n",
+            "\n".join(f"- {plain(sentence)}" for sentence in [*said, *whose_rate(run)]) + "\n",
             f"How sure: {plain(name)} was {plain(sure(run))} Another rate than {loop_of(run).rate_hz:g} Hz:"
             f" `thrustbench size DIR --rate HZ`.{cut}\n",
             picture("overview.svg", "what a call costs, and what is lost without limits", drawn),

@@ -8,9 +8,9 @@ from click.testing import CliRunner
 from msgspec.structs import replace
 
 from bench.__main__ import cli
-from bench.record import Cell, Judged, Method, Problem, Quiet
+from bench.record import Cell, Judged, Key, Method, Problem, Quiet
 from bench.report import together
-from bench.report.verdict import rate_of, sure, usual, verdicts
+from bench.report.verdict import rate_of, sure, usual, verdicts, whose_rate
 from bench.results.fit import Loop
 from bench.results.machines import read_machines
 from bench.results.rows import read_run
@@ -270,6 +270,22 @@ def test_a_report_of_several_machines_opens_at_the_rate_of_the_log_that_both_wer
         made_up.record(tmp_path / name, header, asked, steady("nullspace", 2, exact=True))
     both = read_machines([tmp_path / "fast", tmp_path / "slow"])
     assert "- ukwial at 50 Hz on every machine that has it: take nullspace" in together.page(both)
+
+
+def test_where_logs_have_several_rates_it_is_said_whose_is_taken(tmp_path: Path) -> None:
+    """A vehicle whose log has 25 Hz stood at 50 Hz, and nothing said why."""
+    folders = []
+    for vehicle, name, rate_hz in (("ukwial", "hot", 25.0), ("rov", "dive", 50.0)):
+        (tmp_path / vehicle).mkdir()
+        asked = replace(made_up.problem(vehicle), demands=name, rate_hz=rate_hz, given=True)
+        cell = replace(made_up.exact_cell(vehicle, "nullspace", 2.0), key=Key(vehicle, name, "nullspace"))
+        folders.append(made_up.record(tmp_path / vehicle, made_up.header(), asked, cell))
+        assert whose_rate(read_run(folders[-1])) == []
+    said = "The rate is that of the fastest log, dive of rov, for every vehicle; hot of ukwial has 25 Hz."
+    assert said in together.page(read_machines(folders))
+    asked_of_size = CliRunner().invoke(cli, ["size", *map(str, folders)]).output
+    assert said in asked_of_size
+    assert said not in CliRunner().invoke(cli, ["size", *map(str, folders), "--rate", "30"]).output
 
 
 def test_a_report_of_several_machines_has_the_rows_of_all_and_ratios(
