@@ -79,6 +79,18 @@ def test_a_method_that_delivers_less_than_clip_is_there_with_the_number(tmp_path
     assert lines["clip@native"][-1] == ""
 
 
+def test_what_is_below_clip_is_the_difference_of_what_both_deliver_and_is_called_so(tmp_path: Path) -> None:
+    """The worst demands of the two are not the same one, so no demand need lose so much more."""
+    cells = [asked("clip", "active", 0.1, most=0.479), asked("shrink", "active", 0.1, most=0.589)]
+    header, lines = table(tmp_path, *cells)
+    at = header.index("delivered, all") - 2
+    delivered = [float(lines[f"{name}@native"][at].removesuffix(" %")) for name in ("clip", "shrink")]
+    below = float(lines["shrink@native"][-1].removesuffix(" %"))
+    assert abs(below - (delivered[0] - delivered[1])) < 0.1  # of numbers with three digits
+    said = " ".join(section(read_run(tmp_path), frozenset()).split())
+    assert "each method's worst may be another demand" in said
+
+
 def test_a_method_that_gives_no_thrusts_beyond_the_limits_refuses(tmp_path: Path) -> None:
     refused = replace(
         asked("nullspace", "infeasible", 0.1),
