@@ -1,6 +1,6 @@
 """Labels beside points that overlap no other label, no point, and not the frame."""
 
-from math import cos, hypot, pi, sin
+from math import cos, pi, sin
 from typing import NamedTuple
 
 from matplotlib.axes import Axes
@@ -32,12 +32,14 @@ class Box(NamedTuple):
 
 
 POINT = 4.0
-"""Half the width of a point's box [px at 72 dpi, as SVG has it]."""
+"""Half the width of a point's box [px at 72 dpi, as SVG has it]; of a mark that is larger, it is given."""
 CANDIDATES = [(radius, turn * pi / 8) for radius in (9, 16, 24, 34, 46, 60, 76) for turn in range(16)]
 """Places to try, nearest first: distance from the point [px] and direction."""
 
 
-def label_points(axes: Axes, points: list[tuple[float, float, str]], size: float = 7.5) -> None:
+def label_points(
+    axes: Axes, points: list[tuple[float, float, str]], size: float = 7.5, mark: float = POINT
+) -> None:
     """Write each (x, y, text) near its point, with a thin line where it stands away.
 
     Labels take the nearest free place in the given order; a label without a free place is left out. A point
@@ -50,7 +52,7 @@ def label_points(axes: Axes, points: list[tuple[float, float, str]], size: float
     frame = axes.get_window_extent()
     inside = Box(frame.x0, frame.y0, frame.x1, frame.y1)
     at = [tuple(axes.transData.transform((x, y))) for x, y, _ in points]
-    taken = [Box(x - POINT, y - POINT, x + POINT, y + POINT) for x, y in at]
+    taken = [Box(x - mark, y - mark, x + mark, y + mark) for x, y in at]
     for (x, y), (_, _, text) in zip(at, points, strict=True):
         if not text:
             continue
@@ -65,7 +67,8 @@ def label_points(axes: Axes, points: list[tuple[float, float, str]], size: float
             box = Box(cx - width / 2, cy - height / 2, cx + width / 2, cy + height / 2)
             if _within(box, inside) and not any(box.meets(other) for other in taken):
                 taken.append(box)
-                _write(axes, (x, y), (cx, cy), text, size, line=hypot(cx - x, cy - y) > width / 2 + 14)
+                line = mark if radius > CANDIDATES[0][0] + mark else None
+                _write(axes, (x, y), (cx, cy), text, size, line)
                 break
 
 
@@ -74,15 +77,24 @@ def _within(box: Box, frame: Box) -> bool:
 
 
 def _write(
-    axes: Axes, point: tuple[float, float], centre: tuple[float, float], text: str, size: float, line: bool
+    axes: Axes,
+    point: tuple[float, float],
+    centre: tuple[float, float],
+    text: str,
+    size: float,
+    line: float | None,
 ) -> None:
-    arrow = {"arrowstyle": "-", "color": GREY, "linewidth": 0.5, "shrinkA": 0, "shrinkB": 3}
+    """A label, with a line to the edge of a mark of half this width; a pixel is a point.
+
+    Points stay where they are when a picture is saved at another resolution.
+    """
+    arrow = {"arrowstyle": "-", "color": GREY, "linewidth": 0.5, "shrinkA": 0, "shrinkB": (line or 0) - 1}
     axes.annotate(
         text,
         point,
         centre,
-        xycoords="figure pixels",
-        textcoords="figure pixels",
+        xycoords="figure points",
+        textcoords="figure points",
         fontsize=size,
         ha="center",
         va="center",

@@ -13,12 +13,18 @@ from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.vehicle.frame import TURN, described
 from alloc.vehicle.poses import Mounting
-from bench.report.pictures.style import BLUE, FAINT, GREY, INK, PAPER, VERMILION
+from bench.report.pictures.labels import label_points
+from bench.report.pictures.style import BLUE, FAINT, GREY, INK, PAPER, VERMILION, lacking_letters
 
 LONG_ARROW = 0.28
 """Length of an arrow in the plane of the page, over the vehicle's largest extent."""
 STRAIGHT = 0.15
 """A direction whose part in the plane is shorter than this points out of the page or into it."""
+
+MARK = 8.0
+"""Half the width of a thruster's circle [px at 72 dpi]: names stand beside it."""
+ALONG = (0.25, 0.5, 0.75, 1.0)
+"""Places on an arrow, over its length, that names leave free, as wide as a circle."""
 
 
 class View(NamedTuple):
@@ -73,12 +79,9 @@ def sketch(vehicle: Vehicle, poses: Mounting) -> Figure:
     seen = views(vehicle.frame)
     for axes, view in zip((grid[0, 0], grid[0, 1], grid[1, 0]), seen, strict=True):
         _draw(axes, view, drawn, standing.tolist(), extent)
-    offset = {"xytext": (0, -13), "textcoords": "offset points"}
-    for i, point in zip(standing.tolist(), _seen(seen[0], drawn.positions), strict=True):
-        name = vehicle.names[i] if vehicle.names else ""
-        grid[0, 0].annotate(name, tuple(point), ha="center", va="top", fontsize=6.5, color=GREY, **offset)
     _listing(grid[1, 1], vehicle, poses)
     figure.suptitle(f"{vehicle.name}: arrows show which way positive thrust pushes the vehicle", fontsize=10)
+    _name(grid[0, 0], seen[0], drawn, [vehicle.names[i] for i in standing if vehicle.names], extent)
     return figure
 
 
@@ -101,6 +104,15 @@ def _draw(axes: Axes, view: View, poses: Mounting, thrusters: list[int], extent:
         axes.text(point[0], point[1], text, ha="center", va="center", fontsize=size, zorder=4)
     axes.plot(*_seen(view, poses.center[None])[0], "P", color=VERMILION, markersize=7, zorder=4)
     _frame(axes, view, points, extent)
+
+
+def _name(axes: Axes, view: View, poses: Mounting, names: list[str], extent: float) -> None:
+    """Names beside the thrusters, where they cover neither each other nor circles and arrows."""
+    points, arrows = _seen(view, poses.positions), LONG_ARROW * extent * _seen(view, poses.directions)
+    along = [point + share * arrow for point, arrow in zip(points, arrows, strict=True) for share in ALONG]
+    named = [(x, y, name) for (x, y), name in zip(points, names, strict=False)]
+    with lacking_letters():
+        label_points(axes, [*named, *((x, y, "") for x, y in along)], 6.5, MARK)
 
 
 def _frame(axes: Axes, view: View, points: FloatArray, extent: float) -> None:

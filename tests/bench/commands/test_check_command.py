@@ -1,6 +1,8 @@
 """``thrustbench check`` draws the vehicle: where, in which form, and what the arrows say."""
 
 import json
+from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 
 import matplotlib as mpl
@@ -9,6 +11,7 @@ import pytest
 from click.testing import CliRunner, Result
 from matplotlib.figure import Figure
 from matplotlib.text import Annotation, Text
+from matplotlib.transforms import Bbox
 
 from alloc import load_vehicle
 from alloc.lint.probe import probes
@@ -18,7 +21,7 @@ from alloc.vehicle.poses import Mounting, poses
 from alloc.vehicle.read import find_file, read_document
 from bench.__main__ import cli
 from bench.report.pictures.probe import sheet
-from bench.report.pictures.sketch import sketch
+from bench.report.pictures.sketch import LONG_ARROW, sketch
 from bench.report.pictures.style import SETTINGS
 from tests.alloc.vehicle.test_columns import TIBURON
 
@@ -136,6 +139,27 @@ def test_the_same_vehicle_looks_the_same_in_either_frame_and_the_axes_name_their
     assert ahead.get_xlabel() == f"starboard  ←  {side[1]} [m]  →  port"
     assert starboard.get_ylabel() == f"down  ←  {side[2]} [m]  →  up"
     assert any(f"frame {frame}: x ahead" in text for text in words(figure))
+
+
+def test_names_of_thrusters_cover_neither_each_other_nor_a_circle_nor_an_arrow_s_tip() -> None:
+    vehicle = replace(
+        load_vehicle("ukwial"), names=("bow tunnel", "lift bow", "lift aft port", "lift aft stbd")
+    )
+    # Two pairs, a tenth of the extent apart: one behind, one beside the other.
+    positions = np.array([[0.5, 0, 0], [0.4, 0, 0], [-0.5, -0.05, 0], [-0.5, 0.05, 0]])
+    directions = np.eye(3)[[1, 2, 2, 2]]
+    with mpl.rc_context(SETTINGS):
+        figure = sketch(vehicle, Mounting(positions, directions, np.zeros(3), True, np.ones(4, dtype=bool)))
+    above = figure.axes[0]
+    named = [text for text in above.texts if text.get_text() in vehicle.names]
+    assert sorted(text.get_text() for text in named) == sorted(vehicle.names)
+    boxes = [Text.get_window_extent(text) for text in named]
+    assert not any(a.overlaps(b) for a, b in combinations(boxes, 2))
+    tip = positions[0] + LONG_ARROW * directions[0]
+    for x, y, _ in (*positions, tip):
+        px, py = above.transData.transform((y, x))
+        circle = Bbox([(px - 7, py - 7), (px + 7, py + 7)])
+        assert not any(box.overlaps(circle) for box in boxes)
 
 
 def test_a_thruster_that_no_line_of_thrust_makes_is_listed_and_not_drawn() -> None:
