@@ -105,8 +105,9 @@ def largest_miss(rows: Sequence[Row]) -> float | None:
 
 
 def telling(rows: Sequence[Row], most: int) -> list[Row]:
-    """So many of one vehicle's rows, fastest first: the front, then of each family in turns."""
-    chosen = on_front(rows)[:most]
+    """So many of one vehicle's rows, fastest first: the user's, the front, then of each family in turns."""
+    own = [row for row in rows if row.described.plugin]
+    chosen = [*own, *(row for row in on_front(rows) if row not in own)][:most]
     queues: dict[str, list[Row]] = {}
     for row in rows:
         if row not in chosen:

@@ -2,7 +2,7 @@
 
 from matplotlib.figure import Figure
 
-from bench.report.pictures.style import brief, colour, legend, time_axis
+from bench.report.pictures.style import brief, colour, headed, legend, time_axis
 from bench.results.ranking import best, telling
 from bench.results.rows import Run
 
@@ -13,7 +13,8 @@ MOST = 12
 def draw(run: Run, vehicle: str) -> Figure | None:
     """Median of each method as a dot, a thick whisker to p99.9, a thin one to the slowest call."""
     demands = run.sets(vehicle)[0]
-    rows = telling(best(run, vehicle, demands), MOST)[::-1]
+    every = best(run, vehicle, demands)
+    rows = telling(every, MOST)[::-1]
     if not rows:
         return None
     figure = Figure((7.5, 1.5 + 0.2 * len(rows)))
@@ -32,11 +33,11 @@ def draw(run: Run, vehicle: str) -> Figure | None:
     time_axis(
         axes.xaxis,
         f"one call: median on {brief(demands)} demands (dot),"
-        " on all sets p99.9 (thick line) and slowest (bar)",
+        "\non all sets p99.9 (thick line) and slowest (bar)",
     )
     axes.set_yticks(range(len(rows)), [brief(row.label) for row in rows])
     axes.set_ylim(-0.7, len(rows) - 0.3)
     axes.grid(axis="y", visible=False)
-    axes.set_title(brief(vehicle, 90))
+    axes.set_title(headed(vehicle, len(rows), len(every)))
     legend(figure, rows)
     return figure

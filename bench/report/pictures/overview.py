@@ -8,8 +8,7 @@ from alloc.formulations import Family
 from bench.report.pictures.style import BLUE, BROWN, FAMILIES, GREY, INK, brief, time_axis
 from bench.report.readme import served_share
 from bench.results.columns import Row
-from bench.results.ranking import best, largest_loss, representatives
-from bench.results.repeats import most
+from bench.results.ranking import best, largest_miss, representatives
 from bench.results.rows import Run
 
 CLOSED, EXACT = FAMILIES[Family.CLOSED_FORM], FAMILIES[Family.EXACT]
@@ -41,7 +40,9 @@ def draw_run(run: Run) -> Figure | None:
     right.set_title("What leaving them out costs")
     right.set_xlim(0, 100)
     right.xaxis.set_major_formatter(lambda value, _: f"{value:g} %")
-    right.set_xlabel("not served within 1 % (bar), worst wrench missing (line)", fontsize=8)
+    right.set_xlabel(
+        "not served within 1 % (bar)\nlargest share missing of a wrench that can be met (line)", fontsize=8
+    )
     left.set_yticks(range(len(rows)), map(brief, rows))
     left.set_ylim(-0.6, len(rows) - 0.4)
     shown = [way for way in WAYS if any(way in ways for ways in rows.values())]
@@ -66,7 +67,6 @@ def _losses(axes: Axes, y: int, run: Run, vehicle: str, ways: dict[str, Row]) ->
     served = served_share(run, vehicle, closed) if closed else None
     if served is not None:
         axes.barh([y], [100 * (1 - served)], height=0.55, color=CLOSED, alpha=0.6)
-    alike = [row for name in run.leading(vehicle) for row in run.of(vehicle, name) if not row.failed]
-    lost = most(largest_loss(row) for row in alike if closed and row.label == closed.label)
-    if lost is not None:
-        axes.plot([100 * lost, 100 * lost], [y - 0.38, y + 0.38], color=INK, linewidth=1.8)
+    missed = largest_miss([row for row in run.of(vehicle) if closed and row.label == closed.label])
+    if missed is not None:
+        axes.plot([100 * missed, 100 * missed], [y - 0.38, y + 0.38], color=INK, linewidth=1.8)

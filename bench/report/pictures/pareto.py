@@ -4,7 +4,7 @@ from matplotlib.figure import Figure
 
 from alloc.allocation import WRENCH_TOLERANCE
 from bench.report.pictures.labels import label_points
-from bench.report.pictures.style import FAINT, brief, colour, legend, share_axis, time_axis
+from bench.report.pictures.style import FAINT, colour, headed, legend, share_axis, time_axis
 from bench.results.ranking import best, front, largest_loss, telling
 from bench.results.rows import Run
 
@@ -17,9 +17,10 @@ MOST = 12
 def draw(run: Run, vehicle: str) -> Figure | None:
     """Worst share of the wrench lost over median time; the line joins the Pareto front."""
     demands = run.sets(vehicle)[0]
+    every = best(run, vehicle, demands)
     points = [
         (time, max(error, FLOOR), row)
-        for row in telling(best(run, vehicle, demands), MOST)
+        for row in telling(every, MOST)
         if (time := row.call_p50_us) and (error := largest_loss(row)) is not None
     ]
     if not points:
@@ -34,7 +35,7 @@ def draw(run: Run, vehicle: str) -> Figure | None:
         axes.plot([time], [error], "o", color=colour(row), markersize=5)
     time_axis(axes.xaxis, "one call, median")
     share_axis(axes.yaxis, "largest share of a demand's wrench that is lost", floor=FLOOR)
-    axes.set_title(brief(f"{vehicle}, {demands} demands", 90))
+    axes.set_title(headed(f"{vehicle}, {demands} demands", len(points), len(every)))
     legend(figure, [row for *_, row in points])
     on_front = set(kept)
     # Points of the front come first, so their labels get the best places.

@@ -4,7 +4,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator
 
-from bench.report.pictures.style import BLUE, GREEN, INK, PAPER, VERMILION, brief
+from bench.report.pictures.style import BLUE, GREEN, INK, PAPER, VERMILION, brief, headed
 from bench.results.ranking import best, telling
 from bench.results.rows import Run
 
@@ -22,7 +22,8 @@ def draw(run: Run, vehicle: str) -> Figure | None:
     hollow mark shows the slowest call.
     """
     shown: list[tuple[str, float, bool]] = []
-    for row in telling(best(run, vehicle, run.sets(vehicle)[0]), MOST):
+    every = best(run, vehicle, run.sets(vehicle)[0])
+    for row in telling(every, MOST):
         singles = run.singles(row)
         tail = run.tail_us(row, 0.99)
         if singles:
@@ -43,7 +44,7 @@ def draw(run: Run, vehicle: str) -> Figure | None:
     axes.set_yticks(range(len(shown)), [brief(label) for label, _, _ in shown])
     axes.set_ylim(-0.7, len(shown) - 0.3)
     axes.set_xlabel("p99 of a call (hollow: slowest of too few), share of the control period")
-    axes.set_title(brief(f"{vehicle}, all demand sets", 90))
+    axes.set_title(headed(f"{vehicle}, all demand sets", len(shown), len(every)))
     marks = [Line2D([], [], color=c, marker=m, linestyle="") for c, m in RATES_HZ.values()]
     figure.legend(marks, [f"{rate} Hz" for rate in RATES_HZ], loc="outside lower center", ncols=3)
     return figure

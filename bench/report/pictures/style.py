@@ -119,6 +119,11 @@ def brief(name: str, most: int = 32) -> str:
     return name if len(name) <= most else f"{name[: most - 1]}…"
 
 
+def headed(title: str, shown: int, of: int) -> str:
+    """The title above a picture's methods; with how many they are where it has not all of them."""
+    return brief(title, 90) + (f": {shown} of {of} methods" if shown < of else "")
+
+
 def time_axis(axis: "Axis", label: str) -> None:
     """Make a log axis of times [us], with ticks in ns to s."""
 
@@ -144,7 +149,9 @@ def share_axis(axis: "Axis", label: str, floor: float = 0.0) -> None:
 def _log_axis(axis: "Axis", label: str, tick: Callable[[float, int], str], most: int) -> None:
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-    axis.set_major_locator(LogLocator(numticks=most))
+    low, high = axis.get_view_interval()
+    between = (1.0, 2.0, 3.0, 5.0, 7.0) if high < 10 * low else (1.0,)  # else there may be no number at all
+    axis.set_major_locator(LogLocator(subs=between, numticks=most))
     axis.set_major_formatter(FuncFormatter(tick))
     axis.set_minor_formatter(NullFormatter())
     axis.set_label_text(label)

@@ -2,7 +2,7 @@
 
 from matplotlib.figure import Figure
 
-from bench.report.pictures.style import brief, looks, share_axis, time_axis
+from bench.report.pictures.style import brief, headed, looks, share_axis, time_axis
 from bench.results.quantiles import Histogram, total
 from bench.results.ranking import best, telling
 from bench.results.rows import Run
@@ -14,7 +14,8 @@ MOST = 10
 def draw(run: Run, vehicle: str) -> Figure | None:
     """A curve for each of the telling methods down to its slowest call, labelled at the right."""
     demands = run.sets(vehicle)[0]
-    rows = telling([row for row in best(run, vehicle, demands) if row.measured.singles], MOST)
+    every = best(run, vehicle, demands)
+    rows = telling([row for row in every if row.measured.singles], MOST)
     if not rows:
         return None
     figure = Figure((7.5, 4.6))
@@ -31,7 +32,7 @@ def draw(run: Run, vehicle: str) -> Figure | None:
         axes.plot(times[-1:], share[-1:], "o", color=colour, markersize=3.5)
     time_axis(axes.xaxis, "one call")
     share_axis(axes.yaxis, "calls that took at least so long (dot: the slowest)")
-    axes.set_title(brief(f"{vehicle}, {demands} demands, single calls", 90))
+    axes.set_title(headed(f"{vehicle}, {demands} demands, single calls", len(rows), len(every)))
     figure.legend(loc="outside right upper", title="by median")
     return figure
 

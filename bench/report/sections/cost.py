@@ -23,8 +23,8 @@ def section(run: Run, drawn: frozenset[str]) -> str:
     for vehicle in run.vehicles:
         parts.append(f"### {plain(vehicle)}\n")
         for kind, alt in (
-            ("cost", "median, p99.9 and slowest call of each method"),
-            ("pareto", "wrench lost over time of each method"),
+            ("cost", "median, p99.9 and slowest call by method"),
+            ("pareto", "wrench lost over time by method"),
             ("period", "share of the control period at 50, 100 and 400 Hz"),
         ):
             parts.append(picture(f"{kind}-{vehicle}.svg", f"{vehicle}: {alt}", drawn))

@@ -19,9 +19,10 @@ TEXT = """\
   as if calls were independent (*Tails* says how far that goes).
 - `inactive` demands lie where the pseudoinverse keeps within the limits; `active` ones are attainable but
   need the limits; `infeasible` ones are not attainable.
-- Pictures and the lines *exact* show each method's fastest start and level that is right everywhere, exact
+- Pictures and the lines *exact* show a method by its fastest start and level that is right everywhere, exact
   ones before others; all of them are in `results.csv`, and so are vehicles after a failure (`-f2`: thruster
-  2, counted from 0, is off), of which the report shows one line each.
+  2, counted from 0, is off), of which the report shows one line each. A picture without room for all methods
+  says so: it has yours, those that none beats in time and loss, then of each family in turns.
 """
 
 

@@ -27,7 +27,7 @@ def section(run: Run, drawn: frozenset[str]) -> str:
     for vehicle, demands in ((name, each) for name in run.vehicles for each in run.leading(name)):
         rows = [row for row in best(run, vehicle, demands) if row.measured.singles]
         if rows:
-            alt = f"{vehicle}: share of calls slower than a time, for the fastest methods"
+            alt = f"{vehicle}: share of calls slower than a time, by method"
             parts += [
                 f"### {plain(vehicle)}, {plain(demands)}\n",
                 picture(f"tails-{vehicle}.svg", alt, drawn) if demands == run.sets(vehicle)[0] else "",
