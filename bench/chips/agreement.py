@@ -65,9 +65,9 @@ def agreement(
     """Compare a kernel's answers with its twin's in Python; the twin of a solver's C is an exact method.
 
     The verdicts must be the same wherever rounding does not decide. A solver may give up in place of calling
-    a demand infeasible, and stop anywhere within its tolerance. ``as_promised`` lets a kernel of ours differ
-    by all that its twin promises, also where that is more than rounding: so far beyond limits counts as met,
-    and there two right answers differ.
+    a demand infeasible, and stop anywhere within its tolerance. ``as_promised`` is for answers that are
+    judged by equations too: thrusts of an optimum are left to these, and those of a rule may differ by all
+    that its twin promises, since so far beyond limits counts as met, and there two right answers differ.
     """
     vehicle = demands.vehicle
     given = (demands.f_min, demands.f_max) if kernel.limits == "call" else (None, None)
@@ -91,6 +91,7 @@ def agreement(
     if not kernel.solver and (other.any() or not near.all()):
         rounded = explained(kernel, demands, F, lost)
         near = apart <= tolerance * size + rounded.apart[both]
+        near |= as_promised and bool(find_formulation(twin.formulation).references)
         other &= ~(rounded.status == counted.status).any(axis=0)
     said = np.flatnonzero(np.isin(counted.status, ANSWERED))
     undelivered = misstated(
