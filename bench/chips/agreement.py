@@ -66,8 +66,8 @@ def agreement(
 
     The verdicts must be the same wherever rounding does not decide. A solver may give up in place of calling
     a demand infeasible, and stop anywhere within its tolerance. ``as_promised`` is for answers that are
-    judged by equations too: thrusts of an optimum are left to these, and those of a rule may differ by all
-    that its twin promises, since so far beyond limits counts as met, and there two right answers differ.
+    judged by equations too: thrusts of an optimum are left to these. Those of a rule may be others that miss
+    no more of the wrench, or differ by all that its twin promises, since so far beyond limits counts as met.
     """
     vehicle = demands.vehicle
     given = (demands.f_min, demands.f_max) if kernel.limits == "call" else (None, None)
@@ -92,6 +92,7 @@ def agreement(
         rounded = explained(kernel, demands, F, lost)
         near = apart <= tolerance * size + rounded.apart[both]
         near |= as_promised and bool(find_formulation(twin.formulation).references)
+        near |= as_promised & _as_good(demands, counted.F, F)[both]
         other &= ~(rounded.status == counted.status).any(axis=0)
     said = np.flatnonzero(np.isin(counted.status, ANSWERED))
     undelivered = misstated(
@@ -118,6 +119,16 @@ def agreement(
             if len(rows)
         ),
     )
+
+
+def _as_good(demands: DemandSet, made: FloatArray, F: FloatArray) -> BoolArray:
+    """Where thrusts miss no more of the wrench than those of F do, but for a hundredth."""
+    unit = demands.vehicle.wrench_scale
+    missed, least = (
+        np.linalg.norm((each @ demands.vehicle.TP.T - demands.taus) / unit, axis=1) for each in (made, F)
+    )
+    good: BoolArray = missed <= 1.01 * least
+    return good
 
 
 def _either(
