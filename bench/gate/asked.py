@@ -41,7 +41,7 @@ WIDER = "limits wider than the vehicle's"
 RESIZED, SIZES, ONE_IN = "near rest or far out", (1e-3, 10.0, 1e3), 50
 """Name of a set of mixed demands times these, one in so many: what winds up is asked for a thousandfold."""
 
-TWO_OFF, WEAKER = ((0, 1), (0, -1)), 0.4
+TWO_OFF, WEAKER = ((0, 1), (1, -1), (-2, -1)), 0.4
 """Pairs of working thrusters that are off at once, and what is left of a weaker one; asked as ``FAILED``."""
 
 FAILED_MOVING = {"inactive": 20, "infeasible": 20}

@@ -3,15 +3,19 @@
 The process loads this file by its place, as ``given``.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 Held = dict[str, Any]
 """How a form is answered: ``same``, whether with the same statuses, and how far ``apart`` thrusts lie [N], or
 what it ``raises``."""
+Pair = tuple[Any, Any]
+"""Thrusts and statuses in the usual form, and in another."""
 
 LEAST = 3.0
 """Largest entry, at least, of a demand in whole numbers: smaller ones would be none."""
+NEAR = 1e-4
+"""How far a demand moves that hardly does, relative to it."""
 
 
 def forms(
@@ -21,27 +25,27 @@ def forms(
 
     Left out is what it does not have: limits of the call, or ``many``.
     """
+    many, usual = getattr(allocate, "many", None), _singly(allocate, taus)
+    wanted: dict[str, tuple[Callable[..., Pair], tuple[Any, ...]]]
+    wanted = {name: (form, (allocate, taus)) for name, form in OF_DEMANDS.items()}
+    if (limited := _limited(allocate, taus, low, high)) is not None:
+        wanted |= {
+            name: (form, (allocate, usual, limited, taus, low, high)) for name, form in OF_LIMITS.items()
+        }
+    if many is not None:
+        wanted |= {name: (form, (allocate, many, taus)) for name, form in OF_MANY.items()}
+    if many is not None and limited is not None:
+        wanted |= {name: (form, (allocate, many, taus, low, high)) for name, form in OF_BOTH.items()}
     found: dict[str, Held] = {}
-    for name, ask in (
-        ("a list of whole numbers", _whole(allocate, taus)),
-        ("limits by name", _by_name(allocate, taus, low, high)),
-        ("many() with one row of limits", _one_row(allocate, taus, low[0], high[0])),
-        ("many() called again", _again(allocate, taus)),
-    ):
+    for name, (form, given) in wanted.items():
         try:
-            usual, other = next(ask)
-        except StopIteration:
-            continue
+            one, other = form(*given)
         except Exception as error:
             found[name] = {"raises": f"{type(error).__name__}: {error}"}
             continue
-        same = list(map(int, usual[1])) == list(map(int, other[1]))
-        found[name] = {"same": same, "apart": farthest(_array(usual[0]), _array(other[0]))}
+        same = list(map(int, one[1])) == list(map(int, other[1]))
+        found[name] = {"same": same, "apart": farthest(_array(one[0]), _array(other[0]))}
     return found
-
-
-Pair = Iterator[tuple[Any, Any]]
-"""Thrusts and statuses in the usual form, and in another; nothing where the usual one is refused."""
 
 
 def _whole(allocate: Any, taus: Any) -> Pair:
@@ -49,39 +53,101 @@ def _whole(allocate: Any, taus: Any) -> Pair:
 
     larger = np.maximum(1.0, LEAST / np.maximum(np.abs(taus).max(axis=1, keepdims=True), 1e-300))
     whole = np.rint(np.where(taus.any(axis=1, keepdims=True), larger, 0.0) * taus)
-    yield _singly(allocate, whole), _singly(allocate, whole.astype(int).tolist())
+    return _singly(allocate, whole), _singly(allocate, whole.astype(int).tolist())
 
 
-def _by_name(allocate: Any, taus: Any, low: Any, high: Any) -> Pair:
-    try:
-        usual = _singly(allocate, taus, low, high)
-    except Exception:
-        return  # it takes no limits, or fails with them, which is judged elsewhere
-    calls = zip(taus.copy(), low.copy(), high.copy(), strict=True)
-    yield usual, _columns([allocate(tau, f_min=a, f_max=b) for tau, a, b in calls])
+def _used_again(allocate: Any, taus: Any) -> Pair:
+    """An autopilot has one array, and writes each demand into it."""
+    usual, array, answers = _singly(allocate, taus), taus[0].copy(), []
+    for tau in taus:
+        array[:] = tau
+        answers.append(allocate(array))
+    return usual, _columns(answers)
 
 
-def _one_row(allocate: Any, taus: Any, low: Any, high: Any) -> Pair:
-    if (many := getattr(allocate, "many", None)) is None:
-        return
-    try:
-        usual = _columns([allocate(tau, low.copy(), high.copy()) for tau in taus.copy()])
-    except Exception:
-        return
-    yield usual, many(taus.copy(), low.copy(), high.copy())
+def _next_to(allocate: Any, taus: Any) -> Pair:
+    """A vehicle's demands hardly move from call to call; here each is another than the one before."""
+    near = (1.0 + NEAR) * taus
+    return _singly(allocate, near), _second(allocate, zip(taus), zip(near))
 
 
-def _again(allocate: Any, taus: Any) -> Pair:
-    if (many := getattr(allocate, "many", None)) is None:
-        return
+def _by_name(allocate: Any, _: Any, limited: Any, *columns: Any) -> Pair:
+    return limited, _columns([allocate(tau, f_min=low, f_max=high) for tau, low, high in _calls(*columns)])
+
+
+def _behind_none(allocate: Any, _: Any, limited: Any, *columns: Any) -> Pair:
+    return limited, _second(allocate, zip(columns[0]), _calls(*columns))
+
+
+def _before_none(allocate: Any, usual: Any, _: Any, *columns: Any) -> Pair:
+    return usual, _second(allocate, _calls(*columns), zip(columns[0]))
+
+
+def _listed(allocate: Any, many: Any, taus: Any) -> Pair:
+    return _singly(allocate, taus), many(taus.tolist())
+
+
+def _again(_: Any, many: Any, taus: Any) -> Pair:
     F, status = many(taus.copy())
     usual = F.copy(), list(status)
     many(-taus)
-    yield usual, (F, status)
+    return usual, (F, status)
+
+
+def _one_row(allocate: Any, many: Any, taus: Any, low: Any, high: Any) -> Pair:
+    alike = (side[:1].repeat(len(taus), axis=0) for side in (low, high))
+    return _singly(allocate, taus, *alike), many(taus.copy(), low[0].copy(), high[0].copy())
+
+
+def _untouched(_: Any, many: Any, *columns: Any) -> Pair:
+    """What ``many`` is given, before and after, in place of thrusts."""
+    import numpy as np
+
+    given = [each.copy() for each in columns]
+    many(*given)
+    return (np.hstack(columns), []), (np.hstack(given), [])
+
+
+OF_DEMANDS = {
+    "a list of whole numbers": _whole,
+    "an array that is used again": _used_again,
+    "a demand next to the last": _next_to,
+}
+OF_LIMITS = {
+    "limits by name": _by_name,
+    "limits behind a call without": _behind_none,
+    "no limits behind a call with": _before_none,
+}
+OF_MANY = {"many() of a list": _listed, "many() called again": _again}
+OF_BOTH: dict[str, Callable[..., Pair]] = {
+    "many() with one row of limits": _one_row,
+    "what many() is given": _untouched,
+}
+
+
+def _limited(allocate: Any, *columns: Any) -> Any:
+    """Usual calls with limits; None where it takes none, or fails with them, which is judged elsewhere."""
+    try:
+        return _singly(allocate, *columns)
+    except Exception:
+        return None
 
 
 def _singly(allocate: Any, *columns: Any) -> tuple[Any, Any]:
-    return _columns([allocate(*call) for call in zip(*(each.copy() for each in columns), strict=True)])
+    return _columns([allocate(*call) for call in _calls(*columns)])
+
+
+def _second(allocate: Any, calls: Any, others: Any) -> tuple[Any, Any]:
+    """What is answered to others, each right behind a call."""
+    answers = []
+    for call, other in zip(calls, others, strict=True):
+        allocate(*(each.copy() for each in call))
+        answers.append(allocate(*(each.copy() for each in other)))
+    return _columns(answers)
+
+
+def _calls(*columns: Any) -> Any:
+    return zip(*(each.copy() for each in columns), strict=True)
 
 
 def _columns(answers: list[Any]) -> tuple[Any, Any]:
