@@ -178,6 +178,8 @@ def explained(kernel: Kernel, demands: DemandSet, F: FloatArray, lost: float = 0
     width = (low != high) * vehicle.f_scale  # zero width stays zero width
     allocate = build(kernel.twin, vehicle)
     squares, ends, statuses = np.zeros(len(F)), np.zeros(len(F)), list[StatusArray]()
+    # An optimum answers the wrench that it makes; a rule may answer that otherwise, however exact it is.
+    optimal = bool(find_formulation(allocate.formulation).references)
     end = (1.0 - by) * np.nan_to_num(F) @ vehicle.TP.T
     for _ in range(TRIES):
         tau_signs, low_signs, high_signs = (
@@ -188,8 +190,9 @@ def explained(kernel: Kernel, demands: DemandSet, F: FloatArray, lost: float = 0
         )
         statuses.append(status)
         squares += far_off(moved, F) ** 2 / TRIES
-        moved, _ = allocate.many(end + tau_signs * vehicle.wrench_scale, low, high)
-        ends += far_off(moved, F) ** 2 / TRIES
+        if optimal:
+            moved, _ = allocate.many(end + tau_signs * vehicle.wrench_scale, low, high)
+            ends += far_off(moved, F) ** 2 / TRIES
     largest = np.sqrt((vehicle.k + 2 * vehicle.n) * squares) + np.sqrt(vehicle.k * ends)
     if doubt:  # where a demand is met in part, errors in a matrix are magnified twice (``alloc.c.cases``)
         largest += squares / (by * vehicle.f_scale)

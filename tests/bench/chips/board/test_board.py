@@ -2,6 +2,7 @@
 
 import re
 import shutil
+import struct
 import subprocess
 import time
 import zlib
@@ -307,7 +308,16 @@ def test_a_wrong_answer_is_judged_by_equations(log: bytes, tmp_path: Path) -> No
     assert any("nullspace@native on active: SOLVED, but the wrench is not met" in line for line in kept.said)
 
 
-def of_method(log: bytes, method: bytes, sets: tuple[bytes, ...], what: bytes, becomes: bytes) -> bytes:
+Becomes = bytes | Callable[[re.Match[bytes]], bytes]
+
+
+def five_less(line: re.Match[bytes]) -> bytes:
+    """A line of an answer whose first thrust is five newtons less."""
+    (thrust,) = struct.unpack(">d", bytes.fromhex(line[2].decode()))
+    return line[1] + struct.pack(">d", thrust - 5.0).hex().encode()
+
+
+def of_method(log: bytes, method: bytes, sets: tuple[bytes, ...], what: bytes, becomes: Becomes) -> bytes:
     """The log with a pattern replaced in the answers of one method to these sets, with right checksums."""
     lines, asks = opened(log), b""
     for i, line in enumerate(lines):
@@ -329,6 +339,13 @@ def of_method(log: bytes, method: bytes, sets: tuple[bytes, ...], what: bytes, b
             "makes other thrusts than Python (8 of 8 answers, first for demand 0)",
         ),
         (
+            "clip",
+            (b"active",),  # five newtons less on one thruster, of the first demand
+            rb"^(f 0 1 \d+ )(\S+)",
+            five_less,
+            "makes other thrusts than Python (1 of 8 answers, first for demand 0)",
+        ),
+        (
             "nullspace",
             (b"inactive", b"active"),
             rb"^(f \d+) 0 ",
@@ -348,7 +365,7 @@ def test_answers_that_no_equation_refuses_are_held_to_python_s(
     method: str,
     names: tuple[bytes, ...],
     what: bytes,
-    becomes: bytes,
+    becomes: Becomes,
     said: str,
     whole: bytes,
     tmp_path: Path,
