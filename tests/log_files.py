@@ -48,8 +48,10 @@ def write_bag2(
     taus: FloatArray,
     frame: str = "base_link",
     plugin: rosbag2.StoragePlugin = rosbag2.StoragePlugin.SQLITE3,
+    epoch: int = 1_700_000_000,
+    received: FloatArray | None = None,
 ) -> Path:
-    """A ROS 2 bag of WrenchStamped; times in headers are exact, those of recording are late."""
+    """A ROS 2 bag of WrenchStamped; times in headers, from ``epoch``, are exact, those of recording late."""
     store = typesys.get_typestore(typesys.Stores.ROS2_JAZZY)
     types = {
         name.rpartition("/")[2]: store.types[name]
@@ -63,18 +65,18 @@ def write_bag2(
     }
     folder = path / "recording"
     shown = taus if frame.endswith("ned") else turned(taus.T, DOF).T
-    late = np.random.default_rng(1).uniform(0, 0.2, len(t))
+    late = t + np.random.default_rng(1).uniform(0, 0.2, len(t)) if received is None else received
     with rosbag2.Writer(folder, version=9, storage_plugin=plugin) as writer:
         kind = types["WrenchStamped"].__msgtype__
         connection = writer.add_connection("/thrust/wrench", kind, typestore=store)
-        for time, tau, delay in zip(t, shown, late, strict=True):
-            stamp = types["Time"](sec=1_700_000_000 + int(time), nanosec=round(time % 1 * 1e9))
+        for time, tau, received_at in zip(t, shown, late, strict=True):
+            stamp = types["Time"](sec=epoch + int(time), nanosec=round(time % 1 * 1e9))
             vectors = [types["Vector3"](*tau[:3]), types["Vector3"](*tau[3:])]
             wrench = types["Wrench"](force=vectors[0], torque=vectors[1])
             message = types["WrenchStamped"](
                 header=types["Header"](stamp=stamp, frame_id=frame), wrench=wrench
             )
-            writer.write(connection, int((1.7e9 + time + delay) * 1e9), store.serialize_cdr(message, kind))
+            writer.write(connection, int((1.7e9 + received_at) * 1e9), store.serialize_cdr(message, kind))
     return folder
 
 

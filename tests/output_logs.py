@@ -21,7 +21,13 @@ PACKED = str.maketrans({"N": "16s", "Z": "64s", "n": "4s"})
 
 
 def write_bin(
-    path: Path, t: FloatArray, u: FloatArray, volts: FloatArray, rate: FloatArray, first_motor: int = 1
+    path: Path,
+    t: FloatArray,
+    u: FloatArray,
+    volts: FloatArray,
+    rate: FloatArray,
+    first_motor: int = 1,
+    mirrored: tuple[int, ...] = (),
 ) -> Path:
     """A dataflash log of eight outputs; motor 1 is on output ``first_motor``, the others follow."""
     packed = {0x80: "BB4s16s64s"}
@@ -40,6 +46,7 @@ def write_bin(
     place = (np.arange(8) + first_motor - 1) % 8
     for motor, output in enumerate(place):
         put(64, 1, f"SERVO{output + 1}_FUNCTION".encode(), 33.0 + motor, 0.0)
+        put(64, 1, f"MOT_{motor + 1}_DIRECTION".encode(), -1.0 if motor + 1 in mirrored else 1.0, 0.0)
     for time, row, volt, asked in zip(t, u, volts, rate, strict=True):
         stamp = 1_000_000 + round(time * 1e6)
         wire = np.empty(8, dtype=int)

@@ -125,7 +125,9 @@ def command(
     good = show(directory, console)
     tell(console, f"Report: {render(directory)}")
     if interrupted:
-        console.print("Interrupted; `--resume` goes on where it stopped.", highlight=False)
+        console.print(
+            "Interrupted; the same command with `--resume` goes on where it stopped.", highlight=False
+        )
         return 130
     return 0 if good else 1
 

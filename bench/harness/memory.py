@@ -28,7 +28,8 @@ def reachable_bytes(thing: object) -> int:
             continue
         seen.add(id(held))
         if isinstance(held, FunctionType):
-            todo += [cell.cell_contents for cell in held.__closure__ or ()]
+            # A cell of a name that nothing was ever given is empty, and has no contents to ask for.
+            todo += gc.get_referents(*(held.__closure__ or ()))
             continue
         total += sys.getsizeof(held)
         if isinstance(held, np.ndarray):

@@ -152,4 +152,7 @@ def check_same(old: Header, new: Header, path: Path) -> None:
     for what in facts[0] | facts[1]:  # a package that was installed since is a difference too
         was, now = (header_facts.get(what) for header_facts in facts)
         if was != now:
-            raise RecordError(f"{path}: was made with {what} {was!r}, this is {now!r}; give another --out")
+            raise RecordError(
+                f"{path}: was made with {what} {was!r}, this is {now!r}; give the same"
+                " options to go on, or another --out"
+            )

@@ -26,6 +26,7 @@ OTHER = {
     *("pct", "percent", "share", "norm", "normalised", "normalized", "rel", "relative"),
     *("err", "error", "e", "std", "var", "cov", "rms", "abs", "delta", "prev", "previous"),
     *("enable", "enabled", "pwm", "joy", "joystick", "stick", "rc", "kp", "ki", "kd", "gain", "drag", "wave"),
+    *("made", "actual", "measured", "wind", "ocean", "current"),
     *(unit.lower() for unit in (*FORCE, *MOMENT)),
 }
 """Words before a DOF's name that make it another thing: its opposite, one side's, a bound, a share, or a

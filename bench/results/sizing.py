@@ -75,8 +75,7 @@ class Pool:
             return seen
         late, bound = self.late(loop.limit_us)
         fit, reason, machines = self.verdict(loop.limit_us)
-        longest = seen.max_us or seen.p999_us or seen.p50_us
-        rate = loop.highest_rate_hz(longest) if longest else None
+        rate = loop.highest_rate_hz(seen.max_us) if seen.max_us else None
         return replace(seen, fit=fit, reason=reason, late=late, bound=bound, machines=machines, rate_hz=rate)
 
     def late(self, limit_us: float) -> tuple[int, float | None]:

@@ -54,6 +54,7 @@ def _refused(row: Row, problem: Problem | None) -> tuple[float, str]:
         crossed = "limits that cross" if problem.crossed or problem.crossed_asked else ""
         # Nobody can keep those, so to refuse them is no less than to answer them. Shares are rounded.
         refused = max(0, round(refused * n) - problem.crossed_asked) / n
+        run = min(run, problem.beyond_longest) if problem.crossed_asked else run
     if problem is not None and problem.left_out and refuses(row.formulation):  # then more than was asked
         refused = problem.beyond / (problem.n_demands + problem.left_out)
         run = problem.beyond_longest

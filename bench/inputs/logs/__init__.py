@@ -26,6 +26,10 @@ TABLES = (".csv", "")
 GAP = 3.0
 """A step longer than this many median steps is a gap: at least two samples in a row are missing."""
 
+LATE = 1.0
+"""Messages that arrive later than others by up to this are put in order; a time further back is another one's
+[s]."""
+
 
 class Log(NamedTuple):
     """The wrenches in a bag or a ULog.
@@ -115,10 +119,12 @@ def read_log(
     if options.columns:
         raise DemandError(f"{path}: has no columns; --columns is for tables, leave it out")
     log: Log = module.read(path, topic)
-    t, taus = _checked(path, log, dof)
+    t, taus, left_out = _checked(path, log, dof)
     given, why = frame_of(path, options.frame, log.frame, log.why, frame)
     taus, turning = met(taus, dof, given, why, frame)
     said = f"{path.name}: {turning}{log.odd}"
+    if left_out:
+        said += f"; left out: {', '.join(left_out)}, which the vehicle does not have"
     doubt = "" if getattr(options, log.settled_by) else log.doubt
     return Demanded(t, _scaled(taus, dof, options.scale), said, doubt=doubt)
 
@@ -153,15 +159,24 @@ def _scaled(taus: FloatArray, dof: tuple[str, ...], scale: tuple[float, ...]) ->
     return taus * np.array(scale) if scale else taus
 
 
-def _checked(path: Path, log: Log, dof: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
+def _checked(path: Path, log: Log, dof: tuple[str, ...]) -> tuple[FloatArray, FloatArray, list[str]]:
+    """Times, demands on the axes of ``dof``, and the other axes that were asked for something."""
     if not len(log.t):
         raise DemandError(f"{path}: holds no demands; record the demanded wrench")
+    back = np.flatnonzero(np.diff(log.t) < -LATE)
+    if back.size:
+        before, behind = log.t[back[0] : back[0] + 2]
+        raise DemandError(
+            f"{path}: time goes back from {before:.6g} to {behind:.6g} s, as where a simulation was started"
+            " again; record each by itself, or cut it"
+        )
     order = np.argsort(log.t, kind="stable")  # messages may arrive out of order
     t, taus = log.t[order], log.taus[order]
+    left_out = [axis for axis, column in zip(DOF, taus.T, strict=True) if axis not in dof and column.any()]
     taus = taus[:, [DOF.index(axis) for axis in dof]]
     bad = np.flatnonzero(~(np.abs(taus) <= LARGEST).all(axis=1))
     if bad.size:
         raise DemandError(
             f"{path}: the wrench at t = {t[bad[0]]:.3f} s is not finite, or above {LARGEST:g}; cut it out"
         )
-    return t, taus
+    return t, taus, left_out

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError, FileError, NotInstalled
@@ -16,10 +17,14 @@ SUFFIXES = (".bag", ".db3", ".mcap", "/")
 TYPES = ("geometry_msgs/msg/Wrench", "geometry_msgs/msg/WrenchStamped")
 
 
+CALENDAR_NS = 10**18
+"""Times below this are no dates but those of a simulation: 2001 was 10^18 ns after 1970."""
+
+
 def read(path: Path, topic: str) -> Log:
     """The wrenches on a topic, all six axes; without a topic, those on the only one that has wrenches.
 
-    Times are those of the headers where every message has one, else those of recording.
+    Times are those of the headers where every message has one of its own, else those of recording.
     """
     try:
         from rosbags.highlevel import AnyReader
@@ -28,6 +33,16 @@ def read(path: Path, topic: str) -> Log:
         raise NotInstalled("reading bags needs rosbags; pip install 'thrustbench[ros]'") from None
     # A ROS 2 recording is a folder, so a file of it stands for the folder.
     bag = path.parent if path.suffix.lower() in (".db3", ".mcap") else path
+    metadata = bag / "metadata.yaml"
+    if (
+        bag != path
+        and metadata.exists()
+        and path.name not in metadata.read_text(encoding="utf-8", errors="replace")
+    ):
+        raise FileError(
+            f"{path}: is no file of the recording in its folder, by metadata.yaml; put it into one of its own"
+            " with its metadata.yaml"
+        )
     if path.is_dir() and not (path / "metadata.yaml").exists():
         raise FileError(f"{path}: not a bag, as it has no metadata.yaml; give one file, as {path}/NAME.csv")
     types = get_typestore(Stores.LATEST)
@@ -58,14 +73,22 @@ def _choose(path: Path, topics: list[str], others: list[str], topic: str) -> str
     return topic or topics[0]
 
 
+def _stamped(stamps: list[Any], received: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Times of the headers [ns], or of recording where a header has none, or all have the same.
+
+    A simulation begins at 0, which is its first message's time; elsewhere 0 is a stamp that was never set.
+    """
+    t_ns = np.array([stamp.sec * 10**9 + stamp.nanosec for stamp in stamps], dtype=np.int64)
+    unset = int(np.count_nonzero(t_ns == 0))
+    simulated = t_ns.max(initial=0) < CALENDAR_NS
+    known = len(t_ns) == len(received) and unset <= (1 if simulated else 0)
+    return t_ns if known and (len(t_ns) < 2 or np.ptp(t_ns) > 0) else received
+
+
 def _log(path: Path, messages: list[tuple[int, Any]]) -> Log:
     received = np.array([time for time, _ in messages], dtype=np.int64)
     headers = [getattr(message, "header", None) for _, message in messages]
-    t_ns = received
-    if headers and all(header is not None and header.stamp.sec > 0 for header in headers):
-        t_ns = np.array(
-            [h.stamp.sec * 10**9 + h.stamp.nanosec for h in headers if h is not None], dtype=np.int64
-        )
+    t_ns = _stamped([header.stamp for header in headers if header is not None], received)
     vectors = [getattr(message, "wrench", message) for _, message in messages]
     taus: FloatArray = np.array(
         [

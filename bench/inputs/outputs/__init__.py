@@ -127,6 +127,22 @@ def _powered(outputs: Outputs, volts: FloatArray) -> Outputs:
     )
 
 
+def mirrored(path: Path, vehicle: Vehicle, ways: Mapping[int, bool], parameters: str) -> str:
+    """A doubt where the log's ``parameters`` mirror other motors' pulses than ``esc.reversed`` does.
+
+    ``ways`` says of each thruster, counted from 0, whether its pulses are mirrored, where the log says it.
+    """
+    other = [i for i, way in ways.items() if vehicle.esc and vehicle.esc[i].reversed != way]
+    if not other:
+        return ""
+    those = ", ".join(str(i + 1) for i in other)
+    return (
+        f"{path.name}: its {parameters} and 'reversed' of the vehicle differ on motors {those} (counted from"
+        " 1), whose thrusts have the wrong sign unless a propeller makes up for it; `check --probe` says"
+        " which way each pushes"
+    )
+
+
 def motor_channels(path: Path, named: Sequence[int | None], parameters: str) -> list[int]:
     """The output of each of n motors; without any that ``parameters`` name, outputs 1 to n, counted from 0.
 

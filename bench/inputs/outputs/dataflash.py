@@ -17,7 +17,7 @@ import numpy as np
 
 from alloc import Vehicle
 from alloc.errors import DemandError, FileError, NotInstalled
-from bench.inputs.outputs import Outputs, held, motor_channels
+from bench.inputs.outputs import Outputs, held, mirrored, motor_channels
 from bench.inputs.parsers import DAMAGED, parsing
 
 SUFFIXES = (".bin",)
@@ -114,7 +114,18 @@ def _outputs(path: Path, vehicle: Vehicle, rows: dict[str, list[dict[str, Any]]]
         motors = ", ".join(map(str, beyond))
         said += f"; {vehicle.name} has none for motor {motors}: is the log of this vehicle?"
     said += _attitude(rows["ATT"])
-    return Outputs(t - t[0], u, volts, taus, shares=True, said=said, frame="frd", why="as ArduPilot has it")
+    ways = {i: functions[key] < 0 for i in range(vehicle.n) if (key := f"MOT_{i + 1}_DIRECTION") in functions}
+    return Outputs(
+        t - t[0],
+        u,
+        volts,
+        taus,
+        shares=True,
+        said=said,
+        frame="frd",
+        why="as ArduPilot has it",
+        doubt=mirrored(path, vehicle, ways, "MOT_n_DIRECTION"),
+    )
 
 
 def _attitude(rows: list[dict[str, Any]]) -> str:

@@ -9,7 +9,7 @@ from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
 from alloc.vehicle.geometry import DOF
-from bench.inputs.outputs import Outputs, held, motor_channels
+from bench.inputs.outputs import Outputs, held, mirrored, motor_channels
 from bench.inputs.parsers import parsing, read_ulog
 
 SUFFIXES = (".ulg", ".ulog")
@@ -30,12 +30,13 @@ def _outputs(
 ) -> Outputs:
     if OUTPUTS not in sets or not len(sets[OUTPUTS]["timestamp"]):
         raise DemandError(f"{path}: holds no {OUTPUTS}; log it (SDLOG_PROFILE, default set)")
-    drives = {
-        parameters[f"PWM_{bank}_FUNC{c}"]: c - 1
+    pins = {
+        parameters[f"PWM_{bank}_FUNC{c}"]: (bank, c - 1)
         for bank in ("AUX", "MAIN")
         for c in range(1, 17)
         if f"PWM_{bank}_FUNC{c}" in parameters
     }
+    drives = {function: place for function, (_, place) in pins.items()}
     wanted = [drives.get(FIRST_MOTOR + i) for i in range(vehicle.n)]
     channels = motor_channels(path, wanted, "PWM_MAIN_FUNCn or PWM_AUX_FUNCn")
     out = sets[OUTPUTS]
@@ -57,8 +58,23 @@ def _outputs(
         )
         taus = six[:, [DOF.index(axis) for axis in vehicle.dof]]
     said = f"{path.name}: outputs {', '.join(map(str, channels))} are the thrusters, in this order"
-    said += odd
-    return Outputs(times - times[0], u, volts, taus, shares=True, said=said, frame="frd", why="as PX4 has it")
+    ways = {
+        i: bool(int(parameters[key]) >> place & 1)
+        for i in range(vehicle.n)
+        for bank, place in [pins.get(FIRST_MOTOR + i, ("MAIN", i))]
+        if (key := f"PWM_{bank}_REV") in parameters
+    }
+    return Outputs(
+        times - times[0],
+        u,
+        volts,
+        taus,
+        shares=True,
+        said=said + odd,
+        frame="frd",
+        why="as PX4 has it",
+        doubt=mirrored(path, vehicle, ways, "PWM_MAIN_REV or PWM_AUX_REV"),
+    )
 
 
 def _timed(data: dict[str, Any], key: str) -> tuple[FloatArray, FloatArray]:

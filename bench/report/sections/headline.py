@@ -120,7 +120,11 @@ def _trust(run: Run) -> str:
 def _unfinished(run: Run) -> str:
     events = run.record.events
     stopped = events and events[-1].what != "finished"
-    return " **This run was stopped before its end**; `thrustbench run --resume` goes on." if stopped else ""
+    return (
+        " **This run was stopped before its end**; `thrustbench run --resume` with the same options goes on."
+        if stopped
+        else ""
+    )
 
 
 def _code(name: str) -> str:

@@ -32,6 +32,19 @@ def test_what_a_closure_holds_is_counted_without_code_and_the_vehicle() -> None:
     assert 80_000 < reachable_bytes(call) < 80_000 + 10 * sys.getsizeof(call)
 
 
+def test_a_name_that_a_closure_knows_and_nothing_was_ever_given_is_no_error() -> None:
+    """A plug-in that prepares a matrix for some vehicles only was said to have failed: Cell is empty."""
+    held = np.zeros(10_000)
+
+    def made(n: int) -> object:
+        if n == 8:
+            weights = held
+
+        return lambda tau: weights @ tau if n == 8 else held
+
+    assert reachable_bytes(made(6)) > 80_000
+
+
 def test_peak_memory_only_rises() -> None:
     before = peak_rss_bytes()
     block = np.ones(4_000_000)  # touched, so resident

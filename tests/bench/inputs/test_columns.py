@@ -122,7 +122,7 @@ def test_moments_in_units_of_forces_times_lengths_are_read(
     [
         *("-sway", "\u2212sway", "\u2013sway", "(-)sway", "/tau/-fy", "tau - y", "des_-fy", "tau\u2212fy"),
         *("minus sway", "neg_sway", "port sway", "max_sway", "% sway", "kN sway", "N fy", "norm.fy"),
-        *("attitude_sway", "/imu/rate/sway", "sway_max", "error_fy"),
+        *("attitude_sway", "/imu/rate/sway", "sway_max", "error_fy", "made_sway", "wind_fy", "actual.sway"),
     ],
 )
 def test_what_is_another_thing_than_sway_is_not_taken_for_it(file: Path, name: str) -> None:

@@ -22,6 +22,7 @@ from bench.inputs.demand_csv import read_demands
 from bench.inputs.logs import LogOptions, rate_hz, read_log, rosbag
 from tests.log_files import PLANAR, WRITERS, rosbag1, typesys, write_bag1, write_bag2, write_ulog
 from tests.places import ROOT
+from tests.readers import refused
 
 RATE = 50.0
 
@@ -69,6 +70,45 @@ def test_a_file_of_a_ros2_recording_reads_the_whole_recording(
     folder = write_bag2(tmp_path, *demands)
     (file,) = folder.glob("*.db3")
     np.testing.assert_array_equal(read_log(file, DOF)[1], demands[1])
+
+
+def test_a_simulation_s_stamps_are_its_times_from_its_first_one(tmp_path: Path) -> None:
+    """A recording that began below one second was read with the times of recording, and 50 Hz was 20."""
+    t = np.arange(200) * 0.02
+    log = read_log(write_bag2(tmp_path, t, np.ones((200, 6)), epoch=0), DOF)
+    assert log.t is not None
+    np.testing.assert_allclose(log.t, t, atol=1e-9)
+
+
+def test_stamps_that_stand_still_give_way_to_the_times_of_recording(tmp_path: Path) -> None:
+    log = read_log(write_bag2(tmp_path, np.full(20, 0.5), np.ones((20, 6))), DOF)
+    assert log.t is not None
+    assert (np.diff(log.t) >= 0).all()
+    assert log.t[-1] > 0
+
+
+def test_two_sessions_of_a_simulation_are_not_shuffled_into_one(tmp_path: Path) -> None:
+    t = np.tile(np.arange(100) * 0.05, 2) + 100.0
+    file = write_bag2(tmp_path, t, np.ones((200, 6)), epoch=0, received=np.arange(200) * 0.05)
+    assert "time goes back from" in refused(lambda: read_log(file, DOF), file)
+
+
+def test_what_is_asked_of_axes_that_the_vehicle_does_not_have_is_said(tmp_path: Path) -> None:
+    taus = np.zeros((20, 6))
+    taus[:, [0, 1]] = 5.0
+    log = read_log(write_bag2(tmp_path, np.arange(20) * 0.1, taus), ("surge", "yaw"))
+    assert log.said.endswith("; left out: sway, which the vehicle does not have")
+
+
+def test_a_file_that_its_folder_s_recording_does_not_have_is_refused(
+    tmp_path: Path, demands: tuple[FloatArray, FloatArray]
+) -> None:
+    """The recording was read in its place, under its name."""
+    folder = write_bag2(tmp_path, *demands)
+    (inside,) = folder.glob("*.db3")
+    assert len(read_log(inside, DOF).taus) == len(demands[1])
+    alien = inside.rename(folder / "dive_b.db3")
+    assert "is no file of the recording in its folder" in refused(lambda: read_log(alien, DOF), alien)
 
 
 def test_a_given_frame_overrides_that_of_the_log(

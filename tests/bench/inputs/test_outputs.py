@@ -294,3 +294,15 @@ def test_a_damaged_format_that_would_hold_the_parser_for_ever_is_refused(tmp_pat
     file.write_bytes(good[:at] + b"\0" + good[at + 1 :])
     with pytest.raises(AllocError, match="has no length"):
         read_outputs(file, VEHICLE)
+
+
+def test_motors_whose_pulses_the_autopilot_mirrors_and_the_vehicle_does_not_are_doubted(
+    tmp_path: Path,
+) -> None:
+    """All of a motor's thrust had the wrong sign, without a word."""
+    own = tuple(i + 1 for i, esc in enumerate(VEHICLE.esc) if esc.reversed)
+    given = (T, SENT.u, VOLTS, SHARES[:, 3:])
+    assert "MOT_n_DIRECTION" not in read_outputs(write_bin(tmp_path, *given, mirrored=own), VEHICLE).doubt
+    other = tuple({*own} ^ {2, 5})
+    doubt = read_outputs(write_bin(tmp_path, *given, mirrored=other), VEHICLE).doubt
+    assert "its MOT_n_DIRECTION and 'reversed' of the vehicle differ on motors 2, 5 (counted from 1)" in doubt

@@ -144,6 +144,7 @@ def test_an_estimate_takes_the_band_s_upper_end_and_never_says_that_the_tail_fit
     run = run_of(tmp_path, steady("m", 30, exact=True))
     (size,) = sizes(run, HUNDRED_HZ, Transfer(1, 2, 4, "target"))
     assert (size.p50_us, size.max_us, size.fit) == (120, None, Fit.WITHOUT_TAIL)
+    assert size.rate_hz is None  # it is the slowest call's, which is not transferred
     (size,) = sizes(run, HUNDRED_HZ, Transfer(1, 20, 40, "target"))
     assert size.fit == Fit.DOES_NOT_FIT
 
