@@ -1,7 +1,7 @@
 """Thrusters out of a robot's description, URDF or SDF: what pushes where, in the frame of its base."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from math import hypot
 from pathlib import Path
 from typing import NamedTuple
@@ -121,6 +121,12 @@ def motors(path: Path, root: Element) -> dict[str, Motor]:
     return found
 
 
+def has_thrusters(names: Iterable[str], found: Mapping[str, Motor], pattern: str) -> bool:
+    """Whether plug-ins, or a pattern of the names of joints and links, make something a thruster."""
+    meant = _meant(pattern)
+    return bool(found and not pattern) or any(meant.fullmatch(name) for name in names)
+
+
 def drafted(
     path: Path,
     kind: str,
@@ -175,12 +181,7 @@ def _chosen(
                 f"{path}: a thruster plug-in names joint {missing[0][:40]!r}, which is not there"
             )
         return [by_joint[joint] for joint in found], "The thrusters are those of gz-sim's plug-ins"
-    try:
-        meant = re.compile(pattern or USUAL, 0 if pattern else re.IGNORECASE)
-    except re.error as error:
-        raise VehicleError(
-            f"--thruster {pattern[:40]!r}: no pattern ({error}); give one as '.*thruster.*'"
-        ) from None
+    meant = _meant(pattern)
     joints = [mount for mount in mounts if mount.joint and meant.fullmatch(mount.joint)]
     links = [mount for mount in mounts if meant.fullmatch(mount.link)]
     # A propeller's joint turns; what is fixed may be the bracket that carries it.
@@ -194,6 +195,15 @@ def _chosen(
         f"{path}: {pattern or 'thruster or propeller'!r} names none of {names}; say which with"
         " --thruster PATTERN, as in '.*prop.*'"
     )
+
+
+def _meant(pattern: str) -> re.Pattern[str]:
+    try:
+        return re.compile(pattern or USUAL, 0 if pattern else re.IGNORECASE)
+    except re.error as error:
+        raise VehicleError(
+            f"--thruster {pattern[:40]!r}: no pattern ({error}); give one as '.*thruster.*'"
+        ) from None
 
 
 def _name(mount: Mount) -> str:

@@ -14,7 +14,19 @@ from scipy.spatial.transform import Rotation
 
 from alloc.allocation import FloatArray
 from alloc.errors import VehicleError
-from bench.inputs.description import SHORTEST, Mass, Mount, along, drafted, motors, numbers, pose, posed
+from bench.inputs.columns import listed
+from bench.inputs.description import (
+    SHORTEST,
+    Mass,
+    Mount,
+    along,
+    drafted,
+    has_thrusters,
+    motors,
+    numbers,
+    pose,
+    posed,
+)
 from bench.inputs.draft import Draft
 from bench.inputs.untrusted_xml import read_xml
 
@@ -31,11 +43,9 @@ def recognises(path: Path, text: str) -> bool:
 
 
 def read(path: Path, pattern: str = "") -> Draft:
-    """The Draft of the first model of a file; raises FileError, NotInstalled or VehicleError."""
+    """The Draft of the model of a file that has thrusters; raises FileError, NotInstalled or VehicleError."""
     root = read_xml(path)
-    model = next(root.iter("model"), None)
-    if model is None:
-        raise VehicleError(f"{path}: holds no <model>; give the description of a vehicle")
+    model = _vehicle(path, root, pattern)
     things = dict(_things(model, ""))
     frames = Frames(path, things, axes_of_model=_before_1_5(root))
     joints = [(name, thing) for name, thing in things.items() if thing.tag == "joint"]
@@ -58,6 +68,34 @@ def read(path: Path, pattern: str = "") -> Draft:
             f"Left out, since it is another file: <include> of {', '.join(included)[:80]}."
         )
     return draft
+
+
+def _vehicle(path: Path, root: Element, pattern: str) -> Element:
+    """The model with thrusters, as a world has others: the ground, a buoy; the first where none has any."""
+    models = list(_models(root))
+    if not models:
+        raise VehicleError(f"{path}: holds no <model>; give the description of a vehicle")
+    vehicles = [model for model in models if has_thrusters(_joints(model), motors(path, model), pattern)]
+    if len(vehicles) > 1:
+        names = listed([model.get("name", "") for model in vehicles])
+        raise VehicleError(f"{path}: models {names} have thrusters; keep one of them in the file")
+    return (vehicles or models)[0]
+
+
+def _models(element: Element) -> Iterator[Element]:
+    """The models of a file, but for those within another."""
+    for child in element:
+        if child.tag == "model":
+            yield child
+        else:
+            yield from _models(child)
+
+
+def _joints(model: Element) -> Iterator[str]:
+    """Names of a model's joints and of the links that they carry."""
+    for joint in model.iter("joint"):
+        yield joint.get("name", "")
+        yield (joint.findtext("child") or "").strip()
 
 
 def _before_1_5(root: Element) -> bool:

@@ -183,6 +183,19 @@ def test_a_nested_model_has_its_own_names(tmp_path: Path) -> None:
     assert thruster.direction == pytest.approx((0, 1, 0), abs=1e-12)
 
 
+def test_the_vehicle_of_a_world_is_the_model_that_has_thrusters(tmp_path: Path) -> None:
+    """The first model was taken, which in most worlds is the ground."""
+    ground = '<model name="ground"><static>true</static><link name="floor"/></model>'
+    hatch = ground.replace(
+        "</model>", '<joint name="hatch" type="fixed"><child>floor</child></joint></model>'
+    )
+    for others in (ground, hatch):
+        check(tmp_path, sdf().replace("<model ", f"{others}<model ", 1), "six.sdf", None)
+    second = sdf().partition('<world name="w">')[2].replace("</world></sdf>", "").replace('"six"', '"seven"')
+    with pytest.raises(AllocError, match=r"six\.sdf: models six, seven have thrusters; keep one of them in"):
+        imported(tmp_path, sdf().replace("</world>", f"{second}</world>"), None, "six.sdf")
+
+
 @pytest.mark.parametrize(
     ("version", "flag", "along"),
     [
