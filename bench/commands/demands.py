@@ -55,7 +55,7 @@ def _outputs(log: Path, name: str, output: Path | None, **options: Any) -> None:
     from alloc.errors import DemandError, VehicleError
     from alloc.files.textfile import write_text
     from bench.demands.doubts import of_rate
-    from bench.demands.outputs_summary import as_text, made_by
+    from bench.demands.outputs_summary import as_text, columns_of, made_by
     from bench.inputs.demand_csv import format_demands
     from bench.inputs.logs import rate_hz
     from bench.inputs.outputs import read_outputs
@@ -75,10 +75,13 @@ def _outputs(log: Path, name: str, output: Path | None, **options: Any) -> None:
     outputs = read_outputs(log, vehicle, given.columns, given.frame)
     made = made_by(outputs, vehicle, given.scale)
     echo(as_text(made, outputs, vehicle))
+    held = ""
     if output is not None:
-        columns = {} if outputs.volts is None else {"volts": outputs.volts}
+        columns, held = columns_of(outputs.volts, vehicle)
         write_text(output, format_demands(outputs.t, made.taus, vehicle.dof, columns, frame=vehicle.frame))
     echo(outputs.said, err=True)
+    if held:
+        echo(f"{output}: {held}", err=True)
     for doubt in filter(None, (outputs.doubt, *of_rate(log.stem, rate_hz(outputs.t), nameable=False))):
         echo(f"warning: {doubt}", err=True)
     if outputs.taus is not None and outputs.shares and not given.scale:

@@ -10,6 +10,7 @@ from alloc.reach.attainable import single_axis_maxima
 from alloc.vehicle.geometry import unit
 from bench.demands import ATTAINED
 from bench.demands.log_summary import aligned
+from bench.inputs.columns import VOLTS
 from bench.inputs.outputs import Outputs
 
 
@@ -77,6 +78,22 @@ def made_by(outputs: Outputs, vehicle: Vehicle, scale: tuple[float, ...] = ()) -
             factors = np.broadcast_to(scale, (vehicle.k,)) if scale else full_authority(vehicle)
         undone = _undone(vehicle, outputs.taus * factors, taus, _limits(vehicle, volts))
     return Delivered(f, taus, at_end.mean(axis=0), dead.mean(axis=0), outside, undone)
+
+
+def columns_of(volts: FloatArray | None, vehicle: Vehicle) -> tuple[dict[str, FloatArray], str]:
+    """The columns beside made wrenches that a log of demands for the vehicle has, and what is to be said.
+
+    Voltages (N,) beyond the vehicle's table become its nearest, whose curve was taken: limits stop there too.
+    """
+    if volts is None:
+        return {}, ""
+    if vehicle.by_volts is None:
+        return {}, f"volts are left out, as {vehicle.name} has no limits by voltage"
+    least, most = vehicle.by_volts.volts[[0, -1]]
+    held = np.clip(volts, least, most)
+    moved = np.count_nonzero(held != volts)
+    said = f"volts of {moved} of {len(volts)} rows lie beyond the vehicle's table, {least:g} to {most:g} V"
+    return {VOLTS: held}, f"{said}, and are written as its nearest" if moved else ""
 
 
 def full_authority(vehicle: Vehicle) -> FloatArray:

@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from alloc import AllocError, load_vehicle
 from alloc.allocation import FloatArray
 from bench.__main__ import cli
-from bench.demands.outputs_summary import as_text, full_authority, made_by
+from bench.demands.outputs_summary import as_text, columns_of, full_authority, made_by
 from bench.inputs.demand_csv import read_demands
 from bench.inputs.outputs import read_outputs
 from tests.output_logs import write_bin, write_outputs_ulog
@@ -231,6 +231,21 @@ def test_the_command_writes_the_made_wrenches_as_demands(tmp_path: Path) -> None
     assert result.exception is None
     assert "left undone, surge" in result.stdout
     assert read_demands(out, VEHICLE.dof).taus == pytest.approx(SENT.f @ VEHICLE.T.T, abs=1e-9)
+
+
+def test_made_wrenches_of_a_fresh_battery_can_be_read_again(tmp_path: Path) -> None:
+    """A pack above the curve's last voltage made a log that every command refused."""
+    file, out = tmp_path / "u.csv", tmp_path / "made.csv"
+    lines = [f"{','.join(['1600'] * 8)},{volts}" for volts in (9.0, 14.5, 25.0)]
+    file.write_text("\n".join([f"{','.join(f'u{i}' for i in range(8))},volts", *lines]))
+    command = ["demands", str(file), "--vehicle", VEHICLE.name, "--from-outputs", "-o", str(out)]
+    result = CliRunner().invoke(cli, command, standalone_mode=False)
+    assert "volts of 2 of 3 rows lie beyond the vehicle's table, 10 to 20 V" in result.stderr
+    assert read_demands(out, VEHICLE.dof).columns["volts"].tolist() == [10, 14.5, 20]
+    again = CliRunner().invoke(cli, ["demands", str(out), "--vehicle", VEHICLE.name], standalone_mode=False)
+    assert again.exception is None
+    columns, said = columns_of(np.array([12.0]), replace(VEHICLE, by_volts=None))
+    assert (columns, said) == ({}, f"volts are left out, as {VEHICLE.name} has no limits by voltage")
 
 
 @pytest.mark.parametrize(
