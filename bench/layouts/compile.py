@@ -17,6 +17,7 @@ from bench.layouts.base import Base, read_base
 from bench.layouts.space import LayoutSpace, Moving, Parameter, Setting, reflections, turns
 from bench.layouts.spaces import layout_of, spaces
 from bench.layouts.study import Span, StudyDocument, Values, VariedGroup
+from bench.results.text import cut
 
 NEAR = 2e-3
 """By how much a thruster may stand off the image of its leader [m], [-]: published poses have three."""
@@ -26,8 +27,8 @@ TILES = 5_000
 
 POSE = ("x", "y", "z", "azimuth_deg", "cant_deg")
 
-_OPTION = re.compile(r"--(frame|columns|scale)\b")
-"""Remedies that readers of logs name, which are keys here."""
+_OPTION = re.compile(r"--(frame|columns|scale|n)\b")
+"""Remedies that are named where a log is read, which are keys here."""
 
 
 def compile_study(document: StudyDocument) -> tuple[LayoutSpace, Vehicle]:
@@ -110,6 +111,8 @@ def _said(demands: DemandSet) -> tuple[str, ...]:
             f"{demands.name}: limits by voltage or of single demands are left out:"
             " layouts keep to f_min, f_max"
         )
+    if demands.left_out:
+        lines.append(_as_keys(cut(demands.name, len(demands.taus), demands.left_out)))
     return tuple(lines)
 
 
