@@ -25,6 +25,7 @@ from bench.commands import PATH, echo, not_over
 @click.option("--f-max", type=float, metavar="N", help="Upper limit of every thruster [N].")
 @click.option("--take", type=click.Choice(["T", "poses"]), help="Which to believe where they contradict.")
 @click.option("--thruster", default="", metavar="PATTERN", help="Joints or links that are thrusters.")
+@click.option("--suspect", default="", metavar="I,…", help="Thrusters whose column of T stands as published.")
 @click.option("-o", "--output", type=PATH, help="Vehicle file [standard output].")
 def command(
     file: Path,
@@ -36,6 +37,7 @@ def command(
     f_max: float | None,
     take: str | None,
     thruster: str,
+    suspect: str,
     output: Path | None,
 ) -> None:
     """Make a vehicle file of a URDF, SDF, ROS, PX4 or CSV file.
@@ -47,15 +49,15 @@ def command(
     from bench.inputs.imported import ImportOptions, import_vehicle
 
     not_over(output, file)
-    axes = tuple(axis.strip() for axis in dof.split(",")) if dof else ()
     options = ImportOptions(
         name=name,
-        dof=axes,
+        dof=split(dof),
         frame=frame or "",
         f_min=f_min,
         f_max=f_max,
         take=take or "",
         thruster=thruster,
+        suspect=tuple(int(one) if one.isdecimal() else one for one in split(suspect)),
     )
     keys = import_vehicle(file, format_, options)
     if output is not None:
@@ -66,3 +68,8 @@ def command(
         echo(to_yaml(keys), nl=False)
     else:
         echo(f"{output} written; 'thrustbench check {output}' says what to look at", err=True)
+
+
+def split(text: str) -> tuple[str, ...]:
+    """The parts of a list with commas; none of an empty text."""
+    return tuple(part.strip() for part in text.split(",")) if text else ()

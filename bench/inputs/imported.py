@@ -13,7 +13,7 @@ from alloc.files.keys import convert
 from alloc.files.textfile import read_text
 from alloc.files.yaml_tree import YamlTree
 from alloc.vehicle.columns import refusals
-from alloc.vehicle.file import build_vehicle, called, matrices, reaction_torques
+from alloc.vehicle.file import build_vehicle, called, matrices, reaction_torques, suspects
 from alloc.vehicle.frame import described
 from alloc.vehicle.geometry import DOF, contradictions
 from alloc.vehicle.keys import VehicleFile
@@ -41,6 +41,7 @@ class ImportOptions:
     f_min, f_max : limits of every thruster [N]
     take : T or poses, the one to believe where a file has both
     thruster : a pattern that the names of thrusters' joints or links match, for URDF and SDF
+    suspect : thrusters, by index or name, whose column of T is taken as published though none can make it
     """
 
     name: str = ""
@@ -50,6 +51,7 @@ class ImportOptions:
     f_max: float | None = None
     take: str = ""
     thruster: str = ""
+    suspect: tuple[int | str, ...] = ()
 
 
 def import_vehicle(path: Path, format_name: str = "", options: ImportOptions | None = None) -> VehicleFile:
@@ -78,14 +80,16 @@ def _keys(path: Path, draft: Draft, options: ImportOptions) -> VehicleFile:
     keys = convert(data, VehicleFile, "docs/your-vehicle.md", VehicleError)
     try:
         T, computed = matrices(keys)
+        published = suspects(keys, T.shape[1])
     except VehicleError as error:
         raise VehicleError(f"{path}: {error}") from None
     if computed is not None:
         for contradiction in contradictions(T, computed, keys.dof, called(keys, T.shape[1])):
             raise VehicleError(f"{path}: {contradiction}; decide with --take T or --take poses", "T")
     refused = refusals(T, keys.dof, reaction_torques(keys, T.shape[1]), called(keys, T.shape[1]))
-    for refusal in refused.values():
-        raise VehicleError(f"{path}: T: {refusal}", "T")
+    for refusal in (refusal for i, refusal in refused.items() if i not in published):
+        every = ",".join(map(str, refused))
+        raise VehicleError(f"{path}: T: {refusal}; to take all such as published: --suspect {every}", "T")
     rows = list(range(len(keys.dof))) if options.dof else _independent(T, keys.dof)
     left_out = [axis for row, axis in enumerate(keys.dof) if row not in rows]
     keys.notes = draft.assumptions + [
@@ -132,6 +136,7 @@ def _data(path: Path, draft: Draft, options: ImportOptions) -> dict[str, Any]:
     axes = list(options.dof or draft.dof)
     copied = ("source", "f_min", "f_max", "weights", "reaction_torque")
     data = {"name": options.name or path.stem, "dof": axes} | {key: getattr(draft, key) for key in copied}
+    data["suspect"] = list(options.suspect) or None
     if not draft.frame_assumed or draft.frame != "frd":  # else `check` shall say that frd is a guess
         data["frame"] = draft.frame
     if draft.positions is not None and draft.directions is not None and options.take != "T":

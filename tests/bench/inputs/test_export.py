@@ -5,16 +5,18 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
-from alloc import AllocError, list_vehicles
-from alloc.vehicle.file import build_vehicle
+from alloc import AllocError, list_vehicles, load_vehicle
+from alloc.vehicle.file import build_vehicle, suspects
 from alloc.vehicle.read import find_file, read_document
 from alloc.vehicle.text import to_yaml
+from bench.__main__ import cli
 from bench.inputs.formats import formats, left_out
 from tests.foreign_vehicles import LIMITS, imported, vehicle_of
 
 SOUND = [name for name in list_vehicles() if not read_document(find_file(name)).keys.suspect]
-"""Vehicles without a column of T that no thruster can make, which an import refuses."""
+"""Vehicles without a column of T that no thruster can make, which an import refuses unasked."""
 
 
 @pytest.mark.parametrize("name", SOUND)
@@ -50,6 +52,25 @@ def test_a_vehicle_exported_to_csv_comes_back_with_the_same_matrix(tmp_path: Pat
     back = imported(tmp_path, formats()["csv"].write(keys, vehicle), LIMITS, "T.csv")
     assert tuple(back.dof) == vehicle.dof
     np.testing.assert_array_equal(np.array(back.T), vehicle.T)
+
+
+@pytest.mark.parametrize("form", ["csv", "ros"])
+def test_columns_that_no_thruster_can_make_come_back_where_the_user_takes_them_as_published(
+    tmp_path: Path, form: str
+) -> None:
+    """What export wrote of a shipped vehicle, import refused, and named no way."""
+    keys = read_document(find_file("tiburon")).keys
+    vehicle, file = build_vehicle(keys), tmp_path / ("T.csv" if form == "csv" else "theirs.yaml")
+    file.write_text(formats()[form].write(keys, vehicle), encoding="utf-8")
+    ask = ["import", str(file), "--f-min", "-1", "--f-max", "1", "-o", str(tmp_path / "ours.yaml")]
+    refused = CliRunner().invoke(cli, ask, standalone_mode=False).exception
+    way = str(refused).rpartition("to take all such as published: ")[2].split()
+    assert way == ["--suspect", ",".join(map(str, sorted(suspects(keys, vehicle.n))))]
+    assert CliRunner().invoke(cli, [*ask, *way], standalone_mode=False).exception is None
+    np.testing.assert_array_equal(load_vehicle(tmp_path / "ours.yaml").T, vehicle.T)
+    unknown = CliRunner().invoke(cli, [*ask, "--suspect", "T9"], standalone_mode=False).exception
+    assert isinstance(unknown, AllocError)
+    assert str(file) in str(unknown)
 
 
 @pytest.mark.parametrize("name", list_vehicles())
