@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stdout
 from io import StringIO
 from pathlib import Path
+from textwrap import shorten
 from typing import Any
 
 from alloc import AllocError
@@ -18,8 +19,10 @@ def parsing(path: Path, what: str, library: str) -> Iterator[None]:
     except AllocError:
         raise
     except Exception as error:
-        said = " ".join(f"{type(error).__name__}: {error}".split())[:80]
-        raise FileError(f"{path}: not a {what} that {library} can read ({said})") from None
+        said = shorten(f"{type(error).__name__}: {error}", 120, placeholder=" …")
+        raise FileError(
+            f"{path}: not a {what} that {library} can read ({said}); is it whole? copy it anew"
+        ) from None
 
 
 DAMAGED = "; it is damaged in places, so rows may be missing"

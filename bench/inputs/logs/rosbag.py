@@ -45,6 +45,11 @@ def read(path: Path, topic: str) -> Log:
         )
     if path.is_dir() and not (path / "metadata.yaml").exists():
         raise FileError(f"{path}: not a bag, as it has no metadata.yaml; give one file, as {path}/NAME.csv")
+    if bag.is_dir() and not (bag / "metadata.yaml").exists():
+        raise FileError(
+            f"{path}: has no metadata.yaml beside it; copy the recording's whole folder, or make that file:"
+            " `ros2 bag reindex`"
+        )
     types = get_typestore(Stores.LATEST)
     with parsing(path, "bag", "rosbags"), AnyReader([bag], default_typestore=types) as reader:
         wrenches = [connection for connection in reader.connections if connection.msgtype in TYPES]

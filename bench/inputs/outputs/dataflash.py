@@ -46,7 +46,7 @@ def read(path: Path, vehicle: Vehicle) -> Outputs:
     with parsing(path, "log", "pymavlink"):
         if path.stat().st_size > LARGEST:
             raise DemandError(f"{path}: is larger than {LARGEST / 1e9:g} GB; cut it")
-        _refuse_standing_still(path)
+        _check_formats(path)
         # pymavlink prints warnings of damaged parts, but standard output is for results.
         remarks = StringIO()
         with redirect_stdout(remarks), redirect_stderr(remarks):
@@ -66,17 +66,24 @@ def read(path: Path, vehicle: Vehicle) -> Outputs:
         return outputs._replace(said=outputs.said + DAMAGED) if damaged else outputs
 
 
-def _refuse_standing_still(path: Path) -> None:
-    """Raise FileError where a damaged format says that a message is shorter than its header.
+def _check_formats(path: Path) -> None:
+    """Raise FileError where a file has no format of a message, or one that is shorter than its header.
 
-    pymavlink 2.4.50 stays at such a message for ever.
+    pymavlink 2.4.50 finds nothing in the first, and stays at a message of the second for ever.
     """
-    with path.open("rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as data:
-        for found in FORMAT.finditer(data):
-            if found["length"][0] < HEADER and data.find(b"\xa3\x95" + found["type"]) >= 0:
-                raise FileError(
-                    f"{path}: damaged: the format at byte {found.start()} has no length; cut it out"
-                )
+    found = False
+    if path.stat().st_size:  # an empty file can't be mapped
+        with path.open("rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as data:
+            for match in FORMAT.finditer(data):
+                found = True
+                if match["length"][0] < HEADER and data.find(b"\xa3\x95" + match["type"]) >= 0:
+                    raise FileError(
+                        f"{path}: damaged: the format at byte {match.start()} has no length; cut it out"
+                    )
+    if not found:
+        raise FileError(
+            f"{path}: no dataflash log, or an empty one; give the .BIN that the vehicle wrote, copied anew"
+        )
 
 
 def _outputs(path: Path, vehicle: Vehicle, rows: dict[str, list[dict[str, Any]]]) -> Outputs:

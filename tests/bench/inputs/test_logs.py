@@ -20,6 +20,7 @@ from bench.harness.plan import RunSettings
 from bench.harness.sets import demand_sets, vehicles
 from bench.inputs.demand_csv import read_demands
 from bench.inputs.logs import LogOptions, rate_hz, read_log, rosbag
+from bench.inputs.parsers import parsing
 from tests.log_files import PLANAR, WRITERS, rosbag1, typesys, write_bag1, write_bag2, write_ulog
 from tests.places import ROOT
 from tests.readers import refused
@@ -224,6 +225,29 @@ def test_a_file_that_is_no_log_is_refused(tmp_path: Path) -> None:
         read_log(tmp_path / "gone.ulg", DOF)
     with pytest.raises(FileError, match=r"give \.csv, \.bag"):
         read_log(tmp_path / "log.docx", DOF)
+
+
+@pytest.mark.parametrize("kind", ["ros2", "mcap"])
+def test_a_file_of_a_recording_without_its_metadata_and_a_cut_one_say_what_helps(
+    kind: str, tmp_path: Path, demands: tuple[FloatArray, FloatArray]
+) -> None:
+    """The words were the library's, about a file that no one had given, and ended within a word."""
+    folder = WRITERS[kind](tmp_path, *demands)
+    (file,) = (f for f in folder.iterdir() if f.suffix != ".yaml")
+    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+    with pytest.raises(FileError, match=r"(?<=\)); is it whole\? copy it anew$"):
+        read_log(folder, DOF)
+    (folder / "metadata.yaml").unlink()
+    with pytest.raises(FileError, match=f"{file.name}: has no metadata.yaml beside it; copy .* reindex"):
+        read_log(file, DOF)
+
+
+def test_what_a_parser_says_is_cut_between_words(tmp_path: Path) -> None:
+    with (
+        pytest.raises(FileError, match=r"\(ValueError:( malformed)+ …\); is it"),
+        parsing(tmp_path, "bag", "x"),
+    ):
+        raise ValueError("malformed " * 40)
 
 
 def test_a_ulog_s_shares_are_doubted_until_a_scale_says_what_1_is(

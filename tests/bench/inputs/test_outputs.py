@@ -272,7 +272,9 @@ def test_made_wrenches_of_a_fresh_battery_can_be_read_again(tmp_path: Path) -> N
             "times in 't' go back",
         ),
         ("a.ulg", b"no log", "not a ULog"),
-        ("a.bin", b"no log", "not a log that pymavlink can read|holds no RCOU|pip install"),
+        ("a.bin", b"no log", r"a\.bin: no dataflash log, or an empty one; give the \.BIN|pip install"),
+        ("a.bin", b"", r"a\.bin: no dataflash log, or an empty one; give the \.BIN|pip install"),
+        ("a.ulg", b"", r"a\.ulg: not a ULog that .* copy it anew|pip install"),
         ("a.bag", b"", "can't tell what kind of log"),
     ],
 )
