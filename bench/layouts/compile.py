@@ -27,7 +27,7 @@ TILES = 5_000
 
 POSE = ("x", "y", "z", "azimuth_deg", "cant_deg")
 
-_OPTION = re.compile(r"--(frame|columns|scale|n)\b")
+_OPTION = re.compile(r"`?--(frame|columns|scale|n)\b`?")
 """Remedies that are named where a log is read, which are keys here."""
 
 

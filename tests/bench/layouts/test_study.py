@@ -297,7 +297,7 @@ def test_a_study_says_how_much_of_its_log_is_asked(tmp_path: Path) -> None:
     """What layouts served of the first 256 demands was read as a share of the whole log."""
     (tmp_path / "log.csv").write_text("surge,sway,yaw\n" + "10,20,3\n" * 7)
     space, _ = compiled(tmp_path, PLANAR.replace("{n: 16}", "{set: log.csv, n: 5}"))
-    assert space.said[-1] == "Of log's 7 demands only the first 5 were asked; `n:` asks more."
+    assert space.said[-1] == "Of log's 7 demands only the first 5 were asked; n: asks more."
     space, _ = compiled(tmp_path, PLANAR.replace("{n: 16}", "{set: log.csv, n: 7}"))
     assert not any("asked" in line for line in space.said)
 
