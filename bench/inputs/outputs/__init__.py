@@ -62,7 +62,7 @@ def read_outputs(
         raise DemandError(f"{path}: holds no outputs; log them")
     bad = np.flatnonzero(~np.isfinite(outputs.u).all(axis=1))
     if bad.size:
-        raise DemandError(f"{path}: output {bad[0]} (counted from 0) is no number; cut it out")
+        raise DemandError(f"{path}: a command in row {bad[0]} (counted from 0) is no number; cut it out")
     # An ESC whose range lies beyond 0 gets no pulse then.
     silent = [not esc.low <= 0 <= esc.high for esc in vehicle.esc]
     neutral = [esc.neutral for esc in vehicle.esc]
@@ -144,13 +144,13 @@ def mirrored(path: Path, vehicle: Vehicle, ways: Mapping[int, bool], parameters:
 
 
 def motor_channels(path: Path, named: Sequence[int | None], parameters: str) -> list[int]:
-    """The output of each of n motors; without any that ``parameters`` name, outputs 1 to n, counted from 0.
+    """The output, counted from 1, of each of n motors; 1 to n where ``parameters`` name none.
 
     Raises DemandError where some are named and others are not: any output for those would be a guess.
     """
     missing = [str(motor) for motor, channel in enumerate(named, start=1) if channel is None]
     if len(missing) == len(named):
-        return list(range(len(named)))
+        return list(range(1, len(named) + 1))
     if missing:
         raise DemandError(
             f"{path}: no {parameters} names motor {', '.join(missing)}; is the log of this vehicle?"

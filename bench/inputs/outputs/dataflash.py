@@ -90,9 +90,9 @@ def _outputs(path: Path, vehicle: Vehicle, rows: dict[str, list[dict[str, Any]]]
     if not rows["RCOU"]:
         raise DemandError(f"{path}: holds no RCOU; set LOG_BITMASK so that outputs are logged")
     functions = {row["Name"]: row["Value"] for row in rows["PARM"]}
-    drives = {functions.get(f"SERVO{c}_FUNCTION"): c - 1 for c in range(32, 0, -1)}
+    drives = {functions.get(f"SERVO{c}_FUNCTION"): c for c in range(32, 0, -1)}
     wanted = [drives.get(MOTORS[i]) if i < len(MOTORS) else None for i in range(vehicle.n)]
-    channels = [c + 1 for c in motor_channels(path, wanted, "SERVOn_FUNCTION")]
+    channels = motor_channels(path, wanted, "SERVOn_FUNCTION")
     beyond = [i + 1 for i in range(vehicle.n, len(MOTORS)) if MOTORS[i] in drives]
     if f"C{max(channels)}" not in rows["RCOU"][0]:
         raise DemandError(

@@ -31,22 +31,22 @@ def _outputs(
     if OUTPUTS not in sets or not len(sets[OUTPUTS]["timestamp"]):
         raise DemandError(f"{path}: holds no {OUTPUTS}; log it (SDLOG_PROFILE, default set)")
     pins = {
-        parameters[f"PWM_{bank}_FUNC{c}"]: (bank, c - 1)
+        parameters[f"PWM_{bank}_FUNC{c}"]: (bank, c)
         for bank in ("AUX", "MAIN")
         for c in range(1, 17)
         if f"PWM_{bank}_FUNC{c}" in parameters
     }
-    drives = {function: place for function, (_, place) in pins.items()}
+    drives = {function: c for function, (_, c) in pins.items()}
     wanted = [drives.get(FIRST_MOTOR + i) for i in range(vehicle.n)]
     channels = motor_channels(path, wanted, "PWM_MAIN_FUNCn or PWM_AUX_FUNCn")
     out = sets[OUTPUTS]
-    if f"output[{max(channels)}]" not in out:
+    if f"output[{max(channels) - 1}]" not in out:
         raise DemandError(
-            f"{path}: {OUTPUTS} has no output {max(channels)}, but {vehicle.name} has {vehicle.n} thrusters;"
-            " is the log of this vehicle?"
+            f"{path}: {OUTPUTS} has no output {max(channels)}, but {vehicle.name} has {vehicle.n}"
+            " thrusters; is the log of this vehicle?"
         )
     times = np.asarray(out["timestamp"], dtype=np.float64) / 1e6
-    u = np.column_stack([np.asarray(out[f"output[{c}]"], dtype=np.float64) for c in channels])
+    u = np.column_stack([np.asarray(out[f"output[{c - 1}]"], dtype=np.float64) for c in channels])
     order = np.argsort(times, kind="stable")
     times, u = times[order], u[order]
     volts = taus = None
@@ -59,9 +59,9 @@ def _outputs(
         taus = six[:, [DOF.index(axis) for axis in vehicle.dof]]
     said = f"{path.name}: outputs {', '.join(map(str, channels))} are the thrusters, in this order"
     ways = {
-        i: bool(int(parameters[key]) >> place & 1)
+        i: bool(int(parameters[key]) >> (c - 1) & 1)
         for i in range(vehicle.n)
-        for bank, place in [pins.get(FIRST_MOTOR + i, ("MAIN", i))]
+        for bank, c in [pins.get(FIRST_MOTOR + i, ("MAIN", i + 1))]
         if (key := f"PWM_{bank}_REV") in parameters
     }
     return Outputs(

@@ -56,6 +56,18 @@ def test_a_log_of_commands_gives_the_wrench_that_they_made(
     assert made.taus == pytest.approx(SENT.f @ VEHICLE.T.T, abs=1e-3)
 
 
+def test_outputs_are_counted_from_1_as_in_the_autopilots_parameters(tmp_path: Path) -> None:
+    """Of a ULog they were counted from 0, beside PWM_MAIN_FUNC1."""
+    assert "outputs 3, 4, 5, 6, 7, 8, 1, 2 are the thrusters" in read_outputs(binary(tmp_path), VEHICLE).said
+    assert "outputs 1, 2, 3, 4, 5, 6, 7, 8 are the thrusters" in read_outputs(ulog(tmp_path), VEHICLE).said
+    u = SENT.u.astype(float)
+    with pytest.raises(AllocError, match="actuator_outputs has no output 8, but"):
+        read_outputs(write_outputs_ulog(tmp_path, T, u[:, :7], VOLTS, SHARES), VEHICLE)
+    u[4, 2] = np.nan
+    with pytest.raises(AllocError, match=r"a command in row 4 \(counted from 0\) is no number"):
+        read_outputs(write_outputs_ulog(tmp_path, T, u, VOLTS, SHARES), VEHICLE)
+
+
 def test_a_dataflash_log_says_how_far_off_the_attitude_was_across_north(tmp_path: Path) -> None:
     said = read_outputs(binary(tmp_path), VEHICLE).said
     assert "the attitude was off by 3° (median), at most 3° (ATT)" in said
