@@ -15,6 +15,7 @@ from bench.__main__ import cli
 from bench.demands.outputs_summary import as_text, columns_of, full_authority, made_by
 from bench.inputs.demand_csv import read_demands
 from bench.inputs.outputs import read_outputs
+from bench.inputs.outputs import ulog as px4
 from tests.output_logs import write_bin, write_outputs_ulog
 
 VEHICLE = load_vehicle("bluerov2-heavy")
@@ -335,3 +336,17 @@ def test_motors_whose_pulses_the_autopilot_mirrors_and_the_vehicle_does_not_are_
     other = tuple({*own} ^ {2, 5})
     doubt = read_outputs(write_bin(tmp_path, *given, mirrored=other), VEHICLE).doubt
     assert "its MOT_n_DIRECTION and 'reversed' of the vehicle differ on motors 2, 5 (counted from 1)" in doubt
+
+
+def test_a_ulog_s_parameters_say_which_output_is_whose_and_which_is_mirrored(tmp_path: Path) -> None:
+    n = VEHICLE.n  # the last output is motor 1
+    sets = {
+        px4.OUTPUTS: {"timestamp": np.arange(3)} | {f"output[{c}]": np.full(3, 1500.0 + c) for c in range(n)}
+    }
+    functions = {f"PWM_MAIN_FUNC{n - i}": px4.FIRST_MOTOR + i for i in range(n)}
+    own = sum(1 << (n - 1 - i) for i, esc in enumerate(VEHICLE.esc) if esc.reversed)
+    found = px4._outputs(tmp_path, VEHICLE, sets, functions | {"PWM_MAIN_REV": own}, "")
+    assert found.u[0].tolist() == [1500.0 + n - 1 - i for i in range(n)]
+    assert found.doubt == ""
+    other = px4._outputs(tmp_path, VEHICLE, sets, functions | {"PWM_MAIN_REV": own ^ 1 << (n - 1)}, "")
+    assert "differ on motors 1 (counted from 1)" in other.doubt
