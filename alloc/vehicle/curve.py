@@ -135,7 +135,7 @@ def read_curve(path: Path) -> Points:
         raise FileError(f"has more than {MOST_POINTS} rows; thin it out", path=path)
     found: Points = {}
     for line, cells in rest:
-        if any(cells[len(header) :]):  # as 1100,-3,5 below command,N: 5 is no further column
+        if any(cell.strip().isdigit() for cell in cells[len(header) :]):  # 1100,-3,5 below command,N
             raise FileError(
                 f"{len(cells)} cells under {len(header)} columns; give one a column, with decimal points",
                 path=path,

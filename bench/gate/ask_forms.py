@@ -10,7 +10,7 @@ from bench.demands.store import Case
 from bench.gate.answers import HANGS_S, SideAnswers, apart_allowed, calls
 from bench.gate.prober import Prober
 from bench.gate.record import GateCell
-from bench.gate.side import Died, Refused
+from bench.gate.side import NO_REPLY, Died, Refused
 from bench.judging.question import Question
 
 CALLS = 20
@@ -47,8 +47,10 @@ def _wrong_forms(
     try:
         asked = calls(Case(vehicle, taus, *half))
         raw = side.ask("forms", cell=cell.name, timeout=HANGS_S, **asked)
-    except (Died, Refused) as reason:
-        lost = isinstance(reason, Refused) and reason.kind == KeyError.__name__  # its process ended meanwhile
+    except Died as reason:
+        return {} if NO_REPLY in str(reason) else {"other forms of calls": str(reason)}
+    except Refused as reason:
+        lost = reason.kind == KeyError.__name__  # its process ended meanwhile
         return {} if lost else {"other forms of calls": str(reason)}
     allowed = apart_allowed(promises, vehicle)
     found = {}

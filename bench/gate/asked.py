@@ -89,7 +89,8 @@ def demand_sets(vehicle: Vehicle) -> list[DemandSet]:
 def _worse(vehicle: Vehicle) -> Iterator[DemandSet]:
     """Demands with two thrusters off, as far as others are left, and with one that is weaker."""
     working = vehicle.working.tolist()
-    for i, j in ((working[i], working[j]) for i, j in TWO_OFF if len(working) > 2):
+    pairs = {tuple(sorted((working[i], working[j]))) for i, j in TWO_OFF if len(working) > 2}
+    for i, j in sorted(pairs):
         with suppress(VehicleError):  # nothing else pushes
             yield _in_state(f"thrusters {i} and {j} off", vehicle.with_fault(i).with_fault(j))
     yield _in_state(f"thruster {working[0]} weaker", vehicle.with_fault(working[0], WEAKER))

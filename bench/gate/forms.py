@@ -4,6 +4,7 @@ The process loads this file by its place, as ``given``.
 """
 
 from collections.abc import Callable
+from time import monotonic
 from typing import Any
 
 Held = dict[str, Any]
@@ -17,14 +18,23 @@ LEAST = 3.0
 NEAR = 1e-4
 """How far a demand moves that hardly does, relative to it."""
 
+PASSES, LONGEST_S, PROBED = 25, 5.0, 3
+"""How often all forms together go through the demands, how long they may take [s], and how many demands say
+how long a call is."""
+
 
 def forms(
     allocate: Any, taus: Any, low: Any, high: Any, farthest: Callable[[Any, Any], float]
 ) -> dict[str, Held]:
     """How an allocator answers demands (N, k) [N, N m] with limits (N, n) [N], by the name of the form.
 
-    Left out is what it does not have: limits of the call, or ``many``.
+    Left out is what it does not have: limits of the call, or ``many``. A slow one is asked fewer demands, and
+    none at all where one would take too long.
     """
+    count = _affordable(allocate, taus)
+    taus, low, high = taus[:count], low[:count], high[:count]
+    if not count:
+        return {}
     many, usual = getattr(allocate, "many", None), _singly(allocate, taus)
     wanted: dict[str, tuple[Callable[..., Pair], tuple[Any, ...]]]
     wanted = {name: (form, (allocate, taus)) for name, form in OF_DEMANDS.items()}
@@ -46,6 +56,14 @@ def forms(
         same = list(map(int, one[1])) == list(map(int, other[1]))
         found[name] = {"same": same, "apart": farthest(_array(one[0]), _array(other[0]))}
     return found
+
+
+def _affordable(allocate: Any, taus: Any) -> int:
+    """How many of the demands all forms together can be asked in LONGEST_S."""
+    start = monotonic()
+    _singly(allocate, taus[:PROBED])
+    each = (monotonic() - start) / len(taus[:PROBED])
+    return min(len(taus), int(LONGEST_S / (PASSES * max(each, 1e-9))))
 
 
 def _whole(allocate: Any, taus: Any) -> Pair:

@@ -20,6 +20,8 @@ WORKER = Path(__file__).with_name("worker.py")
 TIMEOUT_S = 120.0
 """Longest wait for a reply. The slowest order, importing under valgrind, takes about 5 s, or 30 s on a busy
 machine."""
+NO_REPLY = "no reply"
+"""What is said of a worker that was ended because an order took too long."""
 
 
 class Refused(AllocError):
@@ -144,7 +146,7 @@ class Side:
     def _why(self, timeout: float, in_time: bool) -> str:
         code = self._process.wait()
         if not in_time:
-            return f"no reply within {timeout:g} s"
+            return f"{NO_REPLY} within {timeout:g} s"
         self._errors.seek(0)
         return f"ended with {cause(code, self._errors.read())}"
 

@@ -26,7 +26,7 @@ OTHER = {
     *("pct", "percent", "share", "norm", "normalised", "normalized", "rel", "relative"),
     *("err", "error", "e", "std", "var", "cov", "rms", "abs", "delta", "prev", "previous"),
     *("enable", "enabled", "pwm", "joy", "joystick", "stick", "rc", "kp", "ki", "kd", "gain", "drag", "wave"),
-    *("made", "actual", "measured", "wind", "ocean", "current"),
+    *("made", "actual", "wind", "ocean"),
     *(unit.lower() for unit in (*FORCE, *MOMENT)),
 }
 """Words before a DOF's name that make it another thing: its opposite, one side's, a bound, a share, or a
@@ -70,4 +70,5 @@ def says_moment(name: str, quantity: str) -> bool:
     words = words_of(name)
     if _MINUS.search(name) or OTHER & set(words):
         return False
-    return "".join(words[-2:]) == TAU[quantity] or (quantity in words and bool(TORQUE & set(words)))
+    beside = quantity in words and bool(TORQUE & set(words))  # not yaw_torque_limit, yaw_moment_arm
+    return "".join(words[-2:]) == TAU[quantity] or (beside and words[-1] in TORQUE | {quantity})

@@ -60,7 +60,7 @@ def assign(
             found[quantity] = _named(place, header, units, quantity, given[quantity])
             continue
         columns = [c for i in range(len(header)) if (c := _meant(header[i], units, i, quantity))]
-        if len(columns) == 1 and maybe_angle(columns[0], quantity):
+        if every and len(columns) == 1 and maybe_angle(columns[0], quantity):
             columns += _moments(header, units, dof, given, quantity)
         exact = [column for column in columns if column.name == quantity]
         if len(columns) > 1 and quantity != TIME:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
@@ -185,12 +185,19 @@ def front_of(shards: Path) -> "pa.Table":
 
 def identity(space: LayoutSpace, keys: StudyFile, n: int) -> str:
     """All that decides the bytes of a study's shards, as JSON."""
-    numbers = {"n": n, "study": msgspec.to_builtins(keys), "base": _plain(replace(space, said=()))}
+    study, base = msgspec.to_builtins(keys), _plain(replace(space, said=()))
+    # Folders from before these keys are gone on with where they say nothing.
+    del base["said"]
+    for key in ("frame", "columns", "scale"):
+        if not study["demands"][key]:
+            del study["demands"][key]
+    numbers = {"n": n, "study": study, "base": base}
     return msgspec.json.format(msgspec.json.encode(numbers, order="sorted")).decode() + "\n"
 
 
-def _plain(space: LayoutSpace) -> object:
+def _plain(space: LayoutSpace) -> dict[str, Any]:
     def plain(value: object) -> object:
         return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else str(value)
 
-    return msgspec.json.decode(msgspec.json.encode(space, enc_hook=plain))
+    made: dict[str, Any] = msgspec.json.decode(msgspec.json.encode(space, enc_hook=plain))
+    return made

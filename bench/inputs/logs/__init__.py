@@ -168,11 +168,12 @@ def _checked(path: Path, log: Log, dof: tuple[str, ...]) -> tuple[FloatArray, Fl
         before, behind = log.t[back[0] : back[0] + 2]
         raise DemandError(
             f"{path}: time goes back from {before:.6g} to {behind:.6g} s, as where a simulation was started"
-            " again; record each by itself, or cut it"
+            " again, or a clock was set; record each by itself, or cut it"
         )
     order = np.argsort(log.t, kind="stable")  # messages may arrive out of order
     t, taus = log.t[order], log.taus[order]
-    left_out = [axis for axis, column in zip(DOF, taus.T, strict=True) if axis not in dof and column.any()]
+    asked = np.nan_to_num(taus)
+    left_out = [axis for axis, some in zip(DOF, asked.T, strict=True) if some.any() and axis not in dof]
     taus = taus[:, [DOF.index(axis) for axis in dof]]
     bad = np.flatnonzero(~(np.abs(taus) <= LARGEST).all(axis=1))
     if bad.size:

@@ -34,11 +34,8 @@ def read(path: Path, topic: str) -> Log:
     # A ROS 2 recording is a folder, so a file of it stands for the folder.
     bag = path.parent if path.suffix.lower() in (".db3", ".mcap") else path
     metadata = bag / "metadata.yaml"
-    if (
-        bag != path
-        and metadata.exists()
-        and path.name not in metadata.read_text(encoding="utf-8", errors="replace")
-    ):
+    listed = metadata.read_text(encoding="utf-8", errors="replace") if metadata.exists() else ""
+    if bag != path and listed and path.name not in listed and path.resolve().name not in listed:
         raise FileError(
             f"{path}: is no file of the recording in its folder, by metadata.yaml; put it into one of its own"
             " with its metadata.yaml"
@@ -84,9 +81,9 @@ def _stamped(stamps: list[Any], received: NDArray[np.int64]) -> NDArray[np.int64
     A simulation begins at 0, which is its first message's time; elsewhere 0 is a stamp that was never set.
     """
     t_ns = np.array([stamp.sec * 10**9 + stamp.nanosec for stamp in stamps], dtype=np.int64)
-    unset = int(np.count_nonzero(t_ns == 0))
-    simulated = t_ns.max(initial=0) < CALENDAR_NS
-    known = len(t_ns) == len(received) and unset <= (1 if simulated else 0)
+    unset, others = np.count_nonzero(t_ns == 0), t_ns[t_ns > 0]
+    begins = unset == 1 and others.max(initial=0) < CALENDAR_NS and others.min(initial=CALENDAR_NS) < 10**9
+    known = len(t_ns) == len(received) and (not unset or begins)
     return t_ns if known and (len(t_ns) < 2 or np.ptp(t_ns) > 0) else received
 
 

@@ -65,7 +65,7 @@ function ordered(sizes) {
       const alike = left.filter((size) => median(size) <= data.close * median(left[0]));
       const group = alike.length ? alike : [left[0]];
       const place = (size) => 2 * (size.steps === null) + !size.twin;
-      found.push(...group.toSorted((a, b) => place(a) - place(b)));
+      found.push(...[...group].sort((a, b) => place(a) - place(b)));
       left = left.slice(group.length);
     }
   }

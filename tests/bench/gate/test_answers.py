@@ -13,6 +13,7 @@ from alloc.allocation import FloatArray, StatusArray
 from alloc.nullspace.region import prepare
 from alloc.vehicle.checks import ARRAYS
 from bench.demands import DemandSet, build_demands
+from bench.gate import forms
 from bench.gate.answers import SideAnswers, answered, differ, first, wrong
 from bench.gate.asked import (
     AXES,
@@ -26,7 +27,7 @@ from bench.gate.asked import (
     nobody,
 )
 from bench.gate.examine import judge_cell, vehicle_of
-from bench.gate.given import packed
+from bench.gate.given import farthest, packed
 from bench.gate.prober import Prober
 from bench.gate.record import GateCell
 from bench.gate.side import Refused
@@ -591,3 +592,18 @@ def test_a_head_without_the_shares_or_the_many_of_its_base_differs(
 def test_thrusts_that_are_no_real_numbers_are_not_taken_for_their_real_parts() -> None:
     with pytest.raises(TypeError, match="complex"):
         packed(np.ones(3) * (1 + 1j))
+
+
+def test_a_method_whose_calls_take_long_is_asked_fewer_demands_in_other_forms(
+    vehicle: Vehicle, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its process would be ended for it, and the head alone called wrong."""
+    asked, taus = list[FloatArray](), np.ones((20, vehicle.k))
+
+    def call(tau: FloatArray) -> Allocation:
+        asked.append(tau)
+        return Allocation(np.zeros(vehicle.n), Status.PARTIAL)
+
+    monkeypatch.setattr(forms, "LONGEST_S", 0.0)
+    assert forms.forms(call, taus, taus, taus, farthest) == {}
+    assert len(asked) == forms.PROBED

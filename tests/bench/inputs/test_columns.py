@@ -117,6 +117,14 @@ def test_moments_in_units_of_forces_times_lengths_are_read(
     assert "--scale" in message
 
 
+@pytest.mark.parametrize("other", ["yaw_torque_lim", "yaw_moment_arm", "yaw_torque_fb"])
+def test_what_is_about_a_moment_is_no_moment_that_yaw_could_be(file: Path, other: str) -> None:
+    written(file, f"surge,sway,yaw,{other}\n1,2,3,4\n")
+    log = read_demands(file, DOF)
+    assert log.taus.tolist() == [[1, 2, 3]]
+    assert f"left out: {other}" in log.said
+
+
 @pytest.mark.parametrize(
     "name",
     [

@@ -81,6 +81,16 @@ def test_a_simulation_s_stamps_are_its_times_from_its_first_one(tmp_path: Path) 
     np.testing.assert_allclose(log.t, t, atol=1e-9)
 
 
+def test_a_stamp_that_was_never_set_gives_way_to_the_times_of_recording() -> None:
+    def stamps(*seconds: float) -> list[SimpleNamespace]:
+        return [SimpleNamespace(sec=int(t), nanosec=round(t % 1 * 1e9)) for t in seconds]
+
+    received = np.arange(5) * 10**8 + 10**18
+    for given in ((50, 50.1, 0, 50.3, 50.4), (0, 50.1, 50.2, 50.3, 50.4)):
+        assert (rosbag._stamped(stamps(*given), received) == received).all()
+    assert rosbag._stamped(stamps(0, 0.1, 0.2, 0.3, 0.4), received)[1] == 10**8
+
+
 def test_stamps_that_stand_still_give_way_to_the_times_of_recording(tmp_path: Path) -> None:
     log = read_log(write_bag2(tmp_path, np.full(20, 0.5), np.ones((20, 6))), DOF)
     assert log.t is not None
@@ -97,6 +107,7 @@ def test_two_sessions_of_a_simulation_are_not_shuffled_into_one(tmp_path: Path) 
 def test_what_is_asked_of_axes_that_the_vehicle_does_not_have_is_said(tmp_path: Path) -> None:
     taus = np.zeros((20, 6))
     taus[:, [0, 1]] = 5.0
+    taus[:, 3] = np.nan  # nothing was asked of roll
     log = read_log(write_bag2(tmp_path, np.arange(20) * 0.1, taus), ("surge", "yaw"))
     assert log.said.endswith("; left out: sway, which the vehicle does not have")
 
