@@ -330,6 +330,7 @@ def test_motors_whose_pulses_the_autopilot_mirrors_and_the_vehicle_does_not_are_
     tmp_path: Path,
 ) -> None:
     """All of a motor's thrust had the wrong sign, without a word."""
+    pytest.importorskip("pymavlink", reason="the extra ardupilot")
     own = tuple(i + 1 for i, esc in enumerate(VEHICLE.esc) if esc.reversed)
     given = (T, SENT.u, VOLTS, SHARES[:, 3:])
     assert "MOT_n_DIRECTION" not in read_outputs(write_bin(tmp_path, *given, mirrored=own), VEHICLE).doubt
