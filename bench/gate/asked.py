@@ -66,7 +66,7 @@ def demand_sets(vehicle: Vehicle) -> list[DemandSet]:
     """The demands that cells of a vehicle are asked.
 
     All kinds mixed; then those with limits of their own, of both sides and of one; then those with each
-    thruster off in turn, with two off, and with a weaker one; then near rest and far out.
+    thruster off in turn, with two off, and with a weaker one; near rest and far out; within wider limits.
     """
     edges = edge_demands(vehicle, np.random.default_rng(SEED), EDGES)
     mixed = np.random.default_rng(SEED).permutation(np.vstack([_of_kinds(vehicle, LOOKED_AT), edges]))

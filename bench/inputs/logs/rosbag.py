@@ -40,9 +40,9 @@ def read(path: Path, topic: str) -> Log:
             f"{path}: is no file of the recording in its folder, by metadata.yaml; put it into one of its own"
             " with its metadata.yaml"
         )
-    if path.is_dir() and not (path / "metadata.yaml").exists():
+    if path.is_dir() and not metadata.exists():
         raise FileError(f"{path}: not a bag, as it has no metadata.yaml; give one file, as {path}/NAME.csv")
-    if bag.is_dir() and not (bag / "metadata.yaml").exists():
+    if bag.is_dir() and not metadata.exists():
         raise FileError(
             f"{path}: has no metadata.yaml beside it; copy the recording's whole folder, or make that file:"
             " `ros2 bag reindex`"
