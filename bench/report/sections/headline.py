@@ -113,7 +113,7 @@ def _trust(run: Run) -> str:
     short = sum(right(row) and optimal(row) and not complete(row) for row in rows)
     text = f"Every timed answer was judged. Of {len(rows)} rows {len(rows) - failed - wrong} are right"
     if short:
-        text += f" ({short} of them of methods that stop short of some demand that can be met)"
+        text += f" ({short} of them of optimising methods that stop short of some demand that can be met)"
     return f"{text}, {wrong} wrong, {failed} not measured.{_unfinished(run)}"
 
 

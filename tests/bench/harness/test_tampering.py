@@ -11,7 +11,7 @@ TIME_LIMIT_S = 1.0
 
 
 @pytest.fixture(scope="module")
-def record(tmp_path_factory: pytest.TempPathFactory) -> Record:
+def record(tmp_path_factory: pytest.TempPathFactory, bare_runs: None) -> Record:
     folder = tmp_path_factory.mktemp("tampering")
     settings = RunSettings(
         vehicles=("ukwial",),

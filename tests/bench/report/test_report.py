@@ -85,7 +85,7 @@ def test_the_headline_counts_solvers_that_give_up_although_they_keep_their_promi
     cells = [counts("qp/a", SOLVED=10), counts("qp/b", SOLVED=8, NOT_CONVERGED=2), counts("qp/c", PARTIAL=10)]
     text = opening(made_up.record(tmp_path, made_up.header(), made_up.problem("ukwial", 4), *cells))
     assert (
-        "Of 3 rows 3 are right (2 of them of methods that stop short of some demand that can be met)" in text
+        "Of 3 rows 3 are right (2 of them of optimising methods that stop short of some demand that can be met)" in text
     )
 
 
