@@ -243,6 +243,11 @@ def test_a_curve_comes_out_of_a_csv_beside_the_vehicle_in_kgf_or_newtons(tmp_pat
     assert read_curve(tmp_path / "mine.csv") == {"": [(1100, -3), (1900, 4)]}
 
 
+def test_a_remark_behind_a_curve_s_row_is_none_of_its_columns(tmp_path: Path) -> None:
+    (tmp_path / "mine.csv").write_text("command,N\n1100,-3,bench 2\n1900,4,,\n")
+    assert read_curve(tmp_path / "mine.csv") == {"": [(1100, -3), (1900, 4)]}
+
+
 def test_a_curve_that_falls_in_places_becomes_the_nearest_that_does_not() -> None:
     points = np.array([[1100, -3.0], [1104, -3.1], [1500, 0], [1600, 2], [1604, 1.8], [1900, 5]])
     assert monotone(points, 1500) == pytest.approx([-3.05, -3.05, 0, 1.9, 1.9, 5])

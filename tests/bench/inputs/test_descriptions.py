@@ -189,7 +189,10 @@ def test_the_vehicle_of_a_world_is_the_model_that_has_thrusters(tmp_path: Path) 
     hatch = ground.replace(
         "</model>", '<joint name="hatch" type="fixed"><child>floor</child></joint></model>'
     )
-    for others in (ground, hatch):
+    ship = ground.replace("ground", "ship").replace(
+        "</model>", '<joint name="propeller" type="revolute"><child>floor</child></joint></model>'
+    )  # no plug-in drives it: scenery
+    for others in (ground, hatch, ship):
         check(tmp_path, sdf().replace("<model ", f"{others}<model ", 1), "six.sdf", None)
     second = sdf().partition('<world name="w">')[2].replace("</world></sdf>", "").replace('"six"', '"seven"')
     with pytest.raises(AllocError, match=r"six\.sdf: models six, seven have thrusters; keep one of them in"):

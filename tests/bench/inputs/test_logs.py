@@ -119,6 +119,9 @@ def test_a_file_that_its_folder_s_recording_does_not_have_is_refused(
     folder = write_bag2(tmp_path, *demands)
     (inside,) = folder.glob("*.db3")
     assert len(read_log(inside, DOF).taus) == len(demands[1])
+    (link := folder / "today.db3").symlink_to(inside)
+    assert len(read_log(link, DOF).taus) == len(demands[1])
+    link.unlink()
     alien = inside.rename(folder / "dive_b.db3")
     assert "is no file of the recording in its folder" in refused(lambda: read_log(alien, DOF), alien)
 

@@ -1,10 +1,12 @@
 """Shards: the same bytes whoever works them out, whole or not there; a study goes on where it stopped."""
 
+import json
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from scipy.stats import qmc
@@ -14,7 +16,7 @@ from bench.layouts import sampling, shards
 from bench.layouts.front import losses, merged, spread, unbeaten
 from bench.layouts.measure import Columns, numbers
 from bench.layouts.report import page, render_study
-from bench.layouts.run import Compute, Done, check_folder, front_of, run_study
+from bench.layouts.run import Compute, Done, check_folder, front_of, identity, run_study
 from bench.layouts.sampling import SHARD, ShardTask, tasks, values
 from bench.layouts.shards import OtherVersion, compute, file_name, read_shard, source_digest, whole_shards
 from bench.layouts.space import LayoutSpace
@@ -94,6 +96,17 @@ def test_a_folder_with_shards_is_refused_without_resume_and_for_another_study(
     with pytest.raises(AllocError, match="another study, base, --n or seed"):
         check_folder(folder, space, keys, N + 1, resume=True)
     check_folder(folder, space, keys, N, resume=True)
+
+
+def test_a_folder_from_before_logs_had_keys_in_a_study_is_gone_on_with(
+    study: tuple[LayoutSpace, StudyFile, Path],
+) -> None:
+    space, keys, _ = study
+    asked = json.loads(identity(space, keys, N))
+    assert not {"frame", "columns", "scale"} & asked["study"]["demands"].keys()
+    assert "said" not in asked["base"]
+    framed = msgspec.structs.replace(keys, demands=msgspec.structs.replace(keys.demands, frame="flu"))
+    assert json.loads(identity(space, framed, N))["study"]["demands"]["frame"] == "flu"
 
 
 def test_a_worker_with_other_code_is_refused(study: tuple[LayoutSpace, StudyFile, Path]) -> None:
