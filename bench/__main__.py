@@ -4,6 +4,7 @@ import os
 import pkgutil
 import signal
 import sys
+from collections import Counter
 from importlib import import_module
 from io import TextIOWrapper
 from typing import Any
@@ -33,6 +34,23 @@ class Commands(click.Group):
                         option.help = f"{option.help.removesuffix(REPEATED)}{REPEATED}"
                 return command
         return None
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the command; raises UsageError where an option that takes one value is given two.
+
+        click takes the last, and a vehicle or method that was named would be dropped without a word.
+        """
+        name, command, rest = super().resolve_command(ctx, args)
+        if command is not None:
+            own = click.Context(command, parent=ctx, info_name=name, **command.context_settings)
+            *_, order = command.make_parser(own).parse_args(args=list(rest))
+            for option, times in Counter(order).items():
+                one = isinstance(option, click.Option) and not (option.multiple or option.is_flag)
+                if one and times > 1:
+                    raise click.UsageError(f"{option.opts[-1]} takes one value; {times} are given", own)
+        return name, command, rest
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command; raises ReaderLeft where click and rich would end with 1, the gate's regression."""

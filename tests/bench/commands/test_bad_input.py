@@ -80,6 +80,11 @@ def refusal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
         ("allocate", "Missing"),
         ("allocate|good.csv|--vehicle|ukwial|--method|pinv|--speed", "No such option"),
         (
+            "allocate|good.csv|--vehicle|ukwial|--method|pinv|--method|clip",
+            "allocate: --method takes one value; 2 are given",
+        ),
+        ("board|--vehicle|ukwial|--vehicle|tiburon", "board: --vehicle takes one value; 2 are given"),
+        (
             "allocate|good.csv|--vehicle|yellow|--method|pinv",
             "no vehicle 'yellow'; there are bluerov2",
         ),
