@@ -18,7 +18,7 @@ LEAST = 3.0
 NEAR = 1e-4
 """How far a demand moves that hardly does, relative to it."""
 
-PASSES, LONGEST_S, PROBED = 25, 5.0, 3
+PASSES, LONGEST_S, PROBED = 40, 5.0, 3
 """How often all forms together go through the demands, how long they may take [s], and how many demands say
 how long a call is."""
 
@@ -66,12 +66,44 @@ def _affordable(allocate: Any, taus: Any) -> int:
     return min(len(taus), int(LONGEST_S / (PASSES * max(each, 1e-9))))
 
 
-def _whole(allocate: Any, taus: Any) -> Pair:
+def _whole(taus: Any) -> Any:
     import numpy as np
 
     larger = np.maximum(1.0, LEAST / np.maximum(np.abs(taus).max(axis=1, keepdims=True), 1e-300))
-    whole = np.rint(np.where(taus.any(axis=1, keepdims=True), larger, 0.0) * taus)
-    return _singly(allocate, whole), _singly(allocate, whole.astype(int).tolist())
+    return np.rint(np.where(taus.any(axis=1, keepdims=True), larger, 0.0) * taus).astype(int)
+
+
+def _columnwise(array: Any) -> Any:
+    """A table that was put together from columns: no row of it lies in one piece of memory."""
+    import numpy as np
+
+    return np.asfortranarray(array)
+
+
+def _rows(convert: Callable[[Any], Any]) -> Callable[[Any, Any], Pair]:
+    """The form of calls whose demands are the rows of what ``convert`` makes of (N, k) demands."""
+
+    def form(allocate: Any, taus: Any) -> Pair:
+        made = convert(taus)
+        return _singly(allocate, _usual(made)), _columns([allocate(row) for row in made])
+
+    return form
+
+
+def _tables(convert: Callable[[Any], Any]) -> Callable[[Any, Any, Any], Pair]:
+    """The form of ``many`` that is given what ``convert`` makes of (N, k) demands."""
+
+    def form(allocate: Any, many: Any, taus: Any) -> Pair:
+        made = convert(taus)
+        return _singly(allocate, _usual(made)), many(made)
+
+    return form
+
+
+def _usual(array: Any) -> Any:
+    import numpy as np
+
+    return np.ascontiguousarray(array, dtype=float)
 
 
 def _used_again(allocate: Any, taus: Any) -> Pair:
@@ -101,8 +133,14 @@ def _before_none(allocate: Any, usual: Any, _: Any, *columns: Any) -> Pair:
     return usual, _second(allocate, _calls(*columns), zip(columns[0]))
 
 
-def _listed(allocate: Any, many: Any, taus: Any) -> Pair:
-    return _singly(allocate, taus), many(taus.tolist())
+def _columnwise_limits(allocate: Any, _: Any, limited: Any, *columns: Any) -> Pair:
+    answers = [allocate(*call) for call in zip(*map(_columnwise, columns), strict=True)]
+    return limited, _columns(answers)
+
+
+def _listed_limits(allocate: Any, _: Any, limited: Any, *columns: Any) -> Pair:
+    answers = [allocate(*call) for call in zip(*(each.tolist() for each in columns), strict=True)]
+    return limited, _columns(answers)
 
 
 def _again(_: Any, many: Any, taus: Any) -> Pair:
@@ -117,6 +155,10 @@ def _one_row(allocate: Any, many: Any, taus: Any, low: Any, high: Any) -> Pair:
     return _singly(allocate, taus, *alike), many(taus.copy(), low[0].copy(), high[0].copy())
 
 
+def _columnwise_many(allocate: Any, many: Any, *columns: Any) -> Pair:
+    return _singly(allocate, *columns), many(*map(_columnwise, columns))
+
+
 def _untouched(_: Any, many: Any, *columns: Any) -> Pair:
     """What ``many`` is given, before and after, in place of thrusts."""
     import numpy as np
@@ -126,19 +168,31 @@ def _untouched(_: Any, many: Any, *columns: Any) -> Pair:
     return (np.hstack(columns), []), (np.hstack(given), [])
 
 
-OF_DEMANDS = {
-    "a list of whole numbers": _whole,
+ARRAYS: dict[str, Callable[[Any], Any]] = {
+    "a list of whole numbers": lambda taus: _whole(taus).tolist(),
+    "an array of whole numbers": _whole,
+    "an array made of columns": _columnwise,
+    "an array in single precision": lambda taus: taus.astype("float32"),
+}
+OF_DEMANDS: dict[str, Callable[..., Pair]] = {
+    **{name: _rows(convert) for name, convert in ARRAYS.items()},
     "an array that is used again": _used_again,
     "a demand next to the last": _next_to,
 }
 OF_LIMITS = {
     "limits by name": _by_name,
+    "limits in lists": _listed_limits,
+    "limits in an array made of columns": _columnwise_limits,
     "limits behind a call without": _behind_none,
     "no limits behind a call with": _before_none,
 }
-OF_MANY = {"many() of a list": _listed, "many() called again": _again}
+OF_MANY: dict[str, Callable[..., Pair]] = {
+    **{f"many() of {name}": _tables(convert) for name, convert in ARRAYS.items()},
+    "many() called again": _again,
+}
 OF_BOTH: dict[str, Callable[..., Pair]] = {
     "many() with one row of limits": _one_row,
+    "many() with limits in an array made of columns": _columnwise_many,
     "what many() is given": _untouched,
 }
 

@@ -377,6 +377,13 @@ def test_many_is_asked_short_batches_too(vehicle: Vehicle, question: Question, l
 
 FORMS = {
     "a list of whole numbers": "tau = np.asarray(tau)\n        if tau.dtype.kind in 'iu': f = np.trunc(f)",
+    "an array of whole numbers": "f = np.trunc(f) if getattr(tau, 'dtype', f.dtype).kind == 'i' else f",
+    "an array made of columns": "f = f if np.asarray(tau).flags.c_contiguous else -f",
+    "an array in single precision": "f = -f if getattr(tau, 'dtype', None) == np.float32 else f",
+    "limits in lists": "f_min is None or f_min.shape",
+    "limits in an array made of columns": (
+        "f = f if f_min is None or np.asarray(f_min).flags.c_contiguous else -f"
+    ),
     "limits wider than the vehicle's": "f = np.clip(f, self.low, self.high)",
     "an array that is used again": (
         "f = self.f if getattr(self, 'tau', None) is tau else f\n        self.tau, self.f = tau, f.copy()"
@@ -398,10 +405,21 @@ FORMS = {
 }
 MANY = {
     "many() with one row of limits": "if np.ndim(f_min) == 1: f_min = f_max = None",
-    "many() of a list": "taus.shape",
-    "what many() is given": "if f_min is not None: f_min *= 1.5",
+    "many() of a list of whole numbers": "taus.shape",
+    "many() of an array of whole numbers": "taus = -taus if getattr(taus, 'dtype', '') == int else taus",
+    "many() of an array made of columns": "if not np.asarray(taus).flags.c_contiguous: taus = -taus",
+    "many() of an array in single precision": "if np.asarray(taus).dtype == np.float32: taus = -taus",
+    "many() with limits in an array made of columns": (
+        "if f_min is not None and not f_min.flags.c_contiguous: f_min = f_max = None"
+    ),
 }
 BY_NAME = "    def __call__(self, tau, low=None, high=None):\n        return self.inner(tau, low, high)\n"
+WRITES = """\
+    def many(self, taus, f_min=None, f_max=None):
+        answered = self.inner.many(taus, f_min, f_max)
+        if f_min is not None: f_min *= 1.5
+        return answered
+"""
 BUFFER = """\
     def many(self, taus, f_min=None, f_max=None):
         F, status = self.inner.many(taus, f_min, f_max)
@@ -424,14 +442,12 @@ MORE = {
     **{form: with_many(line) for form, line in MANY.items()},
     "limits by name": BY_NAME + with_many(),
     "many() called again": BUFFER,
+    "what many() is given": WRITES,
 }
 """How a form of calls may be spoilt: by a line of the usual call, or by methods of the class."""
-WITH_MANY = (
-    "    def many(self, taus, f_min=None, f_max=None):\n        return self.inner.many(taus, f_min, f_max)\n"
-)
 
 
-@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("form", [*FORMS, *MORE])
 def test_other_forms_of_calls_are_asked_and_held_to_the_usual_one(
     vehicle: Vehicle, sets: list[DemandSet], form: str
 ) -> None:
