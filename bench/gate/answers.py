@@ -173,15 +173,21 @@ def wrong_ones(question: Question, side: SideAnswers) -> BoolArray:
     return wrong
 
 
+FOUND = (Status.SOLVED, Status.PARTIAL)
+"""What a method says that gives thrusts: more than it said where it gave up."""
+
+
 def differ(question: Question, base: SideAnswers, head: SideAnswers) -> str:
-    """How two sides' answers differ, but for those that were wrong and now are right; empty where they don't.
+    """How two sides' answers differ; empty where they don't, or were wrong, or none, and now are right.
 
     Answers that are wrong on both sides are compared too: a wrong answer may get worse.
     """
     vehicle, on_edge = question.demands.vehicle, np.abs(question.demands.alpha - 1) <= EDGE
     if less := _less(base, head):
         return less
-    mended = wrong_ones(question, base) & ~wrong_ones(question, head)
+    pairs = [(a.status, b.status) for a, b in zip(base.answers, head.answers, strict=True)]
+    found = np.array([a == Status.NOT_CONVERGED and b in FOUND for a, b in pairs], dtype=bool)
+    mended = (wrong_ones(question, base) | found) & ~wrong_ones(question, head)
     alike = ~mended
     for i, (a, b) in enumerate(zip(base.answers, head.answers, strict=True)):
         if a.status != b.status:

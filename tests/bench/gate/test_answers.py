@@ -545,6 +545,20 @@ def test_answers_with_different_statuses_differ(question: Question, right: list[
     assert differing == f"status SOLVED → PARTIAL for demand {i}"
 
 
+@pytest.mark.parametrize("formulation", ["mine", "hard"])
+def test_an_answer_where_base_gave_up_is_no_regression(
+    question: Question, right: list[Allocation], formulation: str
+) -> None:
+    promises = {**PROMISES, "formulation": formulation}
+    i, none = at(question, Label.ACTIVE), np.full(4, np.nan)
+    gave_up = changed(right, i, none, Status.NOT_CONVERGED)
+    base, head = (SideAnswers("", promises, answers) for answers in (gave_up.answers, right))
+    assert differ(question, base, head) == ""
+    assert f"SOLVED → NOT_CONVERGED for demand {i}" in differ(question, head, base)
+    nothing = changed(right, i, none, Status.INFEASIBLE).answers
+    assert differ(question, base, SideAnswers("", promises, nothing))
+
+
 def test_a_wrong_answer_that_became_another_wrong_answer_differs(
     question: Question, right: list[Allocation]
 ) -> None:
