@@ -11,6 +11,7 @@ import numpy as np
 from alloc import Label
 from alloc.discovery import Entry
 from alloc.formulations.hard import FORMULATION as HARD
+from bench.demands import DemandSet
 from bench.harness import machine
 from bench.harness.plan import RunSettings
 from bench.judging.question import Question
@@ -97,7 +98,20 @@ def problem(question: Question, study: str = "") -> Problem:
         names=list(vehicle.names),
         given=demands.given,
         frame=vehicle.frame,
+        numbers=np.concatenate(
+            [vehicle.T.ravel(), vehicle.f_min, vehicle.f_max, np.diag(vehicle.H), vehicle.readiness]
+        ).tolist(),
+        sums=_sums(demands) if demands.given else [],
     )
+
+
+def _sums(demands: DemandSet) -> list[float]:
+    """What another log, or one that is read otherwise, has otherwise: no sum in which entries cancel."""
+    limits = [side for side in (demands.f_min, demands.f_max) if side is not None]
+    columns = np.nan_to_num(np.hstack([demands.taus, *limits]))
+    places = np.arange(1, len(columns) + 1) / len(columns)
+    sums: list[float] = (places @ np.hstack([columns.clip(0), -columns.clip(None, 0)])).tolist()
+    return sums
 
 
 def now() -> str:

@@ -103,6 +103,10 @@ class Problem(msgspec.Struct, tag="problem", omit_defaults=True, kw_only=True):
     given : whether a user brought the demands in a file
     frame : frd or flu, of the demands and of every wrench; records without it are of a time that turned all
         vehicles into frd
+    numbers : of the vehicle, by which another one of its name is known: T by rows, f_min, f_max, the diagonal
+        of H, readiness; empty in older records
+    sums : of a user's demands and their limits, by which another log of the name is known: each column's
+        positive and negative entries times their place, from 1/N to 1 [N, N m]
     """
 
     vehicle: str
@@ -130,6 +134,8 @@ class Problem(msgspec.Struct, tag="problem", omit_defaults=True, kw_only=True):
     names: list[str] = []
     given: bool = False
     frame: Literal["frd", "flu"] = "frd"
+    numbers: list[float] = []
+    sums: list[float] = []
 
 
 class Worker(msgspec.Struct, tag="worker", omit_defaults=True, kw_only=True):

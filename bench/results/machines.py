@@ -7,7 +7,7 @@ from math import isclose
 from pathlib import Path
 from typing import Any
 
-from bench.record import RecordError
+from bench.record import Problem, RecordError
 from bench.record.machine import machine_name
 from bench.results.bands import as_sizes, bands
 from bench.results.columns import Row
@@ -18,6 +18,9 @@ from bench.results.ranking import best, own_without_time
 from bench.results.rows import Run, read_run
 from bench.results.size import Size, ordered, worst
 from bench.results.sizing import sizes
+
+SAME = 1e-6
+"""How far two numbers that are the same but for rounding may lie apart, relative to them [-]."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +39,11 @@ class NamedRun:
 
 
 def read_machines(directories: Sequence[Path]) -> list[NamedRun]:
-    """The runs in these folders; raises RecordError for one that is named twice, or holds no record."""
+    """The runs in these folders.
+
+    Raises RecordError for a folder that is named twice or holds no record, and where two runs have another
+    vehicle, or a user's other demands, of one name: they would be shown as one.
+    """
     resolved = [directory.resolve() for directory in directories]
     twice = [
         str(given) for given, real in zip(directories, resolved, strict=True) if resolved.count(real) > 1
@@ -44,6 +51,14 @@ def read_machines(directories: Sequence[Path]) -> list[NamedRun]:
     if twice:
         raise RecordError(f"{twice[0]}: is named twice; give each run once")
     runs = [read_run(directory) for directory in directories]
+    seen: dict[tuple[str, str], tuple[Path, Problem]] = {}
+    for directory, run in zip(directories, runs, strict=True):
+        for key, problem in run.asked.items():
+            first, known = seen.setdefault(key, (directory, problem))
+            if what := _other(known, problem):
+                raise RecordError(
+                    f"{directory}: {what} than in {first}; change the name in one, or report each by itself"
+                )
     names = [
         directory.name if run.record.emulated and not run.rows else machine_name(run.record.header.machine)
         for run, directory in zip(runs, resolved, strict=True)
@@ -56,10 +71,32 @@ def read_machines(directories: Sequence[Path]) -> list[NamedRun]:
     return named
 
 
+def _other(one: Problem, two: Problem) -> str:
+    """What one name stands for in two runs that is not the same; empty where nothing is."""
+    shapes = [(each.dof, each.n, each.rank, each.faults) for each in (one, two)]
+    numbers = [[*each.wrench_scale, each.f_scale, *each.numbers] for each in (one, two)]
+    known = len(numbers[0]) if one.numbers and two.numbers else len(one.wrench_scale) + 1
+    if shapes[0] != shapes[1] or not _alike(*(each[:known] for each in numbers)):
+        return f"{one.vehicle} is another vehicle"
+    asked = [(each.n_demands, each.left_out) for each in (one, two)]
+    if one.sums and two.sums and asked[0] == asked[1] and not _alike(one.sums, two.sums):
+        return f"{one.demands} are other demands"
+    return ""
+
+
+def _alike(one: Sequence[float], two: Sequence[float]) -> bool:
+    """Whether numbers are the same but for rounding, to float too: a board may calculate in it."""
+    return len(one) == len(two) and all(
+        isclose(x, y, rel_tol=SAME, abs_tol=1e-9) for x, y in zip(one, two, strict=True)
+    )
+
+
 def differences(a: Run, b: Run) -> list[str]:
     """In what two runs differ besides their machines, in words: a ratio of their times holds that too."""
     one, two = a.record.header, b.record.header
     said = _apart({"seed": one.seed, "commit": one.commit}, {"seed": two.seed, "commit": two.commit})
+    ours, theirs = ({Path(path).name: sha for path, sha in each.files.items()} for each in (one, two))
+    said += [f"the text of {name}" for name in sorted(ours) if theirs.get(name, ours[name]) != ours[name]]
     if a.by_driver != b.by_driver:  # which has none of Python's versions
         callers = ("a board's driver" if run.by_driver else "Python" for run in (a, b))
         return [*said, f"calls from {' and from '.join(callers)}"]
@@ -88,10 +125,6 @@ def incomparable(a: Run, b: Run, vehicle: str, demands: str) -> str:
         return "demands of another seed"
     if ours.n_demands != theirs.n_demands:
         return f"{ours.n_demands} demands and {theirs.n_demands}"
-    numbers = zip((*ours.wrench_scale, ours.f_scale), (*theirs.wrench_scale, theirs.f_scale), strict=False)
-    alike = (ours.dof, ours.n, ours.rank, ours.faults) == (theirs.dof, theirs.n, theirs.rank, theirs.faults)
-    if not alike or not all(isclose(x, y, rel_tol=1e-9) for x, y in numbers):
-        return "another vehicle of the same name"
     if a.by_driver != b.by_driver:  # a call from Python takes ten times what the C in it takes
         return "one machine's calls were made from Python, the other's by a board's driver in C"
     return f"other C: {'; '.join(apart)}" if (apart := _apart(a.form, b.form)) else ""

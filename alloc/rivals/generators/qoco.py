@@ -6,6 +6,7 @@ import re
 import tempfile
 from importlib.util import find_spec
 from pathlib import Path
+from threading import Lock
 
 import numpy as np
 
@@ -23,6 +24,8 @@ TOLERANCE: dict[Level, dict[Scalar, float]] = {"default": {"double": 1e-3, "floa
 that take thrusters to their limits, whatever its regularisation and refinement (docs/studies/rivals.py)."""
 
 
+_QUIET = Lock()
+"""Standard output is the process's: of two threads that redirect it one would put the other's back."""
 _DEFINED = re.compile(r"^(?:void|double|int|unsigned char) (\w+)\(", re.MULTILINE)
 
 
@@ -39,7 +42,7 @@ def generate(qp: QP, scalar: Scalar, level: Level) -> Files:
     G, h = qp.one_sided
     p, m = qp.A.shape
     matrices = csc_matrix(qp.H), qp.g, csc_matrix(qp.A), np.zeros(p), csc_matrix(G), h
-    with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
+    with tempfile.TemporaryDirectory() as folder, _QUIET, contextlib.redirect_stdout(io.StringIO()):
         qocogen.generate_solver(m, len(h), p, *matrices, len(h), 0, None, folder, "qoco")
         paths = sorted(Path(folder, "qoco").glob("*.[ch]"))
         texts = {path.name: _plain(path.read_text(encoding="utf-8")) for path in paths}

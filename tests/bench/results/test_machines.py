@@ -1,12 +1,20 @@
 """Runs of several machines: their names, what may be compared, where orders differ, what fits on all."""
 
+import dataclasses
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from alloc import Vehicle, load_vehicle
 from bench.chips.target import target
-from bench.record import Batch, Cell, Emulated, Key, Line, RecordError
+from bench.demands import build_demands
+from bench.harness.lines import problem as problem_line
+from bench.inputs.logs import LogOptions
+from bench.judging.question import Question
+from bench.record import Batch, Cell, Emulated, Key, Line, Problem, RecordError
 from bench.record.machine import machine_name
 from bench.results.fit import Fit, Loop
 from bench.results.machines import (
@@ -75,8 +83,6 @@ def test_what_differs_between_two_runs_is_said(tmp_path: Path) -> None:
         ({}, 1, ""),
         ({}, 2, "demands of another seed"),
         ({"n_demands": 11}, 1, "10 demands and 11"),
-        ({"f_scale": 51.0}, 1, "another vehicle of the same name"),
-        ({"wrench_scale": [100.0, 100.0, 51.0]}, 1, "another vehicle of the same name"),
         ({"demands": "other"}, 1, "not asked on both"),
     ],
 )
@@ -87,6 +93,65 @@ def test_times_are_compared_only_where_the_same_was_asked(
     folders = [folder(tmp_path, "a", problem), folder(tmp_path, "b", replace(problem, **changes), seed=seed)]
     a, b = (machine.run for machine in read_machines(folders))
     assert incomparable(a, b, "ukwial", "active") == reason
+
+
+NUMBERS = {"numbers": [1.0, -0.2, 50.0, -50.0]}
+SUMS = {"sums": [3.0, 0.0, 20.0]}
+
+
+@pytest.mark.parametrize(
+    ("known", "changes", "what"),
+    [
+        ({}, {"f_scale": 51.0}, "ukwial is another vehicle"),
+        ({}, {"wrench_scale": [100.0, 100.0, 51.0]}, "ukwial is another vehicle"),
+        ({}, {"rank": 2}, "ukwial is another vehicle"),
+        (NUMBERS, {"numbers": [1.0, -0.2, 50.0, -40.0]}, "ukwial is another vehicle"),
+        (NUMBERS, {"numbers": [1.0, -0.2, 50.0, float(np.float32(-50.000001))]}, ""),  # a board's limit
+        (NUMBERS, {"numbers": []}, ""),  # an older record
+        (SUMS, {"sums": [3.0, 1.0, 20.0]}, "active are other demands"),
+        (SUMS, {"sums": [3.0, 1.0, 20.0], "n_demands": 11}, ""),  # more of the same log
+    ],
+)
+def test_another_vehicle_or_log_of_one_name_is_not_shown_as_the_same(
+    known: dict[str, Any], changes: dict[str, Any], what: str, tmp_path: Path
+) -> None:
+    """The ratio held the vehicle's edited limits, and one verdict stood for both."""
+    problem = replace(made_up.problem("ukwial"), **known)
+    folders = [folder(tmp_path, "a", problem), folder(tmp_path, "b", replace(problem, **changes))]
+    if what:
+        with pytest.raises(
+            RecordError, match=rf"b: {what} than in .*a; change the name in one, or report each"
+        ):
+            read_machines(folders)
+    else:
+        assert len(read_machines(folders)) == 2
+
+
+def test_what_a_record_holds_of_a_vehicle_and_a_log_tells_others_apart(tmp_path: Path) -> None:
+    ukwial, log = load_vehicle("ukwial"), tmp_path / "dive.csv"
+
+    def line(vehicle: Vehicle, *rows: str, scale: tuple[float, ...] = ()) -> Problem:
+        log.write_text("\n".join(["surge,sway,yaw", *rows]) + "\n")
+        demands = build_demands(log, vehicle, 0, 2, LogOptions(scale=scale))
+        return problem_line(Question(demands, {}, {}))
+
+    rows = ("100,2,-3", "10,-20,3")
+    weaker = dataclasses.replace(ukwial, f_min=ukwial.f_min * [1, 1, 1, 0.9])
+    assert line(ukwial, *rows).numbers != line(weaker, *rows).numbers
+    assert line(ukwial, *rows).wrench_scale == line(weaker, *rows).wrench_scale
+    sums = np.array([[60, 1, 3], [0, 20, 1.5]])  # of what is positive and negative; the first row counts half
+    assert line(ukwial, *rows).sums == pytest.approx(sums.ravel())
+    assert line(ukwial, *rows, scale=(2.0, 2.0, 2.0)).sums == pytest.approx(2 * sums.ravel())
+    assert line(ukwial, *rows[::-1]).sums != pytest.approx(sums.ravel())
+
+
+def test_a_file_of_one_name_with_another_text_is_said(tmp_path: Path) -> None:
+    folders = [
+        folder(tmp_path, "a", files={"casc.py": "1", "log.csv": "2"}),
+        folder(tmp_path, "b", files={"v4/casc.py": "3", "log.csv": "2", "more.csv": "4"}),
+    ]
+    a, b = (machine.run for machine in read_machines(folders))
+    assert differences(a, b) == ["the text of casc.py"]
 
 
 def test_a_call_from_python_is_not_compared_with_one_by_a_board_s_driver(tmp_path: Path) -> None:
