@@ -28,7 +28,7 @@ def command(ctx: click.Context, scheduler: str, out: Path, limit: float, options
     from bench.fleet.lead import folders, hosts, keep, run_fleet
     from bench.fleet.parcel import pack
     from bench.report import render
-    from bench.report.terminal import tell
+    from bench.report.terminal import KEPT, tell
     from bench.results.text import counted
 
     _check(ctx, options)
@@ -46,7 +46,8 @@ def command(ctx: click.Context, scheduler: str, out: Path, limit: float, options
     good = [(host, run) for host, run in back if not run.reason]
     kept = [out / name for name in folders(good)]
     for (_, run), folder in zip(good, kept, strict=True):
-        keep(run, folder)
+        if keep(run, folder):
+            tell(console, KEPT.format(folder=folder))
         tell(console, f"Report: {render(folder)}")
     if len(kept) > 1:
         together = render(*kept, out=out / "fleet")

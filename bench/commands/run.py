@@ -94,7 +94,7 @@ def command(
     from bench.inputs.faults import parse_fault
     from bench.record import FILE_NAME, read
     from bench.report import render
-    from bench.report.terminal import show, tell
+    from bench.report.terminal import KEPT, show, tell
 
     if study and preset:
         raise click.UsageError("give one of --study, --quick and --all")
@@ -109,7 +109,7 @@ def command(
         settings = replace(settings, starts=("cold", "reused", "warm"))  # there is time for all
     directory = out or _folder(RUNS / machine.name(), study or "", resume)
     if not resume and (directory / FILE_NAME).exists():
-        tell(console, f"{directory}: the earlier run's record is kept beside the new one")
+        tell(console, KEPT.format(folder=directory))
 
     def warn(line: str) -> None:
         tell(console, f"warning: {line}", "red")

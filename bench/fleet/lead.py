@@ -13,7 +13,7 @@ from bench.fleet.cluster import workers_of
 from bench.fleet.host import HostRun, run_here
 from bench.fleet.parcel import Parcel
 from bench.record import FILE_NAME
-from bench.record.writer import PREVIOUS
+from bench.record.writer import set_aside
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -114,13 +114,14 @@ def folders(back: list[tuple[Host, HostRun]]) -> list[str]:
     ]
 
 
-def keep(run: HostRun, folder: Path) -> None:
-    """Put a host's record into a folder; one that is there becomes ``record.previous.jsonl``."""
+def keep(run: HostRun, folder: Path) -> bool:
+    """Put a host's record into a folder; whether one was there, which is set aside."""
     path = folder / FILE_NAME
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        if path.exists():
-            path.replace(folder / PREVIOUS)
+        if earlier := path.exists():
+            set_aside(path)
     except OSError as error:
         raise FileError(f"can't be written ({error.strerror}); give another --out", path=path) from None
     write_bytes(path, gzip.decompress(run.record), "give another --out")
+    return earlier

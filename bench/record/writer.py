@@ -20,6 +20,15 @@ SYNC_EVERY_S = 2.0
 """A power cut loses the lines of at most this time; syncing each line would disturb the measurement [s]."""
 
 
+def set_aside(record: Path) -> None:
+    """Give a folder's record the name that an older one has, see PREVIOUS; nothing that is there is lost."""
+    last = record.with_name(PREVIOUS)
+    if last.exists():
+        older = (last.with_name(PREVIOUS.replace(".jsonl", f"-{i}.jsonl")) for i in count(2))
+        last.replace(next(path for path in older if not path.exists()))
+    record.replace(last)
+
+
 class Writer:
     """The only writer of a folder's record; a context manager that holds the folder's lock."""
 
@@ -40,11 +49,7 @@ class Writer:
     def create(self, header: Header) -> None:
         """Start a new record; older ones are kept, see PREVIOUS."""
         if self._has_lines():
-            last = self.path.with_name(PREVIOUS)
-            if last.exists():
-                older = (last.with_name(PREVIOUS.replace(".jsonl", f"-{i}.jsonl")) for i in count(2))
-                last.replace(next(path for path in older if not path.exists()))
-            self.path.replace(last)
+            set_aside(self.path)
         self._open(os.O_TRUNC)
         self.append(header)
 

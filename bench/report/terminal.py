@@ -31,6 +31,7 @@ misses: largest share of an attainable wrench not delivered, of the demands of t
 Over vehicles and demand sets: p50 least … largest, the others the worst."""
 
 
+KEPT = "{folder}: the earlier run's record is kept beside the new one"
 WIDE = 1000
 """Width for tables that go to a file or a pipe."""
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numeric>
 
 using controller_interface::CallbackReturn;
 using controller_interface::return_type;
@@ -15,15 +16,15 @@ class ThrustController : public controller_interface::ControllerInterface
 public:
     CallbackReturn on_configure() override
     {
-        const auto T = numbers("T");
+        T_ = numbers("T");
         low_ = numbers("f_min");
         high_ = numbers("f_max");
         slew_ = numbers("slew");
         n_ = low_.size();
-        k_ = n_ ? T.size() / n_ : 0;
-        const bool fits = k_ * n_ == T.size() && high_.size() == n_ && slew_.size() == n_ && n_ <= TB_N_MAX &&
+        k_ = n_ ? T_.size() / n_ : 0;
+        const bool fits = k_ * n_ == T_.size() && high_.size() == n_ && slew_.size() == n_ && n_ <= TB_N_MAX &&
                           k_ <= TB_K_MAX;
-        if (!fits || tb_prepare(&allocator_, static_cast<int>(k_), static_cast<int>(n_), T.data(), nullptr, nullptr,
+        if (!fits || tb_prepare(&allocator_, static_cast<int>(k_), static_cast<int>(n_), T_.data(), nullptr, nullptr,
                                 low_.data(), high_.data()) != TB_SOLVED) {
             return CallbackReturn::FAILURE;
         }
@@ -53,10 +54,16 @@ public:
             return return_type::ERROR;
         }
         std::copy(f, f + n_, command_interfaces.begin());
+        for (std::size_t r = 0; r < k_; r++) {
+            rest[r] = tau[r] - std::inner_product(f, f + n_, &T_[r * n_], tb_real(0));
+        }
         return return_type::OK;
     }
 
-    tb_real share{0}; // below 1: the controllers in front of this one hold their integrators
+    // Not delivered, by axis: the controllers in front of this one hold their integrators where it is not zero but for
+    // rounding. A share of 1 does not say so: it is of what the thrusters that are left can push.
+    tb_real rest[TB_K_MAX]{};
+    tb_real share{0};
 
 private:
     std::vector<tb_real> numbers(const std::string &name) const
@@ -66,10 +73,12 @@ private:
     }
 
     tb_allocator allocator_{};
-    std::vector<tb_real> low_, high_, slew_;
+    std::vector<tb_real> T_, low_, high_, slew_;
     std::size_t k_{0}, n_{0};
     unsigned long failed_{0};
 };
+
+using Failed = std::vector<std::size_t>;
 
 int main()
 {
@@ -84,17 +93,20 @@ int main()
     controller.reference = {3e5, -4e5, 2e6};
     controller.state_interfaces.assign(6, 0.0);
     controller.command_interfaces.assign(6, 0.0);
-    for (int period = 0; period < 3; period++) {
+    for (int period = 0; period < 4; period++) {
         if (controller.update({}, {0.05}) != return_type::OK) {
             return 2;
         }
         std::printf("%.17g", double(controller.share));
+        std::for_each_n(controller.rest, 3, [](tb_real axis) { std::printf(" %.17g", double(axis)); });
         for (double f : controller.command_interfaces) {
             std::printf(" %.17g", f);
         }
         std::printf("\n");
         controller.state_interfaces = controller.command_interfaces; // as if thrusters followed at once
-        controller.state_interfaces[1] = period ? std::nan("") : controller.state_interfaces[1];
+        for (std::size_t i : period == 0 ? Failed{} : period == 1 ? Failed{1} : Failed{1, 4, 5}) {
+            controller.state_interfaces[i] = std::nan("");
+        }
     }
     return 0;
 }

@@ -109,8 +109,11 @@ def test_what_is_shaped_like_a_ros_2_controller_keeps_slew_rates_and_leaves_out_
         high = np.clip(before + 1e5, vehicle.f_min, vehicle.f_max)
         expected = build("scaled", case)(tau, low, high)
         np.testing.assert_allclose(line[0], expected.share[0], rtol=0, atol=off)
-        np.testing.assert_allclose(line[1:], expected.f, rtol=0, atol=off * vehicle.f_scale)
-        before = line[1:]
-        case = vehicle.with_fault(1) if period == 1 else case
-    assert lines[2][2] == 0.0
+        rest, f = line[1:4], line[4:]
+        np.testing.assert_allclose(f, expected.f, rtol=0, atol=off * vehicle.f_scale)
+        np.testing.assert_allclose(rest, tau - vehicle.T @ f, rtol=0, atol=off * np.abs(tau).max())
+        before = f
+        case = {1: vehicle.with_fault(1), 2: case.with_fault(4).with_fault(5)}.get(period, case)
+    assert lines[2][4 + 1] == 0.0
     assert lines[0][0] < 1.0
+    assert lines[3][1] == pytest.approx(tau[0])  # no thruster pushes ahead, whatever the share of the others

@@ -168,13 +168,15 @@ def test_machines_alike_have_folders_with_their_workers_names() -> None:
 def test_an_older_record_is_kept_beside_a_new_one(tmp_path: Path) -> None:
     import gzip
 
-    keep(HostRun(machine="pi", record=gzip.compress(b"first")), tmp_path / "pi")
-    keep(HostRun(machine="pi", record=gzip.compress(b"second")), tmp_path / "pi")
-    assert (tmp_path / "pi" / FILE_NAME).read_bytes() == b"second"
-    assert (tmp_path / "pi" / PREVIOUS).read_bytes() == b"first"
+    texts = (b"first", b"second", b"third", b"fourth")
+    earlier = [keep(HostRun(machine="pi", record=gzip.compress(text)), tmp_path / "pi") for text in texts]
+    assert earlier == [False, True, True, True]
+    assert (tmp_path / "pi" / FILE_NAME).read_bytes() == b"fourth"
+    assert (tmp_path / "pi" / PREVIOUS).read_bytes() == b"third"
+    assert {path.read_bytes() for path in (tmp_path / "pi").iterdir()} == set(texts)
     (tmp_path / "file").touch()
     with pytest.raises(AllocError, match="give another --out"):
-        keep(HostRun(machine="pi", record=gzip.compress(b"third")), tmp_path / "file")
+        keep(HostRun(machine="pi", record=gzip.compress(b"fifth")), tmp_path / "file")
 
 
 def test_records_come_back_from_a_scheduler_s_hosts_also_where_one_dies(tmp_path: Path) -> None:
