@@ -4,9 +4,12 @@ import ctypes
 import re
 import shutil
 import subprocess
+import sys
 from collections import Counter
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from threading import Barrier
 from types import SimpleNamespace
 
 import numpy as np
@@ -17,6 +20,7 @@ from alloc.allocation import WRENCH_TOLERANCE, FloatArray
 from alloc.c import missing
 from alloc.c.compiled import shared_library
 from alloc.errors import NotInstalled
+from alloc.qp import pose_hard
 from alloc.rivals import Files, download, load, names, wrapper
 from alloc.rivals.bind import bound, library
 from alloc.rivals.c import single
@@ -211,6 +215,21 @@ def test_osqp_proves_what_it_calls_infeasible(vehicle: Vehicle) -> None:
 
 @needs_compiler
 @pytest.mark.skipif(not shutil.which("nm"), reason="needs nm of the binutils")
+def test_c_that_is_written_in_two_threads_leaves_standard_output_as_it_was(vehicle: Vehicle) -> None:
+    """qocogen prints, which is caught; the second thread put the first one's catch back for good."""
+    pytest.importorskip("qocogen")
+    before, begin = sys.stdout, Barrier(2)
+
+    def written(_: int) -> None:
+        begin.wait()
+        for _ in range(3):
+            load("qoco").generate(pose_hard(vehicle).qp, "double", "default")
+
+    with ThreadPoolExecutor(2) as threads:
+        list(threads.map(written, range(2)))
+    assert sys.stdout is before
+
+
 def test_no_two_rivals_define_the_same_function() -> None:
     """An image for a board may hold them all; what a generator calls ``ldl`` or ``Gx`` is anybody's."""
     defined: list[str] = []
