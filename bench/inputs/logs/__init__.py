@@ -19,16 +19,13 @@ from alloc.vehicle.geometry import DOF
 from bench.inputs.by_suffix import reader
 from bench.inputs.demand_csv import Demanded, read_demands
 from bench.inputs.frames import frame_of, like_ros, met
+from bench.inputs.time_order import in_order
 
 TABLES = (".csv", "")
 """Suffixes of what ``bench.inputs.demand_csv`` reads; a pipe, as in <(zcat demands.csv.gz), has none."""
 
 GAP = 3.0
 """A step longer than this many median steps is a gap: at least two samples in a row are missing."""
-
-LATE = 1.0
-"""Messages that arrive later than others by up to this are put in order; a time further back is another one's
-[s]."""
 
 
 class Log(NamedTuple):
@@ -163,14 +160,7 @@ def _checked(path: Path, log: Log, dof: tuple[str, ...]) -> tuple[FloatArray, Fl
     """Times, demands on the axes of ``dof``, and the other axes that were asked for something."""
     if not len(log.t):
         raise DemandError(f"{path}: holds no demands; record the demanded wrench")
-    back = np.flatnonzero(np.diff(log.t) < -LATE)
-    if back.size:
-        before, behind = log.t[back[0] : back[0] + 2]
-        raise DemandError(
-            f"{path}: time goes back from {before:.6g} to {behind:.6g} s, as where a simulation was started"
-            " again, or a clock was set; record each by itself, or cut it"
-        )
-    order = np.argsort(log.t, kind="stable")  # messages may arrive out of order
+    order = in_order(path, log.t)  # messages may arrive late
     t, taus = log.t[order], log.taus[order]
     asked = np.nan_to_num(taus)
     left_out = [axis for axis, some in zip(DOF, asked.T, strict=True) if some.any() and axis not in dof]

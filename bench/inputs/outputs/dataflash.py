@@ -16,9 +16,11 @@ from typing import Any
 import numpy as np
 
 from alloc import Vehicle
+from alloc.allocation import FloatArray
 from alloc.errors import DemandError, FileError, NotInstalled
 from bench.inputs.outputs import Outputs, held, mirrored, motor_channels
 from bench.inputs.parsers import DAMAGED, parsing
+from bench.inputs.time_order import in_order
 
 SUFFIXES = (".bin",)
 MOTORS = (*range(33, 41), *range(82, 86))
@@ -99,23 +101,17 @@ def _outputs(path: Path, vehicle: Vehicle, rows: dict[str, list[dict[str, Any]]]
             f"{path}: RCOU has no C{max(channels)}, but {vehicle.name} has {vehicle.n} thrusters; is the log"
             " of this vehicle?"
         )
-    t = np.array([row["TimeUS"] for row in rows["RCOU"]], dtype=np.float64) / 1e6
-    u = np.array([[row[f"C{c}"] for c in channels] for row in rows["RCOU"]], dtype=np.float64)
-    order = np.argsort(t, kind="stable")
-    t, u = t[order], u[order]
+    t, u = _timed(path, rows["RCOU"], *(f"C{c}" for c in channels))
     batteries = [row for row in rows["BAT"] if row.get("Inst", row.get("Instance", 0)) == 0]
     volts = None
     if batteries:
-        times = np.array([row["TimeUS"] for row in batteries], dtype=np.float64) / 1e6
-        volts = held(times, np.array([row["Volt"] for row in batteries], dtype=np.float64), t)
+        volts = held(*_timed(path, batteries, "Volt"), t)[:, 0]
     taus = None
     if rows["RATE"]:
-        times = np.array([row["TimeUS"] for row in rows["RATE"]], dtype=np.float64) / 1e6
         taus = np.full((len(t), vehicle.k), np.nan)
         for axis, name in ASKED.items():
             if axis in vehicle.dof:
-                asked = held(times, np.array([row[name] for row in rows["RATE"]], dtype=np.float64), t)
-                taus[:, vehicle.dof.index(axis)] = asked
+                taus[:, vehicle.dof.index(axis)] = held(*_timed(path, rows["RATE"], name), t)[:, 0]
     said = f"{path.name}: RCOU's outputs {', '.join(map(str, channels))} are the thrusters, in this order"
     if beyond:
         motors = ", ".join(map(str, beyond))
@@ -133,6 +129,13 @@ def _outputs(path: Path, vehicle: Vehicle, rows: dict[str, list[dict[str, Any]]]
         why="as ArduPilot has it",
         doubt=mirrored(path, vehicle, ways, "MOT_n_DIRECTION"),
     )
+
+
+def _timed(path: Path, rows: list[dict[str, Any]], *keys: str) -> tuple[FloatArray, FloatArray]:
+    """Times (N,) [s] and what was logged then (N, keys), in order."""
+    times = np.array([row["TimeUS"] for row in rows], dtype=np.float64) / 1e6
+    order = in_order(path, times)
+    return times[order], np.array([[row[key] for key in keys] for row in rows], dtype=np.float64)[order]
 
 
 def _attitude(rows: list[dict[str, Any]]) -> str:

@@ -11,6 +11,7 @@ from alloc.errors import DemandError
 from alloc.vehicle.geometry import DOF
 from bench.inputs.outputs import Outputs, held, mirrored, motor_channels
 from bench.inputs.parsers import parsing, read_ulog
+from bench.inputs.time_order import in_order
 
 SUFFIXES = (".ulg", ".ulog")
 OUTPUTS, BATTERY = "actuator_outputs", "battery_status"
@@ -45,16 +46,14 @@ def _outputs(
             f"{path}: {OUTPUTS} has no output {max(channels)}, but {vehicle.name} has {vehicle.n}"
             " thrusters; is the log of this vehicle?"
         )
-    times = np.asarray(out["timestamp"], dtype=np.float64) / 1e6
-    u = np.column_stack([np.asarray(out[f"output[{c - 1}]"], dtype=np.float64) for c in channels])
-    order = np.argsort(times, kind="stable")
-    times, u = times[order], u[order]
+    times = _timed(path, out, "timestamp")[0]
+    u = np.column_stack([_timed(path, out, f"output[{c - 1}]")[1] for c in channels])
     volts = taus = None
     if BATTERY in sets and "voltage_v" in sets[BATTERY]:
-        volts = held(*_timed(sets[BATTERY], "voltage_v"), times)
+        volts = held(*_timed(path, sets[BATTERY], "voltage_v"), times)
     if all(name in sets and len(sets[name]["timestamp"]) for name in ASKED):
         six = np.column_stack(
-            [held(*_timed(sets[name], f"xyz[{i}]"), times) for name in ASKED for i in range(3)]
+            [held(*_timed(path, sets[name], f"xyz[{i}]"), times) for name in ASKED for i in range(3)]
         )
         taus = six[:, [DOF.index(axis) for axis in vehicle.dof]]
     said = f"{path.name}: outputs {', '.join(map(str, channels))} are the thrusters, in this order"
@@ -77,5 +76,8 @@ def _outputs(
     )
 
 
-def _timed(data: dict[str, Any], key: str) -> tuple[FloatArray, FloatArray]:
-    return np.asarray(data["timestamp"], dtype=np.float64) / 1e6, np.asarray(data[key], dtype=np.float64)
+def _timed(path: Path, data: dict[str, Any], key: str) -> tuple[FloatArray, FloatArray]:
+    """Times [s] and what was logged then, in order."""
+    times = np.asarray(data["timestamp"], dtype=np.float64) / 1e6
+    order = in_order(path, times)
+    return times[order], np.asarray(data[key], dtype=np.float64)[order]

@@ -229,6 +229,29 @@ def test_a_log_that_is_damaged_in_places_says_so(tmp_path: Path, write: Callable
     assert "damaged in places, so rows may be missing" in outputs.said
 
 
+TWICE = np.where(T < 0.5, T + 2.0, T)
+"""Times of a dive that begins behind another one's."""
+
+
+def test_two_dives_in_one_dataflash_log_are_not_shuffled_into_one(tmp_path: Path) -> None:
+    """The rows of both came in turns, with each other's battery."""
+    pytest.importorskip("pymavlink", reason="the extra ardupilot")
+    file = write_bin(tmp_path, TWICE, SENT.u, VOLTS, SHARES[:, 3:])
+    with pytest.raises(AllocError, match=r"dive\.BIN: time goes back from 3\.48 to 1\.5 s, as where"):
+        read_outputs(file, VEHICLE)
+
+
+@pytest.mark.parametrize("topic", [px4.OUTPUTS, px4.BATTERY])
+def test_two_dives_in_one_ulog_are_not_shuffled_into_one(
+    tmp_path: Path, topic: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sets, *others = px4.read_ulog(ulog(tmp_path), px4.OUTPUTS, px4.BATTERY, *px4.ASKED)
+    sets[topic]["timestamp"] = TWICE * 1e6  # pyulog's writer would sort them
+    monkeypatch.setattr(px4, "read_ulog", lambda *_: (sets, *others))
+    with pytest.raises(AllocError, match=r"dive\.ulg: time goes back from 2\.48 to 0\.5 s, as where"):
+        read_outputs(tmp_path / "dive.ulg", VEHICLE)
+
+
 def test_a_pulse_of_0_is_none(tmp_path: Path) -> None:
     file = tmp_path / "u.csv"
     file.write_text("u0,u1,u2,u3,u4,u5,u6,u7\n" + "1600,0,0,1500,1500,1500,1500,1500\n")
