@@ -20,7 +20,8 @@ FAR = 1e3
 """Demands up to so many times what the limits allow are usual, or their thrusts are looked at [-]."""
 MEANINGS = {
     0: "f makes tau, with the least effort; limits are not looked at, nor whether tau is finite",
-    1: "a direction is lost: f makes the nearest wrench there is; limits are not looked at",
+    1: "a direction is lost: f makes the nearest wrench there is; or tau is NaN, infinite or far too large,"
+    " and so is f; limits are not looked at",
     -1: "there is no such fault; f is left alone",
 }
 """What each value that the C function of a closed form returns means."""
