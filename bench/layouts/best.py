@@ -9,7 +9,7 @@ from alloc.allocation import FloatArray
 from alloc.files.textfile import write_text
 from alloc.vehicle.keys import Thruster, VehicleFile
 from alloc.vehicle.text import to_yaml
-from bench.layouts.space import LayoutSpace, numbers_of, poses
+from bench.layouts.space import LayoutSpace, base_order, numbers_of, poses
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -58,10 +58,11 @@ def vehicle_file(space: LayoutSpace, row: dict[str, float]) -> VehicleFile:
 
 def _names(space: LayoutSpace, settings: FloatArray) -> list[str]:
     """The thrusters' names: those of the base, and none for new ones."""
+    counts = [int(count) for (count,) in numbers_of(space, settings)]
     names: list[str] = []
-    for group, (count,) in zip(space.groups, numbers_of(space, settings), strict=True):
-        names += group.called if len(group.called) == count else [""] * count
-    return names
+    for group, count in zip(space.groups, counts, strict=True):
+        names += group.called[:count] or [""] * count
+    return [names[i] for i in base_order(space.groups, counts)]
 
 
 def write_best(space: LayoutSpace, best: "pa.Table", folder: Path) -> list[Path]:

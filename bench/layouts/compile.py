@@ -156,9 +156,9 @@ def _moving(
     members: list[int],
     parameters: list[Parameter],
 ) -> Moving:
-    where, lead = f"groups.{name}", members[0]
+    where, lead, new = f"groups.{name}", members[0], keys.like is not None
     count: Setting = float(len(members))
-    if keys.like is None:
+    if not new:
         if keys.mirror or keys.count is not None:
             raise document.refusal(where, "'mirror' and 'count' make new thrusters; give them with 'like'")
         images, polarity = _images(document, base, name, members)
@@ -186,7 +186,8 @@ def _moving(
     present = [float(p) for p in keys.present] if isinstance(keys.present, list) else float(keys.present)
     return Moving(
         name=name,
-        called=tuple(base.vehicle.names[i] for i in members if base.vehicle.names and keys.like is None),
+        members=() if new else tuple(members),
+        called=() if new else tuple(base.vehicle.names[i] for i in members if base.vehicle.names),
         images=images,
         polarity=polarity,
         pose=(x, y, z, turned, canted),

@@ -16,7 +16,7 @@ from bench.layouts.constraints import refused
 from bench.layouts.front import merged, spread
 from bench.layouts.sampling import ShardTask, tasks, values
 from bench.layouts.shards import keep, read_shard, whole_shards
-from bench.layouts.space import LayoutSpace, combinations_of_grid, poses
+from bench.layouts.space import LayoutSpace, base_order, combinations_of_grid, poses
 from bench.layouts.study import MOST, StudyDocument, StudyFile
 
 if TYPE_CHECKING:
@@ -188,6 +188,10 @@ def identity(space: LayoutSpace, keys: StudyFile, n: int) -> str:
     study, base = msgspec.to_builtins(keys), _plain(replace(space, said=()))
     # Folders from before these keys are gone on with where they say nothing.
     del base["said"]
+    counts = [max(group.images) for group in space.groups]
+    if (np.diff(base_order(space.groups, counts)) > 0).all():  # group by group, as before there were members
+        for group in base["groups"]:
+            del group["members"]
     for key in ("frame", "columns", "scale"):
         if not study["demands"][key]:
             del study["demands"][key]

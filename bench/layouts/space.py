@@ -1,6 +1,6 @@
 """All layouts that a study can make: parameters, the groups of thrusters they move, and T of many at once."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -69,10 +69,12 @@ class Moving:
     size : factor on the limits
     present, count : whether the group is there, and how many thrusters it has
     f_min, f_max, weight : of one thruster [N, N, 1/N^2]
-    called : names of the base's thrusters in it, empty for new ones and for a base that names none
+    members : numbers of the base's thrusters in it, empty for new ones
+    called : their names, empty for new ones and for a base that names none
     """
 
     name: str
+    members: tuple[int, ...] = ()
     called: tuple[str, ...] = ()
     images: dict[int, FloatArray]
     polarity: dict[int, FloatArray]
@@ -133,7 +135,7 @@ class PlacedThrusters:
     Attributes
     ----------
     which : (B,) the layouts' places among those that were asked for
-    position, direction : (n, 3, B) [m], [-]
+    position, direction : (n, 3, B) [m], [-]; thrusters in the base's order, new ones last
     center : (3, B) of mass [m]
     f_min, f_max, weights : (n, B) [N, N, 1/N^2]
     """
@@ -162,6 +164,14 @@ def numbers_of(space: LayoutSpace, values: FloatArray) -> list[IndexArray]:
     ]
 
 
+def base_order(groups: tuple[Moving, ...], counts: Sequence[int]) -> IndexArray:
+    """(n,) places, among thrusters group by group, that put them into the base's order, new ones last."""
+    numbers: list[float] = []
+    for group, count in zip(groups, counts, strict=True):
+        numbers += group.members[:count] or [np.inf] * count
+    return np.argsort(numbers, kind="stable")
+
+
 def poses(space: LayoutSpace, values: FloatArray) -> Iterator[PlacedThrusters]:
     """The thrusters of layouts with parameters ``values`` (P, B), those of equally built layouts together."""
     built = numbers_of(space, values)
@@ -187,11 +197,12 @@ def _poses(space: LayoutSpace, values: FloatArray, which: IndexArray, counts: li
         size = space.values(group.size, values)
         numbers = np.array([group.f_min * size, group.f_max * size, np.full(len(size), group.weight)])
         limits.append(np.repeat(numbers[:, None], count, axis=1))
-    f_min, f_max, weights = np.concatenate(limits, axis=1)
+    order = base_order(space.groups, counts)
+    f_min, f_max, weights = np.concatenate(limits, axis=1)[:, order]
     return PlacedThrusters(
         which=which,
-        position=np.concatenate(position),
-        direction=np.concatenate(direction),
+        position=np.concatenate(position)[order],
+        direction=np.concatenate(direction)[order],
         center=np.array([space.values(setting, values) for setting in space.center]),
         f_min=f_min,
         f_max=f_max,

@@ -109,6 +109,18 @@ def test_a_folder_from_before_logs_had_keys_in_a_study_is_gone_on_with(
     assert json.loads(identity(space, framed, N))["study"]["demands"]["frame"] == "flu"
 
 
+def test_a_folder_from_before_layouts_had_the_base_s_order_is_gone_on_with_where_it_has_that_order(
+    tmp_path: Path,
+) -> None:
+    def members(text: str) -> list[bool]:
+        space, _ = compiled(tmp_path, text)
+        asked = json.loads(identity(space, read_study(tmp_path / "study.yaml").keys, N))
+        return ["members" in group for group in asked["base"]["groups"]]
+
+    assert members(TEXT) == [False, False]
+    assert members(TEXT.replace("thrusters: [2, 3]", "thrusters: [3, 2]")) == [True, True]
+
+
 def test_a_worker_with_other_code_is_refused(study: tuple[LayoutSpace, StudyFile, Path]) -> None:
     space, _, _ = study
     with pytest.raises(OtherVersion, match="install the same there"):

@@ -1,5 +1,6 @@
 """A study file makes the layouts it says, or is refused with one line that names file, line and key."""
 
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -208,11 +209,34 @@ demands: {n: 4}
     np.testing.assert_allclose(bow[0], [np.cos(np.radians(40)), np.sin(np.radians(40)), 0])
     np.testing.assert_allclose(bow[1], bow[0] * [1, -1, 1])
     np.testing.assert_allclose(whole.position[1, :, 0], whole.position[0, :, 0] * [1, -1, 1])
-    ring, pushing = whole.position[2:5, :, 0], whole.direction[2:5, :, 0]
+    ring, pushing = whole.position[4:7, :, 0], whole.direction[4:7, :, 0]
     np.testing.assert_allclose(np.linalg.norm(ring, axis=1), 0.5)
     np.testing.assert_allclose(ring.sum(axis=0), 0.0, atol=1e-12)
     np.testing.assert_allclose(np.cross(ring, pushing)[:, 2], 0.5)  # each pushes along the circle
-    np.testing.assert_allclose(whole.f_max[5:7, 0], 2 * base.f_max[2])
+    np.testing.assert_allclose(whole.f_max[7:, 0], 2 * base.f_max[2])
+
+
+@pytest.mark.parametrize("stern", ["stern: {thrusters: [3, 2], size: [1, 2]}", "stern: {thrusters: [2, 3]}"])
+def test_thrusters_are_numbered_as_in_the_base_and_new_ones_come_last(stern: str, tmp_path: Path) -> None:
+    """Where the groups of a study name them in another order, too: worst_thruster is such a number."""
+    text = f"""\
+base: ukwial
+groups:
+  extra: {{like: 0, mirror: [xz], present: [false, true], x: 0.5}}
+  {stern}
+  bow: {{thrusters: [0, 1], present: [true, false]}}
+"""
+    space, base = compiled(tmp_path, text)
+    values = np.array(list(product(*(parameter.choices for parameter in space.parameters)))).T
+    for group in poses(space, values):
+        for i, at in enumerate(group.which):
+            setting = dict(zip((p.name for p in space.parameters), values[:, at], strict=True))
+            own = [0, 1, 2, 3] if setting["bow.present"] else [2, 3]
+            made = group.layouts(space.dof).T[..., i]
+            np.testing.assert_allclose(made[:, : len(own)], base.T[:, own], atol=1e-9)
+            assert made.shape[1] == len(own) + 2 * setting["extra.present"]
+            size = np.where(np.array(own) < 2, 1, setting.get("stern.size", 1))
+            np.testing.assert_allclose(group.f_max[: len(own), i], size * base.f_max[own])
 
 
 def test_a_layout_s_vehicle_file_makes_the_layout(tmp_path: Path) -> None:
@@ -249,12 +273,10 @@ def test_layouts_keep_their_base_s_frame_and_thrusters_go_by_name(tmp_path: Path
     keys = vehicle_file(space, {**told, "front.x": 0.15})
     assert keys.frame == "flu"
     made = build_vehicle(keys)
-    kept = [any(np.allclose(column, own) for own in made.T.T) for column in base.T.T]  # groups come first
+    kept = [np.allclose(column, own) for column, own in zip(made.T.T, base.T.T, strict=True)]
     assert kept == [name not in ("FLV", "FRV") for name in base.names]
-    assert made.names == ("FLV", "FRV", *(name for name in base.names if name not in ("FLV", "FRV")))
-    for name in made.names[2:]:
-        np.testing.assert_allclose(made.T[:, made.index(name)], base.T[:, base.index(name)], atol=1e-12)
-    assert "the worst failure, of FLV." in " ".join(keys.notes)
+    assert made.names == base.names
+    assert f"the worst failure, of {base.names[0]}." in " ".join(keys.notes)
     assert "no thruster 'FLX'; did you mean" in refusal(tmp_path, text.replace("FLV", "FLX"))
 
 
