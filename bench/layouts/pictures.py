@@ -40,7 +40,7 @@ def draw_matters(said: StudySummary, parameters: tuple[Parameter, ...]) -> "Figu
     panels = figure.subplots(1, len(OUTCOMES), sharey=True)
     names = [parameter.name for parameter in parameters]
     for panel, outcome, shares in zip(panels, OUTCOMES, said.matters(), strict=True):
-        panel.barh(names, 100 * shares, color=BLUE)
+        panel.barh(names, 100 * np.nan_to_num(shares), color=BLUE)
         panel.set_title(outcome.removesuffix("_N").removesuffix("_share").replace("_", " "), fontsize=8)
         panel.set_xlim(0, 100)
         panel.grid(visible=False, axis="y")

@@ -3,6 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from alloc.files.textfile import write_text
 from alloc.vehicle.frame import described
 from bench.inputs.demand_csv import format_demands
@@ -11,6 +13,7 @@ from bench.layouts.front import losses, spread
 from bench.layouts.measure import Columns
 from bench.layouts.pictures import draw_front, draw_matters
 from bench.layouts.run import SHARDS, LayoutError
+from bench.layouts.section import MOST_THRUSTERS
 from bench.layouts.space import LayoutSpace
 from bench.layouts.summary import COMPARED, OUTCOMES, StudySummary, summarise
 from bench.report.document import document
@@ -65,18 +68,10 @@ def page(space: LayoutSpace, base: Columns, said: StudySummary, best: "pa.Table"
     """The report as Markdown."""
     assert said.front is not None
     refused = f" (refused: {_refused(said)})" if said.refused else ""
-    place = [
-        (
-            _words(name),
-            f"{float(base[name][0]):.4g}",
-            f"{said.best[name]:.4g}",
-            f"{100 * said.better[name] / max(said.even, 1):.2f} %",
-        )
-        for name in COMPARED
-    ]
+    place = [_place_row(said, name, float(base[name][0])) for name in COMPARED]
     rows = [_best_row(space, row) for row in best.to_pylist()]
     matters = [
-        (parameter.name, *(f"{100 * share:.1f} %" for share in shares))
+        (parameter.name, *(_number(100 * share, ".1f", " %") for share in shares))
         for parameter, shares in zip(space.parameters, said.matters().T, strict=True)
     ]
     name = plain(space.name)
@@ -93,8 +88,8 @@ Positions, directions and demands are in the frame {described(space.frame)}.
 {table(("number", space.name, "best of all", "layouts that are better"), place)}
 
 The last column counts the study's own {said.even:,} layouts, not those around the best.
-{said.at_least_as_good:,} layouts are better in something that counts and worse in nothing: authority,
-authority after the worst failure, steps of the exact method, thrusters.
+{_uncounted(said)}{said.at_least_as_good:,} layouts are better in something that counts and worse in nothing:
+authority, authority after the worst failure, steps of the exact method, thrusters.
 
 ![Authority whole and after the worst failure](front.svg)
 
@@ -108,8 +103,8 @@ No other layout beats {said.front.num_rows:,} of them in everything that counts 
 ## What matters
 
 Share of the variance over the layouts of the study's own round that each parameter explains alone. What is
-missing to 100 % is due to several together.
-
+missing to 100 % is due to several together. A dash: nothing varies, or too few layouts to say.
+{_uncounted(said)}
 {table(("parameter", *map(_words, OUTCOMES)), matters)}
 
 ![What matters](matters.svg)
@@ -146,6 +141,25 @@ def _best_row(space: LayoutSpace, row: dict[str, Any]) -> tuple[str, ...]:
         str(row["thrusters"]),
         "-" if steps is None else f"{steps:.0f}",
         *(f"{100 * share:.1f} %" for share in shares),
+    )
+
+
+def _place_row(said: StudySummary, name: str, own: float) -> tuple[str, ...]:
+    counted = said.counted[name] if np.isfinite(own) else 0
+    better = 100 * said.better[name] / counted if counted else np.nan
+    return _words(name), _number(own, ".4g"), _number(said.best[name], ".4g"), _number(better, ".2f", " %")
+
+
+def _number(value: float, form: str, unit: str = "") -> str:
+    return f"{value:{form}}{unit}" if np.isfinite(value) else "-"
+
+
+def _uncounted(said: StudySummary) -> str:
+    """Of which number not all layouts count: only the closed form's volume is not worked out for each."""
+    return "".join(
+        f"Of {_words(name)}, {count:,} of {said.even:,} layouts counted (up to {MOST_THRUSTERS} thrusters).\n"
+        for name, count in said.counted.items()
+        if count < said.even
     )
 
 

@@ -15,8 +15,8 @@ from alloc.allocation import FloatArray, IndexArray
 from bench.layouts.minors import dependencies, inverse, minors, subsets
 from bench.layouts.spaces import Layouts, Spaces
 
-MOST_FACES = 7_000
-"""Most faces that are added up; n thrusters, each at a limit or free, have 3^n, so 8 are the most."""
+MOST_THRUSTERS = 8
+"""Most thrusters whose faces are added up: each at a limit or free, n have 3^n."""
 
 NUDGE = 1e-11
 """Share by which limits are moved apart, each differently. Symmetric layouts have faces that only touch the
@@ -74,9 +74,9 @@ def _levels(n: int, k: int) -> tuple[_Level, ...]:
 
 
 def closed_form_volumes(layouts: Layouts, found: Spaces) -> FloatArray:
-    """(B,) volume of {tau : f_min <= T* tau <= f_max} in the unit of ``volumes``; NaN above MOST_FACES."""
+    """(B,) volume of {tau : f_min <= T* tau <= f_max}, unit of ``volumes``; NaN above MOST_THRUSTERS."""
     n, d, count = found.N.shape
-    if 3**n > MOST_FACES:
+    if n > MOST_THRUSTERS:
         return np.full(count, np.nan)
     width = layouts.f_max - layouts.f_min
     if d == 0:

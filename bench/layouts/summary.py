@@ -40,6 +40,9 @@ DRAWN = 4000
 EQUAL = 1e-9
 """Shares by which numbers may differ and count as equal."""
 
+ROUNDING = 1e-12
+"""Share of a sum of squares up to which the variance that is taken from it is rounding."""
+
 
 @dataclass(kw_only=True)
 class StudySummary:
@@ -51,7 +54,8 @@ class StudySummary:
     measured : of them that keep to the constraints and have full rank
     refused : the others, by what refused them first
     even : layouts of the study's own round, spread evenly; those of refinement crowd around the best
-    better : by column of COMPARED, how many of the even ones are better than the base
+    counted : by column of COMPARED, how many of the even ones have that number
+    better : by column of COMPARED, how many of those are better than the base
     at_least_as_good : layouts that beat the base in something that counts, and lose in nothing
     best : by column of COMPARED, the largest number of any layout
     front : the Pareto front
@@ -63,6 +67,7 @@ class StudySummary:
     measured: int = 0
     refused: dict[str, int] = field(default_factory=dict)
     even: int = 0
+    counted: dict[str, int] = field(default_factory=lambda: dict.fromkeys(COMPARED, 0))
     better: dict[str, int] = field(default_factory=lambda: dict.fromkeys(COMPARED, 0))
     at_least_as_good: int = 0
     best: dict[str, float] = field(default_factory=lambda: dict.fromkeys(COMPARED, float("-inf")))
@@ -75,6 +80,8 @@ class StudySummary:
 
         The variance of the means over the parts of a span, over that of all layouts (the first-order index of
         Sobol' 1993), less what that many parts explain by chance. What is left is due to parameters together.
+        NaN where the outcome is constant but for rounding, or the parameter is, or there are fewer than two
+        layouts to a part.
         """
         count, total, squares = np.moveaxis(self.bins, -1, 0)
         n = np.maximum(count.sum(axis=-1), 1)
@@ -86,7 +93,8 @@ class StudySummary:
         parts = (count > 0).sum(axis=-1)
         with np.errstate(divide="ignore", invalid="ignore"):
             explained = 1 - (within / np.maximum(n - parts, 1)) / (whole / np.maximum(n - 1, 1))
-        found: FloatArray = np.clip(np.nan_to_num(explained), 0.0, 1.0)
+        said = (whole > ROUNDING * squares.sum(axis=-1)) & (parts > 1) & (n >= 2 * parts)
+        found: FloatArray = np.where(said, np.clip(explained, 0.0, 1.0), np.nan)
         return found
 
 
@@ -128,6 +136,7 @@ def _add(
     said.even += int(drawn_evenly.sum())
     for name in COMPARED:
         column, least = table[name].to_numpy(), float(base[name][0])
+        said.counted[name] += int((drawn_evenly & ~np.isnan(column)).sum())
         said.better[name] += int((drawn_evenly & (column > least + EQUAL * abs(least))).sum())
         said.best[name] = float(np.fmax(said.best[name], np.fmax.reduce(column)))
     points, room = losses(table), EQUAL * np.abs(own)

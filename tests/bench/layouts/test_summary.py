@@ -1,0 +1,58 @@
+"""What a report counts, and of which numbers it says what matters for them."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bench.layouts.measure import numbers
+from bench.layouts.pictures import draw_matters
+from bench.layouts.report import page
+from bench.layouts.run import front_of
+from bench.layouts.sampling import tasks
+from bench.layouts.shards import compute, keep, read_shard, source_digest
+from bench.layouts.spaces import layout_of
+from bench.layouts.summary import BINS, OUTCOMES, StudySummary, summarise
+from tests.layout_studies import PLANAR, compiled
+
+pytest.importorskip("pyarrow", reason="needs the extra layouts")
+
+
+@pytest.mark.parametrize("counts", ["[1, 5]", "5"])
+def test_a_report_counts_the_layouts_that_have_a_number_and_says_how_many(
+    counts: str, tmp_path: Path
+) -> None:
+    """The closed form's volume isn't worked out above eight thrusters, which was counted as not better."""
+    more = f"  more: {{like: 0, count: {counts}}}\ndemands:"
+    space, base = compiled(tmp_path, PLANAR.replace("demands:", more))
+    (task,) = tasks(0, n := 128, "sobol", 0)
+    (shards := tmp_path / "shards").mkdir()
+    table = read_shard(keep(shards, task, compute(space, task, source_digest())))
+    own = numbers(layout_of(base), space.dof, space.taus, space.scale, space.volume)[1]
+    said = summarise(space, shards, own)
+    text = page(space, own, said, front_of(shards).slice(0, 1))
+    column, least = table["closed_form_volume_share"].to_numpy(), own["closed_form_volume_share"][0]
+    has = column[table["thrusters"].to_numpy() <= 8]
+    assert not np.isnan(has).any()
+    assert text.count(f"share, {len(has)} of {n} layouts counted (up to 8 thrusters).\n") == 2
+    shown = [f"{has.max():.4g}", f"{100 * (has > least).mean():.2f} %"] if len(has) else ["-", "-"]
+    (row,) = (line for line in text.splitlines() if line.startswith("| closed form volume share"))
+    assert [cell.strip() for cell in row.split("|")[2:-1]] == [f"{least:.4g}", *shown]
+    explained = dict(zip(OUTCOMES, np.isfinite(said.matters()), strict=True))
+    varied = [parameter.name != "more.count" for parameter in space.parameters]
+    assert explained["authority"].all()
+    assert explained["closed_form_volume_share"].tolist() == [v and len(has) > 0 for v in varied]
+    draw_matters(said, space.parameters)
+
+
+@pytest.mark.parametrize(
+    ("layouts", "spread", "share"), [(400, 1e-3, 1.0), (400, 1e-16, np.nan), (20, 1e-3, np.nan)]
+)
+def test_a_parameter_explains_nothing_of_what_is_constant_but_for_rounding_or_of_too_few(
+    layouts: int, spread: float, share: float
+) -> None:
+    part = np.arange(layouts) % BINS
+    outcome = 0.359 * (1 + spread * part)
+    sums = [np.bincount(part, outcome**power, BINS) for power in range(3)]
+    explained = StudySummary(bins=np.moveaxis(sums, 0, -1)[None, None]).matters()
+    np.testing.assert_allclose(explained, [[share]])
