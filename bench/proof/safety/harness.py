@@ -1,8 +1,10 @@
 """The C around a kernel for the analyser: a call with any arguments at all, and what must hold after it."""
 
+import numpy as np
+
 from alloc.c import arguments, covering, known_faults
 from alloc.methods import recipe
-from alloc.program.literal import number
+from alloc.program import Scalar
 from bench.proof.subject import ANSWERED, Subject
 
 MAIN = "main.c"
@@ -70,7 +72,7 @@ def _each(name: str, size: int, label: str, holds: str) -> str:
 
 
 def _limit(of: Subject, i: int) -> str:
-    low, high = (number(side[i], of.scalar).rstrip("F") for side in (of.vehicle.f_min, of.vehicle.f_max))
+    low, high = (_exactly(side[i], of.scalar) for side in (of.vehicle.f_min, of.vehicle.f_max))
     off = "" if of.vehicle.readiness[i] == 0 else f"        /*@ assert off: fault != {i} || f[{i}] == 0; */\n"
     # Zero may lie outside of the limits of a thruster that works.
     rests = "" if of.vehicle.f_min[i] <= 0 <= of.vehicle.f_max[i] else f"fault == {i} || "
@@ -78,3 +80,8 @@ def _limit(of: Subject, i: int) -> str:
         f"        /*@ assert low: {rests}f[{i}] >= {low}; */\n"
         f"        /*@ assert high: {rests}f[{i}] <= {high}; */\n{off}"
     ).rstrip("\n")
+
+
+def _exactly(value: float, scalar: Scalar) -> str:
+    """The real that C's literal of the limit is rounded to: of a decimal ACSL takes the real itself."""
+    return float(np.float32(value) if scalar == "float" else value).hex()

@@ -12,6 +12,7 @@ from click.testing import CliRunner
 from alloc import generate, load_vehicle
 from alloc.c import digest
 from alloc.c.compiled import compiler
+from alloc.program import Scalar
 from bench.commands.prove import command
 from bench.proof import Proof, prove, subject, tools
 from bench.proof.safety import claims as safety
@@ -70,6 +71,15 @@ def test_a_kernel_is_free_of_errors_and_keeps_limits(kernel: str, limits: str, t
     assert [claim.claim for claim in claims if claim.verdict == "does not apply"] == (
         [] if of.limited else [safety.LIMITS]
     )
+
+
+@pytest.mark.parametrize("scalar", ["double", "float"])
+def test_a_limit_that_no_decimal_is_exactly_is_the_number_that_the_c_has(
+    scalar: Scalar, tmp_path: Path
+) -> None:
+    """99.7 is a real to the analyser, and another number in C."""
+    claims = safety.claims(subject(load_vehicle("subjugator8"), "clip", scalar, "fixed"), tmp_path)
+    assert {claim.verdict for claim in claims} == {"shown"}
 
 
 def test_a_thruster_that_could_not_rest_gives_zero_when_it_is_off(tmp_path: Path) -> None:
