@@ -42,7 +42,18 @@ def frozen(spare: float, builder: Builder, x: dict[int, Expression]) -> Ruled:
     # Other rules that nearly make tau leave T* tau by next to nothing, and their sums of what is missed do
     # not round. These thrusts leave it by whole limits. In float MET leaves that much already.
     hidden = min(wrench_doubt(vehicle), MET["double"] / 10) if builder.scalar == "double" else 0.0
-    return Ruled({i: g[i] for i in x}, hidden=hidden)
+    return Ruled({i: g[i] for i in x}, hidden=hidden, working=_working(builder, x))
+
+
+def _working(builder: Builder, x: dict[int, Expression]) -> dict[int, Expression]:
+    """What thrusts are multiplied by, so that the C shows that a thruster which is off has zero.
+
+    What the loop makes is an interval to an analyser. Limits of zero show it, where these are by fault.
+    """
+    if builder.limits.at_call or builder.limits.by_fault:
+        return {}
+    off = [i for i in x if i in builder.faults]
+    return {i: builder.graph.by_fault(float(fault != i) for fault in builder.faults) for i in off}
 
 
 def doubt(vehicle: Vehicle, scalar: Scalar) -> float:

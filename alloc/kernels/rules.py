@@ -1,6 +1,7 @@
 """The practical rules: T* tau, mended where it lies beyond limits, and whether it makes tau still."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -34,11 +35,13 @@ class Ruled(NamedTuple):
     thrusts : by thruster [N]
     share : of tau that they make [-]; None where limits may cut more of them than rounding
     hidden : share of ``wrench_scale`` that rounding of T (f - x) may hide of a miss [-]
+    working : zero for the fault of a thruster, else one; only of those whose zero can't be seen without it
     """
 
     thrusts: dict[int, Expression]
     share: Expression | None = None
     hidden: float = 0.0
+    working: Mapping[int, Expression] = MappingProxyType({})
 
 
 Rule = Callable[[Builder, dict[int, Expression]], Ruled]
@@ -77,7 +80,8 @@ def mended(
         rows = [[*row, *more] for row, more in zip(_missed(builder, share, G, x, y), lost, strict=True)]
         met = none_missed(builder, rows)
     builder.compute(met)
-    return builder.program(all_thrusters(builder, y), select(met, Status.SOLVED, Status.PARTIAL))
+    f = y | {i: each * y[i] for i, each in made.working.items()}
+    return builder.program(all_thrusters(builder, f), select(met, Status.SOLVED, Status.PARTIAL))
 
 
 def doubt(vehicle: Vehicle, scalar: Scalar) -> float:
