@@ -1,7 +1,10 @@
 """The claims about memory, status and limits."""
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
+from alloc.program import Program
 from bench.chips.toolchain import ToolError
 from bench.proof import tools
 from bench.proof.altered import of_all_branches
@@ -15,7 +18,8 @@ from bench.proof.symbolic import programs
 
 OWN = "the comparison that answers (bench/proof/safety/limits.py)"
 WRITTEN = ("status", "written_f", "written_share", "untouched_f", "untouched_share")
-WITHIN = ("number_f", "low", "high", "off")
+OFF = "off"
+WITHIN = ("number_f", "low", "high", OFF)
 SHARED = ("number_share", "share_share")
 HARNESS = {*WRITTEN, *WITHIN, *SHARED}
 """Labels of the harness's assertions; what EVA decides beside them is about run-time errors."""
@@ -49,9 +53,9 @@ def claims(of: Subject, folder: Path) -> list[Claim]:
             Claim(claim=LIMITS, verdict="does not apply", by="", words=["this method knows no limits"])
         )
     elif of.limits == "fixed":
-        made.append(eva.claim(LIMITS, analysis, *WITHIN))
+        made.append(_fixed(of, analysis))
     else:
-        made.append(_at_call(of))
+        made.append(_by_operations(of, OWN, partial(limits.within, n=of.vehicle.n)))
     if of.levels:
         made.append(eva.claim(SHARES, analysis, *SHARED))
     return of_all_branches([*made, _stateless(of)], of)
@@ -74,13 +78,18 @@ def _stateless(of: Subject) -> Claim:
     return Claim(claim=STATELESS, verdict="not shown" if words else "shown", by="the C, read", words=words)
 
 
-def _at_call(of: Subject) -> Claim:
+def _fixed(of: Subject, analysis: eva.Analysis) -> Claim:
+    """Intervals lose the zero of x - x: where EVA shows all but that, the operations may."""
+    beside = eva.claim(LIMITS, analysis, *(label for label in WITHIN if label != OFF))
+    if beside.verdict == "not shown" or not analysis.failed(OFF):
+        return eva.claim(LIMITS, analysis, *WITHIN)
+    return _by_operations(of, f"{eva.NAME}; that of a thruster that is off: {OWN}", limits.resting)
+
+
+def _by_operations(of: Subject, by: str, unshown: Callable[[Program, int], list[str]]) -> Claim:
+    """The claim on limits from the operations of each fault, of which ``unshown`` says what is missing."""
     try:
-        words = [
-            text
-            for fault, program in programs(of).items()
-            for text in limits.within(program, fault, of.vehicle.n)
-        ]
+        words = [text for fault, program in programs(of).items() for text in unshown(program, fault)]
     except (NotRead, ToolError) as reason:
         words = [str(reason)]
-    return Claim(claim=LIMITS, verdict="not shown" if words else "shown", by=OWN, words=words)
+    return Claim(claim=LIMITS, verdict="not shown" if words else "shown", by=by, words=words)

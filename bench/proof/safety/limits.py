@@ -1,10 +1,13 @@
-"""Limits that are arguments: from what must hold where a call is answered, to f within them.
+"""From what must hold where a call is answered, to f within limits that are arguments, and zero if off.
 
 A kernel answers only where a comparison holds. It holds of no NaN, a sum that is a number has numbers as
 terms, a difference of a sum to itself is a number only where the sum is finite, and then zero: so the
 comparison says that each f_min[i] - f_max[i] is finite and at most zero, which in IEEE 754 is
 f_min[i] <= f_max[i] (subtraction underflows gradually). Last, min(max(x, low), high) lies within low <= high
 whatever x is, NaN too.
+
+A thruster that is off of many in one function has x - 1 (0 y + 1 x): all finite, it is zero, which the
+limits leave as it is.
 """
 
 from math import isfinite
@@ -18,18 +21,20 @@ SUMS = ("add", "sub")
 def within(program: Program, fault: int, n: int) -> list[str]:
     """The thrusts that aren't shown to lie within f_min and f_max wherever they are written, in words."""
     facts = Known(program)
-    for condition, _ in program.exits:
-        facts.fails(condition)
+    return resting(program, fault) + [
+        f"fault {fault}: f[{i}] is not shown to lie in f_min[{i}] … f_max[{i}]"
+        for i in range(n)
+        if i != fault and not facts.clamped(program.outputs["f", i], i)
+    ]
+
+
+def resting(program: Program, fault: int) -> list[str]:
+    """Why the thruster that is off isn't shown to have zero wherever f is written, in words."""
     reasons = [
         f"fault {fault}: an answer is returned early" for _, status in program.exits if status in ANSWERED
     ]
-    for i in range(n):
-        value = program.outputs["f", i]
-        if fault == i:
-            if not facts.zero(value):
-                reasons.append(f"fault {fault}: f[{i}] is not zero")
-        elif not facts.clamped(value, i):
-            reasons.append(f"fault {fault}: f[{i}] is not shown to lie in f_min[{i}] … f_max[{i}]")
+    if fault >= 0 and not Known(program).zero(program.outputs["f", fault]):
+        reasons.append(f"fault {fault}: f[{fault}] is not zero")
     return reasons
 
 
@@ -37,11 +42,13 @@ class Known:
     """What is known where a call is answered."""
 
     def __init__(self, program: Program) -> None:
-        """Nothing is known."""
+        """That no condition of an exit held."""
         self._nodes = program.nodes
         self._numbers: set[Node] = set()
         self._finite: set[Node] = set()
         self._ordered: set[tuple[Node, Node]] = set()  # (a, b): a <= b
+        for condition, _ in program.exits:
+            self.fails(condition)
 
     def fails(self, condition: Node) -> None:
         """Learn from a condition that does not hold."""
@@ -121,16 +128,50 @@ class Known:
 
     def _certain(self, node: Node) -> bool:
         """Whether the node is known to be finite."""
-        return node in self._finite or (self._nodes[node][0] == "const" and isfinite(self._nodes[node][1]))
+        match self._nodes[node]:
+            case ("const", value):
+                return isfinite(value)
+            case ("div", a, b):
+                return self._certain(a) and self._at_least_one(b)
+        return node in self._finite
+
+    def _at_least_one(self, node: Node) -> bool:
+        """Whether the node is a number of one or more: of a maximum the last operand, if others are NaN."""
+        match self._nodes[node]:
+            case ("const", value):
+                return bool(value >= 1.0)
+            case ("max", _, last):
+                return self._at_least_one(last)
+        return False
 
     def zero(self, value: Node) -> bool:
-        """Whether a value is zero: the constant, or min(max(x, 0), 0), whatever x is."""
+        """Whether a value is zero: min(max(x, 0), 0), whatever x is, or zero within constant limits."""
         match self._nodes[value]:
-            case ("min", inner, high) if self._nodes[high] == ("const", 0.0):
-                match self._nodes[inner]:
-                    case ("max", _, low):
-                        return self._nodes[low] == ("const", 0.0)
-        return self._nodes[value] == ("const", 0.0)
+            case ("min", inner, high):
+                match self._nodes[inner], self._nodes[high]:
+                    case ("max", x, low), ("const", most) if self._nodes[low][0] == "const":
+                        least = self._nodes[low][1]
+                        return bool(least == most == 0.0 or (least <= 0.0 <= most and self.zero(x)))
+            case ("const", number):
+                return bool(number == 0.0)
+            case ("mul", a, b):
+                return (self.zero(a) and self._certain(b)) or (self._certain(a) and self.zero(b))
+            case ("add", a, b):
+                return self.zero(a) and self.zero(b)
+            case ("sub", a, b):
+                return self._alone(a) == self._alone(b) and self._certain(self._alone(a))
+        return False
+
+    def _alone(self, node: Node) -> Node:
+        """The node that this one equals: times one, and beside zeros, it is left as it is."""
+        match self._nodes[node]:
+            case ("mul", a, b) if self._nodes[a] == ("const", 1.0):
+                return self._alone(b)
+            case ("add", a, b) if self.zero(b):
+                return self._alone(a)
+            case ("add", a, b) if self.zero(a):
+                return self._alone(b)
+        return node
 
     def clamped(self, value: Node, i: int) -> bool:
         """Whether a value is min(max(x, f_min[i]), f_max[i]) with limits that are known not to cross."""

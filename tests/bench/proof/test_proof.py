@@ -73,6 +73,16 @@ def test_a_kernel_is_free_of_errors_and_keeps_limits(kernel: str, limits: str, t
     )
 
 
+@pytest.mark.parametrize("kernel", ["clip", "shrink", "redistribute"])
+@pytest.mark.parametrize("scalar", ["double", "float"])
+def test_one_function_for_all_faults_gives_zero_for_the_one_that_is_off(
+    kernel: str, scalar: Scalar, tmp_path: Path
+) -> None:
+    """Also where what the others take over is taken from it, x - x, of which intervals see no zero."""
+    claims = safety.claims(subject(UKWIAL, kernel, scalar, "fixed", "all"), tmp_path)
+    assert {claim.verdict for claim in claims} == {"shown"}
+
+
 @pytest.mark.parametrize("scalar", ["double", "float"])
 def test_a_limit_that_no_decimal_is_exactly_is_the_number_that_the_c_has(
     scalar: Scalar, tmp_path: Path

@@ -12,7 +12,7 @@ from alloc.c.compiled import compiler, shared_library
 from alloc.program import Faults, answered, values
 from bench.proof import subject
 from bench.proof.not_read import NotRead
-from bench.proof.safety.limits import within
+from bench.proof.safety.limits import resting, within
 from bench.proof.symbolic import programs
 from sabotages import SABOTAGES, Sabotage, sabotaged
 
@@ -68,6 +68,33 @@ def test_a_thruster_that_is_off_and_keeps_its_limits_is_told() -> None:
     assert kept != of.source
     broken = replace(of, files={**of.files, f"{of.name}.c": kept})
     assert within(programs(broken)[2], 2, UKWIAL.n)
+
+
+@pytest.mark.parametrize("kernel", ["clip", "shrink"])
+def test_a_thruster_that_is_off_rests(kernel: str) -> None:
+    """Its thrust is x - 1 off, where off is 1 x and no part of others."""
+    for fault, program in programs(subject(UKWIAL, kernel, "double", "fixed", "all")).items():
+        assert resting(program, fault) == []
+
+
+@pytest.mark.parametrize(
+    ("printed", "broken"),
+    [
+        ("x1 - of[5] * off", "x1 - of[4] * off"),
+        ("x1 - of[5] * off", "x1 + of[5] * off"),
+        ("of[1] * x1", "of[1] * x2"),
+        ("nan_or_zero = xo0 - xo0", "nan_or_zero = 0.0"),
+        ("tb_within(xo1, -c[3], c[3])", "tb_within(xo1, c[3], c[3])"),
+        ("return TB_NOT_FINITE;", "return TB_SOLVED;"),
+    ],
+)
+def test_a_thruster_that_is_off_and_may_not_rest_is_told(printed: str, broken: str) -> None:
+    """Where another share is taken, or what is infinite is answered: x - x is NaN then."""
+    of = subject(UKWIAL, "clip", "double", "fixed", "all")
+    assert of.source.count(printed) == 1
+    changed = of.source.replace(printed, broken)
+    made = programs(replace(of, files={**of.files, f"{of.name}.c": changed}))
+    assert resting(made[1], 1)
 
 
 @pytest.mark.parametrize(
