@@ -86,7 +86,7 @@ def _outputs(log: Path, name: str, output: Path | None, **options: Any) -> None:
         echo(f"warning: {doubt}", err=True)
     if outputs.taus is not None and outputs.shares and not given.scale:
         echo(
-            "warning: the log has demands in shares; 1 is taken for all that the vehicle can do on an axis;"
-            " --scale says what it is in N, N m",
+            "warning: the log has demands in shares; 1 is taken for what the vehicle can do on an axis alone,"
+            " in the weaker direction; --scale says what it is in N, N m",
             err=True,
         )

@@ -57,7 +57,7 @@ def made_by(outputs: Outputs, vehicle: Vehicle, scale: tuple[float, ...] = ()) -
     """What the outputs made, by the curve in the vehicle's ``esc`` at the voltage of each row.
 
     ``scale`` are factors of all DOF, or of each, over demands in shares [N, N m]; left out, a share of 1 is
-    the largest wrench on that axis alone.
+    the ``full_authority`` of its axis.
     """
     u, volts = outputs.u, outputs.volts
     f = vehicle.thrusts(u, volts)

@@ -66,14 +66,16 @@ def served(run: Run, vehicle: str, row: Row) -> str:
 def served_share(run: Run, vehicle: str, row: Row) -> float | None:
     """The share of the vehicle's attainable set that a method delivers within 1 % [-]; None if not known.
 
-    The share depends on the answers alone: a native build serves what its twin does, and any exact solver
-    serves what ``nullspace`` does. What was not counted is what the row served of ``uniform``, a demand set
-    that is even over the attainable set.
+    The share depends on the answers alone: a native build serves what its twin does, and any exact solver of
+    the catalogue what ``nullspace`` does; a plug-in was exact on the demands asked, and is counted itself.
+    What was not counted is what the row served of ``uniform``, a demand set that is even over the attainable
+    set.
     """
     capability = run.capability(vehicle)
     served = [s for s in capability.served if s.fault is None] if capability else []
     shares = {s.method: s.within_1pct / s.n_demands for s in served}
-    names = [*EXACT_METHODS[:1] * exact(row), row.described.twin, row.method]
+    as_exact = EXACT_METHODS[:1] * (exact(row) and not row.described.plugin)
+    names = [*as_exact, row.described.twin, row.method]
     on_uniform = [other for other in run.of(vehicle, "uniform") if other.label == row.label]
     known = [*(shares[name] for name in names if name in shares), *(r.within_1pct_share for r in on_uniform)]
     return next(iter(known), None)

@@ -27,7 +27,7 @@ class Outputs(NamedTuple):
     volts : (N,) of the battery [V]; None where the log has none
     taus : (N, k) wrenches demanded at the same times, in the vehicle's frame once read [N, N m]; in shares of
         what the vehicle can do where ``shares`` says so; NaN on axes, or None, of which the log says nothing
-    shares : whether ``taus`` are shares, 1 for all that the vehicle can do on an axis
+    shares : whether ``taus`` are shares, 1 for what the vehicle can do both ways on an axis
     said : how the log was understood, in a line
     frame, why : the frame that the log says of the demands, else empty, and where it says so
     named : names of the demands' columns

@@ -45,12 +45,15 @@ def capability(**shares: int) -> Capability:
         ("qp/any", {"nullspace": 100}, 1.0),
         ("mine", {"mine": 98}, 0.98),
         ("mine", {"other": 98}, None),
+        ("mine", {"nullspace": 100}, None),  # exact on a mild log, and too slow to be counted
+        ("mine", {"nullspace": 100, "mine": 42}, 0.42),
     ],
 )
 def test_what_a_method_serves_is_known_wherever_it_was_counted(
     method: str, shares: dict[str, int], share: float | None, tmp_path: Path
 ) -> None:
-    described = Method(name=method, formulation="hard", twin="scaled" if "@" in method else "")
+    twin, plugin = "scaled" if "@" in method else "", method == "mine"
+    described = Method(name=method, formulation="hard", twin=twin, plugin=plugin)
     run = run_of(tmp_path, described, made_up.exact_cell("ukwial", method, 1.0), capability(**shares))
     assert served_share(run, "ukwial", run.rows[0]) == share
 
