@@ -45,7 +45,11 @@ class Commands(click.Group):
         name, command, rest = super().resolve_command(ctx, args)
         if command is not None:
             own = click.Context(command, parent=ctx, info_name=name, **command.context_settings)
-            *_, order = command.make_parser(own).parse_args(args=list(rest))
+            try:
+                *_, order = command.make_parser(own).parse_args(args=list(rest))
+            except click.UsageError as error:
+                error.ctx = error.ctx or own  # click names no command of an option without its value
+                raise
             for option, times in Counter(order).items():
                 one = isinstance(option, click.Option) and not (option.multiple or option.is_flag)
                 if one and times > 1:

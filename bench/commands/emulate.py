@@ -51,19 +51,20 @@ def command(
     """Count instructions and memory of generated C under QEMU.
 
     Beside each count stands callgrind's of the same C on x86-64. Exit code 1 where this project's C does not
-    answer as Python does (what solvers' does is in the report), 2 where a --target lacks its tools. `make
-    emulate` installs what this needs.
+    answer as Python does (what solvers' does is in the report), 2 where a --target lacks its tools, or no C
+    is written. `make emulate` installs what this needs.
     """
     from rich.console import Console
 
     from alloc import list_vehicles, load_vehicle
-    from alloc.errors import NotInstalled
+    from alloc.errors import NotApplicable, NotInstalled
     from bench.chips import kernels
     from bench.chips.record import write
     from bench.chips.study import CLASSES, Plan
     from bench.chips.target import target
     from bench.chips.target import targets as every
     from bench.report import render
+    from bench.results.emulated import why_none
 
     for name in targets:
         target(name)  # raises for one that is not known
@@ -100,4 +101,6 @@ def command(
         own = [row for row in rows if row.target == name]
         if own and all(row.status == "missing" for row in own):
             raise NotInstalled(f"nothing was counted on {name}: {own[0].reason}")
+    if reason := why_none(rows):
+        raise NotApplicable(f"nothing was counted: {reason}")
     return 0 if good else 1

@@ -173,10 +173,6 @@ def wrong_ones(question: Question, side: SideAnswers) -> BoolArray:
     return wrong
 
 
-FOUND = (Status.SOLVED, Status.PARTIAL)
-"""What a method says that gives thrusts: more than it said where it gave up."""
-
-
 def differ(question: Question, base: SideAnswers, head: SideAnswers) -> str:
     """How two sides' answers differ; empty where they don't, or were wrong, or none, and now are right.
 
@@ -186,7 +182,8 @@ def differ(question: Question, base: SideAnswers, head: SideAnswers) -> str:
     if less := _less(base, head):
         return less
     pairs = [(a.status, b.status) for a, b in zip(base.answers, head.answers, strict=True)]
-    found = np.array([a == Status.NOT_CONVERGED and b in FOUND for a, b in pairs], dtype=bool)
+    # What is SOLVED is held to the equations; of PARTIAL nothing says that it is any use.
+    found = np.array([pair == (Status.NOT_CONVERGED, Status.SOLVED) for pair in pairs], dtype=bool)
     mended = (wrong_ones(question, base) | found) & ~wrong_ones(question, head)
     alike = ~mended
     for i, (a, b) in enumerate(zip(base.answers, head.answers, strict=True)):

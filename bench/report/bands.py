@@ -4,7 +4,7 @@ from collections.abc import Collection
 
 from bench.results.bands import Band, bands
 from bench.results.cycles import PUBLISHED, Cpi, assumed
-from bench.results.emulated import rows
+from bench.results.emulated import rows, why_none
 from bench.results.fit import Loop
 from bench.results.rows import Run
 from bench.results.text import table, three
@@ -26,6 +26,8 @@ def page(
         return "This record holds instructions of emulated processors; give --clock MHZ to size with them.\n"
     known = assumed(run.record.processors)
     counted = [row for row in rows(run.record.emulated) if not vehicles or row.emulated.vehicle in vehicles]
+    if reason := why_none([row.emulated for row in counted]):
+        return f"Nothing was counted on emulated processors: {reason}.\n"
     shown = bands(counted, clock_MHz * 1e6, loop, known, given)
     bounded = any(band.counted.at_most is not None for band in shown)
     asked = any(band.counted.off is not None for band in shown)

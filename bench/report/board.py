@@ -6,7 +6,7 @@ from alloc.errors import UnknownName
 from alloc.formulations import find_formulation
 from bench.record import BoardFacts, Emulated, Processor
 from bench.results.bands import Counted, counted
-from bench.results.emulated import by_name, rows
+from bench.results.emulated import by_name, rows, why_none
 from bench.results.fit import Loop
 from bench.results.rows import Run
 from bench.results.text import percent, table, three
@@ -35,7 +35,9 @@ def page(run: Run, loop: Loop, board: str, vehicles: Collection[str] = ()) -> st
         if kernel.scalar in processor.scalars and (not vehicles or kernel.vehicle in vehicles)
     ]
     if not kernels:
-        raise UnknownName(f"{', '.join(vehicles) or 'this record'} has no cycles of {board}; {COUNT}")
+        own = [row for row in run.record.emulated if not vehicles or row.vehicle in vehicles]
+        who = ", ".join(vehicles) or "this record"
+        raise UnknownName(f"{who} has no cycles of {board}; {why_none(own) or COUNT}")
     order = list(vehicles) or sorted({kernel.vehicle for kernel in kernels})
     kernels.sort(key=lambda kernel: (order.index(kernel.vehicle), kernel.cycles))
     return (

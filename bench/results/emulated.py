@@ -138,4 +138,11 @@ IN_WORDS = {"double": "double precision", "float": "single precision"}
 def shown_scalar(counted: Sequence[EmulatedRow]) -> str:
     """The scalar that a table with one number a kernel shows: double, where anything was counted so."""
     scalars = {row.emulated.scalar for row in counted if row.worst is not None}
+    scalars = scalars or {row.emulated.scalar for row in counted}
     return "float" if scalars == {"float"} else "double"
+
+
+def why_none(emulated: Sequence[Emulated]) -> str:
+    """Why nothing was counted of these rows; empty where something was, or there are none."""
+    reasons = [row.reason for row in emulated if row.target != REFERENCE]
+    return reasons[0] if reasons and all(row.status == "refused" for row in emulated) else ""

@@ -51,14 +51,7 @@ def read_machines(directories: Sequence[Path]) -> list[NamedRun]:
     if twice:
         raise RecordError(f"{twice[0]}: is named twice; give each run once")
     runs = [read_run(directory) for directory in directories]
-    seen: dict[tuple[str, str], tuple[Path, Problem]] = {}
-    for directory, run in zip(directories, runs, strict=True):
-        for key, problem in run.asked.items():
-            first, known = seen.setdefault(key, (directory, problem))
-            if what := _other(known, problem):
-                raise RecordError(
-                    f"{directory}: {what} than in {first}; change the name in one, or report each by itself"
-                )
+    _check_names(directories, runs)
     names = [
         directory.name if run.record.emulated and not run.rows else machine_name(run.record.header.machine)
         for run, directory in zip(runs, resolved, strict=True)
@@ -71,17 +64,35 @@ def read_machines(directories: Sequence[Path]) -> list[NamedRun]:
     return named
 
 
-def _other(one: Problem, two: Problem) -> str:
-    """What one name stands for in two runs that is not the same; empty where nothing is."""
+def _check_names(directories: Sequence[Path], runs: Sequence[Run]) -> None:
+    """Raise RecordError where one name stands for two vehicles, or for two demand sets of a user's."""
+    vehicles: dict[str, tuple[Path, Problem]] = {}
+    sets: dict[tuple[str, str], tuple[Path, Problem]] = {}
+    for directory, run in zip(directories, runs, strict=True):
+        for (vehicle, demands), problem in run.asked.items():
+            what = ""
+            first, known = sets.setdefault((vehicle, demands), (directory, problem))
+            if _other_demands(known, problem):
+                what = f"{demands} are other demands than in {first}"
+            first, known = vehicles.setdefault(vehicle, (directory, problem))
+            if _other_vehicle(known, problem):
+                what = f"{vehicle} is another vehicle than in {first}"
+            if what:
+                raise RecordError(f"{directory}: {what}; change the name in one, or report each by itself")
+
+
+def _other_vehicle(one: Problem, two: Problem) -> bool:
+    """Whether two vehicles of one name are not the same, as far as the records tell."""
     shapes = [(each.dof, each.n, each.rank, each.faults) for each in (one, two)]
     numbers = [[*each.wrench_scale, each.f_scale, *each.numbers] for each in (one, two)]
     known = len(numbers[0]) if one.numbers and two.numbers else len(one.wrench_scale) + 1
-    if shapes[0] != shapes[1] or not _alike(*(each[:known] for each in numbers)):
-        return f"{one.vehicle} is another vehicle"
+    return shapes[0] != shapes[1] or not _alike(*(each[:known] for each in numbers))
+
+
+def _other_demands(one: Problem, two: Problem) -> bool:
+    """Whether as many demands of a user's, under one name, are not the same."""
     asked = [(each.n_demands, each.left_out) for each in (one, two)]
-    if one.sums and two.sums and asked[0] == asked[1] and not _alike(one.sums, two.sums):
-        return f"{one.demands} are other demands"
-    return ""
+    return bool(one.sums and two.sums) and asked[0] == asked[1] and not _alike(one.sums, two.sums)
 
 
 def _alike(one: Sequence[float], two: Sequence[float]) -> bool:

@@ -25,14 +25,15 @@ def summary(run: Run) -> str:
         worst = [_most(own, target, scalar) for target in targets]
         if any(worst):
             lines.append([*names, *worst])
-    parts = [
-        "## Instructions on emulated processors\n",
-        f"The most that any call without a failed thruster took in {IN_WORDS[scalar]}, a search for it"
-        " included, and calls whose numbers overflow or are none where emulation.csv has"
-        " `instructions_known`; counted exactly, and no times. `thrustbench size DIR --rate HZ --clock MHZ`"
-        " makes shares of a control period of them.\n",
-        table(("vehicle", "method", "limits", *targets), lines),
-    ]
+    parts = ["## Instructions on emulated processors\n"]
+    if lines:
+        parts.append(
+            f"The most that any call without a failed thruster took in {IN_WORDS[scalar]}, a search for it"
+            " included, and calls whose numbers overflow or are none where emulation.csv has"
+            " `instructions_known`; counted exactly, and no times. `thrustbench size DIR --rate HZ"
+            " --clock MHZ` makes shares of a control period of them.\n"
+        )
+        parts.append(table(("vehicle", "method", "limits", *targets), lines))
     parts = [*filter(None, [microcontroller(emulated, run.record.processors)]), *parts]
     failed = [row for row in emulated if row.emulated.status != "ok" or row.emulated.agrees is False]
     return "\n".join([*parts, _failures(failed)] if failed else parts)

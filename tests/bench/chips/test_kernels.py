@@ -1,6 +1,7 @@
 """The generated C on emulated processors: the goals it must keep, and that it answers as Python does."""
 
 import csv
+import re
 import subprocess
 from collections.abc import Sequence
 from dataclasses import replace
@@ -409,6 +410,15 @@ def test_a_method_that_does_not_cover_the_vehicle_is_a_row_with_the_reason() -> 
     (row,) = emulate(plan)
     assert row.status == "refused"
     assert "eq. 18" in row.reason
+
+
+def test_a_command_of_which_nothing_was_counted_ends_with_the_reason(tmp_path: Path) -> None:
+    available("aarch64")
+    asked = ["--vehicle", "supply-vessel", "--target", "aarch64", "--method", "walsh@native", "--n", "5"]
+    result = CliRunner().invoke(cli, ["emulate", *asked, "--float", "--out", str(tmp_path)])
+    assert isinstance(result.exception, AllocError)
+    assert re.search(r"nothing was counted: .*eq\. 18", str(result.exception))
+    assert (tmp_path / "report.md").is_file()
 
 
 @pytest.mark.usefixtures("short_search")

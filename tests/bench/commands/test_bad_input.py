@@ -83,6 +83,10 @@ def refusal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
             "allocate|good.csv|--vehicle|ukwial|--method|pinv|--method|clip",
             "allocate: --method takes one value; 2 are given",
         ),
+        (
+            "run|--method",
+            " run: Option '--method' requires an argument; see ",
+        ),
         ("board|--vehicle|ukwial|--vehicle|tiburon", "board: --vehicle takes one value; 2 are given"),
         (
             "allocate|good.csv|--vehicle|yellow|--method|pinv",

@@ -555,8 +555,9 @@ def test_an_answer_where_base_gave_up_is_no_regression(
     base, head = (SideAnswers("", promises, answers) for answers in (gave_up.answers, right))
     assert differ(question, base, head) == ""
     assert f"SOLVED → NOT_CONVERGED for demand {i}" in differ(question, head, base)
-    nothing = changed(right, i, none, Status.INFEASIBLE).answers
-    assert differ(question, base, SideAnswers("", promises, nothing))
+    for f, status in ((none, Status.INFEASIBLE), (-0.5 * right[i].f, Status.PARTIAL)):
+        other = changed(right, i, f, status).answers  # a fallback with the wrong sign
+        assert differ(question, base, SideAnswers("", promises, other))
 
 
 def test_a_wrong_answer_that_became_another_wrong_answer_differs(

@@ -11,6 +11,8 @@ from bench.__main__ import cli
 from bench.chips.target import target
 from bench.record import SCHEMA, Emulated, Header
 from bench.record.writer import Writer
+from bench.report.sections.emulation import summary
+from bench.results.rows import read_run
 from tests import made_up
 
 COUNTED = Emulated(
@@ -111,6 +113,22 @@ def test_a_record_without_cycles_of_the_board_is_refused_with_what_makes_them(tm
     made_up.record(tmp_path, made_up.header(), made_up.cell())
     with pytest.raises(UnknownName, match="this record has cycles of no board; `thrustbench emulate"):
         asked(tmp_path, "nucleo")
+
+
+def test_c_that_was_refused_is_no_empty_table_and_the_reason_is_said_again(tmp_path: Path) -> None:
+    """What was to be done was the command that had just been typed, and a page spoke of double precision."""
+    reason = "T nearly loses rank, leave out --float"
+    none = msgspec.structs.replace(
+        COUNTED, status="refused", reason=reason, scalar="float", instructions=[], boards={}, cycles=[]
+    )
+    with pytest.raises(UnknownName, match=f"this record has no cycles of stm32f446; {reason}"):
+        printed(tmp_path, none)
+    text = summary(read_run(tmp_path))
+    assert reason in text
+    assert "double" not in text
+    assert "| vehicle | method | limits" not in text
+    sized = CliRunner().invoke(cli, ["size", str(tmp_path), "--rate", "100", "--clock", "168"])
+    assert sized.output == f"Nothing was counted on emulated processors: {reason}.\n\n"
 
 
 def test_a_board_brings_its_own_clock(tmp_path: Path) -> None:

@@ -108,6 +108,7 @@ SUMS = {"sums": [3.0, 0.0, 20.0]}
         (NUMBERS, {"numbers": [1.0, -0.2, 50.0, -40.0]}, "ukwial is another vehicle"),
         (NUMBERS, {"numbers": [1.0, -0.2, 50.0, float(np.float32(-50.000001))]}, ""),  # a board's limit
         (NUMBERS, {"numbers": []}, ""),  # an older record
+        (NUMBERS, {"numbers": [1.0, -0.2, 50.0, -40.0], "demands": "dive"}, "ukwial is another vehicle"),
         (SUMS, {"sums": [3.0, 1.0, 20.0]}, "active are other demands"),
         (SUMS, {"sums": [3.0, 1.0, 20.0], "n_demands": 11}, ""),  # more of the same log
     ],
