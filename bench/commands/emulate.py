@@ -56,8 +56,8 @@ def command(
     """
     from rich.console import Console
 
-    from alloc import list_vehicles, load_vehicle
-    from alloc.errors import NotApplicable, NotInstalled
+    from alloc import NotApplicable, list_vehicles, load_vehicle
+    from alloc.errors import NotInstalled
     from bench.chips import kernels
     from bench.chips.record import write
     from bench.chips.study import CLASSES, Plan

@@ -5,13 +5,14 @@ import io
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from pathlib import Path
 
 from alloc.errors import FileError
 from alloc.files.textfile import read_text
 from bench.inputs.csv_text import is_number
 from bench.inputs.frames import frame_in
-from bench.inputs.units import FORCE, MOMENT, SECONDS
+from bench.inputs.units import FORCE, MOMENT, SECONDS, TIME
 
 UNITS = {*FORCE, *MOMENT, *SECONDS, "N m", "N·m", "N*m", "µs", "%"}
 """Units of which a line below the header holds at least one."""
@@ -19,6 +20,7 @@ COMMENT = ("#", "%", "//")
 NAMES = {",": "commas", ";": "semicolons", "\t": "tabs", " ": "blanks"}
 MARKS = {",": "comma", ".": "point"}
 _TOLD = re.compile(r"sep=([,;\t])[ \r]*$", re.IGNORECASE | re.MULTILINE)
+_ISO = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d", re.ASCII)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?", re.ASCII)
 
 
@@ -47,8 +49,13 @@ class Cells:
     frame: str = ""
 
     def number(self, line: int, column: str, cell: str, most: float) -> float:
-        """The number in a cell, no larger than ``most``; raises FileError naming file, line and column."""
+        """The number in a cell, no larger than ``most``, or of the time also seconds of a date.
+
+        Raises FileError naming file, line and column.
+        """
         text = cell.strip()
+        if column == TIME and (since_1970 := _date(text)) is not None:
+            return since_1970
         comma = self.separator != "," and bool(_DECIMAL_COMMA.fullmatch(text))
         mark = "," if comma else "." if "." in text else ""
         if mark and self.decimal and mark != self.decimal:
@@ -178,6 +185,17 @@ def _unit(cell: str) -> str:
 
 def _cells(line: str, separator: str) -> list[str]:
     return line.split(None if separator == " " else separator)
+
+
+def _date(text: str) -> float | None:
+    """Seconds since 1970 of a date and time as ISO 8601 has them, UTC where it names no zone; else None."""
+    if not _ISO.match(text):
+        return None
+    try:
+        date = datetime.fromisoformat(text)
+    except ValueError:
+        return None
+    return (date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp()
 
 
 def numeric(cell: str) -> bool:

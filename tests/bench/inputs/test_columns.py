@@ -70,6 +70,32 @@ def test_times_are_seconds_whatever_their_unit(
     np.testing.assert_allclose(np.diff(t), seconds, rtol=1e-4)
 
 
+@pytest.mark.parametrize(
+    "stamps",
+    [
+        ("2026-05-12T23:59:59.990Z", "2026-05-13T00:00:00.010Z"),
+        ("2026-05-12 23:59:59.990000", "2026-05-13 00:00:00.010000"),
+        ("2026-05-12T23:59:59.990+02:00", "2026-05-12T22:00:00.010Z"),
+    ],
+)
+def test_times_as_iso_8601_has_them_are_seconds(file: Path, stamps: tuple[str, ...]) -> None:
+    """As pandas writes a log that it has read."""
+    t = read_demands(written(file, f"stamp,surge,sway,yaw\n{stamps[0]},1,2,3\n{stamps[1]},1,2,3\n"), DOF).t
+    assert t is not None
+    assert np.diff(t) == pytest.approx(0.02, abs=1e-6)  # a double holds seconds since 1970 to 0.2 us
+
+
+@pytest.mark.parametrize("cell", ["2026-05-12T25:00:00Z", "2026-05-12"])
+def test_a_date_that_is_none_or_has_no_time_is_refused(file: Path, cell: str) -> None:
+    written(file, f"stamp,surge,sway,yaw\n{cell},1,2,3\n")
+    assert f"t is '{cell}'; give a finite number" in refused(lambda: read_demands(file, DOF), file)
+
+
+def test_a_date_is_no_demand(file: Path) -> None:
+    written(file, "t,surge,sway,yaw\n0,2026-05-12T10:00:00Z,2,3\n")
+    assert "surge is '2026-05-12T10:00:00Z'" in refused(lambda: read_demands(file, DOF), file)
+
+
 @pytest.mark.parametrize("head", ["time [UTC],surge,sway,yaw", "time,surge,sway,yaw\nUTC,N,N,Nm"])
 def test_a_time_in_a_unit_that_is_none_is_said(file: Path, head: str) -> None:
     t, _, said, *_ = read_demands(written(file, f"{head}\n10:00:01,1,2,3\n"), DOF)
