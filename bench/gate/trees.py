@@ -84,7 +84,7 @@ def of_each_side(
         if any(place.is_file() for place in places):
             for mine, place in zip(found, places, strict=True):
                 mine += [place] if place.is_file() else []
-        elif all(is_own(source) for source, _ in sides):
+        elif file.is_file() and all(is_own(source) for source, _ in sides):
             raise BadTree(f"{file}: neither side holds it, so it would be compared with itself; commit it")
         elif file.is_file():
             for mine in found:

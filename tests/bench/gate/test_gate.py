@@ -339,6 +339,14 @@ def test_a_plug_in_that_nobody_committed_is_refused(own: Path, folder: str) -> N
     )
 
 
+def test_a_plug_in_that_is_nowhere_is_not_to_be_committed(own: Path) -> None:
+    plugin = ("--plugin", str(own / "control" / "misspelt.py"))
+    result = CliRunner().invoke(command, ["HEAD", "--repo", str(own), *plugin], standalone_mode=False)
+    assert "misspelt.py: is neither here nor in one of the two sides; give a plug-in's file" in str(
+        result.exception
+    )
+
+
 def test_what_git_leaves_out_of_archives_and_what_a_link_points_to_is_gated(own: Path) -> None:
     (own / ".gitattributes").write_text("mine.py export-ignore\n")
     (own / "link.py").symlink_to("control/mine.py")
