@@ -17,6 +17,10 @@ REPEATED = " Repeatable."
 """What ``--help`` says of an option that may be given more than once."""
 
 
+NAMED = ("vehicle", "method")
+"""Options of which none that a user gives is left out."""
+
+
 class Commands(click.Group):
     """Finds commands by file name and imports only the one that is called (or all, for --help)."""
 
@@ -38,9 +42,9 @@ class Commands(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Find the command; raises UsageError where an option that takes one value is given two.
+        """Find the command; raises UsageError where one takes a single vehicle or method, and two are named.
 
-        click takes the last, and a vehicle or method that was named would be dropped without a word.
+        click takes the last, and the other would be dropped without a word. Of numbers the last is meant.
         """
         name, command, rest = super().resolve_command(ctx, args)
         if command is not None:
@@ -51,7 +55,7 @@ class Commands(click.Group):
                 error.ctx = error.ctx or own  # click names no command of an option without its value
                 raise
             for option, times in Counter(order).items():
-                one = isinstance(option, click.Option) and not (option.multiple or option.is_flag)
+                one = isinstance(option, click.Option) and option.name in NAMED and not option.multiple
                 if one and times > 1:
                     raise click.UsageError(f"{option.opts[-1]} takes one value; {times} are given", own)
         return name, command, rest
