@@ -103,20 +103,23 @@ class Orders:
                 self.plugins[entry.name] = entry
 
     def look(self) -> None:
-        """Raise ImportError where a module of the tree came from the folder that the tree is a copy of.
+        """Raise ImportError where a module that the tree holds came from elsewhere.
 
-        An installation that leads there (``pip install -e``) would give both sides the same code.
+        An installation (``pip install``, with or without ``-e``) would give both sides the same code.
         """
         new, self.modules = sys.modules.keys() - self.modules, set(sys.modules)
         for name in sorted(new) if self.source else ():
             file = Path(os.path.realpath(getattr(sys.modules[name], "__file__", None) or ""))
-            if file.is_relative_to(self.tree) or not file.is_relative_to(self.source):
+            if file.is_relative_to(self.tree) or name.partition(".")[0] in sys.stdlib_module_names:
                 continue
-            within = file.relative_to(self.source)
-            if Path(self.tree, within).is_file():
+            places = [file.relative_to(self.source)] if file.is_relative_to(self.source) else []
+            if file.suffix == ".py":
+                parts = file.parts[-len(name.split(".")) - (file.name == "__init__.py") :]
+                places += [Path("src", *parts), Path(*parts)]
+            if within := next((place for place in places if Path(self.tree, place).is_file()), None):
                 raise ImportError(
                     f"'{name}' came from {file}, as it lies there, and not from the side's own {within};"
-                    " uninstall it, or let the plug-in put the folder beside it first on sys.path"
+                    " uninstall it, or let the plug-in put its folder first on sys.path"
                 )
 
     def not_loaded(self) -> dict[str, str]:

@@ -11,6 +11,9 @@ CLOSE = 1.5
 whose worst case is known comes first, of these C that was generated for the vehicle: the costliest call of a
 library for all vehicles may take forty times as long, where its median is as short."""
 
+SHORT = 0.01
+"""Share of an attainable wrench that may be left out: a method serves what it delivers within 1 % [-]."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Size:
@@ -26,6 +29,7 @@ class Size:
     refused : share of the demands that a user brought that got no thrusts [-], of several files the largest;
         1 where something that can be met was not delivered at all
     refusal : that, or what else it refuses, in words; empty where it answers all
+    short : whether it leaves out more than SHORT of some demand that can be met
     picky : whether it refuses what can't be met, and delivers what can
     freedom : n - rank T of the vehicle, None where it is not known
     p50_us : median on the demand set that takes longest [us], None where there are too few calls
@@ -52,6 +56,7 @@ class Size:
     exact: bool = False
     refused: float = 0.0
     refusal: str = ""
+    short: bool = False
     picky: bool = False
     freedom: int | None = None
     p50_us: float | None = None
@@ -71,13 +76,15 @@ def ordered(sizes: Sequence[Size]) -> list[Size]:
     """Sizes by vehicle, the one to take first.
 
     Methods are sorted by whether their median fits, then by whether they answer all demands that a user
-    brought, then by whether they are exact, then by whether their tail fits too, then by their median CPU
-    time; of what lies CLOSE, one with a known worst case is first, and C of the vehicle's own.
-    So exactness is given up only where no exact method keeps up, and not for one late call in a million.
+    brought, then by whether they are exact, or at least not ``short``, then by whether their tail fits too,
+    then by their median CPU time; of what lies CLOSE, one with a known worst case is first, and C of the
+    vehicle's own. So exactness is given up only where no exact method keeps up, and not for one late call in
+    a million.
     """
-    classes: dict[tuple[str, bool, bool, bool, Fit], list[Size]] = {}
+    classes: dict[tuple[str, bool, bool, bool, bool, Fit], list[Size]] = {}
     for size in sorted(sizes, key=lambda s: (_median(s), s.label)):
-        rank = (size.vehicle, size.fit > Fit.MAY_FIT, size.refused > 0, not size.exact, size.fit)
+        late = size.fit > Fit.MAY_FIT
+        rank = (size.vehicle, late, size.refused > 0, not size.exact, size.short, size.fit)
         classes.setdefault(rank, []).append(size)
     found = []
     for _, left in sorted(classes.items()):
@@ -109,6 +116,7 @@ def worst(there: Mapping[str, Size]) -> Size:
         size,
         reason=f"{place}: {size.reason}" if size.reason else "",
         exact=all(s.exact for s in there.values()),
+        short=any(s.short for s in there.values()),
         refused=max(s.refused for s in there.values()),
         refusal=max(there.values(), key=lambda s: (s.refused, s.refusal)).refusal,
         p50_us=most(s.p50_us for s in there.values()),

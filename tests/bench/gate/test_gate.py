@@ -266,6 +266,25 @@ def test_a_file_that_a_plug_in_opens_is_each_side_s_own(
     assert "| `ukwial:mine:-` | another answer: status SOLVED → PARTIAL" in result.stdout
 
 
+def test_a_package_of_both_sides_that_is_installed_too_is_refused(own: Path, tmp_path: Path) -> None:
+    """``pip install .`` of a repository with src: both sides ran the copy, and a wrong sign passed."""
+    for folder in (own / "src" / "rov", tmp_path / "site" / "rov"):
+        folder.mkdir(parents=True)
+        (folder / "__init__.py").write_text("")
+        (folder / "core.py").write_text("SIGN = 1")
+    installed = f"import sys; sys.path.insert(0, {str(tmp_path / 'site')!r}); from rov.core import SIGN\n"
+    text = installed + PLUGIN.replace("G @ tau", "SIGN * G @ tau")
+    (own / "control" / "mine.py").write_text(text)
+    gate_check.commit(own, "base")
+    (own / "src" / "rov" / "core.py").write_text("SIGN = -1")
+    result = gate_own(own, text)
+    assert isinstance(result.exception, BadTree), result.output
+    assert re.search(
+        r"'rov.*' came from .*site/rov/.*, and not from the side's own src/rov/.*; uninstall it",
+        str(result.exception),
+    )
+
+
 def test_a_module_that_an_installation_takes_from_the_user_s_folder_is_refused(own: Path) -> None:
     """Both sides would run the file as it lies there, and a wrong sign in it would pass."""
     (own / "src").mkdir()
