@@ -52,10 +52,10 @@ def as_they_are(
     return taus
 
 
-def end_of(way: Callable[[Vehicle], Way]) -> ReferenceDemands:
+def end_of(way: Callable[[Vehicle], Way], inward: float = INWARD) -> ReferenceDemands:
     """The function that returns the wrenches which the way towards each demand reaches.
 
-    It raises NotApplicable where the vehicle has no such way.
+    Those are moved back by the share ``inward``. It raises NotApplicable where the vehicle has no such way.
     """
 
     def reached(
@@ -67,7 +67,7 @@ def end_of(way: Callable[[Vehicle], Way]) -> ReferenceDemands:
         begin = through.departure(low, np.maximum(low, high))  # no answer is right where they contradict
         end, share = through.towards_many(taus, begin)
         stopped = (share < 1).any(axis=1, keepdims=True)
-        back: FloatArray = np.where(stopped, end + INWARD * (begin.wrench - end), end)
+        back: FloatArray = np.where(stopped, end + inward * (begin.wrench - end), end)
         return back
 
     return reached
@@ -91,6 +91,9 @@ class Formulation:
         known are T* tau, on inactive demands
     reference_demands : function of the vehicle, the demands and the limits of each that returns the demands
         (N, k) [N, N m] that a reference is asked
+    further : the same demands, moved back twice as far; thrusts are linear there, so that answers to both
+        tell those of demands not moved: near some edges they change thousands of times as much as the demand.
+        None where none are moved
     way : function of a vehicle that returns the ``Way`` from thrusts at rest towards a demand, where answers
         say what share of each of its levels they deliver; None where there are no levels
     pose : function of a vehicle that returns its problem as a QP, whose duality gap certifies an answer, and
@@ -107,6 +110,7 @@ class Formulation:
     keeps_inside: bool = True
     references: tuple[str, ...] = ()
     reference_demands: ReferenceDemands = as_they_are
+    further: ReferenceDemands | None = None
     way: Callable[[Vehicle], Way] | None = None
     pose: Callable[..., Posed] | None = None
 

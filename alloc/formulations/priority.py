@@ -7,7 +7,7 @@ leaves one per cent of its way to the edge. Where a failure takes a direction aw
 (``alloc.reach.levels.OWN``). The field calls such rules prioritized allocation.
 """
 
-from alloc.formulations import EXACT_METHODS, Family, Formulation, end_of
+from alloc.formulations import EXACT_METHODS, INWARD, Family, Formulation, end_of
 from alloc.reach.levels import KEEP
 from alloc.reach.way import Way
 from alloc.vehicle import Vehicle
@@ -26,5 +26,6 @@ FORMULATION = Formulation(
     limited=True,
     references=EXACT_METHODS,
     reference_demands=end_of(by_level),
+    further=end_of(by_level, 2 * INWARD),
     way=by_level,
 )

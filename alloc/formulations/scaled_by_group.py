@@ -5,7 +5,7 @@ heave. The groups are the file's, or the axes that share thrusters on the vehicl
 share thrusters go one after the other, as the levels of priority do.
 """
 
-from alloc.formulations import EXACT_METHODS, Family, Formulation, end_of
+from alloc.formulations import EXACT_METHODS, INWARD, Family, Formulation, end_of
 from alloc.reach.levels import groups, keeps
 from alloc.reach.way import Way
 from alloc.vehicle import Vehicle
@@ -26,5 +26,6 @@ FORMULATION = Formulation(
     optimal=True,
     references=EXACT_METHODS,
     reference_demands=end_of(straight_in_each_group),
+    further=end_of(straight_in_each_group, 2 * INWARD),
     way=straight_in_each_group,
 )

@@ -140,10 +140,15 @@ def _ask_references(formulation: Formulation, made: list[Question], ask: Ask) ->
     for method in formulation.references:
         if not pending:
             break
-        replies = ask(method, [case for _, case in pending])
-        for (question, _), answers in zip(pending, replies, strict=True):
+        further = [case for q, _ in pending if (case := _further_case(formulation, q.demands)) is not None]
+        replies = ask(method, [*(case for _, case in pending), *further])
+        for i, ((question, _), answers) in enumerate(zip(pending, replies, strict=False)):
             if isinstance(answers, Answers):
-                question.right[name] = _right(formulation, question, answers)
+                right = _right(formulation, question, answers)
+                if further and isinstance(others := replies[len(pending) + i], Answers):
+                    moved = 2 * right - _right(formulation, question, others)
+                    right = np.where(np.isfinite(moved), moved, right)
+                question.right[name] = right
                 question.reference[name] = method
         pending = [(question, case) for question, case in pending if name not in question.right]
     for question in made:  # without right answers, judged by limits, wrench and certificates alone
@@ -157,6 +162,14 @@ def _reference_case(formulation: Formulation, demands: DemandSet) -> Case | None
         return Case(vehicle, formulation.reference_demands(vehicle, demands.taus, low, high), low, high)
     except NotApplicable:
         return None
+
+
+def _further_case(formulation: Formulation, demands: DemandSet) -> Case | None:
+    """What references are asked beside; None where the formulation moves no demands."""
+    if formulation.further is None:
+        return None
+    vehicle, low, high = demands.vehicle, demands.f_min, demands.f_max
+    return Case(vehicle, formulation.further(vehicle, demands.taus, low, high), low, high)
 
 
 def _right(formulation: Formulation, question: Question, answers: Answers) -> FloatArray:
