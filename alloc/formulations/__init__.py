@@ -52,25 +52,41 @@ def as_they_are(
     return taus
 
 
-def end_of(way: Callable[[Vehicle], Way], inward: float = INWARD) -> ReferenceDemands:
-    """The function that returns the wrenches which the way towards each demand reaches.
+@dataclass(frozen=True)
+class EndOf:
+    """The wrenches that the way towards each demand reaches, moved back by the share INWARD.
 
-    Those are moved back by the share ``inward``. It raises NotApplicable where the vehicle has no such way.
+    A ``reference_demands``; raises NotApplicable where the vehicle has no such way.
     """
 
-    def reached(
-        vehicle: Vehicle, taus: FloatArray, f_min: FloatArray | None = None, f_max: FloatArray | None = None
+    way: Callable[[Vehicle], Way]
+
+    def __call__(
+        self,
+        vehicle: Vehicle,
+        taus: FloatArray,
+        f_min: FloatArray | None = None,
+        f_max: FloatArray | None = None,
     ) -> FloatArray:
-        through = way(vehicle)
+        """The demands that a reference is asked (N, k)."""
+        return self.twice(vehicle, taus, f_min, f_max)[0]
+
+    def twice(
+        self, vehicle: Vehicle, taus: FloatArray, f_min: FloatArray | None, f_max: FloatArray | None
+    ) -> tuple[FloatArray, FloatArray]:
+        """These demands, and others moved back twice as far.
+
+        Thrusts are linear there, so that answers to both tell those of the ends themselves: near some edges
+        they change thousands of times as much as the demand.
+        """
+        through = self.way(vehicle)
         low = vehicle.f_min if f_min is None else f_min
         high = vehicle.f_max if f_max is None else f_max
         begin = through.departure(low, np.maximum(low, high))  # no answer is right where they contradict
         end, share = through.towards_many(taus, begin)
         stopped = (share < 1).any(axis=1, keepdims=True)
-        back: FloatArray = np.where(stopped, end + inward * (begin.wrench - end), end)
-        return back
-
-    return reached
+        back: FloatArray = np.where(stopped, INWARD * (begin.wrench - end), 0.0)
+        return end + back, end + 2 * back
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,9 +107,6 @@ class Formulation:
         known are T* tau, on inactive demands
     reference_demands : function of the vehicle, the demands and the limits of each that returns the demands
         (N, k) [N, N m] that a reference is asked
-    further : the same demands, moved back twice as far; thrusts are linear there, so that answers to both
-        tell those of demands not moved: near some edges they change thousands of times as much as the demand.
-        None where none are moved
     way : function of a vehicle that returns the ``Way`` from thrusts at rest towards a demand, where answers
         say what share of each of its levels they deliver; None where there are no levels
     pose : function of a vehicle that returns its problem as a QP, whose duality gap certifies an answer, and
@@ -110,7 +123,6 @@ class Formulation:
     keeps_inside: bool = True
     references: tuple[str, ...] = ()
     reference_demands: ReferenceDemands = as_they_are
-    further: ReferenceDemands | None = None
     way: Callable[[Vehicle], Way] | None = None
     pose: Callable[..., Posed] | None = None
 

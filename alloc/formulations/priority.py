@@ -7,7 +7,7 @@ leaves one per cent of its way to the edge. Where a failure takes a direction aw
 (``alloc.reach.levels.OWN``). The field calls such rules prioritized allocation.
 """
 
-from alloc.formulations import EXACT_METHODS, INWARD, Family, Formulation, end_of
+from alloc.formulations import EXACT_METHODS, EndOf, Family, Formulation
 from alloc.reach.levels import KEEP
 from alloc.reach.way import Way
 from alloc.vehicle import Vehicle
@@ -25,7 +25,6 @@ FORMULATION = Formulation(
     family=Family.EXACT,
     limited=True,
     references=EXACT_METHODS,
-    reference_demands=end_of(by_level),
-    further=end_of(by_level, 2 * INWARD),
+    reference_demands=EndOf(by_level),
     way=by_level,
 )

@@ -5,7 +5,7 @@ attainable. Where zero thrust is allowed, that is the largest attainable share o
 direction is kept: the wrench of direct allocation (Durham 1993).
 """
 
-from alloc.formulations import EXACT_METHODS, INWARD, Family, Formulation, end_of
+from alloc.formulations import EXACT_METHODS, EndOf, Family, Formulation
 from alloc.reach.way import Way
 from alloc.vehicle import Vehicle
 
@@ -23,7 +23,6 @@ FORMULATION = Formulation(
     limited=True,
     optimal=True,
     references=EXACT_METHODS,
-    reference_demands=end_of(straight),
-    further=end_of(straight, 2 * INWARD),
+    reference_demands=EndOf(straight),
     way=straight,
 )

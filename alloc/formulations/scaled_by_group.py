@@ -5,7 +5,7 @@ heave. The groups are the file's, or the axes that share thrusters on the vehicl
 share thrusters go one after the other, as the levels of priority do.
 """
 
-from alloc.formulations import EXACT_METHODS, INWARD, Family, Formulation, end_of
+from alloc.formulations import EXACT_METHODS, EndOf, Family, Formulation
 from alloc.reach.levels import groups, keeps
 from alloc.reach.way import Way
 from alloc.vehicle import Vehicle
@@ -25,7 +25,6 @@ FORMULATION = Formulation(
     limited=True,
     optimal=True,
     references=EXACT_METHODS,
-    reference_demands=end_of(straight_in_each_group),
-    further=end_of(straight_in_each_group, 2 * INWARD),
+    reference_demands=EndOf(straight_in_each_group),
     way=straight_in_each_group,
 )

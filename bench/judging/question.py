@@ -14,7 +14,7 @@ from alloc.allocation import FloatArray, StatusArray
 from alloc.closed_forms.inverse import generalized_inverse
 from alloc.discovery import PROMISES
 from alloc.errors import UnknownName
-from alloc.formulations import Formulation, list_formulations, refuse_misspelt
+from alloc.formulations import EndOf, Formulation, list_formulations, refuse_misspelt
 from alloc.formulations.hard import FORMULATION as HARD
 from alloc.formulations.unlimited import FORMULATION as UNLIMITED
 from bench.demands import DemandSet
@@ -136,40 +136,36 @@ def questions(
 def _ask_references(formulation: Formulation, made: list[Question], ask: Ask) -> None:
     """Add the formulation's right answers to each question, from the first reference that answers it."""
     name = formulation.name
-    pending = [(q, case) for q in made if (case := _reference_case(formulation, q.demands)) is not None]
+    pending = [(q, cases) for q in made if (cases := _reference_cases(formulation, q.demands))]
     for method in formulation.references:
         if not pending:
             break
-        further = [case for q, _ in pending if (case := _further_case(formulation, q.demands)) is not None]
-        replies = ask(method, [*(case for _, case in pending), *further])
-        for i, ((question, _), answers) in enumerate(zip(pending, replies, strict=False)):
+        replies = iter(ask(method, [case for _, cases in pending for case in cases]))
+        for question, cases in pending:
+            answers, *others = (next(replies) for _ in cases)
             if isinstance(answers, Answers):
-                right = _right(formulation, question, answers)
-                if further and isinstance(others := replies[len(pending) + i], Answers):
-                    moved = 2 * right - _right(formulation, question, others)
-                    right = np.where(np.isfinite(moved), moved, right)
-                question.right[name] = right
+                question.right[name] = _right(formulation, question, answers)
                 question.reference[name] = method
-        pending = [(question, case) for question, case in pending if name not in question.right]
+                if others and isinstance(others[0], Answers):
+                    at_end = 2 * question.right[name] - _right(formulation, question, others[0])
+                    question.right[name] = np.where(np.isfinite(at_end), at_end, question.right[name])
+        pending = [(question, cases) for question, cases in pending if name not in question.right]
     for question in made:  # without right answers, judged by limits, wrench and certificates alone
         question.right.setdefault(name, np.full_like(question.right[UNLIMITED.name], np.nan))
 
 
-def _reference_case(formulation: Formulation, demands: DemandSet) -> Case | None:
-    """What references are asked; None where the formulation does not say it of this vehicle."""
-    vehicle, low, high = demands.vehicle, demands.f_min, demands.f_max
+def _reference_cases(formulation: Formulation, demands: DemandSet) -> list[Case]:
+    """What references are asked: one case, or two of which the answers tell those of a third (``EndOf``).
+
+    Empty where the formulation does not say it of this vehicle.
+    """
+    given = demands.vehicle, demands.taus, demands.f_min, demands.f_max
+    asked = formulation.reference_demands
     try:
-        return Case(vehicle, formulation.reference_demands(vehicle, demands.taus, low, high), low, high)
+        each = asked.twice(*given) if isinstance(asked, EndOf) else (asked(*given),)
     except NotApplicable:
-        return None
-
-
-def _further_case(formulation: Formulation, demands: DemandSet) -> Case | None:
-    """What references are asked beside; None where the formulation moves no demands."""
-    if formulation.further is None:
-        return None
-    vehicle, low, high = demands.vehicle, demands.f_min, demands.f_max
-    return Case(vehicle, formulation.further(vehicle, demands.taus, low, high), low, high)
+        return []
+    return [Case(demands.vehicle, taus, demands.f_min, demands.f_max) for taus in each]
 
 
 def _right(formulation: Formulation, question: Question, answers: Answers) -> FloatArray:
