@@ -133,14 +133,13 @@ def _before_none(allocate: Any, usual: Any, _: Any, *columns: Any) -> Pair:
     return usual, _second(allocate, _calls(*columns), zip(columns[0]))
 
 
-def _columnwise_limits(allocate: Any, _: Any, limited: Any, *columns: Any) -> Pair:
-    answers = [allocate(*call) for call in zip(*map(_columnwise, columns), strict=True)]
-    return limited, _columns(answers)
+def _limits(convert: Callable[[Any], Any]) -> Callable[..., Pair]:
+    """The form of calls that are given the rows of what ``convert`` makes of demands and limits."""
 
+    def form(allocate: Any, _: Any, limited: Any, *columns: Any) -> Pair:
+        return limited, _columns([allocate(*call) for call in zip(*map(convert, columns), strict=True)])
 
-def _listed_limits(allocate: Any, _: Any, limited: Any, *columns: Any) -> Pair:
-    answers = [allocate(*call) for call in zip(*(each.tolist() for each in columns), strict=True)]
-    return limited, _columns(answers)
+    return form
 
 
 def _again(_: Any, many: Any, taus: Any) -> Pair:
@@ -181,8 +180,8 @@ OF_DEMANDS: dict[str, Callable[..., Pair]] = {
 }
 OF_LIMITS = {
     "limits by name": _by_name,
-    "limits in lists": _listed_limits,
-    "limits in an array made of columns": _columnwise_limits,
+    "limits in lists": _limits(lambda columns: columns.tolist()),
+    "limits in an array made of columns": _limits(_columnwise),
     "limits behind a call without": _behind_none,
     "no limits behind a call with": _before_none,
 }

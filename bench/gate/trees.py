@@ -84,13 +84,13 @@ def of_each_side(
         if any(place.is_file() for place in places):
             for mine, place in zip(found, places, strict=True):
                 mine += [place] if place.is_file() else []
-        elif file.is_file() and all(is_own(source) for source, _ in sides):
+        elif not file.is_file():
+            raise BadTree(f"{file}: is neither here nor in one of the two sides; give a plug-in's file")
+        elif all(is_own(source) for source, _ in sides):
             raise BadTree(f"{file}: neither side holds it, so it would be compared with itself; commit it")
-        elif file.is_file():
+        else:
             for mine in found:
                 mine.append(file)
-        else:
-            raise BadTree(f"{file}: is neither here nor in one of the two sides; give a plug-in's file")
     return tuple(found[0]), tuple(found[1])
 
 

@@ -114,6 +114,7 @@ class Orders:
                 continue
             places = [file.relative_to(self.source)] if file.is_relative_to(self.source) else []
             if file.suffix == ".py":
+                # As the import found it: rov/core.py of rov.core, rov/__init__.py of rov.
                 parts = file.parts[-len(name.split(".")) - (file.name == "__init__.py") :]
                 places += [Path("src", *parts), Path(*parts)]
             if within := next((place for place in places if Path(self.tree, place).is_file()), None):

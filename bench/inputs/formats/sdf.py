@@ -75,9 +75,14 @@ def _vehicle(path: Path, root: Element, pattern: str) -> Element:
     models = list(_models(root))
     if not models:
         raise VehicleError(f"{path}: holds no <model>; give the description of a vehicle")
-    vehicles = [model for model in models if has_thrusters(_joints(model), motors(path, model), pattern)]
+    driven = [motors(path, model) for model in models]
+    vehicles = [
+        model
+        for model, own in zip(models, driven, strict=True)
+        if has_thrusters(_joints(model), own, pattern)
+    ]
     if not pattern:  # plug-ins say what a thruster is; a name, such as propeller, may be scenery's too
-        vehicles = [model for model in vehicles if motors(path, model)] or vehicles
+        vehicles = [model for model, own in zip(models, driven, strict=True) if own] or vehicles
     if len(vehicles) > 1:
         names = listed([model.get("name", "") for model in vehicles])
         raise VehicleError(f"{path}: models {names} have thrusters; keep one of them in the file")

@@ -109,9 +109,10 @@ def _outputs(path: Path, vehicle: Vehicle, rows: dict[str, list[dict[str, Any]]]
     taus = None
     if rows["RATE"]:
         taus = np.full((len(t), vehicle.k), np.nan)
-        for axis, name in ASKED.items():
+        asked = held(*_timed(path, rows["RATE"], *ASKED.values()), t)
+        for axis, column in zip(ASKED, asked.T, strict=True):
             if axis in vehicle.dof:
-                taus[:, vehicle.dof.index(axis)] = held(*_timed(path, rows["RATE"], name), t)[:, 0]
+                taus[:, vehicle.dof.index(axis)] = column
     said = f"{path.name}: RCOU's outputs {', '.join(map(str, channels))} are the thrusters, in this order"
     if beyond:
         motors = ", ".join(map(str, beyond))

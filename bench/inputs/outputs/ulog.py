@@ -46,15 +46,13 @@ def _outputs(
             f"{path}: {OUTPUTS} has no output {max(channels)}, but {vehicle.name} has {vehicle.n}"
             " thrusters; is the log of this vehicle?"
         )
-    times = _timed(path, out, "timestamp")[0]
-    u = np.column_stack([_timed(path, out, f"output[{c - 1}]")[1] for c in channels])
+    times, u = _timed(path, out, *(f"output[{c - 1}]" for c in channels))
     volts = taus = None
     if BATTERY in sets and "voltage_v" in sets[BATTERY]:
-        volts = held(*_timed(path, sets[BATTERY], "voltage_v"), times)
+        volts = held(*_timed(path, sets[BATTERY], "voltage_v"), times)[:, 0]
     if all(name in sets and len(sets[name]["timestamp"]) for name in ASKED):
-        six = np.column_stack(
-            [held(*_timed(path, sets[name], f"xyz[{i}]"), times) for name in ASKED for i in range(3)]
-        )
+        xyz = [f"xyz[{i}]" for i in range(3)]
+        six = np.hstack([held(*_timed(path, sets[name], *xyz), times) for name in ASKED])
         taus = six[:, [DOF.index(axis) for axis in vehicle.dof]]
     said = f"{path.name}: outputs {', '.join(map(str, channels))} are the thrusters, in this order"
     ways = {
@@ -76,8 +74,8 @@ def _outputs(
     )
 
 
-def _timed(path: Path, data: dict[str, Any], key: str) -> tuple[FloatArray, FloatArray]:
-    """Times [s] and what was logged then, in order."""
+def _timed(path: Path, data: dict[str, Any], *keys: str) -> tuple[FloatArray, FloatArray]:
+    """Times (N,) [s] and what was logged then (N, keys), in order."""
     times = np.asarray(data["timestamp"], dtype=np.float64) / 1e6
     order = in_order(path, times)
-    return times[order], np.asarray(data[key], dtype=np.float64)[order]
+    return times[order], np.column_stack([np.asarray(data[key], dtype=np.float64) for key in keys])[order]
