@@ -1,0 +1,115 @@
+"""Sides of the gate that answer in this process, and allocators that answer wrong."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+import alloc
+from alloc import Allocation, Label, Status, Vehicle, build
+from alloc.allocation import FloatArray, StatusArray
+from bench.gate.answers import SideAnswers
+from bench.gate.side import Refused
+from bench.gate.worker import Orders
+from bench.judging.question import Question
+
+PROMISES = {"formulation": "hard", "limited": True, "tolerance": 1e-6}
+
+
+def at(question: Question, label: Label) -> int:
+    """The first demand with that label that asks for something."""
+    asked = question.demands.taus.any(axis=1)
+    return int(np.flatnonzero(asked & (question.demands.labels == label))[0])
+
+
+def changed(answers: list[Allocation], i: int, f: FloatArray, status: Status = Status.SOLVED) -> SideAnswers:
+    return SideAnswers("", PROMISES, [*answers[:i], Allocation(f, status), *answers[i + 1 :]])
+
+
+class Here:
+    """A side that answers in this process by ``priority``, with shares that are ``off`` by a factor."""
+
+    def __init__(self, vehicle: Vehicle, off: float) -> None:
+        allocate = build("priority", vehicle)
+
+        def spoilt(tau: FloatArray) -> Allocation:
+            answer = allocate(tau)
+            return answer._replace(share=tuple(off * share for share in answer.share))
+
+        self.orders = Orders()
+        self.promises = {"formulation": "priority", "limited": True, "tolerance": 1e-9}
+        self.orders.alloc = alloc
+        self.orders.allocators["cell"] = spoilt
+        self.orders.own["cell"] = vehicle.f_min, vehicle.f_max
+
+    def ask(self, order: str, **given: Any) -> Any:
+        """Carry an order out."""
+        if order == "build":
+            return self.promises
+        return self.orders.answers("cell", given["taus"], given["limits"], seconds=10.0)
+
+
+class Whole:
+    """A side that carries every order out in this process, with allocators that are ``spoilt``."""
+
+    def __init__(self, spoilt: Callable[[Any], Any]) -> None:
+        self.orders, self.spoilt = Orders(), spoilt
+        self.orders.alloc = alloc
+
+    def ask(self, order: str, timeout: float = 0.0, **given: Any) -> Any:
+        """Carry an order out, however long it takes."""
+        try:
+            reply = getattr(self.orders, order)(**given)
+        except Exception as error:
+            raise Refused(f"{type(error).__name__}: {error}", type(error).__name__) from error
+        if order == "build":
+            cell = given["cell"]
+            made = self.spoilt(self.orders.allocators[cell])
+            self.orders.allocators[cell] = made
+            if not given.get("weaker") and "numbers" not in given:
+                self.orders.early[cell] = self.orders.early[cell]._replace(allocate=made)
+        return reply
+
+
+class Turned:
+    """A rule that promises no distance; its many gives the thrusts of its calls times a factor."""
+
+    formulation, limited, tolerance = "mine", True, 1.0
+
+    def __init__(self, vehicle: Vehicle, factor: float) -> None:
+        self.rule, self.factor = build("clip", vehicle), factor
+
+    def __call__(self, tau: FloatArray) -> Allocation:
+        """As the rule does."""
+        return self.rule(tau)
+
+    def many(self, taus: FloatArray) -> tuple[FloatArray, StatusArray]:
+        """The rule's statuses, and other thrusts."""
+        F, status = self.rule.many(taus)
+        return self.factor * F, status
+
+
+def of_scaled(change: str, more: str = "") -> Callable[[Any], Any]:
+    """A function that wraps ``scaled`` in a class whose answers that line changes, as users write one.
+
+    ``more`` are lines behind it, for methods of the class.
+    """
+    scope: dict[str, Any] = {"np": np}
+    exec(  # the lines are statements
+        "class Mine:\n"
+        "    formulation, limited, tolerance = 'mine', True, 1.0\n"
+        "    built = []\n"
+        "    def __init__(self, inner):\n"
+        "        vehicle = inner._vehicle\n"
+        "        self.inner, self.buffer, self.off = inner, np.zeros(vehicle.n), vehicle.readiness == 0\n"
+        "        self.low, self.high = vehicle.f_min, vehicle.f_max\n"
+        "        self.weak = (vehicle.readiness > 0) & (vehicle.readiness < 1)\n"
+        "        self.built.append(self)\n"
+        "    def __call__(self, tau, f_min=None, f_max=None):\n"
+        "        f, status, iterations, seconds, share = self.inner(tau, f_min, f_max)\n"
+        f"        {change}\n"
+        f"        return f, status, iterations, seconds, share\n{more}",
+        scope,
+    )
+    made: Callable[[Any], Any] = scope["Mine"]
+    return made
