@@ -7,16 +7,14 @@ from bench.chips.count import CallCounts
 from bench.demands import DemandSet
 from bench.judging.judge import rounded
 from bench.judging.loss import direction_error_deg, relative_wrench_error, share_along
-
-CLOSE = 0.01
-"""Error of a wrench that counts as delivered, as in reports of runs [-]."""
+from bench.record import SERVED_WITHIN
 
 
 def delivered(demands: DemandSet, counted: CallCounts) -> dict[str, float | None]:
     """Of all demands the share delivered to 1 %; of those answered the mean along, and the largest angle."""
     answered = np.isin(counted.status, (Status.SOLVED, Status.PARTIAL))[:, None]
     asked = demands.vehicle, demands.taus, np.where(answered, counted.F, np.nan), demands.limits
-    close = np.count_nonzero(relative_wrench_error(*asked) <= CLOSE) / len(demands.taus)
+    close = np.count_nonzero(relative_wrench_error(*asked) <= SERVED_WITHIN) / len(demands.taus)
     along, turned = share_along(*asked), direction_error_deg(*asked)
     return {
         "within_1pct_share": rounded(close),

@@ -23,7 +23,7 @@ from bench.judging.last_metre import last_metre
 from bench.judging.loss import relative_wrench_error
 from bench.judging.question import Answers, Ask, Question, Unanswered, questions
 from bench.judging.reach import demands_of_growing_size, error_curve, planes
-from bench.record import Authority, Capability, Served, Unserved
+from bench.record import SERVED_WITHIN, Authority, Capability, Served, Unserved
 
 AXES = 60
 """Demands along axes that are checked, beside none and those on two axes."""
@@ -132,7 +132,7 @@ def _add(capability: Capability, method: str, asked: Asked, answers: list[Answer
                     fault=fault,
                     method=method,
                     n_demands=len(taus),
-                    within_1pct=int(np.count_nonzero(error <= 0.01)),
+                    within_1pct=int(np.count_nonzero(error <= SERVED_WITHIN)),
                     within_5pct=int(np.count_nonzero(error <= 0.05)),
                 )
             )

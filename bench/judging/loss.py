@@ -10,6 +10,7 @@ import numpy as np
 from alloc import Vehicle
 from alloc.allocation import WRENCH_TOLERANCE, FloatArray
 from alloc.vehicle.geometry import unit
+from bench.record import SERVED_WITHIN
 
 Limits = tuple[FloatArray, FloatArray] | None
 
@@ -127,7 +128,7 @@ def loss(
         "lost_wrench_p50": _quantile(error, 0.5),
         "lost_wrench_p99": _quantile(error, 0.99),
         "lost_wrench_max": _quantile(error, 1.0),
-        "within_1pct_share": float(np.count_nonzero(error <= 0.01)) / total,
+        "within_1pct_share": float(np.count_nonzero(error <= SERVED_WITHIN)) / total,
         "within_5pct_share": float(np.count_nonzero(error <= 0.05)) / total,
         "direction_error_p50_deg": _quantile(direction, 0.5),
         "direction_error_max_deg": _quantile(direction, 1.0),

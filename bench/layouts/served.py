@@ -11,9 +11,7 @@ from bench.judging.loss import FLOOR
 from bench.layouts.minors import subsets
 from bench.layouts.nearest import nearest
 from bench.layouts.spaces import Layouts, Spaces
-
-WITHIN = 0.01
-"""Relative wrench error up to which a demand counts as served, as in a run's ``within_1pct_share``."""
+from bench.record import SERVED_WITHIN
 
 AT_ONCE = 8192
 """Layouts times demands that are worked on at once: their arrays stay in the processor's cache."""
@@ -41,7 +39,7 @@ def shares(layouts: Layouts, found: Spaces, taus: FloatArray) -> Shares:
     """Shares of the demands (N, k) that each layout serves.
 
     The closed form's thrusts T* tau are clipped to the limits; a demand is served where what they push errs
-    by at most WITHIN, lengths in the layout's own ``wrench_scale``. The exact method serves what is
+    by at most SERVED_WITHIN, lengths in the layout's own ``wrench_scale``. The exact method serves what is
     attainable.
     """
     step = max(AT_ONCE // max(len(taus), 1), 1)
@@ -62,7 +60,7 @@ def _shares(layouts: Layouts, G: FloatArray, N: FloatArray, y: FloatArray, taus:
     scale = layouts.wrench_scale
     miss = np.matmul((layouts.T / scale[:, None]).transpose(2, 0, 1), excess.transpose(1, 0, 2))
     size = (1.0 / scale.T**2) @ (taus.T**2)
-    by_form = (miss**2).sum(axis=1) <= WITHIN**2 * np.maximum(size, FLOOR**2)
+    by_form = (miss**2).sum(axis=1) <= SERVED_WITHIN**2 * np.maximum(size, FLOOR**2)
     weights = layouts.weights[..., None]
     effort = (F**2 * weights).sum(axis=0)
     clipped = ((F + excess) ** 2 * weights).sum(axis=0)

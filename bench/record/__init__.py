@@ -1,6 +1,15 @@
 """What a run leaves behind: facts as they were measured, one line each, and how they are read back."""
 
-from bench.record.capability import Authority, Capability, Curve, LastMetre, Plane, Served, Unserved
+from bench.record.capability import (
+    SERVED_WITHIN,
+    Authority,
+    Capability,
+    Curve,
+    LastMetre,
+    Plane,
+    Served,
+    Unserved,
+)
 from bench.record.cell import Batch, Cell, Judged, Key, Quiet
 from bench.record.emulated import BoardFacts, Emulated, Processor
 from bench.record.reader import FILE_NAME, PACKED, Record, RecordError, parse, read
@@ -11,6 +20,7 @@ __all__ = [
     "NO_VEHICLE",
     "PACKED",
     "SCHEMA",
+    "SERVED_WITHIN",
     "Authority",
     "Batch",
     "BoardFacts",

@@ -2,6 +2,9 @@
 
 import msgspec
 
+SERVED_WITHIN = 0.01
+"""Relative error of a delivered wrench up to which a demand counts as served, on all pages [-]."""
+
 
 class Authority(msgspec.Struct, kw_only=True):
     """What a vehicle can do with one thruster off, or with none.

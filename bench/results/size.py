@@ -11,9 +11,6 @@ CLOSE = 1.5
 whose worst case is known comes first, of these C that was generated for the vehicle: the costliest call of a
 library for all vehicles may take forty times as long, where its median is as short."""
 
-SHORT = 0.01
-"""Share of an attainable wrench that may be left out: a method serves what it delivers within 1 % [-]."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Size:
@@ -29,7 +26,7 @@ class Size:
     refused : share of the demands that a user brought that got no thrusts [-], of several files the largest;
         1 where something that can be met was not delivered at all
     refusal : that, or what else it refuses, in words; empty where it answers all
-    short : whether it leaves out more than SHORT of some demand that can be met
+    short : whether it leaves out more than SERVED_WITHIN of some demand that can be met
     picky : whether it refuses what can't be met, and delivers what can
     freedom : n - rank T of the vehicle, None where it is not known
     p50_us : median on the demand set that takes longest [us], None where there are too few calls

@@ -8,7 +8,7 @@ from itertools import pairwise
 from math import inf
 from operator import itemgetter
 
-from bench.record import NO_VEHICLE, Problem
+from bench.record import NO_VEHICLE, SERVED_WITHIN, Problem
 from bench.results.columns import Row
 from bench.results.fit import LATE_SHARE, Fit, Loop
 from bench.results.pauses import Pauses, pauses, whose
@@ -16,7 +16,7 @@ from bench.results.quantiles import Histogram, Tally, late_bound, merged, quanti
 from bench.results.ranking import exact, largest_miss
 from bench.results.repeats import most_of_all
 from bench.results.rows import Run
-from bench.results.size import SHORT, Size, ordered
+from bench.results.size import Size, ordered
 from bench.results.transfer import Transfer
 from bench.results.unfit import MISSES, refusal, refuses, unfit
 
@@ -149,7 +149,7 @@ def _pool(
     size = replace(
         size,
         exact=exact_everywhere(rows),
-        short=(largest_miss(rows) or 0.0) > SHORT,
+        short=(largest_miss(rows) or 0.0) > SERVED_WITHIN,
         refused=refused,
         refusal=words,
         picky=refuses(first.formulation) and words not in MISSES,

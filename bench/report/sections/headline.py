@@ -1,7 +1,7 @@
 """Report section: what exactness costs, what is lost without limits, and how far to trust both."""
 
 from alloc.formulations import Family
-from bench.record import NO_VEHICLE
+from bench.record import NO_VEHICLE, SERVED_WITHIN
 from bench.report.readme import served_share
 from bench.results.columns import Row
 from bench.results.ranking import best, complete, exact, optimal, right
@@ -91,7 +91,7 @@ def _loss(run: Run) -> str:
             f"Without limits, f = T* τ serves {number_range(served)} % of what a vehicle can do: that much is"
             " delivered within 1 %"
         )
-    if turned and max(lost, default=0.0) > 0.01:  # else no demand was asked that is not served
+    if turned and max(lost, default=0.0) > SERVED_WITHIN:  # else no demand was asked that is not served
         where = "on demands beyond that, what its thrusters deliver"
         if hopeless or not served:
             some = ", some of which no thrusts meet," if hopeless else ""
