@@ -80,6 +80,13 @@ def on_moving_limits(keys: VehicleFile, vehicle: Vehicle) -> Iterator[Remark]:
             f"at {lowest:g} V {vehicle.called(weakest)} gives {low[weakest]:g} … {high[weakest]:g} N"
             f" of {vehicle.f_min[weakest]:g} … {vehicle.f_max[weakest]:g} N",
         )
+        own = (vehicle.f_min <= 0) & (vehicle.f_max >= 0)
+        for row, at in enumerate(table.volts):
+            low, high = table.f_min[row], table.f_max[row]
+            for i in np.flatnonzero(own & ((low > 0) | (high < 0)))[:1]:
+                outside = f"0 N is outside {low[i]:g} … {high[i]:g} N"
+                called = vehicle.called(int(i))
+                yield warning(whence, f"at {at:g} V {called} can't stop: {outside}; is a minus missing?")
         for i in np.flatnonzero(table.f_max.max(axis=0) < vehicle.f_max):
             yield warning(
                 "f_max",

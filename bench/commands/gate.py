@@ -25,7 +25,13 @@ FILE = click.Path(dir_okay=False, path_type=Path)  # it may be in the two sides 
 @click.option(
     "--pairs", type=click.IntRange(min=2), default=10, show_default=True, help="Pairs of processes a cell."
 )
-@click.option("--budget", type=Finite(min=1), default=120.0, show_default=True, help="Of the whole gate [s].")
+@click.option(
+    "--budget",
+    type=Finite(min=1),
+    default=120.0,
+    show_default=True,
+    help="Of the gate [s]; answers and counts are never cut short, times are.",
+)
 @click.option("--plugin", "plugins", type=FILE, multiple=True, help="Your method, as each side has it.")
 @click.option(
     "--vehicle", "vehicles", multiple=True, metavar="V", help="In place of ukwial and bluerov2-heavy."

@@ -103,7 +103,8 @@ No other layout beats {said.front.num_rows:,} of them in everything that counts 
 ## What matters
 
 Share of the variance over the layouts of the study's own round that each parameter explains alone. What is
-missing to 100 % is due to several together. A dash: nothing varies, or too few layouts to say.
+missing to 100 % is due to several together. A dash: nothing varies, or too few layouts to say. Of so many
+layouts, less than {100 * said.chance():.2g} % can't be told from nothing.
 {_uncounted(said)}
 {table(("parameter", *map(_words, OUTCOMES)), matters)}
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from math import inf, sqrt
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -96,6 +97,15 @@ class StudySummary:
         said = (whole > ROUNDING * squares.sum(axis=-1)) & (parts > 1) & (n >= 2 * parts)
         found: FloatArray = np.where(said, np.clip(explained, 0.0, 1.0), np.nan)
         return found
+
+    def chance(self) -> float:
+        """The share of ``matters`` below which a parameter can't be told from one without effect.
+
+        Twice the standard deviation of what BINS parts of equal layouts explain by chance,
+        2 sqrt(2 (BINS - 1)) / n, with n layouts (variance of a chi-squared number: twice its freedom).
+        """
+        n = self.bins[..., 0].sum(axis=-1)
+        return 2 * sqrt(2 * (BINS - 1)) / float(n[n > 0].min(initial=inf))
 
 
 def summarise(space: LayoutSpace, shards: Path, base: Columns) -> StudySummary:

@@ -2,7 +2,7 @@
 
 from alloc.c import programs as made_programs
 from alloc.methods import recipe
-from alloc.program import Graph, Node, Program, at_fault, operands
+from alloc.program import OWN, Graph, Node, Program, at_fault, operands
 from bench.chips.toolchain import ToolError
 from bench.proof.not_read import NotRead
 from bench.proof.proof import Claim, not_shown
@@ -11,7 +11,7 @@ from bench.proof.symbolic import programs
 
 TRANSLATED = (
     "The C is the program that it was printed from: the same operations on the same operands, the same"
-    " returns. What loops over data make is opaque here."
+    " returns. What loops over data make is opaque here; their text is the one that is printed."
 )
 
 
@@ -29,6 +29,9 @@ def translated(of: Subject) -> Claim:
     for fault in made.keys() & read.keys():
         if text := difference(made[fault], read[fault]):
             words.append(f"fault {fault}: {text}")
+    for loop in shared[-1].loops.values():
+        if loop.text.replace(OWN, f"{of.name}_") not in of.source:
+            words.append(f"the loop {loop.name}: its text is another one")
     if words:
         return not_shown(TRANSLATED, words)
     count = sum(len(program.nodes) for program in made.values())

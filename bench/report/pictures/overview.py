@@ -24,25 +24,21 @@ WAYS = {
 
 
 def draw_run(run: Run) -> Figure | None:
-    """Left: the median of a call, by six ways. Right: what the way without limits does not deliver."""
+    """Left: the median of a call, by six ways. Right, if asked: what the way without limits lacks."""
     rows = {v: representatives(best(run, v, run.sets(v)[0])) for v in reversed(run.vehicles)}
     rows = {vehicle: ways for vehicle, ways in rows.items() if ways}
     if not rows:
         return None
+    sides = (3, 2) if any(map(_without_limits, rows.values())) else (3,)
     figure = Figure((9.0, 1.9 + 0.34 * len(rows)))
-    left, right = figure.subplots(1, 2, sharey=True, width_ratios=(3, 2))
-    for y, (vehicle, ways) in enumerate(rows.items()):
+    left, *rest = figure.subplots(1, len(sides), sharey=True, squeeze=False, width_ratios=sides)[0]
+    for y, ways in enumerate(rows.values()):
         _times(left, y, ways)
-        _losses(right, y, run, vehicle, ways)
+    for right in rest:
+        _losses(right, run, rows)
     left.set_xscale("log")
     time_axis(left.xaxis, "one call, median")
     left.set_title("What limits cost")
-    right.set_title("What leaving them out costs")
-    right.set_xlim(0, 100)
-    right.xaxis.set_major_formatter(lambda value, _: f"{value:g} %")
-    right.set_xlabel(
-        "not served within 1 % (bar)\nlargest share missing of a wrench that can be met (line)", fontsize=8
-    )
     left.set_yticks(range(len(rows)), map(brief, rows))
     left.set_ylim(-0.6, len(rows) - 0.4)
     shown = [way for way in WAYS if any(way in ways for ways in rows.values())]
@@ -62,11 +58,24 @@ def _times(axes: Axes, y: int, ways: dict[str, Row]) -> None:
         axes.plot([row.call_p50_us or 0.0], [y], mark, color=colour, fillstyle=fill, markersize=6)
 
 
-def _losses(axes: Axes, y: int, run: Run, vehicle: str, ways: dict[str, Row]) -> None:
-    closed = ways.get("without limits, in Python") or ways.get("without limits, in C")
-    served = served_share(run, vehicle, closed) if closed else None
-    if served is not None:
-        axes.barh([y], [100 * (1 - served)], height=0.55, color=CLOSED, alpha=0.6)
-    missed = largest_miss([row for row in run.of(vehicle) if closed and row.label == closed.label])
-    if missed is not None:
-        axes.plot([100 * missed, 100 * missed], [y - 0.38, y + 0.38], color=INK, linewidth=1.8)
+def _without_limits(ways: dict[str, Row]) -> Row | None:
+    return ways.get("without limits, in Python") or ways.get("without limits, in C")
+
+
+def _losses(axes: Axes, run: Run, rows: dict[str, dict[str, Row]]) -> None:
+    axes.set_title("What leaving them out costs")
+    axes.set_xlim(0, 100)
+    axes.xaxis.set_major_formatter(lambda value, _: f"{value:g} %")
+    axes.set_xlabel(
+        "not served within 1 % (bar)\nlargest share missing of a wrench that can be met (line)", fontsize=8
+    )
+    for y, (vehicle, ways) in enumerate(rows.items()):
+        closed = _without_limits(ways)
+        if closed is None:
+            continue
+        served = served_share(run, vehicle, closed)
+        if served is not None:
+            axes.barh([y], [100 * (1 - served)], height=0.55, color=CLOSED, alpha=0.6)
+        missed = largest_miss([row for row in run.of(vehicle) if row.label == closed.label])
+        if missed is not None:
+            axes.plot([100 * missed, 100 * missed], [y - 0.38, y + 0.38], color=INK, linewidth=1.8)

@@ -241,6 +241,14 @@ def test_what_the_lowest_voltage_and_slew_rates_leave_is_said(tmp_path: Path) ->
         ) in remarks
 
 
+def test_a_voltage_at_which_no_thruster_can_stop_is_warned_of_once(tmp_path: Path) -> None:
+    file = tmp_path / "minus.yaml"
+    keys = "f_min: -50\nf_max: 60\nvolts: {12: [20, 25], 16: [-50, 60]}\n"
+    file.write_text(f"name: slow\ndof: [surge]\nframe: frd\nT: [[1, 1]]\n{keys}", encoding="utf-8")
+    remarks = [finding.message for finding in check_vehicle(file).findings if finding.level == "warning"]
+    assert remarks == ["at 12 V thruster 0 can't stop: 0 N is outside 20 … 25 N; is a minus missing?"]
+
+
 def test_limits_by_the_voltages_of_a_curve_are_told_under_the_key_that_has_them(tmp_path: Path) -> None:
     file = tmp_path / "curve.yaml"
     curve = "{12: [[-100, -20], [0, 0], [100, 25]], 16: [[-100, -40], [0, 0], [100, 55]]}"

@@ -45,6 +45,18 @@ def test_a_report_counts_the_layouts_that_have_a_number_and_says_how_many(
     draw_matters(said, space.parameters)
 
 
+def test_a_parameter_without_effect_explains_less_than_is_called_chance_in_most_studies() -> None:
+    rng, layouts, above = np.random.default_rng(1), 256, 0
+    for _ in range(200):
+        part, outcome = np.arange(layouts) % BINS, rng.normal(size=layouts)
+        sums = [np.bincount(part, outcome**power, BINS) for power in range(3)]
+        said = StudySummary(bins=np.moveaxis(sums, 0, -1)[None, None])
+        above += bool(said.matters()[0, 0] > said.chance())
+    assert (
+        0 < above <= 0.08 * 200
+    )  # 2 standard deviations: 2.5 % of a normal law, of this skewed one some more
+
+
 @pytest.mark.parametrize(
     ("layouts", "spread", "share"), [(400, 1e-3, 1.0), (400, 1e-16, np.nan), (20, 1e-3, np.nan)]
 )

@@ -122,6 +122,18 @@ def test_what_c_says_beside_operations_is_read_too(change: str, monkeypatch: pyt
     assert translated(changed).verdict == "not shown"
 
 
+@pytest.mark.parametrize(
+    ("before", "after"), [(r"low\[i\] - \S+ ", "low[i] - 6e-3 "), (r"turn < \d+", "turn < 1")]
+)
+def test_a_loop_over_data_is_the_one_that_is_printed(before: str, after: str) -> None:
+    """Its constants and turns are no operations of the program: nothing read them."""
+    whole = subject(load_vehicle("bluerov2-heavy"), "redistribute", "double", "fixed")
+    other = re.sub(before, after, whole.source)
+    assert other != whole.source
+    claim = translated(replace(whole, files={**whole.files, f"{whole.name}.c": other}))
+    assert claim.words == ["the loop cascade: its text is another one"]
+
+
 def test_a_name_that_hides_another_is_another_number() -> None:
     """What C declares inside a branch ends with it: read as an assignment, this was the program."""
     whole = subject(load_vehicle("ukwial"), "scaled", "double", "fixed")

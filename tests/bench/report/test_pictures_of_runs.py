@@ -79,6 +79,22 @@ def test_what_leaving_limits_out_costs_is_of_demands_that_can_be_met_as_on_the_t
     assert "that can be met (line)" in right.get_xlabel()
 
 
+@pytest.mark.parametrize(("named", "halves"), [(["nullspace", "pinv"], 2), (["nullspace"], 1)])
+def test_what_leaving_limits_out_costs_has_axes_where_a_method_without_was_asked(
+    named: list[str], halves: int, tmp_path: Path
+) -> None:
+    exact = Judged(answers=10, counts={"SOLVED": 10}, agrees=True, distance_rel_max=1e-9)
+    cells = {
+        "pinv": asked("pinv", 1.0),
+        "nullspace": replace(asked("nullspace", 1.0), formulation="hard", judged=exact),
+    }
+    run = run_of(tmp_path, *(cells[name] for name in named))
+    with mpl.rc_context(SETTINGS):
+        figure = overview.draw_run(run)
+    assert figure is not None
+    assert len(figure.axes) == halves
+
+
 @pytest.mark.parametrize(("low", "high"), [(0.48, 1.0), (0.15, 0.8), (1e-6, 1.0)])
 def test_an_axis_of_shares_has_two_numbers_to_read_others_by(low: float, high: float) -> None:
     with mpl.rc_context(SETTINGS):
