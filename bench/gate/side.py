@@ -12,6 +12,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple, Self
 
 from alloc import AllocError
+from bench.gate.trees import BadTree
 from bench.harness.child import cause, environment
 from bench.harness.process import signals_held_back
 
@@ -119,7 +120,10 @@ class Side:
             unless_ready.pop_all()
 
     def ask(self, do: str, *, timeout: float = TIMEOUT_S, **arguments: Any) -> Any:
-        """Give one order and wait for its reply; raises Refused, Died."""
+        """Give one order and wait for its reply.
+
+        Raises Refused, Died, and BadTree where the side has imported code that is not its own.
+        """
         assert self._process.stdin
         assert self._process.stdout
         watchdog = Timer(timeout, self._process.kill)
@@ -139,6 +143,8 @@ class Side:
         if not line.endswith("\n"):  # the process ended, perhaps in the middle of its reply
             raise Died(self._name, self._why(timeout, in_time))
         reply = json.loads(line)
+        if "error" in reply and reply["kind"] == "Elsewhere":
+            raise BadTree(reply["error"].partition(": ")[2])
         if "error" in reply:
             raise Refused(reply["error"], reply["kind"])
         return reply["value"]

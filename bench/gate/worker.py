@@ -48,6 +48,10 @@ class Built(NamedTuple):
     own: tuple[Any, Any]
 
 
+class Elsewhere(ImportError):
+    """A side would run code that is not its own."""
+
+
 class Orders:
     """The orders that this process carries out, one method each.
 
@@ -96,19 +100,19 @@ class Orders:
         for file in map(Path, plugins):
             try:
                 entry = self.discovery.load_plugin(file)
-                self.look()
             except Exception as error:  # the other plug-ins have answers
                 self.broken[file.stem.replace("_", "-")] = str(error).replace(f"{tree}{os.sep}", "")
             else:
                 self.plugins[entry.name] = entry
 
     def look(self) -> None:
-        """Raise ImportError where a module that the tree holds came from elsewhere.
+        """Raise Elsewhere where a module that the tree holds came from elsewhere.
 
-        An installation (``pip install``, with or without ``-e``) would give both sides the same code.
+        An installation (``pip install``, with or without ``-e``) would give both sides the same code. It is
+        asked after every order, since a plug-in may import when it is called.
         """
-        new, self.modules = sys.modules.keys() - self.modules, set(sys.modules)
-        for name in sorted(new) if self.source else ():
+        known = set(sys.modules)
+        for name in sorted(known - self.modules) if self.source else ():
             file = Path(os.path.realpath(getattr(sys.modules[name], "__file__", None) or ""))
             if file.is_relative_to(self.tree) or name.partition(".")[0] in sys.stdlib_module_names:
                 continue
@@ -118,10 +122,11 @@ class Orders:
                 parts = file.parts[-len(name.split(".")) - (file.name == "__init__.py") :]
                 places += [Path("src", *parts), Path(*parts)]
             if within := next((place for place in places if Path(self.tree, place).is_file()), None):
-                raise ImportError(
+                raise Elsewhere(
                     f"'{name}' came from {file}, as it lies there, and not from the side's own {within};"
                     " uninstall it, or let the plug-in put its folder first on sys.path"
                 )
+        self.modules = known
 
     def not_loaded(self) -> dict[str, str]:
         """Why a plug-in was not loaded, by its method's name."""
@@ -168,7 +173,6 @@ class Orders:
             allocate = self.discovery.prepare(self.plugins[method], loaded, start=start)
         else:
             allocate = self.alloc.build(method, loaded, start=start)
-        self.look()
         self.allocators[cell] = allocate
         if not weaker and not numbers:
             self.early.setdefault(cell, Built(allocate, (loaded.f_min, loaded.f_max)))
@@ -291,6 +295,7 @@ def main() -> None:
         order = json.loads(line)
         try:
             reply = json.dumps({"value": getattr(orders, order.pop("do"))(**order)})
+            orders.look()
         except Exception as error:
             reply = json.dumps({"error": f"{type(error).__name__}: {error}", "kind": type(error).__name__})
         replies.write(reply + "\n")

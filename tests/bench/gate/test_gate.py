@@ -285,13 +285,25 @@ def test_a_package_of_both_sides_that_is_installed_too_is_refused(own: Path, tmp
     )
 
 
-def test_a_module_that_an_installation_takes_from_the_user_s_folder_is_refused(own: Path) -> None:
+LATE = """
+LIMITED = True
+def build(vehicle):
+    def allocate(tau):
+        from gains import SIGN
+        return np.clip(SIGN * np.linalg.pinv(vehicle.TP) @ tau, vehicle.f_min, vehicle.f_max)
+    return allocate
+"""
+
+
+@pytest.mark.parametrize("late", [False, True])
+def test_a_module_that_an_installation_takes_from_the_user_s_folder_is_refused(own: Path, late: bool) -> None:
     """Both sides would run the file as it lies there, and a wrong sign in it would pass."""
     (own / "src").mkdir()
     gains = own / "src" / "gains.py"
     gains.write_text("SIGN = 1")
-    installed = f"import sys; sys.path.insert(0, {str(own / 'src')!r}); from gains import SIGN\n"
-    text = installed + PLUGIN.replace("G @ tau", "SIGN * G @ tau")
+    installed = f"import sys; sys.path.insert(0, {str(own / 'src')!r})\n"
+    at_once = "from gains import SIGN\n" + PLUGIN.replace("G @ tau", "SIGN * G @ tau")
+    text = installed + (f"import numpy as np\n{LATE}" if late else at_once)
     (own / "control" / "mine.py").write_text(text)
     gate_check.commit(own, "base")
     gains.write_text("SIGN = -1")
