@@ -70,7 +70,8 @@ extern "C" {
 
 /* Prepares an allocator. Returns TB_SOLVED, TB_BAD_ARGUMENT or TB_NEARLY_SINGULAR; then calls answer TB_BAD_ARGUMENT.
  *
- * T          k rows of n, row by row: thrusts to wrench
+ * T          k rows of n, row by row: thrusts to wrench; a row shorter than 1e-9 of the longest (with TB_FLOAT 1e-5)
+ *            counts as pushed by nothing: choose units in which it is longer
  * H          n rows of n, the effort f'Hf that is least, symmetric positive definite; NULL: all thrusters alike
  * readiness  1 ready, 0 off, between them weakened, n; NULL: all ready
  * f_min, f_max  the vehicle's limits [N], n each

@@ -5,7 +5,7 @@ from itertools import groupby
 
 from bench.report.verdict import rate_of, sure, verdicts, whose_rate
 from bench.results.fit import Fit, Loop
-from bench.results.machines import NamedRun, on_all
+from bench.results.machines import NamedRun, apart, on_all
 from bench.results.rows import Run
 from bench.results.size import Size, best_of_each
 from bench.results.text import percent, table, three
@@ -46,6 +46,8 @@ def page(
     whose = whose_rate(*runs) if loop.rate_hz == rate_of(*runs) else []
     parts = ["\n".join([*verdicts(together, loop, where), *whose]) + "\n"]
     parts += [f"{machine.name} was {sure(machine.run)}\n" for machine in machines]
+    if len(machines) > 1:
+        parts.append("\n".join(["What else differs than the machine:", *apart(machines)]) + "\n")
     if transfer:
         parts.append(
             f"ESTIMATE for {transfer.machine}: nothing was run there. By its canaries a call takes"

@@ -12,7 +12,7 @@ from bench.results.emulated import IN_WORDS, shown_scalar
 from bench.results.emulated import rows as emulated_rows
 from bench.results.machines import (
     NamedRun,
-    differences,
+    apart,
     incomparable,
     measured_in_part,
     medians,
@@ -73,12 +73,8 @@ def _opening(timed: Sequence[NamedRun], whole: Sequence[Size], in_part: Mapping[
 def _comparable(timed: Sequence[NamedRun]) -> str:
     if len(timed) < 2:
         return ""
-    first, *others = timed
-    lines = []
-    for other in others:
-        said = "; ".join(differences(first.run, other.run)) or "nothing"
-        lines.append(f"- {plain(f'{first.name} and {other.name}: {said}.')}")
-    return "What else differs than the machine, and so is part of each ratio:\n\n" + "\n".join(lines) + "\n"
+    lines = "\n".join(f"- {plain(line)}" for line in apart(timed))
+    return f"What else differs than the machine, and so is part of each ratio:\n\n{lines}\n"
 
 
 def _vehicles(timed: Sequence[NamedRun]) -> list[str]:

@@ -102,8 +102,17 @@ def _alike(one: Sequence[float], two: Sequence[float]) -> bool:
     )
 
 
+def apart(machines: Sequence[NamedRun]) -> list[str]:
+    """In what runs differ from the first besides their machines, a sentence each."""
+    first, *others = machines
+    return [
+        f"{first.name} and {other.name}: {'; '.join(differences(first.run, other.run)) or 'nothing'}."
+        for other in others
+    ]
+
+
 def differences(a: Run, b: Run) -> list[str]:
-    """In what two runs differ besides their machines, in words: a ratio of their times holds that too."""
+    """In words: a ratio of their times holds that too."""
     one, two = a.record.header, b.record.header
     said = _apart({"seed": one.seed, "commit": one.commit}, {"seed": two.seed, "commit": two.commit})
     ours, theirs = ({Path(path).name: sha for path, sha in each.files.items()} for each in (one, two))
@@ -138,7 +147,7 @@ def incomparable(a: Run, b: Run, vehicle: str, demands: str) -> str:
         return f"{ours.n_demands} demands and {theirs.n_demands}"
     if a.by_driver != b.by_driver:  # a call from Python takes ten times what the C in it takes
         return "one machine's calls were made from Python, the other's by a board's driver in C"
-    return f"other C: {'; '.join(apart)}" if (apart := _apart(a.form, b.form)) else ""
+    return f"other C: {'; '.join(other)}" if (other := _apart(a.form, b.form)) else ""
 
 
 def medians(machines: Sequence[NamedRun], vehicle: str, demands: str) -> dict[str, list[Row | None]]:

@@ -8,6 +8,7 @@ from msgspec.structs import replace
 from bench.record import Cell, Key, Line, Method
 from bench.report import together
 from bench.report.sections import worth
+from bench.report.sizes import page as sizes_page
 from bench.report.verdict import USUAL
 from bench.results.machines import NamedRun, measured_in_part, on_all
 from bench.results.rows import read_run
@@ -22,11 +23,10 @@ def exact(method: str, us: float, demands: str = "active") -> Cell:
     return replace(made_up.exact_cell("ukwial", method, us), key=Key("ukwial", demands, method))
 
 
-def run(directory: Path, name: str, *lines: Line) -> NamedRun:
+def run(directory: Path, name: str, *lines: Line, **header: object) -> NamedRun:
     directory.mkdir()
-    made = made_up.record(
-        directory, made_up.header(machine={"name": name}), made_up.problem("ukwial"), *lines
-    )
+    own = made_up.header(machine={"name": name}, **header)
+    made = made_up.record(directory, own, made_up.problem("ukwial"), *lines)
     return NamedRun(name, read_run(made))
 
 
@@ -54,6 +54,18 @@ def test_what_has_a_row_in_the_report_of_a_run_has_one_beside_other_machines(
     assert set(alone) <= set(rows(pages))
     assert "| gone" in pages
     assert "crashed: signal 11" in pages
+
+
+def test_a_plug_in_with_another_text_is_said_by_the_report_and_by_size(tmp_path: Path) -> None:
+    """Its times on two machines are those of two methods; ``size`` took the slower one for both."""
+    runs = [
+        run(tmp_path / name, name, exact("m00", 2.0), files={"casc.py": text})
+        for name, text in (("one", "1"), ("two", "2"))
+    ]
+    sized = {machine.name: sizes(machine.run, USUAL) for machine in runs}
+    for text in (together.page(runs), sizes_page(runs, sized, USUAL)):
+        assert "one and two: the text of casc.py." in text
+    assert "else differs" not in sizes_page(runs[:1], {"one": sized["one"]}, USUAL)
 
 
 def test_what_is_to_be_taken_on_all_machines_has_a_row_though_others_are_faster(tmp_path: Path) -> None:
