@@ -1,0 +1,211 @@
+"""The gate on a user's own repository: each side gets the plug-in as its commit has it, and nothing else."""
+
+import re
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+import gate_check
+from bench.commands.gate import command
+from bench.gate.trees import BadTree
+
+FEW = ("--pairs", "2", "--no-instructions", "--vehicle", "ukwial")
+
+PLUGIN = """\
+import numpy as np
+
+LIMITED = True
+
+
+def build(vehicle):
+    G = np.linalg.pinv(vehicle.TP)
+    return lambda tau: np.clip(G @ tau, vehicle.f_min, vehicle.f_max)
+"""
+
+
+@pytest.fixture
+def own(tmp_path: Path) -> Path:
+    """A repository of a user's own: a plug-in in a folder, no ``alloc``, one commit."""
+    tree = tmp_path / "own"
+    (tree / "control").mkdir(parents=True)
+    (tree / "control" / "mine.py").write_text(PLUGIN)
+    gate_check.git(tree, "init", "--quiet")
+    gate_check.commit(tree, "base")
+    return tree
+
+
+def gate_own(own: Path, text: str, *options: str) -> Result:
+    """What the gate says in the user's repository of a commit that gives the plug-in that text."""
+    (own / "control" / "mine.py").write_text(text)
+    (own / "notes.txt").write_text("so that there is something to commit")
+    gate_check.commit(own, "head")
+    plugin = ("--plugin", str(own / "control" / "mine.py"))
+    return CliRunner().invoke(
+        command, ["HEAD~1", "HEAD", "--repo", str(own), *plugin, *FEW, *options], standalone_mode=False
+    )
+
+
+def test_a_user_s_plug_in_is_taken_from_each_side_of_the_user_s_repository(own: Path) -> None:
+    """The working copy has the head's file only, so a difference shows that base has its own."""
+    result = gate_own(own, PLUGIN.replace("G @ tau", "0.9 * G @ tau"))
+    assert result.return_value == 1, result.output
+    assert "| `ukwial:mine:-` | another answer: status SOLVED → PARTIAL" in result.stdout
+    assert "pinv" not in result.stdout
+
+
+def test_a_relative_path_is_the_repository_s_from_anywhere(
+    own: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A file of that name here, which no commit holds, would be compared with itself, and pass."""
+    (tmp_path / "here" / "control").mkdir(parents=True)
+    (tmp_path / "here" / "control" / "mine.py").write_text(PLUGIN)
+    monkeypatch.chdir(tmp_path / "here")
+    (own / "control" / "mine.py").unlink()
+    gate_check.commit(own, "head")
+    options = ("--repo", "../own", "--vehicle", "ukwial", "--no-instructions")
+    result = CliRunner().invoke(command, ["HEAD~1", *options, "--plugin", "control/mine.py"])
+    assert "| `ukwial:mine:-` | gone: head has no such method" in result.stdout
+
+
+def test_a_file_that_a_plug_in_opens_is_each_side_s_own(
+    own: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = PLUGIN.replace("G @ tau", "float(open('control/gain.txt').read()) * G @ tau")
+    (own / "control" / "mine.py").write_text(text)
+    (own / "control" / "gain.txt").write_text("1.0")
+    gate_check.commit(own, "with a file")
+    (own / "control" / "gain.txt").write_text("0.9")
+    gate_check.commit(own, "another gain")
+    monkeypatch.chdir(tmp_path)
+    few = ["--pairs", "2", "--no-instructions", "--vehicle", "ukwial", "--plugin", "control/mine.py"]
+    result = CliRunner().invoke(command, ["HEAD~1", "HEAD", "--repo", str(own), *few], standalone_mode=False)
+    assert result.return_value == 1, result.output
+    assert "| `ukwial:mine:-` | another answer: status SOLVED → PARTIAL" in result.stdout
+
+
+def test_a_package_of_both_sides_that_is_installed_too_is_refused(own: Path, tmp_path: Path) -> None:
+    """``pip install .`` of a repository with src: both sides ran the copy, and a wrong sign passed."""
+    for folder in (own / "src" / "rov", tmp_path / "site" / "rov"):
+        folder.mkdir(parents=True)
+        (folder / "__init__.py").write_text("")
+        (folder / "core.py").write_text("SIGN = 1")
+    installed = f"import sys; sys.path.insert(0, {str(tmp_path / 'site')!r}); from rov.core import SIGN\n"
+    text = installed + PLUGIN.replace("G @ tau", "SIGN * G @ tau")
+    (own / "control" / "mine.py").write_text(text)
+    gate_check.commit(own, "base")
+    (own / "src" / "rov" / "core.py").write_text("SIGN = -1")
+    result = gate_own(own, text)
+    assert isinstance(result.exception, BadTree), result.output
+    assert re.search(
+        r"'rov.*' came from .*site/rov/.*, and not from the side's own src/rov/.*; uninstall it",
+        str(result.exception),
+    )
+
+
+LATE = """
+LIMITED = True
+def build(vehicle):
+    def allocate(tau):
+        from gains import SIGN
+        return np.clip(SIGN * np.linalg.pinv(vehicle.TP) @ tau, vehicle.f_min, vehicle.f_max)
+    return allocate
+"""
+
+
+@pytest.mark.parametrize("late", [False, True])
+def test_a_module_that_an_installation_takes_from_the_user_s_folder_is_refused(own: Path, late: bool) -> None:
+    """Both sides would run the file as it lies there, and a wrong sign in it would pass."""
+    (own / "src").mkdir()
+    gains = own / "src" / "gains.py"
+    gains.write_text("SIGN = 1")
+    installed = f"import sys; sys.path.insert(0, {str(own / 'src')!r})\n"
+    at_once = "from gains import SIGN\n" + PLUGIN.replace("G @ tau", "SIGN * G @ tau")
+    text = installed + (f"import numpy as np\n{LATE}" if late else at_once)
+    (own / "control" / "mine.py").write_text(text)
+    gate_check.commit(own, "base")
+    gains.write_text("SIGN = -1")
+    result = gate_own(own, text)
+    assert isinstance(result.exception, BadTree), result.output
+    assert f"'gains' came from {gains}, as it lies there, and not from the side's own" in str(
+        result.exception
+    )
+
+
+def test_a_plug_in_that_the_head_lost_is_gone(own: Path) -> None:
+    (own / "control" / "mine.py").rename(own / "control" / "other.py")
+    gate_check.commit(own, "head")
+    options = ("--repo", str(own), "--plugin", str(own / "control" / "mine.py"), "--no-instructions")
+    result = CliRunner().invoke(command, ["HEAD~1", "HEAD", *options], standalone_mode=False)
+    assert result.return_value == 1, result.output
+    assert "| `ukwial:mine:-` " in result.stdout
+    assert "head has no such method, vehicle or start" in result.stdout
+
+
+def test_what_is_not_committed_is_named_where_the_head_is_the_current_commit(own: Path) -> None:
+    (own / "control" / "mine.py").write_text(PLUGIN.replace("G @ tau", "-G @ tau"))
+    options = ("--repo", str(own), "--plugin", str(own / "control" / "mine.py"))
+    result = CliRunner().invoke(command, ["HEAD", *options], standalone_mode=False)
+    assert result.return_value == 0, result.output
+    assert "- not committed, so not looked at: control/mine.py\n" in result.stdout
+
+
+def test_a_commit_that_adds_a_plug_in_is_no_regression(own: Path) -> None:
+    (own / "control" / "new.py").write_text(PLUGIN)
+    gate_check.commit(own, "head")
+    options = ("--repo", str(own), "--plugin", str(own / "control" / "new.py"), "--vehicle", "ukwial")
+    result = CliRunner().invoke(command, ["HEAD~1", "HEAD", *options], standalone_mode=False)
+    assert result.return_value == 3, result.output
+    assert "nothing to compare: no cell stands on both sides" in result.stdout
+    assert "new: `ukwial:new:-`" in result.stdout
+
+
+@pytest.mark.parametrize("names", [("mine.py", "other/mine.py"), ("pinv.py",)])
+def test_two_methods_of_one_name_are_refused(own: Path, names: tuple[str, ...]) -> None:
+    """Else the one that is loaded first would have no row, and no word."""
+    plugins = [word for name in names for word in ("--plugin", str(own / name))]
+    result = CliRunner().invoke(command, ["HEAD", "--repo", str(own), *plugins], standalone_mode=False)
+    assert f"another method is called '{Path(names[0]).stem}' too; rename the file" in str(result.exception)
+
+
+def test_a_folder_that_a_commit_lacks_is_named(own: Path) -> None:
+    (own / "later").mkdir()
+    plugin = ("--plugin", str(own / "control" / "mine.py"))
+    result = CliRunner().invoke(command, ["HEAD", "--repo", str(own / "later"), *plugin])
+    assert isinstance(result.exception, BadTree)
+    assert ":later/; give a revision that exists here" in str(result.exception)
+
+
+@pytest.mark.parametrize("folder", [".", "own/control"])
+def test_a_plug_in_that_nobody_committed_is_refused(own: Path, folder: str) -> None:
+    """It would be compared with itself, and pass whatever it answers."""
+    file = own.parent / folder / "new.py"
+    file.write_text(PLUGIN)
+    plugin = ("--plugin", str(file))
+    result = CliRunner().invoke(command, ["HEAD", "--repo", str(own), *plugin], standalone_mode=False)
+    assert "new.py: neither side holds it, so it would be compared with itself; commit it" in str(
+        result.exception
+    )
+
+
+def test_a_plug_in_that_is_nowhere_is_not_to_be_committed(own: Path) -> None:
+    plugin = ("--plugin", str(own / "control" / "misspelt.py"))
+    result = CliRunner().invoke(command, ["HEAD", "--repo", str(own), *plugin], standalone_mode=False)
+    assert "misspelt.py: is neither here nor in one of the two sides; give a plug-in's file" in str(
+        result.exception
+    )
+
+
+def test_what_git_leaves_out_of_archives_and_what_a_link_points_to_is_gated(own: Path) -> None:
+    (own / ".gitattributes").write_text("mine.py export-ignore\n")
+    (own / "link.py").symlink_to("control/mine.py")
+    gate_check.commit(own, "base")
+    result = gate_own(own, PLUGIN.replace("G @ tau", "-G @ tau"), "--plugin", str(own / "link.py"))
+    assert result.return_value == 1, result.output
+    for name in ("mine", "link"):
+        assert re.search(rf"^\| `ukwial:{name}:-` +\| (wrong|another) answer: ", result.stdout, re.M)
+
+
+def test_a_repository_without_a_library_needs_a_plug_in(own: Path) -> None:
+    result = CliRunner().invoke(command, ["HEAD", "HEAD", "--repo", str(own)], standalone_mode=False)
+    assert "holds no package 'alloc'" in str(result.exception)
