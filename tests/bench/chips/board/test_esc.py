@@ -21,8 +21,8 @@ from bench.results.fit import Loop
 from bench.results.machines import read_machines
 from bench.results.sizing import sizes
 from bench.results.text import three
-from tests.bench.chips.board.test_board import make
 from tests.board_logs import forged, opened, sealed
+from tests.board_projects import make
 from tests.emulators import available
 
 HEAVY = load_vehicle("bluerov2-heavy")

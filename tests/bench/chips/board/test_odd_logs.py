@@ -15,8 +15,8 @@ from bench.chips.board.keep import keep
 from bench.inputs.board_log import LogError, read_board_log
 from bench.report import render
 from bench.results.rows import read_run
-from tests.bench.chips.board.test_board import make, project
 from tests.board_logs import opened, sealed
+from tests.board_projects import make, project
 
 
 @pytest.fixture(scope="module")
