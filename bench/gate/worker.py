@@ -38,7 +38,7 @@ def beside(name: str) -> Any:
     return module
 
 
-given, forms = beside("given"), beside("forms")
+given, forms, origins = map(beside, ("given", "forms", "origins"))
 
 
 class Built(NamedTuple):
@@ -46,10 +46,6 @@ class Built(NamedTuple):
 
     allocate: Any
     own: tuple[Any, Any]
-
-
-class Elsewhere(ImportError):
-    """A side would run code that is not its own."""
 
 
 class Orders:
@@ -106,26 +102,13 @@ class Orders:
                 self.plugins[entry.name] = entry
 
     def look(self) -> None:
-        """Raise Elsewhere where a module that the tree holds came from elsewhere.
+        """Raise Elsewhere where a module that was imported since is code of neither side.
 
-        An installation (``pip install``, with or without ``-e``) would give both sides the same code. It is
-        asked after every order, since a plug-in may import when it is called.
+        It is asked after every order, since a plug-in may import when it is called.
         """
         known = set(sys.modules)
-        for name in sorted(known - self.modules) if self.source else ():
-            file = Path(os.path.realpath(getattr(sys.modules[name], "__file__", None) or ""))
-            if file.is_relative_to(self.tree) or name.partition(".")[0] in sys.stdlib_module_names:
-                continue
-            places = [file.relative_to(self.source)] if file.is_relative_to(self.source) else []
-            if file.suffix == ".py":
-                # As the import found it: rov/core.py of rov.core, rov/__init__.py of rov.
-                parts = file.parts[-len(name.split(".")) - (file.name == "__init__.py") :]
-                places += [Path("src", *parts), Path(*parts)]
-            if within := next((place for place in places if Path(self.tree, place).is_file()), None):
-                raise Elsewhere(
-                    f"'{name}' came from {file}, as it lies there, and not from the side's own {within};"
-                    " uninstall it, or let the plug-in put its folder first on sys.path"
-                )
+        if self.source:
+            origins.check(known - self.modules, self.tree, self.source)
         self.modules = known
 
     def not_loaded(self) -> dict[str, str]:
