@@ -1,5 +1,6 @@
 """The gate on a user's own repository: each side gets the plug-in as its commit has it, and nothing else."""
 
+import json
 import re
 from pathlib import Path
 
@@ -130,6 +131,38 @@ def test_a_module_that_an_installation_takes_from_the_user_s_folder_is_refused(o
     assert f"'gains' came from {gains}, as it lies there, and not from the side's own" in str(
         result.exception
     )
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_what_was_built_from_the_user_s_folder_and_installed_is_refused(
+    own: Path, tmp_path: Path, known: bool
+) -> None:
+    """A module in C++ has no file of its name in a commit: pip notes whence it was installed (PEP 610)."""
+    site = tmp_path / "site"
+    facts = site / "gains-1.0.dist-info"
+    facts.mkdir(parents=True)
+    (site / "gains.py").write_text("SIGN = 1")
+    (facts / "METADATA").write_text("Metadata-Version: 2.1\nName: gains\nVersion: 1.0\n")
+    (facts / "RECORD").write_text("gains.py,,\ngains-1.0.dist-info/METADATA,,\n")
+    url = own.as_uri() if known else "https://example.org/gains.whl"
+    (facts / "direct_url.json").write_text(json.dumps({"url": url, "dir_info": {}}))
+    installed = f"import sys; sys.path.insert(0, {str(site)!r}); from gains import SIGN\n"
+    result = gate_own(own, installed + PLUGIN.replace("G @ tau", "SIGN * G @ tau"))
+    if known:
+        assert isinstance(result.exception, BadTree), result.output
+        assert f"'gains' came from {site / 'gains.py'}, as it lies there" in str(result.exception)
+    else:
+        assert "`ukwial:mine:-`" in result.stdout  # it was measured
+
+
+def test_a_module_of_the_user_s_folder_that_no_commit_holds_is_refused(own: Path) -> None:
+    (own / "build").mkdir()
+    (own / "build" / "gains.py").write_text("SIGN = 1")
+    (own / ".gitignore").write_text("build\n")
+    built = f"import sys; sys.path.insert(0, {str(own / 'build')!r}); from gains import SIGN\n"
+    result = gate_own(own, built + PLUGIN.replace("G @ tau", "SIGN * G @ tau"))
+    assert isinstance(result.exception, BadTree), result.output
+    assert "build/gains.py, as it lies there, and not from a commit; uninstall it" in str(result.exception)
 
 
 def test_a_plug_in_that_the_head_lost_is_gone(own: Path) -> None:
