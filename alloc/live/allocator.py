@@ -83,11 +83,16 @@ class Live:
     def pose(
         self, tau: FloatArray, f_min: FloatArray | None = None, f_max: FloatArray | None = None
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """b (p,), lb and ub (m,) of the QP for a wrench (k,) [N, N m] and limits (m,) of what works [N]."""
-        b: FloatArray = self._b_of_tau.dot(tau)
+        """b (p,), lb and ub (m,) of the QP for a wrench (k,) [N, N m] and limits (n,) [N]; m thrusters work."""
         if f_min is None or f_max is None:
-            return b, self._lb, self._ub
-        return b, f_min / self._unit, f_max / self._unit
+            return self._b_of_tau.dot(tau), self._lb, self._ub
+        return self._posed(tau, f_min[self._working], f_max[self._working])
+
+    def _posed(
+        self, tau: FloatArray, low: FloatArray, high: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """As ``pose``, with limits (m,) of what works [N]."""
+        return self._b_of_tau.dot(tau), low / self._unit, high / self._unit
 
     def __call__(
         self, tau: ArrayLike, f_min: ArrayLike | None = None, f_max: ArrayLike | None = None
@@ -113,7 +118,7 @@ class Live:
                 low, high = low[self._working], high[self._working]
             if not all(map(le, low.tolist(), high.tolist())):
                 return self._unanswered(Status.INFEASIBLE)
-            posed = self.pose(wrench, low, high)
+            posed = self._posed(wrench, low, high)
         if len(self._unreachable) and np.abs(self._unreachable.dot(wrench)).max() > UNREACHABLE:
             return self._unanswered(Status.INFEASIBLE)
         try:

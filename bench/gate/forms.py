@@ -149,9 +149,32 @@ def _again(_: Any, many: Any, taus: Any) -> Pair:
     return usual, (F, status)
 
 
-def _one_row(allocate: Any, many: Any, taus: Any, low: Any, high: Any) -> Pair:
-    alike = (side[:1].repeat(len(taus), axis=0) for side in (low, high))
-    return _singly(allocate, taus, *alike), many(taus.copy(), low[0].copy(), high[0].copy())
+def _sides(first: Callable[[Any], Any], second: Callable[[Any], Any]) -> Callable[..., Pair]:
+    """The form of ``many`` whose f_min and f_max are what these make of (N, n) limits."""
+
+    def form(allocate: Any, many: Any, taus: Any, low: Any, high: Any) -> Pair:
+        import numpy as np
+
+        given = first(low), second(high)
+        each = [
+            [None] * len(taus) if side is None else np.broadcast_to(side, low.shape).copy() for side in given
+        ]
+        usual = _columns([allocate(*call) for call in zip(taus.copy(), *each, strict=True)])
+        return usual, many(taus.copy(), *(None if side is None else side.copy() for side in given))
+
+    return form
+
+
+def _row(side: Any) -> Any:
+    return side[0]
+
+
+def _none(_: Any) -> None:
+    return None
+
+
+def _each(side: Any) -> Any:
+    return side
 
 
 def _columnwise_many(allocate: Any, many: Any, *columns: Any) -> Pair:
@@ -190,7 +213,11 @@ OF_MANY: dict[str, Callable[..., Pair]] = {
     "many() called again": _again,
 }
 OF_BOTH: dict[str, Callable[..., Pair]] = {
-    "many() with one row of limits": _one_row,
+    "many() with one row of limits": _sides(_row, _row),
+    "many() with one row of f_min alone": _sides(_row, _none),
+    "many() with one row of f_max alone": _sides(_none, _row),
+    "many() with one row of f_min, f_max of each": _sides(_row, _each),
+    "many() with one row of f_max, f_min of each": _sides(_each, _row),
     "many() with limits in an array made of columns": _columnwise_many,
     "what many() is given": _untouched,
 }

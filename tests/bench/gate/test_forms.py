@@ -50,6 +50,10 @@ FORMS = {
 }
 MANY = {
     "many() with one row of limits": "if np.ndim(f_min) == 1: f_min = f_max = None",
+    "many() with one row of f_min alone": "if np.ndim(f_min) == 1 and f_max is None: f_min = None",
+    "many() with one row of f_max alone": "if np.ndim(f_max) == 1 and f_min is None: f_max = None",
+    "many() with one row of f_min, f_max of each": "if np.ndim(f_max) > np.ndim(f_min) > 0: f_max = None",
+    "many() with one row of f_max, f_min of each": "if np.ndim(f_min) > np.ndim(f_max) > 0: f_min = None",
     "many() of a list of whole numbers": "taus.shape",
     "many() of an array of whole numbers": "taus = -taus if getattr(taus, 'dtype', '') == int else taus",
     "many() of an array made of columns": "if not np.asarray(taus).flags.c_contiguous: taus = -taus",
