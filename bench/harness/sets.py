@@ -24,21 +24,22 @@ def demand_sets(
 ) -> list[DemandSet]:
     """Every demand set of every vehicle with every fault; the vehicles of a study come first.
 
-    A set that some vehicles have no demands of (NotApplicable) is left out there, and ``tell`` is told the
-    first's reason. Raises DemandError where two
+    A set that some vehicles have no demands of (NotApplicable) is left out there, and ``tell`` is told each
+    reason, with the first vehicle that it is true of. Raises DemandError where two
     different sets would share their names and so their rows: two logs of one name, or a vehicle file that
     kept the name of the file it was copied from. Raises NotApplicable where no set is left.
     """
     without_faults = [*(STUDIES[settings.study]() if settings.study else ()), *named]
     vehicles_asked = [state for whole in without_faults for state in faulty(whole, settings.faults)]
     sets: dict[tuple[str, str], DemandSet] = {}
-    without: dict[str, list[str]] = {}
+    without: dict[str, dict[str, list[str]]] = {}  # vehicles by reason, by set
     for vehicle in vehicles_asked:
         for name in settings.demands:
             try:
                 made = build_demands(name, vehicle, settings.seed, settings.n_demands, settings.log)
             except NotApplicable as reason:
-                without.setdefault(name, []).append(str(reason))
+                why = str(reason).removeprefix(f"{vehicle.name}: ")
+                without.setdefault(name, {}).setdefault(why, []).append(vehicle.name)
                 continue
             key = (made.vehicle.name, made.name)
             if not _same(sets.setdefault(key, made), made):
@@ -46,7 +47,7 @@ def demand_sets(
                     f"two different vehicles or demand sets are called '{key[0]}', '{key[1]}';"
                     " change the name in a vehicle file, or rename a log"
                 )
-    lacking = [f"{name}: {_first(reasons)}" for name, reasons in without.items()]
+    lacking = [f"{name}: {_said(reasons)}" for name, reasons in without.items()]
     if not sets:
         raise NotApplicable(
             f"none of these vehicles has any of these demands ({'; '.join(lacking)}); name others"
@@ -57,8 +58,12 @@ def demand_sets(
     return list(sets.values())
 
 
-def _first(reasons: list[str]) -> str:
-    return reasons[0] + (f"; so for {len(reasons) - 1} more" if len(reasons) > 1 else "")
+def _said(reasons: dict[str, list[str]]) -> str:
+    """Each reason with the first vehicle that it is true of, and of how many more it is."""
+    return "; ".join(
+        f"{first}: {why}" + (f"; so for {len(others)} more" if others else "")
+        for why, (first, *others) in reasons.items()
+    )
 
 
 def _check_names(vehicles: list[Vehicle]) -> None:

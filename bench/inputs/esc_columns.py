@@ -11,16 +11,20 @@ from alloc.allocation import FloatArray
 def sent(
     vehicle: Vehicle,
     answers: Sequence[Allocation],
+    t: FloatArray | None = None,
     volts: FloatArray | None = None,
     f_min: FloatArray | None = None,
     f_max: FloatArray | None = None,
 ) -> dict[str, list[float]]:
     """Columns u0, u1, … of commands and made_surge, … of the wrench T P f that they make [N, N m].
 
-    One entry an answer, whose voltage (N,) [V] and limits (N, n) [N] are given, or the vehicle's.
+    One entry an answer, whose voltage (N,) [V] and limits (N, n) [N] are given, or the vehicle's. Times (N,)
+    [s], since the first one, and voltages stand behind, so that what was sent is a log of outputs.
     """
     f = np.array([answer.f for answer in answers]).reshape(len(answers), vehicle.n)
     wired = vehicle.commands(f, volts, f_min=f_min, f_max=f_max)
     made = wired.f @ vehicle.TP.T
     columns = {f"u{i}": wired.u[:, i].tolist() for i in range(vehicle.n)}
-    return columns | {f"made_{axis}": made[:, row].tolist() for row, axis in enumerate(vehicle.dof)}
+    columns |= {f"made_{axis}": made[:, row].tolist() for row, axis in enumerate(vehicle.dof)}
+    known = {"t": None if t is None else t - t[0], "volts": volts}
+    return columns | {name: column.tolist() for name, column in known.items() if column is not None}

@@ -23,7 +23,7 @@ class Size:
     fit : the verdict
     reason : what prevents a better ``fit``, or why late calls do not; empty where nothing does
     exact : whether it is exact wherever an attainable demand was asked
-    refused : share of the demands that a user brought that got no thrusts [-], of several files the largest;
+    refused : share of a log or a mission that got no thrusts [-], of several the largest;
         1 where something that can be met was not delivered at all
     refusal : that, or what else it refuses, in words; empty where it answers all
     short : whether it leaves out more than SERVED_WITHIN of some demand that can be met
@@ -72,11 +72,11 @@ class Size:
 def ordered(sizes: Sequence[Size]) -> list[Size]:
     """Sizes by vehicle, the one to take first.
 
-    Methods are sorted by whether their median fits, then by whether they answer all demands that a user
-    brought, then by whether they are exact, or at least not ``short``, then by whether their tail fits too,
-    then by their median CPU time; of what lies CLOSE, one with a known worst case is first, and C of the
-    vehicle's own. So exactness is given up only where no exact method keeps up, and not for one late call in
-    a million.
+    Methods are sorted by whether their median fits, then by whether they answer all of a user's
+    logs and of missions, then by whether they are exact, or at least not ``short``, then by whether their
+    tail fits too, then by their median CPU time; of what lies CLOSE, one with a known worst case is first,
+    and C of the vehicle's own. So exactness is given up only where no exact method keeps up, and not for one
+    late call in a million.
     """
     classes: dict[tuple[str, bool, bool, bool, bool, Fit], list[Size]] = {}
     for size in sorted(sizes, key=lambda s: (_median(s), s.label)):

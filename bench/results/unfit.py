@@ -29,7 +29,7 @@ def unfit(rows: Sequence[Row]) -> str:
 
 
 def refusal(row: Row, problem: Problem | None) -> tuple[float, str]:
-    """The share of a user's demands that got no thrusts, and in words what got none; 0 and empty for nothing.
+    """The share of a log or mission that got no thrusts, and in words what got none; 0 and empty for nothing.
 
     Of a log that was not asked whole it is the share that can't be met, for methods that refuse those. Of
     demands that were drawn to be beyond what the vehicle can do a share would say nothing. A method that
@@ -60,7 +60,7 @@ def _refused(row: Row, problem: Problem | None) -> tuple[float, str]:
         run = problem.beyond_longest
     if not refused:
         return 0.0, crossed
-    if problem is None or not problem.given:
+    if problem is None or (not problem.given and problem.rate_hz is None):  # neither a log nor a mission
         return 0.0, "what can't be met"
     words = f"{percent(refused)} of {row.demands}"
     if run and problem.rate_hz:

@@ -17,6 +17,7 @@ from alloc.errors import DemandError
 from alloc.vehicle import LARGEST
 from alloc.vehicle.geometry import DOF
 from bench.inputs.by_suffix import reader
+from bench.inputs.columns import VOLTS
 from bench.inputs.demand_csv import Demanded, read_demands
 from bench.inputs.frames import frame_of, like_ros, met
 from bench.inputs.time_order import in_order
@@ -127,11 +128,22 @@ def read_log(
 
 
 def log_for(vehicle: Vehicle, path: Path, options: LogOptions | None = None) -> Demanded:
-    """What a log asks of a vehicle, in its DOF and its frame; raises what ``read_log`` does."""
+    """What a log asks of a vehicle, in its DOF and its frame; raises what ``read_log`` does.
+
+    Voltages that no limits follow are left out with a doubt, unless the user named their column.
+    """
     by_volts = vehicle.by_volts is not None
-    return read_log(
+    log = read_log(
         path, vehicle.dof, options, frame=vehicle.frame, thrusters=vehicle.names, by_volts=by_volts
     )
+    if by_volts or VOLTS not in log.columns or (options is not None and VOLTS in options.columns):
+        return log
+    doubt = (
+        f"{path.name}: 'volts' is left out, as {vehicle.name} has no limits by voltage; if they follow it,"
+        " add 'volts' to its file"
+    )
+    columns = {name: values for name, values in log.columns.items() if name != VOLTS}
+    return log._replace(columns=columns, doubt="; ".join(filter(None, (log.doubt, doubt))))
 
 
 def rate_hz(t: FloatArray | None) -> float | None:

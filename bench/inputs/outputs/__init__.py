@@ -46,6 +46,9 @@ class Outputs(NamedTuple):
     doubt: str = ""
 
 
+UNPOWERED = "; no voltage was measured, that of 'esc' is taken"
+
+
 def read_outputs(
     path: Path, vehicle: Vehicle, columns: Mapping[str, str] | None = None, frame: str = ""
 ) -> Outputs:
@@ -70,7 +73,10 @@ def read_outputs(
     outputs = outputs._replace(u=np.where((outputs.u == 0) & silent, neutral, outputs.u))
     outputs = _turned(path, outputs, vehicle, frame)
     outputs = outputs._replace(doubt="; ".join(filter(None, (outputs.doubt, beyond))))
-    return outputs if outputs.volts is None else _powered(outputs, outputs.volts)
+    several = any(len(esc.volts) > 1 for esc in vehicle.esc)
+    if outputs.volts is None:
+        return outputs._replace(said=outputs.said + UNPOWERED) if several else outputs
+    return _powered(outputs, outputs.volts)
 
 
 def _turned(path: Path, outputs: Outputs, vehicle: Vehicle, told: str) -> Outputs:
@@ -116,9 +122,7 @@ def _powered(outputs: Outputs, volts: FloatArray) -> Outputs:
     if len(measured) == len(volts):
         return outputs
     if not measured.size:
-        return outputs._replace(
-            volts=None, said=f"{outputs.said}; no voltage was measured, that of 'esc' is taken"
-        )
+        return outputs._replace(volts=None, said=outputs.said + UNPOWERED)
     lacking = f"{len(volts) - len(measured)} of {len(volts)} rows"
     rows = np.arange(len(volts), dtype=np.float64)
     return outputs._replace(

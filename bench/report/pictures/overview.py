@@ -64,11 +64,11 @@ def _without_limits(ways: dict[str, Row]) -> Row | None:
 
 def _losses(axes: Axes, run: Run, rows: dict[str, dict[str, Row]]) -> None:
     axes.set_title("What leaving them out costs")
-    axes.set_xlim(0, 100)
     axes.xaxis.set_major_formatter(lambda value, _: f"{value:g} %")
     axes.set_xlabel(
         "not served within 1 % (bar)\nlargest share missing of a wrench that can be met (line)", fontsize=8
     )
+    most = 100.0
     for y, (vehicle, ways) in enumerate(rows.items()):
         closed = _without_limits(ways)
         if closed is None:
@@ -79,3 +79,5 @@ def _losses(axes: Axes, run: Run, rows: dict[str, dict[str, Row]]) -> None:
         missed = largest_miss([row for row in run.of(vehicle) if row.label == closed.label])
         if missed is not None:
             axes.plot([100 * missed, 100 * missed], [y - 0.38, y + 0.38], color=INK, linewidth=1.8)
+            most = max(most, 100 * missed)  # more than the wrench is missing where thrusts turn it
+    axes.set_xlim(0, most if most == 100 else 1.02 * most)

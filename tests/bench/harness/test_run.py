@@ -184,6 +184,21 @@ def test_demands_that_a_vehicle_has_not_are_left_out_with_the_reason() -> None:
         demand_sets(alone, vehicles(alone))
 
 
+def test_each_vehicle_that_lacks_a_set_has_its_own_reason(tmp_path: Path) -> None:
+    """The second one's was the first one's, which was not true of it."""
+    mine, told = tmp_path / "mine.yaml", list[str]()
+    limits = "f_min: -50\nf_max: 60\nvolts: {14: [-20, 25], 16: [-50, 60]}\n"
+    mine.write_text(f"name: mine\ndof: [surge]\nframe: frd\nT: [[1, 1]]\n{limits}")
+    settings = RunSettings(
+        vehicles=("ukwial", "tiburon", str(mine)), demands=("sag", "inactive"), n_demands=5
+    )
+    demand_sets(settings, vehicles(settings), told.append)
+    assert told == [
+        "demands left out: sag: ukwial: has no limits by voltage; add 'volts' to its file; so for 1 more;"
+        " mine: its table of volts has 14 to 16 V, not 13 to 16.8 V"
+    ]
+
+
 def test_two_logs_or_vehicles_of_one_name_are_refused_not_dropped(tmp_path: Path) -> None:
     logs = []
     for folder, row in (("monday", "10,0,0"), ("tuesday", "0,10,0")):

@@ -164,10 +164,16 @@ def test_a_limit_is_one_however_its_name_and_unit_are_written(tmp_path: Path, co
     assert high[0, 0] == 7
 
 
-def test_volts_for_a_vehicle_without_a_table_are_refused(tmp_path: Path) -> None:
-    path = written(tmp_path, "surge,sway,yaw,volts", "1,0,0,14")
+def test_volts_for_a_vehicle_without_a_table_are_left_out_with_a_warning_unless_named(tmp_path: Path) -> None:
+    """Every logger has the battery's voltage, and whoever measured thrusts at one has no table."""
+    vehicle = load_vehicle("ukwial")
+    path = written(tmp_path, "surge,sway,yaw,volts,f0_max", "1,0,0,14,3")
+    log = log_for(vehicle, path)
+    assert log.columns.keys() == {"f0_max"}
+    assert log.doubt.startswith("log.csv: 'volts' is left out, as ukwial has no limits by voltage; if they")
+    named = log_for(vehicle, path, LogOptions(columns={"volts": "volts"}))
     with pytest.raises(DemandError, match="ukwial has no limits by voltage; add 'volts' to its file"):
-        limits(path, load_vehicle("ukwial"))
+        limits_in(path, named.columns, vehicle)
 
 
 def test_a_column_may_name_the_thruster(tmp_path: Path) -> None:

@@ -284,6 +284,32 @@ def test_made_wrenches_of_a_fresh_battery_can_be_read_again(tmp_path: Path) -> N
     assert (columns, said) == ({}, f"volts are left out, as {VEHICLE.name} has no limits by voltage")
 
 
+def test_what_allocate_sends_comes_back_as_the_wrench_that_it_said(tmp_path: Path) -> None:
+    """The voltage that curves follow was not in the file: wrenches came back by another one, in silence."""
+    log, sent, made = (tmp_path / name for name in ("log.csv", "sent.csv", "made.csv"))
+    rows = [f"{1.7e9 + i / 50:.2f},{40 - i},5,10,1,0,2,{16 - 0.2 * i:.1f}" for i in range(20)]
+    log.write_text("\n".join([f"t,{','.join(VEHICLE.dof)},volts", *rows]))
+    for options in (
+        ("allocate", log, "--method", "scaled", "--esc", "-o", sent),
+        ("demands", sent, "--from-outputs", "-o", made),
+    ):
+        command = [*map(str, options), "--vehicle", VEHICLE.name]
+        assert CliRunner().invoke(cli, command, standalone_mode=False).exception is None
+    table = np.genfromtxt(sent, delimiter=",", names=True, dtype=None, encoding="utf-8")
+    back = read_demands(made, VEHICLE.dof)
+    told = np.column_stack([table[f"made_{axis}"] for axis in VEHICLE.dof])
+    np.testing.assert_allclose(back.taus, told, atol=1e-6)  # ten digits
+    assert back.t == pytest.approx(np.arange(20) / 50, abs=1e-6)
+
+
+def test_that_no_voltage_was_measured_is_said_where_curves_follow_it(tmp_path: Path) -> None:
+    file = tmp_path / "u.csv"
+    file.write_text(",".join(f"u{i}" for i in range(8)) + "\n" + ",".join(["1600"] * 8))
+    assert "no voltage was measured, that of 'esc' is taken" in read_outputs(file, VEHICLE).said
+    one = replace(VEHICLE, esc=tuple(replace(e, volts=e.volts[:1], curve=e.curve[:1]) for e in VEHICLE.esc))
+    assert "voltage" not in read_outputs(file, one).said
+
+
 @pytest.mark.parametrize(
     ("name", "content", "said"),
     [

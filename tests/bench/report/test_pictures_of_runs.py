@@ -79,6 +79,16 @@ def test_what_leaving_limits_out_costs_is_of_demands_that_can_be_met_as_on_the_t
     assert "that can be met (line)" in right.get_xlabel()
 
 
+@pytest.mark.parametrize(("missed", "ends"), [(0.07, [100, 100]), (3.5, [350, 400])])
+def test_a_share_that_is_missing_is_drawn_also_where_it_is_more_than_all(
+    missed: float, ends: list[float], tmp_path: Path
+) -> None:
+    with mpl.rc_context(SETTINGS):
+        figure = overview.draw_run(run_of(tmp_path, asked("pinv", 1.0, missed_max=missed)))
+    assert figure is not None
+    assert ends[0] <= figure.axes[1].get_xlim()[1] <= ends[1]
+
+
 @pytest.mark.parametrize(("named", "halves"), [(["nullspace", "pinv"], 2), (["nullspace"], 1)])
 def test_what_leaving_limits_out_costs_has_axes_where_a_method_without_was_asked(
     named: list[str], halves: int, tmp_path: Path

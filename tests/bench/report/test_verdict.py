@@ -176,11 +176,17 @@ def test_of_a_log_that_was_asked_in_part_what_it_holds_beyond_reach_counts_whole
 def test_a_method_that_refuses_what_was_drawn_beyond_reach_is_named_as_such_and_stays_first(
     tmp_path: Path,
 ) -> None:
-    drawn = log(given=False)
+    drawn = log(given=False, rate_hz=None)
     cells = [on_log("nullspace", 1, 0.8, 2), on_log("scaled", 2)]
     assert said(tmp_path, 50, drawn, *cells).startswith(
         "ukwial at 50 Hz: take nullspace; exact, refuses what can't be met; under 0.01 %"
     )
+
+
+def test_a_mission_is_a_dive_as_a_log_is(tmp_path: Path) -> None:
+    """A sequence in time that the tool flew: what refuses a part of it is no more use than on a log."""
+    cells = [on_log("nullspace", 1, 0.8, 2), on_log("scaled", 2)]
+    assert said(tmp_path, 50, log(given=False), *cells) == said(tmp_path, 50, log(), *cells)
 
 
 def test_what_gives_no_thrust_for_a_demand_that_can_be_met_is_not_taken(tmp_path: Path) -> None:
