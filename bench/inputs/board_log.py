@@ -23,6 +23,9 @@ _CRC = 9
 _EDGE = re.compile(rb"tb (\d{1,10}) (board|demands|ask|end) (?=([^\n]*))")
 """The first line of a block, or its last."""
 
+_ENDS = re.compile(rb"(?:[ \t\f]|\x1b\[[\d;]*m)+$", re.MULTILINE)
+"""Blanks and colours that a terminal puts behind each line."""
+
 
 class LogError(AllocError):
     """A board's log can't be used; the message says why and what to do."""
@@ -106,6 +109,12 @@ def parse(text: bytes) -> BoardLog:
     """The blocks in a text, whatever stands between them."""
     # Most serial terminals end a line with both, and PowerShell saves what it is sent as UTF-16.
     text = text.replace(b"\0", b"").replace(b"\r", b"\n")
+    log = _parsed(text)
+    # Not at once: where a terminal wraps lines, a blank at a line's end is the driver's.
+    return log if log.blocks else _parsed(_ENDS.sub(b"", text))
+
+
+def _parsed(text: bytes) -> BoardLog:
     log = BoardLog()
     begin: re.Match[bytes] | None = None
     seen_to = expected = 0

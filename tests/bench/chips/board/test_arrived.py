@@ -115,6 +115,12 @@ def test_a_foreign_log_is_refused_with_what_to_do(text: bytes, hear: Hear) -> No
         hear(text)
 
 
+@pytest.mark.parametrize("end", [b" ", b"\t", b"\x1b[0m"])
+def test_blanks_and_colours_behind_each_line_are_no_damage(end: bytes, log: bytes, hear: Hear) -> None:
+    (whole,), (found,) = hear(log), hear(log.replace(b"\n", end + b"\n"))
+    assert numbers(found) == numbers(whole)
+
+
 def test_a_log_as_a_terminal_or_powershell_saves_it_is_the_same_log(log: bytes, hear: Hear) -> None:
     [plain] = hear(log)
     ends = (b"\r\n", b"\r", b"\n\r", b"\r\r\n", b"\n\n")
