@@ -6,7 +6,7 @@ import numpy as np
 
 from alloc.lint.report import Level
 from alloc.vehicle import Vehicle
-from alloc.vehicle.curve import GRAVITY, measured, monotone
+from alloc.vehicle.curve import GRAVITY, SHORT, measured, monotone
 from alloc.vehicle.esc import Esc
 from alloc.vehicle.keys import EscKeys, VehicleFile
 
@@ -17,13 +17,13 @@ NOISE = 0.01
 
 
 def on_esc(keys: VehicleFile, vehicle: Vehicle) -> Iterator[tuple[Level, str, str]]:
-    """Remarks on curves that fall, that are of another unit, voltage or way round, and on coarse steps."""
+    """Remarks on curves that fall or end early, or of another unit, voltage or way round; on coarse steps."""
     if keys.esc is None:
         return
     for i, one in enumerate([keys.esc] if isinstance(keys.esc, EscKeys) else keys.esc):
         yield from _on_points(one)
         yield from _on_dead_band(one, vehicle.esc[i])
-    yield from _on_limits(vehicle)
+    yield from _on_each(vehicle)
 
 
 def _on_points(keys: EscKeys) -> Iterator[tuple[Level, str, str]]:
@@ -77,18 +77,35 @@ def _on_dead_band(keys: EscKeys, esc: Esc) -> Iterator[tuple[Level, str, str]]:
         )
 
 
-def _on_limits(vehicle: Vehicle) -> Iterator[tuple[Level, str, str]]:
-    """Limits of the file against the ends of the curve at the same voltage; a remark names who has them."""
+def _on_each(vehicle: Vehicle) -> Iterator[tuple[Level, str, str]]:
+    """Remarks on each thruster's range and limits, said once: one that is not of all names whose it is."""
     named: dict[tuple[Level, str, str], list[str]] = {}
     for i in range(vehicle.n):
-        for remark in _on_limits_of(vehicle, i):
+        for remark in (*_on_range(vehicle.esc[i]), *_on_limits(vehicle, i)):
             named.setdefault(remark, []).append(vehicle.called(i))
     for (level, key, message), names in named.items():
         whose = "" if len(names) == vehicle.n else f"{', '.join(names)}: "
         yield level, key, f"{whose}{message}"
 
 
-def _on_limits_of(vehicle: Vehicle, i: int) -> Iterator[tuple[Level, str, str]]:
+def _on_range(esc: Esc) -> Iterator[tuple[Level, str, str]]:
+    """The range against the commands of the curve, which is given as if the ESC were not reversed."""
+    ends = np.array([esc.low, esc.high])
+    first, last = np.sort(2 * esc.neutral - ends) if esc.reversed else ends
+    start, stop = esc.command[[0, -1]]
+    if max(start - first, last - stop) > SHORT * (last - first):
+        mirrored = "" if (first, last) == (esc.low, esc.high) else " (mirrored, for 'reversed')"
+        yield (
+            "warning",
+            "esc",
+            f"of the range {first:g} … {last:g}{mirrored} the curve has {start:g} … {stop:g} alone: no"
+            " command beyond is sent, and no more thrust made than at its ends; measure the rest, or narrow"
+            " 'range'",
+        )
+
+
+def _on_limits(vehicle: Vehicle, i: int) -> Iterator[tuple[Level, str, str]]:
+    """Limits of the file against the ends of the curve at the same voltage."""
     esc = vehicle.esc[i]
     bare = bool(
         np.isnan(esc.volts[0])

@@ -6,7 +6,7 @@ import numpy as np
 
 from alloc.allocation import FloatArray
 from alloc.errors import VehicleError
-from alloc.vehicle.curve import LARGEST_COMMAND, ThrustCurve, measured, monotone, sided
+from alloc.vehicle.curve import LARGEST_COMMAND, SHORT, ThrustCurve, measured, monotone, sided
 from alloc.vehicle.esc import Esc
 from alloc.vehicle.keys import EscKeys
 from alloc.vehicle.limits import VoltageTable
@@ -109,8 +109,7 @@ def _esc(keys: EscKeys, turned: bool, limits: tuple[float, float] | None, key: s
     else:
         curve = measured(keys, key) or ThrustCurve(np.array([np.nan]), ())
     inside = [points[(points[:, 0] > first) & (points[:, 0] < last)] for points in curve.points]
-    start = max(first, *(points[0, 0] for points in curve.points))
-    stop = min(last, *(points[-1, 0] for points in curve.points))
+    start, stop = _shared(curve, first, last, key)
     if not start <= neutral <= stop or start == stop:
         raise VehicleError(
             f"{key}.curve: its commands {start:g} … {stop:g} within the range leave out neutral,"
@@ -132,6 +131,26 @@ def _esc(keys: EscKeys, turned: bool, limits: tuple[float, float] | None, key: s
     return Esc(
         neutral, low, high, step, keys.dead_band == "jump", turned, curve.volts, command, f, float(nominal)
     )
+
+
+def _shared(curve: ThrustCurve, first: float, last: float, key: str) -> tuple[float, float]:
+    """The commands within first … last that the curve has at every voltage; raises VehicleError.
+
+    A battery sags under load, so the volts logged along one sweep cut it in pieces by how much it pulled.
+    What they share is the gentlest commands alone, so a voltage without about all commands is refused.
+    """
+    lows, highs = np.clip([points[[0, -1], 0] for points in curve.points], first, last).T
+    least, most = lows.min(), highs.max()
+    short = np.maximum(lows - least, most - highs)
+    i = int(short.argmax())
+    if short[i] > SHORT * (most - least):
+        raise VehicleError(
+            f"{key}.curve: at {curve.volts[i]:g} V the table has commands {lows[i]:g} … {highs[i]:g} of its"
+            f" {least:g} … {most:g}; one sweep during which the battery sagged is one curve, so give all"
+            " its rows one voltage, or leave the column out: several voltages need a whole sweep each",
+            key,
+        )
+    return float(lows.max()), float(highs.min())
 
 
 def _resampled(points: FloatArray, neutral: float, command: FloatArray) -> FloatArray:

@@ -1,5 +1,6 @@
 """What `check` says of a curve: each slip of a file gives its remark, and a sound file gives none of them."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -31,6 +32,7 @@ SLIPS = {
     ),
     "thruster 1: 45 N is more than the 40 N": (SOUND, "f_min: -30\nf_max: [40, 45]"),
     "'volts' is 12 V": (f"{SOUND}, volts: 12", ""),
+    "of the range -100 … 100 the curve has -100 … 80 alone": (SOUND.replace("[100, 40]", "[80, 33]"), ""),
     "coarser than the dead band": (f"{SOUND}, step: 25", ""),
     "no 'curve'": ("neutral: 0, range: [-100, 100]", "f_min: -30\nf_max: 40"),
 }
@@ -40,3 +42,28 @@ SLIPS = {
 def test_a_slip_gives_its_remark_and_a_sound_file_does_not(tmp_path: Path, said: str) -> None:
     assert said in remarks(tmp_path, *SLIPS[said])
     assert said not in remarks(tmp_path, SOUND)
+
+
+@pytest.mark.parametrize(
+    ("esc", "told"),
+    [
+        ("neutral: 0, range: [-100, 100], curve: {16: [[-90, -30], [0, 0], [90, 40]]}", []),  # 5 %
+        ("neutral: 0, range: [-1, 1], step: 0.01, curve: {16: [[-1, -30], [0, 0], [0.89, 40]]}", ["-1 … 1"]),
+        ("neutral: 1000, range: [1000, 2000], curve: {16: [[1000, 0], [1200, 0], [2000, 40]]}", []),
+        ("neutral: 0, range: [-50, 100], curve: {16: [[-100, -30], [0, 0], [100, 40]]}", []),
+        # A curve is given as if the ESC were not reversed, and the range is what goes over the wire.
+        ("neutral: 0, range: [-50, 100], reversed: true, curve: {16: [[-100, -30], [0, 0], [50, 40]]}", []),
+        (
+            "neutral: 0, range: [-50, 100], reversed: [1], curve: {16: [[-50, -30], [0, 0], [100, 40]]}",
+            ["-100 … 50 (mirrored, for 'reversed')"],
+        ),
+        (
+            "neutral: 0, range: [-100, 100], reversed: [1], curve: {16: [[-80, -30], [0, 0], [80, 40]]}",
+            ["-100 … 100"],
+        ),
+    ],
+)
+def test_a_curve_that_ends_before_the_range_is_remarked_once(
+    tmp_path: Path, esc: str, told: list[str]
+) -> None:
+    assert re.findall(r"of the range (.*) the curve has", remarks(tmp_path, esc)) == told
