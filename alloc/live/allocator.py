@@ -83,7 +83,7 @@ class Live:
     def pose(
         self, tau: FloatArray, f_min: FloatArray | None = None, f_max: FloatArray | None = None
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """b (p,), lb and ub (m,) of the QP for a wrench (k,) [N, N m] and limits (n,) [N]; m thrusters work."""
+        """b (p,), lb and ub (m,) of the QP for a wrench (k,) [N, N m] and limits (n,) [N], m working."""
         if f_min is None or f_max is None:
             return self._b_of_tau.dot(tau), self._lb, self._ub
         return self._posed(tau, f_min[self._working], f_max[self._working])
