@@ -182,6 +182,8 @@ def test_a_thruster_s_name_is_as_good_as_its_index(file: Path) -> None:
         ("names: [each, b, c, d]", "'each' can't be typed"),
         ("names: [' a', b, c, d]", "' a' can't be typed"),
         (f"names: [{'a' * 41}, b, c, d]", "up to 40 printable characters"),
+        ("names: ['+1', a, b, c]", "'+1' can't be typed"),
+        ("names: ['-0', a, b, c]", "'-0' can't be typed"),
     ],
 )
 def test_names_that_could_not_be_typed_or_told_apart_are_refused(file: Path, keys: str, says: str) -> None:
