@@ -1,5 +1,6 @@
 """Names of thrusters: what may be one, and which thruster has it."""
 
+import re
 from collections.abc import Sequence
 
 from alloc.errors import VehicleError, unknown
@@ -8,6 +9,8 @@ LONGEST = 40
 """Most characters of a thruster's name, since it stands in tables, pictures and headers."""
 TAKEN = set('@,"/')
 """Characters that ``--fault`` and CSV use, and file names can't have."""
+_COLUMN = re.compile(rf"[fu](\d{{1,{LONGEST}}})", re.IGNORECASE)
+"""Columns that go by number: ``f1``, ``f1_min``, ``u1``."""
 
 
 def index_of(thruster: int | str, names: Sequence[str], n: int, vehicle: str) -> int:
@@ -33,12 +36,30 @@ def listed(asked: Sequence[int | str], names: Sequence[str], n: int, what: str, 
         raise VehicleError(str(error), key) from None
 
 
+def is_number(text: str) -> bool:
+    """Whether a text is a number where a thruster may be given by number or by name."""
+    return text.strip().lstrip("+-").isdecimal()
+
+
+def unmistakable(names: Sequence[str]) -> tuple[list[str], str]:
+    """The names, "" in place of each that columns take for another thruster's number, and a remark on these.
+
+    The second thruster's limit stands in a column ``f1_min``, which would be the first's if that were ``f1``.
+    The remark is empty where all names stay.
+    """
+    found = [_COLUMN.fullmatch(name.strip()) for name in names]
+    mistaken = [i for i, number in enumerate(found) if number and int(number[1]) != i]
+    remark = ", ".join(f"{names[i].strip()} is thruster {i}" for i in mistaken)
+    kept = ["" if i in mistaken else name for i, name in enumerate(names)]
+    return kept, f"Names that are other thrusters' numbers are left out: {remark}." if remark else ""
+
+
 def check_names(names: Sequence[str], n: int) -> None:
     """Raise VehicleError unless there is a name for each of n thrusters ("" for none), or no name at all."""
     if names and len(names) != n:
         raise VehicleError(f"names: {len(names)} for {n} thrusters; give one each", "names")
     for name in filter(None, names):
-        told_apart = not TAKEN & set(name) and not name.isdecimal() and name != "each"
+        told_apart = not TAKEN & set(name) and not is_number(name) and name != "each"
         if len(name) > LONGEST or not name.isprintable() or name != name.strip() or not told_apart:
             raise VehicleError(
                 f"names: {name[:40]!r} can't be typed; give up to {LONGEST} printable characters without"
@@ -47,3 +68,10 @@ def check_names(names: Sequence[str], n: int) -> None:
             )
         if names.count(name) > 1:
             raise VehicleError(f"names: {name!r} stands twice; give each thruster its own", "names")
+    for i, (name, kept) in enumerate(zip(names, unmistakable(names)[0], strict=True)):
+        if name != kept:
+            raise VehicleError(
+                f"names: {name!r} is thruster {i}, but columns f{name[1:]}_min and u{name[1:]} are another's;"
+                f" count from 0, as in {name[0]}{i}, or take another letter: t{name[1:]}",
+                "names",
+            )

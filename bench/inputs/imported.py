@@ -17,6 +17,7 @@ from alloc.vehicle.file import build_vehicle, called, matrices, reaction_torques
 from alloc.vehicle.frame import described
 from alloc.vehicle.geometry import DOF, contradictions
 from alloc.vehicle.keys import VehicleFile
+from alloc.vehicle.names import unmistakable
 from bench.inputs.draft import Draft
 from bench.inputs.formats import formats, recognised
 
@@ -121,11 +122,14 @@ def _completed(path: Path, draft: Draft, options: ImportOptions) -> Draft:
             notes.append(f"{key} is as told, not from the file.")
         elif getattr(draft, key) is None:
             raise VehicleError(f"{path}: no limits in it; give --f-min and --f-max [N]", key)
+    names, remark = unmistakable(draft.names or ())
+    notes += [remark] if remark else []
     return replace(
         draft,
         dof=dof or DOF,
         frame=frame,
         frame_assumed="" if options.frame else draft.frame_assumed,
+        names=names if any(names) else None,
         f_min=draft.f_min if options.f_min is None else options.f_min,
         f_max=draft.f_max if options.f_max is None else options.f_max,
         assumptions=notes,

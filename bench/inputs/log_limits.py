@@ -16,7 +16,7 @@ from alloc.vehicle.limits import VoltageTable
 from bench.inputs.columns import VOLTS, Column
 from bench.inputs.units import FORCE
 
-_LIMIT = re.compile(r"f(?P<thruster>\d+)_(?P<side>min|max)")
+_LIMIT = re.compile(r"f(?P<thruster>\d{1,9})_(?P<side>min|max)")
 _SIDES = {"min", "max", "minimum", "maximum", "lower", "upper"}
 _FORCES = {"f", "force", "thrust", "thruster", "limit", "lim"}
 _MEASURED = {
@@ -52,7 +52,8 @@ def limit_columns(
     that are left out give thrusts beyond them.
     """
     limits: dict[str, int] = {}
-    places = {f"{name}_{side}": f"f{i}_{side}" for i, name in enumerate(thrusters) for side in ("min", "max")}
+    named = [(i, name) for i, name in enumerate(thrusters) if name]
+    places = {f"{name}_{side}": f"f{i}_{side}" for i, name in named for side in ("min", "max")}
     others = {column.place for quantity, column in found.items() if quantity in given}
     for i, column in enumerate(header):
         if i in others:
@@ -67,9 +68,9 @@ def limit_columns(
             if said_in and not said_in.isdigit() and said_in not in (*FORCE, "%"):  # of no force
                 continue
             if _looks_like_a_limit(column if whole else said, thrusters):
-                named = "".join(f", or {name}_min" for name in thrusters[:1] if name)
+                also = "".join(f", or {name}_min" for _, name in named[:1])
                 raise DemandError(
-                    f"{place}: {column!r} looks like a limit; write those as f0_min, f0_max{named}, else"
+                    f"{place}: {column[:40]!r} looks like a limit; write those as f0_min, f0_max{also}, else"
                     " rename it"
                 )
             continue

@@ -8,6 +8,7 @@ import numpy as np
 from alloc.allocation import FloatArray
 from alloc.files.textfile import write_text
 from alloc.vehicle.keys import Thruster, VehicleFile
+from alloc.vehicle.names import unmistakable
 from alloc.vehicle.text import to_yaml
 from bench.layouts.space import LayoutSpace, base_order, numbers_of, poses
 
@@ -28,7 +29,8 @@ def vehicle_file(space: LayoutSpace, row: dict[str, float]) -> VehicleFile:
         f"{parameter.name} {row[parameter.name]:.6g}, " for parameter in space.parameters
     ).removesuffix(", ")
     weights = one.weights[:, 0].tolist()
-    worst = _names(space, settings)[int(row["worst_thruster"])] or f"thruster {int(row['worst_thruster'])}"
+    names, remark = unmistakable(_names(space, settings))  # a thruster that went moves all behind it
+    worst = names[int(row["worst_thruster"])] or f"thruster {int(row['worst_thruster'])}"
     return VehicleFile(
         name=layout_name(space, row),
         source=f"thrustbench layouts, round {int(row['round'])}, layout {int(row['layout'])} of {space.name}",
@@ -37,6 +39,7 @@ def vehicle_file(space: LayoutSpace, row: dict[str, float]) -> VehicleFile:
             f"Authority {row['authority']:.4g} of the base's, {row['authority_after_one']:.4g} after"
             f" the worst failure, of {worst}.",
             *([f"Not taken over from {space.name}: {', '.join(space.left_out)}."] if space.left_out else []),
+            *([remark] if remark else []),
         ],
         dof=list(space.dof),  # type: ignore[arg-type]  # names that were checked when the study was read
         f_min=one.f_min[:, 0].tolist(),
@@ -46,7 +49,7 @@ def vehicle_file(space: LayoutSpace, row: dict[str, float]) -> VehicleFile:
             for r, e, name in zip(
                 one.position[..., 0].tolist(),
                 one.direction[..., 0].tolist(),
-                _names(space, settings),
+                names,
                 strict=True,
             )
         ],

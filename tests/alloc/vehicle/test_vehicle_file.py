@@ -182,6 +182,8 @@ def test_a_thruster_s_name_is_as_good_as_its_index(file: Path) -> None:
         ("names: [each, b, c, d]", "'each' can't be typed"),
         ("names: [' a', b, c, d]", "' a' can't be typed"),
         (f"names: [{'a' * 41}, b, c, d]", "up to 40 printable characters"),
+        ("names: ['+1', a, b, c]", "'+1' can't be typed"),
+        ("names: ['-0', a, b, c]", "'-0' can't be typed"),
     ],
 )
 def test_names_that_could_not_be_typed_or_told_apart_are_refused(file: Path, keys: str, says: str) -> None:
@@ -189,6 +191,31 @@ def test_names_that_could_not_be_typed_or_told_apart_are_refused(file: Path, key
     message = refusal(written(file, GOOD + keys + "\n"))
     assert says in message
     assert "line 9" in message
+
+
+@pytest.mark.parametrize(
+    ("names", "says"),
+    [
+        (
+            "f1, f2, f3, f4",
+            "'f1' is thruster 0, but columns f1_min and u1 are another's; count from 0",
+        ),
+        ("f1, f2, f3, f0", "'f1' is thruster 0"),
+        ("bow, '', u2, U07", "'U07' is thruster 3, but .* as in U3, or take another letter: t07"),
+        ("f0, f1, F4, f3", "'F4' is thruster 2"),
+        ("bow, stern, port, f20", "'f20' is thruster 3"),
+    ],
+)
+def test_a_name_that_is_another_thruster_s_column_is_refused(file: Path, names: str, says: str) -> None:
+    """``f1_min`` is the second thruster's limit, and would be the first's by its name."""
+    assert re.search(says, refusal(written(file, f"{GOOD}names: [{names}]\n")))
+
+
+@pytest.mark.parametrize("names", ["f0, F1, u2, U03", "t1, t2, t3, t4", "fan1, uf0, 2f, f-1"])
+def test_a_name_with_a_number_that_misleads_nobody_is_taken(file: Path, names: str) -> None:
+    vehicle = load_vehicle(written(file, f"{GOOD}names: [{names}]\n"))
+    assert list(vehicle.names) == names.split(", ")
+    assert [vehicle.index(name) for name in vehicle.names] == [0, 1, 2, 3]
 
 
 def test_names_beside_named_poses_are_refused(file: Path) -> None:

@@ -1,6 +1,7 @@
 """URDF and SDF: trees of our own with matrices that are known, and what is refused."""
 # ruff: noqa: E501 - an XML element stays on its line
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -120,6 +121,19 @@ def test_a_urdf_gives_the_matrix_of_its_tree_about_the_centre_of_mass_of_all_lin
 
 def test_an_sdf_gives_the_same_matrix_by_any_way_of_saying_a_pose(tmp_path: Path) -> None:
     check(tmp_path, sdf(), "six.sdf", None)
+
+
+@pytest.mark.parametrize(
+    ("joint", "names"),
+    [("u1{i}_joint", ()), ("+{i}", tuple(f"thruster +{i}" for i in range(6)))],
+)
+def test_joints_that_would_be_another_thruster_s_number_make_a_vehicle(
+    tmp_path: Path, joint: str, names: tuple[str, ...]
+) -> None:
+    options = replace(LIMITS, thruster=r"[u+]\d.*")
+    keys = imported(tmp_path, urdf(joint), options, name="six.urdf")
+    assert vehicle_of(keys, tmp_path).names == names
+    assert any("u10 is thruster 0" in note for note in keys.notes) == (not names)
 
 
 def test_names_are_a_pattern_where_the_usual_ones_are_not_there(tmp_path: Path) -> None:

@@ -333,6 +333,13 @@ def test_a_tam_by_names_of_rows_has_its_thrusters_names_and_limits(tmp_path: Pat
     assert any("names no frame: frd" in note for note in keys.notes)
 
 
+def test_limits_of_a_tam_stay_with_thrusters_whose_names_are_left_out(tmp_path: Path) -> None:
+    keys = imported(tmp_path, re.sub(r"\bthruster(?=\d)", "f", AUV_CONTROLLERS))
+    vehicle = vehicle_of(keys, tmp_path)
+    assert vehicle.names == ()
+    assert vehicle.f_max.tolist() == vehicle_of(imported(tmp_path, AUV_CONTROLLERS), tmp_path).f_max.tolist()
+
+
 @pytest.mark.parametrize("rows", [("rx:", "roll:"), ("rz:", "yaw:")])
 def test_rows_of_a_tam_may_have_the_axes_names(tmp_path: Path, rows: tuple[str, str]) -> None:
     keys = imported(tmp_path, AUV_CONTROLLERS.replace(*rows))
@@ -357,6 +364,24 @@ def test_an_impossible_column_is_refused_on_import_by_the_thruster_s_name(tmp_pa
     spoiled = AUV_CONTROLLERS.replace("rx: [0.0", "rx: [0.11")
     with pytest.raises(AllocError, match=r"thruster1 \(surge -0\.707, sway 0\.707, roll 0\.11000"):
         imported(tmp_path, spoiled)
+
+
+@pytest.mark.parametrize(
+    ("header", "kept", "says"),
+    [
+        ("f1,f2,f3,f4", (), "f1 is thruster 0, f2 is thruster 1, f3 is thruster 2, f4 is thruster 3"),
+        ("f0,stern,F3,u2", ("f0", "stern", "", ""), "F3 is thruster 2, u2 is thruster 3"),
+        ("t1,t2,t3,t4", ("t1", "t2", "t3", "t4"), ""),
+    ],
+)
+def test_names_that_are_other_thrusters_columns_are_left_out_with_a_remark(
+    tmp_path: Path, header: str, kept: tuple[str, ...], says: str
+) -> None:
+    rows = "surge,1,1,0.7,0.7\nsway,0,0,0.7,-0.7\nyaw,0.2,-0.2,0.1,-0.1\n"
+    keys = imported(tmp_path, f"dof,{header}\n{rows}", LIMITS, "T.csv")
+    assert vehicle_of(keys, tmp_path).names == kept
+    remark = f"Names that are other thrusters' numbers are left out: {says}."
+    assert [note for note in keys.notes if "Names" in note] == ([remark] if says else [])
 
 
 def test_a_header_of_a_csv_of_t_names_the_thrusters_and_is_as_long_as_a_row(tmp_path: Path) -> None:

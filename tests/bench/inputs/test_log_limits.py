@@ -1,6 +1,7 @@
 """Limits that a demand CSV brings for each row: what they become, and what is refused."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 
 from alloc import Vehicle, load_vehicle
 from alloc.allocation import FloatArray
-from alloc.errors import DemandError
+from alloc.errors import DemandError, VehicleError
 from alloc.vehicle.geometry import unit as unit_of
 from bench.demands import build_demands
 from bench.inputs.columns import parse_columns
@@ -188,6 +189,33 @@ def test_a_column_may_name_the_thruster(tmp_path: Path) -> None:
     answers = build_demands(path, vehicle, 0)
     assert answers.f_max is not None
     assert answers.f_max[0, 2] == 7
+
+
+def test_limits_by_name_are_read_again_as_they_were_written(tmp_path: Path) -> None:
+    """What is written goes by number, so no name may mean another thruster's number."""
+    ukwial = load_vehicle("ukwial")
+    header = "surge,sway,yaw,f0_max,F1_max,t1_max,f3_max"
+    with pytest.raises(VehicleError, match="'f3' is thruster 2"):
+        replace(ukwial, names=("f0", "", "f3", ""))
+    named = replace(ukwial, names=("f0", "", "t1", ""))
+    once = log_for(named, written(tmp_path, header, "1,0,0,2,3,4,5"))
+    text = format_demands(once.t, once.taus, named.dof, once.columns)
+    again = log_for(named, written(tmp_path, text))
+    for columns in (once.columns, again.columns):
+        low_high = limits_in(tmp_path, columns, named)
+        assert low_high[1] is not None
+        assert low_high[1].tolist() == [[2, 3, 4, 5]]
+
+
+def test_a_thruster_without_a_name_has_no_columns_by_name(tmp_path: Path) -> None:
+    path = written(tmp_path, "surge,sway,yaw,_max", "1,0,0,1")
+    assert not read_demands(path, ("surge", "sway", "yaw"), thrusters=("bow", "")).columns
+
+
+def test_a_number_that_no_thruster_has_is_refused_however_long(tmp_path: Path) -> None:
+    path = written(tmp_path, f"surge,sway,yaw,f{'9' * 5000}_max", "1,0,0,1")
+    with pytest.raises(DemandError, match="looks like a limit"):
+        read_demands(path, ("surge", "sway", "yaw"))
 
 
 @pytest.mark.parametrize(

@@ -252,6 +252,21 @@ def test_a_layout_s_vehicle_file_makes_the_layout(tmp_path: Path) -> None:
     assert not any(getattr(keys, key) for key in ("slew", "volts", "esc", "priority"))
 
 
+def test_names_that_become_another_thruster_s_number_are_left_out_of_a_layout(tmp_path: Path) -> None:
+    (tmp_path / "mine.yaml").write_text(
+        find_file("ukwial").read_text(encoding="utf-8") + "\nnames: [f0, f1, f2, aft]\n", encoding="utf-8"
+    )
+    text = "base: mine.yaml\ngroups: {first: {thrusters: [f0], present: [false, true]}}\ndemands: {n: 8}\n"
+    space, _ = compiled(tmp_path, text)
+    told = {"round": 0, "layout": 3, "authority": 1, "authority_after_one": 1, "worst_thruster": 0}
+    whole, less = (vehicle_file(space, {**told, "first.present": there}) for there in (1.0, 0.0))
+    assert build_vehicle(whole).names == ("f0", "f1", "f2", "aft")
+    assert build_vehicle(less).names == ("", "", "aft")
+    assert [note for note in (*whole.notes, *less.notes) if "Names" in note] == [
+        "Names that are other thrusters' numbers are left out: f1 is thruster 0, f2 is thruster 1."
+    ]
+
+
 def test_a_grid_has_its_own_number(tmp_path: Path) -> None:
     text = PLANAR.replace("to: 80", "to: 80, steps: 3").replace("to: 0.4", "to: 0.4, steps: 4")
     text = text.replace("to: 170", "to: 170, steps: 2") + "sampling: grid\n"
