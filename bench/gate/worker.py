@@ -102,7 +102,7 @@ class Orders:
                 self.plugins[entry.name] = entry
 
     def look(self) -> None:
-        """Raise Elsewhere where a module that was imported since is code of neither side.
+        """Raise Elsewhere where a module that was imported since is the user's, and not this side's.
 
         It is asked after every order, since a plug-in may import when it is called.
         """

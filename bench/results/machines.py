@@ -112,7 +112,7 @@ def apart(machines: Sequence[NamedRun]) -> list[str]:
 
 
 def differences(a: Run, b: Run) -> list[str]:
-    """In words: a ratio of their times holds that too."""
+    """In what two runs differ besides their machines, in words: a ratio of their times holds that too."""
     one, two = a.record.header, b.record.header
     said = _apart({"seed": one.seed, "commit": one.commit}, {"seed": two.seed, "commit": two.commit})
     ours, theirs = ({Path(path).name: sha for path, sha in each.files.items()} for each in (one, two))
