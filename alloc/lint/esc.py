@@ -32,6 +32,7 @@ def _on_points(keys: EscKeys) -> Iterator[tuple[Level, str, str]]:
         yield "warning", "esc", f"no 'curve': {linear}; measure one"
         return
     for volts, points in zip(curve.volts, curve.points, strict=True):
+        at_volts = "" if np.isnan(volts) else f" at {volts:g} V"
         moved = np.abs(monotone(points, keys.neutral) - points[:, 1])
         most = np.abs(points[:, 1]).max()
         if moved.max() > NOISE * most:
@@ -39,7 +40,7 @@ def _on_points(keys: EscKeys) -> Iterator[tuple[Level, str, str]]:
             yield (
                 "warning",
                 "esc",
-                f"the curve at {volts:g} V is not monotone: {points[at, 1]:g} N at {points[at, 0]:g} is moved"
+                f"the curve{at_volts} is not monotone: {points[at, 1]:g} N at {points[at, 0]:g} is moved"
                 f" by {moved[at]:.3g} N; one that never falls stands in for it",
             )
         makes = np.interp(keys.neutral, points[:, 0], points[:, 1])
@@ -47,14 +48,14 @@ def _on_points(keys: EscKeys) -> Iterator[tuple[Level, str, str]]:
             yield (
                 "warning",
                 "esc",
-                f"the curve at {volts:g} V makes {makes:.3g} N at neutral, {keys.neutral:g}, where no thrust"
+                f"the curve{at_volts} makes {makes:.3g} N at neutral, {keys.neutral:g}, where no thrust"
                 " is taken for granted; mend one of them",
             )
         if -points[:, 1].min() > points[:, 1].max() > 0:
             yield (
                 "warning",
                 "esc",
-                f"astern is stronger than ahead at {volts:g} V ({points[:, 1].min():g} and"
+                f"astern is stronger than ahead{at_volts} ({points[:, 1].min():g} and"
                 f" {points[:, 1].max():g} N); is the curve the other way round?",
             )
     if keys.volts is not None and not curve.volts[0] <= keys.volts <= curve.volts[-1]:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from alloc.errors import FileError
 from alloc.files.textfile import read_text
+from bench.inputs.columns import Column
 from bench.inputs.csv_text import is_number
 from bench.inputs.frames import frame_in
 from bench.inputs.units import FORCE, MOMENT, SECONDS, TIME
@@ -36,6 +37,7 @@ class Cells:
     separator : what stands between cells
     decimal : ``.`` or ``,`` once a number has shown which one the file has, else empty
     frame : what a comment says, else empty
+    times : ``dates`` or ``numbers`` once a time has shown which ones the file has, else empty
     rows : the other rows, each with its line
     """
 
@@ -47,6 +49,11 @@ class Cells:
     rows: Iterator[tuple[int, list[str]]] = field(repr=False)
     decimal: str = ""
     frame: str = ""
+    times: str = ""
+
+    def stamped(self, column: Column) -> Column:
+        """The time's column, in seconds where its cells are dates, whatever resolution its name says."""
+        return column._replace(factor=1.0) if self.times == "dates" else column
 
     def number(self, line: int, column: str, cell: str, most: float) -> float:
         """The number in a cell, no larger than ``most``, or of the time also seconds of a date.
@@ -54,7 +61,15 @@ class Cells:
         Raises FileError naming file, line and column.
         """
         text = cell.strip()
-        if column == TIME and (since_1970 := _date(text)) is not None:
+        since_1970 = _date(text) if column == TIME else None
+        if column == TIME:
+            kind = "numbers" if since_1970 is None else "dates"
+            if self.times not in ("", kind):
+                raise self.refused(
+                    line, f"t is {text[:40]!r}; times above are {self.times}: write all of them alike"
+                )
+            self.times = kind
+        if since_1970 is not None:
             return since_1970
         comma = self.separator != "," and bool(_DECIMAL_COMMA.fullmatch(text))
         mark = "," if comma else "." if "." in text else ""
@@ -84,7 +99,7 @@ def read_table(path: Path) -> Cells:
 
     A first line ``sep=;``, as spreadsheets write it, says the separator. Lines that begin with ``#``, ``%``
     or ``//`` are comments, but for a line of units below the header. The last one is the header where the
-    line below it is of numbers alone, and as long.
+    line below it has numbers, and is as long.
     """
     text = read_text(path)
     lines = list(io.StringIO(text, newline=""))
@@ -98,7 +113,7 @@ def read_table(path: Path) -> Cells:
         kept[first + 1] = _units_in(lines[first + 1], kept[first])
     below = next((line for line in kept[first + 1 :] if line.strip()), "")
     separator = told[1] if told else _separator(kept[first], below)
-    if all(numeric(cell) for cell in _cells(kept[first], separator)):
+    if any(numeric(cell) for cell in _cells(kept[first], separator)):  # names are no numbers
         separator = _take_header(lines, kept, first) or separator
     if separator == " ":
         kept = [" ".join(line.split()) + "\n" for line in kept]

@@ -14,7 +14,7 @@ from alloc.vehicle import LARGEST
 from bench.inputs.columns import VOLTS, Column, assign
 from bench.inputs.csv_text import csv_text, is_number
 from bench.inputs.delimited import read_table
-from bench.inputs.frames import frame_comment
+from bench.inputs.frames import frame_comment, id_column, of_table
 from bench.inputs.log_limits import like_volts, limit_columns
 from bench.inputs.understood import like_angles, understood
 from bench.inputs.units import SECONDS, TIME
@@ -33,9 +33,10 @@ class Demanded(NamedTuple):
     said : how the file was understood, in a line; empty for a table of demands and times as this program
         writes it
     columns : (N,) columns about limits by name (``bench.inputs.log_limits``), ``volts`` [V], ``f0_min`` [N]
-    frame : what a comment in the file says, else empty
+    frame, why : what a comment in the file or its frame_ids say, and which of them; empty where none does
+    framed : what may be wrong about that, in a line, which --frame settles; empty for nothing
     named : the names of the demands' columns
-    doubt : what may be wrong about its frame or unit, in a line; empty for nothing
+    doubt : what else may be wrong, in a line; empty for nothing
     """
 
     t: FloatArray | None
@@ -43,6 +44,8 @@ class Demanded(NamedTuple):
     said: str = ""
     columns: Mapping[str, FloatArray] = {}
     frame: str = ""
+    why: str = ""
+    framed: str = ""
     named: tuple[str, ...] = ()
     doubt: str = ""
 
@@ -85,6 +88,8 @@ def read_demands(
     used += [(name, index, LARGEST) for name, index in limits.items()]
     rest = found[TIME].rest if TIME in found else None
     used += [] if rest is None else [(TIME, rest, LATEST)]
+    named = tuple(found[axis].name for axis in dof)
+    id_at, ids = id_column(table.header, named), set[str]()
     numbers: list[list[float]] = []
     lines: list[int] = []
     blank = 0
@@ -97,6 +102,7 @@ def read_demands(
             blank += 1
             continue
         lines.append(line)
+        ids |= {row[id_at].strip().lower()} - {""} if id_at is not None else set()
         numbers.append([table.number(line, quantity, row[place], most) for quantity, place, most in used])
     if not numbers:
         raise DemandError(f"{path}: holds no demands; give one row a demand below the header")
@@ -104,22 +110,23 @@ def read_demands(
     taus = values[:, : len(dof)] * [found[axis].factor for axis in dof]
     times, unit = (None, "")
     if TIME in found:
-        times, unit = seconds(values[:, len(dof)], found[TIME], None if rest is None else values[:, -1])
+        stamp = table.stamped(found[TIME])
+        times, unit = seconds(values[:, len(dof)], stamp, None if rest is None else values[:, -1])
     if times is not None and (back := np.flatnonzero(np.diff(times) < 0)).size:
         raise DemandError(
             f"{path}: line {lines[back[0] + 1]}: t goes back from {times[back[0]]:g} to"
             f" {times[back[0] + 1]:g} s; put rows in time order"
         )
-    said = understood(path, table, found, limits, unit, blank)
+    said = understood(path, table, found, limits, unit, blank, also={id_at})
     by_name = {name: values[:, len(found) + i] for i, name in enumerate(limits)}
-    named = tuple(found[axis].name for axis in dof)
     unread = like_volts(table.header) if by_volts and VOLTS not in limits else ""
     doubts = (
         like_angles(path, found, given),
         _still(path, times) or _doubled(path, times, values),
         _without_volts(path, unread),
     )
-    return Demanded(times, taus, said, by_name, table.frame, named, "; ".join(filter(None, doubts)))
+    framed = of_table(path, table.frame, ids)
+    return Demanded(times, taus, said, by_name, *framed, named, "; ".join(filter(None, doubts)))
 
 
 def _still(path: Path, times: FloatArray | None) -> str:

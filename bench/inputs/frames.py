@@ -1,7 +1,7 @@
 """Frames of data that meet a vehicle: what a file says of them, and the line that says what was turned."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from pathlib import Path
 
 from alloc.allocation import FloatArray
@@ -39,6 +39,44 @@ def of_id(frame_id: str) -> str:
 def fixed(frame_id: str) -> bool:
     """Whether a ROS frame_id stays with the earth, so that it does not turn with the vehicle."""
     return frame_id.lower().rpartition("/")[2].partition("_")[0] in FIXED
+
+
+_ID = re.compile(r"(?P<message>.*?)(?:header[./_])?frame_?id", re.IGNORECASE)
+"""A column with ROS's frame_id, behind the name of its message."""
+
+
+def id_column(header: Sequence[str], names: Sequence[str]) -> int | None:
+    """Which column has the frame_id of the message that the columns of these names belong to, if any."""
+    for i, column in enumerate(header):
+        match = _ID.fullmatch(column)
+        if match and any(name.startswith(match["message"]) for name in names):
+            return i
+    return None
+
+
+def of_ids(path: Path, ids: Set[str]) -> tuple[str, str, str]:
+    """The frame that ROS's frame_ids say, what says so, and a doubt, empty for none, that --frame settles.
+
+    Raises DemandError where z is down in some and up in others.
+    """
+    down = {name for name in ids if of_id(name) == "frd"}
+    if down and down != ids:
+        both = f"{min(down)[:40]!r} and {min(ids - down)[:40]!r}"
+        raise DemandError(f"{path}: frame_id is {both}: z down in some, up in others; make it one")
+    still, doubt = sorted(filter(fixed, ids)), ""
+    if still:
+        doubt = (
+            f"{path.name}: its frame_id is {still[0][:40]!r}, which does not turn with the vehicle, but its"
+            " wrenches are taken along the vehicle's axes; --frame says that they are"
+        )
+    return ("frd", f"its frame_id is {min(down)[:40]!r}", doubt) if down else ("flu", "as ROS has it", doubt)
+
+
+def of_table(path: Path, comment: str, ids: Set[str]) -> tuple[str, str, str]:
+    """As ``of_ids``, of a table, where its ``comment`` goes before its frame_ids; empty without either."""
+    if comment:
+        return comment, "its comment", ""
+    return of_ids(path, ids) if ids else ("", "", "")
 
 
 def frame_of(path: Path, told: str, said: str, why: str, wanted: str) -> tuple[str, str]:

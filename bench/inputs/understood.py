@@ -20,7 +20,7 @@ def understood(
     limits: Mapping[str, int],
     unit: str = "",
     blank: int = 0,
-    also: Container[int] = (),
+    also: Container[int | None] = (),
 ) -> str:
     """How a table was understood, in a line; empty where nothing had to be.
 

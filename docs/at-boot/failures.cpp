@@ -60,7 +60,7 @@ int main(int, char **arguments)
         return 2;
     }
     const unsigned long failures[] = {0, 1UL << 0, 1UL << 0 | 1UL << 5}; // none, then one, then a second
-    const std::array<tb_real, TB_K_MAX> tau{30, -20, 40, 2, -1, 5};
+    const std::array<tb_real, 6> tau{30, -20, 40, 2, -1, 5};
     for (const unsigned long failed : failures) {
         std::array<tb_real, TB_N_MAX> f{};
         tb_real share = 0;

@@ -10,6 +10,7 @@ from bench.inputs.board_log import BoardLog, LogError, read_board_log
 from bench.record import Cell, Emulated, Header
 from bench.record.machine import slug
 from bench.record.writer import Writer
+from bench.results.text import counted
 
 SHOWN = 6
 """Most lost blocks that are named."""
@@ -83,7 +84,7 @@ def _record(heard: Heard, name: str, started: str, folder: Path, said: list[str]
 def _lost(log: BoardLog) -> list[str]:
     said = []
     if log.damaged or log.lost:
-        said.append(f"{log.damaged} lines are damaged and {log.lost} are missing")
+        said.append(_not_whole(log))
     if log.starts > 1:
         said.append(f"the log has {log.starts} starts, {log.finished} of which ran to the end")
     elif not log.finished:
@@ -94,4 +95,10 @@ def _lost(log: BoardLog) -> list[str]:
 def _nothing(log: BoardLog) -> str:
     if log.nonsense:
         return f"its driver said: {log.nonsense[0]}"
-    return f"no method on any demand set arrived whole ({log.damaged} lines are damaged, {log.lost} missing)"
+    return f"no method on any demand set arrived whole ({_not_whole(log)})"
+
+
+def _not_whole(log: BoardLog) -> str:
+    """How many lines are damaged, and how many are missing beside those: a damaged one has no number."""
+    missing = max(log.lost - log.damaged, 0)
+    return f"{counted(log.damaged, 'damaged line')}, {counted(missing, 'missing line')}"

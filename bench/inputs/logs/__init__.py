@@ -103,10 +103,11 @@ def read_log(
         if topic:
             raise DemandError(f"{path}: a table has no topic {topic!r}; --columns says which column is what")
         table = read_demands(path, dof, options.columns, thrusters, by_volts=by_volts)
-        given, why = frame_of(path, options.frame, table.frame, "its comment", frame)
+        given, why = frame_of(path, options.frame, table.frame, table.why, frame)
         taus, turning = met(table.taus, dof, given, why, frame)
         said = f"{table.said}; {turning}" if table.said else f"{path.name}: {turning}"
-        doubt = "" if options.frame or table.frame else like_ros(path, table.named, frame)
+        doubt = table.framed if table.frame else like_ros(path, table.named, frame)
+        doubt = "" if options.frame else doubt
         doubt = "; ".join(filter(None, (doubt, table.doubt)))
         return table._replace(taus=_scaled(taus, dof, options.scale), said=said, doubt=doubt)
     if path.suffix.lower() == ".bin" and path.exists():

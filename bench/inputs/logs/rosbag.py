@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError, FileError, NotInstalled
 from alloc.vehicle.geometry import DOF
-from bench.inputs.frames import fixed, of_id
+from bench.inputs.frames import of_ids
 from bench.inputs.logs import Log
 from bench.inputs.parsers import parsing
 
@@ -100,17 +100,5 @@ def _log(path: Path, messages: list[tuple[int, Any]]) -> Log:
         dtype=np.float64,
     ).reshape(-1, len(DOF))
     frames = {str(header.frame_id).lower() for header in headers if header is not None}
-    down = {name for name in frames if of_id(name) == "frd"}
-    if down and down != frames:
-        both = f"{min(down)[:40]!r} and {min(frames - down)[:40]!r}"
-        raise DemandError(f"{path}: frame_id is {both}: z down in some, up in others; make it one")
     start = t_ns.min(initial=t_ns[0]) if len(t_ns) else 0
-    still = sorted(filter(fixed, frames))
-    doubt = ""
-    if still:
-        doubt = (
-            f"{path.name}: its frame_id is {still[0][:40]!r}, which does not turn with the vehicle, but its"
-            " wrenches are taken along the vehicle's axes; --frame says that they are"
-        )
-    way, why = ("frd", f"its frame_id is {min(down)[:40]!r}") if down else ("flu", "as ROS has it")
-    return Log((t_ns - start) / 1e9, taus, way, why, doubt, settled_by="frame")
+    return Log((t_ns - start) / 1e9, taus, *of_ids(path, frames), settled_by="frame")

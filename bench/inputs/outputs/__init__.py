@@ -30,8 +30,9 @@ class Outputs(NamedTuple):
     shares : whether ``taus`` are shares, 1 for what the vehicle can do both ways on an axis
     said : how the log was understood, in a line
     frame, why : the frame that the log says of the demands, else empty, and where it says so
+    framed : what may be wrong about that, in a line, which --frame settles; empty for nothing
     named : names of the demands' columns
-    doubt : what may be wrong, in a line; empty for nothing
+    doubt : what else may be wrong, in a line; empty for nothing
     """
 
     t: FloatArray | None
@@ -42,6 +43,7 @@ class Outputs(NamedTuple):
     said: str = ""
     frame: str = ""
     why: str = ""
+    framed: str = ""
     named: tuple[str, ...] = ()
     doubt: str = ""
 
@@ -87,8 +89,8 @@ def _turned(path: Path, outputs: Outputs, vehicle: Vehicle, told: str) -> Output
         return outputs
     given, why = frame_of(path, told, outputs.frame, outputs.why, vehicle.frame)
     taus, turning = met(outputs.taus, vehicle.dof, given, why, vehicle.frame)
-    ros = "" if told or outputs.frame else like_ros(path, outputs.named, vehicle.frame)
-    doubt = "; ".join(filter(None, (ros, outputs.doubt)))
+    framed = outputs.framed if outputs.frame else like_ros(path, outputs.named, vehicle.frame)
+    doubt = "; ".join(filter(None, ("" if told else framed, outputs.doubt)))
     return outputs._replace(taus=taus, said=f"{outputs.said}; {turning}", doubt=doubt)
 
 

@@ -11,6 +11,7 @@ from alloc.errors import DemandError
 from bench.inputs.columns import VOLTS, Column, assign
 from bench.inputs.delimited import read_table
 from bench.inputs.demand_csv import seconds
+from bench.inputs.frames import id_column, of_table
 from bench.inputs.log_limits import like_volts, limit_columns
 from bench.inputs.outputs import Outputs
 from bench.inputs.understood import like_angles, understood
@@ -50,12 +51,15 @@ def read(path: Path, vehicle: Vehicle, columns: Mapping[str, str] | None = None)
     places |= {quantity: column.place for quantity, column in found.items()}
     if TIME in found and (rest := found[TIME].rest) is not None:
         places[REST] = rest
+    named = tuple(found[axis].name for axis in asked)
+    id_at, ids = id_column(table.header, named), set[str]()
     rows = []
     for line, cells in table.rows:
         if len(cells) != len(table.header):
             raise table.refused(
                 line, f"has {len(cells)} cells under {len(table.header)} columns; mend that row"
             )
+        ids |= {cells[id_at].strip().lower()} - {""} if id_at is not None else set()
         unasked = set(asked) if not any(cells[places[axis]].strip() for axis in asked) else set()
         rows.append(
             [
@@ -66,22 +70,24 @@ def read(path: Path, vehicle: Vehicle, columns: Mapping[str, str] | None = None)
     values = dict(zip(places, np.array(rows).reshape(len(rows), len(places)).T, strict=True))
     t, unit = (None, "")
     if TIME in found and rows:
-        t, unit = seconds(values[TIME], found[TIME], values.get(REST))
+        t, unit = seconds(values[TIME], table.stamped(found[TIME]), values.get(REST))
     if t is not None and (np.diff(t) < 0).any():
         raise DemandError(f"{path}: times in {found[TIME].name[:40]!r} go back; sort the rows")
-    said = understood(path, table, found, volts, unit, also=commands) or path.name
+    said = understood(path, table, found, volts, unit, also={*commands, id_at}) or path.name
     said += f"{';' if ': ' in said else ':'} {names[0]} … {names[-1]} are the commands"
     if VOLTS not in places and (unread := like_volts(table.header)):
         said += f"; thrusts follow no voltage: if {unread[:40]!r} is the battery's, call it {VOLTS}"
+    frame, why, framed = of_table(path, table.frame, ids)
     return Outputs(
         t,
         np.column_stack([values[name] for name in names]),
         values.get(VOLTS),
         _demands(vehicle.dof, found, values) if asked else None,
         said=said,
-        frame=table.frame,
-        why="its comment",
-        named=tuple(found[axis].name for axis in asked),
+        frame=frame,
+        why=why,
+        framed=framed,
+        named=named,
         doubt=like_angles(path, found, given),
     )
 

@@ -85,6 +85,21 @@ def test_times_as_iso_8601_has_them_are_seconds(file: Path, stamps: tuple[str, .
     assert np.diff(t) == pytest.approx(0.02, abs=1e-6)  # a double holds seconds since 1970 to 0.2 us
 
 
+@pytest.mark.parametrize("head", ["timestamp [ms]", "t [us]", "timestamp_ms", "t"])
+def test_a_date_is_in_seconds_whatever_resolution_its_column_says(file: Path, head: str) -> None:
+    """A log at 5 Hz was read as one at 5000 Hz."""
+    rows = "".join(f"2024-10-27T00:00:0{i},1,2,3\n" for i in range(3))
+    t = read_demands(written(file, f"{head},surge,sway,yaw\n{rows}"), DOF).t
+    assert t is not None
+    assert np.diff(t) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(("first", "then"), [("5", "2026-05-12T10:00:00"), ("2026-05-12T10:00:00", "5")])
+def test_dates_and_numbers_in_one_column_are_refused(file: Path, first: str, then: str) -> None:
+    written(file, f"t,surge,sway,yaw\n{first},1,2,3\n{then},1,2,3\n")
+    assert f"line 3: t is '{then}'; times above are" in refused(lambda: read_demands(file, DOF), file)
+
+
 @pytest.mark.parametrize("cell", ["2026-05-12T25:00:00Z", "2026-05-12"])
 def test_a_date_that_is_none_or_has_no_time_is_refused(file: Path, cell: str) -> None:
     written(file, f"stamp,surge,sway,yaw\n{cell},1,2,3\n")

@@ -255,3 +255,48 @@ def test_a_mission_is_the_same_flight_in_either_frame(box: dict[str, Path], name
     # The simulation feeds rounding back, so that the last digits differ after some hundred steps.
     np.testing.assert_allclose(turned(made[0].taus.T, DOF).T / scale, made[1].taus / scale, atol=1e-6)
     assert np.ptp(made[0].taus[:, 2]) > 0
+
+
+ECHO = "time,field.header.stamp,field.header.frame_id," + ",".join(
+    f"field.wrench.{part}.{axis}" for part in ("force", "torque") for axis in "xyz"
+)
+"""The header that rostopic writes of a WrenchStamped, behind a %."""
+
+
+def echoed(path: Path, *ids: str, mark: str = "%", comment: str = "") -> Path:
+    """A CSV of wrenches under these frame_ids, as rostopic writes it."""
+    rows = [f"{i * 10**7},0,{name},{','.join(map(str, TAU[i]))}" for i, name in enumerate(ids)]
+    path.write_text("\n".join([*filter(None, [comment]), mark + ECHO, *rows]) + "\n")
+    return path
+
+
+@pytest.mark.parametrize("mark", ["%", ""])
+@pytest.mark.parametrize(("name", "frame"), [("base_link_ned", "frd"), ("base_link", "flu")])
+@pytest.mark.parametrize("vehicle", ["frd", "flu"])
+def test_a_column_with_frame_ids_says_the_frame(
+    vehicle: str, name: str, frame: str, mark: str, tmp_path: Path
+) -> None:
+    """As it does in a bag: sway and yaw had the wrong sign, and 'the file names none' was said."""
+    log = read_log(echoed(tmp_path / "log.csv", name, name, mark=mark), DOF, frame=vehicle)
+    expected = TAU[:2] if frame == vehicle else turned(TAU[:2].T, DOF).T
+    np.testing.assert_array_equal(log.taus, expected)
+    assert "names none" not in log.said
+    assert "frame_id, " not in log.said
+    assert log.doubt == ""
+
+
+def test_frame_ids_that_do_not_turn_or_contradict_each_other_are_told(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    fixed = read_log(echoed(file, "map", "map"), DOF, frame="flu")
+    assert "its frame_id is 'map', which does not turn with the vehicle" in fixed.doubt
+    assert read_log(file, DOF, LogOptions(frame="flu"), frame="flu").doubt == ""
+    with pytest.raises(DemandError, match="z down in some, up in others"):
+        read_log(echoed(file, "base_link", "base_link_ned"), DOF)
+    told = read_log(echoed(file, "base_link_ned", comment="# frame: flu"), DOF, frame="flu")
+    assert "its comment" in told.said
+
+
+def test_frame_ids_of_another_message_say_nothing(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text("imu.header.frame_id,surge,sway,yaw\nimu_ned,1,2,3\n")
+    assert "the file names none" in read_log(file, ("surge", "sway", "yaw"), frame="flu").said

@@ -2,6 +2,7 @@
 
 import time
 import zlib
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -67,6 +68,22 @@ def test_lost_bytes_cost_their_block_and_it_is_named(log: bytes, tmp_path: Path)
     cells = {(cell.key.method, cell.key.demands) for cell in read(tmp_path / "run").cells}
     assert ("nullspace@native", "active") not in cells
     assert ("nullspace@native", "infeasible") in cells
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda lines: [*lines[:40], lines[40][:-1] + b"?", *lines[41:]], "1 damaged line, 0 missing lines"),
+        (lambda lines: [*lines[:40], *lines[41:]], "0 damaged lines, 1 missing line"),
+        (lambda lines: [*lines[:40], lines[41][:-1] + b"?", *lines[42:]], "1 damaged line, 1 missing line"),
+    ],
+    ids=["damaged", "missing", "both"],
+)
+def test_a_damaged_line_is_not_missing_too(
+    change: Callable[[list[bytes]], list[bytes]], said: str, log: bytes, tmp_path: Path
+) -> None:
+    (tmp_path / "LOG").write_bytes(b"\n".join(change(log.split(b"\n"))))
+    assert said in keep(tmp_path / "LOG", tmp_path / "run").said
 
 
 def test_a_reset_in_the_middle_is_a_repeat_of_what_was_whole_before(log: bytes, tmp_path: Path) -> None:
