@@ -121,6 +121,14 @@ def _next_to(allocate: Any, taus: Any) -> Pair:
     return _singly(allocate, near), _second(allocate, zip(taus), zip(near))
 
 
+def _inside(_: Any, __: Any, limited: Any, taus: Any, low: Any, high: Any) -> Pair:
+    """Who keeps answers by demand gives those of its call without limits, which came first."""
+    import numpy as np
+
+    F = _array(limited[0])
+    return (np.clip(F, low, high), limited[1]), (F, limited[1])
+
+
 def _by_name(allocate: Any, _: Any, limited: Any, *columns: Any) -> Pair:
     return limited, _columns([allocate(tau, f_min=low, f_max=high) for tau, low, high in _calls(*columns)])
 
@@ -201,7 +209,8 @@ OF_DEMANDS: dict[str, Callable[..., Pair]] = {
     "an array that is used again": _used_again,
     "a demand next to the last": _next_to,
 }
-OF_LIMITS = {
+OF_LIMITS: dict[str, Callable[..., Pair]] = {
+    "limits of a demand asked before without": _inside,
     "limits by name": _by_name,
     "limits in lists": _limits(lambda columns: columns.tolist()),
     "limits in an array made of columns": _limits(_columnwise),

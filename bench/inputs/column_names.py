@@ -16,6 +16,11 @@ WORDS: dict[str, tuple[str, ...]] = {
     TIME: ("t", "time", "timestamp", "stamp", "sec", "secs", "seconds", "elapsed", *SELF_UNIT),
 }
 """Names of each quantity, without case and signs: the last word of a column's name, or its last two."""
+DURATION = {
+    *("solve", "solver", "compute", "computation", "calc", "cpu", "run", "exec", "execution", "processing"),
+    *("process", "latency", "delay", "lag", "jitter", "period", "cycle", "wall", "response"),
+}
+"""Words before a time that make it how long something took."""
 MEANT = {"cmd", "command", "des", "desired", "ref", "reference", "setpoint", "sp", "demand", "demanded", "d"}
 """Words behind a name that say no more than that it is a demand."""
 OTHER = {
@@ -50,8 +55,10 @@ def says(name: str, quantity: str) -> bool:
     words = words_of(name)
     if not words or not {words[-1], "".join(words[-2:])} & set(WORDS[quantity]):
         return False
+    if quantity == TIME:
+        return not DURATION & set(words[:-1])
     another = OTHER | MOTION if words[-1] == quantity else OTHER
-    return quantity == TIME or not ("%" in name or another & set(words[:-1]))
+    return not ("%" in name or another & set(words[:-1]))
 
 
 def words_of(name: str) -> list[str]:

@@ -72,8 +72,8 @@ def assign(
             raise DemandError(
                 f"{place}: {quantity} may be {several}; say which, as in --columns '{quantity}=NAME'"
             )
-        if columns:
-            found[quantity] = (exact or columns)[0]
+        if columns:  # of several times the plainest: 'time' before 'imu time'
+            found[quantity] = (exact or sorted(columns, key=lambda column: len(words_of(column.name))))[0]
         elif quantity != TIME and every:
             shown = listed(
                 [f"{name} [{u}]" if (u := _below(name, units, i)) else name for i, name in enumerate(header)]

@@ -97,9 +97,7 @@ def _limits(draft: Draft, given: dict[str, float], count: int) -> None:
 def _parameters(path: Path) -> dict[str, float]:
     values: dict[str, float] = {}
     for number, line in enumerate(read_text(path).splitlines(), 1):
-        if line.lstrip().startswith("#"):
-            continue
-        for name, text in _PARAMETER.findall(line):
+        for name, text in _PARAMETER.findall(line.partition("#")[0]):  # a comment may tell an older value
             try:
                 values[name] = float(text)
             except ValueError:

@@ -31,6 +31,10 @@ SLIPS = {
         "f_min: -30\nf_max: 35",
     ),
     "thruster 1: 45 N is more than the 40 N": (SOUND, "f_min: -30\nf_max: [40, 45]"),
+    "-30 N, but the curve has no thrust that way": (
+        "neutral: 0, range: [0, 100], curve: {16: [[0, 0], [100, 40]]}",
+        "f_min: -30\nf_max: 40",
+    ),
     "'volts' is 12 V": (f"{SOUND}, volts: 12", ""),
     "of the range -100 … 100 the curve has -100 … 80 alone": (SOUND.replace("[100, 40]", "[80, 33]"), ""),
     "coarser than the dead band": (f"{SOUND}, step: 25", ""),

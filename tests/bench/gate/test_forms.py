@@ -38,6 +38,9 @@ FORMS = {
         "        f = self.f if near else f\n"
         "        self.tau, self.f = np.array(tau), f.copy()"
     ),
+    "limits of a demand asked before without": (
+        "f = self.__dict__.setdefault('known', {}).setdefault(tuple(map(float, tau)), f).copy()"
+    ),
     "limits behind a call without": (
         "alike = hasattr(self, 'tau') and np.array_equal(self.tau, tau)\n"
         "        f = self.f if alike and f_min is not None else f\n"

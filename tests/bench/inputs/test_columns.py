@@ -71,6 +71,21 @@ def test_times_are_seconds_whatever_their_unit(
 
 
 @pytest.mark.parametrize(
+    "head",
+    ["solve time [ms],timestamp [s]", "imu time [ms],time", "cpu_time_us,t", "Run time [s],header.stamp"],
+)
+@pytest.mark.parametrize("order", [1, -1])
+def test_how_long_something_took_is_no_time_stamp(file: Path, head: str, order: int) -> None:
+    """The first of two times was taken: a log at 50 Hz became one at 3 kHz."""
+    rows = [head.split(","), *([str(10 + i // 2), f"{0.02 * i:.2f}"] for i in range(5))]
+    behind = ["surge,sway,yaw", *["1,2,3"] * 5]
+    text = "".join(f"{','.join(row[::order])},{more}\n" for row, more in zip(rows, behind, strict=True))
+    t = read_demands(written(file, text), DOF).t
+    assert t is not None
+    assert np.diff(t) == pytest.approx(0.02)
+
+
+@pytest.mark.parametrize(
     "stamps",
     [
         ("2026-05-12T23:59:59.990Z", "2026-05-13T00:00:00.010Z"),

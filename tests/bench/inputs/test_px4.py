@@ -46,6 +46,14 @@ def test_unset_parameters_take_the_defaults_of_px4(tmp_path: Path) -> None:
     assert any("shares of full throttle, no newtons" in note for note in keys.notes)
 
 
+def test_a_comment_behind_a_parameter_sets_nothing(tmp_path: Path) -> None:
+    """The older value in it was taken."""
+    whole = vehicle_of(imported(tmp_path, HEXA), tmp_path)
+    line = "param set-default CA_ROTOR4_PX 0.43"
+    noted = vehicle_of(imported(tmp_path, HEXA.replace(line, f"{line} # was CA_ROTOR4_PX 0.35")), tmp_path)
+    np.testing.assert_array_equal(noted.T, whole.T)
+
+
 def test_a_params_file_gives_axes_coefficients_and_reversible_rotors(tmp_path: Path) -> None:
     rotors = {0: (1, 0, 0, 0.3), 1: (1, 0, 0, -0.3), 2: (0, 3, 0, 0.0)}  # the last axis has length 3
     lines = [
