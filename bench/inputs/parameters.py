@@ -20,6 +20,14 @@ def find(tree: YamlTree, *names: str) -> Any:
     return None
 
 
+def places(data: Any, name: str, within: tuple[str, ...] = ()) -> list[tuple[str, ...]]:
+    """Below which keys one of that name stands, from outermost to innermost: an entry for each time."""
+    if not isinstance(data, dict):
+        return []
+    inner = (places(value, name, (*within, str(key))) for key, value in data.items())
+    return [*([within] if name in data else []), *(place for found in inner for place in found)]
+
+
 def numbers(tree: YamlTree, key: str, value: Any) -> Numbers:
     """A flat list of numbers; raises VehicleError."""
     if not isinstance(value, list):

@@ -4,6 +4,7 @@ The keys are those of vortex-auv (auv_setup/config/robots), at any depth. ROS 2 
 its arrays are flat: all x, then all y, then all z of vectors; one row after the other of a matrix.
 """
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from alloc.vehicle.geometry import DOF
 from alloc.vehicle.keys import Numbers, VehicleFile
 from bench.inputs.draft import Draft, commented
 from bench.inputs.frames import frame_comment
-from bench.inputs.parameters import find, numbers, rows
+from bench.inputs.parameters import find, numbers, places, rows
 
 POSITIONS = ("thruster_position", "thruster_positions")
 DIRECTIONS = ("thruster_force_direction", "thruster_layout")
@@ -38,7 +39,7 @@ def recognises(path: Path, text: str) -> bool:
 
 def read(path: Path) -> Draft:
     """The Draft of a parameter file; raises FileError or VehicleError."""
-    tree = read_yaml(path)
+    tree = _of_one_node(read_yaml(path))
     draft = Draft(source=f"{path.name}, ROS parameters")
     n = _count(tree)
     positions, directions = find(tree, *POSITIONS), find(tree, *DIRECTIONS)
@@ -60,6 +61,23 @@ def read(path: Path) -> Draft:
         if (value := find(tree, name)) is not None:
             setattr(draft, key, numbers(tree, name, value))
     return commented(draft, read_text(path))
+
+
+def _of_one_node(tree: YamlTree) -> YamlTree:
+    """The part of a file with the thrusters, of several nodes; raises VehicleError where two have some."""
+    found = {name: places(tree.data, name) for name in (*POSITIONS, *DIRECTIONS, *MATRIX)}
+    for name, stands in found.items():
+        if len(stands) > 1:
+            one, two = (".".join(place) for place in stands[:2])
+            raise VehicleError(
+                f"{tree.path}: {name} stands below {one!r} and {two!r}; keep one vehicle's part"
+            )
+    firsts = {place[0] for stands in found.values() for place in stands if place}
+    others = [part for name, part in tree.data.items() if name not in firsts | {"/**"}] if firsts else []
+    # Another node's parameters, as a controller's max_force, are no thrusters'.
+    if others and all(isinstance(part, dict) and "ros__parameters" in part for part in others):
+        return replace(tree, data={name: tree.data[name] for name in tree.data if name in firsts | {"/**"}})
+    return tree
 
 
 def write(keys: VehicleFile, vehicle: Vehicle) -> str:

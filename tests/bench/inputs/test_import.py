@@ -87,6 +87,23 @@ def test_ros_poses_give_the_shipped_nautilus(tmp_path: Path) -> None:
     assert any("frame" in note for note in keys.notes)
 
 
+def test_parameters_of_two_nodes_are_not_mixed(tmp_path: Path) -> None:
+    """The first one's matrix got the second one's limits."""
+    node = "/{}/allocator:\n  ros__parameters:\n    configuration_matrix: [1.0, 1.0]\n    dof: [surge]\n"
+    both = r"below '/rov1/allocator\.ros__parameters' and '/rov2/allocator\.ros__parameters'; keep one"
+    with pytest.raises(VehicleError, match=both):
+        imported(tmp_path, node.format("rov1") + node.format("rov2"))
+
+
+def test_another_node_s_limits_are_not_the_thrusters(tmp_path: Path) -> None:
+    own = "/rov/allocator:\n  ros__parameters:\n    configuration_matrix: [[1.0, 1.0]]\n    dof: [surge]\n"
+    own += "    constraints: {min_force: [-9.0, -9.0], max_force: [9.0, 9.0]}\n"
+    guidance = "/rov/guidance:\n  ros__parameters: {min_force: -1.0, max_force: 1.0}\n"
+    for text in (guidance + own, own + guidance):
+        keys = imported(tmp_path, text, ImportOptions(dof=["surge"]))
+        assert (keys.f_min, keys.f_max) == ([-9, -9], [9, 9])
+
+
 @pytest.mark.parametrize("flat", [False, True], ids=["rows", "flat, as ROS 2 has it"])
 def test_a_configuration_matrix_is_read_with_the_axes_its_file_names(tmp_path: Path, flat: bool) -> None:
     text = MAELSTROM
