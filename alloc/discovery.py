@@ -1,7 +1,7 @@
 """The catalogue: all methods, what is missing to build some of them, and ``build`` by name."""
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from importlib.util import module_from_spec, spec_from_file_location
@@ -156,7 +156,7 @@ def load_plugin(path: Path) -> Entry:
         raise UnknownName(f"{path}: is no Python file; a plug-in is one with build(vehicle) in it")
     if (folder := str(path.resolve().parent)) not in sys.path:
         sys.path.append(folder)  # for modules beside it; last, so that none takes another's place
-    module = module_from_spec(spec)
+    known, module = set(sys.modules), module_from_spec(spec)
     sys.modules[spec.name] = module  # dataclasses and pickle look up the module of a class here
     try:
         spec.loader.exec_module(module)
@@ -166,8 +166,31 @@ def load_plugin(path: Path) -> Entry:
         del sys.modules[spec.name]
         raise UnknownName(f"{path}: can't be imported ({type(error).__name__}: {error}); mend it") from error
     check_declared(path, module)
+    if hasattr(module, "variants"):
+        raise UnknownName(
+            f"{path}: has variants(), which files in alloc/methods may; give each method a file"
+        )
+    used = {value.__name__ for value in vars(module).values() if isinstance(value, ModuleType)}
+    loaded = {name.partition(".")[0] for name in set(sys.modules) - known} - sys.stdlib_module_names
+    if shadowed := _shadowed(path, used | loaded):
+        raise UnknownName(f"{path}: {shadowed}; rename the file beside the plug-in, or uninstall the other")
     entry = _entry(_hyphened(path.stem), module)
     return replace(entry, prepare=partial(_built, path, module))
+
+
+def _shadowed(path: Path, names: Iterable[str]) -> str:
+    """In words, a module that a plug-in uses in place of the file of that name beside it; empty for none.
+
+    The plug-in's folder is searched last, where a script's is first; this package is the one that runs.
+    """
+    for top in sorted({name.partition(".")[0] for name in names} - {"alloc"}):
+        beside = [path.parent / f"{top}.py", path.parent / top / "__init__.py"]
+        used = getattr(sys.modules.get(top), "__file__", None)
+        if used is None or not any(file.is_file() for file in beside):
+            continue
+        if not any(file.is_file() and file.samefile(used) for file in beside):
+            return f"'{top}' came from {used}, and not from the file beside it"
+    return ""
 
 
 PROMISES = ("formulation", "limited", "tolerance")

@@ -108,15 +108,17 @@ def command(
         if wrong := first_wrong(answering, log.taus, lows, highs, answers, **promises):
             raise PluginError(f"{plugin}: {wrong}; mend it")
     header = [harmless(answering.called(i)) if names else f"f{i}" for i in range(answering.n)]
-    wired = sent(answering, answers, log.t, log.columns.get("volts"), lows, highs) if esc else None
+    wired, doubt = None, ""
+    if esc:
+        wired, doubt = sent(answering, answers, log.t, log.columns.get("volts"), lows, highs)
     text = format_thrusts(answers, header, wired)
     if output is None:
         echo(text, nl=False)
     else:
         write_text(output, text)
     echo(log.said, err=True)  # at last, since a refusal is one line
-    if log.doubt:
-        echo(f"warning: {log.doubt}", err=True)
+    for line in filter(None, (log.doubt, doubt)):
+        echo(f"warning: {line}", err=True)
 
 
 def _answer(given: Any, n: int) -> "Allocation":

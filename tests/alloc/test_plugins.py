@@ -33,6 +33,34 @@ def test_a_plugin_may_hold_a_dataclass_with_postponed_annotations(tmp_path: Path
     assert load_plugin(tmp_path / "with_gains.py").name == "with-gains"
 
 
+@pytest.mark.parametrize("line", ["import {}", "from {} import GAIN"])
+def test_a_module_beside_a_plugin_is_not_taken_from_elsewhere(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, line: str
+) -> None:
+    """Two modules of one name, the other one installed: it was used without a word."""
+    helper = f"gains_of_{line.partition(' ')[0]}"
+    for folder in ("mine", "installed"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / f"{helper}.py").write_text("GAIN = 1.0")
+    plugin = tmp_path / "mine" / "rule.py"
+    plugin.write_text(f"{line.format(helper)}\ndef build(vehicle): ...\n")
+    monkeypatch.setattr(sys, "path", [str(tmp_path / "installed"), *sys.path])
+    with pytest.raises(
+        UnknownName, match=f"'{helper}' came from .*installed.*, and not from the file beside"
+    ):
+        load_plugin(plugin)
+    monkeypatch.delitem(sys.modules, helper)
+    monkeypatch.setattr(sys, "path", sys.path[1:])
+    assert load_plugin(plugin).name == "rule"
+    monkeypatch.delitem(sys.modules, helper)
+
+
+def test_a_plugin_with_several_methods_is_told_to_be_several_files(tmp_path: Path) -> None:
+    (tmp_path / "two.py").write_text("def build(vehicle, name): ...\ndef variants(): return {}\n")
+    with pytest.raises(UnknownName, match=r"has variants\(\), .* give each method a file"):
+        load_plugin(tmp_path / "two.py")
+
+
 @pytest.mark.parametrize(
     "line", ["STARTS = 'cold'", "STARTS = ()", "STARTS = ('lukewarm',)", "LEVELS = ['sloppy']", "LEVELS = 3"]
 )

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from alloc import AllocError, load_vehicle
+from alloc import Allocation, AllocError, Status, load_vehicle
 from alloc.allocation import FloatArray
 from bench.__main__ import cli
 from bench.demands.outputs_summary import as_text, columns_of, full_authority, made_by
 from bench.inputs.demand_csv import read_demands
+from bench.inputs.esc_columns import sent
 from bench.inputs.outputs import read_outputs
 from bench.inputs.outputs import ulog as px4
 from tests.output_logs import write_bin, write_outputs_ulog
@@ -300,6 +301,16 @@ def test_what_allocate_sends_comes_back_as_the_wrench_that_it_said(tmp_path: Pat
     told = np.column_stack([table[f"made_{axis}"] for axis in VEHICLE.dof])
     np.testing.assert_allclose(back.taus, told, atol=1e-6)  # ten digits
     assert back.t == pytest.approx(np.arange(20) / 50, abs=1e-6)
+
+
+def test_commands_at_a_voltage_without_a_curve_are_told_with_how_many(tmp_path: Path) -> None:
+    one = replace(VEHICLE, esc=tuple(replace(e, volts=e.volts[:1], curve=e.curve[:1]) for e in VEHICLE.esc))
+    answers = [Allocation(np.zeros(VEHICLE.n), Status.SOLVED)] * 3
+    volts = VEHICLE.esc[0].volts[0] + np.array([0.0, 1.0, 2.0])
+    assert sent(one, answers, None, volts)[1].startswith(
+        "at the voltage of 2 of 3 rows no curve was measured"
+    )
+    assert sent(VEHICLE, answers, None, volts)[1] == ""
 
 
 def test_that_no_voltage_was_measured_is_said_where_curves_follow_it(tmp_path: Path) -> None:
