@@ -61,6 +61,7 @@ def compile_study(document: StudyDocument) -> tuple[LayoutSpace, Vehicle]:
         frame=vehicle.frame,
         left_out=base.left_out,
         said=_said(demands),
+        rate_hz=demands.rate_hz,
     )
     return space, vehicle
 

@@ -43,7 +43,10 @@ def render_study(space: LayoutSpace, base: Columns, folder: Path) -> Path:
     best = spread(_ahead(said.front, base), BEST)
     write_best(space, best, folder / "best")
     pq.write_table(said.front, folder / "front.parquet")
-    write_text(folder / "demands.csv", format_demands(None, space.taus, space.dof, frame=space.frame))
+    t = (
+        np.arange(len(space.taus)) / space.rate_hz if space.rate_hz else None
+    )  # for `run` to judge at that rate
+    write_text(folder / "demands.csv", format_demands(t, space.taus, space.dof, frame=space.frame))
     own = (float(base["authority"][0]), float(base["authority_after_one"][0]))
     with mpl.rc_context(SETTINGS):
         save(draw_front(said, own, space.name), folder / "front.svg")
@@ -112,9 +115,9 @@ layouts, less than {100 * said.chance():.2g} % can't be told from nothing.
 
 ## Going on
 
-`thrustbench run --vehicle best/NAME.yaml --demands demands.csv` measures a layout on the demands that were
-asked here. All numbers of all layouts stand in `shards/*.parquet`, a row each; docs/layouts.md says what the
-columns mean.
+`thrustbench run --vehicle best/NAME.yaml --demands demands.csv --n {len(space.taus)}` measures a layout on
+the demands that were asked here. All numbers of all layouts stand in `shards/*.parquet`, a row each;
+docs/layouts.md says what the columns mean.
 """
 
 

@@ -105,6 +105,7 @@ class LayoutSpace:
     frame : frd or flu, of the base and so of every layout and demand
     left_out : keys of the base's file that layouts do not have
     said : how the log of the demands was understood, and what is doubtful about it, one line each
+    rate_hz : of the demands, None where they are no sequence in time
     """
 
     name: str
@@ -119,6 +120,7 @@ class LayoutSpace:
     frame: Frame = "frd"
     left_out: tuple[str, ...] = ()
     said: tuple[str, ...] = ()
+    rate_hz: float | None = None
 
     def values(self, setting: Setting, values: FloatArray) -> FloatArray:
         """(B,) what a setting is in each layout; ``values`` (P, B) are the parameters'."""

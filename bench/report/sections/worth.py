@@ -19,6 +19,8 @@ from bench.results.text import counted, plain, table, three
 
 HEADERS = ("method", "answers", "median [µs]", "p99.9 [µs]", "wrench lost, worst", "served", "memory [MB]")
 
+MEDIANS = " A median is over batches of calls: on a log, whose calls differ, it is near their mean."
+
 
 def section(run: Run, drawn: frozenset[str]) -> str:
     """A table for each vehicle and log: what none beats in time and loss, and what it is held against."""
@@ -38,12 +40,14 @@ def section(run: Run, drawn: frozenset[str]) -> str:
     if not parts:
         return ""
     own = any(method.plugin for method in run.record.methods)
+    logs = any(run.given(vehicle, demands) for vehicle in run.vehicles for demands in run.leading(vehicle))
     which = (
         "What to take first, what no other method beats in both time and loss, the fastest exact one in plain"
         " Python and by a solver, and the closed form and the rule of practice they are held against."
         " *Served* is the share of what the vehicle can do that is delivered within 1 %;"
         " memory is of the process."
-        f"{' What you brought has a row whatever it is worth.' if own else ''}\n"
+        f"{' What you brought has a row whatever it is worth.' if own else ''}"
+        f"{MEDIANS if logs else ''}\n"
     )
     return "\n".join(["## Methods worth considering\n", which, *parts])
 

@@ -12,6 +12,7 @@ import pytest
 from scipy.stats import qmc
 
 from alloc import AllocError
+from bench.inputs.demand_csv import read_demands
 from bench.layouts import sampling, shards
 from bench.layouts.front import losses, merged, spread, unbeaten
 from bench.layouts.measure import Columns, numbers
@@ -222,6 +223,10 @@ def test_a_report_says_the_same_of_the_same_shards(
     pictures = {name: (folder / name).read_bytes() for name in ("front.svg", "matters.svg", "front.parquet")}
     assert render_study(space, own, folder).read_text(encoding="utf-8") == text
     assert {name: (folder / name).read_bytes() for name in pictures} == pictures
+    render_study(replace(space, rate_hz=50.0), own, folder)
+    t = read_demands(folder / "demands.csv", space.dof).t
+    assert t is not None
+    assert t[:2].tolist() == [0, 0.02]
 
 
 def test_bars_and_stars_in_the_names_of_vehicle_and_group_leave_the_report_s_tables_whole(

@@ -319,6 +319,14 @@ def test_a_study_s_log_is_read_as_its_keys_say_and_says_how(
     assert "--" not in " ".join(space.said), "a remedy is a key here, and no option"
 
 
+@pytest.mark.parametrize(("log", "rate"), [("t,surge,sway,yaw\n0,1,2,3\n0.02,1,2,3\n", 50.0), (ROS, None)])
+def test_a_study_knows_the_rate_of_its_log(log: str, rate: float | None, tmp_path: Path) -> None:
+    """Its demands.csv had no times: a run on the best layouts judged them at another rate."""
+    (tmp_path / "log.csv").write_text(log)
+    space, _ = compiled(tmp_path, PLANAR.replace("{n: 16}", "{set: log.csv, n: 16}"))
+    assert space.rate_hz == (rate and pytest.approx(rate))
+
+
 def test_limits_in_a_study_s_log_are_said_to_be_left_out(tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text("surge,sway,yaw,f0_max\n10,20,3,5\n")
     space, _ = compiled(tmp_path, PLANAR.replace("{n: 16}", "{set: log.csv}"))

@@ -56,6 +56,14 @@ def test_what_has_a_row_in_the_report_of_a_run_has_one_beside_other_machines(
     assert "crashed: signal 11" in pages
 
 
+@pytest.mark.parametrize("given", [True, False])
+def test_what_a_median_is_on_a_log_is_said_where_there_is_one(given: bool, tmp_path: Path) -> None:
+    """Half of a log's calls may take a third of it: a batch has calm demands and saturated ones."""
+    problem = replace(made_up.problem("ukwial"), given=given)
+    made = made_up.record(tmp_path, made_up.header(), problem, exact("m00", 2.0))
+    assert ("near their mean" in worth.section(read_run(made), frozenset())) == given
+
+
 def test_a_plug_in_with_another_text_is_said_by_the_report_and_by_size(tmp_path: Path) -> None:
     """Its times on two machines are those of two methods; ``size`` took the slower one for both."""
     runs = [
