@@ -121,10 +121,12 @@ def _next_to(allocate: Any, taus: Any) -> Pair:
     return _singly(allocate, near), _second(allocate, zip(taus), zip(near))
 
 
-def _inside(_: Any, __: Any, limited: Any, taus: Any, low: Any, high: Any) -> Pair:
+def _inside(allocate: Any, _: Any, limited: Any, taus: Any, low: Any, high: Any) -> Pair:
     """Who keeps answers by demand gives those of its call without limits, which came first."""
     import numpy as np
 
+    if not allocate.limited:  # it promises no limits, and takes none into account
+        return limited, limited
     F = _array(limited[0])
     return (np.clip(F, low, high), limited[1]), (F, limited[1])
 

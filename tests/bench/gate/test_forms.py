@@ -116,6 +116,16 @@ def test_other_forms_of_calls_are_asked_and_held_to_the_usual_one(
     assert cell.base_wrong.startswith(f"{form}: ")
 
 
+@pytest.mark.parametrize("method", ["pinv", "nullspace", "clip", "qp/daqp", "qp-soft/daqp"])
+def test_no_form_is_wrong_of_a_right_method(vehicle: Vehicle, sets: list[DemandSet], method: str) -> None:
+    """Also of one that takes limits and promises none."""
+    cell = GateCell(vehicle="ukwial", method=method)
+    sides = cast("tuple[Prober, Prober]", (Whole(lambda same: same), Whole(lambda same: same)))
+    asked = [first(question, 40) for question in questions([sets[i] for i in (0, 1)], nobody)]
+    judge_cell(cell, sides, asked, asked)
+    assert cell.base_wrong == cell.head_wrong == cell.turned_wrong == cell.differ == ""
+
+
 def test_an_allocator_whose_many_is_at_odds_with_its_calls_is_wrong(
     question: Question, right: list[Allocation]
 ) -> None:
