@@ -96,6 +96,7 @@ class Side:
         self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - closed in close()
         plugins = [str(file.absolute()) for file in tree.plugins]
         with ExitStack() as unless_ready:
+            unless_ready.callback(self._errors.close)  # also where no process starts
             with signals_held_back():
                 self._process = subprocess.Popen(
                     # -P: the worker's own folder must not be searched for modules.
