@@ -9,6 +9,7 @@ import pytest
 
 from alloc import load_vehicle
 from alloc.program import Scalar
+from bench.chips.board.files import write
 from bench.chips.board.heard import Heard
 from bench.chips.board.project import Project, plan
 
@@ -28,6 +29,13 @@ def make(folder: Path, *words: str) -> None:
             pytest.skip(f"needs {tool}")
     done = subprocess.run(["make", *words], cwd=folder, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
+
+
+def printed(folder: Path, made: Project, passes: int) -> bytes:
+    """The log of a project that runs on this computer, each demand timed ``passes`` times."""
+    write(made, folder)
+    make(folder, "log", f"CFLAGS=-O1 -DBOARD_PASSES={passes}")
+    return (folder / "build/posix/LOG").read_bytes()
 
 
 Hear = Callable[[bytes], list[Heard]]

@@ -121,9 +121,10 @@ def _on_limits(vehicle: Vehicle, i: int) -> Iterator[tuple[Level, str, str]]:
             continue
         ends = [float(side[0]) for side in esc.span(np.array([volts]))]
         for key, said, end in zip((low_key, high_key), (low, high), ends, strict=True):
-            if end == 0 != said:
+            if said == 0 or abs(said - end) <= APART * abs(end):
+                continue
+            if end == 0:
                 yield "warning", key, f"{said:g} N, but the curve has no thrust that way"
-            if end == 0 or said == 0 or abs(said - end) <= APART * abs(end):
                 continue
             factor = said / end
             which = "more than" if factor > 1 else "less than" if factor > 0 else "against"

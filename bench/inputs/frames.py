@@ -54,6 +54,11 @@ def id_column(header: Sequence[str], names: Sequence[str]) -> int | None:
     return None
 
 
+def ids_of(cells: Sequence[str], at: int | None) -> set[str]:
+    """The frame_id in a row, in small letters; none where the cell is empty, or no column has one."""
+    return set() if at is None else {cells[at].strip().lower()} - {""}
+
+
 def of_ids(path: Path, ids: Set[str]) -> tuple[str, str, str]:
     """The frame that ROS's frame_ids say, what says so, and a doubt, empty for none, that --frame settles.
 

@@ -43,9 +43,8 @@ def render_study(space: LayoutSpace, base: Columns, folder: Path) -> Path:
     best = spread(_ahead(said.front, base), BEST)
     write_best(space, best, folder / "best")
     pq.write_table(said.front, folder / "front.parquet")
-    t = (
-        np.arange(len(space.taus)) / space.rate_hz if space.rate_hz else None
-    )  # for `run` to judge at that rate
+    # A run on the best layouts takes its rate from these times.
+    t = np.arange(len(space.taus)) / space.rate_hz if space.rate_hz else None
     write_text(folder / "demands.csv", format_demands(t, space.taus, space.dof, frame=space.frame))
     own = (float(base["authority"][0]), float(base["authority_after_one"][0]))
     with mpl.rc_context(SETTINGS):

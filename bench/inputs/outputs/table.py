@@ -11,7 +11,7 @@ from alloc.errors import DemandError
 from bench.inputs.columns import VOLTS, Column, assign
 from bench.inputs.delimited import read_table
 from bench.inputs.demand_csv import seconds
-from bench.inputs.frames import id_column, of_table
+from bench.inputs.frames import id_column, ids_of, of_table
 from bench.inputs.log_limits import like_volts, limit_columns
 from bench.inputs.outputs import Outputs
 from bench.inputs.understood import like_angles, understood
@@ -59,7 +59,7 @@ def read(path: Path, vehicle: Vehicle, columns: Mapping[str, str] | None = None)
             raise table.refused(
                 line, f"has {len(cells)} cells under {len(table.header)} columns; mend that row"
             )
-        ids |= {cells[id_at].strip().lower()} - {""} if id_at is not None else set()
+        ids |= ids_of(cells, id_at)
         unasked = set(asked) if not any(cells[places[axis]].strip() for axis in asked) else set()
         rows.append(
             [

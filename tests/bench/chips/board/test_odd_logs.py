@@ -9,23 +9,19 @@ from pathlib import Path
 
 import pytest
 
-from bench.chips.board.files import write
 from bench.chips.board.heard import boards
 from bench.chips.board.keep import keep
 from bench.inputs.board_log import LogError, read_board_log
 from bench.report import render
 from bench.results.rows import read_run
 from tests.board_logs import opened, sealed
-from tests.board_projects import make, project
+from tests.board_projects import printed, project
 
 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     """What a small project printed on this computer: each of its three demands 5 times."""
-    folder = tmp_path_factory.mktemp("project")
-    write(project(n=3), folder)
-    make(folder, "log", "CFLAGS=-O1 -DBOARD_PASSES=5")
-    return (folder / "build/posix/LOG").read_bytes()
+    return printed(tmp_path_factory.mktemp("project"), project(n=3), 5)
 
 
 def called(log: bytes, name: str, place: int = 0) -> bytes:
