@@ -111,6 +111,21 @@ def like_ros(path: Path, names: Sequence[str], wanted: str) -> str:
     )
 
 
+def doubted(path: Path, told: str, said: str, framed: str, named: Sequence[str], wanted: str) -> str:
+    """What may be wrong about the frame of a log's demands, in a line; nothing where the user tells it.
+
+    Parameters
+    ----------
+    told : by the user, else empty
+    said, framed : the frame that the log says, else empty, and what may be wrong about that
+    named : names of the demands' columns, by which one may be guessed where the log says none
+    wanted : the vehicle's
+    """
+    if told:
+        return ""
+    return framed if said else like_ros(path, named, wanted)
+
+
 def met(taus: FloatArray, dof: tuple[str, ...], given: str, why: str, wanted: str) -> tuple[FloatArray, str]:
     """Demands (N, k) in the frame of a vehicle, and what was done to them, in words.
 

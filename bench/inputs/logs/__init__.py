@@ -19,7 +19,7 @@ from alloc.vehicle.geometry import DOF
 from bench.inputs.by_suffix import reader
 from bench.inputs.columns import VOLTS
 from bench.inputs.demand_csv import Demanded, read_demands
-from bench.inputs.frames import frame_of, like_ros, met
+from bench.inputs.frames import doubted, frame_of, met
 from bench.inputs.time_order import in_order
 
 TABLES = (".csv", "")
@@ -106,9 +106,8 @@ def read_log(
         given, why = frame_of(path, options.frame, table.frame, table.why, frame)
         taus, turning = met(table.taus, dof, given, why, frame)
         said = f"{table.said}; {turning}" if table.said else f"{path.name}: {turning}"
-        doubt = table.framed if table.frame else like_ros(path, table.named, frame)
-        doubt = "" if options.frame else doubt
-        doubt = "; ".join(filter(None, (doubt, table.doubt)))
+        framed = doubted(path, options.frame, table.frame, table.framed, table.named, frame)
+        doubt = "; ".join(filter(None, (framed, table.doubt)))
         return table._replace(taus=_scaled(taus, dof, options.scale), said=said, doubt=doubt)
     if path.suffix.lower() == ".bin" and path.exists():
         raise DemandError(

@@ -14,7 +14,7 @@ from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
 from bench.inputs.by_suffix import reader
-from bench.inputs.frames import frame_of, like_ros, met
+from bench.inputs.frames import doubted, frame_of, met
 
 
 class Outputs(NamedTuple):
@@ -89,8 +89,8 @@ def _turned(path: Path, outputs: Outputs, vehicle: Vehicle, told: str) -> Output
         return outputs
     given, why = frame_of(path, told, outputs.frame, outputs.why, vehicle.frame)
     taus, turning = met(outputs.taus, vehicle.dof, given, why, vehicle.frame)
-    framed = outputs.framed if outputs.frame else like_ros(path, outputs.named, vehicle.frame)
-    doubt = "; ".join(filter(None, ("" if told else framed, outputs.doubt)))
+    framed = doubted(path, told, outputs.frame, outputs.framed, outputs.named, vehicle.frame)
+    doubt = "; ".join(filter(None, (framed, outputs.doubt)))
     return outputs._replace(taus=taus, said=f"{outputs.said}; {turning}", doubt=doubt)
 
 
