@@ -36,7 +36,7 @@ def listed(asked: Sequence[int | str], names: Sequence[str], n: int, what: str, 
         raise VehicleError(str(error), key) from None
 
 
-def is_number(text: str) -> bool:
+def is_index(text: str) -> bool:
     """Whether a text is a number where a thruster may be given by number or by name."""
     return text.strip().lstrip("+-").isdecimal()
 
@@ -59,7 +59,7 @@ def check_names(names: Sequence[str], n: int) -> None:
     if names and len(names) != n:
         raise VehicleError(f"names: {len(names)} for {n} thrusters; give one each", "names")
     for name in filter(None, names):
-        told_apart = not TAKEN & set(name) and not is_number(name) and name != "each"
+        told_apart = not TAKEN & set(name) and not is_index(name) and name != "each"
         if len(name) > LONGEST or not name.isprintable() or name != name.strip() or not told_apart:
             raise VehicleError(
                 f"names: {name[:40]!r} can't be typed; give up to {LONGEST} printable characters without"

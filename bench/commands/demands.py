@@ -59,6 +59,7 @@ def _outputs(log: Path, name: str, output: Path | None, **options: Any) -> None:
     from bench.inputs.demand_csv import format_demands
     from bench.inputs.logs import rate_hz
     from bench.inputs.outputs import read_outputs
+    from bench.inputs.shares import like_shares
 
     given = read_options(**options)
     if given.topic:
@@ -73,6 +74,8 @@ def _outputs(log: Path, name: str, output: Path | None, **options: Any) -> None:
             f"--scale has {len(given.scale)} factors; give one, or one for each of {vehicle.k} DOF"
         )
     outputs = read_outputs(log, vehicle, given.columns, given.frame)
+    if given.scale and outputs.taus is None:
+        raise DemandError(f"{log}: has no demands that could be scaled; leave out --scale")
     made = made_by(outputs, vehicle, given.scale)
     echo(as_text(made, outputs, vehicle))
     held = ""
@@ -84,9 +87,13 @@ def _outputs(log: Path, name: str, output: Path | None, **options: Any) -> None:
         echo(f"{output}: {held}", err=True)
     for doubt in filter(None, (outputs.doubt, *of_rate(log.stem, rate_hz(outputs.t), nameable=False))):
         echo(f"warning: {doubt}", err=True)
-    if outputs.taus is not None and outputs.shares and not given.scale:
-        echo(
-            "warning: the log has demands in shares; 1 is taken for what the vehicle can do on an axis alone,"
-            " in the weaker direction; --scale says what it is in N, N m",
-            err=True,
+    if outputs.taus is None or given.scale:
+        return
+    doubt = like_shares(log, vehicle, outputs.taus)
+    if outputs.shares:
+        doubt = (
+            "the log has demands in shares; 1 is taken for what the vehicle can do on an axis alone,"
+            " in the weaker direction; --scale says what it is in N, N m"
         )
+    if doubt:
+        echo(f"warning: {doubt}", err=True)

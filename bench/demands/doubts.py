@@ -35,7 +35,7 @@ def _of_size(log: str, vehicle: str, alpha: FloatArray) -> list[str]:
     if (least := float(alpha.min())) > FACTOR:
         return [
             f"{log}: never asks more than {1 / least:.2g} of what {vehicle} can do;"
-            " if it is in kN, --scale 1000; if normalised, --scale with what 1 means on each axis [N, N m]"
+            " if it is in kN, --scale 1000"
         ]
     return []
 

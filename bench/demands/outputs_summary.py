@@ -56,8 +56,8 @@ class Delivered(NamedTuple):
 def made_by(outputs: Outputs, vehicle: Vehicle, scale: tuple[float, ...] = ()) -> Delivered:
     """What the outputs made, by the curve in the vehicle's ``esc`` at the voltage of each row.
 
-    ``scale`` are factors of all DOF, or of each, over demands in shares [N, N m]; left out, a share of 1 is
-    the ``full_authority`` of its axis.
+    ``scale`` are factors of all DOF, or of each, over the log's demands [N, N m]; left out, a share of 1 is
+    the ``full_authority`` of its axis, where the log is known to have shares.
     """
     u, volts = outputs.u, outputs.volts
     f = vehicle.thrusts(u, volts)
@@ -73,9 +73,8 @@ def made_by(outputs: Outputs, vehicle: Vehicle, scale: tuple[float, ...] = ()) -
         outside = float(np.mean([esc.outside(volts) for esc in measured]))
     undone = None
     if outputs.taus is not None:
-        factors = np.ones(vehicle.k)
-        if outputs.shares:
-            factors = np.broadcast_to(scale, (vehicle.k,)) if scale else full_authority(vehicle)
+        alone = full_authority(vehicle) if outputs.shares and not scale else 1.0
+        factors = np.broadcast_to(scale or alone, (vehicle.k,))
         undone = _undone(vehicle, outputs.taus * factors, taus, _limits(vehicle, volts))
     return Delivered(f, taus, at_end.mean(axis=0), dead.mean(axis=0), outside, undone)
 

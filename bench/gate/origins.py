@@ -45,18 +45,23 @@ def _instead(name: str, file: Path, tree: str, source: str) -> str:
     if within := next((place for place in places if Path(tree, place).is_file()), None):
         return f"the side's own {within}"
     environment = file.is_relative_to(sys.prefix)  # which may lie in the user's folder
-    built = file.is_relative_to(source) and not environment
-    return "a commit" if built or file in _installed(source, tuple(sys.path)) else ""
+    files, folders = _installed(source, tuple(sys.path))
+    built = any(map(file.is_relative_to, (source, *folders))) and not environment
+    return "a commit" if built or file in files else ""
 
 
 @cache
-def _installed(source: str, _path: tuple[str, ...]) -> frozenset[Path]:
-    """The files that were installed from the user's folder, as their distributions say (PEP 610)."""
-    found = set[Path]()
+def _installed(source: str, _path: tuple[str, ...]) -> tuple[frozenset[Path], frozenset[Path]]:
+    """Files, and folders, that were installed from the user's, as their distributions say (PEP 610).
+
+    What is installed with ``-e`` stays where it is, and the user's folder may be a part of it.
+    """
+    found, folders = set[Path](), set[Path]()
     for distribution in distributions():
         url = urlsplit(json.loads(distribution.read_text("direct_url.json") or "{}").get("url", ""))
         place = Path(os.path.realpath(url2pathname(url.path)))
         if url.scheme == "file" and (place.is_relative_to(source) or Path(source).is_relative_to(place)):
+            folders.add(place)
             files = distribution.files or ()
             found.update(Path(os.path.realpath(str(distribution.locate_file(each)))) for each in files)
-    return frozenset(found)
+    return frozenset(found), frozenset(folders)

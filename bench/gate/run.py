@@ -66,7 +66,9 @@ def gate(
         ]
         if left_out:
             record.notes.append(f"not committed, so not looked at: {', '.join(left_out)}")
-        record.unchanged = "" if always else environments.unchanged(*both)
+        # A plug-in in a folder may read what lies outside of it, which a commit's can't.
+        looks_out = users and not (base.commit and head.commit)
+        record.unchanged = "" if always or looks_out else environments.unchanged(*both)
         if not record.unchanged:
             if not users and environments.requirements(base_tree) != environments.requirements(head_tree):
                 tell("environments: the requirements differ, so each side gets its own")

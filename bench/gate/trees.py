@@ -33,17 +33,27 @@ class Source(NamedTuple):
     label : what the report calls it
     path : a repository, or a folder that holds a tree
     commit : the commit of the repository to take, empty for the folder as it is
+    start : within it, the folder that the user named
     """
 
     label: str
     path: Path
     commit: str = ""
+    start: Path = Path()
 
 
 def revision(repository: Path, name: str) -> Source:
-    """A git revision; its label is the name with the commit it stands for. Raises BadTree."""
+    """A git revision; its label is the name with the commit it stands for. Raises BadTree.
+
+    Of a folder within a repository it is all of that, since a plug-in there may import any of it, unless the
+    folder holds ``alloc``.
+    """
     commit = _git(repository, "rev-parse", "--verify", f"{name}^{{commit}}")
-    return Source(f"{name} ({commit[:10]})", repository, commit)
+    source = Source(f"{name} ({commit[:10]})", repository, commit)
+    up = _git(repository, "rev-parse", "--show-cdup")  # ../ for each folder, nothing in a bare repository
+    if not up or not is_own(source):
+        return source
+    return source._replace(path=repository / up, start=Path(_git(repository, "rev-parse", "--show-prefix")))
 
 
 def folder(path: Path) -> Source:
@@ -79,11 +89,13 @@ def of_each_side(
     left out of the other. Raises BadTree for a file that is nowhere.
     """
     found: tuple[list[Path], list[Path]] = [], []
+    trees = [tree for _, tree in sides]
     for file in files:
-        places = [tree / within for source, tree in sides if (within := _inside(source, file))]
-        if any(place.is_file() for place in places):
-            for mine, place in zip(found, places, strict=True):
-                mine += [place] if place.is_file() else []
+        places = [place for source, _ in sides for place in _inside(source, file)]
+        within = next((each for each in places if any((tree / each).is_file() for tree in trees)), None)
+        if within is not None:
+            for mine, tree in zip(found, trees, strict=True):
+                mine += [tree / within] if (tree / within).is_file() else []
         elif not file.is_file():
             raise BadTree(f"{file}: is neither here nor in one of the two sides; give a plug-in's file")
         elif all(is_own(source) for source, _ in sides):
@@ -94,13 +106,16 @@ def of_each_side(
     return tuple(found[0]), tuple(found[1])
 
 
-def _inside(source: Source, file: Path) -> str:
-    """Path of a file within a side, empty for one elsewhere; a relative one may start from the side, too."""
+def _inside(source: Source, file: Path) -> list[Path]:
+    """Where in a side a file may be, none for one elsewhere; a relative one may start from the side, too."""
     # The file itself may be a link; it is what the user named.
     here, side = file.parent.resolve() / file.name, source.path.resolve()
+    found = []
     if here.is_relative_to(side) and (source.commit or file.is_absolute()):
-        return here.relative_to(side).as_posix()
-    return "" if file.is_absolute() or ".." in file.parts else file.as_posix()
+        found.append(here.relative_to(side))
+    if not file.is_absolute() and ".." not in file.parts:
+        found.append(source.start / file)
+    return found
 
 
 def _extract(source: Source, into: Path) -> None:
@@ -123,7 +138,7 @@ def _extract(source: Source, into: Path) -> None:
 def _copy(source: Source, into: Path, files: Sequence[Path]) -> None:
     """Put a folder that holds one of ``files`` into the new folder ``into``: a plug-in may read any there."""
     into.mkdir(parents=True)
-    if not any((within := _inside(source, file)) and (source.path / within).is_file() for file in files):
+    if not any((source.path / within).is_file() for file in files for within in _inside(source, file)):
         return
     try:
         shutil.copytree(

@@ -37,6 +37,7 @@ class Demanded(NamedTuple):
     framed : what may be wrong about that, in a line, which --frame settles; empty for nothing
     named : the names of the demands' columns
     doubt : what else may be wrong, in a line; empty for nothing
+    shares : whether taus are known to be shares of what the vehicle can do [-]
     """
 
     t: FloatArray | None
@@ -48,6 +49,7 @@ class Demanded(NamedTuple):
     framed: str = ""
     named: tuple[str, ...] = ()
     doubt: str = ""
+    shares: bool = False
 
 
 def read_demands(

@@ -14,7 +14,7 @@ from alloc.allocation import FloatArray
 from alloc.errors import VehicleError
 from alloc.vehicle import LARGEST
 from alloc.vehicle.geometry import DOF
-from alloc.vehicle.names import is_number
+from alloc.vehicle.names import is_index
 from bench.inputs.columns import listed
 from bench.inputs.draft import Draft
 
@@ -211,7 +211,7 @@ def _name(mount: Mount) -> str:
     """A joint's name without the word joint, as people call the thruster."""
     name = re.sub(r"[_ -]*joint$", "", mount.joint or mount.link) or mount.joint
     kept = re.sub(r'[@,"/]', "-", name)[:40].strip()
-    return f"thruster {kept}" if is_number(kept) or kept in ("", "each") else kept
+    return f"thruster {kept}" if is_index(kept) or kept in ("", "each") else kept
 
 
 def _one(values: list[float]) -> float | list[float]:

@@ -6,7 +6,7 @@ import msgspec
 
 from alloc import Vehicle
 from alloc.errors import VehicleError
-from alloc.vehicle.names import is_number
+from alloc.vehicle.names import is_index
 
 
 class GivenFault(msgspec.Struct, frozen=True):
@@ -31,7 +31,7 @@ def parse_fault(text: str) -> GivenFault:
         return EACH
     name, at, readiness = text.partition("@")
     try:
-        return GivenFault(int(name) if is_number(name) else name, float(readiness if at else 0))
+        return GivenFault(int(name) if is_index(name) else name, float(readiness if at else 0))
     except ValueError:
         raise VehicleError(
             f"--fault {text[:60]!r}: write a thruster's number or name, as in 3, and where it still works its"

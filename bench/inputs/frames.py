@@ -10,6 +10,8 @@ from alloc.vehicle.frame import AXES, described, turned
 
 FIXED = ("earth", "map", "odom", "world", "ned", "enu")
 """First words of ROS's frames that stay with the earth (REP 105), not with the vehicle."""
+_DOWN = re.compile(r"(\b|_|base|body|link)(ned|frd|fsd)(\b|_)", re.IGNORECASE)
+"""A word of a ROS frame with z down: north, east, down; ahead, to the right or to starboard, down."""
 _ROS = re.compile(r"(force|torque|linear|angular)[./_]+[yz]\b", re.IGNORECASE)
 """Names of geometry_msgs' fields along y and z, whose signs depend on the frame."""
 _COMMENT = re.compile(
@@ -32,8 +34,8 @@ def frame_in(text: str) -> str:
 
 
 def of_id(frame_id: str) -> str:
-    """The frame of a ROS frame_id: z down where its name ends in ned (REP 103) or frd, else up."""
-    return "frd" if frame_id.lower().endswith(("frd", "ned")) else "flu"
+    """The frame of a ROS frame_id: z down where it says so by ned (REP 103), frd or fsd, else up."""
+    return "frd" if _DOWN.search(frame_id) else "flu"
 
 
 def fixed(frame_id: str) -> bool:
@@ -74,7 +76,10 @@ def of_ids(path: Path, ids: Set[str]) -> tuple[str, str, str]:
             f"{path.name}: its frame_id is {still[0][:40]!r}, which does not turn with the vehicle, but its"
             " wrenches are taken along the vehicle's axes; --frame says that they are"
         )
-    return ("frd", f"its frame_id is {min(down)[:40]!r}", doubt) if down else ("flu", "as ROS has it", doubt)
+    if down:
+        return "frd", f"its frame_id is {min(down)[:40]!r}", doubt
+    named = min(filter(None, ids), default="")
+    return "flu", f"as ROS has it, frame_id {named[:40]!r}" if named else "as ROS has it", doubt
 
 
 def of_table(path: Path, comment: str, ids: Set[str]) -> tuple[str, str, str]:

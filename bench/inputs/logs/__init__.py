@@ -20,6 +20,7 @@ from bench.inputs.by_suffix import reader
 from bench.inputs.columns import VOLTS
 from bench.inputs.demand_csv import Demanded, read_demands
 from bench.inputs.frames import doubted, frame_of, met
+from bench.inputs.shares import like_shares
 from bench.inputs.time_order import in_order
 
 TABLES = (".csv", "")
@@ -38,8 +39,8 @@ class Log(NamedTuple):
     taus : (N, 6) wrenches, surge to yaw [N, N m]
     frame : frd or flu, the frame of taus
     why : what says so
-    doubt : what may be wrong, in a line; empty for nothing
-    settled_by : the option of LogOptions that ends the doubt
+    framed : what may be wrong about the frame, in a line, which --frame settles; empty for nothing
+    shares : whether taus are known to be shares of what the vehicle can do [-], which only --scale turns
     odd : what else is to be said of the log, to be added to another text
     """
 
@@ -47,8 +48,8 @@ class Log(NamedTuple):
     taus: FloatArray
     frame: str
     why: str
-    doubt: str = ""
-    settled_by: str = "scale"
+    framed: str = ""
+    shares: bool = False
     odd: str = ""
 
 
@@ -123,8 +124,9 @@ def read_log(
     said = f"{path.name}: {turning}{log.odd}"
     if left_out:
         said += f"; left out: {', '.join(left_out)}, which the vehicle does not have"
-    doubt = "" if getattr(options, log.settled_by) else log.doubt
-    return Demanded(t, _scaled(taus, dof, options.scale), said, doubt=doubt)
+    doubt = "" if options.frame else log.framed
+    shares = log.shares and not options.scale
+    return Demanded(t, _scaled(taus, dof, options.scale), said, doubt=doubt, shares=shares)
 
 
 def log_for(vehicle: Vehicle, path: Path, options: LogOptions | None = None) -> Demanded:
@@ -132,18 +134,28 @@ def log_for(vehicle: Vehicle, path: Path, options: LogOptions | None = None) -> 
 
     Voltages that no limits follow are left out with a doubt, unless the user named their column.
     """
+    options = options or LogOptions()
     by_volts = vehicle.by_volts is not None
     log = read_log(
         path, vehicle.dof, options, frame=vehicle.frame, thrusters=vehicle.names, by_volts=by_volts
     )
-    if by_volts or VOLTS not in log.columns or (options is not None and VOLTS in options.columns):
+    if log.shares:
+        doubt = f"{path.name}: setpoints are shares of 1, taken for N and N m; --scale says what 1 is"
+        log = _doubting(log, doubt)
+    elif not options.scale:
+        log = _doubting(log, like_shares(path, vehicle, log.taus))
+    if by_volts or VOLTS not in log.columns or VOLTS in options.columns:
         return log
     doubt = (
         f"{path.name}: 'volts' is left out, as {vehicle.name} has no limits by voltage; if they follow it,"
         " add 'volts' to its file"
     )
     columns = {name: values for name, values in log.columns.items() if name != VOLTS}
-    return log._replace(columns=columns, doubt="; ".join(filter(None, (log.doubt, doubt))))
+    return _doubting(log._replace(columns=columns), doubt)
+
+
+def _doubting(log: Demanded, doubt: str) -> Demanded:
+    return log._replace(doubt="; ".join(filter(None, (log.doubt, doubt))))
 
 
 def rate_hz(t: FloatArray | None) -> float | None:

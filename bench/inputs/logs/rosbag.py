@@ -101,4 +101,4 @@ def _log(path: Path, messages: list[tuple[int, Any]]) -> Log:
     ).reshape(-1, len(DOF))
     frames = {str(header.frame_id).lower() for header in headers if header is not None}
     start = t_ns.min(initial=t_ns[0]) if len(t_ns) else 0
-    return Log((t_ns - start) / 1e9, taus, *of_ids(path, frames), settled_by="frame")
+    return Log((t_ns - start) / 1e9, taus, *of_ids(path, frames))

@@ -37,5 +37,4 @@ def _log(path: Path, sets: dict[str, dict[str, Any]]) -> Log:
     columns += [np.asarray(torque[f"xyz[{i}]"], dtype=np.float64)[held[kept]] for i in range(3)]
     times = np.asarray(thrust["timestamp"], dtype=np.int64)[kept]
     start = times[0] if len(times) else 0
-    doubt = f"{path.name}: PX4's setpoints are shares of 1, taken for N and N m; --scale says what 1 is"
-    return Log((times - start) / 1e6, np.stack(columns, axis=1), "frd", "as PX4 has it", doubt)
+    return Log((times - start) / 1e6, np.stack(columns, axis=1), "frd", "as PX4 has it", shares=True)

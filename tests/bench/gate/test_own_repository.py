@@ -201,14 +201,6 @@ def test_two_methods_of_one_name_are_refused(own: Path, names: tuple[str, ...]) 
     assert f"another method is called '{Path(names[0]).stem}' too; rename the file" in str(result.exception)
 
 
-def test_a_folder_that_a_commit_lacks_is_named(own: Path) -> None:
-    (own / "later").mkdir()
-    plugin = ("--plugin", str(own / "control" / "mine.py"))
-    result = CliRunner().invoke(command, ["HEAD", "--repo", str(own / "later"), *plugin])
-    assert isinstance(result.exception, BadTree)
-    assert ":later/; give a revision that exists here" in str(result.exception)
-
-
 @pytest.mark.parametrize("folder", [".", "own/control"])
 def test_a_plug_in_that_nobody_committed_is_refused(own: Path, folder: str) -> None:
     """It would be compared with itself, and pass whatever it answers."""

@@ -16,6 +16,7 @@ from alloc.vehicle.geometry import DOF
 from bench.__main__ import cli
 from bench.demands import build_demands
 from bench.inputs.demand_csv import format_demands
+from bench.inputs.frames import of_id
 from bench.inputs.logs import LogOptions, read_log
 from tests.log_files import PLANAR, WRITERS, write_bag1, write_bag2, write_ulog
 
@@ -173,7 +174,9 @@ def test_bags_and_ulogs_say_why_their_frame_is_taken(tmp_path: Path) -> None:
         read_log(write_ulog(tmp_path / "c", t, TAU), DOF).said,
     ]
     for line, why in zip(
-        said, ("as ROS has it", "its frame_id is 'base_link_ned'", "as PX4 has it"), strict=True
+        said,
+        ("as ROS has it, frame_id 'base_link'", "its frame_id is 'base_link_ned'", "as PX4 has it"),
+        strict=True,
     ):
         assert f"({why})" in line
 
@@ -300,3 +303,20 @@ def test_frame_ids_of_another_message_say_nothing(tmp_path: Path) -> None:
     file = tmp_path / "log.csv"
     file.write_text("imu.header.frame_id,surge,sway,yaw\nimu_ned,1,2,3\n")
     assert "the file names none" in read_log(file, ("surge", "sway", "yaw"), frame="flu").said
+
+
+@pytest.mark.parametrize(
+    ("name", "frame"),
+    [
+        ("base_link", "flu"),
+        ("base_link_fsd", "frd"),
+        ("rov/base_link_frd", "frd"),
+        ("ned/base_link", "frd"),
+        ("BaseLinkNED", "frd"),
+        ("gravity_aligned", "flu"),
+        ("fsdrov", "flu"),
+    ],
+)
+def test_a_frame_id_says_by_a_word_that_z_is_down(name: str, frame: str) -> None:
+    """fsd is ahead, starboard, down: taken for z up, sway, heave, pitch and yaw changed their signs."""
+    assert of_id(name) == frame

@@ -168,7 +168,7 @@ def test_a_limit_is_one_however_its_name_and_unit_are_written(tmp_path: Path, co
 def test_volts_for_a_vehicle_without_a_table_are_left_out_with_a_warning_unless_named(tmp_path: Path) -> None:
     """Every logger has the battery's voltage, and whoever measured thrusts at one has no table."""
     vehicle = load_vehicle("ukwial")
-    path = written(tmp_path, "surge,sway,yaw,volts,f0_max", "1,0,0,14,3")
+    path = written(tmp_path, "surge,sway,yaw,volts,f0_max", "9,0,0,14,3")
     log = log_for(vehicle, path)
     assert log.columns.keys() == {"f0_max"}
     assert log.doubt.startswith("log.csv: 'volts' is left out, as ukwial has no limits by voltage; if they")
@@ -225,7 +225,7 @@ def test_a_voltage_under_another_name_is_doubted_and_taken_where_it_is_named(
     tmp_path: Path, column: str
 ) -> None:
     """Limits at full voltage are wider than what the thrusters have left."""
-    path = written(tmp_path, f"{AXES},{column}", "1,0,0,0,0,0,14")
+    path = written(tmp_path, f"{AXES},{column}", "9,0,0,0,0,0,14")
     doubt = log_for(HEAVY, path).doubt
     assert doubt == (
         "log.csv: limits follow no voltage, since no column is called 'volts';"
@@ -234,12 +234,12 @@ def test_a_voltage_under_another_name_is_doubted_and_taken_where_it_is_named(
     named = log_for(HEAVY, path, LogOptions(columns=parse_columns(f"volts={column}")))
     assert (named.doubt, named.columns["volts"].tolist()) == ("", [14.0])
     planar = load_vehicle("ukwial")  # its limits follow no voltage
-    assert log_for(planar, written(tmp_path, f"surge,sway,yaw,{column}", "1,0,0,14")).doubt == ""
+    assert log_for(planar, written(tmp_path, f"surge,sway,yaw,{column}", "9,0,0,14")).doubt == ""
 
 
 @pytest.mark.parametrize("column", ["combat", "depth [m]", "u0 [%]", "voltaire"])
 def test_other_columns_are_no_voltage(tmp_path: Path, column: str) -> None:
-    assert log_for(HEAVY, written(tmp_path, f"{AXES},{column}", "1,0,0,0,0,0,14")).doubt == ""
+    assert log_for(HEAVY, written(tmp_path, f"{AXES},{column}", "9,0,0,0,0,0,14")).doubt == ""
 
 
 def test_volts_in_a_column_that_is_not_there_are_refused(tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ from bench.demands.log_summary import as_text, summarise
 from bench.harness.plan import RunSettings
 from bench.harness.sets import demand_sets, vehicles
 from bench.inputs.demand_csv import read_demands
-from bench.inputs.logs import LogOptions, rate_hz, read_log, rosbag
+from bench.inputs.logs import LogOptions, log_for, rate_hz, read_log, rosbag
 from bench.inputs.parsers import parsing
 from tests.log_files import PLANAR, WRITERS, rosbag1, typesys, write_bag1, write_bag2, write_ulog
 from tests.places import ROOT
@@ -270,8 +270,9 @@ def test_a_ulog_s_shares_are_doubted_until_a_scale_says_what_1_is(
     """Shares of 0.4 are no small newtons: nothing else in the summary would say that they are none."""
     t, taus = demands
     file = write_ulog(tmp_path, t, taus / 1000)
-    assert "setpoints are shares of 1" in read_log(file, PLANAR).doubt
-    assert read_log(file, PLANAR, LogOptions(scale=(100.0,))).doubt == ""
+    ukwial = load_vehicle("ukwial")
+    assert "setpoints are shares of 1" in log_for(ukwial, file).doubt
+    assert log_for(ukwial, file, LogOptions(scale=(100.0,))).doubt == ""
     said = build_demands(file, load_vehicle("ukwial"), seed=0).said
     assert any("--scale says what 1 is" in line for line in said)
 
