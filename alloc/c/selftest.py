@@ -124,7 +124,7 @@ static int misses(const {scalar} *f, const {scalar} *less, const {scalar} *tau, 
         printf(", %lu undecided because rounding alone changes status or thrusts", undecided);
     }}
     printf("; %d wrong, largest error %.3g N\\n", wrong, (double)worst);
-    printf("SHA-256 of {name}.h and {name}.c: {digest}\\n");
+    printf("made with {name}.h and {name}.c of SHA-256 {digest}\\n");
     return wrong != 0;
 }}
 """

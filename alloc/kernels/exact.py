@@ -125,7 +125,7 @@ def piece(
     if region.worst_case_steps > STEPS_LIMIT:
         raise NotApplicable(
             f"generated C: each step is written out, here {region.worst_case_steps}, "
-            f"more than {STEPS_LIMIT}; use nullspace, or a qp/ method"
+            f"more than {STEPS_LIMIT}; use codegen --library, redistribute, or a qp/ method"
         )
     if region.d == 1:
         return _clamp(builder, block, region, x, name, limits, zero)

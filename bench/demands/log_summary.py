@@ -22,7 +22,7 @@ class Summary:
     duration_s, rate_hz : of the log; the rate is one over the median step
     gaps, longest_gap_s : number of steps longer than three median ones, and the longest
     share : share of time under each label, or of demands where the log has no times
-    closed_form : share that a closed form serves inside the limits, which is that of the inactive demands
+    closed_form : share for which a closed form stays within the limits: that of the inactive demands
     outside_s, longest_outside_s : time outside the attainable set, and its longest stretch
     alpha_min : smallest alpha*, the factor by which the worst demand must be scaled down
     largest : (k,) largest |demand| on each axis [N, N m]
@@ -83,7 +83,7 @@ def as_text(summary: Summary, demands: DemandSet) -> str:
         lines.append(("gaps", f"{s.gaps}, the longest {s.longest_gap_s:.3g} s" if s.gaps else "none"))
     for label, share in s.share.items():
         lines.append((label.name.lower(), f"{100 * share:.2f} %"))
-    lines.append(("a closed form serves", f"{100 * s.closed_form:.2f} %"))
+    lines.append(("closed form within limits", f"{100 * s.closed_form:.2f} %"))
     if s.outside_s is not None:
         lines.append(
             ("outside the attainable set", f"{s.outside_s:.2f} s, at a stretch {s.longest_outside_s:.2f} s")

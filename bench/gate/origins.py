@@ -46,7 +46,7 @@ def _instead(name: str, file: Path, tree: str, source: str) -> str:
         return f"the side's own {within}"
     environment = file.is_relative_to(sys.prefix)  # which may lie in the user's folder
     files, folders = _installed(source, tuple(sys.path))
-    built = any(map(file.is_relative_to, (source, *folders))) and not environment
+    built = any(file.is_relative_to(folder) for folder in (Path(source), *folders)) and not environment
     return "a commit" if built or file in files else ""
 
 

@@ -39,7 +39,7 @@ DIRECTIONS = 100
 
 
 def planes(vehicle: Vehicle, seed: int) -> list[Plane]:
-    """Sections of the attainable set and of what the closed form serves, for each of HELD in turn.
+    """Sections of the attainable set and of where the closed form keeps the limits, for each of HELD in turn.
 
     Empty for a vehicle without these axes, or that can't fly the mission. A section in which the vehicle
     can't push every way, as after a failure or where thrusters can't reverse, is left out.

@@ -1,6 +1,6 @@
-"""Volume of what a closed form serves: the part of the box of limits that lies in the range of T*.
+"""Volume of what a closed form makes within the limits: the part of their box that lies in the range of T*.
 
-T* gives the f with N'H f = 0, so what it serves inside the limits is a section of a box. Its volume is the
+T* gives the f with N'H f = 0, so what it makes within the limits is a section of a box. Its volume is the
 density at 0 of sum_i m_i f_i, f_i even between its limits, m_i the rows of H N: a box spline. A section is
 the sum of pyramids over its faces, and a face fixes one thruster at a limit and is again a section (de Boor,
 "The evaluation of box splines", 1993); faces of one dimension are segments, whose length is a clamp.

@@ -29,7 +29,7 @@ This page speaks of the files for which
 
     cat {" ".join(proof.files)} | sha256sum
 
-prints `{proof.sha256}`, as the self-test of generated C does.
+prints `{proof.sha256}`; a self-test prints which it was made with.
 {_beside(proof)}
 ## What is shown
 

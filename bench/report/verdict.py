@@ -79,7 +79,7 @@ def verdict(own: Sequence[Size], loop: Loop) -> str:
         text += f", its tail not shown to fit ({first.reason})"
     if first.fit == Fit.MAY_FIT:
         text += f", which may fit ({first.reason})"
-    if refusing := next((size for size in own if size.picky and size.refused > first.refused), None):
+    if refusing := _refusing(first, own):
         text += f"; {spoken(refusing)} refuses {refusing.refusal}"
     if first.freedom == 0:
         text += "; no thruster to spare, so no freedom to gain from: a wrench can be made in one way"
@@ -95,6 +95,15 @@ def _worth(first: Size, own: Sequence[Size]) -> str:
     if first.refusal:
         return f"{exactness}, refuses {first.refusal}"
     return f"{exactness}, answers all" if any(size.refused for size in own) else exactness
+
+
+def _refusing(first: Size, own: Sequence[Size]) -> Size | None:
+    """An exact-or-refuse method whose refusals are of demands that can't be met.
+
+    None where another such method answers all that the first does: who refuses more has given up.
+    """
+    picky = [size for size in own if size.picky]
+    return picky[0] if picky and all(size.refused > first.refused for size in picky) else None
 
 
 def spoken(size: Size) -> str:

@@ -70,6 +70,8 @@ def header(block: LogBlock) -> LogHeader:
     packed = base64.b64decode("".join(piece for (piece,) in several["vehicle"]), validate=True)
     text = zlib.decompressobj().decompress(packed, _LARGEST)
     arrays: dict[str, list[Any]] = json.loads(text)
+    if not isinstance(arrays, dict):
+        raise ValueError(f"a vehicle that is {str(arrays)[:40]}")
     vehicle = vehicle_of({key: np.array(value) for key, value in arrays.items()})
     if why := unusable(vehicle.name) or unusable(vehicle.whole or vehicle.name):
         raise ValueError(why)

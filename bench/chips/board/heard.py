@@ -17,6 +17,7 @@ from alloc.program import Scalar
 from bench.chips import esc
 from bench.chips.board.header import LogHeader, header
 from bench.chips.kernel import SCALARS
+from bench.chips.target import names
 from bench.demands import DemandSet, labelled
 from bench.inputs.board_answers import answered, seen
 from bench.inputs.board_log import BoardLog, LogBlock, LogError, whole
@@ -79,6 +80,10 @@ class Heard:
         return _rounded(self.board.vehicle, next(iter(self.board.kernels.values())).scalar)
 
 
+FOREIGN = (KeyError, ValueError, IndexError, TypeError, RecursionError, zlib.error, binascii.Error)
+"""What a header raises that another driver wrote, or somebody made up."""
+
+
 def boards(path: Path, log: BoardLog) -> list[Heard]:
     """Each board that printed a whole header, in the order of the file; raises LogError where none did."""
     headers = {block.header: block for block in log.blocks if block.kind == "board"}
@@ -90,9 +95,15 @@ def boards(path: Path, log: BoardLog) -> list[Heard]:
         own = [b for b in log.blocks if b.header == name and b.kind != "board"]
         try:
             heard.append(_heard(header(block), own))
-        except (KeyError, ValueError, IndexError, TypeError, zlib.error, binascii.Error, AllocError) as error:
+        except (*FOREIGN, AllocError) as error:
             reason = f"is of another version of the driver ({type(error).__name__}: {str(error)[:200]})"
             raise LogError(f"{path}: {reason}; read it with the version that wrote the project") from None
+        board = heard[-1].board
+        if not board.ticks_per_s and board.processor not in names():
+            raise LogError(
+                f"{path}: counts instructions, as ticks_per_s is 0, of {board.processor[:40]!r}, which is none"
+                f" of {', '.join(names())}; give ticks_per_s in the port"
+            )
     return heard
 
 

@@ -125,8 +125,9 @@ function verdict(sizes, vehicle, loop, where) {
   let text = `${question}: take ${spoken(first)}; ${exact}; ${share < 1e-4 ? "under 0.01 %" : percent(share)} of the period`;
   if (first.fit === WITHOUT_TAIL) text += `, its tail not shown to fit (${first.reason})`;
   if (first.fit === MAY_FIT) text += `, which may fit (${first.reason})`;
-  const refusing = sizes.find((size) => size.picky && size.refused > first.refused);
-  if (refusing) text += `; ${spoken(refusing)} refuses ${refusing.refusal}`;
+  // Where another such method answers all that the first does, who refuses more has given up.
+  const exacting = sizes.filter((size) => size.picky), refusing = exacting[0];
+  if (refusing && exacting.every((size) => size.refused > first.refused)) text += `; ${spoken(refusing)} refuses ${refusing.refusal}`;
   if (first.freedom === 0) text += "; no thruster to spare, so no freedom to gain from: a wrench can be made in one way";
   const alike = sizes.slice(1).filter((size) => size.fit === first.fit && size.exact === first.exact && size.short === first.short && size.refused > 0 === first.refused > 0 && size.method !== first.twin && (first.refusal || !size.refusal));
   const other = alike.find((size) => size.solver) ?? alike[0];

@@ -1,4 +1,4 @@
-"""The attainable set and the part of it that the closed form serves, with a mission's demands."""
+"""The attainable set and the part of it with the closed form within the limits, with a mission's demands."""
 
 from itertools import groupby
 
@@ -33,9 +33,9 @@ def draw(run: Run, vehicle: str) -> Figure | None:
             axes.remove()
         for axes, plane in zip(line, row, strict=False):
             _section(axes, plane)
-    served = next((a.closed_form_share for a in capability.authority if a.fault is None), None)
-    share = "" if served is None else f", {100 * served:.3g} % of its volume"
-    title = f"{vehicle}: what it can do, and what f = T* τ serves of it{share}"
+    kept = next((a.closed_form_share for a in capability.authority if a.fault is None), None)
+    share = "" if kept is None else f", {100 * kept:.3g} % of its volume"
+    title = f"{vehicle}: what it can do, and where f = T* τ keeps the limits{share}"
     figure.suptitle(title, x=0.01, ha="left", fontsize=10)
     figure.legend(*_handles(figure), loc="outside lower center", ncols=3)
     return figure

@@ -39,7 +39,7 @@ def _vehicle(capability: Capability, drawn: frozenset[str]) -> list[str]:
         _served(capability),
         *(f"{plain(line)}.\n" for line in not_counted(capability)),
         picture(
-            f"reach-{name}.svg", f"Attainable set of {name} and what the closed form serves of it", drawn
+            f"reach-{name}.svg", f"Attainable set of {name} and where the closed form keeps the limits", drawn
         ),
         picture(f"error-{name}.svg", f"Wrench error over the size of the demand, {name}", drawn),
     ]

@@ -166,16 +166,22 @@ def test_a_frame_that_is_none_or_two_is_refused_until_the_user_says_one(
 
 def test_bags_and_ulogs_say_why_their_frame_is_taken(tmp_path: Path) -> None:
     t = np.arange(3) / 50
-    for folder in "abc":
+    for folder in "abcd":
         (tmp_path / folder).mkdir()
     said = [
         read_log(write_bag1(tmp_path / "a", t, TAU), DOF).said,
         read_log(write_bag2(tmp_path / "b", t, TAU, frame="base_link_ned"), DOF).said,
         read_log(write_ulog(tmp_path / "c", t, TAU), DOF).said,
+        read_log(write_bag2(tmp_path / "d", t, TAU, frame="base_link"), DOF).said,
     ]
     for line, why in zip(
         said,
-        ("as ROS has it, frame_id 'base_link'", "its frame_id is 'base_link_ned'", "as PX4 has it"),
+        (
+            "as ROS has it",
+            "its frame_id is 'base_link_ned'",
+            "as PX4 has it",
+            "as ROS has it, frame_id 'base_link'",
+        ),
         strict=True,
     ):
         assert f"({why})" in line

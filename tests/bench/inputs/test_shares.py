@@ -1,4 +1,4 @@
-"""Demands in shares of what a vehicle can do are doubted: as newtons they are tiny, and everything serves them."""
+"""Demands in shares of what a vehicle can do are doubted: as newtons they are tiny, and all methods serve."""
 
 from pathlib import Path
 

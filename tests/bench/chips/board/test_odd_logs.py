@@ -14,7 +14,7 @@ from bench.chips.board.keep import keep
 from bench.inputs.board_log import LogError, read_board_log
 from bench.report import render
 from bench.results.rows import read_run
-from tests.board_logs import opened, sealed
+from tests.board_logs import forged, opened, sealed
 from tests.board_projects import printed, project
 
 
@@ -30,7 +30,13 @@ def called(log: bytes, name: str, place: int = 0) -> bytes:
     pieces = [line.split(b" ")[2] for line in lines if line.startswith(b"fact vehicle")]
     arrays = json.loads(zlib.decompress(base64.b64decode(b"".join(pieces))))
     arrays["vehicle"][place] = name
-    packed = base64.b64encode(zlib.compress(json.dumps(arrays).encode()))
+    return of_vehicle(log, json.dumps(arrays))
+
+
+def of_vehicle(log: bytes, text: str) -> bytes:
+    """The log with that text for its vehicle."""
+    lines = opened(log)
+    packed = base64.b64encode(zlib.compress(text.encode()))
     first = next(i for i, line in enumerate(lines) if line.startswith(b"fact vehicle"))
     others = [line for line in lines if not line.startswith(b"fact vehicle")]
     made = [b"fact vehicle " + packed[i : i + 96] for i in range(0, len(packed), 96)]
@@ -55,6 +61,26 @@ def test_a_vehicle_of_any_other_name_is_drawn(log: bytes, tmp_path: Path) -> Non
     keep(tmp_path / "LOG", tmp_path / "run")
     render(tmp_path / "run")
     assert list((tmp_path / "run").glob("cost-..⁄漢字 xxx*.svg"))
+
+
+@pytest.mark.parametrize("text", ["[1, 2]", "5", "null", "NaN", '"a"', "{}", "[" * 100_000, '{"a":' * 50_000])
+def test_what_is_no_vehicle_is_refused_in_one_line(text: str, log: bytes, tmp_path: Path) -> None:
+    (tmp_path / "LOG").write_bytes(of_vehicle(log, text))
+    with pytest.raises(LogError, match="is of another version of the driver") as refused:
+        keep(tmp_path / "LOG", tmp_path / "run")
+    assert len(str(refused.value).splitlines()) == 1
+
+
+def test_a_clock_of_no_ticks_is_refused_of_a_processor_whose_instructions_nobody_counts(
+    log: bytes, tmp_path: Path
+) -> None:
+    """Its record had no row, and report and size showed an empty table."""
+    (tmp_path / "LOG").write_bytes(forged(log, rb"^ticks_per_s \d+", b"ticks_per_s 0"))
+    keep(tmp_path / "LOG", tmp_path / "counted")  # this computer's instructions can be counted
+    other = forged((tmp_path / "LOG").read_bytes(), b"^fact processor .*", b"fact processor STM32F767")
+    (tmp_path / "LOG").write_bytes(other)
+    with pytest.raises(LogError, match=r"counts instructions, as ticks_per_s is 0, of .*; give ticks_per_s"):
+        keep(tmp_path / "LOG", tmp_path / "run")
 
 
 @pytest.mark.parametrize("width", [50, 80])
