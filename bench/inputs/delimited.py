@@ -17,6 +17,8 @@ from bench.inputs.units import FORCE, MOMENT, SECONDS, TIME
 
 UNITS = {*FORCE, *MOMENT, *SECONDS, "N m", "N·m", "N*m", "µs", "%"}
 """Units of which a line below the header holds at least one."""
+TABLES = (".csv", ".txt", ".tsv", ".dat", "")
+"""Suffixes of tables; a pipe, as in <(zcat demands.csv.gz), has none."""
 COMMENT = ("#", "%", "//")
 NAMES = {",": "commas", ";": "semicolons", "\t": "tabs", " ": "blanks"}
 MARKS = {",": "comma", ".": "point"}
@@ -83,7 +85,9 @@ class Cells:
         if comma:
             text = text.replace(",", ".")
         if not is_number(text):
-            raise self.refused(line, f"{column} is {text[:40]!r}; give a finite number such as -12.5 or 1e-5")
+            other = ", a date as 2024-05-01T12:00:00.02, or t another name" if column == TIME else ""
+            why = f"{column} is {text[:40]!r}; give a finite number such as -12.5 or 1e-5{other}"
+            raise self.refused(line, why)
         value = float(text)
         if not abs(value) <= most:
             raise self.refused(line, f"{column} is {text[:40]!r}, too large; check its unit")
@@ -126,6 +130,8 @@ def read_table(path: Path) -> Cells:
         if UNITS & set(words) and not {"nan", "inf"} & {word.lower().lstrip("+-") for word in words}:
             units, ahead = words, None
     named = [cell.strip() for cell in header]
+    if ahead is not None and named[:1] == [""] and _date(ahead[1][0].strip()) is not None:
+        named[0] = TIME  # as pandas writes an index of dates
     return Cells(path, line, named, units, separator, _chained(ahead, rows), frame=frame_in(text))
 
 

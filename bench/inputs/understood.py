@@ -44,7 +44,11 @@ def understood(
     own = [quantity for quantity, column in named.items() if column.name == quantity]
     bounds = [table.header[at] for name, at in limits.items() if name != VOLTS]
     taken = {at for column in found.values() for at in (column.place, column.rest)} | {*limits.values()}
-    others = [name for i, name in enumerate(table.header) if i not in taken and i not in also]
+    others = [
+        name or "one without a name"
+        for i, name in enumerate(table.header)
+        if i not in taken and i not in also
+    ]
     if own and (parts or limits or others):  # a column that is not named would be a guess of the reader
         parts.append(f"{', '.join(own)} by name")
     if bounds:

@@ -101,8 +101,8 @@ def boards(path: Path, log: BoardLog) -> list[Heard]:
         board = heard[-1].board
         if not board.ticks_per_s and board.processor not in names():
             raise LogError(
-                f"{path}: counts instructions, as ticks_per_s is 0, of {board.processor[:40]!r}, which is none"
-                f" of {', '.join(names())}; give ticks_per_s in the port"
+                f"{path}: counts instructions, as ticks_per_s is 0, of {board.processor[:40]!r}, which is"
+                f" none of {', '.join(names())}; give ticks_per_s in the port"
             )
     return heard
 

@@ -18,13 +18,11 @@ from alloc.vehicle import LARGEST
 from alloc.vehicle.geometry import DOF
 from bench.inputs.by_suffix import reader
 from bench.inputs.columns import VOLTS
+from bench.inputs.delimited import TABLES
 from bench.inputs.demand_csv import Demanded, read_demands
 from bench.inputs.frames import doubted, frame_of, met
 from bench.inputs.shares import like_shares
 from bench.inputs.time_order import in_order
-
-TABLES = (".csv", "")
-"""Suffixes of what ``bench.inputs.demand_csv`` reads; a pipe, as in <(zcat demands.csv.gz), has none."""
 
 GAP = 3.0
 """A step longer than this many median steps is a gap: at least two samples in a row are missing."""
@@ -114,7 +112,7 @@ def read_log(
         raise DemandError(
             f"{path}: ArduPilot logs what was sent; `demands --from-outputs -o` makes a CSV of it"
         )
-    module = reader(__name__, path, "log", TABLES[:1])
+    module = reader(__name__, path, "log", TABLES[:-1])
     if options.columns:
         raise DemandError(f"{path}: has no columns; --columns is for tables, leave it out")
     log: Log = module.read(path, topic)

@@ -9,7 +9,7 @@ from alloc import Vehicle
 from alloc.allocation import FloatArray
 from alloc.errors import DemandError
 from bench.inputs.columns import VOLTS, Column, assign
-from bench.inputs.delimited import read_table
+from bench.inputs.delimited import TABLES, read_table
 from bench.inputs.demand_csv import seconds
 from bench.inputs.frames import id_column, ids_of, of_table
 from bench.inputs.log_limits import like_volts, limit_columns
@@ -17,7 +17,7 @@ from bench.inputs.outputs import Outputs
 from bench.inputs.understood import like_angles, understood
 from bench.inputs.units import TIME
 
-SUFFIXES = (".csv", "")
+SUFFIXES = TABLES
 COLUMNS = True
 """``read`` takes names of columns."""
 LARGEST = 1e20

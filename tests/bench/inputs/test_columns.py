@@ -11,6 +11,7 @@ from alloc.errors import DemandError
 from bench.demands import build_demands
 from bench.inputs.columns import parse_columns
 from bench.inputs.demand_csv import read_demands
+from bench.inputs.logs import read_log
 from tests.readers import refused, written
 
 DOF = ("surge", "sway", "yaw")
@@ -107,6 +108,24 @@ def test_a_date_is_in_seconds_whatever_resolution_its_column_says(file: Path, he
     t = read_demands(written(file, f"{head},surge,sway,yaw\n{rows}"), DOF).t
     assert t is not None
     assert np.diff(t) == pytest.approx(1.0)
+
+
+def test_a_first_column_of_dates_without_a_name_is_the_time(file: Path) -> None:
+    """As pandas writes an index of dates; any other column without a name is said to be left out."""
+    rows = "".join(f"2024-10-27 00:00:0{i},1,2,3\n" for i in range(3))
+    t = read_demands(written(file, f",surge,sway,yaw\n{rows}"), DOF).t
+    assert t is not None
+    assert np.diff(t) == pytest.approx(1.0)
+    counted = read_demands(written(file, ",surge,sway,yaw\n0,1,2,3\n1,1,2,3\n"), DOF)
+    assert counted.t is None
+    assert "left out: one without a name" in counted.said
+
+
+@pytest.mark.parametrize("suffix", [".txt", ".tsv", ".dat", ".CSV"])
+def test_a_table_may_be_called_as_spreadsheets_call_it(tmp_path: Path, suffix: str) -> None:
+    file = tmp_path / f"demands{suffix}"
+    file.write_text("t\tsurge\tsway\tyaw\n0\t1\t2\t3\n")
+    assert read_log(file, DOF).taus.tolist() == [[1, 2, 3]]
 
 
 @pytest.mark.parametrize(("first", "then"), [("5", "2026-05-12T10:00:00"), ("2026-05-12T10:00:00", "5")])

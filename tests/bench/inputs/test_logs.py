@@ -237,7 +237,7 @@ def test_a_file_that_is_no_log_is_refused(tmp_path: Path) -> None:
         read_log(tmp_path / "empty", DOF)
     with pytest.raises(FileError, match="no such file"):
         read_log(tmp_path / "gone.ulg", DOF)
-    with pytest.raises(FileError, match=r"give \.csv, \.bag"):
+    with pytest.raises(FileError, match=r"give \.csv, \.txt, \.tsv, \.dat, \.bag"):
         read_log(tmp_path / "log.docx", DOF)
 
 
