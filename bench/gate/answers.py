@@ -198,7 +198,9 @@ def differ(question: Question, base: SideAnswers, head: SideAnswers) -> str:
     thrusts = (stacked([answer.f for answer in side.answers], vehicle.n)[0] for side in (base, head))
     apart = farthest(*(F[alike] for F in thrusts))
     allowed = apart_allowed(base.promises, vehicle)
-    return f"thrusts differ by up to {apart:.3g} N, {allowed:.3g} N allowed" if apart > allowed else ""
+    if not apart > allowed:
+        return ""
+    return f"thrusts differ by up to {apart:.3g} N, {allowed:.3g} N allowed by its tolerance"
 
 
 def _less(base: SideAnswers, head: SideAnswers) -> str:

@@ -6,12 +6,16 @@ from typing import NamedTuple
 
 from alloc.errors import DemandError
 from alloc.vehicle.geometry import DOF, MOMENTS
-from bench.inputs.column_names import SELF_UNIT, says, says_moment, words_of
-from bench.inputs.units import SECONDS, TIME, factor_to, known
+from bench.inputs.column_names import MEANT, SELF_UNIT, says, says_moment, words_of
+from bench.inputs.units import FORCE, MOMENT, SECONDS, TIME, factor_to, known
 
 VOLTS = "volts"
 _UNIT = re.compile(r"(?P<name>.*?)\s*[\[(](?P<unit>[^\])]*)[\])]\s*")
 _SUFFIX = re.compile(rf"(?P<name>.+)_(?P<unit>{'|'.join(SECONDS)}|N|kN|Nm|kNm)")
+
+
+_UNITS = {unit.lower() for unit in (*FORCE, *MOMENT, "lb", "lbs", "kg", "kp") if len(unit) > 1}
+"""Words of a name that are units of a force or a moment, and not an axis, as N may be."""
 
 
 class Column(NamedTuple):
@@ -136,7 +140,10 @@ def _named(place: str, header: Sequence[str], units: Sequence[str], quantity: st
     for i, name in enumerate(header):
         below = ""
         if name == wanted:
-            factor, below = factor_to(quantity, _unit_of(name, units, i)), _below(name, units, i)
+            unit, below = _unit_of(name, units, i) or _spelt(name, quantity), _below(name, units, i)
+            factor = factor_to(quantity, unit)
+            if quantity == TIME:
+                factor = factor or SELF_UNIT.get(name.lower())
         elif bare and name == bare["name"]:
             factor = factor_to(quantity, bare["unit"])
         else:
@@ -181,6 +188,20 @@ def _moments(
         if free and says_moment(bare, quantity) and factor_to(quantity, unit) is not None:
             found.append(Column(i, name, None))
     return found
+
+
+def _spelt(name: str, quantity: str) -> str:
+    """The unit that stands in a name without brackets, known or not, as in ``Fx_lbf``; empty for none."""
+    words = [word for word in re.split(r"[\W_]+", name) if word][1:]
+    while words and words[-1].lower() in MEANT:
+        words.pop()
+    for word in ("".join(words[-2:]), *reversed(words[-2:])):
+        alike = [unit for unit in known(quantity) if unit.lower() == word.lower()]
+        if word in alike or (len(alike) == 1 and len(word) > 1):
+            return word if word in alike else alike[0]
+        if quantity != TIME and word.lower() in _UNITS:
+            return word
+    return ""
 
 
 def _unit_of(name: str, units: Sequence[str], index: int) -> str:

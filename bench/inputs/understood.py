@@ -3,7 +3,7 @@
 from collections.abc import Container, Mapping
 from pathlib import Path
 
-from alloc.vehicle.geometry import DOF
+from alloc.vehicle.geometry import DOF, MOMENTS
 from bench.inputs.column_names import words_of
 from bench.inputs.columns import VOLTS, Column, listed, maybe_angle, untimed
 from bench.inputs.delimited import NAMES, Cells
@@ -66,6 +66,14 @@ def understood(
     if table.decimal == ",":
         parts.append("decimal commas")
     return f"{path.name}: {'; '.join(parts)}" if parts else ""
+
+
+def attitude(found: Mapping[str, Column], given: Container[str]) -> dict[str, str]:
+    """By moment, the columns that are called ``yaw`` as an attitude is, where no other says a demand."""
+    guessed = {axis: column for axis, column in found.items() if axis in DOF and axis not in given}
+    angles = {axis: column.name for axis, column in guessed.items() if maybe_angle(column, axis)}
+    said = found.keys() - angles.keys() - {TIME} - {axis for axis in MOMENTS if axis in given}
+    return {} if said else angles
 
 
 def like_angles(path: Path, found: Mapping[str, Column], given: Container[str]) -> str:

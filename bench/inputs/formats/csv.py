@@ -11,6 +11,7 @@ from alloc.files.textfile import read_text
 from alloc.vehicle import LARGEST
 from alloc.vehicle.geometry import DOF
 from alloc.vehicle.keys import VehicleFile
+from bench.inputs.column_names import says
 from bench.inputs.columns import listed
 from bench.inputs.csv_text import csv_text
 from bench.inputs.delimited import Cells, numeric, read_table
@@ -61,7 +62,7 @@ def _is_header(cells: Cells) -> bool:
     """Whether the first line names or numbers the columns; raises FileError where it can't be told."""
     header = cells.header
     if not any(map(numeric, header)):
-        if axes := [cell for cell in header if cell.lower() in DOF]:
+        if axes := [cell for cell in header if cell.lower() in DOF] or _axes(header):
             raise cells.refused(cells.line, f"{axes[0]} stands in the header; give a row to each DOF")
         return True
     if header in (["0", "1"], ["1", "2"]):
@@ -69,6 +70,14 @@ def _is_header(cells: Cells) -> bool:
             cells.line, f"{listed(header)} may be a header or a row; name the rows, as in surge,0.5,1"
         )
     return _counted(header)
+
+
+def _axes(header: list[str]) -> list[str]:
+    """The cells of a header each of which says another DOF, as Fx, Fy, Mz or X, Y, N; else none."""
+    cells = header[1:] if header[:1] and header[0].lower() in INDEX else header
+    said = {axis for cell in cells for axis in DOF if says(cell, axis)}
+    letters = {cell.upper() for cell in cells} <= set("XYZKMN")
+    return cells if cells and (letters or len(said) == len(cells)) else []
 
 
 def _counted(header: list[str]) -> bool:

@@ -14,7 +14,7 @@ from bench.inputs.demand_csv import seconds
 from bench.inputs.frames import id_column, ids_of, of_table
 from bench.inputs.log_limits import like_volts, limit_columns
 from bench.inputs.outputs import Outputs
-from bench.inputs.understood import like_angles, understood
+from bench.inputs.understood import attitude, like_angles, understood
 from bench.inputs.units import TIME
 
 SUFFIXES = TABLES
@@ -42,6 +42,8 @@ def read(path: Path, vehicle: Vehicle, columns: Mapping[str, str] | None = None)
             f"{place}: no one column {missing[0]!r}; give u0 … u{vehicle.n - 1}, the command of each thruster"
         )
     found = assign(place, table.header, table.units, vehicle.dof, given, every=False)
+    angles = attitude(found, given)
+    found = {quantity: column for quantity, column in found.items() if quantity not in angles}
     asked = [axis for axis in vehicle.dof if axis in found]
     places = {name: table.header.index(name) for name in names}
     commands = set(places.values())
@@ -75,6 +77,9 @@ def read(path: Path, vehicle: Vehicle, columns: Mapping[str, str] | None = None)
         raise DemandError(f"{path}: times in {found[TIME].name[:40]!r} go back; sort the rows")
     said = understood(path, table, found, volts, unit, also={*commands, id_at}) or path.name
     said += f"{';' if ': ' in said else ':'} {names[0]} … {names[-1]} are the commands"
+    if angles:
+        kept = ",".join(f"{axis}={name}" for axis, name in angles.items())
+        said += f"; {', '.join(angles.values())} without a force may be attitude; --columns '{kept}' if N m"
     if VOLTS not in places and (unread := like_volts(table.header)):
         said += f"; thrusts follow no voltage: if {unread[:40]!r} is the battery's, call it {VOLTS}"
     frame, why, framed = of_table(path, table.frame, ids)

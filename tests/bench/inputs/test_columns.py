@@ -281,3 +281,59 @@ def test_a_moment_beside_an_attitude_s_name_is_not_left_out_without_a_word(file:
 def test_what_is_no_moment_about_its_axis_leaves_a_bare_name_alone(file: Path, other: str) -> None:
     written(file, f"surge,sway,yaw,{other}\n1,2,5,6\n")
     assert read_demands(file, DOF).taus[0, 2] == 5
+
+
+@pytest.mark.parametrize(
+    ("name", "factor"),
+    [
+        ("Fx_kN", 1e3),
+        ("Fx_cmd_kN", 1e3),
+        ("Fx kN cmd", 1e3),
+        ("Fx / kN", 1e3),
+        ("Fx in kN", 1e3),
+        ("fx_kn", 1e3),
+        ("Fx_lbf", 4.4482216152605),
+        ("Fx_kgf", 9.80665),
+        ("Fx_N", 1.0),
+        ("Fx", 1.0),
+        ("thrust x", 1.0),
+    ],
+)
+def test_a_unit_in_the_name_of_a_column_that_the_user_names_counts(
+    file: Path, name: str, factor: float
+) -> None:
+    """The column was refused with "name it with --columns", and taken for N where that was done."""
+    written(file, f"{name},sway,yaw\n2,3,4\n")
+    (tau,) = read_demands(file, DOF, parse_columns(f"surge={name}")).taus
+    assert tau == pytest.approx([2 * factor, 3, 4])
+
+
+@pytest.mark.parametrize(
+    ("name", "factor"),
+    [("M_kNm", 1e3), ("M_N_m", 1.0), ("M lbf ft", 1.3558179483314), ("tau_N", 1.0), ("tau_yaw", 1.0)],
+)
+def test_a_unit_in_the_name_of_a_moment_that_the_user_names_counts(
+    file: Path, name: str, factor: float
+) -> None:
+    """N behind tau is an axis."""
+    written(file, f"surge,sway,{name}\n2,3,4\n")
+    (tau,) = read_demands(file, DOF, parse_columns(f"yaw={name}")).taus
+    assert tau == pytest.approx([2, 3, 4 * factor])
+
+
+@pytest.mark.parametrize("name", ["Fx_lbs", "Fx_kg_cmd", "Fx_mn", "Fx_Nm"])
+def test_a_unit_that_is_no_force_s_is_refused_where_the_user_names_its_column(file: Path, name: str) -> None:
+    written(file, f"{name},sway,yaw\n2,3,4\n")
+    with pytest.raises(DemandError, match=rf"the unit of '{name}' is none of N, kN"):
+        read_demands(file, DOF, parse_columns(f"surge={name}"))
+
+
+@pytest.mark.parametrize(("name", "factor"), [("time_ms", 1e-3), ("stamp us", 1e-6), ("millis", 1e-3)])
+def test_a_unit_in_the_name_of_a_time_that_the_user_names_counts(
+    file: Path, name: str, factor: float
+) -> None:
+    """A log at 1 kHz was one at 1 Hz."""
+    written(file, f"{name},surge,sway,yaw\n0,1,2,3\n1,1,2,3\n")
+    t = read_demands(file, DOF, parse_columns(f"t={name}")).t
+    assert t is not None
+    assert np.diff(t) == pytest.approx(factor)

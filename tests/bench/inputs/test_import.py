@@ -241,6 +241,9 @@ def test_a_bad_csv_of_t_is_refused(tmp_path: Path, text: str) -> None:
         ("0,1\n1,1\n0,0\n0.2,-0.2\n", "line 1: 0, 1 may be a header or a row; name the rows"),
         ("1,2\n1,1\n0,0\n0.2,-0.2\n", "line 1: 1, 2 may be a header or a row; name the rows"),
         ("surge,sway,yaw\n1,0,0.2\n1,0,-0.2\n0,1,0\n", "line 1: surge stands in the header; give a row"),
+        ("Fx,Fy,Mz\n1,0,0.2\n1,0,-0.2\n0,1,0\n", "line 1: Fx stands in the header; give a row"),
+        ("X,Y,N\n1,0,0.2\n1,0,-0.2\n0,1,0\n", "line 1: X stands in the header; give a row"),
+        (",tau_x,tau_y,tau_n\nT1,1,0,0.2\nT2,1,0,-0.2\n", "line 1: tau_x stands in the header; give a row"),
     ],
 )
 def test_rows_of_a_csv_of_t_that_could_be_misread_are_refused_with_their_line(

@@ -13,6 +13,7 @@ from alloc import Allocation, AllocError, Status, load_vehicle
 from alloc.allocation import FloatArray
 from bench.__main__ import cli
 from bench.demands.outputs_summary import as_text, columns_of, full_authority, made_by
+from bench.inputs.columns import parse_columns
 from bench.inputs.demand_csv import read_demands
 from bench.inputs.esc_columns import sent
 from bench.inputs.outputs import read_outputs
@@ -122,6 +123,23 @@ def test_angles_beside_forces_and_commands_are_doubted(tmp_path: Path) -> None:
     outputs = read_outputs(file, VEHICLE)
     assert outputs.doubt.startswith("angles.csv: 'roll' and 'pitch' and 'yaw', beside 'Fx', may be attitude")
     assert "roll, pitch, yaw by name; u0 … u7 are the commands" in outputs.said
+
+
+def test_angles_without_a_force_beside_commands_are_no_demands(tmp_path: Path) -> None:
+    """An attitude of 92 degrees was 92 N m left undone, of a vehicle that can make 38."""
+    file = tmp_path / "angles.csv"
+    header = ["roll", "pitch", "yaw", *(f"u{i}" for i in range(8))]
+    file.write_text(",".join(header) + "\n" + ",".join(["1.5", "-2", "92", *["1500"] * 8]) + "\n")
+    outputs = read_outputs(file, VEHICLE)
+    assert outputs.taus is None
+    told = (
+        "roll, pitch, yaw without a force may be attitude; --columns 'roll=roll,pitch=pitch,yaw=yaw' if N m"
+    )
+    assert told in outputs.said
+    kept = read_outputs(file, VEHICLE, parse_columns("yaw=yaw"))
+    assert kept.taus is not None
+    assert kept.taus[0, 5] == 92
+    assert np.isnan(kept.taus[0, :5]).all()
 
 
 def test_what_could_be_met_is_asked_of_the_battery_of_the_moment(tmp_path: Path) -> None:
