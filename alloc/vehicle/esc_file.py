@@ -33,9 +33,17 @@ def escs(
         return tuple(pair[turned[i], _limits(keys, i, f_min, f_max)] for i in range(n))
     if len(keys) != n:
         raise VehicleError(f"esc: {len(keys)} entries for {n} thrusters; give one, or one each", "esc")
+    ways = [_turned(one, n, names, f"esc[{i}]") for i, one in enumerate(keys)]
+    for i, (one, way) in enumerate(zip(keys, ways, strict=True)):
+        others = [] if isinstance(one.reversed, bool) else [j for j in range(n) if way[j] and not ways[j][j]]
+        if others:  # one entry says nothing of another's thruster
+            raise VehicleError(
+                f"esc[{i}].reversed: names thruster {others[0]}, whose own entry is esc[{others[0]}]; write"
+                " 'reversed: true' there",
+                f"esc[{i}]",
+            )
     return tuple(
-        _esc(one, _turned(one, n, names, f"esc[{i}]")[i], _limits(one, i, f_min, f_max), f"esc[{i}]")
-        for i, one in enumerate(keys)
+        _esc(one, ways[i][i], _limits(one, i, f_min, f_max), f"esc[{i}]") for i, one in enumerate(keys)
     )
 
 

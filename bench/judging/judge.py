@@ -12,7 +12,7 @@ from alloc.live.plain import ANY_DISTANCE
 from alloc.qp.certificate import certify_many
 from bench.demands import longest
 from bench.judging.faults import VIOLATED, Measured, faults, measured
-from bench.judging.loss import FLOOR, loss, relative_wrench_error
+from bench.judging.loss import FLOOR, gets_nothing, loss, relative_wrench_error
 from bench.judging.question import Question
 from bench.judging.shares import by_level
 from bench.record import Judged
@@ -48,6 +48,9 @@ def judge(
     distance = seen.distance - np.broadcast_to(doubt, N)[seen.demand]
     farthest = max(float(distance[compared].max()), 0.0) if compared.any() else None
     missed_max, missed_p50 = misses(question, seen.F) if thorough else (None, None)
+    demands, nothing = question.demands, np.zeros(N, dtype=bool)
+    if thorough:
+        nothing = gets_nothing(vehicle, demands.taus, seen.F[:N], demands.limits)
     return Judged(
         answers=len(seen.F),
         counts={s.name: int(np.count_nonzero(status == s)) for s in Status if (status == s).any()},
@@ -63,9 +66,8 @@ def judge(
         loss=given_away(question, seen.F) if thorough else {},
         missed_max=missed_max,
         missed_p50=missed_p50,
-        refused_longest=longest(~finite[: len(question.demands.taus)], question.demands.gaps)
-        if thorough
-        else 0,
+        nothing_share=rounded(float(nothing.mean())) if nothing.size else 0.0,
+        refused_longest=longest(~finite[:N] | nothing, question.demands.gaps) if thorough else 0,
         share_p50=[rounded(share) for share in by_level(seen.shares, 0.5)],
         share_min=[rounded(share) for share in by_level(seen.shares, 0.0)],
         wrong="; ".join(_counted(what, mask, seen) for what, mask in wrong.items() if mask.any()),

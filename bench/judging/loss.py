@@ -8,7 +8,7 @@ Limits are a pair f_min, f_max, each (n,) or (N, n) [N]; None stands for the veh
 import numpy as np
 
 from alloc import Vehicle
-from alloc.allocation import WRENCH_TOLERANCE, FloatArray
+from alloc.allocation import WRENCH_TOLERANCE, BoolArray, FloatArray
 from alloc.vehicle.geometry import unit
 from bench.record import SERVED_WITHIN
 
@@ -71,6 +71,23 @@ def share_along(vehicle: Vehicle, taus: FloatArray, F: FloatArray, limits: Limit
     asked = size >= FLOOR
     share: FloatArray = np.where(asked, (a * b).sum(axis=1) / np.where(asked, size, 1.0) ** 2, np.nan)
     return share
+
+
+def gets_nothing(vehicle: Vehicle, taus: FloatArray, F: FloatArray, limits: Limits = None) -> BoolArray:
+    """Which demands (N,) get a wrench of nothing though thrusters can push along them.
+
+    A demand that is scaled down to what can be met gets nothing where one of its axes can't be pushed that
+    way, as by a thruster that can't reverse. False where f is NaN, for demands smaller than FLOOR, and
+    where thrusters push at most FLOOR of the demand along it.
+    """
+    low, high = limits or (vehicle.f_min, vehicle.f_max)
+    a, b = taus / vehicle.wrench_scale, delivered(vehicle, F, limits) / vehicle.wrench_scale
+    size = np.linalg.norm(a, axis=1)
+    along = (a / vehicle.wrench_scale) @ vehicle.TP
+    most = np.maximum(along * low, along * high).sum(axis=1)
+    can = (size >= FLOOR) & (most >= FLOOR * size**2)
+    nothing: BoolArray = can & (np.linalg.norm(b, axis=1) <= WRENCH_TOLERANCE * size)
+    return nothing
 
 
 def effort_over_optimum(

@@ -65,8 +65,10 @@ class Judged(msgspec.Struct, omit_defaults=True, kw_only=True):
         thrusts; None where no demand is inactive or active, and in records from before it was worked out
     missed_p50 : median of that share, over attainable demands that are not next to nothing; None where there
         is none, and in records from before it was worked out
-    refused_longest : longest run of demands, one after another, without thrusts; 0 in records from before it
-        was counted
+    nothing_share : share of demands that got a wrench of nothing, as ``bench.judging.loss.gets_nothing``
+        has it [-]; 0 in records from before it was counted
+    refused_longest : longest run of demands, one after another, without thrusts or a wrench; 0 in records
+        from before it was counted
     share_p50, share_min : median and least of what was delivered of each level of a demand, as the answers
         say; empty for a method that says nothing of shares, and in records from before they were kept
     """
@@ -86,6 +88,7 @@ class Judged(msgspec.Struct, omit_defaults=True, kw_only=True):
     loss: dict[str, float | None] = {}
     missed_max: float | None = None
     missed_p50: float | None = None
+    nothing_share: float = 0.0
     refused_longest: int = 0
     share_p50: list[float] = []
     share_min: list[float] = []

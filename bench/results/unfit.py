@@ -29,7 +29,7 @@ def unfit(rows: Sequence[Row]) -> str:
 
 
 def refusal(row: Row, problem: Problem | None) -> tuple[float, str]:
-    """The share of a log or mission that got no thrusts, and in words what got none; 0 and empty for nothing.
+    """The share of a log or mission that got no wrench, and in words what got none; 0 and empty for nothing.
 
     Of a log that was not asked whole it is the share that can't be met, for methods that refuse those. Of
     demands that were drawn to be beyond what the vehicle can do a share would say nothing. A method that
@@ -58,11 +58,14 @@ def _refused(row: Row, problem: Problem | None) -> tuple[float, str]:
     if problem is not None and problem.left_out and refuses(row.formulation):  # then more than was asked
         refused = problem.beyond / (problem.n_demands + problem.left_out)
         run = problem.beyond_longest
-    if not refused:
+    in_time = problem is not None and (problem.given or problem.rate_hz is not None)  # a log or a mission
+    nothing = max(judged.nothing_share for judged in row.measured.judged) if in_time else 0.0
+    if not refused + nothing:
         return 0.0, crossed
-    if problem is None or (not problem.given and problem.rate_hz is None):  # neither a log nor a mission
+    if problem is None or not in_time:
         return 0.0, "what can't be met"
-    words = f"{percent(refused)} of {row.demands}"
+    refused += nothing
+    words = f"{percent(refused)} of {row.demands}{' by giving nothing' if nothing else ''}"
     if run and problem.rate_hz:
         words += f", up to {three(run / problem.rate_hz)} s at a stretch"
     elif run:

@@ -313,6 +313,33 @@ def test_a_wrong_curve_is_refused_with_its_line(tmp_path: Path, text: str, said:
         read_curve(tmp_path / "curve.csv")
 
 
+ONE = "{{neutral: 1500, range: [1100, 1900], curve: t200, volts: 16{more}}}"
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "turned"),
+    [
+        ("", ", reversed: true", [False, True]),
+        ("", ", reversed: [1]", [False, True]),
+        (", reversed: [1]", ", reversed: [1]", [False, True]),
+        (", reversed: true", "", [True, False]),
+    ],
+)
+def test_an_entry_of_a_list_turns_its_own_thruster(
+    tmp_path: Path, first: str, second: str, turned: list[bool]
+) -> None:
+    vehicle = written(tmp_path, f"esc: [{ONE.format(more=first)}, {ONE.format(more=second)}]")
+    assert [esc.reversed for esc in vehicle.esc] == turned
+
+
+def test_an_entry_that_names_another_s_thruster_is_refused(tmp_path: Path) -> None:
+    """It was looked up, and left aside: the thruster would have pushed the wrong way."""
+    with pytest.raises(
+        VehicleError, match=r"esc\[0\]\.reversed: names thruster 1, .*; write 'reversed: true' there"
+    ):
+        written(tmp_path, f"esc: [{ONE.format(more=', reversed: [1]')}, {ONE.format(more='')}]")
+
+
 def written(folder: Path, esc: str) -> Vehicle:
     path = folder / "mine.yaml"
     path.write_text(f"name: two\ndof: [surge, yaw]\nT: [[1, 1], [0.2, -0.2]]\n{esc}\n")

@@ -1,6 +1,7 @@
 """Every kind of wrong answer is found, and right answers are not called wrong."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -279,6 +280,20 @@ def test_what_a_mixed_log_misses_is_counted_on_the_demands_that_can_be_met() -> 
     assert verdict(question, silent).missed_max == 1.0
     (beyond,) = questions([build_demands("infeasible", vehicle, seed=1, n=4)], ask_here)
     assert verdict(beyond, exact(beyond)).missed_max is None
+
+
+def test_demands_of_which_a_method_makes_nothing_are_counted_with_their_longest_run() -> None:
+    """The main can't reverse: ``scaled`` gives up on all axes of a demand a little astern, groups do not."""
+    ukwial = load_vehicle("ukwial")
+    ahead = replace(ukwial, f_min=np.zeros(ukwial.n), T=np.eye(3, ukwial.n), name="ahead")
+    taus = 50 * np.array([[2.0, 1.0, 0.5], [-0.1, 1.0, 0.5], [-0.1, 1.0, 0.5], [2.0, 1.0, 0.5]])
+    (question,) = questions([labelled("dive", ahead, taus)], ask_here)
+    seen = [
+        judge(question, list(map(built, taus)), formulation=name, limited=True, tolerance=1e-6)
+        for name in ("scaled", "clip")
+        for built in [build(name, ahead)]
+    ]
+    assert [(each.nothing_share, each.refused_longest) for each in seen] == [(0.5, 2), (0.0, 0)]
 
 
 def test_what_is_missed_of_a_demand_just_inside_of_what_can_be_met_counts_too() -> None:

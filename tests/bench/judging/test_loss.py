@@ -12,6 +12,7 @@ from bench.judging.loss import (
     delivered,
     direction_error_deg,
     effort_over_optimum,
+    gets_nothing,
     loss,
     relative_wrench_error,
 )
@@ -46,6 +47,16 @@ def test_wrench_error_is_relative_to_the_demand():
 def test_a_tiny_demand_counts_as_one_percent_of_the_wrench_scale():
     error = relative_wrench_error(CROSS, np.zeros((1, 2)), np.array([[0.05, 0.0]]))
     assert error == pytest.approx([0.05 / (0.01 * 10)])
+
+
+def test_a_demand_gets_nothing_where_no_thrust_is_given_though_some_would_push_along_it():
+    """The first thruster can't reverse: of a demand a little astern, cut to one share, nothing is left."""
+    ahead = replace(CROSS, f_min=np.array([0.0, -10.0]))
+    taus = np.array([[-1.0, 5.0], [-1.0, 5.0], [-1.0, 0.0], [1.0, 5.0], [0.0, 0.0], [-1.0, 5.0]])
+    F = np.array([[0.0, 0.0], [0.0, 5.0], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0], [np.nan, np.nan]])
+    assert gets_nothing(ahead, taus, F).tolist() == [True, False, False, True, False, False]
+    none = (np.zeros((6, 2)), np.zeros((6, 2)))  # limits of the call in which nothing can push
+    assert not gets_nothing(ahead, taus, F, none).any()
 
 
 @pytest.mark.parametrize("angle", [0.0, 1e-6, 3.0, 90.0, 179.0])

@@ -193,6 +193,27 @@ def test_a_solver_that_gave_up_on_what_another_meets_is_no_refusal_of_the_log(tm
     )
 
 
+def test_what_gives_nothing_of_a_part_of_a_log_is_not_taken_where_another_delivers(tmp_path: Path) -> None:
+    """The main can't reverse, and of a demand a little astern ``scaled`` made no thrust at all."""
+    idle = on_log("scaled", 1, 1.0, 2)
+    assert idle.judged is not None
+    idle = replace(idle, judged=replace(idle.judged, nothing_share=0.2))
+    cells = [on_log("nullspace", 1, 0.8, 2), idle]
+    assert said(tmp_path, 50, log(), *cells, replace(on_log("scaled", 9), key=other(idle))) == (
+        "ukwial at 50 Hz: take scaled-by-group; exact, answers all; 0.0450 % of the period;"
+        " nullspace refuses 20.0 % of dive, up to 0.0400 s at a stretch."
+    )
+    assert said(tmp_path, 50, log(), idle) == (
+        "ukwial at 50 Hz: take scaled; exact, refuses 20.0 % of dive by giving nothing, up to 0.0400 s at a"
+        " stretch; under 0.01 % of the period."
+    )
+
+
+def other(cell: Cell) -> Any:
+    """The key of a cell, for another method."""
+    return replace(cell.key, method="scaled-by-group")
+
+
 def test_a_mission_is_a_dive_as_a_log_is(tmp_path: Path) -> None:
     """A sequence in time that the tool flew: what refuses a part of it is no more use than on a log."""
     cells = [on_log("nullspace", 1, 0.8, 2), on_log("scaled", 2)]
