@@ -10,6 +10,7 @@ from alloc.vehicle.geometry import MOMENTS
 from alloc.vehicle.keys import VehicleFile
 
 SHORTEST_ARM = 2e-3  # m; where no arm is longer, they are probably written in km or the vehicle is a toy
+LONG_ARM, WEAK = 5.0, 200.0  # m, N; a vehicle ten metres long has stronger thrusters
 NORMALISED = 1.0
 """Largest limit [N] that looks like a share of full throttle, or like kilonewtons: the weakest thrusters sold
 for underwater vehicles give some 5 N."""
@@ -64,6 +65,12 @@ def on_units(vehicle: Vehicle) -> Iterator[Remark]:
         return
     if arms.max() > FARTHEST_ARM:
         yield warning("T", f"an arm is {arms.max():g} m long; mm? divide the moment rows by 1000")
+    elif arms.max() > LONG_ARM and vehicle.f_scale < WEAK:
+        yield warning(
+            "T",
+            f"an arm is {arms.max():.3g} m long, and no thruster gives more than {vehicle.f_scale:.3g} N; cm?"
+            " divide positions, or the moment rows, by 100",
+        )
     if arms.max() < SHORTEST_ARM:
         yield warning("T", f"the longest arm is {arms.max():g} m; km? multiply the moment rows by 1000")
 

@@ -321,6 +321,10 @@ def test_a_thruster_that_points_against_its_mirror_image_is_named(file: Path) ->
         (GOOD.replace("11", "1"), "a share of full throttle"),
         (GOOD.replace("11", "4e7"), "mN? divide by 1000"),
         (GOOD.replace("[-0.5, 0.5, 1, -1]", "[-500, 500, 1000, -1000]"), "an arm is 1000 m long; mm?"),
+        (
+            GOOD.replace("[-0.5, 0.5, 1, -1]", "[-25, 25, 30, -30]"),
+            "an arm is 30 m long, and no thruster gives",
+        ),
         (GOOD.replace("[-0.5, 0.5, 1, -1]", "[-0.5e-3, 0.5e-3, 1e-3, -1e-3]"), "longest arm is 0.001 m; km?"),
     ],
 )
